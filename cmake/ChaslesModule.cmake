@@ -1,0 +1,53 @@
+# What every target of the house is compiled with.
+add_library(chasles_options INTERFACE)
+target_compile_features(chasles_options INTERFACE cxx_std_20)
+target_compile_options(chasles_options INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wconversion -Wno-sign-conversion
+  -Wcast-align -Woverloaded-virtual -Wnull-dereference -Wdouble-promotion -Wimplicit-fallthrough
+  $<$<BOOL:${CHASLES_WERROR}>:-Werror>
+  # The same source gives the same bytes: no contraction of a*b+c into one rounding, which would
+  # depend on the target and on what the optimiser sees.
+  -ffp-contract=off)
+
+# chasles_module(NAME [USES folder...] [LINKS library...] [PRIVATE library...])
+#
+# One folder of src/chasles: all its *.cpp are the library chasles_NAME, all its *_test.cpp one test
+# program. USES are the arrows to other folders, LINKS the outside libraries that its headers need,
+# PRIVATE those that only its sources need.
+function(chasles_module name)
+  cmake_parse_arguments(ARG "" "" "USES;LINKS;PRIVATE" ${ARGN})
+  set(dir ${PROJECT_SOURCE_DIR}/src/chasles/${name})
+  file(GLOB sources CONFIGURE_DEPENDS ${dir}/*.cpp)
+  file(GLOB tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
+  list(REMOVE_ITEM sources ${tests})
+  list(TRANSFORM ARG_USES PREPEND chasles_ OUTPUT_VARIABLE uses)
+  if(sources)
+    add_library(chasles_${name} STATIC ${sources})
+    set(scope PUBLIC)
+    target_link_libraries(chasles_${name} PRIVATE $<BUILD_INTERFACE:chasles_options>)
+  else()
+    add_library(chasles_${name} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  add_library(chasles::${name} ALIAS chasles_${name})
+  set_target_properties(chasles_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(chasles_${name} ${scope}
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_link_libraries(chasles_${name} ${scope} ${uses} ${ARG_LINKS})
+  if(ARG_PRIVATE)
+    target_link_libraries(chasles_${name} PRIVATE ${ARG_PRIVATE})
+  endif()
+  if(CHASLES_TESTS AND tests)
+    chasles_test(${name}_test SOURCES ${tests} LINKS chasles_${name})
+  endif()
+endfunction()
+
+# chasles_test(NAME SOURCES file... LINKS library...): a GoogleTest program whose tests CTest lists.
+function(chasles_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE chasles_options ${ARG_LINKS} GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE CHASLES_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  gtest_discover_tests(${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
+    DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+endfunction()

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include <chasles/time.hpp>
+
+namespace chasles {
+
+/// Names a landmark: the same physical point has the same number in every frame that sees it.
+using LandmarkId = std::int64_t;
+
+/// One landmark seen by a rectified stereo pair: pixels (uL, vL, uR, vR).
+struct StereoObservation {
+  LandmarkId landmark = 0;
+  Eigen::Vector4d pixels = Eigen::Vector4d::Zero();
+};
+
+/// All that the cameras saw at one instant, as numbered points: what the filter takes instead of
+/// images. An empty frame is a valid one.
+struct FeatureFrame {
+  Time time{};
+  std::vector<StereoObservation> observations;
+};
+
+}  // namespace chasles

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <filesystem>
+
+#include <chasles/data/recording.hpp>
+
+namespace chasles {
+
+// Every reader throws InputError that names file, field, index, what was found, what was expected.
+
+/// Reads a recording of any known kind: an ECE276A .npz, a STARS .mat, or a folder of the project's
+/// own format. The kind is told by content, not by name.
+Recording read_recording(const std::filesystem::path& path);
+
+/// The ECE276A (UCSD) archive: body velocities and stereo tracks of a KITTI drive.
+Recording read_npz_recording(const std::filesystem::path& file);
+
+/// The STARS Laboratory's and Barfoot's .mat files: body velocities, stereo tracks and truth.
+Recording read_mat_recording(const std::filesystem::path& file);
+
+/// The project's own folder (docs/formats.md).
+Recording read_folder_recording(const std::filesystem::path& folder);
+void write_folder_recording(const Recording& recording, const std::filesystem::path& folder);
+
+/// TUM trajectories: `t tx ty tz qx qy qz qw`, seconds and metres, # comments.
+Trajectory read_tum(const std::filesystem::path& file);
+void write_tum(const Trajectory& trajectory, const std::filesystem::path& file);
+
+}  // namespace chasles

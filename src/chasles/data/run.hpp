@@ -1,0 +1,61 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include <chasles/camera/feature_frame.hpp>
+#include <chasles/lie/trajectory.hpp>
+
+namespace chasles {
+
+/// What the filter believed after a frame. A row of states.csv.
+struct RunState {
+  Time time{};
+  SE3 world_T_imu;
+  /// Covariance of [theta; dp]: R = Exp(theta) R_hat, p = p_hat + dp, both in world axes [rad, m].
+  Matrix6d pose_covariance = Matrix6d::Zero();
+  /// The other estimated numbers (velocities, biases), in the order of Run::extra_names, and their
+  /// standard deviations.
+  std::vector<double> extra, extra_sigma;
+  double nis = 0;         ///< normalised innovation squared of the frame
+  int nis_dof = 0;        ///< its degrees of freedom; 0: nothing was updated
+  int observations = 0;   ///< offered by the frame
+  int used = 0;           ///< that updated the state
+  int rejected = 0;       ///< refused by the gate
+  int added = 0;          ///< landmarks that the frame began
+  int in_state = 0;       ///< landmarks that the frame's update could touch
+  int landmarks = 0;      ///< landmarks of the whole map
+  std::string health;     ///< "ok", "degraded", "lost"
+  double milliseconds = 0;  ///< wall time of the frame; kept in timing.csv, the only file that differs
+};
+
+/// A landmark of the final map. A row of landmarks.csv.
+struct RunLandmark {
+  LandmarkId id = 0;
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();         ///< [m]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< additive error, world axes [m^2]
+  int observations = 0;                                      ///< that were used
+};
+
+/// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
+/// timing.csv and, where known, truth.tum and dead_reckoning.tum.
+struct Run {
+  std::string name;
+  std::vector<std::string> extra_names;  ///< e.g. "velocity_x", with the unit in docs/formats.md
+  std::vector<RunState> states;
+  std::vector<RunLandmark> landmarks;
+  Trajectory truth;           ///< world_T_imu in the truth's own world; empty where unknown
+  Trajectory dead_reckoning;  ///< world_T_imu
+};
+
+/// Writes the folder (made where missing). `summary` becomes summary.json as it is.
+void write_run(const Run& run, const nlohmann::ordered_json& summary,
+               const std::filesystem::path& folder);
+
+/// Reads a folder that write_run wrote.
+Run read_run(const std::filesystem::path& folder);
+nlohmann::ordered_json read_summary(const std::filesystem::path& folder);
+
+}  // namespace chasles

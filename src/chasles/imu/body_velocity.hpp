@@ -1,0 +1,17 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <chasles/time.hpp>
+
+namespace chasles {
+
+/// The velocity of the IMU frame against the world, in the IMU frame's own axes (x forward, y left,
+/// z up on a car), at one instant: what wheels, GNSS/INS or an odometer tell (Du, eq. 6: u = [v, w]).
+struct BodyVelocity {
+  Time time{};
+  Eigen::Vector3d linear_imu = Eigen::Vector3d::Zero();   ///< [m/s]
+  Eigen::Vector3d angular_imu = Eigen::Vector3d::Zero();  ///< [rad/s]
+};
+
+}  // namespace chasles

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include <chasles/lie/se3.hpp>
+#include <chasles/time.hpp>
+
+namespace chasles {
+
+/// A pose at a time; which frames it relates (usually world_T_imu) is said where it is used.
+struct StampedPose {
+  Time time{};
+  SE3 pose;
+};
+
+/// Poses in order of time.
+using Trajectory = std::vector<StampedPose>;
+
+}  // namespace chasles
