@@ -3,7 +3,7 @@ add_library(chasles_options INTERFACE)
 target_compile_features(chasles_options INTERFACE cxx_std_20)
 target_compile_options(chasles_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wconversion -Wno-sign-conversion
-  -Wcast-align -Woverloaded-virtual -Wnull-dereference -Wdouble-promotion -Wimplicit-fallthrough
+  -Wcast-align -Woverloaded-virtual -Wdouble-promotion -Wimplicit-fallthrough
   $<$<BOOL:${CHASLES_WERROR}>:-Werror>
   # The same source gives the same bytes: no contraction of a*b+c into one rounding, which would
   # depend on the target and on what the optimiser sees.
@@ -34,7 +34,7 @@ function(chasles_module name)
   target_include_directories(chasles_${name} ${scope}
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(chasles_${name} ${scope} ${uses} ${ARG_LINKS})
-  if(ARG_PRIVATE)
+  if(ARG_PRIVATE AND sources)
     target_link_libraries(chasles_${name} PRIVATE ${ARG_PRIVATE})
   endif()
   if(CHASLES_TESTS AND tests)

@@ -1,9 +1,10 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/lie/trajectory.hpp>
@@ -19,16 +20,17 @@ struct RunState {
   /// The other estimated numbers (velocities, biases), in the order of Run::extra_names, and their
   /// standard deviations.
   std::vector<double> extra, extra_sigma;
-  double nis = 0;         ///< normalised innovation squared of the frame
-  int nis_dof = 0;        ///< its degrees of freedom; 0: nothing was updated
-  int observations = 0;   ///< offered by the frame
-  int used = 0;           ///< that updated the state
-  int rejected = 0;       ///< refused by the gate
-  int added = 0;          ///< landmarks that the frame began
-  int in_state = 0;       ///< landmarks that the frame's update could touch
-  int landmarks = 0;      ///< landmarks of the whole map
-  std::string health;     ///< "ok", "degraded", "lost"
-  double milliseconds = 0;  ///< wall time of the frame; kept in timing.csv, the only file that differs
+  double nis = 0;        ///< normalised innovation squared of the frame
+  int nis_dof = 0;       ///< its degrees of freedom; 0: nothing was updated
+  int observations = 0;  ///< offered by the frame
+  int used = 0;          ///< that updated the state
+  int rejected = 0;      ///< refused by the gate
+  int added = 0;         ///< landmarks that the frame began
+  int in_state = 0;      ///< landmarks that the frame's update could touch
+  int landmarks = 0;     ///< landmarks of the whole map
+  std::string health;    ///< "ok", "degraded", "lost"
+  /// Wall time of the frame; kept in timing.csv, the only file that differs from run to run.
+  double milliseconds = 0;
 };
 
 /// A landmark of the final map. A row of landmarks.csv.
@@ -40,9 +42,9 @@ struct RunLandmark {
 };
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
-/// timing.csv and, where known, truth.tum and dead_reckoning.tum.
+/// timing.csv and, where known, truth.tum and dead_reckoning.tum (docs/formats.md).
 struct Run {
-  std::string name;
+  std::string name;                      ///< of the recording: summary.json's "name" when read
   std::vector<std::string> extra_names;  ///< e.g. "velocity_x", with the unit in docs/formats.md
   std::vector<RunState> states;
   std::vector<RunLandmark> landmarks;
@@ -50,11 +52,13 @@ struct Run {
   Trajectory dead_reckoning;  ///< world_T_imu
 };
 
-/// Writes the folder (made where missing). `summary` becomes summary.json as it is.
+/// Writes the folder (made where missing). `summary` becomes summary.json as it is. Throws
+/// UsageError if the folder cannot be written.
 void write_run(const Run& run, const nlohmann::ordered_json& summary,
                const std::filesystem::path& folder);
 
-/// Reads a folder that write_run wrote.
+/// Reads a folder that write_run wrote. All numbers are the same again, rotations to round-off.
+/// Throws InputError with file, line and column.
 Run read_run(const std::filesystem::path& folder);
 nlohmann::ordered_json read_summary(const std::filesystem::path& folder);
 

@@ -15,8 +15,9 @@ namespace {
 
 // The coefficients below are s_n(t) = sum over k of (-t^2)^k / (2k+n)!, which closed forms lose to
 // cancellation at small angles ((t - sin t)/t^3 has lost 8 digits at t = 1e-3). Below the limit the
-// series is summed to round-off, above it the closed form keeps at least 14 digits.
-constexpr double kSeriesBelow = 1.0;
+// 11 terms reach round-off (the next one is 2e-16 of the sum at most), above it the closed forms
+// have lost at most one digit.
+constexpr double kSeriesBelow = 2.0;
 
 double series(double t2, int n) {
   double term = 1.0;

@@ -1,0 +1,153 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <yaml-cpp/yaml.h>
+
+#include <chasles/data/calibration.hpp>
+#include <chasles/data/numbers.hpp>
+#include <chasles/data/parse.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr const char* kFormat = "chasles-recording-1";
+
+const std::vector<std::string>& known_keys() {
+  static const std::vector<std::string> keys{"format", "name",     "fx",         "fy",     "cx",
+                                             "cy",     "baseline", "cam0_T_imu", "remarks"};
+  return keys;
+}
+
+// The keys of the file, each of them known, and all there but the remarks.
+class Document {
+ public:
+  explicit Document(const std::filesystem::path& file) : file_(file.string()) {
+    try {
+      root_ = YAML::Load(read_file(file));
+    } catch (const YAML::Exception& error) {
+      throw InputError(
+          fmt::format("{}:{}: is not valid YAML: {}", file_, error.mark.line + 1, error.msg));
+    }
+    if (!root_.IsMap()) throw InputError(file_ + ": expected lines `key: value`");
+    check_keys();
+  }
+
+  std::string where(const YAML::Node& node, const std::string& key) const {
+    return fmt::format("{}:{}: key '{}'", file_, node.Mark().line + 1, key);
+  }
+  YAML::Node at(const std::string& key) const { return root_[key]; }
+  std::string text(const std::string& key) const { return scalar(root_[key], key); }
+  double number(const std::string& key) const { return number(root_[key], key); }
+  double positive(const std::string& key) const {
+    return checked_positive(where(root_[key], key), number(key));
+  }
+  std::string scalar(const YAML::Node& node, const std::string& key) const {
+    if (!node.IsScalar()) throw InputError(where(node, key) + ": expected a single value");
+    return node.Scalar();
+  }
+  double number(const YAML::Node& node, const std::string& key) const {
+    return parse_finite(where(node, key), scalar(node, key));
+  }
+
+ private:
+  void check_keys() const {
+    std::vector<std::string> found;
+    for (const auto& entry : root_) {
+      const std::string key = entry.first.IsScalar() ? entry.first.Scalar() : "";
+      if (std::find(known_keys().begin(), known_keys().end(), key) == known_keys().end()) {
+        throw InputError(fmt::format("{}: is unknown, expected one of {}{}",
+                                     where(entry.first, key), quoted_list(known_keys()),
+                                     did_you_mean(key, known_keys())));
+      }
+      if (std::find(found.begin(), found.end(), key) != found.end()) {
+        throw InputError(where(entry.first, key) + ": is there twice, expected once");
+      }
+      found.push_back(key);
+    }
+    for (const std::string& key : known_keys()) {
+      if (key == "remarks" || std::find(found.begin(), found.end(), key) != found.end()) continue;
+      throw InputError(fmt::format("{}: key '{}' is missing, expected {}", file_, key,
+                                   quoted_list(known_keys())));
+    }
+  }
+
+  std::string file_;
+  YAML::Node root_;
+};
+
+SE3 read_motion(const Document& document, const std::string& key) {
+  const YAML::Node rows = document.at(key);
+  const auto four = [&](const YAML::Node& node) { return node.IsSequence() && node.size() == 4; };
+  const std::string where = document.where(rows, key);
+  Eigen::Matrix4d M;
+  if (!four(rows)) throw InputError(where + ": expected four rows of four numbers");
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!four(rows[i])) {
+      throw InputError(document.where(rows[i], key) + ": expected a row of four numbers");
+    }
+    for (std::size_t j = 0; j < 4; ++j) {
+      M(static_cast<int>(i), static_cast<int>(j)) = document.number(rows[i][j], key);
+    }
+  }
+  return checked_motion(where, M);
+}
+
+std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+
+}  // namespace
+
+Calibration read_calibration(const std::filesystem::path& file) {
+  const Document document(file);
+  if (document.text("format") != kFormat) {
+    throw InputError(fmt::format("{}: is '{}', expected '{}'",
+                                 document.where(document.at("format"), "format"),
+                                 document.text("format"), kFormat));
+  }
+  Calibration calibration{.name = document.text("name"),
+                          .rig = {.fx = document.positive("fx"),
+                                  .fy = document.positive("fy"),
+                                  .cx = document.number("cx"),
+                                  .cy = document.number("cy"),
+                                  .baseline = document.positive("baseline"),
+                                  .cam0_T_imu = read_motion(document, "cam0_T_imu")},
+                          .remarks = {}};
+  const YAML::Node remarks = document.at("remarks");
+  if (remarks.IsDefined() && !remarks.IsSequence()) {
+    throw InputError(document.where(remarks, "remarks") + ": expected a list of sentences");
+  }
+  for (const auto& remark : remarks) {
+    calibration.remarks.push_back(document.scalar(remark, "remarks"));
+  }
+  return calibration;
+}
+
+void write_calibration(const Calibration& calibration, const std::filesystem::path& file) {
+  const StereoRig& rig = calibration.rig;
+  std::string text = fmt::format(
+      "# A recording of body velocities and stereo tracks (docs/formats.md).\n"
+      "format: {}\n"
+      "name: {}\n"
+      "# Rectified stereo pair: focal lengths and principal point of both cameras [px].\n"
+      "fx: {}\nfy: {}\ncx: {}\ncy: {}\n"
+      "# The right camera lies this far along the left camera's x axis [m].\n"
+      "baseline: {}\n"
+      "# Maps IMU coordinates to those of the left camera [m]: p_cam0 = cam0_T_imu * p_imu.\n"
+      "# imu: x forward, y left, z up on a car. cam0: x right, y down, z forward.\n"
+      "cam0_T_imu:\n",
+      kFormat, quoted(calibration.name), rig.fx, rig.fy, rig.cx, rig.cy, rig.baseline);
+  const SE3& T = rig.cam0_T_imu;
+  for (int i = 0; i < 3; ++i) {
+    text += fmt::format("  - [{}, {}, {}, {}]\n", T.R(i, 0), T.R(i, 1), T.R(i, 2), T.p(i));
+  }
+  text += "  - [0, 0, 0, 1]\n";
+  if (!calibration.remarks.empty()) text += "# What was corrected, dropped or counted.\nremarks:\n";
+  for (const std::string& remark : calibration.remarks) {
+    text += fmt::format("  - {}\n", quoted(remark));
+  }
+  write_file(file, text);
+}
+
+}  // namespace chasles

@@ -1,0 +1,94 @@
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <chasles/data/csv.hpp>
+#include <chasles/data/parse.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+void split_commas(std::string_view line, std::vector<std::string_view>& values) {
+  values.clear();
+  for (std::size_t comma = 0; (comma = line.find(',')) != std::string_view::npos;) {
+    values.push_back(trimmed(line.substr(0, comma)));
+    line.remove_prefix(comma + 1);
+  }
+  values.push_back(trimmed(line));
+}
+
+template <typename Number>
+bool parse_fast(std::string_view text, Number& value) {
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  return error == std::errc() && stop == end;
+}
+
+}  // namespace
+
+CsvReader::CsvReader(const std::filesystem::path& file)
+    : file_(file.string()), bytes_(read_file(file)), rest_(bytes_) {
+  split_commas(next_line(), values_);
+  if (values_.size() == 1 && values_[0].empty()) {
+    throw InputError(
+        fmt::format("{}: is empty, expected a line with the names of the columns", file_));
+  }
+  if (bytes_.back() != '\n') {
+    throw InputError(fmt::format(
+        "{}: its last line has no line end: the file is truncated (if not, add a line end)",
+        file_));
+  }
+  columns_.assign(values_.begin(), values_.end());
+}
+
+CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns)
+    : CsvReader(file) {
+  if (columns_ == columns) return;
+  throw InputError(fmt::format("{}: has the columns {}, expected {}", where(),
+                               fmt::join(columns_, ","), fmt::join(columns, ",")));
+}
+
+std::string_view CsvReader::next_line() {
+  while (!rest_.empty()) {
+    ++line_;
+    const std::string_view line = take_line(rest_);
+    if (!line.empty() && line.front() != '#') return line;
+  }
+  return {};
+}
+
+bool CsvReader::next() {
+  const std::string_view line = next_line();
+  if (line.empty()) return false;
+  split_commas(line, values_);
+  if (values_.size() == columns_.size()) return true;
+  throw InputError(fmt::format("{}: has {} values, expected {}: {}", where(), values_.size(),
+                               columns_.size(), fmt::join(columns_, ",")));
+}
+
+double CsvReader::number(std::size_t column) const {
+  double value = 0;
+  return parse_fast(values_[column], value) ? value : parse_number(where(column), values_[column]);
+}
+
+double CsvReader::finite(std::size_t column) const {
+  double value = 0;
+  if (parse_fast(values_[column], value) && std::isfinite(value)) return value;
+  return parse_finite(where(column), values_[column]);
+}
+
+std::int64_t CsvReader::integer(std::size_t column) const {
+  std::int64_t value = 0;
+  return parse_fast(values_[column], value) ? value : parse_integer(where(column), values_[column]);
+}
+
+std::string CsvReader::where() const { return fmt::format("{}:{}", file_, line_); }
+
+std::string CsvReader::where(std::size_t column) const {
+  return fmt::format("{}: column '{}'", where(), columns_[column]);
+}
+
+}  // namespace chasles

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace chasles {
+
+/// Reads a table of comma-separated values row by row: a line with the names of the columns, then
+/// the rows; empty lines and lines that begin with # are skipped. No quoting. The last line ends
+/// with a line end: where it has none the file is truncated. Errors name file, line and column.
+class CsvReader {
+ public:
+  /// Takes whatever columns the file has. Throws InputError for a file without a first line, or
+  /// whose last line does not end.
+  explicit CsvReader(const std::filesystem::path& file);
+  /// Throws InputError unless the columns are exactly these.
+  CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns);
+
+  const std::vector<std::string>& columns() const { return columns_; }
+
+  /// Moves to the next row; false at the end. Throws InputError if it has too few or too many
+  /// values.
+  bool next();
+
+  double number(std::size_t column) const;  ///< "nan" and "inf" too
+  double finite(std::size_t column) const;
+  std::int64_t integer(std::size_t column) const;
+  std::string_view text(std::size_t column) const { return values_[column]; }
+
+  /// "FILE:LINE".
+  std::string where() const;
+  /// "FILE:LINE: column 'NAME'".
+  std::string where(std::size_t column) const;
+
+ private:
+  std::string_view next_line();
+
+  std::string file_;
+  std::string bytes_;
+  std::string_view rest_;
+  int line_ = 0;
+  std::vector<std::string> columns_;
+  std::vector<std::string_view> values_;
+};
+
+}  // namespace chasles

@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/csv.hpp>
+#include <chasles/data/numbers.hpp>
+#include <chasles/data/readers.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/data/run_columns.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+// The names between the fixed head and tail of the columns of states.csv.
+std::vector<std::string> extra_names(const CsvReader& csv) {
+  const auto& columns = csv.columns();
+  const std::size_t fixed = state_head_columns().size() + state_tail_columns().size();
+  std::vector<std::string> names;
+  if (columns.size() > fixed) {
+    const auto begin = columns.begin() + static_cast<std::ptrdiff_t>(state_head_columns().size());
+    names.assign(begin, begin + static_cast<std::ptrdiff_t>((columns.size() - fixed) / 2));
+  }
+  if (columns == state_columns(names)) return names;
+  throw InputError(fmt::format("{}: has the columns {}, expected {}", csv.where(),
+                               fmt::join(columns, ","), fmt::join(state_columns(names), ",")));
+}
+
+int small_integer(const CsvReader& csv, std::size_t column) {
+  const std::int64_t value = csv.integer(column);
+  if (std::in_range<int>(value)) return static_cast<int>(value);
+  throw InputError(fmt::format("{}: {} is out of range", csv.where(column), value));
+}
+
+RunState read_state(const CsvReader& csv, std::size_t extras) {
+  RunState s;
+  s.time = Time(csv.integer(0));
+  s.world_T_imu.p = {csv.number(1), csv.number(2), csv.number(3)};
+  const Eigen::Vector4d q(csv.number(4), csv.number(5), csv.number(6), csv.number(7));
+  s.world_T_imu.R = q.allFinite()
+                        ? checked_quaternion(csv.where(4), q)
+                        : Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  std::size_t column = kStateCovarianceColumn;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) {
+      s.pose_covariance(i, j) = s.pose_covariance(j, i) = csv.number(column++);
+    }
+  }
+  for (std::size_t i = 0; i < extras; ++i) s.extra.push_back(csv.number(column++));
+  for (std::size_t i = 0; i < extras; ++i) s.extra_sigma.push_back(csv.number(column++));
+  s.nis = csv.number(column++);
+  for (int* count :
+       {&s.nis_dof, &s.observations, &s.used, &s.rejected, &s.added, &s.in_state, &s.landmarks}) {
+    *count = small_integer(csv, column++);
+  }
+  s.health = csv.text(column);
+  return s;
+}
+
+void read_states(const std::filesystem::path& file, Run& run) {
+  CsvReader csv(file);
+  run.extra_names = extra_names(csv);
+  while (csv.next()) {
+    run.states.push_back(read_state(csv, run.extra_names.size()));
+    if (run.states.size() < 2) continue;
+    check_rises(csv.where(0), run.states[run.states.size() - 2].time, run.states.back().time);
+  }
+}
+
+void read_timing(const std::filesystem::path& file, std::vector<RunState>& states) {
+  CsvReader csv(file, timing_columns());
+  for (RunState& state : states) {
+    if (!csv.next() || csv.integer(0) != state.time.count()) {
+      throw InputError(fmt::format("{}: expected the row of {} ns, one for each row of states.csv",
+                                   csv.where(), state.time.count()));
+    }
+    state.milliseconds = csv.number(1);
+  }
+}
+
+std::vector<RunLandmark> read_landmarks(const std::filesystem::path& file) {
+  CsvReader csv(file, landmark_columns());
+  std::vector<RunLandmark> landmarks;
+  while (csv.next()) {
+    RunLandmark& l = landmarks.emplace_back();
+    l.id = csv.integer(0);
+    l.p_world = {csv.number(1), csv.number(2), csv.number(3)};
+    const double xy = csv.number(5), xz = csv.number(6), yz = csv.number(8);
+    l.covariance << csv.number(4), xy, xz, xy, csv.number(7), yz, xz, yz, csv.number(9);
+    l.observations = small_integer(csv, 11);
+  }
+  return landmarks;
+}
+
+// As the summary has it, else as the folder is called.
+std::string recording_name(const std::filesystem::path& folder) {
+  const nlohmann::ordered_json summary = read_summary(folder);
+  const auto name = summary.find("name");
+  if (name != summary.end() && name->is_string()) return name->get<std::string>();
+  const std::filesystem::path path = folder.lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
+Trajectory read_where_present(const std::filesystem::path& file) {
+  return std::filesystem::exists(file) ? read_tum(file) : Trajectory();
+}
+
+}  // namespace
+
+Run read_run(const std::filesystem::path& folder) {
+  if (!std::filesystem::exists(folder / "states.csv")) {
+    throw InputError(fmt::format("{}: is no run folder: it holds no states.csv", folder.string()));
+  }
+  Run run;
+  run.name = recording_name(folder);
+  read_states(folder / "states.csv", run);
+  if (std::filesystem::exists(folder / "timing.csv")) {
+    read_timing(folder / "timing.csv", run.states);
+  }
+  run.landmarks = read_landmarks(folder / "landmarks.csv");
+  run.truth = read_where_present(folder / "truth.tum");
+  run.dead_reckoning = read_where_present(folder / "dead_reckoning.tum");
+  return run;
+}
+
+nlohmann::ordered_json read_summary(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "summary.json";
+  const std::string bytes = read_file(file);
+  try {
+    auto summary = nlohmann::ordered_json::parse(bytes);
+    if (summary.is_object()) return summary;
+  } catch (const nlohmann::json::parse_error& error) {
+    throw InputError(fmt::format("{}: is not valid JSON: {}", file.string(), error.what()));
+  }
+  throw InputError(fmt::format("{}: expected a JSON object", file.string()));
+}
+
+}  // namespace chasles

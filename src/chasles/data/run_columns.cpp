@@ -1,0 +1,47 @@
+#include <chasles/data/run_columns.hpp>
+
+namespace chasles {
+
+const std::vector<std::string>& state_head_columns() {
+  static const std::vector<std::string> columns = [] {
+    std::vector<std::string> names{"time_ns",  "x",       "y",       "z",        "qx",
+                                   "qy",       "qz",      "qw",      "sigma_rx", "sigma_ry",
+                                   "sigma_rz", "sigma_x", "sigma_y", "sigma_z"};
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) {
+        names.push_back("cov_" + std::to_string(i) + std::to_string(j));
+      }
+    }
+    return names;
+  }();
+  return columns;
+}
+
+const std::vector<std::string>& state_tail_columns() {
+  static const std::vector<std::string> columns{"nis",      "nis_dof",   "observations",
+                                                "used",     "rejected",  "added",
+                                                "in_state", "landmarks", "health"};
+  return columns;
+}
+
+std::vector<std::string> state_columns(const std::vector<std::string>& extra_names) {
+  std::vector<std::string> columns = state_head_columns();
+  for (const std::string& name : extra_names) columns.push_back(name);
+  for (const std::string& name : extra_names) columns.push_back("sigma_" + name);
+  for (const std::string& name : state_tail_columns()) columns.push_back(name);
+  return columns;
+}
+
+const std::vector<std::string>& landmark_columns() {
+  static const std::vector<std::string> columns{"landmark", "x",      "y",      "z",
+                                                "cov_xx",   "cov_xy", "cov_xz", "cov_yy",
+                                                "cov_yz",   "cov_zz", "sigma",  "observations"};
+  return columns;
+}
+
+const std::vector<std::string>& timing_columns() {
+  static const std::vector<std::string> columns{"time_ns", "ms"};
+  return columns;
+}
+
+}  // namespace chasles

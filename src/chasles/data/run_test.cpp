@@ -1,0 +1,188 @@
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/readers.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/data/testing.hpp>
+
+namespace chasles {
+namespace {
+
+using test::expect_parts;
+using test::input_error;
+
+Run example() {
+  test::Random random(11);
+  Run run{.name = "example",
+          .extra_names = {"velocity_x", "bias_z"},
+          .states = {},
+          .landmarks = {},
+          .truth = {},
+          .dead_reckoning = {}};
+  for (int k = 0; k < 20; ++k) {
+    RunState& s = run.states.emplace_back();
+    s.time = Time(1317384506402997017 + 100'000'000LL * k);
+    s.world_T_imu = {so3::exp({0.1 * k, 0.2, -0.3}), {random.normal(), random.normal(), 100.0 * k}};
+    const Matrix6d A = Matrix6d::NullaryExpr([&] { return random.normal(); });
+    s.pose_covariance = A * A.transpose();
+    s.extra = {random.normal(), 1e-7};
+    s.extra_sigma = {random.uniform(), 0.1};
+    s.nis = random.uniform(0, 50);
+    s.nis_dof = 4 * k;
+    s.observations = 70 + k;
+    s.used = 60;
+    s.rejected = 3;
+    s.added = k;
+    s.in_state = 67;
+    s.landmarks = 500 + k;
+    s.health = k < 15 ? "ok" : "degraded";
+    s.milliseconds = 0.25 * k;
+    run.truth.push_back({.time = s.time, .pose = s.world_T_imu});
+  }
+  for (int j = 0; j < 7; ++j) {
+    RunLandmark& l = run.landmarks.emplace_back();
+    l.id = 1000 * j;
+    l.p_world = {random.normal(), random.normal(), j / 3.0};
+    const Eigen::Matrix3d A = Eigen::Matrix3d::NullaryExpr([&] { return random.normal(); });
+    l.covariance = A * A.transpose();
+    l.observations = 5 + j;
+  }
+  run.dead_reckoning = run.truth;
+  return run;
+}
+
+const nlohmann::ordered_json kSummary{{"name", "example"}, {"ate_m", 1.5}, {"nees_pose", nullptr}};
+
+TEST(RunFolder, IsReadAgainAsItWasWritten) {
+  const auto run = example();
+  const auto folder = test::scratch() / "a" / "b";
+  write_run(run, kSummary, folder);
+  const auto again = read_run(folder);
+  EXPECT_EQ(again.name, run.name);
+  EXPECT_EQ(again.extra_names, run.extra_names);
+  ASSERT_EQ(again.states.size(), run.states.size());
+  for (std::size_t k = 0; k < run.states.size(); ++k) {
+    const RunState &a = again.states[k], &b = run.states[k];
+    EXPECT_EQ(a.time, b.time);
+    EXPECT_EQ(a.world_T_imu.p, b.world_T_imu.p);
+    EXPECT_LT((a.world_T_imu.R - b.world_T_imu.R).norm(), 1e-14);
+    EXPECT_EQ(a.pose_covariance, Matrix6d(b.pose_covariance.selfadjointView<Eigen::Upper>()));
+    EXPECT_EQ(a.extra, b.extra);
+    EXPECT_EQ(a.extra_sigma, b.extra_sigma);
+    EXPECT_EQ(a.nis, b.nis);
+    EXPECT_EQ(a.health, b.health);
+    EXPECT_EQ(a.milliseconds, b.milliseconds);
+    EXPECT_EQ((std::vector{a.nis_dof, a.observations, a.used, a.rejected, a.added, a.in_state,
+                           a.landmarks}),
+              (std::vector{b.nis_dof, b.observations, b.used, b.rejected, b.added, b.in_state,
+                           b.landmarks}));
+  }
+  ASSERT_EQ(again.landmarks.size(), run.landmarks.size());
+  for (std::size_t j = 0; j < run.landmarks.size(); ++j) {
+    EXPECT_EQ(again.landmarks[j].id, run.landmarks[j].id);
+    EXPECT_EQ(again.landmarks[j].p_world, run.landmarks[j].p_world);
+    EXPECT_EQ(again.landmarks[j].covariance,
+              Eigen::Matrix3d(run.landmarks[j].covariance.selfadjointView<Eigen::Upper>()));
+    EXPECT_EQ(again.landmarks[j].observations, run.landmarks[j].observations);
+  }
+  EXPECT_EQ(again.truth.size(), run.truth.size());
+  EXPECT_EQ(again.dead_reckoning.size(), run.truth.size());
+  EXPECT_EQ(read_summary(folder), kSummary);
+  EXPECT_EQ(read_tum(folder / "trajectory.tum").size(), run.states.size());
+}
+
+TEST(RunFolder, OnlyTheTimingDiffersBetweenRunsOfDifferentSpeed) {
+  const auto folder = test::scratch();
+  auto run = example();
+  write_run(run, kSummary, folder / "a");
+  for (RunState& state : run.states) state.milliseconds *= 2;
+  write_run(run, kSummary, folder / "b");
+  std::vector<std::string> different;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "a")) {
+    const auto name = entry.path().filename();
+    if (test::slurp(entry.path()) != test::slurp(folder / "b" / name)) different.push_back(name);
+  }
+  EXPECT_EQ(different, std::vector<std::string>{"timing.csv"});
+}
+
+TEST(RunFolder, ARunThatWentWrongCanStillBeRead) {
+  auto run = example();
+  run.states.back().nis = INFINITY;
+  run.states.back().pose_covariance(1, 1) = NAN;
+  run.states.back().world_T_imu.p.x() = NAN;
+  run.states.back().world_T_imu.R.setConstant(NAN);
+  const auto folder = test::scratch();
+  write_run(run, kSummary, folder);
+  const RunState last = read_run(folder).states.back();
+  EXPECT_EQ(last.nis, INFINITY);
+  EXPECT_TRUE(std::isnan(last.pose_covariance(1, 1)));
+  EXPECT_TRUE(std::isnan(last.world_T_imu.p.x()));
+  EXPECT_TRUE(std::isnan(last.world_T_imu.R(0, 0)));
+}
+
+TEST(RunFolder, ThePointCloudHoldsEveryLandmark) {
+  const auto run = example();
+  const auto folder = test::scratch();
+  write_run(run, kSummary, folder);
+  const std::string ply = test::slurp(folder / "map.ply");
+  expect_parts(ply, {"ply\nformat binary_little_endian 1.0\n", "element vertex 7\n"});
+  const std::string end = "end_header\n";
+  const std::size_t body = ply.find(end) + end.size();
+  ASSERT_EQ(ply.size() - body, 7u * 4 * sizeof(float));
+  float numbers[4];
+  std::memcpy(numbers, ply.data() + body + 3 * sizeof(numbers), sizeof(numbers));
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(numbers[axis], static_cast<float>(run.landmarks[3].p_world[axis]));
+  }
+  EXPECT_NEAR(numbers[3], std::sqrt(run.landmarks[3].covariance.trace()), 1e-6);
+}
+
+TEST(RunFolder, TruthOfAnEarlierRunDoesNotStay) {
+  auto run = example();
+  const auto folder = test::scratch();
+  write_run(run, kSummary, folder);
+  run.truth.clear();
+  write_run(run, kSummary, folder);
+  EXPECT_TRUE(read_run(folder).truth.empty());
+}
+
+TEST(RunFolder, TheNameComesFromTheFolderWhereTheSummaryHasNone) {
+  const auto folder = test::scratch() / "v1.5";
+  write_run(example(), {{"ate_m", 1}}, folder);
+  EXPECT_EQ(read_run(folder / "").name, "v1.5");
+}
+
+TEST(RunFolder, DamageIsNamed) {
+  const auto folder = test::scratch();
+  const auto error = [&](const std::string& file, const std::string& from, const std::string& to) {
+    write_run(example(), kSummary, folder);
+    std::string text = test::slurp(folder / file);
+    text.replace(text.find(from), from.size(), to);
+    test::spill(folder / file, text);
+    return input_error([&] { read_run(folder); });
+  };
+  expect_parts(error("states.csv", "nis_dof", "nisdof"), {"states.csv:1: has the columns"});
+  expect_parts(error("states.csv", "sigma_bias_z", "bias_sigma"),
+               {"states.csv:1: has the columns"});
+  expect_parts(error("states.csv", ",ok\n", "\n"), {"states.csv:2: has", "values, expected"});
+  expect_parts(error("timing.csv", "\n1317384506402997017,", "\n7,"),
+               {"timing.csv:2: expected the row of 1317384506402997017 ns"});
+  expect_parts(error("landmarks.csv", "\n1000,", "\n1e3,"),
+               {"landmarks.csv:3: column 'landmark': found '1e3', expected an integer"});
+  expect_parts(error("summary.json", "{", "("), {"summary.json: is not valid JSON"});
+  expect_parts(input_error([&] { read_run(folder / "none"); }), {"none: is no run folder"});
+}
+
+TEST(RunFolder, AStateWithoutItsExtraNumbersIsAMistakeOfTheCaller) {
+  auto run = example();
+  run.states[4].extra.pop_back();
+  EXPECT_THROW(write_run(run, kSummary, test::scratch()), std::invalid_argument);
+}
+
+TEST(RunFolder, AFileInTheWayIsReported) {
+  const auto folder = test::scratch();
+  test::spill(folder / "file", "x");
+  EXPECT_THROW(write_run(example(), kSummary, folder / "file"), UsageError);
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace chasles {
+
+/// The bytes of a file. Throws InputError if it is missing, a folder, or cannot be read.
+std::string read_file(const std::filesystem::path& file);
+
+/// Writes the bytes, replacing the file. Throws UsageError if that is not possible.
+void write_file(const std::filesystem::path& file, std::string_view bytes);
+
+/// Removes a file that an earlier run may have left. Throws UsageError if it is there and stays.
+void remove_file(const std::filesystem::path& file);
+
+/// Makes a folder with its parents. Throws UsageError if that is not possible.
+void make_folder(const std::filesystem::path& folder);
+
+/// `; did you mean 'K'?` for the known name nearest to `name`, or nothing where none is near.
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& known);
+
+/// `'a', 'b', 'c'`.
+std::string quoted_list(const std::vector<std::string>& names);
+
+/// Takes the next line, without its end (\n or \r\n), from the front of `text`.
+std::string_view take_line(std::string_view& text);
+
+/// Without blanks at both ends.
+std::string_view trimmed(std::string_view text);
+
+/// The words between blanks.
+std::vector<std::string_view> split_words(std::string_view line);
+
+}  // namespace chasles

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/camera/feature_frame.hpp>
+
+namespace chasles {
+
+/// One observation of a table of tracks: column `track`, row `frame`, pixels (uL, vL, uR, vR).
+struct TrackPoint {
+  std::uint32_t track = 0;
+  std::uint32_t frame = 0;
+  Eigen::Vector4d pixels = Eigen::Vector4d::Zero();
+};
+
+/// Stereo tracks as the recordings of others store them: 4 numbers for every track and frame, -1
+/// where nothing was seen. Only what was seen is kept (one entry in a hundred).
+struct TrackTable {
+  std::size_t tracks = 0;
+  std::size_t frames = 0;
+  std::vector<TrackPoint> points;
+  std::size_t partial = 0;  ///< entries with some, not all, of the four numbers missing; left out
+};
+
+/// Fills a TrackTable from the numbers of an array that arrive in the order of the file.
+class TrackCollector {
+ public:
+  /// The order of the numbers, the fastest index last.
+  enum class Order {
+    kPixelTrackFrame,  ///< .npz, C order: all uL, then all vL, …
+    kFrameTrackPixel,  ///< .npz, Fortran order
+    kTrackFramePixel,  ///< .mat, 4 x frames x tracks
+  };
+
+  /// `where` names the field in messages.
+  TrackCollector(std::size_t tracks, std::size_t frames, Order order, std::string where);
+
+  /// The next numbers. Throws InputError at one that is not finite.
+  void add(std::span<const double> values);
+
+  /// The table, its points in order of track, then frame.
+  TrackTable finish() &&;
+
+ private:
+  void add_plane(std::span<const double> values);
+  void begin_points(std::span<const double> piece, std::size_t begin);
+  void fill_points(std::span<const double> piece, std::size_t begin, std::size_t pixel);
+  void add_points(std::span<const double> values);
+  void keep(std::size_t track, std::size_t frame, const Eigen::Vector4d& pixels);
+  [[noreturn]] void fail_not_finite(std::size_t pixel, std::size_t track, std::size_t frame,
+                                    double value) const;
+
+  TrackTable table_;
+  Order order_;
+  std::string where_;
+  std::size_t position_ = 0;  // of the next number in the array
+  std::size_t next_ = 0;      // the point that the next number of a plane can belong to
+  Eigen::Vector4d pixels_ = Eigen::Vector4d::Zero();
+};
+
+/// What becomes of repeated pixels.
+enum class Repeats {
+  kKeep,
+  /// An observation whose four numbers equal those of the frame before is stale: it is dropped, and
+  /// what its track shows afterwards is another physical point (data/README.md, trap 5). Equal
+  /// numbers in three or more frames running are a camera at rest and stay.
+  kCut,
+};
+
+/// The frames of a table; frames without observations stay, as empty ones. Left out and counted in
+/// `remarks`: stale observations, and those whose disparity uL - uR is not positive.
+///
+/// The landmark number is `track + segment * table.tracks`, where the segment counts the cuts of
+/// the track so far. Observations are in order of landmark number.
+std::vector<FeatureFrame> make_frames(const TrackTable& table, const std::vector<Time>& times,
+                                      Repeats repeats, std::vector<std::string>& remarks);
+
+}  // namespace chasles

@@ -1,0 +1,123 @@
+#include <cmath>
+#include <cstring>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/numbers.hpp>
+#include <chasles/data/readers.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/data/run_columns.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+std::string header(const std::vector<std::string>& columns) {
+  return fmt::format("{}\n", fmt::join(columns, ","));
+}
+
+template <typename... Values>
+void append(std::string& text, const char* format, const Values&... values) {
+  fmt::format_to(std::back_inserter(text), fmt::runtime(format), values...);
+}
+
+Trajectory trajectory_of(const std::vector<RunState>& states) {
+  Trajectory trajectory;
+  for (const RunState& state : states) {
+    trajectory.push_back({.time = state.time, .pose = state.world_T_imu});
+  }
+  return trajectory;
+}
+
+void check_extra(const Run& run) {
+  for (const RunState& state : run.states) {
+    if (state.extra.size() == run.extra_names.size() &&
+        state.extra_sigma.size() == run.extra_names.size()) {
+      continue;
+    }
+    throw std::invalid_argument(fmt::format(
+        "write_run: a state has {} extra numbers and {} deviations, expected {} as extra_names",
+        state.extra.size(), state.extra_sigma.size(), run.extra_names.size()));
+  }
+}
+
+std::string states_text(const Run& run) {
+  std::string text = header(state_columns(run.extra_names));
+  for (const RunState& s : run.states) {
+    const Eigen::Vector3d& p = s.world_T_imu.p;
+    const Eigen::Vector4d q = unit_quaternion(s.world_T_imu.R);
+    append(text, "{},{},{},{},{},{},{},{}", s.time.count(), p.x(), p.y(), p.z(), q[0], q[1], q[2],
+           q[3]);
+    for (int i = 0; i < 6; ++i) append(text, ",{}", std::sqrt(s.pose_covariance(i, i)));
+    for (int i = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j) append(text, ",{}", s.pose_covariance(i, j));
+    }
+    for (const double value : s.extra) append(text, ",{}", value);
+    for (const double value : s.extra_sigma) append(text, ",{}", value);
+    append(text, ",{},{},{},{},{},{},{},{},{}\n", s.nis, s.nis_dof, s.observations, s.used,
+           s.rejected, s.added, s.in_state, s.landmarks, s.health);
+  }
+  return text;
+}
+
+std::string timing_text(const std::vector<RunState>& states) {
+  std::string text = header(timing_columns());
+  for (const RunState& s : states) append(text, "{},{:.4f}\n", s.time.count(), s.milliseconds);
+  return text;
+}
+
+double distance_sigma(const RunLandmark& landmark) {
+  return std::sqrt(landmark.covariance.trace());
+}
+
+std::string landmarks_text(const std::vector<RunLandmark>& landmarks) {
+  std::string text = header(landmark_columns());
+  for (const RunLandmark& l : landmarks) {
+    const Eigen::Matrix3d& P = l.covariance;
+    append(text, "{},{},{},{},{},{},{},{},{},{},{},{}\n", l.id, l.p_world.x(), l.p_world.y(),
+           l.p_world.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2), distance_sigma(l),
+           l.observations);
+  }
+  return text;
+}
+
+std::string ply_bytes(const std::vector<RunLandmark>& landmarks) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\ncomment metres, the frame of trajectory.tum\n"
+      "element vertex {}\nproperty float x\nproperty float y\nproperty float z\n"
+      "property float sigma\nend_header\n",
+      landmarks.size());
+  for (const RunLandmark& l : landmarks) {
+    for (const double value : {l.p_world.x(), l.p_world.y(), l.p_world.z(), distance_sigma(l)}) {
+      const auto number = static_cast<float>(value);
+      char raw[sizeof(number)];
+      std::memcpy(raw, &number, sizeof(number));
+      bytes.append(raw, sizeof(number));
+    }
+  }
+  return bytes;
+}
+
+void write_or_remove(const Trajectory& trajectory, const std::filesystem::path& file) {
+  trajectory.empty() ? remove_file(file) : write_tum(trajectory, file);
+}
+
+}  // namespace
+
+void write_run(const Run& run, const nlohmann::ordered_json& summary,
+               const std::filesystem::path& folder) {
+  check_extra(run);
+  make_folder(folder);
+  write_tum(trajectory_of(run.states), folder / "trajectory.tum");
+  write_file(folder / "states.csv", states_text(run));
+  write_file(folder / "timing.csv", timing_text(run.states));
+  write_file(folder / "landmarks.csv", landmarks_text(run.landmarks));
+  write_file(folder / "map.ply", ply_bytes(run.landmarks));
+  write_file(folder / "summary.json", summary.dump(2) + "\n");
+  write_or_remove(run.truth, folder / "truth.tum");
+  write_or_remove(run.dead_reckoning, folder / "dead_reckoning.tum");
+}
+
+}  // namespace chasles

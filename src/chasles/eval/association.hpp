@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <chasles/lie/trajectory.hpp>
+
+namespace chasles {
+
+/// An estimate and the truth at the same instants: two trajectories of equal size, row i of one
+/// belonging to row i of the other.
+struct MatchedTrajectories {
+  Trajectory estimate;                      ///< world_T_imu, in the estimate's world
+  Trajectory truth;                         ///< world_T_imu, in the truth's world
+  std::vector<std::size_t> estimate_index;  ///< row i is that row of the whole estimate
+  Time tolerance{};                         ///< largest difference of stamps that was allowed
+};
+
+/// The median difference of consecutive stamps; zero for fewer than two poses.
+Time median_spacing(const Trajectory& trajectory);
+
+/// Pairs the poses that are nearest in time to each other (each is the other's nearest, so none is
+/// used twice) and not further apart than the tolerance, by default half the smaller of the two
+/// median spacings. O(n).
+///
+/// Throws InputError for stamps that do not increase, for a pose that is not finite, and for fewer
+/// than three pairs.
+MatchedTrajectories associate(const Trajectory& estimate, const Trajectory& truth,
+                              std::optional<Time> tolerance = std::nullopt);
+
+/// Length of the path through the positions [m].
+double path_length(const Trajectory& trajectory);
+
+/// Length of the path from the first pose to each pose [m].
+std::vector<double> distances_along(const Trajectory& trajectory);
+
+}  // namespace chasles

@@ -1,0 +1,116 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+
+#include <chasles/error.hpp>
+#include <chasles/eval/ate.hpp>
+#include <chasles/eval/nees.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// e^T P^-1 e, or NaN where P is singular. P is scaled to unit diagonal first, so that "singular"
+// does not depend on the units: a pivot below the limit is a correlation of 1 within round-off.
+template <int N>
+double normalized_square(const Eigen::Matrix<double, N, 1>& e,
+                         const Eigen::Matrix<double, N, N>& P) {
+  constexpr double kSmallestPivot = 1e-12;
+  if (!P.allFinite() || !(P.diagonal().array() > 0).all()) return kNaN;
+  const Eigen::Matrix<double, N, 1> inverse_sigma = P.diagonal().array().rsqrt();
+  const Eigen::Matrix<double, N, N> correlation =
+      inverse_sigma.asDiagonal() * P * inverse_sigma.asDiagonal();
+  const Eigen::LLT<Eigen::Matrix<double, N, N>> llt(correlation);
+  if (llt.info() != Eigen::Success) return kNaN;
+  const Eigen::Matrix<double, N, N> L = llt.matrixL();
+  if (L.diagonal().array().square().minCoeff() < kSmallestPivot) return kNaN;
+  const Eigen::Matrix<double, N, 1> scaled = inverse_sigma.cwiseProduct(e);
+  return llt.matrixL().solve(scaled).squaredNorm();
+}
+
+}  // namespace
+
+std::string_view name(PoseError definition) {
+  switch (definition) {
+    case PoseError::kStandard:
+      return "standard";
+    case PoseError::kBodyTwist:
+      return "body-twist";
+    case PoseError::kWorldTwist:
+      return "world-twist";
+  }
+  return "";
+}
+
+Vector6d pose_error(PoseError definition, const SE3& truth, const SE3& estimate) {
+  if (definition == PoseError::kBodyTwist) return se3::log(estimate.inverse() * truth);
+  if (definition == PoseError::kWorldTwist) return se3::log(truth * estimate.inverse());
+  Vector6d error;
+  error << so3::log(truth.R * estimate.R.transpose()), truth.p - estimate.p;
+  return error;
+}
+
+Matrix6d pose_error_map(PoseError definition, const SE3& estimate) {
+  Matrix6d M = Matrix6d::Identity();
+  if (definition == PoseError::kBodyTwist) {
+    M.topLeftCorner<3, 3>() = estimate.R.transpose();
+    M.bottomRightCorner<3, 3>() = estimate.R.transpose();
+  } else if (definition == PoseError::kWorldTwist) {
+    M.bottomLeftCorner<3, 3>() = hat(estimate.p);
+  }
+  return M;
+}
+
+ConsistencySummary summarize_nees(std::span<const double> values, int dof) {
+  ConsistencySummary summary;
+  summary.dof = dof;
+  std::vector<double> valid;
+  std::copy_if(values.begin(), values.end(), std::back_inserter(valid),
+               [](double x) { return !std::isnan(x); });
+  summary.count = valid.size();
+  summary.skipped = values.size() - valid.size();
+  const Band one = chi2_band(dof, 1);
+  const auto inside =
+      std::count_if(valid.begin(), valid.end(), [&](double x) { return one.contains(x); });
+  const Statistics all = statistics(std::move(valid));
+  summary.mean = all.mean;
+  summary.median = all.median;
+  summary.inside =
+      all.count == 0 ? kNaN : static_cast<double>(inside) / static_cast<double>(all.count);
+  if (all.count > 0) summary.band = chi2_band(dof, all.count);
+  return summary;
+}
+
+Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
+          PoseError definition) {
+  Nees result;
+  result.definition = definition;
+  if (matched.truth.empty()) return result;
+  const SE3 estimate_T_truth = matched.estimate.front().pose * matched.truth.front().pose.inverse();
+  for (std::size_t i = 0; i < matched.truth.size(); ++i) {
+    const std::size_t row = matched.estimate_index[i];
+    if (row >= covariances.size()) {
+      throw InputError(fmt::format(
+          "NEES: {} covariances, but pose {} of the estimate needs one; expected one a pose",
+          covariances.size(), row));
+    }
+    const SE3& estimate = matched.estimate[i].pose;
+    const Vector6d e = pose_error(definition, estimate_T_truth * matched.truth[i].pose, estimate);
+    const Matrix6d M = pose_error_map(definition, estimate);
+    const Matrix6d P = M * covariances[row] * M.transpose();
+    result.times.push_back(matched.estimate[i].time);
+    result.attitude.push_back(normalized_square<3>(e.head<3>(), P.topLeftCorner<3, 3>()));
+    result.position.push_back(normalized_square<3>(e.tail<3>(), P.bottomRightCorner<3, 3>()));
+    result.pose.push_back(normalized_square<6>(e, P));
+  }
+  result.attitude_summary = summarize_nees(result.attitude, 3);
+  result.position_summary = summarize_nees(result.position, 3);
+  result.pose_summary = summarize_nees(result.pose, 6);
+  return result;
+}
+
+}  // namespace chasles

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include <chasles/eval/association.hpp>
+#include <chasles/eval/chi2.hpp>
+
+namespace chasles {
+
+/// In which coordinates the error of a pose is measured. X is the truth, Xhat the estimate; all are
+/// [rotation; translation]. (math.md §0: std, li, ri.)
+enum class PoseError {
+  kStandard,    ///< [Log(R Rhat^T); p - phat], world axes
+  kBodyTwist,   ///< Log(Xhat^-1 X), body axes at the estimate
+  kWorldTwist,  ///< Log(X Xhat^-1), world axes about the world's origin
+};
+
+/// "standard", "body-twist", "world-twist".
+std::string_view name(PoseError definition);
+
+/// The error in these coordinates.
+Vector6d pose_error(PoseError definition, const SE3& truth, const SE3& estimate);
+
+/// d(error in these coordinates) / d(standard error) at a zero error (math.md §2.4): what turns a
+/// covariance of [theta; dp] into one of these coordinates, M P M^T.
+Matrix6d pose_error_map(PoseError definition, const SE3& estimate);
+
+/// A list of chi-square variables.
+struct ConsistencySummary {
+  int dof = 0;
+  std::size_t count = 0;    ///< values
+  std::size_t skipped = 0;  ///< stamps whose covariance is singular or not finite
+  double mean = 0;          ///< dof for a consistent filter; NaN without values
+  double median = 0;
+  double inside = 0;  ///< fraction within the two-sided 95 % interval of one variable
+  Band band;          ///< 95 % band of the mean if the values were independent
+};
+
+/// NaN entries count as skipped.
+ConsistencySummary summarize_nees(std::span<const double> values, int dof);
+
+/// Normalised estimation error squared, e^T P^-1 e, at each matched stamp; NaN where P is singular.
+struct Nees {
+  PoseError definition = PoseError::kStandard;
+  std::vector<Time> times;
+  std::vector<double> position, attitude, pose;
+  ConsistencySummary position_summary, attitude_summary, pose_summary;
+};
+
+/// `covariances[i]` belongs to row i of the whole estimate (matched.estimate_index refers to it):
+/// 6x6, of the standard error [theta; dp] in the axes of the estimate's world [rad, m].
+///
+/// The truth is brought to the estimate's world by the first matched pose alone: a filter that
+/// starts with a certain pose claims errors relative to that pose, and a fit would hide them.
+/// Throws InputError where the number of covariances differs from the estimate's poses.
+Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
+          PoseError definition = PoseError::kStandard);
+
+}  // namespace chasles

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <chasles/filter/ekf.hpp>
+#include <chasles/imu/body_velocity.hpp>
+
+namespace chasles {
+
+/// Densities and per-sample deviations of the body velocities; each Vector6 is [angular; linear], as
+/// the pose's errors are ordered.
+struct BodyVelocityNoise {
+  Vector6d sample_sigma = Vector6d::Zero();  ///< white noise of one sample [rad/s, m/s]
+  Vector6d walk = Vector6d::Zero();          ///< random walk of the velocity state [unit/sqrt(s)]
+  double gyro_bias_walk = 0;                 ///< [rad/s/sqrt(s)]
+  double scale_walk = 0;                     ///< of the velocity's scale [1/sqrt(s)]
+};
+
+/// How body velocities move the pose (Du, eq. 6: T+ = T exp(tau u), exactly), and which states the
+/// motion adds to the core's `additive` part:
+///
+///   [ velocity 6: angular, linear (imu axes) | gyroscope bias 3 | log of the velocity's scale 1 ]
+///
+/// With the velocity in the state, a sample is a noisy measurement of a slowly varying velocity;
+/// without, it is the input that is integrated over the step, and its noise drives the pose.
+struct BodyVelocityModel {
+  bool velocity_state = true;
+  bool gyro_bias = true;
+  bool scale = false;
+
+  int bias_index() const { return velocity_state ? 6 : 0; }  ///< in State::additive
+  int scale_index() const { return bias_index() + (gyro_bias ? 3 : 0); }
+  int size() const { return scale_index() + (scale ? 1 : 0); }
+};
+
+/// The velocity [angular; linear] in IMU axes that the state and the sample together stand for.
+Vector6d corrected_velocity(const BodyVelocityModel& model, const State& x, const BodyVelocity& u);
+
+/// One step of tau seconds. `u` is the velocity held over the step; used where it is not a state.
+/// F is the exact derivative of the step. Q holds, for a velocity state, the exact integrals of its
+/// random walk; otherwise the sample's noise held over the step (Du, eq. 12, with the missing
+/// Jacobian: math.md §6).
+Prediction predict(const BodyVelocityModel& model, const State& x, const BodyVelocity& u,
+                   double tau, const BodyVelocityNoise& noise);
+
+/// The sample as a measurement of the velocity state.
+Measurement measure_velocity(const BodyVelocityModel& model, const State& x, const BodyVelocity& u,
+                             const BodyVelocityNoise& noise);
+
+}  // namespace chasles

@@ -1,0 +1,38 @@
+#include <chasles/filter/chart_detail.hpp>
+
+namespace chasles {
+namespace {
+
+using namespace chart_detail;
+
+void retract(State& x, const Eigen::VectorXd& xi) {
+  x.world_T_imu = se3::exp(xi.head<6>()) * x.world_T_imu;
+  if (x.v_world) *x.v_world += xi.segment<3>(6);
+  add_additive(x, xi);
+  add_landmarks(x, xi);
+}
+
+Eigen::VectorXd local(const State& x, const State& y) {
+  Eigen::VectorXd xi = differences(x, y);
+  xi.head<6>() = se3::log(y.world_T_imu * x.world_T_imu.inverse());
+  return xi;
+}
+
+MotionBlock motion_block(const State& x) {
+  MotionBlock T = MotionBlock::Identity();
+  T.block<3, 3>(3, 0) = hat(x.world_T_imu.p);
+  return T;
+}
+
+}  // namespace
+
+const ErrorChart kRightSe3Chart{
+    .name = "right-se3",
+    .summary = "pose error a twist in the world frame, exp(xi) X; velocity and landmarks additive",
+    .retract = retract,
+    .local = local,
+    .motion_block = motion_block,
+    .landmark_block = nullptr,
+};
+
+}  // namespace chasles

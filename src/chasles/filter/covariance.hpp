@@ -1,0 +1,32 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace chasles {
+
+/// A symmetric matrix with room to grow in place: rows are appended and dropped without moving the
+/// storage until the room runs out, when it doubles. Both triangles are kept.
+class Covariance {
+ public:
+  using Block = Eigen::Block<Eigen::MatrixXd>;
+  using ConstBlock = const Eigen::Block<const Eigen::MatrixXd>;
+
+  explicit Covariance(const Eigen::MatrixXd& initial);
+
+  int size() const { return size_; }
+  Block all() { return storage_.topLeftCorner(size_, size_); }
+  ConstBlock all() const { return storage_.topLeftCorner(size_, size_); }
+
+  /// Appends rows of zeros; returns the first of them.
+  int append(int rows);
+
+  /// Keeps these rows, which must rise, in this order, and drops the others.
+  void keep(const std::vector<int>& rows);
+
+ private:
+  Eigen::MatrixXd storage_;
+  int size_ = 0;
+};
+
+}  // namespace chasles

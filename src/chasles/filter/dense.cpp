@@ -1,0 +1,83 @@
+#include <cblas.h>
+
+#include <algorithm>
+#include <chasles/filter/dense.hpp>
+
+extern "C" {
+void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+void openblas_set_num_threads(int threads);
+}
+
+namespace chasles::dense {
+namespace {
+
+int as_int(Eigen::Index i) { return static_cast<int>(i); }
+
+}  // namespace
+
+void use_one_thread() { openblas_set_num_threads(1); }
+
+bool cholesky(Block S) {
+  const int n = as_int(S.rows());
+  const int stride = as_int(S.outerStride());
+  int info = 0;
+  if (n > 0) dpotrf_("L", &n, S.data(), &stride, &info);
+  return info == 0;
+}
+
+void solve_lower(const ConstBlock& L, Block X) {
+  if (X.size() == 0) return;
+  cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, as_int(X.rows()),
+              as_int(X.cols()), 1.0, L.data(), as_int(L.outerStride()), X.data(),
+              as_int(X.outerStride()));
+}
+
+void solve_lower_from_right(const ConstBlock& L, Block X) {
+  if (X.size() == 0) return;
+  cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, as_int(X.rows()),
+              as_int(X.cols()), 1.0, L.data(), as_int(L.outerStride()), X.data(),
+              as_int(X.outerStride()));
+}
+
+void downdate_lower(const Eigen::MatrixXd& W, Block P) {
+  if (W.size() == 0) return;
+  cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, as_int(P.rows()), as_int(W.cols()), -1.0,
+              W.data(), as_int(W.outerStride()), 1.0, P.data(), as_int(P.outerStride()));
+}
+
+void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, Block P) {
+  if (B.size() == 0) return;
+  cblas_dsyr2k(CblasColMajor, CblasLower, CblasNoTrans, as_int(P.rows()), as_int(B.cols()), 1.0,
+               B.data(), as_int(B.outerStride()), Z.data(), as_int(Z.outerStride()), 1.0, P.data(),
+               as_int(P.outerStride()));
+}
+
+Eigen::MatrixXd product(const ConstBlock& A, const ConstBlock& B) {
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(A.rows(), B.cols());
+  add_product(1, A, B, C);
+  return C;
+}
+
+void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C) {
+  if (C.size() == 0 || A.cols() == 0) return;
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(A.rows()), as_int(B.cols()),
+              as_int(A.cols()), alpha, A.data(), as_int(A.outerStride()), B.data(),
+              as_int(B.outerStride()), 1.0, C.data(), as_int(C.outerStride()));
+}
+
+void mirror_lower(Block P) {
+  // Tiles small enough that source and destination stay in the first-level cache.
+  constexpr Eigen::Index kTile = 32;
+  const Eigen::Index n = P.rows();
+  for (Eigen::Index j = 0; j < n; j += kTile) {
+    const Eigen::Index width = std::min(kTile, n - j);
+    P.block(j, j, width, width).template triangularView<Eigen::StrictlyUpper>() =
+        P.block(j, j, width, width).transpose();
+    for (Eigen::Index i = j + width; i < n; i += kTile) {
+      const Eigen::Index height = std::min(kTile, n - i);
+      P.block(j, i, width, height) = P.block(i, j, height, width).transpose();
+    }
+  }
+}
+
+}  // namespace chasles::dense

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Core>
+
+/// The dense operations that take the filter's time, on OpenBLAS: it chooses its kernels for the
+/// processor at run time, so that the packages' plain x86-64 build is fast where AVX is there.
+namespace chasles::dense {
+
+using Block = Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+using ConstBlock = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
+
+/// One thread for all of BLAS in this process, so that results do not depend on the machine's load.
+void use_one_thread();
+
+/// S = L L^T, L in the lower triangle of S; false if S is not positive definite. The upper triangle
+/// is neither read nor written.
+bool cholesky(Block S);
+
+/// X <- L^-1 X.
+void solve_lower(const ConstBlock& L, Block X);
+
+/// X <- X L^-T.
+void solve_lower_from_right(const ConstBlock& L, Block X);
+
+/// The lower triangle of P <- P - W W^T.
+void downdate_lower(const Eigen::MatrixXd& W, Block P);
+
+/// The lower triangle of P <- P + B Z^T + Z B^T.
+void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, Block P);
+
+/// A B, and C <- C + alpha A B.
+Eigen::MatrixXd product(const ConstBlock& A, const ConstBlock& B);
+void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C);
+
+/// The upper triangle of P <- the lower one.
+void mirror_lower(Block P);
+
+}  // namespace chasles::dense

@@ -1,0 +1,229 @@
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <chasles/filter/dense.hpp>
+#include <chasles/filter/ekf.hpp>
+#include <utility>
+
+namespace chasles {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr int kMaxRows = 6;  // of one measurement, as its types say
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
+
+// r^T S^-1 r of one measurement by itself.
+double normalised_square(const Measurement& z, const Covariance& covariance, const State& x) {
+  const auto P = covariance.all();
+  const Eigen::Index w = z.d_core.cols();
+  SmallMatrix S = z.noise;
+  S += z.d_core * P.block(z.core_column, z.core_column, w, w) * z.d_core.transpose();
+  if (z.landmark >= 0) {
+    const int row = x.landmarks[static_cast<std::size_t>(z.landmark)].row;
+    const SmallMatrix cross =
+        z.d_core * P.block(z.core_column, row, w, 3) * z.d_landmark.transpose();
+    S += cross + cross.transpose();
+    S += z.d_landmark * P.block<3, 3>(row, row) * z.d_landmark.transpose();
+  }
+  return z.residual.dot(S.ldlt().solve(z.residual));
+}
+
+// The accepted measurements as one: residual, P H^T and the lower triangle of S = H P H^T + R.
+struct Stack {
+  VectorXd residual;
+  MatrixXd PHt, S;
+};
+
+Stack stack(const std::vector<const Measurement*>& accepted, const Covariance& covariance,
+            const State& x) {
+  Eigen::Index m = 0;
+  for (const Measurement* z : accepted) m += z->residual.size();
+  const auto P = covariance.all();
+  Stack result{VectorXd(m), MatrixXd(P.rows(), m), MatrixXd::Zero(m, m)};
+  const auto landmark_row = [&](const Measurement& z) {
+    return x.landmarks[static_cast<std::size_t>(z.landmark)].row;
+  };
+  Eigen::Index at = 0;
+  for (const Measurement* z : accepted) {
+    const Eigen::Index k = z->residual.size();
+    result.residual.segment(at, k) = z->residual;
+    auto columns = result.PHt.middleCols(at, k);
+    columns = P.middleCols(z->core_column, z->d_core.cols()).lazyProduct(z->d_core.transpose());
+    if (z->landmark >= 0) {
+      columns += P.middleCols<3>(landmark_row(*z)).lazyProduct(z->d_landmark.transpose());
+    }
+    // The rows of S that belong to this measurement, up to its own diagonal block.
+    auto rows = result.S.block(at, 0, k, at + k);
+    const auto PHt = result.PHt.leftCols(at + k);
+    rows = z->d_core.lazyProduct(PHt.middleRows(z->core_column, z->d_core.cols()));
+    if (z->landmark >= 0) {
+      rows += z->d_landmark.lazyProduct(PHt.middleRows<3>(landmark_row(*z)));
+    }
+    result.S.block(at, at, k, k) += z->noise;
+    at += k;
+  }
+  return result;
+}
+
+}  // namespace
+
+Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance, Options options)
+    : chart_(&chart),
+      options_(options),
+      state_(std::move(initial)),
+      covariance_(core_covariance),
+      history_(core_covariance) {}
+
+MatrixXd Ekf::core_covariance() const {
+  const int n = state_.core_size();
+  return covariance_.all().topLeftCorner(n, n);
+}
+
+void Ekf::propagate(const Prediction& prediction) {
+  state_.world_T_imu = prediction.world_T_imu;
+  state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
+  state_.v_world = prediction.v_world;
+  state_.additive = prediction.additive;
+  const int n = state_.core_size();
+  auto P = covariance_.all();
+  P.topRows(n) = (prediction.F * P.topRows(n)).eval();
+  P.topLeftCorner(n, n) =
+      (P.topLeftCorner(n, n) * prediction.F.transpose() + prediction.Q).eval();
+  P.bottomLeftCorner(P.rows() - n, n) = P.topRightCorner(n, P.cols() - n).transpose();
+  if (options_.compress_map) {
+    history_.append(History::Propagation{.F = prediction.F, .Q = prediction.Q});
+  }
+}
+
+UpdateReport Ekf::update(std::span<const Measurement> measurements) {
+  UpdateReport report;
+  std::vector<const Measurement*> accepted;
+  for (const Measurement& z : measurements) {
+    // Written so that a NaN is refused.
+    const bool inside = normalised_square(z, covariance_, state_) < z.gate;
+    report.accepted.push_back(inside);
+    if (inside) accepted.push_back(&z);
+  }
+  if (accepted.empty()) return report;
+
+  // The gain is never formed: with S = L L^T, W = L^-1 H P and w = L^-1 r, the correction is W^T w
+  // and the covariance loses W^T W.
+  Stack z = stack(accepted, covariance_, state_);
+  if (!dense::cholesky(z.S)) {
+    report.failed = true;
+    return report;
+  }
+  dense::solve_lower_from_right(z.S, z.PHt);
+  dense::solve_lower(z.S, z.residual);
+  report.nis = z.residual.squaredNorm();
+  report.dof = static_cast<int>(z.residual.size());
+  dense::downdate_lower(z.PHt, covariance_.all());
+
+  History::Correction record;
+  if (options_.compress_map) remember(accepted, record);
+  const State before = state_;
+  record.delta = z.PHt * z.residual;
+  correct_mean(record.delta);
+  change_chart(before, record);
+  dense::mirror_lower(covariance_.all());
+  if (options_.compress_map) history_.append(std::move(record));
+  for (const Measurement* used : accepted) {
+    if (used->landmark >= 0) {
+      ++state_.landmarks[static_cast<std::size_t>(used->landmark)].observations;
+    }
+  }
+  return report;
+}
+
+void Ekf::remember(const std::vector<const Measurement*>& used,
+                   History::Correction& record) const {
+  const int n = state_.core_size();
+  record.core = MatrixXd::Zero(n, n);
+  record.core_vector = VectorXd::Zero(n);
+  record.landmarks.reserve(used.size());
+  for (const Measurement* z : used) {
+    const Eigen::Index w = z->d_core.cols();
+    const SmallMatrix weight = z->noise.inverse();
+    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 16, kMaxRows> core =
+        z->d_core.transpose() * weight;
+    record.core.block(z->core_column, z->core_column, w, w) += core * z->d_core;
+    record.core_vector.segment(z->core_column, w) += core * z->residual;
+    if (z->landmark < 0) continue;
+    record.landmarks.push_back({
+        .index = z->landmark,
+        .with_pose = core * z->d_landmark,
+        .own = z->d_landmark.transpose() * weight * z->d_landmark,
+        .vector = z->d_landmark.transpose() * weight * z->residual,
+    });
+  }
+}
+
+void Ekf::correct_mean(const VectorXd& delta) {
+  VectorXd xi = delta;
+  push(*chart_, state_, xi);
+  chart_->retract(state_, xi);
+  state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
+  for (Landmark& landmark : retired_) landmark.p_world += delta.segment<3>(landmark.row);
+}
+
+// P <- A P A^T with A = T(x+)^-1 T(x), on the lower triangle.
+void Ekf::change_chart(const State& before, History::Correction& record) {
+  auto P = covariance_.all();
+  if (chart_->landmark_block) {
+    // A adds B θ to the landmarks' rows: P + B Z^T + Z B^T with Z = P_θ + B P_θθ / 2.
+    MatrixXd B = MatrixXd::Zero(P.rows(), 3);
+    for (std::size_t i = 0; i < state_.landmarks.size(); ++i) {
+      B.middleRows<3>(state_.landmarks[i].row) =
+          chart_->landmark_block(before.landmarks[i].p_world) -
+          chart_->landmark_block(state_.landmarks[i].p_world);
+    }
+    const Eigen::Matrix3d P_theta = P.topLeftCorner<3, 3>().selfadjointView<Eigen::Lower>();
+    MatrixXd Z = P.leftCols<3>();
+    Z.topRows<3>() = P_theta;
+    Z += B * (0.5 * P_theta);
+    dense::symmetric_update_lower(B, Z, P);
+    record.A_landmarks = B.bottomRows(B.rows() - state_.core_size());
+  }
+  const int n = state_.additive_row();
+  const MatrixXd after = chart_->motion_block(state_).topLeftCorner(n, n);
+  const MatrixXd A =
+      after.partialPivLu().solve(chart_->motion_block(before).topLeftCorner(n, n));
+  if (A.isIdentity(0)) return;
+  const MatrixXd corner = P.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
+  P.topLeftCorner(n, n) = A * corner * A.transpose();
+  auto below = P.bottomLeftCorner(P.rows() - n, n);
+  below = (below * A.transpose()).eval();
+  record.A_motion = A;
+}
+
+void Ekf::add(std::span<const NewLandmark> landmarks) {
+  if (landmarks.empty()) return;
+  const int old_size = covariance_.size();
+  const int rows = 3 * static_cast<int>(landmarks.size());
+  covariance_.append(rows);
+  auto P = covariance_.all();
+  MatrixXd d_pose(rows, 6);
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    d_pose.middleRows<3>(3 * static_cast<int>(i)) = landmarks[i].d_pose;
+  }
+  P.block(old_size, 0, rows, old_size) = d_pose * P.topLeftCorner(6, old_size);
+  P.block(0, old_size, old_size, rows) = P.block(old_size, 0, rows, old_size).transpose();
+  P.block(old_size, old_size, rows, rows) = P.block(old_size, 0, rows, 6) * d_pose.transpose();
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const int row = old_size + 3 * static_cast<int>(i);
+    P.block<3, 3>(row, row) += landmarks[i].noise;
+    state_.landmarks.push_back({.id = landmarks[i].id,
+                                .p_world = landmarks[i].p_world,
+                                .row = row,
+                                .observations = 1});
+  }
+  if (!options_.compress_map) return;
+  History::Addition step{.d_pose = d_pose, .noise = MatrixXd(3, rows)};
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    step.noise.middleCols<3>(3 * static_cast<int>(i)) = landmarks[i].noise;
+  }
+  history_.append(std::move(step));
+}
+
+}  // namespace chasles

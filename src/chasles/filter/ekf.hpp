@@ -1,0 +1,114 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include <chasles/filter/covariance.hpp>
+#include <chasles/filter/error_chart.hpp>
+#include <chasles/filter/history.hpp>
+#include <chasles/filter/state.hpp>
+
+namespace chasles {
+
+/// One observation, linearised at the current mean in the reference chart: residual = z - h(x),
+/// which the errors of a range of core columns and of one landmark explain.
+struct Measurement {
+  int landmark = -1;    ///< index into State::landmarks; -1: none
+  int core_column = 0;  ///< where the columns of d_core stand in the core
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> residual;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 16> d_core;
+  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 6, 3> d_landmark;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> noise;
+  double gate = std::numeric_limits<double>::infinity();  ///< on residual^T S^-1 residual
+};
+
+/// A landmark to begin, with the derivative of its position by the pose's errors (reference chart)
+/// and the covariance that its own observation adds.
+struct NewLandmark {
+  LandmarkId id = 0;
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 3, 6> d_pose = Eigen::Matrix<double, 3, 6>::Zero();
+  Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+};
+
+/// What an update did.
+struct UpdateReport {
+  double nis = 0;              ///< r^T S^-1 r of all that was used, together
+  int dof = 0;                 ///< rows of r
+  std::vector<bool> accepted;  ///< by the gate, for each measurement
+  bool failed = false;         ///< S was not positive definite: nothing was changed
+};
+
+/// The mean of the core a step ahead and its linearisation: d next = F d now + noise of covariance Q
+/// (reference chart; core_size x core_size).
+struct Prediction {
+  SE3 world_T_imu;
+  std::optional<Eigen::Vector3d> v_world;
+  Eigen::VectorXd additive;
+  Eigen::MatrixXd F, Q;
+};
+
+/// The extended Kalman filter over the core and the map, in any error chart. A retired landmark
+/// leaves the state and costs nothing more; the history of the filter's own steps tells, when asked,
+/// its mean and covariance as a filter over the whole map would have them (docs/map.md). Charts act
+/// on what is in the state: a retired landmark's error is additive.
+class Ekf {
+ public:
+  struct Options {
+    /// False: retired landmarks stay in one dense covariance, at a cost that grows with the map: the
+    /// oracle of the history.
+    bool compress_map = true;
+  };
+
+  Ekf(const ErrorChart& chart, State initial, const Eigen::MatrixXd& core_covariance,
+      Options options);
+
+  const State& state() const { return state_; }
+  const ErrorChart& chart() const { return *chart_; }
+
+  /// Covariance of the core's errors, reference chart.
+  Eigen::MatrixXd core_covariance() const;
+  /// Covariance of all errors of the state, row by row as State says, reference chart. Without
+  /// compress_map also the rows of retired landmarks.
+  Covariance::ConstBlock covariance() const { return covariance_.all(); }
+
+  void propagate(const Prediction& prediction);
+
+  /// Gates each measurement by itself, then applies all that pass in one block. A measurement of a
+  /// landmark may depend on the landmark and the pose alone.
+  UpdateReport update(std::span<const Measurement> measurements);
+
+  void add(std::span<const NewLandmark> landmarks);
+
+  /// Takes landmarks out of the state (indices into State::landmarks, rising) and into the map.
+  void retire(std::span<const int> indices);
+
+  /// Landmarks of the whole map: retired and in the state.
+  int map_size() const;
+
+  /// The whole map as known now: in the order of retirement, those of the state last. Takes time in
+  /// proportion to the filter's past.
+  std::vector<MapLandmark> map() const;
+
+  /// The covariance of the whole map in the order of map(), 3 rows each, and of the core behind it,
+  /// by block rows of the lower triangle: visit(r, block) has rows r … r + block.rows() of the
+  /// columns 0 … r + block.rows(). Storing them is the visitor's affair:
+  /// the lower triangle for 8,000 landmarks takes 2.3 GB.
+  void visit_map_covariance(const History::RowVisitor& visit) const;
+
+ private:
+  void correct_mean(const Eigen::VectorXd& delta);
+  void change_chart(const State& before, History::Correction& record);
+  void remember(const std::vector<const Measurement*>& used, History::Correction& record) const;
+
+  const ErrorChart* chart_;
+  Options options_;
+  State state_;
+  Covariance covariance_;
+  std::vector<Landmark> retired_;  ///< without compress_map: still in the covariance
+  History history_;
+};
+
+}  // namespace chasles

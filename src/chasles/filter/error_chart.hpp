@@ -1,0 +1,61 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string_view>
+
+#include <chasles/filter/state.hpp>
+
+namespace chasles {
+
+/// An error chart says what the numbers of the filter's error vector mean: how an error xi moves the
+/// mean (retract) and which error leads from one mean to another (local). The filter itself is
+/// written once, in the reference chart (`standard`); another chart enters through T(x) alone, the
+/// derivative of its coordinates by the reference ones (math.md §2.4, docs/charts.md):
+///
+///   after an update   x+ = retract(x, T(x) delta),   P <- T(x+)^-1 T(x) P T(x)^T T(x+)^-T
+///
+/// T is block lower-triangular: a block on the rows of pose and v_world, and one block in each
+/// landmark's rows under the rotation's columns.
+///
+/// Invariants (asserted for every chart of error_charts() in error_chart_test.cpp):
+///   1. retract(x, 0) = x
+///   2. local(x, retract(x, xi)) = xi
+///   3. pull(push(M)) = M
+///   4. push(x, I) = numeric derivative of local(x, ·) after the standard retraction
+///   5. where landmark_block is set, the rotation's rows of motion_block are the identity's
+struct ErrorChart {
+  std::string_view name;
+  std::string_view summary;  ///< one line for --help
+
+  /// x (+) xi; xi has an entry for every row of the state.
+  void (*retract)(State& x, const Eigen::VectorXd& xi);
+  /// The xi with retract(x, xi) = y; both have the same landmarks in the same rows.
+  Eigen::VectorXd (*local)(const State& x, const State& y);
+  /// T's block for [rotation, position, v_world]: 9x9; its top left 6x6 where there is no v_world.
+  Eigen::Matrix<double, 9, 9> (*motion_block)(const State& x);
+  /// T's block for (landmark, rotation); null where landmarks are additive.
+  Eigen::Matrix3d (*landmark_block)(const Eigen::Vector3d& p_world);
+};
+
+/// All charts; the command line, the bindings and the tests read this list.
+std::span<const ErrorChart> error_charts();
+
+/// The chart of that name; throws UsageError that lists the names.
+const ErrorChart& error_chart(std::string_view name);
+
+/// M <- T(x) M and M <- T(x)^-1 M, for a matrix with a row for every error of the state.
+void push(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M);
+void pull(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M);
+
+/// A transition F of the reference chart from x to next, seen in the chart: T(next) F T(x)^-1.
+Eigen::MatrixXd in_chart(const ErrorChart& chart, const Eigen::MatrixXd& F, const State& x,
+                         const State& next);
+
+// The charts themselves, one .cpp each.
+extern const ErrorChart kStandardChart;   ///< Kleinert & Stilla (17)
+extern const ErrorChart kLeftSe3Chart;    ///< Kleinert & Stilla (30)
+extern const ErrorChart kRightSe3Chart;   ///< Kleinert & Stilla (45)
+extern const ErrorChart kRightSen3Chart;  ///< SE_{2+N}(3), landmarks in the group
+
+}  // namespace chasles

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+
+#include <chasles/camera/feature_frame.hpp>
+#include <chasles/camera/stereo.hpp>
+#include <chasles/filter/ekf.hpp>
+
+namespace chasles {
+
+/// Which of the four pixels a measurement keeps. vL and vR say the same thing, so their mean loses
+/// nothing; the disparity may be left out where its error stays the same along a track and would be
+/// counted again with every frame.
+enum class StereoRows {
+  kAll,              ///< (uL, vL, uR, vR), as Du (20) has it
+  kMeanDisparity,    ///< ((uL + uR)/2, (vL + vR)/2, uL - uR): independent where the four are
+  kMean,             ///< ((uL + uR)/2, (vL + vR)/2)
+};
+
+/// Standard deviations [px].
+struct StereoNoise {
+  double u = 1, v = 1;   ///< of the rows (uL + uR)/2 and (vL + vR)/2, or of each pixel for kAll
+  double disparity = 1;  ///< of uL - uR
+};
+
+/// The observation of landmark `index` of the state, linearised; none where the landmark has no
+/// projection from the estimated pose.
+std::optional<Measurement> measure_stereo(const StereoRig& rig, StereoRows rows,
+                                          const StereoNoise& noise, const State& x, int index,
+                                          const StereoObservation& observation);
+
+/// A landmark from its first observation (Du, eq. 17-19), with the exact covariance of inverse
+/// projection (math.md §3); none where the disparity is not positive.
+std::optional<NewLandmark> begin_landmark(const StereoRig& rig, const StereoNoise& noise,
+                                          const State& x, const StereoObservation& observation);
+
+}  // namespace chasles

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace chasles {
+
+/// Base64 of RFC 4648 with padding.
+std::string base64(const std::vector<std::uint8_t>& bytes);
+
+/// A column of the page: "f32:", "f64:" or "i32:" and the base64 of the little-endian numbers.
+std::string float_column(const std::vector<double>& values);
+std::string double_column(const std::vector<double>& values);
+std::string int_column(const std::vector<int>& values);
+
+/// Json text that may stand inside <script>: no <, > or & is left, so that no name can end the
+/// element or begin another. Invalid UTF-8 becomes U+FFFD.
+std::string json_for_html(const nlohmann::ordered_json& json);
+
+}  // namespace chasles

@@ -1,0 +1,231 @@
+#include <chasles/report/page_data.hpp>
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include <chasles/error.hpp>
+#include <chasles/eval/chi2.hpp>
+#include <chasles/report/encode.hpp>
+#include <chasles/report/pose_errors.hpp>
+
+namespace chasles {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kLowTail = 0.025, kHighTail = 0.975;  // of a 95 % interval
+constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+
+/// A column of one number a row.
+template <typename Rows, typename Number>
+std::string floats(const Rows& rows, const Number& number) {
+  std::vector<double> values;
+  values.reserve(rows.size());
+  for (const auto& row : rows) values.push_back(number(row));
+  return float_column(values);
+}
+
+template <typename Rows, typename Number>
+std::string ints(const Rows& rows, const Number& number) {
+  std::vector<int> values;
+  values.reserve(rows.size());
+  for (const auto& row : rows) values.push_back(number(row));
+  return int_column(values);
+}
+
+/// x, y, z (with an optional prefix) of the rows' points.
+template <typename Rows, typename Point>
+void add_points(Json& columns, const std::string& prefix, const Rows& rows, const Point& point) {
+  for (int k = 0; k < 3; ++k) {
+    columns[prefix + kAxes[static_cast<std::size_t>(k)]] =
+        floats(rows, [&](const auto& row) { return point(row)(k); });
+  }
+}
+
+/// cxx, cxy, …: the six numbers of a symmetric 3x3 matrix.
+template <typename Rows, typename Matrix>
+void add_covariances(Json& columns, const Rows& rows, const Matrix& matrix) {
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      const auto name = fmt::format("c{}{}", kAxes[static_cast<std::size_t>(i)],
+                                    kAxes[static_cast<std::size_t>(j)]);
+      columns[name] = floats(rows, [&](const auto& row) { return matrix(row)(i, j); });
+    }
+  }
+}
+
+void add_poses(Json& columns, const std::vector<RunState>& states, const Eigen::Vector3d& origin) {
+  const Time start = states.empty() ? Time{} : states.front().time;
+  columns["t"] = floats(states, [&](const RunState& s) { return to_seconds(s.time - start); });
+  add_points(columns, "", states, [&](const RunState& s) -> Eigen::Vector3d {
+    return s.world_T_imu.p - origin;
+  });
+  std::vector<Eigen::Vector4d> quaternions;
+  for (const RunState& s : states) {
+    quaternions.push_back(Eigen::Quaterniond(s.world_T_imu.R).coeffs());
+  }
+  const std::array<const char*, 4> names = {"qx", "qy", "qz", "qw"};
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    columns[names[k]] = floats(quaternions, [&](const Eigen::Vector4d& q) { return q(k); });
+  }
+}
+
+void add_uncertainty(Json& columns, const std::vector<RunState>& states) {
+  const auto deviation = [](const RunState& s) -> Vector6d {
+    return s.pose_covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  };
+  add_covariances(columns, states, [](const RunState& s) -> Eigen::Matrix3d {
+    return s.pose_covariance.bottomRightCorner<3, 3>();
+  });
+  add_points(columns, "sigma_p", states,
+             [&](const RunState& s) -> Eigen::Vector3d { return deviation(s).tail<3>(); });
+  add_points(columns, "sigma_r", states,
+             [&](const RunState& s) -> Eigen::Vector3d { return kDegrees * deviation(s).head<3>(); });
+}
+
+/// Bounds that NIS / dof keeps in 95 % of the frames.
+double nis_bound(const RunState& state, double probability) {
+  if (state.nis_dof <= 0) return std::nan("");
+  return chi2_quantile(probability, state.nis_dof) / state.nis_dof;
+}
+
+void add_updates(Json& columns, const std::vector<RunState>& states) {
+  columns["nis"] = floats(states, [](const RunState& s) { return s.nis; });
+  columns["nis_dof"] = ints(states, [](const RunState& s) { return s.nis_dof; });
+  columns["nis_low"] = floats(states, [](const RunState& s) { return nis_bound(s, kLowTail); });
+  columns["nis_high"] = floats(states, [](const RunState& s) { return nis_bound(s, kHighTail); });
+  columns["observations"] = ints(states, [](const RunState& s) { return s.observations; });
+  columns["used"] = ints(states, [](const RunState& s) { return s.used; });
+  columns["rejected"] = ints(states, [](const RunState& s) { return s.rejected; });
+  columns["in_state"] = ints(states, [](const RunState& s) { return s.in_state; });
+  columns["landmarks"] = ints(states, [](const RunState& s) { return s.landmarks; });
+  columns["milliseconds"] = floats(states, [](const RunState& s) { return s.milliseconds; });
+}
+
+/// The names of health that occur, in the order of their first occurrence.
+std::vector<std::string> health_names(const std::vector<RunState>& states) {
+  std::vector<std::string> names;
+  for (const RunState& s : states) {
+    if (std::find(names.begin(), names.end(), s.health) == names.end()) names.push_back(s.health);
+  }
+  return names;
+}
+
+void add_health(Json& json, const std::vector<RunState>& states) {
+  const std::vector<std::string> names = health_names(states);
+  json["health_names"] = names;
+  json["states"]["health"] = ints(states, [&](const RunState& s) {
+    return static_cast<int>(std::find(names.begin(), names.end(), s.health) - names.begin());
+  });
+}
+
+Json extra_columns(const Run& run) {
+  Json list = Json::array();
+  for (std::size_t k = 0; k < run.extra_names.size(); ++k) {
+    const auto entry = [k](const std::vector<double>& v) { return k < v.size() ? v[k] : std::nan(""); };
+    list.push_back({{"value", floats(run.states, [&](const RunState& s) { return entry(s.extra); })},
+                    {"sigma", floats(run.states, [&](const RunState& s) { return entry(s.extra_sigma); })}});
+  }
+  return list;
+}
+
+void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
+  std::vector<RunLandmark> drawn;
+  for (const RunLandmark& mark : run.landmarks) {
+    if (mark.p_world.allFinite() && mark.covariance.allFinite()) drawn.push_back(mark);
+  }
+  std::vector<double> ids;
+  for (const RunLandmark& mark : drawn) ids.push_back(static_cast<double>(mark.id));
+  Json& columns = json["landmarks"];
+  columns["id"] = double_column(ids);
+  add_points(columns, "", drawn, [&](const RunLandmark& m) -> Eigen::Vector3d {
+    return m.p_world - origin;
+  });
+  add_covariances(columns, drawn, [](const RunLandmark& m) { return m.covariance; });
+  columns["observations"] = ints(drawn, [](const RunLandmark& m) { return m.observations; });
+  json["landmarks_left_out"] = run.landmarks.size() - drawn.size();
+}
+
+/// Every n-th pose, at most about 4000: a path is drawn no better with more.
+Trajectory thinned(const Trajectory& trajectory) {
+  constexpr std::size_t kEnough = 4000;
+  const std::size_t stride = trajectory.size() / kEnough + 1;
+  Trajectory thin;
+  for (std::size_t i = 0; i < trajectory.size(); i += stride) thin.push_back(trajectory[i]);
+  return thin;
+}
+
+void add_truth(Json& json, const Run& run, const Eigen::Vector3d& origin) {
+  const PoseErrors errors = pose_errors(run.states, run.truth);
+  const Trajectory truth = thinned(run.truth);
+  const auto placed = [&](const SE3& world_T_truth) {
+    return [&origin, world_T_truth](const StampedPose& s) -> Eigen::Vector3d {
+      return world_T_truth * s.pose.p - origin;
+    };
+  };
+  add_points(json["truth"], "first_", truth, placed(errors.world_T_truth_first));
+  add_points(json["truth"], "fit_", truth, placed(errors.world_T_truth_fit));
+  Json& columns = json["errors"];
+  add_points(columns, "attitude_", errors.error,
+             [](const Vector6d& e) -> Eigen::Vector3d { return kDegrees * e.head<3>(); });
+  add_points(columns, "position_", errors.error,
+             [](const Vector6d& e) -> Eigen::Vector3d { return e.tail<3>(); });
+  columns["nees_pose"] = float_column(errors.nees_pose);
+  columns["nees_attitude"] = float_column(errors.nees_attitude);
+  columns["nees_position"] = float_column(errors.nees_position);
+}
+
+Json parsed_summary(const ReportRun& run) {
+  if (run.summary.empty()) return Json::object();
+  Json summary = Json::parse(run.summary, nullptr, false);
+  if (!summary.is_object()) {
+    throw InputError(fmt::format("the summary of run '{}' is not a json object; write the run again "
+                                 "with `chasles run`", run.run.name));
+  }
+  return summary;
+}
+
+Json run_data(const ReportRun& report_run) {
+  const Run& run = report_run.run;
+  const Eigen::Vector3d first =
+      run.states.empty() ? Eigen::Vector3d::Zero() : run.states.front().world_T_imu.p;
+  const Eigen::Vector3d origin = first.allFinite() ? first : Eigen::Vector3d::Zero();
+
+  Json json = {{"name", run.name}, {"summary", parsed_summary(report_run)}};
+  json["origin"] = {origin.x(), origin.y(), origin.z()};
+  add_poses(json["states"], run.states, origin);
+  add_uncertainty(json["states"], run.states);
+  add_updates(json["states"], run.states);
+  add_health(json, run.states);
+  json["extra_names"] = run.extra_names;
+  json["extra"] = extra_columns(run);
+  add_landmarks(json, run, origin);
+  if (!run.truth.empty()) add_truth(json, run, origin);
+  if (!run.dead_reckoning.empty()) {
+    add_points(json["dead_reckoning"], "", thinned(run.dead_reckoning),
+               [&](const StampedPose& s) -> Eigen::Vector3d { return s.pose.p - origin; });
+  }
+  return json;
+}
+
+}  // namespace
+
+Json page_data(const std::vector<ReportRun>& runs) {
+  Json json;
+  for (const int dof : {3, 6}) {
+    json["bounds"][fmt::format("chi2_{}_low", dof)] = chi2_quantile(kLowTail, dof);
+    json["bounds"][fmt::format("chi2_{}_high", dof)] = chi2_quantile(kHighTail, dof);
+  }
+  json["runs"] = Json::array();
+  for (const ReportRun& run : runs) json["runs"].push_back(run_data(run));
+  return json;
+}
+
+}  // namespace chasles

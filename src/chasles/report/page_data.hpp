@@ -1,0 +1,16 @@
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include <chasles/report/report.hpp>
+
+namespace chasles {
+
+/// What web/js/data.js reads: {bounds, runs: [{name, summary, origin, states, landmarks, …}]}.
+/// Numbers are columns (encode.hpp); positions are relative to the run's origin, so that single
+/// precision holds them to a millimetre some kilometres away; angles in degrees, times in seconds
+/// from the first state.
+nlohmann::ordered_json page_data(const std::vector<ReportRun>& runs);
+
+}  // namespace chasles

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string_view>
+
+namespace chasles {
+
+/// web/page.html with its style sheet and scripts (cmake/EmbedPage.cmake). `@PAGE_DATA@` stands
+/// where the json of the runs belongs.
+extern const std::string_view page_template;
+
+}  // namespace chasles

@@ -1,0 +1,44 @@
+#include <chasles/report/report.hpp>
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+#include <chasles/report/encode.hpp>
+#include <chasles/report/page_data.hpp>
+#include <chasles/report/page_template.hpp>
+
+namespace chasles {
+
+ReportRun read_report_run(const std::filesystem::path& folder) {
+  return {.run = read_run(folder), .summary = read_summary(folder).dump()};
+}
+
+std::string run_page(const std::vector<ReportRun>& runs) {
+  if (runs.empty()) {
+    throw UsageError("a report needs at least one run: name the folder that `chasles run` wrote");
+  }
+  static constexpr std::string_view kPlace = "@PAGE_DATA@";
+  const std::size_t place = page_template.find(kPlace);
+  std::string page(page_template.substr(0, place));
+  page += json_for_html(page_data(runs));
+  page += page_template.substr(place + kPlace.size());
+  return page;
+}
+
+void write_page(const std::vector<ReportRun>& runs, const std::filesystem::path& file) {
+  const std::string page = run_page(runs);
+  std::error_code ignored;  // What matters is whether the file can be opened.
+  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), ignored);
+  std::ofstream out(file, std::ios::binary);
+  out << page;
+  out.close();
+  if (!out) {
+    throw InputError(fmt::format("{}: the page cannot be written; is the folder writable, is the "
+                                 "disk full?", file.string()));
+  }
+}
+
+}  // namespace chasles

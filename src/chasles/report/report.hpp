@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <chasles/data/run.hpp>
+
+namespace chasles {
+
+/// A run as the page shows it.
+struct ReportRun {
+  Run run;
+  /// The text of summary.json. The page shows every entry: `settings` (an object), `remarks` (a
+  /// list of sentences), `version`, and each number, known by name or not. Empty: nothing to show.
+  std::string summary;
+};
+
+/// Reads a folder that write_run wrote.
+ReportRun read_report_run(const std::filesystem::path& folder);
+
+/// One HTML page that holds everything and loads nothing: map, errors, NIS and NEES with their
+/// bounds, timing, figures, settings. Errors and NEES against the run's truth are computed here;
+/// several runs share the tables and the map. The same runs give the same bytes. Names and remarks
+/// are shown as text, whatever they contain.
+/// Throws UsageError without a run, InputError when a summary is not a json object.
+std::string run_page(const std::vector<ReportRun>& runs);
+
+/// Writes run_page(runs) to the file; the folder is made where missing. Throws InputError.
+void write_page(const std::vector<ReportRun>& runs, const std::filesystem::path& file);
+
+}  // namespace chasles

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace chasles {
+
+/// What a random number is for. Each purpose has its own stream, so that switching one source of
+/// noise off or on leaves every other number as it was.
+enum class Stream : std::uint32_t {
+  kLinearNoise = 1,
+  kAngularNoise = 2,
+  kBirth = 3,
+  kLife = 4,
+  kPixelNoise = 5,
+  kDisparityError = 6,
+  kOutlier = 7,
+  kMoving = 8,
+  kDropped = 9,
+};
+
+/// 128 random bits as a pure function of a counter and a key: Philox-4x32 with ten rounds (Salmon,
+/// Moraes, Dror, Shaw: "Parallel random numbers: as easy as 1, 2, 3", SC 2011).
+std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
+                                    std::array<std::uint32_t, 2> key);
+
+/// Random numbers without a state: the number depends on the seed and on what it is for, not on
+/// what was drawn before it. Any order of evaluation and any number of threads gives the same ones.
+/// Own code throughout, because the distributions of <random> differ between standard libraries.
+struct Random {
+  std::uint64_t seed = 0;
+
+  /// Uniform in the open interval (0, 1), in steps of 2^-52.
+  double uniform(Stream stream, std::uint64_t index, std::uint32_t component = 0) const;
+
+  /// Normal, mean 0, variance 1 (Box-Muller).
+  double normal(Stream stream, std::uint64_t index, std::uint32_t component = 0) const;
+};
+
+}  // namespace chasles

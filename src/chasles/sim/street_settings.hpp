@@ -1,0 +1,108 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace chasles {
+
+// The one list of settings: type, name, default, unit, meaning. The struct, the command line, the
+// help and the checks read it.
+// clang-format off
+#define CHASLES_STREET_FIELDS(FIELD)                                                              \
+  FIELD(std::string, name, "street", "", "name of the recording")                                 \
+  FIELD(std::uint64_t, seed, 1, "", "chooses all random numbers: landmarks and noise")            \
+  /* the drive */                                                                                 \
+  FIELD(std::string, route, "LLLSRRR", "", "what to do at each crossing: L, R, or S straight on") \
+  FIELD(double, block_length, 100, "m", "between crossings along x, the first direction driven")  \
+  FIELD(double, block_width, 80, "m", "between crossings along y")                                \
+  FIELD(double, corner_length, 20, "m", "way over which a turn of 90 degrees is spread")          \
+  FIELD(double, cruise_speed, 8, "m/s", "speed between the corners")                              \
+  FIELD(double, corner_speed, 4, "m/s", "speed in the corners")                                   \
+  FIELD(double, acceleration, 1.5, "m/s^2", "mean of a speeding up or braking; its peak is 35/16 of it") \
+  FIELD(int, stop_every, 3, "corners", "stop before every n-th turn; 0: never")                   \
+  FIELD(double, stop_duration, 3, "s", "how long a stop lasts")                                   \
+  FIELD(double, road_amplitude, 0.15, "m", "height of the road's waves")                          \
+  FIELD(double, road_wavelength, 60, "m", "length of the road's waves")                           \
+  FIELD(double, roll_amplitude, 0.02, "rad", "swaying about the forward axis")                    \
+  FIELD(double, pitch_amplitude, 0.015, "rad", "swaying about the left axis")                     \
+  FIELD(double, sway_wavelength, 25, "m", "way driven during one swaying")                        \
+  /* the street */                                                                                \
+  FIELD(double, street_width, 20, "m", "from facade to facade")                                   \
+  FIELD(double, facade_height, 9, "m", "of the buildings, above the road's mean")                 \
+  FIELD(double, imu_height, 0.93, "m", "of the IMU above the road")                               \
+  /* the cameras (defaults: KITTI, 2011_09_26) */                                                 \
+  FIELD(double, focal_length, 707.0912, "px", "fx = fy")                                          \
+  FIELD(double, center_u, 601.8873, "px", "principal point, to the right")                        \
+  FIELD(double, center_v, 183.1104, "px", "principal point, down")                                \
+  FIELD(int, image_width, 1241, "px", "of both images")                                           \
+  FIELD(int, image_height, 376, "px", "of both images")                                           \
+  FIELD(double, baseline, 0.53715, "m", "from the left camera to the right one")                  \
+  FIELD(double, camera_x, 1.1439, "m", "left camera in the IMU frame, forward")                   \
+  FIELD(double, camera_y, -0.3127, "m", "left camera in the IMU frame, to the left")              \
+  FIELD(double, camera_z, 0.7265, "m", "left camera in the IMU frame, up")                        \
+  FIELD(double, camera_tilt_x, -0.0068, "rad", "rotation vector, IMU axes, from looking straight ahead") \
+  FIELD(double, camera_tilt_y, 0.0085, "rad", "as camera_tilt_x")                                 \
+  FIELD(double, camera_tilt_z, -0.0011, "rad", "as camera_tilt_x")                                \
+  /* the tracks */                                                                                \
+  FIELD(double, frame_rate, 10, "Hz", "of the frames")                                            \
+  FIELD(int, features_per_frame, 70, "", "tracks that are kept up at a time")                     \
+  FIELD(double, track_life, 8, "s", "mean of a track's life, were its landmark always in view")   \
+  FIELD(int, shortest_track, 5, "frames", "no track begins whose landmark leaves the view sooner") \
+  FIELD(double, image_border, 5, "px", "no feature nearer to the image's edge")                   \
+  FIELD(double, min_depth, 2.5, "m", "no feature nearer to the left camera")                      \
+  FIELD(double, max_depth, 60, "m", "no feature farther from the left camera")                    \
+  /* the errors of the velocities (defaults: as in the ECE276A 2020 recordings) */                \
+  FIELD(int, velocities_per_frame, 1, "", "body velocities a frame, at equal distances in time")  \
+  FIELD(double, linear_sigma, 0.5, "m/s", "white noise on each component, a sample")              \
+  FIELD(double, angular_sigma, 0.05, "rad/s", "white noise on each component, a sample")          \
+  FIELD(double, gyro_bias_x, 0.003, "rad/s", "constant error of the angular velocity")            \
+  FIELD(double, gyro_bias_y, -0.004, "rad/s", "as gyro_bias_x")                                   \
+  FIELD(double, gyro_bias_z, 0.007, "rad/s", "as gyro_bias_x")                                    \
+  FIELD(double, velocity_scale, 1, "", "measured linear velocity over the true one")              \
+  /* the errors of the features */                                                                \
+  FIELD(double, pixel_sigma, 0.5, "px", "white noise on each of uL, vL, uR, vR")                  \
+  FIELD(double, disparity_sigma, 0, "px", "error of uL - uR that stays constant along a track")   \
+  FIELD(double, outlier_fraction, 0.02, "", "observations whose two pixels lie anywhere in the images") \
+  FIELD(double, moving_fraction, 0, "", "tracks on things that move along the street")            \
+  FIELD(double, moving_speed, 6, "m/s", "of such things")                                         \
+  FIELD(double, dropped_fraction, 0, "", "frames without an observation; all tracks end there")
+// clang-format on
+
+/// A drive through a city's blocks, with its sensors and their errors. Plain numbers: every
+/// combination that `validate` lets pass can be simulated.
+struct StreetSettings {
+#define CHASLES_FIELD(type, field, value, unit, doc) type field = value;
+  CHASLES_STREET_FIELDS(CHASLES_FIELD)
+#undef CHASLES_FIELD
+};
+
+/// Calls visit(name, value, unit, doc) for every setting, in the order of the list; `value` is a
+/// reference to a bool, int, double, std::uint64_t or std::string, const where `settings` is.
+template <typename Settings, typename Visitor>
+void for_each_field(Settings& settings, Visitor&& visit) {
+#define CHASLES_FIELD(type, field, value, unit, doc) visit(#field, settings.field, unit, doc);
+  CHASLES_STREET_FIELDS(CHASLES_FIELD)
+#undef CHASLES_FIELD
+}
+#undef CHASLES_STREET_FIELDS
+
+/// Throws UsageError with the field, its value and what was expected. What depends on several
+/// fields (a block too short to brake in) is refused by `make_street_path` and `make_street_drive`.
+void validate(const StreetSettings& settings);
+
+/// A named choice of settings.
+struct StreetScene {
+  std::string name;
+  std::string doc;
+  StreetSettings settings;
+};
+
+/// The scenes that the command line knows: the noisy default, one with the velocities of a
+/// GNSS/INS, and one without any error.
+const std::vector<StreetScene>& street_scenes();
+
+/// The settings of a scene; an unknown name is a UsageError that lists the known ones.
+StreetSettings street_scene(const std::string& name);
+
+}  // namespace chasles

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/sim/street_drive.hpp>
+
+namespace chasles {
+
+/// A block of houses on the map: façades on its four sides, nothing seen through it.
+struct Block {
+  Eigen::Vector2d low, high;  ///< its corners [m]
+};
+
+/// What there is to see: the road, everywhere, and the blocks of houses.
+struct StreetWorld {
+  std::vector<Block> blocks;
+  Road road;
+  double ground = 0;  ///< height of the road's mean [m]
+  double roof = 0;    ///< height of the façades' upper edge [m]
+};
+
+/// The blocks around every crossing of the path.
+StreetWorld make_street_world(const StreetSettings& settings, const StreetDrive& drive);
+
+/// Where a ray meets a façade or the road first: point = from + t * ray, t > 0; none where it meets
+/// the sky. A façade that lies behind the roof of a nearer block counts as sky.
+std::optional<double> cast(const StreetWorld& world, const Eigen::Vector3d& from,
+                           const Eigen::Vector3d& ray);
+
+/// Whether a block stands between two points (seen from above: roofs hide everything behind them).
+bool blocked(const StreetWorld& world, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
+}  // namespace chasles

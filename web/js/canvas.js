@@ -1,0 +1,82 @@
+// Drawing helpers that the map and the plots share.
+
+const FONT = '11.5px system-ui, "Segoe UI", Roboto, "Helvetica Neue", Arial, sans-serif';
+
+/** Fits the canvas's pixels to its size on the screen; returns its context in css pixels. */
+function prepareCanvas(canvas, width, height) {
+  const ratio = Math.max(window.devicePixelRatio || 1, 2);
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(height * ratio);
+  const g = canvas.getContext('2d');
+  g.setTransform(ratio, 0, 0, ratio, 0, 0);
+  g.clearRect(0, 0, width, height);
+  g.font = FONT;
+  g.lineJoin = 'round';
+  return g;
+}
+
+/** A step of 1, 2 or 5 times a power of ten, so that the range has about `wanted` of them. */
+function niceStep(range, wanted) {
+  const raw = range / Math.max(1, wanted);
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const factor = [1, 2, 5, 10].find((f) => f * power >= raw * 0.999);
+  return factor * power;
+}
+
+function ticksOf(low, high, wanted) {
+  if (!(high > low)) return [];
+  const step = niceStep(high - low, wanted);
+  const ticks = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) ticks.push(k * step);
+  return ticks;
+}
+
+function tickText(v, step) {
+  const decimals = clamp(-Math.floor(Math.log10(step) + 1e-9), 0, 6);
+  return Math.abs(v) >= 1e5 ? number(v) : grouped(Math.abs(v) < step / 1e3 ? 0 : v, decimals);
+}
+
+/** Strokes a polyline; non-finite points break it. */
+function polyline(g, n, xOf, yOf) {
+  g.beginPath();
+  let pen = false;
+  for (let i = 0; i < n; i++) {
+    const x = xOf(i), y = yOf(i);
+    if (!Number.isFinite(x) || !Number.isFinite(y)) { pen = false; continue; }
+    if (pen) g.lineTo(x, y); else g.moveTo(x, y);
+    pen = true;
+  }
+  g.stroke();
+}
+
+/** Half axes and direction of the 95 % ellipse of the covariance [[a, b], [b, c]]. */
+function ellipseOf(a, b, c) {
+  const middle = (a + c) / 2, half = Math.hypot((a - c) / 2, b);
+  // 5.991: the 95 % quantile of chi-square with two degrees of freedom.
+  return {
+    major: Math.sqrt(5.991 * Math.max(0, middle + half)),
+    minor: Math.sqrt(5.991 * Math.max(0, middle - half)),
+    angle: 0.5 * Math.atan2(2 * b, a - c),
+  };
+}
+
+/** A canvas as a PNG file, with a title and an explanation above it. */
+function downloadPng(name, canvas, title, note) {
+  const out = document.createElement('canvas');
+  const ratio = canvas.width / canvas.clientWidth;
+  const head = 46 * ratio;
+  out.width = canvas.width;
+  out.height = canvas.height + head;
+  const g = out.getContext('2d');
+  g.fillStyle = palette.panel;
+  g.fillRect(0, 0, out.width, out.height);
+  g.drawImage(canvas, 0, head);
+  g.scale(ratio, ratio);
+  g.fillStyle = palette.ink;
+  g.font = FONT.replace('11.5px', '600 14px');
+  g.fillText(title, 10, 20, canvas.clientWidth - 20);
+  g.fillStyle = palette.muted;
+  g.font = FONT;
+  g.fillText(note, 10, 38, canvas.clientWidth - 20);
+  out.toBlob((blob) => download(name + '.png', blob));
+}

@@ -1,0 +1,214 @@
+// How the map is drawn. `view` maps world metres to pixels: see MapView in map.js.
+
+function drawMap(g, view, options) {
+  drawGrid(g, view);
+  if (options.show.landmarks) drawLandmarks(g, view, options);
+  app.runs.forEach((run, k) => {
+    if (k !== app.active && options.show['run-' + k]) drawOtherRun(g, view, run, k);
+  });
+  const run = activeRun();
+  if (options.show.dead && run.deadReckoning) {
+    drawPath(g, view, run.deadReckoning, palette.dead, 1.8, [2, 4]);
+  }
+  if (options.show.truth && run.truth) {
+    drawPath(g, view, truthColumns(run, options.truth), palette.truth, 1.8, [9, 5]);
+  }
+  if (options.show.estimate) drawEstimate(g, view, run, options);
+  drawMarker(g, view, run);
+  drawScale(g, view);
+  if (options.show.landmarks && options.colour !== 'plain') drawRamp(g, view, options);
+}
+
+/** Truth's positions as placed by the first pose or by the best fit. */
+function truthColumns(run, placed) {
+  const t = run.truth;
+  return placed === 'fit' ? { x: t.fit_x, y: t.fit_y, z: t.fit_z }
+    : { x: t.first_x, y: t.first_y, z: t.first_z };
+}
+
+function drawGrid(g, view) {
+  const step = niceStep(view.width / view.scale, view.width / 110);
+  g.strokeStyle = palette.line;
+  g.globalAlpha = 0.55;
+  g.lineWidth = 1;
+  g.beginPath();
+  const [left, top] = view.toWorld(0, 0), [right, bottom] = view.toWorld(view.width, view.height);
+  for (let k = Math.ceil(left / step); k * step <= right; k++) {
+    const x = Math.round(view.toScreen(k * step, 0)[0]) + 0.5;
+    g.moveTo(x, 0);
+    g.lineTo(x, view.height);
+  }
+  for (let k = Math.ceil(bottom / step); k * step <= top; k++) {
+    const y = Math.round(view.toScreen(0, k * step)[1]) + 0.5;
+    g.moveTo(0, y);
+    g.lineTo(view.width, y);
+  }
+  g.stroke();
+  g.globalAlpha = 1;
+}
+
+function drawPath(g, view, columns, colour, width, dash) {
+  const [a, b] = view.axes.map((axis) => columns[axis]);
+  g.strokeStyle = colour;
+  g.lineWidth = width;
+  g.setLineDash(dash);
+  polyline(g, a.length, (i) => view.toScreen(a[i], 0)[0], (i) => view.toScreen(0, b[i])[1]);
+  g.setLineDash([]);
+}
+
+function drawOtherRun(g, view, run, k) {
+  const shift = run.origin.map((o, i) => o - activeRun().origin[i]);
+  const moved = (name, i) => run.states[name].map((v) => v + shift[i]);
+  drawPath(g, view, { x: moved('x', 0), y: moved('y', 1), z: moved('z', 2) },
+    palette['run-' + (k % 5)], 1.6, [12, 3, 2, 3]);
+}
+
+function drawEstimate(g, view, run, options) {
+  if (ellipsesShown(view, options)) drawPositionEllipses(g, view, run);
+  g.lineCap = 'round';
+  drawPath(g, view, run.states, palette.panel, 4.6, []);
+  drawPath(g, view, run.states, palette.estimate, 2.4, []);
+  g.lineCap = 'butt';
+  if (run.count) drawStart(g, view, run);
+}
+
+function drawStart(g, view, run) {
+  const [x, y] = view.stateAt(run, 0);
+  g.fillStyle = palette.panel;
+  g.strokeStyle = palette.estimate;
+  g.lineWidth = 2;
+  g.beginPath();
+  g.arc(x, y, 4.5, 0, 2 * Math.PI);
+  g.fill();
+  g.stroke();
+  g.fillStyle = palette.ink;
+  g.textAlign = 'left';
+  g.textBaseline = 'middle';
+  drawTag(g, 'start', x + 10, y - 6, 'left');
+}
+
+/** Ellipses of the position about every 70 pixels of the way. */
+function drawPositionEllipses(g, view, run) {
+  let [lastX, lastY] = [-1e9, -1e9];
+  g.strokeStyle = g.fillStyle = palette.estimate;
+  g.lineWidth = 1;
+  for (let i = 0; i < run.count; i++) {
+    const [x, y] = view.stateAt(run, i);
+    if (Math.hypot(x - lastX, y - lastY) < 70) continue;
+    [lastX, lastY] = [x, y];
+    strokeEllipse(g, view, x, y, view.stateCovariance(run, i), 0.12);
+  }
+}
+
+function strokeEllipse(g, view, x, y, covariance, fillAlpha) {
+  const e = ellipseOf(...covariance);
+  g.beginPath();
+  // The screen's y axis points down, so the angle changes its sign.
+  g.ellipse(x, y, e.major * view.scale, e.minor * view.scale, -e.angle, 0, 2 * Math.PI);
+  if (fillAlpha > 0) {
+    g.globalAlpha = fillAlpha;
+    g.fill();
+  }
+  g.globalAlpha = 0.8;
+  g.stroke();
+  g.globalAlpha = 1;
+}
+
+function ellipsesShown(view, options) {
+  return options.ellipses === 'always' || (options.ellipses === 'auto' && view.zoomedIn());
+}
+
+function drawLandmarks(g, view, options) {
+  const { landmarks, colours } = view;
+  const ellipses = ellipsesShown(view, options);
+  const size = clamp(Math.sqrt(view.scale) * 1.1, 1.5, 4);
+  g.lineWidth = 0.8;
+  for (let i = 0; i < landmarks.id.length; i++) {
+    const [x, y] = view.landmarkAt(i);
+    if (x < -200 || y < -200 || x > view.width + 200 || y > view.height + 200) continue;
+    g.fillStyle = g.strokeStyle = colours[i];
+    if (ellipses) strokeEllipse(g, view, x, y, view.landmarkCovariance(i), 0.06);
+    g.globalAlpha = 0.85;
+    g.fillRect(x - size / 2, y - size / 2, size, size);
+  }
+  g.globalAlpha = 1;
+  if (view.hovered >= 0) drawHovered(g, view);
+}
+
+function drawHovered(g, view) {
+  const [x, y] = view.landmarkAt(view.hovered);
+  g.strokeStyle = g.fillStyle = palette.cursor;
+  g.lineWidth = 1.6;
+  strokeEllipse(g, view, x, y, view.landmarkCovariance(view.hovered), 0.15);
+  g.beginPath();
+  g.arc(x, y, 5, 0, 2 * Math.PI);
+  g.stroke();
+}
+
+/** The pose at the cursor: an arrow along the body's x axis, with the ellipse of its position. */
+function drawMarker(g, view, run) {
+  if (!run.count) return;
+  const [x, y] = view.stateAt(run, app.cursor);
+  g.strokeStyle = g.fillStyle = palette.cursor;
+  g.lineWidth = 1.4;
+  strokeEllipse(g, view, x, y, view.stateCovariance(run, app.cursor), 0.18);
+  const [fx, fy] = view.forward(run, app.cursor);
+  const length = Math.hypot(fx, fy);
+  g.save();
+  g.translate(x, y);
+  g.rotate(Math.atan2(-fy, fx));
+  g.beginPath();
+  const reach = 6 + 7 * Math.min(1, length);
+  g.moveTo(reach, 0);
+  g.lineTo(-6, 6.5);
+  g.lineTo(-3, 0);
+  g.lineTo(-6, -6.5);
+  g.closePath();
+  g.strokeStyle = palette.panel;
+  g.lineWidth = 3.5;
+  g.stroke();
+  g.fill();
+  g.restore();
+}
+
+function drawScale(g, view) {
+  const metres = niceStep(view.width / view.scale, view.width / 90);
+  const length = metres * view.scale, x = 14, y = view.height - 16;
+  g.strokeStyle = palette.ink;
+  g.lineWidth = 1.5;
+  g.beginPath();
+  g.moveTo(x, y - 5);
+  g.lineTo(x, y);
+  g.lineTo(x + length, y);
+  g.lineTo(x + length, y - 5);
+  g.stroke();
+  g.textBaseline = 'alphabetic';
+  drawTag(g, '', x, y, 'left');
+  g.fillStyle = palette.ink;
+  g.textAlign = 'left';
+  g.fillText(metres >= 1000 ? `${number(metres / 1000)} km` : `${number(metres)} m`, x + 4, y - 5);
+  g.fillStyle = palette.muted;
+  g.fillText(`${view.axes[0]} →  ${view.axes[1]} ↑`, x + length + 10, y);
+}
+
+/** The key of the landmarks' colours. */
+function drawRamp(g, view, options) {
+  const [low, high] = view.colourRange;
+  if (!(high > low)) return;
+  const width = 120, x = view.width - width - 14, y = view.height - 18;
+  g.globalAlpha = 0.85;
+  g.fillStyle = palette.panel;
+  g.fillRect(x - 8, y - 22, width + 16, 36);
+  g.globalAlpha = 1;
+  for (let k = 0; k < width; k++) {
+    g.fillStyle = ramp(k / (width - 1));
+    g.fillRect(x + k, y, 1.5, 6);
+  }
+  g.fillStyle = palette.ink;
+  g.textBaseline = 'alphabetic';
+  const unit = options.colour === 'sigma' ? 'σ' : view.upName;
+  g.textAlign = 'left';
+  g.fillText(`${unit} ${number(low, 2)}`, x, y - 6);
+  g.textAlign = 'right';
+  g.fillText(`${number(high, 2)} m`, x + width, y - 6);
+}

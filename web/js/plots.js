@@ -1,0 +1,177 @@
+// Which plots a run gets, and what is in them.
+
+const AXES = ['x', 'y', 'z'];
+
+function plotSpecs(run) {
+  return [
+    positionPlot(run), attitudePlot(run), nisPlot(run), neesPlot(run),
+    observationPlot(run), landmarkPlot(run), timingPlot(run), ...extraPlots(run),
+  ].filter(Boolean);
+}
+
+/** Error (or, without truth, nothing but the band) of one axis with ±3σ. */
+function errorPanel(label, unit, error, sigma) {
+  const high = sigma.map((s) => 3 * s), low = sigma.map((s) => -3 * s);
+  const series = [{ label: '±3σ', style: 'band', low, high, colour: 'band' }];
+  let summary = `last 3σ ${number(high[high.length - 1], 2)} ${unit}`;
+  if (error) {
+    series.push({ label: 'error', style: 'line', values: error, colour: 'estimate', sigma });
+    const rms = Math.sqrt(mean(error.map((e) => e * e)));
+    summary = `rms ${number(rms, 2)} ${unit}, ${percent(shareInside(error, low, high))} inside`;
+  }
+  return { label, unit, series, summary };
+}
+
+function errorCaption(run, what) {
+  if (run.errors) {
+    return `Truth minus estimate along the world axes, ${what}. Truth is placed by the first ` +
+      'common pose, nothing else is fitted. A filter that knows its error stays inside ±3σ 99.7 % ' +
+      'of the time.';
+  }
+  return `The standard deviation that the filter reports (three times). No truth is at hand, so no ` +
+    'error can be shown.';
+}
+
+function positionPlot(run) {
+  const s = run.states, e = run.errors;
+  return {
+    title: run.errors ? 'Position error' : 'Position uncertainty',
+    caption: errorCaption(run, 'in metres'),
+    panels: AXES.map((axis) => errorPanel(axis, 'm', e && e['position_' + axis], s['sigma_p' + axis])),
+  };
+}
+
+function attitudePlot(run) {
+  const s = run.states, e = run.errors;
+  return {
+    title: run.errors ? 'Attitude error' : 'Attitude uncertainty',
+    caption: errorCaption(run, 'as a rotation vector in degrees'),
+    panels: AXES.map((axis) => errorPanel('about ' + axis, '°', e && e['attitude_' + axis],
+      s['sigma_r' + axis])),
+  };
+}
+
+/** A panel of a normalised square with its 95 % band; logarithmic when it leaves the band far. */
+function consistencyPanel(label, values, low, high, expected) {
+  const share = shareInside(values, low, high);
+  const peak = quantile(values, 0.98);
+  return {
+    label, zero: true,
+    log: peak > 12 * mean(typeof high === 'number' ? [high] : high),
+    summary: `mean ${number(mean(values))} (expected ${expected}), ${percent(share)} in the band`,
+    series: [
+      { label: '95 % band', style: 'band', low, high, colour: 'good' },
+      { label: label || 'value', style: 'line', values, colour: 'estimate', legend: false },
+    ],
+  };
+}
+
+function nisPlot(run) {
+  const s = run.states;
+  const perDof = s.nis.map((v, i) => (s.nis_dof[i] > 0 ? v / s.nis_dof[i] : NaN));
+  if (!perDof.some(Number.isFinite)) return null;
+  return {
+    title: 'NIS per degree of freedom',
+    caption: 'Squared innovations over what the filter expected of them, each frame: 1 on average ' +
+      'when the measurement noise is right. The band holds 95 % of the frames then; it narrows ' +
+      'with the number of observations.',
+    panels: [consistencyPanel('NIS / dof', perDof, s.nis_low, s.nis_high, '1')],
+  };
+}
+
+function neesPlot(run) {
+  const e = run.errors;
+  if (!e) return null;
+  const parts = [['position', 3], ['attitude', 3], ['pose', 6]];
+  return {
+    title: 'NEES',
+    caption: 'Squared error against truth over the covariance that the filter reports: equal to the ' +
+      'number of axes on average when the filter is consistent; far above, it trusts itself too much.',
+    panels: parts.map(([name, axes]) => consistencyPanel(name, e['nees_' + name],
+      run.bounds[`chi2_${axes}_low`], run.bounds[`chi2_${axes}_high`], String(axes))),
+  };
+}
+
+function observationPlot(run) {
+  const s = run.states;
+  const total = s.used.map((v, i) => v + s.rejected[i]);
+  const sum = (values) => values.reduce((a, b) => a + b, 0);
+  return {
+    title: 'Observations',
+    caption: 'Landmark observations of each frame: offered by the recording, used in the update, ' +
+      'refused by the χ² gate. What is neither began a landmark or was not usable.',
+    panels: [{
+      label: '', zero: true,
+      summary: `${grouped(sum(s.used))} used, ${grouped(sum(s.rejected))} refused`,
+      series: [
+        { label: 'refused', style: 'area', values: total, colour: 'dead', readout: s.rejected },
+        { label: 'used', style: 'area', values: s.used, colour: 'estimate' },
+        { label: 'offered', style: 'line', values: s.observations, colour: 'muted' },
+      ],
+    }],
+  };
+}
+
+function landmarkPlot(run) {
+  const s = run.states;
+  const panel = (label, values, colour) => ({
+    label, zero: true, summary: `most ${grouped(Math.max(0, ...values))}`,
+    series: [{ label, style: 'area', values, colour, legend: false }],
+  });
+  return {
+    title: 'Landmarks',
+    caption: 'Landmarks that a frame’s update could touch, and those of the whole map.',
+    panels: [panel('in the state', s.in_state, 'good'), panel('in the map', s.landmarks, 'landmark')],
+  };
+}
+
+function timingPlot(run) {
+  const ms = run.states.milliseconds;
+  if (!ms.some((v) => v > 0)) return null;
+  const t = run.states.t;
+  const period = run.count > 1 ? 1000 * (t[run.count - 1] - t[0]) / (run.count - 1) : NaN;
+  const longest = `median ${number(quantile(ms, 0.5))}, 99 % ${number(quantile(ms, 0.99))}, ` +
+    `most ${number(quantile(ms, 1))} ms`;
+  return {
+    title: 'Time per frame',
+    caption: 'Wall time that a frame took' + (Number.isFinite(period)
+      ? `; frames arrive every ${number(period)} ms, ${number(period / mean(ms))} times that.` : '.') +
+      ' Single spikes are cut off.',
+    panels: [{
+      label: '', unit: 'ms', zero: true, clip: true, summary: longest,
+      series: [{ label: 'time', style: 'line', values: ms, colour: 'estimate', legend: false },
+        { label: 'median', style: 'level', values: quantile(ms, 0.5), colour: 'muted' }],
+    }],
+  };
+}
+
+/** Velocities, biases and whatever else the filter estimated: a plot for each x, y, z family. */
+function extraPlots(run) {
+  const families = new Map();
+  run.extraNames.forEach((name, k) => {
+    const family = name.replace(/_[xyz]$/, '');
+    if (!families.has(family)) families.set(family, []);
+    families.get(family).push([name, run.extra[k]]);
+  });
+  return [...families].map(([family, members]) => ({
+    title: titleCase(family),
+    caption: 'Estimated, with ±3σ.',
+    panels: members.map(([name, { value, sigma }]) => extraPanel(name, value, sigma)),
+  }));
+}
+
+function extraPanel(name, value, sigma) {
+  const low = value.map((v, i) => v - 3 * sigma[i]), high = value.map((v, i) => v + 3 * sigma[i]);
+  const last = value.length - 1;
+  return {
+    label: name,
+    summary: `last ${number(value[last])} ± ${number(3 * sigma[last], 2)}`,
+    series: [{ label: '±3σ', style: 'band', low, high, colour: 'band' },
+      { label: 'estimate', style: 'line', values: value, colour: 'estimate', sigma }],
+  };
+}
+
+function titleCase(name) {
+  const words = name.replace(/_/g, ' ').trim();
+  return words.charAt(0).toUpperCase() + words.slice(1);
+}

@@ -1,0 +1,139 @@
+// Key figures, tables, settings and remarks: all that is words and single numbers.
+
+// [key of summary.json, label, unit, digits, what it means]
+const FIGURES = [
+  ['ate_m', 'ATE', 'm', 3, 'position error, rms, after the best rigid fit to the truth'],
+  ['ate_posyaw_m', 'ATE, position and yaw fitted', 'm', 3, 'as above, gravity’s direction kept'],
+  ['ate_first_pose_m', 'ATE, first pose aligned', 'm', 3, 'nothing fitted but the first pose'],
+  ['attitude_deg', 'Attitude error', '°', 3, 'rms angle after the fit'],
+  ['rpe_100m_percent', 'Relative error, 100 m', '%', 3, 'drift over each 100 m of the way'],
+  ['nees_pose', 'NEES, pose', '', 3, 'expected 6'],
+  ['nees_position', 'NEES, position', '', 3, 'expected 3'],
+  ['nees_attitude', 'NEES, attitude', '', 3, 'expected 3'],
+  ['nis_per_dof', 'NIS per degree of freedom', '', 3, 'expected 1'],
+  ['frames', 'Frames', '', 0, ''],
+  ['landmarks', 'Landmarks', '', 0, 'of the whole map'],
+  ['seconds_wall', 'Wall time', 's', 3, 'the whole run with reading'],
+  ['seconds_cpu', 'Processor time', 's', 3, ''],
+  ['realtime_factor', 'Times real time', '×', 3, 'duration of the recording over wall time'],
+  ['health', 'Health', '', 0, ''],
+];
+const CARDS = ['ate_m', 'rpe_100m_percent', 'attitude_deg', 'nees_pose', 'nis_per_dof', 'landmarks',
+  'frames', 'realtime_factor'];
+const SHORT = { nis_per_dof: 'NIS / dof', realtime_factor: 'Speed', nees_pose: 'NEES of the pose',
+  ate_m: 'ATE (best fit)', rpe_100m_percent: 'Relative error over 100 m' };
+
+const isScalar = (v) => v === null || ['number', 'string', 'boolean'].includes(typeof v);
+
+function scalarText(v, digits = 4) {
+  if (v === null || v === undefined) return '–';
+  return typeof v === 'number' ? number(v, digits || 9) : String(v);
+}
+
+function showCards(run) {
+  const cards = CARDS.filter((key) => Number.isFinite(run.summary[key])).map((key) => {
+    const [, label, unit, digits, meaning] = FIGURES.find((f) => f[0] === key);
+    return make('div', { class: 'card' },
+      make('div', { class: 'card-label' }, SHORT[key] || label),
+      make('div', { class: 'card-value' }, scalarText(run.summary[key], digits),
+        make('span', { class: 'unit' }, unit)),
+      make('div', { class: 'muted small' }, key === 'realtime_factor' ? 'real time' : meaning));
+  });
+  byId('cards').replaceChildren(...cards);
+  byId('cards').hidden = cards.length === 0;
+}
+
+function table(headings, rows) {
+  return make('table', {},
+    headings ? make('thead', {}, make('tr', {}, ...headings.map((h, k) =>
+      make(k ? 'th' : 'td', k ? { scope: 'col', dir: 'auto' } : {}, h)))) : null,
+    make('tbody', {}, ...rows.map((row) => make('tr', {}, make('th', { scope: 'row' }, row[0]),
+      ...row.slice(1).map((cell) => (cell instanceof Node ? cell : make('td', { dir: 'auto' }, cell)))))));
+}
+
+function headings(extra = []) {
+  return app.runs.length > 1 ? ['', ...app.runs.map((r) => r.label), ...extra] : null;
+}
+
+function showFigures() {
+  const rows = [];
+  const known = new Set(FIGURES.map((f) => f[0]).concat('version', 'name', 'settings', 'remarks'));
+  for (const [key, label, unit, digits, meaning] of FIGURES) {
+    const values = app.runs.map((r) => r.summary[key]);
+    if (values.every((v) => v === undefined || !isScalar(v))) continue;
+    rows.push([label, ...values.map((v) => figureCell(v, digits, unit)),
+      make('td', { class: 'muted small meaning' }, meaning)]);
+  }
+  for (const key of keysOf((r) => r.summary)) {
+    if (known.has(key) || app.runs.some((r) => r.summary[key] !== undefined && !isScalar(r.summary[key]))) continue;
+    rows.push([titleCase(key), ...app.runs.map((r) => figureCell(r.summary[key], 5, '')),
+      make('td', {})]);
+  }
+  byId('figures').replaceChildren(table(headings(['']), rows));
+  byId('figures-panel').hidden = rows.length === 0;
+}
+
+function figureCell(value, digits, unit) {
+  const text = scalarText(value, digits);
+  return make('td', { class: 'figure' }, text === '–' || !unit ? text : `${text} ${unit}`);
+}
+
+/** The keys of all runs' objects, each once, in their order. */
+function keysOf(pick) {
+  return [...new Set(app.runs.flatMap((r) => Object.keys(pick(r) || {})))];
+}
+
+/** {a: {b: 1}} → {'a.b': 1}; lists become text. */
+function flattened(value, prefix = '', out = {}) {
+  for (const [key, v] of Object.entries(value || {})) {
+    const path = prefix ? prefix + '.' + key : key;
+    if (v && typeof v === 'object' && !Array.isArray(v)) flattened(v, path, out);
+    else out[path] = Array.isArray(v) ? v.map((x) => isScalar(x) ? scalarText(x, 9) : JSON.stringify(x)).join(', ') : scalarText(v, 9);
+  }
+  return out;
+}
+
+/** Settings, and any other object that the summary holds. */
+function settingsOf(run) {
+  const others = Object.entries(run.summary).filter(([key, v]) =>
+    key !== 'settings' && key !== 'remarks' && !isScalar(v));
+  return { ...flattened(run.summary.settings), ...flattened(Object.fromEntries(others)) };
+}
+
+function showSettings() {
+  const all = app.runs.map(settingsOf);
+  const keys = [...new Set(all.flatMap((s) => Object.keys(s)))];
+  const rows = keys.map((key) => {
+    const values = all.map((s) => s[key] === undefined ? '–' : s[key]);
+    const same = values.every((v) => v === values[0]);
+    return [key, ...values.map((v) => make('td', { class: same ? '' : 'differs', dir: 'auto' }, v))];
+  });
+  byId('settings').replaceChildren(table(headings(), rows));
+  byId('settings-panel').hidden = rows.length === 0;
+}
+
+function remarksOf(run) {
+  const remarks = [].concat(run.summary.remarks || []).map((r) => isScalar(r) ? String(r) : JSON.stringify(r));
+  if (run.landmarksLeftOut) {
+    remarks.push(`${grouped(run.landmarksLeftOut)} landmarks without finite numbers are not drawn.`);
+  }
+  return remarks;
+}
+
+function showRemarks(run) {
+  const remarks = remarksOf(run);
+  byId('remarks').replaceChildren(make('ul', {}, ...remarks.map((r) => make('li', { dir: 'auto' }, r))));
+  byId('remarks-panel').hidden = remarks.length === 0;
+}
+
+/** ok, or how long the filter was not. */
+function showHealth(run) {
+  const share = run.healthNames.map((name, k) => [name,
+    run.states.health.reduce((n, h) => n + (h === k ? 1 : 0), 0) / Math.max(1, run.count)]);
+  const bad = share.filter(([name, part]) => name !== 'ok' && part > 0);
+  const badge = byId('health-badge');
+  const overall = isScalar(run.summary.health) && run.summary.health || (bad.length ? bad[0][0] : 'ok');
+  badge.textContent = overall === 'ok' ? '✓ healthy' : `⚠ ${overall}`;
+  badge.className = 'badge ' + (overall === 'ok' ? 'ok' : overall === 'lost' ? 'lost' : 'degraded');
+  badge.title = bad.map(([name, part]) => `${name}: ${percent(part)} of the frames`).join(', ');
+}

@@ -1,0 +1,50 @@
+// Colours come from the style sheet, so that the canvases follow light, dark and print.
+
+let palette = {};
+
+function readPalette() {
+  const style = getComputedStyle(document.documentElement);
+  const names = ['ink', 'muted', 'line', 'panel', 'ground', 'estimate', 'truth', 'dead', 'landmark',
+    'cursor', 'band', 'good', 'bad', 'warn', 'run-0', 'run-1', 'run-2', 'run-3', 'run-4'];
+  palette = {};
+  for (const name of names) palette[name] = style.getPropertyValue('--' + name).trim();
+}
+
+const currentTheme = () => document.documentElement.dataset.theme;
+
+function applyTheme(theme) {
+  document.documentElement.dataset.theme = theme;
+  byId('theme-button').textContent = theme === 'dark' ? 'Light' : 'Dark';
+  readPalette();
+  notify('theme');
+}
+
+/** Follows the system until the reader chooses; a print is always light. */
+function startTheme() {
+  const system = matchMedia('(prefers-color-scheme: dark)');
+  let chosen = null;
+  const wanted = () => chosen || (system.matches ? 'dark' : 'light');
+  byId('theme-button').addEventListener('click', () => {
+    chosen = currentTheme() === 'dark' ? 'light' : 'dark';
+    applyTheme(chosen);
+  });
+  byId('print-button').addEventListener('click', () => window.print());
+  system.addEventListener('change', () => applyTheme(wanted()));
+  window.addEventListener('beforeprint', () => applyTheme('light'));
+  window.addEventListener('afterprint', () => applyTheme(wanted()));
+  applyTheme(wanted());
+}
+
+// From dark violet over teal to yellow: lightness rises evenly, so the order shows in every kind of
+// colour vision and in grey print.
+const RAMP = [[62, 22, 98], [54, 78, 140], [30, 128, 142], [48, 172, 116], [142, 208, 66],
+  [252, 226, 60]];
+
+/** A colour for s in 0…1. The end that vanishes into the ground is cut off. */
+function ramp(s) {
+  const [low, high] = currentTheme() === 'dark' ? [0.28, 1] : [0, 0.86];
+  const x = clamp(low + (high - low) * s, 0, 1) * (RAMP.length - 1);
+  const i = Math.min(Math.floor(x), RAMP.length - 2);
+  const mix = RAMP[i].map((c, k) => Math.round(c + (x - i) * (RAMP[i + 1][k] - c)));
+  return `rgb(${mix.join(',')})`;
+}
