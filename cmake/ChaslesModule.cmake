@@ -30,6 +30,7 @@ function(chasles_module name)
     set(scope INTERFACE)
   endif()
   add_library(chasles::${name} ALIAS chasles_${name})
+  set_property(GLOBAL APPEND PROPERTY CHASLES_MODULES chasles_${name})
   set_target_properties(chasles_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(chasles_${name} ${scope}
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)

@@ -23,7 +23,9 @@ function fixed(v, decimals) {
 }
 
 function percent(share) {
-  return Number.isFinite(share) ? grouped(100 * share) + ' %' : '–';
+  if (!Number.isFinite(share)) return '–';
+  const nearlyAll = share > 0.98 && share < 1;
+  return grouped(100 * share, nearlyAll ? 1 : 0) + ' %';
 }
 
 /** An element: make('p', {class: 'muted'}, 'text', child…). */

@@ -32,7 +32,21 @@ function pathLength({ x, y, z }) {
 
 function showPlots(run) {
   app.plots = plotSpecs(run).map((spec) => new TimePlot(spec));
-  byId('plots').replaceChildren(...app.plots.map((plot) => plot.element));
+  byId('plots').replaceChildren(...inColumns(app.plots));
+  byId('health-key').hidden = !run.states.health.some((h) => run.healthNames[h] !== 'ok');
+}
+
+/** Two columns of about the same height; on a narrow screen `order` makes one of them again. */
+function inColumns(plots) {
+  const columns = [0, 1].map(() => ({ height: 0, element: make('div', { class: 'column' }) }));
+  plots.forEach((plot, k) => {
+    const shorter = columns[1].height < columns[0].height ? columns[1] : columns[0];
+    // Heading, legend and caption take about as much as a panel and a half.
+    shorter.height += plot.spec.panels.length + 1.5;
+    plot.element.style.order = k;
+    shorter.element.append(plot.element);
+  });
+  return columns.map((column) => column.element);
 }
 
 /** The numbers at the time cursor, beside the map. */

@@ -17,11 +17,11 @@ class MapView {
 
   setPlane(name) {
     this.axes = VIEWS[name];
-    this.upName = 'z';
   }
 
   setRun(run) {
     this.landmarks = run.landmarks;
+    this.origin = run.origin;
     this.hovered = -1;
   }
 
@@ -94,15 +94,15 @@ class MapView {
     });
     this.centre = ranges.map(([low, high]) => (low + high) / 2);
     const [spanX, spanY] = ranges.map(([low, high]) => Math.max(high - low, 1e-3));
-    const room = this.width < 500 ? 0.9 : 0.86;
-    this.scale = Math.min(this.width * room / spanX, this.height * room / spanY, 2000);
+        // Room at the borders for the farther landmarks, the scale and the buttons.
+    this.scale = Math.min(0.84 * this.width / spanX, 0.84 * this.height / spanY, 2000);
     this.fitScale = this.scale;
   }
 
   /** Colours of the landmarks by standard deviation or height. */
   colourBy(kind) {
     const marks = this.landmarks;
-    const value = kind === 'height' ? (i) => marks.z[i]
+    const value = kind === 'height' ? (i) => marks.z[i] + this.origin[2]
       : (i) => Math.sqrt(Math.max(marks.cxx[i] + marks.cyy[i] + marks.czz[i], 0));
     const values = Array.from(marks.id, (_, i) => value(i));
     const [low, high] = this.colourRange = [quantile(values, 0.05), quantile(values, 0.95)];

@@ -47,20 +47,20 @@ function drawGrid(g, view) {
   g.globalAlpha = 1;
 }
 
-function drawPath(g, view, columns, colour, width, dash) {
+function drawPath(g, view, columns, colour, width, dash, shift = [0, 0, 0]) {
   const [a, b] = view.axes.map((axis) => columns[axis]);
+  const [da, db] = view.axes.map((axis) => shift[AXES.indexOf(axis)]);
   g.strokeStyle = colour;
   g.lineWidth = width;
   g.setLineDash(dash);
-  polyline(g, a.length, (i) => view.toScreen(a[i], 0)[0], (i) => view.toScreen(0, b[i])[1]);
+  polyline(g, a.length, (i) => view.toScreen(a[i] + da, 0)[0],
+    (i) => view.toScreen(0, b[i] + db)[1]);
   g.setLineDash([]);
 }
 
 function drawOtherRun(g, view, run, k) {
   const shift = run.origin.map((o, i) => o - activeRun().origin[i]);
-  const moved = (name, i) => run.states[name].map((v) => v + shift[i]);
-  drawPath(g, view, { x: moved('x', 0), y: moved('y', 1), z: moved('z', 2) },
-    palette['run-' + (k % 5)], 1.6, [12, 3, 2, 3]);
+  drawPath(g, view, run.states, palette['run-' + (k % 5)], 1.8, [12, 3, 2, 3], shift);
 }
 
 function drawEstimate(g, view, run, options) {
@@ -81,10 +81,22 @@ function drawStart(g, view, run) {
   g.arc(x, y, 4.5, 0, 2 * Math.PI);
   g.fill();
   g.stroke();
-  g.fillStyle = palette.ink;
-  g.textAlign = 'left';
+  // Behind the first pose, where the path is not.
+  const behind = view.forward(run, 0)[0] > 0;
+  drawTag(g, 'start', x + (behind ? -10 : 10), y, behind ? 'right' : 'left');
+}
+
+/** A short text on a piece of ground, so that what lies below does not disturb it. */
+function drawTag(g, text, x, y, align) {
+  g.textAlign = align;
   g.textBaseline = 'middle';
-  drawTag(g, 'start', x + 10, y - 6, 'left');
+  const width = g.measureText(text).width;
+  g.globalAlpha = 0.8;
+  g.fillStyle = palette.panel;
+  g.fillRect(align === 'left' ? x - 3 : x - width - 3, y - 8, width + 6, 16);
+  g.globalAlpha = 1;
+  g.fillStyle = palette.ink;
+  g.fillText(text, x, y);
 }
 
 /** Ellipses of the position about every 70 pixels of the way. */
@@ -121,7 +133,7 @@ function ellipsesShown(view, options) {
 function drawLandmarks(g, view, options) {
   const { landmarks, colours } = view;
   const ellipses = ellipsesShown(view, options);
-  const size = clamp(Math.sqrt(view.scale) * 1.1, 1.5, 4);
+  const size = clamp(Math.sqrt(view.scale) * 1.2, 1.8, 4);
   g.lineWidth = 0.8;
   for (let i = 0; i < landmarks.id.length; i++) {
     const [x, y] = view.landmarkAt(i);
@@ -183,12 +195,11 @@ function drawScale(g, view) {
   g.lineTo(x + length, y - 5);
   g.stroke();
   g.textBaseline = 'alphabetic';
-  drawTag(g, '', x, y, 'left');
   g.fillStyle = palette.ink;
   g.textAlign = 'left';
   g.fillText(metres >= 1000 ? `${number(metres / 1000)} km` : `${number(metres)} m`, x + 4, y - 5);
   g.fillStyle = palette.muted;
-  g.fillText(`${view.axes[0]} →  ${view.axes[1]} ↑`, x + length + 10, y);
+  if (view.width > 480) g.fillText(`${view.axes[0]} →  ${view.axes[1]} ↑`, x + length + 10, y);
 }
 
 /** The key of the landmarks' colours. */
@@ -206,7 +217,7 @@ function drawRamp(g, view, options) {
   }
   g.fillStyle = palette.ink;
   g.textBaseline = 'alphabetic';
-  const unit = options.colour === 'sigma' ? 'σ' : view.upName;
+  const unit = options.colour === 'sigma' ? 'σ' : 'z';
   g.textAlign = 'left';
   g.fillText(`${unit} ${number(low, 2)}`, x, y - 6);
   g.textAlign = 'right';

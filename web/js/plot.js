@@ -3,7 +3,7 @@
 // A panel: { label, unit, log, zero, clip, series: [{ label, style, values, low, high, colour }] }.
 // Styles: 'line', 'band' (between low and high), 'area' (from zero), 'level' (a thin dashed line).
 
-const PANEL_HEIGHT = 112, AXIS_HEIGHT = 22, LEFT = 54, RIGHT = 10, TOP = 6, GAP = 10;
+const PANEL_HEIGHT = 104, AXIS_HEIGHT = 22, LEFT = 54, RIGHT = 10, TOP = 20, GAP = 24;
 
 class TimePlot {
   constructor(spec) {
@@ -68,7 +68,7 @@ class TimePlot {
     const x = (i) => this.xOf(activeRun().states.t[i]);
     for (const series of panel.series) drawSeries(g, series, x, scale);
     g.restore();
-    drawPanelLabel(g, panel, top, right);
+    drawPanelLabel(g, panel, top - 15, right);
   }
 
   drawTimeAxis(g) {
@@ -79,12 +79,11 @@ class TimePlot {
     g.fillStyle = palette.muted;
     g.textAlign = 'center';
     g.textBaseline = 'top';
-    for (const t of ticks) {
-      if (this.xOf(t) > this.width - 26) continue;
-      g.fillText(tickText(t, step), this.xOf(t), bottom + 6);
-    }
-    g.textAlign = 'right';
-    g.fillText('s', this.width - RIGHT, bottom + 6);
+    ticks.forEach((t, k) => {
+      const text = tickText(t, step) + (k === ticks.length - 1 ? ' s' : '');
+      const half = g.measureText(text).width / 2;
+      g.fillText(text, Math.min(this.xOf(t), this.width - half - 1), bottom + 6);
+    });
   }
 
   drawCursor(g) {
@@ -93,10 +92,13 @@ class TimePlot {
     g.strokeStyle = palette.cursor;
     g.lineWidth = 1.25;
     const x = this.xOf(t);
-    g.beginPath();
-    g.moveTo(x, TOP);
-    g.lineTo(x, this.height() - AXIS_HEIGHT + 3);
-    g.stroke();
+    this.spec.panels.forEach((_, k) => {
+      const top = TOP + k * (PANEL_HEIGHT + GAP);
+      g.beginPath();
+      g.moveTo(x, top);
+      g.lineTo(x, top + PANEL_HEIGHT);
+      g.stroke();
+    });
   }
 
   drawSelection(g) {
@@ -116,7 +118,7 @@ class TimePlot {
         if (series.values && series.style !== 'level') texts.push(valueText(panel, series, i));
       }
     }
-    this.readout.textContent = texts.join('   ');
+    this.readout.replaceChildren(...texts.map((text) => make('span', {}, text)));
   }
 
   listenToPointer() {

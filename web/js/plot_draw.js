@@ -84,24 +84,19 @@ function drawValueAxis(g, scale, right) {
   g.strokeRect(LEFT + 0.5, scale.top + 0.5, right - LEFT - 1, PANEL_HEIGHT - 1);
 }
 
-function drawPanelLabel(g, panel, top, right) {
+/** What the panel shows and what it comes to; on a narrow screen only the beginning of that. */
+function drawPanelLabel(g, panel, y, right) {
   const text = [panel.label, panel.unit ? `[${panel.unit}]` : ''].filter(Boolean).join(' ');
   g.textBaseline = 'top';
-  drawTag(g, text, LEFT + 7, top + 5, 'left');
-  if (panel.summary) drawTag(g, panel.summary, right - 7, top + 5, 'right');
-}
-
-/** A short text on a piece of ground, so that lines do not run through it. */
-function drawTag(g, text, x, y, align) {
-  if (!text) return;
-  g.textAlign = align;
-  const width = g.measureText(text).width;
-  g.globalAlpha = 0.8;
-  g.fillStyle = palette.panel;
-  g.fillRect(align === 'left' ? x - 3 : x - width - 3, y - 2, width + 6, 16);
-  g.globalAlpha = 1;
+  g.textAlign = 'left';
   g.fillStyle = palette.ink;
-  g.fillText(text, x, y);
+  g.fillText(text, LEFT, y);
+  const room = right - LEFT - g.measureText(text).width - 12;
+  const full = panel.summary || '';
+  const fits = [full, full.split(', ')[0]].find((t) => g.measureText(t).width <= room) || '';
+  g.textAlign = 'right';
+  g.fillStyle = palette.muted;
+  g.fillText(fits, right, y);
 }
 
 /** Shades the times at which the filter did not call itself well. */
@@ -176,7 +171,7 @@ function drawArea(g, series, x, scale, n, colour) {
   for (let i = 0; i < n; i++) g.lineTo(x(i), scale.y(series.values[i] || 0));
   g.lineTo(x(n - 1), base);
   g.closePath();
-  g.globalAlpha = 0.55;
+  g.globalAlpha = 0.4;
   g.fillStyle = colour;
   g.fill();
   g.globalAlpha = 1;

@@ -94,7 +94,6 @@ function neesPlot(run) {
 
 function observationPlot(run) {
   const s = run.states;
-  const total = s.used.map((v, i) => v + s.rejected[i]);
   const sum = (values) => values.reduce((a, b) => a + b, 0);
   return {
     title: 'Observations',
@@ -104,9 +103,9 @@ function observationPlot(run) {
       label: '', zero: true,
       summary: `${grouped(sum(s.used))} used, ${grouped(sum(s.rejected))} refused`,
       series: [
-        { label: 'refused', style: 'area', values: total, colour: 'dead', readout: s.rejected },
+        { label: 'offered', style: 'area', values: s.observations, colour: 'muted' },
         { label: 'used', style: 'area', values: s.used, colour: 'estimate' },
-        { label: 'offered', style: 'line', values: s.observations, colour: 'muted' },
+        { label: 'refused', style: 'line', values: s.rejected, colour: 'dead' },
       ],
     }],
   };
@@ -115,7 +114,7 @@ function observationPlot(run) {
 function landmarkPlot(run) {
   const s = run.states;
   const panel = (label, values, colour) => ({
-    label, zero: true, summary: `most ${grouped(Math.max(0, ...values))}`,
+    label, zero: true, summary: `most ${grouped(values.reduce((a, b) => Math.max(a, b), 0))}`,
     series: [{ label, style: 'area', values, colour, legend: false }],
   });
   return {
@@ -130,15 +129,14 @@ function timingPlot(run) {
   if (!ms.some((v) => v > 0)) return null;
   const t = run.states.t;
   const period = run.count > 1 ? 1000 * (t[run.count - 1] - t[0]) / (run.count - 1) : NaN;
-  const longest = `median ${number(quantile(ms, 0.5))}, 99 % ${number(quantile(ms, 0.99))}, ` +
-    `most ${number(quantile(ms, 1))} ms`;
+  const summary = `median ${number(quantile(ms, 0.5))} ms, 99 % below ${number(quantile(ms, 0.99))} ms`;
   return {
     title: 'Time per frame',
     caption: 'Wall time that a frame took' + (Number.isFinite(period)
       ? `; frames arrive every ${number(period)} ms, ${number(period / mean(ms))} times that.` : '.') +
       ' Single spikes are cut off.',
     panels: [{
-      label: '', unit: 'ms', zero: true, clip: true, summary: longest,
+      label: '', unit: 'ms', zero: true, clip: true, summary,
       series: [{ label: 'time', style: 'line', values: ms, colour: 'estimate', legend: false },
         { label: 'median', style: 'level', values: quantile(ms, 0.5), colour: 'muted' }],
     }],
@@ -149,22 +147,22 @@ function timingPlot(run) {
 function extraPlots(run) {
   const families = new Map();
   run.extraNames.forEach((name, k) => {
-    const family = name.replace(/_[xyz]$/, '');
+    const [, family, axis, unit] = /^(.*?)(?:_([xyz]))?(?:_([^_]*\/[^_]*))?$/.exec(name);
     if (!families.has(family)) families.set(family, []);
-    families.get(family).push([name, run.extra[k]]);
+    families.get(family).push(extraPanel(axis || '', unit || '', run.extra[k]));
   });
-  return [...families].map(([family, members]) => ({
+  return [...families].map(([family, panels]) => ({
     title: titleCase(family),
-    caption: 'Estimated, with ±3σ.',
-    panels: members.map(([name, { value, sigma }]) => extraPanel(name, value, sigma)),
+    caption: 'What the filter estimates, with ±3σ; in the axes of the IMU.',
+    panels,
   }));
 }
 
-function extraPanel(name, value, sigma) {
+function extraPanel(label, unit, { value, sigma }) {
   const low = value.map((v, i) => v - 3 * sigma[i]), high = value.map((v, i) => v + 3 * sigma[i]);
   const last = value.length - 1;
   return {
-    label: name,
+    label, unit,
     summary: `last ${number(value[last])} ± ${number(3 * sigma[last], 2)}`,
     series: [{ label: '±3σ', style: 'band', low, high, colour: 'band' },
       { label: 'estimate', style: 'line', values: value, colour: 'estimate', sigma }],

@@ -2,26 +2,41 @@
 
 // [key of summary.json, label, unit, digits, what it means]
 const FIGURES = [
-  ['ate_m', 'ATE', 'm', 3, 'position error, rms, after the best rigid fit to the truth'],
-  ['ate_posyaw_m', 'ATE, position and yaw fitted', 'm', 3, 'as above, gravity’s direction kept'],
+  ['ate_m', 'ATE, best fit', 'm', 3, 'position error, rms, after the best rigid fit to the truth'],
+  ['ate_posyaw_m', 'ATE, position and yaw fitted', 'm', 3, 'the same, the vertical kept'],
   ['ate_first_pose_m', 'ATE, first pose aligned', 'm', 3, 'nothing fitted but the first pose'],
-  ['attitude_deg', 'Attitude error', '°', 3, 'rms angle after the fit'],
-  ['rpe_100m_percent', 'Relative error, 100 m', '%', 3, 'drift over each 100 m of the way'],
-  ['nees_pose', 'NEES, pose', '', 3, 'expected 6'],
-  ['nees_position', 'NEES, position', '', 3, 'expected 3'],
-  ['nees_attitude', 'NEES, attitude', '', 3, 'expected 3'],
-  ['nis_per_dof', 'NIS per degree of freedom', '', 3, 'expected 1'],
+  ['attitude_deg', 'Attitude error', '°', 3, 'rms angle, best rigid fit'],
+  ['attitude_posyaw_deg', 'Attitude error, yaw fitted', '°', 3, ''],
+  ['attitude_first_pose_deg', 'Attitude error, first pose aligned', '°', 3, ''],
+  ['rpe_100m_percent', 'Relative error over 100 m', '%', 3, 'drift over pieces of 100 m'],
+  ['rpe_100m_deg_per_m', 'Relative rotation over 100 m', '°/m', 3, ''],
+  ['rpe_1s_m', 'Relative error over 1 s', 'm', 3, ''],
+  ['rpe_1s_deg', 'Relative rotation over 1 s', '°', 3, ''],
+  ['nees_pose', 'NEES, pose', '', 3, 'mean; 6 is consistent'],
+  ['nees_position', 'NEES, position', '', 3, 'mean; 3 is consistent'],
+  ['nees_attitude', 'NEES, attitude', '', 3, 'mean; 3 is consistent'],
+  ['nis_per_dof', 'NIS per degree of freedom', '', 3, '1 is consistent'],
+  ['path_m', 'Path', 'm', 4, 'of the truth'],
+  ['duration_s', 'Duration', 's', 4, ''],
   ['frames', 'Frames', '', 0, ''],
+  ['matched', 'Compared with truth', '', 0, 'stamps'],
   ['landmarks', 'Landmarks', '', 0, 'of the whole map'],
   ['seconds_wall', 'Wall time', 's', 3, 'the whole run with reading'],
   ['seconds_cpu', 'Processor time', 's', 3, ''],
   ['realtime_factor', 'Times real time', '×', 3, 'duration of the recording over wall time'],
   ['health', 'Health', '', 0, ''],
 ];
-const CARDS = ['ate_m', 'rpe_100m_percent', 'attitude_deg', 'nees_pose', 'nis_per_dof', 'landmarks',
-  'frames', 'realtime_factor'];
-const SHORT = { nis_per_dof: 'NIS / dof', realtime_factor: 'Speed', nees_pose: 'NEES of the pose',
-  ate_m: 'ATE (best fit)', rpe_100m_percent: 'Relative error over 100 m' };
+// [key, label, unit, meaning] of the figures at the top.
+const CARDS = [
+  ['ate_m', 'ATE', 'm', 'rms position, best fit'],
+  ['rpe_100m_percent', 'Drift', '%', 'over 100 m'],
+  ['attitude_deg', 'Attitude', '°', 'rms angle, best fit'],
+  ['nees_pose', 'Pose NEES', '', '6 is consistent'],
+  ['nis_per_dof', 'NIS / dof', '', '1 is consistent'],
+  ['landmarks', 'Landmarks', '', 'of the whole map'],
+  ['frames', 'Frames', '', 'estimated'],
+  ['realtime_factor', 'Speed', '×', 'real time'],
+];
 
 const isScalar = (v) => v === null || ['number', 'string', 'boolean'].includes(typeof v);
 
@@ -31,16 +46,14 @@ function scalarText(v, digits = 4) {
 }
 
 function showCards(run) {
-  const cards = CARDS.filter((key) => Number.isFinite(run.summary[key])).map((key) => {
-    const [, label, unit, digits, meaning] = FIGURES.find((f) => f[0] === key);
-    return make('div', { class: 'card' },
-      make('div', { class: 'card-label' }, SHORT[key] || label),
-      make('div', { class: 'card-value' }, scalarText(run.summary[key], digits),
+  const known = CARDS.filter(([key]) => Number.isFinite(run.summary[key]));
+  byId('cards').replaceChildren(...known.map(([key, label, unit, meaning]) =>
+    make('div', { class: 'card' },
+      make('div', { class: 'card-label' }, label),
+      make('div', { class: 'card-value' }, scalarText(run.summary[key], 3),
         make('span', { class: 'unit' }, unit)),
-      make('div', { class: 'muted small' }, key === 'realtime_factor' ? 'real time' : meaning));
-  });
-  byId('cards').replaceChildren(...cards);
-  byId('cards').hidden = cards.length === 0;
+      make('div', { class: 'muted small' }, meaning))));
+  byId('cards').hidden = known.length === 0;
 }
 
 function table(headings, rows) {
@@ -83,14 +96,20 @@ function keysOf(pick) {
   return [...new Set(app.runs.flatMap((r) => Object.keys(pick(r) || {})))];
 }
 
-/** {a: {b: 1}} → {'a.b': 1}; lists become text. */
+/** {a: {b: 1}} → {'a.b': '1'}; lists become text. */
 function flattened(value, prefix = '', out = {}) {
   for (const [key, v] of Object.entries(value || {})) {
     const path = prefix ? prefix + '.' + key : key;
     if (v && typeof v === 'object' && !Array.isArray(v)) flattened(v, path, out);
-    else out[path] = Array.isArray(v) ? v.map((x) => isScalar(x) ? scalarText(x, 9) : JSON.stringify(x)).join(', ') : scalarText(v, 9);
+    else out[path] = Array.isArray(v) ? v.map(plainText).join(', ') : plainText(v);
   }
   return out;
+}
+
+/** A setting as it was given: no rounding, no grouping. */
+function plainText(v) {
+  if (v === null || v === undefined) return '–';
+  return typeof v === 'object' ? JSON.stringify(v) : String(v);
 }
 
 /** Settings, and any other object that the summary holds. */
@@ -113,7 +132,8 @@ function showSettings() {
 }
 
 function remarksOf(run) {
-  const remarks = [].concat(run.summary.remarks || []).map((r) => isScalar(r) ? String(r) : JSON.stringify(r));
+  const remarks = [].concat(run.summary.remarks || []).map(plainText);
+  if (run.truthProblem) remarks.push(`The truth could not be compared: ${run.truthProblem}`);
   if (run.landmarksLeftOut) {
     remarks.push(`${grouped(run.landmarksLeftOut)} landmarks without finite numbers are not drawn.`);
   }

@@ -22,7 +22,8 @@ bool cholesky(Block S) {
   const int stride = as_int(S.outerStride());
   int info = 0;
   if (n > 0) dpotrf_("L", &n, S.data(), &stride, &info);
-  return info == 0;
+  // OpenBLAS reports no error for a NaN, but carries it to the diagonal.
+  return info == 0 && S.diagonal().allFinite();
 }
 
 void solve_lower(const ConstBlock& L, Block X) {

@@ -13,22 +13,6 @@ using Eigen::VectorXd;
 constexpr int kMaxRows = 6;  // of one measurement, as its types say
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 
-// r^T S^-1 r of one measurement by itself.
-double normalised_square(const Measurement& z, const Covariance& covariance, const State& x) {
-  const auto P = covariance.all();
-  const Eigen::Index w = z.d_core.cols();
-  SmallMatrix S = z.noise;
-  S += z.d_core * P.block(z.core_column, z.core_column, w, w) * z.d_core.transpose();
-  if (z.landmark >= 0) {
-    const int row = x.landmarks[static_cast<std::size_t>(z.landmark)].row;
-    const SmallMatrix cross =
-        z.d_core * P.block(z.core_column, row, w, 3) * z.d_landmark.transpose();
-    S += cross + cross.transpose();
-    S += z.d_landmark * P.block<3, 3>(row, row) * z.d_landmark.transpose();
-  }
-  return z.residual.dot(S.ldlt().solve(z.residual));
-}
-
 // The accepted measurements as one: residual, P H^T and the lower triangle of S = H P H^T + R.
 struct Stack {
   VectorXd residual;
@@ -96,12 +80,27 @@ void Ekf::propagate(const Prediction& prediction) {
   }
 }
 
+double Ekf::normalised_square(const Measurement& z) const {
+  const auto P = covariance_.all();
+  const Eigen::Index w = z.d_core.cols();
+  SmallMatrix S = z.noise;
+  S += z.d_core * P.block(z.core_column, z.core_column, w, w) * z.d_core.transpose();
+  if (z.landmark >= 0) {
+    const int row = state_.landmarks[static_cast<std::size_t>(z.landmark)].row;
+    const SmallMatrix cross =
+        z.d_core * P.block(z.core_column, row, w, 3) * z.d_landmark.transpose();
+    S += cross + cross.transpose();
+    S += z.d_landmark * P.block<3, 3>(row, row) * z.d_landmark.transpose();
+  }
+  return z.residual.dot(S.ldlt().solve(z.residual));
+}
+
 UpdateReport Ekf::update(std::span<const Measurement> measurements) {
   UpdateReport report;
   std::vector<const Measurement*> accepted;
   for (const Measurement& z : measurements) {
     // Written so that a NaN is refused.
-    const bool inside = normalised_square(z, covariance_, state_) < z.gate;
+    const bool inside = normalised_square(z) < z.gate;
     report.accepted.push_back(inside);
     if (inside) accepted.push_back(&z);
   }

@@ -76,6 +76,9 @@ class Ekf {
 
   void propagate(const Prediction& prediction);
 
+  /// residual^T S^-1 residual of a measurement by itself: what its gate is held against.
+  double normalised_square(const Measurement& measurement) const;
+
   /// Gates each measurement by itself, then applies all that pass in one block. A measurement of a
   /// landmark may depend on the landmark and the pose alone.
   UpdateReport update(std::span<const Measurement> measurements);

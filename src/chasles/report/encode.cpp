@@ -1,7 +1,8 @@
-#include <chasles/report/encode.hpp>
-
 #include <bit>
+
 #include <nlohmann/json.hpp>
+
+#include <chasles/report/encode.hpp>
 
 namespace chasles {
 namespace {
@@ -65,10 +66,14 @@ std::string json_for_html(const nlohmann::ordered_json& json) {
   safe.reserve(text.size());
   for (const char c : text) {
     // Outside of strings json has none of these, inside of strings the escape means the same.
-    if (c == '<') safe += "\\u003c";
-    else if (c == '>') safe += "\\u003e";
-    else if (c == '&') safe += "\\u0026";
-    else safe += c;
+    if (c == '<')
+      safe += "\\u003c";
+    else if (c == '>')
+      safe += "\\u003e";
+    else if (c == '&')
+      safe += "\\u0026";
+    else
+      safe += c;
   }
   return safe;
 }

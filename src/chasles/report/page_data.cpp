@@ -1,18 +1,17 @@
-#include <chasles/report/page_data.hpp>
-
-#include <fmt/format.h>
-
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numbers>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
+#include <chasles/report/against_truth.hpp>
 #include <chasles/report/encode.hpp>
-#include <chasles/report/pose_errors.hpp>
+#include <chasles/report/page_data.hpp>
 
 namespace chasles {
 namespace {
@@ -20,7 +19,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kLowTail = 0.025, kHighTail = 0.975;  // of a 95 % interval
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
 /// A column of one number a row.
@@ -64,9 +62,8 @@ void add_covariances(Json& columns, const Rows& rows, const Matrix& matrix) {
 void add_poses(Json& columns, const std::vector<RunState>& states, const Eigen::Vector3d& origin) {
   const Time start = states.empty() ? Time{} : states.front().time;
   columns["t"] = floats(states, [&](const RunState& s) { return to_seconds(s.time - start); });
-  add_points(columns, "", states, [&](const RunState& s) -> Eigen::Vector3d {
-    return s.world_T_imu.p - origin;
-  });
+  add_points(columns, "", states,
+             [&](const RunState& s) -> Eigen::Vector3d { return s.world_T_imu.p - origin; });
   std::vector<Eigen::Vector4d> quaternions;
   for (const RunState& s : states) {
     quaternions.push_back(Eigen::Quaterniond(s.world_T_imu.R).coeffs());
@@ -86,21 +83,23 @@ void add_uncertainty(Json& columns, const std::vector<RunState>& states) {
   });
   add_points(columns, "sigma_p", states,
              [&](const RunState& s) -> Eigen::Vector3d { return deviation(s).tail<3>(); });
-  add_points(columns, "sigma_r", states,
-             [&](const RunState& s) -> Eigen::Vector3d { return kDegrees * deviation(s).head<3>(); });
+  add_points(columns, "sigma_r", states, [&](const RunState& s) -> Eigen::Vector3d {
+    return kDegrees * deviation(s).head<3>();
+  });
 }
 
-/// Bounds that NIS / dof keeps in 95 % of the frames.
-double nis_bound(const RunState& state, double probability) {
-  if (state.nis_dof <= 0) return std::nan("");
-  return chi2_quantile(probability, state.nis_dof) / state.nis_dof;
+/// The 95 % interval of NIS / dof, for the degrees of freedom of the frame.
+Band nis_band(const RunState& state) {
+  if (state.nis_dof <= 0) return {.low = std::nan(""), .high = std::nan("")};
+  const Band band = chi2_band(state.nis_dof, 1);
+  return {.low = band.low / state.nis_dof, .high = band.high / state.nis_dof};
 }
 
 void add_updates(Json& columns, const std::vector<RunState>& states) {
   columns["nis"] = floats(states, [](const RunState& s) { return s.nis; });
   columns["nis_dof"] = ints(states, [](const RunState& s) { return s.nis_dof; });
-  columns["nis_low"] = floats(states, [](const RunState& s) { return nis_bound(s, kLowTail); });
-  columns["nis_high"] = floats(states, [](const RunState& s) { return nis_bound(s, kHighTail); });
+  columns["nis_low"] = floats(states, [](const RunState& s) { return nis_band(s).low; });
+  columns["nis_high"] = floats(states, [](const RunState& s) { return nis_band(s).high; });
   columns["observations"] = ints(states, [](const RunState& s) { return s.observations; });
   columns["used"] = ints(states, [](const RunState& s) { return s.used; });
   columns["rejected"] = ints(states, [](const RunState& s) { return s.rejected; });
@@ -129,9 +128,12 @@ void add_health(Json& json, const std::vector<RunState>& states) {
 Json extra_columns(const Run& run) {
   Json list = Json::array();
   for (std::size_t k = 0; k < run.extra_names.size(); ++k) {
-    const auto entry = [k](const std::vector<double>& v) { return k < v.size() ? v[k] : std::nan(""); };
-    list.push_back({{"value", floats(run.states, [&](const RunState& s) { return entry(s.extra); })},
-                    {"sigma", floats(run.states, [&](const RunState& s) { return entry(s.extra_sigma); })}});
+    const auto entry = [k](const std::vector<double>& v) {
+      return k < v.size() ? v[k] : std::nan("");
+    };
+    list.push_back(
+        {{"value", floats(run.states, [&](const RunState& s) { return entry(s.extra); })},
+         {"sigma", floats(run.states, [&](const RunState& s) { return entry(s.extra_sigma); })}});
   }
   return list;
 }
@@ -145,9 +147,8 @@ void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
   for (const RunLandmark& mark : drawn) ids.push_back(static_cast<double>(mark.id));
   Json& columns = json["landmarks"];
   columns["id"] = double_column(ids);
-  add_points(columns, "", drawn, [&](const RunLandmark& m) -> Eigen::Vector3d {
-    return m.p_world - origin;
-  });
+  add_points(columns, "", drawn,
+             [&](const RunLandmark& m) -> Eigen::Vector3d { return m.p_world - origin; });
   add_covariances(columns, drawn, [](const RunLandmark& m) { return m.covariance; });
   columns["observations"] = ints(drawn, [](const RunLandmark& m) { return m.observations; });
   json["landmarks_left_out"] = run.landmarks.size() - drawn.size();
@@ -163,15 +164,17 @@ Trajectory thinned(const Trajectory& trajectory) {
 }
 
 void add_truth(Json& json, const Run& run, const Eigen::Vector3d& origin) {
-  const PoseErrors errors = pose_errors(run.states, run.truth);
+  const AgainstTruth errors = against_truth(run.states, run.truth);
   const Trajectory truth = thinned(run.truth);
   const auto placed = [&](const SE3& world_T_truth) {
     return [&origin, world_T_truth](const StampedPose& s) -> Eigen::Vector3d {
       return world_T_truth * s.pose.p - origin;
     };
   };
+  json["truth_problem"] = errors.problem;
   add_points(json["truth"], "first_", truth, placed(errors.world_T_truth_first));
   add_points(json["truth"], "fit_", truth, placed(errors.world_T_truth_fit));
+  if (!errors.problem.empty()) return;
   Json& columns = json["errors"];
   add_points(columns, "attitude_", errors.error,
              [](const Vector6d& e) -> Eigen::Vector3d { return kDegrees * e.head<3>(); });
@@ -186,8 +189,10 @@ Json parsed_summary(const ReportRun& run) {
   if (run.summary.empty()) return Json::object();
   Json summary = Json::parse(run.summary, nullptr, false);
   if (!summary.is_object()) {
-    throw InputError(fmt::format("the summary of run '{}' is not a json object; write the run again "
-                                 "with `chasles run`", run.run.name));
+    throw InputError(
+        fmt::format("the summary of run '{}' is not a json object; write the run again "
+                    "with `chasles run`",
+                    run.run.name));
   }
   return summary;
 }
@@ -220,8 +225,9 @@ Json run_data(const ReportRun& report_run) {
 Json page_data(const std::vector<ReportRun>& runs) {
   Json json;
   for (const int dof : {3, 6}) {
-    json["bounds"][fmt::format("chi2_{}_low", dof)] = chi2_quantile(kLowTail, dof);
-    json["bounds"][fmt::format("chi2_{}_high", dof)] = chi2_quantile(kHighTail, dof);
+    const Band band = chi2_band(dof, 1);
+    json["bounds"][fmt::format("chi2_{}_low", dof)] = band.low;
+    json["bounds"][fmt::format("chi2_{}_high", dof)] = band.high;
   }
   json["runs"] = Json::array();
   for (const ReportRun& run : runs) json["runs"].push_back(run_data(run));

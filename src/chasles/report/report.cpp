@@ -1,14 +1,13 @@
-#include <chasles/report/report.hpp>
+#include <fstream>
 
 #include <fmt/format.h>
-
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include <chasles/error.hpp>
 #include <chasles/report/encode.hpp>
 #include <chasles/report/page_data.hpp>
 #include <chasles/report/page_template.hpp>
+#include <chasles/report/report.hpp>
 
 namespace chasles {
 
@@ -36,8 +35,10 @@ void write_page(const std::vector<ReportRun>& runs, const std::filesystem::path&
   out << page;
   out.close();
   if (!out) {
-    throw InputError(fmt::format("{}: the page cannot be written; is the folder writable, is the "
-                                 "disk full?", file.string()));
+    throw InputError(
+        fmt::format("{}: the page cannot be written; is the folder writable, is the "
+                    "disk full?",
+                    file.string()));
   }
 }
 

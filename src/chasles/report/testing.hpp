@@ -1,10 +1,15 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include <chasles/report/report.hpp>
 
-namespace chasles::testing {
+/// What the tests of this folder share.
+namespace chasles::test {
 
 struct DriveOptions {
   int states = 1000;
@@ -15,8 +20,14 @@ struct DriveOptions {
 };
 
 /// A run to look at, without a filter: a 700 m loop through streets, an estimate whose error grows
-/// as its covariance says, dead reckoning that bends away, landmarks on façades whose ellipses point
-/// away from the cameras that saw them.
+/// as its covariance says, dead reckoning that bends away, landmarks on façades whose ellipses
+/// point away from the cameras that saw them.
 ReportRun synthetic_drive(const DriveOptions& options = {});
 
-}  // namespace chasles::testing
+/// The json inside a page, as a browser's parser finds it.
+nlohmann::json data_of(const std::string& page);
+
+/// A column of the json, decoded without the encoder.
+std::vector<double> column(const nlohmann::json& text);
+
+}  // namespace chasles::test

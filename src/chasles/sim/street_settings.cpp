@@ -2,7 +2,9 @@
 #include <array>
 #include <cmath>
 #include <concepts>
+#include <stdexcept>
 #include <string_view>
+#include <type_traits>
 
 #include <fmt/format.h>
 

@@ -19,7 +19,7 @@ namespace chasles {
   FIELD(double, corner_length, 20, "m", "way over which a turn of 90 degrees is spread")          \
   FIELD(double, cruise_speed, 8, "m/s", "speed between the corners")                              \
   FIELD(double, corner_speed, 4, "m/s", "speed in the corners")                                   \
-  FIELD(double, acceleration, 1.5, "m/s^2", "mean of a speeding up or braking; its peak is 35/16 of it") \
+  FIELD(double, acceleration, 1.5, "m/s^2", "mean of a change of speed; the peak is 35/16 of it") \
   FIELD(int, stop_every, 3, "corners", "stop before every n-th turn; 0: never")                   \
   FIELD(double, stop_duration, 3, "s", "how long a stop lasts")                                   \
   FIELD(double, road_amplitude, 0.15, "m", "height of the road's waves")                          \
@@ -41,14 +41,14 @@ namespace chasles {
   FIELD(double, camera_x, 1.1439, "m", "left camera in the IMU frame, forward")                   \
   FIELD(double, camera_y, -0.3127, "m", "left camera in the IMU frame, to the left")              \
   FIELD(double, camera_z, 0.7265, "m", "left camera in the IMU frame, up")                        \
-  FIELD(double, camera_tilt_x, -0.0068, "rad", "rotation vector, IMU axes, from looking straight ahead") \
+  FIELD(double, camera_tilt_x, -0.0068, "rad", "rotation vector, IMU axes; 0: straight ahead")    \
   FIELD(double, camera_tilt_y, 0.0085, "rad", "as camera_tilt_x")                                 \
   FIELD(double, camera_tilt_z, -0.0011, "rad", "as camera_tilt_x")                                \
   /* the tracks */                                                                                \
   FIELD(double, frame_rate, 10, "Hz", "of the frames")                                            \
   FIELD(int, features_per_frame, 70, "", "tracks that are kept up at a time")                     \
   FIELD(double, track_life, 8, "s", "mean of a track's life, were its landmark always in view")   \
-  FIELD(int, shortest_track, 5, "frames", "no track begins whose landmark leaves the view sooner") \
+  FIELD(int, shortest_track, 5, "frames", "no track begins whose landmark leaves the view sooner")\
   FIELD(double, image_border, 5, "px", "no feature nearer to the image's edge")                   \
   FIELD(double, min_depth, 2.5, "m", "no feature nearer to the left camera")                      \
   FIELD(double, max_depth, 60, "m", "no feature farther from the left camera")                    \
@@ -63,7 +63,7 @@ namespace chasles {
   /* the errors of the features */                                                                \
   FIELD(double, pixel_sigma, 0.5, "px", "white noise on each of uL, vL, uR, vR")                  \
   FIELD(double, disparity_sigma, 0, "px", "error of uL - uR that stays constant along a track")   \
-  FIELD(double, outlier_fraction, 0.02, "", "observations whose two pixels lie anywhere in the images") \
+  FIELD(double, outlier_fraction, 0.02, "", "observations that lie anywhere in the images")       \
   FIELD(double, moving_fraction, 0, "", "tracks on things that move along the street")            \
   FIELD(double, moving_speed, 6, "m/s", "of such things")                                         \
   FIELD(double, dropped_fraction, 0, "", "frames without an observation; all tracks end there")

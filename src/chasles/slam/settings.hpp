@@ -33,8 +33,12 @@ struct Settings {
   std::optional<double> pixel_sigma;
   std::optional<double> disparity_sigma;
 
+  double disparity_inflation = 2;
+
   // Landmarks
-  double gate = 0.99;
+  double gate = 0.85;
+  double loose_gate = 0.98;
+  int enough = 15;
   double min_disparity = 1;
   int waiting_landmarks = 24;
   bool update_with_first_observation = false;
@@ -69,7 +73,11 @@ void for_each_setting(SettingsType& s, Visitor&& visit) {
         "what of an observation updates the state; `mean` uses a disparity once, at the beginning");
   visit("pixel_sigma", s.pixel_sigma, "px", "noise of a pixel coordinate");
   visit("disparity_sigma", s.disparity_sigma, "px", "noise of a disparity");
+  visit("disparity_inflation", s.disparity_inflation, "1",
+        "of the disparity's noise in updates: its error hardly changes along a track");
   visit("gate", s.gate, "probability", "of a right observation to pass the gate; 1: no gate");
+  visit("loose_gate", s.loose_gate, "probability", "gate where the other would leave too few");
+  visit("enough", s.enough, "count", "observations that must pass the gate, else the loose one is used");
   visit("min_disparity", s.min_disparity, "px", "below it, no landmark is begun");
   visit("waiting_landmarks", s.waiting_landmarks, "count",
         "the state holds landmarks out of view up to this number in all");

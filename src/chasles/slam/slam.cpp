@@ -45,6 +45,7 @@ Slam::Slam(const Settings& s, const StereoRig& rig, const Noise& noise)
       model_{.velocity_state = s.velocity == "measured" && s.mode == "slam", .gyro_bias = s.gyro_bias && s.mode == "slam", .scale = s.velocity_scale && s.mode == "slam"},
       rows_(rows_named(s.stereo_rows)),
       gate_(chi2_quantile(s.gate, rows_ == StereoRows::kAll ? 4 : rows_ == StereoRows::kMean ? 2 : 3)),
+      loose_(chi2_quantile(s.loose_gate, rows_ == StereoRows::kAll ? 4 : rows_ == StereoRows::kMean ? 2 : 3)),
       filter_(error_chart(s.chart), initial_state(model_), initial_covariance(s, model_, noise), {.compress_map = s.compress_map}) {}
 
 void Slam::predict_to(Time time, const BodyVelocity& held) {
@@ -78,15 +79,19 @@ UpdateReport Slam::update(const FeatureFrame& frame) {
   const auto& landmarks = filter_.state().landmarks;
   for (std::size_t i = 0; i < landmarks.size(); ++i) index[landmarks[i].id] = static_cast<int>(i);
   std::vector<Measurement> measurements;
+  StereoNoise noise = noise_.stereo;
+  noise.disparity *= settings_.disparity_inflation;
   for (const StereoObservation& o : frame.observations) {
     const auto at = index.find(o.landmark);
     if (at == index.end()) continue;
     last_seen_[o.landmark] = frame_;
-    auto z = measure_stereo(rig_, rows_, noise_.stereo, filter_.state(), at->second, o);
+    auto z = measure_stereo(rig_, rows_, noise, filter_.state(), at->second, o);
     if (!z) continue;
-    z->gate = gate_;
     measurements.push_back(*z);
   }
+  int inside = 0;
+  for (const Measurement& z : measurements) inside += filter_.normalised_square(z) < gate_;
+  for (Measurement& z : measurements) z.gate = inside >= settings_.enough ? gate_ : loose_;
   return filter_.update(measurements);
 }
 

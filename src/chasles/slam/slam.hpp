@@ -58,7 +58,7 @@ class Slam {
   Noise noise_;
   BodyVelocityModel model_;
   StereoRows rows_;
-  double gate_;
+  double gate_, loose_;
   Ekf filter_;
   std::optional<Time> time_;
   BodyVelocity velocity_;

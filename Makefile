@@ -1,0 +1,61 @@
+# A thin front: everything is done by CMake's presets and by scripts/.
+JOBS ?= $(shell nproc)
+export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
+export CTEST_PARALLEL_LEVEL ?= $(JOBS)
+
+.PHONY: help deps dev-deps build demo test bench table format lint coverage asan fuzz clean
+.DEFAULT_GOAL := help
+
+help:     ## this list
+	@sed -n 's/^\([a-z-]*\):[^#]*## /  make \1\t/p' Makefile | expand -t 18
+
+deps:     ## installs the Debian or Ubuntu packages that are missing
+	@scripts/deps build test
+
+dev-deps: ## the same, and what format, lint, coverage, fuzz and table need
+	@scripts/deps build test dev
+
+build: deps  ## build/release/bin/chasles
+	cmake --preset release
+	cmake --build --preset release
+
+demo: deps  ## a simulated drive through SLAM to a page: out/demo/page.html
+	cmake --preset release
+	cmake --build --preset release --target chasles
+	@scripts/demo
+
+test: build  ## all tests, on the real recordings too where they are at hand
+	ctest --preset release
+
+bench:    ## ratios of cost, measured in one run
+	@scripts/deps build test bench
+	cmake --preset release -DCHASLES_BENCH=ON
+	cmake --build --preset release
+	@for bench in build/release/bin/*_bench; do $$bench || exit 1; done
+
+table: build  ## runs all real recordings: fills README.md and docs/results.md
+	@scripts/table
+
+format:   ## clang-format over all sources
+	@scripts/format
+
+lint:     ## clang-tidy over all sources, or over FILES="..."
+	@scripts/lint $(FILES)
+
+coverage: deps  ## which lines the tests reach: build/coverage/coverage.html
+	cmake --workflow --preset coverage
+	gcovr --root . --filter src/ --exclude '.*_test\.cpp' --exclude '.*testing\.hpp' \
+	  --exclude-throw-branches --gcov-ignore-parse-errors --html-details build/coverage/coverage.html \
+	  --print-summary build/coverage > build/coverage/coverage.txt
+	@tail -n 3 build/coverage/coverage.txt
+
+asan: deps  ## all tests under the address and undefined-behaviour sanitizers
+	cmake --workflow --preset asan
+
+fuzz:     ## libFuzzer on each reader for SECONDS_EACH (60)
+	cmake --preset fuzz
+	cmake --build --preset fuzz
+	@scripts/fuzz
+
+clean:    ## removes build/ and out/
+	rm -rf build out

@@ -1,0 +1,199 @@
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
+
+#include <chasles/data/readers.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+#include <chasles/filter/error_chart.hpp>
+
+#include "drive.hpp"
+#include "full_covariance.hpp"
+#include "interrupt.hpp"
+#include "options.hpp"
+#include "output_folder.hpp"
+#include "run_input.hpp"
+#include "run_settings.hpp"
+#include "stopwatch.hpp"
+#include "subcommands.hpp"
+#include "summary.hpp"
+#include "thresholds.hpp"
+
+namespace chasles::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct RunOptions {
+  RunInput input;
+  SettingSources settings;
+  std::filesystem::path trajectory, output, full_covariance;
+  bool json = false, quiet = false;
+  std::vector<Threshold> thresholds = run_thresholds();
+};
+
+std::string settings_help() {
+  Settings defaults;
+  return "Settings, for --set and --config (auto: measured from the recording):\n" +
+         help_text(setting_list(defaults));
+}
+
+std::string chart_help() {
+  std::string text = "Error chart:";
+  for (const ErrorChart& chart : error_charts()) text += fmt::format(" {}", chart.name);
+  return text;
+}
+
+void declare_input(CLI::App& parser, RunOptions& o) {
+  parser
+      .add_option("RECORDING", o.input.recording, "ECE276A .npz, STARS .mat, or a recording folder")
+      ->required()
+      ->type_name("");
+  const auto add = [&](const char* name, std::filesystem::path& path, const char* meaning) {
+    parser.add_option(name, path, meaning)->type_name("FILE")->group("Input");
+  };
+  add("--truth", o.input.truth,
+      "True trajectory: TUM, or a recording that has it (default: the recording's own)");
+  add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
+  add_number(parser, "--start", o.input.start, "S", "Leave out the recording before this second", 0)
+      ->group("Input");
+  add_number(parser, "--stop", o.input.stop, "S", "Leave out the recording after this second", 0)
+      ->group("Input");
+}
+
+void declare_method(CLI::App& parser, RunOptions& o) {
+  const auto add = [&](const char* name, auto& value, const char* type, const std::string& text) {
+    return parser.add_option(name, value, text)->type_name(type)->group("Method");
+  };
+  add("--mode", o.settings.mode, "NAME",
+      "localize: velocities alone; map: along a given trajectory; slam: both at once (default)");
+  add("--chart", o.settings.chart, "NAME", chart_help());
+  add("--config", o.settings.config, "FILE", "Settings from a YAML file, `key: value` a line");
+  add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
+      ->allow_extra_args(false);
+}
+
+void declare_output(CLI::App& parser, RunOptions& o) {
+  parser
+      .add_option("-o,--output", o.output,
+                  "Folder for the run (default: only the summary is printed)")
+      ->type_name("RUN")
+      ->group("Output");
+  parser
+      .add_option("--full-covariance", o.full_covariance,
+                  "Covariance of the whole map, all with all, as .npy (may take gigabytes)")
+      ->type_name("FILE")
+      ->group("Output");
+  parser.add_flag("--json", o.json, "Print the summary as JSON")->group("Output");
+  parser.add_flag("--quiet", o.quiet, "No progress and no log, only errors")->group("Output");
+}
+
+void check(const RunOptions& o, const Settings& settings) {
+  if (!o.trajectory.empty() && settings.mode != "map") {
+    throw UsageError(fmt::format("--trajectory is for --mode map, the mode is {}", settings.mode));
+  }
+}
+
+Recording read(const RunOptions& o) {
+  Recording recording = read_input(o.input);
+  spdlog::info("{}: {} frames and {} velocities in {:.1f} s", recording.name,
+               recording.frames.size(), recording.velocities.size(),
+               to_seconds(recording.frames.back().time - recording.frames.front().time));
+  const Threshold* threshold = needs_truth(o.thresholds);
+  if (threshold && recording.truth.empty()) {
+    throw UsageError(fmt::format("{}: {} has no true trajectory; give one with --truth",
+                                 threshold->option, recording.name));
+  }
+  return recording;
+}
+
+// What the run itself has to say, for summary.json and the reader.
+void add_remarks(const Drive& result, std::size_t frames, std::vector<std::string>& remarks) {
+  if (result.interrupted) {
+    remarks.push_back(
+        fmt::format("interrupted after {} of {} frames: this is what was estimated "
+                    "until then",
+                    result.run.states.size(), frames));
+  } else if (result.run.states.size() < frames) {
+    remarks.push_back(fmt::format("the estimate was lost at frame {} of {}: the run ends there",
+                                  result.run.states.size(), frames));
+  }
+}
+
+Json with_timing(const Json& summary, const Json& timing) {
+  Json all = Json::object();
+  for (const auto& [key, value] : summary.items()) {
+    if (key == "settings") all.update(timing);
+    all[key] = value;
+  }
+  return all;
+}
+
+void print(const RunOptions& o, const Json& figures) {
+  if (o.json) {
+    fmt::print("{}\n", figures.dump(2));
+    return;
+  }
+  fmt::print("{}", summary_text(figures));
+  if (!o.output.empty()) fmt::print("\nrun folder: {}\n", o.output.string());
+}
+
+int exit_code(const RunOptions& o, const Drive& result, const Json& figures) {
+  if (figures.at("health") == "lost") {
+    spdlog::error("the estimate diverged: it is no longer finite after {} frames",
+                  result.run.states.size());
+    return static_cast<int>(ExitCode::kDiverged);
+  }
+  if (result.interrupted) return Interrupt::kExitCode;
+  const std::vector<std::string> sentences = missed(o.thresholds, figures);
+  for (const std::string& sentence : sentences) spdlog::error("missed: {}", sentence);
+  return static_cast<int>(sentences.empty() ? ExitCode::kOk : ExitCode::kThresholdMissed);
+}
+
+int run(const RunOptions& o) {
+  const Stopwatch wall;
+  if (o.quiet) spdlog::set_level(spdlog::level::err);
+  Settings settings = settings_from(o.settings);
+  check(o, settings);
+  const Interrupt interrupt;
+  Recording recording = read(o);
+  if (!o.output.empty()) prepare_output(o.output);
+  if (!o.full_covariance.empty()) check_full_covariance(o.full_covariance);
+
+  Trajectory velocities_alone = dead_reckoning(recording);
+  if (!o.trajectory.empty()) {
+    follow(recording, read_tum(o.trajectory));
+    settings.hold = "zero-order";
+  }
+  Drive result = drive(recording, settings, interrupt, o.quiet);
+  result.run.dead_reckoning = std::move(velocities_alone);
+  add_remarks(result, recording.frames.size(), recording.remarks);
+
+  const Json summary = summary_json(result.run, settings, result.noise, recording.remarks);
+  const double recorded = summary.at("recorded_seconds").get<double>();
+  if (!o.output.empty()) write_run(result.run, summary, o.output);
+  const Json timing = timing_json(recorded, wall.seconds(), cpu_seconds());
+  if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
+  if (!o.full_covariance.empty()) write_full_covariance(*result.slam, o.full_covariance);
+  const Json figures = with_timing(summary, timing);
+  print(o, figures);
+  return exit_code(o, result, figures);
+}
+
+}  // namespace
+
+Action declare_run(CLI::App& parser) {
+  const auto options = std::make_shared<RunOptions>();
+  declare_input(parser, *options);
+  declare_method(parser, *options);
+  declare_output(parser, *options);
+  add_options(parser, options->thresholds);
+  parser.footer(settings_help());
+  return [options] { return run(*options); };
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,109 @@
+#include "drive.hpp"
+
+#include "interrupt.hpp"
+#include "progress.hpp"
+#include "stopwatch.hpp"
+
+namespace chasles::app {
+namespace {
+
+RunState run_state(const Estimate& e, double milliseconds) {
+  const auto numbers = [](const Eigen::VectorXd& v) {
+    return std::vector<double>(v.begin(), v.end());
+  };
+  return {.time = e.time,
+          .world_T_imu = e.world_T_imu,
+          .pose_covariance = e.pose_covariance,
+          .extra = numbers(e.additive),
+          .extra_sigma = numbers(e.additive_sigma),
+          .nis = e.nis,
+          .nis_dof = e.nis_dof,
+          .observations = e.observations,
+          .used = e.used,
+          .rejected = e.rejected,
+          .added = e.added,
+          .in_state = e.in_state,
+          .landmarks = e.landmarks,
+          .health = name(e.health),
+          .milliseconds = milliseconds};
+}
+
+// Du's task 2: "we assume the trajectory from task one is correct".
+Settings without_motion_error(Settings settings) {
+  settings.velocity = "input";
+  settings.velocity_relative_sigma = 0;
+  settings.initial_pose_sigma = 0;
+  return settings;
+}
+
+void process_all(const Recording& recording, const Interrupt& interrupt, bool quiet,
+                 Drive& result) {
+  Slam& slam = *result.slam;
+  Progress progress(recording.frames.size(), quiet);
+  EventStream events(recording);
+  Stopwatch frame_time;
+  while (const auto event = events.next()) {
+    if (const auto* velocity = std::get_if<BodyVelocity>(&*event)) {
+      slam.process(*velocity);
+      continue;
+    }
+    const Estimate estimate = slam.process(std::get<FeatureFrame>(*event));
+    result.run.states.push_back(run_state(estimate, 1e3 * frame_time.seconds()));
+    progress.show(result.run.states.size(),
+                  to_seconds(estimate.time - recording.frames.front().time));
+    result.interrupted = interrupt.requested();
+    // Nothing after a lost frame can be believed, and arithmetic on NaN is slow.
+    if (result.interrupted || estimate.health == Health::kLost) return;
+    frame_time = {};
+  }
+}
+
+std::vector<RunLandmark> landmarks(const Slam& slam) {
+  std::vector<RunLandmark> result;
+  for (const MapLandmark& l : slam.filter().map()) {
+    result.push_back({.id = l.id,
+                      .p_world = l.p_world,
+                      .covariance = l.covariance,
+                      .observations = l.observations});
+  }
+  return result;
+}
+
+}  // namespace
+
+Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
+            bool quiet) {
+  Drive result;
+  result.noise = choose_noise(settings, recording.velocities, recording.frames, std::nullopt);
+  if (settings.mode == "map") result.noise.motion = {};
+  result.slam =
+      std::make_unique<Slam>(settings.mode == "map" ? without_motion_error(settings) : settings,
+                             recording.rig, result.noise);
+  result.run.name = recording.name;
+  result.run.extra_names = result.slam->additive_names();
+  result.run.truth = recording.truth;
+  process_all(recording, interrupt, quiet, result);
+  result.run.landmarks = landmarks(*result.slam);
+  return result;
+}
+
+Trajectory dead_reckoning(const Recording& recording) {
+  Settings settings;
+  settings.mode = "localize";
+  settings.velocity = "input";
+  settings.hold = "midpoint";
+  Slam slam(settings, recording.rig, Noise{});
+  Trajectory trajectory;
+  EventStream events(recording);
+  while (const auto event = events.next()) {
+    if (const auto* velocity = std::get_if<BodyVelocity>(&*event)) {
+      slam.process(*velocity);
+    } else {
+      const Estimate e = slam.process(std::get<FeatureFrame>(*event));
+      trajectory.push_back({.time = e.time, .pose = e.world_T_imu});
+    }
+  }
+  return trajectory;
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <chasles/data/recording.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/slam/noise.hpp>
+#include <chasles/slam/settings.hpp>
+#include <chasles/slam/slam.hpp>
+
+namespace chasles::app {
+
+class Interrupt;
+
+/// A recording after the filter has gone through it.
+struct Drive {
+  Run run;
+  Noise noise;
+  std::unique_ptr<Slam> slam;  ///< as it is after the last frame
+  bool interrupted = false;    ///< by a signal: `run` ends early
+};
+
+/// Runs the filter over the whole recording, or until an interrupt. With `quiet` there is no
+/// progress bar. In mode `map` the trajectory is taken as it is: the motion gets no noise.
+Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
+            bool quiet);
+
+/// world_T_imu at every frame from the velocities alone: the pose at the first event is the
+/// identity, midpoint rule, exact exponential.
+Trajectory dead_reckoning(const Recording& recording);
+
+}  // namespace chasles::app

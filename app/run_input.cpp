@@ -1,0 +1,134 @@
+#include "run_input.hpp"
+
+#include <algorithm>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include <chasles/data/readers.hpp>
+#include <chasles/error.hpp>
+#include <chasles/eval/association.hpp>
+
+namespace chasles::app {
+namespace {
+
+Time first_event(const Recording& r) {
+  const Time frame = r.frames.empty() ? Time::max() : r.frames.front().time;
+  return r.velocities.empty() ? frame : std::min(frame, r.velocities.front().time);
+}
+
+Time last_event(const Recording& r) {
+  const Time frame = r.frames.empty() ? Time::min() : r.frames.back().time;
+  return r.velocities.empty() ? frame : std::max(frame, r.velocities.back().time);
+}
+
+void check_not_empty(const Recording& r) {
+  if (!r.frames.empty() && !r.velocities.empty()) return;
+  throw Error(
+      ExitCode::kNotInitialised,
+      fmt::format("{}: the recording has {} frames and {} velocities, expected at least one "
+                  "of each",
+                  r.name, r.frames.size(), r.velocities.size()));
+}
+
+template <typename Events>
+void keep(Events& events, Time from, Time to) {
+  std::erase_if(events, [&](const auto& event) { return event.time < from || event.time > to; });
+}
+
+void cut(Recording& r, const RunInput& input) {
+  if (!input.start && !input.stop) return;
+  const Time begin = first_event(r);
+  const double length = to_seconds(last_event(r) - begin);
+  const double start = input.start.value_or(0);
+  const double stop = std::min(input.stop.value_or(length), length);
+  if (start >= stop) {
+    throw UsageError(
+        fmt::format("--start {} s, --stop {} s: nothing is left of {}, which lasts "
+                    "{:.3f} s",
+                    start, input.stop.value_or(length), r.name, length));
+  }
+  keep(r.velocities, begin + from_seconds(start), begin + from_seconds(stop));
+  keep(r.frames, begin + from_seconds(start), begin + from_seconds(stop));
+}
+
+// Finds out now, not after the run, that a truth has nothing to do with the recording.
+void check_truth(const Recording& r, const std::filesystem::path& file) {
+  Trajectory stamps;
+  for (const FeatureFrame& frame : r.frames) stamps.push_back({.time = frame.time, .pose = {}});
+  try {
+    associate(stamps, r.truth);
+  } catch (const InputError& error) {
+    throw InputError(
+        fmt::format("{}: does not fit the recording's frames: {}", file.string(), error.what()));
+  }
+}
+
+bool is_text(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  std::string head(512, '\0');
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  return std::ranges::all_of(head,
+                             [](char c) {
+                               const auto byte = static_cast<unsigned char>(c);
+                               return byte >= 0x20 || c == '\n' || c == '\r' || c == '\t';
+                             }) &&
+         !head.starts_with("PK") && !head.starts_with("MATLAB");
+}
+
+}  // namespace
+
+Trajectory read_truth(const std::filesystem::path& path) {
+  std::error_code ignored;
+  const bool folder = std::filesystem::is_directory(path, ignored);
+  if (folder && std::filesystem::exists(path / "truth.tum", ignored)) {
+    return read_tum(path / "truth.tum");
+  }
+  if (!folder && is_text(path)) return read_tum(path);
+  Trajectory truth = read_recording(path).truth;
+  if (truth.empty()) {
+    throw InputError(
+        fmt::format("{}: has no true trajectory; expected a TUM file, or a recording "
+                    "with the truth",
+                    path.string()));
+  }
+  return truth;
+}
+
+void follow(Recording& r, const Trajectory& trajectory) {
+  if (trajectory.size() < 2) throw InputError("the trajectory has fewer than two poses");
+  r.velocities.clear();
+  for (std::size_t k = 0; k + 1 < trajectory.size(); ++k) {
+    const StampedPose &now = trajectory[k], &next = trajectory[k + 1];
+    const Vector6d twist =
+        se3::log(now.pose.inverse() * next.pose) / to_seconds(next.time - now.time);
+    r.velocities.push_back(
+        {.time = now.time, .linear_imu = twist.tail<3>(), .angular_imu = twist.head<3>()});
+  }
+  const std::size_t all = r.frames.size();
+  keep(r.frames, trajectory.front().time, trajectory.back().time);
+  if (r.frames.empty()) {
+    throw InputError(fmt::format("no frame of {} lies in the time of the trajectory", r.name));
+  }
+  if (r.frames.size() < all) {
+    r.remarks.push_back(
+        fmt::format("{} of {} frames lie outside of the time of the given "
+                    "trajectory: left out",
+                    all - r.frames.size(), all));
+  }
+}
+
+Recording read_input(const RunInput& input) {
+  Recording r = read_recording(input.recording);
+  check_not_empty(r);
+  cut(r, input);
+  check_not_empty(r);
+  if (!input.truth.empty()) {
+    r.truth = read_truth(input.truth);
+    check_truth(r, input.truth);
+  }
+  return r;
+}
+
+}  // namespace chasles::app

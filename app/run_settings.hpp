@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <chasles/slam/settings.hpp>
+
+#include "settings_io.hpp"
+
+namespace chasles::app {
+
+/// The settings of a run with the range of each: what is a noise or a number of things is not
+/// negative, what divides by is positive.
+SettingList setting_list(Settings& settings);
+
+/// Where the settings come from, the later before the earlier: the program's defaults, the file of
+/// --config, each --set in turn, the options that name a setting (--chart, --mode).
+struct SettingSources {
+  std::string config;             ///< empty: none
+  std::vector<std::string> sets;  ///< key=value
+  std::string chart, mode;        ///< empty: not given
+};
+
+/// Throws UsageError or InputError as set() and set_from_file() do.
+Settings settings_from(const SettingSources& sources);
+
+}  // namespace chasles::app

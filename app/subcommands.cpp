@@ -1,0 +1,15 @@
+#include "subcommands.hpp"
+
+namespace chasles::app {
+
+std::span<const Subcommand> subcommands() {
+  static constexpr Subcommand list[] = {
+      {"run", "Estimate the trajectory and the map of a recording", declare_run},
+      {"simulate", "Write a simulated recording", declare_simulate},
+      {"evaluate", "Hold a trajectory against the truth: ATE, RPE, NEES", declare_evaluate},
+      {"report", "Write one HTML page that shows runs", declare_report},
+  };
+  return list;
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,153 @@
+#include "summary.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+
+#include "run_settings.hpp"
+
+namespace chasles::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json numbers(const Eigen::Ref<const Eigen::VectorXd>& v) {
+  return std::vector<double>(v.begin(), v.end());
+}
+
+Json noise_json(const Noise& noise) {
+  return {{"rate_sigma", numbers(noise.motion.sample_sigma.head<3>())},
+          {"velocity_sigma", numbers(noise.motion.sample_sigma.tail<3>())},
+          {"rate_walk", numbers(noise.motion.walk.head<3>())},
+          {"velocity_walk", numbers(noise.motion.walk.tail<3>())},
+          {"gyro_bias_sigma", noise.gyro_bias_sigma},
+          {"pixel_sigma_u", noise.stereo.u},
+          {"pixel_sigma_v", noise.stereo.v},
+          {"disparity_sigma", noise.stereo.disparity}};
+}
+
+Json counts_json(const Run& run) {
+  long observations = 0, used = 0, rejected = 0, dof = 0, degraded = 0;
+  double nis = 0;
+  for (const RunState& s : run.states) {
+    observations += s.observations;
+    used += s.used;
+    rejected += s.rejected;
+    dof += s.nis_dof;
+    nis += s.nis;
+    degraded += s.health != "ok";
+  }
+  const double length =
+      run.states.empty() ? 0 : to_seconds(run.states.back().time - run.states.front().time);
+  return {{"health", run_health(run.states)},
+          {"frames", run.states.size()},
+          {"frames_not_ok", degraded},
+          {"recorded_seconds", length},
+          {"landmarks", run.landmarks.size()},
+          {"observations", observations},
+          {"used", used},
+          {"rejected", rejected},
+          {"nis_per_dof", dof > 0 ? Json(nis / static_cast<double>(dof)) : Json()}};
+}
+
+Json no_evaluation() {
+  Json json = Json::object();
+  for (const auto& [name, value] : figures(Evaluation{})) json[name] = nullptr;
+  return json;
+}
+
+std::string line(const Json& summary, const char* label, const char* figure, const char* unit,
+                 int digits) {
+  const auto value = summary.find(figure);
+  if (value == summary.end() || !value->is_number()) return {};
+  return fmt::format("  {:<26} {:>10.{}f} {}\n", label, value->get<double>(), digits, unit);
+}
+
+}  // namespace
+
+std::string run_health(const std::vector<RunState>& states) {
+  const auto count = [&](const char* health) {
+    return static_cast<std::size_t>(std::ranges::count(states, health, &RunState::health));
+  };
+  if (count("lost") > 0) return "lost";
+  return 10 * count("degraded") > states.size() ? "degraded" : "ok";
+}
+
+PoseError pose_error_of(const std::string& chart) {
+  if (chart == "left-se3") return PoseError::kBodyTwist;
+  return chart == "standard" ? PoseError::kStandard : PoseError::kWorldTwist;
+}
+
+Json figures_json(const Evaluation& evaluation) {
+  Json json = Json::object();
+  for (const auto& [name, value] : figures(evaluation)) json[name] = value ? Json(*value) : Json();
+  return json;
+}
+
+Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::string>& remarks) {
+  if (run.truth.empty() || run.states.empty()) return no_evaluation();
+  Trajectory estimate;
+  std::vector<Matrix6d> covariances;
+  for (const RunState& s : run.states) {
+    estimate.push_back({.time = s.time, .pose = s.world_T_imu});
+    covariances.push_back(s.pose_covariance);
+  }
+  EvaluationOptions options;
+  options.pose_error = pose_error_of(chart);
+  try {
+    return figures_json(evaluate(estimate, run.truth, covariances, options));
+  } catch (const InputError& error) {
+    remarks.push_back(fmt::format("not evaluated: {}", error.what()));
+    return no_evaluation();
+  }
+}
+
+Json summary_json(const Run& run, const Settings& settings, const Noise& noise,
+                  std::vector<std::string> remarks) {
+  Json summary = {{"name", run.name},
+                  {"version", CHASLES_VERSION},
+                  {"mode", settings.mode},
+                  {"chart", settings.chart}};
+  summary.update(counts_json(run));
+  summary.update(evaluation_json(run, settings.chart, remarks));
+  Settings copy = settings;
+  summary["settings"] = to_json(setting_list(copy));
+  summary["noise"] = noise_json(noise);
+  summary["remarks"] = remarks;
+  return summary;
+}
+
+Json timing_json(double recorded_seconds, double wall_seconds, double cpu) {
+  return {{"seconds_wall", wall_seconds},
+          {"seconds_cpu", cpu},
+          {"realtime_factor", recorded_seconds / wall_seconds}};
+}
+
+std::string summary_text(const Json& summary) {
+  std::string text =
+      fmt::format("{}: {} frames in {:.1f} s, {} landmarks, health {}\n\n",
+                  summary.at("name").get<std::string>(), summary.at("frames").get<long>(),
+                  summary.at("recorded_seconds").get<double>(), summary.at("landmarks").get<long>(),
+                  summary.at("health").get<std::string>());
+  text += line(summary, "ATE, SE(3)-aligned", "ate_m", "m", 3);
+  text += line(summary, "ATE, yaw and position", "ate_posyaw_m", "m", 3);
+  text += line(summary, "ATE, first pose", "ate_first_pose_m", "m", 3);
+  text += line(summary, "attitude", "attitude_deg", "deg", 3);
+  text += line(summary, "RPE over 100 m", "rpe_100m_percent", "%", 3);
+  text += line(summary, "NEES of the pose", "nees_pose", "(consistent: 6)", 2);
+  text += line(summary, "NEES of the position", "nees_position", "(consistent: 3)", 2);
+  text += line(summary, "NEES of the attitude", "nees_attitude", "(consistent: 3)", 2);
+  text += line(summary, "NIS per degree of freedom", "nis_per_dof", "(consistent: 1)", 3);
+  text += line(summary, "time", "seconds_wall", "s", 2);
+  text += line(summary, "processor time", "seconds_cpu", "s", 2);
+  text += line(summary, "speed", "realtime_factor", "x real time", 1);
+  for (const Json& remark : summary.at("remarks")) {
+    text += fmt::format("\n- {}", remark.get<std::string>());
+  }
+  return text + (summary.at("remarks").empty() ? "" : "\n");
+}
+
+}  // namespace chasles::app

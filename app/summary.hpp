@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <chasles/data/run.hpp>
+#include <chasles/eval/evaluation.hpp>
+#include <chasles/slam/noise.hpp>
+#include <chasles/slam/settings.hpp>
+
+namespace chasles::app {
+
+/// What a run is worth in one word: "lost" where it ended lost, "degraded" where more than a tenth
+/// of the frames were, else "ok".
+std::string run_health(const std::vector<RunState>& states);
+
+/// The coordinates in which a chart's NEES is taken: the chart's own. Du perturbs in the body
+/// frame, right-se3 and right-sen3 in the world's.
+PoseError pose_error_of(const std::string& chart);
+
+/// The figures by name; what has no value is null.
+nlohmann::ordered_json figures_json(const Evaluation& evaluation);
+
+/// The run against its truth; what does not apply is null. A truth that cannot be compared
+/// adds a remark.
+nlohmann::ordered_json evaluation_json(const Run& run, const std::string& chart,
+                                       std::vector<std::string>& remarks);
+
+/// summary.json: figures (design.md §6), settings, noise, version, remarks; nothing in it differs
+/// between two runs of the same input and settings. Adds to the remarks as evaluation_json().
+nlohmann::ordered_json summary_json(const Run& run, const Settings& settings, const Noise& noise,
+                                    std::vector<std::string> remarks);
+
+/// seconds_wall, seconds_cpu and realtime_factor: what differs from run to run.
+nlohmann::ordered_json timing_json(double recorded_seconds, double wall_seconds,
+                                   double cpu_seconds);
+
+/// The figures of a summary for a person, without settings.
+std::string summary_text(const nlohmann::ordered_json& summary);
+
+}  // namespace chasles::app

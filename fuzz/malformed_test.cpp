@@ -1,0 +1,73 @@
+#include <algorithm>
+#include <optional>
+#include <ostream>
+
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+
+#include "kinds.hpp"
+#include "mutate.hpp"
+
+// Valid recordings with small damages, the same ones in every run: a reader either reads them or
+// throws InputError. The long search is `make fuzz`.
+namespace chasles::fuzz {
+
+void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class Malformed : public ::testing::TestWithParam<Kind> {
+ protected:
+  ~Malformed() override { fs::remove_all(scratch); }
+
+  /// Why the bytes were refused; none if they were read. Fails the test on anything but InputError.
+  std::optional<std::string> refusal(const std::string& bytes) const {
+    try {
+      GetParam().read(scratch, bytes);
+      return std::nullopt;
+    } catch (const InputError& error) {
+      return error.what();
+    } catch (const std::exception& error) {
+      ADD_FAILURE() << "not an InputError: " << error.what();
+      return error.what();
+    }
+  }
+
+  fs::path scratch = make_scratch();
+};
+
+TEST_P(Malformed, TheSeedItselfIsRead) {
+  EXPECT_EQ(refusal(GetParam().seed(scratch)), std::nullopt);
+}
+
+TEST_P(Malformed, DamagedBytesAreReadOrRefusedAndNothingElse) {
+  constexpr int kTries = 2000;
+  const std::string seed = GetParam().seed(scratch);
+  Dice dice(20240607);
+  int refused = 0;
+  for (int i = 0; i < kTries && !HasFailure(); ++i) {
+    SCOPED_TRACE("damage " + std::to_string(i));
+    if (refusal(mutate(seed, dice))) ++refused;
+  }
+  // Were all refused, or none, the damages would not reach what they are to try.
+  EXPECT_GT(refused, kTries / 5);
+  EXPECT_LT(refused, kTries);
+}
+
+TEST_P(Malformed, EveryTruncationIsReadOrRefused) {
+  const std::string seed = GetParam().seed(scratch);
+  const std::size_t step = std::max<std::size_t>(1, seed.size() / 300);
+  for (std::size_t size = 0; size < seed.size() && !HasFailure(); size += step) {
+    SCOPED_TRACE("the first " + std::to_string(size) + " bytes");
+    refusal(seed.substr(0, size));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Readers, Malformed, ::testing::ValuesIn(kinds().begin(), kinds().end()),
+                         [](const auto& kind) { return std::string(kind.param.name); });
+
+}  // namespace
+}  // namespace chasles::fuzz

@@ -1,0 +1,80 @@
+#include "mutate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <limits>
+#include <string_view>
+
+namespace chasles::fuzz {
+namespace {
+
+/// What parsers trip over.
+constexpr std::array<std::string_view, 16> kWords = {
+    "nan", "inf", "-", "1e999", ",", "\n", "0",     "-1", "99999999999999999999",
+    "#",   "\"",  "'", "(",     "{", "\t", "1e-320"};
+constexpr std::array<std::uint64_t, 8> kNumbers = {
+    0, 1, 0x7f, 0xffff, 0x7fffffff, 0xffffffff, 0x7fffffffffffffff, 0xffffffffffffffff};
+
+/// A range [first, second) of up to 64 bytes.
+std::pair<std::size_t, std::size_t> piece(const std::string& bytes, Dice& dice) {
+  const std::size_t begin = dice.below(bytes.size());
+  return {begin, std::min(bytes.size(), begin + 1 + dice.below(64))};
+}
+
+void overwrite(std::string& bytes, Dice& dice, std::uint64_t number, std::size_t width) {
+  if (bytes.size() < width) return;
+  std::memcpy(bytes.data() + dice.below(bytes.size() - width + 1), &number, width);
+}
+
+void damage(std::string& bytes, Dice& dice) {
+  if (bytes.empty()) return;
+  const std::size_t at = dice.below(bytes.size());
+  const auto [begin, end] = piece(bytes, dice);
+  switch (dice.below(9)) {
+    case 0:
+      bytes[at] = static_cast<char>(bytes[at] ^ (1 << dice.below(8)));
+      break;
+    case 1:
+      bytes[at] = static_cast<char>(dice.next());
+      break;
+    case 2:
+      overwrite(bytes, dice, kNumbers[dice.below(kNumbers.size())], 4);
+      break;
+    case 3:
+      overwrite(bytes, dice, kNumbers[dice.below(kNumbers.size())], 8);
+      break;
+    case 4:
+      bytes.erase(begin, end - begin);
+      break;
+    case 5:
+      bytes.insert(at, bytes.substr(begin, end - begin));
+      break;
+    case 6:
+      bytes.insert(at, kWords[dice.below(kWords.size())]);
+      break;
+    case 7:
+      bytes.replace(begin, end - begin, kWords[dice.below(kWords.size())]);
+      break;
+    default:
+      bytes.resize(at);
+      break;
+  }
+}
+
+}  // namespace
+
+std::uint64_t Dice::next() {
+  state_ += 0x9e3779b97f4a7c15;
+  std::uint64_t z = state_;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111eb;
+  return z ^ (z >> 31);
+}
+
+std::string mutate(std::string bytes, Dice& dice) {
+  for (std::size_t damages = 1 + dice.below(4); damages > 0; --damages) damage(bytes, dice);
+  return bytes;
+}
+
+}  // namespace chasles::fuzz

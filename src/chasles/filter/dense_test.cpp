@@ -1,0 +1,115 @@
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+#include <chasles/filter/dense.hpp>
+#include <chasles/filter/testing.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::Lower;
+using Eigen::MatrixXd;
+
+constexpr double kTolerance = 1e-12;
+constexpr double kUntouched = 1e30;  // stands where an operation must neither read nor write
+
+MatrixXd random_matrix(test::Random& random, Eigen::Index rows, Eigen::Index cols) {
+  MatrixXd M(rows, cols);
+  for (auto column : M.colwise()) column = random.normal_vector(rows);
+  return M;
+}
+
+MatrixXd lower(const MatrixXd& M) { return M.triangularView<Lower>(); }
+
+// Calls check(matrix, a block of a larger one with the same numbers) for sizes around the tile's.
+template <typename Check>
+void for_each_size(Check check) {
+  test::Random random(1);
+  for (const int n : {0, 1, 2, 31, 32, 33, 70}) {
+    SCOPED_TRACE(n);
+    MatrixXd large = MatrixXd::Constant(n + 5, n + 3, kUntouched);
+    const MatrixXd M = test::random_covariance(random, n, 1);
+    large.block(2, 1, n, n) = M;
+    check(M, large.block(2, 1, n, n), random);
+    large.block(2, 1, n, n).setConstant(kUntouched);
+    EXPECT_EQ(large, MatrixXd::Constant(n + 5, n + 3, kUntouched));
+  }
+}
+
+TEST(Dense, CholeskyFactorTimesItsTransposeIsTheMatrix) {
+  for_each_size([](const MatrixXd& M, auto block, test::Random&) {
+    block.template triangularView<Eigen::StrictlyUpper>().setConstant(kUntouched);
+    ASSERT_TRUE(dense::cholesky(block));
+    const MatrixXd L = lower(block);
+    EXPECT_TRUE(test::agree(L * L.transpose(), M, kTolerance));
+    const MatrixXd upper = block.template triangularView<Eigen::StrictlyUpper>();
+    MatrixXd expected = MatrixXd::Constant(M.rows(), M.cols(), kUntouched);
+    EXPECT_EQ(upper, MatrixXd(expected.triangularView<Eigen::StrictlyUpper>()));
+  });
+}
+
+TEST(Dense, CholeskyRefusesWhatIsNotPositiveDefinite) {
+  MatrixXd indefinite = MatrixXd::Identity(3, 3);
+  indefinite(2, 2) = -1e-3;
+  EXPECT_FALSE(dense::cholesky(indefinite));
+  MatrixXd nan = MatrixXd::Identity(3, 3);
+  nan(1, 1) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(dense::cholesky(nan));
+}
+
+TEST(Dense, TriangularSolvesInvertTheFactor) {
+  for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
+    const Eigen::Index n = M.rows();
+    const MatrixXd L = M.llt().matrixL();
+    block = L;
+    MatrixXd X = random_matrix(random, n, 3);
+    const MatrixXd right = X;
+    dense::solve_lower(block, X);
+    EXPECT_TRUE(test::agree(L * X, right, kTolerance));
+    MatrixXd Y = right.transpose();
+    dense::solve_lower_from_right(block, Y);
+    EXPECT_TRUE(test::agree(Y * L.transpose(), right.transpose(), kTolerance));
+  });
+}
+
+TEST(Dense, RankUpdatesChangeTheLowerTriangleAlone) {
+  for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
+    const Eigen::Index n = M.rows();
+    const MatrixXd W = random_matrix(random, n, 4);
+    const MatrixXd Z = random_matrix(random, n, 4);
+    const MatrixXd upper = M.triangularView<Eigen::StrictlyUpper>();
+    dense::downdate_lower(W, block);
+    EXPECT_TRUE(test::agree(lower(block), lower(M - W * W.transpose()), kTolerance));
+    EXPECT_EQ(MatrixXd(block.template triangularView<Eigen::StrictlyUpper>()), upper);
+    block = M;
+    dense::symmetric_update_lower(W, Z, block);
+    const MatrixXd expected = M + W * Z.transpose() + Z * W.transpose();
+    EXPECT_TRUE(test::agree(lower(block), lower(expected), kTolerance));
+    EXPECT_EQ(MatrixXd(block.template triangularView<Eigen::StrictlyUpper>()), upper);
+  });
+}
+
+TEST(Dense, ProductsAreThoseOfEigen) {
+  for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
+    const Eigen::Index n = M.rows();
+    const MatrixXd A = random_matrix(random, 4, n);
+    const MatrixXd B = random_matrix(random, n, 5);
+    EXPECT_TRUE(test::agree(dense::product(A, B), A * B, kTolerance));
+    const MatrixXd C = random_matrix(random, n, 4);
+    dense::add_product(-0.5, C, A, block);
+    EXPECT_TRUE(test::agree(block, M - 0.5 * C * A, kTolerance));
+  });
+}
+
+TEST(Dense, MirrorCopiesTheLowerTriangleUp) {
+  for_each_size([](const MatrixXd& M, auto block, test::Random&) {
+    block.template triangularView<Eigen::StrictlyUpper>().setConstant(kUntouched);
+    dense::mirror_lower(block);
+    const MatrixXd expected = M.selfadjointView<Lower>();
+    EXPECT_EQ(MatrixXd(block), expected);
+  });
+}
+
+}  // namespace
+}  // namespace chasles

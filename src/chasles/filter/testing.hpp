@@ -1,0 +1,151 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+
+#include <chasles/filter/ekf.hpp>
+#include <chasles/lie/testing.hpp>
+
+/// What the filter's tests share: every chart, random states, and statistics with bounds. Included
+/// by tests only.
+namespace chasles::test {
+
+/// A test over all charts of error_charts().
+class OverCharts : public ::testing::TestWithParam<const ErrorChart*> {
+ protected:
+  const ErrorChart& chart() const { return *GetParam(); }
+};
+
+inline std::vector<const ErrorChart*> all_charts() {
+  std::vector<const ErrorChart*> result;
+  for (const ErrorChart& chart : error_charts()) result.push_back(&chart);
+  return result;
+}
+
+/// GoogleTest's name of a chart: no dashes allowed.
+inline std::string chart_test_name(const ::testing::TestParamInfo<const ErrorChart*>& info) {
+  std::string name(info.param->name);
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+}
+
+inline SE3 random_pose(Random& random, double metres) {
+  return {so3::exp(random.uniform(0, 3) * random.axis()), metres * random.normal_vector(3)};
+}
+
+/// What a random state is made of. `gap` rows of nothing stand before every landmark, as the rows
+/// of retired ones do in a filter that does not compress its map.
+struct StateShape {
+  bool velocity = false;
+  int additive = 0;
+  int landmarks = 0;
+  int gap = 0;
+};
+
+inline State random_state(Random& random, const StateShape& shape) {
+  State x{.world_T_imu = random_pose(random, 20),
+          .v_world = std::nullopt,
+          .additive = random.normal_vector(shape.additive),
+          .landmarks = {}};
+  if (shape.velocity) x.v_world = 5 * random.normal_vector(3);
+  int row = x.core_size();
+  for (int i = 0; i < shape.landmarks; ++i) {
+    row += shape.gap;
+    x.landmarks.push_back({.id = i,
+                           .p_world = 20 * random.normal_vector(3),
+                           .row = row,
+                           .observations = 1});
+    row += 3;
+  }
+  return x;
+}
+
+/// Rows of the error vector of a state that no rows follow.
+inline int error_rows(const State& x) {
+  return x.landmarks.empty() ? x.core_size() : x.landmarks.back().row + 3;
+}
+
+inline State moved(const ErrorChart& chart, State x, const Eigen::VectorXd& xi) {
+  chart.retract(x, xi);
+  return x;
+}
+
+/// The largest distance of two states, of any number in them.
+inline double distance(const State& x, const State& y) {
+  double d = (x.world_T_imu.R - y.world_T_imu.R).cwiseAbs().maxCoeff();
+  d = std::max(d, (x.world_T_imu.p - y.world_T_imu.p).cwiseAbs().maxCoeff());
+  if (x.v_world) d = std::max(d, (*x.v_world - *y.v_world).cwiseAbs().maxCoeff());
+  if (x.additive.size() > 0) d = std::max(d, (x.additive - y.additive).cwiseAbs().maxCoeff());
+  for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
+    const Eigen::Vector3d between = x.landmarks[i].p_world - y.landmarks[i].p_world;
+    d = std::max(d, between.cwiseAbs().maxCoeff());
+  }
+  return d;
+}
+
+/// A covariance with correlations everywhere and standard deviations about `sigma`.
+inline Eigen::MatrixXd random_covariance(Random& random, int n, double sigma) {
+  Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n);
+  for (int j = 0; j < n; ++j) A.col(j) += 0.5 * random.normal_vector(n) / std::sqrt(n);
+  return sigma * sigma * A * A.transpose();
+}
+
+inline Eigen::VectorXd normal_of(Random& random, const Eigen::MatrixXd& covariance) {
+  return covariance.llt().matrixL() * random.normal_vector(covariance.rows());
+}
+
+/// Where a chi-square variable lies with probability 0.999 (Wilson & Hilferty 1931; at 6 degrees of
+/// freedom and more its bounds are good to 1 %).
+struct Chi2Bounds {
+  double low, high;
+  explicit Chi2Bounds(double dof) {
+    constexpr double kNormalQuantile = 3.2905;
+    const auto at = [&](double z) {
+      return dof * std::pow(1 - 2 / (9 * dof) + z * std::sqrt(2 / (9 * dof)), 3);
+    };
+    low = at(-kNormalQuantile);
+    high = at(kNormalQuantile);
+  }
+};
+
+inline ::testing::AssertionResult is_chi2(double sum, double dof) {
+  const Chi2Bounds bounds(dof);
+  if (bounds.low <= sum && sum <= bounds.high) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << sum / dof << " a degree of freedom, of " << dof
+                                       << "; the bounds are " << bounds.low / dof << " and "
+                                       << bounds.high / dof;
+}
+
+/// The columns of `samples` have mean 0 and this covariance, as far as so many samples can tell
+/// (5 deviations in every number of the whitened moments).
+inline ::testing::AssertionResult has_covariance(const Eigen::MatrixXd& samples,
+                                                 const Eigen::MatrixXd& covariance) {
+  const double n = static_cast<double>(samples.cols());
+  const Eigen::MatrixXd white = covariance.llt().matrixL().solve(samples);
+  const Eigen::MatrixXd second = white * white.transpose() / n;
+  const double mean = white.rowwise().mean().cwiseAbs().maxCoeff() * std::sqrt(n);
+  Eigen::MatrixXd excess = second - Eigen::MatrixXd::Identity(second.rows(), second.cols());
+  excess.diagonal() /= std::sqrt(2.0);
+  const double spread = excess.cwiseAbs().maxCoeff() * std::sqrt(n);
+  if (mean < 5 && spread < 5) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "the mean is " << mean << ", the second moments are "
+                                       << spread << " deviations away; whitened moments\n"
+                                       << second;
+}
+
+/// Largest difference of two covariances, every entry in units of its two deviations.
+inline double covariance_difference(const Eigen::MatrixXd& actual,
+                                    const Eigen::MatrixXd& expected) {
+  const Eigen::VectorXd scale = expected.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  return (scale.asDiagonal() * (actual - expected) * scale.asDiagonal()).cwiseAbs().maxCoeff();
+}
+
+}  // namespace chasles::test

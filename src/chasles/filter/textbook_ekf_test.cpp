@@ -1,0 +1,189 @@
+#include <chasles/filter/drive_motion.hpp>
+#include <chasles/filter/ekf.hpp>
+#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/filter/testing.hpp>
+#include <chasles/filter/textbook_ekf.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::MatrixXd;
+using test::Motion;
+using test::TextbookEkf;
+
+constexpr double kTolerance = 1e-9;
+const StereoNoise kNoise{.u = test::kDrivePixelNoise,
+                         .v = test::kDrivePixelNoise,
+                         .disparity = test::kDrivePixelNoise};
+
+using Case = std::tuple<const ErrorChart*, Motion>;
+
+class TextbookEkfTest : public ::testing::TestWithParam<Case> {
+ protected:
+  const ErrorChart& chart() const { return *std::get<0>(GetParam()); }
+  Motion motion() const { return std::get<1>(GetParam()); }
+};
+
+std::string case_name(const ::testing::TestParamInfo<Case>& of) {
+  return test::chart_test_name({std::get<0>(of.param), 0}) + "_" +
+         test::motion_test_name(std::get<1>(of.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(Charts, TextbookEkfTest,
+                         ::testing::Combine(::testing::ValuesIn(test::all_charts()),
+                                            ::testing::Values(Motion::kVelocityState,
+                                                              Motion::kVelocityInput,
+                                                              Motion::kInertial)),
+                         case_name);
+
+// Both filters through the same drive; landmarks that are no longer seen are retired.
+class Pair {
+ public:
+  Pair(const ErrorChart& chart, Motion motion, const test::Drive& drive)
+      : motion_(motion),
+        drive_(drive),
+        ekf_(chart, test::initial_state(motion, drive.frames[0]),
+             test::initial_covariance(motion, 0.02), {.compress_map = false}),
+        textbook_(TextbookEkf::error_named(chart.name), ekf_.state(), in_chart_coordinates()) {}
+
+  const Ekf& ekf() const { return ekf_; }
+  const TextbookEkf& textbook() const { return textbook_; }
+
+  void step(std::size_t frame) {
+    if (frame > 0) propagate(drive_.frames[frame - 1]);
+    observe(drive_.frames[frame].observations);
+  }
+
+  // The filter's covariance in the coordinates that the textbook has.
+  MatrixXd in_chart_coordinates() const {
+    MatrixXd P = ekf_.covariance();
+    push(ekf_.chart(), ekf_.state(), P);
+    P.transposeInPlace();
+    push(ekf_.chart(), ekf_.state(), P);
+    return P;
+  }
+
+ private:
+  void propagate(const test::DriveFrame& frame) {
+    ekf_.propagate(test::predict_drive(motion_, ekf_.state(), frame));
+    if (motion_ == Motion::kInertial) {
+      textbook_.propagate(test::inertial_model(), frame.inertial, test::kDriveStep);
+      return;
+    }
+    const BodyVelocityModel model = test::velocity_model(motion_);
+    const BodyVelocityNoise noise = test::velocity_noise();
+    textbook_.propagate(model, frame.velocity, test::kDriveStep, noise);
+    if (motion_ != Motion::kVelocityState) return;
+    const Measurement z[] = {measure_velocity(model, ekf_.state(), frame.velocity, noise)};
+    ekf_.update(z);
+    textbook_.measure_velocity(model, frame.velocity, noise.sample_sigma);
+  }
+
+  void observe(const std::vector<StereoObservation>& observations) {
+    std::vector<Measurement> measurements;
+    std::vector<std::pair<int, StereoObservation>> seen;
+    std::vector<StereoObservation> fresh;
+    std::vector<bool> in_view(ekf_.state().landmarks.size(), false);
+    for (const StereoObservation& observation : observations) {
+      const auto& landmarks = ekf_.state().landmarks;
+      const auto at = std::find_if(landmarks.begin(), landmarks.end(), [&](const Landmark& l) {
+        return l.id == observation.landmark;
+      });
+      if (at == landmarks.end()) {
+        fresh.push_back(observation);
+        continue;
+      }
+      const int index = static_cast<int>(at - landmarks.begin());
+      in_view[static_cast<std::size_t>(index)] = true;
+      measurements.push_back(*measure_stereo(drive_.rig, StereoRows::kMeanDisparity, kNoise,
+                                             ekf_.state(), index, observation));
+      seen.push_back({all_along(observation.landmark), observation});
+    }
+    ekf_.update(measurements);
+    textbook_.measure(drive_.rig, test::kDrivePixelNoise, seen);
+    retire(in_view);
+    begin(fresh);
+  }
+
+  void retire(const std::vector<bool>& in_view) {
+    std::vector<int> gone;
+    for (std::size_t i = 0; i < in_view.size(); ++i) {
+      if (in_view[i]) continue;
+      gone.push_back(static_cast<int>(i));
+      textbook_.retire(all_along(ekf_.state().landmarks[i].id));
+    }
+    ekf_.retire(gone);
+  }
+
+  void begin(const std::vector<StereoObservation>& fresh) {
+    std::vector<NewLandmark> begun;
+    for (const StereoObservation& observation : fresh) {
+      begun.push_back(*begin_landmark(drive_.rig, kNoise, ekf_.state(), observation));
+      textbook_.begin(drive_.rig, test::kDrivePixelNoise, observation);
+    }
+    ekf_.add(begun);
+  }
+
+  // The index of the textbook's landmark, which it never forgets: the youngest of that name.
+  int all_along(LandmarkId id) const {
+    const auto& landmarks = textbook_.state().landmarks;
+    for (int i = static_cast<int>(landmarks.size()) - 1;; --i) {
+      if (landmarks[static_cast<std::size_t>(i)].id == id) return i;
+    }
+  }
+
+  Motion motion_;
+  const test::Drive& drive_;
+  Ekf ekf_;
+  TextbookEkf textbook_;
+};
+
+// Of the means of what is in the filter's state.
+double mean_difference(const Ekf& ekf, const TextbookEkf& textbook) {
+  State y = textbook.state();
+  y.landmarks.clear();
+  for (std::size_t i = 0; i < textbook.state().landmarks.size(); ++i) {
+    if (!textbook.retired(i)) y.landmarks.push_back(textbook.state().landmarks[i]);
+  }
+  return test::distance(ekf.state(), y);
+}
+
+// The retired ones, by name (a landmark seen again is a new one).
+double map_difference(const Ekf& ekf, const TextbookEkf& textbook) {
+  double difference = 0;
+  for (const MapLandmark& landmark : ekf.map()) {
+    double nearest = 1e9;
+    for (const Landmark& other : textbook.state().landmarks) {
+      if (other.id != landmark.id) continue;
+      nearest = std::min(nearest, (other.p_world - landmark.p_world).norm());
+    }
+    difference = std::max(difference, nearest);
+  }
+  return difference;
+}
+
+TEST_P(TextbookEkfTest, FilterInTheReferenceChartIsTheOneInItsOwnCoordinates) {
+  const test::Drive drive = test::simulate_drive(
+      {.frames = 301, .begin_with = 6, .points_a_frame = 1, .frames_between = 8, .seed = 11});
+  Pair filters(chart(), motion(), drive);
+  double mean = 0, covariance = 0;
+  for (std::size_t frame = 0; frame < drive.frames.size(); ++frame) {
+    filters.step(frame);
+    mean = std::max(mean, mean_difference(filters.ekf(), filters.textbook()));
+    covariance = std::max(covariance, test::covariance_difference(filters.in_chart_coordinates(),
+                                                                  filters.textbook().covariance()));
+  }
+  // Metres, radians; the drive is 240 m long, so that 1e-9 of it would be 2e-7.
+  EXPECT_LT(mean, kTolerance);
+  EXPECT_LT(covariance, kTolerance);
+  EXPECT_LT(map_difference(filters.ekf(), filters.textbook()), kTolerance);
+  EXPECT_GE(filters.ekf().map_size(), 40);
+  EXPECT_LT(filters.ekf().state().landmarks.size(), 20u);
+  // The drive was followed: the linearisation points were those of a working filter.
+  const SE3 error = filters.ekf().state().world_T_imu * drive.frames.back().world_T_imu.inverse();
+  EXPECT_LT(so3::log(error.R).norm(), 0.5);
+  printf("%.2e %.2e %d %d\n", mean, covariance, filters.ekf().map_size(), (int)filters.ekf().state().landmarks.size());
+}
+
+}  // namespace
+}  // namespace chasles

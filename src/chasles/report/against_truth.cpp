@@ -1,0 +1,51 @@
+#include <limits>
+
+#include <chasles/error.hpp>
+#include <chasles/eval/alignment.hpp>
+#include <chasles/eval/association.hpp>
+#include <chasles/eval/nees.hpp>
+#include <chasles/report/against_truth.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+void compare(AgainstTruth& out, const MatchedTrajectories& matched,
+             const std::vector<Matrix6d>& covariances) {
+  out.world_T_truth_first = align(matched, Alignment::kFirstPose).truth_T_estimate.inverse();
+  out.world_T_truth_fit = align(matched, Alignment::kRigid).truth_T_estimate.inverse();
+  const Nees by_row = nees(matched, covariances);
+  for (std::size_t row = 0; row < matched.estimate.size(); ++row) {
+    const std::size_t state = matched.estimate_index[row];
+    const SE3 truth = out.world_T_truth_first * matched.truth[row].pose;
+    out.error[state] = pose_error(PoseError::kStandard, truth, matched.estimate[row].pose);
+    out.nees_pose[state] = by_row.pose[row];
+    out.nees_attitude[state] = by_row.attitude[row];
+    out.nees_position[state] = by_row.position[row];
+  }
+}
+
+}  // namespace
+
+AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory& truth) {
+  const std::vector<double> unknown(states.size(), kNaN);
+  AgainstTruth out;
+  out.error.assign(states.size(), Vector6d::Constant(kNaN));
+  out.nees_pose = out.nees_attitude = out.nees_position = unknown;
+  Trajectory estimate;
+  std::vector<Matrix6d> covariances;
+  for (const RunState& state : states) {
+    estimate.push_back({state.time, state.world_T_imu});
+    covariances.push_back(state.pose_covariance);
+  }
+  try {
+    compare(out, associate(estimate, truth), covariances);
+  } catch (const InputError& error) {
+    // A page without the comparison, which says why, is worth more than none.
+    out.problem = error.what();
+  }
+  return out;
+}
+
+}  // namespace chasles

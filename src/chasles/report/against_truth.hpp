@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <chasles/data/run.hpp>
+
+namespace chasles {
+
+/// The truth brought into the run's world, and what the estimate lacks of it.
+struct AgainstTruth {
+  SE3 world_T_truth_first;  ///< places truth by the first matched pose
+  SE3 world_T_truth_fit;    ///< places truth by the best rigid fit, as the ATE does
+  /// Truth minus estimate at each state, truth placed by the first pose: [theta; dp] as
+  /// RunState::pose_covariance, [rad, m]. NaN where no truth was matched.
+  std::vector<Vector6d> error;
+  /// At each state; NaN where there is no error or the covariance is singular.
+  std::vector<double> nees_pose, nees_attitude, nees_position;
+  /// Why nothing could be compared; empty when it could. Then the placements are the identity.
+  std::string problem;
+};
+
+/// The comparison of eval/ laid out by state.
+AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory& truth);
+
+}  // namespace chasles

@@ -1,0 +1,125 @@
+#include "arrows.hpp"
+
+#include <algorithm>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+// The arrows between the folders (CONTRIBUTING.md): who may include whom. They stand here and in
+// src/chasles/CMakeLists.txt, so that a new one is a decision that is made twice.
+namespace chasles::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const Arrows kArrows = {
+    {"lie", {}},
+    {"imu", {"lie"}},
+    {"camera", {"lie"}},
+    {"filter", {"imu", "camera"}},
+    {"slam", {"filter"}},
+    {"data", {"lie", "imu", "camera"}},
+    // The simulator gives the very type that the readers give.
+    {"sim", {"data"}},
+    {"eval", {"lie"}},
+    {"report", {"data", "eval"}},
+};
+
+std::string joined(const std::vector<std::string>& sentences) {
+  std::string text;
+  for (const std::string& sentence : sentences) text += "\n  " + sentence;
+  return text;
+}
+
+LinkLines real_lines() {
+  return read_link_lines(fs::path(CHASLES_SOURCE_DIR) / "src" / "chasles" / "CMakeLists.txt");
+}
+
+TEST(Arrows, TheLinkLinesAreTheArrowsOfThePlan) { EXPECT_EQ(real_lines().uses, kArrows); }
+
+TEST(Arrows, NoArrowLeadsBack) {
+  for (const auto& [folder, reached] : closure(real_lines().uses)) {
+    EXPECT_FALSE(reached.contains(folder)) << folder << " uses itself in the end";
+  }
+}
+
+TEST(Arrows, TheIncludesFollowTheLinkLines) {
+  const auto includes = read_includes(CHASLES_SOURCE_DIR);
+  EXPECT_GT(includes.size(), 200u) << "the sources were not found";
+  const auto found = violations(includes, real_lines());
+  EXPECT_TRUE(found.empty()) << joined(found);
+}
+
+TEST(Arrows, AnInstalledHeaderIncludesOnlyInstalledOnes) {
+  const auto found = missing_in_package(read_includes(CHASLES_SOURCE_DIR));
+  EXPECT_TRUE(found.empty()) << joined(found);
+}
+
+/// A made-up tree with two folders, top over bottom.
+class MadeUpTree : public ::testing::Test {
+ protected:
+  MadeUpTree() : root(fs::path(::testing::TempDir()) / "chasles_made_up_tree") {
+    fs::remove_all(root);
+    write("CMakeLists.txt",
+          "chasles_module(bottom LINKS Eigen3::Eigen PRIVATE fmt::fmt)\n"
+          "chasles_module(top USES bottom)\n");
+  }
+  ~MadeUpTree() override { fs::remove_all(root); }
+
+  void write(const std::string& file, const std::string& text) const {
+    const fs::path path = root / "src" / "chasles" / file;
+    fs::create_directories(path.parent_path());
+    std::ofstream(path) << text;
+  }
+  std::vector<std::string> found() const {
+    return violations(read_includes(root), read_link_lines(root / "src/chasles/CMakeLists.txt"));
+  }
+
+  fs::path root;
+};
+
+TEST_F(MadeUpTree, MayIncludeDownwardsAndWhatIsHandedOn) {
+  write("time.hpp", "#include <chrono>\n");
+  write("bottom/a.hpp", "#include <Eigen/Core>\n#include <chasles/time.hpp>\n");
+  write("bottom/a.cpp", "#include <chasles/bottom/a.hpp>\n#include <fmt/format.h>\n");
+  write("top/b.hpp", "#include <Eigen/Core>\n#include <vector>\n#include <chasles/bottom/a.hpp>\n");
+  write("top/b_test.cpp", "#include <gtest/gtest.h>\n#include <chasles/top/b.hpp>\n");
+  EXPECT_TRUE(found().empty()) << joined(found());
+}
+
+TEST_F(MadeUpTree, MayNotIncludeUpwards) {
+  write("bottom/a.cpp", "#include <vector>\n  #  include <chasles/top/b.hpp>  // why not\n");
+  ASSERT_EQ(found().size(), 1u);
+  EXPECT_EQ(found().front(),
+            "src/chasles/bottom/a.cpp:2: #include <chasles/top/b.hpp>: there is no arrow from "
+            "bottom to top");
+}
+
+TEST_F(MadeUpTree, TestsKeepTheArrowsToo) {
+  write("bottom/a_test.cpp", "#include <chasles/top/b.hpp>\n");
+  EXPECT_EQ(found().size(), 1u);
+}
+
+TEST_F(MadeUpTree, MayNotUseALibraryThatItDoesNotLink) {
+  write("top/b.cpp", "#include <fmt/format.h>\n");        // bottom has it for itself alone
+  write("top/c.cpp", "#include <opencv2/core.hpp>\n");    // no image outside the three folders
+  write("top/d.cpp", "#include <gtest/gtest.h>\n");       // not a test
+  write("top/e.cpp", "#include <boost/optional.hpp>\n");  // unknown
+  write("error.hpp", "#include <chasles/bottom/a.hpp>\n");
+  EXPECT_EQ(found().size(), 5u) << joined(found());
+}
+
+TEST_F(MadeUpTree, EveryFolderNeedsALinkLine) {
+  write("stray/a.hpp", "#include <vector>\n");
+  ASSERT_EQ(found().size(), 1u);
+  EXPECT_NE(found().front().find("no chasles_module line"), std::string::npos);
+}
+
+TEST_F(MadeUpTree, AnInstalledHeaderMayNotNeedATestHeader) {
+  write("bottom/a.hpp", "#include <chasles/bottom/testing.hpp>\n");
+  write("bottom/series_test.cpp", "#include <chasles/bottom/testing.hpp>\n");
+  EXPECT_EQ(missing_in_package(read_includes(root)).size(), 1u);
+}
+
+}  // namespace
+}  // namespace chasles::test

@@ -1,0 +1,16 @@
+# cmake -DBUILD=... -DSOURCE=... -DCONFIG=... -DCXX=... -DFLAGS=... -P: installs the libraries below
+# the build folder, and builds and runs the consumer against what was installed.
+set(prefix ${BUILD}/consumer/prefix)
+set(build ${BUILD}/consumer/build)
+file(REMOVE_RECURSE ${BUILD}/consumer)
+
+function(run)
+  execute_process(COMMAND ${ARGV} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${prefix} --component library)
+run(${CMAKE_COMMAND} -S ${SOURCE} -B ${build} -G Ninja -DCMAKE_BUILD_TYPE=${CONFIG}
+  -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER} -DCMAKE_CXX_FLAGS=${FLAGS}
+  -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF)
+run(${CMAKE_COMMAND} --build ${build})
+run(${build}/drive)
