@@ -178,7 +178,8 @@ int run(const RunOptions& o) {
   if (!o.output.empty()) write_run(result.run, summary, o.output);
   const Json timing = timing_json(recorded, wall.seconds(), cpu_seconds());
   if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
-  if (!o.full_covariance.empty()) write_full_covariance(*result.slam, o.full_covariance);
+  if (!o.full_covariance.empty())
+    write_full_covariance(*result.slam, result.run.landmarks, o.full_covariance);
   const Json figures = with_timing(summary, timing);
   print(o, figures);
   return exit_code(o, result, figures);

@@ -28,14 +28,6 @@ RunState run_state(const Estimate& e, double milliseconds) {
           .milliseconds = milliseconds};
 }
 
-// Du's task 2: "we assume the trajectory from task one is correct".
-Settings without_motion_error(Settings settings) {
-  settings.velocity = "input";
-  settings.velocity_relative_sigma = 0;
-  settings.initial_pose_sigma = 0;
-  return settings;
-}
-
 void process_all(const Recording& recording, const Interrupt& interrupt, bool quiet,
                  Drive& result) {
   Slam& slam = *result.slam;
@@ -74,11 +66,10 @@ std::vector<RunLandmark> landmarks(const Slam& slam) {
 Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
             bool quiet) {
   Drive result;
-  result.noise = choose_noise(settings, recording.velocities, recording.frames, std::nullopt);
-  if (settings.mode == "map") result.noise.motion = {};
-  result.slam =
-      std::make_unique<Slam>(settings.mode == "map" ? without_motion_error(settings) : settings,
-                             recording.rig, result.noise);
+  result.noise =
+      choose_noise(settings, recording.velocities, recording.frames,
+                   {.velocity = recording.velocity_sigma, .pixels = recording.pixel_sigma});
+  result.slam = std::make_unique<Slam>(settings, recording.rig, result.noise);
   result.run.name = recording.name;
   result.run.extra_names = result.slam->additive_names();
   result.run.truth = recording.truth;

@@ -22,7 +22,7 @@ struct Drive {
 };
 
 /// Runs the filter over the whole recording, or until an interrupt. With `quiet` there is no
-/// progress bar. In mode `map` the trajectory is taken as it is: the motion gets no noise.
+/// progress bar.
 Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
             bool quiet);
 

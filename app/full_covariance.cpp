@@ -27,13 +27,13 @@ std::string npy_header(std::uintmax_t count) {
   return header + text;
 }
 
-std::string row_names(const Slam& slam) {
+std::string row_names(const Slam& slam, const std::vector<RunLandmark>& landmarks) {
   std::string text = "row,of,component\n";
   int row = 0;
   const auto append = [&](const std::string& of, const std::string& component) {
     text += fmt::format("{},{},{}\n", row++, of, component);
   };
-  for (const MapLandmark& l : slam.filter().map()) {
+  for (const RunLandmark& l : landmarks) {
     for (const char* axis : {"x", "y", "z"}) append(fmt::format("{}", l.id), axis);
   }
   for (const char* part : {"rx", "ry", "rz", "x", "y", "z"}) append("pose", part);
@@ -89,7 +89,8 @@ void check_full_covariance(const std::filesystem::path& file) {
   if (!there) remove_file(file);
 }
 
-void write_full_covariance(const Slam& slam, const std::filesystem::path& file) {
+void write_full_covariance(const Slam& slam, const std::vector<RunLandmark>& landmarks,
+                           const std::filesystem::path& file) {
   const auto rows = static_cast<std::uintmax_t>(3 * slam.filter().map_size() +
                                                 slam.filter().core_covariance().rows());
   std::filesystem::path names = file;
@@ -97,7 +98,7 @@ void write_full_covariance(const Slam& slam, const std::filesystem::path& file) 
   std::ofstream stream = opened(file);
   try {
     write_triangle(slam, rows, stream, file);
-    write_file(names, row_names(slam));
+    write_file(names, row_names(slam, landmarks));
   } catch (const Error&) {
     std::error_code ignored;  // The first error is the one to tell.
     if (std::filesystem::is_regular_file(file, ignored)) std::filesystem::remove(file, ignored);

@@ -53,7 +53,7 @@ int refused(const CLI::App& parser, const CLI::ParseError& error) {
     return static_cast<int>(ExitCode::kUsage);
   }
   const bool help = dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr;
-  fmt::print("{}\n", help ? without_double_gaps(innermost(parser).help()) : error.what());
+  fmt::print("{}\n", help ? without_double_gaps(parser.help()) : error.what());
   return static_cast<int>(ExitCode::kOk);
 }
 

@@ -11,7 +11,6 @@
 
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
-#include <chasles/eval/table.hpp>
 
 namespace chasles::app {
 namespace {
@@ -37,7 +36,7 @@ std::string range_text(const Setting& s) {
 }
 
 std::string unit_text(const Setting& s) {
-  return s.unit.empty() || s.unit == "1" ? "" : fmt::format(" [{}]", s.unit);
+  return s.unit.empty() || s.unit == "1" || s.unit == "bool" ? "" : fmt::format(" [{}]", s.unit);
 }
 
 std::string expected(const Setting& s) {
@@ -174,13 +173,14 @@ nlohmann::ordered_json to_json(const SettingList& settings) {
 }
 
 std::string help_text(const SettingList& settings) {
-  Table table{.header = {"  setting", "default", "unit", "meaning"}, .rows = {}};
+  std::string text;
   for (const Setting& s : settings) {
-    std::string meaning = s.meaning;
-    if (!s.choices.empty()) meaning += fmt::format(" ({})", fmt::join(s.choices, "|"));
-    table.rows.push_back({"  " + s.name, value_text(s), s.unit, meaning});
+    const std::string assignment = fmt::format("{} = {}", s.name, value_text(s));
+    const std::string unit =
+        s.choices.empty() ? unit_text(s) : fmt::format(" {}", fmt::join(s.choices, "|"));
+    text += fmt::format("  {:<40}{}\n      {}\n", assignment, unit, s.meaning);
   }
-  return to_text(table);
+  return text;
 }
 
 }  // namespace chasles::app

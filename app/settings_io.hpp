@@ -64,7 +64,7 @@ std::string value_text(const Setting& setting);
 /// Every setting by name. An empty optional is "auto".
 nlohmann::ordered_json to_json(const SettingList& settings);
 
-/// A line a setting with its default, unit or choices, and meaning.
+/// Two lines a setting: default with unit or choices, and the meaning.
 std::string help_text(const SettingList& settings);
 
 }  // namespace chasles::app

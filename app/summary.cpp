@@ -18,15 +18,21 @@ Json numbers(const Eigen::Ref<const Eigen::VectorXd>& v) {
   return std::vector<double>(v.begin(), v.end());
 }
 
+Json stereo_json(const StereoNoise& noise) {
+  return {
+      {"pixel_sigma_u", noise.u}, {"pixel_sigma_v", noise.v}, {"disparity_sigma", noise.disparity}};
+}
+
+// Three numbers are those of the IMU's x, y and z.
 Json noise_json(const Noise& noise) {
   return {{"rate_sigma", numbers(noise.motion.sample_sigma.head<3>())},
           {"velocity_sigma", numbers(noise.motion.sample_sigma.tail<3>())},
           {"rate_walk", numbers(noise.motion.walk.head<3>())},
           {"velocity_walk", numbers(noise.motion.walk.tail<3>())},
           {"gyro_bias_sigma", noise.gyro_bias_sigma},
-          {"pixel_sigma_u", noise.stereo.u},
-          {"pixel_sigma_v", noise.stereo.v},
-          {"disparity_sigma", noise.stereo.disparity}};
+          {"gyro_bias_walk", noise.motion.gyro_bias_walk},
+          {"begin_landmark", stereo_json(noise.begin)},
+          {"update", stereo_json(noise.update)}};
 }
 
 Json counts_json(const Run& run) {

@@ -160,8 +160,8 @@ std::span<const Kind> kinds() { return kKinds; }
 
 fs::path make_scratch() {
   const fs::path memory = "/dev/shm";
-  const fs::path folder = (fs::exists(memory) ? memory : fs::temp_directory_path()) /
-                          ("chasles_fuzz_" + std::to_string(getpid()));
+  fs::path folder = (fs::exists(memory) ? memory : fs::temp_directory_path()) /
+                    ("chasles_fuzz_" + std::to_string(getpid()));
   fs::create_directories(folder);
   return folder;
 }

@@ -17,7 +17,8 @@ const Arrows kArrows = {
     {"imu", {"lie"}},
     {"camera", {"lie"}},
     {"filter", {"imu", "camera"}},
-    {"slam", {"filter"}},
+    // The gates are quantiles of chi2.
+    {"slam", {"filter", "eval"}},
     {"data", {"lie", "imu", "camera"}},
     // The simulator gives the very type that the readers give.
     {"sim", {"data"}},

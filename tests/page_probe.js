@@ -24,14 +24,16 @@
   function looksRight() {
     const name = JSON.parse(byId('report-data').textContent).runs[0].name;
     check('the name is shown as text', byId('run-name').textContent === (name || 'Chasles'));
-    check('nothing came in with a name', window.hostile === undefined && !document.querySelector('img'));
+    check('nothing came in with a name',
+      window.hostile === undefined && !document.querySelector('img'));
     check('nothing was loaded', performance.getEntriesByType('resource').length === 0);
     check('nothing sticks out to the side',
       document.documentElement.scrollWidth <= document.documentElement.clientWidth);
     const canvases = [...document.querySelectorAll('canvas')];
     check('there are plots', canvases.length >= 5);
     for (const canvas of canvases) {
-      check(`drawn: ${(canvas.getAttribute('aria-label') || '').slice(0, 24)}`, colours(canvas) > 3);
+      const label = canvas.getAttribute('aria-label') || '';
+      check(`drawn: ${label.slice(0, 24)}`, colours(canvas) > 3);
     }
     const text = document.body.innerText;
     check('no number is NaN or undefined', !/\bNaN\b|undefined|Infinity/.test(text));

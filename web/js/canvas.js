@@ -27,7 +27,8 @@ function ticksOf(low, high, wanted) {
   if (!(high > low)) return [];
   const step = niceStep(high - low, wanted);
   const ticks = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) ticks.push(k * step);
+  const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
+  for (let k = first; k <= last; k++) ticks.push(k * step);
   return ticks;
 }
 

@@ -35,6 +35,7 @@ function decodeRun(raw) {
     truth: raw.truth ? decodeColumns(raw.truth) : null,
     errors: raw.errors ? decodeColumns(raw.errors) : null,
     deadReckoning: raw.dead_reckoning ? decodeColumns(raw.dead_reckoning) : null,
+    neesCoordinates: raw.nees_coordinates || 'standard',
     truthProblem: raw.truth_problem || '',
     landmarksLeftOut: raw.landmarks_left_out || 0,
   };

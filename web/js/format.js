@@ -57,8 +57,8 @@ function download(name, blob) {
 
 /** Columns [{label, values}] as a csv file; quotes and leading = + - @ of a label are defused. */
 function downloadCsv(name, columns) {
-  const head = columns.map((c) => '"' + c.label.replace(/^[=+@-]/, "'$&").replace(/"/g, '""') + '"');
-  const rows = [head.join(',')];
+  const quoted = (label) => '"' + label.replace(/^[=+@-]/, "'$&").replace(/"/g, '""') + '"';
+  const rows = [columns.map((c) => quoted(c.label)).join(',')];
   const n = Math.max(0, ...columns.map((c) => c.values.length));
   for (let i = 0; i < n; i++) rows.push(columns.map((c) => csvCell(c.values[i])).join(','));
   download(name + '.csv', new Blob([rows.join('\n') + '\n'], { type: 'text/csv' }));

@@ -21,12 +21,16 @@ function showRunLine(run) {
   byId('run-name').textContent = run.name || 'Chasles';
   byId('run-name').title = run.name;
   document.title = `${run.label} – Chasles`;
-  byId('version').textContent = isScalar(s.version) && s.version ? `Chasles ${s.version}.` : 'Chasles.';
+  const version = isScalar(s.version) && s.version ? ` ${s.version}` : '';
+  byId('version').textContent = `Chasles${version}.`;
 }
 
 function pathLength({ x, y, z }) {
   let sum = 0;
-  for (let i = 1; i < x.length; i++) sum += Math.hypot(x[i] - x[i - 1], y[i] - y[i - 1], z[i] - z[i - 1]);
+  for (let i = 1; i < x.length; i++) {
+    const step = Math.hypot(x[i] - x[i - 1], y[i] - y[i - 1], z[i] - z[i - 1]);
+    if (Number.isFinite(step)) sum += step;
+  }
   return sum;
 }
 
@@ -58,24 +62,26 @@ function showAtTime() {
   if (!run.count) return;
   slider.setAttribute('aria-valuetext', `${fixed(s.t[i], 2)} seconds`);
   byId('time-text').textContent = `${fixed(s.t[i], 2)} s`;
-  const rows = atTimeRows(run, i).flatMap(([label, text]) => [make('dt', {}, label), make('dd', {}, text)]);
+  const rows = atTimeRows(run, i).flatMap(([label, text]) =>
+    [make('dt', {}, label), make('dd', {}, text)]);
   byId('at-time').replaceChildren(...rows);
 }
 
 function atTimeRows(run, i) {
-  const s = run.states, e = run.errors;
+  const s = run.states, e = run.errors, { yaw, pitch, roll } = run.euler;
   const triple = (values, decimals) => values.map((v) => fixed(v, decimals)).join(', ');
   const rows = [
     ['Time', `${fixed(s.t[i], 2)} s, frame ${i + 1} of ${run.count}`],
     ['Position', `${triple(AXES.map((a, k) => s[a][i] + run.origin[k]), 2)} m`],
     ['±3σ', `${triple(AXES.map((a) => 3 * s['sigma_p' + a][i]), 2)} m`],
-    ['Yaw, pitch, roll', `${triple([run.euler.yaw[i], run.euler.pitch[i], run.euler.roll[i]], 1)}°`],
+    ['Yaw, pitch, roll', `${triple([yaw[i], pitch[i], roll[i]], 1)}°`],
   ];
   if (e && Number.isFinite(e.position_x[i])) {
     rows.push(['Position error', `${triple(AXES.map((a) => e['position_' + a][i]), 2)} m`]);
     rows.push(['NEES of the pose', number(e.nees_pose[i])]);
   }
-  rows.push(['NIS / dof', s.nis_dof[i] > 0 ? `${number(s.nis[i] / s.nis_dof[i])} (${s.nis_dof[i]} dof)` : '–'],
+  const dof = s.nis_dof[i];
+  rows.push(['NIS / dof', dof > 0 ? `${number(s.nis[i] / dof)} (${dof} dof)` : '–'],
     ['Observations', `${s.used[i]} used, ${s.rejected[i]} refused of ${s.observations[i]}`],
     ['Landmarks', `${s.in_state[i]} in the state, ${grouped(s.landmarks[i])} in all`],
     ['Health', run.healthNames[s.health[i]] || '–']);
@@ -137,6 +143,7 @@ function start() {
   for (const kind of ['cursor', 'span', 'theme']) {
     listen(kind, () => (app.plots || []).forEach((plot) => plot.draw()));
   }
+  listen('print', () => app.plots.forEach((plot) => plot.drawNow()));
   listen('span', () => {
     byId('zoom-reset').hidden = app.span[0] <= app.fullSpan[0] && app.span[1] >= app.fullSpan[1];
   });

@@ -67,7 +67,7 @@ class MapView {
       const [x, y] = this.landmarkAt(i);
       if (x > 0 && y > 0 && x < this.width && y < this.height) visible++;
     }
-    return visible <= 700 && this.scale > this.fitScale * 1.8;
+    return visible <= 700 && (this.scale > this.fitScale * 1.8 || this.landmarks.id.length <= 100);
   }
 
   zoomAbout(px, py, factor) {
@@ -126,13 +126,16 @@ class MapPanel {
     for (const kind of ['cursor', 'theme']) listen(kind, this.draw);
     listen('theme', () => this.view.landmarks && this.view.colourBy(this.options.colour));
     listen('run', () => this.showRun());
-    new ResizeObserver(() => this.resized()).observe(this.canvas);
+    listen('print', () => { this.resize(); this.drawNow(); });
+    new ResizeObserver(() => { this.resize(); this.draw(); }).observe(this.canvas);
   }
 
   showRun() {
     this.view.setRun(activeRun());
     this.view.colourBy(this.options.colour);
     byId('truth-field').hidden = !activeRun().truth;
+    const bare = activeRun().landmarks.id.length === 0;
+    for (const id of ['map-colour-field', 'map-csv']) byId(id).hidden = bare;
     this.showLegend();
     this.measure();
     this.fit();
@@ -143,11 +146,10 @@ class MapPanel {
     this.view.height = this.canvas.clientHeight || 1;
   }
 
-  resized() {
+  resize() {
     const atFit = this.view.scale === this.view.fitScale;
     this.measure();
     if (atFit && this.view.landmarks) this.view.fit(activeRun());
-    this.draw();
   }
 
   fit() {
@@ -191,7 +193,7 @@ class MapPanel {
     if (run.deadReckoning) layers.push(['dead', 'Dead reckoning', 'dotted', 'dead']);
     if (run.landmarks.id.length) layers.push(['landmarks', 'Landmarks', 'dots', 'landmark']);
     app.runs.forEach((other, k) => {
-      if (k !== app.active) layers.push(['run-' + k, other.label, 'dashdot', 'run-' + (k % 5)]);
+      if (k !== app.active) layers.push(['run-' + k, other.label, 'dashdot', otherColour(k)]);
     });
     return layers;
   }
@@ -226,5 +228,6 @@ function downloadLandmarks(run) {
   const columns = [['id', m.id], ['x_m', shifted('x', 0)], ['y_m', shifted('y', 1)],
     ['z_m', shifted('z', 2)], ['observations', m.observations],
     ...Object.values(COVARIANCES).map((c) => [c + '_m2', m[c]])];
-  downloadCsv(fileName(run.name, 'landmarks'), columns.map(([label, values]) => ({ label, values })));
+  downloadCsv(fileName(run.name, 'landmarks'),
+    columns.map(([label, values]) => ({ label, values })));
 }

@@ -58,9 +58,14 @@ function drawPath(g, view, columns, colour, width, dash, shift = [0, 0, 0]) {
   g.setLineDash([]);
 }
 
+/** The colour of a run that is not the active one, which has the estimate's. */
+function otherColour(k) {
+  return 'run-' + (1 + (k < app.active ? k : k - 1) % 4);
+}
+
 function drawOtherRun(g, view, run, k) {
   const shift = run.origin.map((o, i) => o - activeRun().origin[i]);
-  drawPath(g, view, run.states, palette['run-' + (k % 5)], 1.8, [12, 3, 2, 3], shift);
+  drawPath(g, view, run.states, palette[otherColour(k)], 1.8, [12, 3, 2, 3], shift);
 }
 
 function drawEstimate(g, view, run, options) {
@@ -108,11 +113,11 @@ function drawPositionEllipses(g, view, run) {
     const [x, y] = view.stateAt(run, i);
     if (Math.hypot(x - lastX, y - lastY) < 70) continue;
     [lastX, lastY] = [x, y];
-    strokeEllipse(g, view, x, y, view.stateCovariance(run, i), 0.12);
+    strokeEllipse(g, view, x, y, view.stateCovariance(run, i), 0.03, 0.45);
   }
 }
 
-function strokeEllipse(g, view, x, y, covariance, fillAlpha) {
+function strokeEllipse(g, view, x, y, covariance, fillAlpha, strokeAlpha = 0.8) {
   const e = ellipseOf(...covariance);
   g.beginPath();
   // The screen's y axis points down, so the angle changes its sign.
@@ -121,7 +126,7 @@ function strokeEllipse(g, view, x, y, covariance, fillAlpha) {
     g.globalAlpha = fillAlpha;
     g.fill();
   }
-  g.globalAlpha = 0.8;
+  g.globalAlpha = strokeAlpha;
   g.stroke();
   g.globalAlpha = 1;
 }

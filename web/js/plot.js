@@ -8,7 +8,8 @@ const PANEL_HEIGHT = 104, AXIS_HEIGHT = 22, LEFT = 54, RIGHT = 10, TOP = 20, GAP
 class TimePlot {
   constructor(spec) {
     this.spec = spec;
-    this.canvas = make('canvas', { tabindex: '0', role: 'img', 'aria-label': plotDescription(spec) });
+    this.canvas = make('canvas', { tabindex: '0', role: 'img',
+      'aria-label': plotDescription(spec) });
     this.readout = make('div', { class: 'readout' });
     this.draw = throttled(() => this.drawNow());
     this.element = make('figure', { class: 'panel plot' + (spec.wide ? ' wide' : '') },
@@ -34,6 +35,10 @@ class TimePlot {
     return TOP + this.spec.panels.length * (PANEL_HEIGHT + GAP) - GAP + AXIS_HEIGHT;
   }
 
+  topOf(k) {
+    return TOP + k * (PANEL_HEIGHT + GAP);
+  }
+
   xOf(t) {
     const [low, high] = app.span;
     return LEFT + ((t - low) / (high - low)) * (this.width - LEFT - RIGHT);
@@ -49,7 +54,7 @@ class TimePlot {
     if (!this.width) return;
     this.canvas.style.height = this.height() + 'px';
     const g = prepareCanvas(this.canvas, this.width, this.height());
-    this.spec.panels.forEach((panel, k) => this.drawPanel(g, panel, TOP + k * (PANEL_HEIGHT + GAP)));
+    this.spec.panels.forEach((panel, k) => this.drawPanel(g, panel, this.topOf(k)));
     this.drawTimeAxis(g);
     this.drawSelection(g);
     this.drawCursor(g);
@@ -93,7 +98,7 @@ class TimePlot {
     g.lineWidth = 1.25;
     const x = this.xOf(t);
     this.spec.panels.forEach((_, k) => {
-      const top = TOP + k * (PANEL_HEIGHT + GAP);
+      const top = this.topOf(k);
       g.beginPath();
       g.moveTo(x, top);
       g.lineTo(x, top + PANEL_HEIGHT);
@@ -182,7 +187,8 @@ function timeKeys(e) {
 }
 
 function valueText(panel, series, i) {
-  const name = panel.label ? `${panel.label}${series.short ? ' ' + series.short : ''}` : series.label;
+  const name = panel.label || series.label;
+  if (!Number.isFinite(series.values[i])) return `${name} –`;
   const sigma = series.sigma ? ` ± ${number(3 * series.sigma[i], 2)}` : '';
   return `${name} ${number(series.values[i])}${sigma}${panel.unit ? ' ' + panel.unit : ''}`;
 }

@@ -51,7 +51,7 @@ function logLimits(panel) {
     if (v > high) high = v;
   }
   if (!(high > 0)) return [0.1, 10];
-  return [Math.max(low, high / 1e6) / 1.4, high * 1.6];
+  return [Math.max(low, high / 1e6, panel.floor || 0) / 1.4, high * 1.6];
 }
 
 function valueTicks(scale) {
@@ -59,6 +59,11 @@ function valueTicks(scale) {
   const ticks = [];
   for (let k = Math.ceil(Math.log10(scale.low)); 10 ** k <= scale.high; k++) ticks.push(10 ** k);
   return ticks;
+}
+
+/** A power of ten. */
+function powerText(v) {
+  return v >= 1e-4 && v < 1e5 ? String(Number(v.toPrecision(1))) : v.toExponential(0);
 }
 
 function drawValueAxis(g, scale, right) {
@@ -77,7 +82,7 @@ function drawValueAxis(g, scale, right) {
     g.stroke();
     g.globalAlpha = 1;
     g.fillStyle = palette.muted;
-    g.fillText(scale.log ? number(v) : tickText(v, step), LEFT - 6,
+    g.fillText(scale.log ? powerText(v) : tickText(v, step), LEFT - 6,
       clamp(y, scale.top + 5, scale.top + PANEL_HEIGHT - 4));
   }
   g.strokeStyle = palette.line;
@@ -103,10 +108,12 @@ function drawPanelLabel(g, panel, y, right) {
 function drawHealth(g, xOf, top, right) {
   const { states, healthNames, count } = activeRun();
   for (let i = 0; i < count; i++) {
-    const name = healthNames[states.health[i]];
+    const health = states.health[i], first = i;
+    while (i + 1 < count && states.health[i + 1] === health) i++;
+    const name = healthNames[health];
     if (name === 'ok') continue;
-    const from = Math.max(LEFT, xOf(states.t[i]));
-    const to = Math.min(right, i + 1 < count ? xOf(states.t[i + 1]) : from + 2);
+    const from = Math.max(LEFT, xOf(states.t[first]));
+    const to = Math.min(right, Math.max(from + 1, xOf(states.t[Math.min(i + 1, count - 1)])));
     if (to <= from) continue;
     g.globalAlpha = 0.16;
     g.fillStyle = name === 'lost' ? palette.bad : palette.warn;
@@ -123,7 +130,8 @@ function drawSeries(g, series, x, scale) {
   g.strokeStyle = colour;
   g.lineWidth = series.style === 'level' ? 1 : 1.4;
   g.setLineDash(series.style === 'level' ? [5, 4] : []);
-  polyline(g, n, x, (i) => { const v = at(series.values, i); return Number.isFinite(v) ? scale.y(v) : NaN; });
+  const y = (i) => (Number.isFinite(at(series.values, i)) ? scale.y(at(series.values, i)) : NaN);
+  polyline(g, n, x, y);
   g.setLineDash([]);
   if (n === 1) drawDot(g, x(0), scale.y(at(series.values, 0)), colour);
 }

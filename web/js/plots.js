@@ -1,6 +1,7 @@
 // Which plots a run gets, and what is in them.
 
 const AXES = ['x', 'y', 'z'];
+const FAMILIES = { omega: 'Angular velocity', bias: 'Gyroscope bias', scale: 'Velocity scale' };
 
 function plotSpecs(run) {
   return [
@@ -25,10 +26,10 @@ function errorPanel(label, unit, error, sigma) {
 function errorCaption(run, what) {
   if (run.errors) {
     return `Truth minus estimate along the world axes, ${what}. Truth is placed by the first ` +
-      'common pose, nothing else is fitted. A filter that knows its error stays inside ±3σ 99.7 % ' +
-      'of the time.';
+      'common pose, nothing else is fitted. A filter that knows its error stays inside ±3σ ' +
+      '99.7 % of the time.';
   }
-  return `The standard deviation that the filter reports (three times). No truth is at hand, so no ` +
+  return 'Three times the standard deviation that the filter reports. No truth is at hand, so no ' +
     'error can be shown.';
 }
 
@@ -37,7 +38,8 @@ function positionPlot(run) {
   return {
     title: run.errors ? 'Position error' : 'Position uncertainty',
     caption: errorCaption(run, 'in metres'),
-    panels: AXES.map((axis) => errorPanel(axis, 'm', e && e['position_' + axis], s['sigma_p' + axis])),
+    panels: AXES.map((axis) => errorPanel(axis, 'm', e && e['position_' + axis],
+      s['sigma_p' + axis])),
   };
 }
 
@@ -51,14 +53,12 @@ function attitudePlot(run) {
   };
 }
 
-/** A panel of a normalised square with its 95 % band; logarithmic when it leaves the band far. */
-function consistencyPanel(label, values, low, high, expected) {
+/** A panel of a normalised square with its 95 % band; `floor` is where a logarithmic axis ends. */
+function consistencyPanel(label, values, low, high, average, expected) {
   const share = shareInside(values, low, high);
-  const peak = quantile(values, 0.98);
   return {
-    label, zero: true,
-    log: peak > 12 * mean(typeof high === 'number' ? [high] : high),
-    summary: `mean ${number(mean(values))} (expected ${expected}), ${percent(share)} in the band`,
+    label, zero: true, floor: expected / 100,
+    summary: `mean ${number(average)} (expected ${expected}), ${percent(share)} in the band`,
     series: [
       { label: '95 % band', style: 'band', low, high, colour: 'good' },
       { label: label || 'value', style: 'line', values, colour: 'estimate', legend: false },
@@ -66,29 +66,50 @@ function consistencyPanel(label, values, low, high, expected) {
   };
 }
 
+/** Far above the band a linear axis shows nothing of it. */
+function leavesBandFar(values, high) {
+  return quantile(values, 0.98) > 12 * mean(typeof high === 'number' ? [high] : high);
+}
+
 function nisPlot(run) {
   const s = run.states;
   const perDof = s.nis.map((v, i) => (s.nis_dof[i] > 0 ? v / s.nis_dof[i] : NaN));
   if (!perDof.some(Number.isFinite)) return null;
+  const sum = (values) => values.reduce((a, v, i) => a + (s.nis_dof[i] > 0 ? v : 0), 0);
+  const panel = consistencyPanel('NIS / dof', perDof, s.nis_low, s.nis_high,
+    sum(s.nis) / sum(s.nis_dof), 1);
+  panel.log = leavesBandFar(perDof, s.nis_high);
   return {
     title: 'NIS per degree of freedom',
-    caption: 'Squared innovations over what the filter expected of them, each frame: 1 on average ' +
-      'when the measurement noise is right. The band holds 95 % of the frames then; it narrows ' +
+    caption: 'Squared innovations over what the filter expected of them, each frame: 1 on ' +
+      'average when the measurement noise is right. The band holds 95 % of the frames then; it narrows ' +
       'with the number of observations.',
-    panels: [consistencyPanel('NIS / dof', perDof, s.nis_low, s.nis_high, '1')],
+    panels: [panel],
   };
 }
+
+const COORDINATES = {
+  standard: 'standard (rotation and position, world axes)',
+  'body-twist': 'body twist, Log(X̂⁻¹ X)',
+  'world-twist': 'world twist, Log(X X̂⁻¹)',
+};
 
 function neesPlot(run) {
   const e = run.errors;
   if (!e) return null;
-  const parts = [['position', 3], ['attitude', 3], ['pose', 6]];
+  const parts = [['position', 3], ['attitude', 3], ['pose', 6]].map(([name, axes]) => ({
+    name, axes, values: e['nees_' + name],
+    low: run.bounds[`chi2_${axes}_low`], high: run.bounds[`chi2_${axes}_high`],
+  }));
+  const log = parts.some((p) => leavesBandFar(p.values, p.high));
   return {
     title: 'NEES',
-    caption: 'Squared error against truth over the covariance that the filter reports: equal to the ' +
-      'number of axes on average when the filter is consistent; far above, it trusts itself too much.',
-    panels: parts.map(([name, axes]) => consistencyPanel(name, e['nees_' + name],
-      run.bounds[`chi2_${axes}_low`], run.bounds[`chi2_${axes}_high`], String(axes))),
+    caption: 'Squared error against truth over the covariance that the filter reports: equal to ' +
+      'the number of axes on average when the filter is consistent; far above, it trusts itself too ' +
+      `much. Coordinates of the error: ${COORDINATES[run.neesCoordinates]}, those of the chart.`,
+    panels: parts.map((p) => ({
+      ...consistencyPanel(p.name, p.values, p.low, p.high, mean(p.values), p.axes), log,
+    })),
   };
 }
 
@@ -120,7 +141,8 @@ function landmarkPlot(run) {
   return {
     title: 'Landmarks',
     caption: 'Landmarks that a frame’s update could touch, and those of the whole map.',
-    panels: [panel('in the state', s.in_state, 'good'), panel('in the map', s.landmarks, 'landmark')],
+    panels: [panel('in the state', s.in_state, 'good'),
+      panel('in the map', s.landmarks, 'landmark')],
   };
 }
 
@@ -129,12 +151,14 @@ function timingPlot(run) {
   if (!ms.some((v) => v > 0)) return null;
   const t = run.states.t;
   const period = run.count > 1 ? 1000 * (t[run.count - 1] - t[0]) / (run.count - 1) : NaN;
-  const summary = `median ${number(quantile(ms, 0.5))} ms, 99 % below ${number(quantile(ms, 0.99))} ms`;
+  const summary = `median ${number(quantile(ms, 0.5))} ms, ` +
+    `99 % below ${number(quantile(ms, 0.99))} ms`;
   return {
     title: 'Time per frame',
     caption: 'Wall time that a frame took' + (Number.isFinite(period)
-      ? `; frames arrive every ${number(period)} ms, ${number(period / mean(ms))} times that.` : '.') +
-      ' Single spikes are cut off.',
+      ? `; frames arrive every ${number(period)} ms, ${number(period / mean(ms))} times that.`
+      : '.') +
+      (quantile(ms, 1) > 3 * quantile(ms, 0.99) ? ' Single spikes are cut off.' : ''),
     panels: [{
       label: '', unit: 'ms', zero: true, clip: true, summary,
       series: [{ label: 'time', style: 'line', values: ms, colour: 'estimate', legend: false },
@@ -152,7 +176,7 @@ function extraPlots(run) {
     families.get(family).push(extraPanel(axis || '', unit || '', run.extra[k]));
   });
   return [...families].map(([family, panels]) => ({
-    title: titleCase(family),
+    title: FAMILIES[family] || titleCase(family),
     caption: 'What the filter estimates, with ±3σ; in the axes of the IMU.',
     panels,
   }));

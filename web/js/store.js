@@ -5,7 +5,7 @@ const listeners = {};
 
 const activeRun = () => app.runs[app.active];
 
-/** Calls f after each change of the kind: 'run', 'cursor', 'span', 'theme'. */
+/** Calls f after each change of the kind: 'run', 'cursor', 'span', 'theme', or before a 'print'. */
 function listen(kind, f) {
   (listeners[kind] = listeners[kind] || []).push(f);
 }

@@ -60,8 +60,8 @@ function table(headings, rows) {
   return make('table', {},
     headings ? make('thead', {}, make('tr', {}, ...headings.map((h, k) =>
       make(k ? 'th' : 'td', k ? { scope: 'col', dir: 'auto' } : {}, h)))) : null,
-    make('tbody', {}, ...rows.map((row) => make('tr', {}, make('th', { scope: 'row' }, row[0]),
-      ...row.slice(1).map((cell) => (cell instanceof Node ? cell : make('td', { dir: 'auto' }, cell)))))));
+    make('tbody', {}, ...rows.map(([name, ...cells]) =>
+      make('tr', {}, make('th', { scope: 'row', dir: 'auto' }, name), ...cells))));
 }
 
 function headings(extra = []) {
@@ -70,7 +70,7 @@ function headings(extra = []) {
 
 function showFigures() {
   const rows = [];
-  const known = new Set(FIGURES.map((f) => f[0]).concat('version', 'name', 'settings', 'remarks'));
+  const known = new Set(FIGURES.map((f) => f[0]).concat('version', 'name', 'mode', 'chart', 'settings', 'remarks'));
   for (const [key, label, unit, digits, meaning] of FIGURES) {
     const values = app.runs.map((r) => r.summary[key]);
     if (values.every((v) => v === undefined || !isScalar(v))) continue;
@@ -78,8 +78,9 @@ function showFigures() {
       make('td', { class: 'muted small meaning' }, meaning)]);
   }
   for (const key of keysOf((r) => r.summary)) {
-    if (known.has(key) || app.runs.some((r) => r.summary[key] !== undefined && !isScalar(r.summary[key]))) continue;
-    rows.push([titleCase(key), ...app.runs.map((r) => figureCell(r.summary[key], 5, '')),
+    const values = app.runs.map((r) => r.summary[key]);
+    if (known.has(key) || values.some((v) => v !== undefined && !isScalar(v))) continue;
+    rows.push([titleCase(key), ...values.map((v) => figureCell(v, 5, '')),
       make('td', {})]);
   }
   byId('figures').replaceChildren(table(headings(['']), rows));
@@ -125,7 +126,8 @@ function showSettings() {
   const rows = keys.map((key) => {
     const values = all.map((s) => s[key] === undefined ? '–' : s[key]);
     const same = values.every((v) => v === values[0]);
-    return [key, ...values.map((v) => make('td', { class: same ? '' : 'differs', dir: 'auto' }, v))];
+    const look = { class: same ? '' : 'differs', dir: 'auto' };
+    return [key, ...values.map((v) => make('td', look, v))];
   });
   byId('settings').replaceChildren(table(headings(), rows));
   byId('settings-panel').hidden = rows.length === 0;
@@ -135,14 +137,15 @@ function remarksOf(run) {
   const remarks = [].concat(run.summary.remarks || []).map(plainText);
   if (run.truthProblem) remarks.push(`The truth could not be compared: ${run.truthProblem}`);
   if (run.landmarksLeftOut) {
-    remarks.push(`${grouped(run.landmarksLeftOut)} landmarks without finite numbers are not drawn.`);
+    remarks.push(`${grouped(run.landmarksLeftOut)} landmarks are not finite and not drawn.`);
   }
   return remarks;
 }
 
 function showRemarks(run) {
   const remarks = remarksOf(run);
-  byId('remarks').replaceChildren(make('ul', {}, ...remarks.map((r) => make('li', { dir: 'auto' }, r))));
+  byId('remarks').replaceChildren(make('ul', {},
+    ...remarks.map((r) => make('li', { dir: 'auto' }, r))));
   byId('remarks-panel').hidden = remarks.length === 0;
 }
 
@@ -152,7 +155,8 @@ function showHealth(run) {
     run.states.health.reduce((n, h) => n + (h === k ? 1 : 0), 0) / Math.max(1, run.count)]);
   const bad = share.filter(([name, part]) => name !== 'ok' && part > 0);
   const badge = byId('health-badge');
-  const overall = isScalar(run.summary.health) && run.summary.health || (bad.length ? bad[0][0] : 'ok');
+  const told = isScalar(run.summary.health) && run.summary.health;
+  const overall = String(told || (bad.length ? bad[0][0] : 'ok'));
   badge.textContent = overall === 'ok' ? '✓ healthy' : `⚠ ${overall}`;
   badge.className = 'badge ' + (overall === 'ok' ? 'ok' : overall === 'lost' ? 'lost' : 'degraded');
   badge.title = bad.map(([name, part]) => `${name}: ${percent(part)} of the frames`).join(', ');

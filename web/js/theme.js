@@ -5,7 +5,7 @@ let palette = {};
 function readPalette() {
   const style = getComputedStyle(document.documentElement);
   const names = ['ink', 'muted', 'line', 'panel', 'ground', 'estimate', 'truth', 'dead', 'landmark',
-    'cursor', 'band', 'good', 'bad', 'warn', 'run-0', 'run-1', 'run-2', 'run-3', 'run-4'];
+    'cursor', 'band', 'good', 'bad', 'warn', 'run-1', 'run-2', 'run-3', 'run-4'];
   palette = {};
   for (const name of names) palette[name] = style.getPropertyValue('--' + name).trim();
 }
@@ -30,8 +30,16 @@ function startTheme() {
   });
   byId('print-button').addEventListener('click', () => window.print());
   system.addEventListener('change', () => applyTheme(wanted()));
-  window.addEventListener('beforeprint', () => applyTheme('light'));
-  window.addEventListener('afterprint', () => applyTheme(wanted()));
+  // Canvases do not follow the paper's layout by themselves: the page takes its width first.
+  window.addEventListener('beforeprint', () => {
+    document.documentElement.classList.add('printing');
+    applyTheme('light');
+    notify('print');
+  });
+  window.addEventListener('afterprint', () => {
+    document.documentElement.classList.remove('printing');
+    applyTheme(wanted());
+  });
   applyTheme(wanted());
 }
 
@@ -43,7 +51,7 @@ const RAMP = [[62, 22, 98], [54, 78, 140], [30, 128, 142], [48, 172, 116], [142,
 /** A colour for s in 0…1. The end that vanishes into the ground is cut off. */
 function ramp(s) {
   const [low, high] = currentTheme() === 'dark' ? [0.28, 1] : [0, 0.86];
-  const x = clamp(low + (high - low) * s, 0, 1) * (RAMP.length - 1);
+  const x = (low + (high - low) * clamp(s, 0, 1)) * (RAMP.length - 1);
   const i = Math.min(Math.floor(x), RAMP.length - 2);
   const mix = RAMP[i].map((c, k) => Math.round(c + (x - i) * (RAMP[i + 1][k] - c)));
   return `rgb(${mix.join(',')})`;

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 #include <yaml-cpp/yaml.h>
 
@@ -16,12 +17,17 @@ namespace {
 constexpr const char* kFormat = "chasles-recording-1";
 
 const std::vector<std::string>& known_keys() {
-  static const std::vector<std::string> keys{"format", "name",     "fx",         "fy",     "cx",
-                                             "cy",     "baseline", "cam0_T_imu", "remarks"};
+  static const std::vector<std::string> keys{
+      "format",   "name",       "fx",      "fy",           "cx",         "cy",
+      "baseline", "cam0_T_imu", "remarks", "linear_sigma", "angular_sigma", "pixel_sigma"};
   return keys;
 }
 
-// The keys of the file, each of them known, and all there but the remarks.
+bool optional_key(const std::string& key) {
+  return key == "remarks" || key.ends_with("_sigma");
+}
+
+// The keys of the file, each of them known, and all there that must be.
 class Document {
  public:
   explicit Document(const std::filesystem::path& file) : file_(file.string()) {
@@ -68,7 +74,7 @@ class Document {
       found.push_back(key);
     }
     for (const std::string& key : known_keys()) {
-      if (key == "remarks" || std::find(found.begin(), found.end(), key) != found.end()) continue;
+      if (optional_key(key) || std::find(found.begin(), found.end(), key) != found.end()) continue;
       throw InputError(fmt::format("{}: key '{}' is missing, expected {}", file_, key,
                                    quoted_list(known_keys())));
     }
@@ -95,6 +101,54 @@ SE3 read_motion(const Document& document, const std::string& key) {
   return checked_motion(where, M);
 }
 
+// Standard deviations, one for each of `size` components; none where the key is missing.
+std::optional<Eigen::VectorXd> read_sigma(const Document& document, const std::string& key,
+                                          std::size_t size) {
+  const YAML::Node node = document.at(key);
+  if (!node.IsDefined()) return std::nullopt;
+  const std::string where = document.where(node, key);
+  if (!node.IsSequence() || node.size() != size) {
+    throw InputError(fmt::format("{}: expected a list of {} standard deviations", where, size));
+  }
+  Eigen::VectorXd sigma(static_cast<Eigen::Index>(size));
+  for (std::size_t i = 0; i < size; ++i) {
+    sigma(static_cast<Eigen::Index>(i)) = checked_positive(where, document.number(node[i], key));
+  }
+  return sigma;
+}
+
+void read_stated_noise(const Document& document, Calibration& calibration) {
+  const auto linear = read_sigma(document, "linear_sigma", 3);
+  const auto angular = read_sigma(document, "angular_sigma", 3);
+  if (linear.has_value() != angular.has_value()) {
+    const std::string key = linear ? "linear_sigma" : "angular_sigma";
+    throw InputError(document.where(document.at(key), key) +
+                     ": linear_sigma and angular_sigma are expected both or neither");
+  }
+  if (linear) calibration.velocity_sigma = BodyVelocitySigma{*linear, *angular};
+  if (const auto pixels = read_sigma(document, "pixel_sigma", 4)) calibration.pixel_sigma = *pixels;
+}
+
+std::string listed(const Eigen::VectorXd& values) {
+  return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
+}
+
+std::string stated_noise_text(const Calibration& calibration) {
+  std::string text;
+  if (calibration.velocity_sigma) {
+    text += fmt::format(
+        "# White noise of a velocity sample, standard deviations [m/s], [rad/s].\n"
+        "linear_sigma: {}\nangular_sigma: {}\n",
+        listed(calibration.velocity_sigma->linear), listed(calibration.velocity_sigma->angular));
+  }
+  if (calibration.pixel_sigma) {
+    text += fmt::format(
+        "# White noise of (uL, vL, uR, vR), standard deviations [px].\npixel_sigma: {}\n",
+        listed(*calibration.pixel_sigma));
+  }
+  return text;
+}
+
 std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
 
 }  // namespace
@@ -113,7 +167,10 @@ Calibration read_calibration(const std::filesystem::path& file) {
                                   .cy = document.number("cy"),
                                   .baseline = document.positive("baseline"),
                                   .cam0_T_imu = read_motion(document, "cam0_T_imu")},
-                          .remarks = {}};
+                          .remarks = {},
+                          .velocity_sigma = {},
+                          .pixel_sigma = {}};
+  read_stated_noise(document, calibration);
   const YAML::Node remarks = document.at("remarks");
   if (remarks.IsDefined() && !remarks.IsSequence()) {
     throw InputError(document.where(remarks, "remarks") + ": expected a list of sentences");
@@ -143,6 +200,7 @@ void write_calibration(const Calibration& calibration, const std::filesystem::pa
     text += fmt::format("  - [{}, {}, {}, {}]\n", T.R(i, 0), T.R(i, 1), T.R(i, 2), T.p(i));
   }
   text += "  - [0, 0, 0, 1]\n";
+  text += stated_noise_text(calibration);
   if (!calibration.remarks.empty()) text += "# What was corrected, dropped or counted.\nremarks:\n";
   for (const std::string& remark : calibration.remarks) {
     text += fmt::format("  - {}\n", quoted(remark));

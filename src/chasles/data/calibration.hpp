@@ -1,10 +1,12 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <chasles/camera/stereo.hpp>
+#include <chasles/imu/body_velocity.hpp>
 
 namespace chasles {
 
@@ -13,6 +15,9 @@ struct Calibration {
   std::string name;
   StereoRig rig;
   std::vector<std::string> remarks;
+  /// Standard deviations, where the recording states them (Recording).
+  std::optional<BodyVelocitySigma> velocity_sigma;
+  std::optional<Eigen::Vector4d> pixel_sigma;
 };
 
 /// Throws InputError with file and line for an unknown, missing, repeated or malformed key.

@@ -67,6 +67,26 @@ void read_true_landmarks(const MatFile& file, std::size_t tracks, Recording& rec
   }
 }
 
+// The files state variances (`y_var` and so on); what is not there is not stated.
+void read_stated_noise(const MatFile& file, Recording& recording) {
+  const auto sigma = [&](const std::string& field, std::size_t rows) -> Eigen::VectorXd {
+    const auto variances = checked_matrix(file.read(field), rows, 1, "variances");
+    for (Eigen::Index i = 0; i < variances.rows(); ++i) {
+      checked_positive(file.where(field), variances(i, 0));
+    }
+    return variances.cwiseSqrt();
+  };
+  if (file.has("v_var") && file.has("w_var")) {
+    recording.velocity_sigma =
+        BodyVelocitySigma{.linear = sigma("v_var", 3), .angular = sigma("w_var", 3)};
+    recording.remarks.push_back("the file states the noise of its velocities (v_var, w_var)");
+  }
+  if (file.has("y_var")) {
+    recording.pixel_sigma = sigma("y_var", 4);
+    recording.remarks.push_back("the file states the noise of its pixels (y_var)");
+  }
+}
+
 }  // namespace
 
 Recording read_mat_recording(const std::filesystem::path& path) {
@@ -93,6 +113,7 @@ Recording read_mat_recording(const std::filesystem::path& path) {
         {.time = times[k], .linear_imu = linear.col(column), .angular_imu = angular.col(column)});
   }
   recording.frames = make_frames(table, times, Repeats::kKeep, recording.remarks);
+  read_stated_noise(file, recording);
   read_truth(file, times, recording);
   read_true_landmarks(file, table.tracks, recording);
   return recording;

@@ -27,6 +27,9 @@ struct Recording {
   std::vector<FeatureFrame> frames;
   Trajectory truth;                          ///< world_T_imu; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown
+  /// Standard deviations that the recording itself states; none where it does not.
+  std::optional<BodyVelocitySigma> velocity_sigma;
+  std::optional<Eigen::Vector4d> pixel_sigma;  ///< of (uL, vL, uR, vR) [px]
   /// What the reader corrected, dropped or counted, a sentence each, for the user to read.
   std::vector<std::string> remarks;
 };

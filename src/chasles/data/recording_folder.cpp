@@ -151,6 +151,8 @@ Recording read_folder_recording(const std::filesystem::path& folder) {
                       .frames = {},
                       .truth = {},
                       .true_landmarks = {},
+                      .velocity_sigma = calibration.velocity_sigma,
+                      .pixel_sigma = calibration.pixel_sigma,
                       .remarks = calibration.remarks};
   std::vector<std::int64_t> counts;
   recording.frames = read_frame_times(folder / "frames.csv", counts);
@@ -167,7 +169,11 @@ Recording read_folder_recording(const std::filesystem::path& folder) {
 
 void write_folder_recording(const Recording& recording, const std::filesystem::path& folder) {
   make_folder(folder);
-  write_calibration({.name = recording.name, .rig = recording.rig, .remarks = recording.remarks},
+  write_calibration({.name = recording.name,
+                     .rig = recording.rig,
+                     .remarks = recording.remarks,
+                     .velocity_sigma = recording.velocity_sigma,
+                     .pixel_sigma = recording.pixel_sigma},
                     folder / "calibration.yaml");
   write_velocities(recording.velocities, folder / "velocities.csv");
   write_frames(recording.frames, folder);

@@ -141,10 +141,12 @@ inline ::testing::AssertionResult has_covariance(const Eigen::MatrixXd& samples,
                                        << second;
 }
 
-/// Largest difference of two covariances, every entry in units of its two deviations.
+/// Largest difference of two covariances, every entry in units of its two deviations (of a
+/// millionth of the largest deviation where they are less: errors known to be zero).
 inline double covariance_difference(const Eigen::MatrixXd& actual,
                                     const Eigen::MatrixXd& expected) {
-  const Eigen::VectorXd scale = expected.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const double least = 1e-12 * expected.diagonal().maxCoeff();
+  const Eigen::VectorXd scale = expected.diagonal().cwiseMax(least).cwiseSqrt().cwiseInverse();
   return (scale.asDiagonal() * (actual - expected) * scale.asDiagonal()).cwiseAbs().maxCoeff();
 }
 

@@ -182,7 +182,6 @@ TEST_P(TextbookEkfTest, FilterInTheReferenceChartIsTheOneInItsOwnCoordinates) {
   // The drive was followed: the linearisation points were those of a working filter.
   const SE3 error = filters.ekf().state().world_T_imu * drive.frames.back().world_T_imu.inverse();
   EXPECT_LT(so3::log(error.R).norm(), 0.5);
-  printf("%.2e %.2e %d %d\n", mean, covariance, filters.ekf().map_size(), (int)filters.ekf().state().landmarks.size());
 }
 
 }  // namespace

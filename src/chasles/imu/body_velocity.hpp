@@ -14,4 +14,10 @@ struct BodyVelocity {
   Eigen::Vector3d angular_imu = Eigen::Vector3d::Zero();  ///< [rad/s]
 };
 
+/// Standard deviations of a sample's white noise, axis by axis.
+struct BodyVelocitySigma {
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero();   ///< [m/s]
+  Eigen::Vector3d angular = Eigen::Vector3d::Zero();  ///< [rad/s]
+};
+
 }  // namespace chasles

@@ -3,7 +3,6 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/eval/association.hpp>
-#include <chasles/eval/nees.hpp>
 #include <chasles/report/against_truth.hpp>
 
 namespace chasles {
@@ -12,10 +11,10 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 void compare(AgainstTruth& out, const MatchedTrajectories& matched,
-             const std::vector<Matrix6d>& covariances) {
+             const std::vector<Matrix6d>& covariances, PoseError nees_coordinates) {
   out.world_T_truth_first = align(matched, Alignment::kFirstPose).truth_T_estimate.inverse();
   out.world_T_truth_fit = align(matched, Alignment::kRigid).truth_T_estimate.inverse();
-  const Nees by_row = nees(matched, covariances);
+  const Nees by_row = nees(matched, covariances, nees_coordinates);
   for (std::size_t row = 0; row < matched.estimate.size(); ++row) {
     const std::size_t state = matched.estimate_index[row];
     const SE3 truth = out.world_T_truth_first * matched.truth[row].pose;
@@ -28,7 +27,8 @@ void compare(AgainstTruth& out, const MatchedTrajectories& matched,
 
 }  // namespace
 
-AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory& truth) {
+AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory& truth,
+                           PoseError nees_coordinates) {
   const std::vector<double> unknown(states.size(), kNaN);
   AgainstTruth out;
   out.error.assign(states.size(), Vector6d::Constant(kNaN));
@@ -40,7 +40,7 @@ AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory
     covariances.push_back(state.pose_covariance);
   }
   try {
-    compare(out, associate(estimate, truth), covariances);
+    compare(out, associate(estimate, truth), covariances, nees_coordinates);
   } catch (const InputError& error) {
     // A page without the comparison, which says why, is worth more than none.
     out.problem = error.what();

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <chasles/data/run.hpp>
+#include <chasles/eval/nees.hpp>
 
 namespace chasles {
 
@@ -14,13 +15,15 @@ struct AgainstTruth {
   /// Truth minus estimate at each state, truth placed by the first pose: [theta; dp] as
   /// RunState::pose_covariance, [rad, m]. NaN where no truth was matched.
   std::vector<Vector6d> error;
-  /// At each state; NaN where there is no error or the covariance is singular.
+  /// At each state, in the coordinates asked for; NaN where there is no error or the covariance is
+  /// singular.
   std::vector<double> nees_pose, nees_attitude, nees_position;
   /// Why nothing could be compared; empty when it could. Then the placements are the identity.
   std::string problem;
 };
 
 /// The comparison of eval/ laid out by state.
-AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory& truth);
+AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory& truth,
+                           PoseError nees_coordinates = PoseError::kStandard);
 
 }  // namespace chasles

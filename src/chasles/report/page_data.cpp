@@ -163,8 +163,19 @@ Trajectory thinned(const Trajectory& trajectory) {
   return thin;
 }
 
+/// The coordinates in which the run's chart calls an error Gaussian: those of its NEES.
+PoseError nees_coordinates(const Json& summary) {
+  const auto chart = summary.find("chart");
+  if (chart == summary.end() || !chart->is_string()) return PoseError::kStandard;
+  const auto name = chart->get<std::string>();
+  if (name == "left-se3") return PoseError::kBodyTwist;
+  return name.starts_with("right-") ? PoseError::kWorldTwist : PoseError::kStandard;
+}
+
 void add_truth(Json& json, const Run& run, const Eigen::Vector3d& origin) {
-  const AgainstTruth errors = against_truth(run.states, run.truth);
+  const PoseError coordinates = nees_coordinates(json["summary"]);
+  const AgainstTruth errors = against_truth(run.states, run.truth, coordinates);
+  json["nees_coordinates"] = name(coordinates);
   const Trajectory truth = thinned(run.truth);
   const auto placed = [&](const SE3& world_T_truth) {
     return [&origin, world_T_truth](const StampedPose& s) -> Eigen::Vector3d {

@@ -11,10 +11,6 @@
 
 namespace chasles {
 
-ReportRun read_report_run(const std::filesystem::path& folder) {
-  return {.run = read_run(folder), .summary = read_summary(folder).dump()};
-}
-
 std::string run_page(const std::vector<ReportRun>& runs) {
   if (runs.empty()) {
     throw UsageError("a report needs at least one run: name the folder that `chasles run` wrote");

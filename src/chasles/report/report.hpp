@@ -12,12 +12,10 @@ namespace chasles {
 struct ReportRun {
   Run run;
   /// The text of summary.json. The page shows every entry: `settings` (an object), `remarks` (a
-  /// list of sentences), `version`, and each number, known by name or not. Empty: nothing to show.
+  /// list of sentences), `version`, and each number, known by name or not. `chart` decides in
+  /// which coordinates the NEES is measured. Empty: nothing to show.
   std::string summary;
 };
-
-/// Reads a folder that write_run wrote.
-ReportRun read_report_run(const std::filesystem::path& folder);
 
 /// One HTML page that holds everything and loads nothing: map, errors, NIS and NEES with their
 /// bounds, timing, figures, settings. Errors and NEES against the run's truth are computed here;

@@ -97,6 +97,27 @@ TEST(Report, SigmasAndErrorsBelongTogether) {
   EXPECT_NEAR(at_20("errors", "nees_pose"), 7, 1e-4);
 }
 
+TEST(Report, TheNeesIsMeasuredInTheCoordinatesOfTheChart) {
+  ReportRun drive = small_drive();
+  RunState& state = drive.run.states[20];
+  drive.run.states[0].world_T_imu = drive.run.truth[0].pose;
+  const SE3 estimate = state.world_T_imu;
+  state.pose_covariance = 1e-2 * Matrix6d::Identity();
+  // A turn about the world's origin moves the position by hat(p) theta: taken back, the twist has
+  // the standard error's covariance (math.md 2.4).
+  Matrix6d M = Matrix6d::Identity();
+  M.bottomLeftCorner<3, 3>() = -hat(estimate.p);
+  const Vector6d twist = se3::log(drive.run.truth[20].pose * estimate.inverse());
+  const Vector6d white = M * twist;
+  for (const char* chart : {"right-se3", "right-sen3"}) {
+    drive.summary = nlohmann::json{{"chart", chart}}.dump();
+    const double nees = column(run_of(drive)["errors"]["nees_pose"])[20];
+    EXPECT_NEAR(nees, white.squaredNorm() / 1e-2, 1e-6 * nees) << chart;
+  }
+  drive.summary = R"({"chart": "standard"})";
+  EXPECT_EQ(run_of(drive)["nees_coordinates"], "standard");
+}
+
 TEST(Report, TheWorldOfTheTruthDoesNotMatter) {
   ReportRun drive = small_drive();
   const nlohmann::json here = run_of(drive);

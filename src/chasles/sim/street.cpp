@@ -153,6 +153,15 @@ Recording simulate_street(const StreetSettings& settings) {
     recording.frames.push_back(measure_frame(settings, tracks, time, i, counts));
   }
   recording.true_landmarks = standing(tracks.born, counts);
+  // Stated like a data sheet would: the white part, and only where there is one.
+  if (settings.linear_sigma > 0 && settings.angular_sigma > 0) {
+    recording.velocity_sigma =
+        BodyVelocitySigma{.linear = Eigen::Vector3d::Constant(settings.linear_sigma),
+                          .angular = Eigen::Vector3d::Constant(settings.angular_sigma)};
+  }
+  if (settings.pixel_sigma > 0) {
+    recording.pixel_sigma = Eigen::Vector4d::Constant(settings.pixel_sigma);
+  }
   recording.remarks.push_back(fmt::format(
       "simulated with seed {}: {:.1f} m in {:.1f} s, {} of {} observations are outliers, {} of {} "
       "landmarks move, {} of {} frames were dropped",

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <span>
 
@@ -14,20 +15,35 @@ namespace chasles {
 /// The noise that a run works with.
 struct Noise {
   BodyVelocityNoise motion;
-  StereoNoise stereo;
   double gyro_bias_sigma = 0;  ///< initial [rad/s]
+  StereoNoise begin;           ///< of an observation that begins a landmark
+  StereoNoise update;          ///< of one that updates it
 };
 
-/// What a recording's own file says of its noise (standard deviations); the readers fill it in.
+/// What a recording itself states of its noise, where it does; taken as white.
 struct StatedNoise {
-  Vector6d velocity_sigma = Vector6d::Zero();     ///< of a sample [angular rad/s; linear m/s]
-  Eigen::Vector4d pixel_sigma = Eigen::Vector4d::Zero();  ///< of (uL, vL, uR, vR) [px]
+  std::optional<BodyVelocitySigma> velocity;
+  std::optional<Eigen::Vector4d> pixels;  ///< standard deviations of (uL, vL, uR, vR) [px]
 };
 
-/// The noise for a run: what the settings say; else what the recording states; else what is measured
-/// from the recording itself by robust differences (docs/noise.md).
+/// The noise for a run: what the settings say; else what the recording states; else what robust
+/// differences of the recording's own numbers tell (docs/noise.md).
 Noise choose_noise(const Settings& settings, std::span<const BodyVelocity> velocities,
-                   std::span<const FeatureFrame> frames,
-                   const std::optional<StatedNoise>& stated);
+                   std::span<const FeatureFrame> frames, const StatedNoise& stated);
+
+/// White noise and random walk of a sampled signal, from its differences.
+struct SignalNoise {
+  double white = 0;  ///< of a sample [unit]
+  double walk = 0;   ///< [unit/sqrt(s)]
+};
+
+/// With s1, s2 the robust deviations of first and second differences, white noise of variance R on a
+/// random walk has s1^2 = 2R + q, s2^2 = 6R + 2q; the walk itself is read off at longer lags (0.25,
+/// 0.5 and 1 s, the largest that stands out of the noise), where it outweighs the noise. `period` is
+/// the time between samples [s]. Fewer than 4 samples tell nothing: zeros.
+SignalNoise measure_signal(std::span<const double> samples, double period);
+
+/// Robust deviation [px] of vL - vR, which would be 0 without noise; at least 0.2.
+double row_disagreement(std::span<const FeatureFrame> frames);
 
 }  // namespace chasles

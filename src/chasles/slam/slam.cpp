@@ -1,11 +1,38 @@
 #include <algorithm>
+#include <chasles/error.hpp>
+#include <chasles/eval/chi2.hpp>
 #include <chasles/slam/slam.hpp>
 #include <cmath>
-#include <unordered_map>
-#include <unordered_set>
+#include <limits>
 
 namespace chasles {
 namespace {
+
+constexpr double kUnknownVelocity = 100;  // [m/s, rad/s]: the first sample says all
+
+BodyVelocityModel model_of(const Settings& s) {
+  const bool slam = s.mode == "slam";
+  return {.velocity_state = slam && s.velocity == "measured",
+          .gyro_bias = slam && s.gyro_bias,
+          .scale = slam && s.velocity_scale};
+}
+
+// Mapping takes the predicted trajectory for the truth.
+Noise noise_of(const Settings& s, Noise noise) {
+  if (s.mode == "map") noise.motion = {};
+  return noise;
+}
+
+StereoRows rows_of(const Settings& s) {
+  if (s.stereo_rows == "all") return StereoRows::kAll;
+  return s.stereo_rows == "mean" ? StereoRows::kMean : StereoRows::kMeanDisparity;
+}
+
+double gate_of(double probability, StereoRows rows) {
+  const int dof = rows == StereoRows::kAll ? 4 : rows == StereoRows::kMean ? 2 : 3;
+  return probability < 1 ? chi2_quantile(probability, dof)
+                         : std::numeric_limits<double>::infinity();
+}
 
 State initial_state(const BodyVelocityModel& model) {
   State x;
@@ -13,149 +40,210 @@ State initial_state(const BodyVelocityModel& model) {
   return x;
 }
 
-Eigen::MatrixXd initial_covariance(const Settings& s, const BodyVelocityModel& model, const Noise& noise) {
-  const int n = 6 + model.size();
-  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(n);
-  sigma.head<6>().setConstant(s.initial_pose_sigma);
-  if (model.velocity_state) sigma.segment<6>(6).setConstant(100);
+Eigen::MatrixXd initial_covariance(const Settings& s, const BodyVelocityModel& model,
+                                   const Noise& noise) {
+  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(6 + model.size());
+  if (s.mode != "map") sigma.head<6>().setConstant(s.initial_pose_sigma);
+  if (model.velocity_state) sigma.segment<6>(6).setConstant(kUnknownVelocity);
   if (model.gyro_bias) sigma.segment<3>(6 + model.bias_index()).setConstant(noise.gyro_bias_sigma);
   if (model.scale) sigma[6 + model.scale_index()] = s.velocity_scale_sigma;
   return sigma.cwiseAbs2().asDiagonal();
 }
 
-StereoRows rows_named(const std::string& name) {
-  if (name == "all") return StereoRows::kAll;
-  if (name == "mean") return StereoRows::kMean;
-  return StereoRows::kMeanDisparity;
-}
-
-// chi2 quantile by Wilson–Hilferty
-double chi2_quantile(double p, int k) {
-  if (p >= 1) return std::numeric_limits<double>::infinity();
-  double t = std::sqrt(-2*std::log(1-p));
-  double z = t - (2.515517+0.802853*t+0.010328*t*t)/(1+1.432788*t+0.189269*t*t+0.001308*t*t*t);
-  double a = 2.0/(9*k);
-  return k*std::pow(1-a+z*std::sqrt(a),3);
+BodyVelocity mean(const BodyVelocity& a, const BodyVelocity& b) {
+  return {.time = a.time,
+          .linear_imu = (a.linear_imu + b.linear_imu) / 2,
+          .angular_imu = (a.angular_imu + b.angular_imu) / 2};
 }
 
 }  // namespace
 
-Slam::Slam(const Settings& s, const StereoRig& rig, const Noise& noise)
-    : settings_(s), rig_(rig), noise_(noise),
-      model_{.velocity_state = s.velocity == "measured" && s.mode == "slam", .gyro_bias = s.gyro_bias && s.mode == "slam", .scale = s.velocity_scale && s.mode == "slam"},
-      rows_(rows_named(s.stereo_rows)),
-      gate_(chi2_quantile(s.gate, rows_ == StereoRows::kAll ? 4 : rows_ == StereoRows::kMean ? 2 : 3)),
-      loose_(chi2_quantile(s.loose_gate, rows_ == StereoRows::kAll ? 4 : rows_ == StereoRows::kMean ? 2 : 3)),
-      filter_(error_chart(s.chart), initial_state(model_), initial_covariance(s, model_, noise), {.compress_map = s.compress_map}) {}
+std::string name(Health health) {
+  if (health == Health::kOk) return "ok";
+  return health == Health::kDegraded ? "degraded" : "lost";
+}
 
-void Slam::predict_to(Time time, const BodyVelocity& held) {
-  const double tau = to_seconds(time - *time_);
-  if (tau > 0) filter_.propagate(predict(model_, filter_.state(), held, tau, noise_.motion));
-  time_ = time;
+Slam::Slam(const Settings& settings, const StereoRig& rig, const Noise& noise)
+    : settings_(settings),
+      rig_(rig),
+      noise_(noise_of(settings, noise)),
+      model_(model_of(settings)),
+      rows_(rows_of(settings)),
+      gate_(gate_of(settings.gate, rows_)),
+      loose_gate_(gate_of(settings.loose_gate, rows_)),
+      filter_(error_chart(settings.chart), initial_state(model_),
+              initial_covariance(settings, model_, noise_),
+              {.compress_map = settings.compress_map}) {}
+
+std::vector<std::string> Slam::additive_names() const {
+  std::vector<std::string> names;
+  const auto axes = [&](const std::string& of) {
+    for (const char* axis : {"_x", "_y", "_z"}) names.push_back(of + axis);
+  };
+  if (model_.velocity_state) axes("angular_velocity");
+  if (model_.velocity_state) axes("linear_velocity");
+  if (model_.gyro_bias) axes("gyro_bias");
+  if (model_.scale) names.push_back("log_velocity_scale");
+  return names;
+}
+
+// One frame of the algorithm: what is known is observed, what is gone is let go, what is new begins.
+Estimate Slam::process(const FeatureFrame& frame) {
+  advance_to(frame.time, velocity_.value_or(BodyVelocity{}));
+  ++frame_;
+  Estimate estimate;
+  estimate.time = frame.time;
+  if (settings_.mode != "localize") see(frame, estimate);
+
+  const State& x = filter_.state();
+  const Eigen::MatrixXd P = filter_.core_covariance();
+  estimate.world_T_imu = x.world_T_imu;
+  estimate.pose_covariance = P.topLeftCorner<6, 6>();
+  estimate.additive = x.additive;
+  estimate.additive_sigma = P.diagonal().tail(x.additive.size()).cwiseSqrt();
+  estimate.observations = static_cast<int>(frame.observations.size());
+  estimate.in_state = static_cast<int>(x.landmarks.size());
+  estimate.landmarks = filter_.map_size();
+  estimate.health = judge(estimate);
+  return estimate;
+}
+
+void Slam::see(const FeatureFrame& frame, Estimate& estimate) {
+  const Observations observations = usable(frame);
+  Matched matched = match(observations);
+  if (settings_.update_with_first_observation) {
+    estimate.added = begin(matched.fresh);
+    matched = match(observations);
+  }
+  set_gates(matched.known);
+  const UpdateReport report = filter_.update(matched.known);
+  estimate.nis = report.nis;
+  estimate.nis_dof = report.dof;
+  for (const bool accepted : report.accepted) ++(accepted ? estimate.used : estimate.rejected);
+  retire_unseen();
+  // After the update: an observation either begins a landmark or updates the state, never both.
+  if (!settings_.update_with_first_observation) estimate.added = begin(matched.fresh);
 }
 
 void Slam::process(const BodyVelocity& u) {
-  BodyVelocityNoise noise = noise_.motion;
-  noise.sample_sigma.tail<3>() = (noise.sample_sigma.tail<3>().cwiseAbs2().array() + std::pow(settings_.velocity_relative_sigma * u.linear_imu.norm(), 2)).sqrt();
-  if (!time_) {
-    time_ = u.time;
-  } else {
-    BodyVelocity held = velocity_;
-    if (settings_.hold == "midpoint") {
-      held.linear_imu = (held.linear_imu + u.linear_imu) / 2;
-      held.angular_imu = (held.angular_imu + u.angular_imu) / 2;
-    }
-    predict_to(u.time, held);
+  if (!u.linear_imu.allFinite() || !u.angular_imu.allFinite()) {
+    throw InputError("the velocity at " + std::to_string(u.time.count()) + " ns is not finite");
   }
-  if (model_.velocity_state) {
-    const Measurement z[] = {measure_velocity(model_, filter_.state(), u, noise)};
-    filter_.update(z);
-  }
+  const BodyVelocity before = velocity_.value_or(u);
+  advance_to(u.time, settings_.hold == "midpoint" ? mean(before, u) : before);
   velocity_ = u;
+  if (!model_.velocity_state) return;
+  BodyVelocityNoise noise = noise_.motion;
+  const double relative = settings_.velocity_relative_sigma * u.linear_imu.norm();
+  for (double& sigma : noise.sample_sigma.tail<3>()) sigma = std::hypot(sigma, relative);
+  const Measurement z[] = {measure_velocity(model_, filter_.state(), u, noise)};
+  filter_.update(z);
 }
 
-UpdateReport Slam::update(const FeatureFrame& frame) {
-  std::unordered_map<LandmarkId, int> index;
-  const auto& landmarks = filter_.state().landmarks;
-  for (std::size_t i = 0; i < landmarks.size(); ++i) index[landmarks[i].id] = static_cast<int>(i);
-  std::vector<Measurement> measurements;
-  StereoNoise noise = noise_.stereo;
-  noise.disparity *= settings_.disparity_inflation;
-  for (const StereoObservation& o : frame.observations) {
-    const auto at = index.find(o.landmark);
-    if (at == index.end()) continue;
-    last_seen_[o.landmark] = frame_;
-    auto z = measure_stereo(rig_, rows_, noise, filter_.state(), at->second, o);
-    if (!z) continue;
-    measurements.push_back(*z);
+void Slam::advance_to(Time time, const BodyVelocity& held) {
+  if (now_ && time < *now_) {
+    throw InputError("time runs backwards: " + std::to_string(time.count()) + " ns after " +
+                     std::to_string(now_->count()) + " ns");
   }
+  const double tau = now_ ? to_seconds(time - *now_) : 0;
+  if (tau > 0) filter_.propagate(predict(model_, filter_.state(), held, tau, noise_.motion));
+  now_ = time;
+}
+
+Slam::Observations Slam::usable(const FeatureFrame& frame) const {
+  Observations result;
+  std::unordered_set<LandmarkId> seen;
+  for (const StereoObservation& o : frame.observations) {
+    if (o.pixels.allFinite() && seen.insert(o.landmark).second) result.push_back(&o);
+  }
+  return result;
+}
+
+Slam::Matched Slam::match(const Observations& observations) {
+  std::unordered_map<LandmarkId, int> index;
+  for (const Landmark& landmark : filter_.state().landmarks) {
+    index.emplace(landmark.id, static_cast<int>(index.size()));
+  }
+  Matched result;
+  for (const StereoObservation* o : observations) {
+    const auto known = index.find(o->landmark);
+    if (known == index.end()) {
+      result.fresh.push_back(o);
+      continue;
+    }
+    last_seen_[o->landmark] = frame_;
+    if (auto z = measure_stereo(rig_, rows_, noise_.update, filter_.state(), known->second, *o)) {
+      result.known.push_back(*z);
+    }
+  }
+  return result;
+}
+
+// Where many landmarks are in view, the worst are not needed; where few are, most are.
+void Slam::set_gates(std::vector<Measurement>& measurements) const {
   int inside = 0;
   for (const Measurement& z : measurements) inside += filter_.normalised_square(z) < gate_;
-  for (Measurement& z : measurements) z.gate = inside >= settings_.enough ? gate_ : loose_;
-  return filter_.update(measurements);
+  const double gate = inside >= settings_.gate_quorum ? gate_ : loose_gate_;
+  for (Measurement& z : measurements) z.gate = gate;
+}
+
+int Slam::begin(const Observations& fresh) {
+  std::vector<NewLandmark> landmarks;
+  for (const StereoObservation* o : fresh) {
+    if (o->pixels[0] - o->pixels[2] < settings_.min_disparity) continue;
+    auto landmark = begin_landmark(rig_, noise_.begin, filter_.state(), *o);
+    if (!landmark) continue;
+    if (settings_.initial_landmark_sigma) {
+      const double sigma = *settings_.initial_landmark_sigma;
+      landmark->d_pose.setZero();
+      landmark->noise = sigma * sigma * Eigen::Matrix3d::Identity();
+    }
+    last_seen_[o->landmark] = frame_;
+    landmarks.push_back(*landmark);
+  }
+  filter_.add(landmarks);
+  return static_cast<int>(landmarks.size());
 }
 
 void Slam::retire_unseen() {
-  const auto& landmarks = filter_.state().landmarks;
-  std::vector<std::pair<int, int>> unseen;  // last seen, index
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    const int seen = last_seen_[landmarks[i].id];
-    if (seen < frame_) unseen.push_back({seen, static_cast<int>(i)});
-  }
+  const std::vector<Landmark>& landmarks = filter_.state().landmarks;
   const int excess = static_cast<int>(landmarks.size()) - settings_.waiting_landmarks;
-  if (excess <= 0) return;
+  std::vector<std::pair<int, int>> unseen;  // (last seen, index), longest unseen first
+  for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
+    const int seen = last_seen_.at(landmarks[static_cast<std::size_t>(i)].id);
+    if (seen < frame_) unseen.emplace_back(seen, i);
+  }
+  if (excess <= 0 || unseen.empty()) return;
   std::sort(unseen.begin(), unseen.end());
+  unseen.resize(std::min(unseen.size(), static_cast<std::size_t>(excess)));
   std::vector<int> indices;
-  for (int i = 0; i < std::min<int>(excess, static_cast<int>(unseen.size())); ++i) indices.push_back(unseen[static_cast<std::size_t>(i)].second);
+  for (const auto& [seen, index] : unseen) {
+    indices.push_back(index);
+    last_seen_.erase(landmarks[static_cast<std::size_t>(index)].id);
+  }
   std::sort(indices.begin(), indices.end());
-  for (int i : indices) last_seen_.erase(landmarks[static_cast<std::size_t>(i)].id);
   filter_.retire(indices);
 }
 
-int Slam::begin(const FeatureFrame& frame) {
-  std::unordered_set<LandmarkId> known;
-  for (const Landmark& l : filter_.state().landmarks) known.insert(l.id);
-  std::vector<NewLandmark> fresh;
-  for (const StereoObservation& o : frame.observations) {
-    if (known.count(o.landmark)) continue;
-    if (o.pixels[0] - o.pixels[2] < settings_.min_disparity) continue;
-    auto l = begin_landmark(rig_, noise_.stereo, filter_.state(), o);
-    if (!l) continue;
-    if (settings_.initial_landmark_sigma) {
-      l->d_pose.setZero();
-      l->noise = Eigen::Matrix3d::Identity() * *settings_.initial_landmark_sigma * *settings_.initial_landmark_sigma;
-    }
-    last_seen_[o.landmark] = frame_;
-    fresh.push_back(*l);
+Health Slam::judge(const Estimate& estimate) {
+  if (!estimate.world_T_imu.R.allFinite() || !estimate.world_T_imu.p.allFinite() ||
+      !estimate.pose_covariance.allFinite() ||
+      estimate.pose_covariance.diagonal().minCoeff() < 0) {
+    return Health::kLost;
   }
-  filter_.add(fresh);
-  return static_cast<int>(fresh.size());
-}
-
-Estimate Slam::process(const FeatureFrame& frame) {
-  if (!time_) time_ = frame.time;
-  if (frame.time > *time_) predict_to(frame.time, velocity_);
-  ++frame_;
-  Estimate e;
-  if (settings_.mode != "localize") {
-    if (settings_.update_with_first_observation) e.added = begin(frame);
-    const UpdateReport report = update(frame);
-    retire_unseen();
-    if (!settings_.update_with_first_observation) e.added = begin(frame);
-    e.nis = report.nis;
-    e.nis_dof = report.dof;
-    for (bool b : report.accepted) (b ? e.used : e.rejected)++;
+  if (settings_.mode != "slam") return Health::kOk;
+  last_second_.push_back(
+      {.time = estimate.time, .used = estimate.used, .rejected = estimate.rejected});
+  while (last_second_.front().time < estimate.time - std::chrono::seconds(1)) {
+    last_second_.pop_front();
   }
-  e.time = frame.time;
-  e.world_T_imu = filter_.state().world_T_imu;
-  const Eigen::MatrixXd P = filter_.core_covariance();
-  e.pose_covariance = P.topLeftCorner<6, 6>();
-  e.additive = filter_.state().additive;
-  e.additive_sigma = P.diagonal().tail(e.additive.size()).cwiseSqrt();
-  e.observations = static_cast<int>(frame.observations.size());
-  e.in_state = static_cast<int>(filter_.state().landmarks.size());
-  e.landmarks = filter_.map_size();
-  return e;
+  int used = 0;
+  int rejected = 0;
+  for (const Use& use : last_second_) {
+    used += use.used;
+    rejected += use.rejected;
+  }
+  return used < 3 || rejected > used ? Health::kDegraded : Health::kOk;
 }
 
 }  // namespace chasles

@@ -2,7 +2,9 @@
 
 #include <deque>
 #include <optional>
+#include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include <chasles/filter/body_velocity_model.hpp>
@@ -16,24 +18,34 @@ namespace chasles {
 /// How far an estimate is to be believed.
 enum class Health {
   kOk,
-  kDegraded,  ///< running on the velocities alone, or on few or contradicting observations
-  kLost,      ///< not finite: nothing after this can be believed
+  kDegraded,  ///< for a second: fewer than 3 observations used, or more refused than used
+  kLost,      ///< not finite, or a covariance without meaning: nothing after this counts
 };
-const char* name(Health health);
+std::string name(Health health);
 
 /// What the filter believes after a frame.
 struct Estimate {
   Time time{};
   SE3 world_T_imu;
-  Matrix6d pose_covariance = Matrix6d::Zero();  ///< reference chart: [theta; dp], world axes
-  Eigen::VectorXd additive, additive_sigma;     ///< see Slam::additive_names
-  double nis = 0;
-  int nis_dof = 0;
-  int observations = 0, used = 0, rejected = 0, added = 0, in_state = 0, landmarks = 0;
+  Matrix6d pose_covariance = Matrix6d::Zero();  ///< [theta; dp], world axes [rad, m] (docs/charts.md)
+  Eigen::VectorXd additive, additive_sigma;     ///< the motion's own states: Slam::additive_names
+  double nis = 0;        ///< of the frame's observations, together
+  int nis_dof = 0;       ///< its degrees of freedom; 0: nothing was updated
+  int observations = 0;  ///< offered by the frame
+  int used = 0;          ///< that updated the state
+  int rejected = 0;      ///< of landmarks in the state, refused by the gate
+  int added = 0;         ///< landmarks that the frame began
+  int in_state = 0;      ///< landmarks of the state after the frame
+  int landmarks = 0;     ///< landmarks of the whole map
   Health health = Health::kOk;
 };
 
-/// The SLAM loop: feed it the events of a recording in the order of time.
+/// The SLAM loop: feed it velocities and frames in the order of time. The world is the IMU frame at
+/// the first event.
+///
+/// Recovered and counted: an observation that is not finite, or that names a landmark a second time
+/// in its frame, is left out; a landmark that comes back after it was retired begins anew. Time that
+/// runs backwards and velocities that are not finite throw InputError.
 class Slam {
  public:
   Slam(const Settings& settings, const StereoRig& rig, const Noise& noise);
@@ -41,29 +53,44 @@ class Slam {
   void process(const BodyVelocity& velocity);
   Estimate process(const FeatureFrame& frame);
 
-  /// Names of Estimate::additive, with the unit behind the last underscore.
-  std::vector<std::string> additive_names() const;
-
+  /// The pose, velocities and biases, and the whole map with its covariance.
   const Ekf& filter() const { return filter_; }
 
+  /// Names of the numbers in Estimate::additive.
+  std::vector<std::string> additive_names() const;
+
  private:
-  void predict_to(Time time, const BodyVelocity& held);
-  void match(const FeatureFrame& frame);
-  UpdateReport update(const FeatureFrame& frame);
+  using Observations = std::vector<const StereoObservation*>;
+  struct Matched {
+    std::vector<Measurement> known;  ///< of landmarks in the state
+    Observations fresh;              ///< of landmarks that are not
+  };
+
+  void advance_to(Time time, const BodyVelocity& held);
+  Observations usable(const FeatureFrame& frame) const;
+  Matched match(const Observations& observations);
+  void set_gates(std::vector<Measurement>& measurements) const;
+  int begin(const Observations& fresh);
   void retire_unseen();
-  int begin(const FeatureFrame& frame);
+  void see(const FeatureFrame& frame, Estimate& estimate);
+  Health judge(const Estimate& estimate);
 
   Settings settings_;
   StereoRig rig_;
   Noise noise_;
   BodyVelocityModel model_;
   StereoRows rows_;
-  double gate_, loose_;
+  double gate_, loose_gate_;
   Ekf filter_;
-  std::optional<Time> time_;
-  BodyVelocity velocity_;
-  std::unordered_map<LandmarkId, int> last_seen_;  // frame number
+  std::optional<Time> now_;
+  std::optional<BodyVelocity> velocity_;  ///< the latest
   int frame_ = 0;
+  std::unordered_map<LandmarkId, int> last_seen_;  ///< number of the frame; landmarks of the state
+  struct Use {
+    Time time{};
+    int used = 0, rejected = 0;
+  };
+  std::deque<Use> last_second_;
 };
 
 }  // namespace chasles

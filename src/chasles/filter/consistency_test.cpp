@@ -1,0 +1,143 @@
+#include <Eigen/Cholesky>
+
+#include <chasles/filter/drive_motion.hpp>
+#include <chasles/filter/ekf.hpp>
+#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/filter/testing.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Does the filter know how wrong it is? Truth is drawn from what the filter believes at the start
+// and moved by the filter's own model, so that what is left to see is the filter.
+
+constexpr int kRuns = 120;
+constexpr int kFrames = 10;
+constexpr int kLandmarks = 8;
+constexpr BodyVelocityModel kModel{.velocity_state = true, .gyro_bias = true, .scale = false};
+constexpr StereoNoise kNoise{.u = 0.5, .v = 0.5, .disparity = 0.5};
+
+BodyVelocityNoise motion_noise() {
+  BodyVelocityNoise noise{.sample_sigma = {}, .walk = {}, .gyro_bias_walk = 1e-3, .scale_walk = 0};
+  noise.sample_sigma << 0.01, 0.01, 0.01, 0.1, 0.1, 0.1;
+  noise.walk << 0.1, 0.1, 0.1, 0.5, 0.5, 0.5;
+  return noise;
+}
+
+using ConsistencyTest = test::OverCharts;
+INSTANTIATE_TEST_SUITE_P(Charts, ConsistencyTest, ::testing::ValuesIn(test::all_charts()),
+                         test::chart_test_name);
+
+struct Squares {
+  double nees = 0, nees_dof = 0, nis = 0, nis_dof = 0;
+};
+
+State advanced(const State& x, test::Random& random) {
+  const Prediction step = predict(kModel, x, {}, test::kDriveStep, motion_noise());
+  State next = x;
+  next.world_T_imu = step.world_T_imu;
+  next.additive = step.additive;
+  // Q couples pose and velocity so closely that it needs a root that may be singular.
+  const Eigen::LDLT<MatrixXd> ldlt(step.Q);
+  VectorXd w = ldlt.vectorD().cwiseMax(0).cwiseSqrt().cwiseProduct(random.normal_vector(15));
+  w = ldlt.transpositionsP().transpose() * VectorXd(ldlt.matrixL() * w);
+  VectorXd xi = VectorXd::Zero(test::error_rows(x));
+  xi.head<15>() = w;
+  kStandardChart.retract(next, xi);
+  return next;
+}
+
+BodyVelocity sampled(const State& truth, test::Random& random) {
+  const VectorXd noise =
+      motion_noise().sample_sigma.cwiseProduct(random.normal_vector(6));
+  return {.time = {},
+          .linear_imu = truth.additive.segment<3>(3) + noise.tail<3>(),
+          .angular_imu = truth.additive.head<3>() + truth.additive.tail<3>() + noise.head<3>()};
+}
+
+StereoObservation seen(const State& truth, int landmark, test::Random& random) {
+  const StereoRig rig = test::drive_rig();
+  const Eigen::Vector3d p_world = truth.landmarks[static_cast<std::size_t>(landmark)].p_world;
+  const auto projection =
+      project(rig, rig.cam0_T_imu * (truth.world_T_imu.inverse() * p_world));
+  const Eigen::Vector3d n = kNoise.u * random.normal_vector(3);
+  return {.landmark = landmark,
+          .pixels = projection.value().pixels +
+                    Eigen::Vector4d(n[0] + n[2] / 2, n[1], n[0] - n[2] / 2, n[1])};
+}
+
+// The filter's first belief: moving forward at 1 m/s.
+State first_belief() {
+  State x;
+  x.additive.resize(9);
+  x.additive << 0, 0, 0.1, 1, 0, 0, 0, 0, 0;
+  return x;
+}
+
+VectorXd first_sigma() {
+  VectorXd sigma(15);
+  sigma << 0.01, 0.01, 0.01, 0.05, 0.05, 0.05, 0.1, 0.1, 0.1, 0.3, 0.3, 0.3, 0.02, 0.02, 0.02;
+  return sigma;
+}
+
+// One run; `uses` is how often each observation is given to the update.
+void drive(const ErrorChart& chart, test::Random& random, int uses, Squares& squares) {
+  Ekf ekf(chart, first_belief(), first_sigma().cwiseAbs2().asDiagonal(), {});
+  State truth = first_belief();
+  kStandardChart.retract(truth, first_sigma().cwiseProduct(random.normal_vector(15)));
+  std::vector<NewLandmark> fresh;
+  for (int i = 0; i < kLandmarks; ++i) {
+    const Eigen::Vector3d p(random.uniform(5, 8), random.uniform(-3, 3), random.uniform(-1, 2));
+    truth.landmarks.push_back({.id = i, .p_world = p, .row = 15 + 3 * i, .observations = 0});
+    fresh.push_back(*begin_landmark(test::drive_rig(), kNoise, ekf.state(),
+                                    seen(truth, i, random)));
+  }
+  ekf.add(fresh);
+  const auto count = [&](const std::vector<Measurement>& measurements) {
+    const UpdateReport report = ekf.update(measurements);
+    squares.nis += report.nis;
+    squares.nis_dof += report.dof;
+  };
+  for (int k = 0; k < kFrames; ++k) {
+    truth = advanced(truth, random);
+    ekf.propagate(
+        predict(kModel, ekf.state(), {}, test::kDriveStep, motion_noise()));
+    count({measure_velocity(kModel, ekf.state(), sampled(truth, random), motion_noise())});
+    std::vector<Measurement> measurements;
+    for (int i = 0; i < kLandmarks; ++i) {
+      const auto z = measure_stereo(test::drive_rig(), StereoRows::kMeanDisparity, kNoise,
+                                    ekf.state(), i, seen(truth, i, random));
+      for (int use = 0; use < uses; ++use) measurements.push_back(z.value());
+    }
+    count(measurements);
+  }
+  VectorXd error = chart.local(ekf.state(), truth);
+  pull(chart, ekf.state(), error);
+  squares.nees += error.dot(ekf.covariance().llt().solve(error));
+  squares.nees_dof += static_cast<double>(error.size());
+}
+
+Squares many_drives(const ErrorChart& chart, int uses) {
+  test::Random random(2024);
+  Squares squares;
+  for (int i = 0; i < kRuns; ++i) drive(chart, random, uses, squares);
+  return squares;
+}
+
+TEST_P(ConsistencyTest, ErrorsAndInnovationsAreAsLargeAsTheFilterSays) {
+  const Squares squares = many_drives(chart(), 1);
+  EXPECT_TRUE(test::is_chi2(squares.nees, squares.nees_dof));
+  EXPECT_TRUE(test::is_chi2(squares.nis, squares.nis_dof));
+}
+
+TEST_P(ConsistencyTest, ObservationUsedTwiceMakesTheFilterTooSure) {
+  const Squares squares = many_drives(chart(), 2);
+  EXPECT_FALSE(test::is_chi2(squares.nees, squares.nees_dof));
+  EXPECT_GT(squares.nees, squares.nees_dof);
+}
+
+}  // namespace
+}  // namespace chasles

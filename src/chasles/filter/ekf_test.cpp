@@ -1,0 +1,329 @@
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <chasles/filter/ekf.hpp>
+#include <chasles/filter/run_drive.hpp>
+#include <chasles/filter/testing.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+using EkfTest = test::OverCharts;
+INSTANTIATE_TEST_SUITE_P(Charts, EkfTest, ::testing::ValuesIn(test::all_charts()),
+                         test::chart_test_name);
+
+MatrixXd random_matrix(test::Random& random, Eigen::Index rows, Eigen::Index cols) {
+  MatrixXd M(rows, cols);
+  for (auto column : M.colwise()) column = random.normal_vector(rows);
+  return M;
+}
+
+// A filter with a velocity, six additive states and landmarks that know of the core.
+Ekf some_filter(const ErrorChart& chart, test::Random& random, int landmarks) {
+  const State x = test::random_state(random, {true, 6, 0, 0});
+  Ekf ekf(chart, x, test::random_covariance(random, 15, 0.1), {});
+  std::vector<NewLandmark> fresh;
+  for (int i = 0; i < landmarks; ++i) {
+    fresh.push_back({.id = 100 + i,
+                     .p_world = 20 * random.normal_vector(3),
+                     .d_pose = random_matrix(random, 3, 6),
+                     .noise = test::random_covariance(random, 3, 0.2)});
+  }
+  ekf.add(fresh);
+  return ekf;
+}
+
+Measurement some_measurement(test::Random& random, int landmark, Eigen::Index rows) {
+  Measurement z;
+  z.landmark = landmark;
+  z.residual = 0.2 * random.normal_vector(rows);
+  z.d_core = random_matrix(random, rows, 6);
+  z.d_landmark = random_matrix(random, rows, 3);
+  z.noise = test::random_covariance(random, static_cast<int>(rows), 0.3);
+  return z;
+}
+
+Measurement some_core_measurement(test::Random& random, int column, Eigen::Index width) {
+  Measurement z = some_measurement(random, -1, 4);
+  z.core_column = column;
+  z.d_core = random_matrix(random, 4, width);
+  z.d_landmark.resize(0, 3);
+  return z;
+}
+
+// One linear measurement of all errors, as a textbook would write it.
+struct Stacked {
+  MatrixXd H, R;
+  VectorXd r;
+};
+
+Stacked stacked(const Ekf& ekf, const std::vector<Measurement>& measurements) {
+  Eigen::Index m = 0;
+  for (const Measurement& z : measurements) m += z.residual.size();
+  Stacked all{MatrixXd::Zero(m, ekf.covariance().rows()), MatrixXd::Zero(m, m), VectorXd(m)};
+  Eigen::Index at = 0;
+  for (const Measurement& z : measurements) {
+    const Eigen::Index k = z.residual.size();
+    all.H.block(at, z.core_column, k, z.d_core.cols()) = z.d_core;
+    if (z.landmark >= 0) {
+      const int row = ekf.state().landmarks[static_cast<std::size_t>(z.landmark)].row;
+      all.H.block(at, row, k, 3) = z.d_landmark;
+    }
+    all.R.block(at, at, k, k) = z.noise;
+    all.r.segment(at, k) = z.residual;
+    at += k;
+  }
+  return all;
+}
+
+MatrixXd innovation(const Ekf& ekf, const Stacked& all) {
+  return all.H * ekf.covariance() * all.H.transpose() + all.R;
+}
+
+void expect_unchanged(const Ekf& ekf, const Ekf& before) {
+  EXPECT_EQ(test::distance(ekf.state(), before.state()), 0);
+  EXPECT_EQ(MatrixXd(ekf.covariance()), MatrixXd(before.covariance()));
+  const auto map = ekf.map();
+  const auto map_before = before.map();
+  ASSERT_EQ(map.size(), map_before.size());
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    EXPECT_EQ(map[i].observations, map_before[i].observations);
+  }
+}
+
+std::vector<Measurement> some_measurements(test::Random& random) {
+  return {some_measurement(random, 0, 3), some_measurement(random, 2, 2),
+          some_core_measurement(random, 9, 6), some_measurement(random, 1, 4),
+          some_core_measurement(random, 3, 12), some_measurement(random, 2, 3)};
+}
+
+TEST_P(EkfTest, UpdateIsKalmansInTheCoordinatesOfTheChart) {
+  test::Random random(1);
+  Ekf ekf = some_filter(chart(), random, 4);
+  const std::vector<Measurement> measurements = some_measurements(random);
+  const State before = ekf.state();
+  const MatrixXd P = ekf.covariance();
+  const Stacked z = stacked(ekf, measurements);
+  const MatrixXd K = P * z.H.transpose() * innovation(ekf, z).inverse();
+  const MatrixXd I_KH = MatrixXd::Identity(P.rows(), P.cols()) - K * z.H;
+  MatrixXd expected = I_KH * P * I_KH.transpose() + K * z.R * K.transpose();
+  VectorXd xi = K * z.r;
+  push(chart(), before, xi);
+
+  const UpdateReport report = ekf.update(measurements);
+  EXPECT_FALSE(report.failed);
+  EXPECT_LT(test::distance(ekf.state(), test::moved(chart(), before, xi)), 1e-12);
+  MatrixXd actual = ekf.covariance();
+  EXPECT_TRUE(actual == actual.transpose());
+  for (MatrixXd* M : {&actual, &expected}) {  // both in the coordinates of the chart
+    const State& at = M == &actual ? ekf.state() : before;
+    push(chart(), at, *M);
+    M->transposeInPlace();
+    push(chart(), at, *M);
+  }
+  EXPECT_LT(test::covariance_difference(actual, expected), 1e-11);
+}
+
+TEST_P(EkfTest, NisIsTheSquareOfTheInnovationByItsInverseCovariance) {
+  test::Random random(2);
+  Ekf ekf = some_filter(chart(), random, 3);
+  const std::vector<Measurement> measurements = some_measurements(random);
+  const Stacked z = stacked(ekf, measurements);
+  const double expected = z.r.dot(innovation(ekf, z).inverse() * z.r);
+  for (const Measurement& one : measurements) {
+    const Stacked single = stacked(ekf, {one});
+    const double square = single.r.dot(innovation(ekf, single).inverse() * single.r);
+    EXPECT_NEAR(ekf.normalised_square(one), square, 1e-11 * square);
+  }
+  const UpdateReport report = ekf.update(measurements);
+  EXPECT_NEAR(report.nis, expected, 1e-10 * expected);
+  EXPECT_EQ(report.dof, z.r.size());
+}
+
+TEST_P(EkfTest, GateRefusesExactlyTheSquaresAboveIt) {
+  test::Random random(3);
+  const Ekf ekf = some_filter(chart(), random, 3);
+  std::vector<Measurement> measurements = some_measurements(random);
+  std::vector<Measurement> inside;
+  std::vector<bool> expected;
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const Stacked z = stacked(ekf, {measurements[i]});
+    const double square = z.r.dot(innovation(ekf, z).inverse() * z.r);
+    expected.push_back(i % 2 == 0);
+    measurements[i].gate = square * (i % 2 == 0 ? 1 + 1e-9 : 1 - 1e-9);
+    if (i % 2 == 0) inside.push_back(measurements[i]);
+  }
+  Ekf gated = ekf;
+  Ekf chosen = ekf;
+  EXPECT_EQ(gated.update(measurements).accepted, expected);
+  chosen.update(inside);
+  EXPECT_EQ(test::distance(gated.state(), chosen.state()), 0);
+  EXPECT_EQ(MatrixXd(gated.covariance()), MatrixXd(chosen.covariance()));
+}
+
+TEST_P(EkfTest, NothingThatIsNotANumberComesIn) {
+  test::Random random(4);
+  const Ekf before = some_filter(chart(), random, 3);
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  for (const double gate : {9.0, std::numeric_limits<double>::infinity()}) {
+    std::vector<Measurement> bad(3, some_measurement(random, 1, 3));
+    bad[0].residual[1] = kNan;
+    bad[1].d_core(0, 2) = kNan;
+    bad[2].d_landmark(2, 2) = kNan;
+    for (Measurement& z : bad) z.gate = gate;
+    Ekf ekf = before;
+    EXPECT_EQ(ekf.update(bad).accepted, std::vector<bool>(3, false));
+    expect_unchanged(ekf, before);
+    // A NaN in the noise may pass a gate, but not the factorisation.
+    bad.assign(1, some_measurement(random, 1, 3));
+    bad[0].noise(1, 1) = kNan;
+    EXPECT_EQ(ekf.update(bad).dof, 0);
+    expect_unchanged(ekf, before);
+  }
+}
+
+TEST_P(EkfTest, InnovationThatIsNotPositiveDefiniteFailsAndChangesNothing) {
+  test::Random random(5);
+  const Ekf before = some_filter(chart(), random, 3);
+  Ekf ekf = before;
+  std::vector<Measurement> measurements = some_measurements(random);
+  measurements[3].noise = -100 * MatrixXd::Identity(4, 4);
+  const UpdateReport report = ekf.update(measurements);
+  EXPECT_TRUE(report.failed);
+  EXPECT_EQ(report.dof, 0);
+  expect_unchanged(ekf, before);
+  // Nor does it come back with the map.
+  Ekf clean = before;
+  const int indices[] = {0, 1};
+  for (Ekf* filter : {&ekf, &clean}) {
+    filter->update(std::vector<Measurement>{measurements[0], measurements[1]});
+    filter->retire(indices);
+  }
+  EXPECT_EQ(ekf.map()[0].p_world, clean.map()[0].p_world);
+  EXPECT_EQ(test::whole_covariance(ekf), test::whole_covariance(clean));
+}
+
+TEST_P(EkfTest, NothingToDoChangesNothing) {
+  test::Random random(6);
+  const Ekf before = some_filter(chart(), random, 3);
+  Ekf ekf = before;
+  const UpdateReport report = ekf.update({});
+  EXPECT_EQ(report.dof, 0);
+  EXPECT_FALSE(report.failed);
+  EXPECT_TRUE(report.accepted.empty());
+  ekf.add({});
+  ekf.retire({});
+  expect_unchanged(ekf, before);
+}
+
+TEST_P(EkfTest, UpdateCountsTheObservationsThatItUsed) {
+  test::Random random(7);
+  Ekf ekf = some_filter(chart(), random, 3);
+  std::vector<Measurement> measurements = {some_measurement(random, 0, 3),
+                                           some_measurement(random, 2, 3),
+                                           some_measurement(random, 2, 3)};
+  measurements[0].gate = 0;
+  ekf.update(measurements);
+  EXPECT_EQ(ekf.state().landmarks[0].observations, 1);
+  EXPECT_EQ(ekf.state().landmarks[1].observations, 1);
+  EXPECT_EQ(ekf.state().landmarks[2].observations, 3);
+}
+
+TEST_P(EkfTest, PropagationMovesTheCoreAndItsTiesToTheLandmarks) {
+  test::Random random(8);
+  Ekf ekf = some_filter(chart(), random, 3);
+  const MatrixXd P = ekf.covariance();
+  const std::vector<Landmark> landmarks = ekf.state().landmarks;
+  Prediction step{.world_T_imu = test::random_pose(random, 5),
+                  .v_world = Eigen::Vector3d(1, 2, 3),
+                  .additive = random.normal_vector(6),
+                  .F = random_matrix(random, 15, 15),
+                  .Q = test::random_covariance(random, 15, 0.1)};
+  ekf.propagate(step);
+  MatrixXd F = MatrixXd::Identity(P.rows(), P.rows());
+  F.topLeftCorner<15, 15>() = step.F;
+  MatrixXd expected = F * P * F.transpose();
+  expected.topLeftCorner<15, 15>() += step.Q;
+  EXPECT_TRUE(test::agree(ekf.covariance(), expected, 1e-13));
+  EXPECT_TRUE(test::agree(ekf.state().world_T_imu.R, step.world_T_imu.R, 1e-15));
+  EXPECT_EQ(ekf.state().world_T_imu.p, step.world_T_imu.p);
+  EXPECT_EQ(*ekf.state().v_world, *step.v_world);
+  EXPECT_EQ(ekf.state().additive, step.additive);
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    EXPECT_EQ(ekf.state().landmarks[i].p_world, landmarks[i].p_world);
+  }
+}
+
+TEST_P(EkfTest, NewLandmarksKnowOfEachOtherThroughThePose) {
+  test::Random random(9);
+  Ekf ekf = some_filter(chart(), random, 2);
+  const MatrixXd P = ekf.covariance();
+  std::vector<NewLandmark> fresh;
+  MatrixXd J = MatrixXd::Zero(6, P.rows());
+  MatrixXd noise = MatrixXd::Zero(6, 6);
+  for (int i = 0; i < 2; ++i) {
+    fresh.push_back({.id = i,
+                     .p_world = random.normal_vector(3),
+                     .d_pose = random_matrix(random, 3, 6),
+                     .noise = test::random_covariance(random, 3, 0.2)});
+    J.block<3, 6>(3 * i, 0) = fresh.back().d_pose;
+    noise.block<3, 3>(3 * i, 3 * i) = fresh.back().noise;
+  }
+  ekf.add(fresh);
+  MatrixXd expected(P.rows() + 6, P.rows() + 6);
+  expected << P, P * J.transpose(), J * P, J * P * J.transpose() + noise;
+  EXPECT_TRUE(test::agree(ekf.covariance(), expected, 1e-13));
+  ASSERT_EQ(ekf.state().landmarks.size(), 4u);
+  EXPECT_EQ(ekf.state().landmarks[3].id, 1);
+  EXPECT_EQ(ekf.state().landmarks[3].row, 24);
+  EXPECT_EQ(ekf.state().landmarks[3].p_world, fresh[1].p_world);
+}
+
+TEST_P(EkfTest, RetiringLeavesTheOthersAsTheyWere) {
+  test::Random random(10);
+  Ekf ekf = some_filter(chart(), random, 5);
+  const MatrixXd P = ekf.covariance();
+  const State before = ekf.state();
+  const int gone[] = {1, 3};
+  ekf.retire(gone);
+  std::vector<int> rows;
+  for (int i = 0; i < 30; ++i) {
+    if ((i < 18 || i >= 21) && (i < 24 || i >= 27)) rows.push_back(i);
+  }
+  EXPECT_EQ(MatrixXd(ekf.covariance()), MatrixXd(P(rows, rows)));
+  ASSERT_EQ(ekf.state().landmarks.size(), 3u);
+  EXPECT_EQ(ekf.state().landmarks[1].id, before.landmarks[2].id);
+  EXPECT_EQ(ekf.state().landmarks[2].row, 21);
+  EXPECT_EQ(ekf.map_size(), 5);
+  const std::vector<MapLandmark> map = ekf.map();
+  EXPECT_EQ(map[0].id, before.landmarks[1].id);
+  EXPECT_TRUE(test::agree(map[1].p_world, before.landmarks[3].p_world, 1e-14));
+  EXPECT_TRUE(test::agree(map[1].covariance, P.block(24, 24, 3, 3), 1e-12));
+}
+
+TEST_P(EkfTest, CovarianceStaysSymmetricAndPositiveDefiniteThroughADrive) {
+  const test::Drive drive = test::simulate_drive(
+      {.frames = 120, .begin_with = 10, .points_a_frame = 1, .outlier_share = 0.02, .seed = 21});
+  for (const test::Motion motion :
+       {test::Motion::kVelocityState, test::Motion::kVelocityInput, test::Motion::kInertial}) {
+    SCOPED_TRACE(test::motion_test_name(motion));
+    test::DrivenFilter filter(chart(), drive, {.motion = motion, .gate = 11.34},
+                              test::initial_covariance(motion, 0.05), true);
+    for (std::size_t i = 0; i < drive.frames.size(); ++i) {
+      filter.step();
+      const MatrixXd P = filter.ekf().covariance();
+      ASSERT_LT(test::covariance_difference(P, P.transpose()), 1e-13) << i;
+      ASSERT_EQ(P.llt().info(), Eigen::Success) << i;
+    }
+    // A few metres of the 96 driven.
+    EXPECT_LT((filter.ekf().state().world_T_imu.p - drive.frames.back().world_T_imu.p).norm(), 5);
+  }
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <array>
+#include <chasles/slam/noise.hpp>
+#include <cmath>
+#include <vector>
+
+namespace chasles {
+namespace {
+
+// What the differences cannot see, since it hardly changes from sample to sample (latency, mounting,
+// the filter of the GNSS/INS behind the numbers). Chosen over all recordings at hand (docs/noise.md).
+constexpr double kRateFloor = 0.0005;     // [rad/s]
+constexpr double kVelocityFloor = 0.03;   // [m/s]
+constexpr double kRateWalkFloor = 0.025;  // [rad/s/sqrt(s)]
+constexpr double kVelocityWalkFloor = 0.013;  // [m/s/sqrt(s)]
+constexpr double kRateWalkPerSigma = 2;  // [1/sqrt(s)]: a noisy gyroscope hides what it misses
+// Of the walks read off the signal: rotation is smoother than its structure function says (it turns
+// in corners only), translation rougher (brakes and gears).
+constexpr double kRateWalkFactor = 0.9;
+constexpr double kVelocityWalkFactor = 1.7;
+// A gyroscope with this white noise is taken to have a bias of this part of it.
+constexpr double kBiasPerSigma = 0.02;
+constexpr double kBiasWalkPerSigma = 0.005;  // [1/sqrt(s)]
+// vL - vR sees the noise of one instant; a track's error also drifts and stays (KLT, moving things).
+constexpr double kPixelPerRowNoise = 5.5;
+constexpr double kDisparityPerRowNoise = 1.1;
+constexpr double kDisparityInflation = 4;
+constexpr double kSmallestRowNoise = 0.2;  // [px]
+
+constexpr double kNormalMad = 1.4826;  // sigma of a normal distribution / median |x|
+
+double robust_sigma(std::vector<double> x) {
+  if (x.empty()) return 0;
+  for (double& value : x) value = std::abs(value);
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), middle, x.end());
+  return kNormalMad * *middle;
+}
+
+double mean_square_difference(std::span<const double> x, std::size_t lag) {
+  double sum = 0;
+  for (std::size_t i = lag; i < x.size(); ++i) sum += (x[i] - x[i - lag]) * (x[i] - x[i - lag]);
+  return x.size() > lag ? sum / static_cast<double>(x.size() - lag) : 0;
+}
+
+double square(double x) { return x * x; }
+
+// One number for a deviation that is set, else the axes' own.
+void set_axes(const std::optional<double>& value, Eigen::Ref<Eigen::Vector3d> axes) {
+  if (value) axes.setConstant(*value);
+}
+
+std::array<SignalNoise, 6> measure_axes(std::span<const BodyVelocity> velocities) {
+  std::array<SignalNoise, 6> result;
+  if (velocities.size() < 2) return result;
+  const double period = to_seconds(velocities.back().time - velocities.front().time) /
+                        static_cast<double>(velocities.size() - 1);
+  for (Eigen::Index axis = 0; axis < 6; ++axis) {
+    std::vector<double> samples;
+    for (const BodyVelocity& u : velocities) {
+      samples.push_back(axis < 3 ? u.angular_imu[axis] : u.linear_imu[axis - 3]);
+    }
+    result[static_cast<std::size_t>(axis)] = measure_signal(samples, period);
+  }
+  return result;
+}
+
+BodyVelocityNoise motion_noise(const Settings& settings, std::span<const BodyVelocity> velocities,
+                               const StatedNoise& stated) {
+  const std::array<SignalNoise, 6> measured = measure_axes(velocities);
+  BodyVelocityNoise noise;
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    const SignalNoise& signal = measured[static_cast<std::size_t>(i)];
+    const double white = std::hypot(signal.white, i < 3 ? kRateFloor : kVelocityFloor);
+    noise.sample_sigma[i] = white;
+    noise.walk[i] = i < 3 ? std::max({kRateWalkFactor * signal.walk, kRateWalkFloor,
+                                      kRateWalkPerSigma * white})
+                          : std::max(kVelocityWalkFactor * signal.walk, kVelocityWalkFloor);
+  }
+  if (stated.velocity) noise.sample_sigma << stated.velocity->angular, stated.velocity->linear;
+  set_axes(settings.rate_sigma, noise.sample_sigma.head<3>());
+  set_axes(settings.velocity_sigma, noise.sample_sigma.tail<3>());
+  set_axes(settings.rate_walk, noise.walk.head<3>());
+  set_axes(settings.velocity_walk, noise.walk.tail<3>());
+  noise.gyro_bias_walk = settings.gyro_bias_walk.value_or(
+      kBiasWalkPerSigma * noise.sample_sigma.head<3>().maxCoeff());
+  noise.scale_walk = settings.velocity_scale_walk;
+  return noise;
+}
+
+StereoNoise begin_noise(const Settings& settings, std::span<const FeatureFrame> frames,
+                        const StatedNoise& stated) {
+  StereoNoise noise;
+  if (stated.pixels) {
+    const Eigen::Vector4d& s = *stated.pixels;
+    noise.u = std::hypot(s[0], s[2]) / 2;
+    noise.v = std::hypot(s[1], s[3]) / 2;
+    noise.disparity = std::hypot(s[0], s[2]);
+  } else {
+    const double row_noise = row_disagreement(frames);
+    noise.u = noise.v = kPixelPerRowNoise * row_noise;
+    noise.disparity = kDisparityPerRowNoise * row_noise;
+  }
+  noise.u = settings.pixel_sigma.value_or(noise.u);
+  noise.v = settings.pixel_sigma.value_or(noise.v);
+  noise.disparity = settings.disparity_sigma.value_or(noise.disparity);
+  return noise;
+}
+
+}  // namespace
+
+SignalNoise measure_signal(std::span<const double> samples, double period) {
+  if (samples.size() < 4 || !(period > 0)) return {};
+  std::vector<double> first, second;
+  for (std::size_t i = 2; i < samples.size(); ++i) {
+    first.push_back(samples[i] - samples[i - 1]);
+    second.push_back(samples[i] - 2 * samples[i - 1] + samples[i - 2]);
+  }
+  const double white2 = (square(robust_sigma(second)) - 2 * square(robust_sigma(first))) / 2;
+  const double one_step = mean_square_difference(samples, 1);
+  double walk2 = 0;
+  for (const double seconds : {0.25, 0.5, 1.0}) {
+    const auto lag = static_cast<std::size_t>(std::max(2.0, std::round(seconds / period)));
+    const double growth = mean_square_difference(samples, lag) - one_step;
+    if (seconds < 1 && growth < 0.5 * one_step) continue;
+    walk2 = std::max(walk2, growth / (static_cast<double>(lag - 1) * period));
+  }
+  return {.white = std::sqrt(std::max(0.0, white2)), .walk = std::sqrt(walk2)};
+}
+
+double row_disagreement(std::span<const FeatureFrame> frames) {
+  std::vector<double> rows;
+  for (const FeatureFrame& frame : frames) {
+    for (const StereoObservation& o : frame.observations) {
+      rows.push_back(o.pixels[1] - o.pixels[3]);
+    }
+  }
+  if (rows.empty()) return kSmallestRowNoise;
+  const auto middle = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 2);
+  std::nth_element(rows.begin(), middle, rows.end());
+  const double median = *middle;  // a calibration's constant error is not noise
+  for (double& row : rows) row -= median;
+  return std::max(kSmallestRowNoise, robust_sigma(std::move(rows)));
+}
+
+Noise choose_noise(const Settings& settings, std::span<const BodyVelocity> velocities,
+                   std::span<const FeatureFrame> frames, const StatedNoise& stated) {
+  Noise noise;
+  noise.motion = motion_noise(settings, velocities, stated);
+  noise.gyro_bias_sigma = settings.gyro_bias_sigma.value_or(
+      kBiasPerSigma * noise.motion.sample_sigma.head<3>().maxCoeff());
+  noise.begin = begin_noise(settings, frames, stated);
+  noise.update = noise.begin;
+  noise.update.disparity *=
+      settings.disparity_inflation.value_or(stated.pixels ? 1 : kDisparityInflation);
+  return noise;
+}
+
+}  // namespace chasles

@@ -1,0 +1,306 @@
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <fcntl.h>
+#include <map>
+#include <spawn.h>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/readers.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/slam/settings.hpp>
+
+#include "cli_test.hpp"
+
+// What `chasles run`, `evaluate` and `report` deliver.
+namespace chasles::test {
+namespace {
+
+using Json = nlohmann::json;
+
+Json json_of(const Outcome& outcome) {
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  return Json::parse(outcome.out);
+}
+
+std::map<std::string, std::string> files_of(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    files[entry.path().filename().string()] = slurp(entry.path());
+  }
+  return files;
+}
+
+TEST(Run, WritesTheSameBytesTwiceButForTheTiming) {
+  const Scratch folder;
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec -o one").code, 0);
+  ASSERT_EQ(chasles(folder, "run ./rec -o elsewhere/two").code, 0);
+  auto one = files_of(folder / "one"), two = files_of(folder / "elsewhere/two");
+  for (const char* file : {"timing.csv", "timing.json"}) {
+    EXPECT_EQ(one.erase(file), 1u);
+    EXPECT_EQ(two.erase(file), 1u);
+  }
+  EXPECT_EQ(one.size(), 7u);
+  EXPECT_TRUE(one == two);
+}
+
+TEST(Run, SummaryHasEveryNameOfTheDesign) {
+  const Scratch folder;
+  simulate(folder);
+  const Json printed = json_of(chasles(folder, "run rec -o out --json --quiet"));
+  for (const char* name : {"ate_m", "ate_posyaw_m", "ate_first_pose_m", "attitude_deg",
+                           "nees_position", "nees_attitude", "nees_pose", "nis_per_dof", "frames",
+                           "landmarks", "seconds_wall", "seconds_cpu", "realtime_factor"}) {
+    EXPECT_TRUE(printed.at(name).is_number()) << name;
+  }
+  EXPECT_TRUE(printed.at("health").is_string());
+  Json stored = Json::parse(slurp(folder / "out/summary.json"));
+  stored.update(Json::parse(slurp(folder / "out/timing.json")));
+  EXPECT_EQ(stored, printed);
+  const Settings settings;
+  for_each_setting(settings, [&](const char* name, const auto&, const char*, const char*) {
+    EXPECT_TRUE(printed.at("settings").contains(name)) << name;
+  });
+}
+
+TEST(Run, WithoutATruthTheFiguresThatNeedOneAreNull) {
+  const Scratch folder;
+  simulate(folder);
+  const Json with = json_of(chasles(folder, "run rec --json --quiet"));
+  std::filesystem::copy(folder / "rec/truth.tum", folder / "truth.tum");
+  std::filesystem::remove(folder / "rec/truth.tum");
+  std::filesystem::remove(folder / "rec/landmarks_truth.csv");
+  const Json without = json_of(chasles(folder, "run rec --json --quiet"));
+  EXPECT_TRUE(without.at("ate_m").is_null());
+  EXPECT_TRUE(without.at("nees_pose").is_null());
+  EXPECT_EQ(without.at("nis_per_dof"), with.at("nis_per_dof"));
+  const Json given = json_of(chasles(folder, "run rec --truth truth.tum --json --quiet"));
+  EXPECT_EQ(given.at("ate_m"), with.at("ate_m"));
+  expect_error(chasles(folder, "run rec --quiet --ate-below 1"), 1,
+               "--ate-below: street has no true");
+}
+
+TEST(Run, WithoutAnOutputFolderLeavesNothingBehind) {
+  const Scratch folder;
+  simulate(folder);
+  const Outcome outcome = chasles(folder, "run rec --quiet");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.err, "");
+  expect_part(outcome.out, "ATE, SE(3)-aligned");
+  EXPECT_EQ(files_of(folder / "rec").size(), 6u);
+}
+
+TEST(Run, AMissedThresholdEndsWithFiveAndAMetOneWithZero) {
+  const Scratch folder;
+  simulate(folder);
+  EXPECT_EQ(chasles(folder, "run rec --quiet --ate-below 1000 --nees-below 1e9").code, 0);
+  const Outcome missed = chasles(folder, "run rec --quiet -o out --ate-below 1e-9");
+  EXPECT_EQ(missed.code, 5);
+  expect_part(missed.err, "chasles: error: missed: ate_m is ");
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/summary.json"));
+  // The drive is too long for no 100 m piece to be an answer: a figure without a value is missed.
+  const Outcome none = chasles(folder, "run rec --quiet --stop 3 --rpe-below 50");
+  EXPECT_EQ(none.code, 5);
+  expect_part(none.err, "rpe_100m_percent has no value here");
+  EXPECT_EQ(chasles(folder, "evaluate out --ate-below 1e-9").code, 5);
+}
+
+TEST(Run, SettingsTakeTheLastWord) {
+  const Scratch folder;
+  simulate(folder);
+  spill(folder / "c.yaml", "gate: 0.5\nchart: standard\nmin_disparity: 3\n");
+  const Json s = json_of(chasles(folder,
+                                 "run rec --json --quiet --stop 2 --chart left-se3 --set "
+                                 "gate=0.6 --set chart=right-se3 --config c.yaml"))
+                     .at("settings");
+  EXPECT_EQ(s.at("min_disparity"), 3);
+  EXPECT_EQ(s.at("gate"), 0.6);
+  EXPECT_EQ(s.at("chart"), "left-se3");
+  expect_error(chasles(folder, "run rec --quiet --config c.yaml --set chart=no"), 1,
+               "--set: chart: found 'no'");
+}
+
+TEST(Run, StartAndStopCutTheRecording) {
+  const Scratch folder;
+  simulate(folder);
+  const Json s = json_of(chasles(folder, "run rec --json --quiet --start 2 --stop 5"));
+  EXPECT_EQ(s.at("frames"), 31);  // ten a second, both ends
+  EXPECT_NEAR(s.at("recorded_seconds").get<double>(), 3, 1e-9);
+}
+
+TEST(Run, FullCovarianceHasTheLandmarksOwnBlocksOnItsDiagonal) {
+  const Scratch folder;
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec --quiet --stop 6 -o out --full-covariance P.npy").code, 0);
+  const auto run = read_run(folder / "out");
+  const std::string npy = slurp(folder / "P.npy"), rows = slurp(folder / "P.csv");
+  const std::size_t n = static_cast<std::size_t>(std::count(rows.begin(), rows.end(), '\n')) - 1;
+  ASSERT_GE(n, 3 * run.landmarks.size() + 6);
+  const std::size_t header = 10 + static_cast<unsigned char>(npy[8]) +
+                             256 * static_cast<std::size_t>(static_cast<unsigned char>(npy[9]));
+  EXPECT_EQ(header % 64, 0u);
+  ASSERT_EQ(npy.size(), header + 8 * n * (n + 1) / 2);
+  const auto entry = [&](std::size_t i, std::size_t j) {
+    double value = 0;
+    std::memcpy(&value, npy.data() + header + 8 * (i * (i + 1) / 2 + j), sizeof(value));
+    return value;
+  };
+  std::istringstream names(rows);
+  std::string line;
+  std::getline(names, line);
+  for (std::size_t k = 0; k < run.landmarks.size(); ++k) {
+    const RunLandmark& l = run.landmarks[k];
+    for (std::size_t i = 0; i < 3; ++i) {
+      std::getline(names, line);
+      EXPECT_EQ(line, std::to_string(3 * k + i) + "," + std::to_string(l.id) + "," + "xyz"[i]);
+      for (std::size_t j = 0; j <= i; ++j) {
+        const double expected = l.covariance(static_cast<int>(i), static_cast<int>(j));
+        EXPECT_NEAR(entry(3 * k + i, 3 * k + j), expected, 1e-9 * l.covariance.trace());
+      }
+    }
+  }
+  // Two landmarks that were seen from the same poses share those poses' error.
+  EXPECT_NE(entry(3, 0), 0);
+}
+
+TEST(Run, LocalizeIsDeadReckoning) {
+  const Scratch folder;
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec --quiet --mode localize -o out").code, 0);
+  const Trajectory alone = read_tum(folder / "out/dead_reckoning.tum");
+  const Trajectory estimate = read_tum(folder / "out/trajectory.tum");
+  ASSERT_EQ(alone.size(), estimate.size());
+  EXPECT_NEAR((alone.back().pose.p - estimate.back().pose.p).norm(), 0, 1e-9);
+  EXPECT_EQ(json_of(chasles(folder, "run rec --json --quiet --mode localize")).at("landmarks"), 0);
+}
+
+TEST(Run, MapFollowsTheGivenTrajectoryAndFindsTheLandmarks) {
+  const Scratch folder;
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec --quiet --mode map --trajectory rec/truth.tum -o out").code,
+            0);
+  const Trajectory truth = read_tum(folder / "rec/truth.tum");
+  const Trajectory estimate = read_tum(folder / "out/trajectory.tum");
+  ASSERT_EQ(truth.size(), estimate.size());
+  const SE3 start = truth.front().pose.inverse();
+  for (std::size_t k = 0; k < truth.size(); ++k) {
+    EXPECT_NEAR(((start * truth[k].pose).p - estimate[k].pose.p).norm(), 0, 1e-6);
+  }
+  std::map<LandmarkId, Eigen::Vector3d> known;
+  for (const TrueLandmark& l : read_recording(folder / "rec").true_landmarks)
+    known[l.id] = l.p_world;
+  double well_placed = 0, compared = 0;
+  for (const RunLandmark& l : read_run(folder / "out").landmarks) {
+    if (l.observations < 5 || !known.count(l.id)) continue;
+    const double error = (l.p_world - start * known[l.id]).norm();
+    well_placed += error < 4 * std::sqrt(l.covariance.trace());
+    ++compared;
+  }
+  ASSERT_GT(compared, 20);
+  EXPECT_GT(well_placed / compared, 0.9);
+}
+
+TEST(Run, ThatDivergesEndsWithFourAndKeepsWhatThereWas) {
+  const Scratch folder;
+  simulate(folder);
+  std::istringstream lines(slurp(folder / "rec/velocities.csv"));
+  std::string text, line;
+  for (int row = 0; std::getline(lines, line); ++row) {
+    const std::string time = line.substr(0, line.find(','));
+    text += (row == 50 || row == 51 ? time + ",1e308,1e308,1e308,0,0,0" : line) + "\n";
+  }
+  spill(folder / "rec/velocities.csv", text);
+  const Outcome outcome = chasles(folder, "run rec --quiet --json -o out --mode localize");
+  EXPECT_EQ(outcome.code, 4);
+  expect_part(outcome.err, "chasles: error: the estimate diverged");
+  const Json summary = Json::parse(outcome.out);
+  EXPECT_EQ(summary.at("health"), "lost");
+  EXPECT_TRUE(summary.at("ate_m").is_null());
+  EXPECT_GT(summary.at("frames"), 40);
+  EXPECT_LT(summary.at("frames"), 60);
+  EXPECT_EQ(read_run(folder / "out").states.size(), summary.at("frames"));
+}
+
+TEST(Run, AnInterruptWritesWhatThereIs) {
+  const Scratch folder;
+  simulate(folder, "--set route=RRRRRRRRRRRR --set block_length=80 --set block_width=80");
+  const std::string log = (folder / "log").string(), rec = (folder / "rec").string(),
+                    out = (folder / "out").string();
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, 2, log.c_str(), O_WRONLY | O_CREAT, 0644);
+  std::vector<std::string> words = {"chasles", "run", rec, "-o", out};
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  pid_t process = 0;
+  ASSERT_EQ(posix_spawn(&process, CHASLES_BINARY, &actions, nullptr, argv.data(), environ), 0);
+  posix_spawn_file_actions_destroy(&actions);
+  // The recording's line comes after the handler is in place and before the first frame.
+  while (slurp(log).find('\n') == std::string::npos) ::usleep(1000);
+  ::kill(process, SIGINT);
+  int status = 0;
+  ASSERT_EQ(::waitpid(process, &status, 0), process);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  const Json summary = Json::parse(slurp(folder / "out/summary.json"));
+  expect_part(summary.at("remarks").dump(), "interrupted after ");
+  EXPECT_LT(summary.at("frames"), read_recording(folder / "rec").frames.size());
+}
+
+TEST(Evaluate, FindsNothingBetweenATrajectoryAndItself) {
+  const Scratch folder;
+  simulate(folder);
+  const Json same = json_of(chasles(folder, "evaluate rec/truth.tum rec --json"));
+  EXPECT_LT(same.at("ate_m").get<double>(), 1e-6);
+  EXPECT_TRUE(same.at("nees_pose").is_null());
+}
+
+TEST(Evaluate, OfARunFolderAgreesWithItsSummary) {
+  const Scratch folder;
+  simulate(folder);
+  const Json run = json_of(chasles(folder, "run rec --json --quiet -o out"));
+  for (const char* truth : {"", " rec", " rec/truth.tum"}) {
+    const Json figures = json_of(chasles(folder, std::string("evaluate out --json") + truth));
+    for (const char* name : {"ate_m", "attitude_deg", "nees_pose"}) {
+      const double expected = run.at(name).get<double>();
+      EXPECT_NEAR(figures.at(name).get<double>(), expected, 1e-6 * expected) << name << truth;
+    }
+  }
+  expect_part(chasles(folder, "evaluate out").out, "alignment");
+  expect_part(chasles(folder, "evaluate out --markdown").out, "| alignment");
+}
+
+TEST(Report, WritesOnePageForSeveralRuns) {
+  const Scratch folder;
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec --quiet -o a").code, 0);
+  ASSERT_EQ(chasles(folder, "run rec --quiet -o b --chart standard").code, 0);
+  const Outcome outcome = chasles(folder, "report a b -o page.html");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const std::string page = slurp(folder / "page.html");
+  expect_part(page, "realtime_factor");
+  expect_part(page, "</html>");
+}
+
+TEST(RealRecording, OfKittiRunsWithoutAnOption) {
+  const char* given = std::getenv("CHASLES_DATA");
+  const std::filesystem::path data =
+      (given ? std::filesystem::path(given)
+             : std::filesystem::path(CHASLES_SOURCE_DIR) / ".." / "shared" / "data") /
+      "kitti_tracks";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "skipped: no recordings";
+  const Scratch folder;
+  const std::string truth = (data / "ground_truth/0042_gt_imu_stars.tum").string();
+  const Outcome outcome =
+      chasles(folder, "run '" + (data / "ece276a_2018/0042.npz").string() + "' --truth '" + truth +
+                          "' --quiet --ate-below 2.1 --rpe-below 1.21");
+  EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+}
+
+}  // namespace
+}  // namespace chasles::test

@@ -1,0 +1,149 @@
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+
+#include "cli_test.hpp"
+#include "run_settings.hpp"
+#include "settings_io.hpp"
+
+namespace chasles::app {
+namespace {
+
+using test::expect_part;
+using test::Scratch;
+using test::spill;
+
+std::string refusal(const std::string& assignment) {
+  Settings settings;
+  try {
+    set(setting_list(settings), assignment);
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+std::string refusal_of_file(const std::string& yaml) {
+  const Scratch folder;
+  spill(folder / "c.yaml", yaml);
+  Settings settings;
+  try {
+    set_from_file(setting_list(settings), folder / "c.yaml");
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+TEST(Settings, EveryDefaultIsAcceptedAsItIsPrinted) {
+  Settings settings;
+  const SettingList list = setting_list(settings);
+  const auto before = to_json(list);
+  for (const Setting& s : list) EXPECT_NO_THROW(set(list, s.name + "=" + value_text(s))) << s.name;
+  EXPECT_EQ(to_json(list), before);
+}
+
+TEST(Settings, AreReadInEveryNotationOfANumber) {
+  Settings settings;
+  const SettingList list = setting_list(settings);
+  for (const char* text : {"2e-3", "0.002", ".002", "+2E-3", " 0.002 "}) {
+    settings.velocity_sigma.reset();
+    set(list, std::string("velocity_sigma=") + text);
+    EXPECT_EQ(settings.velocity_sigma, 2e-3) << text;
+  }
+  set(list, "velocity_sigma=auto");
+  EXPECT_FALSE(settings.velocity_sigma);
+  set(list, "gyro_bias=false");
+  EXPECT_FALSE(settings.gyro_bias);
+}
+
+TEST(Settings, ThatAreNotNumbersAreRefused) {
+  for (const char* text : {"nan", "inf", "-inf", "1e999", "", "1.5x", "0x10", "1,5", "eins"}) {
+    expect_part(refusal(std::string("velocity_sigma=") + text),
+                std::string("--set: velocity_sigma: found '") + text +
+                    "', expected a finite number not below 0 [m/s], or auto");
+  }
+}
+
+TEST(Settings, OutOfRangeAreRefused) {
+  expect_part(refusal("gate=0"), "found '0', expected a finite number above 0 and not above 1");
+  expect_part(refusal("gate=1.01"), "not above 1");
+  expect_part(refusal("waiting_landmarks=-1"), "expected a whole number not below 0");
+  expect_part(refusal("waiting_landmarks=2.5"), "expected a whole number not below 0");
+  expect_part(refusal("waiting_landmarks=99999999999"), "expected a whole number not below 0");
+  expect_part(refusal("pixel_sigma=0"), "expected a finite number above 0");
+  expect_part(refusal("gyro_bias=1"), "found '1', expected true or false");
+}
+
+TEST(Settings, WithChoicesListThem) {
+  expect_part(refusal("chart=left"),
+              "found 'left', expected one of standard, left-se3, right-se3, right-sen3");
+}
+
+TEST(Settings, NeedAKeyAndAValue) {
+  expect_part(refusal("gate"), "--set: found 'gate', expected key=value");
+  expect_part(refusal("=1"), "expected key=value");
+  expect_part(refusal("gaet=1"), "--set: unknown key 'gaet'; did you mean 'gate'? (known keys: ");
+}
+
+TEST(SettingsFile, NamesTheLineOfAnUnknownKey) {
+  const std::string message = refusal_of_file("# a comment\n\ngate: 0.9\nchrat: standard\n");
+  expect_part(message, "c.yaml:4: unknown key 'chrat'; did you mean 'chart'? (known keys: mode, ");
+}
+
+TEST(SettingsFile, NamesTheLineOfAMalformedValue) {
+  expect_part(refusal_of_file("gate: .nan\n"), "c.yaml:1: gate: found '.nan'");
+  expect_part(refusal_of_file("gate: 0.9\npixel_sigma: wide\n"), "c.yaml:2: pixel_sigma: found");
+  expect_part(refusal_of_file("gate:\n"), "c.yaml:1: gate: found '', expected");
+  expect_part(refusal_of_file("gate: [0.9, 1]\n"), "c.yaml:1: gate: found 'a list or a map'");
+}
+
+TEST(SettingsFile, ThatIsNoListOfSettingsIsRefused) {
+  expect_part(refusal_of_file("- gate\n"), "c.yaml:1: expected lines of `key: value`");
+  expect_part(refusal_of_file("gate: 0.9\n  chart: {\n"), "c.yaml:2: not YAML: ");
+  expect_part(refusal_of_file("gate: 0.9\nmode: slam\ngate: 0.8\n"), "c.yaml:3: 'gate' again");
+  expect_part(refusal_of_file("just words\n"), "c.yaml:1: expected lines of `key: value`");
+}
+
+TEST(SettingsFile, MayBeEmpty) {
+  EXPECT_EQ(refusal_of_file("# nothing but a comment\n"), "nothing was refused");
+  EXPECT_EQ(refusal_of_file(""), "nothing was refused");
+}
+
+TEST(SettingsFile, ThatIsMissingIsABadInput) {
+  Settings settings;
+  EXPECT_THROW(set_from_file(setting_list(settings), "/nonexistent/c.yaml"), InputError);
+}
+
+TEST(SettingsSources, LaterOnesWin) {
+  const Scratch folder;
+  spill(folder / "c.yaml", "gate: 0.5\nchart: standard\nmin_disparity: 3\nmode: localize\n");
+  const Settings settings = settings_from({.config = (folder / "c.yaml").string(),
+                                           .sets = {"gate=0.6", "chart=right-se3", "gate=0.7"},
+                                           .chart = "left-se3",
+                                           .mode = ""});
+  EXPECT_EQ(settings.waiting_landmarks, Settings{}.waiting_landmarks);
+  EXPECT_EQ(settings.min_disparity, 3);
+  EXPECT_EQ(settings.gate, 0.7);
+  EXPECT_EQ(settings.chart, "left-se3");
+  EXPECT_EQ(settings.mode, "localize");
+}
+
+TEST(SettingsSources, ThePapersParameterSetsAreRead) {
+  const std::string configs = CHASLES_SOURCE_DIR "/configs/";
+  const Settings one =
+      settings_from({.config = configs + "du-set1.yaml", .sets = {}, .chart = "", .mode = ""});
+  const Settings two =
+      settings_from({.config = configs + "du-set2.yaml", .sets = {}, .chart = "", .mode = ""});
+  EXPECT_NEAR(*one.pixel_sigma * *one.pixel_sigma, 1e5, 1e-9);  // Du, Table 1
+  EXPECT_NEAR(*two.pixel_sigma * *two.pixel_sigma, 1e3, 1e-9);  // Du, Table 2
+  for (const Settings& s : {one, two}) {
+    EXPECT_NEAR(*s.velocity_sigma * *s.velocity_sigma, 1e-6, 1e-18);
+    EXPECT_NEAR(*s.rate_sigma * *s.rate_sigma, 1e-6, 1e-18);
+    EXPECT_NEAR(s.initial_pose_sigma * s.initial_pose_sigma, 1e-2, 1e-12);
+    EXPECT_NEAR(*s.initial_landmark_sigma * *s.initial_landmark_sigma, 1e-2, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace chasles::app

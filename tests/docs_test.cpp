@@ -1,0 +1,110 @@
+#include <filesystem>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+// What the pages promise exists: links lead somewhere, the commands are there, and the example is
+// the one that the tests build (installed_package).
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kRoot = CHASLES_SOURCE_DIR;
+
+std::string slurp(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+std::vector<fs::path> pages() {
+  std::vector<fs::path> pages;
+  for (const fs::path& folder : {kRoot, kRoot / "docs"}) {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      if (entry.path().extension() == ".md") pages.push_back(entry.path());
+    }
+  }
+  return pages;
+}
+
+/// The first group of every match.
+std::set<std::string> all_matches(const std::string& text, const std::regex& pattern) {
+  std::set<std::string> found;
+  for (std::sregex_iterator it(text.begin(), text.end(), pattern), end; it != end; ++it) {
+    found.insert((*it)[1].str());
+  }
+  return found;
+}
+
+TEST(Docs, LinksLeadToFiles) {
+  static const std::regex link(R"(\]\(([^)#:]+)(#[^)]*)?\))");
+  int links = 0;
+  for (const fs::path& page : pages()) {
+    for (const std::string& target : all_matches(slurp(page), link)) {
+      ++links;
+      EXPECT_TRUE(fs::exists(page.parent_path() / target))
+          << fs::relative(page, kRoot) << " links to " << target;
+    }
+  }
+  EXPECT_GT(links, 10);
+}
+
+TEST(Docs, CommentsReferToPagesThatExist) {
+  static const std::regex reference(R"((docs/[a-z-]+\.md))");
+  for (const char* folder : {"src", "app"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
+      if (!entry.is_regular_file()) continue;
+      for (const std::string& page : all_matches(slurp(entry.path()), reference)) {
+        EXPECT_TRUE(fs::exists(kRoot / page))
+            << fs::relative(entry.path(), kRoot) << " refers to " << page;
+      }
+    }
+  }
+}
+
+TEST(Docs, TheIndexNamesEveryPage) {
+  const std::string index = slurp(kRoot / "docs" / "README.md");
+  for (const auto& entry : fs::directory_iterator(kRoot / "docs")) {
+    const std::string name = entry.path().filename();
+    if (entry.path().extension() != ".md" || name == "README.md") continue;
+    EXPECT_NE(index.find("](" + name + ")"), std::string::npos) << "docs/README.md lacks " << name;
+  }
+}
+
+TEST(Docs, EveryMakeCommandIsATarget) {
+  static const std::regex command(R"(make ([a-z-]+))");
+  static const std::regex target(R"((?:^|\n)([a-z-]+):)");
+  const auto targets = all_matches(slurp(kRoot / "Makefile"), target);
+  ASSERT_TRUE(targets.contains("demo"));
+  for (const char* page : {"README.md", "CONTRIBUTING.md"}) {
+    // Only what is written as code: `make test`, or a line of a code block.
+    static const std::regex code(R"((?:`|\n)(make [a-z-]+))");
+    for (const std::string& line : all_matches(slurp(kRoot / page), code)) {
+      for (const std::string& name : all_matches(line, command)) {
+        EXPECT_TRUE(targets.contains(name)) << page << ": make " << name;
+      }
+    }
+  }
+}
+
+TEST(Docs, TheExampleOfTheReadmeIsTheOneThatIsTested) {
+  const std::string readme = slurp(kRoot / "README.md");
+  const std::string opening = "```cpp\n";
+  const std::size_t begin = readme.find(opening);
+  ASSERT_NE(begin, std::string::npos);
+  const std::size_t end = readme.find("```", begin + opening.size());
+  const std::string example = readme.substr(begin + opening.size(), end - begin - opening.size());
+  EXPECT_GT(example.size(), 200u);
+  EXPECT_NE(slurp(kRoot / "tests" / "consumer" / "drive.cpp").find(example), std::string::npos)
+      << "not in tests/consumer/drive.cpp:\n"
+      << example;
+}
+
+}  // namespace
+}  // namespace chasles
