@@ -38,7 +38,8 @@ ReportRun read_with_timing(const std::filesystem::path& folder) {
 int report(const ReportOptions& o) {
   std::vector<ReportRun> runs;
   for (const std::filesystem::path& folder : o.runs) runs.push_back(read_with_timing(folder));
-  write_page(runs, o.output);
+  if (o.output.has_parent_path()) make_folder(o.output.parent_path());
+  write_file(o.output, run_page(runs));
   if (!o.quiet) fmt::print("page: {}\n", o.output.string());
   return 0;
 }

@@ -115,8 +115,7 @@ Recording read(const RunOptions& o) {
 void add_remarks(const Drive& result, std::size_t frames, std::vector<std::string>& remarks) {
   if (result.interrupted) {
     remarks.push_back(
-        fmt::format("interrupted after {} of {} frames: this is what was estimated "
-                    "until then",
+        fmt::format("interrupted after {} of {} frames: this is what was estimated until then",
                     result.run.states.size(), frames));
   } else if (result.run.states.size() < frames) {
     remarks.push_back(fmt::format("the estimate was lost at frame {} of {}: the run ends there",
@@ -154,16 +153,14 @@ int exit_code(const RunOptions& o, const Drive& result, const Json& figures) {
   return static_cast<int>(sentences.empty() ? ExitCode::kOk : ExitCode::kThresholdMissed);
 }
 
-int run(const RunOptions& o) {
-  const Stopwatch wall;
-  if (o.quiet) spdlog::set_level(spdlog::level::err);
-  Settings settings = settings_from(o.settings);
-  check(o, settings);
-  const Interrupt interrupt;
-  Recording recording = read(o);
+// Whatever can be found out before an hour of work is lost.
+void prepare_outputs(const RunOptions& o) {
   if (!o.output.empty()) prepare_output(o.output);
   if (!o.full_covariance.empty()) check_full_covariance(o.full_covariance);
+}
 
+Drive estimate(const RunOptions& o, Settings& settings, Recording& recording,
+               const Interrupt& interrupt) {
   Trajectory velocities_alone = dead_reckoning(recording);
   if (!o.trajectory.empty()) {
     follow(recording, read_tum(o.trajectory));
@@ -172,15 +169,32 @@ int run(const RunOptions& o) {
   Drive result = drive(recording, settings, interrupt, o.quiet);
   result.run.dead_reckoning = std::move(velocities_alone);
   add_remarks(result, recording.frames.size(), recording.remarks);
+  return result;
+}
 
-  const Json summary = summary_json(result.run, settings, result.noise, recording.remarks);
-  const double recorded = summary.at("recorded_seconds").get<double>();
+// Writes what there is to write, and returns all figures.
+Json deliver(const RunOptions& o, const Drive& result, const Json& summary, const Stopwatch& wall) {
   if (!o.output.empty()) write_run(result.run, summary, o.output);
-  const Json timing = timing_json(recorded, wall.seconds(), cpu_seconds());
+  const Json timing =
+      timing_json(summary.at("recorded_seconds").get<double>(), wall.seconds(), cpu_seconds());
   if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
-  if (!o.full_covariance.empty())
+  if (!o.full_covariance.empty()) {
     write_full_covariance(*result.slam, result.run.landmarks, o.full_covariance);
-  const Json figures = with_timing(summary, timing);
+  }
+  return with_timing(summary, timing);
+}
+
+int run(const RunOptions& o) {
+  const Stopwatch wall;
+  if (o.quiet) spdlog::set_level(spdlog::level::err);
+  Settings settings = settings_from(o.settings);
+  check(o, settings);
+  const Interrupt interrupt;
+  Recording recording = read(o);
+  prepare_outputs(o);
+  const Drive result = estimate(o, settings, recording, interrupt);
+  const Json summary = summary_json(result.run, settings, result.noise, recording.remarks);
+  const Json figures = deliver(o, result, summary, wall);
   print(o, figures);
   return exit_code(o, result, figures);
 }

@@ -91,6 +91,7 @@ Trajectory dead_reckoning(const Recording& recording) {
       slam.process(*velocity);
     } else {
       const Estimate e = slam.process(std::get<FeatureFrame>(*event));
+      if (e.health == Health::kLost) break;
       trajectory.push_back({.time = e.time, .pose = e.world_T_imu});
     }
   }

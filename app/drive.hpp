@@ -27,7 +27,7 @@ Drive drive(const Recording& recording, const Settings& settings, const Interrup
             bool quiet);
 
 /// world_T_imu at every frame from the velocities alone: the pose at the first event is the
-/// identity, midpoint rule, exact exponential.
+/// identity, midpoint rule, exact exponential. Ends where it is no longer finite.
 Trajectory dead_reckoning(const Recording& recording);
 
 }  // namespace chasles::app

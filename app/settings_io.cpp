@@ -133,8 +133,9 @@ void set(const SettingList& settings, const std::string& where, const std::strin
                                  did_you_mean(key, known), fmt::join(known, ", ")));
   }
   if (!std::visit(Assign{*setting, trimmed(value)}, setting->value)) {
-    throw UsageError(
-        fmt::format("{}: {}: found '{}', expected {}", where, key, value, expected(*setting)));
+    // An option that is named as its setting need not say it twice.
+    const std::string place = where == "--" + key ? where : fmt::format("{}: {}", where, key);
+    throw UsageError(fmt::format("{}: found '{}', expected {}", place, value, expected(*setting)));
   }
 }
 
@@ -178,7 +179,9 @@ std::string help_text(const SettingList& settings) {
     const std::string assignment = fmt::format("{} = {}", s.name, value_text(s));
     const std::string unit =
         s.choices.empty() ? unit_text(s) : fmt::format(" {}", fmt::join(s.choices, "|"));
-    text += fmt::format("  {:<40}{}\n      {}\n", assignment, unit, s.meaning);
+    text += unit.empty() ? fmt::format("  {}\n", assignment)
+                         : fmt::format("  {:<40}{}\n", assignment, unit);
+    text += fmt::format("      {}\n", s.meaning);
   }
   return text;
 }

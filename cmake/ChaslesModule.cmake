@@ -1,6 +1,5 @@
 # What every target of the house is compiled with.
 add_library(chasles_options INTERFACE)
-target_compile_features(chasles_options INTERFACE cxx_std_20)
 target_compile_options(chasles_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wconversion -Wno-sign-conversion
   -Wcast-align -Woverloaded-virtual -Wdouble-promotion -Wimplicit-fallthrough
@@ -32,6 +31,7 @@ function(chasles_module name)
   add_library(chasles::${name} ALIAS chasles_${name})
   set_property(GLOBAL APPEND PROPERTY CHASLES_MODULES chasles_${name})
   set_target_properties(chasles_${name} PROPERTIES EXPORT_NAME ${name})
+  target_compile_features(chasles_${name} ${scope} cxx_std_20)
   target_include_directories(chasles_${name} ${scope}
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_libraries(chasles_${name} ${scope} ${uses} ${ARG_LINKS})

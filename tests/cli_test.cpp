@@ -53,8 +53,7 @@ TEST(Command, MisuseEndsWithOne) {
   expect_error(chasles(folder, "run"), 1, "RECORDING is required");
   expect_error(chasles(folder, "simulate street"), 1, "--output is required");
   expect_error(chasles(folder, "simulate stret -o x"), 1, "unknown scene 'stret'");
-  expect_error(chasles(folder, "run rec --chart left"), 1,
-               "--chart: chart: found 'left', expected");
+  expect_error(chasles(folder, "run rec --chart left"), 1, "--chart: found 'left', expected");
   expect_error(chasles(folder, "run rec --set gate=nan"), 1, "--set: gate: found 'nan'");
   expect_error(chasles(folder, "run rec --start nan"), 1, "--start");
   expect_error(chasles(folder, "run rec --start -1"), 1, "--start: found -1, expected");
@@ -103,6 +102,10 @@ TEST(Command, FailsBeforeTheRunWhereTheOutputCannotBeWritten) {
   expect_error(chasles(folder, "run rec --quiet --full-covariance nowhere/P.npy"), 1,
                "nowhere/P.npy: cannot be written: No such file or directory");
   expect_error(chasles(folder, "simulate street -o file"), 1, "file: the folder cannot be made");
+  ASSERT_EQ(chasles(folder, "run rec --quiet -o out").code, 0);
+  expect_error(chasles(folder, "report out -o file/page.html"), 1,
+               "file: the folder cannot be made");
+  expect_error(chasles(folder, "report out -o /dev/full"), 1, "/dev/full: cannot be written");
 }
 
 TEST(Command, AFullDiskIsAnErrorNotATruncatedFile) {
@@ -141,7 +144,7 @@ TEST(Command, SimulatesTheSameBytesForTheSameSeed) {
 TEST(Command, SimulateRefusesSettingsOutOfRange) {
   const Scratch folder;
   expect_error(chasles(folder, "simulate street -o r --set cruise_speed=-3"), 1, "cruise_speed");
-  expect_error(chasles(folder, "simulate street -o r --set seed=-3"), 1, "seed: found '-3'");
+  expect_error(chasles(folder, "simulate street -o r --set seed=-3"), 1, "--set: seed: found '-3'");
   expect_error(chasles(folder, "simulate street -o r --set pixel_sgima=1"), 1,
                "did you mean 'pixel_sigma'?");
   EXPECT_FALSE(std::filesystem::exists(folder / "r"));

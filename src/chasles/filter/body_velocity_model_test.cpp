@@ -12,7 +12,8 @@ std::vector<BodyVelocityModel> all_models() {
   for (const bool velocity_state : {false, true}) {
     for (const bool gyro_bias : {false, true}) {
       for (const bool scale : {false, true}) {
-        models.push_back({.velocity_state = velocity_state, .gyro_bias = gyro_bias, .scale = scale});
+        models.push_back(
+            {.velocity_state = velocity_state, .gyro_bias = gyro_bias, .scale = scale});
       }
     }
   }
@@ -25,14 +26,15 @@ std::string text(const BodyVelocityModel& model) {
 }
 
 State random_state(const BodyVelocityModel& model, test::Random& random) {
-  State x = test::random_state(random, {.velocity = false, .additive = model.size(), .landmarks = 0,
-                                        .gap = 0});
+  State x = test::random_state(
+      random, {.velocity = false, .additive = model.size(), .landmarks = 0, .gap = 0});
   x.additive *= 0.3;
   return x;
 }
 
 BodyVelocityNoise some_noise() {
-  BodyVelocityNoise noise{.sample_sigma = {}, .walk = {}, .gyro_bias_walk = 0.02, .scale_walk = 0.03};
+  BodyVelocityNoise noise{
+      .sample_sigma = {}, .walk = {}, .gyro_bias_walk = 0.02, .scale_walk = 0.03};
   noise.sample_sigma << 0.02, 0.03, 0.01, 0.2, 0.3, 0.1;
   noise.walk << 0.1, 0.2, 0.3, 2, 1, 0.5;
   return noise;
@@ -50,8 +52,8 @@ TEST(BodyVelocityModel, TransitionIsTheDerivativeOfTheStep) {
     for (const double rate : {0.0, 1e-9, 1e-4, 0.3, 8.0}) {
       SCOPED_TRACE(::testing::Message() << text(model) << ", rate " << rate);
       State x = random_state(model, random);
-      const BodyVelocity u{.time = {}, .linear_imu = {15, 0.5, -0.3},
-                           .angular_imu = rate * random.axis()};
+      const BodyVelocity u{
+          .time = {}, .linear_imu = {15, 0.5, -0.3}, .angular_imu = rate * random.axis()};
       if (model.velocity_state) x.additive.head<6>() << u.angular_imu, u.linear_imu;
       const double tau = 0.2;
       const auto step = [&](const State& from) {
@@ -139,12 +141,12 @@ TEST(BodyVelocityModel, WalkOfTheVelocityAtRestHasTheExactIntegrals) {
   Matrix6d R = Matrix6d::Zero();
   R.topLeftCorner<3, 3>() = R.bottomRightCorner<3, 3>() = x.world_T_imu.R;
   const Matrix6d q = noise.walk.cwiseAbs2().asDiagonal();
-  EXPECT_TRUE(test::agree(Q.topLeftCorner<6, 6>(), std::pow(tau, 3) / 3 * R * q * R.transpose(),
-                          1e-14, 0));
+  EXPECT_TRUE(
+      test::agree(Q.topLeftCorner<6, 6>(), std::pow(tau, 3) / 3 * R * q * R.transpose(), 1e-14, 0));
   EXPECT_TRUE(test::agree(Q.topRightCorner<6, 6>(), tau * tau / 2 * R * q, 1e-14, 0));
   EXPECT_TRUE(test::agree(Q.bottomRightCorner<6, 6>(), tau * q, 1e-14, 0));
-  EXPECT_TRUE(test::agree(Q, integrated_noise(Vector6d::Zero(), x.world_T_imu, noise.walk, tau),
-                          1e-12, 0));
+  EXPECT_TRUE(
+      test::agree(Q, integrated_noise(Vector6d::Zero(), x.world_T_imu, noise.walk, tau), 1e-12, 0));
 }
 
 TEST(BodyVelocityModel, WalkOfTheVelocityOnTheMoveIsTheIntegralToFirstOrderInTheStep) {
@@ -178,7 +180,8 @@ TEST(BodyVelocityModel, NoiseOfTheInputIsWhatNoisySamplesDoToTheStep) {
   MatrixXd samples(6, 4000);
   for (auto sample : samples.colwise()) {
     const VectorXd n = noise.sample_sigma.cwiseProduct(random.normal_vector(6));
-    const BodyVelocity noisy{.time = {}, .linear_imu = u.linear_imu + n.tail<3>(),
+    const BodyVelocity noisy{.time = {},
+                             .linear_imu = u.linear_imu + n.tail<3>(),
                              .angular_imu = u.angular_imu + n.head<3>()};
     const State moved = after(predict(model, x, noisy, tau, noise), x);
     sample = kStandardChart.local(mean, moved).head<6>();
@@ -217,8 +220,8 @@ TEST(BodyVelocityModel, MeasuredVelocityHasTheDerivativeOfItsResidual) {
     };
     MatrixXd H = MatrixXd::Zero(6, x.core_size());
     H.middleCols(z.core_column, z.d_core.cols()) = z.d_core;
-    EXPECT_TRUE(test::agree(
-        -H, test::numeric_derivative(residual, VectorXd::Zero(x.core_size())), 1e-10));
+    EXPECT_TRUE(
+        test::agree(-H, test::numeric_derivative(residual, VectorXd::Zero(x.core_size())), 1e-10));
     EXPECT_TRUE(test::agree(z.noise.diagonal(), some_noise().sample_sigma.cwiseAbs2(), 1e-15, 0));
     EXPECT_LT(z.landmark, 0);
   }

@@ -51,8 +51,7 @@ State advanced(const State& x, test::Random& random) {
 }
 
 BodyVelocity sampled(const State& truth, test::Random& random) {
-  const VectorXd noise =
-      motion_noise().sample_sigma.cwiseProduct(random.normal_vector(6));
+  const VectorXd noise = motion_noise().sample_sigma.cwiseProduct(random.normal_vector(6));
   return {.time = {},
           .linear_imu = truth.additive.segment<3>(3) + noise.tail<3>(),
           .angular_imu = truth.additive.head<3>() + truth.additive.tail<3>() + noise.head<3>()};
@@ -61,8 +60,7 @@ BodyVelocity sampled(const State& truth, test::Random& random) {
 StereoObservation seen(const State& truth, int landmark, test::Random& random) {
   const StereoRig rig = test::drive_rig();
   const Eigen::Vector3d p_world = truth.landmarks[static_cast<std::size_t>(landmark)].p_world;
-  const auto projection =
-      project(rig, rig.cam0_T_imu * (truth.world_T_imu.inverse() * p_world));
+  const auto projection = project(rig, rig.cam0_T_imu * (truth.world_T_imu.inverse() * p_world));
   const Eigen::Vector3d n = kNoise.u * random.normal_vector(3);
   return {.landmark = landmark,
           .pixels = projection.value().pixels +
@@ -92,8 +90,8 @@ void drive(const ErrorChart& chart, test::Random& random, int uses, Squares& squ
   for (int i = 0; i < kLandmarks; ++i) {
     const Eigen::Vector3d p(random.uniform(5, 8), random.uniform(-3, 3), random.uniform(-1, 2));
     truth.landmarks.push_back({.id = i, .p_world = p, .row = 15 + 3 * i, .observations = 0});
-    fresh.push_back(*begin_landmark(test::drive_rig(), kNoise, ekf.state(),
-                                    seen(truth, i, random)));
+    fresh.push_back(
+        *begin_landmark(test::drive_rig(), kNoise, ekf.state(), seen(truth, i, random)));
   }
   ekf.add(fresh);
   const auto count = [&](const std::vector<Measurement>& measurements) {
@@ -103,8 +101,7 @@ void drive(const ErrorChart& chart, test::Random& random, int uses, Squares& squ
   };
   for (int k = 0; k < kFrames; ++k) {
     truth = advanced(truth, random);
-    ekf.propagate(
-        predict(kModel, ekf.state(), {}, test::kDriveStep, motion_noise()));
+    ekf.propagate(predict(kModel, ekf.state(), {}, test::kDriveStep, motion_noise()));
     count({measure_velocity(kModel, ekf.state(), sampled(truth, random), motion_noise())});
     std::vector<Measurement> measurements;
     for (int i = 0; i < kLandmarks; ++i) {

@@ -15,14 +15,17 @@ Covariance::Covariance(const Eigen::MatrixXd& initial) : size_(static_cast<int>(
   all() = initial;
 }
 
+void Covariance::make_room(int size) {
+  if (size <= storage_.rows()) return;
+  const Eigen::Index room = std::max<Eigen::Index>(2 * storage_.rows(), size);
+  Eigen::MatrixXd larger(room, room);
+  larger.topLeftCorner(size_, size_) = all();
+  storage_.swap(larger);
+}
+
 int Covariance::append(int rows) {
   const int first = size_;
-  if (size_ + rows > storage_.rows()) {
-    const Eigen::Index room = std::max<Eigen::Index>(2 * storage_.rows(), size_ + rows);
-    Eigen::MatrixXd larger(room, room);
-    larger.topLeftCorner(size_, size_) = all();
-    storage_.swap(larger);
-  }
+  make_room(size_ + rows);
   size_ += rows;
   storage_.block(first, 0, rows, size_).setZero();
   storage_.block(0, first, first, rows).setZero();
@@ -38,6 +41,33 @@ void Covariance::keep(const std::vector<int>& rows) {
     for (int i = 0; i < n; ++i) target[i] = source[rows[i]];
   }
   size_ = n;
+}
+
+void Covariance::spread(const std::vector<int>& rows, int size) {
+  make_room(size);
+  const int n = size_;
+  // Backwards, so that every number moves away from the origin before its place is taken.
+  for (int j = n - 1; j >= 0; --j) {
+    const double* source = storage_.col(j).data();
+    double* target = storage_.col(rows[j]).data();
+    int end = size;
+    for (int i = n - 1; i >= 0; --i) {
+      const double value = source[i];
+      std::fill(target + rows[i] + 1, target + end, 0.0);
+      target[rows[i]] = value;
+      end = rows[i];
+    }
+    std::fill(target, target + end, 0.0);
+  }
+  int next = 0;
+  for (int j = 0; j < size; ++j) {
+    if (next < n && rows[next] == j) {
+      ++next;
+    } else {
+      storage_.col(j).head(size).setZero();
+    }
+  }
+  size_ = size;
 }
 
 }  // namespace chasles

@@ -5,8 +5,9 @@
 
 namespace chasles {
 
-/// A symmetric matrix with room to grow in place: rows are appended and dropped without moving the
-/// storage until the room runs out, when it doubles. Both triangles are kept.
+/// A symmetric matrix (a covariance, or the information that is its counterpart) with room to grow
+/// in place: rows come and go without moving the storage until the room runs out, when it doubles.
+/// Both triangles are kept.
 class Covariance {
  public:
   using Block = Eigen::Block<Eigen::MatrixXd>;
@@ -24,7 +25,15 @@ class Covariance {
   /// Keeps these rows, which must rise, in this order, and drops the others.
   void keep(const std::vector<int>& rows);
 
+  /// Drops all rows from `size` on.
+  void truncate(int size) { size_ = size; }
+
+  /// The reverse of keep: grows to `size`, with row i now at rows[i], which must rise, and zeros elsewhere.
+  void spread(const std::vector<int>& rows, int size);
+
  private:
+  void make_room(int size);
+
   Eigen::MatrixXd storage_;
   int size_ = 0;
 };

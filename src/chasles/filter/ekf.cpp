@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
+#include <cmath>
 #include <utility>
 
 namespace chasles {
@@ -80,27 +81,58 @@ void Ekf::propagate(const Prediction& prediction) {
   }
 }
 
-double Ekf::normalised_square(const Measurement& z) const {
+double Innovation::normalised_square() const { return residual.dot(S.ldlt().solve(residual)); }
+
+Innovation Ekf::innovation(const Measurement& z) const {
   const auto P = covariance_.all();
   const Eigen::Index w = z.d_core.cols();
-  SmallMatrix S = z.noise;
-  S += z.d_core * P.block(z.core_column, z.core_column, w, w) * z.d_core.transpose();
+  Innovation result{.residual = z.residual, .S = z.noise};
+  result.S += z.d_core * P.block(z.core_column, z.core_column, w, w) * z.d_core.transpose();
   if (z.landmark >= 0) {
     const int row = state_.landmarks[static_cast<std::size_t>(z.landmark)].row;
     const SmallMatrix cross =
         z.d_core * P.block(z.core_column, row, w, 3) * z.d_landmark.transpose();
-    S += cross + cross.transpose();
-    S += z.d_landmark * P.block<3, 3>(row, row) * z.d_landmark.transpose();
+    result.S += cross + cross.transpose();
+    result.S += z.d_landmark * P.block<3, 3>(row, row) * z.d_landmark.transpose();
   }
-  return z.residual.dot(S.ldlt().solve(z.residual));
+  return result;
+}
+
+double Ekf::normalised_square(const Measurement& z) const {
+  return innovation(z).normalised_square();
+}
+
+std::vector<double> Ekf::normalised_squares(std::span<const Measurement> measurements,
+                                            const Measurement* given) const {
+  std::vector<double> result;
+  if (!given) {
+    for (const Measurement& z : measurements) result.push_back(normalised_square(z));
+    return result;
+  }
+  const Innovation known = innovation(*given);
+  const auto S_known = known.S.ldlt();
+  const MatrixXd PHt = covariance_.all().middleCols(given->core_column, given->d_core.cols()) *
+                       given->d_core.transpose();
+  for (const Measurement& z : measurements) {
+    SmallMatrix cross = z.d_core * PHt.middleRows(z.core_column, z.d_core.cols());
+    if (z.landmark >= 0) {
+      const int row = state_.landmarks[static_cast<std::size_t>(z.landmark)].row;
+      cross += z.d_landmark * PHt.middleRows<3>(row);
+    }
+    Innovation conditional = innovation(z);
+    conditional.residual -= cross * S_known.solve(known.residual);
+    conditional.S -= cross * S_known.solve(cross.transpose());
+    result.push_back(conditional.normalised_square());
+  }
+  return result;
 }
 
 UpdateReport Ekf::update(std::span<const Measurement> measurements) {
   UpdateReport report;
   std::vector<const Measurement*> accepted;
   for (const Measurement& z : measurements) {
-    // Written so that a NaN is refused.
-    const bool inside = normalised_square(z) < z.gate;
+    // Written so that a NaN is refused, and so that no gate costs nothing.
+    const bool inside = std::isinf(z.gate) ? z.residual.allFinite() : normalised_square(z) < z.gate;
     report.accepted.push_back(inside);
     if (inside) accepted.push_back(&z);
   }

@@ -50,6 +50,14 @@ struct Prediction {
   Eigen::MatrixXd F, Q;
 };
 
+/// A residual and its covariance S.
+struct Innovation {
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> residual;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> S;
+
+  double normalised_square() const;
+};
+
 /// The extended Kalman filter over the core and the map, in any error chart. A retired landmark
 /// leaves the state and costs nothing more; the history of the filter's own steps tells, when asked,
 /// its mean and covariance as a filter over the whole map would have them (docs/map.md). Charts act
@@ -79,6 +87,11 @@ class Ekf {
   /// residual^T S^-1 residual of a measurement by itself: what its gate is held against.
   double normalised_square(const Measurement& measurement) const;
 
+  /// The same for many, each as it would be if `given` had been applied before: a precise velocity
+  /// narrows what an image may show. Null: as they are.
+  std::vector<double> normalised_squares(std::span<const Measurement> measurements,
+                                         const Measurement* given) const;
+
   /// Gates each measurement by itself, then applies all that pass in one block. A measurement of a
   /// landmark may depend on the landmark and the pose alone.
   UpdateReport update(std::span<const Measurement> measurements);
@@ -102,6 +115,7 @@ class Ekf {
   void visit_map_covariance(const History::RowVisitor& visit) const;
 
  private:
+  Innovation innovation(const Measurement& measurement) const;
   void correct_mean(const Eigen::VectorXd& delta);
   void change_chart(const State& before, History::Correction& record);
   void remember(const std::vector<const Measurement*>& used, History::Correction& record) const;

@@ -97,8 +97,8 @@ void expect_unchanged(const Ekf& ekf, const Ekf& before) {
 }
 
 std::vector<Measurement> some_measurements(test::Random& random) {
-  return {some_measurement(random, 0, 3), some_measurement(random, 2, 2),
-          some_core_measurement(random, 9, 6), some_measurement(random, 1, 4),
+  return {some_measurement(random, 0, 3),       some_measurement(random, 2, 2),
+          some_core_measurement(random, 9, 6),  some_measurement(random, 1, 4),
           some_core_measurement(random, 3, 12), some_measurement(random, 2, 3)};
 }
 

@@ -1,5 +1,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <chasles/filter/covariance.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/history.hpp>
 #include <algorithm>
@@ -16,7 +17,7 @@ using Correction = History::Correction;
 
 // What later measurements say of the errors d at some instant: exp(-d^T M d / 2 + y^T d).
 struct Information {
-  MatrixXd M;
+  Covariance M;
   VectorXd y;
 };
 
@@ -63,20 +64,21 @@ MatrixXd informed_block_covariance(const MatrixXd& blocks, MatrixXd M) {
 // informed(M of those rows): that is told of d+ without the noise, and the noise of d+ without it.
 template <typename Informed>
 KnownNoise take_out_noise(Information& later, Index first, Index k, const Informed& informed) {
-  const MatrixXd rows = later.M.middleRows(first, k);
+  auto M = later.M.all();
+  const MatrixXd rows = M.middleRows(first, k);
   KnownNoise known;
   known.G = informed(rows.middleCols(first, k));
   known.g = known.G * later.y.segment(first, k);
   known.A = -dense::product(known.G, rows);
-  dense::add_product(1, rows.transpose().eval(), known.A, later.M);
+  dense::add_product(1, rows.transpose().eval(), known.A, M);
   later.y -= rows.transpose() * known.g;
   return known;
 }
 
 // The rows, before a removal, of the errors that survive it.
-std::vector<Index> surviving_rows(const History::Removal& step, Index core, Index size_before) {
-  std::vector<Index> rows;
-  for (Index i = 0; i < core; ++i) rows.push_back(i);
+std::vector<int> surviving_rows(const History::Removal& step, int core, int size_before) {
+  std::vector<int> rows(static_cast<std::size_t>(core));
+  std::iota(rows.begin(), rows.end(), 0);
   auto gone = step.indices.begin();
   for (int index = 0; core + 3 * index < size_before; ++index) {
     if (gone != step.indices.end() && *gone == index) {
@@ -91,7 +93,7 @@ std::vector<Index> surviving_rows(const History::Removal& step, Index core, Inde
 // One step back in time: `later` holds for the errors after the step and becomes what holds before.
 class Backward {
  public:
-  Backward(Index core, Information& later, Sweep& sweep)
+  Backward(int core, Information& later, Sweep& sweep)
       : core_(core), later_(later), sweep_(sweep) {}
 
   void operator()(const History::Propagation& step) {
@@ -100,15 +102,16 @@ class Backward {
         later_, 0, n, [&](const MatrixXd& M) { return informed_covariance(step.Q, M); });
     known.A.leftCols(n) = (known.A.leftCols(n) * step.F).eval();
     known.A.leftCols(n) += step.F;
-    later_.M.topRows(n) = (step.F.transpose() * later_.M.topRows(n)).eval();
-    later_.M.leftCols(n) = (later_.M.leftCols(n) * step.F).eval();
+    auto M = later_.M.all();
+    M.leftCols(n) = (M.leftCols(n) * step.F).eval();
+    M.topRows(n) = (step.F.transpose() * M.topRows(n)).eval();
     later_.y.head(n) = (step.F.transpose() * later_.y.head(n)).eval();
     sweep_.push_back(std::move(known));
   }
 
   void operator()(const History::Addition& step) {
     const Index k = step.d_pose.rows();
-    const Index n = later_.M.rows() - k;
+    const Index n = later_.M.size() - k;
     const MatrixXd& J = step.d_pose;
     KnownNoise known = take_out_noise(later_, n, k, [&](const MatrixXd& M) {
       return informed_block_covariance(step.noise, M);
@@ -116,10 +119,10 @@ class Backward {
     known.A.leftCols<6>() += known.A.rightCols(k) * J + J;
     known.A = known.A.leftCols(n).eval();
     // The new rows are now J times those of the pose.
-    MatrixXd& M = later_.M;
-    M.topRows<6>() += (J.transpose() * M.bottomRows(k)).eval();
-    M.leftCols<6>() += (M.rightCols(k) * J).eval();
-    M = M.topLeftCorner(n, n).eval();
+    auto M = later_.M.all();
+    M.topRows<6>() += dense::product(J.transpose().eval(), M.bottomRows(k));
+    M.leftCols<6>() += dense::product(M.rightCols(k), J);
+    later_.M.truncate(static_cast<int>(n));
     later_.y.head<6>() += J.transpose() * later_.y.tail(k);
     later_.y = later_.y.head(n).eval();
     sweep_.push_back(std::move(known));
@@ -127,26 +130,27 @@ class Backward {
 
   void operator()(const Correction& step) {
     pull_through_chart(step);
-    later_.y += later_.M * step.delta;
+    auto M = later_.M.all();
+    later_.y += M * step.delta;
     const Index core = step.core.rows();
-    later_.M.topLeftCorner(core, core) += step.core;
+    M.topLeftCorner(core, core) += step.core;
     later_.y.head(core) += step.core_vector;
     for (const Correction::OfLandmark& landmark : step.landmarks) {
       const Index row = core + 3 * landmark.index;
-      later_.M.block<6, 3>(0, row) += landmark.with_pose;
-      later_.M.block<3, 6>(row, 0) += landmark.with_pose.transpose();
-      later_.M.block<3, 3>(row, row) += landmark.own;
+      M.block<6, 3>(0, row) += landmark.with_pose;
+      M.block<3, 6>(row, 0) += landmark.with_pose.transpose();
+      M.block<3, 3>(row, row) += landmark.own;
       later_.y.segment<3>(row) += landmark.vector;
     }
   }
 
   void operator()(const History::Removal& step) {
-    const Index n = later_.M.rows() + 3 * static_cast<Index>(step.indices.size());
-    const std::vector<Index> rows = surviving_rows(step, core_, n);
-    Information earlier{MatrixXd::Zero(n, n), VectorXd::Zero(n)};
-    earlier.M(rows, rows) = later_.M;
-    earlier.y(rows) = later_.y;
-    later_ = std::move(earlier);
+    const int n = later_.M.size() + 3 * static_cast<int>(step.indices.size());
+    const std::vector<int> rows = surviving_rows(step, core_, n);
+    later_.M.spread(rows, n);
+    VectorXd y = VectorXd::Zero(n);
+    y(rows) = later_.y;
+    later_.y = std::move(y);
   }
 
  private:
@@ -154,7 +158,7 @@ class Backward {
   void pull_through_chart(const Correction& step) {
     const Index m = step.A_motion.rows();
     const Index k = step.A_landmarks.rows();
-    MatrixXd& M = later_.M;
+    auto M = later_.M.all();
     VectorXd& y = later_.y;
     if (m > 0) {
       M.topRows(m) = (step.A_motion.transpose() * M.topRows(m)).eval();
@@ -162,13 +166,15 @@ class Backward {
       y.head(m) = (step.A_motion.transpose() * y.head(m)).eval();
     }
     if (k > 0) {
-      M.topRows<3>() += step.A_landmarks.transpose() * M.bottomRows(k);
-      M.leftCols<3>() += M.rightCols(k) * step.A_landmarks;
+      const MatrixXd columns = dense::product(M.rightCols(k), step.A_landmarks);
+      M.leftCols<3>() += columns;
+      M.topRows<3>() += columns.transpose();
+      M.topLeftCorner<3, 3>() += step.A_landmarks.transpose() * columns.bottomRows(k);
       y.head<3>() += step.A_landmarks.transpose() * y.tail(k);
     }
   }
 
-  Index core_;
+  int core_;
   Information& later_;
   Sweep& sweep_;
 };
@@ -180,14 +186,14 @@ class Forward {
   // Called at a removal and at the end: the removed landmarks' errors (rows of `removal`; all rows
   // where it is null), before they go.
   struct Reader {
-    std::function<void(const History::Removal&, const VectorXd& d, const MatrixXd& P)> landmarks;
+    std::function<void(const History::Removal&, const VectorXd& d, Covariance::ConstBlock& P)> landmarks;
     History::RowVisitor covariance;  // null: not asked for
   };
 
-  Forward(Index core, VectorXd d, MatrixXd P, const Sweep& sweep, const Reader& reader)
+  Forward(int core, VectorXd d, const MatrixXd& P, const Sweep& sweep, const Reader& reader)
       : core_(core),
         d_(std::move(d)),
-        P_(std::move(P)),
+        P_(P),
         known_(sweep.rbegin()),
         reader_(reader),
         gone_(MatrixXd::Zero(0, core)) {}
@@ -195,25 +201,28 @@ class Forward {
   void operator()(const History::Propagation&) {
     const KnownNoise& known = *known_++;
     const Index k = known.A.rows();
+    auto P = P_.all();
     d_.head(k) = known.A * d_ + known.g;
-    const MatrixXd rows = dense::product(known.A, P_);
-    P_.topLeftCorner(k, k) = symmetric(rows * known.A.transpose() + known.G);
-    P_.topRightCorner(k, P_.cols() - k) = rows.rightCols(P_.cols() - k);
-    P_.bottomLeftCorner(P_.rows() - k, k) = rows.rightCols(P_.cols() - k).transpose();
+    const MatrixXd rows = dense::product(known.A, P);
+    P.topLeftCorner(k, k) = symmetric(rows * known.A.transpose() + known.G);
+    P.topRightCorner(k, P.cols() - k) = rows.rightCols(P.cols() - k);
+    P.bottomLeftCorner(P.rows() - k, k) = rows.rightCols(P.cols() - k).transpose();
     if (reader_.covariance) gone_.leftCols(k) = dense::product(gone_, known.A.transpose().eval());
   }
 
   void operator()(const History::Addition&) {
     const KnownNoise& known = *known_++;
     const Index k = known.A.rows();
-    const Index n = P_.rows();
-    const MatrixXd rows = dense::product(known.A, P_);
+    const Index n = P_.size();
+    const MatrixXd rows = dense::product(known.A, P_.all());
     d_.conservativeResize(n + k);
     d_.tail(k) = known.A * d_.head(n) + known.g;
-    P_.conservativeResize(n + k, n + k);
-    P_.bottomLeftCorner(k, n) = rows;
-    P_.topRightCorner(n, k) = rows.transpose();
-    P_.bottomRightCorner(k, k) = symmetric(rows * known.A.transpose() + known.G);
+    P_.append(static_cast<int>(k));
+    auto P = P_.all();
+    P.bottomLeftCorner(k, n) = rows;
+    P.topRightCorner(n, k) = rows.transpose();
+    P.bottomRightCorner(k, k) =
+        symmetric(dense::product(rows, known.A.transpose().eval()) + known.G);
     if (reader_.covariance) {
       gone_.conservativeResize(Eigen::NoChange, n + k);
       gone_.rightCols(k) = dense::product(gone_.leftCols(n), known.A.transpose().eval());
@@ -223,33 +232,39 @@ class Forward {
   void operator()(const Correction& step) {
     const Index m = step.A_motion.rows();
     const Index k = step.A_landmarks.rows();
-    const auto apply = [&](auto&& columns) {  // columns · A^T, for columns as a row-wise block
-      if (k > 0) columns.rightCols(k) += columns.leftCols(3) * step.A_landmarks.transpose();
-      if (m > 0) columns.leftCols(m) = (columns.leftCols(m) * step.A_motion.transpose()).eval();
-    };
+    auto P = P_.all();
     d_ -= step.delta;
-    apply(d_.transpose());
-    if (m == 0 && k == 0) return;
-    apply(P_);
-    apply(P_.transpose());
-    if (reader_.covariance) apply(gone_);
+    if (k > 0) {
+      const MatrixXd At = step.A_landmarks.transpose();
+      d_.tail(k) += step.A_landmarks * d_.head<3>();
+      dense::add_product(1, P.leftCols<3>(), At, P.rightCols(k));
+      dense::add_product(1, step.A_landmarks, P.topRows<3>(), P.bottomRows(k));
+      if (reader_.covariance) dense::add_product(1, gone_.leftCols<3>(), At, gone_.rightCols(k));
+    }
+    if (m > 0) {
+      const MatrixXd At = step.A_motion.transpose();
+      d_.head(m) = (step.A_motion * d_.head(m)).eval();
+      P.leftCols(m) = (P.leftCols(m) * At).eval();
+      P.topRows(m) = (step.A_motion * P.topRows(m)).eval();
+      if (reader_.covariance) gone_.leftCols(m) = (gone_.leftCols(m) * At).eval();
+    }
   }
 
   void operator()(const History::Removal& step) {
-    if (reader_.landmarks) reader_.landmarks(step, d_, P_);
-    const std::vector<Index> rows = surviving_rows(step, core_, P_.rows());
+    if (reader_.landmarks) reader_.landmarks(step, d_, std::as_const(P_).all());
+    const std::vector<int> rows = surviving_rows(step, core_, P_.size());
     if (reader_.covariance) remove_with_covariance(step, rows);
     d_ = d_(rows).eval();
-    P_ = P_(rows, rows).eval();
+    P_.keep(rows);
   }
 
   // The state itself, behind all that has gone: its landmarks, then the core.
   void finish() const {
     if (!reader_.covariance) return;
-    std::vector<Index> rows(static_cast<std::size_t>(P_.rows()));
+    std::vector<int> rows(static_cast<std::size_t>(P_.size()));
     std::iota(rows.begin(), rows.end(), 0);
     std::rotate(rows.begin(), rows.begin() + core_, rows.end());
-    visit(gone_(Eigen::all, rows).transpose(), P_(rows, rows));
+    visit(gone_(Eigen::all, rows).transpose(), std::as_const(P_).all()(rows, rows));
   }
 
  private:
@@ -259,22 +274,23 @@ class Forward {
     reader_.covariance(with_gone.cols(), block);
   }
 
-  void remove_with_covariance(const History::Removal& step, const std::vector<Index>& rows) {
-    std::vector<Index> leaving;
+  void remove_with_covariance(const History::Removal& step, const std::vector<int>& rows) {
+    const auto P = std::as_const(P_).all();
+    std::vector<int> leaving;
     for (const int index : step.indices) {
       for (int i = 0; i < 3; ++i) leaving.push_back(core_ + 3 * index + i);
     }
-    visit(gone_(Eigen::all, leaving).transpose(), P_(leaving, leaving));
+    visit(gone_(Eigen::all, leaving).transpose(), P(leaving, leaving));
     const Index before = gone_.rows();
     MatrixXd next(before + static_cast<Index>(leaving.size()), static_cast<Index>(rows.size()));
     next.topRows(before) = gone_(Eigen::all, rows);
-    next.bottomRows(next.rows() - before) = P_(leaving, rows);
+    next.bottomRows(next.rows() - before) = P(leaving, rows);
     gone_ = std::move(next);
   }
 
-  Index core_;
+  int core_;
   VectorXd d_;
-  MatrixXd P_;
+  Covariance P_;
   Sweep::const_reverse_iterator known_;
   const Reader& reader_;
   MatrixXd gone_;  // cov(errors of the landmarks that have gone, d)
@@ -282,12 +298,12 @@ class Forward {
 
 void read(const MatrixXd& initial, const std::vector<History::Step>& steps, Index size_now,
           const Forward::Reader& reader) {
-  const Index core = initial.rows();
-  Information later{MatrixXd::Zero(size_now, size_now), VectorXd::Zero(size_now)};
+  const int core = static_cast<int>(initial.rows());
+  Information later{Covariance(MatrixXd::Zero(size_now, size_now)), VectorXd::Zero(size_now)};
   Sweep sweep;
   Backward backward(core, later, sweep);
   for (auto step = steps.rbegin(); step != steps.rend(); ++step) std::visit(backward, *step);
-  const MatrixXd P = informed_covariance(initial, later.M);
+  const MatrixXd P = informed_covariance(initial, later.M.all());
   Forward forward(core, P * later.y, P, sweep, reader);
   for (const History::Step& step : steps) std::visit(forward, step);
   forward.finish();
@@ -309,7 +325,7 @@ std::vector<MapLandmark> History::landmarks() const {
   std::vector<MapLandmark> result;
   result.reserve(static_cast<std::size_t>(removed_));
   const Index core = initial_.rows();
-  const auto take = [&](const Removal& removal, const VectorXd& d, const MatrixXd& P) {
+  const auto take = [&](const Removal& removal, const VectorXd& d, Covariance::ConstBlock& P) {
     for (std::size_t i = 0; i < removal.indices.size(); ++i) {
       const Landmark& landmark = removal.landmarks[i];
       const Index row = core + 3 * removal.indices[i];

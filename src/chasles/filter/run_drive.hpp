@@ -16,7 +16,7 @@ namespace chasles::test {
 struct DriveOptions {
   Motion motion = Motion::kVelocityState;
   double gate = std::numeric_limits<double>::infinity();
-  int patience = 2;        ///< frames that an unseen landmark stays in the state
+  int patience = 2;          ///< frames that an unseen landmark stays in the state
   double process_noise = 1;  ///< factor on Q
 };
 
@@ -65,8 +65,8 @@ class DrivenFilter {
       const int index = index_of(seen.landmark);
       if (index < 0) continue;
       last_seen_[seen.landmark] = frame_;
-      auto z = measure_stereo(drive_.rig, StereoRows::kMeanDisparity, noise, ekf_.state(), index,
-                              seen);
+      auto z =
+          measure_stereo(drive_.rig, StereoRows::kMeanDisparity, noise, ekf_.state(), index, seen);
       if (!z) continue;
       z->gate = options_.gate;
       measurements.push_back(*z);

@@ -17,11 +17,11 @@ namespace chasles::test {
 
 struct DriveSettings {
   int frames = 100;
-  int begin_with = 8;          ///< points in front of the start
-  int points_a_frame = 1;      ///< that come into view
-  int frames_between = 1;      ///< two frames that bring points
-  double outlier_share = 0;    ///< of the observations: 30 px away
-  double velocity_noise = 1;   ///< factor on the samples' noise
+  int begin_with = 8;         ///< points in front of the start
+  int points_a_frame = 1;     ///< that come into view
+  int frames_between = 1;     ///< two frames that bring points
+  double outlier_share = 0;   ///< of the observations: 30 px away
+  double velocity_noise = 1;  ///< factor on the samples' noise
   std::uint64_t seed = 1;
 };
 
@@ -33,7 +33,7 @@ struct DriveFrame {
   std::vector<StereoObservation> observations;  ///< in the order of ids
 };
 
-inline constexpr double kDriveStep = 0.1;       ///< [s]
+inline constexpr double kDriveStep = 0.1;        ///< [s]
 inline constexpr double kDrivePixelNoise = 0.5;  ///< of mean u, mean v; disparity: the same
 
 struct Drive {
@@ -104,8 +104,7 @@ inline Drive simulate_drive(const DriveSettings& settings) {
     if (k % settings.frames_between == 0) put_points(settings.points_a_frame, 9);
     const Vector6d u = drive_detail::true_velocity(t);
     const SE3 next = world_T_imu * se3::exp(kDriveStep * u);
-    const Eigen::Vector3d v_next =
-        next.R * drive_detail::true_velocity(t + kDriveStep).tail<3>();
+    const Eigen::Vector3d v_next = next.R * drive_detail::true_velocity(t + kDriveStep).tail<3>();
     const Eigen::Vector3d acceleration = (v_next - world_T_imu.R * u.tail<3>()) / kDriveStep;
     const auto noise = [&](double sigma) -> Eigen::Vector3d {
       return settings.velocity_noise * sigma * random.normal_vector(3);
@@ -118,8 +117,8 @@ inline Drive simulate_drive(const DriveSettings& settings) {
                      .linear_imu = u.tail<3>() + noise(0.1),
                      .angular_imu = u.head<3>() + noise(0.01)},
         .inertial = {.f_imu = f_imu + noise(0.1), .w_imu = u.head<3>() + noise(0.01)},
-        .observations = drive_detail::observe(drive.rig, world_T_imu, points,
-                                              settings.outlier_share, random),
+        .observations =
+            drive_detail::observe(drive.rig, world_T_imu, points, settings.outlier_share, random),
     });
     world_T_imu = next;
   }

@@ -12,7 +12,11 @@ constexpr StereoRows kAllRows[] = {StereoRows::kAll, StereoRows::kMeanDisparity,
 StereoRig rig() {
   Eigen::Matrix3d axes;  // z forward, x right, y down
   axes << 0, -1, 0, 0, 0, -1, 1, 0, 0;
-  return {.fx = 520, .fy = 500, .cx = 600, .cy = 180, .baseline = 0.5,
+  return {.fx = 520,
+          .fy = 500,
+          .cx = 600,
+          .cy = 180,
+          .baseline = 0.5,
           .cam0_T_imu = {axes * so3::exp({0.02, -0.03, 0.04}), {0.1, 0.9, -0.3}}};
 }
 
@@ -20,7 +24,8 @@ const StereoNoise kNoise{.u = 0.6, .v = 0.7, .disparity = 0.9};
 
 // A random pose that has one landmark in front of it, `depth` metres away.
 State state_before_landmark(test::Random& random, double depth) {
-  State x = test::random_state(random, {.velocity = false, .additive = 2, .landmarks = 1, .gap = 0});
+  State x =
+      test::random_state(random, {.velocity = false, .additive = 2, .landmarks = 1, .gap = 0});
   x.landmarks[0].p_world = x.world_T_imu * Eigen::Vector3d(depth, 0.2 * depth, -0.1 * depth);
   return x;
 }
@@ -51,8 +56,8 @@ TEST(StereoMeasurement, HasTheDerivativeOfItsResidual) {
       MatrixXd H = MatrixXd::Zero(z->residual.size(), 11);
       H.middleCols(z->core_column, z->d_core.cols()) = z->d_core;
       H.rightCols<3>() = z->d_landmark;
-      EXPECT_TRUE(test::agree(-H, test::numeric_derivative(residual, VectorXd::Zero(11), 1e-4),
-                              1e-9));
+      EXPECT_TRUE(
+          test::agree(-H, test::numeric_derivative(residual, VectorXd::Zero(11), 1e-4), 1e-9));
     }
   }
 }
@@ -60,8 +65,7 @@ TEST(StereoMeasurement, HasTheDerivativeOfItsResidual) {
 TEST(StereoMeasurement, ResidualIsWhatWasSeenMinusWhatIsExpected) {
   test::Random random(2);
   const State x = state_before_landmark(random, 10);
-  const StereoObservation seen{.landmark = 0,
-                               .pixels = projected(x) + Eigen::Vector4d(4, 3, 2, 1)};
+  const StereoObservation seen{.landmark = 0, .pixels = projected(x) + Eigen::Vector4d(4, 3, 2, 1)};
   const auto residual = [&](StereoRows rows) -> VectorXd {
     return measure_stereo(rig(), rows, kNoise, x, 0, seen)->residual;
   };
@@ -81,8 +85,7 @@ TEST(StereoMeasurement, NoiseIsThatOfItsRows) {
   const Eigen::Vector3d three(0.36, 0.49, 0.81);
   EXPECT_TRUE(test::agree(noise(StereoRows::kAll), MatrixXd(all.asDiagonal()), 1e-15));
   EXPECT_TRUE(test::agree(noise(StereoRows::kMeanDisparity), MatrixXd(three.asDiagonal()), 1e-15));
-  EXPECT_TRUE(
-      test::agree(noise(StereoRows::kMean), MatrixXd(three.head<2>().asDiagonal()), 1e-15));
+  EXPECT_TRUE(test::agree(noise(StereoRows::kMean), MatrixXd(three.head<2>().asDiagonal()), 1e-15));
 }
 
 TEST(StereoMeasurement, PointBehindTheCamerasIsNotMeasured) {
@@ -121,8 +124,8 @@ TEST(NewLandmark, HasTheDerivativesOfItsPosition) {
   const auto begun = begin_landmark(rig(), kNoise, x, observation(rows));
   ASSERT_TRUE(begun);
   const auto by_pose = [&](const VectorXd& e) { return begun_at(x, e, rows); };
-  EXPECT_TRUE(test::agree(begun->d_pose, test::numeric_derivative(by_pose, VectorXd::Zero(6)),
-                          1e-10));
+  EXPECT_TRUE(
+      test::agree(begun->d_pose, test::numeric_derivative(by_pose, VectorXd::Zero(6)), 1e-10));
   const auto by_rows = [&](const Eigen::Vector3d& r) { return begun_at(x, VectorXd::Zero(6), r); };
   const MatrixXd D = test::numeric_derivative(by_rows, rows, 1e-4);
   const Eigen::Vector3d variances(kNoise.u * kNoise.u, kNoise.v * kNoise.v,
@@ -141,8 +144,7 @@ TEST(NewLandmark, ErrorOfANearOneIsDistributedAsToldTogetherWithThePose) {
   P.topLeftCorner<6, 6>() = P_pose;
   P.bottomLeftCorner<3, 6>() = begun->d_pose * P_pose;
   P.topRightCorner<6, 3>() = P.bottomLeftCorner<3, 6>().transpose();
-  P.bottomRightCorner<3, 3>() =
-      begun->d_pose * P_pose * begun->d_pose.transpose() + begun->noise;
+  P.bottomRightCorner<3, 3>() = begun->d_pose * P_pose * begun->d_pose.transpose() + begun->noise;
   // Truth and estimate change places: true pose and pixels scatter around what the filter believes.
   MatrixXd samples(9, 4000);
   const Eigen::Vector3d sigma(kNoise.u, kNoise.v, kNoise.disparity);

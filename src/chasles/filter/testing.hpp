@@ -59,10 +59,8 @@ inline State random_state(Random& random, const StateShape& shape) {
   int row = x.core_size();
   for (int i = 0; i < shape.landmarks; ++i) {
     row += shape.gap;
-    x.landmarks.push_back({.id = i,
-                           .p_world = 20 * random.normal_vector(3),
-                           .row = row,
-                           .observations = 1});
+    x.landmarks.push_back(
+        {.id = i, .p_world = 20 * random.normal_vector(3), .row = row, .observations = 1});
     row += 3;
   }
   return x;
@@ -119,9 +117,9 @@ struct Chi2Bounds {
 inline ::testing::AssertionResult is_chi2(double sum, double dof) {
   const Chi2Bounds bounds(dof);
   if (bounds.low <= sum && sum <= bounds.high) return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure() << sum / dof << " a degree of freedom, of " << dof
-                                       << "; the bounds are " << bounds.low / dof << " and "
-                                       << bounds.high / dof;
+  return ::testing::AssertionFailure()
+         << sum / dof << " a degree of freedom, of " << dof << "; the bounds are "
+         << bounds.low / dof << " and " << bounds.high / dof;
 }
 
 /// The columns of `samples` have mean 0 and this covariance, as far as so many samples can tell

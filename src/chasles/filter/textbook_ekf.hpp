@@ -219,10 +219,8 @@ class TextbookEkf {
     Matrix P(n + 3, n + 3);
     P << P_, P_ * J.transpose(), J * P_, J * P_ * J.transpose() + noise * noise.transpose();
     P_ = P;
-    x_.landmarks.push_back({.id = seen.landmark,
-                            .p_world = Y,
-                            .row = static_cast<int>(n),
-                            .observations = 1});
+    x_.landmarks.push_back(
+        {.id = seen.landmark, .p_world = Y, .row = static_cast<int>(n), .observations = 1});
     retired_.push_back(false);
   }
 
@@ -241,9 +239,7 @@ class TextbookEkf {
 
  private:
   int row(std::size_t i) const { return x_.landmarks[i].row; }
-  bool turns_with_pose(std::size_t i) const {
-    return error_ == Error::kRightSen3 && !retired_[i];
-  }
+  bool turns_with_pose(std::size_t i) const { return error_ == Error::kRightSen3 && !retired_[i]; }
 
   // The errors after a step by those before: the pose's block, velocities held.
   void pose_by_pose(const SE3& step, Matrix& F) const {

@@ -12,9 +12,8 @@ using test::Motion;
 using test::TextbookEkf;
 
 constexpr double kTolerance = 1e-9;
-const StereoNoise kNoise{.u = test::kDrivePixelNoise,
-                         .v = test::kDrivePixelNoise,
-                         .disparity = test::kDrivePixelNoise};
+const StereoNoise kNoise{
+    .u = test::kDrivePixelNoise, .v = test::kDrivePixelNoise, .disparity = test::kDrivePixelNoise};
 
 using Case = std::tuple<const ErrorChart*, Motion>;
 
@@ -86,9 +85,8 @@ class Pair {
     std::vector<bool> in_view(ekf_.state().landmarks.size(), false);
     for (const StereoObservation& observation : observations) {
       const auto& landmarks = ekf_.state().landmarks;
-      const auto at = std::find_if(landmarks.begin(), landmarks.end(), [&](const Landmark& l) {
-        return l.id == observation.landmark;
-      });
+      const auto at = std::find_if(landmarks.begin(), landmarks.end(),
+                                   [&](const Landmark& l) { return l.id == observation.landmark; });
       if (at == landmarks.end()) {
         fresh.push_back(observation);
         continue;

@@ -4,8 +4,8 @@
 
 #include <chasles/filter/ekf.hpp>
 
-/// An inertial motion model for the tests: the filter's states with a velocity need one. Included by
-/// tests only.
+/// An inertial motion model for the tests: the filter's states with a velocity need one. Included
+/// by tests only.
 namespace chasles::test {
 
 /// Specific force and angular rate as measured, held over a step.
@@ -18,7 +18,7 @@ struct InertialSample {
 /// State::additive is [accelerometer bias; gyroscope bias].
 struct Inertial {
   Eigen::Vector3d g_world{0, 0, -9.81};
-  double f_sigma = 0, w_sigma = 0;            ///< of one sample
+  double f_sigma = 0, w_sigma = 0;          ///< of one sample
   double f_bias_walk = 0, w_bias_walk = 0;  ///< [unit/sqrt(s)]
 
   State step(State x, const InertialSample& u, double tau) const {

@@ -4,6 +4,7 @@
 #include <chasles/slam/slam.hpp>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace chasles {
 namespace {
@@ -115,11 +116,12 @@ void Slam::see(const FeatureFrame& frame, Estimate& estimate) {
     estimate.added = begin(matched.fresh);
     matched = match(observations);
   }
-  set_gates(matched.known);
+  estimate.rejected = drop_outliers(matched.known);
+  estimate.used = static_cast<int>(matched.known.size());
+  if (sample_) matched.known.push_back(*std::exchange(sample_, std::nullopt));
   const UpdateReport report = filter_.update(matched.known);
   estimate.nis = report.nis;
   estimate.nis_dof = report.dof;
-  for (const bool accepted : report.accepted) ++(accepted ? estimate.used : estimate.rejected);
   retire_unseen();
   // After the update: an observation either begins a landmark or updates the state, never both.
   if (!settings_.update_with_first_observation) estimate.added = begin(matched.fresh);
@@ -133,10 +135,17 @@ void Slam::process(const BodyVelocity& u) {
   advance_to(u.time, settings_.hold == "midpoint" ? mean(before, u) : before);
   velocity_ = u;
   if (!model_.velocity_state) return;
+  use_sample();
   BodyVelocityNoise noise = noise_.motion;
   const double relative = settings_.velocity_relative_sigma * u.linear_imu.norm();
   for (double& sigma : noise.sample_sigma.tail<3>()) sigma = std::hypot(sigma, relative);
-  const Measurement z[] = {measure_velocity(model_, filter_.state(), u, noise)};
+  sample_ = measure_velocity(model_, filter_.state(), u, noise);
+}
+
+// A velocity waits for a frame of its own instant, to be applied in one update with it.
+void Slam::use_sample() {
+  if (!sample_) return;
+  const Measurement z[] = {*std::exchange(sample_, std::nullopt)};
   filter_.update(z);
 }
 
@@ -146,6 +155,7 @@ void Slam::advance_to(Time time, const BodyVelocity& held) {
                      std::to_string(now_->count()) + " ns");
   }
   const double tau = now_ ? to_seconds(time - *now_) : 0;
+  if (tau > 0) use_sample();
   if (tau > 0) filter_.propagate(predict(model_, filter_.state(), held, tau, noise_.motion));
   now_ = time;
 }
@@ -180,11 +190,19 @@ Slam::Matched Slam::match(const Observations& observations) {
 }
 
 // Where many landmarks are in view, the worst are not needed; where few are, most are.
-void Slam::set_gates(std::vector<Measurement>& measurements) const {
-  int inside = 0;
-  for (const Measurement& z : measurements) inside += filter_.normalised_square(z) < gate_;
-  const double gate = inside >= settings_.gate_quorum ? gate_ : loose_gate_;
-  for (Measurement& z : measurements) z.gate = gate;
+int Slam::drop_outliers(std::vector<Measurement>& measurements) const {
+  const std::vector<double> squares =
+      filter_.normalised_squares(measurements, sample_ ? &*sample_ : nullptr);
+  const auto inside = [&](double gate) {
+    return std::count_if(squares.begin(), squares.end(), [&](double s) { return s < gate; });
+  };
+  const double gate = inside(gate_) >= settings_.gate_quorum ? gate_ : loose_gate_;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    if (squares[i] < gate) measurements[kept++] = measurements[i];
+  }
+  measurements.resize(kept);
+  return static_cast<int>(squares.size() - kept);
 }
 
 int Slam::begin(const Observations& fresh) {

@@ -29,7 +29,7 @@ struct Estimate {
   SE3 world_T_imu;
   Matrix6d pose_covariance = Matrix6d::Zero();  ///< [theta; dp], world axes [rad, m] (docs/charts.md)
   Eigen::VectorXd additive, additive_sigma;     ///< the motion's own states: Slam::additive_names
-  double nis = 0;        ///< of the frame's observations, together
+  double nis = 0;        ///< of the frame's observations and velocity, together
   int nis_dof = 0;       ///< its degrees of freedom; 0: nothing was updated
   int observations = 0;  ///< offered by the frame
   int used = 0;          ///< that updated the state
@@ -66,10 +66,11 @@ class Slam {
     Observations fresh;              ///< of landmarks that are not
   };
 
+  void use_sample();
   void advance_to(Time time, const BodyVelocity& held);
   Observations usable(const FeatureFrame& frame) const;
   Matched match(const Observations& observations);
-  void set_gates(std::vector<Measurement>& measurements) const;
+  int drop_outliers(std::vector<Measurement>& measurements) const;
   int begin(const Observations& fresh);
   void retire_unseen();
   void see(const FeatureFrame& frame, Estimate& estimate);
@@ -84,6 +85,7 @@ class Slam {
   Ekf filter_;
   std::optional<Time> now_;
   std::optional<BodyVelocity> velocity_;  ///< the latest
+  std::optional<Measurement> sample_;     ///< it, where it is still to be applied
   int frame_ = 0;
   std::unordered_map<LandmarkId, int> last_seen_;  ///< number of the frame; landmarks of the state
   struct Use {
