@@ -193,7 +193,7 @@ int run(const RunOptions& o) {
   Recording recording = read(o);
   prepare_outputs(o);
   const Drive result = estimate(o, settings, recording, interrupt);
-  const Json summary = summary_json(result.run, settings, result.noise, recording.remarks);
+  const Json summary = summary_json(result.run, settings, result.noise, recording);
   const Json figures = deliver(o, result, summary, wall);
   print(o, figures);
   return exit_code(o, result, figures);

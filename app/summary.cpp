@@ -1,11 +1,13 @@
 #include "summary.hpp"
 
 #include <algorithm>
+#include <unordered_map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/error.hpp>
+#include <chasles/eval/landmarks.hpp>
 
 #include "run_settings.hpp"
 
@@ -93,6 +95,31 @@ Json figures_json(const Evaluation& evaluation) {
   return json;
 }
 
+// The true landmarks among the map's, by id; null where there are none, or where the trajectories
+// are not comparable.
+Json landmarks_json(const Run& run, const std::vector<TrueLandmark>& truths, bool comparable) {
+  std::unordered_map<LandmarkId, Eigen::Vector3d> p_truth;
+  for (const TrueLandmark& truth : truths) p_truth.emplace(truth.id, truth.p_world);
+  std::vector<MatchedPoint> points;
+  for (const RunLandmark& landmark : run.landmarks) {
+    const auto truth = p_truth.find(landmark.id);
+    if (truth != p_truth.end()) {
+      points.push_back({.p_estimate = landmark.p_world, .p_truth = truth->second});
+    }
+  }
+  Json json{{"landmarks_matched", points.size()},
+            {"landmarks_rmse_m", nullptr},
+            {"landmarks_rmse_aligned_m", nullptr}};
+  if (points.empty() || !comparable) return json;
+  Trajectory estimate;
+  for (const RunState& s : run.states) estimate.push_back({.time = s.time, .pose = s.world_T_imu});
+  const LandmarkError error = landmark_error(
+      points, align(associate(estimate, run.truth), Alignment::kFirstPose).truth_T_estimate);
+  json["landmarks_rmse_m"] = error.rmse_first_pose_m;
+  if (error.rmse_aligned_m) json["landmarks_rmse_aligned_m"] = *error.rmse_aligned_m;
+  return json;
+}
+
 Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::string>& remarks) {
   if (run.truth.empty() || run.states.empty()) return no_evaluation();
   Trajectory estimate;
@@ -112,13 +139,15 @@ Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::
 }
 
 Json summary_json(const Run& run, const Settings& settings, const Noise& noise,
-                  std::vector<std::string> remarks) {
+                  const Recording& recording) {
+  std::vector<std::string> remarks = recording.remarks;
   Json summary = {{"name", run.name},
                   {"version", CHASLES_VERSION},
                   {"mode", settings.mode},
                   {"chart", settings.chart}};
   summary.update(counts_json(run));
   summary.update(evaluation_json(run, settings.chart, remarks));
+  summary.update(landmarks_json(run, recording.true_landmarks, !summary["ate_m"].is_null()));
   Settings copy = settings;
   summary["settings"] = to_json(setting_list(copy));
   summary["noise"] = noise_json(noise);
@@ -147,6 +176,7 @@ std::string summary_text(const Json& summary) {
   text += line(summary, "NEES of the position", "nees_position", "(consistent: 3)", 2);
   text += line(summary, "NEES of the attitude", "nees_attitude", "(consistent: 3)", 2);
   text += line(summary, "NIS per degree of freedom", "nis_per_dof", "(consistent: 1)", 3);
+  text += line(summary, "landmarks", "landmarks_rmse_m", "m rmse", 3);
   text += line(summary, "time", "seconds_wall", "s", 2);
   text += line(summary, "processor time", "seconds_cpu", "s", 2);
   text += line(summary, "speed", "realtime_factor", "x real time", 1);

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <chasles/data/recording.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/slam/noise.hpp>
@@ -31,7 +32,7 @@ nlohmann::ordered_json evaluation_json(const Run& run, const std::string& chart,
 /// summary.json: figures (design.md §6), settings, noise, version, remarks; nothing in it differs
 /// between two runs of the same input and settings. Adds to the remarks as evaluation_json().
 nlohmann::ordered_json summary_json(const Run& run, const Settings& settings, const Noise& noise,
-                                    std::vector<std::string> remarks);
+                                    const Recording& recording);
 
 /// seconds_wall, seconds_cpu and realtime_factor: what differs from run to run.
 nlohmann::ordered_json timing_json(double recorded_seconds, double wall_seconds,

@@ -50,5 +50,5 @@ function(chasles_test name)
   target_link_libraries(${name} PRIVATE chasles_options ${ARG_LINKS} GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE CHASLES_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   gtest_discover_tests(${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
-    DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+    DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES PROPERTIES TIMEOUT 300)
 endfunction()

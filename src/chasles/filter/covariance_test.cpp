@@ -37,6 +37,30 @@ TEST(Covariance, KeepsTheNumbersOfTheRowsThatStay) {
   }
 }
 
+TEST(Covariance, SpreadPutsRowsWhereTheyWereBeforeAndZerosBetween) {
+  test::Random random(5);
+  const std::vector<std::vector<int>> choices = {
+      {}, {19}, {0}, {0, 1, 2}, {3, 4, 7, 12, 18}, {1, 3, 5, 7, 9, 11, 13, 15, 17, 19}};
+  for (const int size : {20, 300}) {
+    for (const std::vector<int>& rows : choices) {
+      Covariance P(test::random_covariance(random, 20, 1));  // leaves its numbers behind
+      P.keep(rows);
+      MatrixXd expected = MatrixXd::Zero(size, size);
+      expected(rows, rows) = P.all();
+      P.spread(rows, size);
+      EXPECT_EQ(MatrixXd(P.all()), expected);
+    }
+  }
+}
+
+TEST(Covariance, TruncateDropsTheLastRows) {
+  test::Random random(6);
+  const MatrixXd initial = test::random_covariance(random, 20, 1);
+  Covariance P(initial);
+  P.truncate(11);
+  EXPECT_EQ(MatrixXd(P.all()), MatrixXd(initial.topLeftCorner(11, 11)));
+}
+
 TEST(Covariance, GrowsPastItsFirstRoom) {
   test::Random random(3);
   const MatrixXd initial = test::random_covariance(random, 100, 1);

@@ -166,24 +166,51 @@ TEST_P(EkfTest, GateRefusesExactlyTheSquaresAboveIt) {
   EXPECT_EQ(MatrixXd(gated.covariance()), MatrixXd(chosen.covariance()));
 }
 
+TEST_P(EkfTest, SquaresGivenAMeasurementAreThoseAfterIt) {
+  test::Random random(12);
+  const Ekf ekf = some_filter(chart(), random, 3);
+  const std::vector<Measurement> measurements = some_measurements(random);
+  Measurement given = some_core_measurement(random, 9, 6);
+  given.noise *= 0.01;
+  const Stacked first = stacked(ekf, {given});
+  const MatrixXd P = ekf.covariance();
+  const MatrixXd K = P * first.H.transpose() * innovation(ekf, first).inverse();
+  const MatrixXd P_after = P - K * first.H * P;
+  const std::vector<double> alone = ekf.normalised_squares(measurements, nullptr);
+  const std::vector<double> after = ekf.normalised_squares(measurements, &given);
+  ASSERT_EQ(after.size(), measurements.size());
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const Stacked z = stacked(ekf, {measurements[i]});
+    const VectorXd r = z.r - z.H * K * first.r;
+    const double expected = r.dot((z.H * P_after * z.H.transpose() + z.R).inverse() * r);
+    EXPECT_NEAR(after[i], expected, 1e-9 * expected);
+    EXPECT_EQ(alone[i], ekf.normalised_square(measurements[i]));
+  }
+}
+
 TEST_P(EkfTest, NothingThatIsNotANumberComesIn) {
   test::Random random(4);
   const Ekf before = some_filter(chart(), random, 3);
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   for (const double gate : {9.0, std::numeric_limits<double>::infinity()}) {
-    std::vector<Measurement> bad(3, some_measurement(random, 1, 3));
+    SCOPED_TRACE(gate);
+    std::vector<Measurement> bad(4, some_measurement(random, 1, 3));
     bad[0].residual[1] = kNan;
     bad[1].d_core(0, 2) = kNan;
     bad[2].d_landmark(2, 2) = kNan;
-    for (Measurement& z : bad) z.gate = gate;
+    bad[3].noise(1, 1) = kNan;
+    for (Measurement& z : bad) {
+      z.gate = gate;
+      Ekf ekf = before;
+      EXPECT_EQ(ekf.update(std::vector<Measurement>{z}).dof, 0);
+      expect_unchanged(ekf, before);
+    }
+    // A residual that is none does not keep the others out.
+    bad[1] = some_measurement(random, 2, 3);
+    bad.resize(2);
     Ekf ekf = before;
-    EXPECT_EQ(ekf.update(bad).accepted, std::vector<bool>(3, false));
-    expect_unchanged(ekf, before);
-    // A NaN in the noise may pass a gate, but not the factorisation.
-    bad.assign(1, some_measurement(random, 1, 3));
-    bad[0].noise(1, 1) = kNan;
-    EXPECT_EQ(ekf.update(bad).dof, 0);
-    expect_unchanged(ekf, before);
+    EXPECT_EQ(ekf.update(bad).accepted, (std::vector<bool>{false, true}));
+    EXPECT_TRUE(ekf.covariance().allFinite());
   }
 }
 
@@ -257,6 +284,24 @@ TEST_P(EkfTest, PropagationMovesTheCoreAndItsTiesToTheLandmarks) {
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     EXPECT_EQ(ekf.state().landmarks[i].p_world, landmarks[i].p_world);
   }
+}
+
+TEST_P(EkfTest, RotationStaysOneWhateverRoundOffBringsIn) {
+  test::Random random(13);
+  Ekf ekf = some_filter(chart(), random, 2);
+  Prediction step{.world_T_imu = ekf.state().world_T_imu,
+                  .v_world = ekf.state().v_world,
+                  .additive = ekf.state().additive,
+                  .F = MatrixXd::Identity(15, 15),
+                  .Q = MatrixXd::Zero(15, 15)};
+  step.world_T_imu.R += 1e-9 * random_matrix(random, 3, 3);
+  ekf.propagate(step);
+  const auto rotation = [&] { return ekf.state().world_T_imu.R; };
+  EXPECT_TRUE(test::agree(rotation() * rotation().transpose(), Eigen::Matrix3d::Identity(), 2e-15));
+  for (int i = 0; i < 1000; ++i) {
+    ekf.update(std::vector<Measurement>{some_measurement(random, 1, 3)});
+  }
+  EXPECT_TRUE(test::agree(rotation() * rotation().transpose(), Eigen::Matrix3d::Identity(), 2e-15));
 }
 
 TEST_P(EkfTest, NewLandmarksKnowOfEachOtherThroughThePose) {

@@ -33,7 +33,7 @@ struct Settings {
   std::optional<double> disparity_inflation;
 
   double gate = 0.8;
-  double loose_gate = 0.98;
+  double loose_gate = 0.99;
   int gate_quorum = 15;
   double min_disparity = 1;
   int waiting_landmarks = 24;

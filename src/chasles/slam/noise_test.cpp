@@ -1,0 +1,145 @@
+#include <gtest/gtest.h>
+
+#include <chasles/lie/testing.hpp>
+#include <chasles/slam/noise.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kPeriod = 0.1;
+
+// A random walk of this density [unit/sqrt(s)] seen through white noise.
+std::vector<double> signal(std::size_t count, double walk, double white, std::uint64_t seed) {
+  test::Random random(seed);
+  std::vector<double> samples;
+  double value = 3;
+  for (std::size_t i = 0; i < count; ++i) {
+    samples.push_back(value + white * random.normal());
+    value += walk * std::sqrt(kPeriod) * random.normal();
+  }
+  return samples;
+}
+
+std::vector<FeatureFrame> frames_with_rows(double sigma, double offset) {
+  test::Random random(5);
+  std::vector<FeatureFrame> frames(100);
+  LandmarkId id = 0;
+  for (FeatureFrame& frame : frames) {
+    for (int i = 0; i < 20; ++i) {
+      const double v = 100 + i;
+      frame.observations.push_back({.landmark = id++,
+                                    .pixels = {300, v + sigma * random.normal() + offset, 280,
+                                               v + sigma * random.normal()}});
+    }
+  }
+  return frames;
+}
+
+std::vector<BodyVelocity> drive(double linear_sigma, double angular_sigma) {
+  test::Random random(7);
+  std::vector<BodyVelocity> velocities;
+  for (int i = 0; i < 1000; ++i) {
+    velocities.push_back({.time = from_seconds(kPeriod * i),
+                          .linear_imu = Eigen::Vector3d(8, 0, 0) + linear_sigma * random.normal_vector(3),
+                          .angular_imu = angular_sigma * random.normal_vector(3)});
+  }
+  return velocities;
+}
+
+TEST(MeasureSignal, TellsWhiteNoiseFromTheWalkUnderIt) {
+  const SignalNoise noise = measure_signal(signal(5000, 0.3, 0.5, 1), kPeriod);
+  // Three standard errors of a median of 5000 correlated differences: 5 % of s1 and of s2.
+  EXPECT_NEAR(noise.white, 0.5, 0.08);
+  EXPECT_NEAR(noise.walk, 0.3, 0.06);
+}
+
+TEST(MeasureSignal, APureWalkHasHardlyAnyWhiteNoise) {
+  const SignalNoise noise = measure_signal(signal(5000, 1, 0, 2), kPeriod);
+  EXPECT_LT(noise.white, 0.1);
+  EXPECT_NEAR(noise.walk, 1, 0.1);
+}
+
+TEST(MeasureSignal, AConstantHasNoNoise) {
+  const SignalNoise noise = measure_signal(std::vector<double>(100, 2.5), kPeriod);
+  EXPECT_EQ(noise.white, 0);
+  EXPECT_EQ(noise.walk, 0);
+}
+
+TEST(MeasureSignal, GrossErrorsHardlyChangeTheWhiteNoise) {
+  std::vector<double> samples = signal(5000, 0.1, 0.5, 3);
+  for (std::size_t i = 0; i < samples.size(); i += 100) samples[i] += 50;
+  EXPECT_NEAR(measure_signal(samples, kPeriod).white, 0.5, 0.06);
+}
+
+TEST(MeasureSignal, ThreeSamplesTellNothing) {
+  EXPECT_EQ(measure_signal(std::vector<double>{1, 2, 4}, kPeriod).white, 0);
+  EXPECT_EQ(measure_signal({}, kPeriod).walk, 0);
+}
+
+TEST(RowDisagreement, IsTheSpreadOfRowsThatShouldAgreeWhateverTheirConstantDifference) {
+  EXPECT_NEAR(row_disagreement(frames_with_rows(0.5, 0)), 0.5 * std::sqrt(2), 0.05);
+  EXPECT_NEAR(row_disagreement(frames_with_rows(0.5, 3)), 0.5 * std::sqrt(2), 0.05);
+}
+
+TEST(RowDisagreement, HasAFloorForTrackersThatForceEqualRows) {
+  EXPECT_EQ(row_disagreement(frames_with_rows(0, 0)), 0.2);
+  EXPECT_EQ(row_disagreement({}), 0.2);
+}
+
+TEST(ChooseNoise, MeasuresWhatNobodySays) {
+  const auto velocities = drive(0.5, 0.05);
+  const Noise noise = choose_noise({}, velocities, frames_with_rows(0.3, 0), {});
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(noise.motion.sample_sigma[axis], 0.05, 0.01);
+    EXPECT_NEAR(noise.motion.sample_sigma[3 + axis], 0.5, 0.1);
+  }
+  EXPECT_GT(noise.gyro_bias_sigma, 0);
+  EXPECT_GT(noise.update.disparity, noise.begin.disparity);
+}
+
+TEST(ChooseNoise, BelievesTheRecordingBeforeItMeasures) {
+  StatedNoise stated;
+  stated.velocity = BodyVelocitySigma{.linear = {1, 2, 3}, .angular = {4, 5, 6}};
+  stated.pixels = Eigen::Vector4d(3, 1, 4, 1);
+  const Noise noise = choose_noise({}, drive(0.5, 0.05), frames_with_rows(0.3, 0), stated);
+  EXPECT_EQ(noise.motion.sample_sigma, (Vector6d() << 4, 5, 6, 1, 2, 3).finished());
+  EXPECT_DOUBLE_EQ(noise.begin.u, 2.5);        // of (uL + uR)/2
+  EXPECT_DOUBLE_EQ(noise.begin.disparity, 5);  // of uL - uR
+  EXPECT_DOUBLE_EQ(noise.update.disparity, 5);
+}
+
+TEST(ChooseNoise, BelievesTheSettingsBeforeAnything) {
+  Settings settings;
+  settings.velocity_sigma = 0.7;
+  settings.rate_sigma = 0.07;
+  settings.velocity_walk = 2;
+  settings.rate_walk = 0.2;
+  settings.pixel_sigma = 1.5;
+  settings.disparity_sigma = 0.9;
+  settings.disparity_inflation = 3;
+  settings.gyro_bias_sigma = 0.01;
+  settings.gyro_bias_walk = 1e-4;
+  StatedNoise stated;
+  stated.velocity = BodyVelocitySigma{.linear = {1, 2, 3}, .angular = {4, 5, 6}};
+  stated.pixels = Eigen::Vector4d(3, 1, 4, 1);
+  const Noise noise = choose_noise(settings, {}, {}, stated);
+  EXPECT_EQ(noise.motion.sample_sigma,
+            (Vector6d() << 0.07, 0.07, 0.07, 0.7, 0.7, 0.7).finished());
+  EXPECT_EQ(noise.motion.walk, (Vector6d() << 0.2, 0.2, 0.2, 2, 2, 2).finished());
+  EXPECT_EQ(noise.begin.u, 1.5);
+  EXPECT_EQ(noise.begin.v, 1.5);
+  EXPECT_EQ(noise.begin.disparity, 0.9);
+  EXPECT_DOUBLE_EQ(noise.update.disparity, 2.7);
+  EXPECT_EQ(noise.gyro_bias_sigma, 0.01);
+  EXPECT_EQ(noise.motion.gyro_bias_walk, 1e-4);
+}
+
+TEST(ChooseNoise, IsPositiveForAnEmptyRecording) {
+  const Noise noise = choose_noise({}, {}, {}, {});
+  EXPECT_GT(noise.motion.sample_sigma.minCoeff(), 0);
+  EXPECT_GT(noise.motion.walk.minCoeff(), 0);
+  EXPECT_GT(noise.begin.u, 0);
+}
+
+}  // namespace
+}  // namespace chasles
