@@ -139,6 +139,23 @@ TEST_F(MatRecording, TruthIsOptional) {
   EXPECT_TRUE(r.true_landmarks.empty());
 }
 
+TEST_F(MatRecording, StatedVariancesBecomeStandardDeviations) {
+  EXPECT_FALSE(read().velocity_sigma);
+  EXPECT_FALSE(read().pixel_sigma);
+  variables["v_var"] = {{3, 1}, {0.01, 0.04, 0.09}};
+  variables["w_var"] = {{3, 1}, {1, 4, 9}};
+  variables["y_var"] = {{4, 1}, {0.25, 1, 4, 16}};
+  const Recording r = read();
+  EXPECT_LT((r.velocity_sigma->linear - Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 1e-15);
+  EXPECT_EQ(r.velocity_sigma->angular, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(*r.pixel_sigma, Eigen::Vector4d(0.5, 1, 2, 4));
+}
+
+TEST_F(MatRecording, AVarianceThatIsNotPositiveIsRefused) {
+  variables["y_var"] = {{4, 1}, {0.25, 0, 4, 16}};
+  expect_parts(error(), {"y_var", "positive"});
+}
+
 TEST_F(MatRecording, MissingFieldsAndWrongShapesAreNamed) {
   variables["rho_c_v"] = variables["rho_v_c_v"];
   variables.erase("rho_v_c_v");

@@ -64,6 +64,31 @@ TEST_F(RecordingFolder, IsReadAgainToTheLastBit) {
   EXPECT_EQ(r.true_landmarks[3].p_world, recording.true_landmarks[3].p_world);
 }
 
+TEST_F(RecordingFolder, StatesItsNoiseWhereItIsKnown) {
+  EXPECT_FALSE(read_folder_recording(folder).velocity_sigma);
+  EXPECT_FALSE(read_folder_recording(folder).pixel_sigma);
+  recording.velocity_sigma = BodyVelocitySigma{.linear = {0.1, 0.2, 0.3}, .angular = {1, 2, 3}};
+  recording.pixel_sigma = Eigen::Vector4d(0.5, 1.0 / 3, 0.7, 1e-3);
+  write_folder_recording(recording, folder);
+  const Recording r = read_folder_recording(folder);
+  EXPECT_EQ(r.velocity_sigma->linear, recording.velocity_sigma->linear);
+  EXPECT_EQ(r.velocity_sigma->angular, recording.velocity_sigma->angular);
+  EXPECT_EQ(*r.pixel_sigma, *recording.pixel_sigma);
+}
+
+TEST_F(RecordingFolder, StatedNoiseThatIsNoNoiseIsRefusedWithItsLine) {
+  recording.velocity_sigma = BodyVelocitySigma{.linear = {0.1, 0.2, 0.3}, .angular = {1, 2, 3}};
+  recording.pixel_sigma = Eigen::Vector4d(0.5, 0.5, 0.5, 0.5);
+  expect_parts(error("calibration.yaml", "[0.1, 0.2, 0.3]", "[0.1, -0.2, 0.3]"),
+               {"calibration.yaml:", "linear_sigma", "-0.2"});
+  expect_parts(error("calibration.yaml", "[1, 2, 3]", "[1, 2]"),
+               {"calibration.yaml:", "angular_sigma", "3 standard deviations"});
+  expect_parts(error("calibration.yaml", "[0.5, 0.5, 0.5, 0.5]", "[0.5, .nan, 0.5, 0.5]"),
+               {"calibration.yaml:", "pixel_sigma"});
+  expect_parts(error("calibration.yaml", "angular_sigma: [1, 2, 3]\n", ""),
+               {"linear_sigma and angular_sigma", "both or neither"});
+}
+
 TEST_F(RecordingFolder, IsRecognisedByItsContent) {
   EXPECT_EQ(read_recording(folder).name, recording.name);
 }
