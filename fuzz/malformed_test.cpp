@@ -20,9 +20,10 @@ namespace {
 namespace fs = std::filesystem;
 
 class Malformed : public ::testing::TestWithParam<Kind> {
- protected:
+ public:
   ~Malformed() override { fs::remove_all(scratch); }
 
+ protected:
   /// Why the bytes were refused; none if they were read. Fails the test on anything but InputError.
   std::optional<std::string> refusal(const std::string& bytes) const {
     try {

@@ -58,7 +58,7 @@ TEST(Arrows, AnInstalledHeaderIncludesOnlyInstalledOnes) {
 
 /// A made-up tree with two folders, top over bottom.
 class MadeUpTree : public ::testing::Test {
- protected:
+ public:
   MadeUpTree() : root(fs::path(::testing::TempDir()) / "chasles_made_up_tree") {
     fs::remove_all(root);
     write("CMakeLists.txt",
@@ -67,6 +67,7 @@ class MadeUpTree : public ::testing::Test {
   }
   ~MadeUpTree() override { fs::remove_all(root); }
 
+ protected:
   void write(const std::string& file, const std::string& text) const {
     const fs::path path = root / "src" / "chasles" / file;
     fs::create_directories(path.parent_path());

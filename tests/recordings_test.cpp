@@ -1,11 +1,11 @@
-// The real recordings, run as `chasles run RECORDING` runs them: no option, one default for all. The
-// limits are those of the project's issue 2; docs/results.md has the figures themselves.
-
-#include <gtest/gtest.h>
+// The real recordings, run as `chasles run RECORDING` runs them: no option, one default for all.
+// The limits are those of the project's issue 2; docs/results.md has the figures themselves.
 
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+
+#include <gtest/gtest.h>
 
 #include <chasles/data/readers.hpp>
 #include <chasles/eval/evaluation.hpp>
@@ -110,37 +110,49 @@ TEST_P(RealRecording, IsEstimatedWithinItsLimits) {
 }
 
 // The 100 m relative error of dead reckoning by docs/results.md is each drive's limit.
-INSTANTIATE_TEST_SUITE_P(
-    Drives, RealRecording,
-    testing::Values(
-        k2020_0022, k2020_0027, kStarryNight,
-        Case{"Ece2018_0020",
-             "ece276a_2018/0020.npz",
-             "0020_gt_imu_stars.tum",
-             {{"ate_m", 3.5}, {"rpe_100m_percent", 1.77}}},
-        Case{"Ece2018_0027",
-             "ece276a_2018/0027.npz",
-             "0027_gt_imu_stars.tum",
-             {{"ate_m", 1.85}, {"rpe_100m_percent", 2.16}}},
-        Case{"Ece2018_0042",
-             "ece276a_2018/0042.npz",
-             "0042_gt_imu_stars.tum",
-             {{"ate_m", 2.1}, {"rpe_100m_percent", 1.21}}},
-        Case{"Stars0001", "stars/2011_09_26_drive_0001_sync_KLT.mat", nullptr,
-             {{"rpe_100m_percent", 2.21}}},
-        Case{"Stars0009", "stars/2011_09_26_drive_0009_sync_KLT.mat", nullptr,
-             {{"rpe_100m_percent", 1.90}}},
-        Case{"Stars0027", "stars/2011_09_26_drive_0027_sync_KLT.mat", nullptr,
-             {{"rpe_100m_percent", 1.37}}},
-        Case{"Stars0036", "stars/2011_09_26_drive_0036_sync_KLT.mat", nullptr,
-             {{"rpe_100m_percent", 1.58}}},
-        Case{"Stars0039", "stars/2011_09_26_drive_0039_sync_KLT.mat", nullptr,
-             {{"rpe_100m_percent", 1.43}}},
-        Case{"Stars0930_0027", "stars/2011_09_30_drive_0027_sync_KLT.mat", nullptr,
-             {{"rpe_100m_percent", 1.92}}},
-        Case{"Stars1003_0042", "stars/2011_10_03_drive_0042_sync_KLT.mat", nullptr,
-             {{"rpe_100m_percent", 1.31}}}),
-    case_name);
+INSTANTIATE_TEST_SUITE_P(Drives, RealRecording,
+                         testing::Values(k2020_0022, k2020_0027, kStarryNight,
+                                         Case{"Ece2018_0020",
+                                              "ece276a_2018/0020.npz",
+                                              "0020_gt_imu_stars.tum",
+                                              {{"ate_m", 3.5}, {"rpe_100m_percent", 1.77}}},
+                                         Case{"Ece2018_0027",
+                                              "ece276a_2018/0027.npz",
+                                              "0027_gt_imu_stars.tum",
+                                              {{"ate_m", 1.85}, {"rpe_100m_percent", 2.16}}},
+                                         Case{"Ece2018_0042",
+                                              "ece276a_2018/0042.npz",
+                                              "0042_gt_imu_stars.tum",
+                                              {{"ate_m", 2.1}, {"rpe_100m_percent", 1.21}}},
+                                         Case{"Stars0001",
+                                              "stars/2011_09_26_drive_0001_sync_KLT.mat",
+                                              nullptr,
+                                              {{"rpe_100m_percent", 2.21}}},
+                                         Case{"Stars0009",
+                                              "stars/2011_09_26_drive_0009_sync_KLT.mat",
+                                              nullptr,
+                                              {{"rpe_100m_percent", 1.90}}},
+                                         Case{"Stars0027",
+                                              "stars/2011_09_26_drive_0027_sync_KLT.mat",
+                                              nullptr,
+                                              {{"rpe_100m_percent", 1.37}}},
+                                         Case{"Stars0036",
+                                              "stars/2011_09_26_drive_0036_sync_KLT.mat",
+                                              nullptr,
+                                              {{"rpe_100m_percent", 1.58}}},
+                                         Case{"Stars0039",
+                                              "stars/2011_09_26_drive_0039_sync_KLT.mat",
+                                              nullptr,
+                                              {{"rpe_100m_percent", 1.43}}},
+                                         Case{"Stars0930_0027",
+                                              "stars/2011_09_30_drive_0027_sync_KLT.mat",
+                                              nullptr,
+                                              {{"rpe_100m_percent", 1.92}}},
+                                         Case{"Stars1003_0042",
+                                              "stars/2011_10_03_drive_0042_sync_KLT.mat",
+                                              nullptr,
+                                              {{"rpe_100m_percent", 1.31}}}),
+                         case_name);
 
 class LongRecording : public RealRecording {};
 
@@ -148,10 +160,9 @@ TEST_P(LongRecording, LandmarksInTheGroupHaveATenthOfThePoseNees) {
   const Recording recording = read(GetParam());
   Settings standard;
   standard.chart = "standard";
-  const Evaluation group =
-      judge(recording, run(recording, {}).estimates, PoseError::kWorldTwist);
-  const Evaluation other = judge(recording, run(recording, standard).estimates,
-                                 PoseError::kStandard);
+  const Evaluation group = judge(recording, run(recording, {}).estimates, PoseError::kWorldTwist);
+  const Evaluation other =
+      judge(recording, run(recording, standard).estimates, PoseError::kStandard);
   EXPECT_LE(figure(group, "nees_pose"), figure(other, "nees_pose") / 10);
 }
 

@@ -8,11 +8,11 @@ namespace chasles {
 /// What a process that ends with an error tells its caller (design: "Exit codes").
 enum class ExitCode {
   kOk = 0,
-  kUsage = 1,               ///< the command line or a setting is wrong
-  kBadInput = 2,            ///< a file is missing, malformed or inconsistent
-  kNotInitialised = 3,      ///< the recording never allowed the filter to start
-  kDiverged = 4,            ///< the estimate is no longer finite or no longer believable
-  kThresholdMissed = 5,     ///< an asked-for threshold was missed
+  kUsage = 1,            ///< the command line or a setting is wrong
+  kBadInput = 2,         ///< a file is missing, malformed or inconsistent
+  kNotInitialised = 3,   ///< the recording never allowed the filter to start
+  kDiverged = 4,         ///< the estimate is no longer finite or no longer believable
+  kThresholdMissed = 5,  ///< an asked-for threshold was missed
 };
 
 /// An error with the exit code that it means. The message names the file or the setting, what was

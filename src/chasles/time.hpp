@@ -14,7 +14,8 @@ inline double to_seconds(Time time) { return std::chrono::duration<double>(time)
 /// The nearest nanosecond to a number of seconds.
 inline Time from_seconds(double seconds) {
   const auto whole = static_cast<double>(static_cast<long long>(seconds));
-  const auto fraction = static_cast<long long>((seconds - whole) * 1e9 + (seconds < 0 ? -0.5 : 0.5));
+  const auto fraction =
+      static_cast<long long>((seconds - whole) * 1e9 + (seconds < 0 ? -0.5 : 0.5));
   return Time(static_cast<long long>(whole) * 1'000'000'000LL + fraction);
 }
 

@@ -1,15 +1,16 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
+
+#include <Eigen/Core>
 
 #include <chasles/lie/se3.hpp>
 
 namespace chasles {
 
-/// A rectified stereo pair: two equal pinhole cameras, the right one displaced by the baseline along
-/// the left one's x axis (Du, eq. 2). Camera frame: z forward, x right, y down. Pixels (uL, vL, uR,
-/// vR).
+/// A rectified stereo pair: two equal pinhole cameras, the right one displaced by the baseline
+/// along the left one's x axis (Du, eq. 2). Camera frame: z forward, x right, y down. Pixels (uL,
+/// vL, uR, vR).
 struct StereoRig {
   double fx = 0, fy = 0;  ///< focal lengths [px]
   double cx = 0, cy = 0;  ///< principal point [px]
@@ -22,8 +23,8 @@ inline constexpr double kMinDepth = 0.1;
 
 /// A projection and its derivative.
 struct StereoProjection {
-  Eigen::Vector4d pixels;                     ///< (uL, vL, uR, vR)
-  Eigen::Matrix<double, 4, 3> d_point;        ///< d pixels / d p_cam0  [px/m]
+  Eigen::Vector4d pixels;               ///< (uL, vL, uR, vR)
+  Eigen::Matrix<double, 4, 3> d_point;  ///< d pixels / d p_cam0  [px/m]
 };
 
 /// The pixels of a point in the left camera's frame [m]; none if it lies behind the cameras or
@@ -32,8 +33,8 @@ std::optional<StereoProjection> project(const StereoRig& rig, const Eigen::Vecto
 
 /// A triangulated point and its derivative.
 struct StereoPoint {
-  Eigen::Vector3d p_cam0;                     ///< [m]
-  Eigen::Matrix<double, 3, 4> d_pixels;       ///< d p_cam0 / d (uL, vL, uR, vR)  [m/px]
+  Eigen::Vector3d p_cam0;                ///< [m]
+  Eigen::Matrix<double, 3, 4> d_pixels;  ///< d p_cam0 / d (uL, vL, uR, vR)  [m/px]
 };
 
 /// The point that the four pixels mean (Du, eq. 17-19, with vL and vR averaged); none if the

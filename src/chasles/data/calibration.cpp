@@ -17,15 +17,22 @@ namespace {
 constexpr const char* kFormat = "chasles-recording-1";
 
 const std::vector<std::string>& known_keys() {
-  static const std::vector<std::string> keys{
-      "format",   "name",       "fx",      "fy",           "cx",         "cy",
-      "baseline", "cam0_T_imu", "remarks", "linear_sigma", "angular_sigma", "pixel_sigma"};
+  static const std::vector<std::string> keys{"format",
+                                             "name",
+                                             "fx",
+                                             "fy",
+                                             "cx",
+                                             "cy",
+                                             "baseline",
+                                             "cam0_T_imu",
+                                             "remarks",
+                                             "linear_sigma",
+                                             "angular_sigma",
+                                             "pixel_sigma"};
   return keys;
 }
 
-bool optional_key(const std::string& key) {
-  return key == "remarks" || key.ends_with("_sigma");
-}
+bool optional_key(const std::string& key) { return key == "remarks" || key.ends_with("_sigma"); }
 
 // The keys of the file, each of them known, and all there that must be.
 class Document {

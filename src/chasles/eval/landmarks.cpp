@@ -1,6 +1,8 @@
-#include <Eigen/Geometry>
-#include <chasles/eval/landmarks.hpp>
 #include <cmath>
+
+#include <Eigen/Geometry>
+
+#include <chasles/eval/landmarks.hpp>
 
 namespace chasles {
 namespace {
@@ -26,8 +28,7 @@ SE3 least_squares(const std::vector<MatchedPoint>& points) {
 
 }  // namespace
 
-LandmarkError landmark_error(const std::vector<MatchedPoint>& points,
-                             const SE3& truth_T_estimate) {
+LandmarkError landmark_error(const std::vector<MatchedPoint>& points, const SE3& truth_T_estimate) {
   LandmarkError result{.count = points.size(), .rmse_first_pose_m = 0, .rmse_aligned_m = {}};
   if (points.empty()) return result;
   result.rmse_first_pose_m = rmse(points, truth_T_estimate);

@@ -17,7 +17,7 @@ struct MatchedPoint {
 /// How far landmarks are from where they should be.
 struct LandmarkError {
   std::size_t count = 0;
-  double rmse_first_pose_m = 0;        ///< the worlds brought together by the first poses
+  double rmse_first_pose_m = 0;          ///< the worlds brought together by the first poses
   std::optional<double> rmse_aligned_m;  ///< by least squares over the landmarks; from 3 on
 };
 

@@ -1,5 +1,6 @@
-#include <chasles/filter/body_velocity_model.hpp>
 #include <cmath>
+
+#include <chasles/filter/body_velocity_model.hpp>
 
 namespace chasles {
 namespace {

@@ -7,8 +7,8 @@
 
 namespace chasles {
 
-/// Densities and per-sample deviations of the body velocities; each Vector6 is [angular; linear], as
-/// the pose's errors are ordered.
+/// Densities and per-sample deviations of the body velocities; each Vector6 is [angular; linear],
+/// as the pose's errors are ordered.
 struct BodyVelocityNoise {
   Vector6d sample_sigma = Vector6d::Zero();  ///< white noise of one sample [rad/s, m/s]
   Vector6d walk = Vector6d::Zero();          ///< random walk of the velocity state [unit/sqrt(s)]

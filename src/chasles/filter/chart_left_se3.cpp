@@ -23,8 +23,8 @@ Eigen::VectorXd local(const State& x, const State& y) {
   Eigen::VectorXd xi = differences(x, y);
   xi.head<6>() = se3::log(x.world_T_imu.inverse() * y.world_T_imu);
   if (x.v_world) {
-    xi.segment<3>(6) = y.world_T_imu.R.transpose() * *y.v_world -
-                       x.world_T_imu.R.transpose() * *x.v_world;
+    xi.segment<3>(6) =
+        y.world_T_imu.R.transpose() * *y.v_world - x.world_T_imu.R.transpose() * *x.v_world;
   }
   return xi;
 }

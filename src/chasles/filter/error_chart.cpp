@@ -1,8 +1,10 @@
-#include <Eigen/LU>
 #include <array>
+#include <string>
+
+#include <Eigen/LU>
+
 #include <chasles/error.hpp>
 #include <chasles/filter/error_chart.hpp>
-#include <string>
 
 namespace chasles {
 namespace {

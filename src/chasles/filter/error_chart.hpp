@@ -1,15 +1,16 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <span>
 #include <string_view>
+
+#include <Eigen/Core>
 
 #include <chasles/filter/state.hpp>
 
 namespace chasles {
 
-/// An error chart says what the numbers of the filter's error vector mean: how an error xi moves the
-/// mean (retract) and which error leads from one mean to another (local). The filter itself is
+/// An error chart says what the numbers of the filter's error vector mean: how an error xi moves
+/// the mean (retract) and which error leads from one mean to another (local). The filter itself is
 /// written once, in the reference chart (`standard`); another chart enters through T(x) alone, the
 /// derivative of its coordinates by the reference ones (math.md §2.4, docs/charts.md):
 ///

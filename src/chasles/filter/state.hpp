@@ -1,8 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/lie/se3.hpp>
@@ -21,8 +22,9 @@ struct Landmark {
 ///
 ///   [ pose: rotation 3, position 3 | v_world 3, if there is one | additive | landmarks, 3 each ]
 ///
-/// where the part before the landmarks is called the core. What the numbers of the error mean is the
-/// business of the error chart (error_chart.hpp); `additive` states and biases are additive in all.
+/// where the part before the landmarks is called the core. What the numbers of the error mean is
+/// the business of the error chart (error_chart.hpp); `additive` states and biases are additive in
+/// all.
 struct State {
   SE3 world_T_imu;
   std::optional<Eigen::Vector3d> v_world;  ///< [m/s]; only the inertial motion model has it

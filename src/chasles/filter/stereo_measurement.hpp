@@ -12,9 +12,9 @@ namespace chasles {
 /// nothing; the disparity may be left out where its error stays the same along a track and would be
 /// counted again with every frame.
 enum class StereoRows {
-  kAll,              ///< (uL, vL, uR, vR), as Du (20) has it
-  kMeanDisparity,    ///< ((uL + uR)/2, (vL + vR)/2, uL - uR): independent where the four are
-  kMean,             ///< ((uL + uR)/2, (vL + vR)/2)
+  kAll,            ///< (uL, vL, uR, vR), as Du (20) has it
+  kMeanDisparity,  ///< ((uL + uR)/2, (vL + vR)/2, uL - uR): independent where the four are
+  kMean,           ///< ((uL + uR)/2, (vL + vR)/2)
 };
 
 /// Standard deviations [px].

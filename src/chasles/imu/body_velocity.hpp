@@ -7,7 +7,8 @@
 namespace chasles {
 
 /// The velocity of the IMU frame against the world, in the IMU frame's own axes (x forward, y left,
-/// z up on a car), at one instant: what wheels, GNSS/INS or an odometer tell (Du, eq. 6: u = [v, w]).
+/// z up on a car), at one instant: what wheels, GNSS/INS or an odometer tell (Du, eq. 6: u = [v,
+/// w]).
 struct BodyVelocity {
   Time time{};
   Eigen::Vector3d linear_imu = Eigen::Vector3d::Zero();   ///< [m/s]

@@ -1,6 +1,8 @@
-#include <Eigen/Geometry>
-#include <chasles/lie/so3.hpp>
 #include <cmath>
+
+#include <Eigen/Geometry>
+
+#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 
@@ -36,8 +38,7 @@ double s3(double t) {
   return t < kSeriesBelow ? series(t * t, 3) : (t - std::sin(t)) / (t * t * t);
 }
 double s4(double t) {
-  return t < kSeriesBelow ? series(t * t, 4)
-                          : (std::cos(t) - 1 + t * t / 2) / (t * t * t * t);
+  return t < kSeriesBelow ? series(t * t, 4) : (std::cos(t) - 1 + t * t / 2) / (t * t * t * t);
 }
 double s5(double t) {
   return t < kSeriesBelow ? series(t * t, 5)
@@ -49,8 +50,10 @@ double inverse_coefficient(double t) {
   if (t < 0.5) {
     // Bernoulli numbers: |B_2k| t^(2k-2) / (2k)!
     const double x = t * t;
-    return 1. / 12 + x * (1. / 720 + x * (1. / 30240 + x * (1. / 1209600 + x * (1. / 47900160 +
-           x * (691. / 1307674368000 + x / 74724249600)))));
+    return 1. / 12 +
+           x * (1. / 720 + x * (1. / 30240 +
+                                x * (1. / 1209600 + x * (1. / 47900160 + x * (691. / 1307674368000 +
+                                                                              x / 74724249600)))));
   }
   return 1 / (t * t) - 1 / (2 * t * std::tan(t / 2));
 }
@@ -68,8 +71,8 @@ Eigen::Vector3d log(const Eigen::Matrix3d& R) {
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   const double n = q.vec().norm();
   // 2 atan(n/w)/n; below the limit n/w is so small that the first two terms are exact.
-  const double factor = n < 1e-4 ? 2 / q.w() * (1 - n * n / (3 * q.w() * q.w()))
-                                 : 2 * std::atan2(n, q.w()) / n;
+  const double factor =
+      n < 1e-4 ? 2 / q.w() * (1 - n * n / (3 * q.w() * q.w())) : 2 * std::atan2(n, q.w()) / n;
   return factor * q.vec();
 }
 

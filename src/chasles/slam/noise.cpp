@@ -1,19 +1,21 @@
 #include <algorithm>
 #include <array>
-#include <chasles/slam/noise.hpp>
 #include <cmath>
 #include <vector>
+
+#include <chasles/slam/noise.hpp>
 
 namespace chasles {
 namespace {
 
-// What the differences cannot see, since it hardly changes from sample to sample (latency, mounting,
-// the filter of the GNSS/INS behind the numbers). Chosen over all recordings at hand (docs/noise.md).
-constexpr double kRateFloor = 0.0005;     // [rad/s]
-constexpr double kVelocityFloor = 0.03;   // [m/s]
-constexpr double kRateWalkFloor = 0.025;  // [rad/s/sqrt(s)]
+// What the differences cannot see, since it hardly changes from sample to sample (latency,
+// mounting, the filter of the GNSS/INS behind the numbers). Chosen over all recordings at hand
+// (docs/noise.md).
+constexpr double kRateFloor = 0.0005;         // [rad/s]
+constexpr double kVelocityFloor = 0.03;       // [m/s]
+constexpr double kRateWalkFloor = 0.025;      // [rad/s/sqrt(s)]
 constexpr double kVelocityWalkFloor = 0.013;  // [m/s/sqrt(s)]
-constexpr double kRateWalkPerSigma = 2;  // [1/sqrt(s)]: a noisy gyroscope hides what it misses
+constexpr double kRateWalkPerSigma = 2;       // [1/sqrt(s)]: a noisy gyroscope hides what it misses
 // Of the walks read off the signal: rotation is smoother than its structure function says (it turns
 // in corners only), translation rougher (brakes and gears).
 constexpr double kRateWalkFactor = 0.9;
@@ -21,7 +23,8 @@ constexpr double kVelocityWalkFactor = 1.7;
 // A gyroscope with this white noise is taken to have a bias of this part of it.
 constexpr double kBiasPerSigma = 0.02;
 constexpr double kBiasWalkPerSigma = 0.005;  // [1/sqrt(s)]
-// vL - vR sees the noise of one instant; a track's error also drifts and stays (KLT, moving things).
+// vL - vR sees the noise of one instant; a track's error also drifts and stays (KLT, moving
+// things).
 constexpr double kPixelPerRowNoise = 5.5;
 constexpr double kDisparityPerRowNoise = 1.1;
 constexpr double kDisparityInflation = 4;
@@ -73,17 +76,17 @@ BodyVelocityNoise motion_noise(const Settings& settings, std::span<const BodyVel
     const SignalNoise& signal = measured[static_cast<std::size_t>(i)];
     const double white = std::hypot(signal.white, i < 3 ? kRateFloor : kVelocityFloor);
     noise.sample_sigma[i] = white;
-    noise.walk[i] = i < 3 ? std::max({kRateWalkFactor * signal.walk, kRateWalkFloor,
-                                      kRateWalkPerSigma * white})
-                          : std::max(kVelocityWalkFactor * signal.walk, kVelocityWalkFloor);
+    noise.walk[i] =
+        i < 3 ? std::max({kRateWalkFactor * signal.walk, kRateWalkFloor, kRateWalkPerSigma * white})
+              : std::max(kVelocityWalkFactor * signal.walk, kVelocityWalkFloor);
   }
   if (stated.velocity) noise.sample_sigma << stated.velocity->angular, stated.velocity->linear;
   set_axes(settings.rate_sigma, noise.sample_sigma.head<3>());
   set_axes(settings.velocity_sigma, noise.sample_sigma.tail<3>());
   set_axes(settings.rate_walk, noise.walk.head<3>());
   set_axes(settings.velocity_walk, noise.walk.tail<3>());
-  noise.gyro_bias_walk = settings.gyro_bias_walk.value_or(
-      kBiasWalkPerSigma * noise.sample_sigma.head<3>().maxCoeff());
+  noise.gyro_bias_walk =
+      settings.gyro_bias_walk.value_or(kBiasWalkPerSigma * noise.sample_sigma.head<3>().maxCoeff());
   noise.scale_walk = settings.velocity_scale_walk;
   return noise;
 }

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <span>
+
+#include <Eigen/Core>
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/filter/body_velocity_model.hpp>
@@ -37,10 +38,10 @@ struct SignalNoise {
   double walk = 0;   ///< [unit/sqrt(s)]
 };
 
-/// With s1, s2 the robust deviations of first and second differences, white noise of variance R on a
-/// random walk has s1^2 = 2R + q, s2^2 = 6R + 2q; the walk itself is read off at longer lags (0.25,
-/// 0.5 and 1 s, the largest that stands out of the noise), where it outweighs the noise. `period` is
-/// the time between samples [s]. Fewer than 4 samples tell nothing: zeros.
+/// With s1, s2 the robust deviations of first and second differences, white noise of variance R on
+/// a random walk has s1^2 = 2R + q, s2^2 = 6R + 2q; the walk itself is read off at longer lags
+/// (0.25, 0.5 and 1 s, the largest that stands out of the noise), where it outweighs the noise.
+/// `period` is the time between samples [s]. Fewer than 4 samples tell nothing: zeros.
 SignalNoise measure_signal(std::span<const double> samples, double period);
 
 /// Robust deviation [px] of vL - vR, which would be 0 without noise; at least 0.2.

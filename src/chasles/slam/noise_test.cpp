@@ -39,9 +39,10 @@ std::vector<BodyVelocity> drive(double linear_sigma, double angular_sigma) {
   test::Random random(7);
   std::vector<BodyVelocity> velocities;
   for (int i = 0; i < 1000; ++i) {
-    velocities.push_back({.time = from_seconds(kPeriod * i),
-                          .linear_imu = Eigen::Vector3d(8, 0, 0) + linear_sigma * random.normal_vector(3),
-                          .angular_imu = angular_sigma * random.normal_vector(3)});
+    velocities.push_back(
+        {.time = from_seconds(kPeriod * i),
+         .linear_imu = Eigen::Vector3d(8, 0, 0) + linear_sigma * random.normal_vector(3),
+         .angular_imu = angular_sigma * random.normal_vector(3)});
   }
   return velocities;
 }
@@ -123,8 +124,7 @@ TEST(ChooseNoise, BelievesTheSettingsBeforeAnything) {
   stated.velocity = BodyVelocitySigma{.linear = {1, 2, 3}, .angular = {4, 5, 6}};
   stated.pixels = Eigen::Vector4d(3, 1, 4, 1);
   const Noise noise = choose_noise(settings, {}, {}, stated);
-  EXPECT_EQ(noise.motion.sample_sigma,
-            (Vector6d() << 0.07, 0.07, 0.07, 0.7, 0.7, 0.7).finished());
+  EXPECT_EQ(noise.motion.sample_sigma, (Vector6d() << 0.07, 0.07, 0.07, 0.7, 0.7, 0.7).finished());
   EXPECT_EQ(noise.motion.walk, (Vector6d() << 0.2, 0.2, 0.2, 2, 2, 2).finished());
   EXPECT_EQ(noise.begin.u, 1.5);
   EXPECT_EQ(noise.begin.v, 1.5);

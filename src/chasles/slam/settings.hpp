@@ -78,8 +78,7 @@ void for_each_setting(SettingsType& s, Visitor&& visit) {
   visit("disparity_inflation", s.disparity_inflation, "1",
         "of that noise in updates, since a disparity's error hardly changes along a track");
 
-  visit("gate", s.gate, "probability",
-        "of a right observation to pass the gate; 1: no gate");
+  visit("gate", s.gate, "probability", "of a right observation to pass the gate; 1: no gate");
   visit("loose_gate", s.loose_gate, "probability",
         "gate for a frame where fewer than gate_quorum observations pass the other");
   visit("gate_quorum", s.gate_quorum, "count", "see loose_gate");

@@ -1,10 +1,11 @@
 #include <algorithm>
-#include <chasles/error.hpp>
-#include <chasles/eval/chi2.hpp>
-#include <chasles/slam/slam.hpp>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include <chasles/error.hpp>
+#include <chasles/eval/chi2.hpp>
+#include <chasles/slam/slam.hpp>
 
 namespace chasles {
 namespace {
@@ -88,7 +89,8 @@ std::vector<std::string> Slam::additive_names() const {
   return names;
 }
 
-// One frame of the algorithm: what is known is observed, what is gone is let go, what is new begins.
+// One frame of the algorithm: what is known is observed, what is gone is let go, what is new
+// begins.
 Estimate Slam::process(const FeatureFrame& frame) {
   advance_to(frame.time, velocity_.value_or(BodyVelocity{}));
   ++frame_;
@@ -245,8 +247,7 @@ void Slam::retire_unseen() {
 
 Health Slam::judge(const Estimate& estimate) {
   if (!estimate.world_T_imu.R.allFinite() || !estimate.world_T_imu.p.allFinite() ||
-      !estimate.pose_covariance.allFinite() ||
-      estimate.pose_covariance.diagonal().minCoeff() < 0) {
+      !estimate.pose_covariance.allFinite() || estimate.pose_covariance.diagonal().minCoeff() < 0) {
     return Health::kLost;
   }
   if (settings_.mode != "slam") return Health::kOk;

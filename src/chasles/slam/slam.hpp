@@ -27,16 +27,17 @@ std::string name(Health health);
 struct Estimate {
   Time time{};
   SE3 world_T_imu;
-  Matrix6d pose_covariance = Matrix6d::Zero();  ///< [theta; dp], world axes [rad, m] (docs/charts.md)
-  Eigen::VectorXd additive, additive_sigma;     ///< the motion's own states: Slam::additive_names
-  double nis = 0;        ///< of the frame's observations and velocity, together
-  int nis_dof = 0;       ///< its degrees of freedom; 0: nothing was updated
-  int observations = 0;  ///< offered by the frame
-  int used = 0;          ///< that updated the state
-  int rejected = 0;      ///< of landmarks in the state, refused by the gate
-  int added = 0;         ///< landmarks that the frame began
-  int in_state = 0;      ///< landmarks of the state after the frame
-  int landmarks = 0;     ///< landmarks of the whole map
+  Matrix6d pose_covariance =
+      Matrix6d::Zero();                      ///< [theta; dp], world axes [rad, m] (docs/charts.md)
+  Eigen::VectorXd additive, additive_sigma;  ///< the motion's own states: Slam::additive_names
+  double nis = 0;                            ///< of the frame's observations and velocity, together
+  int nis_dof = 0;                           ///< its degrees of freedom; 0: nothing was updated
+  int observations = 0;                      ///< offered by the frame
+  int used = 0;                              ///< that updated the state
+  int rejected = 0;                          ///< of landmarks in the state, refused by the gate
+  int added = 0;                             ///< landmarks that the frame began
+  int in_state = 0;                          ///< landmarks of the state after the frame
+  int landmarks = 0;                         ///< landmarks of the whole map
   Health health = Health::kOk;
 };
 
@@ -44,8 +45,8 @@ struct Estimate {
 /// the first event.
 ///
 /// Recovered and counted: an observation that is not finite, or that names a landmark a second time
-/// in its frame, is left out; a landmark that comes back after it was retired begins anew. Time that
-/// runs backwards and velocities that are not finite throw InputError.
+/// in its frame, is left out; a landmark that comes back after it was retired begins anew. Time
+/// that runs backwards and velocities that are not finite throw InputError.
 class Slam {
  public:
   Slam(const Settings& settings, const StereoRig& rig, const Noise& noise);
