@@ -1,6 +1,6 @@
 #include <Eigen/Cholesky>
 
-#include <chasles/filter/drive_motion.hpp>
+#include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>

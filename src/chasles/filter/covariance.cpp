@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cstring>
+
 #include <chasles/filter/covariance.hpp>
 
 namespace chasles {
@@ -6,6 +8,25 @@ namespace {
 
 // Room for pose, velocities, biases and 80 landmarks in view: enough for most recordings.
 constexpr int kInitialRoom = 256;
+
+// Neighbours that stay neighbours: size rows from `dense` on are, in the larger matrix, at
+// `sparse`.
+struct Run {
+  int dense, sparse, size;
+};
+
+std::vector<Run> runs_of(const std::vector<int>& rows) {
+  std::vector<Run> runs;
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
+    const int row = rows[static_cast<std::size_t>(i)];
+    if (!runs.empty() && runs.back().sparse + runs.back().size == row) {
+      ++runs.back().size;
+    } else {
+      runs.push_back({.dense = i, .sparse = row, .size = 1});
+    }
+  }
+  return runs;
+}
 
 }  // namespace
 
@@ -33,39 +54,41 @@ int Covariance::append(int rows) {
 }
 
 void Covariance::keep(const std::vector<int>& rows) {
-  const int n = static_cast<int>(rows.size());
   // Rows rise, so every number moves towards the origin and none is overwritten before it is read.
+  const std::vector<Run> runs = runs_of(rows);
+  const int n = static_cast<int>(rows.size());
   for (int j = 0; j < n; ++j) {
-    const double* source = storage_.col(rows[j]).data();
+    const double* source = storage_.col(rows[static_cast<std::size_t>(j)]).data();
     double* target = storage_.col(j).data();
-    for (int i = 0; i < n; ++i) target[i] = source[rows[i]];
+    for (const Run& run : runs) {
+      if (target + run.dense == source + run.sparse) continue;
+      // A run may overlap its own source.
+      std::memmove(target + run.dense, source + run.sparse,
+                   static_cast<std::size_t>(run.size) * sizeof(double));
+    }
   }
   size_ = n;
 }
 
 void Covariance::spread(const std::vector<int>& rows, int size) {
   make_room(size);
-  const int n = size_;
+  const std::vector<Run> runs = runs_of(rows);
   // Backwards, so that every number moves away from the origin before its place is taken.
-  for (int j = n - 1; j >= 0; --j) {
-    const double* source = storage_.col(j).data();
-    double* target = storage_.col(rows[j]).data();
+  int next = size_ - 1;
+  for (int j = size - 1; j >= 0; --j) {
+    double* target = storage_.col(j).data();
     int end = size;
-    for (int i = n - 1; i >= 0; --i) {
-      const double value = source[i];
-      std::fill(target + rows[i] + 1, target + end, 0.0);
-      target[rows[i]] = value;
-      end = rows[i];
+    if (next >= 0 && rows[static_cast<std::size_t>(next)] == j) {
+      const double* source = storage_.col(next--).data();
+      for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
+        // A run may overlap its own source.
+        std::memmove(target + run->sparse, source + run->dense,
+                     static_cast<std::size_t>(run->size) * sizeof(double));
+        std::fill(target + run->sparse + run->size, target + end, 0.0);
+        end = run->sparse;
+      }
     }
     std::fill(target, target + end, 0.0);
-  }
-  int next = 0;
-  for (int j = 0; j < size; ++j) {
-    if (next < n && rows[next] == j) {
-      ++next;
-    } else {
-      storage_.col(j).head(size).setZero();
-    }
   }
   size_ = size;
 }

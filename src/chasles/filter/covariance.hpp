@@ -1,7 +1,8 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace chasles {
 
@@ -28,7 +29,8 @@ class Covariance {
   /// Drops all rows from `size` on.
   void truncate(int size) { size_ = size; }
 
-  /// The reverse of keep: grows to `size`, with row i now at rows[i], which must rise, and zeros elsewhere.
+  /// The reverse of keep: grows to `size`, with row i now at rows[i], which must rise, and zeros
+  /// elsewhere.
   void spread(const std::vector<int>& rows, int size);
 
  private:

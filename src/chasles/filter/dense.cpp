@@ -1,6 +1,6 @@
+#include <algorithm>
 #include <cblas.h>
 
-#include <algorithm>
 #include <chasles/filter/dense.hpp>
 
 extern "C" {
@@ -46,6 +46,37 @@ void downdate_lower(const Eigen::MatrixXd& W, Block P) {
               W.data(), as_int(W.outerStride()), 1.0, P.data(), as_int(P.outerStride()));
 }
 
+void downdate_lower_by_rows(const Eigen::MatrixXd& V, Block P) {
+  if (V.size() == 0) return;
+  cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, as_int(P.rows()), as_int(V.rows()), -1.0,
+              V.data(), as_int(V.outerStride()), 1.0, P.data(), as_int(P.outerStride()));
+}
+
+void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block P) {
+  constexpr Eigen::Index kPanel = 64;
+  const Eigen::Index n = P.rows();
+  for (Eigen::Index j = 0; j < n; j += kPanel) {
+    const Eigen::Index width = std::min(kPanel, n - j);
+    add_product(1, A.bottomRows(n - j), B.middleCols(j, width), P.block(j, j, n - j, width));
+  }
+}
+
+void add_symmetric_product(const ConstBlock& P, const Eigen::VectorXd& x, Eigen::VectorXd& y) {
+  if (P.size() == 0) return;
+  cblas_dsymv(CblasColMajor, CblasLower, as_int(P.rows()), 1.0, P.data(), as_int(P.outerStride()),
+              x.data(), 1, 1.0, y.data(), 1);
+}
+
+Eigen::MatrixXd symmetric_rows(const ConstBlock& P, Eigen::Index first, Eigen::Index count) {
+  const Eigen::Index after = P.rows() - first - count;
+  Eigen::MatrixXd rows(count, P.rows());
+  rows.leftCols(first) = P.block(first, 0, count, first);
+  rows.middleCols(first, count) =
+      P.block(first, first, count, count).template selfadjointView<Eigen::Lower>();
+  rows.rightCols(after) = P.block(first + count, first, after, count).transpose();
+  return rows;
+}
+
 void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, Block P) {
   if (B.size() == 0) return;
   cblas_dsyr2k(CblasColMajor, CblasLower, CblasNoTrans, as_int(P.rows()), as_int(B.cols()), 1.0,
@@ -80,5 +111,7 @@ void mirror_lower(Block P) {
     }
   }
 }
+
+void mirror_upper(Block P) { P.template triangularView<Eigen::StrictlyLower>() = P.transpose(); }
 
 }  // namespace chasles::dense

@@ -25,6 +25,18 @@ void solve_lower_from_right(const ConstBlock& L, Block X);
 /// The lower triangle of P <- P - W W^T.
 void downdate_lower(const Eigen::MatrixXd& W, Block P);
 
+/// The lower triangle of P <- P - V^T V.
+void downdate_lower_by_rows(const Eigen::MatrixXd& V, Block P);
+
+/// The lower triangle of P <- P + A B, for a symmetric A B; the upper one is spoilt.
+void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block P);
+
+/// y <- y + P x, from the lower triangle of P.
+void add_symmetric_product(const ConstBlock& P, const Eigen::VectorXd& x, Eigen::VectorXd& y);
+
+/// Rows first … first + count of the symmetric matrix whose lower triangle is P's: count x n.
+Eigen::MatrixXd symmetric_rows(const ConstBlock& P, Eigen::Index first, Eigen::Index count);
+
 /// The lower triangle of P <- P + B Z^T + Z B^T.
 void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, Block P);
 
@@ -32,7 +44,8 @@ void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, 
 Eigen::MatrixXd product(const ConstBlock& A, const ConstBlock& B);
 void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C);
 
-/// The upper triangle of P <- the lower one.
+/// The upper triangle of P <- the lower one, and the reverse.
 void mirror_lower(Block P);
+void mirror_upper(Block P);
 
 }  // namespace chasles::dense

@@ -26,7 +26,7 @@ MatrixXd lower(const MatrixXd& M) { return M.triangularView<Lower>(); }
 template <typename Check>
 void for_each_size(Check check) {
   test::Random random(1);
-  for (const int n : {0, 1, 2, 31, 32, 33, 70}) {
+  for (const int n : {0, 1, 2, 31, 32, 33, 70, 150}) {
     SCOPED_TRACE(n);
     MatrixXd large = MatrixXd::Constant(n + 5, n + 3, kUntouched);
     const MatrixXd M = test::random_covariance(random, n, 1);
@@ -99,6 +99,40 @@ TEST(Dense, ProductsAreThoseOfEigen) {
     const MatrixXd C = random_matrix(random, n, 4);
     dense::add_product(-0.5, C, A, block);
     EXPECT_TRUE(test::agree(block, M - 0.5 * C * A, kTolerance));
+  });
+}
+
+TEST(Dense, SymmetricOperationsReadTheLowerTriangleAlone) {
+  for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
+    const Eigen::Index n = M.rows();
+    block.template triangularView<Eigen::StrictlyUpper>().setConstant(kUntouched);
+    const Eigen::VectorXd x = random.normal_vector(n);
+    Eigen::VectorXd y = random.normal_vector(n);
+    const Eigen::VectorXd expected = y + M * x;
+    dense::add_symmetric_product(block, x, y);
+    EXPECT_TRUE(test::agree(y, expected, kTolerance));
+    for (const Eigen::Index first : {Eigen::Index{0}, n / 3, n / 2}) {
+      const Eigen::Index count = (n - first + 1) / 2;
+      EXPECT_EQ(dense::symmetric_rows(block, first, count), M.middleRows(first, count));
+    }
+    EXPECT_EQ(dense::symmetric_rows(block, 0, n), M);
+  });
+}
+
+TEST(Dense, SymmetricProductIsAddedToTheLowerTriangle) {
+  for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
+    const MatrixXd W = random_matrix(random, M.rows(), 4);
+    const MatrixXd C = test::random_covariance(random, 4, 1);
+    dense::add_product_lower(W * C, W.transpose(), block);
+    EXPECT_TRUE(test::agree(lower(block), lower(M + W * C * W.transpose()), kTolerance));
+  });
+}
+
+TEST(Dense, MirrorCopiesTheUpperTriangleDown) {
+  for_each_size([](const MatrixXd& M, auto block, test::Random&) {
+    block.template triangularView<Eigen::StrictlyLower>().setConstant(kUntouched);
+    dense::mirror_upper(block);
+    EXPECT_EQ(MatrixXd(block), MatrixXd(M.selfadjointView<Eigen::Upper>()));
   });
 }
 

@@ -1,9 +1,12 @@
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <chasles/filter/dense.hpp>
-#include <chasles/filter/ekf.hpp>
+#include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <chasles/filter/dense.hpp>
+#include <chasles/filter/ekf.hpp>
 
 namespace chasles {
 namespace {
@@ -11,39 +14,86 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// Landmarks that begin together are remembered in parts: the work of reading the history grows with
+// the square of a part's size, and many small parts are slow for another reason.
+constexpr int kRowsOfAnAddition = 30;
+
 constexpr int kMaxRows = 6;  // of one measurement, as its types say
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 
-// The accepted measurements as one: residual, P H^T and the lower triangle of S = H P H^T + R.
+// Rows that are applied together: with fewer, the small factorisations of S would not fill BLAS's
+// kernels; with more, their cost would grow with the square.
+constexpr Eigen::Index kBlockRows = 64;
+
+using Used = std::span<const Measurement* const>;
+
+// The measurements from the first on that fit into one block.
+std::size_t block_size(Used z) {
+  std::size_t count = 0;
+  Eigen::Index rows = 0;
+  while (count < z.size() && (count == 0 || rows + z[count]->residual.size() <= kBlockRows)) {
+    rows += z[count++]->residual.size();
+  }
+  return count;
+}
+
+Eigen::Index rows_of(Used z) {
+  Eigen::Index m = 0;
+  for (const Measurement* one : z) m += one->residual.size();
+  return m;
+}
+
+// Some measurements as one, given a covariance and the correction `delta` that others have made:
+// residual, P H^T and the lower triangle of S = H P H^T + R. Of P the lower triangle is read.
 struct Stack {
   VectorXd residual;
   MatrixXd PHt, S;
 };
 
-Stack stack(const std::vector<const Measurement*>& accepted, const Covariance& covariance,
-            const State& x) {
-  Eigen::Index m = 0;
-  for (const Measurement* z : accepted) m += z->residual.size();
+Stack stack(Used measurements, const Covariance& covariance, const State& x,
+            const VectorXd& delta) {
+  const Eigen::Index m = rows_of(measurements);
+  const Eigen::Index core = x.core_size();
   const auto P = covariance.all();
-  Stack result{VectorXd(m), MatrixXd(P.rows(), m), MatrixXd::Zero(m, m)};
-  const auto landmark_row = [&](const Measurement& z) {
-    return x.landmarks[static_cast<std::size_t>(z.landmark)].row;
-  };
+  const Eigen::Index n = P.rows();
+  MatrixXd d_core = MatrixXd::Zero(m, core);
+  Stack result{VectorXd(m), MatrixXd(n, m), {}};
   Eigen::Index at = 0;
-  for (const Measurement* z : accepted) {
+  for (const Measurement* z : measurements) {
     const Eigen::Index k = z->residual.size();
+    d_core.block(at, z->core_column, k, z->d_core.cols()) = z->d_core;
     result.residual.segment(at, k) = z->residual;
-    auto columns = result.PHt.middleCols(at, k);
-    columns = P.middleCols(z->core_column, z->d_core.cols()).lazyProduct(z->d_core.transpose());
+    at += k;
+  }
+  const MatrixXd of_core = dense::symmetric_rows(P, 0, core).transpose();
+  result.PHt = dense::product(of_core, d_core.transpose().eval());
+  result.residual.noalias() -= d_core * delta.head(core);
+  Eigen::Matrix<double, Eigen::Dynamic, 3> of_landmark(n, 3);
+  at = 0;
+  for (const Measurement* z : measurements) {
+    const Eigen::Index k = z->residual.size();
     if (z->landmark >= 0) {
-      columns += P.middleCols<3>(landmark_row(*z)).lazyProduct(z->d_landmark.transpose());
+      const Eigen::Index row = x.landmarks[static_cast<std::size_t>(z->landmark)].row;
+      of_landmark.topRows(row) = P.block(row, 0, 3, row).transpose();
+      of_landmark.bottomRows(n - row) = P.block(row, row, n - row, 3);
+      of_landmark.middleRows<3>(row) = P.block<3, 3>(row, row).selfadjointView<Eigen::Lower>();
+      for (Eigen::Index i = 0; i < k; ++i) {
+        const Eigen::RowVector3d d = z->d_landmark.row(i);
+        result.PHt.col(at + i) +=
+            d[0] * of_landmark.col(0) + d[1] * of_landmark.col(1) + d[2] * of_landmark.col(2);
+      }
+      result.residual.segment(at, k) -= z->d_landmark * delta.segment<3>(row);
     }
-    // The rows of S that belong to this measurement, up to its own diagonal block.
-    auto rows = result.S.block(at, 0, k, at + k);
-    const auto PHt = result.PHt.leftCols(at + k);
-    rows = z->d_core.lazyProduct(PHt.middleRows(z->core_column, z->d_core.cols()));
+    at += k;
+  }
+  result.S = dense::product(d_core, result.PHt.topRows(core));
+  at = 0;
+  for (const Measurement* z : measurements) {
+    const Eigen::Index k = z->residual.size();
     if (z->landmark >= 0) {
-      rows += z->d_landmark.lazyProduct(PHt.middleRows<3>(landmark_row(*z)));
+      const Eigen::Index row = x.landmarks[static_cast<std::size_t>(z->landmark)].row;
+      result.S.block(at, 0, k, at + k) +=
+          z->d_landmark.lazyProduct(result.PHt.block(row, 0, 3, at + k));
     }
     result.S.block(at, at, k, k) += z->noise;
     at += k;
@@ -73,8 +123,7 @@ void Ekf::propagate(const Prediction& prediction) {
   const int n = state_.core_size();
   auto P = covariance_.all();
   P.topRows(n) = (prediction.F * P.topRows(n)).eval();
-  P.topLeftCorner(n, n) =
-      (P.topLeftCorner(n, n) * prediction.F.transpose() + prediction.Q).eval();
+  P.topLeftCorner(n, n) = (P.topLeftCorner(n, n) * prediction.F.transpose() + prediction.Q).eval();
   P.bottomLeftCorner(P.rows() - n, n) = P.topRightCorner(n, P.cols() - n).transpose();
   if (options_.compress_map) {
     history_.append(History::Propagation{.F = prediction.F, .Q = prediction.Q});
@@ -139,22 +188,33 @@ UpdateReport Ekf::update(std::span<const Measurement> measurements) {
   if (accepted.empty()) return report;
 
   // The gain is never formed: with S = L L^T, W = L^-1 H P and w = L^-1 r, the correction is W^T w
-  // and the covariance loses W^T W.
-  Stack z = stack(accepted, covariance_, state_);
-  if (!dense::cholesky(z.S)) {
-    report.failed = true;
-    return report;
-  }
-  dense::solve_lower_from_right(z.S, z.PHt);
-  dense::solve_lower(z.S, z.residual);
-  report.nis = z.residual.squaredNorm();
-  report.dof = static_cast<int>(z.residual.size());
-  dense::downdate_lower(z.PHt, covariance_.all());
-
+  // and the covariance loses W^T W. Block by block at one linearisation this is the update with all
+  // at once; the upper triangle keeps what was before until all blocks are in.
   History::Correction record;
+  record.delta = VectorXd::Zero(covariance_.size());
+  const VectorXd diagonal_before = covariance_.all().diagonal();
+  for (Used rest = accepted; !rest.empty();) {
+    const std::size_t count = block_size(rest);
+    Stack z = stack(rest.first(count), covariance_, state_, record.delta);
+    rest = rest.subspan(count);
+    if (!dense::cholesky(z.S)) {
+      covariance_.all().diagonal() = diagonal_before;
+      dense::mirror_upper(covariance_.all());
+      report.nis = 0;
+      report.dof = 0;
+      report.failed = true;
+      return report;
+    }
+    dense::solve_lower_from_right(z.S, z.PHt);
+    dense::solve_lower(z.S, z.residual);
+    report.nis += z.residual.squaredNorm();
+    report.dof += static_cast<int>(z.residual.size());
+    record.delta.noalias() += z.PHt * z.residual;
+    dense::downdate_lower(z.PHt, covariance_.all());
+  }
+
   if (options_.compress_map) remember(accepted, record);
   const State before = state_;
-  record.delta = z.PHt * z.residual;
   correct_mean(record.delta);
   change_chart(before, record);
   dense::mirror_lower(covariance_.all());
@@ -167,8 +227,7 @@ UpdateReport Ekf::update(std::span<const Measurement> measurements) {
   return report;
 }
 
-void Ekf::remember(const std::vector<const Measurement*>& used,
-                   History::Correction& record) const {
+void Ekf::remember(const std::vector<const Measurement*>& used, History::Correction& record) const {
   const int n = state_.core_size();
   record.core = MatrixXd::Zero(n, n);
   record.core_vector = VectorXd::Zero(n);
@@ -218,8 +277,7 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
   }
   const int n = state_.additive_row();
   const MatrixXd after = chart_->motion_block(state_).topLeftCorner(n, n);
-  const MatrixXd A =
-      after.partialPivLu().solve(chart_->motion_block(before).topLeftCorner(n, n));
+  const MatrixXd A = after.partialPivLu().solve(chart_->motion_block(before).topLeftCorner(n, n));
   if (A.isIdentity(0)) return;
   const MatrixXd corner = P.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
   P.topLeftCorner(n, n) = A * corner * A.transpose();
@@ -244,17 +302,18 @@ void Ekf::add(std::span<const NewLandmark> landmarks) {
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const int row = old_size + 3 * static_cast<int>(i);
     P.block<3, 3>(row, row) += landmarks[i].noise;
-    state_.landmarks.push_back({.id = landmarks[i].id,
-                                .p_world = landmarks[i].p_world,
-                                .row = row,
-                                .observations = 1});
+    state_.landmarks.push_back(
+        {.id = landmarks[i].id, .p_world = landmarks[i].p_world, .row = row, .observations = 1});
   }
   if (!options_.compress_map) return;
-  History::Addition step{.d_pose = d_pose, .noise = MatrixXd(3, rows)};
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    step.noise.middleCols<3>(3 * static_cast<int>(i)) = landmarks[i].noise;
+  for (int first = 0; first < rows; first += kRowsOfAnAddition) {
+    const int count = std::min(kRowsOfAnAddition, rows - first);
+    History::Addition step{.d_pose = d_pose.middleRows(first, count), .noise = MatrixXd(3, count)};
+    for (int row = 0; row < count; row += 3) {
+      step.noise.middleCols<3>(row) = landmarks[static_cast<std::size_t>((first + row) / 3)].noise;
+    }
+    history_.append(std::move(step));
   }
-  history_.append(std::move(step));
 }
 
 }  // namespace chasles

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <limits>
 #include <span>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include <chasles/filter/covariance.hpp>
 #include <chasles/filter/error_chart.hpp>
@@ -41,8 +42,8 @@ struct UpdateReport {
   bool failed = false;         ///< S was not positive definite: nothing was changed
 };
 
-/// The mean of the core a step ahead and its linearisation: d next = F d now + noise of covariance Q
-/// (reference chart; core_size x core_size).
+/// The mean of the core a step ahead and its linearisation: d next = F d now + noise of covariance
+/// Q (reference chart; core_size x core_size).
 struct Prediction {
   SE3 world_T_imu;
   std::optional<Eigen::Vector3d> v_world;
@@ -59,14 +60,14 @@ struct Innovation {
 };
 
 /// The extended Kalman filter over the core and the map, in any error chart. A retired landmark
-/// leaves the state and costs nothing more; the history of the filter's own steps tells, when asked,
-/// its mean and covariance as a filter over the whole map would have them (docs/map.md). Charts act
-/// on what is in the state: a retired landmark's error is additive.
+/// leaves the state and costs nothing more; the history of the filter's own steps tells, when
+/// asked, its mean and covariance as a filter over the whole map would have them (docs/map.md).
+/// Charts act on what is in the state: a retired landmark's error is additive.
 class Ekf {
  public:
   struct Options {
-    /// False: retired landmarks stay in one dense covariance, at a cost that grows with the map: the
-    /// oracle of the history.
+    /// False: retired landmarks stay in one dense covariance, at a cost that grows with the map:
+    /// the oracle of the history.
     bool compress_map = true;
   };
 

@@ -1,7 +1,8 @@
 #include <algorithm>
-#include <chasles/filter/ekf.hpp>
 #include <numeric>
 #include <utility>
+
+#include <chasles/filter/ekf.hpp>
 
 // How the filter lets go of landmarks and gives account of the whole map (docs/map.md).
 

@@ -3,7 +3,7 @@
 #include <chasles/error.hpp>
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/filter/testing.hpp>
-#include <chasles/filter/textbook_motion.hpp>
+#include <chasles/filter/textbook_motion_testing.hpp>
 
 namespace chasles {
 namespace {

@@ -1,11 +1,13 @@
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <chasles/filter/covariance.hpp>
-#include <chasles/filter/dense.hpp>
-#include <chasles/filter/history.hpp>
 #include <algorithm>
 #include <numeric>
 #include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include <chasles/filter/covariance.hpp>
+#include <chasles/filter/dense.hpp>
+#include <chasles/filter/history.hpp>
 
 namespace chasles {
 namespace {
@@ -15,7 +17,8 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Correction = History::Correction;
 
-// What later measurements say of the errors d at some instant: exp(-d^T M d / 2 + y^T d).
+// What later measurements say of the errors d at some instant: exp(-d^T M d / 2 + y^T d). Of M only
+// the lower triangle is kept.
 struct Information {
   Covariance M;
   VectorXd y;
@@ -44,34 +47,34 @@ MatrixXd informed_covariance(const MatrixXd& Q, const MatrixXd& M) {
 // C (I + C^T M C)^-1 C^T, and the inverse is a Cholesky factorisation away.
 MatrixXd informed_block_covariance(const MatrixXd& blocks, MatrixXd M) {
   const Index n = blocks.cols();
-  MatrixXd C = MatrixXd::Zero(n, n);
+  MatrixXd Ct = MatrixXd::Zero(n, n);
   for (Index i = 0; i < n; i += 3) {
     const Eigen::Matrix3d L = blocks.middleCols<3>(i).llt().matrixL();
-    C.block<3, 3>(i, i) = L;
-    M.middleRows<3>(i) = (L.transpose() * M.middleRows<3>(i)).eval();
+    Ct.block<3, 3>(i, i) = L.transpose();
+    M.middleCols<3>(i) = M.middleCols<3>(i).lazyProduct(L).eval();
   }
-  for (Index i = 0; i < n; i += 3) {
-    M.middleCols<3>(i) = (M.middleCols<3>(i) * C.block<3, 3>(i, i)).eval();
+  for (Index j = 0; j < n; j += 3) {
+    for (Index i = j; i < n; i += 3) {
+      M.block<3, 3>(i, j) = (Ct.block<3, 3>(i, i) * M.block<3, 3>(i, j)).eval();
+    }
   }
   M.diagonal().array() += 1;
   dense::cholesky(M);
-  C.transposeInPlace();
-  dense::solve_lower(M, C);
-  return dense::product(C.transpose().eval(), C);
+  dense::solve_lower(M, Ct);
+  return dense::product(Ct.transpose().eval(), Ct);
 }
 
-// Rows [first, first + k) of d+ have noise, whose covariance, known what is later known, is
-// informed(M of those rows): that is told of d+ without the noise, and the noise of d+ without it.
-template <typename Informed>
-KnownNoise take_out_noise(Information& later, Index first, Index k, const Informed& informed) {
-  auto M = later.M.all();
-  const MatrixXd rows = M.middleRows(first, k);
+// Rows [first, first + k) of d+ have noise, whose covariance, known what is later known, is G: that
+// is told of d+ without the noise, and the noise of d+ without it. `rows` are those rows of M.
+KnownNoise take_out_noise(Information& later, Index first, const MatrixXd& rows, MatrixXd G) {
   KnownNoise known;
-  known.G = informed(rows.middleCols(first, k));
-  known.g = known.G * later.y.segment(first, k);
-  known.A = -dense::product(known.G, rows);
-  dense::add_product(1, rows.transpose().eval(), known.A, M);
-  later.y -= rows.transpose() * known.g;
+  known.G = std::move(G);
+  known.g = known.G * later.y.segment(first, rows.rows());
+  const MatrixXd columns = rows.transpose();
+  known.A = MatrixXd::Zero(rows.rows(), rows.cols());
+  dense::add_product(-1, known.G, rows, known.A);
+  dense::add_product_lower(columns, known.A, later.M.all());
+  later.y.noalias() -= columns * known.g;
   return known;
 }
 
@@ -98,14 +101,12 @@ class Backward {
 
   void operator()(const History::Propagation& step) {
     const Index n = step.F.rows();
-    KnownNoise known = take_out_noise(
-        later_, 0, n, [&](const MatrixXd& M) { return informed_covariance(step.Q, M); });
+    const MatrixXd rows = dense::symmetric_rows(later_.M.all(), 0, n);
+    KnownNoise known =
+        take_out_noise(later_, 0, rows, informed_covariance(step.Q, rows.leftCols(n)));
     known.A.leftCols(n) = (known.A.leftCols(n) * step.F).eval();
     known.A.leftCols(n) += step.F;
-    auto M = later_.M.all();
-    M.leftCols(n) = (M.leftCols(n) * step.F).eval();
-    M.topRows(n) = (step.F.transpose() * M.topRows(n)).eval();
-    later_.y.head(n) = (step.F.transpose() * later_.y.head(n)).eval();
+    change_leading(step.F);
     sweep_.push_back(std::move(known));
   }
 
@@ -113,31 +114,32 @@ class Backward {
     const Index k = step.d_pose.rows();
     const Index n = later_.M.size() - k;
     const MatrixXd& J = step.d_pose;
-    KnownNoise known = take_out_noise(later_, n, k, [&](const MatrixXd& M) {
-      return informed_block_covariance(step.noise, M);
-    });
+    MatrixXd rows = dense::symmetric_rows(later_.M.all(), n, k);
+    KnownNoise known =
+        take_out_noise(later_, n, rows, informed_block_covariance(step.noise, rows.rightCols(k)));
     known.A.leftCols<6>() += known.A.rightCols(k) * J + J;
-    known.A = known.A.leftCols(n).eval();
+    known.A.conservativeResize(Eigen::NoChange, n);
     // The new rows are now J times those of the pose.
     auto M = later_.M.all();
-    M.topRows<6>() += dense::product(J.transpose().eval(), M.bottomRows(k));
-    M.leftCols<6>() += dense::product(M.rightCols(k), J);
+    rows = dense::symmetric_rows(M, n, k);
+    const MatrixXd MJ = rows.transpose() * J;
+    M.topLeftCorner(n, 6) += MJ.topRows(n);
+    M.topLeftCorner<6, 6>() += MJ.topRows<6>().transpose() + J.transpose() * MJ.bottomRows(k);
     later_.M.truncate(static_cast<int>(n));
     later_.y.head<6>() += J.transpose() * later_.y.tail(k);
-    later_.y = later_.y.head(n).eval();
+    later_.y.conservativeResize(n);
     sweep_.push_back(std::move(known));
   }
 
   void operator()(const Correction& step) {
     pull_through_chart(step);
     auto M = later_.M.all();
-    later_.y += M * step.delta;
+    dense::add_symmetric_product(M, step.delta, later_.y);
     const Index core = step.core.rows();
     M.topLeftCorner(core, core) += step.core;
     later_.y.head(core) += step.core_vector;
     for (const Correction::OfLandmark& landmark : step.landmarks) {
       const Index row = core + 3 * landmark.index;
-      M.block<6, 3>(0, row) += landmark.with_pose;
       M.block<3, 6>(row, 0) += landmark.with_pose.transpose();
       M.block<3, 3>(row, row) += landmark.own;
       later_.y.segment<3>(row) += landmark.vector;
@@ -154,22 +156,29 @@ class Backward {
   }
 
  private:
+  // M <- A^T M A, y <- A^T y for an A that is the identity but for its first rows and columns.
+  void change_leading(const MatrixXd& A) {
+    const Index n = A.rows();
+    auto M = later_.M.all();
+    const MatrixXd At = A.transpose();
+    const MatrixXd rows = dense::product(At, dense::symmetric_rows(M, 0, n));
+    M.topLeftCorner(n, n) = rows.leftCols(n) * A;
+    M.bottomLeftCorner(M.rows() - n, n) = rows.rightCols(M.rows() - n).transpose();
+    later_.y.head(n) = (At * later_.y.head(n)).eval();
+  }
+
   // M <- A^T M A, y <- A^T y
   void pull_through_chart(const Correction& step) {
-    const Index m = step.A_motion.rows();
     const Index k = step.A_landmarks.rows();
-    auto M = later_.M.all();
-    VectorXd& y = later_.y;
-    if (m > 0) {
-      M.topRows(m) = (step.A_motion.transpose() * M.topRows(m)).eval();
-      M.leftCols(m) = (M.leftCols(m) * step.A_motion).eval();
-      y.head(m) = (step.A_motion.transpose() * y.head(m)).eval();
-    }
+    if (step.A_motion.rows() > 0) change_leading(step.A_motion);
     if (k > 0) {
-      const MatrixXd columns = dense::product(M.rightCols(k), step.A_landmarks);
+      auto M = later_.M.all();
+      VectorXd& y = later_.y;
+      const MatrixXd columns =
+          dense::symmetric_rows(M, M.rows() - k, k).transpose() * step.A_landmarks;
       M.leftCols<3>() += columns;
-      M.topRows<3>() += columns.transpose();
-      M.topLeftCorner<3, 3>() += step.A_landmarks.transpose() * columns.bottomRows(k);
+      M.topLeftCorner<3, 3>() +=
+          columns.topRows<3>().transpose() + step.A_landmarks.transpose() * columns.bottomRows(k);
       y.head<3>() += step.A_landmarks.transpose() * y.tail(k);
     }
   }
@@ -186,7 +195,8 @@ class Forward {
   // Called at a removal and at the end: the removed landmarks' errors (rows of `removal`; all rows
   // where it is null), before they go.
   struct Reader {
-    std::function<void(const History::Removal&, const VectorXd& d, Covariance::ConstBlock& P)> landmarks;
+    std::function<void(const History::Removal&, const VectorXd& d, Covariance::ConstBlock& P)>
+        landmarks;
     History::RowVisitor covariance;  // null: not asked for
   };
 
@@ -214,12 +224,12 @@ class Forward {
     const KnownNoise& known = *known_++;
     const Index k = known.A.rows();
     const Index n = P_.size();
-    const MatrixXd rows = dense::product(known.A, P_.all());
     d_.conservativeResize(n + k);
     d_.tail(k) = known.A * d_.head(n) + known.g;
     P_.append(static_cast<int>(k));
     auto P = P_.all();
-    P.bottomLeftCorner(k, n) = rows;
+    auto rows = P.bottomLeftCorner(k, n);
+    dense::add_product(1, known.A, P.topLeftCorner(n, n), rows);
     P.topRightCorner(n, k) = rows.transpose();
     P.bottomRightCorner(k, k) =
         symmetric(dense::product(rows, known.A.transpose().eval()) + known.G);
@@ -303,7 +313,8 @@ void read(const MatrixXd& initial, const std::vector<History::Step>& steps, Inde
   Sweep sweep;
   Backward backward(core, later, sweep);
   for (auto step = steps.rbegin(); step != steps.rend(); ++step) std::visit(backward, *step);
-  const MatrixXd P = informed_covariance(initial, later.M.all());
+  const MatrixXd P =
+      informed_covariance(initial, MatrixXd(later.M.all().selfadjointView<Eigen::Lower>()));
   Forward forward(core, P * later.y, P, sweep, reader);
   for (const History::Step& step : steps) std::visit(forward, step);
   forward.finish();

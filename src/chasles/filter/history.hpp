@@ -1,9 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <functional>
 #include <variant>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include <chasles/filter/state.hpp>
 
@@ -32,7 +33,7 @@ class History {
   /// Measurements of errors d, and the step d+ = A (d - delta) that the filter made on them.
   struct Correction {
     struct OfLandmark {
-      int index = 0;                         ///< in the state
+      int index = 0;                          ///< in the state
       Eigen::Matrix<double, 6, 3> with_pose;  ///< H_pose^T R^-1 H_landmark
       Eigen::Matrix3d own;                    ///< H_landmark^T R^-1 H_landmark
       Eigen::Vector3d vector;                 ///< H_landmark^T R^-1 r
@@ -41,7 +42,7 @@ class History {
     Eigen::VectorXd core_vector;  ///< sum of H_core^T R^-1 r
     std::vector<OfLandmark> landmarks;
     Eigen::VectorXd delta;
-    Eigen::MatrixXd A_motion;  ///< A's block on the rows of pose and v_world; empty: identity
+    Eigen::MatrixXd A_motion;     ///< A's block on the rows of pose and v_world; empty: identity
     Eigen::MatrixXd A_landmarks;  ///< A's columns of the rotation in the landmarks' rows: 3n x 3
   };
   /// Landmarks began: their errors are d_pose times the pose's, plus noise.
@@ -65,8 +66,8 @@ class History {
   std::vector<MapLandmark> landmarks() const;
 
   /// The covariance of all removed landmarks, of the landmarks of the state and, last, of the core,
-  /// by block rows of the lower triangle: visit(r, block) has rows r … r + block.rows() of the columns 0 …
-  /// r + block.rows().
+  /// by block rows of the lower triangle: visit(r, block) has rows r … r + block.rows() of the
+  /// columns 0 … r + block.rows().
   using RowVisitor = std::function<void(Eigen::Index row, const Eigen::MatrixXd& block)>;
   void visit_covariance(const RowVisitor& visit) const;
 

@@ -1,5 +1,5 @@
 #include <chasles/filter/history.hpp>
-#include <chasles/filter/run_drive.hpp>
+#include <chasles/filter/run_drive_testing.hpp>
 #include <chasles/filter/testing.hpp>
 
 namespace chasles {

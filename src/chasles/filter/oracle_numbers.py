@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Writes oracle_numbers.hpp: what oracle_test.cpp needs of the fixtures of an independent numpy
+"""Writes oracle_numbers_testing.hpp: what oracle_test.cpp needs of the fixtures of an independent numpy
 implementation (one case a chart), in the order of this project's errors:
 
     /usr/bin/python3 src/chasles/filter/oracle_numbers.py ../shared/oracle/fixtures.json \\
-        > src/chasles/filter/oracle_numbers.hpp
+        > src/chasles/filter/oracle_numbers_testing.hpp
 """
 
 import json

@@ -1,8 +1,8 @@
 #include <chasles/filter/error_chart.hpp>
-#include <chasles/filter/oracle_numbers.hpp>
+#include <chasles/filter/oracle_numbers_testing.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
-#include <chasles/filter/textbook_motion.hpp>
+#include <chasles/filter/textbook_motion_testing.hpp>
 
 namespace chasles {
 
@@ -16,7 +16,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// What an independent implementation in numpy says (oracle_numbers.hpp).
+// What an independent implementation in numpy says (oracle_numbers_testing.hpp).
 constexpr double kTolerance = 1e-9;
 
 template <int kRows, int kCols, std::size_t kSize>

@@ -93,7 +93,8 @@ inline double distance(const State& x, const State& y) {
 inline Eigen::MatrixXd random_covariance(Random& random, int n, double sigma) {
   Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n);
   for (int j = 0; j < n; ++j) A.col(j) += 0.5 * random.normal_vector(n) / std::sqrt(n);
-  return sigma * sigma * A * A.transpose();
+  const Eigen::MatrixXd P = sigma * sigma * A * A.transpose();
+  return P.selfadjointView<Eigen::Lower>();
 }
 
 inline Eigen::VectorXd normal_of(Random& random, const Eigen::MatrixXd& covariance) {

@@ -1,8 +1,8 @@
-#include <chasles/filter/drive_motion.hpp>
+#include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
-#include <chasles/filter/textbook_ekf.hpp>
+#include <chasles/filter/textbook_ekf_testing.hpp>
 
 namespace chasles {
 namespace {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/filter/body_velocity_model.hpp>
-#include <chasles/filter/simulated_drive.hpp>
+#include <chasles/filter/simulated_drive_testing.hpp>
 
 /// The motions that the filter's tests drive with: what begins, moves and measures the core.
 /// Included by tests only.

@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include <chasles/filter/drive_motion.hpp>
+#include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
 

@@ -11,7 +11,7 @@
 #include <chasles/camera/stereo.hpp>
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/filter/state.hpp>
-#include <chasles/filter/textbook_motion.hpp>
+#include <chasles/filter/textbook_motion_testing.hpp>
 #include <chasles/lie/sek3.hpp>
 
 /// An extended Kalman filter as a textbook has it, in the coordinates of each chart by itself: the

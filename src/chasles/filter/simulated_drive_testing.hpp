@@ -7,7 +7,7 @@
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
-#include <chasles/filter/textbook_motion.hpp>
+#include <chasles/filter/textbook_motion_testing.hpp>
 #include <chasles/imu/body_velocity.hpp>
 #include <chasles/lie/testing.hpp>
 
