@@ -64,6 +64,11 @@ std::vector<double> to_doubles(const matvar_t& variable, std::size_t count,
   }
 }
 
+InputError not_a_mat_file(const std::filesystem::path& file) {
+  return InputError(
+      fmt::format("{}: cannot be opened as a MATLAB .mat file (version 5 or 7.3)", file.string()));
+}
+
 // libmatio takes what a truncated version 5 file still holds for the whole, and zeros for the rest.
 // So the elements of the file are walked through first: after a header of 128 bytes each has a tag
 // (type, size) and its bytes.
@@ -73,7 +78,9 @@ void check_complete(const std::filesystem::path& file) {
   std::array<char, kHeader> header{};
   stream.read(header.data(), header.size());
   const std::size_t got = static_cast<std::size_t>(stream.gcount());
-  if (!std::string_view(header.data(), got).starts_with("MATLAB 5.0")) return;
+  const std::string_view text(header.data(), got);
+  if (text.starts_with("MATLAB 7.3")) return;  // HDF5, which guards itself
+  if (!text.starts_with("MATLAB 5.0")) throw not_a_mat_file(file);
   const bool big_endian = header[126] == 'M';
   const std::size_t file_size = std::filesystem::file_size(file);
   std::size_t position = kHeader;
@@ -99,8 +106,7 @@ mat_t* open_mat(const std::filesystem::path& file) {
   }
   check_complete(file);
   if (mat_t* mat = Mat_Open(file.c_str(), MAT_ACC_RDONLY)) return mat;
-  throw InputError(
-      fmt::format("{}: cannot be opened as a MATLAB .mat file (version 5 or 7.3)", file.string()));
+  throw not_a_mat_file(file);
 }
 
 }  // namespace

@@ -14,7 +14,8 @@
 namespace chasles {
 
 /// One observation, linearised at the current mean in the reference chart: residual = z - h(x),
-/// which the errors of a range of core columns and of one landmark explain.
+/// which the errors of a range of core columns and of one landmark explain. `noise` must be
+/// regular.
 struct Measurement {
   int landmark = -1;    ///< index into State::landmarks; -1: none
   int core_column = 0;  ///< where the columns of d_core stand in the core
