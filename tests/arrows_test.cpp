@@ -59,7 +59,11 @@ TEST(Arrows, AnInstalledHeaderIncludesOnlyInstalledOnes) {
 /// A made-up tree with two folders, top over bottom.
 class MadeUpTree : public ::testing::Test {
  public:
-  MadeUpTree() : root(fs::path(::testing::TempDir()) / "chasles_made_up_tree") {
+  // A tree for each test, since ctest runs them side by side.
+  MadeUpTree()
+      : root(fs::path(::testing::TempDir()) /
+             (std::string("chasles_made_up_tree_") +
+              ::testing::UnitTest::GetInstance()->current_test_info()->name())) {
     fs::remove_all(root);
     write("CMakeLists.txt",
           "chasles_module(bottom LINKS Eigen3::Eigen PRIVATE fmt::fmt)\n"
