@@ -46,12 +46,6 @@ void downdate_lower(const Eigen::MatrixXd& W, Block P) {
               W.data(), as_int(W.outerStride()), 1.0, P.data(), as_int(P.outerStride()));
 }
 
-void downdate_lower_by_rows(const Eigen::MatrixXd& V, Block P) {
-  if (V.size() == 0) return;
-  cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, as_int(P.rows()), as_int(V.rows()), -1.0,
-              V.data(), as_int(V.outerStride()), 1.0, P.data(), as_int(P.outerStride()));
-}
-
 void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block P) {
   constexpr Eigen::Index kPanel = 64;
   const Eigen::Index n = P.rows();

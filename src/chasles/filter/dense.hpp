@@ -25,9 +25,6 @@ void solve_lower_from_right(const ConstBlock& L, Block X);
 /// The lower triangle of P <- P - W W^T.
 void downdate_lower(const Eigen::MatrixXd& W, Block P);
 
-/// The lower triangle of P <- P - V^T V.
-void downdate_lower_by_rows(const Eigen::MatrixXd& V, Block P);
-
 /// The lower triangle of P <- P + A B, for a symmetric A B; the upper one is spoilt.
 void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block P);
 

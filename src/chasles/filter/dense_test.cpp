@@ -4,6 +4,7 @@
 
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/testing.hpp>
+#include <chasles/lie/testing.hpp>
 
 namespace chasles {
 namespace {
@@ -143,6 +144,18 @@ TEST(Dense, MirrorCopiesTheLowerTriangleUp) {
     const MatrixXd expected = M.selfadjointView<Lower>();
     EXPECT_EQ(MatrixXd(block), expected);
   });
+}
+
+TEST(Dense, ASymmetricProductIsAddedToTheLowerTriangleAlsoBeyondOnePanel) {
+  test::Random random(31);
+  const Eigen::Index n = 150;
+  const Eigen::MatrixXd A = random.normal_vector(n * 7).reshaped(n, 7);
+  const Eigen::MatrixXd B = A.transpose();
+  const Eigen::MatrixXd before = random.normal_vector(n * n).reshaped(n, n);
+  Eigen::MatrixXd P = before;
+  dense::add_product_lower(A, B, P);
+  const Eigen::MatrixXd error = P - (before + A * B);
+  EXPECT_LT(error.triangularView<Eigen::Lower>().toDenseMatrix().norm(), 1e-11);
 }
 
 }  // namespace
