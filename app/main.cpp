@@ -83,7 +83,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace chasles;
   app::log_to_stderr();
-  dense::use_one_thread();
+  dense::prepare();
   try {
     return app::run(argc, argv);
   } catch (const Error& error) {

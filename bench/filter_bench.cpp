@@ -169,7 +169,7 @@ void declare() {
 }  // namespace chasles
 
 int main(int argc, char** argv) {
-  chasles::dense::use_one_thread();
+  chasles::dense::prepare();
   benchmark::Initialize(&argc, argv);
   chasles::declare();
   chasles::Ratios reporter;

@@ -32,7 +32,7 @@ struct Case {
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 Recording read(const Case& c) {
-  dense::use_one_thread();
+  dense::prepare();
   Recording recording = read_recording(data() / c.file);
   if (c.truth) recording.truth = read_tum(data() / "ground_truth" / c.truth);
   return recording;

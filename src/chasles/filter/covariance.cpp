@@ -9,6 +9,10 @@ namespace {
 // Room for pose, velocities, biases and 80 landmarks in view: enough for most recordings.
 constexpr int kInitialRoom = 256;
 
+// Columns a power of two apart would share a few sets of the cache: an odd number of cache lines
+// each spreads them over all.
+Eigen::Index stride(Eigen::Index room) { return 8 * ((room / 8 + 1) | 1); }
+
 // Neighbours that stay neighbours: size rows from `dense` on are, in the larger matrix, at
 // `sparse`.
 struct Run {
@@ -32,14 +36,14 @@ std::vector<Run> runs_of(const std::vector<int>& rows) {
 
 Covariance::Covariance(const Eigen::MatrixXd& initial) : size_(static_cast<int>(initial.rows())) {
   const int room = std::max(kInitialRoom, size_);
-  storage_.setZero(room, room);
+  storage_.setZero(stride(room), room);
   all() = initial;
 }
 
 void Covariance::make_room(int size) {
-  if (size <= storage_.rows()) return;
-  const Eigen::Index room = std::max<Eigen::Index>(2 * storage_.rows(), size);
-  Eigen::MatrixXd larger(room, room);
+  if (size <= storage_.cols()) return;
+  const Eigen::Index room = std::max<Eigen::Index>(storage_.cols() + storage_.cols() / 4, size);
+  Eigen::MatrixXd larger(stride(room), room);
   larger.topLeftCorner(size_, size_) = all();
   storage_.swap(larger);
 }

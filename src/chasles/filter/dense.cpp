@@ -1,11 +1,16 @@
 #include <algorithm>
 #include <cblas.h>
+#include <cstdlib>
 
 #include <chasles/filter/dense.hpp>
 
 extern "C" {
 void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
 void openblas_set_num_threads(int threads);
+char* openblas_get_corename();
+// How OpenBLAS chooses its kernels; only where it has a choice.
+[[gnu::weak]] void gotoblas_dynamic_init();
+[[gnu::weak]] void gotoblas_dynamic_quit();
 }
 
 namespace chasles::dense {
@@ -13,9 +18,34 @@ namespace {
 
 int as_int(Eigen::Index i) { return static_cast<int>(i); }
 
+// C <- alpha A B + beta C; with beta = 0 C is not read.
+void multiply(double alpha, const ConstBlock& A, const ConstBlock& B, double beta, Block C) {
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(A.rows()), as_int(B.cols()),
+              as_int(A.cols()), alpha, A.data(), as_int(A.outerStride()), B.data(),
+              as_int(B.outerStride()), beta, C.data(), as_int(C.outerStride()));
+}
+
 }  // namespace
 
-void use_one_thread() { openblas_set_num_threads(1); }
+void prepare() {
+  openblas_set_num_threads(1);
+#if defined(__x86_64__)
+  // OpenBLAS before 0.3.25 gives an Intel processor that it does not know by number the kernels of
+  // 2004 (https://github.com/OpenMathLib/OpenBLAS/pull/4268): half the speed or less.
+  const bool misjudged = std::string_view(openblas_get_corename()) == "Prescott" &&
+                         __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  if (!misjudged || !gotoblas_dynamic_init || !gotoblas_dynamic_quit) return;
+  if (std::getenv("OPENBLAS_CORETYPE")) return;  // so it was asked for
+  const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                    __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  setenv("OPENBLAS_CORETYPE", wide ? "SkylakeX" : "Haswell", 1);
+  gotoblas_dynamic_quit();
+  gotoblas_dynamic_init();
+  unsetenv("OPENBLAS_CORETYPE");
+#endif
+}
+
+std::string_view kernels() { return openblas_get_corename(); }
 
 bool cholesky(Block S) {
   const int n = as_int(S.rows());
@@ -71,6 +101,15 @@ Eigen::MatrixXd symmetric_rows(const ConstBlock& P, Eigen::Index first, Eigen::I
   return rows;
 }
 
+Eigen::MatrixXd symmetric_product(const ConstBlock& P, const Eigen::MatrixXd& B) {
+  Eigen::MatrixXd C(P.rows(), B.cols());
+  if (C.size() == 0) return C;
+  cblas_dsymm(CblasColMajor, CblasLeft, CblasLower, as_int(P.rows()), as_int(B.cols()), 1.0,
+              P.data(), as_int(P.outerStride()), B.data(), as_int(B.outerStride()), 0.0, C.data(),
+              as_int(C.outerStride()));
+  return C;
+}
+
 void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, Block P) {
   if (B.size() == 0) return;
   cblas_dsyr2k(CblasColMajor, CblasLower, CblasNoTrans, as_int(P.rows()), as_int(B.cols()), 1.0,
@@ -79,16 +118,14 @@ void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, 
 }
 
 Eigen::MatrixXd product(const ConstBlock& A, const ConstBlock& B) {
-  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(A.rows(), B.cols());
-  add_product(1, A, B, C);
+  if (A.cols() == 0) return Eigen::MatrixXd::Zero(A.rows(), B.cols());
+  Eigen::MatrixXd C(A.rows(), B.cols());
+  if (C.size() > 0) multiply(1, A, B, 0, C);
   return C;
 }
 
 void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C) {
-  if (C.size() == 0 || A.cols() == 0) return;
-  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(A.rows()), as_int(B.cols()),
-              as_int(A.cols()), alpha, A.data(), as_int(A.outerStride()), B.data(),
-              as_int(B.outerStride()), 1.0, C.data(), as_int(C.outerStride()));
+  if (C.size() > 0 && A.cols() > 0) multiply(alpha, A, B, 1, C);
 }
 
 void mirror_lower(Block P) {
@@ -105,7 +142,5 @@ void mirror_lower(Block P) {
     }
   }
 }
-
-void mirror_upper(Block P) { P.template triangularView<Eigen::StrictlyLower>() = P.transpose(); }
 
 }  // namespace chasles::dense

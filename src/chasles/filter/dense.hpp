@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include <Eigen/Core>
 
 /// The dense operations that take the filter's time, on OpenBLAS: it chooses its kernels for the
@@ -9,8 +11,13 @@ namespace chasles::dense {
 using Block = Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 using ConstBlock = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
-/// One thread for all of BLAS in this process, so that results do not depend on the machine's load.
-void use_one_thread();
+/// To be called once, before the rest: one thread for all of BLAS in this process, so that results
+/// do not depend on the machine's load; and the kernels that fit the processor, where OpenBLAS does
+/// not know it. The environment's OPENBLAS_CORETYPE, where set, is obeyed.
+void prepare();
+
+/// OpenBLAS's name of the kernels in use.
+std::string_view kernels();
 
 /// S = L L^T, L in the lower triangle of S; false if S is not positive definite. The upper triangle
 /// is neither read nor written.
@@ -31,6 +38,9 @@ void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block
 /// y <- y + P x, from the lower triangle of P.
 void add_symmetric_product(const ConstBlock& P, const Eigen::VectorXd& x, Eigen::VectorXd& y);
 
+/// P B for the symmetric P of that lower triangle.
+Eigen::MatrixXd symmetric_product(const ConstBlock& P, const Eigen::MatrixXd& B);
+
 /// Rows first … first + count of the symmetric matrix whose lower triangle is P's: count x n.
 Eigen::MatrixXd symmetric_rows(const ConstBlock& P, Eigen::Index first, Eigen::Index count);
 
@@ -41,8 +51,7 @@ void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, 
 Eigen::MatrixXd product(const ConstBlock& A, const ConstBlock& B);
 void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C);
 
-/// The upper triangle of P <- the lower one, and the reverse.
+/// The upper triangle of P <- the lower one.
 void mirror_lower(Block P);
-void mirror_upper(Block P);
 
 }  // namespace chasles::dense

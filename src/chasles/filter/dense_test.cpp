@@ -129,11 +129,12 @@ TEST(Dense, SymmetricProductIsAddedToTheLowerTriangle) {
   });
 }
 
-TEST(Dense, MirrorCopiesTheUpperTriangleDown) {
-  for_each_size([](const MatrixXd& M, auto block, test::Random&) {
-    block.template triangularView<Eigen::StrictlyLower>().setConstant(kUntouched);
-    dense::mirror_upper(block);
-    EXPECT_EQ(MatrixXd(block), MatrixXd(M.selfadjointView<Eigen::Upper>()));
+TEST(Dense, TheProductWithASymmetricMatrixReadsTheLowerTriangle) {
+  for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
+    block.template triangularView<Eigen::StrictlyUpper>().setConstant(kUntouched);
+    const MatrixXd B = random_matrix(random, M.rows(), 3);
+    const MatrixXd expected = M.selfadjointView<Lower>() * B;
+    EXPECT_TRUE(test::agree(dense::symmetric_product(block, B), expected, kTolerance));
   });
 }
 
@@ -157,6 +158,17 @@ TEST(Dense, ASymmetricProductIsAddedToTheLowerTriangleAlsoBeyondOnePanel) {
   const Eigen::MatrixXd error = P - (before + A * B);
   EXPECT_LT(error.triangularView<Eigen::Lower>().toDenseMatrix().norm(), 1e-11);
 }
+
+#if defined(__x86_64__)
+TEST(Dense, AProcessorThatOpenBlasDoesNotKnowStillGetsItsKernels) {
+  dense::prepare();
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    EXPECT_NE(dense::kernels(), "Prescott");
+  }
+  const MatrixXd A = MatrixXd::Random(70, 50);
+  EXPECT_TRUE(test::agree(dense::product(A.transpose(), A), A.transpose() * A, kTolerance));
+}
+#endif
 
 }  // namespace
 }  // namespace chasles

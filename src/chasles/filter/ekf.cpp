@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -21,21 +22,11 @@ constexpr int kRowsOfAnAddition = 30;
 constexpr int kMaxRows = 6;  // of one measurement, as its types say
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 
-// Rows that are applied together: with fewer, the small factorisations of S would not fill BLAS's
-// kernels; with more, their cost would grow with the square.
-constexpr Eigen::Index kBlockRows = 64;
+// Rows that are factorised together: with fewer, BLAS's kernels would not be filled; with more, the
+// slow triangular solution would take what the fast products can do.
+constexpr Eigen::Index kLeafRows = 32;
 
 using Used = std::span<const Measurement* const>;
-
-// The measurements from the first on that fit into one block.
-std::size_t block_size(Used z) {
-  std::size_t count = 0;
-  Eigen::Index rows = 0;
-  while (count < z.size() && (count == 0 || rows + z[count]->residual.size() <= kBlockRows)) {
-    rows += z[count++]->residual.size();
-  }
-  return count;
-}
 
 Eigen::Index rows_of(Used z) {
   Eigen::Index m = 0;
@@ -43,61 +34,101 @@ Eigen::Index rows_of(Used z) {
   return m;
 }
 
-// Some measurements as one, given a covariance and the correction `delta` that others have made:
-// residual, P H^T and the lower triangle of S = H P H^T + R. Of P the lower triangle is read.
-struct Stack {
-  VectorXd residual;
-  MatrixXd PHt, S;
+// The Jacobian H of some measurements: dense in the core, three columns for a landmark.
+class Jacobian {
+ public:
+  Jacobian(Used measurements, const State& x)
+      : measurements_(measurements),
+        state_(x),
+        core_(MatrixXd::Zero(rows_of(measurements), x.core_size())) {
+    Eigen::Index at = 0;
+    for (const Measurement* z : measurements_) {
+      core_.block(at, z->core_column, z->residual.size(), z->d_core.cols()) = z->d_core;
+      at += z->residual.size();
+    }
+  }
+
+  // H M for an M with a row for every error.
+  MatrixXd times(const dense::ConstBlock& M) const {
+    MatrixXd result = dense::product(core_, M.topRows(core_.cols()));
+    for_each_landmark([&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
+      result.middleRows(at, z.residual.size()) += z.d_landmark.lazyProduct(M.middleRows<3>(row));
+    });
+    return result;
+  }
+
+  // P H^T for a symmetric P, whose columns are contiguous.
+  MatrixXd times_transpose(const Covariance& covariance) const {
+    const auto P = covariance.all();
+    MatrixXd result = dense::product(P.leftCols(core_.cols()), core_.transpose().eval());
+    for_each_landmark([&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
+      result.middleCols(at, z.residual.size()) +=
+          P.middleCols<3>(row).lazyProduct(z.d_landmark.transpose());
+    });
+    return result;
+  }
+
+ private:
+  template <class Visitor>
+  void for_each_landmark(const Visitor& visit) const {
+    Eigen::Index at = 0;
+    for (const Measurement* z : measurements_) {
+      if (z->landmark >= 0) {
+        visit(*z, at, state_.landmarks[static_cast<std::size_t>(z->landmark)].row);
+      }
+      at += z->residual.size();
+    }
+  }
+
+  Used measurements_;
+  const State& state_;
+  MatrixXd core_;
 };
 
-Stack stack(Used measurements, const Covariance& covariance, const State& x,
-            const VectorXd& delta) {
-  const Eigen::Index m = rows_of(measurements);
-  const Eigen::Index core = x.core_size();
-  const auto P = covariance.all();
-  const Eigen::Index n = P.rows();
-  MatrixXd d_core = MatrixXd::Zero(m, core);
-  Stack result{VectorXd(m), MatrixXd(n, m), {}};
+// With S = H P H^T + R = L L^T: W = P H^T L^-T and w = L^-1 r, so that the correction of an update
+// is W w, its NIS w^T w, and the covariance loses W W^T.
+struct Whitened {
+  MatrixXd W;
+  VectorXd w;
+};
+
+// From P H^T and r to W and w, by halves: what the first half has told is taken out of the second.
+// False where S is not positive definite.
+bool whiten(Used z, const State& x, Eigen::Ref<MatrixXd, 0, Eigen::OuterStride<>> W,
+            Eigen::Ref<VectorXd> w) {
+  if (z.size() == 1 || w.size() <= kLeafRows) {
+    MatrixXd S = Jacobian(z, x).times(W);
+    Eigen::Index at = 0;
+    for (const Measurement* one : z) {
+      const Eigen::Index k = one->residual.size();
+      S.block(at, at, k, k) += one->noise;
+      at += k;
+    }
+    if (!dense::cholesky(S)) return false;
+    dense::solve_lower_from_right(S, W);
+    dense::solve_lower(S, w);
+    return true;
+  }
+  const Used first = z.first(z.size() / 2);
+  const Used second = z.subspan(first.size());
+  const Eigen::Index k = rows_of(first);
+  const Eigen::Index rest = w.size() - k;
+  if (!whiten(first, x, W.leftCols(k), w.head(k))) return false;
+  const MatrixXd HW = Jacobian(second, x).times(W.leftCols(k));
+  dense::add_product(-1, W.leftCols(k), HW.transpose().eval(), W.rightCols(rest));
+  w.tail(rest).noalias() -= HW * w.head(k);
+  return whiten(second, x, W.rightCols(rest), w.tail(rest));
+}
+
+std::optional<Whitened> whiten(Used measurements, const Covariance& covariance, const State& x) {
+  Whitened result{Jacobian(measurements, x).times_transpose(covariance),
+                  VectorXd(rows_of(measurements))};
   Eigen::Index at = 0;
-  for (const Measurement* z : measurements) {
-    const Eigen::Index k = z->residual.size();
-    d_core.block(at, z->core_column, k, z->d_core.cols()) = z->d_core;
-    result.residual.segment(at, k) = z->residual;
-    at += k;
+  for (const Measurement* one : measurements) {
+    result.w.segment(at, one->residual.size()) = one->residual;
+    at += one->residual.size();
   }
-  const MatrixXd of_core = dense::symmetric_rows(P, 0, core).transpose();
-  result.PHt = dense::product(of_core, d_core.transpose().eval());
-  result.residual.noalias() -= d_core * delta.head(core);
-  Eigen::Matrix<double, Eigen::Dynamic, 3> of_landmark(n, 3);
-  at = 0;
-  for (const Measurement* z : measurements) {
-    const Eigen::Index k = z->residual.size();
-    if (z->landmark >= 0) {
-      const Eigen::Index row = x.landmarks[static_cast<std::size_t>(z->landmark)].row;
-      of_landmark.topRows(row) = P.block(row, 0, 3, row).transpose();
-      of_landmark.bottomRows(n - row) = P.block(row, row, n - row, 3);
-      of_landmark.middleRows<3>(row) = P.block<3, 3>(row, row).selfadjointView<Eigen::Lower>();
-      for (Eigen::Index i = 0; i < k; ++i) {
-        const Eigen::RowVector3d d = z->d_landmark.row(i);
-        result.PHt.col(at + i) +=
-            d[0] * of_landmark.col(0) + d[1] * of_landmark.col(1) + d[2] * of_landmark.col(2);
-      }
-      result.residual.segment(at, k) -= z->d_landmark * delta.segment<3>(row);
-    }
-    at += k;
-  }
-  result.S = dense::product(d_core, result.PHt.topRows(core));
-  at = 0;
-  for (const Measurement* z : measurements) {
-    const Eigen::Index k = z->residual.size();
-    if (z->landmark >= 0) {
-      const Eigen::Index row = x.landmarks[static_cast<std::size_t>(z->landmark)].row;
-      result.S.block(at, 0, k, at + k) +=
-          z->d_landmark.lazyProduct(result.PHt.block(row, 0, 3, at + k));
-    }
-    result.S.block(at, at, k, k) += z->noise;
-    at += k;
-  }
+  if (!whiten(measurements, x, result.W, result.w)) return std::nullopt;
   return result;
 }
 
@@ -134,16 +165,20 @@ double Innovation::normalised_square() const { return residual.dot(S.ldlt().solv
 
 Innovation Ekf::innovation(const Measurement& z) const {
   const auto P = covariance_.all();
-  const Eigen::Index w = z.d_core.cols();
   Innovation result{.residual = z.residual, .S = z.noise};
-  result.S += z.d_core * P.block(z.core_column, z.core_column, w, w) * z.d_core.transpose();
-  if (z.landmark >= 0) {
-    const int row = state_.landmarks[static_cast<std::size_t>(z.landmark)].row;
-    const SmallMatrix cross =
-        z.d_core * P.block(z.core_column, row, w, 3) * z.d_landmark.transpose();
-    result.S += cross + cross.transpose();
-    result.S += z.d_landmark * P.block<3, 3>(row, row) * z.d_landmark.transpose();
+  if (z.landmark < 0) {
+    const Eigen::Index w = z.d_core.cols();
+    result.S += z.d_core * P.block(z.core_column, z.core_column, w, w) * z.d_core.transpose();
+    return result;
   }
+  const int row = state_.landmarks[static_cast<std::size_t>(z.landmark)].row;
+  const auto d_pose = z.d_core.leftCols<6>();
+  const Eigen::Matrix<double, Eigen::Dynamic, 6, 0, kMaxRows, 6> HP_pose =
+      d_pose.lazyProduct(P.topLeftCorner<6, 6>()) + z.d_landmark.lazyProduct(P.block<3, 6>(row, 0));
+  const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxRows, 3> HP_landmark =
+      d_pose.lazyProduct(P.block<6, 3>(0, row)) + z.d_landmark.lazyProduct(P.block<3, 3>(row, row));
+  result.S += HP_pose.lazyProduct(d_pose.transpose());
+  result.S += HP_landmark.lazyProduct(z.d_landmark.transpose());
   return result;
 }
 
@@ -187,31 +222,14 @@ UpdateReport Ekf::update(std::span<const Measurement> measurements) {
   }
   if (accepted.empty()) return report;
 
-  // The gain is never formed: with S = L L^T, W = L^-1 H P and w = L^-1 r, the correction is W^T w
-  // and the covariance loses W^T W. Block by block at one linearisation this is the update with all
-  // at once; the upper triangle keeps what was before until all blocks are in.
+  const std::optional<Whitened> z = whiten(accepted, covariance_, state_);
+  report.failed = !z;
+  if (!z) return report;
+  report.nis = z->w.squaredNorm();
+  report.dof = static_cast<int>(z->w.size());
   History::Correction record;
-  record.delta = VectorXd::Zero(covariance_.size());
-  const VectorXd diagonal_before = covariance_.all().diagonal();
-  for (Used rest = accepted; !rest.empty();) {
-    const std::size_t count = block_size(rest);
-    Stack z = stack(rest.first(count), covariance_, state_, record.delta);
-    rest = rest.subspan(count);
-    if (!dense::cholesky(z.S)) {
-      covariance_.all().diagonal() = diagonal_before;
-      dense::mirror_upper(covariance_.all());
-      report.nis = 0;
-      report.dof = 0;
-      report.failed = true;
-      return report;
-    }
-    dense::solve_lower_from_right(z.S, z.PHt);
-    dense::solve_lower(z.S, z.residual);
-    report.nis += z.residual.squaredNorm();
-    report.dof += static_cast<int>(z.residual.size());
-    record.delta.noalias() += z.PHt * z.residual;
-    dense::downdate_lower(z.PHt, covariance_.all());
-  }
+  record.delta.noalias() = z->W * z->w;
+  dense::downdate_lower(z->W, covariance_.all());
 
   if (options_.compress_map) remember(accepted, record);
   const State before = state_;

@@ -117,12 +117,12 @@ class Backward {
     MatrixXd rows = dense::symmetric_rows(later_.M.all(), n, k);
     KnownNoise known =
         take_out_noise(later_, n, rows, informed_block_covariance(step.noise, rows.rightCols(k)));
-    known.A.leftCols<6>() += known.A.rightCols(k) * J + J;
+    known.A.leftCols<6>() += dense::product(known.A.rightCols(k), J) + J;
     known.A.conservativeResize(Eigen::NoChange, n);
     // The new rows are now J times those of the pose.
     auto M = later_.M.all();
     rows = dense::symmetric_rows(M, n, k);
-    const MatrixXd MJ = rows.transpose() * J;
+    const MatrixXd MJ = dense::product(rows.transpose().eval(), J);
     M.topLeftCorner(n, 6) += MJ.topRows(n);
     M.topLeftCorner<6, 6>() += MJ.topRows<6>().transpose() + J.transpose() * MJ.bottomRows(k);
     later_.M.truncate(static_cast<int>(n));
@@ -174,8 +174,9 @@ class Backward {
     if (k > 0) {
       auto M = later_.M.all();
       VectorXd& y = later_.y;
-      const MatrixXd columns =
-          dense::symmetric_rows(M, M.rows() - k, k).transpose() * step.A_landmarks;
+      MatrixXd B = MatrixXd::Zero(M.rows(), 3);
+      B.bottomRows(k) = step.A_landmarks;
+      const MatrixXd columns = dense::symmetric_product(M, B);
       M.leftCols<3>() += columns;
       M.topLeftCorner<3, 3>() +=
           columns.topRows<3>().transpose() + step.A_landmarks.transpose() * columns.bottomRows(k);
@@ -213,11 +214,12 @@ class Forward {
     const Index k = known.A.rows();
     auto P = P_.all();
     d_.head(k) = known.A * d_ + known.g;
-    const MatrixXd rows = dense::product(known.A, P);
-    P.topLeftCorner(k, k) = symmetric(rows * known.A.transpose() + known.G);
-    P.topRightCorner(k, P.cols() - k) = rows.rightCols(P.cols() - k);
-    P.bottomLeftCorner(P.rows() - k, k) = rows.rightCols(P.cols() - k).transpose();
-    if (reader_.covariance) gone_.leftCols(k) = dense::product(gone_, known.A.transpose().eval());
+    const MatrixXd At = known.A.transpose();
+    const MatrixXd columns = dense::product(P, At);
+    P.topLeftCorner(k, k) = symmetric(dense::product(known.A, columns) + known.G);
+    P.bottomLeftCorner(P.rows() - k, k) = columns.bottomRows(P.rows() - k);
+    P.topRightCorner(k, P.cols() - k) = columns.bottomRows(P.rows() - k).transpose();
+    if (reader_.covariance) gone_.leftCols(k) = dense::product(gone_, At);
   }
 
   void operator()(const History::Addition&) {
@@ -228,14 +230,14 @@ class Forward {
     d_.tail(k) = known.A * d_.head(n) + known.g;
     P_.append(static_cast<int>(k));
     auto P = P_.all();
-    auto rows = P.bottomLeftCorner(k, n);
-    dense::add_product(1, known.A, P.topLeftCorner(n, n), rows);
-    P.topRightCorner(n, k) = rows.transpose();
-    P.bottomRightCorner(k, k) =
-        symmetric(dense::product(rows, known.A.transpose().eval()) + known.G);
+    const MatrixXd At = known.A.transpose();
+    auto columns = P.topRightCorner(n, k);
+    dense::add_product(1, P.topLeftCorner(n, n), At, columns);
+    P.bottomLeftCorner(k, n) = columns.transpose();
+    P.bottomRightCorner(k, k) = symmetric(dense::product(known.A, columns) + known.G);
     if (reader_.covariance) {
       gone_.conservativeResize(Eigen::NoChange, n + k);
-      gone_.rightCols(k) = dense::product(gone_.leftCols(n), known.A.transpose().eval());
+      gone_.rightCols(k) = dense::product(gone_.leftCols(n), At);
     }
   }
 

@@ -35,6 +35,7 @@ struct Settings {
   double gate = 0.8;
   double loose_gate = 0.99;
   int gate_quorum = 15;
+  int updates_per_frame = 50;
   double min_disparity = 1;
   int waiting_landmarks = 24;
   bool update_with_first_observation = false;
@@ -82,6 +83,8 @@ void for_each_setting(SettingsType& s, Visitor&& visit) {
   visit("loose_gate", s.loose_gate, "probability",
         "gate for a frame where fewer than gate_quorum observations pass the other");
   visit("gate_quorum", s.gate_quorum, "count", "see loose_gate");
+  visit("updates_per_frame", s.updates_per_frame, "count",
+        "observations that may update the state, longest unused landmarks first; 0: all");
   visit("min_disparity", s.min_disparity, "px", "below it no landmark is begun");
   visit("waiting_landmarks", s.waiting_landmarks, "count",
         "landmarks out of view wait in the state for their return while it holds fewer in all");

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include <chasles/error.hpp>
@@ -119,6 +120,7 @@ void Slam::see(const FeatureFrame& frame, Estimate& estimate) {
     matched = match(observations);
   }
   estimate.rejected = drop_outliers(matched.known);
+  choose(matched.known);
   estimate.used = static_cast<int>(matched.known.size());
   if (sample_) matched.known.push_back(*std::exchange(sample_, std::nullopt));
   const UpdateReport report = filter_.update(matched.known);
@@ -183,7 +185,7 @@ Slam::Matched Slam::match(const Observations& observations) {
       result.fresh.push_back(o);
       continue;
     }
-    last_seen_[o->landmark] = frame_;
+    last_[o->landmark].seen = frame_;
     if (auto z = measure_stereo(rig_, rows_, noise_.update, filter_.state(), known->second, *o)) {
       result.known.push_back(*z);
     }
@@ -207,6 +209,26 @@ int Slam::drop_outliers(std::vector<Measurement>& measurements) const {
   return static_cast<int>(squares.size() - kept);
 }
 
+// Where more are in view than a frame may use, their turn comes round.
+void Slam::choose(std::vector<Measurement>& measurements) {
+  const auto landmark = [&](const Measurement& z) -> const Landmark& {
+    return filter_.state().landmarks[static_cast<std::size_t>(z.landmark)];
+  };
+  const auto budget = static_cast<std::size_t>(settings_.updates_per_frame);
+  if (budget > 0 && measurements.size() > budget) {
+    std::vector<std::tuple<int, int, std::size_t>> turns;  // last used, how often used, index
+    for (const Measurement& z : measurements) {
+      turns.emplace_back(last_.at(landmark(z).id).used, landmark(z).observations, turns.size());
+    }
+    std::sort(turns.begin(), turns.end());
+    turns.resize(budget);
+    std::vector<Measurement> chosen;
+    for (const auto& turn : turns) chosen.push_back(measurements[std::get<2>(turn)]);
+    measurements = std::move(chosen);
+  }
+  for (const Measurement& z : measurements) last_.at(landmark(z).id).used = frame_;
+}
+
 int Slam::begin(const Observations& fresh) {
   std::vector<NewLandmark> landmarks;
   for (const StereoObservation* o : fresh) {
@@ -218,7 +240,7 @@ int Slam::begin(const Observations& fresh) {
       landmark->d_pose.setZero();
       landmark->noise = sigma * sigma * Eigen::Matrix3d::Identity();
     }
-    last_seen_[o->landmark] = frame_;
+    last_[o->landmark] = {.seen = frame_, .used = frame_};
     landmarks.push_back(*landmark);
   }
   filter_.add(landmarks);
@@ -230,7 +252,7 @@ void Slam::retire_unseen() {
   const int excess = static_cast<int>(landmarks.size()) - settings_.waiting_landmarks;
   std::vector<std::pair<int, int>> unseen;  // (last seen, index), longest unseen first
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
-    const int seen = last_seen_.at(landmarks[static_cast<std::size_t>(i)].id);
+    const int seen = last_.at(landmarks[static_cast<std::size_t>(i)].id).seen;
     if (seen < frame_) unseen.emplace_back(seen, i);
   }
   if (excess <= 0 || unseen.empty()) return;
@@ -239,7 +261,7 @@ void Slam::retire_unseen() {
   std::vector<int> indices;
   for (const auto& [seen, index] : unseen) {
     indices.push_back(index);
-    last_seen_.erase(landmarks[static_cast<std::size_t>(index)].id);
+    last_.erase(landmarks[static_cast<std::size_t>(index)].id);
   }
   std::sort(indices.begin(), indices.end());
   filter_.retire(indices);

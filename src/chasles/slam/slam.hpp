@@ -72,6 +72,7 @@ class Slam {
   Observations usable(const FeatureFrame& frame) const;
   Matched match(const Observations& observations);
   int drop_outliers(std::vector<Measurement>& measurements) const;
+  void choose(std::vector<Measurement>& measurements);
   int begin(const Observations& fresh);
   void retire_unseen();
   void see(const FeatureFrame& frame, Estimate& estimate);
@@ -88,7 +89,10 @@ class Slam {
   std::optional<BodyVelocity> velocity_;  ///< the latest
   std::optional<Measurement> sample_;     ///< it, where it is still to be applied
   int frame_ = 0;
-  std::unordered_map<LandmarkId, int> last_seen_;  ///< number of the frame; landmarks of the state
+  struct Last {
+    int seen = 0, used = 0;  ///< numbers of frames
+  };
+  std::unordered_map<LandmarkId, Last> last_;  ///< of the landmarks of the state
   struct Use {
     Time time{};
     int used = 0, rejected = 0;

@@ -211,6 +211,27 @@ TEST(Slam, LandmarksOutOfViewWaitWhileThereIsRoomAndThenGoToTheMap) {
   EXPECT_EQ(estimate.landmarks, 28);
 }
 
+TEST(Slam, WhereMoreAreInViewThanAFrameMayUseTheirTurnComesRound) {
+  Settings settings;
+  settings.updates_per_frame = 8;
+  settings.gate = 1;
+  settings.loose_gate = 1;
+  Slam slam = make(settings);
+  for (int k = 0; k <= 5; ++k) {
+    const double t = 0.1 * k;
+    slam.process(velocity_at(t));
+    const Estimate estimate =
+        slam.process(frame_at(t, {Eigen::Matrix3d::Identity(), {t, 0, 0}}, 0, 20));
+    EXPECT_EQ(estimate.used, k == 0 ? 0 : 8);
+    EXPECT_EQ(estimate.rejected, 0);
+    EXPECT_EQ(estimate.in_state, 20);
+  }
+  // 40 updates over 20 landmarks, each begun by an observation more.
+  for (const MapLandmark& landmark : slam.filter().map()) {
+    EXPECT_EQ(landmark.observations, 3) << landmark.id;
+  }
+}
+
 TEST(Slam, TwoRunsGiveTheSameNumbers) {
   Slam a = make();
   Slam b = make();
