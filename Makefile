@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test bench table format lint coverage asan fuzz clean
+.PHONY: help deps dev-deps build demo test bench table study format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
 help:     ## this list
@@ -35,6 +35,9 @@ bench:    ## ratios of cost, measured in one run
 
 table: build  ## runs all real recordings: fills README.md and docs/results.md
 	@scripts/table
+
+study: build  ## 100 simulated runs of each inertial scene: fills docs/consistency.md
+	@scripts/study
 
 format:   ## clang-format over all sources
 	@scripts/format

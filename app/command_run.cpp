@@ -12,7 +12,9 @@
 #include <chasles/filter/error_chart.hpp>
 
 #include "drive.hpp"
+#include "filter_options.hpp"
 #include "full_covariance.hpp"
+#include "inertial_drive.hpp"
 #include "interrupt.hpp"
 #include "options.hpp"
 #include "output_folder.hpp"
@@ -39,7 +41,7 @@ struct RunOptions {
 std::string settings_help() {
   Settings defaults;
   return "Settings, for --set and --config (auto: measured from the recording):\n" +
-         help_text(setting_list(defaults));
+         help_text(setting_list(defaults)) + "\n" + filter_settings_help();
 }
 
 std::string chart_help() {
@@ -50,7 +52,8 @@ std::string chart_help() {
 
 void declare_input(CLI::App& parser, RunOptions& o) {
   parser
-      .add_option("RECORDING", o.input.recording, "ECE276A .npz, STARS .mat, or a recording folder")
+      .add_option("RECORDING", o.input.recording,
+                  "ECE276A .npz, STARS .mat, AprilGrid folder, or a recording folder")
       ->required()
       ->type_name("");
   const auto add = [&](const char* name, std::filesystem::path& path, const char* meaning) {
@@ -100,8 +103,8 @@ void check(const RunOptions& o, const Settings& settings) {
 
 Recording read(const RunOptions& o) {
   Recording recording = read_input(o.input);
-  spdlog::info("{}: {} frames and {} velocities in {:.1f} s", recording.name,
-               recording.frames.size(), recording.velocities.size(),
+  spdlog::info("{}: {} frames, {} velocities, {} IMU samples in {:.1f} s", recording.name,
+               recording.frames.size(), recording.velocities.size(), recording.imu.size(),
                to_seconds(recording.frames.back().time - recording.frames.front().time));
   const Threshold* threshold = needs_truth(o.thresholds);
   if (threshold && recording.truth.empty()) {
@@ -112,14 +115,15 @@ Recording read(const RunOptions& o) {
 }
 
 // What the run itself has to say, for summary.json and the reader.
-void add_remarks(const Drive& result, std::size_t frames, std::vector<std::string>& remarks) {
-  if (result.interrupted) {
+void add_remarks(const Run& run, bool interrupted, std::size_t frames,
+                 std::vector<std::string>& remarks) {
+  if (interrupted) {
     remarks.push_back(
         fmt::format("interrupted after {} of {} frames: this is what was estimated until then",
-                    result.run.states.size(), frames));
-  } else if (result.run.states.size() < frames) {
+                    run.states.size(), frames));
+  } else if (!run.states.empty() && run.states.back().health == "lost") {
     remarks.push_back(fmt::format("the estimate was lost at frame {} of {}: the run ends there",
-                                  result.run.states.size(), frames));
+                                  run.states.size(), frames));
   }
 }
 
@@ -141,13 +145,13 @@ void print(const RunOptions& o, const Json& figures) {
   if (!o.output.empty()) fmt::print("\nrun folder: {}\n", o.output.string());
 }
 
-int exit_code(const RunOptions& o, const Drive& result, const Json& figures) {
+int exit_code(const RunOptions& o, const Run& run, bool interrupted, const Json& figures) {
   if (figures.at("health") == "lost") {
     spdlog::error("the estimate diverged: it is no longer finite after {} frames",
-                  result.run.states.size());
+                  run.states.size());
     return static_cast<int>(ExitCode::kDiverged);
   }
-  if (result.interrupted) return Interrupt::kExitCode;
+  if (interrupted) return Interrupt::kExitCode;
   const std::vector<std::string> sentences = missed(o.thresholds, figures);
   for (const std::string& sentence : sentences) spdlog::error("missed: {}", sentence);
   return static_cast<int>(sentences.empty() ? ExitCode::kOk : ExitCode::kThresholdMissed);
@@ -168,7 +172,7 @@ Drive estimate(const RunOptions& o, Settings& settings, Recording& recording,
   }
   Drive result = drive(recording, settings, interrupt, o.quiet);
   result.run.dead_reckoning = std::move(velocities_alone);
-  add_remarks(result, recording.frames.size(), recording.remarks);
+  add_remarks(result.run, result.interrupted, recording.frames.size(), recording.remarks);
   return result;
 }
 
@@ -184,19 +188,43 @@ Json deliver(const RunOptions& o, const Drive& result, const Json& summary, cons
   return with_timing(summary, timing);
 }
 
+// A recording with IMU samples instead of body velocities.
+int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wall) {
+  if (!o.settings.mode.empty() && o.settings.mode != "slam") {
+    throw UsageError("--mode: a recording with an IMU is run with slam alone");
+  }
+  if (!o.full_covariance.empty()) {
+    throw UsageError("--full-covariance is not kept of a recording with an IMU");
+  }
+  const InertialSlamSettings settings = inertial_settings_from(o.settings);
+  const Interrupt interrupt;
+  prepare_outputs(o);
+  InertialDrive result = drive(recording, settings, interrupt, o.quiet);
+  add_remarks(result.run, result.interrupted, recording.frames.size(), recording.remarks);
+  const Json summary = summary_json(result, settings, recording);
+  if (!o.output.empty()) write_run(result.run, summary, o.output);
+  const Json timing =
+      timing_json(summary.at("recorded_seconds").get<double>(), wall.seconds(), cpu_seconds());
+  if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
+  const Json figures = with_timing(summary, timing);
+  print(o, figures);
+  return exit_code(o, result.run, result.interrupted, figures);
+}
+
 int run(const RunOptions& o) {
   const Stopwatch wall;
   if (o.quiet) spdlog::set_level(spdlog::level::err);
+  Recording recording = read(o);
+  if (recording.velocities.empty()) return run_inertial(o, recording, wall);
   Settings settings = settings_from(o.settings);
   check(o, settings);
   const Interrupt interrupt;
-  Recording recording = read(o);
   prepare_outputs(o);
   const Drive result = estimate(o, settings, recording, interrupt);
   const Json summary = summary_json(result.run, settings, result.noise, recording);
   const Json figures = deliver(o, result, summary, wall);
   print(o, figures);
-  return exit_code(o, result, figures);
+  return exit_code(o, result.run, result.interrupted, figures);
 }
 
 }  // namespace

@@ -39,7 +39,9 @@ void process_all(const Recording& recording, const Interrupt& interrupt, bool qu
       slam.process(*velocity);
       continue;
     }
-    const Estimate estimate = slam.process(std::get<FeatureFrame>(*event));
+    const auto* frame = std::get_if<FeatureFrame>(&*event);
+    if (!frame) continue;  // an IMU sample beside the velocities
+    const Estimate estimate = slam.process(*frame);
     result.run.states.push_back(run_state(estimate, 1e3 * frame_time.seconds()));
     progress.show(result.run.states.size(),
                   to_seconds(estimate.time - recording.frames.front().time));
@@ -89,8 +91,8 @@ Trajectory dead_reckoning(const Recording& recording) {
   while (const auto event = events.next()) {
     if (const auto* velocity = std::get_if<BodyVelocity>(&*event)) {
       slam.process(*velocity);
-    } else {
-      const Estimate e = slam.process(std::get<FeatureFrame>(*event));
+    } else if (const auto* frame = std::get_if<FeatureFrame>(&*event)) {
+      const Estimate e = slam.process(*frame);
       if (e.health == Health::kLost) break;
       trajectory.push_back({.time = e.time, .pose = e.world_T_imu});
     }

@@ -13,22 +13,27 @@ namespace chasles::app {
 namespace {
 
 Time first_event(const Recording& r) {
-  const Time frame = r.frames.empty() ? Time::max() : r.frames.front().time;
-  return r.velocities.empty() ? frame : std::min(frame, r.velocities.front().time);
+  Time first = Time::max();
+  if (!r.frames.empty()) first = std::min(first, r.frames.front().time);
+  if (!r.velocities.empty()) first = std::min(first, r.velocities.front().time);
+  if (!r.imu.empty()) first = std::min(first, r.imu.front().time);
+  return first;
 }
 
 Time last_event(const Recording& r) {
-  const Time frame = r.frames.empty() ? Time::min() : r.frames.back().time;
-  return r.velocities.empty() ? frame : std::max(frame, r.velocities.back().time);
+  Time last = Time::min();
+  if (!r.frames.empty()) last = std::max(last, r.frames.back().time);
+  if (!r.velocities.empty()) last = std::max(last, r.velocities.back().time);
+  if (!r.imu.empty()) last = std::max(last, r.imu.back().time);
+  return last;
 }
 
 void check_not_empty(const Recording& r) {
-  if (!r.frames.empty() && !r.velocities.empty()) return;
-  throw Error(
-      ExitCode::kNotInitialised,
-      fmt::format("{}: the recording has {} frames and {} velocities, expected at least one "
-                  "of each",
-                  r.name, r.frames.size(), r.velocities.size()));
+  if (!r.frames.empty() && (!r.velocities.empty() || !r.imu.empty())) return;
+  throw Error(ExitCode::kNotInitialised,
+              fmt::format("{}: the recording has {} frames, {} velocities and {} IMU samples, "
+                          "expected frames and one of the others",
+                          r.name, r.frames.size(), r.velocities.size(), r.imu.size()));
 }
 
 template <typename Events>
@@ -49,6 +54,7 @@ void cut(Recording& r, const RunInput& input) {
                     start, input.stop.value_or(length), r.name, length));
   }
   keep(r.velocities, begin + from_seconds(start), begin + from_seconds(stop));
+  keep(r.imu, begin + from_seconds(start), begin + from_seconds(stop));
   keep(r.frames, begin + from_seconds(start), begin + from_seconds(stop));
 }
 

@@ -6,6 +6,10 @@ std::span<const Subcommand> subcommands() {
   static constexpr Subcommand list[] = {
       {"run", "Estimate the trajectory and the map of a recording", declare_run},
       {"simulate", "Write a simulated recording", declare_simulate},
+      {"compare", "Run several filters on the same data: tables of errors and NEES",
+       declare_compare},
+      {"montecarlo", "Average errors and NEES of filters over many runs of a scene",
+       declare_montecarlo},
       {"evaluate", "Hold a trajectory against the truth: ATE, RPE, NEES", declare_evaluate},
       {"report", "Write one HTML page that shows runs", declare_report},
   };

@@ -25,6 +25,8 @@ std::span<const Subcommand> subcommands();
 // One .cpp each.
 Action declare_run(CLI::App& parser);
 Action declare_simulate(CLI::App& parser);
+Action declare_compare(CLI::App& parser);
+Action declare_montecarlo(CLI::App& parser);
 Action declare_evaluate(CLI::App& parser);
 Action declare_report(CLI::App& parser);
 

@@ -84,11 +84,6 @@ std::string run_health(const std::vector<RunState>& states) {
   return 10 * count("degraded") > states.size() ? "degraded" : "ok";
 }
 
-PoseError pose_error_of(const std::string& chart) {
-  if (chart == "left-se3") return PoseError::kBodyTwist;
-  return chart == "standard" ? PoseError::kStandard : PoseError::kWorldTwist;
-}
-
 Json figures_json(const Evaluation& evaluation) {
   Json json = Json::object();
   for (const auto& [name, value] : figures(evaluation)) json[name] = value ? Json(*value) : Json();
@@ -138,16 +133,19 @@ Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::
   }
 }
 
+Json run_json(const Run& run, const std::string& mode, const std::string& chart,
+              const std::vector<TrueLandmark>& true_landmarks, std::vector<std::string>& remarks) {
+  Json json = {{"name", run.name}, {"version", CHASLES_VERSION}, {"mode", mode}, {"chart", chart}};
+  json.update(counts_json(run));
+  json.update(evaluation_json(run, chart, remarks));
+  json.update(landmarks_json(run, true_landmarks, !json["ate_m"].is_null()));
+  return json;
+}
+
 Json summary_json(const Run& run, const Settings& settings, const Noise& noise,
                   const Recording& recording) {
   std::vector<std::string> remarks = recording.remarks;
-  Json summary = {{"name", run.name},
-                  {"version", CHASLES_VERSION},
-                  {"mode", settings.mode},
-                  {"chart", settings.chart}};
-  summary.update(counts_json(run));
-  summary.update(evaluation_json(run, settings.chart, remarks));
-  summary.update(landmarks_json(run, recording.true_landmarks, !summary["ate_m"].is_null()));
+  Json summary = run_json(run, settings.mode, settings.chart, recording.true_landmarks, remarks);
   Settings copy = settings;
   summary["settings"] = to_json(setting_list(copy));
   summary["noise"] = noise_json(noise);

@@ -17,10 +17,6 @@ namespace chasles::app {
 /// of the frames were, else "ok".
 std::string run_health(const std::vector<RunState>& states);
 
-/// The coordinates in which a chart's NEES is taken: the chart's own. Du perturbs in the body
-/// frame, right-se3 and right-sen3 in the world's.
-PoseError pose_error_of(const std::string& chart);
-
 /// The figures by name; what has no value is null.
 nlohmann::ordered_json figures_json(const Evaluation& evaluation);
 
@@ -28,6 +24,11 @@ nlohmann::ordered_json figures_json(const Evaluation& evaluation);
 /// adds a remark.
 nlohmann::ordered_json evaluation_json(const Run& run, const std::string& chart,
                                        std::vector<std::string>& remarks);
+
+/// What every summary.json begins with: name, version, mode, chart, counts, figures.
+nlohmann::ordered_json run_json(const Run& run, const std::string& mode, const std::string& chart,
+                                const std::vector<TrueLandmark>& true_landmarks,
+                                std::vector<std::string>& remarks);
 
 /// summary.json: figures (design.md §6), settings, noise, version, remarks; nothing in it differs
 /// between two runs of the same input and settings. Adds to the remarks as evaluation_json().

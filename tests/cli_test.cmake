@@ -1,5 +1,13 @@
 # The command, end to end, and its settings parser.
 chasles_test(cli_test SOURCES cli_test.cpp cli_run_test.cpp cli_settings_test.cpp
+    cli_compare_test.cpp cli_montecarlo_test.cpp
   LINKS chasles_app nlohmann_json::nlohmann_json fmt::fmt)
 add_dependencies(cli_test chasles)
 target_compile_definitions(cli_test PRIVATE CHASLES_BINARY="$<TARGET_FILE:chasles>")
+# As app/CMakeLists.txt found it; a test is skipped where there is no mpirun.
+if(NOT CHASLES_MPI STREQUAL "OFF")
+  find_package(MPI QUIET COMPONENTS CXX)
+  if(MPI_CXX_FOUND)
+    target_compile_definitions(cli_test PRIVATE CHASLES_MPIRUN="${MPIEXEC_EXECUTABLE}")
+  endif()
+endif()

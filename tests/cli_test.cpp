@@ -19,7 +19,8 @@ TEST(Command, HelpNamesEverySubcommandAndExitCode) {
   const Scratch folder;
   const Outcome outcome = chasles(folder, "--help");
   EXPECT_EQ(outcome.code, 0);
-  for (const char* part : {"run", "simulate", "evaluate", "report", "5 an asked-for threshold"}) {
+  for (const char* part : {"run", "simulate", "compare", "montecarlo", "evaluate", "report",
+                           "5 an asked-for threshold"}) {
     expect_part(outcome.out, part);
   }
 }
@@ -89,7 +90,7 @@ TEST(Command, ARecordingWithoutEventsEndsWithThree) {
   simulate(folder);
   spill(folder / "rec/frames.csv", "time_ns,observations\n");
   spill(folder / "rec/features.csv", "time_ns,landmark,u_left,v_left,u_right,v_right\n");
-  expect_error(chasles(folder, "run rec -o out"), 3, "expected at least one of each");
+  expect_error(chasles(folder, "run rec -o out"), 3, "expected frames and one of the others");
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 

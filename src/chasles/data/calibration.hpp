@@ -5,19 +5,25 @@
 #include <string>
 #include <vector>
 
+#include <chasles/camera/camera.hpp>
 #include <chasles/camera/stereo.hpp>
 #include <chasles/imu/body_velocity.hpp>
+#include <chasles/imu/imu_sample.hpp>
 
 namespace chasles {
 
 /// What calibration.yaml of a recording folder holds (docs/formats.md).
 struct Calibration {
   std::string name;
-  StereoRig rig;
-  std::vector<std::string> remarks;
+  std::optional<StereoRig> rig = {};
+  std::vector<Camera> cameras = {};
+  std::optional<ImuConvention> imu_convention = {};  ///< where there is an IMU
+  std::vector<std::string> remarks = {};
   /// Standard deviations, where the recording states them (Recording).
-  std::optional<BodyVelocitySigma> velocity_sigma;
-  std::optional<Eigen::Vector4d> pixel_sigma;
+  std::optional<BodyVelocitySigma> velocity_sigma = {};
+  std::optional<Eigen::Vector4d> pixel_sigma = {};
+  std::optional<double> single_pixel_sigma = {};
+  std::optional<ImuNoise> imu_noise = {};
 };
 
 /// Throws InputError with file and line for an unknown, missing, repeated or malformed key.

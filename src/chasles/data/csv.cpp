@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -20,6 +22,18 @@ void split_commas(std::string_view line, std::vector<std::string_view>& values) 
   values.push_back(trimmed(line));
 }
 
+// Leaves out "[m]" and "(a remark)".
+std::string without_brackets(std::string_view line) {
+  std::string text;
+  int depth = 0;
+  for (const char c : line) {
+    if (c == '[' || c == '(') ++depth;
+    if (depth == 0) text += c;
+    if (c == ']' || c == ')') depth = std::max(depth - 1, 0);
+  }
+  return text;
+}
+
 template <typename Number>
 bool parse_fast(std::string_view text, Number& value) {
   const char* end = text.data() + text.size();
@@ -36,12 +50,14 @@ CsvReader::CsvReader(const std::filesystem::path& file)
     throw InputError(
         fmt::format("{}: is empty, expected a line with the names of the columns", file_));
   }
-  if (bytes_.back() != '\n') {
-    throw InputError(fmt::format(
-        "{}: its last line has no line end: the file is truncated (if not, add a line end)",
-        file_));
-  }
+  check_end();
   columns_.assign(values_.begin(), values_.end());
+}
+
+void CsvReader::check_end() const {
+  if (bytes_.back() == '\n') return;
+  throw InputError(fmt::format(
+      "{}: its last line has no line end: the file is truncated (if not, add a line end)", file_));
 }
 
 CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns)
@@ -49,6 +65,28 @@ CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::s
   if (columns_ == columns) return;
   throw InputError(fmt::format("{}: has the columns {}, expected {}", where(),
                                fmt::join(columns_, ","), fmt::join(columns, ",")));
+}
+
+CsvReader::CsvReader(std::string file, std::string bytes,
+                     const std::vector<std::vector<std::string>>& known)
+    : file_(std::move(file)), bytes_(std::move(bytes)), rest_(bytes_), line_(1) {
+  const std::string_view line = take_line(rest_);
+  if (!line.starts_with('#')) {
+    throw InputError(
+        fmt::format("{}: begins with '{:.40}', expected a line # with the names of the columns",
+                    where(), line));
+  }
+  check_end();
+  const std::string names = without_brackets(line.substr(1));
+  split_commas(names, values_);
+  columns_.assign(values_.begin(), values_.end());
+  if (std::find(known.begin(), known.end(), columns_) != known.end()) return;
+  std::string expected;
+  for (const auto& list : known) {
+    expected += fmt::format("{}{}", expected.empty() ? "" : " or ", fmt::join(list, ","));
+  }
+  throw InputError(fmt::format("{}: has the columns {}, expected {}", where(),
+                               fmt::join(columns_, ","), expected));
 }
 
 std::string_view CsvReader::next_line() {

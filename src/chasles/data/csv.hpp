@@ -19,6 +19,12 @@ class CsvReader {
   /// Throws InputError unless the columns are exactly these.
   CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns);
 
+  /// A table whose first line is a comment with the names of the columns, as EuRoC's are; units in
+  /// brackets are no part of a name. Throws InputError unless the names are one of the `known`
+  /// lists. `file` names the table in messages.
+  CsvReader(std::string file, std::string bytes,
+            const std::vector<std::vector<std::string>>& known);
+
   const std::vector<std::string>& columns() const { return columns_; }
 
   /// Moves to the next row; false at the end. Throws InputError if it has too few or too many
@@ -37,6 +43,7 @@ class CsvReader {
 
  private:
   std::string_view next_line();
+  void check_end() const;
 
   std::string file_;
   std::string bytes_;

@@ -5,9 +5,11 @@
 #include <variant>
 #include <vector>
 
+#include <chasles/camera/camera.hpp>
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
 #include <chasles/imu/body_velocity.hpp>
+#include <chasles/imu/imu_sample.hpp>
 #include <chasles/lie/trajectory.hpp>
 
 namespace chasles {
@@ -18,26 +20,45 @@ struct TrueLandmark {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< [m], in the frame of the true trajectory
 };
 
-/// What sensors delivered, and, where known, the truth. Times rise strictly within velocities,
-/// frames and truth; every number is finite. The readers and the simulator see to that.
+/// The true motion at an instant, with what only an inertial filter estimates besides the pose.
+struct TrueMotion {
+  Time time{};
+  Eigen::Vector3d v_world = Eigen::Vector3d::Zero();             ///< [m/s]
+  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
+  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
+};
+
+/// What sensors delivered, and, where known, the truth. Times rise strictly within velocities, IMU
+/// samples, frames and truth; every number is finite. The readers and the simulator see to that.
+///
+/// There are two kinds: body velocities with a rectified stereo pair, and IMU samples with any
+/// cameras.
 struct Recording {
   std::string name;
   StereoRig rig;
   std::vector<BodyVelocity> velocities;
+  std::vector<Camera> cameras;
+  std::vector<ImuSample> imu;
+  ImuConvention imu_convention = ImuConvention::kInstant;
+  std::optional<ImuNoise> imu_noise;  ///< as the recording states it
   std::vector<FeatureFrame> frames;
-  Trajectory truth;                          ///< world_T_imu; empty where unknown
+  Trajectory truth;  ///< world_T_imu; empty where unknown. With an IMU the world's z axis points up
+  std::vector<TrueMotion> true_motion;       ///< at the times of `truth`; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown
   /// Standard deviations that the recording itself states; none where it does not.
   std::optional<BodyVelocitySigma> velocity_sigma;
   std::optional<Eigen::Vector4d> pixel_sigma;  ///< of (uL, vL, uR, vR) [px]
+  std::optional<double> single_pixel_sigma;    ///< of u and of v of a PixelObservation [px]
   /// What the reader corrected, dropped or counted, a sentence each, for the user to read.
   std::vector<std::string> remarks;
 };
 
 /// One thing that happened at a time.
-using Event = std::variant<BodyVelocity, FeatureFrame>;
+using Event = std::variant<BodyVelocity, ImuSample, FeatureFrame>;
 
-/// The recording in the order of time: a velocity comes before a frame of the same instant.
+/// The recording in the order of time: a velocity comes before a frame of the same instant; of the
+/// IMU all samples up to the first that is not earlier than a frame come before it, so that the
+/// motion up to the frame can be interpolated and need not be extrapolated.
 class EventStream {
  public:
   /// The recording must outlive the stream.
@@ -49,6 +70,7 @@ class EventStream {
  private:
   const Recording* recording_;
   std::size_t velocity_ = 0;
+  std::size_t imu_ = 0;
   std::size_t frame_ = 0;
 };
 

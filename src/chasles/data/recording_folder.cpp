@@ -5,6 +5,7 @@
 
 #include <chasles/data/calibration.hpp>
 #include <chasles/data/csv.hpp>
+#include <chasles/data/inertial_tables.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
@@ -14,21 +15,17 @@ namespace chasles {
 namespace {
 
 const std::vector<std::string> kVelocityColumns{"time_ns", "vx", "vy", "vz", "wx", "wy", "wz"};
+// With single cameras also the number of their observations.
 const std::vector<std::string> kFrameColumns{"time_ns", "observations"};
+const std::vector<std::string> kFramePixelColumns{"time_ns", "observations", "pixels"};
 const std::vector<std::string> kFeatureColumns{"time_ns", "landmark", "u_left",
                                                "v_left",  "u_right",  "v_right"};
 const std::vector<std::string> kLandmarkColumns{"landmark", "x", "y", "z"};
 
 using Text = fmt::memory_buffer;
+namespace fs = std::filesystem;
 
-void write_table(const std::filesystem::path& file, const std::vector<std::string>& columns,
-                 const Text& rows) {
-  std::string bytes = fmt::format("{}\n", fmt::join(columns, ","));
-  bytes.append(rows.data(), rows.size());
-  write_file(file, bytes);
-}
-
-std::vector<BodyVelocity> read_velocities(const std::filesystem::path& file) {
+std::vector<BodyVelocity> read_velocities(const fs::path& file) {
   CsvReader csv(file, kVelocityColumns);
   std::vector<BodyVelocity> velocities;
   while (csv.next()) {
@@ -41,21 +38,26 @@ std::vector<BodyVelocity> read_velocities(const std::filesystem::path& file) {
   return velocities;
 }
 
-std::vector<FeatureFrame> read_frame_times(const std::filesystem::path& file,
-                                           std::vector<std::int64_t>& counts) {
-  CsvReader csv(file, kFrameColumns);
+// What frames.csv says that a frame holds.
+struct Counts {
+  std::int64_t observations = 0, pixels = 0;
+};
+
+std::vector<FeatureFrame> read_frame_times(const fs::path& file, bool with_pixels,
+                                           std::vector<Counts>& counts) {
+  CsvReader csv(file, with_pixels ? kFramePixelColumns : kFrameColumns);
   std::vector<FeatureFrame> frames;
   while (csv.next()) {
     const Time time(csv.integer(0));
     if (!frames.empty()) check_rises(csv.where(0), frames.back().time, time);
-    frames.push_back({.time = time, .observations = {}});
-    counts.push_back(csv.integer(1));
+    frames.push_back({.time = time});
+    counts.push_back({csv.integer(1), with_pixels ? csv.integer(2) : 0});
   }
   return frames;
 }
 
 // Puts the rows of features.csv, which are in order of time, into the frames.
-void read_features(const std::filesystem::path& file, std::vector<FeatureFrame>& frames) {
+void read_features(const fs::path& file, std::vector<FeatureFrame>& frames) {
   CsvReader csv(file, kFeatureColumns);
   auto frame = frames.begin();
   while (csv.next()) {
@@ -73,30 +75,43 @@ void read_features(const std::filesystem::path& file, std::vector<FeatureFrame>&
   }
 }
 
-// A landmark is seen at most once in a frame, and no row was lost.
-void check_frames(const std::filesystem::path& folder, const std::vector<FeatureFrame>& frames,
-                  const std::vector<std::int64_t>& counts) {
-  std::vector<LandmarkId> ids;
+void check_count(const fs::path& file, Time time, std::size_t found, std::int64_t expected) {
+  if (std::cmp_equal(found, expected)) return;
+  throw InputError(fmt::format(
+      "{}: holds {} observations of the frame at {} ns, expected {} as frames.csv says (is the "
+      "file truncated?)",
+      file.string(), found, time.count(), expected));
+}
+
+// A landmark is seen at most once in a frame by a camera.
+void check_once(const fs::path& file, Time time, std::vector<std::pair<int, LandmarkId>>& seen) {
+  std::sort(seen.begin(), seen.end());
+  const auto twice = std::adjacent_find(seen.begin(), seen.end());
+  if (twice == seen.end()) return;
+  throw InputError(
+      fmt::format("{}: landmark {} is there twice at {} ns, expected at most once{}", file.string(),
+                  twice->second, time.count(),
+                  twice->first < 0 ? std::string() : fmt::format(" in camera {}", twice->first)));
+}
+
+// No row was lost, and no landmark is there twice.
+void check_frames(const fs::path& folder, const std::vector<FeatureFrame>& frames,
+                  const std::vector<Counts>& counts) {
+  const fs::path features = folder / "features.csv", pixels = folder / "pixels.csv";
+  std::vector<std::pair<int, LandmarkId>> seen;
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    if (std::cmp_not_equal(frames[k].observations.size(), counts[k])) {
-      throw InputError(fmt::format(
-          "{}: holds {} observations of the frame at {} ns, expected {} as frames.csv says (is the "
-          "file truncated?)",
-          (folder / "features.csv").string(), frames[k].observations.size(), frames[k].time.count(),
-          counts[k]));
-    }
-    ids.clear();
-    for (const StereoObservation& o : frames[k].observations) ids.push_back(o.landmark);
-    std::sort(ids.begin(), ids.end());
-    const auto twice = std::adjacent_find(ids.begin(), ids.end());
-    if (twice == ids.end()) continue;
-    throw InputError(fmt::format("{}: landmark {} is there twice at {} ns, expected at most once",
-                                 (folder / "features.csv").string(), *twice,
-                                 frames[k].time.count()));
+    check_count(features, frames[k].time, frames[k].observations.size(), counts[k].observations);
+    check_count(pixels, frames[k].time, frames[k].pixels.size(), counts[k].pixels);
+    seen.clear();
+    for (const StereoObservation& o : frames[k].observations) seen.emplace_back(-1, o.landmark);
+    check_once(features, frames[k].time, seen);
+    seen.clear();
+    for (const PixelObservation& o : frames[k].pixels) seen.emplace_back(o.camera, o.landmark);
+    check_once(pixels, frames[k].time, seen);
   }
 }
 
-std::vector<TrueLandmark> read_true_landmarks(const std::filesystem::path& file) {
+std::vector<TrueLandmark> read_true_landmarks(const fs::path& file) {
   CsvReader csv(file, kLandmarkColumns);
   std::vector<TrueLandmark> landmarks;
   while (csv.next()) {
@@ -106,80 +121,151 @@ std::vector<TrueLandmark> read_true_landmarks(const std::filesystem::path& file)
   return landmarks;
 }
 
-void write_velocities(const std::vector<BodyVelocity>& velocities,
-                      const std::filesystem::path& file) {
+void write_velocities(const std::vector<BodyVelocity>& velocities, const fs::path& file) {
   Text rows;
   for (const BodyVelocity& row : velocities) {
     const Eigen::Vector3d &v = row.linear_imu, &w = row.angular_imu;
     fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{}\n", row.time.count(), v.x(),
                    v.y(), v.z(), w.x(), w.y(), w.z());
   }
-  write_table(file, kVelocityColumns, rows);
+  write_table(file, kVelocityColumns, {rows.data(), rows.size()});
 }
 
-void write_frames(const std::vector<FeatureFrame>& frames, const std::filesystem::path& folder) {
-  Text times, features;
-  for (const FeatureFrame& frame : frames) {
-    fmt::format_to(std::back_inserter(times), "{},{}\n", frame.time.count(),
+void write_frames(const Recording& recording, const fs::path& file) {
+  const bool with_pixels = !recording.cameras.empty();
+  Text rows;
+  for (const FeatureFrame& frame : recording.frames) {
+    fmt::format_to(std::back_inserter(rows), "{},{}", frame.time.count(),
                    frame.observations.size());
+    if (with_pixels) fmt::format_to(std::back_inserter(rows), ",{}", frame.pixels.size());
+    rows.push_back('\n');
+  }
+  write_table(file, with_pixels ? kFramePixelColumns : kFrameColumns, {rows.data(), rows.size()});
+}
+
+void write_features(const std::vector<FeatureFrame>& frames, const fs::path& file) {
+  Text rows;
+  for (const FeatureFrame& frame : frames) {
     for (const StereoObservation& o : frame.observations) {
-      fmt::format_to(std::back_inserter(features), "{},{},{},{},{},{}\n", frame.time.count(),
+      fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{}\n", frame.time.count(),
                      o.landmark, o.pixels[0], o.pixels[1], o.pixels[2], o.pixels[3]);
     }
   }
-  write_table(folder / "frames.csv", kFrameColumns, times);
-  write_table(folder / "features.csv", kFeatureColumns, features);
+  write_table(file, kFeatureColumns, {rows.data(), rows.size()});
 }
 
-void write_true_landmarks(const std::vector<TrueLandmark>& landmarks,
-                          const std::filesystem::path& file) {
+void write_true_landmarks(const std::vector<TrueLandmark>& landmarks, const fs::path& file) {
   Text rows;
   for (const TrueLandmark& row : landmarks) {
     fmt::format_to(std::back_inserter(rows), "{},{},{},{}\n", row.id, row.p_world.x(),
                    row.p_world.y(), row.p_world.z());
   }
-  write_table(file, kLandmarkColumns, rows);
+  write_table(file, kLandmarkColumns, {rows.data(), rows.size()});
+}
+
+// A file that the calibration says nothing of would silently be left out.
+void refuse(const fs::path& file, const std::string& missing) {
+  if (!fs::exists(file)) return;
+  throw InputError(
+      fmt::format("{}: is there, but calibration.yaml has no {}: expected both or "
+                  "neither",
+                  file.string(), missing));
+}
+
+void read_motion_tables(const fs::path& folder, const Calibration& calibration,
+                        Recording& recording) {
+  const fs::path imu = folder / "imu.csv", velocities = folder / "velocities.csv";
+  if (calibration.imu_convention) {
+    recording.imu = read_imu(imu);
+  } else {
+    refuse(imu, "imu_convention");
+  }
+  if (!calibration.imu_convention || fs::exists(velocities)) {
+    recording.velocities = read_velocities(velocities);
+  }
+}
+
+void read_frame_tables(const fs::path& folder, const Calibration& calibration,
+                       Recording& recording) {
+  const fs::path features = folder / "features.csv", pixels = folder / "pixels.csv";
+  const std::size_t cameras = calibration.cameras.size();
+  std::vector<Counts> counts;
+  recording.frames = read_frame_times(folder / "frames.csv", cameras > 0, counts);
+  if (calibration.rig) {
+    read_features(features, recording.frames);
+  } else {
+    refuse(features, "rig (fx, fy, cx, cy, baseline, cam0_T_imu)");
+  }
+  if (cameras > 0) {
+    read_pixels(pixels, cameras, recording.frames);
+  } else {
+    refuse(pixels, "cameras");
+  }
+  check_frames(folder, recording.frames, counts);
+}
+
+void read_truth_tables(const fs::path& folder, Recording& recording) {
+  const fs::path truth = folder / "truth.tum", motion = folder / "true_motion.csv",
+                 landmarks = folder / "landmarks_truth.csv";
+  if (fs::exists(truth)) recording.truth = read_tum(truth);
+  if (fs::exists(motion)) recording.true_motion = read_true_motion(motion, recording.truth);
+  if (fs::exists(landmarks)) recording.true_landmarks = read_true_landmarks(landmarks);
+}
+
+bool has_rig(const Recording& recording) { return recording.rig.fx > 0; }
+bool has_imu(const Recording& recording) { return !recording.imu.empty(); }
+
+Calibration calibration_of(const Recording& r) {
+  Calibration calibration{.name = r.name,
+                          .cameras = r.cameras,
+                          .remarks = r.remarks,
+                          .velocity_sigma = r.velocity_sigma,
+                          .pixel_sigma = r.pixel_sigma,
+                          .single_pixel_sigma = r.single_pixel_sigma,
+                          .imu_noise = r.imu_noise};
+  if (has_rig(r)) calibration.rig = r.rig;
+  if (has_imu(r)) calibration.imu_convention = r.imu_convention;
+  return calibration;
 }
 
 }  // namespace
 
-Recording read_folder_recording(const std::filesystem::path& folder) {
+Recording read_folder_recording(const fs::path& folder) {
   const Calibration calibration = read_calibration(folder / "calibration.yaml");
-  Recording recording{.name = calibration.name,
-                      .rig = calibration.rig,
-                      .velocities = read_velocities(folder / "velocities.csv"),
-                      .frames = {},
-                      .truth = {},
-                      .true_landmarks = {},
-                      .velocity_sigma = calibration.velocity_sigma,
-                      .pixel_sigma = calibration.pixel_sigma,
-                      .remarks = calibration.remarks};
-  std::vector<std::int64_t> counts;
-  recording.frames = read_frame_times(folder / "frames.csv", counts);
-  read_features(folder / "features.csv", recording.frames);
-  check_frames(folder, recording.frames, counts);
-  if (std::filesystem::exists(folder / "truth.tum")) {
-    recording.truth = read_tum(folder / "truth.tum");
-  }
-  if (std::filesystem::exists(folder / "landmarks_truth.csv")) {
-    recording.true_landmarks = read_true_landmarks(folder / "landmarks_truth.csv");
-  }
+  Recording recording;
+  recording.name = calibration.name;
+  recording.rig = calibration.rig.value_or(StereoRig{});
+  recording.cameras = calibration.cameras;
+  recording.imu_convention = calibration.imu_convention.value_or(ImuConvention::kInstant);
+  recording.imu_noise = calibration.imu_noise;
+  recording.velocity_sigma = calibration.velocity_sigma;
+  recording.pixel_sigma = calibration.pixel_sigma;
+  recording.single_pixel_sigma = calibration.single_pixel_sigma;
+  recording.remarks = calibration.remarks;
+  read_motion_tables(folder, calibration, recording);
+  read_frame_tables(folder, calibration, recording);
+  read_truth_tables(folder, recording);
   return recording;
 }
 
-void write_folder_recording(const Recording& recording, const std::filesystem::path& folder) {
+void write_folder_recording(const Recording& recording, const fs::path& folder) {
   make_folder(folder);
-  write_calibration({.name = recording.name,
-                     .rig = recording.rig,
-                     .remarks = recording.remarks,
-                     .velocity_sigma = recording.velocity_sigma,
-                     .pixel_sigma = recording.pixel_sigma},
-                    folder / "calibration.yaml");
-  write_velocities(recording.velocities, folder / "velocities.csv");
-  write_frames(recording.frames, folder);
-  remove_file(folder / "truth.tum");
-  remove_file(folder / "landmarks_truth.csv");
+  for (const char* file : {"velocities.csv", "imu.csv", "features.csv", "pixels.csv", "truth.tum",
+                           "true_motion.csv", "landmarks_truth.csv"}) {
+    remove_file(folder / file);
+  }
+  write_calibration(calibration_of(recording), folder / "calibration.yaml");
+  if (!recording.velocities.empty() || !has_imu(recording)) {
+    write_velocities(recording.velocities, folder / "velocities.csv");
+  }
+  if (has_imu(recording)) write_imu(recording.imu, folder / "imu.csv");
+  write_frames(recording, folder / "frames.csv");
+  if (has_rig(recording)) write_features(recording.frames, folder / "features.csv");
+  if (!recording.cameras.empty()) write_pixels(recording.frames, folder / "pixels.csv");
   if (!recording.truth.empty()) write_tum(recording.truth, folder / "truth.tum");
+  if (!recording.true_motion.empty()) {
+    write_true_motion(recording.true_motion, folder / "true_motion.csv");
+  }
   if (!recording.true_landmarks.empty()) {
     write_true_landmarks(recording.true_landmarks, folder / "landmarks_truth.csv");
   }

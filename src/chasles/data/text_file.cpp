@@ -68,6 +68,12 @@ void write_file(const std::filesystem::path& file, std::string_view bytes) {
   }
 }
 
+void write_table(const std::filesystem::path& file, const std::vector<std::string>& columns,
+                 std::string_view rows) {
+  std::string bytes = fmt::format("{}\n", fmt::join(columns, ","));
+  write_file(file, bytes.append(rows));
+}
+
 void remove_file(const std::filesystem::path& file) {
   std::error_code error;
   std::filesystem::remove(file, error);

@@ -13,6 +13,10 @@ std::string read_file(const std::filesystem::path& file);
 /// Writes the bytes, replacing the file. Throws UsageError if that is not possible.
 void write_file(const std::filesystem::path& file, std::string_view bytes);
 
+/// Writes a table: a line with the names of the columns, then the rows.
+void write_table(const std::filesystem::path& file, const std::vector<std::string>& columns,
+                 std::string_view rows);
+
 /// Removes a file that an earlier run may have left. Throws UsageError if it is there and stays.
 void remove_file(const std::filesystem::path& file);
 

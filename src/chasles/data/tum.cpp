@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/gzip.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/parse.hpp>
 #include <chasles/data/readers.hpp>
@@ -13,13 +14,16 @@ namespace {
 
 constexpr std::array<const char*, 8> kColumns{"t", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
 
+// OpenVINS writes six variances behind the pose; they are not read.
+constexpr std::size_t kColumnsOfOpenVins = 14;
+
 StampedPose parse_row(const std::string& where, const std::vector<std::string_view>& words) {
-  if (words.size() != kColumns.size()) {
+  if (words.size() != kColumns.size() && words.size() != kColumnsOfOpenVins) {
     throw InputError(fmt::format("{}: has {} columns, expected {}: t tx ty tz qx qy qz qw", where,
                                  words.size(), kColumns.size()));
   }
   std::array<double, 8> numbers{};
-  for (std::size_t i = 1; i < words.size(); ++i) {
+  for (std::size_t i = 1; i < kColumns.size(); ++i) {
     numbers[i] = parse_finite(where + ": " + kColumns[i], words[i]);
   }
   return {.time = parse_seconds(where + ": t", words[0]),
@@ -30,7 +34,7 @@ StampedPose parse_row(const std::string& where, const std::vector<std::string_vi
 }  // namespace
 
 Trajectory read_tum(const std::filesystem::path& file) {
-  const std::string bytes = read_file(file);
+  const std::string bytes = read_plain_or_gzip(file);
   Trajectory trajectory;
   std::string_view rest = bytes;
   for (int number = 1; !rest.empty(); ++number) {

@@ -40,6 +40,11 @@ TEST(Tum, TimesBeforeZeroAreKept) {
   EXPECT_EQ(again[1].time.count(), -5);
 }
 
+TEST(Tum, TheVariancesThatOpenVinsAppendsAreNotRead) {
+  const Trajectory t = read("0 1 2 3 0 0 0 1 9 9 9 9 9 9\n");
+  EXPECT_EQ(t.at(0).pose.p, Eigen::Vector3d(1, 2, 3));
+}
+
 TEST(Tum, AQuarterTurnAboutTheVerticalTurnsForwardToLeft) {
   const Trajectory t = read("0 1 2 3 0 0 0.70710678 0.70710678\n");
   EXPECT_LT((t.at(0).pose.R * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 1e-9);

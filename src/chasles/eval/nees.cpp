@@ -65,6 +65,21 @@ Matrix6d pose_error_map(PoseError definition, const SE3& estimate) {
   return M;
 }
 
+PoseError pose_error_of(std::string_view chart) {
+  if (chart == "left-se3") return PoseError::kBodyTwist;
+  return chart.starts_with("right-") ? PoseError::kWorldTwist : PoseError::kStandard;
+}
+
+PoseNees pose_nees(PoseError definition, const SE3& truth, const SE3& estimate,
+                   const Matrix6d& covariance) {
+  const Vector6d e = pose_error(definition, truth, estimate);
+  const Matrix6d M = pose_error_map(definition, estimate);
+  const Matrix6d P = M * covariance * M.transpose();
+  return {.position = normalized_square<3>(e.tail<3>(), P.bottomRightCorner<3, 3>()),
+          .attitude = normalized_square<3>(e.head<3>(), P.topLeftCorner<3, 3>()),
+          .pose = normalized_square<6>(e, P)};
+}
+
 ConsistencySummary summarize_nees(std::span<const double> values, int dof) {
   ConsistencySummary summary;
   summary.dof = dof;
@@ -99,13 +114,12 @@ Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covarian
           covariances.size(), row));
     }
     const SE3& estimate = matched.estimate[i].pose;
-    const Vector6d e = pose_error(definition, estimate_T_truth * matched.truth[i].pose, estimate);
-    const Matrix6d M = pose_error_map(definition, estimate);
-    const Matrix6d P = M * covariances[row] * M.transpose();
+    const PoseNees one =
+        pose_nees(definition, estimate_T_truth * matched.truth[i].pose, estimate, covariances[row]);
     result.times.push_back(matched.estimate[i].time);
-    result.attitude.push_back(normalized_square<3>(e.head<3>(), P.topLeftCorner<3, 3>()));
-    result.position.push_back(normalized_square<3>(e.tail<3>(), P.bottomRightCorner<3, 3>()));
-    result.pose.push_back(normalized_square<6>(e, P));
+    result.attitude.push_back(one.attitude);
+    result.position.push_back(one.position);
+    result.pose.push_back(one.pose);
   }
   result.attitude_summary = summarize_nees(result.attitude, 3);
   result.position_summary = summarize_nees(result.position, 3);

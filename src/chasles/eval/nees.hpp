@@ -21,12 +21,24 @@ enum class PoseError {
 /// "standard", "body-twist", "world-twist".
 std::string_view name(PoseError definition);
 
+/// The coordinates in which the filter's chart of that name (filter/error_chart.hpp) has its error.
+PoseError pose_error_of(std::string_view chart);
+
 /// The error in these coordinates.
 Vector6d pose_error(PoseError definition, const SE3& truth, const SE3& estimate);
 
 /// d(error in these coordinates) / d(standard error) at a zero error (math.md §2.4): what turns a
 /// covariance of [theta; dp] into one of these coordinates, M P M^T.
 Matrix6d pose_error_map(PoseError definition, const SE3& estimate);
+
+/// e^T P^-1 e of a pose; NaN where P is singular.
+struct PoseNees {
+  double position = 0, attitude = 0, pose = 0;
+};
+
+/// `covariance` is that of the standard error [theta; dp], world axes [rad, m].
+PoseNees pose_nees(PoseError definition, const SE3& truth, const SE3& estimate,
+                   const Matrix6d& covariance);
 
 /// A list of chi-square variables.
 struct ConsistencySummary {

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <algorithm>
-
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/lie/so3.hpp>
 
@@ -15,19 +13,17 @@ inline void add_additive(State& x, const Eigen::VectorXd& xi) {
 }
 
 inline void add_landmarks(State& x, const Eigen::VectorXd& xi) {
-  for (Landmark& landmark : x.landmarks) landmark.p_world += xi.segment<3>(landmark.row);
+  for (Landmark& landmark : x.landmarks) landmark.parameters() += xi.segment<3>(landmark.row);
 }
 
 /// y - x for everything that subtracts; the rotation's rows are left zero.
 inline Eigen::VectorXd differences(const State& x, const State& y) {
-  int rows = x.core_size();
-  for (const Landmark& landmark : x.landmarks) rows = std::max(rows, landmark.row + 3);
-  Eigen::VectorXd xi = Eigen::VectorXd::Zero(rows);
+  Eigen::VectorXd xi = Eigen::VectorXd::Zero(x.size());
   xi.segment<3>(3) = y.world_T_imu.p - x.world_T_imu.p;
   if (x.v_world) xi.segment<3>(6) = *y.v_world - *x.v_world;
   xi.segment(x.additive_row(), x.additive.size()) = y.additive - x.additive;
   for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
-    xi.segment<3>(x.landmarks[i].row) = y.landmarks[i].p_world - x.landmarks[i].p_world;
+    xi.segment<3>(x.landmarks[i].row) = y.landmarks[i].parameters() - x.landmarks[i].parameters();
   }
   return xi;
 }

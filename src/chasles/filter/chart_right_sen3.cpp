@@ -16,7 +16,13 @@ void retract(State& x, const Eigen::VectorXd& xi) {
   move(x.world_T_imu.p, 3);
   if (x.v_world) move(*x.v_world, 6);
   add_additive(x, xi);
-  for (Landmark& landmark : x.landmarks) move(landmark.p_world, landmark.row);
+  for (Landmark& landmark : x.landmarks) {
+    if (landmark.anchor) {
+      landmark.inverse_depth += xi.segment<3>(landmark.row);
+    } else {
+      move(landmark.p_world, landmark.row);
+    }
+  }
 }
 
 Eigen::VectorXd local(const State& x, const State& y) {
@@ -31,6 +37,7 @@ Eigen::VectorXd local(const State& x, const State& y) {
   between(x.world_T_imu.p, y.world_T_imu.p, 3);
   if (x.v_world) between(*x.v_world, *y.v_world, 6);
   for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
+    if (x.landmarks[i].anchor) continue;
     between(x.landmarks[i].p_world, y.landmarks[i].p_world, x.landmarks[i].row);
   }
   return xi;

@@ -41,8 +41,8 @@ inline Inertial inertial_model() {
 }
 
 inline State initial_state(Motion motion, const DriveFrame& first) {
-  State x{
-      .world_T_imu = first.world_T_imu, .v_world = std::nullopt, .additive = {}, .landmarks = {}};
+  State x;
+  x.world_T_imu = first.world_T_imu;
   x.additive.setZero(motion == Motion::kInertial ? 6 : velocity_model(motion).size());
   if (motion == Motion::kInertial) x.v_world = first.world_T_imu.R * first.velocity.linear_imu;
   return x;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -54,6 +55,9 @@ class Jacobian {
     for_each_landmark([&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
       result.middleRows(at, z.residual.size()) += z.d_landmark.lazyProduct(M.middleRows<3>(row));
     });
+    for_each_clone([&](const Measurement::OfClone& clone, Eigen::Index at) {
+      result.middleRows(at, clone.d.rows()) += clone.d.lazyProduct(M.middleRows<6>(clone.row));
+    });
     return result;
   }
 
@@ -64,6 +68,10 @@ class Jacobian {
     for_each_landmark([&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
       result.middleCols(at, z.residual.size()) +=
           P.middleCols<3>(row).lazyProduct(z.d_landmark.transpose());
+    });
+    for_each_clone([&](const Measurement::OfClone& clone, Eigen::Index at) {
+      result.middleCols(at, clone.d.rows()) +=
+          P.middleCols<6>(clone.row).lazyProduct(clone.d.transpose());
     });
     return result;
   }
@@ -76,6 +84,15 @@ class Jacobian {
       if (z->landmark >= 0) {
         visit(*z, at, state_.landmarks[static_cast<std::size_t>(z->landmark)].row);
       }
+      at += z->residual.size();
+    }
+  }
+
+  template <class Visitor>
+  void for_each_clone(const Visitor& visit) const {
+    Eigen::Index at = 0;
+    for (const Measurement* z : measurements_) {
+      for (const Measurement::OfClone& clone : z->clones) visit(clone, at);
       at += z->residual.size();
     }
   }
@@ -156,7 +173,7 @@ void Ekf::propagate(const Prediction& prediction) {
   P.topRows(n) = (prediction.F * P.topRows(n)).eval();
   P.topLeftCorner(n, n) = (P.topLeftCorner(n, n) * prediction.F.transpose() + prediction.Q).eval();
   P.bottomLeftCorner(P.rows() - n, n) = P.topRightCorner(n, P.cols() - n).transpose();
-  if (options_.compress_map) {
+  if (remembers()) {
     history_.append(History::Propagation{.F = prediction.F, .Q = prediction.Q});
   }
 }
@@ -166,6 +183,12 @@ double Innovation::normalised_square() const { return residual.dot(S.ldlt().solv
 Innovation Ekf::innovation(const Measurement& z) const {
   const auto P = covariance_.all();
   Innovation result{.residual = z.residual, .S = z.noise};
+  if (!z.clones.empty()) {
+    const Measurement* one[] = {&z};
+    const Jacobian H(one, state_);
+    result.S += H.times(H.times_transpose(covariance_));
+    return result;
+  }
   if (z.landmark < 0) {
     const Eigen::Index w = z.d_core.cols();
     result.S += z.d_core * P.block(z.core_column, z.core_column, w, w) * z.d_core.transpose();
@@ -203,12 +226,22 @@ std::vector<double> Ekf::normalised_squares(std::span<const Measurement> measure
       const int row = state_.landmarks[static_cast<std::size_t>(z.landmark)].row;
       cross += z.d_landmark * PHt.middleRows<3>(row);
     }
+    for (const Measurement::OfClone& clone : z.clones) {
+      cross += clone.d * PHt.middleRows<6>(clone.row);
+    }
     Innovation conditional = innovation(z);
     conditional.residual -= cross * S_known.solve(known.residual);
     conditional.S -= cross * S_known.solve(cross.transpose());
     result.push_back(conditional.normalised_square());
   }
   return result;
+}
+
+double Ekf::joint_normalised_square(std::span<const Measurement> measurements) const {
+  std::vector<const Measurement*> all;
+  for (const Measurement& z : measurements) all.push_back(&z);
+  const auto z = whiten(all, covariance_, state_);
+  return z ? z->w.squaredNorm() : std::numeric_limits<double>::infinity();
 }
 
 UpdateReport Ekf::update(std::span<const Measurement> measurements) {
@@ -231,12 +264,12 @@ UpdateReport Ekf::update(std::span<const Measurement> measurements) {
   record.delta.noalias() = z->W * z->w;
   dense::downdate_lower(z->W, covariance_.all());
 
-  if (options_.compress_map) remember(accepted, record);
+  if (remembers()) remember(accepted, record);
   const State before = state_;
   correct_mean(record.delta);
   change_chart(before, record);
   dense::mirror_lower(covariance_.all());
-  if (options_.compress_map) history_.append(std::move(record));
+  if (remembers()) history_.append(std::move(record));
   for (const Measurement* used : accepted) {
     if (used->landmark >= 0) {
       ++state_.landmarks[static_cast<std::size_t>(used->landmark)].observations;
@@ -270,7 +303,7 @@ void Ekf::remember(const std::vector<const Measurement*>& used, History::Correct
 void Ekf::correct_mean(const VectorXd& delta) {
   VectorXd xi = delta;
   push(*chart_, state_, xi);
-  chart_->retract(state_, xi);
+  retract(*chart_, state_, xi);
   state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
   for (Landmark& landmark : retired_) landmark.p_world += delta.segment<3>(landmark.row);
 }
@@ -282,6 +315,7 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
     // A adds B θ to the landmarks' rows: P + B Z^T + Z B^T with Z = P_θ + B P_θθ / 2.
     MatrixXd B = MatrixXd::Zero(P.rows(), 3);
     for (std::size_t i = 0; i < state_.landmarks.size(); ++i) {
+      if (state_.landmarks[i].anchor) continue;
       B.middleRows<3>(state_.landmarks[i].row) =
           chart_->landmark_block(before.landmarks[i].p_world) -
           chart_->landmark_block(state_.landmarks[i].p_world);
@@ -293,7 +327,8 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
     dense::symmetric_update_lower(B, Z, P);
     record.A_landmarks = B.bottomRows(B.rows() - state_.core_size());
   }
-  const int n = state_.additive_row();
+  change_chart_of_clones(before);
+  const int n = state_.motion_size();
   const MatrixXd after = chart_->motion_block(state_).topLeftCorner(n, n);
   const MatrixXd A = after.partialPivLu().solve(chart_->motion_block(before).topLeftCorner(n, n));
   if (A.isIdentity(0)) return;
@@ -302,6 +337,25 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
   auto below = P.bottomLeftCorner(P.rows() - n, n);
   below = (below * A.transpose()).eval();
   record.A_motion = A;
+}
+
+// The clones' blocks of the same, each by itself.
+void Ekf::change_chart_of_clones(const State& before) {
+  auto P = covariance_.all();
+  for (std::size_t i = 0; i < state_.clones.size(); ++i) {
+    const Clone& clone = state_.clones[i];
+    const Matrix6d A = pose_block(*chart_, clone.world_T_imu)
+                           .partialPivLu()
+                           .solve(pose_block(*chart_, before.clones[i].world_T_imu));
+    if (A.isIdentity(0)) continue;
+    const int r = clone.row;
+    const Matrix6d own = P.block<6, 6>(r, r).selfadjointView<Eigen::Lower>();
+    P.block<6, 6>(r, r) = A * own * A.transpose();
+    auto left = P.block(r, 0, 6, r);
+    left = (A * left).eval();
+    auto below = P.block(r + 6, r, P.rows() - r - 6, 6);
+    below = (below * A.transpose()).eval();
+  }
 }
 
 void Ekf::add(std::span<const NewLandmark> landmarks) {
@@ -314,16 +368,34 @@ void Ekf::add(std::span<const NewLandmark> landmarks) {
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     d_pose.middleRows<3>(3 * static_cast<int>(i)) = landmarks[i].d_pose;
   }
-  P.block(old_size, 0, rows, old_size) = d_pose * P.topLeftCorner(6, old_size);
-  P.block(0, old_size, old_size, rows) = P.block(old_size, 0, rows, old_size).transpose();
-  P.block(old_size, old_size, rows, rows) = P.block(old_size, 0, rows, 6) * d_pose.transpose();
+  MatrixXd cross = d_pose * P.topLeftCorner(6, old_size);
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    for (const NewLandmark::OfClone& clone : landmarks[i].clones) {
+      cross.middleRows<3>(3 * static_cast<int>(i)) += clone.d * P.block(clone.row, 0, 6, old_size);
+    }
+  }
+  P.block(old_size, 0, rows, old_size) = cross;
+  P.block(0, old_size, old_size, rows) = cross.transpose();
+  MatrixXd own = cross.leftCols<6>() * d_pose.transpose();
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    for (const NewLandmark::OfClone& clone : landmarks[i].clones) {
+      own.middleCols<3>(3 * static_cast<int>(i)) +=
+          cross.middleCols<6>(clone.row) * clone.d.transpose();
+    }
+  }
+  P.block(old_size, old_size, rows, rows) = own;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const int row = old_size + 3 * static_cast<int>(i);
     P.block<3, 3>(row, row) += landmarks[i].noise;
-    state_.landmarks.push_back(
-        {.id = landmarks[i].id, .p_world = landmarks[i].p_world, .row = row, .observations = 1});
+    state_.landmarks.push_back({.id = landmarks[i].id,
+                                .p_world = landmarks[i].p_world,
+                                .row = row,
+                                .observations = landmarks[i].observations,
+                                .anchor = landmarks[i].anchor,
+                                .cam_T_imu = landmarks[i].cam_T_imu,
+                                .inverse_depth = landmarks[i].inverse_depth});
   }
-  if (!options_.compress_map) return;
+  if (!remembers()) return;
   for (int first = 0; first < rows; first += kRowsOfAnAddition) {
     const int count = std::min(kRowsOfAnAddition, rows - first);
     History::Addition step{.d_pose = d_pose.middleRows(first, count), .noise = MatrixXd(3, count)};

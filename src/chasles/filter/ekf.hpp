@@ -17,6 +17,12 @@ namespace chasles {
 /// which the errors of a range of core columns and of one landmark explain. `noise` must be
 /// regular.
 struct Measurement {
+  /// How the residual depends on six further errors: those of a clone.
+  struct OfClone {
+    int row = 0;  ///< of the clone
+    Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 6, 6> d;
+  };
+
   int landmark = -1;    ///< index into State::landmarks; -1: none
   int core_column = 0;  ///< where the columns of d_core stand in the core
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> residual;
@@ -24,15 +30,27 @@ struct Measurement {
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 6, 3> d_landmark;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> noise;
   double gate = std::numeric_limits<double>::infinity();  ///< on residual^T S^-1 residual
+  std::vector<OfClone> clones = {};
 };
 
-/// A landmark to begin, with the derivative of its position by the pose's errors (reference chart)
-/// and the covariance that its own observation adds.
+/// A landmark to begin, with the derivative of its position (of its inverse depth, if it is
+/// anchored) by the errors of pose and clones (reference chart), and the covariance that its own
+/// observations add.
 struct NewLandmark {
+  struct OfClone {
+    int row = 0;  ///< of the clone
+    Eigen::Matrix<double, 3, 6> d;
+  };
+
   LandmarkId id = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
   Eigen::Matrix<double, 3, 6> d_pose = Eigen::Matrix<double, 3, 6>::Zero();
   Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+  std::vector<OfClone> clones = {};
+  int observations = 1;
+  std::optional<int> anchor = {};  ///< as in Landmark
+  SE3 cam_T_imu = {};
+  Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();
 };
 
 /// What an update did.
@@ -70,6 +88,9 @@ class Ekf {
     /// False: retired landmarks stay in one dense covariance, at a cost that grows with the map:
     /// the oracle of the history.
     bool compress_map = true;
+    /// False: a landmark that retires keeps the mean and covariance that it has then, and what is
+    /// learnt later does not reach it. Clones and composition need that.
+    bool keep_map = true;
   };
 
   Ekf(const ErrorChart& chart, State initial, const Eigen::MatrixXd& core_covariance,
@@ -89,14 +110,33 @@ class Ekf {
   /// residual^T S^-1 residual of a measurement by itself: what its gate is held against.
   double normalised_square(const Measurement& measurement) const;
 
-  /// The same for many, each as it would be if `given` had been applied before: a precise velocity
-  /// narrows what an image may show. Null: as they are.
+  /// The same for many, each as it would be if `given`, of the core alone, had been applied before:
+  /// a precise velocity narrows what an image may show. Null: as they are.
   std::vector<double> normalised_squares(std::span<const Measurement> measurements,
                                          const Measurement* given) const;
 
   /// Gates each measurement by itself, then applies all that pass in one block. A measurement of a
   /// landmark may depend on the landmark and the pose alone.
   UpdateReport update(std::span<const Measurement> measurements);
+
+  /// r^T S^-1 r of some measurements together; infinite where S is not positive definite.
+  double joint_normalised_square(std::span<const Measurement> measurements) const;
+
+  /// Keeps a copy of the present pose as a clone.
+  void clone_pose(int id, Time time);
+  /// Lets clones go; no landmark may hang on them.
+  void forget_clones(std::span<const int> ids);
+
+  /// An anchored landmark (index into State::landmarks) goes over to the Cartesian form: a change
+  /// of coordinates. Worth it once its depth is well known: it no longer needs its clone.
+  void make_cartesian(int index);
+  /// Deviation of an anchored landmark's inverse depth over the inverse depth.
+  double relative_depth_sigma(const Landmark& landmark) const;
+
+  /// Kleinert & Stilla's composition step: the world's frame is moved to the present IMU frame,
+  /// exactly; what was known of the pose goes to nav_T_world, which the state must have, and to all
+  /// that stands in the world (math.md §3). No measurement's prediction or NIS is changed.
+  void compose();
 
   void add(std::span<const NewLandmark> landmarks);
 
@@ -120,6 +160,10 @@ class Ekf {
   Innovation innovation(const Measurement& measurement) const;
   void correct_mean(const Eigen::VectorXd& delta);
   void change_chart(const State& before, History::Correction& record);
+  void change_chart_of_clones(const State& before);
+  bool remembers() const { return options_.compress_map && options_.keep_map; }
+  std::vector<int> renumber_rows();
+  MapLandmark as_of_now(const Landmark& landmark) const;
   void remember(const std::vector<const Measurement*>& used, History::Correction& record) const;
 
   const ErrorChart* chart_;
@@ -128,6 +172,7 @@ class Ekf {
   Covariance covariance_;
   std::vector<Landmark> retired_;  ///< without compress_map: still in the covariance
   History history_;
+  std::vector<MapLandmark> forgotten_;  ///< without keep_map
 };
 
 }  // namespace chasles

@@ -20,6 +20,44 @@ std::vector<int> rows_of(int core, const std::vector<Landmark>& landmarks) {
 
 }  // namespace
 
+// The rows of all that is in the state, rising; the state's own are numbered anew, without gaps.
+std::vector<int> Ekf::renumber_rows() {
+  std::vector<int> rows(static_cast<std::size_t>(state_.core_size()));
+  std::iota(rows.begin(), rows.end(), 0);
+  const auto take = [&](int& row, int width) {
+    const int first = row;
+    row = static_cast<int>(rows.size());
+    for (int i = 0; i < width; ++i) rows.push_back(first + i);
+  };
+  auto clone = state_.clones.begin();
+  for (Landmark& landmark : state_.landmarks) {
+    for (; clone != state_.clones.end() && clone->row < landmark.row; ++clone) take(clone->row, 6);
+    take(landmark.row, 3);
+  }
+  for (; clone != state_.clones.end(); ++clone) take(clone->row, 6);
+  return rows;
+}
+
+// An anchored landmark's position depends on its anchor as well.
+MapLandmark Ekf::as_of_now(const Landmark& landmark) const {
+  const auto P = covariance_.all();
+  MapLandmark result{.id = landmark.id,
+                     .p_world = state_.p_world(landmark),
+                     .covariance = P.block<3, 3>(landmark.row, landmark.row),
+                     .observations = landmark.observations};
+  if (!landmark.anchor) return result;
+  const Clone& clone = state_.clone(*landmark.anchor);
+  Eigen::Matrix<double, 3, 9> J;
+  J << anchored_derivative(clone, landmark);
+  Eigen::Matrix<double, 9, 9> block;
+  block.topLeftCorner<6, 6>() = P.block<6, 6>(clone.row, clone.row);
+  block.bottomRightCorner<3, 3>() = P.block<3, 3>(landmark.row, landmark.row);
+  block.bottomLeftCorner<3, 6>() = P.block<3, 6>(landmark.row, clone.row);
+  block.topRightCorner<6, 3>() = block.bottomLeftCorner<3, 6>().transpose();
+  result.covariance = J * block * J.transpose();
+  return result;
+}
+
 void Ekf::retire(std::span<const int> indices) {
   if (indices.empty()) return;
   History::Removal step{.indices = {indices.begin(), indices.end()}, .landmarks = {}};
@@ -29,31 +67,31 @@ void Ekf::retire(std::span<const int> indices) {
   for (auto index = indices.rbegin(); index != indices.rend(); ++index) {
     state_.landmarks.erase(state_.landmarks.begin() + *index);
   }
+  if (!options_.keep_map) {
+    for (const Landmark& landmark : step.landmarks) {
+      forgotten_.push_back(as_of_now(landmark));
+    }
+    covariance_.keep(renumber_rows());
+    return;
+  }
   if (!options_.compress_map) {
     retired_.insert(retired_.end(), step.landmarks.begin(), step.landmarks.end());
     return;
   }
   history_.append(std::move(step));
-  covariance_.keep(rows_of(state_.core_size(), state_.landmarks));
-  for (std::size_t i = 0; i < state_.landmarks.size(); ++i) {
-    state_.landmarks[i].row = state_.core_size() + 3 * static_cast<int>(i);
-  }
+  covariance_.keep(renumber_rows());
 }
 
 int Ekf::map_size() const {
-  return history_.removed() + static_cast<int>(retired_.size() + state_.landmarks.size());
+  return history_.removed() + static_cast<int>(forgotten_.size()) +
+         static_cast<int>(retired_.size() + state_.landmarks.size());
 }
 
 std::vector<MapLandmark> Ekf::map() const {
   std::vector<MapLandmark> result = history_.landmarks();
-  const auto P = covariance_.all();
+  result.insert(result.end(), forgotten_.begin(), forgotten_.end());
   for (const std::vector<Landmark>* landmarks : {&retired_, &state_.landmarks}) {
-    for (const Landmark& landmark : *landmarks) {
-      result.push_back({.id = landmark.id,
-                        .p_world = landmark.p_world,
-                        .covariance = P.block<3, 3>(landmark.row, landmark.row),
-                        .observations = landmark.observations});
-    }
+    for (const Landmark& landmark : *landmarks) result.push_back(as_of_now(landmark));
   }
   return result;
 }

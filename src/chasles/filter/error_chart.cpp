@@ -11,8 +11,12 @@ namespace {
 
 using MotionBlock = Eigen::Matrix<double, 9, 9>;
 
-// Rows of pose and v_world: 6 or 9.
-int motion_size(const State& x) { return x.additive_row(); }
+// The state of a pose alone.
+State pose_only(const SE3& world_T_imu) {
+  State x;
+  x.world_T_imu = world_T_imu;
+  return x;
+}
 
 }  // namespace
 
@@ -30,23 +34,65 @@ const ErrorChart& error_chart(std::string_view name) {
   throw UsageError("no error chart is called '" + std::string(name) + "'; there are " + names);
 }
 
+void retract(const ErrorChart& chart, State& x, const Eigen::VectorXd& xi) {
+  chart.retract(x, xi);
+  if (x.nav_T_world) {
+    x.nav_T_world->R = so3::exp(xi.segment<3>(x.nav_row())) * x.nav_T_world->R;
+    x.nav_T_world->p += xi.segment<3>(x.nav_row() + 3);
+  }
+  for (Clone& clone : x.clones) {
+    State pose = pose_only(clone.world_T_imu);
+    chart.retract(pose, xi.segment<6>(clone.row));
+    clone.world_T_imu = pose.world_T_imu;
+  }
+}
+
+Eigen::VectorXd local(const ErrorChart& chart, const State& x, const State& y) {
+  Eigen::VectorXd xi = chart.local(x, y);
+  if (x.nav_T_world) {
+    xi.segment<3>(x.nav_row()) = so3::log(y.nav_T_world->R * x.nav_T_world->R.transpose());
+    xi.segment<3>(x.nav_row() + 3) = y.nav_T_world->p - x.nav_T_world->p;
+  }
+  for (std::size_t i = 0; i < x.clones.size(); ++i) {
+    xi.segment<6>(x.clones[i].row) =
+        chart.local(pose_only(x.clones[i].world_T_imu), pose_only(y.clones[i].world_T_imu));
+  }
+  return xi;
+}
+
+Matrix6d pose_block(const ErrorChart& chart, const SE3& world_T_imu) {
+  return chart.motion_block(pose_only(world_T_imu)).topLeftCorner<6, 6>();
+}
+
 void push(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M) {
   if (chart.landmark_block) {
     for (const Landmark& landmark : x.landmarks) {
+      if (landmark.anchor) continue;
       M.middleRows<3>(landmark.row) += chart.landmark_block(landmark.p_world) * M.topRows<3>();
     }
   }
-  const int n = motion_size(x);
+  for (const Clone& clone : x.clones) {
+    M.middleRows<6>(clone.row) =
+        (pose_block(chart, clone.world_T_imu) * M.middleRows<6>(clone.row)).eval();
+  }
+  const int n = x.motion_size();
   const MotionBlock T = chart.motion_block(x);
   M.topRows(n) = (T.topLeftCorner(n, n) * M.topRows(n)).eval();
 }
 
 void pull(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M) {
-  const int n = motion_size(x);
+  const int n = x.motion_size();
   const MotionBlock T = chart.motion_block(x);
   M.topRows(n) = T.topLeftCorner(n, n).partialPivLu().solve(M.topRows(n)).eval();
+  for (const Clone& clone : x.clones) {
+    M.middleRows<6>(clone.row) = pose_block(chart, clone.world_T_imu)
+                                     .partialPivLu()
+                                     .solve(M.middleRows<6>(clone.row))
+                                     .eval();
+  }
   if (chart.landmark_block) {
     for (const Landmark& landmark : x.landmarks) {
+      if (landmark.anchor) continue;
       M.middleRows<3>(landmark.row) -= chart.landmark_block(landmark.p_world) * M.topRows<3>();
     }
   }

@@ -16,8 +16,8 @@ namespace chasles {
 ///
 ///   after an update   x+ = retract(x, T(x) delta),   P <- T(x+)^-1 T(x) P T(x)^T T(x+)^-T
 ///
-/// T is block lower-triangular: a block on the rows of pose and v_world, and one block in each
-/// landmark's rows under the rotation's columns.
+/// T is block lower-triangular: a block on the rows of pose and v_world, one on each clone's rows,
+/// and one block in each landmark's rows under the rotation's columns.
 ///
 /// Invariants (asserted for every chart of error_charts() in error_chart_test.cpp):
 ///   1. retract(x, 0) = x
@@ -29,13 +29,14 @@ struct ErrorChart {
   std::string_view name;
   std::string_view summary;  ///< one line for --help
 
-  /// x (+) xi; xi has an entry for every row of the state.
+  /// x (+) xi for pose, v_world, additive states and landmarks; xi has an entry for every row of
+  /// the state. See the function retract for the whole.
   void (*retract)(State& x, const Eigen::VectorXd& xi);
-  /// The xi with retract(x, xi) = y; both have the same landmarks in the same rows.
+  /// The xi with retract(x, xi) = y, for the same; both have the same landmarks in the same rows.
   Eigen::VectorXd (*local)(const State& x, const State& y);
   /// T's block for [rotation, position, v_world]: 9x9; its top left 6x6 where there is no v_world.
   Eigen::Matrix<double, 9, 9> (*motion_block)(const State& x);
-  /// T's block for (landmark, rotation); null where landmarks are additive.
+  /// T's block for (Cartesian landmark, rotation); null where landmarks are additive.
   Eigen::Matrix3d (*landmark_block)(const Eigen::Vector3d& p_world);
 };
 
@@ -44,6 +45,14 @@ std::span<const ErrorChart> error_charts();
 
 /// The chart of that name; throws UsageError that lists the names.
 const ErrorChart& error_chart(std::string_view name);
+
+/// x (+) xi and its inverse for the whole state. A clone's pose has the chart's own pose error, by
+/// itself; nav_T_world's error and an anchored landmark's are the same in all charts.
+void retract(const ErrorChart& chart, State& x, const Eigen::VectorXd& xi);
+Eigen::VectorXd local(const ErrorChart& chart, const State& x, const State& y);
+
+/// T's block for a pose alone: that of a clone.
+Matrix6d pose_block(const ErrorChart& chart, const SE3& world_T_imu);
 
 /// M <- T(x) M and M <- T(x)^-1 M, for a matrix with a row for every error of the state.
 void push(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M);

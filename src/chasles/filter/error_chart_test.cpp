@@ -23,6 +23,17 @@ std::vector<test::StateShape> shapes() {
       result.push_back({.velocity = velocity, .additive = additive, .landmarks = 1, .gap = 0});
       result.push_back({.velocity = velocity, .additive = additive, .landmarks = 5, .gap = 3});
     }
+    for (const bool nav : {false, true}) {
+      result.push_back({.velocity = velocity,
+                        .additive = 6,
+                        .landmarks = 5,
+                        .gap = nav ? 3 : 0,
+                        .nav = nav,
+                        .clones = 3,
+                        .anchored = true});
+      result.push_back(
+          {.velocity = velocity, .additive = 6, .landmarks = 1, .nav = nav, .clones = 3});
+    }
   }
   return result;
 }
@@ -32,13 +43,14 @@ template <typename Check>
 void for_each_state(Check check) {
   test::Random random(17);
   for (const test::StateShape& shape : shapes()) {
-    SCOPED_TRACE(::testing::Message() << "velocity " << shape.velocity << " additive "
-                                      << shape.additive << " landmarks " << shape.landmarks);
+    SCOPED_TRACE(::testing::Message()
+                 << "velocity " << shape.velocity << " additive " << shape.additive << " landmarks "
+                 << shape.landmarks << " nav " << shape.nav << " clones " << shape.clones);
     check(test::random_state(random, shape), random);
   }
 }
 
-// An error whose rotation has this angle; nothing in rows that belong to no landmark.
+// An error whose rotations have this angle; nothing in rows that belong to no landmark.
 VectorXd error_of(const State& x, test::Random& random, double angle, double size) {
   const int rows = test::error_rows(x);
   VectorXd xi = VectorXd::Zero(rows);
@@ -47,6 +59,11 @@ VectorXd error_of(const State& x, test::Random& random, double angle, double siz
     xi.segment<3>(landmark.row) = size * random.normal_vector(3);
   }
   xi.head<3>() = angle * random.axis();
+  if (x.nav_T_world) xi.segment<3>(x.nav_row()) = angle * random.axis();
+  for (const Clone& clone : x.clones) {
+    xi.segment<3>(clone.row) = angle * random.axis();
+    xi.segment<3>(clone.row + 3) = size * random.normal_vector(3);
+  }
   return xi;
 }
 
@@ -62,7 +79,7 @@ TEST_P(ErrorChartTest, LocalFindsTheErrorThatRetractApplied) {
     for (const double angle : test::angles_below_pi()) {
       SCOPED_TRACE(angle);
       const VectorXd xi = error_of(x, random, angle, angle);
-      const VectorXd found = chart().local(x, test::moved(chart(), x, xi));
+      const VectorXd found = local(chart(), x, test::moved(chart(), x, xi));
       // Positions of 50 m carry an error of 1e-14; near half a turn the axis loses digits.
       EXPECT_TRUE(test::agree(found, xi, 1e-12));
     }
@@ -72,7 +89,7 @@ TEST_P(ErrorChartTest, LocalFindsTheErrorThatRetractApplied) {
 TEST_P(ErrorChartTest, RetractReachesTheStateThatLocalPointsTo) {
   for_each_state([&](const State& x, test::Random& random) {
     const State y = test::moved(kStandardChart, x, error_of(x, random, 2.5, 10));
-    EXPECT_LT(test::distance(test::moved(chart(), x, chart().local(x, y)), y), 1e-11);
+    EXPECT_LT(test::distance(test::moved(chart(), x, local(chart(), x, y)), y), 1e-11);
   });
 }
 
@@ -94,7 +111,7 @@ TEST_P(ErrorChartTest, PushIsTheDerivativeOfTheCoordinatesByTheStandardOnes) {
   for_each_state([&](const State& x, test::Random&) {
     const int n = test::error_rows(x);
     const auto coordinates = [&](const VectorXd& e) {
-      return chart().local(x, test::moved(kStandardChart, x, e));
+      return local(chart(), x, test::moved(kStandardChart, x, e));
     };
     MatrixXd expected = test::numeric_derivative(coordinates, VectorXd::Zero(n));
     for (int row = x.core_size(); row < n; ++row) {
@@ -121,7 +138,7 @@ TEST_P(ErrorChartTest, TransitionSeenInTheChartIsTheDerivativeInItsOwnCoordinate
   const test::InertialSample u{.f_imu = random.normal_vector(3), .w_imu = random.normal_vector(3)};
   const State next = model.step(x, u, 0.1);
   const auto mapped = [&](const VectorXd& xi) {
-    return chart().local(next, model.step(test::moved(chart(), x, xi), u, 0.1));
+    return local(chart(), next, model.step(test::moved(chart(), x, xi), u, 0.1));
   };
   const int n = test::error_rows(x);
   MatrixXd F = MatrixXd::Identity(n, n);

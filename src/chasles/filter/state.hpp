@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -10,29 +11,75 @@
 
 namespace chasles {
 
-/// A point of the map that the filter may still observe.
+/// A past pose that the filter keeps, because observations made from it are still to be used or an
+/// anchored landmark hangs on it. It does not move, but it is estimated with all else.
+struct Clone {
+  int id = 0;
+  Time time{};
+  SE3 world_T_imu;
+  int row = 0;  ///< where its six errors [rotation; position] stand in the error vector
+};
+
+/// A point of the map that the filter may still observe, in one of two forms: Cartesian, or
+/// anchored inverse depth, (x/z, y/z, 1/z) in a camera of a clone.
 struct Landmark {
   LandmarkId id = 0;
-  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< [m]
-  int row = 0;           ///< where its three errors stand in the error vector
-  int observations = 0;  ///< used so far, the one that began it included
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< [m]; Cartesian form
+  int row = 0;                     ///< where its three errors stand in the error vector
+  int observations = 0;            ///< used so far, the one that began it included
+  std::optional<int> anchor = {};  ///< the clone's id; none: the Cartesian form
+  SE3 cam_T_imu = {};              ///< of the anchor's camera
+  Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< [1, 1, 1/m]; anchored form
+
+  /// What its three errors change.
+  Eigen::Vector3d& parameters() { return anchor ? inverse_depth : p_world; }
+  const Eigen::Vector3d& parameters() const { return anchor ? inverse_depth : p_world; }
 };
 
 /// The mean of the filter. Its error vector is
 ///
-///   [ pose: rotation 3, position 3 | v_world 3, if there is one | additive | landmarks, 3 each ]
+///   [ pose: rotation 3, position 3 | v_world 3, if there is one | nav_T_world 6, if there is one:
+///     rotation, position | additive | landmarks, 3 each, and clones, 6 each, as they came ]
 ///
 /// where the part before the landmarks is called the core. What the numbers of the error mean is
-/// the business of the error chart (error_chart.hpp); `additive` states and biases are additive in
-/// all.
+/// the business of the error chart (error_chart.hpp). In all charts `additive` states and biases
+/// are additive, and nav_T_world's error is R = Exp(psi) Rhat, p = phat + dp (Kleinert & Stilla,
+/// eq. 17).
 struct State {
   SE3 world_T_imu;
   std::optional<Eigen::Vector3d> v_world;  ///< [m/s]; only the inertial motion model has it
+  std::optional<SE3> nav_T_world = {};     ///< where the world's own attitude is estimated
   Eigen::VectorXd additive;                ///< the motion model's own: body velocity, biases, scale
-  std::vector<Landmark> landmarks;         ///< in view or kept waiting; rows rise
+  std::vector<Landmark> landmarks = {};    ///< in view or kept waiting; rows rise
+  std::vector<Clone> clones = {};          ///< rows rise
 
-  int additive_row() const { return v_world ? 9 : 6; }
+  int motion_size() const { return v_world ? 9 : 6; }  ///< rows of pose and v_world
+  int nav_row() const { return motion_size(); }
+  int additive_row() const { return motion_size() + (nav_T_world ? 6 : 0); }
   int core_size() const { return additive_row() + static_cast<int>(additive.size()); }
+  /// All rows.
+  int size() const {
+    int rows = core_size();
+    if (!landmarks.empty()) rows = std::max(rows, landmarks.back().row + 3);
+    if (!clones.empty()) rows = std::max(rows, clones.back().row + 6);
+    return rows;
+  }
+
+  /// The clone of that id, which must be there.
+  const Clone& clone(int id) const {
+    return *std::find_if(clones.begin(), clones.end(), [&](const Clone& c) { return c.id == id; });
+  }
+  /// Where a landmark of either form is [m].
+  Eigen::Vector3d p_world(const Landmark& landmark) const {
+    if (!landmark.anchor) return landmark.p_world;
+    const Eigen::Vector3d& a = landmark.inverse_depth;
+    const Eigen::Vector3d p_cam = Eigen::Vector3d(a.x(), a.y(), 1) / a.z();
+    return clone(*landmark.anchor).world_T_imu * (landmark.cam_T_imu.inverse() * p_cam);
+  }
 };
+
+/// d p_world / d (errors of the anchor, reference chart; inverse depth) of an anchored landmark
+/// (math.md §3, "AID").
+Eigen::Matrix<double, 3, 9> anchored_derivative(const Clone& anchor, const Landmark& landmark);
 
 }  // namespace chasles

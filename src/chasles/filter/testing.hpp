@@ -42,49 +42,79 @@ inline SE3 random_pose(Random& random, double metres) {
 }
 
 /// What a random state is made of. `gap` rows of nothing stand before every landmark, as the rows
-/// of retired ones do in a filter that does not compress its map.
+/// of retired ones do in a filter that does not compress its map. Clones and landmarks come in
+/// turn, a clone first; with `anchored`, every second landmark hangs on the clone before it.
 struct StateShape {
   bool velocity = false;
   int additive = 0;
   int landmarks = 0;
   int gap = 0;
+  bool nav = false;
+  int clones = 0;
+  bool anchored = false;
 };
 
+/// An anchored landmark some metres in front of a camera that is not at the IMU.
+inline Landmark random_anchored(Random& random, LandmarkId id, int anchor) {
+  return {.id = id,
+          .p_world = random.normal_vector(3),  // means nothing in this form
+          .observations = 1,
+          .anchor = anchor,
+          .cam_T_imu = random_pose(random, 0.2),
+          .inverse_depth = {random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5),
+                            random.uniform(0.1, 0.5)}};
+}
+
 inline State random_state(Random& random, const StateShape& shape) {
-  State x{.world_T_imu = random_pose(random, 20),
-          .v_world = std::nullopt,
-          .additive = random.normal_vector(shape.additive),
-          .landmarks = {}};
+  State x;
+  x.world_T_imu = random_pose(random, 20);
+  x.additive = random.normal_vector(shape.additive);
   if (shape.velocity) x.v_world = 5 * random.normal_vector(3);
+  if (shape.nav) x.nav_T_world = random_pose(random, 20);
   int row = x.core_size();
-  for (int i = 0; i < shape.landmarks; ++i) {
+  for (int i = 0; i < std::max(shape.landmarks, shape.clones); ++i) {
+    if (i < shape.clones) {
+      x.clones.push_back(
+          {.id = 10 + i, .time = {}, .world_T_imu = random_pose(random, 20), .row = row});
+      row += 6;
+    }
+    if (i >= shape.landmarks) continue;
     row += shape.gap;
-    x.landmarks.push_back(
-        {.id = i, .p_world = 20 * random.normal_vector(3), .row = row, .observations = 1});
+    if (shape.anchored && i % 2 == 0) {
+      x.landmarks.push_back(random_anchored(random, i, x.clones.back().id));
+    } else {
+      x.landmarks.push_back({.id = i, .p_world = 20 * random.normal_vector(3), .observations = 1});
+    }
+    x.landmarks.back().row = row;
     row += 3;
   }
   return x;
 }
 
 /// Rows of the error vector of a state that no rows follow.
-inline int error_rows(const State& x) {
-  return x.landmarks.empty() ? x.core_size() : x.landmarks.back().row + 3;
-}
+inline int error_rows(const State& x) { return x.size(); }
 
 inline State moved(const ErrorChart& chart, State x, const Eigen::VectorXd& xi) {
-  chart.retract(x, xi);
+  retract(chart, x, xi);
   return x;
+}
+
+inline double distance(const SE3& x, const SE3& y) {
+  return std::max((x.R - y.R).cwiseAbs().maxCoeff(), (x.p - y.p).cwiseAbs().maxCoeff());
 }
 
 /// The largest distance of two states, of any number in them.
 inline double distance(const State& x, const State& y) {
-  double d = (x.world_T_imu.R - y.world_T_imu.R).cwiseAbs().maxCoeff();
-  d = std::max(d, (x.world_T_imu.p - y.world_T_imu.p).cwiseAbs().maxCoeff());
+  double d = distance(x.world_T_imu, y.world_T_imu);
   if (x.v_world) d = std::max(d, (*x.v_world - *y.v_world).cwiseAbs().maxCoeff());
+  if (x.nav_T_world) d = std::max(d, distance(*x.nav_T_world, *y.nav_T_world));
   if (x.additive.size() > 0) d = std::max(d, (x.additive - y.additive).cwiseAbs().maxCoeff());
   for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
-    const Eigen::Vector3d between = x.landmarks[i].p_world - y.landmarks[i].p_world;
+    const Eigen::Vector3d between = x.landmarks[i].parameters() - y.landmarks[i].parameters();
     d = std::max(d, between.cwiseAbs().maxCoeff());
+  }
+  for (std::size_t i = 0; i < x.clones.size(); ++i) {
+    d = std::max(d, distance(x.clones[i].world_T_imu, y.clones[i].world_T_imu));
   }
   return d;
 }

@@ -167,9 +167,7 @@ Trajectory thinned(const Trajectory& trajectory) {
 PoseError nees_coordinates(const Json& summary) {
   const auto chart = summary.find("chart");
   if (chart == summary.end() || !chart->is_string()) return PoseError::kStandard;
-  const auto name = chart->get<std::string>();
-  if (name == "left-se3") return PoseError::kBodyTwist;
-  return name.starts_with("right-") ? PoseError::kWorldTwist : PoseError::kStandard;
+  return pose_error_of(chart->get<std::string>());
 }
 
 void add_truth(Json& json, const Run& run, const Eigen::Vector3d& origin) {

@@ -46,4 +46,11 @@ double Random::normal(Stream stream, std::uint64_t index, std::uint32_t componen
   return radius * std::cos(2 * std::numbers::pi * open_unit(bits[2], bits[3]));
 }
 
+Random random_of_run(std::uint64_t seed, std::uint64_t run) {
+  // No Stream has this number, so that the key never coincides with a number that is drawn.
+  constexpr std::uint32_t kKeyOfRun = 0xffffffff;
+  const auto key = philox({low(run), high(run), kKeyOfRun, 0}, {low(seed), high(seed)});
+  return {std::uint64_t{key[1]} << 32 | key[0]};
+}
+
 }  // namespace chasles

@@ -17,6 +17,14 @@ enum class Stream : std::uint32_t {
   kOutlier = 7,
   kMoving = 8,
   kDropped = 9,
+  kAccelerometerNoise = 10,
+  kGyroscopeNoise = 11,
+  kAccelerometerBias = 12,
+  kGyroscopeBias = 13,
+  kAccelerometerWalk = 14,
+  kGyroscopeWalk = 15,
+  kLandmark = 16,
+  kStart = 17,
 };
 
 /// 128 random bits as a pure function of a counter and a key: Philox-4x32 with ten rounds (Salmon,
@@ -36,5 +44,9 @@ struct Random {
   /// Normal, mean 0, variance 1 (Box-Muller).
   double normal(Stream stream, std::uint64_t index, std::uint32_t component = 0) const;
 };
+
+/// The numbers of one run of a Monte Carlo study: independent of those of the seed itself and of
+/// every other run. The key is what Philox makes of the run's number under the seed.
+Random random_of_run(std::uint64_t seed, std::uint64_t run);
 
 }  // namespace chasles

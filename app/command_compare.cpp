@@ -1,0 +1,242 @@
+#include <filesystem>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
+
+#include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+#include <chasles/eval/evaluation.hpp>
+#include <chasles/sim/inertial_sim.hpp>
+
+#include "filter_options.hpp"
+#include "lab_report.hpp"
+#include "output_folder.hpp"
+#include "progress.hpp"
+#include "scene_options.hpp"
+#include "subcommands.hpp"
+#include "summary.hpp"
+
+namespace chasles::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr double kDegrees = 57.29577951308232;
+
+struct CompareOptions {
+  SceneChoice scene;
+  FilterOptions filters;
+  fs::path output;
+  std::uint64_t run = 0;
+  bool json = false, markdown = false, quiet = false;
+};
+
+/// What all filters are given.
+struct Material {
+  Recording recording;
+  std::uint64_t seed = 1;
+  Json scene = nullptr;  ///< the scene's settings; null: a recording
+};
+
+// A recording is told from a misspelt scene by being there.
+Material material_from(const CompareOptions& o) {
+  if (is_inertial_scene(o.scene.name)) {
+    const InertialScene scene = scene_from(o.scene);
+    return {.recording = simulate_inertial(scene, o.run),
+            .seed = scene.settings.seed,
+            .scene = settings_json(scene.settings)};
+  }
+  std::error_code ignored;
+  if (!fs::exists(o.scene.name, ignored)) {
+    throw UsageError(
+        fmt::format("'{}' is neither a scene nor a recording: expected one of "
+                    "hallway, turntable, trajectory, or a recording with an IMU, "
+                    "cameras and the truth",
+                    o.scene.name));
+  }
+  if (!o.scene.sets.empty() || !o.scene.config.empty() || !o.scene.path.empty()) {
+    throw UsageError(
+        fmt::format("--scene-set, --scene-config and --path are for scenes, not for "
+                    "the recording {}",
+                    o.scene.name));
+  }
+  return {.recording = read_recording(o.scene.name), .seed = seed_from(o.scene)};
+}
+
+/// A filter's trial with what is told of it.
+struct Compared {
+  Trial trial;
+  FilterSummary summary;  ///< of this one run
+  Json figures;
+};
+
+// The figures against the truth, with the trial's own NEES: its world is the truth's, there is
+// nothing to align.
+void add_evaluation(const Trial& trial, const Recording& recording, Json& figures) {
+  Json all;
+  try {
+    all = figures_json(evaluate(trial.estimate, recording.truth));
+  } catch (const InputError& error) {
+    all = figures_json(Evaluation{});
+  }
+  for (const auto& [name, value] : all.items()) {
+    if (!figures.contains(name)) figures[name] = value;
+  }
+}
+
+Compared compare_one(const FilterVariant& filter, const Material& material, std::uint64_t run) {
+  const InertialStart start = draw_start(material.recording, filter.settings, material.seed, run);
+  Compared result{
+      .trial = run_trial(filter, material.recording, start), .summary = {}, .figures = {}};
+  result.trial.run = run;
+  const TrialRecord record = record_of(result.trial);
+  result.summary = summarize({&filter, 1}, {&record, 1}).front();
+  result.figures = figures_json(filter, result.summary);
+  result.figures["frames"] = result.trial.points.size();
+  result.figures["recorded_seconds"] =
+      result.trial.points.empty() ? 0 : result.trial.points.back().seconds;
+  result.figures["health"] = result.trial.diverged ? "lost" : "ok";
+  add_evaluation(result.trial, material.recording, result.figures);
+  result.figures["settings"] = settings_json(filter.settings);
+  return result;
+}
+
+std::string points_csv(const Trial& trial) {
+  // Two-sided 95 % of one chi-square variable.
+  const Band three = chi2_band(3, 1), six = chi2_band(6, 1);
+  std::string text =
+      "seconds,position_error_m,attitude_error_deg,nees_position,nees_attitude,nees_pose,nis,"
+      "nis_dof,band_3_low,band_3_high,band_6_low,band_6_high\n";
+  for (const TrialPoint& p : trial.points) {
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", p.seconds, p.position_error,
+                        p.attitude_error * kDegrees, p.nees_position, p.nees_attitude, p.nees_pose,
+                        p.nis, p.nis_dof, three.low, three.high, six.low, six.high);
+  }
+  return text;
+}
+
+double milliseconds(const Trial& trial) {
+  return 1e3 * trial.seconds_cpu /
+         static_cast<double>(std::max<std::size_t>(trial.points.size(), 1));
+}
+
+Json timing_of(const std::vector<Compared>& all) {
+  Json timing = Json::object();
+  for (const Compared& one : all) {
+    timing[one.trial.filter] = {{"seconds_cpu", one.trial.seconds_cpu},
+                                {"milliseconds_per_frame", milliseconds(one.trial)}};
+  }
+  return timing;
+}
+
+Json summary_of(const CompareOptions& o, const Material& material,
+                const std::vector<Compared>& all) {
+  Json summary{{"name", material.recording.name},
+               {"version", CHASLES_VERSION},
+               {"seed", material.seed},
+               {"run", o.run},
+               {"filters", Json::array()},
+               {"scene", material.scene},
+               {"remarks", material.recording.remarks}};
+  for (const Compared& one : all) summary["filters"].push_back(one.figures);
+  return summary;
+}
+
+void write(const CompareOptions& o, const Material& material, const std::vector<Compared>& all,
+           const Json& summary) {
+  for (const Compared& one : all) {
+    write_file(o.output / (one.trial.filter + ".csv"), points_csv(one.trial));
+    write_tum(one.trial.estimate, o.output / (one.trial.filter + ".tum"));
+  }
+  write_tum(material.recording.truth, o.output / "truth.tum");
+  write_file(o.output / "summary.json", summary.dump(2) + "\n");
+  write_file(o.output / "timing.json", timing_of(all).dump(2) + "\n");
+}
+
+void print(const CompareOptions& o, const Material& material, const std::vector<Compared>& all,
+           Json summary) {
+  if (o.json) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      summary["filters"][i]["seconds_cpu"] = all[i].trial.seconds_cpu;
+      summary["filters"][i]["milliseconds_per_frame"] = milliseconds(all[i].trial);
+    }
+    fmt::print("{}\n", summary.dump(2));
+    return;
+  }
+  std::vector<FilterSummary> summaries;
+  std::vector<double> cpu;
+  for (const Compared& one : all) {
+    summaries.push_back(one.summary);
+    cpu.push_back(milliseconds(one.trial));
+  }
+  if (!o.markdown) {
+    fmt::print("{}: {} frames, seed {}, run {}\n\n", material.recording.name,
+               material.recording.frames.size(), material.seed, o.run);
+  }
+  fmt::print("{}", tables(summaries, cpu, o.markdown ? TableStyle::kMarkdown : TableStyle::kText));
+}
+
+int exit_code(const std::vector<Compared>& all) {
+  std::size_t diverged = 0;
+  for (const Compared& one : all) {
+    if (!one.trial.diverged) continue;
+    ++diverged;
+    spdlog::warn("{} diverged after {} frames", one.trial.filter, one.trial.points.size());
+  }
+  return static_cast<int>(diverged == all.size() ? ExitCode::kDiverged : ExitCode::kOk);
+}
+
+int compare(const CompareOptions& o) {
+  if (o.quiet) spdlog::set_level(spdlog::level::err);
+  const std::vector<FilterVariant> filters = filters_from(o.filters);
+  const Material material = material_from(o);
+  if (!o.output.empty()) prepare_output(o.output);
+  std::vector<Compared> all;
+  {
+    Progress progress(filters.size(), o.quiet, "filters");
+    double recorded = 0;
+    for (const FilterVariant& filter : filters) {
+      all.push_back(compare_one(filter, material, o.run));
+      recorded += all.back().figures["recorded_seconds"].get<double>();
+      progress.show(all.size(), recorded);
+    }
+  }
+  const Json summary = summary_of(o, material, all);
+  if (!o.output.empty()) write(o, material, all, summary);
+  print(o, material, all, summary);
+  return exit_code(all);
+}
+
+}  // namespace
+
+Action declare_compare(CLI::App& parser) {
+  const auto o = std::make_shared<CompareOptions>();
+  parser
+      .add_option("SCENE", o->scene.name,
+                  "hallway, turntable, trajectory, or a recording with IMU, cameras and truth")
+      ->required()
+      ->type_name("");
+  declare_scene(parser, o->scene);
+  parser.add_option("--run", o->run, "Which run of the noise")->type_name("K")->group("Scene");
+  declare_filters(parser, o->filters);
+  parser.add_option("-o,--output", o->output, "Folder for the errors, trajectories and figures")
+      ->type_name("DIR")
+      ->group("Output");
+  CLI::Option* json = parser.add_flag("--json", o->json, "Print the figures as JSON");
+  json->group("Output");
+  parser.add_flag("--markdown", o->markdown, "Print the tables as Markdown")
+      ->excludes(json)
+      ->group("Output");
+  parser.add_flag("--quiet", o->quiet, "No progress and no log, only errors")->group("Output");
+  parser.footer("Scenes:\n" + inertial_scenes_help() + "\n" + filter_settings_help() +
+                "\nSettings of a scene, for --scene-set (defaults are those of `hallway`):\n" +
+                inertial_settings_help());
+  return [o] { return compare(*o); };
+}
+
+}  // namespace chasles::app

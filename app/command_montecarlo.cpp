@@ -1,0 +1,226 @@
+#include <algorithm>
+#include <charconv>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
+
+#include <chasles/error.hpp>
+
+#include "filter_options.hpp"
+#include "interrupt.hpp"
+#include "lab_report.hpp"
+#include "progress.hpp"
+#include "ranks.hpp"
+#include "scene_options.hpp"
+#include "subcommands.hpp"
+#include "trial_log.hpp"
+
+namespace chasles::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct MonteCarloOptions {
+  SceneChoice scene;
+  FilterOptions filters;
+  std::uint64_t runs = 0, first = 0;
+  int workers = 0;  ///< 0: as many as there are cores
+  std::string shard;
+  bool resume = false;
+  std::vector<fs::path> merge;
+  fs::path output;
+  bool json = false, markdown = false, quiet = false;
+};
+
+/// The i-th of n parts of a study, i from 1 on.
+struct Shard {
+  std::uint64_t part = 1, parts = 1;
+};
+
+Shard shard_from(const std::string& text) {
+  if (text.empty()) return {};
+  Shard shard;
+  const char* end = text.data() + text.size();
+  const auto part = std::from_chars(text.data(), end, shard.part);
+  const bool slash = part.ec == std::errc{} && part.ptr != end && *part.ptr == '/';
+  const auto parts = slash ? std::from_chars(part.ptr + 1, end, shard.parts) : part;
+  if (slash && parts.ec == std::errc{} && parts.ptr == end && shard.part >= 1 &&
+      shard.part <= shard.parts) {
+    return shard;
+  }
+  throw UsageError(fmt::format("--shard: found '{}', expected I/N with I from 1 to N", text));
+}
+
+std::vector<std::uint64_t> runs_of(const MonteCarloOptions& o) {
+  const Shard shard = shard_from(o.shard);
+  std::vector<std::uint64_t> runs;
+  for (std::uint64_t i = shard.part - 1; i < o.runs; i += shard.parts) runs.push_back(o.first + i);
+  return runs;
+}
+
+void check(const MonteCarloOptions& o) {
+  if (!o.merge.empty()) {
+    if (o.scene.name.empty() && o.runs == 0) return;
+    throw UsageError("--merge takes folders alone: expected neither a SCENE nor --runs");
+  }
+  if (o.scene.name.empty()) throw UsageError("SCENE is required: hallway, turntable, trajectory");
+  if (o.runs == 0) throw UsageError("--runs is required: expected a whole number above 0");
+  if (o.workers < 0) {
+    throw UsageError(
+        fmt::format("--workers: found {}, expected a whole number above 0", o.workers));
+  }
+}
+
+/// Thrown out of the work by the first Ctrl-C.
+struct Interrupted {};
+
+int workers_of(const MonteCarloOptions& o, const Ranks& ranks) {
+  if (ranks.size() > 1) {
+    if (o.workers <= 1) return 1;
+    throw UsageError("--workers: each of mpirun's processes works alone; expected 1, or mpirun -n");
+  }
+  return o.workers > 0 ? o.workers
+                       : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+// Does the plan's runs and gives the lines of each to `keep`, in rank 0; false where it was
+// interrupted.
+bool work(const MonteCarloOptions& o, const MonteCarloPlan& plan, const Ranks& ranks,
+          const Ranks::Result& keep) {
+  // mpirun ends all of its processes by itself.
+  std::optional<Interrupt> interrupt;
+  if (ranks.size() == 1) interrupt.emplace();
+  Progress progress(plan.runs.size(), o.quiet || !ranks.first(), "runs");
+  std::size_t done = 0;
+  const int workers = workers_of(o, ranks);
+  const auto some = [&](const std::vector<std::uint64_t>& runs, const Ranks::Result& result_of) {
+    MonteCarloPlan part = plan;
+    part.runs = runs;
+    run_monte_carlo(part, workers, [&](std::span<const TrialRecord> records) {
+      std::string lines;
+      for (const TrialRecord& record : records) lines += to_line(record);
+      result_of(records.front().run, lines);
+    });
+  };
+  try {
+    ranks.work(plan.runs, some, [&](std::uint64_t run, const std::string& lines) {
+      keep(run, lines);
+      progress.show(++done);
+      if (interrupt && interrupt->requested() && done < plan.runs.size()) throw Interrupted{};
+    });
+  } catch (const Interrupted&) {
+    return false;
+  }
+  return true;
+}
+
+void print(const MonteCarloOptions& o, const TrialLog& log,
+           std::span<const FilterSummary> summaries) {
+  if (o.json) {
+    fmt::print("{}\n", log.summary().dump(2));
+    return;
+  }
+  if (!o.markdown) {
+    fmt::print("{}: {} runs, seed {}\n\n", log.summary().at("name").get<std::string>(),
+               log.summary().at("runs").get<std::size_t>(),
+               log.summary().at("seed").get<std::uint64_t>());
+  }
+  fmt::print("{}", tables(summaries, {}, o.markdown ? TableStyle::kMarkdown : TableStyle::kText));
+  if (!o.markdown) fmt::print("\nstudy: {}\n", o.output.string());
+}
+
+int deliver(const MonteCarloOptions& o, TrialLog& log) {
+  const std::vector<FilterSummary> summaries = log.finish();
+  print(o, log, summaries);
+  std::size_t runs = 0, diverged = 0;
+  for (const FilterSummary& s : summaries) {
+    runs += s.runs;
+    diverged += s.diverged;
+    if (s.diverged > 0) spdlog::warn("{}: {} of {} runs diverged", s.filter, s.diverged, s.runs);
+  }
+  return static_cast<int>(diverged == runs ? ExitCode::kDiverged : ExitCode::kOk);
+}
+
+int merge(const MonteCarloOptions& o) {
+  TrialLog log = TrialLog::merged(o.merge, o.output);
+  return deliver(o, log);
+}
+
+// What rank 0 does: it has the files.
+int lead(const MonteCarloOptions& o, MonteCarloPlan& plan, const Ranks& ranks) {
+  const std::vector<std::uint64_t> asked = runs_of(o);
+  TrialLog log(o.output, plan_json(plan.scene, plan.filters), asked, o.resume);
+  std::ranges::copy_if(asked, std::back_inserter(plan.runs),
+                       [&](std::uint64_t run) { return !log.has(run); });
+  ranks.share(plan.runs);
+  const auto keep = [&](std::uint64_t run, const std::string& lines) { log.add(run, lines); };
+  if (!work(o, plan, ranks, keep)) {
+    spdlog::error("interrupted: {} of {} runs are done; --resume goes on with them", log.runs(),
+                  asked.size());
+    return Interrupt::kExitCode;
+  }
+  return deliver(o, log);
+}
+
+int montecarlo(const MonteCarloOptions& o) {
+  if (o.quiet) spdlog::set_level(spdlog::level::err);
+  const Ranks ranks;
+  check(o);
+  if (!o.merge.empty()) return ranks.first() ? merge(o) : 0;
+  MonteCarloPlan plan{.scene = scene_from(o.scene), .filters = filters_from(o.filters), .runs = {}};
+  workers_of(o, ranks);
+  if (!ranks.first()) {
+    plan.runs = ranks.share({});
+    work(o, plan, ranks, {});
+    return 0;
+  }
+  return ranks.lead([&] { return lead(o, plan, ranks); });
+}
+
+void declare_study(CLI::App& parser, MonteCarloOptions& o) {
+  const auto add = [&](const char* name, auto& value, const char* type, const char* meaning) {
+    return parser.add_option(name, value, meaning)->type_name(type)->group("Study");
+  };
+  add("--runs", o.runs, "N", "How many runs");
+  add("--first", o.first, "K", "The number of the first run (default: 0)");
+  add("--workers", o.workers, "W", "Processes at work (default: one a core)");
+  add("--shard", o.shard, "I/N", "Only the I-th of N parts of the runs, I from 1 to N");
+  parser.add_flag("--resume", o.resume, "Go on with the study in DIR; begin it if there is none")
+      ->group("Study");
+  add("--merge", o.merge, "DIR...", "Join these studies, parts of one, instead of doing runs");
+}
+
+void declare_output(CLI::App& parser, MonteCarloOptions& o) {
+  parser.add_option("-o,--output", o.output, "Folder of the study")
+      ->required()
+      ->type_name("DIR")
+      ->group("Output");
+  CLI::Option* json = parser.add_flag("--json", o.json, "Print the summary as JSON");
+  json->group("Output");
+  parser.add_flag("--markdown", o.markdown, "Print the tables as Markdown")
+      ->excludes(json)
+      ->group("Output");
+  parser.add_flag("--quiet", o.quiet, "No progress and no log, only errors")->group("Output");
+}
+
+}  // namespace
+
+Action declare_montecarlo(CLI::App& parser) {
+  const auto o = std::make_shared<MonteCarloOptions>();
+  parser.add_option("SCENE", o->scene.name, "hallway, turntable, or trajectory")->type_name("");
+  declare_study(parser, *o);
+  declare_scene(parser, o->scene);
+  declare_filters(parser, o->filters);
+  declare_output(parser, *o);
+  parser.footer("Scenes:\n" + inertial_scenes_help() + "\n" + filter_settings_help() +
+                "\nSettings of a scene, for --scene-set (defaults are those of `hallway`):\n" +
+                inertial_settings_help());
+  return [o] { return montecarlo(*o); };
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,171 @@
+#include "filter_options.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+
+#include "settings_io.hpp"
+
+namespace chasles::app {
+namespace {
+
+constexpr const char* kPaper = "paper";
+constexpr const char* kDefault = "default";
+
+// What a divisor or a noise may be.
+bool is_positive(const Setting& s) {
+  return s.unit == "probability" || s.name == "pixel_sigma" || s.name.starts_with("fixed_depth") ||
+         s.name.starts_with("inverse_depth") || s.name == "imu_noise_scale";
+}
+
+SettingList list_of(InertialSlamSettings& settings) {
+  SettingCollector collector;
+  for_each_inertial_setting(settings, collector);
+  for (Setting& s : collector.settings) {
+    s.low = s.name == "frames_per_clone" || s.name == "soft_frames" ? 1 : 0;
+    s.above_low = is_positive(s);
+    if (s.unit == "probability") s.high = 1;
+  }
+  return collector.settings;
+}
+
+// Kleinert and Stilla's filters.
+std::vector<FilterVariant> paper() {
+  std::vector<FilterVariant> filters;
+  for (const char* chart : {"standard", "left-se3", "right-se3"}) {
+    FilterVariant filter{.name = fmt::format("{}-{}", kPaper, chart), .settings = {}};
+    filter.settings.chart = chart;
+    filter.settings.landmarks = "cartesian";
+    filter.settings.init = "fixed-depth";
+    filter.settings.nav_attitude = true;
+    filter.settings.gate = 1;
+    filters.push_back(std::move(filter));
+  }
+  return filters;
+}
+
+std::vector<FilterVariant> preset(const std::string& name) {
+  if (name == kPaper) return paper();
+  if (name == kDefault) return {{.name = kDefault, .settings = {}}};
+  throw UsageError(fmt::format("--preset: found '{}', expected {} or {}", name, kPaper, kDefault));
+}
+
+FilterVariant from_file(const std::string& file) {
+  FilterVariant filter{.name = std::filesystem::path(file).stem().string(), .settings = {}};
+  set_from_file(list_of(filter.settings), file);
+  return filter;
+}
+
+std::vector<std::string> or_default(const std::vector<std::string>& given,
+                                    const std::string& otherwise) {
+  return given.empty() ? std::vector<std::string>{otherwise} : given;
+}
+
+std::vector<FilterVariant> product(const FilterOptions& o) {
+  if (o.charts.empty() && o.landmarks.empty() && o.inits.empty()) return {};
+  const InertialSlamSettings defaults;
+  std::vector<FilterVariant> filters;
+  for (const std::string& chart : or_default(o.charts, defaults.chart)) {
+    for (const std::string& landmarks : or_default(o.landmarks, defaults.landmarks)) {
+      for (const std::string& init : or_default(o.inits, defaults.init)) {
+        FilterVariant filter{.name = fmt::format("{}+{}+{}", chart, landmarks, init),
+                             .settings = {}};
+        const SettingList list = list_of(filter.settings);
+        set(list, "--charts", "chart", chart);
+        set(list, "--landmarks", "landmarks", landmarks);
+        set(list, "--init", "init", init);
+        filters.push_back(std::move(filter));
+      }
+    }
+  }
+  return filters;
+}
+
+// Which filters there are is not a matter of --set, which is for all of them.
+void check_not_named(const std::string& assignment) {
+  const std::string key = assignment.substr(0, assignment.find('='));
+  if (key != "chart" && key != "landmarks" && key != "init") return;
+  throw UsageError(
+      fmt::format("--set: '{}' is for all filters alike; expected --charts, "
+                  "--landmarks or --init to choose among them",
+                  assignment));
+}
+
+void check_names(const std::vector<FilterVariant>& filters) {
+  for (auto filter = filters.begin(); filter != filters.end(); ++filter) {
+    const auto again =
+        std::ranges::find(std::next(filter), filters.end(), filter->name, &FilterVariant::name);
+    if (again == filters.end()) continue;
+    throw UsageError(fmt::format("the filter '{}' is there twice, expected once", filter->name));
+  }
+}
+
+template <typename Items>
+void append(std::vector<FilterVariant>& filters, Items&& more) {
+  for (auto& filter : more) filters.push_back(std::move(filter));
+}
+
+}  // namespace
+
+void declare_filters(CLI::App& parser, FilterOptions& o) {
+  const auto add = [&](const char* name, std::vector<std::string>& values, const char* type,
+                       const char* meaning) {
+    return parser.add_option(name, values, meaning)->type_name(type)->group("Filters");
+  };
+  add("--preset", o.presets, "NAME,...",
+      "paper: Kleinert and Stilla's three; default: this program's own (default: both)")
+      ->delimiter(',');
+  add("--charts", o.charts, "NAME,...", "Error charts, each with all of the following")
+      ->delimiter(',');
+  add("--landmarks", o.landmarks, "NAME,...", "Forms of landmarks: cartesian, inverse-depth")
+      ->delimiter(',');
+  add("--init", o.inits, "NAME,...", "How landmarks begin: fixed-depth, multi-view")
+      ->delimiter(',');
+  add("--config", o.configs, "FILE",
+      "A filter of its own, named after the YAML file of its settings; may be repeated")
+      ->allow_extra_args(false);
+  add("--set", o.sets, "KEY=VALUE", "One setting, for every filter; may be repeated")
+      ->allow_extra_args(false);
+}
+
+std::string filter_settings_help() {
+  InertialSlamSettings defaults;
+  return "Settings of a filter, for --set and --config:\n" + help_text(list_of(defaults));
+}
+
+std::vector<FilterVariant> filters_from(const FilterOptions& o) {
+  std::vector<FilterVariant> filters;
+  for (const std::string& name : o.presets) append(filters, preset(name));
+  for (const std::string& file : o.configs) filters.push_back(from_file(file));
+  append(filters, product(o));
+  if (filters.empty()) {
+    for (const char* name : {kPaper, kDefault}) append(filters, preset(name));
+  }
+  for (const std::string& assignment : o.sets) {
+    check_not_named(assignment);
+    for (FilterVariant& filter : filters) set(list_of(filter.settings), assignment);
+  }
+  check_names(filters);
+  return filters;
+}
+
+InertialSlamSettings inertial_settings_from(const SettingSources& sources) {
+  InertialSlamSettings settings;
+  const SettingList list = list_of(settings);
+  if (!sources.config.empty()) set_from_file(list, sources.config);
+  for (const std::string& assignment : sources.sets) set(list, assignment);
+  if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
+  return settings;
+}
+
+nlohmann::ordered_json settings_json(const InertialSlamSettings& settings) {
+  InertialSlamSettings copy = settings;
+  return to_json(list_of(copy));
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <chasles/lab/trial.hpp>
+
+#include "run_settings.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace chasles::app {
+
+/// Which filters are compared.
+struct FilterOptions {
+  std::vector<std::string> charts, landmarks, inits;  ///< every one with every other
+  std::vector<std::string> presets;                   ///< "paper", "default"
+  std::vector<std::string> configs;                   ///< YAML files, a filter each
+  std::vector<std::string> sets;                      ///< key=value, for all of them
+};
+
+void declare_filters(CLI::App& parser, FilterOptions& options);
+
+/// The settings of a filter as --help lists them.
+std::string filter_settings_help();
+
+/// The presets, the files, and the charts x landmark forms x beginnings, in this order; both
+/// presets where nothing is asked for. Throws UsageError for what is not known or there twice.
+std::vector<FilterVariant> filters_from(const FilterOptions& options);
+
+/// The settings of one filter, as settings_from() of run_settings.hpp.
+InertialSlamSettings inertial_settings_from(const SettingSources& sources);
+
+/// All settings of a filter by name.
+nlohmann::ordered_json settings_json(const InertialSlamSettings& settings);
+
+}  // namespace chasles::app

@@ -1,0 +1,135 @@
+#include "scene_options.hpp"
+
+#include <algorithm>
+#include <concepts>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/readers.hpp>
+#include <chasles/error.hpp>
+
+#include "run_input.hpp"
+#include "settings_io.hpp"
+
+namespace chasles::app {
+namespace {
+
+constexpr const char* kTrajectory = "trajectory";
+
+SettingList list_of(InertialSettings& settings) {
+  SettingCollector collector;
+  for_each_field(settings, collector);
+  // A text's list of choices is not in the table of fields; `validate` has it.
+  return collector.settings;
+}
+
+// Samples, convention and densities of the recording.
+void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
+  const Recording recording = read_recording(path);
+  if (recording.imu.empty()) {
+    throw InputError(
+        fmt::format("{}: has no IMU samples, which --real-imu asks for", path.string()));
+  }
+  scene.imu = recording.imu;
+  InertialSettings& s = scene.settings;
+  s.imu_convention =
+      recording.imu_convention == ImuConvention::kIntervalMean ? "interval-mean" : "instant";
+  if (!recording.imu_noise) return;
+  s.accelerometer_noise_density = recording.imu_noise->accelerometer_noise_density;
+  s.gyroscope_noise_density = recording.imu_noise->gyroscope_noise_density;
+  s.accelerometer_random_walk = recording.imu_noise->accelerometer_random_walk;
+  s.gyroscope_random_walk = recording.imu_noise->gyroscope_random_walk;
+}
+
+void take_path(const SceneChoice& choice, InertialScene& scene) {
+  if (choice.name != kTrajectory) {
+    if (choice.path.empty() && !choice.real_imu) return;
+    throw UsageError(fmt::format("--path and --real-imu are for the scene {}, not for {}",
+                                 kTrajectory, choice.name));
+  }
+  if (choice.path.empty()) {
+    throw UsageError(
+        fmt::format("the scene {} needs --path FILE: a TUM trajectory, or a "
+                    "recording that has the truth",
+                    kTrajectory));
+  }
+  scene.path = read_truth(choice.path);
+  if (choice.real_imu) take_real_imu(choice.path, scene);
+}
+
+// As set(), but with the option's own name in messages.
+void assign(const SettingList& list, const std::string& option, const std::string& assignment) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw UsageError(fmt::format("{}: found '{}', expected key=value", option, assignment));
+  }
+  set(list, option, assignment.substr(0, equals), std::string_view(assignment).substr(equals + 1));
+}
+
+}  // namespace
+
+void declare_scene(CLI::App& parser, SceneChoice& choice) {
+  choice.set_option = "--scene-set";
+  const auto add = [&](const char* name, auto& value, const char* type, const char* meaning) {
+    return parser.add_option(name, value, meaning)->type_name(type)->group("Scene");
+  };
+  add("--path", choice.path, "FILE",
+      "For the scene trajectory: a TUM file, or a recording that has the truth");
+  parser
+      .add_flag("--real-imu", choice.real_imu,
+                "The IMU samples of the recording at --path instead of simulated ones")
+      ->group("Scene");
+  add("--seed", choice.seed, "N", "Chooses landmarks and noise");
+  add("--scene-config", choice.config, "FILE", "Settings of the scene from a YAML file");
+  add("--scene-set", choice.sets, "KEY=VALUE", "One setting of the scene; may be repeated")
+      ->allow_extra_args(false);
+}
+
+bool is_inertial_scene(const std::string& name) {
+  return std::ranges::find(inertial_scenes(), name, &InertialScene::name) !=
+         inertial_scenes().end();
+}
+
+InertialScene scene_from(const SceneChoice& choice) {
+  InertialScene scene = inertial_scene(choice.name);
+  take_path(choice, scene);
+  const SettingList list = list_of(scene.settings);
+  const std::string geometry = scene.settings.geometry;
+  if (!choice.config.empty()) set_from_file(list, choice.config);
+  for (const std::string& assignment : choice.sets) assign(list, choice.set_option, assignment);
+  if (!choice.seed.empty()) set(list, "--seed", "seed", choice.seed);
+  if (scene.settings.geometry != geometry) {
+    throw UsageError(fmt::format("the setting geometry is the scene's: found '{}', expected '{}'",
+                                 scene.settings.geometry, geometry));
+  }
+  validate(scene.settings);
+  return scene;
+}
+
+std::uint64_t seed_from(const SceneChoice& choice) {
+  InertialSettings settings;
+  if (!choice.seed.empty()) set(list_of(settings), "--seed", "seed", choice.seed);
+  return settings.seed;
+}
+
+std::string inertial_scenes_help() {
+  std::string text;
+  for (const InertialScene& scene : inertial_scenes()) {
+    text += fmt::format("  {:<14} {}\n", scene.name, scene.doc);
+  }
+  return text;
+}
+
+std::string inertial_settings_help() {
+  InertialSettings defaults;
+  return help_text(list_of(defaults));
+}
+
+nlohmann::ordered_json settings_json(const InertialSettings& settings) {
+  InertialSettings copy = settings;
+  return to_json(list_of(copy));
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <chasles/sim/inertial_settings.hpp>
+
+namespace CLI {
+class App;
+}
+
+namespace chasles::app {
+
+/// A scene with an IMU as the command line describes it.
+struct SceneChoice {
+  std::string name;
+  std::filesystem::path path;  ///< for the scene `trajectory`: a TUM file or a recording with truth
+  bool real_imu = false;       ///< the samples of the recording at `path` instead of simulated ones
+  std::string config, seed;
+  std::vector<std::string> sets;     ///< key=value
+  std::string set_option = "--set";  ///< for messages
+};
+
+/// Declares the options of a scene beside its name: --path, --real-imu, --seed, and the settings as
+/// --scene-set and --scene-config.
+void declare_scene(CLI::App& parser, SceneChoice& choice);
+
+/// Whether that is the name of a scene with an IMU.
+bool is_inertial_scene(const std::string& name);
+
+/// Throws UsageError for a name, a setting or a path that does not fit, InputError for a file.
+InertialScene scene_from(const SceneChoice& choice);
+
+/// The seed alone, for what is no scene; 1 where none is given.
+std::uint64_t seed_from(const SceneChoice& choice);
+
+/// The scenes, a line each, and their settings, for --help.
+std::string inertial_scenes_help();
+std::string inertial_settings_help();
+
+/// All settings by name.
+nlohmann::ordered_json settings_json(const InertialSettings& settings);
+
+}  // namespace chasles::app

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <Eigen/Core>
+
+#include <chasles/lie/se3.hpp>
+
+namespace chasles {
+
+/// How a lens bends the pinhole's image; the four coefficients are those of Kalibr and OpenCV.
+enum class Distortion {
+  kNone,
+  kRadtan,       ///< Brown-Conrady: k1, k2, p1, p2
+  kEquidistant,  ///< Kannala-Brandt: k1, k2, k3, k4
+};
+
+/// One camera of a rig. Camera frame: z forward, x right, y down.
+struct Camera {
+  int width = 0, height = 0;  ///< [px]
+  double fx = 0, fy = 0;      ///< focal lengths [px]
+  double cx = 0, cy = 0;      ///< principal point [px]
+  Distortion distortion = Distortion::kNone;
+  Eigen::Vector4d coefficients = Eigen::Vector4d::Zero();
+  SE3 cam_T_imu;  ///< maps IMU coordinates to those of the camera
+};
+
+/// A projection and its derivative.
+struct PixelProjection {
+  Eigen::Vector2d pixel;                ///< [px]
+  Eigen::Matrix<double, 2, 3> d_point;  ///< d pixel / d p_cam  [px/m]
+};
+
+/// The pixel of a point in the camera's frame [m]; none if it lies behind the camera or nearer than
+/// kMinDepth (stereo.hpp), or where the lens model folds over (its derivative along the radius is
+/// not positive). The pixel may lie outside the image: see in_image.
+std::optional<PixelProjection> project(const Camera& camera, const Eigen::Vector3d& p_cam);
+
+/// A direction and its derivative.
+struct PixelRay {
+  Eigen::Vector3d ray;                  ///< (x/z, y/z, 1) in the camera's frame
+  Eigen::Matrix<double, 2, 2> d_pixel;  ///< d (x/z, y/z) / d pixel  [1/px]
+};
+
+/// The ray that a pixel means: the inverse of project, by Newton's method to round-off; none where
+/// it does not converge (outside the lens model's range), as where a fisheye looks 90 degrees or
+/// more off its axis.
+std::optional<PixelRay> unproject(const Camera& camera, const Eigen::Vector2d& pixel);
+
+/// Whether a pixel lies in the image, `border` pixels from its edge.
+bool in_image(const Camera& camera, const Eigen::Vector2d& pixel, double border = 0);
+
+}  // namespace chasles

@@ -1,0 +1,213 @@
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <Eigen/LU>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/camera/camera_testing.hpp>
+#include <chasles/camera/stereo.hpp>
+#include <chasles/lie/testing.hpp>
+
+namespace chasles {
+namespace {
+
+using test::euroc_camera;
+using test::fisheye_camera;
+using test::pinhole_camera;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Directions (x/z, y/z) on rings about the axis, the axis itself and its closest neighbourhood.
+std::vector<Eigen::Vector2d> directions(double largest_angle) {
+  std::vector<Eigen::Vector2d> all = {{0, 0}};
+  for (const double angle :
+       {1e-300, 1e-12, 0.99e-9, 1.01e-9, 1e-6, 1e-3, 0.1, 0.5, 0.8, 1.0, 1.3}) {
+    if (angle > largest_angle) break;
+    for (int i = 0; i < 12; ++i) {
+      const double around = 0.1 + i * std::numbers::pi / 6;
+      all.emplace_back(std::tan(angle) * std::cos(around), std::tan(angle) * std::sin(around));
+    }
+  }
+  return all;
+}
+
+struct Lens {
+  Camera camera;
+  double largest_angle;
+};
+
+std::vector<Lens> lenses() {
+  return {{pinhole_camera(), 1.3}, {euroc_camera(), 0.9}, {fisheye_camera(), 1.5}};
+}
+
+// The formulas of OpenCV's documentation, term by term.
+Eigen::Vector2d opencv_pixel(const Camera& camera, double x, double y) {
+  const auto& k = camera.coefficients;
+  const double r = std::sqrt(x * x + y * y);
+  double xd = x;
+  double yd = y;
+  if (camera.distortion == Distortion::kRadtan) {
+    const double radial = 1 + k[0] * std::pow(r, 2) + k[1] * std::pow(r, 4);
+    xd = x * radial + 2 * k[2] * x * y + k[3] * (r * r + 2 * x * x);
+    yd = y * radial + k[2] * (r * r + 2 * y * y) + 2 * k[3] * x * y;
+  } else if (camera.distortion == Distortion::kEquidistant && r > 0) {
+    const double theta = std::atan(r);
+    const double theta_d = theta * (1 + k[0] * std::pow(theta, 2) + k[1] * std::pow(theta, 4) +
+                                    k[2] * std::pow(theta, 6) + k[3] * std::pow(theta, 8));
+    xd = theta_d / r * x;
+    yd = theta_d / r * y;
+  }
+  return {camera.fx * xd + camera.cx, camera.fy * yd + camera.cy};
+}
+
+TEST(Camera, ProjectsAsOpenCvDocumentsIt) {
+  for (const auto& [camera, largest_angle] : lenses()) {
+    for (const Eigen::Vector2d& xy : directions(largest_angle)) {
+      for (const double z : {0.2, 3.0, 500.0}) {
+        const auto seen = project(camera, {xy.x() * z, xy.y() * z, z});
+        ASSERT_TRUE(seen);
+        EXPECT_TRUE(test::agree(seen->pixel, opencv_pixel(camera, xy.x(), xy.y()), 1e-14));
+      }
+    }
+  }
+}
+
+TEST(Camera, ProjectionJacobianIsTheDerivativeOnTheAxisAndOffIt) {
+  for (const auto& [camera, largest_angle] : lenses()) {
+    for (const Eigen::Vector2d& xy : directions(largest_angle)) {
+      for (const double z : {0.2, 3.0, 50.0}) {
+        const Eigen::Vector3d p(xy.x() * z, xy.y() * z, z);
+        const auto pixel = [&](const Eigen::Vector3d& q) { return project(camera, q)->pixel; };
+        const double step = 1e-3 * z / std::max(1.0, p.norm());
+        const Eigen::MatrixXd expected = test::numeric_derivative(pixel, p, step);
+        EXPECT_TRUE(test::agree(project(camera, p)->d_point, expected, 1e-8));
+      }
+    }
+  }
+}
+
+TEST(Camera, UnprojectionInvertsProjectionOverTheWholeImage) {
+  for (const auto& [camera, largest_angle] : lenses()) {
+    int seen = 0;
+    for (int v = 0; v < camera.height; v += 3) {
+      for (int u = 0; u < camera.width; u += 3) {
+        const Eigen::Vector2d pixel(u, v);
+        const auto ray = unproject(camera, pixel);
+        if (!ray) continue;
+        ++seen;
+        ASSERT_LT((project(camera, ray->ray)->pixel - pixel).norm(), 1e-10) << u << " " << v;
+        ASSERT_EQ(ray->ray.z(), 1);
+      }
+    }
+    const int all = ((camera.width + 2) / 3) * ((camera.height + 2) / 3);
+    if (camera.distortion == Distortion::kEquidistant) continue;
+    EXPECT_EQ(seen, all);
+  }
+}
+
+// A ray (x/z, y/z, 1) reaches 90 degrees at most: the corners of a fisheye image look further.
+TEST(Camera, AFisheyePixelHasARayExactlyWhereItLooksForward) {
+  const Camera camera = fisheye_camera();
+  const auto& k = camera.coefficients;
+  const double t = std::numbers::pi * std::numbers::pi / 4;
+  const double radius = std::numbers::pi / 2 *
+                        (1 + t * k[0] + t * t * k[1] + t * t * t * k[2] + t * t * t * t * k[3]);
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const double r = std::hypot((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy);
+      ASSERT_EQ(unproject(camera, Eigen::Vector2d(u, v)).has_value(), r < radius) << u << " " << v;
+    }
+  }
+}
+
+TEST(Camera, ProjectionInvertsUnprojection) {
+  for (const auto& [camera, largest_angle] : lenses()) {
+    for (const Eigen::Vector2d& xy : directions(largest_angle)) {
+      const Eigen::Vector3d ray(xy.x(), xy.y(), 1);
+      const auto back = unproject(camera, project(camera, ray)->pixel);
+      ASSERT_TRUE(back);
+      EXPECT_TRUE(test::agree(back->ray, ray, 1e-12));
+    }
+  }
+}
+
+TEST(Camera, TheTwoJacobiansAreInverse) {
+  for (const auto& [camera, largest_angle] : lenses()) {
+    for (const Eigen::Vector2d& xy : directions(largest_angle)) {
+      const auto seen = project(camera, {xy.x(), xy.y(), 1});
+      const auto back = unproject(camera, seen->pixel);
+      const Eigen::Matrix2d product = seen->d_point.leftCols<2>() * back->d_pixel;
+      EXPECT_TRUE(test::agree(product, Eigen::Matrix2d::Identity(), 1e-11));
+    }
+  }
+}
+
+TEST(Camera, UnprojectionJacobianIsTheDerivative) {
+  for (const auto& [camera, largest_angle] : lenses()) {
+    for (const Eigen::Vector2d& xy : directions(largest_angle)) {
+      const Eigen::Vector2d pixel = project(camera, {xy.x(), xy.y(), 1})->pixel;
+      const auto ray = [&](const Eigen::Vector2d& q) { return unproject(camera, q)->ray; };
+      const Eigen::MatrixXd expected = test::numeric_derivative(ray, pixel, 1e-4);
+      EXPECT_TRUE(
+          test::agree(1e3 * unproject(camera, pixel)->d_pixel, 1e3 * expected.topRows<2>(), 1e-8));
+    }
+  }
+}
+
+TEST(Camera, PointsBehindOrTooNearOrNotFiniteAreNotSeen) {
+  for (const auto& [camera, largest_angle] : lenses()) {
+    for (const double z : {-10.0, -1e-9, 0.0, 0.5 * kMinDepth, kMinDepth, kNaN, kInfinity}) {
+      EXPECT_FALSE(project(camera, {0.01, 0.01, z})) << z;
+    }
+    EXPECT_FALSE(project(camera, {kNaN, 0, 1}));
+    EXPECT_FALSE(project(camera, {0, -kInfinity, 1}));
+    EXPECT_TRUE(project(camera, {0.01, 0.01, 1.001 * kMinDepth}));
+    EXPECT_FALSE(unproject(camera, {kNaN, 1}));
+    EXPECT_FALSE(unproject(camera, {1, kInfinity}));
+  }
+}
+
+// 1 + 3 k1 r^2 + 5 k2 r^4 = (1 - r^2 / 1.44) (1 - r^2 / 9): falls from r = 1.2 to r = 3.
+TEST(Camera, ARadtanLensIsNotUsedBeyondItsFold) {
+  Camera camera = euroc_camera();
+  camera.coefficients = {-(1 / 1.44 + 1.0 / 9) / 3, 1 / (1.44 * 9 * 5), 0, 0};
+  EXPECT_TRUE(project(camera, {0, 1.2 - 1e-9, 1}));
+  for (const double r : {1.2 + 1e-9, 1.5, 2.9, 3.1, 6.0}) EXPECT_FALSE(project(camera, {r, 0, 1}));
+  const Eigen::Vector2d last = project(camera, {0, 1.2 - 1e-9, 1})->pixel;
+  EXPECT_TRUE(unproject(camera, last - Eigen::Vector2d(0, 1e-6)));
+  EXPECT_NEAR(unproject(camera, last - Eigen::Vector2d(0, 1))->ray.y(), 1.2, 0.1);
+  EXPECT_FALSE(unproject(camera, last + Eigen::Vector2d(0, 1e-6)));
+  EXPECT_FALSE(unproject(camera, last + Eigen::Vector2d(0, 1000)));
+}
+
+// The same with theta for r: d theta_d / d theta = (1 - theta^2) (1 - theta^2 / 1.69).
+TEST(Camera, AnEquidistantLensIsNotUsedBeyondItsFold) {
+  Camera camera = fisheye_camera();
+  camera.coefficients = {-(1 + 1 / 1.69) / 3, 1 / (5 * 1.69), 0, 0};
+  EXPECT_TRUE(project(camera, {std::tan(1 - 1e-9), 0, 1}));
+  for (const double theta : {1 + 1e-9, 1.2, 1.4, 1.5}) {
+    EXPECT_FALSE(project(camera, {0, std::tan(theta), 1})) << theta;
+  }
+  const Eigen::Vector2d last = project(camera, {0, -std::tan(1 - 1e-9), 1})->pixel;
+  EXPECT_TRUE(unproject(camera, last + Eigen::Vector2d(0, 1e-6)));
+  EXPECT_FALSE(unproject(camera, last - Eigen::Vector2d(0, 1e-6)));
+  EXPECT_FALSE(unproject(camera, last - Eigen::Vector2d(0, 30)));
+}
+
+TEST(Camera, TheImageEndsAtItsLastPixel) {
+  const Camera camera = euroc_camera();
+  EXPECT_TRUE(in_image(camera, {0, 0}));
+  EXPECT_TRUE(in_image(camera, {751, 479}));
+  for (const Eigen::Vector2d& pixel : std::vector<Eigen::Vector2d>{
+           {-0.01, 5}, {5, -0.01}, {751.01, 5}, {5, 479.01}, {kNaN, 5}, {5, kNaN}}) {
+    EXPECT_FALSE(in_image(camera, pixel)) << pixel.transpose();
+  }
+  EXPECT_TRUE(in_image(camera, {10, 469}, 10));
+  EXPECT_FALSE(in_image(camera, {9.9, 469}, 10));
+  EXPECT_FALSE(in_image(camera, {10, 469.1}, 10));
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,239 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <Eigen/Cholesky>
+
+#include <chasles/camera/distortion.hpp>
+#include <chasles/camera/stereo.hpp>
+#include <chasles/camera/triangulation.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr int kMaxIterations = 100;
+constexpr double kPixelRoundOff = 1e-11;  // of all residuals together [px]
+constexpr double kConverged = 1e-9;       // step [px]: the root of the predicted fall of the cost
+constexpr double kMaxDamping = 1e12;      // a step so short that the start is no better
+constexpr double kSingular = 1e-13;       // information on the inverse depth, of all information
+constexpr double kInfinitelyFar = 1e-12;  // parallax of the baseline [rad]
+
+// A view with respect to the anchor. Lengths are in units of the baseline.
+struct Sight {
+  const Camera* camera = nullptr;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();  // of the camera [m]
+  Eigen::Matrix3d cam_R_world = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d ray_world = Eigen::Vector3d::Zero();  // of the pixel, unit length
+  Eigen::Matrix3d cam_R_anchor = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p_cam_anchor = Eigen::Vector3d::Zero();  // the anchor's centre in this camera
+};
+
+struct Sights {
+  std::vector<Sight> views;
+  std::size_t anchor = 0;
+  double baseline = 0;  // from the anchor to the view farthest from it [m]
+};
+
+// (alpha, beta, rho): the point is baseline / rho (alpha, beta, 1) in the anchor's camera. What a
+// view sees of it, R (alpha, beta, 1) + rho t, is smooth through rho = 0, the points at infinity.
+using InverseDepthPoint = Eigen::Vector3d;
+
+// The normal equations of the reprojection residuals at a point.
+struct Normal {
+  double cost = 0;                                     // sum of squares [px^2]
+  Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();    // J^T J
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  // J^T (measured - projected)
+};
+
+std::optional<Sights> sights_of(std::span<const View> views) {
+  Sights sights;
+  sights.views.reserve(views.size());
+  for (const View& view : views) {
+    if (view.camera == nullptr) return std::nullopt;
+    const std::optional<PixelRay> ray = unproject(*view.camera, view.pixel);
+    if (!ray) return std::nullopt;
+    const SE3 world_T_cam = view.world_T_imu * view.camera->cam_T_imu.inverse();
+    if (!world_T_cam.R.allFinite() || !world_T_cam.p.allFinite()) return std::nullopt;
+    Sight sight;
+    sight.camera = view.camera;
+    sight.pixel = view.pixel;
+    sight.centre_world = world_T_cam.p;
+    sight.cam_R_world = world_T_cam.R.transpose();
+    sight.ray_world = world_T_cam.R * ray->ray / ray->ray.norm();
+    sights.views.push_back(sight);
+  }
+  return sights;
+}
+
+// Chooses the anchor; false if all views are from one place, to the round-off of their positions.
+bool set_anchor(Sights& sights) {
+  std::vector<Sight>& views = sights.views;
+  // The mean relative to the first view: nothing is lost far from the world's origin.
+  const Eigen::Vector3d first = views[0].centre_world;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Sight& view : views) middle += view.centre_world - first;
+  middle = first + middle / static_cast<double>(views.size());
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const double distance = (views[i].centre_world - middle).squaredNorm();
+    if (distance < nearest) sights.anchor = i;
+    nearest = std::min(nearest, distance);
+  }
+  const Sight anchor = views[sights.anchor];
+  double round_off = 0;
+  for (Sight& view : views) {
+    view.cam_R_anchor = view.cam_R_world * anchor.cam_R_world.transpose();
+    view.p_cam_anchor = view.cam_R_world * (anchor.centre_world - view.centre_world);
+    sights.baseline = std::max(sights.baseline, view.p_cam_anchor.norm());
+    round_off = std::max(
+        round_off, 16 * kEpsilon * (view.centre_world.norm() + view.camera->cam_T_imu.p.norm()));
+  }
+  if (!(sights.baseline > round_off)) return false;
+  for (Sight& view : views) view.p_cam_anchor /= sights.baseline;
+  return true;
+}
+
+// None if the point is behind a camera, or outside its lens model.
+std::optional<Normal> normal_equations(const Sights& sights, const InverseDepthPoint& point) {
+  Normal normal;
+  for (const Sight& view : sights.views) {
+    Eigen::Matrix3d d_point = view.cam_R_anchor;
+    d_point.col(2) = view.p_cam_anchor;
+    const Eigen::Vector3d seen = d_point * point + view.cam_R_anchor.col(2);
+    if (!(seen.z() > 0) || !seen.allFinite()) return std::nullopt;
+    const Eigen::Vector2d xy = seen.head<2>() / seen.z();
+    const std::optional<DistortedPoint> bent = distort(*view.camera, xy);
+    if (!bent) return std::nullopt;
+    const Eigen::Vector2d focal(view.camera->fx, view.camera->fy);
+    const Eigen::Vector2d principal(view.camera->cx, view.camera->cy);
+    const Eigen::Vector2d residual = view.pixel - principal - focal.cwiseProduct(bent->xy);
+    const Eigen::Matrix2d d_xy = focal.asDiagonal() * bent->d_xy / seen.z();
+    const Eigen::Matrix<double, 2, 3> J = d_xy * (d_point.topRows<2>() - xy * d_point.row(2));
+    normal.cost += residual.squaredNorm();
+    normal.matrix += J.transpose() * J;
+    normal.gradient += J.transpose() * residual;
+  }
+  if (!std::isfinite(normal.cost)) return std::nullopt;
+  return normal;
+}
+
+// The point nearest to all rays.
+InverseDepthPoint linear_point(const Sights& sights) {
+  const Sight& anchor = sights.views[sights.anchor];
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const Sight& view : sights.views) {
+    const Eigen::Matrix3d across =
+        Eigen::Matrix3d::Identity() - view.ray_world * view.ray_world.transpose();
+    A += across;
+    b += across * (view.centre_world - anchor.centre_world);
+  }
+  const Eigen::Vector3d p_anchor = anchor.cam_R_world * A.ldlt().solve(b);
+  return {p_anchor.x() / p_anchor.z(), p_anchor.y() / p_anchor.z(), sights.baseline / p_anchor.z()};
+}
+
+// The best of the linear point and of some on the anchor's ray: little parallax and noise may put
+// the first behind the cameras.
+std::optional<InverseDepthPoint> start(const Sights& sights) {
+  const Sight& anchor = sights.views[sights.anchor];
+  const Eigen::Vector3d ray = anchor.cam_R_world * anchor.ray_world;
+  const double x = ray.x() / ray.z();
+  const double y = ray.y() / ray.z();
+  std::optional<InverseDepthPoint> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const InverseDepthPoint& point :
+       {linear_point(sights), {x, y, 1e-3}, {x, y, 0.03}, {x, y, 0.3}, {x, y, 1.5}}) {
+    const std::optional<Normal> normal = normal_equations(sights, point);
+    if (!normal || !(normal->cost < least)) continue;
+    least = normal->cost;
+    best = point;
+  }
+  return best;
+}
+
+struct Minimum {
+  InverseDepthPoint point;
+  Normal normal;
+};
+
+// Gauss-Newton; damped only while a full step does not help.
+std::optional<Minimum> minimise(const Sights& sights, const InverseDepthPoint& from) {
+  Minimum at{.point = from, .normal = *normal_equations(sights, from)};
+  double damping = 0;
+  for (int i = 0; i < kMaxIterations && damping < kMaxDamping; ++i) {
+    Eigen::Matrix3d damped = at.normal.matrix;
+    damped.diagonal() *= 1 + damping;
+    const Eigen::Vector3d step = damped.ldlt().solve(at.normal.gradient);
+    const bool converged = damping == 0 && step.dot(at.normal.gradient) < kConverged * kConverged;
+    const InverseDepthPoint point = at.point + step;
+    const std::optional<Normal> normal = normal_equations(sights, point);
+    // The cost's round-off must not refuse the last steps.
+    // It comes from the residuals' own, which is that of pixel coordinates however small they are.
+    const double bound = std::pow(std::sqrt(at.normal.cost) * (1 + 1e-12) + kPixelRoundOff, 2);
+    if (normal && normal->cost <= bound) {
+      at = {.point = point, .normal = *normal};
+      damping = damping > 1e-3 ? damping / 10 : 0;
+      if (converged) return at;
+    } else {
+      damping = std::max(1e-3, 10 * damping);
+    }
+  }
+  return std::nullopt;
+}
+
+double largest_parallax(const Sights& sights, const Eigen::Vector3d& p_world) {
+  std::vector<Eigen::Vector3d> rays;
+  rays.reserve(sights.views.size());
+  double chord2 = 0;
+  for (const Sight& view : sights.views) {
+    const Eigen::Vector3d ray = (p_world - view.centre_world).normalized();
+    for (const Eigen::Vector3d& other : rays)
+      chord2 = std::max(chord2, (ray - other).squaredNorm());
+    rays.push_back(ray);
+  }
+  return 2 * std::asin(std::min(1.0, std::sqrt(chord2) / 2));
+}
+
+bool in_front(const Sights& sights, const Eigen::Vector3d& p_world) {
+  return std::ranges::all_of(sights.views, [&](const Sight& view) {
+    return view.cam_R_world.row(2).dot(p_world - view.centre_world) > kMinDepth;
+  });
+}
+
+}  // namespace
+
+std::optional<MultiViewPoint> triangulate(std::span<const View> views) {
+  if (views.size() < 2) return std::nullopt;
+  std::optional<Sights> sights = sights_of(views);
+  if (!sights || !set_anchor(*sights)) return std::nullopt;
+  const std::optional<InverseDepthPoint> from = start(*sights);
+  if (!from) return std::nullopt;
+  const std::optional<Minimum> minimum = minimise(*sights, *from);
+  if (!minimum || !(minimum->point.z() > kInfinitelyFar)) return std::nullopt;
+
+  const auto& [point, normal] = *minimum;
+  const Eigen::LLT<Eigen::Matrix3d> cholesky(normal.matrix);
+  if (cholesky.info() != Eigen::Success) return std::nullopt;
+  const Eigen::Matrix3d inverse = cholesky.solve(Eigen::Matrix3d::Identity());
+  if (!(1 / inverse(2, 2) > kSingular * normal.matrix.trace())) return std::nullopt;
+
+  const Sight& anchor = sights->views[sights->anchor];
+  const double scale = sights->baseline / point.z();
+  const Eigen::Vector3d p_anchor(scale * point.x(), scale * point.y(), scale);
+  Eigen::Matrix3d d_point = scale * Eigen::Matrix3d::Identity();
+  d_point.col(2) = -p_anchor / point.z();
+  d_point = anchor.cam_R_world.transpose() * d_point;
+
+  MultiViewPoint result;
+  result.p_world = anchor.centre_world + anchor.cam_R_world.transpose() * p_anchor;
+  if (!in_front(*sights, result.p_world)) return std::nullopt;
+  result.covariance = d_point * inverse * d_point.transpose();
+  result.rms = std::sqrt(normal.cost / static_cast<double>(2 * views.size()));
+  result.parallax = largest_parallax(*sights, result.p_world);
+  return result;
+}
+
+}  // namespace chasles

@@ -1,0 +1,88 @@
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
+
+#include <chasles/data/euroc_tables.hpp>
+#include <chasles/data/gravity.hpp>
+#include <chasles/data/readers.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kLevel = 0.1;  // [deg], what the fit can tell
+
+// Without an ending that is there.
+std::string without(std::string text, const std::string& ending) {
+  if (text.ends_with(ending)) text.resize(text.size() - ending.size());
+  return text;
+}
+
+// V1_01_easy of V1_01_easy_imu.csv.gz.
+std::string sequence_of(const fs::path& file) {
+  return without(without(without(file.filename().string(), ".gz"), ".csv"), "_imu");
+}
+
+std::optional<fs::path> truth_beside(const fs::path& file) {
+  for (const char* ending : {"_gt.csv.gz", "_gt.csv", "_gt.txt.gz", "_gt.txt"}) {
+    const fs::path truth = file.parent_path() / (sequence_of(file) + ending);
+    if (fs::exists(truth)) return truth;
+  }
+  return std::nullopt;
+}
+
+// The truth is left as it is: the reader is told how level its world is.
+void remark_on_gravity(Recording& recording) {
+  const auto fit = fit_gravity(recording.truth, recording.imu);
+  if (!fit) return;
+  const Eigen::Vector3d down = fit->gravity_world.normalized();
+  const double degrees = std::atan2(down.head<2>().norm(), -down.z()) * 180 / M_PI;
+  if (degrees < kLevel) return;
+  recording.remarks.push_back(fmt::format(
+      "gravity, as the samples show it, leans {:.1f} deg from the truth's z axis: its world is not "
+      "level",
+      degrees));
+}
+
+void read_truth(const fs::path& file, Recording& recording) {
+  const std::string name = file.filename().string();
+  if (name.find("_gt.csv") != std::string::npos) {
+    read_euroc_states(file, recording);
+  } else {
+    recording.truth = read_tum(file);
+    recording.remarks.push_back(
+        fmt::format("the truth {} holds poses only: no velocities, no biases", name));
+  }
+  if (recording.truth.empty()) return;
+  const double late = to_seconds(recording.truth.front().time - recording.imu.front().time);
+  const double early = to_seconds(recording.imu.back().time - recording.truth.back().time);
+  recording.remarks.push_back(fmt::format(
+      "the truth begins {:.2f} s {} the first IMU sample and ends {:.2f} s {} the last one",
+      std::abs(late), late < 0 ? "before" : "after", std::abs(early),
+      early < 0 ? "after" : "before"));
+  remark_on_gravity(recording);
+}
+
+}  // namespace
+
+Recording read_euroc_imu_recording(const fs::path& file) {
+  Recording recording;
+  recording.name = sequence_of(file);
+  recording.imu = read_euroc_imu(file);
+  if (recording.imu.empty()) {
+    throw InputError(fmt::format("{}: holds no sample, expected an IMU's", file.string()));
+  }
+  if (const auto truth = truth_beside(file)) {
+    read_truth(*truth, recording);
+  } else {
+    recording.remarks.push_back(
+        fmt::format("no truth: there is no {}_gt.csv (or .txt, .gz) beside", recording.name));
+  }
+  return recording;
+}
+
+}  // namespace chasles

@@ -1,0 +1,115 @@
+#include <string>
+
+#include <fmt/format.h>
+
+#include <chasles/data/csv.hpp>
+#include <chasles/data/euroc_tables.hpp>
+#include <chasles/data/gzip.hpp>
+#include <chasles/data/inertial_tables.hpp>
+#include <chasles/data/numbers.hpp>
+#include <chasles/data/yaml_map.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+using Names = std::vector<std::string>;
+
+// The real part of a quaternion comes first, and the gyroscope's bias before the accelerometer's:
+// other orders would be read as well, so that the names are held against these.
+const std::vector<Names> kImuNames{
+    {"timestamp", "w_RS_S_x", "w_RS_S_y", "w_RS_S_z", "a_RS_S_x", "a_RS_S_y", "a_RS_S_z"},
+    {"ts", "wx", "wy", "wz", "ax", "ay", "az"}};
+const std::vector<Names> kStateNames{
+    {"timestamp", "p_RS_R_x", "p_RS_R_y", "p_RS_R_z", "q_RS_w", "q_RS_x", "q_RS_y", "q_RS_z",
+     "v_RS_R_x", "v_RS_R_y", "v_RS_R_z", "b_w_RS_S_x", "b_w_RS_S_y", "b_w_RS_S_z", "b_a_RS_S_x",
+     "b_a_RS_S_y", "b_a_RS_S_z"},
+    {"time", "px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "bwx", "bwy", "bwz", "bax",
+     "bay", "baz"}};
+
+Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column) {
+  return {csv.finite(column), csv.finite(column + 1), csv.finite(column + 2)};
+}
+
+YamlMap read_sensor(const std::filesystem::path& file, const std::string& type, Names needed) {
+  needed.insert(needed.begin(), {"sensor_type", "T_BS"});
+  const YamlMap map = YamlMap::read(file, {.known = {}, .needed = needed});
+  if (map.text("sensor_type") == type) return map;
+  throw InputError(fmt::format("{}: is '{}', expected '{}'", map.where("sensor_type"),
+                               map.text("sensor_type"), type));
+}
+
+SE3 body_T_sensor(const YamlMap& sensor) {
+  const YamlMap T = sensor.map("T_BS", {.known = {"cols", "rows", "data"}, .needed = {"data"}});
+  const Eigen::VectorXd data = T.numbers("data", 16, "numbers, row by row");
+  return checked_motion(T.where("data"), Eigen::Matrix4d(data.reshaped<Eigen::RowMajor>(4, 4)));
+}
+
+void check_text(const YamlMap& map, const std::string& key, const std::string& expected) {
+  if (map.text(key) == expected) return;
+  throw InputError(
+      fmt::format("{}: is '{}', expected '{}'", map.where(key), map.text(key), expected));
+}
+
+}  // namespace
+
+bool begins_euroc_imu(std::string_view bytes) {
+  return bytes.starts_with("#timestamp [ns],w_RS_S_x") || bytes.starts_with("#ts,wx,wy,wz,ax");
+}
+
+std::vector<ImuSample> read_euroc_imu(const std::filesystem::path& file) {
+  CsvReader csv(file.string(), read_plain_or_gzip(file), kImuNames);
+  return read_imu_rows(csv);
+}
+
+void read_euroc_states(const std::filesystem::path& file, Recording& recording) {
+  CsvReader csv(file.string(), read_plain_or_gzip(file), kStateNames);
+  while (csv.next()) {
+    const Time time(csv.integer(0));
+    if (!recording.truth.empty()) check_rises(csv.where(0), recording.truth.back().time, time);
+    const Eigen::Vector4d xyzw(csv.finite(5), csv.finite(6), csv.finite(7), csv.finite(4));
+    recording.truth.push_back(
+        {.time = time, .pose = {checked_quaternion(csv.where(), xyzw), vector_at(csv, 1)}});
+    recording.true_motion.push_back({.time = time,
+                                     .v_world = vector_at(csv, 8),
+                                     .accelerometer_bias = vector_at(csv, 14),
+                                     .gyroscope_bias = vector_at(csv, 11)});
+  }
+}
+
+Camera read_euroc_camera(const std::filesystem::path& file) {
+  const YamlMap map = read_sensor(
+      file, "camera",
+      {"resolution", "camera_model", "intrinsics", "distortion_model", "distortion_coefficients"});
+  check_text(map, "camera_model", "pinhole");
+  check_text(map, "distortion_model", "radial-tangential");
+  const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
+  const Eigen::Vector4d f = map.numbers("intrinsics", 4, "numbers: fu, fv, cu, cv [px]");
+  for (const double value : size) checked_positive(map.where("resolution"), value);
+  return {.width = static_cast<int>(size[0]),
+          .height = static_cast<int>(size[1]),
+          .fx = checked_positive(map.where("intrinsics"), f[0]),
+          .fy = checked_positive(map.where("intrinsics"), f[1]),
+          .cx = f[2],
+          .cy = f[3],
+          .distortion = Distortion::kRadtan,
+          .coefficients = map.numbers("distortion_coefficients", 4, "coefficients"),
+          .cam_T_imu = body_T_sensor(map).inverse()};
+}
+
+ImuNoise read_euroc_imu_noise(const std::filesystem::path& file) {
+  const Names keys{"accelerometer_noise_density", "accelerometer_random_walk",
+                   "gyroscope_noise_density", "gyroscope_random_walk"};
+  const YamlMap map = read_sensor(file, "imu", keys);
+  const SE3 T = body_T_sensor(map);
+  if (!T.R.isIdentity(1e-12) || !T.p.isZero(1e-12)) {
+    throw InputError(map.where("T_BS") +
+                     ": is not the identity, expected the IMU's frame as that of the body");
+  }
+  return {.accelerometer_noise_density = map.not_negative(keys[0]),
+          .accelerometer_random_walk = map.not_negative(keys[1]),
+          .gyroscope_noise_density = map.not_negative(keys[2]),
+          .gyroscope_random_walk = map.not_negative(keys[3])};
+}
+
+}  // namespace chasles

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/data/recording.hpp>
+
+namespace chasles {
+
+// The files of an EuRoC recording (Burri et al. 2016), plain or compressed with gzip: tables whose
+// first line is a comment with the names of the columns, and sensor.yaml. Throw InputError.
+
+/// Whether a file's first bytes are those of an IMU table.
+bool begins_euroc_imu(std::string_view bytes);
+
+/// imu0/data.csv: time [ns], angular rate [rad/s], specific force [m/s^2].
+std::vector<ImuSample> read_euroc_imu(const std::filesystem::path& file);
+
+/// state_groundtruth_estimate0/data.csv: world_T_imu, velocity, gyroscope and accelerometer bias;
+/// appended to the recording's truth and true motion.
+void read_euroc_states(const std::filesystem::path& file, Recording& recording);
+
+/// cam0/sensor.yaml, whose T_BS maps camera coordinates to those of the body, the IMU.
+Camera read_euroc_camera(const std::filesystem::path& file);
+
+/// imu0/sensor.yaml; its T_BS must be the identity.
+ImuNoise read_euroc_imu_noise(const std::filesystem::path& file);
+
+}  // namespace chasles

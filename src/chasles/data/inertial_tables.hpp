@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include <chasles/data/csv.hpp>
+#include <chasles/data/recording.hpp>
+
+namespace chasles {
+
+// The tables of a recording folder that an IMU and single cameras need (docs/formats.md). Reading
+// throws InputError with file, line and column.
+
+/// The rows `time, wx, wy, wz, ax, ay, az` of EuRoC's order; times rise strictly.
+std::vector<ImuSample> read_imu_rows(CsvReader& csv);
+
+std::vector<ImuSample> read_imu(const std::filesystem::path& file);
+void write_imu(const std::vector<ImuSample>& imu, const std::filesystem::path& file);
+
+/// Puts the rows of pixels.csv, which are in order of time, into the frames. `cameras`: how many
+/// the calibration has.
+void read_pixels(const std::filesystem::path& file, std::size_t cameras,
+                 std::vector<FeatureFrame>& frames);
+void write_pixels(const std::vector<FeatureFrame>& frames, const std::filesystem::path& file);
+
+/// A row for each pose of the truth, at its time.
+std::vector<TrueMotion> read_true_motion(const std::filesystem::path& file,
+                                         const Trajectory& truth);
+void write_true_motion(const std::vector<TrueMotion>& motion, const std::filesystem::path& file);
+
+}  // namespace chasles

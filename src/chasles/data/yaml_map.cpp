@@ -1,0 +1,166 @@
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <chasles/data/numbers.hpp>
+#include <chasles/data/parse.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/data/yaml_map.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::string key_of(const YAML::Node& node) { return node.IsScalar() ? node.Scalar() : ""; }
+
+}  // namespace
+
+YamlMap YamlMap::read(const std::filesystem::path& file, const Keys& keys) {
+  const std::string name = file.string();
+  YAML::Node root;
+  try {
+    root = YAML::Load(read_file(file));
+  } catch (const YAML::Exception& error) {
+    throw InputError(
+        fmt::format("{}:{}: is not valid YAML: {}", name, error.mark.line + 1, error.msg));
+  }
+  if (!root.IsMap()) throw InputError(name + ": expected lines `key: value`");
+  return {name, name, root, keys};
+}
+
+YamlMap::YamlMap(std::string file, std::string begin, const YAML::Node& node, const Keys& keys)
+    : file_(std::move(file)),
+      begin_(std::move(begin)),
+      map_(std::make_shared<const YAML::Node>(node)),
+      named_(keys.known) {
+  for (const auto& entry : *map_) {
+    const std::string key = key_of(entry.first);
+    if (contains(found_, key)) {
+      throw InputError(where(entry.first, key) + ": is there twice, expected once");
+    }
+    found_.push_back(key);
+  }
+  check_keys(keys);
+}
+
+void YamlMap::check_keys(const Keys& keys) const {
+  for (const auto& entry : *map_) {
+    const std::string key = key_of(entry.first);
+    if (keys.known.empty() || contains(keys.known, key)) continue;
+    throw InputError(fmt::format("{}: is unknown, expected one of {}{}", where(entry.first, key),
+                                 quoted_list(keys.known), did_you_mean(key, keys.known)));
+  }
+  for (const std::string& key : keys.needed) need(key);
+}
+
+bool YamlMap::has(const std::string& key) const { return contains(found_, key); }
+
+void YamlMap::need(const std::string& key) const {
+  if (has(key)) return;
+  throw InputError(fmt::format("{}: key '{}' is missing, expected {}", begin_, key,
+                               quoted_list(named_.empty() ? std::vector{key} : named_)));
+}
+
+YAML::Node YamlMap::at(const std::string& key) const {
+  need(key);
+  return (*map_)[key];
+}
+
+std::string YamlMap::where(const YAML::Node& node, const std::string& key) const {
+  return fmt::format("{}:{}: key '{}'", file_, node.Mark().line + 1, key);
+}
+
+std::string YamlMap::where(const std::string& key) const {
+  return has(key) ? where(at(key), key) : fmt::format("{}: key '{}'", file_, key);
+}
+
+std::string YamlMap::scalar(const YAML::Node& node, const std::string& key) const {
+  if (!node.IsScalar()) throw InputError(where(node, key) + ": expected a single value");
+  return node.Scalar();
+}
+
+double YamlMap::number(const YAML::Node& node, const std::string& key) const {
+  return parse_finite(where(node, key), scalar(node, key));
+}
+
+std::string YamlMap::text(const std::string& key) const { return scalar(at(key), key); }
+
+double YamlMap::number(const std::string& key) const { return number(at(key), key); }
+
+double YamlMap::positive(const std::string& key) const {
+  return checked_positive(where(key), number(key));
+}
+
+double YamlMap::not_negative(const std::string& key) const {
+  const double value = number(key);
+  if (value >= 0) return value;
+  throw InputError(
+      fmt::format("{}: is {}, expected a number that is not negative", where(key), value));
+}
+
+Eigen::VectorXd YamlMap::numbers(const std::string& key, std::size_t size,
+                                 const std::string& what) const {
+  const YAML::Node list = at(key);
+  if (!list.IsSequence() || list.size() != size) {
+    throw InputError(fmt::format("{}: expected a list of {} {}", where(list, key), size, what));
+  }
+  Eigen::VectorXd values(static_cast<Eigen::Index>(size));
+  for (std::size_t i = 0; i < size; ++i) {
+    values(static_cast<Eigen::Index>(i)) = number(list[i], key);
+  }
+  return values;
+}
+
+SE3 YamlMap::motion(const std::string& key) const {
+  const YAML::Node rows = at(key);
+  const auto four = [](const YAML::Node& node) { return node.IsSequence() && node.size() == 4; };
+  Eigen::Matrix4d M;
+  if (!four(rows)) throw InputError(where(rows, key) + ": expected four rows of four numbers");
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!four(rows[i])) throw InputError(where(rows[i], key) + ": expected a row of four numbers");
+    for (std::size_t j = 0; j < 4; ++j) {
+      M(static_cast<int>(i), static_cast<int>(j)) = number(rows[i][j], key);
+    }
+  }
+  return checked_motion(where(rows, key), M);
+}
+
+std::vector<std::string> YamlMap::texts(const std::string& key) const {
+  std::vector<std::string> result;
+  if (!has(key)) return result;
+  const YAML::Node list = at(key);
+  if (!list.IsSequence()) throw InputError(where(list, key) + ": expected a list of sentences");
+  for (const auto& entry : list) result.push_back(scalar(entry, key));
+  return result;
+}
+
+YamlMap YamlMap::below(const YAML::Node& node, const Keys& keys) const {
+  return {file_, fmt::format("{}:{}", file_, node.Mark().line + 1), node, keys};
+}
+
+YamlMap YamlMap::map(const std::string& key, const Keys& keys) const {
+  const YAML::Node node = at(key);
+  if (!node.IsMap()) throw InputError(where(node, key) + ": expected lines `key: value`");
+  return below(node, keys);
+}
+
+std::vector<YamlMap> YamlMap::maps(const std::string& key, const Keys& keys) const {
+  const YAML::Node list = at(key);
+  std::vector<YamlMap> result;
+  if (!list.IsSequence() || list.size() == 0) {
+    throw InputError(where(list, key) + ": expected a list, each entry with lines `key: value`");
+  }
+  for (const auto& entry : list) {
+    if (!entry.IsMap()) throw InputError(where(entry, key) + ": expected lines `key: value`");
+    result.push_back(below(entry, keys));
+  }
+  return result;
+}
+
+}  // namespace chasles

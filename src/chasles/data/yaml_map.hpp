@@ -1,0 +1,67 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/lie/se3.hpp>
+
+namespace YAML {
+class Node;
+}
+
+namespace chasles {
+
+/// The keys of a YAML map and their checked values. Everything throws InputError with file, line
+/// and key, what was found and what was expected.
+class YamlMap {
+ public:
+  /// Which keys a map may have; with no known ones it may have any.
+  struct Keys {
+    std::vector<std::string> known;
+    std::vector<std::string> needed;
+  };
+
+  static YamlMap read(const std::filesystem::path& file, const Keys& keys);
+
+  bool has(const std::string& key) const;
+  /// Throws unless the key is there.
+  void need(const std::string& key) const;
+  /// "FILE:LINE: key 'NAME'"; without the line where the key is missing.
+  std::string where(const std::string& key) const;
+
+  std::string text(const std::string& key) const;
+  double number(const std::string& key) const;  ///< finite
+  double positive(const std::string& key) const;
+  double not_negative(const std::string& key) const;
+  /// A list of `size` finite numbers; `what` names them in messages.
+  Eigen::VectorXd numbers(const std::string& key, std::size_t size, const std::string& what) const;
+  /// A rigid motion as four rows of four numbers.
+  SE3 motion(const std::string& key) const;
+  /// A list of texts; empty where the key is missing.
+  std::vector<std::string> texts(const std::string& key) const;
+  /// A map below this one.
+  YamlMap map(const std::string& key, const Keys& keys) const;
+  /// A list of maps.
+  std::vector<YamlMap> maps(const std::string& key, const Keys& keys) const;
+
+ private:
+  YamlMap(std::string file, std::string begin, const YAML::Node& node, const Keys& keys);
+  YamlMap below(const YAML::Node& node, const Keys& keys) const;
+  YAML::Node at(const std::string& key) const;
+  std::string where(const YAML::Node& node, const std::string& key) const;
+  std::string scalar(const YAML::Node& node, const std::string& key) const;
+  double number(const YAML::Node& node, const std::string& key) const;
+  void check_keys(const Keys& keys) const;
+
+  std::string file_;
+  std::string begin_;  // "FILE", or "FILE:LINE" of a map below
+  std::shared_ptr<const YAML::Node> map_;
+  std::vector<std::string> found_;
+  std::vector<std::string> named_;
+};
+
+}  // namespace chasles

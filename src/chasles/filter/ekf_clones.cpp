@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <cmath>
+
+#include <chasles/error.hpp>
+#include <chasles/filter/dense.hpp>
+#include <chasles/filter/ekf.hpp>
+
+// Past poses in the state, and the world's frame moved (math.md §3).
+
+namespace chasles {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+void Ekf::clone_pose(int id, Time time) {
+  const int row = covariance_.append(6);
+  auto P = covariance_.all();
+  P.block(row, 0, 6, row) = P.topLeftCorner(6, row);
+  P.block(0, row, row, 6) = P.topLeftCorner(row, 6);
+  P.block<6, 6>(row, row) = P.topLeftCorner<6, 6>();
+  state_.clones.push_back({.id = id, .time = time, .world_T_imu = state_.world_T_imu, .row = row});
+}
+
+void Ekf::forget_clones(std::span<const int> ids) {
+  if (ids.empty()) return;
+  std::erase_if(state_.clones, [&](const Clone& clone) {
+    return std::find(ids.begin(), ids.end(), clone.id) != ids.end();
+  });
+  covariance_.keep(renumber_rows());
+}
+
+void Ekf::make_cartesian(int index) {
+  Landmark& landmark = state_.landmarks[static_cast<std::size_t>(index)];
+  if (!landmark.anchor) return;
+  const Clone& clone = state_.clone(*landmark.anchor);
+  const Eigen::Matrix<double, 3, 9> J = anchored_derivative(clone, landmark);
+  auto P = covariance_.all();
+  P.middleRows<3>(landmark.row) = (J.leftCols<6>() * P.middleRows<6>(clone.row) +
+                                   J.rightCols<3>() * P.middleRows<3>(landmark.row))
+                                      .eval();
+  const MatrixXd columns = P.middleCols<6>(clone.row) * J.leftCols<6>().transpose() +
+                           P.middleCols<3>(landmark.row) * J.rightCols<3>().transpose();
+  P.middleCols<3>(landmark.row) = columns;
+  const Matrix3d own = P.block<3, 3>(landmark.row, landmark.row);
+  P.block<3, 3>(landmark.row, landmark.row) = (own + own.transpose()) / 2;
+  landmark.p_world = state_.p_world(landmark);
+  landmark.anchor.reset();
+}
+
+double Ekf::relative_depth_sigma(const Landmark& landmark) const {
+  const int row = landmark.row + 2;
+  return std::sqrt(covariance_.all()(row, row)) / std::abs(landmark.inverse_depth.z());
+}
+
+void Ekf::compose() {
+  if (!state_.nav_T_world) throw UsageError("composition needs nav_T_world in the state");
+  const SE3 imu_T_world = state_.world_T_imu.inverse();
+  const Matrix3d Rt = imu_T_world.R;
+  const Vector3d p = state_.world_T_imu.p;
+  MatrixXd J = MatrixXd::Identity(covariance_.size(), covariance_.size());
+  J.topRows<6>().setZero();
+  // A vector x of the world goes to R^T (x - p) or, a velocity, to R^T x.
+  const auto move = [&](int row, const Vector3d& x, bool is_point) {
+    J.block<3, 3>(row, 0) = Rt * hat(is_point ? Vector3d(x - p) : x);
+    if (is_point) J.block<3, 3>(row, 3) = -Rt;
+    J.block<3, 3>(row, row) = Rt;
+  };
+  if (state_.v_world) {
+    move(6, *state_.v_world, false);
+    state_.v_world = Rt * *state_.v_world;
+  }
+  for (Landmark& landmark : state_.landmarks) {
+    if (landmark.anchor) continue;
+    move(landmark.row, landmark.p_world, true);
+    landmark.p_world = imu_T_world * landmark.p_world;
+  }
+  for (MapLandmark& landmark : forgotten_) {
+    landmark.p_world = imu_T_world * landmark.p_world;
+    landmark.covariance = Rt * landmark.covariance * Rt.transpose();
+  }
+  for (Clone& clone : state_.clones) {
+    J.block<3, 3>(clone.row, 0) = -Rt;
+    J.block<3, 3>(clone.row, clone.row) = Rt;
+    move(clone.row + 3, clone.world_T_imu.p, true);
+    clone.world_T_imu = imu_T_world * clone.world_T_imu;
+  }
+  const int nav = state_.nav_row();
+  const Matrix3d nav_R_world = state_.nav_T_world->R;
+  J.block<3, 3>(nav, 0) = nav_R_world;
+  J.block<3, 3>(nav + 3, 3) = nav_R_world;
+  J.block<3, 3>(nav + 3, nav) = -hat(nav_R_world * p);
+  state_.nav_T_world = *state_.nav_T_world * state_.world_T_imu;
+  state_.nav_T_world->R = so3::normalized(state_.nav_T_world->R);
+  state_.world_T_imu = {};
+  auto P = covariance_.all();
+  const MatrixXd JP = dense::product(J, P);
+  P = dense::product(JP, J.transpose().eval());
+  dense::mirror_lower(P);
+}
+
+}  // namespace chasles

@@ -1,0 +1,77 @@
+#include <chasles/filter/inertial_model.hpp>
+#include <chasles/lie/so3.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+InertialState inertial_state(const State& x) {
+  return {.world_T_imu = x.world_T_imu,
+          .v_world = x.v_world.value(),
+          .accelerometer_bias = x.additive.head<3>(),
+          .gyroscope_bias = x.additive.tail<3>()};
+}
+
+}  // namespace
+
+Vector3d gravity_world(const InertialModel& model, const State& x) {
+  return x.nav_T_world ? Vector3d(x.nav_T_world->R.transpose() * model.gravity_nav)
+                       : model.gravity_nav;
+}
+
+Prediction predict(const InertialModel& model, const State& x,
+                   std::span<const ImuInterval> intervals) {
+  const Vector3d gravity = gravity_world(model, x);
+  InertialState state = inertial_state(x);
+  Matrix15d F = Matrix15d::Identity();
+  Matrix15d Q = Matrix15d::Zero();
+  Eigen::Matrix<double, 15, 3> d_gravity = Eigen::Matrix<double, 15, 3>::Zero();
+  for (const ImuInterval& interval : intervals) {
+    const StrapdownStep step = strapdown(state, interval, gravity, model.noise);
+    state = step.state;
+    F = (step.F * F).eval();
+    Q = (step.F * Q * step.F.transpose() + step.Q).eval();
+    d_gravity = (step.F * d_gravity + step.d_gravity).eval();
+  }
+
+  const int n = x.core_size();
+  const int at = x.additive_row();
+  Prediction result{.world_T_imu = state.world_T_imu,
+                    .v_world = state.v_world,
+                    .additive = x.additive,
+                    .F = MatrixXd::Identity(n, n),
+                    .Q = MatrixXd::Zero(n, n)};
+  const auto embed = [&](const Matrix15d& from, MatrixXd& to) {
+    to.topLeftCorner<9, 9>() = from.topLeftCorner<9, 9>();
+    to.block<9, 6>(0, at) = from.topRightCorner<9, 6>();
+    to.block<6, 9>(at, 0) = from.bottomLeftCorner<6, 9>();
+    to.block<6, 6>(at, at) = from.bottomRightCorner<6, 6>();
+  };
+  embed(F, result.F);
+  embed(Q, result.Q);
+  if (x.nav_T_world) {
+    result.F.block<9, 3>(0, x.nav_row()) =
+        d_gravity.topRows<9>() * x.nav_T_world->R.transpose() * hat(model.gravity_nav);
+  }
+  return result;
+}
+
+NavPose nav_pose(const Ekf& filter) {
+  const State& x = filter.state();
+  const MatrixXd P = filter.core_covariance();
+  if (!x.nav_T_world) return {.nav_T_imu = x.world_T_imu, .covariance = P.topLeftCorner<6, 6>()};
+  const Matrix3d& R = x.nav_T_world->R;
+  MatrixXd J = MatrixXd::Zero(6, P.cols());
+  const int nav = x.nav_row();
+  J.block<3, 3>(0, 0) = R;
+  J.block<3, 3>(0, nav).setIdentity();
+  J.block<3, 3>(3, 3) = R;
+  J.block<3, 3>(3, nav) = -hat(R * x.world_T_imu.p);
+  J.block<3, 3>(3, nav + 3).setIdentity();
+  return {.nav_T_imu = *x.nav_T_world * x.world_T_imu, .covariance = J * P * J.transpose()};
+}
+
+}  // namespace chasles

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+
+#include <Eigen/Core>
+
+#include <chasles/filter/ekf.hpp>
+#include <chasles/imu/strapdown.hpp>
+
+namespace chasles {
+
+/// The motion of a body that carries an IMU: the state has v_world, and `additive` is
+/// [accelerometer bias 3, gyroscope bias 3]. Where the state has nav_T_world, gravity is turned by
+/// its attitude; else the world's z axis points up and gravity is known in it.
+struct InertialModel {
+  static constexpr int kSize = 6;                           ///< additive states
+  Eigen::Vector3d gravity_nav = {0, 0, -kStandardGravity};  ///< [m/s^2]
+  ImuNoise noise;
+};
+
+/// Gravity in the world's axes [m/s^2].
+Eigen::Vector3d gravity_world(const InertialModel& model, const State& x);
+
+/// The mean after some intervals and their linearisation as one step: the landmarks and their
+/// correlations are touched once, however many samples there are. F and Q are the exact products of
+/// strapdown's; the world's attitude psi moves gravity by R_nav^T [g]x psi (K&S, eq. 24).
+Prediction predict(const InertialModel& model, const State& x,
+                   std::span<const ImuInterval> intervals);
+
+/// Pose of the IMU in nav and its covariance, standard error [rotation; position] in nav's axes
+/// (math.md §3, the composition's last two columns). Without nav_T_world: world_T_imu and its own.
+struct NavPose {
+  SE3 nav_T_imu;
+  Matrix6d covariance = Matrix6d::Zero();
+};
+NavPose nav_pose(const Ekf& filter);
+
+}  // namespace chasles

@@ -1,0 +1,168 @@
+#include <chasles/filter/inertial_oracle_numbers_testing.hpp>
+#include <chasles/filter/inertial_testing.hpp>
+
+namespace chasles {
+
+namespace test {
+// What GoogleTest prints of a case.
+void PrintTo(const InertialOracleCase& oracle, std::ostream* out) { *out << oracle.chart; }
+}  // namespace test
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+// What an independent implementation in numpy says (inertial_oracle_numbers_testing.hpp).
+constexpr double kTolerance = 1e-9;
+constexpr int kRows = 27;
+constexpr int kCore = 21;
+
+template <int kR, int kC, std::size_t kSize>
+Eigen::Matrix<double, kR, kC> matrix(const std::array<double, kSize>& numbers, int at = 0) {
+  static_assert(static_cast<std::size_t>(kR * kC) <= kSize);
+  Eigen::Matrix<double, kR, kC> result;
+  for (int i = 0; i < kR; ++i) {
+    for (int j = 0; j < kC; ++j) result(i, j) = numbers[static_cast<std::size_t>(at + i * kC + j)];
+  }
+  return result;
+}
+
+State state_of(const std::array<double, 39>& numbers) {
+  State x;
+  x.world_T_imu = {matrix<3, 3>(numbers), matrix<3, 1>(numbers, 9)};
+  x.v_world = matrix<3, 1>(numbers, 12);
+  x.nav_T_world = SE3{matrix<3, 3>(numbers, 15), matrix<3, 1>(numbers, 24)};
+  x.additive = matrix<6, 1>(numbers, 27);
+  for (int i = 0; i < 2; ++i) {
+    x.landmarks.push_back({.id = i, .p_world = matrix<3, 1>(numbers, 33 + 3 * i)});
+    x.landmarks.back().row = kCore + 3 * i;
+  }
+  return x;
+}
+
+class InertialOracleTest : public ::testing::TestWithParam<test::InertialOracleCase> {
+ protected:
+  const test::InertialOracleCase& oracle() const { return GetParam(); }
+  const ErrorChart& chart() const { return error_chart(oracle().chart); }
+  State state() const { return state_of(oracle().state); }
+  Camera camera() const {
+    const auto& c = oracle().camera;
+    const SE3 imu_T_cam{matrix<3, 3>(c, 4), matrix<3, 1>(c, 13)};
+    return {.width = 700,
+            .height = 540,
+            .fx = c[0],
+            .fy = c[1],
+            .cx = c[2],
+            .cy = c[3],
+            .cam_T_imu = imu_T_cam.inverse()};
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(Charts, InertialOracleTest,
+                         ::testing::ValuesIn(test::kInertialOracleCases), [](const auto& of) {
+                           return test::chart_test_name({&error_chart(of.param.chart), of.index});
+                         });
+
+TEST_P(InertialOracleTest, ErrorMovesTheStateToTheSamePlace) {
+  const State moved = test::moved(chart(), state(), matrix<kRows, 1>(oracle().error));
+  EXPECT_LT(test::distance(moved, state_of(oracle().retracted)), kTolerance);
+}
+
+// Theirs is continuous: ours is the limit of short times.
+TEST_P(InertialOracleTest, DynamicsAreTheSameMatrices) {
+  InertialModel model;
+  model.gravity_nav = matrix<3, 1>(oracle().sample, 6);
+  model.noise.accelerometer_noise_density = 1.5;
+  model.noise.gyroscope_noise_density = 0.5;
+  const State x = state();
+  MatrixXd F, Q;
+  const auto at = [&](double tau, double weight) {
+    const ImuInterval u{.tau = tau,
+                        .specific_force_imu = matrix<3, 1>(oracle().sample),
+                        .angular_rate_imu = matrix<3, 1>(oracle().sample, 3)};
+    const Prediction to = predict(model, x, {&u, 1});
+    const State next = test::predicted(x, to);
+    const MatrixXd T = test::change_of_chart(chart(), next).leftCols(kCore);
+    F += weight / tau *
+         (in_chart(chart(), test::with_the_others(to.F, x), x, next) -
+          MatrixXd::Identity(kRows, kRows));
+    Q += weight / tau * T * to.Q * T.transpose();
+  };
+  F = Q = MatrixXd::Zero(kRows, kRows);
+  constexpr double kTau = 1e-3;  // the weights take tau's first three powers away
+  at(kTau, -1. / 21);
+  at(kTau / 2, 14. / 21);
+  at(kTau / 4, -56. / 21);
+  at(kTau / 8, 64. / 21);
+  EXPECT_TRUE(test::agree(F, (matrix<kRows, kRows>(oracle().F)), kTolerance));
+  const MatrixXd G = matrix<kRows, 6>(oracle().G);
+  Eigen::VectorXd density(6);
+  density << Vector3d::Constant(1.5), Vector3d::Constant(0.5);
+  EXPECT_TRUE(test::agree(Q, G * density.cwiseAbs2().asDiagonal() * G.transpose(), kTolerance));
+}
+
+TEST_P(InertialOracleTest, PixelsHaveTheSameDerivative) {
+  const State x = state();
+  const MatrixXd T = test::change_of_chart(chart(), x);
+  for (int i = 0; i < 2; ++i) {
+    // Seen at the image's origin, the residual is minus the projection.
+    const auto z = measure_pixel(camera(), 1, x, i, Vector2d::Zero());
+    ASSERT_TRUE(z);
+    EXPECT_TRUE(test::agree(-z->residual, (matrix<2, 1>(oracle().pixels, 2 * i)), kTolerance));
+    const auto theirs = matrix<2, 9>(oracle().d_pixels, 18 * i);
+    MatrixXd expected = MatrixXd::Zero(2, kRows);
+    expected.leftCols<6>() = theirs.leftCols<6>();
+    expected.middleCols<3>(kCore + 3 * i) = theirs.rightCols<3>();
+    EXPECT_TRUE(test::agree(test::dense_measurement(x, {*z}).H, expected * T, kTolerance));
+  }
+}
+
+TEST_P(InertialOracleTest, PixelBeginsTheSameLandmark) {
+  const auto seen = matrix<5, 1>(oracle().mono);
+  const auto begun =
+      begin_at_depth(camera(), seen[3], state(), 1, seen.head<2>(), seen[2], seen[4]);
+  ASSERT_TRUE(begun);
+  EXPECT_TRUE(test::agree(begun->p_world, (matrix<3, 1>(oracle().begun)), kTolerance));
+  EXPECT_TRUE(test::agree(begun->noise, (matrix<3, 3>(oracle().begun_noise)), kTolerance));
+  MatrixXd in_chart = begun->d_pose;
+  if (chart().landmark_block) in_chart.leftCols<3>() += chart().landmark_block(begun->p_world);
+  const MatrixXd T = pose_block(chart(), state().world_T_imu);
+  EXPECT_TRUE(test::agree(in_chart, matrix<3, 6>(oracle().d_begun) * T, kTolerance));
+}
+
+TEST_P(InertialOracleTest, AnchoredPixelHasTheSameDerivative) {
+  State x = state();
+  x.landmarks = {{.id = 3, .row = kCore + 6, .anchor = 5}};
+  x.landmarks[0].cam_T_imu = camera().cam_T_imu;
+  x.landmarks[0].inverse_depth = matrix<3, 1>(oracle().inverse_depth);
+  const SE3 anchor{matrix<3, 3>(oracle().anchor), matrix<3, 1>(oracle().anchor, 9)};
+  x.clones = {{.id = 5, .time = {}, .world_T_imu = anchor, .row = kCore}};
+  const auto z = measure_pixel(camera(), 1, x, 0, Vector2d::Zero());
+  ASSERT_TRUE(z);
+  EXPECT_TRUE(test::agree(-z->residual, (matrix<2, 1>(oracle().anchored_pixel)), kTolerance));
+  const auto theirs = matrix<2, 15>(oracle().d_anchored_pixel);
+  MatrixXd expected = MatrixXd::Zero(2, x.size());
+  expected.leftCols<6>() = theirs.leftCols<6>();
+  expected.rightCols<9>() = theirs.rightCols<9>();
+  const MatrixXd T = test::change_of_chart(chart(), x);
+  EXPECT_TRUE(test::agree(test::dense_measurement(x, {*z}).H, expected * T, kTolerance));
+}
+
+TEST_P(InertialOracleTest, CompositionIsTheSameMatrix) {
+  test::Random random(1);
+  const State x = state();
+  Ekf filter(chart(), x, test::random_covariance(random, kRows, 0.1), {.keep_map = false});
+  const MatrixXd T = test::change_of_chart(chart(), x);
+  const MatrixXd P = T * filter.covariance() * T.transpose();
+  filter.compose();
+  EXPECT_LT(test::distance(filter.state(), state_of(oracle().composed)), kTolerance);
+  const MatrixXd T_after = test::change_of_chart(chart(), filter.state());
+  const MatrixXd after = T_after * filter.covariance() * T_after.transpose();
+  const MatrixXd J = matrix<kRows, kRows>(oracle().J_compose);
+  EXPECT_TRUE(test::agree(after, J * P * J.transpose(), kTolerance));
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,201 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include <chasles/camera/triangulation.hpp>
+#include <chasles/filter/pixel_measurement.hpp>
+#include <chasles/lie/so3.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Matrix23d = Eigen::Matrix<double, 2, 3>;
+
+constexpr int kRowsOfAMeasurement = 6;
+
+// A projection from a pose and its derivatives by the point and, [Y - p]x and -I behind it, the
+// pose (math.md §3, "std").
+struct Seen {
+  Vector2d residual;
+  Matrix23d d_point;
+  Eigen::Matrix<double, 2, 6> d_pose;
+};
+
+std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const Vector3d& p_world,
+                        const Vector2d& pixel) {
+  const Matrix3d cam_R_world = camera.cam_T_imu.R * world_T_imu.R.transpose();
+  const Vector3d from_imu = p_world - world_T_imu.p;
+  const auto projection = project(camera, cam_R_world * from_imu + camera.cam_T_imu.p);
+  if (!projection) return std::nullopt;
+  Seen seen;
+  seen.residual = pixel - projection->pixel;
+  seen.d_point = projection->d_point * cam_R_world;
+  seen.d_pose << seen.d_point * hat(from_imu), -seen.d_point;
+  return seen;
+}
+
+}  // namespace
+
+std::optional<Measurement> measure_pixel(const Camera& camera, double sigma, const State& x,
+                                         int index, const Vector2d& pixel) {
+  const Landmark& landmark = x.landmarks[static_cast<std::size_t>(index)];
+  const auto seen = see(camera, x.world_T_imu, x.p_world(landmark), pixel);
+  if (!seen) return std::nullopt;
+  Measurement z;
+  z.landmark = index;
+  z.residual = seen->residual;
+  z.d_core = seen->d_pose;
+  z.d_landmark = seen->d_point;
+  z.noise = sigma * sigma * Eigen::Matrix2d::Identity();
+  if (landmark.anchor) {
+    const Clone& clone = x.clone(*landmark.anchor);
+    const Eigen::Matrix<double, 3, 9> d = anchored_derivative(clone, landmark);
+    z.clones.push_back({.row = clone.row, .d = seen->d_point * d.leftCols<6>()});
+    z.d_landmark = seen->d_point * d.rightCols<3>();
+  }
+  return z;
+}
+
+std::optional<NewLandmark> begin_at_depth(const Camera& camera, double sigma, const State& x,
+                                          LandmarkId id, const Vector2d& pixel, double depth,
+                                          double depth_sigma) {
+  const auto ray = unproject(camera, pixel);
+  if (!ray) return std::nullopt;
+  const Matrix3d world_R_cam = x.world_T_imu.R * camera.cam_T_imu.R.transpose();
+  NewLandmark result;
+  result.id = id;
+  result.p_world = x.world_T_imu * (camera.cam_T_imu.inverse() * (depth * ray->ray));
+  result.d_pose << -hat(result.p_world - x.world_T_imu.p), Matrix3d::Identity();
+  const Eigen::Matrix<double, 3, 2> d_pixel = depth * world_R_cam.leftCols<2>() * ray->d_pixel;
+  const Vector3d d_depth = world_R_cam * ray->ray;
+  result.noise = sigma * sigma * d_pixel * d_pixel.transpose() +
+                 depth_sigma * depth_sigma * d_depth * d_depth.transpose();
+  return result;
+}
+
+std::optional<NewLandmark> begin_anchored(const Camera& camera, double sigma, const State& x,
+                                          LandmarkId id, const Vector2d& pixel,
+                                          double inverse_depth, double inverse_depth_sigma) {
+  const auto ray = unproject(camera, pixel);
+  if (!ray) return std::nullopt;
+  NewLandmark result;
+  result.id = id;
+  result.anchor = x.clones.back().id;
+  result.cam_T_imu = camera.cam_T_imu;
+  result.inverse_depth << ray->ray.head<2>(), inverse_depth;
+  result.noise.topLeftCorner<2, 2>() = sigma * sigma * ray->d_pixel * ray->d_pixel.transpose();
+  result.noise(2, 2) = inverse_depth_sigma * inverse_depth_sigma;
+  return result;
+}
+
+std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, double sigma,
+                                               const State& x, LandmarkId id,
+                                               std::span<const ClonedView> views, bool anchored) {
+  std::vector<View> from;
+  for (const ClonedView& view : views) {
+    from.push_back({.world_T_imu = x.clone(view.clone).world_T_imu,
+                    .camera = &cameras[static_cast<std::size_t>(view.camera)],
+                    .pixel = view.pixel});
+  }
+  const auto point = triangulate(from);
+  if (!point) return std::nullopt;
+
+  // r = H_x d_clones + H_f d_point + n
+  const auto m = 2 * static_cast<Eigen::Index>(views.size());
+  std::vector<int> rows;  // of the clones, each once
+  for (const ClonedView& view : views) {
+    const int row = x.clone(view.clone).row;
+    if (std::find(rows.begin(), rows.end(), row) == rows.end()) rows.push_back(row);
+  }
+  MatrixXd H_f(m, 3);
+  MatrixXd H_x = MatrixXd::Zero(m, 6 * static_cast<Eigen::Index>(rows.size()));
+  VectorXd r(m);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const auto seen = see(*from[i].camera, from[i].world_T_imu, point->p_world, views[i].pixel);
+    if (!seen) return std::nullopt;
+    const auto column =
+        std::find(rows.begin(), rows.end(), x.clone(views[i].clone).row) - rows.begin();
+    const auto at = 2 * static_cast<Eigen::Index>(i);
+    r.segment<2>(at) = seen->residual;
+    H_f.middleRows<2>(at) = seen->d_point;
+    H_x.block<2, 6>(at, 6 * column) = seen->d_pose;
+  }
+  MultiViewStart result;
+  const Vector3d from_imu = point->p_world - from.back().world_T_imu.p;
+  const Vector3d along = from_imu.normalized();
+  const MatrixXd d_point = -(H_f.transpose() * H_f).ldlt().solve(H_f.transpose() * H_x);
+  result.distance = from_imu.norm();
+  result.distance_noise = sigma * sigma * along.dot(point->covariance * along);
+  for (std::size_t j = 0; j < rows.size(); ++j) {
+    Eigen::Matrix<double, 1, 6> d =
+        along.transpose() * d_point.middleCols<6>(6 * static_cast<Eigen::Index>(j));
+    if (rows[j] == x.clone(views.back().clone).row) d.tail<3>() -= along.transpose();
+    result.d_distance.push_back({.row = rows[j], .d = d});
+  }
+  result.landmark.id = id;
+  result.landmark.p_world = point->p_world;
+  if (anchored) {
+    const Clone& anchor = x.clone(views.back().clone);
+    const SE3& cam_T_imu = from.back().camera->cam_T_imu;
+    const Vector3d p_cam = cam_T_imu * (anchor.world_T_imu.inverse() * point->p_world);
+    result.landmark.anchor = anchor.id;
+    result.landmark.cam_T_imu = cam_T_imu;
+    result.landmark.inverse_depth = Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
+    Landmark landmark;
+    landmark.cam_T_imu = cam_T_imu;
+    landmark.inverse_depth = result.landmark.inverse_depth;
+    const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, landmark);
+    const auto column = std::find(rows.begin(), rows.end(), anchor.row) - rows.begin();
+    H_x.middleCols<6>(6 * column) += H_f * d.leftCols<6>();
+    H_f = (H_f * d.rightCols<3>()).eval();
+  }
+  const Eigen::HouseholderQR<MatrixXd> qr(H_f);
+  const Matrix3d R = qr.matrixQR().topRows<3>().triangularView<Eigen::Upper>();
+  H_x.applyOnTheLeft(qr.householderQ().transpose());
+  r.applyOnTheLeft(qr.householderQ().transpose());
+
+  // R d_point = r_1 - H_1 d_clones - n_1, and r_1 = 0 at the least-squares point.
+  const Matrix3d R_inverse = R.triangularView<Eigen::Upper>().solve(Matrix3d::Identity());
+  result.landmark.noise = sigma * sigma * R_inverse * R_inverse.transpose();
+  result.landmark.observations = static_cast<int>(views.size());
+  const MatrixXd d_clones = -R_inverse * H_x.topRows<3>();
+  for (std::size_t j = 0; j < rows.size(); ++j) {
+    const auto column = 6 * static_cast<Eigen::Index>(j);
+    result.landmark.clones.push_back({.row = rows[j], .d = d_clones.middleCols<6>(column)});
+  }
+  for (Eigen::Index at = 3; at < m; at += kRowsOfAMeasurement) {
+    const Eigen::Index k = std::min<Eigen::Index>(kRowsOfAMeasurement, m - at);
+    Measurement z;
+    z.residual = r.segment(at, k);
+    z.d_core.resize(k, 0);
+    z.noise = sigma * sigma * MatrixXd::Identity(k, k);
+    for (std::size_t j = 0; j < rows.size(); ++j) {
+      const auto column = 6 * static_cast<Eigen::Index>(j);
+      z.clones.push_back({.row = rows[j], .d = H_x.block(at, column, k, 6)});
+    }
+    result.rest.push_back(std::move(z));
+  }
+  result.rest_rows = static_cast<int>(m - 3);
+  result.parallax = point->parallax;
+  return result;
+}
+
+double relative_depth_sigma(const MultiViewStart& start, const Ekf& filter) {
+  const auto P = filter.covariance();
+  double variance = start.distance_noise;
+  for (const auto& a : start.d_distance) {
+    for (const auto& b : start.d_distance) {
+      variance += (a.d * P.block<6, 6>(a.row, b.row)).dot(b.d);
+    }
+  }
+  return std::sqrt(std::max(variance, 0.0)) / start.distance;
+}
+
+}  // namespace chasles

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <chasles/time.hpp>
+
+namespace chasles {
+
+/// One sample of an inertial measurement unit, in its own axes. The accelerometer measures the
+/// specific force f = R^T (a - g): at rest, with z up, (0, 0, +9.81).
+struct ImuSample {
+  Time time{};
+  Eigen::Vector3d specific_force_imu = Eigen::Vector3d::Zero();  ///< [m/s^2]
+  Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();    ///< [rad/s]
+};
+
+/// What a sample stands for; to be matched with the device, or the error looks like a bias that
+/// turns with it (math.md §4).
+enum class ImuConvention {
+  kInstant,       ///< the value at `time`; between two samples their mean is used
+  kIntervalMean,  ///< the mean since the sample before: velocity and angle increments over the time
+};
+
+/// Continuous-time noise of an IMU, by Kalibr's names and units. A discrete sample at rate f has
+/// the standard deviation density * sqrt(f); a bias grows by walk * sqrt(seconds).
+struct ImuNoise {
+  double accelerometer_noise_density = 0;  ///< [m/s^2/sqrt(Hz)]
+  double accelerometer_random_walk = 0;    ///< [m/s^3/sqrt(Hz)]
+  double gyroscope_noise_density = 0;      ///< [rad/s/sqrt(Hz)]
+  double gyroscope_random_walk = 0;        ///< [rad/s^2/sqrt(Hz)]
+};
+
+/// Gravity in nav, whose z axis points up [m/s^2].
+inline constexpr double kStandardGravity = 9.80665;
+
+}  // namespace chasles

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <chasles/imu/imu_sample.hpp>
+#include <chasles/lie/se3.hpp>
+
+namespace chasles {
+
+using Matrix15d = Eigen::Matrix<double, 15, 15>;
+
+/// What an IMU moves: pose, velocity and its own biases.
+struct InertialState {
+  SE3 world_T_imu;
+  Eigen::Vector3d v_world = Eigen::Vector3d::Zero();             ///< [m/s]
+  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
+  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
+};
+
+/// Specific force and angular rate that are constant in the IMU's own axes for a while.
+struct ImuInterval {
+  double tau = 0;                                                ///< [s]
+  Eigen::Vector3d specific_force_imu = Eigen::Vector3d::Zero();  ///< as measured [m/s^2]
+  Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();    ///< as measured [rad/s]
+  double noise_scale = 1;  ///< multiplies the variance of the white noise: above 1 where samples
+                           ///< are missing (imu_buffer.hpp)
+};
+
+/// A step and its exact linearisation in the reference chart: d next = F d now + d_gravity dg +
+/// noise of covariance Q, with d = [rotation; position; velocity; accelerometer bias; gyroscope
+/// bias], R = Exp(theta) Rhat, all else additive, in world axes.
+struct StrapdownStep {
+  InertialState state;
+  Matrix15d F = Matrix15d::Identity();
+  Matrix15d Q = Matrix15d::Zero();
+  Eigen::Matrix<double, 15, 3> d_gravity = Eigen::Matrix<double, 15, 3>::Zero();
+};
+
+/// The exact integral over an interval (math.md §2.2, "better integrator"): with f and w the
+/// unbiased specific force and rate,
+///   R+ = R Exp(w tau),  v+ = v + R Jl(w tau) f tau + g tau,  p+ = p + v tau + R Gamma2(w tau) f
+///   tau^2 + g tau^2 / 2.
+/// F and d_gravity are the derivatives of this very map. Q: white noise of both sensors, constant
+/// over the interval as the sample is (standard deviation density / sqrt(tau), so that an interval
+/// may be cut in two), and the biases' random walks, on the biases only. tau = 0: nothing moves.
+StrapdownStep strapdown(const InertialState& state, const ImuInterval& interval,
+                        const Eigen::Vector3d& gravity_world, const ImuNoise& noise);
+
+/// The mean alone.
+InertialState integrate(const InertialState& state, const ImuInterval& interval,
+                        const Eigen::Vector3d& gravity_world);
+
+}  // namespace chasles

@@ -1,0 +1,202 @@
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/filter/error_chart.hpp>
+#include <chasles/lab/monte_carlo.hpp>
+#include <chasles/lab/trial.hpp>
+#include <chasles/sim/inertial_sim.hpp>
+
+// The inertial filter on simulated scenes: how wrong it is, and whether it knows.
+
+namespace chasles {
+namespace {
+
+FilterVariant ours() { return {.name = "default", .settings = {}}; }
+
+// Kleinert & Stilla's: Cartesian landmarks at a fixed depth, the world's attitude in the state.
+FilterVariant paper(const std::string& chart) {
+  FilterVariant filter{.name = "paper " + chart, .settings = {}};
+  filter.settings.chart = chart;
+  filter.settings.landmarks = "cartesian";
+  filter.settings.init = "fixed-depth";
+  filter.settings.nav_attitude = true;
+  filter.settings.gate = 1;
+  return filter;
+}
+
+InertialScene short_hallway() {
+  InertialScene scene = inertial_scene("hallway");
+  scene.settings.hall_length = 12;
+  scene.settings.hall_width = 8;
+  scene.settings.sections = 2;
+  return scene;
+}
+
+Trial trial_of(const FilterVariant& filter, const InertialScene& scene, std::uint64_t run = 0) {
+  const Recording recording = simulate_inertial(scene, run);
+  return run_trial(filter, recording, draw_start(recording, filter.settings, 1, run));
+}
+
+std::vector<FilterSummary> study(const InertialScene& scene,
+                                 const std::vector<FilterVariant>& filters, std::uint64_t runs) {
+  MonteCarloPlan plan{.scene = scene, .filters = filters, .runs = {}};
+  for (std::uint64_t run = 0; run < runs; ++run) plan.runs.push_back(run);
+  std::vector<TrialRecord> records;
+  run_monte_carlo(plan, 2, [&](std::span<const TrialRecord> of_run) {
+    records.insert(records.end(), of_run.begin(), of_run.end());
+  });
+  return summarize(filters, records);
+}
+
+TEST(InertialSlam, IsConsistentOnTheTurntable) {
+  const FilterSummary s = study(inertial_scene("turntable"), {ours()}, 20).front();
+  EXPECT_EQ(s.diverged, 0U);
+  EXPECT_GT(s.nees_per_dof, 0.8);
+  EXPECT_LT(s.nees_per_dof, 1.15);
+  EXPECT_LT(s.mean.position_error, 0.05);
+  EXPECT_NEAR(s.mean.nis_per_dof, 1, 0.03);
+}
+
+TEST(InertialSlam, IsConsistentInTheHallwayWhereThePapersFiltersAreNot) {
+  std::vector<FilterVariant> filters{ours(), paper("standard"), paper("left-se3"),
+                                     paper("right-se3")};
+  const auto s = study(inertial_scene("hallway"), filters, 6);
+  EXPECT_LT(s[0].nees_per_dof, 1.3);
+  EXPECT_LT(s[0].mean.position_error, 0.2);
+  for (std::size_t i = 1; i < s.size(); ++i) {
+    EXPECT_GT(s[i].nees_per_dof, 4) << s[i].filter;  // known to be overconfident
+    EXPECT_GT(s[i].mean.position_error, 2 * s[0].mean.position_error) << s[i].filter;
+    EXPECT_NEAR(s[i].median.nees_pose, s[1].median.nees_pose, 0.2 * s[1].median.nees_pose);
+  }
+}
+
+TEST(InertialSlam, WithNextToNoNoiseThereIsNextToNoError) {
+  InertialScene scene = short_hallway();
+  auto& s = scene.settings;
+  s.imu_convention = "interval-mean";
+  s.imu_rate = 280;  // a frame at every tenth sample: no sample is cut in two
+  s.pixel_sigma = 1e-4;
+  s.accelerometer_noise_density = s.gyroscope_noise_density = 1e-7;
+  s.accelerometer_random_walk = s.gyroscope_random_walk = 1e-9;
+  s.accelerometer_bias_sigma = s.gyroscope_bias_sigma = 1e-7;
+  for (const ErrorChart& chart : error_charts()) {
+    FilterVariant filter = ours();
+    filter.settings.chart = chart.name;
+    filter.settings.initial_tilt_sigma = filter.settings.initial_velocity_sigma = 1e-7;
+    filter.settings.initial_accelerometer_bias_sigma = 1e-7;
+    filter.settings.initial_gyroscope_bias_sigma = 1e-7;
+    filter.settings.gate = 1;
+    const TrialAverages a = averages(trial_of(filter, scene));
+    EXPECT_LT(a.position_error, 5e-4) << chart.name;
+    EXPECT_LT(a.attitude_error, 1e-5) << chart.name;
+  }
+}
+
+TEST(InertialSlam, EveryChartFormAndBeginningRunsWithOneAndTwoCameras) {
+  for (const ErrorChart& chart : error_charts()) {
+    for (const char* form : {"cartesian", "inverse-depth"}) {
+      for (const char* init : {"multi-view", "fixed-depth"}) {
+        for (const bool nav : {false, true}) {
+          InertialScene scene = short_hallway();
+          scene.settings.sections = 1;
+          scene.settings.cameras = nav ? 2 : 1;
+          FilterVariant filter = ours();
+          filter.settings.chart = chart.name;
+          filter.settings.landmarks = form;
+          filter.settings.init = init;
+          filter.settings.nav_attitude = nav;
+          const Trial trial = trial_of(filter, scene);
+          EXPECT_FALSE(trial.diverged);
+          EXPECT_LT(trial.points.back().position_error, 1.5)
+              << chart.name << " " << form << " " << init << " nav " << nav;
+        }
+      }
+    }
+  }
+}
+
+TEST(InertialSlam, CompositionChangesNothingThatIsSeen) {
+  FilterVariant plain = ours();
+  plain.settings.chart = "standard";
+  plain.settings.nav_attitude = true;
+  FilterVariant composed = plain;
+  composed.settings.composition_interval = 0.5;
+  const Trial a = trial_of(plain, short_hallway());
+  const Trial b = trial_of(composed, short_hallway());
+  ASSERT_EQ(a.points.size(), b.points.size());
+  // Up to the first composition they are the same; later the two linearise at other points.
+  EXPECT_LT((a.estimate[12].pose.p - b.estimate[12].pose.p).norm(), 1e-12);
+  EXPECT_LT((a.estimate[20].pose.p - b.estimate[20].pose.p).norm(), 2e-3);
+  EXPECT_NEAR(averages(a).position_error, averages(b).position_error, 0.1);
+  plain.settings.nav_attitude = false;
+  plain.settings.composition_interval = 1;
+  EXPECT_THROW(trial_of(plain, short_hallway()), UsageError);
+}
+
+TEST(InertialSlam, OutliersAndDroppedFramesAreSurvived) {
+  InertialScene scene = short_hallway();
+  scene.settings.outlier_fraction = 0.05;
+  scene.settings.dropped_fraction = 0.1;
+  FilterVariant filter = ours();
+  filter.settings.waiting_frames = 3;
+  const Trial trial = trial_of(filter, scene);
+  EXPECT_FALSE(trial.diverged);
+  EXPECT_LT(averages(trial).position_error, 0.3);
+}
+
+TEST(InertialSlam, AnOutageIsPredictedOverWithAnHonestCovarianceAndRecoveredFrom) {
+  Recording recording = simulate_inertial(short_hallway(), 0);
+  const Time from = recording.frames.front().time + from_seconds(5);
+  for (FeatureFrame& frame : recording.frames) {
+    if (frame.time > from && frame.time < from + from_seconds(1.5)) frame.pixels.clear();
+  }
+  const FilterVariant filter = ours();
+  const Trial trial = run_trial(filter, recording, draw_start(recording, filter.settings, 1, 0));
+  EXPECT_FALSE(trial.diverged);
+  EXPECT_LT(trial.points.back().position_error, 1);
+  EXPECT_LT(averages(trial).nees_pose, 18);
+}
+
+TEST(InertialSlam, SamplesThatAreMissingOrNotFiniteAreBridgedAndCounted) {
+  Recording recording = simulate_inertial(short_hallway(), 0);
+  recording.imu[300].angular_rate_imu.x() = std::numeric_limits<double>::quiet_NaN();
+  recording.imu.erase(recording.imu.begin() + 500, recording.imu.begin() + 508);
+  const FilterVariant filter = ours();
+  const Trial trial = run_trial(filter, recording, draw_start(recording, filter.settings, 1, 0));
+  EXPECT_FALSE(trial.diverged);
+  EXPECT_LT(averages(trial).position_error, 0.3);
+}
+
+TEST(InertialSlam, WhatCannotBeUsedIsRefusedOrLeftOut) {
+  const Recording recording = simulate_inertial(short_hallway(), 0);
+  const FilterVariant filter = ours();
+  const InertialStart start = draw_start(recording, filter.settings, 1, 0);
+  InertialSlam slam(filter.settings, recording.cameras, *recording.imu_noise, {}, 1, start);
+  FeatureFrame frame{.time = start.time + from_seconds(0.1)};
+  EXPECT_THROW(slam.process(frame), InputError);  // no IMU sample
+  for (const ImuSample& sample : recording.imu) slam.process(sample);
+  frame.pixels = {{.landmark = 1, .camera = 7, .pixel = {10, 10}},
+                  {.landmark = 2, .camera = 0, .pixel = {std::nan(""), 10}},
+                  {.landmark = 3, .camera = 0, .pixel = {300, 200}},
+                  {.landmark = 3, .camera = 0, .pixel = {301, 200}}};
+  const InertialEstimate e = slam.process(frame);
+  EXPECT_EQ(e.observations, 4);
+  EXPECT_EQ(e.added, 1);
+  frame.time = start.time;
+  EXPECT_THROW(slam.process(frame), InputError);  // backwards
+}
+
+TEST(InertialSlam, TwoRunsGiveTheSameNumbers) {
+  const Trial a = trial_of(ours(), short_hallway());
+  const Trial b = trial_of(ours(), short_hallway());
+  ASSERT_EQ(a.points.size(), b.points.size());
+  EXPECT_EQ(a.estimate.back().pose.p, b.estimate.back().pose.p);
+  EXPECT_EQ(a.points.back().nees_pose, b.points.back().nees_pose);
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <chasles/eval/chi2.hpp>
+#include <chasles/lab/trial.hpp>
+#include <chasles/sim/inertial_settings.hpp>
+
+namespace chasles {
+
+/// The same runs of a scene through several filters: for every run the same landmarks, the same
+/// noise and the same errors of the start.
+struct MonteCarloPlan {
+  InertialScene scene;
+  std::vector<FilterVariant> filters;
+  std::vector<std::uint64_t> runs;
+};
+
+/// A trial without its details: its averages, and its errors second by second.
+struct TrialRecord {
+  std::string filter;
+  std::uint64_t run = 0;
+  bool diverged = false;
+  TrialAverages averages;
+  /// Means over each second: position error [m], attitude error [rad], NEES of position, attitude
+  /// and pose.
+  struct Second {
+    double position_error = 0, attitude_error = 0;
+    double nees_position = 0, nees_attitude = 0, nees_pose = 0;
+  };
+  std::vector<Second> seconds;
+};
+TrialRecord record_of(const Trial& trial);
+
+/// Does the plan's runs in so many processes; `done` gets the records of a run, one a filter, in no
+/// certain order. Nothing in a record depends on the workers or the order.
+void run_monte_carlo(const MonteCarloPlan& plan, int workers,
+                     const std::function<void(std::span<const TrialRecord>)>& done);
+
+/// One filter over all runs. Averages are over the runs that did not diverge.
+struct FilterSummary {
+  std::string filter;
+  std::size_t runs = 0, diverged = 0;
+  TrialAverages mean = {};       ///< of the runs' averages
+  TrialAverages median = {};     ///< of the runs' averages
+  double nees_per_dof = 0;       ///< of the pose
+  double covariance_factor = 0;  ///< by which the covariance is too small: nees_per_dof
+  Band band = {};                ///< 95 % of nees_per_dof at one instant, for so many runs
+  double seconds_inside = 0;     ///< fraction of the seconds in which the runs' mean is inside it
+  std::vector<TrialRecord::Second> seconds = {};  ///< means over the runs
+};
+
+/// In the order of `filters`; records in any order.
+std::vector<FilterSummary> summarize(std::span<const FilterVariant> filters,
+                                     std::span<const TrialRecord> records);
+
+}  // namespace chasles

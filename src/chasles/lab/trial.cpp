@@ -1,0 +1,178 @@
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <variant>
+
+#include <chasles/error.hpp>
+#include <chasles/eval/nees.hpp>
+#include <chasles/lab/trial.hpp>
+#include <chasles/lie/so3.hpp>
+#include <chasles/sim/random.hpp>
+#include <chasles/sim/spline.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr Time kLongestGap = std::chrono::milliseconds(100);  // of the truth that is bridged
+constexpr double kSlopeReach = 0.5;                           // [s] to both sides
+constexpr double kSlopeKnots = 0.1;                           // [s]
+
+double thread_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+void require(const Recording& recording, bool present, const char* what) {
+  if (!present) throw InputError("recording '" + recording.name + "' has no " + what);
+}
+
+// A mean that skips NaN; NaN where nothing is left.
+class Mean {
+ public:
+  void add(double value) {
+    if (std::isnan(value)) return;
+    sum_ += value;
+    ++count_;
+  }
+  double value() const { return count_ == 0 ? kNaN : sum_ / static_cast<double>(count_); }
+
+ private:
+  double sum_ = 0;
+  std::size_t count_ = 0;
+};
+
+// The velocity at that time by a spline through the true positions around it.
+Eigen::Vector3d slope(const Trajectory& truth, Time time) {
+  Trajectory near;
+  for (const StampedPose& pose : truth) {
+    if (std::abs(to_seconds(pose.time - time)) <= kSlopeReach) near.push_back(pose);
+  }
+  const Spline spline = fit_spline(near, kSlopeKnots);
+  return motion_at(spline, to_seconds(time - spline.start)).v_world;
+}
+
+Eigen::Vector3d true_velocity(const Recording& recording, Time time) {
+  const auto known = std::ranges::find(recording.true_motion, time, &TrueMotion::time);
+  return known != recording.true_motion.end() ? known->v_world : slope(recording.truth, time);
+}
+
+TrialPoint point_of(const InertialEstimate& e, const std::optional<SE3>& truth,
+                    PoseError coordinates) {
+  TrialPoint point{.position_error = kNaN,
+                   .attitude_error = kNaN,
+                   .nees_position = kNaN,
+                   .nees_attitude = kNaN,
+                   .nees_pose = kNaN,
+                   .nis = e.nis,
+                   .nis_dof = e.nis_dof};
+  if (!truth) return point;
+  const PoseNees nees = pose_nees(coordinates, *truth, e.nav_T_imu, e.pose_covariance);
+  point.position_error = (truth->p - e.nav_T_imu.p).norm();
+  point.attitude_error = so3::log(truth->R * e.nav_T_imu.R.transpose()).norm();
+  point.nees_position = nees.position;
+  point.nees_attitude = nees.attitude;
+  point.nees_pose = nees.pose;
+  return point;
+}
+
+InertialSlam slam_for(const FilterVariant& filter, const Recording& recording,
+                      const InertialStart& start) {
+  const double pixel_sigma =
+      filter.settings.pixel_sigma.value_or(recording.single_pixel_sigma.value_or(1));
+  return {filter.settings,
+          recording.cameras,
+          recording.imu_noise.value_or(ImuNoise{}),
+          {.convention = recording.imu_convention},
+          pixel_sigma,
+          start};
+}
+
+}  // namespace
+
+TrialAverages averages(const Trial& trial) {
+  Mean position, attitude, square, nees_position, nees_attitude, nees_pose;
+  double nis = 0;
+  double dof = 0;
+  for (const TrialPoint& point : trial.points) {
+    position.add(point.position_error);
+    square.add(point.position_error * point.position_error);
+    attitude.add(point.attitude_error);
+    nees_position.add(point.nees_position);
+    nees_attitude.add(point.nees_attitude);
+    nees_pose.add(point.nees_pose);
+    nis += point.nis;
+    dof += point.nis_dof;
+  }
+  return {.position_error = position.value(),
+          .attitude_error = attitude.value(),
+          .position_rms = std::sqrt(square.value()),
+          .nees_position = nees_position.value(),
+          .nees_attitude = nees_attitude.value(),
+          .nees_pose = nees_pose.value(),
+          .nis_per_dof = dof > 0 ? nis / dof : kNaN,
+          .landmarks = static_cast<double>(trial.landmarks)};
+}
+
+std::optional<SE3> truth_at(const Trajectory& truth, Time time) {
+  const auto next = std::ranges::lower_bound(truth, time, {}, &StampedPose::time);
+  if (next == truth.end()) return std::nullopt;
+  if (next->time == time) return next->pose;
+  if (next == truth.begin()) return std::nullopt;
+  const StampedPose& before = *std::prev(next);
+  if (next->time - before.time > kLongestGap) return std::nullopt;
+  const double part = to_seconds(time - before.time) / to_seconds(next->time - before.time);
+  SE3 pose;
+  pose.p = before.pose.p + part * (next->pose.p - before.pose.p);
+  pose.R = before.pose.R * so3::exp(part * so3::log(before.pose.R.transpose() * next->pose.R));
+  return pose;
+}
+
+InertialStart draw_start(const Recording& recording, const InertialSlamSettings& settings,
+                         std::uint64_t seed, std::uint64_t run) {
+  require(recording, !recording.truth.empty(), "truth");
+  const auto first = std::ranges::find_if(recording.frames, [&](const FeatureFrame& frame) {
+    return truth_at(recording.truth, frame.time).has_value();
+  });
+  require(recording, first != recording.frames.end(), "frame at whose time its truth is known");
+  const Random random = random_of_run(seed, run);
+  const auto draw = [&](std::uint32_t i) { return random.normal(Stream::kStart, 0, i); };
+  const Eigen::Vector3d tilt = settings.initial_tilt_sigma * Eigen::Vector3d(draw(0), draw(1), 0);
+  InertialStart start{.time = first->time, .nav_T_imu = *truth_at(recording.truth, first->time)};
+  start.nav_T_imu.R = so3::exp(-tilt) * start.nav_T_imu.R;
+  start.v_nav = true_velocity(recording, first->time) -
+                settings.initial_velocity_sigma * Eigen::Vector3d(draw(2), draw(3), draw(4));
+  return start;
+}
+
+Trial run_trial(const FilterVariant& filter, const Recording& recording,
+                const InertialStart& start) {
+  require(recording, !recording.cameras.empty(), "camera");
+  require(recording, !recording.imu.empty(), "IMU samples");
+  require(recording, !recording.frames.empty(), "frames");
+  require(recording, !recording.truth.empty(), "truth");
+  const PoseError coordinates = pose_error_of(filter.settings.chart);
+  Trial trial{.filter = filter.name};
+  const double started = thread_seconds();
+  InertialSlam slam = slam_for(filter, recording, start);
+  EventStream events(recording);
+  while (const auto event = events.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) slam.process(*sample);
+    const auto* seen = std::get_if<FeatureFrame>(&*event);
+    if (!seen || seen->time < start.time) continue;
+    const InertialEstimate e = slam.process(*seen);
+    TrialPoint point = point_of(e, truth_at(recording.truth, e.time), coordinates);
+    point.seconds = to_seconds(e.time - start.time);
+    trial.points.push_back(point);
+    trial.estimate.push_back({.time = e.time, .pose = e.nav_T_imu});
+    trial.landmarks = e.landmarks;
+    trial.diverged = e.health == Health::kLost || point.position_error >= kDivergedAt;
+    if (trial.diverged) break;
+  }
+  trial.seconds_cpu = thread_seconds() - started;
+  return trial;
+}
+
+}  // namespace chasles

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <chasles/data/recording.hpp>
+#include <chasles/slam/inertial_slam.hpp>
+
+namespace chasles {
+
+/// A filter under test.
+struct FilterVariant {
+  std::string name;
+  InertialSlamSettings settings;
+};
+
+/// What a filter was wrong by at a frame, and by how much it said it might be. NEES are those of
+/// nav_T_imu in the coordinates of the filter's chart (pose_error_of); NaN where the covariance is
+/// singular, as at the start, where position and heading are known. Errors and NEES are NaN where
+/// the truth is not known.
+struct TrialPoint {
+  double seconds = 0;                                          ///< since the start
+  double position_error = 0;                                   ///< [m]
+  double attitude_error = 0;                                   ///< [rad]
+  double nees_position = 0, nees_attitude = 0, nees_pose = 0;  ///< expected: 3, 3, 6
+  double nis = 0;
+  int nis_dof = 0;
+};
+
+/// One filter over one recording.
+struct Trial {
+  std::string filter;
+  std::uint64_t run = 0;
+  bool diverged = false;  ///< not finite, or farther from the truth than kDivergedAt
+  std::vector<TrialPoint> points = {};
+  Trajectory estimate = {};  ///< nav_T_imu
+  int landmarks = 0;         ///< of the whole map
+  double seconds_cpu = 0;
+};
+
+inline constexpr double kDivergedAt = 20;  ///< [m]
+
+/// Averages over a trial's frames; NaN entries do not count, and what has no entry is NaN.
+struct TrialAverages {
+  double position_error = 0, attitude_error = 0;  ///< means [m, rad]
+  double position_rms = 0;                        ///< [m]
+  double nees_position = 0, nees_attitude = 0, nees_pose = 0;
+  double nis_per_dof = 0;  ///< sum of NIS over sum of its degrees of freedom
+  double landmarks = 0;    ///< of the whole map
+};
+TrialAverages averages(const Trial& trial);
+
+/// The true pose world_T_imu at that time: of the stamp, or on the way between two that are at most
+/// 0.1 s apart; none elsewhere.
+std::optional<SE3> truth_at(const Trajectory& truth, Time time);
+
+/// A start for the filter: the truth at the first frame that has one, with the errors that the
+/// settings say drawn from their own distribution (tilt, velocity; biases are unknown and begin at
+/// 0). The true velocity is the recording's, or the slope of its true positions. The same seed and
+/// run give the same draw for every filter. Throws InputError where there is no truth.
+InertialStart draw_start(const Recording& recording, const InertialSlamSettings& settings,
+                         std::uint64_t seed, std::uint64_t run);
+
+/// Runs the filter over a recording that has truth, cameras and an IMU, from the start on; throws
+/// InputError where one is missing.
+Trial run_trial(const FilterVariant& filter, const Recording& recording,
+                const InertialStart& start);
+
+}  // namespace chasles

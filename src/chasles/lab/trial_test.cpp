@@ -1,0 +1,140 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/eval/chi2.hpp>
+#include <chasles/lab/trial.hpp>
+#include <chasles/lie/so3.hpp>
+#include <chasles/sim/inertial_sim.hpp>
+
+namespace chasles {
+namespace {
+
+Recording short_hallway() {
+  InertialScene scene = inertial_scene("hallway");
+  scene.settings.hall_length = 8;
+  scene.settings.hall_width = 8;
+  scene.settings.sections = 1;
+  return simulate_inertial(scene);
+}
+
+FilterVariant own_filter() { return {.name = "own", .settings = {}}; }
+
+Trial run(const Recording& recording, const FilterVariant& filter = own_filter()) {
+  return run_trial(filter, recording, draw_start(recording, filter.settings, 1, 0));
+}
+
+TEST(Truth, IsOfTheStampOrOnTheWayBetweenTwo) {
+  const Eigen::Vector3d turn(0, 0, 0.2);
+  Trajectory truth{{.time = from_seconds(1), .pose = {}},
+                   {.time = from_seconds(1.1), .pose = {}},
+                   {.time = from_seconds(1.3), .pose = {}}};
+  truth[1].pose.p = {1, 2, 3};
+  truth[1].pose.R = so3::exp(turn);
+  EXPECT_EQ(truth_at(truth, from_seconds(1.1))->p, truth[1].pose.p);
+  const auto between = truth_at(truth, from_seconds(1.025));
+  ASSERT_TRUE(between);
+  EXPECT_LT((between->p - truth[1].pose.p / 4).norm(), 1e-9);
+  EXPECT_LT((so3::log(between->R) - turn / 4).norm(), 1e-9);
+  EXPECT_FALSE(truth_at(truth, from_seconds(1.2))) << "the gap is too long";
+  EXPECT_TRUE(truth_at(truth, from_seconds(1.3)));
+  EXPECT_FALSE(truth_at(truth, from_seconds(0.9)));
+  EXPECT_FALSE(truth_at(truth, from_seconds(1.4)));
+  EXPECT_FALSE(truth_at({}, from_seconds(1)));
+}
+
+TEST(Start, ErrsAsItsSettingsSay) {
+  const Recording recording = short_hallway();
+  const InertialSlamSettings settings;
+  const SE3& truth = recording.truth.front().pose;
+  const Eigen::Vector3d v = recording.true_motion.front().v_world;
+  double tilt = 0, speed = 0;
+  constexpr int kDraws = 400;
+  for (std::uint64_t i = 0; i < kDraws; ++i) {
+    const InertialStart start = draw_start(recording, settings, 1, i);
+    EXPECT_EQ(start.time, recording.frames.front().time);
+    EXPECT_EQ(start.nav_T_imu.p, truth.p);
+    const Eigen::Vector3d error = so3::log(truth.R * start.nav_T_imu.R.transpose());
+    EXPECT_LT(std::abs(error.z()), 1e-12) << "the heading is known";
+    tilt += error.squaredNorm() / std::pow(settings.initial_tilt_sigma, 2);
+    speed += (v - start.v_nav).squaredNorm() / std::pow(settings.initial_velocity_sigma, 2);
+  }
+  EXPECT_TRUE(chi2_band(2, kDraws, 0.999).contains(tilt / kDraws)) << tilt / kDraws;
+  EXPECT_TRUE(chi2_band(3, kDraws, 0.999).contains(speed / kDraws)) << speed / kDraws;
+}
+
+TEST(Start, TakesTheVelocityFromThePosesWhereNoneIsRecorded) {
+  Recording recording = short_hallway();
+  InertialSlamSettings settings;
+  settings.initial_velocity_sigma = 0;
+  const Eigen::Vector3d v = recording.true_motion.front().v_world;
+  EXPECT_GT(v.norm(), 0.5);
+  recording.true_motion.clear();
+  EXPECT_LT((draw_start(recording, settings, 1, 0).v_nav - v).norm(), 0.02);
+}
+
+TEST(Start, WaitsForTheFirstFrameWithTruth) {
+  Recording recording = short_hallway();
+  recording.truth.erase(recording.truth.begin(), recording.truth.begin() + 40);
+  EXPECT_EQ(draw_start(recording, {}, 1, 0).time, recording.frames[40].time);
+  EXPECT_EQ(run(recording).points.size(), recording.frames.size() - 40);
+}
+
+TEST(Trial, OnAShortHallwayIsCloseToTheTruthAndSaysSo) {
+  const Recording recording = short_hallway();
+  const Trial trial = run(recording);
+  EXPECT_FALSE(trial.diverged);
+  EXPECT_EQ(trial.points.size(), recording.frames.size());
+  EXPECT_EQ(trial.estimate.size(), recording.frames.size());
+  EXPECT_GT(trial.landmarks, 20);
+  const TrialAverages a = averages(trial);
+  EXPECT_LT(a.position_error, 0.3);
+  EXPECT_LT(a.attitude_error, 0.01);
+  EXPECT_GT(a.nees_pose, 0.5);
+  EXPECT_LT(a.nees_pose, 30);
+  EXPECT_NEAR(a.nis_per_dof, 1, 0.15);
+}
+
+TEST(Trial, IsTheSameAgain) {
+  const Recording recording = short_hallway();
+  const TrialAverages a = averages(run(recording)), b = averages(run(recording));
+  EXPECT_EQ(a.position_error, b.position_error);
+  EXPECT_EQ(a.nees_pose, b.nees_pose);
+}
+
+TEST(Trial, HasNoErrorWhereTheTruthIsNotKnown) {
+  Recording recording = short_hallway();
+  recording.truth.erase(recording.truth.begin() + 50, recording.truth.begin() + 60);
+  const Trial trial = run(recording);
+  EXPECT_FALSE(trial.diverged);
+  EXPECT_TRUE(std::isnan(trial.points[55].position_error));
+  EXPECT_TRUE(std::isnan(trial.points[55].nees_pose));
+  EXPECT_GT(trial.points[55].nis_dof, 0);
+  EXPECT_TRUE(std::isfinite(trial.points[60].position_error));
+  EXPECT_TRUE(std::isfinite(averages(trial).position_error));
+}
+
+TEST(Trial, EndsWhereItDiverges) {
+  Recording recording = short_hallway();
+  for (std::size_t i = 100; i < recording.truth.size(); ++i) recording.truth[i].pose.p.x() += 25;
+  const Trial trial = run(recording);
+  EXPECT_TRUE(trial.diverged);
+  EXPECT_EQ(trial.points.size(), 101u);
+}
+
+TEST(Trial, RefusesWhatLacksSomething) {
+  const Recording whole = short_hallway();
+  const auto refused = [&](auto change) {
+    Recording recording = whole;
+    change(recording);
+    EXPECT_THROW(run(recording), InputError);
+  };
+  refused([](Recording& r) { r.truth.clear(); });
+  refused([](Recording& r) { r.frames.clear(); });
+  refused([](Recording& r) { r.imu.clear(); });
+  refused([](Recording& r) { r.cameras.clear(); });
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <concepts>
+#include <initializer_list>
+#include <string_view>
+#include <type_traits>
+
+#include <fmt/format.h>
+
+#include <chasles/error.hpp>
+#include <chasles/sim/inertial_settings.hpp>
+
+namespace chasles {
+namespace {
+
+[[noreturn]] void refuse(std::string_view field, std::string_view found,
+                         std::string_view expected) {
+  throw UsageError(fmt::format("simulation setting {} = {}: expected {}", field, found, expected));
+}
+
+void check_ranges(const InertialSettings& settings) {
+  for_each_range(settings, [](const char* field, const auto& value, double least, double most,
+                              std::string_view unit) {
+    using Value = std::remove_cvref_t<decltype(value)>;
+    if constexpr (std::same_as<Value, int> || std::same_as<Value, double>) {
+      // NaN fails both comparisons, so it is refused too.
+      if (value >= least && value <= most) return;
+      const std::string_view space = unit.empty() ? "" : " ";
+      refuse(field, fmt::format("{}{}{}", value, space, unit),
+             fmt::format("a number from {} to {}{}{}", least, most, space, unit));
+    }
+  });
+}
+
+void check_word(std::string_view field, const std::string& word,
+                std::initializer_list<std::string_view> known) {
+  if (std::ranges::find(known, word) != known.end()) return;
+  refuse(field, fmt::format("'{}'", word), fmt::format("one of {}", fmt::join(known, ", ")));
+}
+
+InertialScene hallway() {
+  return {.name = "hallway",
+          .doc = "a walk of 70 s around a block of corridors, one camera, IMU as in the paper",
+          .settings = {}};
+}
+
+InertialScene turntable() {
+  InertialScene scene{
+      .name = "turntable",
+      .doc = "twice around a cube that is always in view, landmarks seen throughout",
+      .settings = {}};
+  InertialSettings& settings = scene.settings;
+  settings.name = settings.geometry = "turntable";
+  settings.rest_duration = settings.start_duration = 0;
+  settings.landmarks_in_view = settings.cube_landmarks;
+  settings.max_range = 20;
+  settings.occlusion = false;
+  settings.keep_ids = true;
+  return scene;
+}
+
+InertialScene trajectory() {
+  InertialScene scene{.name = "trajectory",
+                      .doc = "along a given trajectory, among landmarks scattered around it",
+                      .settings = {}};
+  scene.settings.name = scene.settings.geometry = "trajectory";
+  scene.settings.knot_interval = 0.1;
+  scene.settings.landmarks_in_view = scene.settings.visible_landmarks;
+  return scene;
+}
+
+}  // namespace
+
+void validate(const InertialSettings& settings) {
+  check_ranges(settings);
+  check_word("geometry", settings.geometry, {"hallway", "turntable", "trajectory"});
+  check_word("imu_convention", settings.imu_convention, {"instant", "interval-mean"});
+  const auto above = [](std::string_view high, double high_value, std::string_view low,
+                        double low_value) {
+    if (high_value > low_value) return;
+    refuse(high, fmt::format("{} m", high_value),
+           fmt::format("more than {}, {} m", low, low_value));
+  };
+  above("max_range", settings.max_range, "min_range", settings.min_range);
+  above("landmark_farthest", settings.landmark_farthest, "landmark_nearest",
+        settings.landmark_nearest);
+  above("corridor_height", settings.corridor_height, "imu_height", settings.imu_height);
+  above("hall_length", settings.hall_length, "corridor_width", settings.corridor_width);
+  above("hall_width", settings.hall_width, "corridor_width", settings.corridor_width);
+  above("circle_radius", settings.circle_radius, "radial_sway", settings.radial_sway);
+  if (2 * settings.image_border >= std::min(settings.image_width, settings.image_height)) {
+    refuse("image_border", fmt::format("{} px", settings.image_border),
+           fmt::format("less than half of the image of {} x {} px", settings.image_width,
+                       settings.image_height));
+  }
+}
+
+const std::vector<InertialScene>& inertial_scenes() {
+  static const std::vector<InertialScene> scenes = {hallway(), turntable(), trajectory()};
+  return scenes;
+}
+
+InertialScene inertial_scene(const std::string& name) {
+  std::string known;
+  for (const InertialScene& scene : inertial_scenes()) {
+    if (scene.name == name) return scene;
+    known += (known.empty() ? "" : ", ") + scene.name;
+  }
+  throw UsageError(fmt::format("unknown scene '{}': expected one of {}", name, known));
+}
+
+}  // namespace chasles

@@ -1,0 +1,147 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <chasles/data/recording.hpp>
+
+namespace chasles {
+
+// The one list of settings: type, name, default, least, most, unit, meaning. The struct, the
+// command line, the help and the checks read it; only numbers have a least and a most.
+// clang-format off
+#define CHASLES_INERTIAL_FIELDS(FIELD)                                                            \
+  FIELD(std::string, name, "hallway", 0, 0, "", "name of the recording")                          \
+  FIELD(std::string, geometry, "hallway", 0, 0, "", "hallway, turntable, or trajectory")          \
+  FIELD(std::uint64_t, seed, 1, 0, 0, "", "chooses the landmarks and, with the run, all noise")   \
+  FIELD(double, knot_interval, 0.05, 1e-3, 10, "s", "of the spline that is the true motion")      \
+  FIELD(double, rest_duration, 0, 0, 3600, "s", "at rest before the motion begins")               \
+  FIELD(double, start_duration, 0, 0, 3600, "s", "from rest to full speed; 0 with no rest: moving at once") \
+  /* hallway: a walk along the centre of a corridor around a rectangular block, turning right */  \
+  FIELD(double, hall_length, 30, 1, 1e4, "m", "of the centre line's rectangle")                   \
+  FIELD(double, hall_width, 12, 1, 1e4, "m", "of the centre line's rectangle")                    \
+  FIELD(double, corridor_width, 3, 0.5, 100, "m", "from wall to wall")                            \
+  FIELD(double, corridor_height, 2.8, 0.5, 100, "m", "from floor to ceiling")                     \
+  FIELD(double, imu_height, 1.2, 0, 100, "m", "above the floor")                                  \
+  FIELD(int, sections, 4, 1, 1000, "", "straight sections that are walked, each with its turn")   \
+  FIELD(double, walking_speed, 1.2, 0.05, 10, "m/s", "along the centre line")                     \
+  FIELD(double, turn_duration, 1.3, 0.1, 100, "s", "of a turn of 90 degrees")                     \
+  FIELD(double, step_rate, 2, 0.1, 10, "Hz", "of the walker's steps")                             \
+  FIELD(double, bob_amplitude, 0.025, 0, 1, "m", "up and down with every step")                   \
+  FIELD(double, sway_amplitude, 0.02, 0, 1, "m", "to the sides, with every second step")          \
+  FIELD(double, roll_amplitude, 0.015, 0, 0.5, "rad", "about the forward axis, every second step")\
+  FIELD(double, pitch_amplitude, 0.012, 0, 0.5, "rad", "about the left axis, every step")         \
+  FIELD(double, yaw_amplitude, 0.03, 0, 0.5, "rad", "about the upward axis, every second step")   \
+  FIELD(double, wall_density, 4, 0, 1000, "1/m^2", "landmarks on walls, floor and ceiling")     \
+  /* turntable: around a cube at the origin, looking at it */                                     \
+  FIELD(double, circle_radius, 8, 0.1, 1e3, "m", "of the circle around the cube's centre")        \
+  FIELD(double, revolutions, 2, 0.01, 1e3, "", "around the cube")                                 \
+  FIELD(double, revolution_duration, 17.5, 0.5, 1e4, "s", "of one revolution")                    \
+  FIELD(double, radial_sway, 0.6, 0, 100, "m", "towards the cube and away from it")               \
+  FIELD(double, vertical_sway, 0.5, 0, 100, "m", "up and down")                                   \
+  FIELD(double, gaze_sway, 0.03, 0, 0.5, "rad", "of the line of sight about the cube's centre")   \
+  FIELD(double, cube_edge, 1.5, 0.01, 1e3, "m", "of the cube")                                      \
+  FIELD(int, cube_landmarks, 40, 0, 100000, "", "on its faces")                                   \
+  /* trajectory: landmarks are placed in front of the camera wherever it comes */                 \
+  FIELD(int, visible_landmarks, 75, 0, 10000, "", "that can be seen from each part of the way")   \
+  FIELD(double, landmark_spacing, 0.5, 0.01, 100, "s", "between two looks for missing landmarks") \
+  FIELD(double, landmark_nearest, 2, 0.1, 1e4, "m", "depth at which a landmark is placed, least") \
+  FIELD(double, landmark_farthest, 10, 0.1, 1e4, "m", "depth at which a landmark is placed, most")\
+  /* the cameras (defaults: as Kleinert & Stilla, half of 1398 x 1080 px at 28 Hz) */             \
+  FIELD(int, cameras, 1, 1, 2, "", "one, or two side by side")                                    \
+  FIELD(double, baseline, 0.2, 1e-3, 10, "m", "from the first camera to the second")              \
+  FIELD(double, frame_rate, 28, 0.01, 1000, "Hz", "of the frames")                                \
+  FIELD(double, focal_length, 480, 1, 1e5, "px", "fx = fy")                                       \
+  FIELD(double, center_u, 349.5, -1e5, 1e5, "px", "principal point, to the right")                \
+  FIELD(double, center_v, 270, -1e5, 1e5, "px", "principal point, down")                          \
+  FIELD(int, image_width, 699, 1, 100000, "px", "of the images")                                  \
+  FIELD(int, image_height, 540, 1, 100000, "px", "of the images")                                 \
+  FIELD(double, camera_x, 0.05, -10, 10, "m", "first camera in the IMU frame, forward")           \
+  FIELD(double, camera_y, 0.02, -10, 10, "m", "first camera in the IMU frame, to the left")       \
+  FIELD(double, camera_z, 0.03, -10, 10, "m", "first camera in the IMU frame, up")                \
+  FIELD(double, camera_tilt_x, 0, -3.2, 3.2, "rad", "rotation vector, IMU axes; 0: straight ahead") \
+  FIELD(double, camera_tilt_y, 0, -3.2, 3.2, "rad", "as camera_tilt_x")                           \
+  FIELD(double, camera_tilt_z, 0, -3.2, 3.2, "rad", "as camera_tilt_x")                           \
+  /* the tracks */                                                                                \
+  FIELD(int, landmarks_in_view, 35, 0, 100000, "", "tracks that are kept up at a time")           \
+  FIELD(int, shortest_track, 5, 1, 100000, "frames", "no track begins whose landmark leaves the view sooner") \
+  FIELD(double, image_border, 5, 0, 1e5, "px", "no landmark nearer to the image's edge")          \
+  FIELD(double, min_range, 4, 0.1, 1e4, "m", "no landmark nearer to the camera")                \
+  FIELD(double, max_range, 15, 0.1, 1e4, "m", "no landmark farther from the camera")              \
+  FIELD(bool, occlusion, true, 0, 0, "", "walls and the cube hide what is behind them")           \
+  FIELD(bool, keep_ids, false, 0, 0, "", "a landmark that returns keeps its number")              \
+  /* the errors of the IMU (defaults: 7.5 mg a sample; 0.0056 deg/s/sqrt(Hz), 0.3 deg/s) */       \
+  FIELD(double, imu_rate, 100, 1, 1e4, "Hz", "of the IMU's samples")                              \
+  FIELD(std::string, imu_convention, "instant", 0, 0, "", "what a sample stands for: instant or interval-mean") \
+  FIELD(double, accelerometer_noise_density, 0.007355, 0, 100, "m/s^2/sqrt(Hz)", "white noise")   \
+  FIELD(double, gyroscope_noise_density, 9.774e-5, 0, 100, "rad/s/sqrt(Hz)", "white noise")       \
+  FIELD(double, accelerometer_random_walk, 1e-4, 0, 100, "m/s^3/sqrt(Hz)", "of the bias")         \
+  FIELD(double, gyroscope_random_walk, 1e-5, 0, 100, "rad/s^2/sqrt(Hz)", "of the bias")           \
+  FIELD(double, accelerometer_bias_sigma, 0.02, 0, 100, "m/s^2", "of the bias at the beginning")  \
+  FIELD(double, gyroscope_bias_sigma, 0.005236, 0, 10, "rad/s", "of the bias at the beginning")   \
+  /* the errors of the images */                                                                  \
+  FIELD(double, pixel_sigma, 1, 0, 100, "px", "white noise on each of u and v")                   \
+  FIELD(double, outlier_fraction, 0, 0, 1, "", "observations that lie anywhere in the image")     \
+  FIELD(double, dropped_fraction, 0, 0, 1, "", "frames without an observation; tracks go on after them")
+// clang-format on
+
+/// A motion of an IMU with cameras among landmarks, and the sensors' errors. Plain numbers: every
+/// combination that `validate` lets pass can be simulated.
+struct InertialSettings {
+#define CHASLES_FIELD(type, field, value, least, most, unit, doc) type field = value;
+  CHASLES_INERTIAL_FIELDS(CHASLES_FIELD)
+#undef CHASLES_FIELD
+};
+
+/// Calls visit(name, value, unit, doc) for every setting, in the order of the list; `value` is a
+/// reference to a bool, int, double, std::uint64_t or std::string.
+template <typename Visitor>
+void for_each_field(InertialSettings& settings, Visitor&& visit) {
+#define CHASLES_FIELD(type, field, value, least, most, unit, doc) \
+  visit(#field, settings.field, unit, doc);
+  CHASLES_INERTIAL_FIELDS(CHASLES_FIELD)
+#undef CHASLES_FIELD
+}
+template <typename Visitor>
+void for_each_field(const InertialSettings& settings, Visitor&& visit) {
+#define CHASLES_FIELD(type, field, value, least, most, unit, doc) \
+  visit(#field, settings.field, unit, doc);
+  CHASLES_INERTIAL_FIELDS(CHASLES_FIELD)
+#undef CHASLES_FIELD
+}
+
+/// Calls visit(name, value, least, most, unit) for every setting; of a bool, a std::uint64_t or a
+/// std::string least and most mean nothing.
+template <typename Visitor>
+void for_each_range(const InertialSettings& settings, Visitor&& visit) {
+#define CHASLES_FIELD(type, field, value, least, most, unit, doc) \
+  visit(#field, settings.field, least, most, unit);
+  CHASLES_INERTIAL_FIELDS(CHASLES_FIELD)
+#undef CHASLES_FIELD
+}
+#undef CHASLES_INERTIAL_FIELDS
+
+/// Throws UsageError with the field, its value and what was expected. What depends on the path (a
+/// corridor too narrow for its turns) is refused where the path is made.
+void validate(const InertialSettings& settings);
+
+/// What can be simulated: settings and, for the geometry `trajectory`, the motion.
+struct InertialScene {
+  std::string name;
+  std::string doc;
+  InertialSettings settings;
+  Trajectory path = {};              ///< world_T_imu, z up; for the geometry `trajectory` only
+  std::vector<Camera> cameras = {};  ///< instead of the settings' cameras, if there are any
+  /// Real samples taken along the path, instead of simulated ones, if there are any.
+  std::vector<ImuSample> imu = {};
+};
+
+/// The scenes that the command line knows: `hallway` and `turntable` (Kleinert & Stilla, V-A), and
+/// `trajectory`, which has to be given its path.
+const std::vector<InertialScene>& inertial_scenes();
+
+/// A scene by its name; an unknown name is a UsageError that lists the known ones.
+InertialScene inertial_scene(const std::string& name);
+
+}  // namespace chasles

@@ -1,0 +1,142 @@
+#include <limits>
+#include <string>
+#include <type_traits>
+
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/sim/inertial_settings.hpp>
+#include <chasles/sim/street_settings.hpp>
+
+namespace chasles {
+namespace {
+
+template <typename Value>
+void set(InertialSettings& settings, const std::string& name, Value value) {
+  bool found = false;
+  for_each_field(settings, [&](const char* field, auto& slot, const char*, const char*) {
+    if constexpr (std::is_same_v<std::remove_reference_t<decltype(slot)>, Value>) {
+      if (name == field) {
+        slot = value;
+        found = true;
+      }
+    }
+  });
+  ASSERT_TRUE(found) << name;
+}
+
+void expect_refused(const InertialSettings& settings, const std::string& field,
+                    const std::string& found) {
+  std::string message;
+  try {
+    validate(settings);
+  } catch (const UsageError& error) {
+    message = error.what();
+  }
+  for (const std::string& part : {field, found, std::string("expected")}) {
+    EXPECT_NE(message.find(part), std::string::npos) << field << ": '" << message << "'";
+  }
+}
+
+TEST(InertialSettings, EverySceneIsValidAndBearsItsOwnName) {
+  for (const InertialScene& scene : inertial_scenes()) {
+    EXPECT_NO_THROW(validate(scene.settings)) << scene.name;
+    EXPECT_EQ(scene.settings.name, scene.name);
+    EXPECT_EQ(scene.settings.geometry, scene.name);
+    EXPECT_EQ(inertial_scene(scene.name).name, scene.name);
+    EXPECT_FALSE(scene.doc.empty());
+  }
+  EXPECT_EQ(inertial_scenes().size(), 3U);
+  EXPECT_THROW(inertial_scene("street"), UsageError);
+}
+
+TEST(InertialSettings, EveryFieldHasAMeaningAndANumberItsRange) {
+  const InertialSettings settings;
+  int fields = 0;
+  for_each_field(settings,
+                 [&](const std::string& name, const auto&, const char*, const std::string& doc) {
+                   EXPECT_FALSE(doc.empty()) << name;
+                   ++fields;
+                 });
+  EXPECT_GE(fields, 60);
+  for_each_range(settings, [](const std::string& name, const auto& value, double least, double most,
+                              const char*) {
+    using Value = std::remove_cvref_t<decltype(value)>;
+    if constexpr (std::is_same_v<Value, double> || std::is_same_v<Value, int>) {
+      EXPECT_LT(least, most) << name;
+    }
+  });
+}
+
+TEST(InertialSettings, NoNumberMayBeNaNInfiniteOrFarOutside) {
+  InertialSettings probe;
+  for_each_field(probe, [](const std::string& name, auto& slot, const char*, const char*) {
+    using Value = std::remove_reference_t<decltype(slot)>;
+    if constexpr (std::is_same_v<Value, double>) {
+      using Limits = std::numeric_limits<double>;
+      for (const double bad : {Limits::quiet_NaN(), Limits::infinity(), -1e30, 1e30}) {
+        InertialSettings settings;
+        set(settings, name, bad);
+        expect_refused(settings, name, "");
+      }
+    } else if constexpr (std::is_same_v<Value, int>) {
+      InertialSettings settings;
+      set(settings, name, -1);
+      expect_refused(settings, name, "-1");
+    }
+  });
+}
+
+TEST(InertialSettings, ZeroLengthsRatesAndSpeedsAreRefused) {
+  for (const char* name : {"knot_interval",
+                           "hall_length",
+                           "hall_width",
+                           "corridor_width",
+                           "corridor_height",
+                           "walking_speed",
+                           "turn_duration",
+                           "step_rate",
+                           "circle_radius",
+                           "revolutions",
+                           "revolution_duration",
+                           "cube_edge",
+                           "landmark_spacing",
+                           "landmark_nearest",
+                           "baseline",
+                           "frame_rate",
+                           "focal_length",
+                           "min_range",
+                           "max_range",
+                           "imu_rate"}) {
+    InertialSettings settings;
+    set(settings, name, 0.0);
+    expect_refused(settings, name, "= 0");
+  }
+}
+
+TEST(InertialSettings, WhatDoesNotFitTogetherIsRefused) {
+  expect_refused({.geometry = "street"}, "geometry", "hallway, turntable, trajectory");
+  expect_refused({.imu_convention = "mean"}, "imu_convention", "'mean'");
+  expect_refused({.hall_width = 3}, "hall_width", "3 m");
+  expect_refused({.corridor_height = 1.1}, "corridor_height", "1.2 m");
+  expect_refused({.circle_radius = 0.5}, "circle_radius", "radial_sway");
+  expect_refused({.landmark_nearest = 11}, "landmark_farthest", "11 m");
+  expect_refused({.min_range = 16}, "max_range", "15 m");
+  expect_refused({.image_border = 270}, "image_border", "270 px");
+  expect_refused({.outlier_fraction = 1.01}, "outlier_fraction", "1.01");
+}
+
+TEST(InertialSettings, BothKindsOfSettingsCanBeVisitedSideBySide) {
+  const auto names = [](const auto& settings) {
+    std::string all;
+    for_each_field(settings, [&](const std::string& name, const auto&, const char*, const char*) {
+      all += name + " ";
+    });
+    return all;
+  };
+  EXPECT_NE(names(StreetSettings{}).find("route"), std::string::npos);
+  EXPECT_NE(names(InertialSettings{}).find("imu_rate"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace chasles

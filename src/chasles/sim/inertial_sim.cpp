@@ -1,0 +1,151 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <chasles/error.hpp>
+#include <chasles/sim/inertial_imu.hpp>
+#include <chasles/sim/inertial_path.hpp>
+#include <chasles/sim/inertial_sim.hpp>
+#include <chasles/sim/inertial_tracks.hpp>
+#include <chasles/sim/inertial_world.hpp>
+#include <chasles/sim/random.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kMostFrames = 1e6;
+
+// The poses at the frames' times: all of the motion, or what the real samples cover.
+Trajectory poses_at_frames(const InertialScene& scene, const Spline& motion) {
+  const double rate = scene.settings.frame_rate;
+  const double count = std::floor((motion.duration + 0.5e-9) * rate) + 1;
+  if (count > kMostFrames) {
+    throw UsageError(fmt::format(
+        "simulation setting frame_rate = {} Hz: {:.3g} frames in {:.0f} s; expected at most {:.0g}",
+        rate, count, motion.duration, kMostFrames));
+  }
+  Trajectory poses;
+  for (double i = 0; i < count; ++i) {
+    const Time since = from_seconds(i / rate);
+    const Time time = motion.start + since;
+    if (!scene.imu.empty() && (time < scene.imu.front().time || time > scene.imu.back().time)) {
+      continue;
+    }
+    poses.push_back({time, motion_at(motion, to_seconds(since)).world_T_imu});
+  }
+  if (poses.empty()) {
+    throw UsageError("the scene's IMU samples and its path have no time in common");
+  }
+  return poses;
+}
+
+// Errors belong to the point and the frame, so that they do not depend on what else is tracked.
+std::uint64_t error_index(std::size_t point, std::size_t frame) {
+  return std::uint64_t{point} << 32 | frame;
+}
+
+void add_errors(const InertialSettings& settings, const std::vector<Camera>& cameras,
+                const Random& random, std::uint64_t index, PixelObservation& seen) {
+  const auto component = 2 * static_cast<std::uint32_t>(seen.camera);
+  const Camera& camera = cameras[static_cast<std::size_t>(seen.camera)];
+  if (random.uniform(Stream::kOutlier, index, 2 * component) < settings.outlier_fraction) {
+    seen.pixel = {camera.width * random.uniform(Stream::kOutlier, index, 2 * component + 1),
+                  camera.height * random.uniform(Stream::kOutlier, index, 2 * component + 2)};
+    return;
+  }
+  seen.pixel += settings.pixel_sigma *
+                Eigen::Vector2d(random.normal(Stream::kPixelNoise, index, component),
+                                random.normal(Stream::kPixelNoise, index, component + 1));
+}
+
+void add_errors(const InertialSettings& settings, const std::vector<Camera>& cameras,
+                std::uint64_t run, InertialTracks& tracks) {
+  const Random random = random_of_run(settings.seed, run);
+  for (std::size_t i = 0; i < tracks.frames.size(); ++i) {
+    auto& pixels = tracks.frames[i].pixels;
+    if (random.uniform(Stream::kDropped, i) < settings.dropped_fraction) pixels.clear();
+    for (PixelObservation& seen : pixels) {
+      const std::size_t point = tracks.points[static_cast<std::size_t>(seen.landmark)];
+      add_errors(settings, cameras, random, error_index(point, i), seen);
+    }
+  }
+}
+
+// The velocity of the instant and the biases of the latest sample.
+std::vector<TrueMotion> motion_at_frames(const Trajectory& poses, const Spline& motion,
+                                         const std::vector<TrueMotion>& samples) {
+  std::vector<TrueMotion> result;
+  for (const auto& [time, pose] : poses) {
+    const auto next = std::ranges::upper_bound(samples, time, {}, &TrueMotion::time);
+    TrueMotion now = *std::prev(next);
+    now.time = time;
+    now.v_world = motion_at(motion, to_seconds(time - motion.start)).v_world;
+    result.push_back(now);
+  }
+  return result;
+}
+
+std::vector<TrueLandmark> observed_landmarks(const InertialTracks& tracks,
+                                             const InertialWorld& world) {
+  std::vector<bool> observed(tracks.points.size(), false);
+  for (const FeatureFrame& frame : tracks.frames) {
+    for (const auto& seen : frame.pixels) observed[static_cast<std::size_t>(seen.landmark)] = true;
+  }
+  std::vector<TrueLandmark> landmarks;
+  for (std::size_t i = 0; i < observed.size(); ++i) {
+    if (!observed[i]) continue;
+    landmarks.push_back({static_cast<LandmarkId>(i), world.points[tracks.points[i]]});
+  }
+  return landmarks;
+}
+
+void add_imu(const InertialScene& scene, const Spline& motion, std::uint64_t run,
+             Recording& recording) {
+  recording.imu_convention = imu_convention(scene.settings);
+  recording.imu_noise = imu_noise(scene.settings);
+  if (!scene.imu.empty()) {
+    recording.imu = scene.imu;
+    return;
+  }
+  SimulatedImu imu = simulate_imu(scene.settings, motion, run);
+  recording.imu = std::move(imu.samples);
+  recording.true_motion = motion_at_frames(recording.truth, motion, imu.truth);
+}
+
+}  // namespace
+
+Spline inertial_motion(const InertialScene& scene) {
+  const InertialSettings& settings = scene.settings;
+  validate(settings);
+  if (settings.geometry == "hallway") {
+    return fit_spline(hallway_path(settings), settings.knot_interval);
+  }
+  if (settings.geometry == "turntable") {
+    return fit_spline(turntable_path(settings), settings.knot_interval);
+  }
+  if (scene.path.empty()) {
+    throw UsageError("the scene 'trajectory' needs the poses of a trajectory, and has none");
+  }
+  return fit_spline(scene.path, settings.knot_interval);
+}
+
+Recording simulate_inertial(const InertialScene& scene, std::uint64_t run) {
+  const InertialSettings& settings = scene.settings;
+  const Spline motion = inertial_motion(scene);
+  Recording recording;
+  recording.name = settings.name;
+  recording.cameras = scene.cameras.empty() ? make_cameras(settings) : scene.cameras;
+  recording.truth = poses_at_frames(scene, motion);
+  recording.single_pixel_sigma = settings.pixel_sigma;
+  add_imu(scene, motion, run, recording);
+  const InertialWorld world = make_world(settings, motion, recording.cameras);
+  InertialTracks tracks = follow(settings, world, recording.cameras, recording.truth);
+  add_errors(settings, recording.cameras, run, tracks);
+  recording.true_landmarks = observed_landmarks(tracks, world);
+  recording.frames = std::move(tracks.frames);
+  return recording;
+}
+
+}  // namespace chasles

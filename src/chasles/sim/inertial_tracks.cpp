@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include <chasles/sim/inertial_tracks.hpp>
+
+namespace chasles {
+namespace {
+
+class Tracker {
+ public:
+  Tracker(const InertialSettings& settings, const InertialWorld& world,
+          const std::vector<Camera>& cameras, const Trajectory& poses)
+      : settings_(settings),
+        world_(world),
+        cameras_(cameras),
+        poses_(poses),
+        numbers_(world.points.size()),
+        tracked_(world.points.size(), false) {}
+
+  InertialTracks follow_all() {
+    for (std::size_t i = 0; i < poses_.size(); ++i) {
+      frame_ = {.time = poses_[i].time};
+      follow_on(i);
+      begin_missing(i);
+      std::ranges::sort(frame_.pixels, {}, [](const PixelObservation& seen) {
+        return std::pair(seen.landmark, seen.camera);
+      });
+      tracks_.frames.push_back(frame_);
+    }
+    return std::move(tracks_);
+  }
+
+ private:
+  std::optional<Eigen::Vector2d> sight_of(std::size_t point, std::size_t camera,
+                                          std::size_t pose) const {
+    return sight(settings_, world_, cameras_[camera], poses_[pose].pose, world_.points[point]);
+  }
+
+  bool in_sight(std::size_t point, std::size_t pose) const {
+    for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+      if (sight_of(point, camera, pose)) return true;
+    }
+    return false;
+  }
+
+  // Adds the point's pixels to the frame; false if no camera sees it.
+  bool observe(std::size_t point, LandmarkId landmark, std::size_t pose) {
+    const std::size_t before = frame_.pixels.size();
+    for (std::size_t camera = 0; camera < cameras_.size(); ++camera) {
+      if (const auto pixel = sight_of(point, camera, pose)) {
+        frame_.pixels.push_back({landmark, static_cast<int>(camera), *pixel});
+      }
+    }
+    return frame_.pixels.size() > before;
+  }
+
+  void follow_on(std::size_t pose) {
+    std::erase_if(alive_, [&](const auto& track) {
+      if (observe(track.second, track.first, pose)) return false;
+      tracked_[track.second] = false;
+      return true;
+    });
+  }
+
+  void begin_missing(std::size_t pose) {
+    const auto wanted = static_cast<std::size_t>(settings_.landmarks_in_view);
+    const auto later =
+        std::min(pose + static_cast<std::size_t>(settings_.shortest_track) - 1, poses_.size() - 1);
+    for (std::size_t point = 0; point < tracked_.size() && alive_.size() < wanted; ++point) {
+      if (tracked_[point] || !in_sight(point, pose) || !in_sight(point, later)) continue;
+      const LandmarkId landmark = number_of(point);
+      observe(point, landmark, pose);
+      tracked_[point] = true;
+      alive_.emplace(landmark, point);
+    }
+  }
+
+  LandmarkId number_of(std::size_t point) {
+    if (settings_.keep_ids && numbers_[point]) return *numbers_[point];
+    numbers_[point] = static_cast<LandmarkId>(tracks_.points.size());
+    tracks_.points.push_back(point);
+    return *numbers_[point];
+  }
+
+  const InertialSettings& settings_;
+  const InertialWorld& world_;
+  const std::vector<Camera>& cameras_;
+  const Trajectory& poses_;
+  InertialTracks tracks_;
+  FeatureFrame frame_;
+  std::map<LandmarkId, std::size_t> alive_;         // the point of each
+  std::vector<std::optional<LandmarkId>> numbers_;  // the latest of each point
+  std::vector<bool> tracked_;
+};
+
+}  // namespace
+
+InertialTracks follow(const InertialSettings& settings, const InertialWorld& world,
+                      const std::vector<Camera>& cameras, const Trajectory& poses) {
+  return Tracker(settings, world, cameras, poses).follow_all();
+}
+
+}  // namespace chasles

@@ -1,0 +1,207 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include <chasles/error.hpp>
+#include <chasles/sim/inertial_world.hpp>
+#include <chasles/sim/random.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kMostLandmarks = 1e6;
+
+// Whether the line segment from + t * ray, t in [0, end), has a part inside the box.
+bool hits(const Box& box, const Eigen::Vector3d& from, const Eigen::Vector3d& ray, double end) {
+  double enter = 0, leave = end;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (ray[axis] == 0) {
+      if (from[axis] <= box.low[axis] || from[axis] >= box.high[axis]) return false;
+      continue;
+    }
+    const double a = (box.low[axis] - from[axis]) / ray[axis];
+    const double b = (box.high[axis] - from[axis]) / ray[axis];
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter < leave;
+}
+
+// A rectangle: a corner and the two edges from it.
+struct Face {
+  Eigen::Vector3d corner, a, b;
+  double area() const { return a.norm() * b.norm(); }
+};
+
+// The faces of a box: two along each axis; the last two are floor and ceiling.
+std::array<Face, 6> faces(const Box& box) {
+  std::array<Face, 6> result;
+  const Eigen::Vector3d size = box.high - box.low;
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Vector3d a = Eigen::Vector3d::Zero(), b = a, across = a;
+    a[(axis + 1) % 3] = size[(axis + 1) % 3];
+    b[(axis + 2) % 3] = size[(axis + 2) % 3];
+    across[axis] = size[axis];
+    result[2 * static_cast<std::size_t>(axis)] = {box.low, a, b};
+    result[2 * static_cast<std::size_t>(axis) + 1] = {box.low + across, a, b};
+  }
+  return result;
+}
+
+// The i-th point of those scattered evenly over the faces. Any number of them in a row is scattered
+// evenly, so that an order by number favours no place.
+Eigen::Vector3d scattered(const std::vector<Face>& surface, double area, const Random& random,
+                          std::uint64_t i) {
+  double where = area * random.uniform(Stream::kLandmark, i, 0);
+  std::size_t face = 0;
+  while (face + 1 < surface.size() && where > surface[face].area()) {
+    where -= surface[face].area();
+    ++face;
+  }
+  return surface[face].corner + random.uniform(Stream::kLandmark, i, 1) * surface[face].a +
+         random.uniform(Stream::kLandmark, i, 2) * surface[face].b;
+}
+
+double area_of(const std::vector<Face>& surface) {
+  double area = 0;
+  for (const Face& face : surface) area += face.area();
+  return area;
+}
+
+// A ring has no simple faces: points on the floor or the ceiling below or above the block are
+// dropped.
+InertialWorld hallway_world(const InertialSettings& settings) {
+  const Hallway hall = make_hallway(settings);
+  std::vector<Face> surface;
+  for (const Face& face : faces(hall.outer)) surface.push_back(face);
+  for (std::size_t i = 0; i < 4; ++i) surface.push_back(faces(hall.inner)[i]);
+  const double area = area_of(surface);
+  const double count = std::ceil(settings.wall_density * area);
+  if (count > kMostLandmarks) {
+    throw UsageError(fmt::format(
+        "simulation setting wall_density = {} 1/m^2: {:.3g} landmarks; expected at most {:.0g}",
+        settings.wall_density, count, kMostLandmarks));
+  }
+  InertialWorld world{.points = {}, .walls = {hall.inner}};
+  for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i) {
+    const Eigen::Vector3d p = scattered(surface, area, Random{settings.seed}, i);
+    const Eigen::Array2d xy = p.head<2>();
+    const bool hidden = (xy > hall.inner.low.head<2>().array()).all() &&
+                        (xy < hall.inner.high.head<2>().array()).all();
+    if (!hidden) world.points.push_back(p);
+  }
+  return world;
+}
+
+InertialWorld turntable_world(const InertialSettings& settings) {
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(settings.cube_edge / 2);
+  const Box cube{-half, half};
+  const auto all = faces(cube);
+  const std::vector<Face> surface(all.begin(), all.end());
+  InertialWorld world{.points = {}, .walls = {cube}};
+  for (int i = 0; i < settings.cube_landmarks; ++i) {
+    world.points.push_back(
+        scattered(surface, area_of(surface), Random{settings.seed}, static_cast<std::uint64_t>(i)));
+  }
+  return world;
+}
+
+// The i-th landmark put before the camera: none where the lens maps nothing to the pixel.
+std::optional<Eigen::Vector3d> placed(const InertialSettings& settings, const Camera& camera,
+                                      const SE3& world_T_imu, std::uint64_t i) {
+  const Random random{settings.seed};
+  const double border = settings.image_border;
+  const auto within = [&](double size, std::uint32_t component) {
+    return border + (size - 2 * border) * random.uniform(Stream::kLandmark, i, component);
+  };
+  const auto ray = unproject(camera, {within(camera.width, 0), within(camera.height, 1)});
+  if (!ray) return std::nullopt;
+  const double depth =
+      settings.landmark_nearest + (settings.landmark_farthest - settings.landmark_nearest) *
+                                      random.uniform(Stream::kLandmark, i, 2);
+  return world_T_imu * (camera.cam_T_imu.inverse() * (depth * ray->ray));
+}
+
+InertialWorld trajectory_world(const InertialSettings& settings, const Spline& motion,
+                               const Camera& camera) {
+  InertialWorld world;
+  std::uint64_t tries = 0;
+  for (double time = 0; time <= motion.duration; time += settings.landmark_spacing) {
+    const SE3 pose = motion_at(motion, time).world_T_imu;
+    const auto seen = std::ranges::count_if(world.points, [&](const Eigen::Vector3d& p) {
+      return sight(settings, world, camera, pose, p).has_value();
+    });
+    for (auto missing = settings.visible_landmarks - seen; missing > 0; --missing) {
+      if (const auto p = placed(settings, camera, pose, tries++)) world.points.push_back(*p);
+    }
+    if (static_cast<double>(world.points.size()) > kMostLandmarks) {
+      throw UsageError(fmt::format(
+          "simulation setting visible_landmarks = {}: more than {:.0g} landmarks along the "
+          "trajectory; expected fewer, or a larger landmark_spacing",
+          settings.visible_landmarks, kMostLandmarks));
+    }
+  }
+  return world;
+}
+
+}  // namespace
+
+bool blocked(const std::vector<Box>& walls, const Eigen::Vector3d& from,
+             const Eigen::Vector3d& to) {
+  constexpr double kBefore = 1 - 1e-6;
+  const Eigen::Vector3d ray = to - from;
+  return std::ranges::any_of(walls,
+                             [&](const Box& wall) { return hits(wall, from, ray, kBefore); });
+}
+
+std::vector<Camera> make_cameras(const InertialSettings& settings) {
+  Eigen::Matrix3d imu_R_straight;  // its columns: the camera's right, down and forward
+  imu_R_straight << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Eigen::Matrix3d tilt =
+      so3::exp({settings.camera_tilt_x, settings.camera_tilt_y, settings.camera_tilt_z});
+  std::vector<Camera> cameras;
+  for (int i = 0; i < settings.cameras; ++i) {
+    const Eigen::Vector3d aside(0, -i * settings.baseline, 0);
+    const Eigen::Vector3d first(settings.camera_x, settings.camera_y, settings.camera_z);
+    const SE3 imu_T_cam{tilt * imu_R_straight, first + tilt * aside};
+    cameras.push_back({.width = settings.image_width,
+                       .height = settings.image_height,
+                       .fx = settings.focal_length,
+                       .fy = settings.focal_length,
+                       .cx = settings.center_u,
+                       .cy = settings.center_v,
+                       .cam_T_imu = imu_T_cam.inverse()});
+  }
+  return cameras;
+}
+
+std::optional<Eigen::Vector2d> sight(const InertialSettings& settings, const InertialWorld& world,
+                                     const Camera& camera, const SE3& world_T_imu,
+                                     const Eigen::Vector3d& p_world) {
+  const Eigen::Vector3d p_cam = camera.cam_T_imu * (world_T_imu.inverse() * p_world);
+  const double range = p_cam.norm();
+  if (p_cam.z() <= 0 || range < settings.min_range || range > settings.max_range) {
+    return std::nullopt;
+  }
+  const auto projection = project(camera, p_cam);
+  if (!projection || !in_image(camera, projection->pixel, settings.image_border)) {
+    return std::nullopt;
+  }
+  if (settings.occlusion) {
+    const Eigen::Vector3d eye = world_T_imu * camera.cam_T_imu.inverse().p;
+    if (blocked(world.walls, eye, p_world)) return std::nullopt;
+  }
+  return projection->pixel;
+}
+
+InertialWorld make_world(const InertialSettings& settings, const Spline& motion,
+                         const std::vector<Camera>& cameras) {
+  if (settings.geometry == "hallway") return hallway_world(settings);
+  if (settings.geometry == "turntable") return turntable_world(settings);
+  return trajectory_world(settings, motion, cameras.front());
+}
+
+}  // namespace chasles

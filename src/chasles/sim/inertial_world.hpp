@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/sim/inertial_path.hpp>
+#include <chasles/sim/inertial_settings.hpp>
+#include <chasles/sim/spline.hpp>
+
+namespace chasles {
+
+/// Points to be seen, and what hides them.
+struct InertialWorld {
+  std::vector<Eigen::Vector3d> points;  ///< world [m]
+  std::vector<Box> walls;
+};
+
+/// Whether a wall stands between two points. A point on a wall is not hidden by its own face.
+bool blocked(const std::vector<Box>& walls, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
+/// The settings' cameras: side by side, the first at (camera_x, camera_y, camera_z), looking along
+/// the IMU's x axis but for the tilt.
+std::vector<Camera> make_cameras(const InertialSettings& settings);
+
+/// The pixel of a point in one camera by the rules of the settings: inside the image's border, in
+/// the range, in front, not hidden.
+std::optional<Eigen::Vector2d> sight(const InertialSettings& settings, const InertialWorld& world,
+                                     const Camera& camera, const SE3& world_T_imu,
+                                     const Eigen::Vector3d& p_world);
+
+/// The landmarks and walls of the settings' geometry; `motion` and `cameras` count for the geometry
+/// `trajectory`, whose landmarks are placed at random pixels and depths wherever fewer than
+/// `visible_landmarks` are in the first camera's sight.
+InertialWorld make_world(const InertialSettings& settings, const Spline& motion,
+                         const std::vector<Camera>& cameras);
+
+}  // namespace chasles

@@ -1,0 +1,374 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include <chasles/error.hpp>
+#include <chasles/eval/chi2.hpp>
+#include <chasles/slam/inertial_slam.hpp>
+
+namespace chasles {
+namespace {
+
+ImuNoise scaled(ImuNoise noise, double factor) {
+  noise.accelerometer_noise_density *= factor;
+  noise.gyroscope_noise_density *= factor;
+  noise.accelerometer_random_walk *= factor;
+  noise.gyroscope_random_walk *= factor;
+  return noise;
+}
+
+State initial_state(const InertialSlamSettings& s, const InertialStart& start) {
+  State x;
+  x.additive.resize(InertialModel::kSize);
+  x.additive << start.accelerometer_bias, start.gyroscope_bias;
+  if (s.nav_attitude) {
+    x.nav_T_world = start.nav_T_imu;
+    x.v_world = start.nav_T_imu.R.transpose() * start.v_nav;
+  } else {
+    x.world_T_imu = start.nav_T_imu;
+    x.v_world = start.v_nav;
+  }
+  return x;
+}
+
+// Position and heading are where the world begins: known. Roll and pitch are errors about nav's
+// horizontal axes, whichever of the two poses has them.
+Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const State& x) {
+  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(x.core_size());
+  sigma.segment<2>(s.nav_attitude ? x.nav_row() : 0).setConstant(s.initial_tilt_sigma);
+  sigma.segment<3>(6).setConstant(s.initial_velocity_sigma);
+  sigma.segment<3>(x.additive_row()).setConstant(s.initial_accelerometer_bias_sigma);
+  sigma.tail<3>().setConstant(s.initial_gyroscope_bias_sigma);
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
+double quantile(double probability, int dof) {
+  return probability < 1 ? chi2_quantile(probability, dof)
+                         : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
+                           const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
+                           const InertialStart& start)
+    : settings_(settings),
+      cameras_(std::move(cameras)),
+      pixel_sigma_(pixel_sigma),
+      model_{.noise = scaled(noise, settings.imu_noise_scale)},
+      imu_(imu),
+      filter_(error_chart(settings.chart), initial_state(settings, start),
+              initial_covariance(settings, initial_state(settings, start)),
+              {.compress_map = true, .keep_map = false}),
+      now_(start.time),
+      composed_(start.time) {
+  if (settings.composition_interval > 0 && !settings.nav_attitude) {
+    throw UsageError("composition_interval needs nav_attitude: the world's attitude in the state");
+  }
+}
+
+InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
+  advance_to(frame.time);
+  ++frame_;
+  InertialEstimate e;
+  e.time = frame.time;
+  e.observations = static_cast<int>(frame.pixels.size());
+  compose_when_due();
+  const auto observations = usable(frame);
+  cloned_ = settings_.init == "multi-view" && (frame_ - 1) % settings_.frames_per_clone == 0;
+  if (cloned_) {
+    make_room_for_clone();
+    window_.push_back(frame_);
+    filter_.clone_pose(frame_, frame.time);
+  }
+  observe(observations, e);
+  settle();
+  retire_unseen();
+  if (settings_.init == "multi-view") begin_from_tracks(e);
+  forget_unused_clones();
+
+  const NavPose pose = nav_pose(filter_);
+  const State& x = filter_.state();
+  e.nav_T_imu = pose.nav_T_imu;
+  e.pose_covariance = pose.covariance;
+  e.v_nav = x.nav_T_world ? Eigen::Vector3d(x.nav_T_world->R * *x.v_world) : *x.v_world;
+  e.v_sigma = filter_.core_covariance().diagonal().segment<3>(6).cwiseSqrt();
+  e.biases = x.additive;
+  e.bias_sigma = filter_.core_covariance().diagonal().tail<6>().cwiseSqrt();
+  e.in_state = static_cast<int>(x.landmarks.size());
+  e.landmarks = filter_.map_size();
+  e.health = judge(e);
+  return e;
+}
+
+std::vector<MapLandmark> InertialSlam::map_nav() const {
+  std::vector<MapLandmark> map = filter_.map();
+  const auto& nav_T_world = filter_.state().nav_T_world;
+  if (!nav_T_world) return map;
+  for (MapLandmark& landmark : map) {
+    landmark.p_world = *nav_T_world * landmark.p_world;
+    landmark.covariance = nav_T_world->R * landmark.covariance * nav_T_world->R.transpose();
+  }
+  return map;
+}
+
+void InertialSlam::advance_to(Time time) {
+  if (time < now_) {
+    throw InputError("time runs backwards: " + std::to_string(time.count()) + " ns after " +
+                     std::to_string(now_.count()) + " ns");
+  }
+  const std::vector<ImuInterval> intervals = imu_.between(now_, time);
+  if (time > now_ && intervals.empty()) {
+    throw InputError("no IMU sample before the frame at " + std::to_string(time.count()) + " ns");
+  }
+  if (time > now_) filter_.propagate(predict(model_, filter_.state(), intervals));
+  imu_.forget_before(time);
+  now_ = time;
+}
+
+std::vector<const PixelObservation*> InertialSlam::usable(const FeatureFrame& frame) const {
+  std::vector<const PixelObservation*> result;
+  std::set<std::pair<LandmarkId, int>> seen;
+  for (const PixelObservation& o : frame.pixels) {
+    const bool known_camera = o.camera >= 0 && o.camera < static_cast<int>(cameras_.size());
+    if (known_camera && o.pixel.allFinite() && seen.insert({o.landmark, o.camera}).second) {
+      result.push_back(&o);
+    }
+  }
+  return result;
+}
+
+// The first linearisations are the worst: they count less (math.md §7, "soft start").
+double InertialSlam::softness(int landmark) const {
+  if (settings_.soft_start <= 0 || settings_.soft_frames <= 0) return 1;
+  const auto& l = filter_.state().landmarks[static_cast<std::size_t>(landmark)];
+  const double age = static_cast<double>(l.observations) / settings_.soft_frames;
+  return 1 + settings_.soft_start * std::max(0.0, 1 - age);
+}
+
+void InertialSlam::observe(const std::vector<const PixelObservation*>& observations,
+                           InertialEstimate& e) {
+  std::unordered_map<LandmarkId, int> index;
+  for (const Landmark& landmark : filter_.state().landmarks) {
+    index.emplace(landmark.id, static_cast<int>(index.size()));
+  }
+  std::vector<Measurement> known;
+  std::vector<const PixelObservation*> fresh;
+  const double gate = quantile(settings_.gate, 2);
+  for (const PixelObservation* o : observations) {
+    const auto found = index.find(o->landmark);
+    if (found == index.end()) {
+      fresh.push_back(o);
+      continue;
+    }
+    last_[o->landmark].seen = frame_;
+    auto z = measure_pixel(cameras_[static_cast<std::size_t>(o->camera)],
+                           pixel_sigma_ * softness(found->second), filter_.state(), found->second,
+                           o->pixel);
+    if (!z) continue;
+    z->gate = gate;
+    known.push_back(*std::move(z));
+  }
+  const UpdateReport report = filter_.update(known);
+  e.nis = report.nis;
+  e.nis_dof = report.dof;
+  e.used = static_cast<int>(std::count(report.accepted.begin(), report.accepted.end(), true));
+  e.rejected = static_cast<int>(known.size()) - e.used;
+  note_refusals(known, report.accepted);
+  if (settings_.init == "fixed-depth") {
+    begin_at_once(fresh, e);
+    return;
+  }
+  for (const PixelObservation* o : fresh) {
+    Track& track = tracks_[o->landmark];
+    track.seen = frame_;
+    if (cloned_) {
+      track.views.push_back({.clone = frame_, .camera = o->camera, .pixel = o->pixel});
+    }
+  }
+}
+
+// A landmark that is refused again and again is another point by now, or never was one; if it is
+// the pose that is wrong, new landmarks do not inherit its error.
+void InertialSlam::note_refusals(const std::vector<Measurement>& known,
+                                 const std::vector<bool>& accepted) {
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const auto index = static_cast<std::size_t>(known[i].landmark);
+    int& refused = last_.at(filter_.state().landmarks[index].id).refused;
+    refused = accepted[i] ? 0 : refused + 1;
+  }
+}
+
+void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fresh,
+                                 InertialEstimate& e) {
+  const bool anchored = settings_.landmarks == "inverse-depth";
+  int room = settings_.max_landmarks - static_cast<int>(filter_.state().landmarks.size());
+  std::vector<NewLandmark> landmarks;
+  for (const PixelObservation* o : fresh) {
+    const Camera& camera = cameras_[static_cast<std::size_t>(o->camera)];
+    const bool begun = std::any_of(landmarks.begin(), landmarks.end(),
+                                   [&](const NewLandmark& l) { return l.id == o->landmark; });
+    if (room <= 0 || begun) continue;
+    if (anchored && landmarks.empty()) filter_.clone_pose(frame_, now_);
+    const State& x = filter_.state();
+    const auto landmark =
+        anchored ? begin_anchored(camera, pixel_sigma_, x, o->landmark, o->pixel,
+                                  settings_.inverse_depth, settings_.inverse_depth_sigma)
+                 : begin_at_depth(camera, pixel_sigma_, x, o->landmark, o->pixel,
+                                  settings_.fixed_depth, settings_.fixed_depth_sigma);
+    if (!landmark) continue;
+    landmarks.push_back(*landmark);
+    last_[o->landmark] = {.seen = frame_};
+    --room;
+  }
+  filter_.add(landmarks);
+  e.added = static_cast<int>(landmarks.size());
+}
+
+bool InertialSlam::is_full() const {
+  return static_cast<int>(filter_.state().landmarks.size()) >= settings_.max_landmarks;
+}
+
+void InertialSlam::begin_from_tracks(InertialEstimate& e) {
+  std::vector<LandmarkId> ended;
+  for (auto& [id, track] : tracks_) {
+    if (track.seen < frame_) {
+      use_rest(id, track.views);
+      ended.push_back(id);
+    } else if (cloned_ && !is_full() && begin(id, track.views)) {
+      ended.push_back(id);
+      ++e.added;
+    }
+  }
+  for (const LandmarkId id : ended) tracks_.erase(id);
+  if (cloned_) begin_what_is_missing(e);
+}
+
+// Where there is hardly a landmark, as at the start or after a sharp turn, one cannot wait.
+void InertialSlam::begin_what_is_missing(InertialEstimate& e) {
+  int missing = settings_.min_landmarks - static_cast<int>(filter_.state().landmarks.size());
+  std::vector<NewLandmark> landmarks;
+  for (const auto& [id, track] : tracks_) {
+    if (missing <= 0) break;
+    if (track.views.empty() || track.views.back().clone != frame_) continue;
+    const ClonedView& view = track.views.back();
+    const auto landmark = begin_anchored(cameras_[static_cast<std::size_t>(view.camera)],
+                                         pixel_sigma_, filter_.state(), id, view.pixel,
+                                         settings_.inverse_depth, settings_.inverse_depth_sigma);
+    if (!landmark) continue;
+    landmarks.push_back(*landmark);
+    last_[id] = {.seen = frame_};
+    --missing;
+  }
+  for (const NewLandmark& landmark : landmarks) tracks_.erase(landmark.id);
+  filter_.add(landmarks);
+  e.added += static_cast<int>(landmarks.size());
+}
+
+// A landmark from a track, if its views tell where it is.
+bool InertialSlam::begin(LandmarkId id, const Views& views) {
+  if (views.size() < 3) return false;
+  const auto start = begin_multi_view(cameras_, pixel_sigma_, filter_.state(), id, views,
+                                      settings_.landmarks == "inverse-depth");
+  if (!start || start->parallax < settings_.min_parallax ||
+      std::sqrt(start->distance_noise) > settings_.max_relative_depth_sigma * start->distance ||
+      relative_depth_sigma(*start, filter_) > settings_.max_total_depth_sigma) {
+    return false;
+  }
+  const double square = filter_.joint_normalised_square(start->rest);
+  if (!(square < quantile(settings_.gate, start->rest_rows))) return false;
+  filter_.add({&start->landmark, 1});
+  filter_.update(start->rest);
+  last_[id] = {.seen = frame_};
+  return true;
+}
+
+// What a track that ends says of the poses that saw it.
+void InertialSlam::use_rest(LandmarkId id, const Views& views) {
+  if (views.size() < 3) return;
+  const auto start = begin_multi_view(cameras_, pixel_sigma_, filter_.state(), id, views,
+                                      settings_.landmarks == "inverse-depth");
+  if (!start) return;
+  const double square = filter_.joint_normalised_square(start->rest);
+  if (square < quantile(settings_.gate, start->rest_rows)) filter_.update(start->rest);
+}
+
+// The oldest clone of the window goes. What was seen from it begins now, or loses that view.
+void InertialSlam::make_room_for_clone() {
+  if (static_cast<int>(window_.size()) < settings_.clones) return;
+  const int oldest = window_.front();
+  window_.pop_front();
+  std::vector<LandmarkId> begun;
+  for (auto& [id, track] : tracks_) {
+    const auto is_oldest = [&](const ClonedView& view) { return view.clone == oldest; };
+    if (std::none_of(track.views.begin(), track.views.end(), is_oldest)) continue;
+    if (!is_full() && begin(id, track.views)) {
+      begun.push_back(id);
+    } else {
+      use_rest(id, track.views);
+      track.views.clear();
+    }
+  }
+  for (const LandmarkId id : begun) tracks_.erase(id);
+}
+
+// Anchored landmarks whose depth is known well become Cartesian.
+void InertialSlam::settle() {
+  const auto& landmarks = filter_.state().landmarks;
+  for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
+    const Landmark& landmark = landmarks[static_cast<std::size_t>(i)];
+    if (!landmark.anchor) continue;
+    if (filter_.relative_depth_sigma(landmark) < settings_.settled_depth_sigma) {
+      filter_.make_cartesian(i);
+    }
+  }
+}
+
+void InertialSlam::retire_unseen() {
+  std::vector<int> indices;
+  const auto& landmarks = filter_.state().landmarks;
+  for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
+    const LandmarkId id = landmarks[static_cast<std::size_t>(i)].id;
+    const Last& last = last_.at(id);
+    const bool believed = last.refused < settings_.max_refusals;
+    if (believed && frame_ - last.seen <= settings_.waiting_frames) continue;
+    indices.push_back(i);
+    last_.erase(id);
+  }
+  filter_.retire(indices);
+}
+
+void InertialSlam::forget_unused_clones() {
+  std::set<int> used;
+  for (const Landmark& landmark : filter_.state().landmarks) {
+    if (landmark.anchor) used.insert(*landmark.anchor);
+  }
+  for (const auto& [id, track] : tracks_) {
+    for (const ClonedView& view : track.views) used.insert(view.clone);
+  }
+  std::vector<int> unused;
+  for (const Clone& clone : filter_.state().clones) {
+    if (!used.contains(clone.id)) unused.push_back(clone.id);
+  }
+  filter_.forget_clones(unused);
+}
+
+void InertialSlam::compose_when_due() {
+  if (settings_.composition_interval <= 0) return;
+  if (to_seconds(now_ - composed_) < settings_.composition_interval) return;
+  filter_.compose();
+  composed_ = now_;
+}
+
+Health InertialSlam::judge(const InertialEstimate& e) {
+  if (!e.nav_T_imu.R.allFinite() || !e.nav_T_imu.p.allFinite() || !e.pose_covariance.allFinite() ||
+      e.pose_covariance.diagonal().minCoeff() < -1e-9) {
+    return Health::kLost;
+  }
+  starved_ = e.used < 3 || e.rejected > e.used ? starved_ + 1 : 0;
+  return starved_ > 10 ? Health::kDegraded : Health::kOk;
+}
+
+}  // namespace chasles

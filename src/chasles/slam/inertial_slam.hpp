@@ -1,0 +1,104 @@
+#pragma once
+
+#include <deque>
+#include <map>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include <chasles/filter/inertial_model.hpp>
+#include <chasles/filter/pixel_measurement.hpp>
+#include <chasles/imu/imu_buffer.hpp>
+#include <chasles/slam/inertial_settings.hpp>
+#include <chasles/slam/slam.hpp>
+
+namespace chasles {
+
+/// Where an inertial run begins, in nav.
+struct InertialStart {
+  Time time{};
+  SE3 nav_T_imu;
+  Eigen::Vector3d v_nav = Eigen::Vector3d::Zero();               ///< [m/s]
+  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
+  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
+};
+
+/// What the filter believes after a frame.
+struct InertialEstimate {
+  Time time{};
+  SE3 nav_T_imu;
+  Matrix6d pose_covariance = Matrix6d::Zero();  ///< standard error [theta; dp], nav axes [rad, m]
+  Eigen::Vector3d v_nav = Eigen::Vector3d::Zero();
+  Eigen::Vector3d v_sigma = Eigen::Vector3d::Zero();  ///< [m/s], axes of the world
+  Eigen::Matrix<double, 6, 1> biases, bias_sigma;     ///< accelerometer, gyroscope
+  double nis = 0;   ///< of the frame's observations of landmarks in the state, together
+  int nis_dof = 0;  ///< its degrees of freedom
+  int observations = 0, used = 0, rejected = 0, added = 0, in_state = 0, landmarks = 0;
+  Health health = Health::kOk;
+};
+
+/// SLAM from an IMU and cameras: feed it samples and frames in the order of time, the samples up to
+/// a frame before the frame. Every observation is used once: a landmark in the state is observed
+/// from the present pose; another's observations wait with clones of the poses until they tell its
+/// depth, and then begin it all together (`init: multi-view`), or the first of them begins it at a
+/// guessed depth (`fixed-depth`). A track that ends before that still tells of its clones.
+class InertialSlam {
+ public:
+  InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
+               const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
+               const InertialStart& start);
+
+  void process(const ImuSample& sample) { imu_.add(sample); }
+  InertialEstimate process(const FeatureFrame& frame);
+
+  const Ekf& filter() const { return filter_; }
+  /// The map in nav's axes. Where the world's attitude is estimated its error is not in the
+  /// landmarks' covariances.
+  std::vector<MapLandmark> map_nav() const;
+  const ImuBuffer::Counts& imu_counts() const { return imu_.counts(); }
+
+ private:
+  using Views = std::vector<ClonedView>;
+  struct Track {
+    Views views;
+    int seen = 0;  ///< the latest frame
+  };
+
+  void advance_to(Time time);
+  std::vector<const PixelObservation*> usable(const FeatureFrame& frame) const;
+  void observe(const std::vector<const PixelObservation*>& observations, InertialEstimate& e);
+  void begin_at_once(const std::vector<const PixelObservation*>& fresh, InertialEstimate& e);
+  void begin_from_tracks(InertialEstimate& e);
+  void begin_what_is_missing(InertialEstimate& e);
+  bool begin(LandmarkId id, const Views& views);
+  void use_rest(LandmarkId id, const Views& views);
+  double softness(int landmark) const;
+  void settle();
+  void note_refusals(const std::vector<Measurement>& known, const std::vector<bool>& accepted);
+  void retire_unseen();
+  void make_room_for_clone();
+  void forget_unused_clones();
+  void compose_when_due();
+  Health judge(const InertialEstimate& e);
+  bool is_full() const;
+
+  InertialSlamSettings settings_;
+  std::vector<Camera> cameras_;
+  double pixel_sigma_;
+  InertialModel model_;
+  ImuBuffer imu_;
+  Ekf filter_;
+  Time now_, composed_;
+  int frame_ = 0;
+  std::deque<int> window_;              ///< clones that tracks may have views from
+  bool cloned_ = false;                 ///< the present frame's pose is a clone
+  std::map<LandmarkId, Track> tracks_;  ///< not in the state; ordered: same bytes
+  struct Last {
+    int seen = 0;     ///< frame
+    int refused = 0;  ///< frames in a row in which the gate refused it
+  };
+  std::unordered_map<LandmarkId, Last> last_;  ///< of the landmarks of the state
+  int starved_ = 0;                            ///< frames in a row with hardly an observation
+};
+
+}  // namespace chasles

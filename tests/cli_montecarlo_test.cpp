@@ -1,0 +1,210 @@
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+
+#include "cli_test.hpp"
+#include "progress.hpp"
+#include "trial_log.hpp"
+
+// `chasles montecarlo`: the same bytes however a study came about.
+namespace chasles::test {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::string kStudy =
+    "montecarlo turntable --scene-set revolutions=0.12 --preset default "
+    "--charts standard --runs 5 ";
+const char* const kFiles[] = {"plan.json", "trials.jsonl", "summary.json", "curves.csv"};
+
+void expect_same(const Scratch& folder, const char* a, const char* b) {
+  for (const char* file : kFiles) {
+    const std::string bytes = slurp(folder / a / file);
+    EXPECT_FALSE(bytes.empty()) << a << "/" << file;
+    EXPECT_EQ(bytes, slurp(folder / b / file)) << a << ", " << b << ": " << file;
+  }
+}
+
+void do_study(const Scratch& folder, const std::string& more) {
+  const Outcome outcome = chasles(folder, kStudy + more);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+}
+
+TEST(MonteCarloCommand, PrintsTablesAndWritesTheStudy) {
+  const Scratch folder;
+  const Outcome outcome = chasles(folder, kStudy + "-o a --workers 2");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  for (const char* part : {"5 runs", "\ndefault ", "\nstandard+inverse-depth+multi-view ",
+                           "95 % band", "median pose/dof", "diverged"}) {
+    expect_part(outcome.out, part);
+  }
+  const Json summary = Json::parse(slurp(folder / "a" / "summary.json"));
+  EXPECT_EQ(summary.at("runs"), 5);
+  ASSERT_EQ(summary.at("filters").size(), 2u);
+  const Json& first = summary["filters"][0];
+  EXPECT_EQ(first.at("runs"), 5);
+  EXPECT_EQ(first.at("diverged"), 0);
+  EXPECT_LT(first.at("band")[0].get<double>(), 1);
+  EXPECT_GT(first.at("band")[1].get<double>(), 1);
+  expect_part(slurp(folder / "a" / "curves.csv"), "\ndefault,1,");
+}
+
+TEST(MonteCarloCommand, HasTheSameBytesForAnyNumberOfWorkers) {
+  const Scratch folder;
+  do_study(folder, "-o one --workers 1");
+  do_study(folder, "-o two --workers 2");
+  do_study(folder, "-o many --workers 7");
+  expect_same(folder, "one", "two");
+  expect_same(folder, "one", "many");
+}
+
+TEST(MonteCarloCommand, GoesOnWhereItWasKilled) {
+  const Scratch folder;
+  do_study(folder, "-o whole");
+  const std::string trials = slurp(folder / "whole" / "trials.jsonl");
+  for (const std::size_t kept : {std::size_t{0}, trials.size() / 3, trials.size() - 1}) {
+    std::filesystem::create_directory(folder / "cut");
+    spill(folder / "cut" / "plan.json", slurp(folder / "whole" / "plan.json"));
+    spill(folder / "cut" / "trials.jsonl", trials.substr(0, kept));
+    do_study(folder, "-o cut --resume");
+    expect_same(folder, "whole", "cut");
+    std::filesystem::remove_all(folder / "cut");
+  }
+}
+
+TEST(MonteCarloCommand, ResumesWhatIsCompleteOrNotBegun) {
+  const Scratch folder;
+  do_study(folder, "-o a --resume");
+  do_study(folder, "-o b");
+  do_study(folder, "-o b --resume");
+  expect_same(folder, "a", "b");
+}
+
+TEST(MonteCarloCommand, AddsRunsToAStudy) {
+  const Scratch folder;
+  do_study(folder, "-o a");
+  ASSERT_EQ(chasles(folder, kStudy + "--runs 3 -o b").code, 1) << "--runs twice";
+  const std::string small =
+      "montecarlo turntable --scene-set revolutions=0.12 --preset default "
+      "--charts standard --runs 3 -o c";
+  ASSERT_EQ(chasles(folder, small).code, 0);
+  do_study(folder, "-o c --resume");
+  expect_same(folder, "a", "c");
+}
+
+TEST(MonteCarloCommand, JoinsShards) {
+  const Scratch folder;
+  do_study(folder, "-o whole");
+  do_study(folder, "-o s1 --shard 1/3");
+  do_study(folder, "-o s2 --shard 2/3");
+  do_study(folder, "-o s3 --shard 3/3");
+  const Outcome merged = chasles(folder, "montecarlo --merge s3 s1 s2 -o merged");
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  expect_same(folder, "whole", "merged");
+  expect_error(chasles(folder, "montecarlo --merge s1 s1 -o x"), 1, "run 0 is in another");
+  expect_error(chasles(folder, "montecarlo --merge s1 s2 -o merged"), 1, "holds a study");
+  std::filesystem::remove(folder / "s1" / "summary.json");
+  expect_error(chasles(folder, "montecarlo --merge s1 s2 -o x"), 2, "not complete");
+}
+
+TEST(MonteCarloCommand, RefusesToMixStudies) {
+  const Scratch folder;
+  do_study(folder, "-o a");
+  expect_error(chasles(folder, kStudy + "-o a"), 1, "--resume goes on with it");
+  expect_error(chasles(folder, kStudy + "-o a --resume --set gate=0.9"), 1,
+               "they differ at /filters/0/settings/gate");
+  expect_error(chasles(folder, kStudy + "-o a --resume --seed 9"), 1, "/scene/seed");
+  expect_error(chasles(folder, kStudy + "-o a --resume --first 1"), 1, "holds run 0");
+  EXPECT_TRUE(std::filesystem::exists(folder / "a" / "summary.json")) << "a refusal harmed it";
+  std::string trials = slurp(folder / "a" / "trials.jsonl");
+  spill(folder / "a" / "trials.jsonl", "{\"run\": 0}\n" + trials);
+  expect_error(chasles(folder, kStudy + "-o a --resume"), 2, "trials.jsonl:1: not a trial");
+}
+
+TEST(MonteCarloCommand, RefusesWhatItDoesNotKnow) {
+  const Scratch folder;
+  expect_error(chasles(folder, "montecarlo -o x"), 1, "SCENE is required");
+  expect_error(chasles(folder, "montecarlo hallway -o x"), 1, "--runs is required");
+  expect_error(chasles(folder, "montecarlo street --runs 2 -o x"), 1, "unknown scene 'street'");
+  expect_error(chasles(folder, "montecarlo hallway --runs 2"), 1, "--output is required");
+  expect_error(chasles(folder, "montecarlo hallway --runs 2 --workers -1 -o x"), 1, "--workers");
+  for (const char* shard : {"0/2", "3/2", "1", "1/", "a/b", "1/2x"}) {
+    expect_error(chasles(folder, std::string("montecarlo hallway --runs 2 -o x --shard ") + shard),
+                 1, "expected I/N");
+  }
+  expect_error(chasles(folder, "montecarlo hallway --merge a -o x"), 1, "--merge takes folders");
+  expect_error(chasles(folder, "montecarlo --merge a -o x"), 2, "plan.json");
+}
+
+TEST(MonteCarloCommand, CountsDivergedRunsAndEndsWithFourWhereAllDid) {
+  const Scratch folder;
+  // A filter that takes the pixels for perfect, and the features for outliers without a gate.
+  const Outcome outcome =
+      chasles(folder,
+              "montecarlo turntable --scene-set revolutions=0.3 --scene-set outlier_fraction=1 "
+              "--preset default --set gate=1 --set pixel_sigma=0.01 --runs 2 -o a");
+  EXPECT_EQ(outcome.code, 4) << outcome.out << outcome.err;
+  const Json filter = Json::parse(slurp(folder / "a" / "summary.json")).at("filters")[0];
+  EXPECT_EQ(filter.at("runs"), 2);
+  EXPECT_EQ(filter.at("diverged"), 2);
+  EXPECT_TRUE(filter.at("position_error_m").is_null());
+}
+
+#ifdef CHASLES_MPIRUN
+TEST(MonteCarloCommand, HasTheSameBytesUnderMpirun) {
+  const Scratch folder;
+  do_study(folder, "-o alone");
+  const std::string mpirun =
+      "env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 '" CHASLES_MPIRUN
+      "' --oversubscribe -n 2 ";
+  const Outcome outcome = chasles(folder, kStudy + "-o ranks", mpirun);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  expect_part(outcome.out, "5 runs");
+  expect_same(folder, "alone", "ranks");
+  const Outcome again = chasles(folder, kStudy + "-o ranks", mpirun);
+  EXPECT_EQ(again.code, 1) << again.err;
+  expect_part(again.err, "chasles: error: ranks holds a study");
+  EXPECT_EQ(chasles(folder, "montecarlo hallwy --runs 2 -o x", mpirun).code, 1);
+}
+#endif
+
+TEST(TrialLine, IsReadBackTheSame) {
+  const double nan = std::nan("");
+  TrialRecord record{
+      .filter = "f", .run = 1u << 31, .diverged = true, .averages = {}, .seconds = {}};
+  record.averages = {.position_error = 1.0 / 3,
+                     .attitude_error = nan,
+                     .position_rms = 1e-300,
+                     .nees_position = 0.1 + 0.2,
+                     .nees_attitude = 5e300,
+                     .nees_pose = nan,
+                     .nis_per_dof = 2.0 / 7,
+                     .landmarks = 12};
+  record.seconds = {{.position_error = nan, .nees_pose = 1e-17}, {.nees_position = 1.0 / 9}};
+  const std::string line = app::to_line(record);
+  EXPECT_EQ(line.find('\n'), line.size() - 1);
+  EXPECT_EQ(app::to_line(app::from_line(line, "x")), line);
+  const TrialRecord back = app::from_line(line, "x");
+  EXPECT_EQ(back.run, record.run);
+  EXPECT_TRUE(back.diverged);
+  EXPECT_EQ(back.averages.nees_position, record.averages.nees_position);
+  EXPECT_TRUE(std::isnan(back.averages.nees_pose));
+  ASSERT_EQ(back.seconds.size(), 2u);
+  EXPECT_TRUE(std::isnan(back.seconds[0].position_error));
+  EXPECT_EQ(back.seconds[1].nees_position, 1.0 / 9);
+  EXPECT_THROW(app::from_line("{}", "x"), InputError);
+  EXPECT_THROW(app::from_line("{\"run\":", "x"), InputError);
+}
+
+TEST(ProgressOfRuns, TellsWhatIsLeft) {
+  EXPECT_NE(
+      app::progress_text(25, 100, 500, 10, "runs").find("25/100 runs, 50 x real time, 30.0 s"),
+      std::string::npos);
+  EXPECT_NE(app::progress_text(1, 100, 500, 10, "runs").find("16 min left"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace chasles::test
