@@ -22,6 +22,8 @@ const Arrows kArrows = {
     {"data", {"lie", "imu", "camera"}},
     // The simulator gives the very type that the readers give.
     {"sim", {"data"}},
+    // Experiments: filters over simulated scenes.
+    {"lab", {"slam", "sim"}},
     {"eval", {"lie"}},
     {"report", {"data", "eval"}},
 };

@@ -44,7 +44,12 @@ Drift drift(const Spline& motion, double rate, ImuConvention convention) {
 }
 
 const Spline& walk() {
-  static const Spline motion = inertial_motion(inertial_scene("hallway"));
+  static const Spline motion = [] {
+    InertialScene scene = inertial_scene("hallway");
+    scene.settings.rest_duration = 1;
+    scene.settings.start_duration = 1.5;
+    return inertial_motion(scene);
+  }();
   return motion;
 }
 
@@ -105,6 +110,7 @@ TEST(IdealImu, ACircleGivesTheCentripetalForceAndTheRate) {
 
 InertialSettings long_walk() {
   InertialSettings settings;
+  settings.accelerometer_bias_sigma = 0.05;
   settings.sections = 8;
   settings.accelerometer_random_walk = 0.03;
   settings.gyroscope_random_walk = 0.002;

@@ -15,6 +15,8 @@ using Eigen::Vector3d;
 
 InertialSettings without_sway() {
   InertialSettings settings = inertial_scene("hallway").settings;
+  settings.rest_duration = 1;
+  settings.start_duration = 1.5;
   settings.bob_amplitude = settings.sway_amplitude = settings.roll_amplitude = 0;
   settings.pitch_amplitude = settings.yaw_amplitude = 0;
   return settings;

@@ -21,7 +21,14 @@ using Eigen::Vector3d;
 
 constexpr double kSigmas = 4;  // of the statistic under test; the seeds are fixed
 
-InertialScene hallway() { return inertial_scene("hallway"); }
+// From rest, and with landmarks near by as well.
+InertialScene hallway() {
+  InertialScene scene = inertial_scene("hallway");
+  scene.settings.rest_duration = 1;
+  scene.settings.start_duration = 1.5;
+  scene.settings.min_range = 0.8;
+  return scene;
+}
 
 // One section and its turn, with nothing wrong in the images.
 InertialScene exact() {

@@ -14,6 +14,7 @@ using Eigen::Vector3d;
 // A camera at the IMU, looking along x from the origin.
 InertialSettings at_origin() {
   InertialSettings settings;
+  settings.min_range = 0.8;
   settings.camera_x = settings.camera_y = settings.camera_z = 0;
   return settings;
 }
@@ -112,9 +113,11 @@ TEST(InertialWorld, TheHallwaysLandmarksLieOnItsSurfaces) {
 }
 
 TEST(InertialWorld, TheTurntablesLandmarksLieOnTheCube) {
-  const InertialWorld world = make_world(inertial_scene("turntable").settings, {}, {});
+  const InertialSettings settings = inertial_scene("turntable").settings;
+  const InertialWorld world = make_world(settings, {}, {});
   ASSERT_EQ(world.points.size(), 40U);
-  for (const Vector3d& p : world.points) EXPECT_NEAR(p.cwiseAbs().maxCoeff(), 2, 1e-12);
+  for (const Vector3d& p : world.points)
+    EXPECT_NEAR(p.cwiseAbs().maxCoeff(), settings.cube_edge / 2, 1e-12);
 }
 
 TEST(InertialWorld, ATrajectoryHasEnoughLandmarksInSightAllAlong) {
