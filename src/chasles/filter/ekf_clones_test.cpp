@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 
+#include <chasles/error.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 
 namespace chasles {
@@ -302,6 +303,15 @@ TEST_P(EkfClonesTest, LandmarkMayBeginOnPoseAndClonesTogether) {
   expected << P, P * J.transpose(), J * P, J * P * J.transpose() + noise;
   EXPECT_LT(test::covariance_difference(filter.covariance(), expected), 1e-13);
   expect_rows_without_gaps(filter);
+}
+
+TEST(EkfClones, AreRefusedWhereTheWholeMapIsKept) {
+  State x;
+  x.nav_T_world = SE3{};
+  x.additive.resize(0);
+  Ekf filter(kStandardChart, x, MatrixXd::Identity(12, 12), {});
+  EXPECT_THROW(filter.clone_pose(1, Time{}), UsageError);
+  EXPECT_THROW(filter.compose(), UsageError);
 }
 
 }  // namespace
