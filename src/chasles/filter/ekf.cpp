@@ -394,6 +394,7 @@ void Ekf::add(std::span<const NewLandmark> landmarks) {
                                 .anchor = landmarks[i].anchor,
                                 .cam_T_imu = landmarks[i].cam_T_imu,
                                 .inverse_depth = landmarks[i].inverse_depth});
+    state_.landmarks.back().first = state_.p_world(state_.landmarks.back());
   }
   if (!remembers()) return;
   for (int first = 0; first < rows; first += kRowsOfAnAddition) {

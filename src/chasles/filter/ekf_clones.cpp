@@ -20,7 +20,11 @@ void Ekf::clone_pose(int id, Time time) {
   P.block(row, 0, 6, row) = P.topLeftCorner(6, row);
   P.block(0, row, row, 6) = P.topLeftCorner(row, 6);
   P.block<6, 6>(row, row) = P.topLeftCorner<6, 6>();
-  state_.clones.push_back({.id = id, .time = time, .world_T_imu = state_.world_T_imu, .row = row});
+  state_.clones.push_back({.id = id,
+                           .time = time,
+                           .world_T_imu = state_.world_T_imu,
+                           .row = row,
+                           .first = state_.world_T_imu});
 }
 
 void Ekf::forget_clones(std::span<const int> ids) {
@@ -73,6 +77,7 @@ void Ekf::compose() {
     state_.v_world = Rt * *state_.v_world;
   }
   for (Landmark& landmark : state_.landmarks) {
+    landmark.first = imu_T_world * landmark.first;
     if (landmark.anchor) continue;
     move(landmark.row, landmark.p_world, true);
     landmark.p_world = imu_T_world * landmark.p_world;
@@ -86,6 +91,7 @@ void Ekf::compose() {
     J.block<3, 3>(clone.row, clone.row) = Rt;
     move(clone.row + 3, clone.world_T_imu.p, true);
     clone.world_T_imu = imu_T_world * clone.world_T_imu;
+    clone.first = imu_T_world * clone.first;
   }
   const int nav = state_.nav_row();
   const Matrix3d nav_R_world = state_.nav_T_world->R;

@@ -59,6 +59,15 @@ Prediction predict(const InertialModel& model, const State& x,
   return result;
 }
 
+void use_first_estimates(const InertialModel& model, const State& x, double duration,
+                         const PredictedMotion& before, Prediction& prediction) {
+  const Vector3d gravity = gravity_world(model, x);
+  const Vector3d& p = prediction.world_T_imu.p;
+  prediction.F.block<3, 3>(3, 0) =
+      -hat(p - before.p_world - duration * before.v_world - duration * duration / 2 * gravity);
+  prediction.F.block<3, 3>(6, 0) = -hat(*prediction.v_world - before.v_world - duration * gravity);
+}
+
 NavPose nav_pose(const Ekf& filter) {
   const State& x = filter.state();
   const MatrixXd P = filter.core_covariance();

@@ -21,6 +21,15 @@ struct InertialModel {
 /// Gravity in the world's axes [m/s^2].
 Eigen::Vector3d gravity_world(const InertialModel& model, const State& x);
 
+/// Position and velocity as they were predicted: with them, instead of what an update made of them,
+/// the transition of first estimates is written (math.md §5: p<-Psi = -[p+ - p - v T - g T^2/2],
+/// v<-Psi = -[v+ - v - g T]).
+struct PredictedMotion {
+  Eigen::Vector3d p_world, v_world;
+};
+void use_first_estimates(const InertialModel& model, const State& x, double duration,
+                         const PredictedMotion& before, Prediction& prediction);
+
 /// The mean after some intervals and their linearisation as one step: the landmarks and their
 /// correlations are touched once, however many samples there are. F and Q are the exact products of
 /// strapdown's; the world's attitude psi moves gravity by R_nav^T [g]x psi (K&S, eq. 24).

@@ -44,18 +44,27 @@ std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const Vect
 }  // namespace
 
 std::optional<Measurement> measure_pixel(const Camera& camera, double sigma, const State& x,
-                                         int index, const Vector2d& pixel) {
+                                         int index, const Vector2d& pixel, Linearisation at) {
   const Landmark& landmark = x.landmarks[static_cast<std::size_t>(index)];
-  const auto seen = see(camera, x.world_T_imu, x.p_world(landmark), pixel);
-  if (!seen) return std::nullopt;
+  const bool first = at == Linearisation::kFirstEstimates;
+  const auto now = see(camera, x.world_T_imu, x.p_world(landmark), pixel);
+  // An anchored landmark's own parameters may be anything at first: the poses alone are kept.
+  State at_first;
+  if (first && landmark.anchor) {
+    at_first.clones = {x.clone(*landmark.anchor)};
+    at_first.clones.front().world_T_imu = at_first.clones.front().first;
+  }
+  const Vector3d p_first = landmark.anchor && first ? at_first.p_world(landmark) : landmark.first;
+  const auto seen = first ? see(camera, x.world_T_imu, p_first, pixel) : now;
+  if (!now || !seen) return std::nullopt;
   Measurement z;
   z.landmark = index;
-  z.residual = seen->residual;
+  z.residual = now->residual;
   z.d_core = seen->d_pose;
   z.d_landmark = seen->d_point;
   z.noise = sigma * sigma * Eigen::Matrix2d::Identity();
   if (landmark.anchor) {
-    const Clone& clone = x.clone(*landmark.anchor);
+    const Clone& clone = first ? at_first.clones.front() : x.clone(*landmark.anchor);
     const Eigen::Matrix<double, 3, 9> d = anchored_derivative(clone, landmark);
     z.clones.push_back({.row = clone.row, .d = seen->d_point * d.leftCols<6>()});
     z.d_landmark = seen->d_point * d.rightCols<3>();
@@ -97,7 +106,8 @@ std::optional<NewLandmark> begin_anchored(const Camera& camera, double sigma, co
 
 std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, double sigma,
                                                const State& x, LandmarkId id,
-                                               std::span<const ClonedView> views, bool anchored) {
+                                               std::span<const ClonedView> views, bool anchored,
+                                               Linearisation at) {
   std::vector<View> from;
   for (const ClonedView& view : views) {
     from.push_back({.world_T_imu = x.clone(view.clone).world_T_imu,
@@ -118,14 +128,18 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
   MatrixXd H_x = MatrixXd::Zero(m, 6 * static_cast<Eigen::Index>(rows.size()));
   VectorXd r(m);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const auto seen = see(*from[i].camera, from[i].world_T_imu, point->p_world, views[i].pixel);
-    if (!seen) return std::nullopt;
+    const auto now = see(*from[i].camera, from[i].world_T_imu, point->p_world, views[i].pixel);
+    const auto seen =
+        at == Linearisation::kCurrent
+            ? now
+            : see(*from[i].camera, x.clone(views[i].clone).first, point->p_world, views[i].pixel);
+    if (!now || !seen) return std::nullopt;
     const auto column =
         std::find(rows.begin(), rows.end(), x.clone(views[i].clone).row) - rows.begin();
-    const auto at = 2 * static_cast<Eigen::Index>(i);
-    r.segment<2>(at) = seen->residual;
-    H_f.middleRows<2>(at) = seen->d_point;
-    H_x.block<2, 6>(at, 6 * column) = seen->d_pose;
+    const auto row = 2 * static_cast<Eigen::Index>(i);
+    r.segment<2>(row) = now->residual;
+    H_f.middleRows<2>(row) = seen->d_point;
+    H_x.block<2, 6>(row, 6 * column) = seen->d_pose;
   }
   MultiViewStart result;
   const Vector3d from_imu = point->p_world - from.back().world_T_imu.p;
@@ -142,7 +156,7 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
   result.landmark.id = id;
   result.landmark.p_world = point->p_world;
   if (anchored) {
-    const Clone& anchor = x.clone(views.back().clone);
+    Clone anchor = x.clone(views.back().clone);
     const SE3& cam_T_imu = from.back().camera->cam_T_imu;
     const Vector3d p_cam = cam_T_imu * (anchor.world_T_imu.inverse() * point->p_world);
     result.landmark.anchor = anchor.id;
@@ -151,6 +165,7 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
     Landmark landmark;
     landmark.cam_T_imu = cam_T_imu;
     landmark.inverse_depth = result.landmark.inverse_depth;
+    if (at == Linearisation::kFirstEstimates) anchor.world_T_imu = anchor.first;
     const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, landmark);
     const auto column = std::find(rows.begin(), rows.end(), anchor.row) - rows.begin();
     H_x.middleCols<6>(6 * column) += H_f * d.leftCols<6>();
@@ -165,20 +180,25 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
   const Matrix3d R_inverse = R.triangularView<Eigen::Upper>().solve(Matrix3d::Identity());
   result.landmark.noise = sigma * sigma * R_inverse * R_inverse.transpose();
   result.landmark.observations = static_cast<int>(views.size());
+  if (at == Linearisation::kFirstEstimates) {
+    // At other values than the least-squares point's own r_1 is not zero.
+    const Vector3d step = R_inverse * r.head<3>();
+    (anchored ? result.landmark.inverse_depth : result.landmark.p_world) += step;
+  }
   const MatrixXd d_clones = -R_inverse * H_x.topRows<3>();
   for (std::size_t j = 0; j < rows.size(); ++j) {
     const auto column = 6 * static_cast<Eigen::Index>(j);
     result.landmark.clones.push_back({.row = rows[j], .d = d_clones.middleCols<6>(column)});
   }
-  for (Eigen::Index at = 3; at < m; at += kRowsOfAMeasurement) {
-    const Eigen::Index k = std::min<Eigen::Index>(kRowsOfAMeasurement, m - at);
+  for (Eigen::Index row = 3; row < m; row += kRowsOfAMeasurement) {
+    const Eigen::Index k = std::min<Eigen::Index>(kRowsOfAMeasurement, m - row);
     Measurement z;
-    z.residual = r.segment(at, k);
+    z.residual = r.segment(row, k);
     z.d_core.resize(k, 0);
     z.noise = sigma * sigma * MatrixXd::Identity(k, k);
     for (std::size_t j = 0; j < rows.size(); ++j) {
       const auto column = 6 * static_cast<Eigen::Index>(j);
-      z.clones.push_back({.row = rows[j], .d = H_x.block(at, column, k, 6)});
+      z.clones.push_back({.row = rows[j], .d = H_x.block(row, column, k, 6)});
     }
     result.rest.push_back(std::move(z));
   }

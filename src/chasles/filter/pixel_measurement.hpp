@@ -13,7 +13,8 @@ namespace chasles {
 /// A landmark of the state seen by a camera: residual, derivatives (reference chart, math.md §3),
 /// noise sigma^2 I [px^2]. None if the landmark has no projection.
 std::optional<Measurement> measure_pixel(const Camera& camera, double sigma, const State& x,
-                                         int landmark, const Eigen::Vector2d& pixel);
+                                         int landmark, const Eigen::Vector2d& pixel,
+                                         Linearisation at = Linearisation::kCurrent);
 
 /// A landmark `depth` along the pixel's ray, uncertain by `depth_sigma` along it: Kleinert &
 /// Stilla's initialisation. None where the lens model has no ray.
@@ -63,6 +64,7 @@ double relative_depth_sigma(const MultiViewStart& start, const Ekf& filter);
 /// the views do not meet in a point in front of all.
 std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, double sigma,
                                                const State& x, LandmarkId id,
-                                               std::span<const ClonedView> views, bool anchored);
+                                               std::span<const ClonedView> views, bool anchored,
+                                               Linearisation at = Linearisation::kCurrent);
 
 }  // namespace chasles

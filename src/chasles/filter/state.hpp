@@ -17,7 +17,8 @@ struct Clone {
   int id = 0;
   Time time{};
   SE3 world_T_imu;
-  int row = 0;  ///< where its six errors [rotation; position] stand in the error vector
+  int row = 0;     ///< where its six errors [rotation; position] stand in the error vector
+  SE3 first = {};  ///< the pose as it was when it was cloned
 };
 
 /// A point of the map that the filter may still observe, in one of two forms: Cartesian, or
@@ -30,10 +31,20 @@ struct Landmark {
   std::optional<int> anchor = {};  ///< the clone's id; none: the Cartesian form
   SE3 cam_T_imu = {};              ///< of the anchor's camera
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< [1, 1, 1/m]; anchored form
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();          ///< where it was when it began [m]
 
   /// What its three errors change.
   Eigen::Vector3d& parameters() { return anchor ? inverse_depth : p_world; }
   const Eigen::Vector3d& parameters() const { return anchor ? inverse_depth : p_world; }
+};
+
+/// At which values a measurement is linearised.
+enum class Linearisation {
+  kCurrent,  ///< the present estimates
+  /// The first estimate of every landmark and clone, the prediction of the pose: what nothing can
+  /// observe then stays so (Huang, Mourikis & Roumeliotis, "first-estimates Jacobians"; math.md
+  /// §5).
+  kFirstEstimates,
 };
 
 /// The mean of the filter. Its error vector is

@@ -13,6 +13,7 @@ struct InertialSlamSettings {
   std::string init = "multi-view";
   bool nav_attitude = false;
   double composition_interval = 0;
+  bool first_estimates = false;
 
   std::optional<double> pixel_sigma;
   double imu_noise_scale = 1;
@@ -56,6 +57,8 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
         "false: the world's z axis points up");
   visit("composition_interval", s.composition_interval, "s",
         "the world is moved to the IMU so often (needs nav_attitude); 0: never");
+  visit("first_estimates", s.first_estimates, "bool",
+        "linearise at first estimates instead of the present ones (for the chart standard)");
   visit("pixel_sigma", s.pixel_sigma, "px", "noise of a pixel");
   visit("imu_noise_scale", s.imu_noise_scale, "1", "factor on the IMU's stated noise densities");
   visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial uncertainty of roll and pitch");

@@ -64,6 +64,7 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
               {.compress_map = true, .keep_map = false}),
       now_(start.time),
       composed_(start.time) {
+  note_prediction();
   if (settings.composition_interval > 0 && !settings.nav_attitude) {
     throw UsageError("composition_interval needs nav_attitude: the world's attitude in the state");
   }
@@ -123,7 +124,14 @@ void InertialSlam::advance_to(Time time) {
   if (time > now_ && intervals.empty()) {
     throw InputError("no IMU sample before the frame at " + std::to_string(time.count()) + " ns");
   }
-  if (time > now_) filter_.propagate(predict(model_, filter_.state(), intervals));
+  if (time > now_) {
+    Prediction next = predict(model_, filter_.state(), intervals);
+    if (settings_.first_estimates) {
+      use_first_estimates(model_, filter_.state(), to_seconds(time - now_), predicted_, next);
+    }
+    filter_.propagate(next);
+  }
+  note_prediction();
   imu_.forget_before(time);
   now_ = time;
 }
@@ -166,7 +174,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     last_[o->landmark].seen = frame_;
     auto z = measure_pixel(cameras_[static_cast<std::size_t>(o->camera)],
                            pixel_sigma_ * softness(found->second), filter_.state(), found->second,
-                           o->pixel);
+                           o->pixel, linearisation());
     if (!z) continue;
     z->gate = gate;
     known.push_back(*std::move(z));
@@ -271,7 +279,7 @@ void InertialSlam::begin_what_is_missing(InertialEstimate& e) {
 bool InertialSlam::begin(LandmarkId id, const Views& views) {
   if (views.size() < 3) return false;
   const auto start = begin_multi_view(cameras_, pixel_sigma_, filter_.state(), id, views,
-                                      settings_.landmarks == "inverse-depth");
+                                      settings_.landmarks == "inverse-depth", linearisation());
   if (!start || start->parallax < settings_.min_parallax ||
       std::sqrt(start->distance_noise) > settings_.max_relative_depth_sigma * start->distance ||
       relative_depth_sigma(*start, filter_) > settings_.max_total_depth_sigma) {
@@ -289,7 +297,7 @@ bool InertialSlam::begin(LandmarkId id, const Views& views) {
 void InertialSlam::use_rest(LandmarkId id, const Views& views) {
   if (views.size() < 3) return;
   const auto start = begin_multi_view(cameras_, pixel_sigma_, filter_.state(), id, views,
-                                      settings_.landmarks == "inverse-depth");
+                                      settings_.landmarks == "inverse-depth", linearisation());
   if (!start) return;
   const double square = filter_.joint_normalised_square(start->rest);
   if (square < quantile(settings_.gate, start->rest_rows)) filter_.update(start->rest);
@@ -316,6 +324,7 @@ void InertialSlam::make_room_for_clone() {
 
 // Anchored landmarks whose depth is known well become Cartesian.
 void InertialSlam::settle() {
+  if (settings_.first_estimates) return;  // the change of form would be at other values
   const auto& landmarks = filter_.state().landmarks;
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
     const Landmark& landmark = landmarks[static_cast<std::size_t>(i)];
@@ -355,11 +364,16 @@ void InertialSlam::forget_unused_clones() {
   filter_.forget_clones(unused);
 }
 
+void InertialSlam::note_prediction() {
+  predicted_ = {.p_world = filter_.state().world_T_imu.p, .v_world = *filter_.state().v_world};
+}
+
 void InertialSlam::compose_when_due() {
   if (settings_.composition_interval <= 0) return;
   if (to_seconds(now_ - composed_) < settings_.composition_interval) return;
   filter_.compose();
   composed_ = now_;
+  note_prediction();
 }
 
 Health InertialSlam::judge(const InertialEstimate& e) {

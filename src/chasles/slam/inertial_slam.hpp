@@ -72,6 +72,9 @@ class InertialSlam {
   void begin_what_is_missing(InertialEstimate& e);
   bool begin(LandmarkId id, const Views& views);
   void use_rest(LandmarkId id, const Views& views);
+  Linearisation linearisation() const {
+    return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
+  }
   double softness(int landmark) const;
   void settle();
   void note_refusals(const std::vector<Measurement>& known, const std::vector<bool>& accepted);
@@ -79,6 +82,7 @@ class InertialSlam {
   void make_room_for_clone();
   void forget_unused_clones();
   void compose_when_due();
+  void note_prediction();
   Health judge(const InertialEstimate& e);
   bool is_full() const;
 
@@ -89,6 +93,7 @@ class InertialSlam {
   ImuBuffer imu_;
   Ekf filter_;
   Time now_, composed_;
+  PredictedMotion predicted_;  ///< for first estimates
   int frame_ = 0;
   std::deque<int> window_;              ///< clones that tracks may have views from
   bool cloned_ = false;                 ///< the present frame's pose is a clone
