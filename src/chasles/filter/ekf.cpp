@@ -9,6 +9,7 @@
 
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
+#include <chasles/filter/whitening.hpp>
 
 namespace chasles {
 namespace {
@@ -22,132 +23,6 @@ constexpr int kRowsOfAnAddition = 30;
 
 constexpr int kMaxRows = 6;  // of one measurement, as its types say
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
-
-// Rows that are factorised together: with fewer, BLAS's kernels would not be filled; with more, the
-// slow triangular solution would take what the fast products can do.
-constexpr Eigen::Index kLeafRows = 32;
-
-using Used = std::span<const Measurement* const>;
-
-Eigen::Index rows_of(Used z) {
-  Eigen::Index m = 0;
-  for (const Measurement* one : z) m += one->residual.size();
-  return m;
-}
-
-// The Jacobian H of some measurements: dense in the core, three columns for a landmark.
-class Jacobian {
- public:
-  Jacobian(Used measurements, const State& x)
-      : measurements_(measurements),
-        state_(x),
-        core_(MatrixXd::Zero(rows_of(measurements), x.core_size())) {
-    Eigen::Index at = 0;
-    for (const Measurement* z : measurements_) {
-      core_.block(at, z->core_column, z->residual.size(), z->d_core.cols()) = z->d_core;
-      at += z->residual.size();
-    }
-  }
-
-  // H M for an M with a row for every error.
-  MatrixXd times(const dense::ConstBlock& M) const {
-    MatrixXd result = dense::product(core_, M.topRows(core_.cols()));
-    for_each_landmark([&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
-      result.middleRows(at, z.residual.size()) += z.d_landmark.lazyProduct(M.middleRows<3>(row));
-    });
-    for_each_clone([&](const Measurement::OfClone& clone, Eigen::Index at) {
-      result.middleRows(at, clone.d.rows()) += clone.d.lazyProduct(M.middleRows<6>(clone.row));
-    });
-    return result;
-  }
-
-  // P H^T for a symmetric P, whose columns are contiguous.
-  MatrixXd times_transpose(const Covariance& covariance) const {
-    const auto P = covariance.all();
-    MatrixXd result = dense::product(P.leftCols(core_.cols()), core_.transpose().eval());
-    for_each_landmark([&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
-      result.middleCols(at, z.residual.size()) +=
-          P.middleCols<3>(row).lazyProduct(z.d_landmark.transpose());
-    });
-    for_each_clone([&](const Measurement::OfClone& clone, Eigen::Index at) {
-      result.middleCols(at, clone.d.rows()) +=
-          P.middleCols<6>(clone.row).lazyProduct(clone.d.transpose());
-    });
-    return result;
-  }
-
- private:
-  template <class Visitor>
-  void for_each_landmark(const Visitor& visit) const {
-    Eigen::Index at = 0;
-    for (const Measurement* z : measurements_) {
-      if (z->landmark >= 0) {
-        visit(*z, at, state_.landmarks[static_cast<std::size_t>(z->landmark)].row);
-      }
-      at += z->residual.size();
-    }
-  }
-
-  template <class Visitor>
-  void for_each_clone(const Visitor& visit) const {
-    Eigen::Index at = 0;
-    for (const Measurement* z : measurements_) {
-      for (const Measurement::OfClone& clone : z->clones) visit(clone, at);
-      at += z->residual.size();
-    }
-  }
-
-  Used measurements_;
-  const State& state_;
-  MatrixXd core_;
-};
-
-// With S = H P H^T + R = L L^T: W = P H^T L^-T and w = L^-1 r, so that the correction of an update
-// is W w, its NIS w^T w, and the covariance loses W W^T.
-struct Whitened {
-  MatrixXd W;
-  VectorXd w;
-};
-
-// From P H^T and r to W and w, by halves: what the first half has told is taken out of the second.
-// False where S is not positive definite.
-bool whiten(Used z, const State& x, Eigen::Ref<MatrixXd, 0, Eigen::OuterStride<>> W,
-            Eigen::Ref<VectorXd> w) {
-  if (z.size() == 1 || w.size() <= kLeafRows) {
-    MatrixXd S = Jacobian(z, x).times(W);
-    Eigen::Index at = 0;
-    for (const Measurement* one : z) {
-      const Eigen::Index k = one->residual.size();
-      S.block(at, at, k, k) += one->noise;
-      at += k;
-    }
-    if (!dense::cholesky(S)) return false;
-    dense::solve_lower_from_right(S, W);
-    dense::solve_lower(S, w);
-    return true;
-  }
-  const Used first = z.first(z.size() / 2);
-  const Used second = z.subspan(first.size());
-  const Eigen::Index k = rows_of(first);
-  const Eigen::Index rest = w.size() - k;
-  if (!whiten(first, x, W.leftCols(k), w.head(k))) return false;
-  const MatrixXd HW = Jacobian(second, x).times(W.leftCols(k));
-  dense::add_product(-1, W.leftCols(k), HW.transpose().eval(), W.rightCols(rest));
-  w.tail(rest).noalias() -= HW * w.head(k);
-  return whiten(second, x, W.rightCols(rest), w.tail(rest));
-}
-
-std::optional<Whitened> whiten(Used measurements, const Covariance& covariance, const State& x) {
-  Whitened result{Jacobian(measurements, x).times_transpose(covariance),
-                  VectorXd(rows_of(measurements))};
-  Eigen::Index at = 0;
-  for (const Measurement* one : measurements) {
-    result.w.segment(at, one->residual.size()) = one->residual;
-    at += one->residual.size();
-  }
-  if (!whiten(measurements, x, result.W, result.w)) return std::nullopt;
-  return result;
-}
 
 }  // namespace
 

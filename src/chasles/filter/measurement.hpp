@@ -1,0 +1,53 @@
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/filter/state.hpp>
+
+namespace chasles {
+
+/// One observation, linearised at the current mean in the reference chart: residual = z - h(x),
+/// which the errors of a range of core columns and of one landmark explain. `noise` must be
+/// regular.
+struct Measurement {
+  /// How the residual depends on six further errors: those of a clone.
+  struct OfClone {
+    int row = 0;  ///< of the clone
+    Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 6, 6> d;
+  };
+
+  int landmark = -1;    ///< index into State::landmarks; -1: none
+  int core_column = 0;  ///< where the columns of d_core stand in the core
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> residual;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 16> d_core;
+  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 6, 3> d_landmark;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> noise;
+  double gate = std::numeric_limits<double>::infinity();  ///< on residual^T S^-1 residual
+  std::vector<OfClone> clones = {};
+};
+
+/// A landmark to begin, with the derivative of its position (of its inverse depth, if it is
+/// anchored) by the errors of pose and clones (reference chart), and the covariance that its own
+/// observations add.
+struct NewLandmark {
+  struct OfClone {
+    int row = 0;  ///< of the clone
+    Eigen::Matrix<double, 3, 6> d;
+  };
+
+  LandmarkId id = 0;
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+  Eigen::Matrix<double, 3, 6> d_pose = Eigen::Matrix<double, 3, 6>::Zero();
+  Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+  std::vector<OfClone> clones = {};
+  int observations = 1;
+  std::optional<int> anchor = {};  ///< as in Landmark
+  SE3 cam_T_imu = {};
+  Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();
+};
+
+}  // namespace chasles
