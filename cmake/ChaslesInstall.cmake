@@ -22,5 +22,6 @@ configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/chaslesConfig.cmake.in
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/chaslesConfig.cmake
-  ${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmake DESTINATION ${package_dir} COMPONENT library)
+  ${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/ChaslesOpenCV.cmake DESTINATION ${package_dir} COMPONENT library)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT library)

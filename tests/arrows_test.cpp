@@ -17,6 +17,7 @@ const Arrows kArrows = {
     {"imu", {"lie"}},
     {"camera", {"lie"}},
     {"filter", {"imu", "camera"}},
+    {"frontend", {"camera"}},
     // The gates are quantiles of chi2.
     {"slam", {"filter", "eval"}},
     {"data", {"lie", "imu", "camera"}},

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <chasles/data/recording.hpp>
 
 namespace chasles {
@@ -10,12 +12,16 @@ std::optional<Event> EventStream::next() {
   const Time velocity = velocity_ < velocities.size() ? velocities[velocity_].time : kNever;
   const Time sample = imu_ < imu.size() ? imu[imu_].time : kNever;
   const Time frame = frame_ < frames.size() ? frames[frame_].time : kNever;
-  if (velocity_ < velocities.size() && velocity <= sample && velocity <= frame) {
+  const std::size_t image_count = recording_->images ? recording_->images->size() : 0;
+  const Time image = image_ < image_count ? recording_->images->time(image_) : kNever;
+  const Time seen = std::min(frame, image);
+  if (velocity_ < velocities.size() && velocity <= sample && velocity <= seen) {
     return velocities[velocity_++];
   }
-  const bool needed = imu_ == 0 || imu[imu_ - 1].time < frame;
+  const bool needed = imu_ == 0 || imu[imu_ - 1].time < seen;
   if (imu_ < imu.size() && needed) return imu[imu_++];
-  if (frame_ < frames.size()) return frames[frame_++];
+  if (frame_ < frames.size() && frame <= image) return frames[frame_++];
+  if (image_ < image_count) return ImagesDue{.time = image, .index = image_++};
   return std::nullopt;
 }
 

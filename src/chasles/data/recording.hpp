@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -8,6 +9,7 @@
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
+#include <chasles/data/image_source.hpp>
 #include <chasles/imu/body_velocity.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/lie/trajectory.hpp>
@@ -42,6 +44,8 @@ struct Recording {
   ImuConvention imu_convention = ImuConvention::kInstant;
   std::optional<ImuNoise> imu_noise;  ///< as the recording states it
   std::vector<FeatureFrame> frames;
+  std::shared_ptr<const ImageSource>
+      images;        ///< instead of `frames`: what a front end makes them of
   Trajectory truth;  ///< world_T_imu; empty where unknown. With an IMU the world's z axis points up
   std::vector<TrueMotion> true_motion;       ///< at the times of `truth`; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown
@@ -53,12 +57,18 @@ struct Recording {
   std::vector<std::string> remarks;
 };
 
-/// One thing that happened at a time.
-using Event = std::variant<BodyVelocity, ImuSample, FeatureFrame>;
+/// There are images to read: recording.images->read(index).
+struct ImagesDue {
+  Time time{};
+  std::size_t index = 0;
+};
 
-/// The recording in the order of time: a velocity comes before a frame of the same instant; of the
-/// IMU all samples up to the first that is not earlier than a frame come before it, so that the
-/// motion up to the frame can be interpolated and need not be extrapolated.
+/// One thing that happened at a time.
+using Event = std::variant<BodyVelocity, ImuSample, FeatureFrame, ImagesDue>;
+
+/// The recording in the order of time: a velocity comes before a frame of the same instant, a
+/// frame before images; of the IMU all samples up to the first that is not earlier come before
+/// them, so that the motion up to the frame can be interpolated and need not be extrapolated.
 class EventStream {
  public:
   /// The recording must outlive the stream.
@@ -72,6 +82,7 @@ class EventStream {
   std::size_t velocity_ = 0;
   std::size_t imu_ = 0;
   std::size_t frame_ = 0;
+  std::size_t image_ = 0;
 };
 
 }  // namespace chasles

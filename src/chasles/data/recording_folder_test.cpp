@@ -198,5 +198,34 @@ TEST(EventStream, AVelocityComesBeforeAFrameOfTheSameInstant) {
                        {0, false}, {5, true}, {10, false}, {10, true}, {20, false}, {30, true}}));
 }
 
+/// Images that nobody reads.
+class NumberedImages : public ImageSource {
+ public:
+  explicit NumberedImages(std::vector<Time> times) : times_(std::move(times)) {}
+  std::size_t size() const override { return times_.size(); }
+  Time time(std::size_t i) const override { return times_[i]; }
+  ImageFrame read(std::size_t i) const override { return {.time = times_[i], .images = {}}; }
+
+ private:
+  std::vector<Time> times_;
+};
+
+TEST(EventStream, TheSamplesAroundAnImageComeBeforeIt) {
+  Recording r;
+  for (const int t : {0, 10, 20}) r.imu.push_back({.time = Time(t)});
+  r.images = std::make_shared<NumberedImages>(std::vector<Time>{Time(5), Time(20)});
+  EventStream stream(r);
+  std::vector<std::pair<Time::rep, bool>> order;
+  std::vector<std::size_t> indices;
+  while (const auto event = stream.next()) {
+    const auto* due = std::get_if<ImagesDue>(&*event);
+    if (due) indices.push_back(due->index);
+    std::visit([&](const auto& e) { order.emplace_back(e.time.count(), due != nullptr); }, *event);
+  }
+  EXPECT_EQ(order, (std::vector<std::pair<Time::rep, bool>>{
+                       {0, false}, {10, false}, {5, true}, {20, false}, {20, true}}));
+  EXPECT_EQ(indices, (std::vector<std::size_t>{0, 1}));
+}
+
 }  // namespace
 }  // namespace chasles
