@@ -1,5 +1,7 @@
 #include "inertial_drive.hpp"
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -40,12 +42,12 @@ ImuNoise noise_of(const Recording& recording) {
                   recording.name));
 }
 
-RunState run_state(const InertialEstimate& e, const Eigen::Vector3d& v_sigma, double milliseconds) {
+RunState run_state(const InertialEstimate& e, double milliseconds) {
   RunState state{.time = e.time,
-                 .world_T_imu = e.nav_T_imu,
-                 .pose_covariance = e.pose_covariance,
-                 .extra = {e.v_nav.begin(), e.v_nav.end()},
-                 .extra_sigma = {v_sigma.begin(), v_sigma.end()},
+                 .world_T_imu = e.motion.nav_T_imu,
+                 .pose_covariance = e.motion.covariance.topLeftCorner<6, 6>(),
+                 .extra = {e.motion.v_nav.begin(), e.motion.v_nav.end()},
+                 .extra_sigma = {},
                  .nis = e.nis,
                  .nis_dof = e.nis_dof,
                  .observations = e.observations,
@@ -56,8 +58,10 @@ RunState run_state(const InertialEstimate& e, const Eigen::Vector3d& v_sigma, do
                  .landmarks = e.landmarks,
                  .health = name(e.health),
                  .milliseconds = milliseconds};
-  state.extra.insert(state.extra.end(), e.biases.begin(), e.biases.end());
-  state.extra_sigma.insert(state.extra_sigma.end(), e.bias_sigma.begin(), e.bias_sigma.end());
+  state.extra.insert(state.extra.end(), e.motion.biases.begin(), e.motion.biases.end());
+  for (int row = 6; row < 15; ++row) {
+    state.extra_sigma.push_back(std::sqrt(e.motion.covariance(row, row)));
+  }
   return state;
 }
 
@@ -91,7 +95,7 @@ InertialDrive drive(const Recording& recording, const InertialSlamSettings& sett
     const auto* frame = std::get_if<FeatureFrame>(&*event);
     if (!frame || frame->time < start.time) continue;
     const InertialEstimate e = slam.process(*frame);
-    result.run.states.push_back(run_state(e, e.v_sigma, 1e3 * frame_time.seconds()));
+    result.run.states.push_back(run_state(e, 1e3 * frame_time.seconds()));
     progress.show(result.run.states.size(), to_seconds(e.time - start.time));
     result.interrupted = interrupt.requested();
     if (result.interrupted || e.health == Health::kLost) break;

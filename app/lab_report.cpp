@@ -45,8 +45,8 @@ void append(std::vector<std::string>& cells, std::initializer_list<std::string> 
 
 Table nees_table(std::span<const FilterSummary> summaries, bool several) {
   Table table;
-  append(table.header,
-         {"filter", "position", "attitude", "pose/dof", "cov. too small by", "NIS/dof"});
+  append(table.header, {"filter", "position", "attitude", "pose/dof", "state/dof",
+                        "cov. too small by", "NIS/dof", "innov. corr."});
   if (several) {
     append(table.header, {"median pose/dof", "95 % band", "seconds inside", "runs", "diverged"});
   }
@@ -54,7 +54,8 @@ Table nees_table(std::span<const FilterSummary> summaries, bool several) {
     auto& row = table.rows.emplace_back();
     append(row,
            {s.filter, cell(s.mean.nees_position, 2), cell(s.mean.nees_attitude, 2),
-            cell(s.nees_per_dof, 3), cell(s.covariance_factor, 2), cell(s.mean.nis_per_dof, 3)});
+            cell(s.nees_per_dof, 3), cell(s.mean.nees_state / 15, 3), cell(s.covariance_factor, 2),
+            cell(s.mean.nis_per_dof, 3), cell(s.mean.innovation_correlation, 3)});
     if (several) {
       append(row, {cell(s.median.nees_pose / 6, 3), band_cell(s), percent_cell(s.seconds_inside),
                    fmt::format("{}", s.runs), fmt::format("{}", s.diverged)});
@@ -66,15 +67,15 @@ Table nees_table(std::span<const FilterSummary> summaries, bool several) {
 Table error_table(std::span<const FilterSummary> summaries, std::span<const double> milliseconds) {
   const bool several = milliseconds.empty();
   Table table;
-  append(table.header, {"filter", "position [m]", "attitude [deg]"});
+  append(table.header, {"filter", "position [m]", "attitude [deg]", "ATE, yaw aligned [m]"});
   if (several) append(table.header, {"median [m]", "median [deg]"});
   append(table.header, {"landmarks"});
   if (!several) append(table.header, {"CPU [ms/frame]"});
   for (std::size_t i = 0; i < summaries.size(); ++i) {
     const FilterSummary& s = summaries[i];
     auto& row = table.rows.emplace_back();
-    append(row,
-           {s.filter, cell(s.mean.position_error, 4), cell(s.mean.attitude_error * kDegrees, 3)});
+    append(row, {s.filter, cell(s.mean.position_error, 4),
+                 cell(s.mean.attitude_error * kDegrees, 3), cell(s.mean.ate_posyaw, 4)});
     if (several) {
       append(row, {cell(s.median.position_error, 4), cell(s.median.attitude_error * kDegrees, 3)});
     }
@@ -95,20 +96,26 @@ Json figures_json(const FilterVariant& filter, const FilterSummary& s) {
           {"diverged", s.diverged},
           {"position_error_m", number_json(s.mean.position_error)},
           {"position_rms_m", number_json(s.mean.position_rms)},
+          {"ate_m", number_json(s.mean.ate)},
+          {"ate_posyaw_m", number_json(s.mean.ate_posyaw)},
+          {"attitude_posyaw_deg", number_json(s.mean.attitude_posyaw * kDegrees)},
           {"attitude_error_deg", number_json(s.mean.attitude_error * kDegrees)},
           {"nees_position", number_json(s.mean.nees_position)},
           {"nees_attitude", number_json(s.mean.nees_attitude)},
           {"nees_pose", number_json(s.mean.nees_pose)},
           {"nees_pose_per_dof", number_json(s.nees_per_dof)},
+          {"nees_state", number_json(s.mean.nees_state)},
           {"covariance_too_small_by", number_json(s.covariance_factor)},
           {"nis_per_dof", number_json(s.mean.nis_per_dof)},
+          {"innovation_correlation", number_json(s.mean.innovation_correlation)},
           {"landmarks", number_json(s.mean.landmarks)},
           {"median",
            {{"position_error_m", number_json(s.median.position_error)},
             {"attitude_error_deg", number_json(s.median.attitude_error * kDegrees)},
             {"nees_position", number_json(s.median.nees_position)},
             {"nees_attitude", number_json(s.median.nees_attitude)},
-            {"nees_pose", number_json(s.median.nees_pose)}}},
+            {"nees_pose", number_json(s.median.nees_pose)},
+            {"nees_state", number_json(s.median.nees_state)}}},
           {"band", counted(s) == 0 ? Json() : Json{s.band.low, s.band.high}},
           {"seconds_inside_band", number_json(s.seconds_inside)}};
 }
@@ -130,15 +137,15 @@ std::string tables(std::span<const FilterSummary> summaries, std::span<const dou
 std::string curves_csv(std::span<const FilterSummary> summaries) {
   std::string text =
       "filter,second,position_error_m,attitude_error_deg,nees_position,nees_attitude,nees_pose,"
-      "band_3_low,band_3_high,band_6_low,band_6_high\n";
+      "nees_state,band_3_low,band_3_high,band_6_low,band_6_high\n";
   for (const FilterSummary& s : summaries) {
     const Band three = band_of(3, counted(s)), six = band_of(6, counted(s));
     for (std::size_t second = 0; second < s.seconds.size(); ++second) {
       const TrialRecord::Second& mean = s.seconds[second];
       text += fmt::format("{},{}", s.filter, second);
-      for (const double value :
-           {mean.position_error, mean.attitude_error * kDegrees, mean.nees_position,
-            mean.nees_attitude, mean.nees_pose, three.low, three.high, six.low, six.high}) {
+      for (const double value : {mean.position_error, mean.attitude_error * kDegrees,
+                                 mean.nees_position, mean.nees_attitude, mean.nees_pose,
+                                 mean.nees_state, three.low, three.high, six.low, six.high}) {
         text += ',' + csv_number(value);
       }
       text += '\n';

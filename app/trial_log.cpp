@@ -34,13 +34,18 @@ void for_each_column(Figures& figures, Visitor&& visit) {
   visit("nees_position", figures.nees_position, 1.0);
   visit("nees_attitude", figures.nees_attitude, 1.0);
   visit("nees_pose", figures.nees_pose, 1.0);
+  visit("nees_state", figures.nees_state, 1.0);
 }
 
 template <typename Averages, typename Visitor>
 void for_each_average(Averages& averages, Visitor&& visit) {
   for_each_column(averages, visit);
   visit("position_rms_m", averages.position_rms, 1.0);
+  visit("ate_m", averages.ate, 1.0);
+  visit("ate_posyaw_m", averages.ate_posyaw, 1.0);
+  visit("attitude_posyaw_deg", averages.attitude_posyaw, kDegrees);
   visit("nis_per_dof", averages.nis_per_dof, 1.0);
+  visit("innovation_correlation", averages.innovation_correlation, 1.0);
   visit("landmarks", averages.landmarks, 1.0);
 }
 

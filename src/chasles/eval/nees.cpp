@@ -14,25 +14,20 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// e^T P^-1 e, or NaN where P is singular. P is scaled to unit diagonal first, so that "singular"
-// does not depend on the units: a pivot below the limit is a correlation of 1 within round-off.
-template <int N>
-double normalized_square(const Eigen::Matrix<double, N, 1>& e,
-                         const Eigen::Matrix<double, N, N>& P) {
+}  // namespace
+
+// P is scaled to unit diagonal first, so that "singular" does not depend on the units: a pivot
+// below the limit is a correlation of 1 within round-off.
+double normalised_square(const Eigen::VectorXd& e, const Eigen::MatrixXd& P) {
   constexpr double kSmallestPivot = 1e-12;
   if (!P.allFinite() || !(P.diagonal().array() > 0).all()) return kNaN;
-  const Eigen::Matrix<double, N, 1> inverse_sigma = P.diagonal().array().rsqrt();
-  const Eigen::Matrix<double, N, N> correlation =
-      inverse_sigma.asDiagonal() * P * inverse_sigma.asDiagonal();
-  const Eigen::LLT<Eigen::Matrix<double, N, N>> llt(correlation);
+  const Eigen::VectorXd inverse_sigma = P.diagonal().array().rsqrt();
+  const Eigen::LLT<Eigen::MatrixXd> llt(inverse_sigma.asDiagonal() * P *
+                                        inverse_sigma.asDiagonal());
   if (llt.info() != Eigen::Success) return kNaN;
-  const Eigen::Matrix<double, N, N> L = llt.matrixL();
-  if (L.diagonal().array().square().minCoeff() < kSmallestPivot) return kNaN;
-  const Eigen::Matrix<double, N, 1> scaled = inverse_sigma.cwiseProduct(e);
-  return llt.matrixL().solve(scaled).squaredNorm();
+  if (llt.matrixLLT().diagonal().array().square().minCoeff() < kSmallestPivot) return kNaN;
+  return llt.matrixL().solve(inverse_sigma.cwiseProduct(e)).squaredNorm();
 }
-
-}  // namespace
 
 std::string_view name(PoseError definition) {
   switch (definition) {
@@ -75,9 +70,9 @@ PoseNees pose_nees(PoseError definition, const SE3& truth, const SE3& estimate,
   const Vector6d e = pose_error(definition, truth, estimate);
   const Matrix6d M = pose_error_map(definition, estimate);
   const Matrix6d P = M * covariance * M.transpose();
-  return {.position = normalized_square<3>(e.tail<3>(), P.bottomRightCorner<3, 3>()),
-          .attitude = normalized_square<3>(e.head<3>(), P.topLeftCorner<3, 3>()),
-          .pose = normalized_square<6>(e, P)};
+  return {.position = normalised_square(e.tail<3>(), P.bottomRightCorner<3, 3>()),
+          .attitude = normalised_square(e.head<3>(), P.topLeftCorner<3, 3>()),
+          .pose = normalised_square(e, P)};
 }
 
 ConsistencySummary summarize_nees(std::span<const double> values, int dof) {

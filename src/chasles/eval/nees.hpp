@@ -10,6 +10,9 @@
 
 namespace chasles {
 
+/// e^T P^-1 e of an error and its covariance; NaN where P is singular or not finite.
+double normalised_square(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance);
+
 /// In which coordinates the error of a pose is measured. X is the truth, Xhat the estimate; all are
 /// [rotation; translation]. (math.md §0: std, li, ri.)
 enum class PoseError {

@@ -53,7 +53,13 @@ void Ekf::propagate(const Prediction& prediction) {
   }
 }
 
-double Innovation::normalised_square() const { return residual.dot(S.ldlt().solve(residual)); }
+Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> Innovation::whitened() const {
+  const auto L = S.llt();
+  if (L.info() == Eigen::Success) return L.matrixL().solve(residual);
+  return decltype(residual)::Constant(residual.size(), std::numeric_limits<double>::quiet_NaN());
+}
+
+double Innovation::normalised_square() const { return whitened().squaredNorm(); }
 
 Innovation Ekf::innovation(const Measurement& z) const {
   const auto P = covariance_.all();
@@ -123,8 +129,12 @@ UpdateReport Ekf::update(std::span<const Measurement> measurements) {
   UpdateReport report;
   std::vector<const Measurement*> accepted;
   for (const Measurement& z : measurements) {
-    // Written so that a NaN is refused, and so that no gate costs nothing.
-    const bool inside = std::isinf(z.gate) ? z.residual.allFinite() : normalised_square(z) < z.gate;
+    const bool gated = !std::isinf(z.gate);  // no gate costs nothing
+    report.whitened.emplace_back();
+    if (gated) report.whitened.back() = innovation(z).whitened();
+    // Written so that a NaN is refused.
+    const bool inside =
+        gated ? report.whitened.back().squaredNorm() < z.gate : z.residual.allFinite();
     report.accepted.push_back(inside);
     if (inside) accepted.push_back(&z);
   }

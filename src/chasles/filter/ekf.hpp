@@ -18,7 +18,10 @@ struct UpdateReport {
   double nis = 0;              ///< r^T S^-1 r of all that was used, together
   int dof = 0;                 ///< rows of r
   std::vector<bool> accepted;  ///< by the gate, for each measurement
-  bool failed = false;         ///< S was not positive definite: nothing was changed
+  /// L^-1 r of each measurement by itself, S = L L^T: of unit variance if the filter is
+  /// consistent. Empty for a measurement without a gate.
+  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>> whitened;
+  bool failed = false;  ///< S was not positive definite: nothing was changed
 };
 
 /// The mean of the core a step ahead and its linearisation: d next = F d now + noise of covariance
@@ -35,6 +38,8 @@ struct Innovation {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> residual;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> S;
 
+  /// L^-1 residual with S = L L^T; NaN where S is not positive definite.
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> whitened() const;
   double normalised_square() const;
 };
 

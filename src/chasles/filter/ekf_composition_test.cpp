@@ -72,13 +72,14 @@ TEST_P(EkfCompositionTest, NoMeasurementSeesIt) {
   EXPECT_NEAR(filter.joint_normalised_square(after), square, 1e-8 * square);
 }
 
-TEST_P(EkfCompositionTest, PoseInNavStaysWithItsCovariance) {
+TEST_P(EkfCompositionTest, MotionInNavStaysWithItsCovariance) {
   test::Random random(3);
   Ekf filter = test::inertial_filter(chart(), random);
-  const NavPose before = nav_pose(filter);
+  const NavState before = nav_state(filter);
   filter.compose();
-  const NavPose after = nav_pose(filter);
+  const NavState after = nav_state(filter);
   EXPECT_LT(test::distance(after.nav_T_imu, before.nav_T_imu), 1e-12);
+  EXPECT_LT((after.v_nav - before.v_nav).norm(), 1e-12);
   EXPECT_LT(test::covariance_difference(after.covariance, before.covariance), 1e-11);
 }
 
@@ -93,8 +94,8 @@ TEST_P(EkfCompositionTest, CommutesWithPropagation) {
   for (Ekf* filter : {&late, &early}) {
     filter->propagate(predict(model, filter->state(), intervals));
   }
-  EXPECT_LT(test::distance(nav_pose(early).nav_T_imu, nav_pose(late).nav_T_imu), 1e-11);
-  EXPECT_LT(test::covariance_difference(nav_pose(early).covariance, nav_pose(late).covariance),
+  EXPECT_LT(test::distance(nav_state(early).nav_T_imu, nav_state(late).nav_T_imu), 1e-11);
+  EXPECT_LT(test::covariance_difference(nav_state(early).covariance, nav_state(late).covariance),
             1e-11);
   for (Ekf* filter : {&late, &early}) filter->compose();
   EXPECT_LT(test::distance(early.state(), late.state()), 1e-11);

@@ -68,19 +68,25 @@ void use_first_estimates(const InertialModel& model, const State& x, double dura
   prediction.F.block<3, 3>(6, 0) = -hat(*prediction.v_world - before.v_world - duration * gravity);
 }
 
-NavPose nav_pose(const Ekf& filter) {
+NavState nav_state(const Ekf& filter) {
   const State& x = filter.state();
   const MatrixXd P = filter.core_covariance();
-  if (!x.nav_T_world) return {.nav_T_imu = x.world_T_imu, .covariance = P.topLeftCorner<6, 6>()};
-  const Matrix3d& R = x.nav_T_world->R;
-  MatrixXd J = MatrixXd::Zero(6, P.cols());
-  const int nav = x.nav_row();
-  J.block<3, 3>(0, 0) = R;
-  J.block<3, 3>(0, nav).setIdentity();
-  J.block<3, 3>(3, 3) = R;
-  J.block<3, 3>(3, nav) = -hat(R * x.world_T_imu.p);
-  J.block<3, 3>(3, nav + 3).setIdentity();
-  return {.nav_T_imu = *x.nav_T_world * x.world_T_imu, .covariance = J * P * J.transpose()};
+  const SE3 nav_T_world = x.nav_T_world.value_or(SE3{});
+  const Matrix3d& R = nav_T_world.R;
+  MatrixXd J = MatrixXd::Zero(15, P.cols());
+  for (const int row : {0, 3, 6}) J.block<3, 3>(row, row) = R;
+  J.block<6, 6>(9, x.additive_row()).setIdentity();
+  if (x.nav_T_world) {
+    const int nav = x.nav_row();
+    J.block<3, 3>(0, nav).setIdentity();
+    J.block<3, 3>(3, nav) = -hat(R * x.world_T_imu.p);
+    J.block<3, 3>(3, nav + 3).setIdentity();
+    J.block<3, 3>(6, nav) = -hat(R * *x.v_world);
+  }
+  return {.nav_T_imu = nav_T_world * x.world_T_imu,
+          .v_nav = R * *x.v_world,
+          .biases = x.additive,
+          .covariance = J * P * J.transpose()};
 }
 
 }  // namespace chasles

@@ -36,12 +36,15 @@ void use_first_estimates(const InertialModel& model, const State& x, double dura
 Prediction predict(const InertialModel& model, const State& x,
                    std::span<const ImuInterval> intervals);
 
-/// Pose of the IMU in nav and its covariance, standard error [rotation; position] in nav's axes
-/// (math.md §3, the composition's last two columns). Without nav_T_world: world_T_imu and its own.
-struct NavPose {
+/// The motion in nav's axes, whatever the world's frame is, with the covariance of [rotation,
+/// position, velocity, accelerometer bias, gyroscope bias], standard error (math.md §3, the
+/// composition's last two columns).
+struct NavState {
   SE3 nav_T_imu;
-  Matrix6d covariance = Matrix6d::Zero();
+  Eigen::Vector3d v_nav = Eigen::Vector3d::Zero();  ///< [m/s]
+  Vector6d biases = Vector6d::Zero();               ///< accelerometer [m/s^2], gyroscope [rad/s]
+  Matrix15d covariance = Matrix15d::Zero();
 };
-NavPose nav_pose(const Ekf& filter);
+NavState nav_state(const Ekf& filter);
 
 }  // namespace chasles

@@ -209,24 +209,28 @@ TEST(InertialModel, TransitionOfTheGroupDoesNotDependOnTheEstimate) {
   }
 }
 
-TEST_P(InertialModelTest, PoseInNavHasTheCovarianceOfItsDerivative) {
+TEST_P(InertialModelTest, MotionInNavHasTheCovarianceOfItsDerivative) {
   test::Random random(6);
   for (const bool nav : {false, true}) {
     const Ekf filter = test::inertial_filter(chart(), random, nav);
     const State& x = filter.state();
-    const NavPose pose = nav_pose(filter);
+    const NavState motion = nav_state(filter);
     const auto in_nav = [&](const State& y) {
       State result;
+      result.v_world = y.nav_T_world ? y.nav_T_world->R * *y.v_world : *y.v_world;
+      result.additive = y.additive;
       result.world_T_imu = y.nav_T_world ? *y.nav_T_world * y.world_T_imu : y.world_T_imu;
       return result;
     };
-    EXPECT_LT(test::distance(pose.nav_T_imu, in_nav(x).world_T_imu), 1e-12);
+    EXPECT_LT(test::distance(motion.nav_T_imu, in_nav(x).world_T_imu), 1e-12);
+    EXPECT_LT((motion.v_nav - *in_nav(x).v_world).norm(), 1e-12);
+    EXPECT_EQ(motion.biases, x.additive);
     const auto coordinates = [&](const VectorXd& e) {
       return local(kStandardChart, in_nav(x), in_nav(test::moved(kStandardChart, x, e)));
     };
     const MatrixXd J = test::numeric_derivative(coordinates, VectorXd::Zero(x.size()));
     const MatrixXd expected = J * filter.covariance() * J.transpose();
-    EXPECT_LT(test::covariance_difference(pose.covariance, expected), 1e-9);
+    EXPECT_LT(test::covariance_difference(motion.covariance, expected), 1e-9);
   }
 }
 

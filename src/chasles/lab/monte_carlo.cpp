@@ -46,7 +46,8 @@ TrialRecord::Second mean_second(const Items& items) {
           .attitude_error = of(&S::attitude_error),
           .nees_position = of(&S::nees_position),
           .nees_attitude = of(&S::nees_attitude),
-          .nees_pose = of(&S::nees_pose)};
+          .nees_pose = of(&S::nees_pose),
+          .nees_state = of(&S::nees_state)};
 }
 
 constexpr int kPoseDof = 6;
@@ -64,31 +65,12 @@ Records records_of(const FilterVariant& filter, std::span<const TrialRecord> rec
 }
 
 void add_averages(const Records& own, FilterSummary& summary) {
-  using A = TrialAverages;
-  const auto mean = [&](double A::*member) {
-    return mean_of(own, [&](const TrialRecord* r) { return r->averages.*member; });
-  };
-  const auto middle = [&](double A::*member) {
+  for_each_average([&](double TrialAverages::*member) {
     std::vector<double> values;
     for (const TrialRecord* r : own) values.push_back(r->averages.*member);
-    return median(values);
-  };
-  summary.mean = {.position_error = mean(&A::position_error),
-                  .attitude_error = mean(&A::attitude_error),
-                  .position_rms = mean(&A::position_rms),
-                  .nees_position = mean(&A::nees_position),
-                  .nees_attitude = mean(&A::nees_attitude),
-                  .nees_pose = mean(&A::nees_pose),
-                  .nis_per_dof = mean(&A::nis_per_dof),
-                  .landmarks = mean(&A::landmarks)};
-  summary.median = {.position_error = middle(&A::position_error),
-                    .attitude_error = middle(&A::attitude_error),
-                    .position_rms = middle(&A::position_rms),
-                    .nees_position = middle(&A::nees_position),
-                    .nees_attitude = middle(&A::nees_attitude),
-                    .nees_pose = middle(&A::nees_pose),
-                    .nis_per_dof = middle(&A::nis_per_dof),
-                    .landmarks = middle(&A::landmarks)};
+    summary.mean.*member = mean_of(values, [](double value) { return value; });
+    summary.median.*member = median(std::move(values));
+  });
   summary.nees_per_dof = summary.mean.nees_pose / kPoseDof;
   summary.covariance_factor = summary.nees_per_dof;
 }
@@ -200,17 +182,23 @@ TrialRecord record_of(const Trial& trial) {
                                .attitude_error = point.attitude_error,
                                .nees_position = point.nees_position,
                                .nees_attitude = point.nees_attitude,
-                               .nees_pose = point.nees_pose});
+                               .nees_pose = point.nees_pose,
+                               .nees_state = point.nees_state});
   }
   for (const auto& second : seconds) record.seconds.push_back(mean_second(second));
   return record;
 }
 
-void run_monte_carlo(const MonteCarloPlan& plan, int workers,
-                     const std::function<void(std::span<const TrialRecord>)>& done) {
+void run_monte_carlo(const std::vector<std::uint64_t>& runs, int workers,
+                     const RecordsOfRun& records, const RecordsDone& done) {
   work_in_processes(
-      plan.runs, workers, [&](std::uint64_t run) { return to_bytes(records_of_run(plan, run)); },
+      runs, workers, [&](std::uint64_t run) { return to_bytes(records(run)); },
       [&](std::uint64_t, const std::string& bytes) { done(from_bytes(bytes)); });
+}
+
+void run_monte_carlo(const MonteCarloPlan& plan, int workers, const RecordsDone& done) {
+  run_monte_carlo(
+      plan.runs, workers, [&](std::uint64_t run) { return records_of_run(plan, run); }, done);
 }
 
 std::vector<FilterSummary> summarize(std::span<const FilterVariant> filters,

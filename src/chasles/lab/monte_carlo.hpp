@@ -26,20 +26,27 @@ struct TrialRecord {
   std::uint64_t run = 0;
   bool diverged = false;
   TrialAverages averages;
-  /// Means over each second: position error [m], attitude error [rad], NEES of position, attitude
-  /// and pose.
+  /// Means over each second: position error [m], attitude error [rad], NEES of position, attitude,
+  /// pose, and of pose, velocity and biases together.
   struct Second {
     double position_error = 0, attitude_error = 0;
-    double nees_position = 0, nees_attitude = 0, nees_pose = 0;
+    double nees_position = 0, nees_attitude = 0, nees_pose = 0, nees_state = 0;
   };
   std::vector<Second> seconds;
 };
 TrialRecord record_of(const Trial& trial);
 
-/// Does the plan's runs in so many processes; `done` gets the records of a run, one a filter, in no
-/// certain order. Nothing in a record depends on the workers or the order.
-void run_monte_carlo(const MonteCarloPlan& plan, int workers,
-                     const std::function<void(std::span<const TrialRecord>)>& done);
+/// The records of one run, one a filter.
+using RecordsOfRun = std::function<std::vector<TrialRecord>(std::uint64_t run)>;
+using RecordsDone = std::function<void(std::span<const TrialRecord>)>;
+
+/// Does the runs in so many processes; `done` gets the records of a run in no certain order.
+/// Nothing in a record depends on the workers or the order, if `records` depends on the run alone.
+void run_monte_carlo(const std::vector<std::uint64_t>& runs, int workers,
+                     const RecordsOfRun& records, const RecordsDone& done);
+
+/// The same for the runs of a plan.
+void run_monte_carlo(const MonteCarloPlan& plan, int workers, const RecordsDone& done);
 
 /// One filter over all runs. Averages are over the runs that did not diverge.
 struct FilterSummary {

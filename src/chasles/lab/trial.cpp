@@ -2,9 +2,11 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
+#include <numbers>
 #include <variant>
 
 #include <chasles/error.hpp>
+#include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
 #include <chasles/lab/trial.hpp>
 #include <chasles/lie/so3.hpp>
@@ -66,12 +68,17 @@ TrialPoint point_of(const InertialEstimate& e, const std::optional<SE3>& truth,
                    .nees_position = kNaN,
                    .nees_attitude = kNaN,
                    .nees_pose = kNaN,
+                   .nees_state = kNaN,
                    .nis = e.nis,
-                   .nis_dof = e.nis_dof};
+                   .nis_dof = e.nis_dof,
+                   .innovation_products = e.innovation_products,
+                   .innovation_squares = e.innovation_squares};
   if (!truth) return point;
-  const PoseNees nees = pose_nees(coordinates, *truth, e.nav_T_imu, e.pose_covariance);
-  point.position_error = (truth->p - e.nav_T_imu.p).norm();
-  point.attitude_error = so3::log(truth->R * e.nav_T_imu.R.transpose()).norm();
+  const SE3& pose = e.motion.nav_T_imu;
+  const PoseNees nees =
+      pose_nees(coordinates, *truth, pose, e.motion.covariance.topLeftCorner<6, 6>());
+  point.position_error = (truth->p - pose.p).norm();
+  point.attitude_error = so3::log(truth->R * pose.R.transpose()).norm();
   point.nees_position = nees.position;
   point.nees_attitude = nees.attitude;
   point.nees_pose = nees.pose;
@@ -90,12 +97,25 @@ InertialSlam slam_for(const FilterVariant& filter, const Recording& recording,
           start};
 }
 
+// With too little in common an alignment means nothing.
+void align_to(const Trajectory& truth, Trial& trial) {
+  Trajectory own;
+  for (const StampedPose& pose : trial.estimate) {
+    if (const auto known = truth_at(truth, pose.time)) own.push_back({pose.time, *known});
+  }
+  if (trial.diverged || own.size() < 3) return;
+  const MatchedTrajectories matched = associate(trial.estimate, own, Time{0});
+  trial.ate = absolute_error(matched, Alignment::kRigid).position_m.rmse;
+  const AbsoluteError upright = absolute_error(matched, Alignment::kPositionYaw);
+  trial.ate_posyaw = upright.position_m.rmse;
+  trial.attitude_posyaw = upright.attitude_deg.rmse * std::numbers::pi / 180;
+}
+
 }  // namespace
 
 TrialAverages averages(const Trial& trial) {
-  Mean position, attitude, square, nees_position, nees_attitude, nees_pose;
-  double nis = 0;
-  double dof = 0;
+  Mean position, attitude, square, nees_position, nees_attitude, nees_pose, nees_state;
+  double nis = 0, dof = 0, products = 0, squares = 0;
   for (const TrialPoint& point : trial.points) {
     position.add(point.position_error);
     square.add(point.position_error * point.position_error);
@@ -103,17 +123,43 @@ TrialAverages averages(const Trial& trial) {
     nees_position.add(point.nees_position);
     nees_attitude.add(point.nees_attitude);
     nees_pose.add(point.nees_pose);
+    nees_state.add(point.nees_state);
     nis += point.nis;
     dof += point.nis_dof;
+    products += point.innovation_products;
+    squares += point.innovation_squares;
   }
   return {.position_error = position.value(),
           .attitude_error = attitude.value(),
           .position_rms = std::sqrt(square.value()),
+          .ate = trial.ate,
+          .ate_posyaw = trial.ate_posyaw,
+          .attitude_posyaw = trial.attitude_posyaw,
           .nees_position = nees_position.value(),
           .nees_attitude = nees_attitude.value(),
           .nees_pose = nees_pose.value(),
+          .nees_state = nees_state.value(),
           .nis_per_dof = dof > 0 ? nis / dof : kNaN,
+          .innovation_correlation = squares > 0 ? products / squares : kNaN,
           .landmarks = static_cast<double>(trial.landmarks)};
+}
+
+double state_nees(const std::string& chart, const Recording& recording, Time time,
+                  const NavState& motion) {
+  const auto known = std::ranges::lower_bound(recording.true_motion, time, {}, &TrueMotion::time);
+  const auto pose = truth_at(recording.truth, time);
+  if (known == recording.true_motion.end() || known->time != time || !pose) return kNaN;
+  State truth{.world_T_imu = *pose, .v_world = known->v_world, .additive = Eigen::VectorXd(6)};
+  truth.additive << known->accelerometer_bias, known->gyroscope_bias;
+  const State estimate{
+      .world_T_imu = motion.nav_T_imu, .v_world = motion.v_nav, .additive = motion.biases};
+  const ErrorChart& coordinates = error_chart(chart);
+  Eigen::MatrixXd P = motion.covariance;
+  for (int side = 0; side < 2; ++side) {
+    push(coordinates, estimate, P);
+    P.transposeInPlace();
+  }
+  return normalised_square(local(coordinates, estimate, truth), P);
 }
 
 std::optional<SE3> truth_at(const Trajectory& truth, Time time) {
@@ -165,13 +211,15 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording,
     const InertialEstimate e = slam.process(*seen);
     TrialPoint point = point_of(e, truth_at(recording.truth, e.time), coordinates);
     point.seconds = to_seconds(e.time - start.time);
+    point.nees_state = state_nees(filter.settings.chart, recording, e.time, e.motion);
     trial.points.push_back(point);
-    trial.estimate.push_back({.time = e.time, .pose = e.nav_T_imu});
+    trial.estimate.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
     trial.landmarks = e.landmarks;
     trial.diverged = e.health == Health::kLost || point.position_error >= kDivergedAt;
     if (trial.diverged) break;
   }
   trial.seconds_cpu = thread_seconds() - started;
+  align_to(recording.truth, trial);
   return trial;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -25,8 +26,10 @@ struct TrialPoint {
   double position_error = 0;                                   ///< [m]
   double attitude_error = 0;                                   ///< [rad]
   double nees_position = 0, nees_attitude = 0, nees_pose = 0;  ///< expected: 3, 3, 6
+  double nees_state = 0;  ///< pose, velocity and biases, where all are known; expected: 15
   double nis = 0;
   int nis_dof = 0;
+  double innovation_products = 0, innovation_squares = 0;  ///< as in InertialEstimate
 };
 
 /// One filter over one recording.
@@ -36,7 +39,9 @@ struct Trial {
   bool diverged = false;  ///< not finite, or farther from the truth than kDivergedAt
   std::vector<TrialPoint> points = {};
   Trajectory estimate = {};  ///< nav_T_imu
-  int landmarks = 0;         ///< of the whole map
+  /// As in TrialAverages; NaN after divergence.
+  double ate = std::nan(""), ate_posyaw = std::nan(""), attitude_posyaw = std::nan("");
+  int landmarks = 0;  ///< of the whole map
   double seconds_cpu = 0;
 };
 
@@ -46,11 +51,34 @@ inline constexpr double kDivergedAt = 20;  ///< [m]
 struct TrialAverages {
   double position_error = 0, attitude_error = 0;  ///< means [m, rad]
   double position_rms = 0;                        ///< [m]
-  double nees_position = 0, nees_attitude = 0, nees_pose = 0;
+  double ate = 0;                                 ///< rms after alignment by SE(3) [m]
+  double ate_posyaw = 0;                          ///< the same by position and yaw [m]
+  double attitude_posyaw = 0;                     ///< rms with that alignment [rad]
+  double nees_position = 0, nees_attitude = 0, nees_pose = 0, nees_state = 0;
   double nis_per_dof = 0;  ///< sum of NIS over sum of its degrees of freedom
-  double landmarks = 0;    ///< of the whole map
+  /// Correlation of a pixel's innovation with that of the frame before: 0 if they are white.
+  double innovation_correlation = 0;
+  double landmarks = 0;  ///< of the whole map
 };
 TrialAverages averages(const Trial& trial);
+
+/// Calls visit(pointer to member) for each of them.
+template <typename Visitor>
+void for_each_average(Visitor&& visit) {
+  using A = TrialAverages;
+  for (double A::*member :
+       {&A::position_error, &A::attitude_error, &A::position_rms, &A::ate, &A::ate_posyaw,
+        &A::attitude_posyaw, &A::nees_position, &A::nees_attitude, &A::nees_pose, &A::nees_state,
+        &A::nis_per_dof, &A::innovation_correlation, &A::landmarks}) {
+    visit(member);
+  }
+}
+
+/// The NEES of pose, velocity and biases together, in the coordinates of the filter's chart; NaN
+/// where the recording does not tell velocity and biases at that time, or where the covariance is
+/// singular.
+double state_nees(const std::string& chart, const Recording& recording, Time time,
+                  const NavState& motion);
 
 /// The true pose world_T_imu at that time: of the stamp, or on the way between two that are at most
 /// 0.1 s apart; none elsewhere.

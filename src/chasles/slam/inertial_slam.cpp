@@ -44,9 +44,9 @@ Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const State& x
   return sigma.cwiseAbs2().asDiagonal();
 }
 
+// Finite, so that an update looks at every innovation, with a gate or without.
 double quantile(double probability, int dof) {
-  return probability < 1 ? chi2_quantile(probability, dof)
-                         : std::numeric_limits<double>::infinity();
+  return probability < 1 ? chi2_quantile(probability, dof) : std::numeric_limits<double>::max();
 }
 
 }  // namespace
@@ -90,15 +90,8 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   if (settings_.init == "multi-view") begin_from_tracks(e);
   forget_unused_clones();
 
-  const NavPose pose = nav_pose(filter_);
-  const State& x = filter_.state();
-  e.nav_T_imu = pose.nav_T_imu;
-  e.pose_covariance = pose.covariance;
-  e.v_nav = x.nav_T_world ? Eigen::Vector3d(x.nav_T_world->R * *x.v_world) : *x.v_world;
-  e.v_sigma = filter_.core_covariance().diagonal().segment<3>(6).cwiseSqrt();
-  e.biases = x.additive;
-  e.bias_sigma = filter_.core_covariance().diagonal().tail<6>().cwiseSqrt();
-  e.in_state = static_cast<int>(x.landmarks.size());
+  e.motion = nav_state(filter_);
+  e.in_state = static_cast<int>(filter_.state().landmarks.size());
   e.landmarks = filter_.map_size();
   e.health = judge(e);
   return e;
@@ -163,7 +156,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     index.emplace(landmark.id, static_cast<int>(index.size()));
   }
   std::vector<Measurement> known;
-  std::vector<const PixelObservation*> fresh;
+  std::vector<const PixelObservation*> predicted, fresh;
   const double gate = quantile(settings_.gate, 2);
   for (const PixelObservation* o : observations) {
     const auto found = index.find(o->landmark);
@@ -178,6 +171,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     if (!z) continue;
     z->gate = gate;
     known.push_back(*std::move(z));
+    predicted.push_back(o);
   }
   const UpdateReport report = filter_.update(known);
   e.nis = report.nis;
@@ -185,6 +179,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   e.used = static_cast<int>(std::count(report.accepted.begin(), report.accepted.end(), true));
   e.rejected = static_cast<int>(known.size()) - e.used;
   note_refusals(known, report.accepted);
+  compare_innovations(predicted, report, e);
   if (settings_.init == "fixed-depth") {
     begin_at_once(fresh, e);
     return;
@@ -207,6 +202,22 @@ void InertialSlam::note_refusals(const std::vector<Measurement>& known,
     int& refused = last_.at(filter_.state().landmarks[index].id).refused;
     refused = accepted[i] ? 0 : refused + 1;
   }
+}
+
+void InertialSlam::compare_innovations(const std::vector<const PixelObservation*>& observations,
+                                       const UpdateReport& report, InertialEstimate& e) {
+  std::map<std::pair<LandmarkId, int>, Eigen::Vector2d> now;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!report.accepted[i]) continue;
+    const std::pair key(observations[i]->landmark, observations[i]->camera);
+    const Eigen::Vector2d w = report.whitened[i];
+    now.emplace(key, w);
+    const auto before = innovations_.find(key);
+    if (before == innovations_.end()) continue;
+    e.innovation_products += w.dot(before->second);
+    e.innovation_squares += (w.squaredNorm() + before->second.squaredNorm()) / 2;
+  }
+  innovations_ = std::move(now);
 }
 
 void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fresh,
@@ -377,8 +388,9 @@ void InertialSlam::compose_when_due() {
 }
 
 Health InertialSlam::judge(const InertialEstimate& e) {
-  if (!e.nav_T_imu.R.allFinite() || !e.nav_T_imu.p.allFinite() || !e.pose_covariance.allFinite() ||
-      e.pose_covariance.diagonal().minCoeff() < -1e-9) {
+  const auto& [pose, v, biases, covariance] = e.motion;
+  if (!pose.R.allFinite() || !pose.p.allFinite() || !v.allFinite() || !covariance.allFinite() ||
+      covariance.diagonal().minCoeff() < -1e-9) {
     return Health::kLost;
   }
   starved_ = e.used < 3 || e.rejected > e.used ? starved_ + 1 : 0;

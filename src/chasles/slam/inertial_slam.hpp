@@ -23,16 +23,16 @@ struct InertialStart {
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
 };
 
-/// What the filter believes after a frame.
+/// What the filter believes after a frame, and how its observations agreed.
 struct InertialEstimate {
   Time time{};
-  SE3 nav_T_imu;
-  Matrix6d pose_covariance = Matrix6d::Zero();  ///< standard error [theta; dp], nav axes [rad, m]
-  Eigen::Vector3d v_nav = Eigen::Vector3d::Zero();
-  Eigen::Vector3d v_sigma = Eigen::Vector3d::Zero();  ///< [m/s], axes of the world
-  Eigen::Matrix<double, 6, 1> biases, bias_sigma;     ///< accelerometer, gyroscope
+  NavState motion;
   double nis = 0;   ///< of the frame's observations of landmarks in the state, together
   int nis_dof = 0;  ///< its degrees of freedom
+  /// Of the pixels that were used in this frame and in the one before, each whitened by its own
+  /// innovation covariance: the sum of their products, and of their mean squares. Of a filter that
+  /// takes all that its observations tell, the products are 0 on average: innovations are white.
+  double innovation_products = 0, innovation_squares = 0;
   int observations = 0, used = 0, rejected = 0, added = 0, in_state = 0, landmarks = 0;
   Health health = Health::kOk;
 };
@@ -78,6 +78,8 @@ class InertialSlam {
   double softness(int landmark) const;
   void settle();
   void note_refusals(const std::vector<Measurement>& known, const std::vector<bool>& accepted);
+  void compare_innovations(const std::vector<const PixelObservation*>& observations,
+                           const UpdateReport& report, InertialEstimate& e);
   void retire_unseen();
   void make_room_for_clone();
   void forget_unused_clones();
@@ -103,7 +105,9 @@ class InertialSlam {
     int refused = 0;  ///< frames in a row in which the gate refused it
   };
   std::unordered_map<LandmarkId, Last> last_;  ///< of the landmarks of the state
-  int starved_ = 0;                            ///< frames in a row with hardly an observation
+  /// Whitened innovations of the last frame, by landmark and camera.
+  std::map<std::pair<LandmarkId, int>, Eigen::Vector2d> innovations_;
+  int starved_ = 0;  ///< frames in a row with hardly an observation
 };
 
 }  // namespace chasles
