@@ -34,6 +34,8 @@ struct RunOptions {
   RunInput input;
   SettingSources settings;
   std::filesystem::path trajectory, output, full_covariance;
+  std::string begin = "auto";
+  int threads = 2;
   bool json = false, quiet = false;
   std::vector<Threshold> thresholds = run_thresholds();
 };
@@ -41,7 +43,8 @@ struct RunOptions {
 std::string settings_help() {
   Settings defaults;
   return "Settings, for --set and --config (auto: measured from the recording):\n" +
-         help_text(setting_list(defaults)) + "\n" + filter_settings_help();
+         help_text(setting_list(defaults)) + "\n" + filter_settings_help() + "\n" +
+         inertial_run_settings_help();
 }
 
 std::string chart_help() {
@@ -62,6 +65,9 @@ void declare_input(CLI::App& parser, RunOptions& o) {
   add("--truth", o.input.truth,
       "True trajectory: TUM, or a recording that has it (default: the recording's own)");
   add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
+  parser.add_option("--cameras", o.input.cameras, "mono or stereo (default: all that there are)")
+      ->type_name("NAME")
+      ->group("Input");
   add_number(parser, "--start", o.input.start, "S", "Leave out the recording before this second", 0)
       ->group("Input");
   add_number(parser, "--stop", o.input.stop, "S", "Leave out the recording after this second", 0)
@@ -76,6 +82,11 @@ void declare_method(CLI::App& parser, RunOptions& o) {
       "localize: velocities alone; map: along a given trajectory; slam: both at once (default)");
   add("--chart", o.settings.chart, "NAME", chart_help());
   add("--config", o.settings.config, "FILE", "Settings from a YAML file, `key: value` a line");
+  add("--begin", o.begin, "NAME",
+      "auto: an inertial run finds its start, at rest or in motion (default); truth: it begins at "
+      "the true state");
+  add("--threads", o.threads, "N", "1 or 2: images are worked on ahead of the filter; same bytes")
+      ->check(CLI::Range(1, 2));
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
       ->allow_extra_args(false);
 }
@@ -103,9 +114,8 @@ void check(const RunOptions& o, const Settings& settings) {
 
 Recording read(const RunOptions& o) {
   Recording recording = read_input(o.input);
-  spdlog::info("{}: {} frames, {} velocities, {} IMU samples in {:.1f} s", recording.name,
-               recording.frames.size(), recording.velocities.size(), recording.imu.size(),
-               to_seconds(recording.frames.back().time - recording.frames.front().time));
+  spdlog::info("{}: {} frames, {} velocities, {} IMU samples", recording.name,
+               frame_count(recording), recording.velocities.size(), recording.imu.size());
   const Threshold* threshold = needs_truth(o.thresholds);
   if (threshold && recording.truth.empty()) {
     throw UsageError(fmt::format("{}: {} has no true trajectory; give one with --truth",
@@ -196,11 +206,16 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
   if (!o.full_covariance.empty()) {
     throw UsageError("--full-covariance is not kept of a recording with an IMU");
   }
-  const InertialSlamSettings settings = inertial_settings_from(o.settings);
+  if (o.begin != "auto" && o.begin != "truth") {
+    throw UsageError(fmt::format("--begin: found '{}', expected auto or truth", o.begin));
+  }
+  const InertialRunSettings settings = inertial_run_settings_from(o.settings);
   const Interrupt interrupt;
   prepare_outputs(o);
-  InertialDrive result = drive(recording, settings, interrupt, o.quiet);
-  add_remarks(result.run, result.interrupted, recording.frames.size(), recording.remarks);
+  InertialDrive result = drive(
+      recording, settings,
+      {.from_truth = o.begin == "truth", .ahead = o.threads > 1, .quiet = o.quiet}, interrupt);
+  add_remarks(result.run, result.interrupted, frame_count(recording), recording.remarks);
   const Json summary = summary_json(result, settings, recording);
   if (!o.output.empty()) write_run(result.run, summary, o.output);
   const Json timing =

@@ -1,33 +1,55 @@
 #pragma once
 
+#include <optional>
+
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/data/recording.hpp>
 #include <chasles/data/run.hpp>
-#include <chasles/slam/inertial_slam.hpp>
+#include <chasles/slam/inertial_session.hpp>
+
+#include "inertial_settings_io.hpp"
 
 namespace chasles::app {
 
 class Interrupt;
 
-/// A recording with an IMU after the filter has gone through it, from the true state at the first
-/// frame that has one.
+/// How a recording with an IMU is run.
+struct InertialDriveOptions {
+  bool from_truth = false;  ///< begin at the true state of the first frame that has one
+  bool ahead = true;        ///< the front end on a thread of its own; the bytes are the same
+  bool quiet = false;
+};
+
+/// What the front end did, summed over the frames.
+struct FrontendTotals {
+  int frames = 0;
+  int unreadable = 0;  ///< images, taken for missing
+  long tracked = 0, added = 0, lost = 0, outliers = 0, stereo_tried = 0, stereo_matched = 0;
+  double seconds = 0;  ///< that it took
+};
+
+/// A recording with an IMU after the filter has gone through it.
 struct InertialDrive {
   Run run;
   ImuBuffer::Counts imu;
   ImuNoise imu_noise;
-  double pixel_sigma = 0;    ///< [px]
+  double pixel_sigma = 0;               ///< [px]
+  std::optional<double> start_seconds;  ///< of the first estimate, since the first frame
+  int resets = 0;                       ///< of a lost filter
+  FrontendTotals frontend;              ///< of a recording with images
+  std::optional<double> nees_state;     ///< mean; where the truth has velocity and biases
+  std::optional<double> innovation_correlation;
   bool interrupted = false;  ///< by a signal: `run` ends early
 };
 
-/// Throws Error(kNotInitialised) where there is no truth to start from, InputError where cameras or
-/// the IMU's noise are missing.
-InertialDrive drive(const Recording& recording, const InertialSlamSettings& settings,
-                    const Interrupt& interrupt, bool quiet);
+/// Throws Error(kNotInitialised) with what was missing where no start was found, InputError where
+/// cameras or the IMU's noise are missing.
+InertialDrive drive(const Recording& recording, const InertialRunSettings& settings,
+                    const InertialDriveOptions& options, const Interrupt& interrupt);
 
 /// summary.json, as that of the other recordings.
-nlohmann::ordered_json summary_json(const InertialDrive& drive,
-                                    const InertialSlamSettings& settings,
+nlohmann::ordered_json summary_json(const InertialDrive& drive, const InertialRunSettings& settings,
                                     const Recording& recording);
 
 }  // namespace chasles::app

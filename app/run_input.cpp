@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/image_views.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/association.hpp>
@@ -17,6 +18,7 @@ Time first_event(const Recording& r) {
   if (!r.frames.empty()) first = std::min(first, r.frames.front().time);
   if (!r.velocities.empty()) first = std::min(first, r.velocities.front().time);
   if (!r.imu.empty()) first = std::min(first, r.imu.front().time);
+  if (r.images && r.images->size() > 0) first = std::min(first, r.images->time(0));
   return first;
 }
 
@@ -25,15 +27,18 @@ Time last_event(const Recording& r) {
   if (!r.frames.empty()) last = std::max(last, r.frames.back().time);
   if (!r.velocities.empty()) last = std::max(last, r.velocities.back().time);
   if (!r.imu.empty()) last = std::max(last, r.imu.back().time);
+  if (r.images && r.images->size() > 0) {
+    last = std::max(last, r.images->time(r.images->size() - 1));
+  }
   return last;
 }
 
 void check_not_empty(const Recording& r) {
-  if (!r.frames.empty() && (!r.velocities.empty() || !r.imu.empty())) return;
+  if (frame_count(r) > 0 && (!r.velocities.empty() || !r.imu.empty())) return;
   throw Error(ExitCode::kNotInitialised,
               fmt::format("{}: the recording has {} frames, {} velocities and {} IMU samples, "
                           "expected frames and one of the others",
-                          r.name, r.frames.size(), r.velocities.size(), r.imu.size()));
+                          r.name, frame_count(r), r.velocities.size(), r.imu.size()));
 }
 
 template <typename Events>
@@ -56,12 +61,38 @@ void cut(Recording& r, const RunInput& input) {
   keep(r.velocities, begin + from_seconds(start), begin + from_seconds(stop));
   keep(r.imu, begin + from_seconds(start), begin + from_seconds(stop));
   keep(r.frames, begin + from_seconds(start), begin + from_seconds(stop));
+  if (r.images) {
+    r.images = part_of(r.images, begin + from_seconds(start), begin + from_seconds(stop),
+                       r.cameras.size());
+  }
+}
+
+// Leaves the first cameras alone.
+void choose_cameras(Recording& r, const std::string& choice) {
+  if (choice.empty()) return;
+  if (choice != "mono" && choice != "stereo") {
+    throw UsageError(fmt::format("--cameras: found '{}', expected mono or stereo", choice));
+  }
+  const std::size_t count = choice == "mono" ? 1 : 2;
+  if (r.cameras.size() < count) {
+    throw UsageError(fmt::format("--cameras {}: {} has {} single cameras, expected at least {}",
+                                 choice, r.name, r.cameras.size(), count));
+  }
+  r.cameras.resize(count);
+  for (FeatureFrame& frame : r.frames) {
+    std::erase_if(frame.pixels,
+                  [&](const PixelObservation& o) { return o.camera >= static_cast<int>(count); });
+  }
+  if (r.images) r.images = part_of(r.images, Time::min(), Time::max(), count);
 }
 
 // Finds out now, not after the run, that a truth has nothing to do with the recording.
 void check_truth(const Recording& r, const std::filesystem::path& file) {
   Trajectory stamps;
   for (const FeatureFrame& frame : r.frames) stamps.push_back({.time = frame.time, .pose = {}});
+  for (std::size_t i = 0; r.images && i < r.images->size(); ++i) {
+    stamps.push_back({.time = r.images->time(i), .pose = {}});
+  }
   try {
     associate(stamps, r.truth);
   } catch (const InputError& error) {
@@ -84,6 +115,10 @@ bool is_text(const std::filesystem::path& file) {
 }
 
 }  // namespace
+
+std::size_t frame_count(const Recording& r) {
+  return r.frames.size() + (r.images ? r.images->size() : 0);
+}
 
 Trajectory read_truth(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -129,6 +164,7 @@ Recording read_input(const RunInput& input) {
   Recording r = read_recording(input.recording);
   check_not_empty(r);
   cut(r, input);
+  choose_cameras(r, input.cameras);
   check_not_empty(r);
   if (!input.truth.empty()) {
     r.truth = read_truth(input.truth);

@@ -15,16 +15,20 @@ struct RunInput {
   std::filesystem::path recording;
   std::filesystem::path truth;        ///< TUM; empty: the recording's own, if it has one
   std::optional<double> start, stop;  ///< seconds since the recording's first event
+  std::string cameras;                ///< "mono", "stereo"; empty: all that there are
 };
 
 /// The recording that the run works on: cut to start … stop, with the truth of its choice. Throws
 /// InputError as the readers do, and for a truth that has no stamps in common with the frames;
-/// UsageError where start and stop leave nothing; Error(kNotInitialised) for a recording without a
-/// frame or velocity.
+/// UsageError where start and stop leave nothing, or cameras are missing; Error(kNotInitialised)
+/// for a recording without a frame or velocity.
 Recording read_input(const RunInput& input);
 
 /// The truth of a TUM file, or of a recording of any kind that has one. InputError where not.
 Trajectory read_truth(const std::filesystem::path& path);
+
+/// How many frames there are, of numbered points or of images.
+std::size_t frame_count(const Recording& recording);
 
 /// Replaces the velocities by those that, each held until the next (hold `zero-order`), move the
 /// pose exactly along the trajectory, from its first pose on, which becomes the world. Frames

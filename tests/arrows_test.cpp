@@ -19,7 +19,7 @@ const Arrows kArrows = {
     {"filter", {"imu", "camera"}},
     {"frontend", {"camera"}},
     // The gates are quantiles of chi2.
-    {"slam", {"filter", "eval"}},
+    {"slam", {"filter", "frontend", "eval"}},
     {"data", {"lie", "imu", "camera"}},
     // The simulator gives the very type that the readers give.
     {"sim", {"data"}},

@@ -35,13 +35,29 @@ State initial_state(const InertialSlamSettings& s, const InertialStart& start) {
 
 // Position and heading are where the world begins: known. Roll and pitch are errors about nav's
 // horizontal axes, whichever of the two poses has them.
-Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const State& x) {
-  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(x.core_size());
-  sigma.segment<2>(s.nav_attitude ? x.nav_row() : 0).setConstant(s.initial_tilt_sigma);
+Matrix15d stated_covariance(const InertialSlamSettings& s) {
+  Eigen::Matrix<double, 15, 1> sigma = Eigen::Matrix<double, 15, 1>::Zero();
+  sigma.head<2>().setConstant(s.initial_tilt_sigma);
   sigma.segment<3>(6).setConstant(s.initial_velocity_sigma);
-  sigma.segment<3>(x.additive_row()).setConstant(s.initial_accelerometer_bias_sigma);
+  sigma.segment<3>(9).setConstant(s.initial_accelerometer_bias_sigma);
   sigma.tail<3>().setConstant(s.initial_gyroscope_bias_sigma);
   return sigma.cwiseAbs2().asDiagonal();
+}
+
+// From nav's errors to those of the state's core.
+Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const InertialStart& start,
+                                   const State& x) {
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(x.core_size(), 15);
+  J.block<3, 3>(x.nav_T_world ? x.nav_row() : 0, 0).setIdentity();
+  J.block<3, 3>(x.nav_T_world ? x.nav_row() + 3 : 3, 3).setIdentity();
+  J.block<3, 3>(6, 6).setIdentity();
+  J.block<6, 6>(x.additive_row(), 9).setIdentity();
+  if (x.nav_T_world) {  // v_world = R^T v_nav, R = Exp(psi) Rhat
+    const Eigen::Matrix3d& R = x.nav_T_world->R;
+    J.block<3, 3>(6, 6) = R.transpose();
+    J.block<3, 3>(6, 0) = R.transpose() * hat(start.v_nav);
+  }
+  return J * start.covariance.value_or(stated_covariance(s)) * J.transpose();
 }
 
 // Finite, so that an update looks at every innovation, with a gate or without.
@@ -60,7 +76,7 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       model_{.noise = scaled(noise, settings.imu_noise_scale)},
       imu_(imu),
       filter_(error_chart(settings.chart), initial_state(settings, start),
-              initial_covariance(settings, initial_state(settings, start)),
+              initial_covariance(settings, start, initial_state(settings, start)),
               {.compress_map = true, .keep_map = false}),
       now_(start.time),
       composed_(start.time) {

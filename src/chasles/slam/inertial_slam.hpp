@@ -10,18 +10,10 @@
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/slam/inertial_settings.hpp>
+#include <chasles/slam/inertial_start.hpp>
 #include <chasles/slam/slam.hpp>
 
 namespace chasles {
-
-/// Where an inertial run begins, in nav.
-struct InertialStart {
-  Time time{};
-  SE3 nav_T_imu;
-  Eigen::Vector3d v_nav = Eigen::Vector3d::Zero();               ///< [m/s]
-  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
-  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
-};
 
 /// What the filter believes after a frame, and how its observations agreed.
 struct InertialEstimate {

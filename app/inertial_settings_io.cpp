@@ -1,0 +1,68 @@
+#include "inertial_settings_io.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "filter_options.hpp"
+
+namespace chasles::app {
+namespace {
+
+void append(SettingList more, const std::string& prefix, SettingList& list) {
+  for (Setting& setting : more) {
+    setting.name = prefix + setting.name;
+    list.push_back(std::move(setting));
+  }
+}
+
+SettingList list_of(InitialiserSettings& settings) {
+  SettingCollector collector;
+  for_each_initialiser_setting(settings, collector);
+  for (Setting& s : collector.settings) {
+    s.low = 0;
+    s.above_low = true;
+  }
+  return collector.settings;
+}
+
+SettingList list_of(FrontendSettings& settings) {
+  SettingCollector collector;
+  for_each_frontend_setting(settings, collector);
+  return collector.settings;  // Frontend itself refuses what cannot be used
+}
+
+SettingList start_and_frontend(InertialRunSettings& settings) {
+  SettingList list;
+  append(list_of(settings.start), "start.", list);
+  append(list_of(settings.frontend), "frontend.", list);
+  return list;
+}
+
+SettingList list_of(InertialRunSettings& settings) {
+  SettingList list = setting_list(settings.filter);
+  append(start_and_frontend(settings), "", list);
+  return list;
+}
+
+}  // namespace
+
+InertialRunSettings inertial_run_settings_from(const SettingSources& sources) {
+  InertialRunSettings settings;
+  const SettingList list = list_of(settings);
+  if (!sources.config.empty()) set_from_file(list, sources.config);
+  for (const std::string& assignment : sources.sets) set(list, assignment);
+  if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
+  check(settings.frontend);
+  return settings;
+}
+
+nlohmann::ordered_json settings_json(const InertialRunSettings& settings) {
+  InertialRunSettings copy = settings;
+  return to_json(list_of(copy));
+}
+
+std::string inertial_run_settings_help() {
+  InertialRunSettings defaults;
+  return "Settings of the start and of the front end:\n" + help_text(start_and_frontend(defaults));
+}
+
+}  // namespace chasles::app
