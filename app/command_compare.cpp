@@ -10,10 +10,11 @@
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/evaluation.hpp>
-#include <chasles/sim/inertial_sim.hpp>
 
+#include "compare_material.hpp"
 #include "filter_options.hpp"
 #include "lab_report.hpp"
+#include "lab_scene.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
 #include "scene_options.hpp"
@@ -36,38 +37,6 @@ struct CompareOptions {
   bool json = false, markdown = false, quiet = false;
 };
 
-/// What all filters are given.
-struct Material {
-  Recording recording;
-  std::uint64_t seed = 1;
-  Json scene = nullptr;  ///< the scene's settings; null: a recording
-};
-
-// A recording is told from a misspelt scene by being there.
-Material material_from(const CompareOptions& o) {
-  if (is_inertial_scene(o.scene.name)) {
-    const InertialScene scene = scene_from(o.scene);
-    return {.recording = simulate_inertial(scene, o.run),
-            .seed = scene.settings.seed,
-            .scene = settings_json(scene.settings)};
-  }
-  std::error_code ignored;
-  if (!fs::exists(o.scene.name, ignored)) {
-    throw UsageError(
-        fmt::format("'{}' is neither a scene nor a recording: expected one of "
-                    "hallway, turntable, trajectory, or a recording with an IMU, "
-                    "cameras and the truth",
-                    o.scene.name));
-  }
-  if (!o.scene.sets.empty() || !o.scene.config.empty() || !o.scene.path.empty()) {
-    throw UsageError(
-        fmt::format("--scene-set, --scene-config and --path are for scenes, not for "
-                    "the recording {}",
-                    o.scene.name));
-  }
-  return {.recording = read_recording(o.scene.name), .seed = seed_from(o.scene)};
-}
-
 /// A filter's trial with what is told of it.
 struct Compared {
   Trial trial;
@@ -77,10 +46,10 @@ struct Compared {
 
 // The figures against the truth, with the trial's own NEES: its world is the truth's, there is
 // nothing to align.
-void add_evaluation(const Trial& trial, const Recording& recording, Json& figures) {
+void add_evaluation(const Trial& trial, const Trajectory& truth, Json& figures) {
   Json all;
   try {
-    all = figures_json(evaluate(trial.estimate, recording.truth));
+    all = figures_json(evaluate(trial.estimate, truth));
   } catch (const InputError& error) {
     all = figures_json(Evaluation{});
   }
@@ -89,11 +58,8 @@ void add_evaluation(const Trial& trial, const Recording& recording, Json& figure
   }
 }
 
-Compared compare_one(const FilterVariant& filter, const Material& material, std::uint64_t run) {
-  const InertialStart start = draw_start(material.recording, filter.settings, material.seed, run);
-  Compared result{
-      .trial = run_trial(filter, material.recording, start), .summary = {}, .figures = {}};
-  result.trial.run = run;
+Compared compare_one(const FilterVariant& filter, const CompareMaterial& material) {
+  Compared result{.trial = material.run(filter), .summary = {}, .figures = {}};
   const TrialRecord record = record_of(result.trial);
   result.summary = summarize({&filter, 1}, {&record, 1}).front();
   result.figures = figures_json(filter, result.summary);
@@ -101,8 +67,8 @@ Compared compare_one(const FilterVariant& filter, const Material& material, std:
   result.figures["recorded_seconds"] =
       result.trial.points.empty() ? 0 : result.trial.points.back().seconds;
   result.figures["health"] = result.trial.diverged ? "lost" : "ok";
-  add_evaluation(result.trial, material.recording, result.figures);
-  result.figures["settings"] = settings_json(filter.settings);
+  add_evaluation(result.trial, material.truth, result.figures);
+  result.figures["settings"] = material.settings(filter.settings);
   return result;
 }
 
@@ -110,12 +76,13 @@ std::string points_csv(const Trial& trial) {
   // Two-sided 95 % of one chi-square variable.
   const Band three = chi2_band(3, 1), six = chi2_band(6, 1);
   std::string text =
-      "seconds,position_error_m,attitude_error_deg,nees_position,nees_attitude,nees_pose,nis,"
+      "seconds,position_error_m,attitude_error_deg,nees_position,nees_attitude,nees_pose,nees_"
+      "state,nis,"
       "nis_dof,band_3_low,band_3_high,band_6_low,band_6_high\n";
   for (const TrialPoint& p : trial.points) {
-    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", p.seconds, p.position_error,
+    text += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", p.seconds, p.position_error,
                         p.attitude_error * kDegrees, p.nees_position, p.nees_attitude, p.nees_pose,
-                        p.nis, p.nis_dof, three.low, three.high, six.low, six.high);
+                        p.nees_state, p.nis, p.nis_dof, three.low, three.high, six.low, six.high);
   }
   return text;
 }
@@ -134,32 +101,41 @@ Json timing_of(const std::vector<Compared>& all) {
   return timing;
 }
 
-Json summary_of(const CompareOptions& o, const Material& material,
+Json summary_of(const CompareOptions& o, const CompareMaterial& material,
                 const std::vector<Compared>& all) {
-  Json summary{{"name", material.recording.name},
-               {"version", CHASLES_VERSION},
-               {"seed", material.seed},
-               {"run", o.run},
-               {"filters", Json::array()},
-               {"scene", material.scene},
-               {"remarks", material.recording.remarks}};
+  Json summary{{"name", material.name},      {"version", CHASLES_VERSION},
+               {"seed", material.seed},      {"run", o.run},
+               {"filters", Json::array()},   {"scene", material.scene},
+               {"remarks", material.remarks}};
   for (const Compared& one : all) summary["filters"].push_back(one.figures);
   return summary;
 }
 
-void write(const CompareOptions& o, const Material& material, const std::vector<Compared>& all,
-           const Json& summary) {
+// For the report's top view; in the format of a recording's.
+void write_landmarks(const std::vector<TrueLandmark>& landmarks, const fs::path& file) {
+  remove_file(file);
+  if (landmarks.empty()) return;
+  std::string rows;
+  for (const TrueLandmark& row : landmarks) {
+    rows += fmt::format("{},{},{},{}\n", row.id, row.p_world.x(), row.p_world.y(), row.p_world.z());
+  }
+  write_table(file, {"landmark", "x", "y", "z"}, rows);
+}
+
+void write(const CompareOptions& o, const CompareMaterial& material,
+           const std::vector<Compared>& all, const Json& summary) {
   for (const Compared& one : all) {
     write_file(o.output / (one.trial.filter + ".csv"), points_csv(one.trial));
     write_tum(one.trial.estimate, o.output / (one.trial.filter + ".tum"));
   }
-  write_tum(material.recording.truth, o.output / "truth.tum");
+  write_tum(material.truth, o.output / "truth.tum");
+  write_landmarks(material.landmarks, o.output / "landmarks_truth.csv");
   write_file(o.output / "summary.json", summary.dump(2) + "\n");
   write_file(o.output / "timing.json", timing_of(all).dump(2) + "\n");
 }
 
-void print(const CompareOptions& o, const Material& material, const std::vector<Compared>& all,
-           Json summary) {
+void print(const CompareOptions& o, const CompareMaterial& material,
+           const std::vector<Compared>& all, Json summary) {
   if (o.json) {
     for (std::size_t i = 0; i < all.size(); ++i) {
       summary["filters"][i]["seconds_cpu"] = all[i].trial.seconds_cpu;
@@ -175,8 +151,8 @@ void print(const CompareOptions& o, const Material& material, const std::vector<
     cpu.push_back(milliseconds(one.trial));
   }
   if (!o.markdown) {
-    fmt::print("{}: {} frames, seed {}, run {}\n\n", material.recording.name,
-               material.recording.frames.size(), material.seed, o.run);
+    fmt::print("{}: {} frames, seed {}, run {}\n\n", material.name, material.frames, material.seed,
+               o.run);
   }
   fmt::print("{}", tables(summaries, cpu, o.markdown ? TableStyle::kMarkdown : TableStyle::kText));
 }
@@ -193,15 +169,15 @@ int exit_code(const std::vector<Compared>& all) {
 
 int compare(const CompareOptions& o) {
   if (o.quiet) spdlog::set_level(spdlog::level::err);
-  const std::vector<FilterVariant> filters = filters_from(o.filters);
-  const Material material = material_from(o);
+  const CompareMaterial material = compare_material(o.scene, o.filters, o.run);
+  const std::vector<FilterVariant>& filters = material.filters;
   if (!o.output.empty()) prepare_output(o.output);
   std::vector<Compared> all;
   {
     Progress progress(filters.size(), o.quiet, "filters");
     double recorded = 0;
     for (const FilterVariant& filter : filters) {
-      all.push_back(compare_one(filter, material, o.run));
+      all.push_back(compare_one(filter, material));
       recorded += all.back().figures["recorded_seconds"].get<double>();
       progress.show(all.size(), recorded);
     }
@@ -217,8 +193,9 @@ int compare(const CompareOptions& o) {
 Action declare_compare(CLI::App& parser) {
   const auto o = std::make_shared<CompareOptions>();
   parser
-      .add_option("SCENE", o->scene.name,
-                  "hallway, turntable, trajectory, or a recording with IMU, cameras and truth")
+      .add_option(
+          "SCENE", o->scene.name,
+          "hallway, turntable, trajectory, loops, or a recording with IMU, cameras and truth")
       ->required()
       ->type_name("");
   declare_scene(parser, o->scene);
@@ -233,9 +210,7 @@ Action declare_compare(CLI::App& parser) {
       ->excludes(json)
       ->group("Output");
   parser.add_flag("--quiet", o->quiet, "No progress and no log, only errors")->group("Output");
-  parser.footer("Scenes:\n" + inertial_scenes_help() + "\n" + filter_settings_help() +
-                "\nSettings of a scene, for --scene-set (defaults are those of `hallway`):\n" +
-                inertial_settings_help());
+  parser.footer(lab_help());
   return [o] { return compare(*o); };
 }
 

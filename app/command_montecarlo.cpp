@@ -14,6 +14,7 @@
 #include "filter_options.hpp"
 #include "interrupt.hpp"
 #include "lab_report.hpp"
+#include "lab_scene.hpp"
 #include "progress.hpp"
 #include "ranks.hpp"
 #include "scene_options.hpp"
@@ -68,7 +69,9 @@ void check(const MonteCarloOptions& o) {
     if (o.scene.name.empty() && o.runs == 0) return;
     throw UsageError("--merge takes folders alone: expected neither a SCENE nor --runs");
   }
-  if (o.scene.name.empty()) throw UsageError("SCENE is required: hallway, turntable, trajectory");
+  if (o.scene.name.empty()) {
+    throw UsageError("SCENE is required: hallway, turntable, trajectory, loops");
+  }
   if (o.runs == 0) throw UsageError("--runs is required: expected a whole number above 0");
   if (o.workers < 0) {
     throw UsageError(
@@ -88,30 +91,28 @@ int workers_of(const MonteCarloOptions& o, const Ranks& ranks) {
                        : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-// Does the plan's runs and gives the lines of each to `keep`, in rank 0; false where it was
+// Does the runs and gives the lines of each to `keep`, in rank 0; false where it was
 // interrupted.
-bool work(const MonteCarloOptions& o, const MonteCarloPlan& plan, const Ranks& ranks,
-          const Ranks::Result& keep) {
+bool work(const MonteCarloOptions& o, const LabScene& scene, const std::vector<std::uint64_t>& all,
+          const Ranks& ranks, const Ranks::Result& keep) {
   // mpirun ends all of its processes by itself.
   std::optional<Interrupt> interrupt;
   if (ranks.size() == 1) interrupt.emplace();
-  Progress progress(plan.runs.size(), o.quiet || !ranks.first(), "runs");
+  Progress progress(all.size(), o.quiet || !ranks.first(), "runs");
   std::size_t done = 0;
   const int workers = workers_of(o, ranks);
   const auto some = [&](const std::vector<std::uint64_t>& runs, const Ranks::Result& result_of) {
-    MonteCarloPlan part = plan;
-    part.runs = runs;
-    run_monte_carlo(part, workers, [&](std::span<const TrialRecord> records) {
+    scene.work(runs, workers, [&](std::span<const TrialRecord> records) {
       std::string lines;
       for (const TrialRecord& record : records) lines += to_line(record);
       result_of(records.front().run, lines);
     });
   };
   try {
-    ranks.work(plan.runs, some, [&](std::uint64_t run, const std::string& lines) {
+    ranks.work(all, some, [&](std::uint64_t run, const std::string& lines) {
       keep(run, lines);
       progress.show(++done);
-      if (interrupt && interrupt->requested() && done < plan.runs.size()) throw Interrupted{};
+      if (interrupt && interrupt->requested() && done < all.size()) throw Interrupted{};
     });
   } catch (const Interrupted&) {
     return false;
@@ -152,14 +153,15 @@ int merge(const MonteCarloOptions& o) {
 }
 
 // What rank 0 does: it has the files.
-int lead(const MonteCarloOptions& o, MonteCarloPlan& plan, const Ranks& ranks) {
+int lead(const MonteCarloOptions& o, const LabScene& scene, const Ranks& ranks) {
   const std::vector<std::uint64_t> asked = runs_of(o);
-  TrialLog log(o.output, plan_json(plan.scene, plan.filters), asked, o.resume);
-  std::ranges::copy_if(asked, std::back_inserter(plan.runs),
+  TrialLog log(o.output, scene.plan, asked, o.resume);
+  std::vector<std::uint64_t> missing;
+  std::ranges::copy_if(asked, std::back_inserter(missing),
                        [&](std::uint64_t run) { return !log.has(run); });
-  ranks.share(plan.runs);
+  ranks.share(missing);
   const auto keep = [&](std::uint64_t run, const std::string& lines) { log.add(run, lines); };
-  if (!work(o, plan, ranks, keep)) {
+  if (!work(o, scene, missing, ranks, keep)) {
     spdlog::error("interrupted: {} of {} runs are done; --resume goes on with them", log.runs(),
                   asked.size());
     return Interrupt::kExitCode;
@@ -172,14 +174,13 @@ int montecarlo(const MonteCarloOptions& o) {
   const Ranks ranks;
   check(o);
   if (!o.merge.empty()) return ranks.first() ? merge(o) : 0;
-  MonteCarloPlan plan{.scene = scene_from(o.scene), .filters = filters_from(o.filters), .runs = {}};
+  const LabScene scene = lab_scene(o.scene, o.filters);
   workers_of(o, ranks);
   if (!ranks.first()) {
-    plan.runs = ranks.share({});
-    work(o, plan, ranks, {});
+    work(o, scene, ranks.share({}), ranks, {});
     return 0;
   }
-  return ranks.lead([&] { return lead(o, plan, ranks); });
+  return ranks.lead([&] { return lead(o, scene, ranks); });
 }
 
 void declare_study(CLI::App& parser, MonteCarloOptions& o) {
@@ -212,14 +213,13 @@ void declare_output(CLI::App& parser, MonteCarloOptions& o) {
 
 Action declare_montecarlo(CLI::App& parser) {
   const auto o = std::make_shared<MonteCarloOptions>();
-  parser.add_option("SCENE", o->scene.name, "hallway, turntable, or trajectory")->type_name("");
+  parser.add_option("SCENE", o->scene.name, "hallway, turntable, trajectory, or loops")
+      ->type_name("");
   declare_study(parser, *o);
   declare_scene(parser, o->scene);
   declare_filters(parser, o->filters);
   declare_output(parser, *o);
-  parser.footer("Scenes:\n" + inertial_scenes_help() + "\n" + filter_settings_help() +
-                "\nSettings of a scene, for --scene-set (defaults are those of `hallway`):\n" +
-                inertial_settings_help());
+  parser.footer(lab_help());
   return [o] { return montecarlo(*o); };
 }
 

@@ -8,6 +8,7 @@
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 #include <chasles/report/report.hpp>
+#include <chasles/report/study.hpp>
 
 #include "subcommands.hpp"
 
@@ -15,7 +16,7 @@ namespace chasles::app {
 namespace {
 
 struct ReportOptions {
-  std::vector<std::filesystem::path> runs;
+  std::vector<std::filesystem::path> folders;  ///< runs, or studies
   std::filesystem::path output;
   bool quiet = false;
 };
@@ -35,11 +36,34 @@ ReportRun read_with_timing(const std::filesystem::path& folder) {
   return {.run = read_run(folder), .summary = summary.dump()};
 }
 
-int report(const ReportOptions& o) {
+std::string page_of_runs(const std::vector<std::filesystem::path>& folders) {
   std::vector<ReportRun> runs;
-  for (const std::filesystem::path& folder : o.runs) runs.push_back(read_with_timing(folder));
+  for (const std::filesystem::path& folder : folders) runs.push_back(read_with_timing(folder));
+  return run_page(runs);
+}
+
+std::string page_of_studies(const std::vector<std::filesystem::path>& folders) {
+  std::vector<Study> studies;
+  for (const std::filesystem::path& folder : folders) studies.push_back(read_study(folder));
+  return study_page(studies);
+}
+
+// Which kind they are is told by what is in them; all are of one.
+std::string page_of(const std::vector<std::filesystem::path>& folders) {
+  const bool studies = is_study(folders.front());
+  for (const std::filesystem::path& folder : folders) {
+    if (is_study(folder) == studies) continue;
+    throw UsageError(fmt::format("{} is {} and {} is {}: a page shows runs or studies",
+                                 folders.front().string(), studies ? "a study" : "a run",
+                                 folder.string(), studies ? "none" : "a study"));
+  }
+  return studies ? page_of_studies(folders) : page_of_runs(folders);
+}
+
+int report(const ReportOptions& o) {
+  const std::string page = page_of(o.folders);
   if (o.output.has_parent_path()) make_folder(o.output.parent_path());
-  write_file(o.output, run_page(runs));
+  write_file(o.output, page);
   if (!o.quiet) fmt::print("page: {}\n", o.output.string());
   return 0;
 }
@@ -48,7 +72,10 @@ int report(const ReportOptions& o) {
 
 Action declare_report(CLI::App& parser) {
   const auto o = std::make_shared<ReportOptions>();
-  parser.add_option("RUN", o->runs, "Run folders, as `chasles run -o` writes them")
+  parser
+      .add_option("RUN|STUDY", o->folders,
+                  "Run folders, as `chasles run -o` writes them, or studies, as `chasles compare "
+                  "-o` and `chasles montecarlo -o` do")
       ->required()
       ->type_name("");
   parser.add_option("-o,--output", o->output, "The page")->required()->type_name("FILE.html");

@@ -86,7 +86,24 @@ std::vector<FilterVariant> product(const FilterOptions& o) {
   return filters;
 }
 
-// Which filters there are is not a matter of --set, which is for all of them.
+template <typename Items>
+void append(std::vector<FilterVariant>& filters, Items&& more) {
+  for (auto& filter : more) filters.push_back(std::move(filter));
+}
+
+// A name is a column of a table and the name of files beside those of the truth.
+void check_name(const std::string& name) {
+  const bool printable = std::ranges::none_of(
+      name, [](char c) { return c == ',' || c == '"' || static_cast<unsigned char>(c) < 0x20; });
+  if (printable && !name.empty() && name != "truth" && name != "landmarks_truth") return;
+  throw UsageError(
+      fmt::format("--config: found a filter called '{}' after its file; expected a name without "
+                  "commas and quotation marks, and not that of the truth",
+                  name));
+}
+
+}  // namespace
+
 void check_not_named(const std::string& assignment) {
   const std::string key = assignment.substr(0, assignment.find('='));
   if (key != "chart" && key != "landmarks" && key != "init") return;
@@ -97,6 +114,7 @@ void check_not_named(const std::string& assignment) {
 }
 
 void check_names(const std::vector<FilterVariant>& filters) {
+  for (const FilterVariant& filter : filters) check_name(filter.name);
   for (auto filter = filters.begin(); filter != filters.end(); ++filter) {
     const auto again =
         std::ranges::find(std::next(filter), filters.end(), filter->name, &FilterVariant::name);
@@ -104,13 +122,6 @@ void check_names(const std::vector<FilterVariant>& filters) {
     throw UsageError(fmt::format("the filter '{}' is there twice, expected once", filter->name));
   }
 }
-
-template <typename Items>
-void append(std::vector<FilterVariant>& filters, Items&& more) {
-  for (auto& filter : more) filters.push_back(std::move(filter));
-}
-
-}  // namespace
 
 void declare_filters(CLI::App& parser, FilterOptions& o) {
   const auto add = [&](const char* name, std::vector<std::string>& values, const char* type,

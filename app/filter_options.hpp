@@ -32,6 +32,11 @@ std::string filter_settings_help();
 /// presets where nothing is asked for. Throws UsageError for what is not known or there twice.
 std::vector<FilterVariant> filters_from(const FilterOptions& options);
 
+/// Which filters there are is not a matter of --set, which is for all of them, and each is there
+/// once. Throw UsageError.
+void check_not_named(const std::string& assignment);
+void check_names(const std::vector<FilterVariant>& filters);
+
 /// The settings of one filter, as settings_from() of run_settings.hpp.
 InertialSlamSettings inertial_settings_from(const SettingSources& sources);
 

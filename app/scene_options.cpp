@@ -33,6 +33,7 @@ void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
         fmt::format("{}: has no IMU samples, which --real-imu asks for", path.string()));
   }
   scene.imu = recording.imu;
+  scene.imu_truth = recording.true_motion;
   InertialSettings& s = scene.settings;
   s.imu_convention =
       recording.imu_convention == ImuConvention::kIntervalMean ? "interval-mean" : "instant";
@@ -59,7 +60,8 @@ void take_path(const SceneChoice& choice, InertialScene& scene) {
   if (choice.real_imu) take_real_imu(choice.path, scene);
 }
 
-// As set(), but with the option's own name in messages.
+}  // namespace
+
 void assign(const SettingList& list, const std::string& option, const std::string& assignment) {
   const std::size_t equals = assignment.find('=');
   if (equals == std::string::npos || equals == 0) {
@@ -67,8 +69,6 @@ void assign(const SettingList& list, const std::string& option, const std::strin
   }
   set(list, option, assignment.substr(0, equals), std::string_view(assignment).substr(equals + 1));
 }
-
-}  // namespace
 
 void declare_scene(CLI::App& parser, SceneChoice& choice) {
   choice.set_option = "--scene-set";

@@ -8,6 +8,8 @@
 
 #include <chasles/sim/inertial_settings.hpp>
 
+#include "settings_io.hpp"
+
 namespace CLI {
 class App;
 }
@@ -27,6 +29,9 @@ struct SceneChoice {
 /// Declares the options of a scene beside its name: --path, --real-imu, --seed, and the settings as
 /// --scene-set and --scene-config.
 void declare_scene(CLI::App& parser, SceneChoice& choice);
+
+/// As set(), but with the option's own name in messages.
+void assign(const SettingList& list, const std::string& option, const std::string& assignment);
 
 /// Whether that is the name of a scene with an IMU.
 bool is_inertial_scene(const std::string& name);

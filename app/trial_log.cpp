@@ -15,6 +15,7 @@
 
 #include "filter_options.hpp"
 #include "lab_report.hpp"
+#include "loops_options.hpp"
 #include "output_folder.hpp"
 #include "scene_options.hpp"
 
@@ -188,6 +189,16 @@ Json plan_json(const InertialScene& scene, std::span<const FilterVariant> filter
   for (const FilterVariant& filter : filters) {
     plan["filters"].push_back(
         {{"filter", filter.name}, {"settings", settings_json(filter.settings)}});
+  }
+  return plan;
+}
+
+Json plan_json(const LoopsSettings& scene, std::span<const FilterVariant> filters) {
+  Json plan{
+      {"version", CHASLES_VERSION}, {"scene", settings_json(scene)}, {"filters", Json::array()}};
+  for (const FilterVariant& filter : filters) {
+    plan["filters"].push_back(
+        {{"filter", filter.name}, {"settings", loops_settings_json(filter.settings)}});
   }
   return plan;
 }

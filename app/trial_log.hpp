@@ -9,6 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/lab/loops_settings.hpp>
 #include <chasles/lab/monte_carlo.hpp>
 
 namespace chasles::app {
@@ -16,6 +17,9 @@ namespace chasles::app {
 /// plan.json: all that the records of a study depend on, but which runs there are. Two folders with
 /// the same plan are parts of one study.
 nlohmann::ordered_json plan_json(const InertialScene& scene,
+                                 std::span<const FilterVariant> filters);
+
+nlohmann::ordered_json plan_json(const LoopsSettings& scene,
                                  std::span<const FilterVariant> filters);
 
 /// The filters of a plan, by their names and charts, which is what a summary needs.

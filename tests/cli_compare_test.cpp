@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/readers.hpp>
+
 #include "cli_test.hpp"
 
 // `chasles compare`, and the recordings of scenes with an IMU.
@@ -80,7 +82,8 @@ TEST(Compare, WritesTheSameFolderAgain) {
   const std::string arguments = "compare " + kScene + "--preset default --run 4 -o ";
   ASSERT_EQ(chasles(folder, arguments + "a").code, 0);
   ASSERT_EQ(chasles(folder, arguments + "b").code, 0);
-  for (const char* file : {"default.csv", "default.tum", "truth.tum", "summary.json"}) {
+  for (const char* file :
+       {"default.csv", "default.tum", "truth.tum", "landmarks_truth.csv", "summary.json"}) {
     const std::string bytes = slurp(folder / "a" / file);
     EXPECT_FALSE(bytes.empty()) << file;
     EXPECT_EQ(bytes, slurp(folder / "b" / file)) << file;
@@ -125,6 +128,70 @@ TEST(Compare, GoesAlongAGivenTrajectory) {
   EXPECT_LT(json["filters"][0]["position_error_m"].get<double>(), 0.3);
 }
 
+TEST(Compare, DrivesInLoopsWithTheFourCharts) {
+  const Scratch folder;
+  const Outcome outcome = chasles(folder, "compare loops --run 3 --scene-set sigma=0.02 -o a");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  expect_part(outcome.out, "loops: 501 frames, seed 1, run 3");
+  const Json summary = Json::parse(slurp(folder / "a" / "summary.json"));
+  ASSERT_EQ(summary.at("filters").size(), 4u);
+  EXPECT_EQ(summary["filters"][3]["filter"], "right-sen3");
+  EXPECT_EQ(summary["scene"]["sigma"], 0.02);
+  EXPECT_GT(summary["filters"][0]["ate_first_pose_m"].get<double>(), 0);
+  EXPECT_EQ(read_tum(folder / "a" / "truth.tum").size(), 501u);
+  EXPECT_EQ(read_tum(folder / "a" / "right-sen3.tum").size(), 501u);
+  EXPECT_EQ(lines_of(slurp(folder / "a" / "standard.csv")), 502u);
+  EXPECT_EQ(lines_of(slurp(folder / "a" / "landmarks_truth.csv")), 301u);
+  expect_error(chasles(folder, "compare loops --preset default"), 1, "the scene loops has neither");
+  expect_error(chasles(folder, "compare loops --init multi-view"), 1, "begins at once");
+  expect_error(chasles(folder, "compare loops --scene-set range=-1"), 1, "range = -1 m");
+}
+
+// `chasles report` of what compare and montecarlo wrote.
+TEST(ReportOfStudies, IsToldFromThatOfRunsByContent) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "compare " + kScene + "--preset paper -o one --quiet").code, 0);
+  ASSERT_EQ(chasles(folder,
+                    "montecarlo loops --scene-set steps=60 --scene-set loops=1 --runs 3 -o runs "
+                    "--quiet")
+                .code,
+            0);
+  const Outcome made = chasles(folder, "report one runs -o pages/study.html");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(made.out, "page: pages/study.html\n");
+  const std::string page = slurp(folder / "pages" / "study.html");
+  for (const char* part : {"Table I: average NEES", "paper-right-se3", "\"turntable\"",
+                           "right-sen3", "\"loops\"", "\"chi2_3_high\""}) {
+    expect_part(page, part);
+  }
+  ASSERT_EQ(chasles(folder, "report one runs -o again.html").code, 0);
+  EXPECT_EQ(page, slurp(folder / "again.html"));
+}
+
+TEST(ReportOfStudies, SaysWhatIsWrong) {
+  const Scratch folder;
+  const std::string study =
+      "montecarlo loops --scene-set steps=60 --scene-set loops=1 --runs 2 --quiet -o a";
+  ASSERT_EQ(chasles(folder, study).code, 0);
+  const auto refused = [&](const char* part) {
+    expect_error(chasles(folder, "report a -o x.html"), 2, part);
+    EXPECT_FALSE(std::filesystem::exists(folder / "x.html")) << part;
+  };
+  const std::string trials = slurp(folder / "a" / "trials.jsonl");
+  spill(folder / "a" / "trials.jsonl", trials.substr(0, trials.size() / 2));
+  refused("trials.jsonl");
+  spill(folder / "a" / "trials.jsonl", trials);
+  std::filesystem::remove(folder / "a" / "curves.csv");
+  refused("curves.csv");
+  std::filesystem::remove(folder / "a" / "summary.json");
+  refused("the study is not complete");
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec -o run --quiet").code, 0);
+  expect_error(chasles(folder, "report a run -o x.html"), 1, "a page shows runs or studies");
+  expect_error(chasles(folder, "report run a -o x.html"), 1, "a page shows runs or studies");
+  expect_error(chasles(folder, "report none -o x.html"), 2, "none");
+}
+
 TEST(Compare, RefusesWhatItDoesNotKnow) {
   const Scratch folder;
   expect_error(chasles(folder, "compare halway"), 1, "neither a scene nor a recording");
@@ -137,6 +204,11 @@ TEST(Compare, RefusesWhatItDoesNotKnow) {
   expect_error(chasles(folder, "compare hallway --landmarks a"), 1, "--landmarks: found 'a'");
   expect_error(chasles(folder, "compare hallway --preset best"), 1, "--preset: found 'best'");
   expect_error(chasles(folder, "compare hallway --preset paper,paper"), 1, "is there twice");
+  for (const char* name : {"a,b.yaml", "truth.yaml"}) {
+    spill(folder / name, "gate: 0.9\n");
+    expect_error(chasles(folder, "compare hallway --config '" + std::string(name) + "'"), 1,
+                 "found a filter called");
+  }
   expect_error(chasles(folder, "compare hallway --set gat=1"), 1, "did you mean 'gate'?");
   expect_error(chasles(folder, "compare hallway --set gate=2"), 1, "--set: gate: found '2'");
   expect_error(chasles(folder, "compare hallway --set chart=standard"), 1, "expected --charts");

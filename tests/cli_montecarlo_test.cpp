@@ -1,4 +1,5 @@
 #include <cmath>
+#include <map>
 
 #include <nlohmann/json.hpp>
 
@@ -152,6 +153,88 @@ TEST(MonteCarloCommand, CountsDivergedRunsAndEndsWithFourWhereAllDid) {
   EXPECT_EQ(filter.at("diverged"), 2);
   EXPECT_TRUE(filter.at("position_error_m").is_null());
 }
+
+// The scene without an IMU: a study as any other.
+const std::string kLoops = "montecarlo loops --runs 6 --scene-set steps=100 --scene-set loops=2 ";
+
+TEST(LoopsStudy, HasTheFourChartsInTheOrderOfTheirConsistency) {
+  const Scratch folder;
+  const Outcome outcome =
+      chasles(folder, "montecarlo loops --runs 20 --scene-set sigma=0.05 -o a --workers 2");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  expect_part(outcome.out, "loops: 20 runs");
+  const Json summary = Json::parse(slurp(folder / "a" / "summary.json"));
+  EXPECT_EQ(summary.at("scene").at("sigma"), 0.05);
+  ASSERT_EQ(summary.at("filters").size(), 4u);
+  std::map<std::string, double> nees;
+  for (const Json& filter : summary["filters"]) {
+    nees[filter.at("filter")] = filter.at("nees_pose_per_dof").get<double>();
+    EXPECT_EQ(filter.at("settings").size(), 2u) << "settings that do not count";
+    EXPECT_TRUE(filter.at("nees_state").is_null());
+  }
+  // Zhang et al. 2017, Table II: with the landmarks in the group consistent, additive not.
+  EXPECT_LT(nees.at("right-sen3"), nees.at("standard"));
+  EXPECT_LT(nees.at("right-sen3"), nees.at("left-se3"));
+  EXPECT_LT(nees.at("right-sen3"), 1.25);
+  EXPECT_GT(nees.at("standard"), 1.25);
+  expect_part(slurp(folder / "a" / "curves.csv"), "\nright-sen3,500,");
+}
+
+TEST(LoopsStudy, HasTheSameBytesHoweverItCameAbout) {
+  const Scratch folder;
+  for (const char* more : {"-o one --workers 1", "-o many --workers 3", "-o s1 --shard 1/2",
+                           "-o s2 --shard 2/2", "-o cut --first 0"}) {
+    const Outcome outcome = chasles(folder, kLoops + more);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  }
+  expect_same(folder, "one", "many");
+  ASSERT_EQ(chasles(folder, "montecarlo --merge s2 s1 -o merged").code, 0);
+  expect_same(folder, "one", "merged");
+  const std::string trials = slurp(folder / "cut" / "trials.jsonl");
+  spill(folder / "cut" / "trials.jsonl", trials.substr(0, trials.size() / 2));
+  ASSERT_EQ(chasles(folder, kLoops + "-o cut --resume").code, 0);
+  expect_same(folder, "one", "cut");
+  expect_error(chasles(folder, kLoops + "-o cut --resume --scene-set radius=70"), 1,
+               "they differ at /scene/radius");
+  expect_error(chasles(folder, kLoops + "-o cut --resume --set first_estimates=true"), 1,
+               "they differ at /filters/0/settings/first_estimates");
+}
+
+TEST(LoopsStudy, RefusesWhatItDoesNotHave) {
+  const Scratch folder;
+  const auto refused = [&](const std::string& arguments, const char* part) {
+    expect_error(chasles(folder, kLoops + "-o x " + arguments), 1, part);
+    EXPECT_FALSE(std::filesystem::exists(folder / "x")) << arguments;
+  };
+  refused("--preset paper", "the scene loops has neither");
+  refused("--landmarks cartesian", "begins at once");
+  refused("--init multi-view", "begins at once");
+  refused("--path x", "for the scene trajectory, not for loops");
+  refused("--real-imu", "for the scene trajectory, not for loops");
+  refused("--charts left", "--charts: chart: found 'left'");
+  refused("--charts standard,standard", "is there twice");
+  refused("--set gate=0.9", "unknown key 'gate' (known keys: chart, first_estimates)");
+  refused("--set chart=standard", "expected --charts");
+  refused("--scene-set sigma=nan", "sigma: found 'nan'");
+  refused("--scene-set sigma=2", "sigma = 2: expected a number from 0 to 1");
+  refused("--scene-set loops=500", "at least 4 steps a loop");
+  refused("--scene-set sectons=1", "unknown key 'sectons'");
+  refused("--scene-set sigma", "--scene-set: found 'sigma', expected key=value");
+  refused("--seed x", "--seed: found 'x'");
+}
+
+#ifdef CHASLES_MPIRUN
+TEST(LoopsStudy, HasTheSameBytesUnderMpirun) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, kLoops + "-o alone").code, 0);
+  const std::string mpirun =
+      "env OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 '" CHASLES_MPIRUN
+      "' --oversubscribe -n 2 ";
+  const Outcome outcome = chasles(folder, kLoops + "-o ranks", mpirun);
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  expect_same(folder, "alone", "ranks");
+}
+#endif
 
 #ifdef CHASLES_MPIRUN
 TEST(MonteCarloCommand, HasTheSameBytesUnderMpirun) {

@@ -1,6 +1,6 @@
 #!/bin/sh
-# page_browser_check.sh PAGE [FOLDER]: opens a report page in headless Chromium as a desktop and as a
-# phone would, lets tests/page_probe.js use it, and fails on an error in the console, a failed check
+# page_browser_check.sh PAGE [FOLDER [PROBE]]: opens a report page in headless Chromium as a desktop
+# and as a phone would, lets tests/page_probe.js (or PROBE) use it, and fails on an error in the console, a failed check
 # or an empty picture. The pictures stay in FOLDER when one is given. Exit 77: no Chromium.
 set -u
 page=$(readlink -f "$1")
@@ -45,7 +45,7 @@ use() {
   grep -q 'PROBE ok: done' "$work/$1.log" || { echo "$1: the probe did not finish"; return 1; }
 }
 
-{ cat "$page"; printf '<script>\n'; cat "$here/page_probe.js"; printf '</script>\n'; } >"$work/probed.html"
+{ cat "$page"; printf '<script>\n'; cat "$here/${3:-page_probe.js}"; printf '</script>\n'; } >"$work/probed.html"
 # Chromium's window is never as narrow as a phone: a frame in it is.
 cat >"$work/phone.html" <<HTML
 <!DOCTYPE html><body style="margin:0"><iframe src="probed.html" style="width:390px;height:4000px;border:0">

@@ -61,11 +61,13 @@ function ellipseOf(a, b, c) {
   };
 }
 
-/** A canvas as a PNG file, with a title and an explanation above it. */
-function downloadPng(name, canvas, title, note) {
+/** A canvas as a PNG file, with a title and an explanation above it, and a key of lines
+ *  [{ text, colour, dash }] where there is one. */
+function downloadPng(name, canvas, title, note, key = []) {
   const out = document.createElement('canvas');
   const ratio = canvas.width / canvas.clientWidth;
-  const head = 46 * ratio;
+  const rows = keyRows(canvas.getContext('2d'), key, canvas.clientWidth - 20);
+  const head = (46 + 16 * rows.length) * ratio;
   out.width = canvas.width;
   out.height = canvas.height + head;
   const g = out.getContext('2d');
@@ -79,5 +81,37 @@ function downloadPng(name, canvas, title, note) {
   g.fillStyle = palette.muted;
   g.font = FONT;
   g.fillText(note, 10, 38, canvas.clientWidth - 20);
+  rows.forEach((row, k) => row.forEach((entry) => drawKey(g, entry, 52 + 16 * k)));
   out.toBlob((blob) => download(name + '.png', blob));
+}
+
+/** The entries of a key in rows of that width, each with its x. */
+function keyRows(g, key, width) {
+  const rows = [];
+  let x = Infinity;
+  g.font = FONT;
+  for (const entry of key) {
+    const wide = 46 + g.measureText(entry.text).width;
+    if (x + wide > width) {
+      rows.push([]);
+      x = 10;
+    }
+    rows[rows.length - 1].push({ ...entry, x });
+    x += wide;
+  }
+  return rows;
+}
+
+function drawKey(g, { text, colour, dash, x }, y) {
+  g.strokeStyle = palette[colour];
+  g.lineWidth = 2;
+  g.setLineDash(dash || []);
+  g.beginPath();
+  g.moveTo(x, y);
+  g.lineTo(x + 26, y);
+  g.stroke();
+  g.setLineDash([]);
+  g.fillStyle = palette.ink;
+  g.textBaseline = 'middle';
+  g.fillText(text, x + 32, y);
 }

@@ -57,6 +57,7 @@ function eulerAngles({ qx, qy, qz, qw }) {
   return { yaw, pitch, roll };
 }
 
+const AXES = ['x', 'y', 'z'];
 const DEG = 180 / Math.PI;
 const clamp = (v, low, high) => Math.min(high, Math.max(low, v));
 

@@ -1,9 +1,11 @@
 // A plot over time: stacked panels with one common time axis, the common cursor and time span.
 //
-// A panel: { label, unit, log, zero, clip, series: [{ label, style, values, low, high, colour }] }.
+// A panel: { label, unit, log, zero, clip,
+//   series: [{ label, name, style, values, low, high, colour, dash, legend }] }.
 // Styles: 'line', 'band' (between low and high), 'area' (from zero), 'level' (a thin dashed line).
 
-const PANEL_HEIGHT = 104, AXIS_HEIGHT = 22, LEFT = 54, RIGHT = 10, TOP = 20, GAP = 24;
+let panelHeight = 104;  // a page of larger plots sets it once
+const AXIS_HEIGHT = 22, LEFT = 54, RIGHT = 10, TOP = 20, GAP = 24;
 
 class TimePlot {
   constructor(spec) {
@@ -24,7 +26,7 @@ class TimePlot {
   buttons() {
     const name = () => fileName(activeRun().name, this.spec.title);
     const png = () => downloadPng(name(), this.canvas, `${this.spec.title} – ${activeRun().name}`,
-      legendTexts(this.spec).map((l) => l.text).join(' · '));
+      legendTexts(this.spec).map((l) => l.text).join(' · '), this.spec.key);
     const csv = () => downloadCsv(name(), plotColumns(this.spec));
     return make('div', { class: 'small-buttons' },
       make('button', { type: 'button', onclick: png, title: 'Save as picture' }, 'PNG'),
@@ -32,11 +34,11 @@ class TimePlot {
   }
 
   height() {
-    return TOP + this.spec.panels.length * (PANEL_HEIGHT + GAP) - GAP + AXIS_HEIGHT;
+    return TOP + this.spec.panels.length * (panelHeight + GAP) - GAP + AXIS_HEIGHT;
   }
 
   topOf(k) {
-    return TOP + k * (PANEL_HEIGHT + GAP);
+    return TOP + k * (panelHeight + GAP);
   }
 
   xOf(t) {
@@ -68,7 +70,7 @@ class TimePlot {
     drawValueAxis(g, scale, right);
     g.save();
     g.beginPath();
-    g.rect(LEFT, top, right - LEFT, PANEL_HEIGHT);
+    g.rect(LEFT, top, right - LEFT, panelHeight);
     g.clip();
     const x = (i) => this.xOf(activeRun().states.t[i]);
     for (const series of panel.series) drawSeries(g, series, x, scale);
@@ -101,7 +103,7 @@ class TimePlot {
       const top = this.topOf(k);
       g.beginPath();
       g.moveTo(x, top);
-      g.lineTo(x, top + PANEL_HEIGHT);
+      g.lineTo(x, top + panelHeight);
       g.stroke();
     });
   }
@@ -187,7 +189,7 @@ function timeKeys(e) {
 }
 
 function valueText(panel, series, i) {
-  const name = panel.label || series.label;
+  const name = series.name || panel.label || series.label;
   if (!Number.isFinite(series.values[i])) return `${name} –`;
   const sigma = series.sigma ? ` ± ${number(3 * series.sigma[i], 2)}` : '';
   return `${name} ${number(series.values[i])}${sigma}${panel.unit ? ' ' + panel.unit : ''}`;

@@ -5,7 +5,7 @@ function panelScale(panel, top) {
   const [low, high] = panel.log ? logLimits(panel) : linearLimits(panel);
   const map = panel.log ? (v) => Math.log10(Math.max(v, low)) : (v) => v;
   const [a, b] = [map(low), map(high)];
-  const y = (v) => top + PANEL_HEIGHT * (1 - (map(v) - a) / (b - a));
+  const y = (v) => top + panelHeight * (1 - (map(v) - a) / (b - a));
   return { low, high, log: panel.log, top, y };
 }
 
@@ -83,10 +83,10 @@ function drawValueAxis(g, scale, right) {
     g.globalAlpha = 1;
     g.fillStyle = palette.muted;
     g.fillText(scale.log ? powerText(v) : tickText(v, step), LEFT - 6,
-      clamp(y, scale.top + 5, scale.top + PANEL_HEIGHT - 4));
+      clamp(y, scale.top + 5, scale.top + panelHeight - 4));
   }
   g.strokeStyle = palette.line;
-  g.strokeRect(LEFT + 0.5, scale.top + 0.5, right - LEFT - 1, PANEL_HEIGHT - 1);
+  g.strokeRect(LEFT + 0.5, scale.top + 0.5, right - LEFT - 1, panelHeight - 1);
 }
 
 /** What the panel shows and what it comes to; on a narrow screen only the beginning of that. */
@@ -117,7 +117,7 @@ function drawHealth(g, xOf, top, right) {
     if (to <= from) continue;
     g.globalAlpha = 0.16;
     g.fillStyle = name === 'lost' ? palette.bad : palette.warn;
-    g.fillRect(from, top, to - from, PANEL_HEIGHT);
+    g.fillRect(from, top, to - from, panelHeight);
     g.globalAlpha = 1;
   }
 }
@@ -129,7 +129,7 @@ function drawSeries(g, series, x, scale) {
   if (series.style === 'area') return drawArea(g, series, x, scale, n, colour);
   g.strokeStyle = colour;
   g.lineWidth = series.style === 'level' ? 1 : 1.4;
-  g.setLineDash(series.style === 'level' ? [5, 4] : []);
+  g.setLineDash(series.dash || (series.style === 'level' ? [5, 4] : []));
   const y = (i) => (Number.isFinite(at(series.values, i)) ? scale.y(at(series.values, i)) : NaN);
   polyline(g, n, x, y);
   g.setLineDash([]);

@@ -1,6 +1,5 @@
 // Which plots a run gets, and what is in them.
 
-const AXES = ['x', 'y', 'z'];
 const FAMILIES = { omega: 'Angular velocity', bias: 'Gyroscope bias', scale: 'Velocity scale' };
 
 function plotSpecs(run) {

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <ctime>
+#include <limits>
 #include <numbers>
 #include <unordered_map>
 #include <vector>
@@ -20,6 +22,13 @@ using Eigen::Vector3d;
 
 // What a component of nothing is uncertain by [m, rad].
 constexpr double kLeastSigma = 1e-4;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+double thread_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
 
 SE3 true_pose(const LoopsSettings& s, int step) {
   const auto at = [&](double k) -> Vector3d {
@@ -35,7 +44,7 @@ SE3 true_pose(const LoopsSettings& s, int step) {
   return pose;
 }
 
-std::vector<Vector3d> true_landmarks(const LoopsSettings& s) {
+std::vector<Vector3d> true_points(const LoopsSettings& s) {
   const Random random{s.seed};
   std::vector<Vector3d> points;
   for (int i = 0; i < s.landmarks; ++i) {
@@ -58,38 +67,52 @@ Vector3d sigma_of(const LoopsSettings& s, const Vector3d& value) {
   return (s.sigma * value.cwiseAbs()).cwiseMax(kLeastSigma);
 }
 
-// z = R^T (Y - p) + n (math.md §3, with the identity for a camera).
-Measurement measure_point(const State& x, int landmark, const Vector3d& z, const Vector3d& sigma) {
+// z = R^T (Y - p) + n (math.md §3, with the identity for a camera). With first estimates the place
+// of the landmark in the Jacobian is where it began; the pose is the prediction in any case.
+Measurement measure_point(const State& x, int index, const Vector3d& z, const Vector3d& sigma,
+                          Linearisation at) {
   const Matrix3d Rt = x.world_T_imu.R.transpose();
-  const Vector3d from_imu =
-      x.landmarks[static_cast<std::size_t>(landmark)].p_world - x.world_T_imu.p;
+  const Landmark& landmark = x.landmarks[static_cast<std::size_t>(index)];
+  const Vector3d& p_linear =
+      at == Linearisation::kFirstEstimates ? landmark.first : landmark.p_world;
   Measurement result;
-  result.landmark = landmark;
-  result.residual = z - Rt * from_imu;
+  result.landmark = index;
+  result.residual = z - Rt * (landmark.p_world - x.world_T_imu.p);
   result.d_core.resize(3, 6);
-  result.d_core << Rt * hat(from_imu), -Rt;
+  result.d_core << Rt * hat(p_linear - x.world_T_imu.p), -Rt;
   result.d_landmark = Rt;
   result.noise = sigma.cwiseAbs2().asDiagonal();
   return result;
 }
 
-NewLandmark begin_point(const State& x, LandmarkId id, const Vector3d& z, const Vector3d& sigma) {
+// `p_pose` is the position of the pose at which the derivative is taken.
+NewLandmark begin_point(const State& x, LandmarkId id, const Vector3d& z, const Vector3d& sigma,
+                        const Vector3d& p_pose) {
   NewLandmark result;
   result.id = id;
   result.p_world = x.world_T_imu * z;
-  result.d_pose << -hat(x.world_T_imu.R * z), Matrix3d::Identity();
+  result.d_pose << -hat(result.p_world - p_pose), Matrix3d::Identity();
   result.noise = x.world_T_imu.R * sigma.cwiseAbs2().asDiagonal() * x.world_T_imu.R.transpose();
   return result;
 }
 
+// What is seen of a landmark at a step.
+struct Sight {
+  LandmarkId id = 0;
+  Vector3d z, sigma;  // [m], in IMU axes
+};
+
 class Loops {
  public:
-  Loops(const LoopsSettings& settings, const std::string& chart, std::uint64_t run)
+  Loops(const LoopsSettings& settings, const InertialSlamSettings& filter, std::uint64_t run)
       : s_(settings),
+        linearisation_(filter.first_estimates ? Linearisation::kFirstEstimates
+                                              : Linearisation::kCurrent),
         random_(random_of_run(settings.seed, run)),
-        points_(true_landmarks(settings)),
-        filter_(error_chart(chart), initial(settings), Eigen::MatrixXd::Zero(6, 6),
-                {.compress_map = true, .keep_map = false}) {}
+        points_(true_points(settings)),
+        filter_(error_chart(filter.chart), initial(settings), Eigen::MatrixXd::Zero(6, 6),
+                {.compress_map = true, .keep_map = false}),
+        p_predicted_(filter_.state().world_T_imu.p) {}
 
   void move(int step) {
     const Vector6d twist = se3::log(true_pose(s_, step - 1).inverse() * true_pose(s_, step));
@@ -103,42 +126,33 @@ class Loops {
       odometry.linear_imu[i] =
           twist[3 + i] + noise.sample_sigma[3 + i] * draw(Stream::kLinearNoise, step, i);
     }
-    filter_.propagate(predict({.velocity_state = false, .gyro_bias = false, .scale = false},
-                              filter_.state(), odometry, 1, noise));
+    Prediction next = predict({.velocity_state = false, .gyro_bias = false, .scale = false},
+                              filter_.state(), odometry, 1, noise);
+    if (linearisation_ == Linearisation::kFirstEstimates) {
+      next.F.block<3, 3>(3, 0) = -hat(next.world_T_imu.p - p_predicted_);
+    }
+    p_predicted_ = next.world_T_imu.p;
+    filter_.propagate(next);
   }
 
+  // Landmarks that are new begin at the updated pose.
   UpdateReport look(int step) {
-    const SE3 imu_T_world = true_pose(s_, step).inverse();
     std::vector<Measurement> known;
-    std::vector<NewLandmark> fresh;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      const Vector3d p_imu = imu_T_world * points_[i];
-      if (!in_view(s_, p_imu)) continue;
-      const Vector3d sigma = sigma_of(s_, p_imu);
-      Vector3d z = p_imu;
-      const auto index = static_cast<int>(static_cast<std::size_t>(step) * points_.size() + i);
-      for (int k = 0; k < 3; ++k) z[k] += sigma[k] * draw(Stream::kPixelNoise, index, k);
-      const auto id = static_cast<LandmarkId>(i);
-      const auto found = index_.find(id);
-      if (found != index_.end()) {
-        known.push_back(measure_point(filter_.state(), found->second, z, sigma));
+    std::vector<Sight> fresh;
+    for (const Sight& sight : sights(step)) {
+      const auto found = index_.find(sight.id);
+      if (found == index_.end()) {
+        fresh.push_back(sight);
       } else {
-        fresh.push_back(begin_point(filter_.state(), id, z, sigma));
+        known.push_back(
+            measure_point(filter_.state(), found->second, sight.z, sight.sigma, linearisation_));
       }
     }
     const UpdateReport report = filter_.update(known);
-    // Their places are those of the updated pose.
-    for (NewLandmark& landmark : fresh) {
-      landmark =
-          begin_point(filter_.state(), landmark.id, before_.inverse() * landmark.p_world,
-                      sigma_of(s_, imu_T_world * points_[static_cast<std::size_t>(landmark.id)]));
-      index_.emplace(landmark.id, static_cast<int>(index_.size()));
-    }
-    filter_.add(fresh);
+    begin(fresh);
     return report;
   }
 
-  void remember_pose() { before_ = filter_.state().world_T_imu; }
   const Ekf& filter() const { return filter_; }
   bool lost() const { return !filter_.state().world_T_imu.p.allFinite(); }
 
@@ -149,44 +163,100 @@ class Loops {
     x.additive.resize(0);
     return x;
   }
+
+  std::vector<Sight> sights(int step) const {
+    const SE3 imu_T_world = true_pose(s_, step).inverse();
+    std::vector<Sight> result;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Vector3d p_imu = imu_T_world * points_[i];
+      if (!in_view(s_, p_imu)) continue;
+      Sight sight{.id = static_cast<LandmarkId>(i), .z = p_imu, .sigma = sigma_of(s_, p_imu)};
+      const auto index = static_cast<int>(static_cast<std::size_t>(step) * points_.size() + i);
+      for (int k = 0; k < 3; ++k)
+        sight.z[k] += sight.sigma[k] * draw(Stream::kPixelNoise, index, k);
+      result.push_back(sight);
+    }
+    return result;
+  }
+
+  void begin(const std::vector<Sight>& fresh) {
+    const State& x = filter_.state();
+    const bool first = linearisation_ == Linearisation::kFirstEstimates;
+    std::vector<NewLandmark> landmarks;
+    for (const Sight& sight : fresh) {
+      landmarks.push_back(
+          begin_point(x, sight.id, sight.z, sight.sigma, first ? p_predicted_ : x.world_T_imu.p));
+      index_.emplace(sight.id, static_cast<int>(index_.size()));
+    }
+    filter_.add(landmarks);
+  }
+
   double draw(Stream stream, int index, int component) const {
     return random_.normal(stream, static_cast<std::uint64_t>(index),
                           static_cast<std::uint32_t>(component));
   }
 
   LoopsSettings s_;
+  Linearisation linearisation_;
   Random random_;
   std::vector<Vector3d> points_;
   Ekf filter_;
-  SE3 before_;
+  Vector3d p_predicted_;                       // of the pose, before the update
   std::unordered_map<LandmarkId, int> index_;  // in the state, where none is ever retired
 };
 
+TrialPoint point_of(const Loops& loops, PoseError coordinates, const SE3& truth) {
+  const SE3& estimate = loops.filter().state().world_T_imu;
+  const PoseNees nees = pose_nees(coordinates, truth, estimate,
+                                  loops.filter().core_covariance().topLeftCorner<6, 6>());
+  TrialPoint point;
+  point.position_error = (truth.p - estimate.p).norm();
+  point.attitude_error = so3::log(truth.R * estimate.R.transpose()).norm();
+  point.nees_position = nees.position;
+  point.nees_attitude = nees.attitude;
+  point.nees_pose = nees.pose;
+  point.nees_state = kNaN;  // the pose is all that there is
+  return point;
+}
+
 }  // namespace
 
-Trial run_loops(const LoopsSettings& settings, const std::string& chart, std::uint64_t run) {
-  const PoseError coordinates = pose_error_of(chart);
-  Loops loops(settings, chart, run);
-  Trial trial{.filter = chart, .run = run};
+Trajectory loops_truth(const LoopsSettings& settings) {
+  Trajectory truth;
   for (int step = 0; step <= settings.steps; ++step) {
-    if (step > 0) loops.move(step);
-    loops.remember_pose();
-    const UpdateReport report = loops.look(step);
-    const SE3& estimate = loops.filter().state().world_T_imu;
-    const SE3 truth = true_pose(settings, step);
-    const PoseNees nees = pose_nees(coordinates, truth, estimate,
-                                    loops.filter().core_covariance().topLeftCorner<6, 6>());
-    trial.points.push_back({.seconds = static_cast<double>(step),
-                            .position_error = (truth.p - estimate.p).norm(),
-                            .attitude_error = so3::log(truth.R * estimate.R.transpose()).norm(),
-                            .nees_position = nees.position,
-                            .nees_attitude = nees.attitude,
-                            .nees_pose = nees.pose,
-                            .nis = report.nis,
-                            .nis_dof = report.dof});
-    trial.diverged = loops.lost() || !(trial.points.back().position_error < kDivergedAt);
-    if (trial.diverged) break;
+    truth.push_back({.time = std::chrono::seconds(step), .pose = true_pose(settings, step)});
   }
+  return truth;
+}
+
+std::vector<TrueLandmark> loops_landmarks(const LoopsSettings& settings) {
+  std::vector<TrueLandmark> landmarks;
+  for (const Vector3d& point : true_points(settings)) {
+    landmarks.push_back({static_cast<LandmarkId>(landmarks.size()), point});
+  }
+  return landmarks;
+}
+
+Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std::uint64_t run) {
+  validate(settings);
+  const double started = thread_seconds();
+  const PoseError coordinates = pose_error_of(filter.settings.chart);
+  Loops loops(settings, filter.settings, run);
+  Trial trial{.filter = filter.name, .run = run};
+  for (int step = 0; step <= settings.steps && !trial.diverged; ++step) {
+    if (step > 0) loops.move(step);
+    const UpdateReport report = loops.look(step);
+    TrialPoint point = point_of(loops, coordinates, true_pose(settings, step));
+    point.seconds = step;
+    point.nis = report.nis;
+    point.nis_dof = report.dof;
+    trial.points.push_back(point);
+    trial.estimate.push_back(
+        {.time = std::chrono::seconds(step), .pose = loops.filter().state().world_T_imu});
+    trial.diverged = loops.lost() || !(point.position_error < kDivergedAt);
+  }
+  trial.landmarks = loops.filter().map_size();
+  trial.seconds_cpu = thread_seconds() - started;
   return trial;
 }
 

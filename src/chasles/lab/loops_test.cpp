@@ -1,6 +1,8 @@
+#include <cmath>
+
 #include <gtest/gtest.h>
 
-#include <chasles/eval/chi2.hpp>
+#include <chasles/error.hpp>
 #include <chasles/lab/loops.hpp>
 
 namespace chasles {
@@ -12,12 +14,19 @@ struct Means {
   double orientation = 0, pose = 0, square = 0;  // NEES per degree of freedom; [m^2]
 };
 
-Means means(const char* chart, double sigma) {
+FilterVariant filter(const char* chart, bool first_estimates = false) {
+  FilterVariant variant{.name = chart, .settings = {}};
+  variant.settings.chart = chart;
+  variant.settings.first_estimates = first_estimates;
+  return variant;
+}
+
+Means means(const char* chart, double sigma, bool first_estimates = false) {
   LoopsSettings settings;
   settings.sigma = sigma;
   Means result;
   for (std::uint64_t run = 0; run < kRuns; ++run) {
-    const Trial trial = run_loops(settings, chart, run);
+    const Trial trial = run_loops(settings, filter(chart, first_estimates), run);
     EXPECT_FALSE(trial.diverged) << chart << " run " << run;
     const TrialAverages a = averages(trial);
     result.orientation += a.nees_attitude / 3 / kRuns;
@@ -40,6 +49,14 @@ TEST(Loops, WithLargeNoiseOnlyTheGroupIsConsistent) {
   EXPECT_LT(group.square, standard.square);
 }
 
+// First estimates: 1.05 and 1.13.
+TEST(Loops, WithLargeNoiseFirstEstimatesAreConsistentToo) {
+  const Means first = means("standard", 0.05, true);
+  EXPECT_GT(first.pose, 0.85);
+  EXPECT_LT(first.pose, 1.25);
+  EXPECT_LT(first.orientation, 1.25);
+}
+
 // 1.02 and 1.01 against 1.34 and 1.35.
 TEST(Loops, WithSmallNoiseAllAreNearlyConsistent) {
   const Means group = means("right-sen3", 0.01);
@@ -50,13 +67,58 @@ TEST(Loops, WithSmallNoiseAllAreNearlyConsistent) {
 
 TEST(Loops, TheNoiseIsTheSameForEveryChartAndAnotherForEveryRun) {
   const LoopsSettings settings{.steps = 40, .loops = 1};
-  const Trial a = run_loops(settings, "standard", 3);
-  const Trial b = run_loops(settings, "right-sen3", 3);
-  const Trial c = run_loops(settings, "standard", 4);
+  const Trial a = run_loops(settings, filter("standard"), 3);
+  const Trial b = run_loops(settings, filter("right-sen3"), 3);
+  const Trial c = run_loops(settings, filter("standard"), 4);
   EXPECT_NEAR(a.points[2].position_error, b.points[2].position_error, 1e-3);
   EXPECT_GT(std::abs(a.points[2].position_error - c.points[2].position_error), 1e-4);
   EXPECT_EQ(a.points[20].position_error,
-            run_loops(settings, "standard", 3).points[20].position_error);
+            run_loops(settings, filter("standard"), 3).points[20].position_error);
+}
+
+TEST(Loops, TheTrialHasTheEstimateAtTheTimesOfTheTruth) {
+  const LoopsSettings settings{.steps = 40, .loops = 1};
+  const Trial trial = run_loops(settings, filter("standard"), 0);
+  const Trajectory truth = loops_truth(settings);
+  ASSERT_EQ(trial.estimate.size(), 41u);
+  ASSERT_EQ(truth.size(), 41u);
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_EQ(trial.estimate[i].time, truth[i].time);
+    EXPECT_NEAR((trial.estimate[i].pose.p - truth[i].pose.p).norm(), trial.points[i].position_error,
+                1e-12);
+  }
+  EXPECT_GT(trial.landmarks, 0);
+  EXPECT_LE(static_cast<std::size_t>(trial.landmarks), loops_landmarks(settings).size());
+}
+
+TEST(LoopsSettings, RefuseWhatCannotBeDriven) {
+  const auto refused = [](auto change) {
+    LoopsSettings settings;
+    change(settings);
+    EXPECT_THROW(validate(settings), UsageError);
+    EXPECT_THROW(run_loops(settings, filter("standard"), 0), UsageError);
+  };
+  EXPECT_NO_THROW(validate(LoopsSettings{}));
+  refused([](LoopsSettings& s) { s.steps = 0; });
+  refused([](LoopsSettings& s) { s.loops = s.steps; });
+  refused([](LoopsSettings& s) { s.landmarks = -1; });
+  refused([](LoopsSettings& s) { s.radius = 0; });
+  refused([](LoopsSettings& s) { s.range = std::nan(""); });
+  refused([](LoopsSettings& s) { s.sigma = 1e9; });
+  refused([](LoopsSettings& s) { s.field_of_view = -1; });
+}
+
+TEST(LoopsSettings, TheExtremesThatPassCanBeRun) {
+  for (const LoopsSettings& settings :
+       {LoopsSettings{.steps = 4, .loops = 1, .landmarks = 0, .sigma = 0},
+        LoopsSettings{.steps = 4, .loops = 1, .radius = 1e5, .range = 1e5, .sigma = 1},
+        LoopsSettings{.steps = 8, .loops = 2, .radius = 0.1, .undulation = 1e3}}) {
+    for (const char* chart : {"standard", "right-sen3"}) {
+      const Trial trial = run_loops(settings, filter(chart), 0);
+      EXPECT_FALSE(trial.points.empty());
+      EXPECT_TRUE(trial.diverged || std::isfinite(trial.points.back().position_error));
+    }
+  }
 }
 
 }  // namespace

@@ -8,4 +8,7 @@ namespace chasles {
 /// where the json of the runs belongs.
 extern const std::string_view page_template;
 
+/// web/study.html in the same way, for studies.
+extern const std::string_view study_template;
+
 }  // namespace chasles

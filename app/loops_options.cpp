@@ -1,0 +1,118 @@
+#include "loops_options.hpp"
+
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+#include <chasles/filter/error_chart.hpp>
+
+#include "settings_io.hpp"
+
+namespace chasles::app {
+namespace {
+
+constexpr const char* kLoops = "loops";
+
+SettingList list_of(LoopsSettings& settings) {
+  SettingCollector collector;
+  for_each_field(settings, collector);
+  return collector.settings;
+}
+
+// What of a filter's settings counts where there are no cameras and no IMU.
+SettingList list_of(InertialSlamSettings& settings) {
+  SettingCollector collector;
+  for_each_inertial_setting(settings, collector);
+  std::erase_if(collector.settings, [](const Setting& setting) {
+    return setting.name != "chart" && setting.name != "first_estimates";
+  });
+  return collector.settings;
+}
+
+void check(const FilterOptions& o) {
+  if (!o.presets.empty()) {
+    throw UsageError(
+        "--preset: the presets are filters for an IMU and cameras; the scene loops has neither: "
+        "expected --charts or --config");
+  }
+  if (!o.landmarks.empty() || !o.inits.empty()) {
+    throw UsageError(
+        "--landmarks and --init are for cameras; in the scene loops a landmark is seen as a point "
+        "and begins at once: expected --charts or --config");
+  }
+}
+
+FilterVariant from_file(const std::string& file) {
+  FilterVariant filter{.name = std::filesystem::path(file).stem().string(), .settings = {}};
+  set_from_file(list_of(filter.settings), file);
+  return filter;
+}
+
+FilterVariant with_chart(const std::string& chart) {
+  FilterVariant filter{.name = chart, .settings = {}};
+  set(list_of(filter.settings), "--charts", "chart", chart);
+  return filter;
+}
+
+std::vector<std::string> all_charts() {
+  std::vector<std::string> names;
+  for (const ErrorChart& chart : error_charts()) names.emplace_back(chart.name);
+  return names;
+}
+
+}  // namespace
+
+bool is_loops(const std::string& name) { return name == kLoops; }
+
+LoopsSettings loops_from(const SceneChoice& choice) {
+  if (!choice.path.empty() || choice.real_imu) {
+    throw UsageError("--path and --real-imu are for the scene trajectory, not for loops");
+  }
+  LoopsSettings settings;
+  const SettingList list = list_of(settings);
+  if (!choice.config.empty()) set_from_file(list, choice.config);
+  for (const std::string& assignment : choice.sets) assign(list, choice.set_option, assignment);
+  if (!choice.seed.empty()) set(list, "--seed", "seed", choice.seed);
+  validate(settings);
+  return settings;
+}
+
+std::vector<FilterVariant> loops_filters_from(const FilterOptions& o) {
+  check(o);
+  std::vector<FilterVariant> filters;
+  for (const std::string& file : o.configs) filters.push_back(from_file(file));
+  const bool nothing = o.configs.empty() && o.charts.empty();
+  for (const std::string& chart : nothing ? all_charts() : o.charts) {
+    filters.push_back(with_chart(chart));
+  }
+  for (const std::string& assignment : o.sets) {
+    check_not_named(assignment);
+    for (FilterVariant& filter : filters) set(list_of(filter.settings), assignment);
+  }
+  check_names(filters);
+  return filters;
+}
+
+std::string loops_scene_help() {
+  return fmt::format("  {:<14} {}\n", kLoops,
+                     "odometry and points in eight loops, as Zhang et al. 2017; no IMU, no camera");
+}
+
+std::string loops_settings_help() {
+  LoopsSettings defaults;
+  return help_text(list_of(defaults));
+}
+
+nlohmann::ordered_json settings_json(const LoopsSettings& settings) {
+  LoopsSettings copy = settings;
+  return to_json(list_of(copy));
+}
+
+nlohmann::ordered_json loops_settings_json(const InertialSlamSettings& settings) {
+  InertialSlamSettings copy = settings;
+  return to_json(list_of(copy));
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,150 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+#include <chasles/report/encode.hpp>
+#include <chasles/report/page_template.hpp>
+#include <chasles/report/study.hpp>
+
+namespace chasles {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// All filters share one axis of time: those that ended sooner have NaN behind their end.
+std::string padded(std::vector<double> values, std::size_t length) {
+  values.resize(length, std::numeric_limits<double>::quiet_NaN());
+  return float_column(values);
+}
+
+template <typename Rows, typename Number>
+std::string floats(const Rows& rows, std::size_t length, const Number& number) {
+  std::vector<double> values;
+  for (const auto& row : rows) values.push_back(number(row));
+  return padded(std::move(values), std::max(length, values.size()));
+}
+
+// x, y, z of points, relative to the origin, which single precision then holds to a millimetre.
+template <typename Rows, typename Point>
+Json points(const Rows& rows, std::size_t length, const Eigen::Vector3d& origin,
+            const Point& point) {
+  Json columns;
+  for (const auto& [name, axis] : {std::pair{"x", 0}, {"y", 1}, {"z", 2}}) {
+    columns[name] =
+        floats(rows, length, [&](const auto& row) { return point(row)(axis) - origin(axis); });
+  }
+  return columns;
+}
+
+const auto position = [](const StampedPose& s) -> const Eigen::Vector3d& { return s.pose.p; };
+
+Json curves_json(const StudyCurves& curves, std::size_t length, const Eigen::Vector3d& origin) {
+  Json json{{"name", curves.filter},
+            {"position_error", padded(curves.position_error, length)},
+            {"attitude_error", padded(curves.attitude_error, length)},
+            {"nees_position", padded(curves.nees_position, length)},
+            {"nees_attitude", padded(curves.nees_attitude, length)},
+            {"nees_pose", padded(curves.nees_pose, length)},
+            {"nees_state", padded(curves.nees_state, length)}};
+  if (!curves.estimate.empty()) {
+    json["estimate"] = points(curves.estimate, length, origin, position);
+  }
+  return json;
+}
+
+// The runs that count for each filter decide how wide its band is.
+Json bands_json(std::size_t runs) {
+  Json json{{"runs", runs}};
+  for (const int dof : {3, 6, 15}) {
+    const Band band = chi2_band(dof, std::max<std::size_t>(runs, 1));
+    json[fmt::format("chi2_{}_low", dof)] = band.low;
+    json[fmt::format("chi2_{}_high", dof)] = band.high;
+  }
+  return json;
+}
+
+std::size_t runs_that_count(const Study& study) {
+  if (study.single_run) return 1;
+  std::vector<std::size_t> counts(study.filters.size(), 0);
+  for (const StudyTrial& trial : study.trials) counts[trial.filter] += trial.diverged ? 0 : 1;
+  return counts.empty() ? 0 : *std::ranges::max_element(counts);
+}
+
+Json trials_json(const std::vector<StudyTrial>& trials) {
+  std::vector<int> filters, diverged;
+  std::vector<double> runs;
+  for (const StudyTrial& trial : trials) {
+    filters.push_back(static_cast<int>(trial.filter));
+    diverged.push_back(trial.diverged ? 1 : 0);
+    runs.push_back(static_cast<double>(trial.run));
+  }
+  const auto of = [&](double StudyTrial::*member) {
+    return floats(trials, 0, [&](const StudyTrial& trial) { return trial.*member; });
+  };
+  return {{"filter", int_column(filters)},
+          {"diverged", int_column(diverged)},
+          {"run", double_column(runs)},
+          {"position_error", of(&StudyTrial::position_error)},
+          {"attitude_error", of(&StudyTrial::attitude_error)},
+          {"nees_position", of(&StudyTrial::nees_position)},
+          {"nees_attitude", of(&StudyTrial::nees_attitude)},
+          {"nees_pose", of(&StudyTrial::nees_pose)}};
+}
+
+// Every n-th pose, at most about 4000: a path is drawn no better with more.
+Trajectory thinned(const Trajectory& trajectory) {
+  constexpr std::size_t kEnough = 4000;
+  const std::size_t stride = trajectory.size() / kEnough + 1;
+  Trajectory thin;
+  for (std::size_t i = 0; i < trajectory.size(); i += stride) thin.push_back(trajectory[i]);
+  return thin;
+}
+
+Json study_json(const Study& study) {
+  const auto longest = std::ranges::max_element(
+      study.filters, {}, [](const StudyCurves& c) { return c.seconds.size(); });
+  const std::size_t length = longest == study.filters.end() ? 0 : longest->seconds.size();
+  const Eigen::Vector3d origin =
+      study.truth.empty() ? Eigen::Vector3d::Zero() : study.truth.front().pose.p;
+  Json json{{"folder", study.folder},
+            {"single_run", study.single_run},
+            {"summary", Json::parse(study.summary)},
+            {"bands", bands_json(runs_that_count(study))},
+            {"origin", {origin.x(), origin.y(), origin.z()}}};
+  json["seconds"] = length == 0 ? float_column({}) : float_column(longest->seconds);
+  json["filters"] = Json::array();
+  for (const StudyCurves& curves : study.filters) {
+    json["filters"].push_back(curves_json(curves, length, origin));
+  }
+  json["trials"] = trials_json(study.trials);
+  if (study.truth.empty()) return json;
+  json["truth"] = points(thinned(study.truth), 0, origin, position);
+  json["landmarks"] =
+      points(study.landmarks, 0, origin,
+             [](const TrueLandmark& mark) -> const Eigen::Vector3d& { return mark.p_world; });
+  return json;
+}
+
+}  // namespace
+
+std::string study_page(const std::vector<Study>& studies) {
+  if (studies.empty()) {
+    throw UsageError(
+        "a report needs at least one study: name the folder that `chasles compare` or "
+        "`chasles montecarlo` wrote");
+  }
+  Json data{{"studies", Json::array()}};
+  for (const Study& study : studies) data["studies"].push_back(study_json(study));
+  static constexpr std::string_view kPlace = "@PAGE_DATA@";
+  const std::size_t place = study_template.find(kPlace);
+  std::string page(study_template.substr(0, place));
+  page += json_for_html(data);
+  page += study_template.substr(place + kPlace.size());
+  return page;
+}
+
+}  // namespace chasles
