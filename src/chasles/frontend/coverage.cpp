@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+
+#include <chasles/frontend/coverage.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr int kRests = 5;                    // searches, after one without a corner
+constexpr std::size_t kCornersPerCell = 24;  // candidates that are looked at
+
+bool far_from_all(const std::vector<Eigen::Vector2d>& pixels, const Eigen::Vector2d& pixel,
+                  double distance) {
+  return std::none_of(pixels.begin(), pixels.end(), [&](const Eigen::Vector2d& other) {
+    return (other - pixel).squaredNorm() < distance * distance;
+  });
+}
+
+}  // namespace
+
+bool masked(const GrayImage& mask, const Eigen::Vector2d& pixel) {
+  if (mask.empty()) return false;
+  const int x = std::clamp(static_cast<int>(std::lround(pixel.x())), 0, mask.width - 1);
+  const int y = std::clamp(static_cast<int>(std::lround(pixel.y())), 0, mask.height - 1);
+  return mask.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(mask.width) +
+                     static_cast<std::size_t>(x)] == 0;
+}
+
+Coverage::Coverage(const CoverageSettings& settings, int width, int height)
+    : settings_(settings), width_(width), height_(height) {
+  const int border = static_cast<int>(std::ceil(settings.border));
+  const auto edge = [](int i, int cells, int size) { return size * i / cells; };
+  for (int r = 0; r < settings.rows; ++r) {
+    for (int c = 0; c < settings.columns; ++c) {
+      const PixelBox box{.x0 = std::max(border, edge(c, settings.columns, width)),
+                         .y0 = std::max(border, edge(r, settings.rows, height)),
+                         .x1 = std::min(width - border, edge(c + 1, settings.columns, width)),
+                         .y1 = std::min(height - border, edge(r + 1, settings.rows, height))};
+      cells_.push_back({.box = box});
+    }
+  }
+}
+
+std::size_t Coverage::cell_of(const Eigen::Vector2d& pixel) const {
+  const auto index = [](double x, int size, int cells) {
+    return std::clamp(static_cast<int>(std::floor(x * cells / size)), 0, cells - 1);
+  };
+  return static_cast<std::size_t>(index(pixel.y(), height_, settings_.rows) * settings_.columns +
+                                  index(pixel.x(), width_, settings_.columns));
+}
+
+std::vector<std::size_t> Coverage::cells_to_search(std::size_t tracks) const {
+  const auto max_tracks = static_cast<std::size_t>(settings_.max_tracks);
+  std::vector<std::size_t> order(cells_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  if (2 * tracks < max_tracks) return order;
+  std::erase_if(order, [&](std::size_t i) { return cells_[i].rests > 0; });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return cells_[a].tracks < cells_[b].tracks;
+  });
+  // Each cell searched gives a corner or two: more of them are not needed than tracks are missing.
+  order.resize(std::min(
+      {order.size(), static_cast<std::size_t>(settings_.cells_per_search), max_tracks - tracks}));
+  return order;
+}
+
+std::vector<Eigen::Vector2d> Coverage::refill(const PyramidLevel& image, const GrayImage& mask,
+                                              const std::vector<Eigen::Vector2d>& tracks) {
+  std::vector<Eigen::Vector2d> added;
+  if (tracks.size() >= static_cast<std::size_t>(settings_.max_tracks)) return added;
+  for (Cell& cell : cells_) {
+    cell.tracks = 0;
+    cell.corners.clear();
+    cell.rests = std::max(0, cell.rests - 1);
+  }
+  for (const Eigen::Vector2d& pixel : tracks) ++cells_[cell_of(pixel)].tracks;
+  std::vector<Eigen::Vector2d> all = tracks;
+  std::vector<std::size_t> open = cells_to_search(tracks.size());
+  for (const std::size_t i : open) {
+    Cell& cell = cells_[i];
+    cell.corners = find_corners(image, cell.box, settings_.measure, settings_.min_gradient);
+    std::erase_if(cell.corners, [&](const Corner& corner) {
+      return masked(mask, corner.pixel) || !far_from_all(all, corner.pixel, settings_.min_distance);
+    });
+    if (cell.corners.size() > kCornersPerCell) cell.corners.resize(kCornersPerCell);
+    if (cell.corners.empty()) cell.rests = kRests;
+    std::reverse(cell.corners.begin(), cell.corners.end());  // the best one at the end
+  }
+  // Of cells with as many tracks, the one with the best corner.
+  const auto emptier = [&](std::size_t i, std::size_t j) {
+    const Cell &a = cells_[i], &b = cells_[j];
+    if (a.tracks != b.tracks) return a.tracks < b.tracks;
+    return a.corners.back().score > b.corners.back().score;
+  };
+  while (all.size() < static_cast<std::size_t>(settings_.max_tracks)) {
+    std::erase_if(open, [&](std::size_t i) { return cells_[i].corners.empty(); });
+    if (open.empty()) break;
+    Cell& cell = cells_[*std::min_element(open.begin(), open.end(), emptier)];
+    const Eigen::Vector2d corner = refine_corner(image, cell.corners.back().pixel);
+    cell.corners.pop_back();
+    if (masked(mask, corner) || !far_from_all(all, corner, settings_.min_distance)) continue;
+    all.push_back(corner);
+    added.push_back(corner);
+    ++cell.tracks;
+  }
+  return added;
+}
+
+}  // namespace chasles

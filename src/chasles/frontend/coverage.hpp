@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/camera/image_frame.hpp>
+#include <chasles/frontend/corners.hpp>
+#include <chasles/frontend/image_pyramid.hpp>
+
+namespace chasles {
+
+/// How tracks are spread over an image.
+struct CoverageSettings {
+  CornerMeasure measure = CornerMeasure::kHarris;
+  int max_tracks = 150;
+  int columns = 10, rows = 6;  ///< of cells
+  int cells_per_search = 15;   ///< unless half of the tracks are gone
+  double min_distance = 15;    ///< of a new corner to every track and corner [px]
+  double border = 8;           ///< without corners [px]
+  double min_gradient = 3;     ///< of a corner in its weakest direction [grey levels/px]
+};
+
+/// Finds new corners where tracks are fewest. It remembers only which cells had none to offer, and
+/// lets them rest for some searches.
+class Coverage {
+ public:
+  Coverage(const CoverageSettings& settings, int width, int height);
+
+  /// New corners for an image in which `tracks` are followed, so that all together are at most
+  /// max_tracks: again and again the cell with the fewest gives its best corner. None where `mask`
+  /// (empty, or as large as the image) is 0.
+  std::vector<Eigen::Vector2d> refill(const PyramidLevel& image, const GrayImage& mask,
+                                      const std::vector<Eigen::Vector2d>& tracks);
+
+ private:
+  struct Cell {
+    PixelBox box;
+    int tracks = 0;
+    int rests = 0;  // searches that it still sits out
+    std::vector<Corner> corners = {};
+  };
+
+  std::vector<std::size_t> cells_to_search(std::size_t tracks) const;
+  std::size_t cell_of(const Eigen::Vector2d& pixel) const;
+
+  CoverageSettings settings_;
+  int width_ = 0, height_ = 0;
+  std::vector<Cell> cells_;
+};
+
+/// Whether the mask (empty: none) forbids a pixel.
+bool masked(const GrayImage& mask, const Eigen::Vector2d& pixel);
+
+}  // namespace chasles

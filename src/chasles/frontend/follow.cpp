@@ -1,0 +1,85 @@
+#include <algorithm>
+
+#include <Eigen/LU>
+
+#include <chasles/frontend/follow.hpp>
+
+namespace chasles {
+namespace {
+
+/// How a level of the pyramid is worked through.
+struct Pass {
+  int level = 0;
+  int max_steps = 10;
+  float precision = 0.015F;      // [px of the level]
+  float min_gradient = 0;        // [grey levels/px of the level]
+  float min_correlation = 0.3F;  // a coarse level only has to give a start
+};
+
+Pass coarse_pass(int level) {
+  return {.level = level, .max_steps = 6, .precision = 0.1F, .min_gradient = 0.5F};
+}
+
+Pass fine_pass(const FollowSettings& settings) {
+  return {.min_gradient = static_cast<float>(settings.min_gradient),
+          .min_correlation = static_cast<float>(settings.min_correlation)};
+}
+
+/// Beyond a bend that a rotation or a lens can mean, the expectation is worth nothing.
+Eigen::Matrix2f usable_bend(const Eigen::Matrix2d& from_A_to) {
+  const bool usable = from_A_to.allFinite() && from_A_to.cwiseAbs().maxCoeff() < 3;
+  if (!usable) return Eigen::Matrix2f::Identity();
+  return from_A_to.cast<float>();
+}
+
+constexpr double kNear = 2.5;  // so near, level 0 finds a patch without the coarser ones [px]
+
+Expectation backward(const Expectation& forth, const Eigen::Vector2d& found) {
+  const Eigen::Matrix2d from_A_to = forth.to_A_from.inverse();
+  return {.from = found,
+          .to = forth.from + from_A_to * (found - forth.to),
+          .to_A_from = from_A_to,
+          .levels = (found - forth.to).norm() < kNear ? 1 : forth.levels};
+}
+
+}  // namespace
+
+std::optional<PatchPosition> follow_forth(const ImagePyramid& from, const ImagePyramid& to,
+                                          const Expectation& expected,
+                                          const FollowSettings& settings) {
+  const Eigen::Matrix2f from_A_to = usable_bend(expected.to_A_from.inverse());
+  const auto available = static_cast<int>(std::min(from.levels.size(), to.levels.size()));
+  Eigen::Vector2f estimate = expected.to.cast<float>();
+  Patch patch;
+  const auto work_through = [&](const Pass& pass) -> std::optional<PatchPosition> {
+    const auto l = static_cast<std::size_t>(pass.level);
+    const float scale = 1.0F / static_cast<float>(1 << pass.level);
+    if (!make_patch(from.levels[l], expected.from.cast<float>() * scale, from_A_to, settings.window,
+                    pass.min_gradient, patch)) {
+      return std::nullopt;
+    }
+    const auto found = align(patch, to.levels[l], estimate * scale, pass.max_steps, pass.precision);
+    if (!found || found->correlation < pass.min_correlation) return std::nullopt;
+    estimate = found->centre / scale;
+    return found;
+  };
+  // A coarse level that fails is passed over: the finer ones may do.
+  for (int l = std::min(expected.levels, available) - 1; l > 0; --l) work_through(coarse_pass(l));
+  return work_through(fine_pass(settings));
+}
+
+Followed follow(const ImagePyramid& from, const ImagePyramid& to, const Expectation& expected,
+                const FollowSettings& settings) {
+  const std::optional<PatchPosition> forth = follow_forth(from, to, expected, settings);
+  if (!forth) return {};
+  const Eigen::Vector2d pixel = forth->centre.cast<double>();
+  const std::optional<PatchPosition> back =
+      follow_forth(to, from, backward(expected, pixel), settings);
+  const bool returned =
+      back && (back->centre.cast<double>() - expected.from).norm() <= settings.max_backward_error;
+  return {.outcome = returned ? FollowOutcome::kFound : FollowOutcome::kBackward,
+          .pixel = pixel,
+          .correlation = static_cast<double>(forth->correlation)};
+}
+
+}  // namespace chasles

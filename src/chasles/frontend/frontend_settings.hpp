@@ -1,0 +1,70 @@
+#pragma once
+
+#include <string>
+
+namespace chasles {
+
+/// Everything that can be set about the image front end. The list below feeds files, --set, --help
+/// and summary.json.
+struct FrontendSettings {
+  std::string corners = "harris";
+  std::string equalisation = "none";
+  int max_tracks = 150;
+  int grid_columns = 10;
+  int grid_rows = 6;
+  int cells_per_frame = 15;
+  double min_distance = 15;
+  double border = 8;
+  double min_corner_gradient = 3;
+
+  int window = 15;
+  int levels = 4;
+  int predicted_levels = 2;
+  double min_correlation = 0.8;
+  double max_backward_error = 0.7;
+  int waiting_frames = 5;
+
+  bool reject_outliers = true;
+  double outlier_threshold = 1.0;
+
+  bool stereo = true;
+  double epipolar_threshold = 1.0;
+  double min_stereo_depth = 0.3;
+};
+
+/// Calls visit(name, value, unit or choices, meaning) for every setting, in order.
+template <typename SettingsType, typename Visitor>
+void for_each_frontend_setting(SettingsType& s, Visitor&& visit) {
+  visit("corners", s.corners, "harris|shi-tomasi", "the measure that ranks corners");
+  visit("equalisation", s.equalisation, "none|histogram|clahe",
+        "of the grey levels before anything else; tracking itself does not mind gain and offset");
+  visit("max_tracks", s.max_tracks, "count", "that are followed at a time");
+  visit("grid_columns", s.grid_columns, "count", "of cells over which the tracks are spread");
+  visit("grid_rows", s.grid_rows, "count", "of cells over which the tracks are spread");
+  visit("cells_per_frame", s.cells_per_frame, "count",
+        "cells searched for corners in a frame, unless half of the tracks are gone");
+  visit("min_distance", s.min_distance, "px", "of a new corner to every track");
+  visit("border", s.border, "px", "at the image's edge where nothing is tracked");
+  visit("min_corner_gradient", s.min_corner_gradient, "grey levels/px",
+        "a corner's mean (rms) gradient in its weakest direction");
+  visit("window", s.window, "px", "side of a track's patch, odd");
+  visit("levels", s.levels, "count", "of the image pyramid, each half as large");
+  visit("predicted_levels", s.predicted_levels, "count",
+        "used where the gyroscope tells where a track is; all, where that fails");
+  visit("min_correlation", s.min_correlation, "1", "of a patch with the one it is found as");
+  visit("max_backward_error", s.max_backward_error, "px",
+        "a patch followed to the new image and back must return so near");
+  visit("waiting_frames", s.waiting_frames, "count",
+        "tracks outlive so many frames without an image (missing, black, saturated)");
+  visit("reject_outliers", s.reject_outliers, "bool", "two-view check of all tracks together");
+  visit("outlier_threshold", s.outlier_threshold, "px", "distance to the epipolar line of motion");
+  visit("stereo", s.stereo, "bool", "find each track of camera 0 in the other cameras");
+  visit("epipolar_threshold", s.epipolar_threshold, "px",
+        "distance to the epipolar line of the rig");
+  visit("min_stereo_depth", s.min_stereo_depth, "m", "nearest point that is looked for");
+}
+
+/// Throws UsageError, with the setting's name, value and range, where one cannot be used.
+void check(const FrontendSettings& settings);
+
+}  // namespace chasles

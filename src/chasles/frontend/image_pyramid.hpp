@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <chasles/camera/image_frame.hpp>
+
+namespace chasles {
+
+/// One level of a pyramid: an image with kPad more pixels at each side, the image mirrored, so that
+/// a patch around any point of the image can be read without asking.
+struct PyramidLevel {
+  static constexpr int kPad = 24;  ///< [px]
+  int width = 0, height = 0;       ///< without padding [px]
+  std::vector<std::uint8_t> padded;
+
+  int stride() const { return width + 2 * kPad; }
+  /// The pixel (x, y), -kPad <= x < width + kPad, likewise y; the row goes on behind it.
+  const std::uint8_t* at(int x, int y) const {
+    return padded.data() + static_cast<std::ptrdiff_t>(y + kPad) * stride() + x + kPad;
+  }
+};
+
+/// An image and its halves: pixel (x, y) of level 0 is (x/2, y/2) of level 1.
+struct ImagePyramid {
+  std::vector<PyramidLevel> levels;
+
+  bool empty() const { return levels.empty(); }
+};
+
+enum class Equalisation { kNone, kHistogram, kClahe };
+
+/// Builds the pyramid of `image` in `pyramid`, whose memory is reused: `levels` levels, fewer where
+/// one would be smaller than kPad + 1 on a side. Throws InputError where the image has not
+/// width x height pixels.
+void build_pyramid(const GrayImage& image, Equalisation equalisation, int levels,
+                   ImagePyramid& pyramid);
+
+/// What an image's grey levels say about whether it shows anything.
+enum class Exposure { kUsable, kBlack, kSaturated };
+
+/// Black or saturated: at least 98 % of the pixels of the coarsest level are below 8 or above 247.
+Exposure exposure(const ImagePyramid& pyramid);
+
+}  // namespace chasles

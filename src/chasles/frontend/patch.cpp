@@ -1,0 +1,225 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include <chasles/frontend/patch.hpp>
+#include <chasles/frontend/patch_sampling.hpp>
+
+namespace chasles {
+namespace {
+
+using namespace sampling;
+
+/// The sum of products of two patches, lane by lane: strict floating point forbids the compiler to
+/// reorder one sum, but not to keep many.
+template <int Lanes>
+float dot(const float* a, const float* b, int side) {
+  alignas(16) float sum[Lanes] = {};
+  for (int r = 0; r < side; ++r) {
+    for (int c = 0; c < Lanes; ++c) sum[c] += a[r * Patch::kLanes + c] * b[r * Patch::kLanes + c];
+  }
+  float total = 0;
+  for (const float s : sum) total += s;
+  return total;
+}
+
+/// Scharr's derivatives of the ringed patch, and its values, in the patch's rows.
+template <int Lanes>
+void fill(const float* ringed, Patch& patch) {
+  constexpr int ring = Lanes + 4;
+  for (int c = 0; c < Lanes; ++c) patch.inside[c] = c < patch.side ? 1.0F : 0.0F;
+  for (int r = 0; r < patch.side; ++r) {
+    const float* p = ringed + (r + 1) * ring + 1;
+    const float *above = p - ring, *below = p + ring;
+    float* value = patch.value + r * Patch::kLanes;
+    float* d_x = patch.d_x + r * Patch::kLanes;
+    float* d_y = patch.d_y + r * Patch::kLanes;
+    for (int c = 0; c < Lanes; ++c) {
+      const float inside = patch.inside[c];
+      value[c] = inside * p[c];
+      d_x[c] = inside * (1.0F / 32) *
+               (3 * (above[c + 1] - above[c - 1]) + 10 * (p[c + 1] - p[c - 1]) +
+                3 * (below[c + 1] - below[c - 1]));
+      d_y[c] = inside * (1.0F / 32) *
+               (3 * (below[c - 1] - above[c - 1]) + 10 * (below[c] - above[c]) +
+                3 * (below[c + 1] - above[c + 1]));
+    }
+  }
+}
+
+template <int Lanes>
+float mean(const float* rows, int side) {
+  alignas(16) float sum[Lanes] = {};
+  for (int r = 0; r < side; ++r) {
+    for (int c = 0; c < Lanes; ++c) sum[c] += rows[r * Patch::kLanes + c];
+  }
+  float total = 0;
+  for (const float s : sum) total += s;
+  return total / static_cast<float>(side * side);
+}
+
+/// rows - mean - share * value, inside the patch.
+template <int Lanes>
+void reduce(const Patch& patch, float mean, float share, float* rows) {
+  for (int r = 0; r < patch.side; ++r) {
+    for (int c = 0; c < Lanes; ++c) {
+      const int i = r * Patch::kLanes + c;
+      rows[i] -= patch.inside[c] * (mean + share * patch.value[i]);
+    }
+  }
+}
+
+/// Makes values and gradients what the struct says; false where there is no texture.
+template <int Lanes>
+bool orthogonalise(float min_gradient, Patch& patch) {
+  const int side = patch.side;
+  const auto pixels = static_cast<float>(side * side);
+  reduce<Lanes>(patch, mean<Lanes>(patch.value, side), 0, patch.value);
+  patch.energy = dot<Lanes>(patch.value, patch.value, side);
+  if (!(patch.energy > 0.1F * pixels)) return false;
+  patch.overlap_x = dot<Lanes>(patch.value, patch.d_x, side) / patch.energy;
+  patch.overlap_y = dot<Lanes>(patch.value, patch.d_y, side) / patch.energy;
+  reduce<Lanes>(patch, mean<Lanes>(patch.d_x, side), patch.overlap_x, patch.d_x);
+  reduce<Lanes>(patch, mean<Lanes>(patch.d_y, side), patch.overlap_y, patch.d_y);
+  Eigen::Matrix2f H;
+  H(0, 0) = dot<Lanes>(patch.d_x, patch.d_x, side);
+  H(1, 1) = dot<Lanes>(patch.d_y, patch.d_y, side);
+  H(0, 1) = H(1, 0) = dot<Lanes>(patch.d_x, patch.d_y, side);
+  const float half_trace = (H(0, 0) + H(1, 1)) / 2;
+  const float weakest =
+      half_trace - std::hypot((H(0, 0) - H(1, 1)) / 2, H(0, 1));  // the smaller eigenvalue
+  if (!(weakest >= std::max(min_gradient * min_gradient, 0.01F) * pixels)) return false;
+  patch.inverse_hessian = H.inverse();
+  return true;
+}
+
+/// What a step needs to know of the image under the patch: its products with the patch's rows.
+struct Products {
+  float with_d_x = 0, with_d_y = 0, with_value = 0;
+};
+
+template <int Lanes>
+Products products(const Patch& patch, const float* image) {
+  alignas(16) float x[Lanes] = {}, y[Lanes] = {}, t[Lanes] = {};
+  for (int r = 0; r < patch.side; ++r) {
+    const float* J = image + r * Lanes;
+    const int row = r * Patch::kLanes;
+    for (int c = 0; c < Lanes; ++c) {
+      x[c] += patch.d_x[row + c] * J[c];
+      y[c] += patch.d_y[row + c] * J[c];
+      t[c] += patch.value[row + c] * J[c];
+    }
+  }
+  Products result;
+  for (int c = 0; c < Lanes; ++c) {
+    result.with_d_x += x[c];
+    result.with_d_y += y[c];
+    result.with_value += t[c];
+  }
+  return result;
+}
+
+template <int Lanes>
+float correlation_of(const Patch& patch, const float* image, float with_value) {
+  alignas(16) float sums[Lanes] = {}, more[Lanes] = {};
+  for (int r = 0; r < patch.side; ++r) {
+    for (int c = 0; c < Lanes; ++c) {
+      const float J = image[r * Lanes + c] - 128;  // smaller squares round less
+      sums[c] += patch.inside[c] * J;
+      more[c] += patch.inside[c] * J * J;
+    }
+  }
+  float total = 0, squares = 0;
+  for (int c = 0; c < Lanes; ++c) {
+    total += sums[c];
+    squares += more[c];
+  }
+  const auto pixels = static_cast<float>(patch.side * patch.side);
+  const float energy = squares - total * total / pixels;
+  if (!(energy > 0.1F * pixels)) return 0;
+  return std::clamp(with_value / std::sqrt(energy * patch.energy), -1.0F, 1.0F);
+}
+
+/// The region around a point, read again where the patch left the last one.
+void look_at(const PyramidLevel& level, const Bilinear& at, int half, int side, bool first,
+             Region& region) {
+  const int x = at.x - half - region.x, y = at.y - half - region.y;
+  if (!first && x >= 0 && y >= 0 && x <= 2 * kSlack && y <= 2 * kSlack) return;
+  read_region(level, at.x - half - kSlack, at.y - half - kSlack, side + 1 + 2 * kSlack, region);
+}
+
+template <int Lanes>
+std::optional<PatchPosition> align_lanes(const Patch& patch, const PyramidLevel& level,
+                                         const Eigen::Vector2f& start, int max_steps,
+                                         float precision) {
+  const int half = patch.side / 2;
+  Region region;
+  alignas(16) float image[Patch::kMaxSide * Lanes];
+  PatchPosition found{.centre = start};
+  for (int step = 0;; ++step) {
+    if (!inside(level, found.centre)) return std::nullopt;
+    const Bilinear at(found.centre);
+    look_at(level, at, half, patch.side, step == 0, region);
+    interpolate<Lanes>(region, at.x - half - region.x, at.y - half - region.y, at, patch.side,
+                       image);
+    const Products with = products<Lanes>(patch, image);
+    const Eigen::Vector2f scaled =
+        patch.inverse_hessian * Eigen::Vector2f(with.with_d_x, with.with_d_y);
+    // The gain, bounded away from 0 so that a bad start makes no leap.
+    const float gain =
+        std::max(0.3F, with.with_value / patch.energy - patch.overlap_x * scaled.x() -
+                           patch.overlap_y * scaled.y());
+    const Eigen::Vector2f move = scaled / gain;
+    const bool done = move.norm() < precision || step == max_steps;
+    if (done) {
+      found.correlation = correlation_of<Lanes>(patch, image, with.with_value);
+      return found;
+    }
+    found.centre -= move;
+    if (!((found.centre - start).norm() <= static_cast<float>(patch.side))) return std::nullopt;
+  }
+}
+
+template <int Lanes>
+float correlation_lanes(const Patch& patch, const PyramidLevel& level,
+                        const Eigen::Vector2f& centre) {
+  const Bilinear at(centre);
+  Region region;
+  read_region(level, at.x - patch.side / 2, at.y - patch.side / 2, patch.side + 1, region);
+  alignas(16) float image[Patch::kMaxSide * Lanes];
+  interpolate<Lanes>(region, 0, 0, at, patch.side, image);
+  return correlation_of<Lanes>(patch, image, products<Lanes>(patch, image).with_value);
+}
+
+template <int Lanes>
+bool make_patch_lanes(const PyramidLevel& level, const Eigen::Vector2f& centre,
+                      const Eigen::Matrix2f& last_A_now, float min_gradient, Patch& patch) {
+  alignas(16) float ringed[(Patch::kMaxSide + 2) * (Lanes + 4)] = {};
+  sample<Lanes + 4>(level, centre, last_A_now, patch.side + 2, ringed);
+  fill<Lanes>(ringed, patch);
+  return orthogonalise<Lanes>(min_gradient, patch);
+}
+
+}  // namespace
+
+bool make_patch(const PyramidLevel& level, const Eigen::Vector2f& centre,
+                const Eigen::Matrix2f& last_A_now, int side, float min_gradient, Patch& patch) {
+  if (!inside(level, centre)) return false;
+  patch.side = side;
+  return side <= 16 ? make_patch_lanes<16>(level, centre, last_A_now, min_gradient, patch)
+                    : make_patch_lanes<24>(level, centre, last_A_now, min_gradient, patch);
+}
+
+std::optional<PatchPosition> align(const Patch& patch, const PyramidLevel& level,
+                                   const Eigen::Vector2f& start, int max_steps, float precision) {
+  return patch.side <= 16 ? align_lanes<16>(patch, level, start, max_steps, precision)
+                          : align_lanes<24>(patch, level, start, max_steps, precision);
+}
+
+float correlation(const Patch& patch, const PyramidLevel& level, const Eigen::Vector2f& centre) {
+  return patch.side <= 16 ? correlation_lanes<16>(patch, level, centre)
+                          : correlation_lanes<24>(patch, level, centre);
+}
+
+}  // namespace chasles

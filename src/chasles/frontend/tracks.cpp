@@ -1,0 +1,143 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+#include <chasles/frontend/coverage.hpp>
+#include <chasles/frontend/stage_clock.hpp>
+#include <chasles/frontend/tracks.hpp>
+#include <chasles/frontend/two_view.hpp>
+#include <chasles/frontend/view_transfer.hpp>
+#include <chasles/lie/so3.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kMergeDistance = 3;  // two tracks nearer than this are one [px]
+
+/// A track in the old image and in the new one.
+struct Pair {
+  Track last, now;
+};
+
+/// The track in the new image; none, and why is counted, where it ends.
+std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettings& settings,
+                                  const Track& last, FrontendReport& report) {
+  const auto turned =
+      transfer(last.ray, 0, {step.now_R_last, Eigen::Vector3d::Zero()}, step.camera);
+  if (!turned || !in_image(step.camera, turned->pixel)) {
+    ++report.lost_left_image;
+    return std::nullopt;
+  }
+  const FollowSettings follow_settings = follow_settings_of(settings);
+  Expectation expected{.from = last.pixel,
+                       .to = turned->pixel + last.drift * step.seconds,
+                       .to_A_from = turned->to_A_from,
+                       .levels = step.trusted ? settings.predicted_levels : settings.levels};
+  if (!in_image(step.camera, expected.to)) expected.to = turned->pixel;
+  Followed found = follow(step.last, step.now, expected, follow_settings);
+  if (found.outcome != FollowOutcome::kFound && expected.levels < settings.levels) {
+    expected.to = turned->pixel;
+    expected.levels = settings.levels;
+    found = follow(step.last, step.now, expected, follow_settings);
+  }
+  if (found.outcome != FollowOutcome::kFound) {
+    ++(found.outcome == FollowOutcome::kFailed ? report.lost_klt : report.lost_backward);
+    return std::nullopt;
+  }
+  const auto ray = unproject(step.camera, found.pixel);
+  if (!ray || !in_image(step.camera, found.pixel, settings.border)) {
+    ++report.lost_left_image;
+    return std::nullopt;
+  }
+  if (masked(step.mask, found.pixel)) {
+    ++report.lost_masked;
+    return std::nullopt;
+  }
+  Track now = last;
+  now.pixel = found.pixel;
+  now.ray = *ray;
+  now.drift = (found.pixel - turned->pixel) / step.seconds;
+  ++now.age;
+  return now;
+}
+
+void reject_outliers(const TrackingStep& step, const FrontendSettings& settings,
+                     std::vector<Pair>& pairs, FrontendReport& report) {
+  std::vector<RayPair> rays;
+  rays.reserve(pairs.size());
+  for (const Pair& pair : pairs) {
+    rays.push_back({.last = pair.last.ray.ray.normalized(), .now = pair.now.ray.ray.normalized()});
+  }
+  const double focal = std::sqrt(step.camera.fx * step.camera.fy);
+  const TwoView motion =
+      find_motion(rays, {.now_R_last = step.now_R_last,
+                         .trusted = step.trusted,
+                         .threshold = settings.outlier_threshold / focal,
+                         .seed = static_cast<std::uint64_t>(report.time.count())});
+  report.motion_decided = motion.decided;
+  report.rotation_correction = so3::log(motion.now_R_last * step.now_R_last.transpose()).norm();
+  std::vector<Pair> right;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (motion.right[i]) right.push_back(pairs[i]);
+  }
+  report.lost_outlier += static_cast<int>(pairs.size() - right.size());
+  pairs = std::move(right);
+}
+
+/// Of two tracks at one place the younger ends; tracks are in the order of their ids.
+void merge(std::vector<Track>& tracks, FrontendReport& report) {
+  std::vector<Track> apart;
+  for (Track& track : tracks) {
+    const bool alone = std::none_of(apart.begin(), apart.end(), [&](const Track& older) {
+      return (older.pixel - track.pixel).squaredNorm() < kMergeDistance * kMergeDistance;
+    });
+    if (alone) {
+      apart.push_back(std::move(track));
+    } else {
+      ++report.lost_merged;
+    }
+  }
+  tracks = std::move(apart);
+}
+
+double median_parallax(const std::vector<Track>& tracks, double seconds) {
+  if (tracks.empty()) return 0;
+  std::vector<double> lengths;
+  for (const Track& track : tracks) lengths.push_back(track.drift.norm() * seconds);
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return *middle;
+}
+
+}  // namespace
+
+FollowSettings follow_settings_of(const FrontendSettings& settings) {
+  // A patch that was a corner may fade to a third before it is given up.
+  return {.window = settings.window,
+          .min_correlation = settings.min_correlation,
+          .max_backward_error = settings.max_backward_error,
+          .min_gradient = settings.min_corner_gradient / 3};
+}
+
+void follow_tracks(const TrackingStep& step, const FrontendSettings& settings,
+                   std::vector<Track>& tracks, FrontendReport& report) {
+  StageClock clock;
+  std::vector<Pair> pairs;
+  pairs.reserve(tracks.size());
+  for (const Track& last : tracks) {
+    std::optional<Track> now = follow_track(step, settings, last, report);
+    if (now) pairs.push_back({.last = last, .now = std::move(*now)});
+  }
+  report.follow_seconds += clock.lap();
+  if (settings.reject_outliers) reject_outliers(step, settings, pairs, report);
+  tracks.clear();
+  for (Pair& pair : pairs) tracks.push_back(std::move(pair.now));
+  merge(tracks, report);
+  report.outlier_seconds += clock.lap();
+  report.tracked = static_cast<int>(tracks.size());
+  report.median_parallax = median_parallax(tracks, step.seconds);
+}
+
+}  // namespace chasles

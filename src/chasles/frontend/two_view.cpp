@@ -1,0 +1,255 @@
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+
+#include <chasles/frontend/two_view.hpp>
+#include <chasles/lie/so3.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr std::size_t kMinPairs = 8;
+constexpr int kSamples = 60;  // 30 % wrong: all samples bad with probability 1e-17
+constexpr int kRotationSamples = 60, kPoseSamples = 80;
+constexpr double kMinAgreement = 0.3;                      // of the pairs, for a decision
+constexpr double kDoubtfulAgreement = 0.5;                 // below it, a trusted rotation is not
+constexpr double kTrustedSigma = 5e-3, kGuessSigma = 0.1;  // of the rotation given [rad]
+
+/// splitmix64 (Steele, Lea, Flood 2014): the same numbers everywhere.
+class Samples {
+ public:
+  explicit Samples(std::uint64_t seed) : state_(seed) {}
+
+  /// Two different numbers below n.
+  std::pair<std::size_t, std::size_t> draw(std::size_t n) {
+    const std::size_t first = next() % n, other = next() % (n - 1);
+    return {first, other + (other >= first ? 1 : 0)};
+  }
+
+ private:
+  std::uint64_t next() {
+    std::uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+    return z ^ (z >> 31);
+  }
+
+  std::uint64_t state_;
+};
+
+/// Both distances of a ray, for t_now and for -t_now.
+struct Distances {
+  double forward, backward;
+};
+
+Distances distances(const Eigen::Vector3d& r, const Eigen::Vector3d& f, const Eigen::Vector3d& t) {
+  const Eigen::Vector3d move = f - r;
+  const double turned = move.norm();
+  const Eigen::Vector3d normal = t.cross(r);
+  const double sine = normal.norm();
+  if (!(sine > 1e-9)) return {turned, turned};
+  const double off_plane = std::abs(f.dot(normal)) / sine;
+  const bool towards = move.dot(t - t.dot(r) * r) > 0;
+  return {towards ? off_plane : turned, towards ? turned : off_plane};
+}
+
+std::vector<RayPair> rotated(const std::vector<RayPair>& pairs, const Eigen::Matrix3d& now_R_last) {
+  std::vector<RayPair> result = pairs;
+  for (RayPair& pair : result) pair.last = now_R_last * pair.last;
+  return result;
+}
+
+/// The direction with the lowest sum of truncated squared distances.
+Eigen::Vector3d best_direction(const std::vector<RayPair>& turned, double threshold, int draws,
+                               Samples& samples) {
+  const double limit = threshold * threshold;
+  Eigen::Vector3d best = Eigen::Vector3d::UnitZ();
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < draws; ++i) {
+    const auto [a, b] = samples.draw(turned.size());
+    const Eigen::Vector3d cross =
+        turned[a].last.cross(turned[a].now).cross(turned[b].last.cross(turned[b].now));
+    const double norm = cross.norm();
+    if (!(norm > 1e-14)) continue;
+    const Eigen::Vector3d t = cross / norm;
+    double forward = 0, backward = 0;
+    for (const RayPair& pair : turned) {
+      const Distances d = distances(pair.last, pair.now, t);
+      forward += std::min(limit, d.forward * d.forward);
+      backward += std::min(limit, d.backward * d.backward);
+      if (std::min(forward, backward) >= best_cost) break;
+    }
+    if (std::min(forward, backward) >= best_cost) continue;
+    best_cost = std::min(forward, backward);
+    best = forward <= backward ? t : Eigen::Vector3d(-t);
+  }
+  return best;
+}
+
+/// The rotation that takes two rays to two others as well as one can: axes from their sum,
+/// difference and cross product.
+std::optional<Eigen::Matrix3d> rotation_of(const RayPair& a, const RayPair& b) {
+  const auto axes = [](const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
+    Eigen::Matrix3d result;
+    result.col(0) = (u + v).normalized();
+    result.col(1) = u.cross(v).normalized();
+    result.col(2) = result.col(0).cross(result.col(1));
+    return result;
+  };
+  if (a.last.cross(b.last).norm() < 0.05 || a.now.cross(b.now).norm() < 0.05) return std::nullopt;
+  return axes(a.now, b.now) * axes(a.last, b.last).transpose();
+}
+
+/// The rotation alone that explains most: tracks' parallax counts as noise, hence the wide limit.
+Eigen::Matrix3d best_rotation(const std::vector<RayPair>& pairs, const TwoViewPrior& prior,
+                              Samples& samples) {
+  const double limit = std::pow(10 * prior.threshold, 2);
+  const auto cost = [&](const Eigen::Matrix3d& R) {
+    double sum = 0;
+    for (const RayPair& p : pairs) sum += std::min(limit, (p.now - R * p.last).squaredNorm());
+    return sum;
+  };
+  Eigen::Matrix3d best = prior.now_R_last;
+  double best_cost = cost(best);
+  for (int i = 0; i < kRotationSamples; ++i) {
+    const auto [a, b] = samples.draw(pairs.size());
+    const std::optional<Eigen::Matrix3d> R = rotation_of(pairs[a], pairs[b]);
+    if (!R) continue;
+    const double sum = cost(*R);
+    if (sum >= best_cost) continue;
+    best_cost = sum;
+    best = *R;
+  }
+  return best;
+}
+
+/// One Gauss-Newton step in (rotation, direction): residual f . (t x r) / |t x r|, the rotation
+/// held by its prior. The direction moves in the plane across t.
+void refine(const std::vector<RayPair>& pairs, const TwoViewPrior& prior,
+            const Eigen::Matrix3d& R_prior, double scale, TwoView& motion) {
+  const Eigen::Vector3d& t = motion.t_now;
+  const Eigen::Vector3d u = t.unitOrthogonal(), v = t.cross(u);
+  const double sigma = prior.trusted ? kTrustedSigma : kGuessSigma;
+  const double noise = prior.threshold / 2;
+  using Vector5 = Eigen::Matrix<double, 5, 1>;
+  Eigen::Matrix<double, 5, 5> H = Eigen::Matrix<double, 5, 5>::Zero();
+  Vector5 b = Vector5::Zero();
+  for (const RayPair& pair : pairs) {
+    const Eigen::Vector3d r = motion.now_R_last * pair.last, &f = pair.now;
+    const double sine = t.cross(r).norm();
+    if (sine < 0.02) continue;  // beside the epipole every direction fits
+    const double residual = f.dot(t.cross(r)) / sine;
+    const double ratio = distances(r, f, t).forward / scale;
+    const double weight = 1 / (1 + ratio * ratio) / (noise * noise);
+    const Eigen::Vector3d d_t = r.cross(f) / sine;
+    Vector5 J;
+    J << r.cross(f.cross(t)) / sine, d_t.dot(u), d_t.dot(v);
+    H += weight * J * J.transpose();
+    b -= weight * residual * J;
+  }
+  const Eigen::Vector3d from_prior = so3::log(motion.now_R_last * R_prior.transpose());
+  H.diagonal().head<3>().array() += 1 / (sigma * sigma);
+  b.head<3>() -= from_prior / (sigma * sigma);
+  H.diagonal().tail<2>().array() += 1;
+  const Vector5 step = H.ldlt().solve(b);
+  if (!step.allFinite()) return;
+  motion.now_R_last = so3::exp(step.head<3>()) * motion.now_R_last;
+  motion.t_now = (t + u * step[3] + v * step[4]).normalized();
+}
+
+/// Sum of truncated squared distances of a motion.
+double cost_of(const std::vector<RayPair>& pairs, const TwoView& motion, double threshold) {
+  const double limit = threshold * threshold;
+  double sum = 0;
+  for (const RayPair& pair : pairs) {
+    const double d = half_circle_distance(motion.now_R_last * pair.last, pair.now, motion.t_now);
+    sum += std::min(limit, d * d);
+  }
+  return sum;
+}
+
+/// Without a gyroscope, parallax bends the rotation that seems best. From there, samples of six
+/// pairs are solved for rotation and direction together; the motion that most agree on is kept.
+void search_both(const std::vector<RayPair>& pairs, const TwoViewPrior& prior, Samples& samples,
+                 TwoView& motion) {
+  const Eigen::Matrix3d R_start = motion.now_R_last;
+  double best_cost = cost_of(pairs, motion, prior.threshold);
+  TwoView best = motion;
+  for (int i = 0; i < kPoseSamples; ++i) {
+    std::vector<RayPair> some;
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] = samples.draw(pairs.size());
+      some.insert(some.end(), {pairs[a], pairs[b]});
+    }
+    TwoView trial = motion;
+    trial.t_now = best_direction(rotated(some, R_start), 10 * prior.threshold, 8, samples);
+    for (int step = 0; step < 8; ++step) {
+      refine(some, prior, R_start, 10 * prior.threshold, trial);
+    }
+    const double cost = cost_of(pairs, trial, prior.threshold);
+    if (cost >= best_cost) continue;
+    best_cost = cost;
+    best = trial;
+  }
+  motion = best;
+}
+
+/// Marks the pairs that are right by the motion, and gives their share.
+double mark(const std::vector<RayPair>& pairs, double threshold, TwoView& motion) {
+  double agreeing = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Eigen::Vector3d r = motion.now_R_last * pairs[i].last;
+    motion.right[i] = half_circle_distance(r, pairs[i].now, motion.t_now) <= threshold ? 1 : 0;
+    agreeing += motion.right[i];
+  }
+  return agreeing / static_cast<double>(pairs.size());
+}
+
+TwoView solve(const std::vector<RayPair>& pairs, const TwoViewPrior& prior) {
+  TwoView motion{.now_R_last = prior.now_R_last, .right = std::vector<char>(pairs.size(), 1)};
+  Samples samples(prior.seed);
+  if (!prior.trusted) motion.now_R_last = best_rotation(pairs, prior, samples);
+  motion.t_now =
+      best_direction(rotated(pairs, motion.now_R_last), 2 * prior.threshold, kSamples, samples);
+  if (!prior.trusted) search_both(pairs, prior, samples, motion);
+  const Eigen::Matrix3d R_prior = motion.now_R_last;
+  for (const double scale : {3.0, 2.0, 1.0, 0.5, 0.5}) {
+    refine(pairs, prior, R_prior, scale * prior.threshold, motion);
+  }
+  return motion;
+}
+
+}  // namespace
+
+double half_circle_distance(const Eigen::Vector3d& rotated_last, const Eigen::Vector3d& now,
+                            const Eigen::Vector3d& t_now) {
+  return distances(rotated_last, now, t_now).forward;
+}
+
+TwoView find_motion(const std::vector<RayPair>& pairs, const TwoViewPrior& prior) {
+  TwoView motion{.now_R_last = prior.now_R_last, .right = std::vector<char>(pairs.size(), 1)};
+  if (pairs.size() < kMinPairs) return motion;
+  motion = solve(pairs, prior);
+  double agreement = mark(pairs, prior.threshold, motion);
+  if (prior.trusted && agreement < kDoubtfulAgreement) {
+    TwoViewPrior guess = prior;
+    guess.trusted = false;
+    TwoView other = solve(pairs, guess);
+    const double other_agreement = mark(pairs, prior.threshold, other);
+    if (other_agreement > agreement) {
+      motion = other;
+      agreement = other_agreement;
+    }
+  }
+  motion.decided = agreement >= kMinAgreement;
+  if (!motion.decided) std::fill(motion.right.begin(), motion.right.end(), char{1});
+  return motion;
+}
+
+}  // namespace chasles

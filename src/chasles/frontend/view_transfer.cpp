@@ -1,0 +1,18 @@
+#include <chasles/frontend/view_transfer.hpp>
+
+namespace chasles {
+
+std::optional<Transfer> transfer(const PixelRay& from, double inverse_depth, const SE3& to_T_from,
+                                 const Camera& to) {
+  // A pixel does not change along the ray: far out, where no point is too near to be projected.
+  constexpr double kFar = 1000;
+  const Eigen::Vector3d p_to = kFar * (to_T_from.R * from.ray + inverse_depth * to_T_from.p);
+  const std::optional<PixelProjection> seen = project(to, p_to);
+  if (!seen) return std::nullopt;
+  const Eigen::Matrix<double, 2, 3> d_ray = kFar * seen->d_point;
+  return Transfer{.pixel = seen->pixel,
+                  .to_A_from = d_ray * to_T_from.R.leftCols<2>() * from.d_pixel,
+                  .d_inverse_depth = d_ray * to_T_from.p};
+}
+
+}  // namespace chasles
