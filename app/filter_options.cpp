@@ -23,17 +23,6 @@ bool is_positive(const Setting& s) {
          s.name.starts_with("inverse_depth") || s.name == "imu_noise_scale";
 }
 
-SettingList list_of(InertialSlamSettings& settings) {
-  SettingCollector collector;
-  for_each_inertial_setting(settings, collector);
-  for (Setting& s : collector.settings) {
-    s.low = s.name == "frames_per_clone" || s.name == "soft_frames" ? 1 : 0;
-    s.above_low = is_positive(s);
-    if (s.unit == "probability") s.high = 1;
-  }
-  return collector.settings;
-}
-
 // Kleinert and Stilla's filters.
 std::vector<FilterVariant> paper() {
   std::vector<FilterVariant> filters;
@@ -57,7 +46,7 @@ std::vector<FilterVariant> preset(const std::string& name) {
 
 FilterVariant from_file(const std::string& file) {
   FilterVariant filter{.name = std::filesystem::path(file).stem().string(), .settings = {}};
-  set_from_file(list_of(filter.settings), file);
+  set_from_file(setting_list(filter.settings), file);
   return filter;
 }
 
@@ -75,7 +64,7 @@ std::vector<FilterVariant> product(const FilterOptions& o) {
       for (const std::string& init : or_default(o.inits, defaults.init)) {
         FilterVariant filter{.name = fmt::format("{}+{}+{}", chart, landmarks, init),
                              .settings = {}};
-        const SettingList list = list_of(filter.settings);
+        const SettingList list = setting_list(filter.settings);
         set(list, "--charts", "chart", chart);
         set(list, "--landmarks", "landmarks", landmarks);
         set(list, "--init", "init", init);
@@ -103,6 +92,17 @@ void check_name(const std::string& name) {
 }
 
 }  // namespace
+
+SettingList setting_list(InertialSlamSettings& settings) {
+  SettingCollector collector;
+  for_each_inertial_setting(settings, collector);
+  for (Setting& s : collector.settings) {
+    s.low = s.name == "frames_per_clone" || s.name == "soft_frames" ? 1 : 0;
+    s.above_low = is_positive(s);
+    if (s.unit == "probability") s.high = 1;
+  }
+  return collector.settings;
+}
 
 void check_not_named(const std::string& assignment) {
   const std::string key = assignment.substr(0, assignment.find('='));
@@ -146,7 +146,7 @@ void declare_filters(CLI::App& parser, FilterOptions& o) {
 
 std::string filter_settings_help() {
   InertialSlamSettings defaults;
-  return "Settings of a filter, for --set and --config:\n" + help_text(list_of(defaults));
+  return "Settings of a filter, for --set and --config:\n" + help_text(setting_list(defaults));
 }
 
 std::vector<FilterVariant> filters_from(const FilterOptions& o) {
@@ -159,24 +159,15 @@ std::vector<FilterVariant> filters_from(const FilterOptions& o) {
   }
   for (const std::string& assignment : o.sets) {
     check_not_named(assignment);
-    for (FilterVariant& filter : filters) set(list_of(filter.settings), assignment);
+    for (FilterVariant& filter : filters) set(setting_list(filter.settings), assignment);
   }
   check_names(filters);
   return filters;
 }
 
-InertialSlamSettings inertial_settings_from(const SettingSources& sources) {
-  InertialSlamSettings settings;
-  const SettingList list = list_of(settings);
-  if (!sources.config.empty()) set_from_file(list, sources.config);
-  for (const std::string& assignment : sources.sets) set(list, assignment);
-  if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
-  return settings;
-}
-
 nlohmann::ordered_json settings_json(const InertialSlamSettings& settings) {
   InertialSlamSettings copy = settings;
-  return to_json(list_of(copy));
+  return to_json(setting_list(copy));
 }
 
 }  // namespace chasles::app

@@ -37,8 +37,8 @@ std::vector<FilterVariant> filters_from(const FilterOptions& options);
 void check_not_named(const std::string& assignment);
 void check_names(const std::vector<FilterVariant>& filters);
 
-/// The settings of one filter, as settings_from() of run_settings.hpp.
-InertialSlamSettings inertial_settings_from(const SettingSources& sources);
+/// Every setting of a filter, with the range of each.
+SettingList setting_list(InertialSlamSettings& settings);
 
 /// All settings of a filter by name.
 nlohmann::ordered_json settings_json(const InertialSlamSettings& settings);
