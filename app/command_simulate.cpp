@@ -8,12 +8,16 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/write_euroc.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/sim/inertial_sim.hpp>
+#include <chasles/sim/render_images.hpp>
 #include <chasles/sim/street.hpp>
 
+#include "interrupt.hpp"
 #include "output_folder.hpp"
+#include "progress.hpp"
 #include "scene_options.hpp"
 #include "settings_io.hpp"
 #include "subcommands.hpp"
@@ -25,8 +29,9 @@ using Json = nlohmann::ordered_json;
 
 struct SimulateOptions {
   SceneChoice scene;
-  std::filesystem::path output;
+  std::filesystem::path output, cameras;
   std::uint64_t run = 0;
+  bool images = false;
   bool json = false, quiet = false;
 };
 
@@ -78,6 +83,57 @@ double recorded_seconds(const Recording& recording) {
   return to_seconds(recording.frames.back().time - recording.frames.front().time);
 }
 
+// Those of a recording, in place of the settings'; as many as the setting `cameras` says.
+void take_cameras(const std::filesystem::path& path, InertialScene& scene) {
+  scene.cameras = read_recording(path).cameras;
+  const auto wanted = static_cast<std::size_t>(scene.settings.cameras);
+  if (scene.cameras.size() < wanted) {
+    throw UsageError(
+        fmt::format("--cameras {}: has {} cameras; expected {}, as the setting cameras",
+                    path.string(), scene.cameras.size(), wanted));
+  }
+  scene.cameras.resize(wanted);
+}
+
+Json images_description(const Recording& recording, std::size_t frames, const Json& settings) {
+  const ImageSource& images = *recording.images;
+  return {{"name", recording.name},
+          {"frames", frames},
+          {"cameras", recording.cameras.size()},
+          {"imu_samples", recording.imu.size()},
+          {"recorded_seconds", to_seconds(images.time(frames - 1) - images.time(0))},
+          {"path_m", path_length(recording.truth)},
+          {"settings", settings}};
+}
+
+// Ends early where the user asks for it.
+std::size_t write_images(const SimulateOptions& o, const Recording& recording,
+                         const Interrupt& interrupt) {
+  const ImageSource& images = *recording.images;
+  Progress progress(images.size(), o.quiet || o.json);
+  return write_euroc(recording, o.output, [&](std::size_t done) {
+    progress.show(done, to_seconds(images.time(done - 1) - images.time(0)));
+    return !interrupt.requested();
+  });
+}
+
+int simulate_images(const SimulateOptions& o, const InertialScene& scene) {
+  prepare_euroc_folder(o.output);
+  const Recording recording = render_inertial(scene, o.run);
+  const Interrupt interrupt;
+  const std::size_t frames = write_images(o, recording, interrupt);
+  const Json json = images_description(recording, frames, settings_json(scene.settings));
+  if (o.json) {
+    fmt::print("{}\n", json.dump(2));
+  } else if (!o.quiet) {
+    fmt::print("{}: {} frames of {} in {:.1f} s, {:.0f} m long\nrecording: {}\n", recording.name,
+               frames, recording.cameras.size() == 1 ? "one image" : "two images",
+               json["recorded_seconds"].get<double>(), json["path_m"].get<double>(),
+               o.output.string());
+  }
+  return interrupt.requested() ? Interrupt::kExitCode : 0;
+}
+
 Json description(const Recording& recording, const Json& settings) {
   std::size_t observations = 0;
   for (const FeatureFrame& frame : recording.frames) {
@@ -117,9 +173,15 @@ int deliver(const SimulateOptions& o, const Recording& recording, const Json& se
 int simulate(const SimulateOptions& o) {
   check_known(o.scene.name);
   if (is_inertial_scene(o.scene.name)) {
-    const InertialScene scene = scene_from(o.scene);
+    InertialScene scene = scene_from(o.scene);
+    if (!o.cameras.empty()) take_cameras(o.cameras, scene);
+    if (o.images) return simulate_images(o, scene);
     prepare_output(o.output);
     return deliver(o, simulate_inertial(scene, o.run), settings_json(scene.settings));
+  }
+  if (o.images || !o.cameras.empty()) {
+    throw UsageError(
+        fmt::format("--images and --cameras are for scenes with an IMU, not for {}", o.scene.name));
   }
   if (o.run != 0) {
     throw UsageError(
@@ -153,6 +215,13 @@ Action declare_simulate(CLI::App& parser) {
       ->type_name("FILE");
   parser.add_flag("--real-imu", scene.real_imu,
                   "The IMU samples of the recording at --path instead of simulated ones");
+  parser.add_flag(
+      "--images", o->images,
+      "Render images instead of tracks, and write an EuRoC folder (scenes with an IMU)");
+  parser
+      .add_option("--cameras", o->cameras,
+                  "A recording whose cameras are taken instead of the settings'")
+      ->type_name("RECORDING");
   parser.add_flag("--json", o->json, "Print what was simulated as JSON");
   parser.add_flag("--quiet", o->quiet, "Print nothing but errors");
   parser.footer(scenes_help());

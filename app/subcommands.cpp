@@ -5,6 +5,8 @@ namespace chasles::app {
 std::span<const Subcommand> subcommands() {
   static constexpr Subcommand list[] = {
       {"run", "Estimate the trajectory and the map of a recording", declare_run},
+      {"check", "Look at a recording before a filter does: clocks, gaps, exposure, calibration",
+       declare_check},
       {"simulate", "Write a simulated recording", declare_simulate},
       {"compare", "Run several filters on the same data: tables of errors and NEES",
        declare_compare},

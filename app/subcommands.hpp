@@ -24,6 +24,7 @@ std::span<const Subcommand> subcommands();
 
 // One .cpp each.
 Action declare_run(CLI::App& parser);
+Action declare_check(CLI::App& parser);
 Action declare_simulate(CLI::App& parser);
 Action declare_compare(CLI::App& parser);
 Action declare_montecarlo(CLI::App& parser);

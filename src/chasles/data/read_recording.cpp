@@ -12,8 +12,11 @@ namespace chasles {
 namespace {
 
 constexpr const char* kKnownKinds =
-    "an ECE276A .npz archive, a STARS .mat file, an EuRoC IMU table, a folder of AprilGrid tracks "
-    "(tracks.csv), or a recording folder with calibration.yaml (docs/formats.md)";
+    "an ECE276A .npz archive, a STARS .mat file, an EuRoC folder (mav0), IMU table or table of "
+    "tracks, a folder of AprilGrid tracks (tracks.csv), a KITTI raw drive (image_00, oxts), a ROS "
+    "1 "
+    ".bag, a folder of images (images/cam0, imu.csv), or a recording folder with calibration.yaml "
+    "(docs/formats.md)";
 
 std::string first_bytes(const std::filesystem::path& file) {
   std::array<char, 128> bytes{};
@@ -28,12 +31,21 @@ Recording read_folder(const std::filesystem::path& folder) {
   const auto holds = [&](const char* file) {
     return std::filesystem::exists(folder / file, ignored);
   };
+  if (is_euroc_asl_folder(folder)) return read_euroc_asl_recording(folder);
+  if (is_kitti_raw_folder(folder)) return read_kitti_raw_recording(folder);
+  if (holds("images") && !holds("frames.csv")) return read_image_folder_recording(folder);
   if (holds("calibration.yaml")) return read_folder_recording(folder);
   if (holds("tracks.csv") || holds("tracks.csv.gz")) return read_april_recording(folder);
-  throw InputError(
-      fmt::format("{}: the folder holds no calibration.yaml and no tracks.csv, "
-                  "expected {}",
-                  folder.string(), kKnownKinds));
+  throw InputError(fmt::format(
+      "{}: the folder holds no calibration.yaml nor anything else that a recording begins with, "
+      "expected {}",
+      folder.string(), kKnownKinds));
+}
+
+// A table whose first line tells what it is, plain or compressed.
+Recording read_table(const std::filesystem::path& path) {
+  const bool tracks = begins_klt_tracks(read_plain_or_gzip(path));
+  return tracks ? read_klt_tracks_recording(path) : read_euroc_imu_recording(path);
 }
 
 }  // namespace
@@ -53,7 +65,10 @@ Recording read_recording(const std::filesystem::path& path) {
       bytes.starts_with("\x89HDF\r\n")) {
     return read_mat_recording(path);
   }
-  if (is_gzip(bytes) || begins_euroc_imu(bytes)) return read_euroc_imu_recording(path);
+  if (bytes.starts_with("#ROSBAG V")) return read_bag_recording(path);
+  if (is_gzip(bytes) || begins_euroc_imu(bytes) || begins_klt_tracks(bytes)) {
+    return read_table(path);
+  }
   throw InputError(fmt::format("{}: {}, expected {}", path.string(),
                                bytes.empty() ? "is empty" : "its first bytes are of no known kind",
                                kKnownKinds));

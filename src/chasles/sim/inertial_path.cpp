@@ -8,6 +8,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/sim/inertial_path.hpp>
+#include <chasles/sim/inertial_path_detail.hpp>
 #include <chasles/sim/smoothstep.hpp>
 
 namespace chasles {
@@ -27,65 +28,16 @@ double way_time(const InertialSettings& settings, double time) {
   return settings.start_duration * smoothstep_integral(since / settings.start_duration);
 }
 
-Trajectory sample(const InertialSettings& settings, double duration,
-                  const std::function<SE3(double)>& pose) {
-  const double total = duration + settings.rest_duration + settings.start_duration / 2;
-  const double count = std::ceil(kPosesPerKnot * total / settings.knot_interval);
-  if (count > kMostPoses) {
-    throw UsageError(fmt::format(
-        "simulation setting knot_interval = {} s: a motion of {:.0f} s has {:.3g} "
-        "knots; expected at most {:.3g}",
-        settings.knot_interval, total, count / kPosesPerKnot, kMostPoses / kPosesPerKnot));
-  }
-  Trajectory path;
-  for (double i = 0; i <= count; ++i) {
-    const double time = total * i / count;
-    path.push_back({from_seconds(time), pose(way_time(settings, time))});
-  }
-  return path;
-}
-
 Eigen::Matrix3d from_angles(double yaw, double pitch, double roll) {
   using Eigen::Vector3d;
   return so3::exp(yaw * Vector3d::UnitZ()) * so3::exp(pitch * Vector3d::UnitY()) *
          so3::exp(roll * Vector3d::UnitX());
 }
 
-// Where a turn to the right has led after the part x of its way, for a turn of length 1 that starts
-// along x: the integral of the direction, by Simpson's rule.
-Eigen::Vector2d turned(double x) {
-  constexpr int kSteps = 32;
-  const auto direction = [](double at) {
-    const double angle = kPi / 2 * smoothstep(at);
-    return Eigen::Vector2d(std::cos(angle), -std::sin(angle));
-  };
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  const double h = x / kSteps;
-  for (int i = 0; i < kSteps; ++i) {
-    sum += direction(i * h) + 4 * direction((i + 0.5) * h) + direction((i + 1) * h);
-  }
-  return h / 6 * sum;
-}
-
-double turn_length(const InertialSettings& settings) {
-  return settings.walking_speed * settings.turn_duration;
-}
-
-// How far before the centre line's corner a turn begins: as far as it ends behind it.
-double turn_reach(const InertialSettings& settings) {
-  static const double reach = turned(1).x();
-  return turn_length(settings) * reach;
-}
-
 double straight_length(const InertialSettings& settings, int section) {
   const double side = section % 2 == 0 ? settings.hall_length : settings.hall_width;
   return side - 2 * turn_reach(settings);
 }
-
-struct Step {
-  Eigen::Vector2d p;
-  double heading;
-};
 
 // Where the walk is after some way. Four sections are a lap, which leads back to the start.
 Step walked(const InertialSettings& settings, double way) {
@@ -100,7 +52,7 @@ Step walked(const InertialSettings& settings, double way) {
     if (way <= straight) return at;
     way -= straight;
     if (way <= turn) {
-      at.p += heading * (turn * turned(way / turn));
+      at.p += heading * (turn * quarter_turn(way / turn));
       at.heading -= kPi / 2 * smoothstep(way / turn);
       return at;
     }
@@ -116,19 +68,8 @@ double walk_length(const InertialSettings& settings) {
   return length;
 }
 
-// The swayings of a rate and the turnings about the axes across it are in quadrature, as a walker's
-// are: their product then has no mean, and sampling no drift (sculling).
 SE3 walker(const InertialSettings& settings, double time) {
-  const Step step = walked(settings, settings.walking_speed * time);
-  const double every = 2 * kPi * settings.step_rate * time;
-  const double second = every / 2;
-  const Eigen::Rotation2Dd heading(step.heading);
-  const Eigen::Vector2d p =
-      step.p + heading * Eigen::Vector2d(0, settings.sway_amplitude * std::sin(second));
-  return {from_angles(step.heading + settings.yaw_amplitude * std::cos(second),
-                      settings.pitch_amplitude * std::cos(every),
-                      settings.roll_amplitude * std::cos(second)),
-          {p.x(), p.y(), settings.bob_amplitude * std::sin(every)}};
+  return with_gait(settings, walked(settings, settings.walking_speed * time), time);
 }
 
 void check_clearance(const InertialSettings& settings, const Trajectory& path) {
@@ -150,6 +91,63 @@ void check_clearance(const InertialSettings& settings, const Trajectory& path) {
 
 }  // namespace
 
+Trajectory sample_way(const InertialSettings& settings, double duration,
+                      const std::function<SE3(double)>& pose) {
+  const double total = duration + settings.rest_duration + settings.start_duration / 2;
+  const double count = std::ceil(kPosesPerKnot * total / settings.knot_interval);
+  if (count > kMostPoses) {
+    throw UsageError(fmt::format(
+        "simulation setting knot_interval = {} s: a motion of {:.0f} s has {:.3g} "
+        "knots; expected at most {:.3g}",
+        settings.knot_interval, total, count / kPosesPerKnot, kMostPoses / kPosesPerKnot));
+  }
+  Trajectory path;
+  for (double i = 0; i <= count; ++i) {
+    const double time = total * i / count;
+    path.push_back({from_seconds(time), pose(way_time(settings, time))});
+  }
+  return path;
+}
+
+// The integral of the direction, by Simpson's rule.
+Eigen::Vector2d quarter_turn(double x) {
+  constexpr int kSteps = 32;
+  const auto direction = [](double at) {
+    const double angle = kPi / 2 * smoothstep(at);
+    return Eigen::Vector2d(std::cos(angle), -std::sin(angle));
+  };
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  const double h = x / kSteps;
+  for (int i = 0; i < kSteps; ++i) {
+    sum += direction(i * h) + 4 * direction((i + 0.5) * h) + direction((i + 1) * h);
+  }
+  return h / 6 * sum;
+}
+
+double turn_length(const InertialSettings& settings) {
+  return settings.walking_speed * settings.turn_duration;
+}
+
+// It ends as far behind the corner.
+double turn_reach(const InertialSettings& settings) {
+  static const double reach = quarter_turn(1).x();
+  return turn_length(settings) * reach;
+}
+
+// The swayings of a rate and the turnings about the axes across it are in quadrature, as a walker's
+// are: their product then has no mean, and sampling no drift (sculling).
+SE3 with_gait(const InertialSettings& settings, const Step& step, double time) {
+  const double every = 2 * kPi * settings.step_rate * time;
+  const double second = every / 2;
+  const Eigen::Rotation2Dd heading(step.heading);
+  const Eigen::Vector2d p =
+      step.p + heading * Eigen::Vector2d(0, settings.sway_amplitude * std::sin(second));
+  return {from_angles(step.heading + settings.yaw_amplitude * std::cos(second),
+                      settings.pitch_amplitude * std::cos(every),
+                      settings.roll_amplitude * std::cos(second)),
+          {p.x(), p.y(), settings.bob_amplitude * std::sin(every)}};
+}
+
 Hallway make_hallway(const InertialSettings& settings) {
   const double reach = turn_reach(settings);
   const double shortest = std::min(settings.hall_length, settings.hall_width);
@@ -170,7 +168,8 @@ Hallway make_hallway(const InertialSettings& settings) {
 Trajectory hallway_path(const InertialSettings& settings) {
   make_hallway(settings);
   const double duration = walk_length(settings) / settings.walking_speed;
-  Trajectory path = sample(settings, duration, [&](double time) { return walker(settings, time); });
+  Trajectory path =
+      sample_way(settings, duration, [&](double time) { return walker(settings, time); });
   check_clearance(settings, path);
   return path;
 }
@@ -178,7 +177,7 @@ Trajectory hallway_path(const InertialSettings& settings) {
 Trajectory turntable_path(const InertialSettings& settings) {
   const double duration = settings.revolutions * settings.revolution_duration;
   const double rate = 2 * kPi / settings.revolution_duration;
-  return sample(settings, duration, [&](double time) -> SE3 {
+  return sample_way(settings, duration, [&](double time) -> SE3 {
     // Rates without a common period, so that no two rounds are alike.
     const double angle = rate * time;
     const double radius = settings.circle_radius + settings.radial_sway * std::sin(2.7 * angle);

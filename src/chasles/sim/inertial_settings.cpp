@@ -68,11 +68,43 @@ InertialScene trajectory() {
   return scene;
 }
 
+// A pedestrian with a stereo pair on the chest, which looks down a little; a MEMS IMU.
+InertialScene walk() {
+  InertialScene scene{.name = "walk",
+                      .doc = "a pedestrian's way of 320 m along two loops of corridors and a hall",
+                      .settings = {}};
+  InertialSettings& settings = scene.settings;
+  settings.name = settings.geometry = "walk";
+  settings.rest_duration = 4;
+  settings.start_duration = 2;
+  settings.hall_length = 24;
+  settings.hall_width = 16;
+  settings.corridor_width = 2.6;
+  settings.sections = 16;
+  settings.walking_speed = 1.3;
+  settings.step_rate = 1.8;
+  settings.turn_duration = 1.6;
+  settings.imu_rate = 200;
+  settings.frame_rate = 20;
+  settings.image_width = 752;
+  settings.image_height = 480;
+  settings.focal_length = 458;
+  settings.center_u = 375.5;
+  settings.center_v = 239.5;
+  settings.baseline = 0.11;
+  settings.camera_tilt_y = 0.05;
+  settings.min_range = 1;
+  settings.accelerometer_noise_density = 2e-3;
+  settings.gyroscope_noise_density = 1.7e-4;
+  return scene;
+}
+
 }  // namespace
 
 void validate(const InertialSettings& settings) {
   check_ranges(settings);
-  check_word("geometry", settings.geometry, {"hallway", "turntable", "trajectory"});
+  check_word("geometry", settings.geometry, {"hallway", "turntable", "trajectory", "walk"});
+  check_word("distortion", settings.distortion, {"none", "radtan", "equidistant"});
   check_word("imu_convention", settings.imu_convention, {"instant", "interval-mean"});
   const auto above = [](std::string_view high, double high_value, std::string_view low,
                         double low_value) {
@@ -87,6 +119,10 @@ void validate(const InertialSettings& settings) {
   above("hall_length", settings.hall_length, "corridor_width", settings.corridor_width);
   above("hall_width", settings.hall_width, "corridor_width", settings.corridor_width);
   above("circle_radius", settings.circle_radius, "radial_sway", settings.radial_sway);
+  if (settings.exposure_time * settings.frame_rate > 1) {
+    refuse("exposure_time", fmt::format("{} s", settings.exposure_time),
+           fmt::format("at most the time between two frames, {} s", 1 / settings.frame_rate));
+  }
   if (2 * settings.image_border >= std::min(settings.image_width, settings.image_height)) {
     refuse("image_border", fmt::format("{} px", settings.image_border),
            fmt::format("less than half of the image of {} x {} px", settings.image_width,
@@ -95,7 +131,7 @@ void validate(const InertialSettings& settings) {
 }
 
 const std::vector<InertialScene>& inertial_scenes() {
-  static const std::vector<InertialScene> scenes = {hallway(), turntable(), trajectory()};
+  static const std::vector<InertialScene> scenes = {hallway(), turntable(), trajectory(), walk()};
   return scenes;
 }
 

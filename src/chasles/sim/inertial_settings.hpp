@@ -13,7 +13,7 @@ namespace chasles {
 // clang-format off
 #define CHASLES_INERTIAL_FIELDS(FIELD)                                                            \
   FIELD(std::string, name, "hallway", 0, 0, "", "name of the recording")                          \
-  FIELD(std::string, geometry, "hallway", 0, 0, "", "hallway, turntable, or trajectory")          \
+  FIELD(std::string, geometry, "hallway", 0, 0, "", "hallway, turntable, trajectory, or walk")          \
   FIELD(std::uint64_t, seed, 1, 0, 0, "", "chooses the landmarks and, with the run, all noise")   \
   FIELD(double, knot_interval, 0.05, 1e-3, 10, "s", "of the spline that is the true motion")      \
   FIELD(double, rest_duration, 0, 0, 3600, "s", "at rest before the motion begins")               \
@@ -34,6 +34,8 @@ namespace chasles {
   FIELD(double, pitch_amplitude, 0.012, 0, 0.5, "rad", "about the left axis, every step")         \
   FIELD(double, yaw_amplitude, 0.03, 0, 0.5, "rad", "about the upward axis, every second step")   \
   FIELD(double, wall_density, 4, 0, 1000, "1/m^2", "landmarks on walls, floor and ceiling")     \
+  /* walk: as hallway, but along two loops that share a hall, and in rooms of more shapes */     \
+  FIELD(double, walk_duration, 0, 0, 1e5, "s", "of the walk with its rest; 0: all sections")      \
   /* turntable: around a cube at the origin, looking at it */                                     \
   FIELD(double, circle_radius, 8, 0.1, 1e3, "m", "of the circle around the cube's centre")        \
   FIELD(double, revolutions, 2, 0.01, 1e3, "", "around the cube")                                 \
@@ -63,6 +65,11 @@ namespace chasles {
   FIELD(double, camera_tilt_x, 0, -3.2, 3.2, "rad", "rotation vector, IMU axes; 0: straight ahead") \
   FIELD(double, camera_tilt_y, 0, -3.2, 3.2, "rad", "as camera_tilt_x")                           \
   FIELD(double, camera_tilt_z, 0, -3.2, 3.2, "rad", "as camera_tilt_x")                           \
+  FIELD(std::string, distortion, "none", 0, 0, "", "of the lenses: none, radtan or equidistant")  \
+  FIELD(double, distortion_1, 0, -10, 10, "", "k1 of radtan and of equidistant")                  \
+  FIELD(double, distortion_2, 0, -10, 10, "", "k2 of radtan and of equidistant")                  \
+  FIELD(double, distortion_3, 0, -10, 10, "", "p1 of radtan, k3 of equidistant")                  \
+  FIELD(double, distortion_4, 0, -10, 10, "", "p2 of radtan, k4 of equidistant")                  \
   /* the tracks */                                                                                \
   FIELD(int, landmarks_in_view, 35, 0, 100000, "", "tracks that are kept up at a time")           \
   FIELD(int, shortest_track, 5, 1, 100000, "frames", "no track begins whose landmark leaves the view sooner") \
@@ -83,7 +90,16 @@ namespace chasles {
   /* the errors of the images */                                                                  \
   FIELD(double, pixel_sigma, 1, 0, 100, "px", "white noise on each of u and v")                   \
   FIELD(double, outlier_fraction, 0, 0, 1, "", "observations that lie anywhere in the image")     \
-  FIELD(double, dropped_fraction, 0, 0, 1, "", "frames without an observation; tracks go on after them")
+  FIELD(double, dropped_fraction, 0, 0, 1, "", "frames without an observation; tracks go on after them") \
+  /* rendered images (--images), in place of the tracks */                                        \
+  FIELD(double, texel_size, 0.005, 1e-3, 1, "m", "of the surfaces' pictures; larger where there are too many") \
+  FIELD(double, exposure, 1, 0.01, 100, "", "brightness of the images")                           \
+  FIELD(double, exposure_drift, 0, 0, 3, "stops", "by which the brightness wanders, up and down") \
+  FIELD(double, vignetting, 0, 0, 0.95, "", "light that the image's corners lack")                \
+  FIELD(double, readout_noise, 1, 0, 100, "shades", "white noise of a pixel, of 256 shades")      \
+  FIELD(double, photon_noise, 0.01, 0, 100, "shades", "variance of a pixel a shade of its brightness") \
+  FIELD(double, exposure_time, 0, 0, 1, "s", "of each image, which blurs the motion; 0: an instant") \
+  FIELD(int, blur_samples, 8, 2, 1000, "", "instants that make up a blurred image")
 // clang-format on
 
 /// A motion of an IMU with cameras among landmarks, and the sensors' errors. Plain numbers: every
@@ -135,10 +151,12 @@ struct InertialScene {
   std::vector<Camera> cameras = {};  ///< instead of the settings' cameras, if there are any
   /// Real samples taken along the path, instead of simulated ones, if there are any.
   std::vector<ImuSample> imu = {};
+  /// Beside real samples, where they are known: their true biases; velocities are not used.
+  std::vector<TrueMotion> imu_truth = {};
 };
 
-/// The scenes that the command line knows: `hallway` and `turntable` (Kleinert & Stilla, V-A), and
-/// `trajectory`, which has to be given its path.
+/// The scenes that the command line knows: `hallway` and `turntable` (Kleinert & Stilla, V-A),
+/// `walk` after their indoor walk (V-B), and `trajectory`, which has to be given its path.
 const std::vector<InertialScene>& inertial_scenes();
 
 /// A scene by its name; an unknown name is a UsageError that lists the known ones.

@@ -46,7 +46,7 @@ TEST(InertialSettings, EverySceneIsValidAndBearsItsOwnName) {
     EXPECT_EQ(inertial_scene(scene.name).name, scene.name);
     EXPECT_FALSE(scene.doc.empty());
   }
-  EXPECT_EQ(inertial_scenes().size(), 3U);
+  EXPECT_EQ(inertial_scenes().size(), 4U);
   EXPECT_THROW(inertial_scene("street"), UsageError);
 }
 

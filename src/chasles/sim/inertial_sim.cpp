@@ -11,6 +11,7 @@
 #include <chasles/sim/inertial_tracks.hpp>
 #include <chasles/sim/inertial_world.hpp>
 #include <chasles/sim/random.hpp>
+#include <chasles/sim/walk_path.hpp>
 
 namespace chasles {
 namespace {
@@ -125,21 +126,30 @@ Spline inertial_motion(const InertialScene& scene) {
   if (settings.geometry == "turntable") {
     return fit_spline(turntable_path(settings), settings.knot_interval);
   }
+  if (settings.geometry == "walk") {
+    return fit_spline(walk_path(settings), settings.knot_interval);
+  }
   if (scene.path.empty()) {
     throw UsageError("the scene 'trajectory' needs the poses of a trajectory, and has none");
   }
   return fit_spline(scene.path, settings.knot_interval);
 }
 
-Recording simulate_inertial(const InertialScene& scene, std::uint64_t run) {
+Recording simulate_sensors(const InertialScene& scene, const Spline& motion, std::uint64_t run) {
   const InertialSettings& settings = scene.settings;
-  const Spline motion = inertial_motion(scene);
   Recording recording;
   recording.name = settings.name;
   recording.cameras = scene.cameras.empty() ? make_cameras(settings) : scene.cameras;
   recording.truth = poses_at_frames(scene, motion);
-  recording.single_pixel_sigma = settings.pixel_sigma;
   add_imu(scene, motion, run, recording);
+  return recording;
+}
+
+Recording simulate_inertial(const InertialScene& scene, std::uint64_t run) {
+  const InertialSettings& settings = scene.settings;
+  const Spline motion = inertial_motion(scene);
+  Recording recording = simulate_sensors(scene, motion, run);
+  recording.single_pixel_sigma = settings.pixel_sigma;
   const InertialWorld world = make_world(settings, motion, recording.cameras);
   InertialTracks tracks = follow(settings, world, recording.cameras, recording.truth);
   add_errors(settings, recording.cameras, run, tracks);

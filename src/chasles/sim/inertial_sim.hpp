@@ -20,6 +20,10 @@ namespace chasles {
 /// simulated.
 Recording simulate_inertial(const InertialScene& scene, std::uint64_t run = 0);
 
+/// All of it but what is seen: cameras, IMU and truth, without frames, landmarks and pixel_sigma.
+/// `motion`: the scene's.
+Recording simulate_sensors(const InertialScene& scene, const Spline& motion, std::uint64_t run);
+
 /// The true motion of a scene.
 Spline inertial_motion(const InertialScene& scene);
 

@@ -8,6 +8,7 @@
 #include <chasles/error.hpp>
 #include <chasles/sim/inertial_world.hpp>
 #include <chasles/sim/random.hpp>
+#include <chasles/sim/walk_path.hpp>
 
 namespace chasles {
 namespace {
@@ -71,6 +72,17 @@ double area_of(const std::vector<Face>& surface) {
   return area;
 }
 
+// How many landmarks belong on an area [m^2].
+std::uint64_t landmark_count(const InertialSettings& settings, double area) {
+  const double count = std::ceil(settings.wall_density * area);
+  if (count > kMostLandmarks) {
+    throw UsageError(fmt::format(
+        "simulation setting wall_density = {} 1/m^2: {:.3g} landmarks; expected at most {:.0g}",
+        settings.wall_density, count, kMostLandmarks));
+  }
+  return static_cast<std::uint64_t>(count);
+}
+
 // A ring has no simple faces: points on the floor or the ceiling below or above the block are
 // dropped.
 InertialWorld hallway_world(const InertialSettings& settings) {
@@ -79,19 +91,43 @@ InertialWorld hallway_world(const InertialSettings& settings) {
   for (const Face& face : faces(hall.outer)) surface.push_back(face);
   for (std::size_t i = 0; i < 4; ++i) surface.push_back(faces(hall.inner)[i]);
   const double area = area_of(surface);
-  const double count = std::ceil(settings.wall_density * area);
-  if (count > kMostLandmarks) {
-    throw UsageError(fmt::format(
-        "simulation setting wall_density = {} 1/m^2: {:.3g} landmarks; expected at most {:.0g}",
-        settings.wall_density, count, kMostLandmarks));
-  }
   InertialWorld world{.points = {}, .walls = {hall.inner}};
-  for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(count); ++i) {
+  const std::uint64_t count = landmark_count(settings, area);
+  for (std::uint64_t i = 0; i < count; ++i) {
     const Eigen::Vector3d p = scattered(surface, area, Random{settings.seed}, i);
     const Eigen::Array2d xy = p.head<2>();
     const bool hidden = (xy > hall.inner.low.head<2>().array()).all() &&
                         (xy < hall.inner.high.head<2>().array()).all();
     if (!hidden) world.points.push_back(p);
+  }
+  return world;
+}
+
+// Points on walls, floors and ceilings; none of them inside of the furniture, which hides them.
+InertialWorld walk_world(const InertialSettings& settings) {
+  const FloorPlan plan = walk_plan(settings);
+  const double floor = -settings.imu_height, height = settings.corridor_height;
+  const Eigen::Vector3d up(0, 0, height);
+  std::vector<Face> surface;
+  for (const WallSegment& wall : plan_walls(plan)) {
+    const Eigen::Vector2d along = wall.b - wall.a;
+    surface.push_back({{wall.a.x(), wall.a.y(), floor}, {along.x(), along.y(), 0}, up});
+  }
+  for (const PlanRectangle& tile : plan_floors(plan)) {
+    const Eigen::Vector2d size = tile.high - tile.low;
+    for (const double z : {floor, floor + height}) {
+      surface.push_back({{tile.low.x(), tile.low.y(), z}, {size.x(), 0, 0}, {0, size.y(), 0}});
+    }
+  }
+  InertialWorld world{.points = {}, .walls = walk_furniture(settings)};
+  for (const PlanRectangle& s : plan_solids(plan)) {
+    world.walls.push_back(
+        {{s.low.x(), s.low.y(), floor}, {s.high.x(), s.high.y(), floor + height}});
+  }
+  const double area = area_of(surface);
+  const std::uint64_t count = landmark_count(settings, area);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    world.points.push_back(scattered(surface, area, Random{settings.seed}, i));
   }
   return world;
 }
@@ -107,6 +143,12 @@ InertialWorld turntable_world(const InertialSettings& settings) {
         scattered(surface, area_of(surface), Random{settings.seed}, static_cast<std::uint64_t>(i)));
   }
   return world;
+}
+
+Distortion distortion_of(const InertialSettings& settings) {
+  if (settings.distortion == "radtan") return Distortion::kRadtan;
+  if (settings.distortion == "equidistant") return Distortion::kEquidistant;
+  return Distortion::kNone;
 }
 
 // The i-th landmark put before the camera: none where the lens maps nothing to the pixel.
@@ -173,6 +215,9 @@ std::vector<Camera> make_cameras(const InertialSettings& settings) {
                        .fy = settings.focal_length,
                        .cx = settings.center_u,
                        .cy = settings.center_v,
+                       .distortion = distortion_of(settings),
+                       .coefficients = {settings.distortion_1, settings.distortion_2,
+                                        settings.distortion_3, settings.distortion_4},
                        .cam_T_imu = imu_T_cam.inverse()});
   }
   return cameras;
@@ -201,6 +246,7 @@ InertialWorld make_world(const InertialSettings& settings, const Spline& motion,
                          const std::vector<Camera>& cameras) {
   if (settings.geometry == "hallway") return hallway_world(settings);
   if (settings.geometry == "turntable") return turntable_world(settings);
+  if (settings.geometry == "walk") return walk_world(settings);
   return trajectory_world(settings, motion, cameras.front());
 }
 

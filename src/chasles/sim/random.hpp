@@ -25,6 +25,9 @@ enum class Stream : std::uint32_t {
   kGyroscopeWalk = 15,
   kLandmark = 16,
   kStart = 17,
+  kTexture = 18,
+  kImageNoise = 19,
+  kExposure = 20,
 };
 
 /// 128 random bits as a pure function of a counter and a key: Philox-4x32 with ten rounds (Salmon,

@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/check.hpp>
+#include <chasles/data/readers.hpp>
+#include <chasles/error.hpp>
+
+#include "subcommands.hpp"
+
+namespace chasles::app {
+namespace {
+
+struct CheckOptions {
+  std::filesystem::path recording;
+  bool json = false;
+};
+
+constexpr std::size_t kLine = 100;
+
+// Three significant digits, and none of a number that is as good as nothing.
+std::string number(double value) {
+  if (std::abs(value) < 1e-3) return "0";
+  return std::abs(value) >= 1000 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+}
+
+std::string with_unit(double value, const std::string& unit) {
+  return unit.empty() ? number(value) : fmt::format("{} {}", number(value), unit);
+}
+
+// What facts are about, each once, in their order.
+std::vector<std::string> subjects(const CheckReport& report) {
+  std::vector<std::string> names;
+  for (const Fact& fact : report.facts) {
+    if (std::find(names.begin(), names.end(), fact.about) == names.end()) {
+      names.push_back(fact.about);
+    }
+  }
+  return names;
+}
+
+// One subject's facts, as many on a line as go on it.
+std::string facts_text(const CheckReport& report, const std::string& about) {
+  std::string text, line = fmt::format("  {:<11}", about);
+  const std::size_t indent = line.size();
+  for (const Fact& fact : report.facts) {
+    if (fact.about != about) continue;
+    const std::string part = fmt::format("{} {}", fact.name, with_unit(fact.value, fact.unit));
+    if (line.size() > indent && line.size() + part.size() + 2 > kLine) {
+      text += line + ",\n";
+      line.assign(indent, ' ');
+    }
+    line += (line.size() > indent ? ", " : "") + part;
+  }
+  return text + line + "\n";
+}
+
+std::string finding_text(const Finding& finding) {
+  return fmt::format("  {:<9}{}: {}\n           limit {}; {}\n", severity_name(finding.severity),
+                     finding.about, finding.what, with_unit(finding.threshold, finding.unit),
+                     finding.advice);
+}
+
+std::string heading(const CheckReport& report) {
+  const std::size_t count = report.findings.size();
+  if (count == 0) return "\nNothing found that a filter would mind.\n";
+  return fmt::format("\n{} finding{}:\n", count, count == 1 ? "" : "s");
+}
+
+std::string text_of(const Recording& recording, const CheckReport& report) {
+  std::string text = recording.name + "\n";
+  for (const std::string& about : subjects(report)) text += facts_text(report, about);
+  text += heading(report);
+  for (const Finding& finding : report.findings) text += finding_text(finding);
+  if (!report.not_checked.empty()) text += "\nNot checked:\n";
+  for (const std::string& sentence : report.not_checked) text += "  " + sentence + "\n";
+  if (!recording.remarks.empty()) text += "\nThe reader says:\n";
+  for (const std::string& sentence : recording.remarks) text += "  " + sentence + "\n";
+  return text;
+}
+
+nlohmann::ordered_json json_of(const Recording& recording, const CheckReport& report) {
+  nlohmann::ordered_json json{{"name", recording.name},
+                              {"facts", nlohmann::ordered_json::object()},
+                              {"findings", nlohmann::ordered_json::array()},
+                              {"not_checked", report.not_checked},
+                              {"remarks", recording.remarks}};
+  for (const Fact& fact : report.facts) {
+    json["facts"][fact.about][fact.name] = {{"value", fact.value}, {"unit", fact.unit}};
+  }
+  for (const Finding& finding : report.findings) {
+    json["findings"].push_back({{"severity", severity_name(finding.severity)},
+                                {"about", finding.about},
+                                {"what", finding.what},
+                                {"value", finding.value},
+                                {"threshold", finding.threshold},
+                                {"unit", finding.unit},
+                                {"advice", finding.advice}});
+  }
+  return json;
+}
+
+int run(const CheckOptions& o) {
+  const Recording recording = read_recording(o.recording);
+  const CheckReport report = check_recording(recording);
+  fmt::print("{}", o.json ? json_of(recording, report).dump(2) + "\n" : text_of(recording, report));
+  return static_cast<int>(has_error(report) ? ExitCode::kBadInput : ExitCode::kOk);
+}
+
+}  // namespace
+
+Action declare_check(CLI::App& parser) {
+  const auto o = std::make_shared<CheckOptions>();
+  parser.add_option("RECORDING", o->recording, "Recording to look at")->required()->type_name("");
+  parser.add_flag("--json", o->json, "Print facts and findings as JSON");
+  return [o] { return run(*o); };
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/imu/imu_sample.hpp>
+
+namespace chasles {
+
+/// What Kalibr's two files say of a rig.
+struct KalibrCalibration {
+  std::vector<Camera> cameras = {};
+  std::vector<std::string> camera_topics = {};  ///< of a ROS bag; empty where the file has none
+  ImuNoise imu_noise = {};
+  std::string imu_topic = {};
+  std::vector<std::string> remarks = {};  ///< time shifts: they are not applied
+};
+
+/// Kalibr's files in a folder.
+struct KalibrFiles {
+  std::filesystem::path cameras;  ///< camchain-imucam.yaml
+  std::filesystem::path imu;      ///< imu.yaml
+};
+
+/// Finds them by name: `*camchain-imucam*.yaml` or OpenVINS's `kalibr_imucam_chain.yaml`, and
+/// `imu*.yaml` or `kalibr_imu_chain.yaml`. None where there is no file of cameras. Throws
+/// InputError where there are two of a kind, or no file of the IMU.
+std::optional<KalibrFiles> find_kalibr(const std::filesystem::path& folder);
+
+/// Reads them: pinhole cameras with radtan, equidistant or no distortion. The camera's place is
+/// T_cam_imu (Kalibr: p_cam = T_cam_imu p_imu), or its inverse T_imu_cam (OpenVINS); a later camera
+/// may have T_cn_cnm1 instead, from the camera before it. imu.yaml has the noise at its top, or
+/// below the key imu0. Throws InputError.
+KalibrCalibration read_kalibr(const KalibrFiles& files);
+
+}  // namespace chasles

@@ -1,0 +1,113 @@
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include <chasles/data/kitti_oxts.hpp>
+#include <chasles/data/parse.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+#include <chasles/lie/so3.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kEarthRadius = 6378137;  // [m]
+// Of a packet's thirty numbers: those before, and where the body's acceleration and rate are.
+constexpr std::size_t kNumbers = 30, kForce = 11, kRate = 17;
+
+int digits(const std::string& where, std::string_view text, std::size_t at, std::size_t size) {
+  return static_cast<int>(parse_integer(where, text.substr(at, size)));
+}
+
+Time parse_time(const std::string& where, std::string_view text) {
+  const bool shaped = text.size() >= 19 && text.size() <= 29 && text[4] == '-' && text[7] == '-' &&
+                      text[10] == ' ' && text[13] == ':' && text[16] == ':' &&
+                      (text.size() == 19 || text[19] == '.');
+  if (!shaped) {
+    throw InputError(fmt::format(
+        "{}: is '{:.40}', expected a time as 2011-09-26 13:02:25.964389445", where, text));
+  }
+  const std::chrono::year_month_day date{
+      std::chrono::year(digits(where, text, 0, 4)),
+      std::chrono::month(static_cast<unsigned>(digits(where, text, 5, 2))),
+      std::chrono::day(static_cast<unsigned>(digits(where, text, 8, 2)))};
+  const int hour = digits(where, text, 11, 2), minute = digits(where, text, 14, 2);
+  if (!date.ok() || hour < 0 || hour > 23 || minute < 0 || minute > 59) {
+    throw InputError(fmt::format("{}: '{}' is no time of a day", where, text));
+  }
+  const Time day = std::chrono::sys_days(date).time_since_epoch();
+  return day + std::chrono::hours(hour) + std::chrono::minutes(minute) +
+         parse_seconds(where, text.substr(17));
+}
+
+OxtsPacket read_packet(const fs::path& file, Time time) {
+  const std::string bytes = read_file(file);
+  std::string_view rest = bytes;
+  const auto words = split_words(take_line(rest));
+  if (words.size() < kNumbers) {
+    throw InputError(fmt::format("{}: holds {} numbers, expected {} (is the file truncated?)",
+                                 file.string(), words.size(), kNumbers));
+  }
+  std::array<double, kNumbers> x{};
+  for (std::size_t i = 0; i < kNumbers; ++i) {
+    x[i] = parse_finite(fmt::format("{}: number {}", file.string(), i + 1), words[i]);
+  }
+  return {.sample = {.time = time,
+                     .specific_force_imu = {x[kForce], x[kForce + 1], x[kForce + 2]},
+                     .angular_rate_imu = {x[kRate], x[kRate + 1], x[kRate + 2]}},
+          .latitude = x[0],
+          .longitude = x[1],
+          .altitude = x[2],
+          .roll = x[3],
+          .pitch = x[4],
+          .yaw = x[5]};
+}
+
+}  // namespace
+
+std::vector<Time> read_kitti_times(const fs::path& file) {
+  const std::string bytes = read_file(file);
+  std::string_view rest = bytes;
+  std::vector<Time> times;
+  for (int line = 1; !rest.empty(); ++line) {
+    const std::string_view text = trimmed(take_line(rest));
+    if (text.empty()) continue;
+    times.push_back(parse_time(fmt::format("{}:{}", file.string(), line), text));
+  }
+  if (times.empty()) throw InputError(file.string() + ": holds no time, expected one a line");
+  return times;
+}
+
+std::vector<OxtsPacket> read_oxts(const fs::path& folder) {
+  std::vector<OxtsPacket> packets;
+  const std::vector<Time> times = read_kitti_times(folder / "timestamps.txt");
+  for (std::size_t k = 0; k < times.size(); ++k) {
+    packets.push_back(read_packet(folder / "data" / fmt::format("{:010}.txt", k), times[k]));
+  }
+  return packets;
+}
+
+Trajectory oxts_trajectory(const std::vector<OxtsPacket>& packets) {
+  Trajectory trajectory;
+  if (packets.empty()) return trajectory;
+  constexpr double kDegree = std::numbers::pi / 180;
+  const double scale = std::cos(packets.front().latitude * kDegree) * kEarthRadius;
+  for (const OxtsPacket& p : packets) {
+    const Eigen::Vector3d position(scale * p.longitude * kDegree,
+                                   scale * std::log(std::tan((90 + p.latitude) * kDegree / 2)),
+                                   p.altitude);
+    const Eigen::Matrix3d R =
+        so3::exp({0, 0, p.yaw}) * so3::exp({0, p.pitch, 0}) * so3::exp({p.roll, 0, 0});
+    trajectory.push_back({.time = p.sample.time, .pose = {R, position}});
+  }
+  const Eigen::Vector3d origin = trajectory.front().pose.p;
+  for (StampedPose& row : trajectory) row.pose.p -= origin;
+  return trajectory;
+}
+
+}  // namespace chasles

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <chasles/imu/imu_sample.hpp>
+#include <chasles/lie/trajectory.hpp>
+
+namespace chasles {
+
+// The folder oxts/ of a KITTI raw drive (Geiger et al. 2013): timestamps.txt with a line a packet,
+// data/NNNNNNNNNN.txt with its thirty numbers. Throw InputError with file and line.
+
+/// A line a time: "2011-09-26 13:02:25.964389445", as nanoseconds since 1970 (UTC).
+std::vector<Time> read_kitti_times(const std::filesystem::path& file);
+
+/// One packet of the GNSS/INS.
+struct OxtsPacket {
+  ImuSample sample;                                  ///< body axes: x forward, y left, z up
+  double latitude = 0, longitude = 0, altitude = 0;  ///< [deg], [deg], [m]
+  double roll = 0, pitch = 0, yaw = 0;               ///< world_R_imu = Rz(yaw) Ry(pitch) Rx(roll)
+};
+
+/// All packets, in the order of their files.
+std::vector<OxtsPacket> read_oxts(const std::filesystem::path& folder);
+
+/// world_T_imu by KITTI's own convention: Mercator's projection at the first packet's latitude, x
+/// to the east, y to the north, z up, with the first position as the origin.
+Trajectory oxts_trajectory(const std::vector<OxtsPacket>& packets);
+
+}  // namespace chasles

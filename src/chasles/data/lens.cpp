@@ -1,0 +1,54 @@
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <chasles/data/lens.hpp>
+#include <chasles/data/numbers.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+int whole_pixels(const YamlMap& map, double value) {
+  if (value >= 1 && value <= 1e5 && value == std::floor(value)) return static_cast<int>(value);
+  throw InputError(fmt::format("{}: is {}, expected a whole number of pixels from 1 to 100000",
+                               map.where("resolution"), value));
+}
+
+Distortion read_model(const YamlMap& map, const std::string& key) {
+  const std::string model = map.text(key);
+  if (model == "radtan" || model == "radial-tangential") return Distortion::kRadtan;
+  if (model == "equidistant") return Distortion::kEquidistant;
+  if (model == "none") return Distortion::kNone;
+  throw InputError(
+      fmt::format("{}: '{}' is a model that is not known here, expected 'radtan' (or "
+                  "'radial-tangential'), 'equidistant' or 'none': calibrate with one of these",
+                  map.where(key), model));
+}
+
+}  // namespace
+
+Camera read_pinhole(const YamlMap& map, const LensKeys& keys) {
+  if (map.text("camera_model") != "pinhole") {
+    throw InputError(fmt::format(
+        "{}: '{}' is a model that is not known here, expected 'pinhole': calibrate with "
+        "pinhole and, for a fisheye lens, equidistant",
+        map.where("camera_model"), map.text("camera_model")));
+  }
+  const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
+  const Eigen::Vector4d f = map.numbers("intrinsics", 4, "numbers: fx, fy, cx, cy [px]");
+  Camera camera{.width = whole_pixels(map, size[0]),
+                .height = whole_pixels(map, size[1]),
+                .fx = checked_positive(map.where("intrinsics"), f[0]),
+                .fy = checked_positive(map.where("intrinsics"), f[1]),
+                .cx = f[2],
+                .cy = f[3],
+                .distortion = read_model(map, keys.distortion_model),
+                .cam_T_imu = {}};
+  if (camera.distortion != Distortion::kNone) {
+    camera.coefficients = map.numbers(keys.coefficients, 4, "coefficients");
+  }
+  return camera;
+}
+
+}  // namespace chasles

@@ -1,0 +1,232 @@
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include <chasles/data/numbers.hpp>
+#include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/data/write_euroc.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kMark = "# Written by chasles: is replaced when it is written again.\n";
+
+bool is_ours(const fs::path& folder) {
+  const fs::path body = folder / "mav0" / "body.yaml";
+  std::error_code ignored;
+  return fs::exists(body, ignored) && read_file(body).starts_with(kMark);
+}
+
+std::string yaml_motion(const SE3& T) {
+  std::string text = "T_BS:\n  cols: 4\n  rows: 4\n  data: [";
+  for (int i = 0; i < 3; ++i) {
+    text += fmt::format("{}, {}, {}, {},\n         ", T.R(i, 0), T.R(i, 1), T.R(i, 2), T.p(i));
+  }
+  return text + "0.0, 0.0, 0.0, 1.0]\n";
+}
+
+std::string sensor_text(const char* type, const std::string& comment, const SE3& imu_T_sensor) {
+  return fmt::format("sensor_type: {}\ncomment: {}\n\n# To the body's frame, the IMU's.\n{}\n",
+                     type, comment, yaml_motion(imu_T_sensor));
+}
+
+// Of the middle time between two.
+template <typename Times>
+double rate_of(const Times& times) {
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < times.size(); ++i)
+    gaps.push_back(to_seconds(times[i] - times[i - 1]));
+  if (gaps.empty()) return 0;
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return 1 / *middle;
+}
+
+std::string camera_text(const Camera& c, std::size_t number, double rate) {
+  const char* model =
+      c.distortion == Distortion::kEquidistant ? "equidistant" : "radial-tangential";
+  const Eigen::Vector4d k =
+      c.distortion == Distortion::kNone ? Eigen::Vector4d(Eigen::Vector4d::Zero()) : c.coefficients;
+  return sensor_text("camera", fmt::format("camera {}", number), c.cam_T_imu.inverse()) +
+         fmt::format(
+             "rate_hz: {:.6g}\nresolution: [{}, {}]\ncamera_model: pinhole\n"
+             "intrinsics: [{}, {}, {}, {}] # fu, fv, cu, cv\n"
+             "distortion_model: {}\ndistortion_coefficients: [{}, {}, {}, {}]\n",
+             rate, c.width, c.height, c.fx, c.fy, c.cx, c.cy, model, k[0], k[1], k[2], k[3]);
+}
+
+void write_samples(const Recording& recording, const fs::path& folder) {
+  make_folder(folder);
+  std::vector<Time> times;
+  fmt::memory_buffer rows;
+  fmt::format_to(std::back_inserter(rows),
+                 "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+                 "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n");
+  for (const ImuSample& s : recording.imu) {
+    const Eigen::Vector3d &w = s.angular_rate_imu, &a = s.specific_force_imu;
+    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{}\n", s.time.count(), w.x(), w.y(),
+                   w.z(), a.x(), a.y(), a.z());
+    times.push_back(s.time);
+  }
+  write_file(folder / "data.csv", {rows.data(), rows.size()});
+  const ImuNoise& noise = *recording.imu_noise;
+  const char* meaning = recording.imu_convention == ImuConvention::kInstant
+                            ? "a sample is the value at its time (instant)"
+                            : "a sample is the mean since the one before (interval-mean)";
+  write_file(
+      folder / "sensor.yaml",
+      sensor_text("imu", meaning, {}) +
+          fmt::format("rate_hz: {:.6g}\n"
+                      "gyroscope_noise_density: {} # rad/s/sqrt(Hz)\n"
+                      "gyroscope_random_walk: {} # rad/s^2/sqrt(Hz)\n"
+                      "accelerometer_noise_density: {} # m/s^2/sqrt(Hz)\n"
+                      "accelerometer_random_walk: {} # m/s^3/sqrt(Hz)\n",
+                      rate_of(times), noise.gyroscope_noise_density, noise.gyroscope_random_walk,
+                      noise.accelerometer_noise_density, noise.accelerometer_random_walk));
+}
+
+void write_states(const Recording& recording, const fs::path& folder) {
+  make_folder(folder);
+  fmt::memory_buffer rows;
+  fmt::format_to(
+      std::back_inserter(rows),
+      "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], "
+      "q_RS_z [], v_RS_R_x [m s^-1], v_RS_R_y [m s^-1], v_RS_R_z [m s^-1], b_w_RS_S_x [rad s^-1], "
+      "b_w_RS_S_y [rad s^-1], b_w_RS_S_z [rad s^-1], b_a_RS_S_x [m s^-2], b_a_RS_S_y [m s^-2], "
+      "b_a_RS_S_z [m s^-2]\n");
+  for (std::size_t i = 0; i < recording.truth.size(); ++i) {
+    const StampedPose& row = recording.truth[i];
+    const TrueMotion& motion = recording.true_motion[i];
+    const Eigen::Vector4d q = unit_quaternion(row.pose.R);
+    const Eigen::Vector3d &p = row.pose.p, &v = motion.v_world;
+    const Eigen::Vector3d &g = motion.gyroscope_bias, &a = motion.accelerometer_bias;
+    fmt::format_to(std::back_inserter(rows), "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+                   row.time.count(), p.x(), p.y(), p.z(), q[3], q[0], q[1], q[2], v.x(), v.y(),
+                   v.z(), g.x(), g.y(), g.z(), a.x(), a.y(), a.z());
+  }
+  write_file(folder / "data.csv", {rows.data(), rows.size()});
+  write_file(folder / "sensor.yaml", sensor_text("visual-inertial", "the true motion", {}));
+}
+
+void write_truth(const Recording& recording, const fs::path& folder) {
+  if (recording.truth.empty()) return;
+  if (recording.true_motion.size() == recording.truth.size()) {
+    write_states(recording, folder / "mav0" / "state_groundtruth_estimate0");
+  } else {
+    write_tum(recording.truth, folder / "truth.tum");
+  }
+}
+
+std::string png_of(const GrayImage& image) {
+  // The pixels are not changed; cv::Mat knows no constant ones.
+  const cv::Mat view(image.height, image.width, CV_8UC1,
+                     const_cast<std::uint8_t*>(image.pixels.data()));
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", view, bytes,
+               {cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
+                cv::IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY});
+  return {bytes.begin(), bytes.end()};
+}
+
+void check(const Recording& r) {
+  const auto need = [&](bool there, const char* what) {
+    if (there) return;
+    throw UsageError(
+        fmt::format("{}: the recording has no {}, which an EuRoC folder needs; "
+                    "expected images, cameras, IMU samples and their noise densities",
+                    r.name, what));
+  };
+  need(r.images != nullptr && r.images->size() > 0, "images");
+  need(!r.cameras.empty(), "cameras");
+  need(!r.imu.empty(), "IMU samples");
+  need(r.imu_noise.has_value(), "noise densities of the IMU");
+}
+
+void check_images(const Recording& r, const ImageFrame& frame) {
+  bool fit = frame.images.size() == r.cameras.size();
+  for (std::size_t c = 0; fit && c < r.cameras.size(); ++c) {
+    const GrayImage& image = frame.images[c];
+    const auto pixels = static_cast<std::size_t>(image.width) * image.height;
+    fit = image.empty() || (image.width == r.cameras[c].width &&
+                            image.height == r.cameras[c].height && image.pixels.size() == pixels);
+  }
+  if (fit) return;
+  throw UsageError(fmt::format(
+      "{}: the images at {} ns do not fit the cameras; expected {}, each of its camera's size",
+      r.name, frame.time.count(), r.cameras.size()));
+}
+
+// The images of one frame; adds them to the cameras' lists.
+void write_frame(const Recording& r, const ImageFrame& frame, const fs::path& sensors,
+                 std::vector<std::string>& lists) {
+  check_images(r, frame);
+  for (std::size_t c = 0; c < r.cameras.size(); ++c) {
+    if (frame.images[c].empty()) continue;
+    const std::string name = fmt::format("{}.png", frame.time.count());
+    write_file(sensors / fmt::format("cam{}", c) / "data" / name, png_of(frame.images[c]));
+    lists[c] += fmt::format("{},{}\n", frame.time.count(), name);
+  }
+}
+
+void write_calibrations(const Recording& r, const fs::path& sensors) {
+  std::vector<Time> times;
+  for (std::size_t i = 0; i < r.images->size(); ++i) times.push_back(r.images->time(i));
+  for (std::size_t c = 0; c < r.cameras.size(); ++c) {
+    const fs::path camera = sensors / fmt::format("cam{}", c);
+    make_folder(camera / "data");
+    write_file(camera / "sensor.yaml", camera_text(r.cameras[c], c, rate_of(times)));
+  }
+}
+
+}  // namespace
+
+void prepare_euroc_folder(const fs::path& folder) {
+  make_folder(folder);
+  std::error_code error;
+  if (!fs::is_empty(folder, error) && !error && !is_ours(folder)) {
+    throw UsageError(fmt::format(
+        "{}: is not empty, and was not written by chasles as an EuRoC folder; expected a new or "
+        "empty folder",
+        folder.string()));
+  }
+  fs::remove_all(folder / "mav0", error);
+  if (!error) fs::remove(folder / "truth.tum", error);
+  if (error) {
+    throw UsageError(fmt::format("{}: an earlier recording cannot be removed: {}", folder.string(),
+                                 error.message()));
+  }
+  make_folder(folder / "mav0");
+  write_file(folder / "mav0" / "body.yaml", std::string(kMark) + "comment: simulated\n");
+}
+
+std::size_t write_euroc(const Recording& recording, const fs::path& folder,
+                        const std::function<bool(std::size_t)>& done) {
+  check(recording);
+  prepare_euroc_folder(folder);
+  const fs::path sensors = folder / "mav0";
+  write_samples(recording, sensors / "imu0");
+  write_truth(recording, folder);
+  write_calibrations(recording, sensors);
+  std::vector<std::string> lists(recording.cameras.size(), "#timestamp [ns],filename\n");
+  std::size_t frames = 0;
+  while (frames < recording.images->size()) {
+    write_frame(recording, recording.images->read(frames), sensors, lists);
+    ++frames;
+    if (done && !done(frames)) break;
+  }
+  for (std::size_t c = 0; c < lists.size(); ++c) {
+    write_file(sensors / fmt::format("cam{}", c) / "data.csv", lists[c]);
+  }
+  return frames;
+}
+
+}  // namespace chasles

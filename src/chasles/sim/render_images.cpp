@@ -1,0 +1,113 @@
+#include <algorithm>
+#include <utility>
+
+#include <chasles/sim/inertial_sim.hpp>
+#include <chasles/sim/render.hpp>
+#include <chasles/sim/render_images.hpp>
+#include <chasles/sim/render_sensor.hpp>
+
+namespace chasles {
+namespace {
+
+class RenderedImages : public ImageSource {
+ public:
+  RenderedImages(const InertialSettings& settings, std::uint64_t run, PaintedWorld world,
+                 const std::vector<Camera>& cameras, Spline motion, std::vector<Time> times)
+      : settings_(settings),
+        sensor_(settings, run),
+        world_(std::move(world)),
+        motion_(std::move(motion)),
+        times_(std::move(times)) {
+    for (const Camera& camera : cameras) {
+      rays_.push_back(make_rays(camera));
+      imu_T_cam_.push_back(camera.cam_T_imu.inverse());
+    }
+  }
+
+  std::size_t size() const override { return times_.size(); }
+  Time time(std::size_t i) const override { return times_[i]; }
+
+  ImageFrame read(std::size_t i) const override {
+    ImageFrame frame{.time = times_[i], .images = {}};
+    const double time = to_seconds(times_[i] - motion_.start);
+    for (std::size_t camera = 0; camera < rays_.size(); ++camera) {
+      const RayTable& rays = rays_[camera];
+      frame.images.push_back(sensor_.expose(light_at(time, camera), rays.width, rays.height, time,
+                                            static_cast<std::uint32_t>(i),
+                                            static_cast<std::uint32_t>(camera)));
+    }
+    return frame;
+  }
+
+ private:
+  std::vector<float> light_of(double time, std::size_t camera) const {
+    std::vector<float> light;
+    render(world_, rays_[camera], motion_at(motion_, time).world_T_imu * imu_T_cam_[camera], light);
+    return light;
+  }
+
+  // The mean over the time that the shutter is open, which the frame's time is in the middle of.
+  std::vector<float> light_at(double time, std::size_t camera) const {
+    if (settings_.exposure_time == 0) return light_of(time, camera);
+    std::vector<float> sum;
+    const auto part = 1.0F / static_cast<float>(settings_.blur_samples);
+    for (int k = 0; k < settings_.blur_samples; ++k) {
+      const double shift = ((k + 0.5) / settings_.blur_samples - 0.5) * settings_.exposure_time;
+      const double at = std::clamp(time + shift, 0.0, motion_.duration);
+      const std::vector<float> light = light_of(at, camera);
+      sum.resize(light.size());
+      for (std::size_t i = 0; i < light.size(); ++i) sum[i] += part * light[i];
+    }
+    return sum;
+  }
+
+  InertialSettings settings_;
+  RenderSensor sensor_;
+  PaintedWorld world_;
+  Spline motion_;
+  std::vector<Time> times_;
+  std::vector<RayTable> rays_;
+  std::vector<SE3> imu_T_cam_;
+};
+
+// Of the last entry that is not later, or of the first.
+TrueMotion biases_at(const std::vector<TrueMotion>& truth, Time time) {
+  const auto next = std::ranges::upper_bound(truth, time, {}, &TrueMotion::time);
+  return next == truth.begin() ? *next : *std::prev(next);
+}
+
+void take_true_biases(const InertialScene& scene, const Spline& motion, Recording& recording) {
+  if (scene.imu.empty() || scene.imu_truth.empty()) return;
+  for (const auto& [time, pose] : recording.truth) {
+    TrueMotion now = biases_at(scene.imu_truth, time);
+    now.time = time;
+    now.v_world = motion_at(motion, to_seconds(time - motion.start)).v_world;
+    recording.true_motion.push_back(now);
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<const ImageSource> make_image_source(const InertialSettings& settings,
+                                                     std::uint64_t run, PaintedWorld world,
+                                                     const std::vector<Camera>& cameras,
+                                                     const Spline& motion,
+                                                     const std::vector<Time>& times) {
+  return std::make_shared<RenderedImages>(settings, run, std::move(world), cameras, motion, times);
+}
+
+Recording render_inertial(const InertialScene& scene, std::uint64_t run) {
+  const Spline motion = inertial_motion(scene);
+  Recording recording = simulate_sensors(scene, motion, run);
+  take_true_biases(scene, motion, recording);
+  std::vector<Time> times;
+  for (const auto& [time, pose] : recording.truth) times.push_back(time);
+  const InertialSettings& settings = scene.settings;
+  recording.images = make_image_source(
+      settings, run,
+      paint_world(make_render_world(settings, motion), settings.texel_size, settings.seed),
+      recording.cameras, motion, times);
+  return recording;
+}
+
+}  // namespace chasles

@@ -1,0 +1,90 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include <chasles/error.hpp>
+#include <chasles/sim/render_rays.hpp>
+
+namespace chasles {
+namespace {
+
+// Of the middle pixel, by differences to its neighbours.
+void set_slopes(const RayTable& rays, RayBlock& block) {
+  const int u = (block.left + block.right) / 2, v = (block.top + block.bottom) / 2;
+  const int a = std::max(u - 1, 0), b = std::min(u + 1, rays.width - 1);
+  const int c = std::max(v - 1, 0), d = std::min(v + 1, rays.height - 1);
+  const auto slope = [&](const std::vector<float>& of, int u0, int v0, int u1, int v1) {
+    const int pixels = std::max(1, u1 - u0 + v1 - v0);
+    return (of[rays.at(u1, v1)] - of[rays.at(u0, v0)]) / static_cast<float>(pixels);
+  };
+  block.x_u = slope(rays.x, a, v, b, v);
+  block.x_v = slope(rays.x, u, c, u, d);
+  block.y_u = slope(rays.y, a, v, b, v);
+  block.y_v = slope(rays.y, u, c, u, d);
+}
+
+void set_bounds(const RayTable& rays, RayBlock& block) {
+  const std::size_t first = rays.at(block.left, block.top);
+  RayBounds b{rays.x[first], rays.x[first], rays.y[first], rays.y[first]};
+  for (int v = block.top; v < block.bottom; ++v) {
+    for (int u = block.left; u < block.right; ++u) {
+      const float x = rays.x[rays.at(u, v)], y = rays.y[rays.at(u, v)];
+      b = {std::min(b.x_min, x), std::max(b.x_max, x), std::min(b.y_min, y), std::max(b.y_max, y)};
+    }
+  }
+  const float dx = 0.6F * (std::abs(block.x_u) + std::abs(block.x_v));
+  const float dy = 0.6F * (std::abs(block.y_u) + std::abs(block.y_v));
+  block.bounds = {b.x_min - dx, b.x_max + dx, b.y_min - dy, b.y_max + dy};
+}
+
+std::vector<RayBlock> make_blocks(const RayTable& rays, int edge) {
+  std::vector<RayBlock> blocks;
+  for (int top = 0; top < rays.height; top += edge) {
+    for (int left = 0; left < rays.width; left += edge) {
+      RayBlock block{.left = left,
+                     .top = top,
+                     .right = std::min(left + edge, rays.width),
+                     .bottom = std::min(top + edge, rays.height),
+                     .bounds = {},
+                     .x_u = 0,
+                     .x_v = 0,
+                     .y_u = 0,
+                     .y_v = 0};
+      set_slopes(rays, block);
+      set_bounds(rays, block);
+      blocks.push_back(block);
+    }
+  }
+  return blocks;
+}
+
+}  // namespace
+
+RayTable make_rays(const Camera& camera) {
+  RayTable rays{.width = camera.width,
+                .height = camera.height,
+                .x = {},
+                .y = {},
+                .tiles = {},
+                .blocks = {},
+                .quarters = {}};
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      const auto ray = unproject(camera, {u, v});
+      if (!ray) {
+        throw UsageError(fmt::format(
+            "the camera's pixel ({}, {}) has no ray: its lens model folds over before; expected "
+            "coefficients that are valid in all of the image of {} x {} px",
+            u, v, camera.width, camera.height));
+      }
+      rays.x.push_back(static_cast<float>(ray->ray.x()));
+      rays.y.push_back(static_cast<float>(ray->ray.y()));
+    }
+  }
+  rays.blocks = make_blocks(rays, kBlockEdge);
+  rays.tiles = make_blocks(rays, kTileEdge);
+  rays.quarters = make_blocks(rays, kQuarterEdge);
+  return rays;
+}
+
+}  // namespace chasles

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/sim/render_world.hpp>
+
+// What the tests of the renderer share.
+namespace chasles::test {
+
+/// A camera in the IMU's place that looks along the IMU's x axis, right along -y, down along -z.
+inline Camera forward_camera(int width, int height, double focal_length) {
+  Eigen::Matrix3d imu_R_cam;
+  imu_R_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return {.width = width,
+          .height = height,
+          .fx = focal_length,
+          .fy = focal_length * 1.01,
+          .cx = width / 2.0 - 0.3,
+          .cy = height / 2.0 + 0.2,
+          .cam_T_imu = SE3{imu_R_cam, Eigen::Vector3d::Zero()}.inverse()};
+}
+
+inline SE3 looking(double yaw, double pitch, double roll, const Eigen::Vector3d& p) {
+  using Eigen::Vector3d;
+  return {so3::exp(yaw * Vector3d::UnitZ()) * so3::exp(pitch * Vector3d::UnitY()) *
+              so3::exp(roll * Vector3d::UnitX()),
+          p};
+}
+
+/// A room of 6 x 6 x 3 m about the origin, all of it a chessboard.
+inline RenderWorld chess_room(const std::vector<Box>& furniture = {}) {
+  RenderWorld world = furnished({.rooms = {{{-3, -3}, {3, 3}}}}, -1.5, 1.5, furniture);
+  for (Surface& surface : world.surfaces) surface.material = Material::kChessboard;
+  return world;
+}
+
+}  // namespace chasles::test

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <chasles/lie/trajectory.hpp>
+#include <chasles/sim/floor_plan.hpp>
+#include <chasles/sim/inertial_path.hpp>
+
+namespace chasles {
+
+/// The building of the scene `walk`: two rectangular loops of corridors (`hall_length` by
+/// `hall_width` along their centre lines) on both sides of a passage that widens to a hall; along
+/// the walls alcoves, and offices behind doorways. The walk starts above the origin, along the
+/// passage. UsageError where it is too small for its rooms or for the walker's turns.
+FloorPlan walk_plan(const InertialSettings& settings);
+
+/// What stands in it [m]: lintels, cupboards, benches, desks, pillars.
+std::vector<Box> walk_furniture(const InertialSettings& settings);
+
+/// The poses world_T_imu of a pedestrian, as `hallway_path`: through the passage, round one loop to
+/// the left, through it again, round the other to the right, and so on for all `sections`, or until
+/// `walk_duration`. UsageError where the way would touch a wall or a piece of furniture.
+Trajectory walk_path(const InertialSettings& settings);
+
+}  // namespace chasles

@@ -1,0 +1,63 @@
+#include <nlohmann/json.hpp>
+
+#include "cli_test.hpp"
+
+// `chasles simulate --images`.
+namespace chasles::test {
+namespace {
+
+// A second or two of small images.
+const std::string kSmall =
+    "--set walk_duration=6 --set image_width=160 --set image_height=120 --set focal_length=100 "
+    "--set center_u=79.5 --set center_v=59.5 --set texel_size=0.05 --set frame_rate=4 ";
+
+TEST(SimulateImages, WritesARecordingThatIsTheSameEachTime) {
+  const Scratch folder;
+  for (const char* name : {"a", "b"}) {
+    const Outcome outcome = chasles(folder, std::string("simulate walk --images --json -o ") +
+                                                name + " --set cameras=2 " + kSmall);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto json = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(json["frames"], 25);
+    EXPECT_EQ(json["cameras"], 2);
+    EXPECT_EQ(json["settings"]["walk_duration"], 6.0);
+  }
+  for (const char* file : {"mav0/cam0/data.csv", "mav0/cam1/data/5000000000.png",
+                           "mav0/imu0/data.csv", "mav0/state_groundtruth_estimate0/data.csv"}) {
+    const std::string bytes = slurp(folder / "a" / file);
+    EXPECT_FALSE(bytes.empty()) << file;
+    EXPECT_EQ(bytes, slurp(folder / "b" / file)) << file;
+  }
+}
+
+TEST(SimulateImages, TakesTheCamerasOfARecording) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "simulate walk --images --quiet -o a --set cameras=2 " + kSmall).code,
+            0);
+  const Outcome outcome = chasles(
+      folder, "simulate hallway --images --cameras a -o b --set frame_rate=0.1 --set texel_size=1");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  expect_part(outcome.out, "frames of one image");
+  expect_part(slurp(folder / "b/mav0/cam0/sensor.yaml"), "resolution: [160, 120]");
+  expect_error(chasles(folder, "simulate hallway --images --cameras b -o c --set cameras=2"), 1,
+               "--cameras b: has 1 cameras; expected 2");
+}
+
+TEST(SimulateImages, RefusesWhatCannotBe) {
+  const Scratch folder;
+  std::filesystem::create_directories(folder / "mine");
+  spill(folder / "mine/notes.txt", "of years");
+  spill(folder / "file", "");
+  expect_error(chasles(folder, "simulate street --images -o x"), 1, "--images and --cameras are");
+  expect_error(chasles(folder, "simulate walk --images -o mine"), 1, "is not empty");
+  expect_error(chasles(folder, "simulate walk --images -o file"), 1, "cannot be made");
+  expect_error(chasles(folder, "simulate walk --images -o x --cameras none"), 2, "none");
+  expect_error(chasles(folder, "simulate walk --images -o x --set distortion=fisheye"), 1,
+               "distortion = 'fisheye': expected one of none, radtan, equidistant");
+  expect_error(chasles(folder, "simulate walk --images -o x --set exposure_time=0.5"), 1,
+               "exposure_time = 0.5 s: expected at most");
+  EXPECT_EQ(slurp(folder / "mine/notes.txt"), "of years");
+}
+
+}  // namespace
+}  // namespace chasles::test
