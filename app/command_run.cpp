@@ -68,6 +68,8 @@ void declare_input(CLI::App& parser, RunOptions& o) {
   parser.add_option("--cameras", o.input.cameras, "mono or stereo (default: all that there are)")
       ->type_name("NAME")
       ->group("Input");
+  parser.add_flag("--backwards", o.input.backwards, "Play the recording from its end")
+      ->group("Input");
   add_number(parser, "--start", o.input.start, "S", "Leave out the recording before this second", 0)
       ->group("Input");
   add_number(parser, "--stop", o.input.stop, "S", "Leave out the recording after this second", 0)

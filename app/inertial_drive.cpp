@@ -126,8 +126,10 @@ struct Sums {
   double nees_state = 0, products = 0, squares = 0;
   int nees_count = 0;
 
-  void add(const InertialEstimate& e, const std::string& chart, const Recording& recording) {
-    const double nees = state_nees(chart, recording, e.time, e.motion);
+  // A nav of the run's own is not the truth's: only from the true start on are they the same.
+  void add(const InertialEstimate& e, const std::string& chart, const Recording& recording,
+           bool from_truth) {
+    const double nees = from_truth ? state_nees(chart, recording, e.time, e.motion) : std::nan("");
     if (std::isfinite(nees)) {
       nees_state += nees;
       ++nees_count;
@@ -208,7 +210,7 @@ InertialDrive drive(const Recording& recording, const InertialRunSettings& setti
     if (tracked) feed->learnt(session.gyroscope_bias());
     for (const InertialEstimate& e : estimates) {
       if (!result.start_seconds) result.start_seconds = to_seconds(e.time - *first);
-      sums.add(e, settings.filter.chart, recording);
+      sums.add(e, settings.filter.chart, recording, options.from_truth);
       result.run.states.push_back(
           run_state(e, 1e3 * frame_time.seconds() / static_cast<double>(estimates.size())));
     }

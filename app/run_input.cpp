@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/backwards.hpp>
 #include <chasles/data/image_views.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
@@ -165,6 +166,7 @@ Recording read_input(const RunInput& input) {
   check_not_empty(r);
   cut(r, input);
   choose_cameras(r, input.cameras);
+  if (input.backwards) r = backwards(std::move(r));
   check_not_empty(r);
   if (!input.truth.empty()) {
     r.truth = read_truth(input.truth);

@@ -15,6 +15,7 @@ struct RunInput {
   std::filesystem::path recording;
   std::filesystem::path truth;        ///< TUM; empty: the recording's own, if it has one
   std::optional<double> start, stop;  ///< seconds since the recording's first event
+  bool backwards = false;             ///< after the cut
   std::string cameras;                ///< "mono", "stereo"; empty: all that there are
 };
 
