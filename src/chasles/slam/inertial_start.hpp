@@ -1,0 +1,23 @@
+#pragma once
+
+#include <optional>
+
+#include <chasles/imu/strapdown.hpp>
+#include <chasles/time.hpp>
+
+namespace chasles {
+
+/// Where an inertial run begins, in nav.
+struct InertialStart {
+  Time time{};
+  SE3 nav_T_imu;
+  Eigen::Vector3d v_nav = Eigen::Vector3d::Zero();               ///< [m/s]
+  Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
+  Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
+  /// Of the errors [rotation, position, velocity, accelerometer bias, gyroscope bias], standard
+  /// error, nav's axes; none: the initial deviations of the settings. Position and heading are
+  /// where nav begins: their rows are 0.
+  std::optional<Matrix15d> covariance = {};
+};
+
+}  // namespace chasles

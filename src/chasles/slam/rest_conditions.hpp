@@ -1,0 +1,23 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include <chasles/camera/feature_frame.hpp>
+#include <chasles/imu/imu_sample.hpp>
+#include <chasles/slam/initialiser_settings.hpp>
+#include <chasles/slam/requirement.hpp>
+
+namespace chasles {
+
+/// Whether nothing moved: the samples deviate from their mean as their noise does, the mean rate
+/// can be a bias and the mean force gravity, and half of the tracks stay where they are (the mean
+/// pixel of the window's second half against that of the first, beyond pixel noise). What comes
+/// after a condition that is not met is not looked at.
+std::vector<Requirement> rest_conditions(std::span<const ImuSample> samples,
+                                         std::span<const FeatureFrame> frames, std::size_t cameras,
+                                         const ImuNoise& noise, double pixel_sigma,
+                                         const InitialiserSettings& settings);
+
+}  // namespace chasles
