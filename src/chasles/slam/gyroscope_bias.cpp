@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -12,7 +13,7 @@
 namespace chasles {
 namespace {
 
-constexpr std::array kSteps{1, 2, 4};  // keyframes from one of a pair to the other
+constexpr std::array kSteps{1, 2, 4, 8};  // keyframes from one of a pair to the other
 constexpr int kFewestMatches = 6;
 constexpr std::size_t kHypotheses = 24;  // of a pair's direction
 // Of the bias, pass by pass [rad/s]: how far the rays may be off because of it.
@@ -188,29 +189,26 @@ Eigen::Vector3d gyroscope_bias(const MotionWindow& window, double prior_sigma) {
 
 void drop_mismatched(MotionWindow& window, const Eigen::Vector3d& bias) {
   const std::vector<Attitude> at = attitudes(window, bias);
-  std::vector<std::pair<const PlaneView*, bool>> votes;
+  // A pair says the more the farther apart its keyframes are: a track that wanders off is right
+  // from each to the next.
+  std::map<const PlaneView*, int> votes;
   for (const Pair& pair : pairs_of(window)) {
     if (pair.matches.size() < kFewestMatches) continue;
     const std::vector<Normal> all = normals(pair, at);
     const double gate = gate_of(pair, all.front(), kUncertainties.back());
     const Eigen::Vector3d t = best_direction(all, gate);
+    const int weight = pair.second - pair.first;
     for (std::size_t i = 0; i < all.size(); ++i) {
-      const bool agrees = std::abs(residual(all[i], t)) < gate + 1;
-      votes.emplace_back(pair.matches[i].first, agrees);
-      votes.emplace_back(pair.matches[i].second, agrees);
+      const int vote = std::abs(residual(all[i], t)) < gate + 1 ? weight : -weight;
+      votes[pair.matches[i].first] += vote;
+      votes[pair.matches[i].second] += vote;
     }
   }
-  std::ranges::sort(votes, std::less<>{});
-  const auto dropped = [&](const PlaneView& view) {
-    const auto of_view = std::ranges::equal_range(votes, &view, std::less<>{},
-                                                  [](const auto& vote) { return vote.first; });
-    const auto right = std::ranges::count_if(of_view, [](const auto& v) { return v.second; });
-    return 2 * right < std::ranges::ssize(of_view);
-  };
   for (PlaneTrack& track : window.tracks) {
     PlaneTrack kept;
     for (const PlaneView& view : track) {
-      if (!dropped(view)) kept.push_back(view);
+      const auto found = votes.find(&view);
+      if (found == votes.end() || found->second >= 0) kept.push_back(view);
     }
     track = std::move(kept);
   }

@@ -140,7 +140,7 @@ std::optional<InertialStart> Initialiser::try_in_motion() {
   for (std::size_t k = 0; k + 1 < window.times.size(); ++k) {
     window.intervals.push_back(imu_.between(window.times[k], window.times[k + 1]));
   }
-  StartAttempt attempt = motion_start(std::move(window), noise_, settings_);
+  StartAttempt attempt = motion_start(window, noise_, settings_);
   note("in motion", std::move(attempt.requirements));
   return attempt.start;
 }

@@ -31,7 +31,7 @@ struct InitialiserSettings {
   double max_scale_sigma = 0.1;
   double least_velocity_sigma = 0.03;
   double max_tilt_sigma = 0.02;
-  double max_misfit = 2;
+  double max_misfit = 1.6;
   double min_inliers = 0.5;
 };
 

@@ -18,7 +18,7 @@ using Matrix36d = Eigen::Matrix<double, 3, 6>;
 constexpr std::size_t kSubset = 8;       // tracks
 constexpr std::size_t kHypotheses = 40;  // subsets
 constexpr double kParallaxOverNoise = 3;
-constexpr double kFits = 6;              // rms of a track
+constexpr double kFits = 6;  // rms of a track
 constexpr int kReweightings = 8;
 constexpr double kNearest = 0.1;  // [m]
 
@@ -182,7 +182,7 @@ double truncated_cost(const std::vector<Sights>& tracks, const std::vector<Track
   return cost;
 }
 
-// The equations of all tracks that fit y, and what they give.
+// A motion, what it costs, and the equations of all tracks that fit it.
 struct Solution {
   Matrix6d S = Matrix6d::Zero();
   Unknown s = Unknown::Zero();
@@ -190,19 +190,30 @@ struct Solution {
   Unknown y = Unknown::Zero();
   double cost = 0;
 };
-Solution reweighted(std::vector<Sights>& tracks, std::vector<TrackEquations>& each,
-                    const Unknown& y) {
-  Solution solution;
+Solution equations_at(const std::vector<Sights>& tracks, const std::vector<TrackEquations>& each,
+                      const Unknown& y) {
+  Solution solution{.fits = {}, .y = y};
   for (std::size_t k = 0; k < tracks.size(); ++k) {
     const double squares = truncated_cost(tracks[k], each[k], y);
+    solution.cost += squares;
     solution.fits.push_back(squares < kFits * kFits * static_cast<double>(tracks[k].size()));
-    reweight(tracks[k], each[k], y);
-    each[k] = equations(tracks[k]);
     if (!solution.fits.back()) continue;
     solution.S += each[k].S;
     solution.s += each[k].s;
   }
   return solution;
+}
+
+// On the way to a solution of the weighted equations, the first place that is better; the weights
+// are not the costs, and without the noise's expectation S need not be positive.
+std::optional<Unknown> towards(const std::vector<Sights>& tracks,
+                               const std::vector<TrackEquations>& each, const Solution& here,
+                               const Unknown& there) {
+  for (const double part : {1.0, 0.5, 0.25, 0.1}) {
+    const Unknown y = here.y + part * (there - here.y);
+    if (truncated_cost(tracks, each, y) < here.cost) return y;
+  }
+  return std::nullopt;
 }
 
 // The least of y^T S y - 2 s^T y with |gravity| given.
@@ -232,25 +243,27 @@ std::optional<LinearMotion> linear_motion(const MotionWindow& window,
   const std::optional<Unknown> first = best_subset(tracks, each);
   if (!first) return std::nullopt;
 
-  std::optional<Solution> best;
-  Unknown y = *first;
+  Solution best = equations_at(tracks, each, *first);
   for (int i = 0; i < kReweightings; ++i) {
-    Solution next = reweighted(tracks, each, y);
-    y = next.S.ldlt().solve(next.s);
-    if (!y.allFinite()) break;
-    next.y = y;
-    next.cost = truncated_cost(tracks, each, y);
-    if (!best || next.cost < best->cost) best = std::move(next);
+    for (std::size_t k = 0; k < tracks.size(); ++k) {
+      reweight(tracks[k], each[k], best.y);
+      each[k] = equations(tracks[k]);
+    }
+    const Solution here = equations_at(tracks, each, best.y);
+    const auto better = towards(tracks, each, here, here.S.ldlt().solve(here.s));
+    if (!better) break;
+    best = equations_at(tracks, each, *better);
   }
-  if (!best) return std::nullopt;
-  const auto& [S, s, fits, free, cost] = *best;
-  LinearMotion result{.fits = fits, .cost = cost};
-  result.free_gravity = free.tail<3>().norm();
-  const Matrix6d P = S.ldlt().solve(Matrix6d::Identity());
-  const Eigen::Vector3d down = free.tail<3>().normalized();
+  LinearMotion result{.fits = best.fits, .cost = best.cost};
+  result.free_gravity = best.y.tail<3>().norm();
+  const Matrix6d P = best.S.ldlt().solve(Matrix6d::Identity());
+  const Eigen::Vector3d down = best.y.tail<3>().normalized();
   result.free_gravity_sigma =
       std::sqrt(std::max(0.0, down.dot(P.bottomRightCorner<3, 3>() * down)));
-  y = on_sphere(S, s, free, gravity);
+  Unknown y = best.y;
+  y.tail<3>() = gravity * down;
+  const Unknown held = on_sphere(best.S, best.s, best.y, gravity);
+  if (truncated_cost(tracks, each, held) < truncated_cost(tracks, each, y)) y = held;
   if (!y.allFinite() || !std::isfinite(result.free_gravity_sigma)) return std::nullopt;
   result.v = y.head<3>();
   result.gravity = y.tail<3>();

@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include <chasles/eval/chi2.hpp>
 #include <chasles/slam/motion_refine.hpp>
 
 namespace chasles {
@@ -16,12 +17,14 @@ struct Stage {
   Shooting shooting;
   int iterations;
 };
-constexpr std::array kStages{Stage{Shooting::kSingle, 30}, Stage{Shooting::kSingle, 6},
-                             Stage{Shooting::kMultiple, 6}};
+constexpr std::array kStages{Stage{Shooting::kSingle, 20}, Stage{Shooting::kSingle, 6},
+                             Stage{Shooting::kSingle, 6}, Stage{Shooting::kMultiple, 8}};
 constexpr int kFewestTracks = 5;
 constexpr double kFarAway = 0.02;        // inverse depth of a point that lies behind [1/m]
 constexpr double kNearest = 0.1;         // [m]
 constexpr double kOutlier = 4;           // a view's residual, in standard deviations
+constexpr double kRightTrack = 0.98;     // probability of a right track to stay
+constexpr double kLeastMisfit = 0.1;     // pixels less noisy than that are not believed
 constexpr double kConverged = 1e-5;      // fall of the cost in a step, of the cost
 constexpr double kLeastPosition = 1e-6;  // noise of a position, so that one sample between two
                                          // keyframes, which moves six of nine numbers, will do [m]
@@ -124,22 +127,56 @@ bool has_three_keyframes(const PlaneTrack& track) {
   return count >= 3;
 }
 
-void drop_misfits(const WindowMotion& motion, MotionWindow& window) {
-  std::vector<PlaneTrack> kept;
+// A track without its views that do not fit, and the squares of the rest per degree of freedom.
+struct Fit {
+  PlaneTrack track;
+  double dof = 0, squares_per_dof = 0;
+};
+
+std::vector<Fit> fits_of(const WindowMotion& motion, const MotionWindow& window) {
+  std::vector<Fit> fits;
   for (std::size_t i = 0; i < window.tracks.size(); ++i) {
-    PlaneTrack track;
+    Fit fit{.track = {}};
+    double squares = 0;
     for (const PlaneView& view : window.tracks[i]) {
       const auto r = view_residual(window, motion, i, view);
-      if (r && r->norm() < kOutlier) track.push_back(view);
+      if (!r || r->norm() >= kOutlier) continue;
+      squares += r->squaredNorm();
+      fit.track.push_back(view);
     }
-    if (2 * track.size() > window.tracks[i].size() && has_three_keyframes(track)) {
-      kept.push_back(std::move(track));
-    }
+    if (2 * fit.track.size() <= window.tracks[i].size()) continue;
+    if (!has_three_keyframes(fit.track)) continue;
+    fit.dof = 2 * static_cast<double>(fit.track.size()) - 3;
+    fit.squares_per_dof = squares / fit.dof;
+    fits.push_back(std::move(fit));
   }
-  window.tracks = std::move(kept);
+  return fits;
 }
 
-std::optional<Matrix11d> covariance_of(const MotionSystem& system) {
+// Views that do not fit, then tracks that fit worse than most: what the pixels' noise really is,
+// the tracks themselves say. A wrong track may fit a static point so nearly that no view of it
+// stands out, and yet bend the scale.
+void drop_misfits(const WindowMotion& motion, MotionWindow& window) {
+  std::vector<Fit> fits = fits_of(motion, window);
+  window.tracks.clear();
+  if (fits.empty()) return;
+  std::vector<double> all;
+  for (const Fit& fit : fits) all.push_back(fit.squares_per_dof);
+  const auto middle = all.begin() + std::ssize(all) / 2;
+  std::ranges::nth_element(all, middle);
+  const double noise = std::max(*middle, kLeastMisfit);
+  for (Fit& fit : fits) {
+    if (fit.squares_per_dof > noise * chi2_quantile(kRightTrack, fit.dof) / fit.dof) continue;
+    window.tracks.push_back(std::move(fit.track));
+  }
+}
+
+// The covariance, and how far the next step would go.
+struct Certainty {
+  Matrix11d covariance;
+  double distance = 0;
+};
+std::optional<Certainty> certainty_of(const MotionSystem& system) {
   const ReducedSystem reduced = eliminate_points(system, 0);
   const Eigen::Index n = reduced.H.rows();
   const std::array<Eigen::Index, 11> rows{0, 1, 6, 7, 8, n - 6, n - 5, n - 4, n - 3, n - 2, n - 1};
@@ -151,7 +188,8 @@ std::optional<Matrix11d> covariance_of(const MotionSystem& system) {
   Matrix11d P;
   for (Eigen::Index i = 0; i < 11; ++i) P.row(i) = solved.row(rows[static_cast<std::size_t>(i)]);
   if (!P.allFinite()) return std::nullopt;
-  return (P + P.transpose()) / 2;
+  return Certainty{.covariance = (P + P.transpose()) / 2,
+                   .distance = std::sqrt(reduced.b.dot(cholesky.solve(reduced.b)))};
 }
 
 int views_of(const MotionWindow& window) {
@@ -187,13 +225,14 @@ std::optional<RefinedMotion> refine_motion(MotionWindow window, const LinearMoti
     at.at.between = preintegrate_all(window, at.at.motion.biases, noise);
     if (shooting == Shooting::kSingle) drop_misfits(at.at.motion, window);
   }
-  const std::optional<Matrix11d> covariance = covariance_of(at.system);
-  if (!covariance) return std::nullopt;
+  const std::optional<Certainty> certainty = certainty_of(at.system);
+  if (!certainty) return std::nullopt;
   const int views = views_of(window), tracks = static_cast<int>(window.tracks.size());
   const int dof = 2 * views - 3 * tracks - 5;
   return RefinedMotion{.motion = std::move(at.at.motion),
-                       .covariance = *covariance,
+                       .covariance = certainty->covariance,
                        .misfit = at.system.squares / std::max(dof, 1),
+                       .distance = certainty->distance,
                        .views = views,
                        .tracks = tracks};
 }

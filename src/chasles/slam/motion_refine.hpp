@@ -16,7 +16,8 @@ struct RefinedMotion {
   WindowMotion motion;
   Matrix11d covariance = Matrix11d::Zero();  ///< posterior, with the prior of the biases
   double misfit = 0;                         ///< squared pixel residuals per degree of freedom
-  int views = 0, tracks = 0;                 ///< that fit
+  double distance = 0;        ///< from where the next step would end, in posterior deviations
+  int views = 0, tracks = 0;  ///< that fit
 };
 
 /// Least squares over keyframes, biases and points: every pixel by Huber, the samples between two

@@ -12,7 +12,8 @@
 namespace chasles {
 namespace {
 
-constexpr double kBiasReach = 4;  // deviations of a bias's prior
+constexpr double kConverged = 0.3;  // posterior deviations
+constexpr double kBiasReach = 4;    // deviations of a bias's prior
 constexpr double kDegrees = 180 / std::numbers::pi;
 
 Vector6d bias_sigma(const InitialiserSettings& s) {
@@ -77,9 +78,12 @@ void judge(const RefinedMotion& refined, const LinearMotion& linear, double offe
                                  kDegrees * s.max_tilt_sigma, "deg"));
   requirements.push_back(
       at_most("squared residual per degree of freedom", refined.misfit, s.max_misfit, ""));
-  requirements.push_back(at_most("largest bias against its prior",
-                                 refined.motion.biases.cwiseQuotient(bias_sigma(s)).cwiseAbs().maxCoeff(),
-                                 kBiasReach, "sigma"));
+  requirements.push_back(
+      at_most("distance from the best fit", refined.distance, kConverged, "sigma"));
+  requirements.push_back(
+      at_most("largest bias against its prior",
+              refined.motion.biases.cwiseQuotient(bias_sigma(s)).cwiseAbs().maxCoeff(), kBiasReach,
+              "sigma"));
   requirements.push_back(at_least("observations that fit the motion", 100 * refined.views / offered,
                                   100 * s.min_inliers, "%"));
   requirements.push_back(at_least("tracks that fit the motion", refined.tracks, s.min_tracks, ""));
@@ -132,9 +136,28 @@ Candidate candidate(const MotionWindow& window, const Eigen::Vector3d& bias, con
   return c;
 }
 
+// Of a narrow scene the rotation cannot be told from translation: then no bias is the better one.
+Candidate best_candidate(const MotionWindow& window, const ImuNoise& noise,
+                         const InitialiserSettings& s) {
+  const Eigen::Vector3d bias = gyroscope_bias(window, s.gyroscope_bias_sigma);
+  Candidate best = candidate(window, bias, noise, s.gravity);
+  Candidate none = candidate(window, Eigen::Vector3d::Zero(), noise, s.gravity);
+  return none.cost < best.cost ? none : best;
+}
+
+InertialStart start_of(const RefinedMotion& refined, Time time, const InitialiserSettings& s) {
+  const InertialState& first = refined.motion.keyframes.front();
+  return {.time = time,
+          .nav_T_imu = first.world_T_imu,
+          .v_nav = first.v_world,
+          .accelerometer_bias = first.accelerometer_bias,
+          .gyroscope_bias = first.gyroscope_bias,
+          .covariance = start_covariance(refined, s)};
+}
+
 }  // namespace
 
-StartAttempt motion_start(MotionWindow window, const ImuNoise& noise,
+StartAttempt motion_start(const MotionWindow& window, const ImuNoise& noise,
                           const InitialiserSettings& s) {
   StartAttempt attempt;
   auto& requirements = attempt.requirements;
@@ -146,11 +169,7 @@ StartAttempt motion_start(MotionWindow window, const ImuNoise& noise,
   if (!all_met(requirements)) return attempt;
 
   const int offered = views_of(window);
-  const Eigen::Vector3d bias = gyroscope_bias(window, s.gyroscope_bias_sigma);
-  Candidate best = candidate(window, bias, noise, s.gravity);
-  // Of a narrow scene the rotation cannot be told from translation: then no bias is the better one.
-  Candidate none = candidate(window, Eigen::Vector3d::Zero(), noise, s.gravity);
-  if (none.cost < best.cost) best = std::move(none);
+  Candidate best = best_candidate(window, noise, s);
   requirements.back() = at_least("tracks that agree with the gyroscope",
                                  static_cast<double>(best.window.tracks.size()), s.min_tracks, "");
   if (!stereo) {
@@ -171,13 +190,7 @@ StartAttempt motion_start(MotionWindow window, const ImuNoise& noise,
   }
   judge(*refined, *linear, offered, s, requirements);
   if (!all_met(requirements)) return attempt;
-  const InertialState& first = refined->motion.keyframes.front();
-  attempt.start = {.time = window.times.front(),
-                   .nav_T_imu = first.world_T_imu,
-                   .v_nav = first.v_world,
-                   .accelerometer_bias = first.accelerometer_bias,
-                   .gyroscope_bias = first.gyroscope_bias,
-                   .covariance = start_covariance(*refined, s)};
+  attempt.start = start_of(*refined, window.times.front(), s);
   return attempt;
 }
 

@@ -21,7 +21,7 @@ struct StartAttempt {
 /// (gyroscope_bias.hpp), velocity and gravity from linear equations (motion_linear.hpp), then all
 /// of it by least squares (motion_refine.hpp). The filter gets the window's data once more, so its
 /// covariance is that of the priors and of 1 / inflation of the data's information.
-StartAttempt motion_start(MotionWindow window, const ImuNoise& noise,
+StartAttempt motion_start(const MotionWindow& window, const ImuNoise& noise,
                           const InitialiserSettings& settings);
 
 }  // namespace chasles
