@@ -220,8 +220,8 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
   add_remarks(result.run, result.interrupted, frame_count(recording), recording.remarks);
   const Json summary = summary_json(result, settings, recording);
   if (!o.output.empty()) write_run(result.run, summary, o.output);
-  const Json timing =
-      timing_json(summary.at("recorded_seconds").get<double>(), wall.seconds(), cpu_seconds());
+  const Json timing = timing_json(result, timing_json(summary.at("recorded_seconds").get<double>(),
+                                                      wall.seconds(), cpu_seconds()));
   if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
   const Json figures = with_timing(summary, timing);
   print(o, figures);

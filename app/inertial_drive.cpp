@@ -206,7 +206,9 @@ InertialDrive drive(const Recording& recording, const InertialRunSettings& setti
     const FeatureFrame& frame = tracked ? tracked->frame : std::get<FeatureFrame>(*item);
     if (!first) first = frame.time;
     if (tracked) count(*tracked, result.frontend);
+    const Stopwatch filter_time;
     const std::vector<InertialEstimate> estimates = session.process(frame);
+    result.filter_seconds += filter_time.seconds();
     if (tracked) feed->learnt(session.gyroscope_bias());
     for (const InertialEstimate& e : estimates) {
       if (!result.start_seconds) result.start_seconds = to_seconds(e.time - *first);
@@ -228,6 +230,16 @@ InertialDrive drive(const Recording& recording, const InertialRunSettings& setti
   result.frontend.unreadable = events.unreadable();
   finish(session, sums, result);
   return result;
+}
+
+Json timing_json(const InertialDrive& drive, const Json& timing) {
+  Json all = timing;
+  const auto frames = static_cast<double>(drive.run.states.size());
+  if (drive.frontend.frames > 0) {
+    all["frontend_ms_per_frame"] = 1e3 * drive.frontend.seconds / drive.frontend.frames;
+  }
+  all["filter_ms_per_frame"] = frames > 0 ? Json(1e3 * drive.filter_seconds / frames) : Json();
+  return all;
 }
 
 Json summary_json(const InertialDrive& drive, const InertialRunSettings& settings,

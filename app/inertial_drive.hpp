@@ -26,7 +26,7 @@ struct FrontendTotals {
   int frames = 0;
   int unreadable = 0;  ///< images, taken for missing
   long tracked = 0, added = 0, lost = 0, outliers = 0, stereo_tried = 0, stereo_matched = 0;
-  double seconds = 0;  ///< that it took
+  double seconds = 0;  ///< that it took, without reading the images
 };
 
 /// A recording with an IMU after the filter has gone through it.
@@ -38,6 +38,7 @@ struct InertialDrive {
   std::optional<double> start_seconds;  ///< of the first estimate, since the first frame
   int resets = 0;                       ///< of a lost filter
   FrontendTotals frontend;              ///< of a recording with images
+  double filter_seconds = 0;            ///< that start and filter took
   std::optional<double> nees_state;     ///< mean; where the truth has velocity and biases
   std::optional<double> innovation_correlation;
   bool interrupted = false;  ///< by a signal: `run` ends early
@@ -47,6 +48,11 @@ struct InertialDrive {
 /// cameras or the IMU's noise are missing.
 InertialDrive drive(const Recording& recording, const InertialRunSettings& settings,
                     const InertialDriveOptions& options, const Interrupt& interrupt);
+
+/// timing.json: that of the other recordings, with the milliseconds that front end and filter took
+/// a frame.
+nlohmann::ordered_json timing_json(const InertialDrive& drive,
+                                   const nlohmann::ordered_json& timing);
 
 /// summary.json, as that of the other recordings.
 nlohmann::ordered_json summary_json(const InertialDrive& drive, const InertialRunSettings& settings,

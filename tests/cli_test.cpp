@@ -62,7 +62,7 @@ TEST(Command, MisuseEndsWithOne) {
   expect_error(chasles(folder, "run rec --ate-below inf"), 1, "--ate-below");
   expect_error(chasles(folder, "run rec --trajectory t.tum"), 1, "--trajectory is for --mode map");
   expect_error(chasles(folder, "evaluate a b --json --markdown"), 1, "--markdown");
-  expect_error(chasles(folder, "report -o page.html"), 1, "RUN is required");
+  expect_error(chasles(folder, "report -o page.html"), 1, "RUN|STUDY is required");
 }
 
 TEST(Command, BadInputEndsWithTwo) {

@@ -61,6 +61,15 @@ Eigen::Vector3d true_velocity(const Recording& recording, Time time) {
   return known != recording.true_motion.end() ? known->v_world : slope(recording.truth, time);
 }
 
+std::vector<Time> frame_times(const Recording& recording) {
+  std::vector<Time> times;
+  for (const FeatureFrame& frame : recording.frames) times.push_back(frame.time);
+  for (std::size_t i = 0; recording.images && i < recording.images->size(); ++i) {
+    times.push_back(recording.images->time(i));
+  }
+  return times;
+}
+
 TrialPoint point_of(const InertialEstimate& e, const std::optional<SE3>& truth,
                     PoseError coordinates) {
   TrialPoint point{.position_error = kNaN,
@@ -179,16 +188,16 @@ std::optional<SE3> truth_at(const Trajectory& truth, Time time) {
 InertialStart draw_start(const Recording& recording, const InertialSlamSettings& settings,
                          std::uint64_t seed, std::uint64_t run) {
   require(recording, !recording.truth.empty(), "truth");
-  const auto first = std::ranges::find_if(recording.frames, [&](const FeatureFrame& frame) {
-    return truth_at(recording.truth, frame.time).has_value();
-  });
-  require(recording, first != recording.frames.end(), "frame at whose time its truth is known");
+  const std::vector<Time> times = frame_times(recording);
+  const auto first = std::ranges::find_if(
+      times, [&](Time time) { return truth_at(recording.truth, time).has_value(); });
+  require(recording, first != times.end(), "frame at whose time its truth is known");
   const Random random = random_of_run(seed, run);
   const auto draw = [&](std::uint32_t i) { return random.normal(Stream::kStart, 0, i); };
   const Eigen::Vector3d tilt = settings.initial_tilt_sigma * Eigen::Vector3d(draw(0), draw(1), 0);
-  InertialStart start{.time = first->time, .nav_T_imu = *truth_at(recording.truth, first->time)};
+  InertialStart start{.time = *first, .nav_T_imu = *truth_at(recording.truth, *first)};
   start.nav_T_imu.R = so3::exp(-tilt) * start.nav_T_imu.R;
-  start.v_nav = true_velocity(recording, first->time) -
+  start.v_nav = true_velocity(recording, *first) -
                 settings.initial_velocity_sigma * Eigen::Vector3d(draw(2), draw(3), draw(4));
   return start;
 }
