@@ -19,7 +19,7 @@ build: deps  ## build/release/bin/chasles
 	cmake --preset release
 	cmake --build --preset release
 
-demo: deps  ## a simulated drive through SLAM to a page: out/demo/page.html
+demo: deps  ## a rendered walk, SLAM from its pixels, a page: out/demo/page.html
 	cmake --preset release
 	cmake --build --preset release --target chasles
 	@scripts/demo

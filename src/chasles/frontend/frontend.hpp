@@ -27,6 +27,7 @@ struct FrontendReport {
   Time time{};
   int tracked = 0;          ///< went on from the last frame
   int added = 0;            ///< began in this one
+  int renewed = 0;          ///< of the tracked: with a new id for their age
   int lost_left_image = 0;  ///< or where the lens model ends
   int lost_masked = 0;      ///< went behind the mask
   int lost_klt = 0;         ///< were not found again

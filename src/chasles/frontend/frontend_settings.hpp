@@ -23,6 +23,7 @@ struct FrontendSettings {
   double min_correlation = 0.8;
   double max_backward_error = 0.7;
   int waiting_frames = 5;
+  int max_age = 30;
 
   bool reject_outliers = true;
   double outlier_threshold = 1.0;
@@ -56,6 +57,9 @@ void for_each_frontend_setting(SettingsType& s, Visitor&& visit) {
         "a patch followed to the new image and back must return so near");
   visit("waiting_frames", s.waiting_frames, "count",
         "tracks outlive so many frames without an image (missing, black, saturated)");
+  visit("max_age", s.max_age, "frames",
+        "a track of about this age goes on as another point: what it drifted does not add up; 0: "
+        "never");
   visit("reject_outliers", s.reject_outliers, "bool", "two-view check of all tracks together");
   visit("outlier_threshold", s.outlier_threshold, "px", "distance to the epipolar line of motion");
   visit("stereo", s.stereo, "bool", "find each track of camera 0 in the other cameras");

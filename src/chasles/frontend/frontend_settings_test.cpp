@@ -19,7 +19,7 @@ TEST(FrontendSettings, DefaultsAreUsableAndEachNameIsListedOnce) {
                               EXPECT_NE(std::string(unit), "");
                               EXPECT_NE(std::string(meaning), "");
                             });
-  EXPECT_EQ(names.size(), 20U);
+  EXPECT_EQ(names.size(), 21U);
 }
 
 TEST(FrontendSettings, EachOneOutOfItsRangeIsNamed) {

@@ -150,6 +150,26 @@ TEST(Frontend, KeepsTheBudgetAndNeverReusesAnId) {
   }
 }
 
+// What an old track has drifted does not add up for ever: the place goes on under a new id.
+TEST(Frontend, RenewsOldTracksAtDifferentAges) {
+  Walk walk{.frames = 14, .settings = {}};
+  walk.settings.max_age = 6;
+  const Outcome out = follow(walk);
+  std::map<LandmarkId, int> ages;
+  for (const FeatureFrame& features : out.features) {
+    for (const auto& [id, pixel] : of_camera(features, 0)) ++ages[id];
+  }
+  int renewed = 0, most_at_once = 0;
+  for (const FrontendReport& report : out.reports) {
+    renewed += report.renewed;
+    most_at_once = std::max(most_at_once, report.renewed);
+  }
+  EXPECT_GT(renewed, 100);
+  EXPECT_LT(most_at_once, 100);  // of 150
+  for (const auto& [id, age] : ages) EXPECT_LE(age, 9) << id;
+  EXPECT_GT(out.features.back().pixels.size(), 120U);
+}
+
 TEST(Frontend, ReportsWhatBecameOfEachTrack) {
   const Outcome out = follow({.frames = 20});
   std::size_t last = 0;
