@@ -170,6 +170,7 @@ void finish(const InertialSession& session, const Sums& sums, InertialDrive& res
   }
   result.imu = session.imu_counts();
   result.resets = session.resets();
+  result.dropped_frames = session.dropped_frames();
   if (sums.nees_count > 0) result.nees_state = sums.nees_state / sums.nees_count;
   if (sums.squares > 0) result.innovation_correlation = sums.products / sums.squares;
 }
@@ -249,6 +250,10 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
     remarks.push_back(fmt::format("{} frames with an image that cannot be read: taken as missing",
                                   drive.frontend.unreadable));
   }
+  if (drive.dropped_frames > 0) {
+    remarks.push_back(fmt::format("{} frames late, there twice, or without IMU samples: dropped",
+                                  drive.dropped_frames));
+  }
   if (drive.resets > 0) {
     remarks.push_back(fmt::format("the filter was lost and began anew {} times", drive.resets));
   }
@@ -259,6 +264,7 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
       drive.innovation_correlation ? Json(*drive.innovation_correlation) : Json();
   summary["start_seconds"] = drive.start_seconds ? Json(*drive.start_seconds) : Json();
   summary["resets"] = drive.resets;
+  summary["dropped_frames"] = drive.dropped_frames;
   if (recording.images) summary["frontend"] = frontend_json(drive.frontend);
   summary["settings"] = settings_json(settings);
   const ImuNoise& noise = drive.imu_noise;

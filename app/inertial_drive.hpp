@@ -37,6 +37,7 @@ struct InertialDrive {
   double pixel_sigma = 0;               ///< [px]
   std::optional<double> start_seconds;  ///< of the first estimate, since the first frame
   int resets = 0;                       ///< of a lost filter
+  int dropped_frames = 0;               ///< late, there twice, or without samples near
   FrontendTotals frontend;              ///< of a recording with images
   double filter_seconds = 0;            ///< that start and filter took
   std::optional<double> nees_state;     ///< mean; where the truth has velocity and biases

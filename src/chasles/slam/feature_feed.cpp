@@ -21,6 +21,7 @@ RotationPrior rotation_between(ImuBuffer& imu, Time from, Time to, const Eigen::
         so3::exp(-(interval.angular_rate_imu - bias) * interval.tau) * prior.now_R_last_imu;
   }
   prior.now_R_last_imu = so3::normalized(prior.now_R_last_imu);
+  if (!prior.now_R_last_imu.allFinite()) return {};  // absurd rates
   prior.trusted = !intervals.empty();
   return prior;
 }
@@ -49,6 +50,8 @@ struct FeatureFeed::Shared {
   TrackedFrame track(const ImageFrame& images_now, const Eigen::Vector3d& bias) {
     const auto started = std::chrono::steady_clock::now();
     TrackedFrame result;
+    result.frame.time = images_now.time;
+    if (last && images_now.time <= *last) return result;
     RotationPrior prior;
     if (last) prior = rotation_between(imu, *last, images_now.time, bias);
     last = images_now.time;

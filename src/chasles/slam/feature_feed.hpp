@@ -27,7 +27,8 @@ struct TrackedFrame {
 /// Samples and frames for a filter, the images among them turned into frames: on a thread of its
 /// own, up to kLead frames ahead of the filter, or when asked for. The front end is told the
 /// rotation that the gyroscope saw, less the bias that the filter had kLead frames before; so the
-/// frames are the same bytes in both cases.
+/// frames are the same bytes in both cases. Images that are not later than those before become a
+/// frame without points, of their time; the front end does not see them.
 class FeatureFeed {
  public:
   static constexpr std::size_t kLead = 3;

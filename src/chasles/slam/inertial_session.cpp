@@ -8,9 +8,13 @@
 namespace chasles {
 namespace {
 
-// The filter is lost when so many frames in a row refuse most of what they see.
-constexpr int kRefusedFrames = 40;
-constexpr int kFewObservations = 10;
+// The filter is lost when so many more frames contradict it than agree with it: they refuse most of
+// what they compare, or hardly use any of all that there is to see. (A filter that is wrong keeps
+// few landmarks: what it refuses leaves it.)
+constexpr int kContradictions = 40;
+constexpr int kDoubts = 5;  // as many already degrade it
+constexpr int kFewCompared = 10;
+constexpr int kManyObservations = 20, kFewUsed = 4;
 // A speed that nothing carried by a person, a car or a drone has [m/s].
 constexpr double kImpossibleSpeed = 150;
 
@@ -23,6 +27,18 @@ void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum) {
   sum.gaps += more.gaps;
   sum.saturated += more.saturated;
   sum.extrapolated += more.extrapolated;
+}
+
+bool is_finite(const InertialEstimate& e) {
+  const NavState& m = e.motion;
+  return m.nav_T_imu.R.allFinite() && m.nav_T_imu.p.allFinite() && m.v_nav.allFinite() &&
+         m.biases.allFinite() && m.covariance.allFinite() && std::isfinite(e.nis) &&
+         std::isfinite(e.innovation_products) && std::isfinite(e.innovation_squares);
+}
+
+bool contradicted(const InertialEstimate& e) {
+  const bool refused = e.rejected > e.used && e.rejected + e.used >= kFewCompared;
+  return refused || (e.observations >= kManyObservations && e.used < kFewUsed);
 }
 
 }  // namespace
@@ -38,6 +54,7 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
 }
 
 void InertialSession::process(const ImuSample& sample) {
+  note_time(sample);
   if (slam_) {
     slam_->process(sample);
     return;
@@ -46,15 +63,33 @@ void InertialSession::process(const ImuSample& sample) {
   initialiser_->add(sample);
 }
 
+// Those that the buffers drop do not count.
+void InertialSession::note_time(const ImuSample& sample) {
+  if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite()) return;
+  if (last_sample_ && sample.time <= *last_sample_) return;
+  const bool unknown = last_sample_ && sample.time - *last_sample_ > kLongestGap;
+  last_sample_ = sample.time;
+  if (slam_ && unknown) reset();
+}
+
+bool InertialSession::usable(const FeatureFrame& frame) const {
+  return (!last_frame_ || frame.time > *last_frame_) && last_sample_ &&
+         frame.time - *last_sample_ <= kLongestGap;
+}
+
 std::vector<InertialEstimate> InertialSession::process(const FeatureFrame& frame) {
-  now_ = frame.time;
-  if (slam_) return {step(frame)};
-  if (!waiting_since_) waiting_since_ = frame.time;
-  if (given_) {
-    if (frame.time < given_->time) return {};
-    frames_ = {frame};
-    return begin(*std::exchange(given_, std::nullopt));
+  if (!waiting_since_ && !slam_) waiting_since_ = now_ = frame.time;
+  if (!usable(frame)) {
+    ++dropped_frames_;
+    return {};
   }
+  now_ = frame.time;
+  last_frame_ = frame.time;
+  if (slam_) {
+    const auto estimate = step(frame);
+    return estimate ? std::vector{*estimate} : std::vector<InertialEstimate>{};
+  }
+  if (given_) return wait_for_given(frame);
   frames_.push_back(frame);
   const auto start = initialiser_->add(frame);
   if (start) return begin(continued(*start));
@@ -65,6 +100,19 @@ std::vector<InertialEstimate> InertialSession::process(const FeatureFrame& frame
   return {};
 }
 
+std::vector<InertialEstimate> InertialSession::wait_for_given(const FeatureFrame& frame) {
+  if (frame.time < given_->time) return {};
+  const auto start = std::exchange(given_, std::nullopt);
+  if (std::ranges::none_of(samples_, [&](const ImuSample& sample) {
+        return std::chrono::abs(sample.time - start->time) <= kLongestGap;
+      })) {
+    ++resets_;
+    return {};
+  }
+  frames_ = {frame};
+  return begin(*start);
+}
+
 std::vector<InertialEstimate> InertialSession::begin(InertialStart start) {
   slam_ = std::make_unique<InertialSlam>(settings_, sensors_.cameras, sensors_.noise, sensors_.imu,
                                          sensors_.pixel_sigma, start);
@@ -73,48 +121,62 @@ std::vector<InertialEstimate> InertialSession::begin(InertialStart start) {
   for (const ImuSample& sample : samples_) slam_->process(sample);
   std::vector<InertialEstimate> estimates;
   for (const FeatureFrame& frame : std::exchange(frames_, {})) {
-    if (slam_ && frame.time >= start.time) estimates.push_back(step(frame));
+    if (!slam_ || frame.time < start.time) continue;
+    if (const auto estimate = step(frame)) estimates.push_back(*estimate);
   }
   samples_.clear();
   return estimates;
 }
 
-InertialEstimate InertialSession::step(const FeatureFrame& frame) {
-  const InertialEstimate e = slam_->process(frame);
+// A motion that is not finite is not handed on: the last one that was believed stands in for it.
+std::optional<InertialEstimate> InertialSession::step(const FeatureFrame& frame) {
+  InertialEstimate e = slam_->process(frame);
   if (believed(e)) {
+    if (contradictions_ > kDoubts && e.health == Health::kOk) e.health = Health::kDegraded;
     last_ = e;
+    if (contradictions_ == 0) agreed_ = e;
     return e;
   }
-  InertialEstimate lost = e;
-  lost.health = Health::kLost;
+  e.health = Health::kLost;
+  reset();
+  if (is_finite(e)) return e;
+  if (!last_) return std::nullopt;
+  e.motion = last_->motion;
+  e.nis = e.innovation_products = e.innovation_squares = 0;
+  e.nis_dof = 0;
+  return e;
+}
+
+void InertialSession::reset() {
   end_part();
   ++resets_;
-  return lost;
 }
 
 bool InertialSession::believed(const InertialEstimate& e) {
-  const bool refused = e.rejected > e.used && e.rejected + e.used >= kFewObservations;
-  refused_frames_ = refused ? refused_frames_ + 1 : 0;
-  return e.health != Health::kLost && refused_frames_ < kRefusedFrames &&
+  contradictions_ = std::max(0, contradictions_ + (contradicted(e) ? 1 : -1));
+  return e.health != Health::kLost && is_finite(e) && contradictions_ < kContradictions &&
          e.motion.v_nav.norm() < kImpossibleSpeed;
 }
 
 void InertialSession::end_part() {
   if (slam_) {
     earlier_map_ = map_nav();
+    std::erase_if(earlier_map_, [](const MapLandmark& l) {
+      return !l.p_world.allFinite() || !l.covariance.allFinite();
+    });
     earlier_counts_ = imu_counts();
     slam_.reset();
   }
-  refused_frames_ = 0;
+  contradictions_ = 0;
   initialiser_ = std::make_unique<Initialiser>(start_settings_, sensors_.cameras, sensors_.noise,
                                                sensors_.imu, sensors_.pixel_sigma);
 }
 
 // A start in a nav of its own, moved to where the run was last.
 InertialStart InertialSession::continued(InertialStart start) const {
-  if (!last_) return start;
-  const double gap = to_seconds(start.time - last_->time);
-  const NavState& before = last_->motion;
+  if (!agreed_) return start;
+  const double gap = to_seconds(start.time - agreed_->time);
+  const NavState& before = agreed_->motion;
   const Eigen::Matrix3d turn =
       so3::exp(Eigen::Vector3d(0, 0, heading(before.nav_T_imu.R) - heading(start.nav_T_imu.R)));
   start.nav_T_imu.R = turn * start.nav_T_imu.R;

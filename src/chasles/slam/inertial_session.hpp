@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <deque>
 #include <memory>
 #include <optional>
@@ -20,10 +21,19 @@ struct InertialSensors {
 
 /// From samples and frames to estimates, from the first to the last: finds a start, or takes one
 /// that is given, runs the filter, and begins anew where the filter is lost. Position and heading
-/// then go on from the last estimate that was believed, as uncertain as the time in between makes
-/// them.
+/// then go on from the last estimate that the frames agreed with, as uncertain as the time in
+/// between makes them. Whatever sensors deliver, nothing is thrown and all estimates are finite,
+/// their times rising strictly.
+///
+/// Recovered and counted: a sample that is not finite or not later (imu_counts); a frame that is
+/// not later than the one before, or lies more than kLongestGap beyond the last sample, is dropped
+/// (dropped_frames); samples that are missing for longer than kLongestGap end the part of the run
+/// (resets), for nobody knows what happened in between; a shorter gap is bridged (ImuBuffer). A
+/// given start without samples that near to it is given up (resets): the session finds its own.
 class InertialSession {
  public:
+  static constexpr Time kLongestGap = std::chrono::milliseconds(500);
+
   InertialSession(const InertialSlamSettings& filter, const InitialiserSettings& start,
                   InertialSensors sensors, std::optional<InertialStart> given = std::nullopt);
 
@@ -37,6 +47,7 @@ class InertialSession {
   std::vector<Requirement> requirements() const;
   double waited() const;  ///< for a start, up to the present frame [s]
   int resets() const { return resets_; }
+  int dropped_frames() const { return dropped_frames_; }
   ImuBuffer::Counts imu_counts() const;
   Eigen::Vector3d gyroscope_bias() const;  ///< zero before there is a start [rad/s]
 
@@ -45,7 +56,11 @@ class InertialSession {
 
  private:
   std::vector<InertialEstimate> begin(InertialStart start);
-  InertialEstimate step(const FeatureFrame& frame);
+  std::vector<InertialEstimate> wait_for_given(const FeatureFrame& frame);
+  std::optional<InertialEstimate> step(const FeatureFrame& frame);
+  void note_time(const ImuSample& sample);
+  bool usable(const FeatureFrame& frame) const;
+  void reset();
   void end_part();
   InertialStart continued(InertialStart start) const;
   bool believed(const InertialEstimate& e);
@@ -60,11 +75,13 @@ class InertialSession {
   std::deque<FeatureFrame> frames_;
   std::optional<Time> waiting_since_;
   Time now_{};
-  std::optional<InertialEstimate> last_;  ///< that was believed
+  std::optional<Time> last_frame_, last_sample_;
+  std::optional<InertialEstimate> last_;    ///< that was believed
+  std::optional<InertialEstimate> agreed_;  ///< and that the frames did not contradict
   std::vector<MapLandmark> earlier_map_;
   ImuBuffer::Counts earlier_counts_;
-  int resets_ = 0;
-  int refused_frames_ = 0;  ///< in a row
+  int resets_ = 0, dropped_frames_ = 0;
+  int contradictions_ = 0;  ///< frames that contradict the filter, less those that agree
 };
 
 }  // namespace chasles
