@@ -10,6 +10,7 @@
 #include <chasles/lie/testing.hpp>
 #include <chasles/sim/inertial_imu.hpp>
 #include <chasles/sim/inertial_sim.hpp>
+#include <chasles/sim/inertial_sim_testing.hpp>
 #include <chasles/sim/inertial_world.hpp>
 #include <chasles/sim/random.hpp>
 
@@ -18,17 +19,9 @@ namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kSigmas = 4;  // of the statistic under test; the seeds are fixed
-
-// From rest, and with landmarks near by as well.
-InertialScene hallway() {
-  InertialScene scene = inertial_scene("hallway");
-  scene.settings.rest_duration = 1;
-  scene.settings.start_duration = 1.5;
-  scene.settings.min_range = 0.8;
-  return scene;
-}
+using test::hallway;
+using test::kSigmas;
+using test::walk;
 
 // One section and its turn, with nothing wrong in the images.
 InertialScene exact() {
@@ -36,11 +29,6 @@ InertialScene exact() {
   scene.settings.sections = 1;
   scene.settings.pixel_sigma = 0;
   return scene;
-}
-
-const Recording& walk() {
-  static const Recording recording = simulate_inertial(hallway());
-  return recording;
 }
 
 std::map<LandmarkId, Vector3d> positions(const Recording& recording) {
@@ -75,64 +63,6 @@ std::map<LandmarkId, std::vector<std::size_t>> lives(const Recording& recording)
     }
   }
   return result;
-}
-
-template <typename Value>
-void append(std::string& bytes, const Value& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-void append(std::string& bytes, const Vector3d& v) {
-  for (const double x : v) append(bytes, x);
-}
-
-std::string imu_bytes(const Recording& recording) {
-  std::string bytes;
-  for (const ImuSample& sample : recording.imu) {
-    append(bytes, sample.time);
-    append(bytes, sample.specific_force_imu);
-    append(bytes, sample.angular_rate_imu);
-  }
-  return bytes;
-}
-
-std::string scene_bytes(const Recording& recording) {
-  std::string bytes;
-  for (const auto& [time, pose] : recording.truth) {
-    append(bytes, time);
-    append(bytes, pose.p);
-    for (const double x : pose.R.reshaped()) append(bytes, x);
-  }
-  for (const auto& landmark : recording.true_landmarks) {
-    append(bytes, landmark.id);
-    append(bytes, landmark.p_world);
-  }
-  for (const auto& frame : recording.frames) {
-    append(bytes, frame.time);
-    for (const auto& seen : frame.pixels) append(bytes, seen.landmark);
-  }
-  return bytes;
-}
-
-std::string pixel_bytes(const Recording& recording) {
-  std::string bytes;
-  for (const auto& frame : recording.frames) {
-    for (const auto& seen : frame.pixels) {
-      append(bytes, seen.camera);
-      append(bytes, seen.pixel.x());
-      append(bytes, seen.pixel.y());
-    }
-  }
-  return bytes;
-}
-
-std::string bias_bytes(const Recording& recording) {
-  std::string bytes;
-  for (const TrueMotion& motion : recording.true_motion) {
-    append(bytes, motion.accelerometer_bias);
-    append(bytes, motion.gyroscope_bias);
-  }
-  return bytes;
 }
 
 void expect_fraction(double found, double count, double fraction) {
@@ -350,54 +280,6 @@ TEST(InertialSim, DroppedFramesAreEmptyAndTracksGoOnAfterThem) {
     EXPECT_EQ(pixels[3].pixel, walk().frames[i].pixels[3].pixel);
   }
   expect_fraction(dropped, static_cast<double>(recording.frames.size()), 0.1);
-}
-
-TEST(InertialSim, TheSameSceneAndRunGiveTheSameBytes) {
-  const Recording again = simulate_inertial(hallway());
-  EXPECT_EQ(scene_bytes(again), scene_bytes(walk()));
-  EXPECT_EQ(imu_bytes(again), imu_bytes(walk()));
-  EXPECT_EQ(pixel_bytes(again), pixel_bytes(walk()));
-  EXPECT_EQ(bias_bytes(again), bias_bytes(walk()));
-}
-
-TEST(InertialSim, AnotherRunHasOtherErrorsInTheSameScene) {
-  const Recording other = simulate_inertial(hallway(), 1);
-  EXPECT_EQ(scene_bytes(other), scene_bytes(walk()));
-  EXPECT_NE(imu_bytes(other), imu_bytes(walk()));
-  EXPECT_NE(pixel_bytes(other), pixel_bytes(walk()));
-  EXPECT_NE(bias_bytes(other), bias_bytes(walk()));
-}
-
-TEST(InertialSim, AnotherSeedHasOtherLandmarksAndErrors) {
-  InertialScene scene = hallway();
-  scene.settings.seed = 2;
-  const Recording other = simulate_inertial(scene);
-  EXPECT_NE(scene_bytes(other), scene_bytes(walk()));
-  EXPECT_NE(imu_bytes(other), imu_bytes(walk()));
-}
-
-TEST(InertialSim, OneSourceOfNoiseDoesNotDisturbAnother) {
-  InertialScene scene = hallway();
-  scene.settings.pixel_sigma = 0;
-  EXPECT_EQ(imu_bytes(simulate_inertial(scene)), imu_bytes(walk()));
-  scene = hallway();
-  scene.settings.gyroscope_noise_density = 0;
-  EXPECT_EQ(pixel_bytes(simulate_inertial(scene)), pixel_bytes(walk()));
-}
-
-TEST(RandomOfRun, RunsAreUncorrelatedWithEachOtherAndWithTheSeed) {
-  constexpr int kCount = 100'000;
-  const auto correlation = [](const Random& a, const Random& b) {
-    double sum = 0;
-    for (std::uint64_t i = 0; i < kCount; ++i) {
-      sum += a.normal(Stream::kPixelNoise, i) * b.normal(Stream::kPixelNoise, i);
-    }
-    return std::abs(sum) / std::sqrt(kCount);
-  };
-  EXPECT_LT(correlation(random_of_run(1, 0), Random{1}), kSigmas);
-  EXPECT_LT(correlation(random_of_run(1, 0), random_of_run(1, 1)), kSigmas);
-  EXPECT_LT(correlation(random_of_run(1, 1), random_of_run(2, 1)), kSigmas);
-  EXPECT_NE(random_of_run(1, 1ULL << 32).seed, random_of_run(1, 0).seed);
 }
 
 InertialScene given_path() {

@@ -68,6 +68,7 @@ class InertialSlam {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
   double softness(int landmark) const;
+  double gate_square(int dof) const;  ///< what a squared innovation may be
   void settle();
   void note_refusals(const std::vector<Measurement>& known, const std::vector<bool>& accepted);
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
