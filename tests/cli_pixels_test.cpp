@@ -44,7 +44,7 @@ TEST_P(RealImages, GiveTheTrajectoryFromTheFirstSecond) {
   EXPECT_EQ(all.at("resets"), 0);
   EXPECT_EQ(all.at("health"), "ok");
   EXPECT_GT(all.at("frames").get<int>(), 300);
-  // The truth's attitude in this hall is known to about a degree.
+  // Every run differs from the truth's attitude by about a degree (docs/pixels.md).
   EXPECT_LT(all.at("attitude_deg").get<double>(), 2);
 }
 
