@@ -29,6 +29,7 @@ struct Estimate {
   std::vector<Matrix6d> covariances;  ///< empty: not known
   Trajectory truth;                   ///< that a run folder brings along
   std::string chart = "standard";
+  bool level = false;  ///< its world's z axis is vertical
 };
 
 Estimate read_estimate(const std::filesystem::path& path) {
@@ -38,6 +39,7 @@ Estimate read_estimate(const std::filesystem::path& path) {
   }
   const Run run = read_run(path);
   Estimate estimate{.trajectory = {}, .covariances = {}, .truth = run.truth};
+  estimate.level = is_level(run);
   for (const RunState& s : run.states) {
     estimate.trajectory.push_back({.time = s.time, .pose = s.world_T_imu});
     estimate.covariances.push_back(s.pose_covariance);
@@ -64,6 +66,7 @@ int run(const EvaluateOptions& o) {
   }
   EvaluationOptions options;
   options.pose_error = pose_error_of(estimate.chart);
+  options.level = estimate.level;
   const Evaluation evaluation =
       evaluate(estimate.trajectory, estimate.truth, estimate.covariances, options);
   const nlohmann::ordered_json json = figures_json(evaluation);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/folder_names.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -33,7 +34,7 @@ ReportRun read_with_timing(const std::filesystem::path& folder) {
     }
     summary.update(timing);
   }
-  return {.run = read_run(folder), .summary = summary.dump()};
+  return {.run = read_run(folder), .summary = summary.dump(), .label = folder_name(folder)};
 }
 
 std::string page_of_runs(const std::vector<std::filesystem::path>& folders) {

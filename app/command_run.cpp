@@ -36,6 +36,8 @@ struct RunOptions {
   std::filesystem::path trajectory, output, full_covariance;
   std::string begin = "auto";
   int threads = 2;
+  bool realtime = false;
+  std::optional<double> realtime_speed;
   bool json = false, quiet = false;
   std::vector<Threshold> thresholds = run_thresholds();
 };
@@ -91,6 +93,22 @@ void declare_method(CLI::App& parser, RunOptions& o) {
       ->check(CLI::Range(1, 2));
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
       ->allow_extra_args(false);
+}
+
+void declare_realtime(CLI::App& parser, RunOptions& o) {
+  parser
+      .add_flag("--realtime", o.realtime,
+                "Play the recording at its own speed (IMU recordings); frames that the run does "
+                "not keep up with are dropped and counted: results depend on the machine")
+      ->group("Method");
+  add_number(parser, "--realtime-speed", o.realtime_speed, "X",
+             "The same at so many times its speed", 0.001, 1e6)
+      ->group("Method");
+}
+
+std::optional<double> realtime(const RunOptions& o) {
+  if (!o.realtime && !o.realtime_speed) return std::nullopt;
+  return o.realtime_speed.value_or(1);
 }
 
 void declare_output(CLI::App& parser, RunOptions& o) {
@@ -154,6 +172,9 @@ void print(const RunOptions& o, const Json& figures) {
     return;
   }
   fmt::print("{}", summary_text(figures));
+  if (const auto found = figures.find("realtime"); found != figures.end()) {
+    fmt::print("{}", realtime_text(*found));
+  }
   if (!o.output.empty()) fmt::print("\nrun folder: {}\n", o.output.string());
 }
 
@@ -214,9 +235,12 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
   const InertialRunSettings settings = inertial_run_settings_from(o.settings);
   const Interrupt interrupt;
   prepare_outputs(o);
-  InertialDrive result = drive(
-      recording, settings,
-      {.from_truth = o.begin == "truth", .ahead = o.threads > 1, .quiet = o.quiet}, interrupt);
+  InertialDrive result = drive(recording, settings,
+                               {.from_truth = o.begin == "truth",
+                                .ahead = o.threads > 1,
+                                .quiet = o.quiet,
+                                .realtime = realtime(o)},
+                               interrupt);
   add_remarks(result.run, result.interrupted, frame_count(recording), recording.remarks);
   const Json summary = summary_json(result, settings, recording);
   if (!o.output.empty()) write_run(result.run, summary, o.output);
@@ -233,6 +257,7 @@ int run(const RunOptions& o) {
   if (o.quiet) spdlog::set_level(spdlog::level::err);
   Recording recording = read(o);
   if (recording.velocities.empty()) return run_inertial(o, recording, wall);
+  if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
   Settings settings = settings_from(o.settings);
   check(o, settings);
   const Interrupt interrupt;
@@ -250,6 +275,7 @@ Action declare_run(CLI::App& parser) {
   const auto options = std::make_shared<RunOptions>();
   declare_input(parser, *options);
   declare_method(parser, *options);
+  declare_realtime(parser, *options);
   declare_output(parser, *options);
   add_options(parser, options->thresholds);
   parser.footer(settings_help());

@@ -75,6 +75,7 @@ Drive drive(const Recording& recording, const Settings& settings, const Interrup
   result.run.name = recording.name;
   result.run.extra_names = result.slam->additive_names();
   result.run.truth = recording.truth;
+  result.run.plan = recording.plan;
   process_all(recording, interrupt, quiet, result);
   result.run.landmarks = landmarks(*result.slam);
   return result;

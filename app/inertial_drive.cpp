@@ -1,19 +1,23 @@
 #include "inertial_drive.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <spdlog/spdlog.h>
 
+#include <chasles/data/imu_range.hpp>
+#include <chasles/data/masks.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lab/trial.hpp>
-#include <chasles/slam/feature_feed.hpp>
 
+#include "calibration_report.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "run_input.hpp"
+#include "sensor_feed.hpp"
 #include "stopwatch.hpp"
 #include "summary.hpp"
 
@@ -46,7 +50,8 @@ ImuNoise noise_of(const Recording& recording) {
                   recording.name));
 }
 
-RunState run_state(const InertialEstimate& e, double milliseconds) {
+RunState run_state(const InertialEstimate& e, std::span<const Camera> cameras,
+                   double milliseconds) {
   RunState state{.time = e.time,
                  .world_T_imu = e.motion.nav_T_imu,
                  .pose_covariance = e.motion.covariance.topLeftCorner<6, 6>(),
@@ -66,48 +71,18 @@ RunState run_state(const InertialEstimate& e, double milliseconds) {
   for (int row = 6; row < 15; ++row) {
     state.extra_sigma.push_back(std::sqrt(e.motion.covariance(row, row)));
   }
+  if (e.calibration) append_calibration(*e.calibration, cameras, state);
   return state;
 }
 
-std::vector<std::string> extra_names() {
+std::vector<std::string> extra_names(const InertialSlamSettings& settings, std::size_t cameras) {
   std::vector<std::string> names;
   for (const char* of : {"velocity", "accelerometer_bias", "gyroscope_bias"}) {
     for (const char* axis : {"_x", "_y", "_z"}) names.push_back(std::string(of) + axis);
   }
+  for (std::string& name : calibration_columns(settings, cameras)) names.push_back(std::move(name));
   return names;
 }
-
-// The events of a recording, its images read when their time has come. One that cannot be read
-// counts as missing.
-class Events {
- public:
-  explicit Events(const Recording& recording) : recording_(&recording), stream_(recording) {}
-
-  std::optional<SensorEvent> next() {
-    while (auto event = stream_.next()) {
-      if (auto* sample = std::get_if<ImuSample>(&*event)) return *sample;
-      if (auto* frame = std::get_if<FeatureFrame>(&*event)) return std::move(*frame);
-      if (const auto* due = std::get_if<ImagesDue>(&*event)) return read(*due);
-    }
-    return std::nullopt;
-  }
-  int unreadable() const { return unreadable_; }
-
- private:
-  ImageFrame read(const ImagesDue& due) {
-    try {
-      return recording_->images->read(due.index);
-    } catch (const InputError& error) {
-      ++unreadable_;
-      spdlog::warn("{}", error.what());
-      return {.time = due.time, .images = std::vector<GrayImage>(recording_->cameras.size())};
-    }
-  }
-
-  const Recording* recording_;
-  EventStream stream_;
-  int unreadable_ = 0;
-};
 
 void count(const TrackedFrame& tracked, FrontendTotals& totals) {
   const FrontendReport& r = tracked.report;
@@ -150,11 +125,19 @@ Json frontend_json(const FrontendTotals& t) {
           {"stereo_matched", t.stereo_matched}};
 }
 
+ImuBuffer::Options imu_options(const Recording& recording) {
+  ImuBuffer::Options options{.convention = recording.imu_convention};
+  const ImuRange range = range_of(recording);
+  options.accelerometer_range = std::min(options.accelerometer_range, range.accelerometer);
+  options.gyroscope_range = std::min(options.gyroscope_range, range.gyroscope);
+  return options;
+}
+
 InertialSession session_for(const Recording& recording, const InertialRunSettings& settings,
                             const InertialDrive& result, bool from_truth) {
   InertialSensors sensors{.cameras = recording.cameras,
                           .noise = result.imu_noise,
-                          .imu = {.convention = recording.imu_convention},
+                          .imu = imu_options(recording),
                           .pixel_sigma = result.pixel_sigma};
   std::optional<InertialStart> start;
   if (from_truth) start = true_start(recording);
@@ -175,62 +158,112 @@ void finish(const InertialSession& session, const Sums& sums, InertialDrive& res
   if (sums.squares > 0) result.innovation_correlation = sums.products / sums.squares;
 }
 
+InertialDrive prepared(const Recording& recording, const InertialRunSettings& settings,
+                       const InertialDriveOptions& options) {
+  InertialDrive result;
+  if (options.realtime) result.realtime = RealtimeFigures{.speed = *options.realtime};
+  result.imu_noise = noise_of(recording);
+  result.pixel_sigma =
+      settings.filter.pixel_sigma.value_or(recording.single_pixel_sigma.value_or(1));
+  result.run.name = recording.name;
+  result.run.extra_names = extra_names(settings.filter, recording.cameras.size());
+  result.run.truth = recording.truth;
+  result.run.plan = recording.plan;
+  return result;
+}
+
+// A recording on its way through front end and filter.
+class Loop {
+ public:
+  Loop(const Recording& recording, const InertialRunSettings& settings,
+       const InertialDriveOptions& options, const Interrupt& interrupt)
+      : recording_(recording),
+        settings_(settings),
+        options_(options),
+        interrupt_(interrupt),
+        result_(prepared(recording, settings, options)),
+        session_(session_for(recording, settings, result_, options.from_truth)),
+        feed_(recording, settings.frontend, imu_options(recording),
+              read_masks(settings.frontend.mask, recording.cameras),
+              {.ahead = options.ahead,
+               .realtime = options.realtime,
+               .stop = [&interrupt] { return interrupt.requested(); }}),
+        progress_(frame_count(recording), options.quiet) {}
+
+  InertialDrive run() {
+    while (auto item = feed_.next()) {
+      if (const auto* sample = std::get_if<ImuSample>(&*item)) {
+        session_.process(*sample);
+      } else {
+        const auto* tracked = std::get_if<TrackedFrame>(&*item);
+        take(tracked ? tracked->frame : std::get<FeatureFrame>(*item), tracked);
+        if (interrupt_.requested()) break;
+      }
+    }
+    for (const InertialEstimate& e : session_.finish()) keep(e, 0);
+    result_.interrupted = interrupt_.requested();
+    if (result_.run.states.empty() && !result_.interrupted) {
+      throw Error(
+          ExitCode::kNotInitialised,
+          recording_.name + ": " + why_not_initialised(session_.waited(), session_.requirements()));
+    }
+    feed_.close();
+    result_.frontend.unreadable = feed_.unreadable();
+    if (result_.realtime) result_.realtime->frames = feed_.counts();
+    finish(session_, sums_, result_);
+    return std::move(result_);
+  }
+
+ private:
+  void take(const FeatureFrame& frame, const TrackedFrame* tracked) {
+    if (!first_) first_ = frame.time;
+    if (tracked) count(*tracked, result_.frontend);
+    const bool running = session_.running();
+    const Stopwatch filter_time;
+    const std::vector<InertialEstimate> estimates = session_.process(frame);
+    result_.filter_seconds += filter_time.seconds();
+    if (tracked) feed_.learnt(session_.gyroscope_bias());
+    for (const InertialEstimate& e : estimates) {
+      keep(e, frame_time_.seconds() / static_cast<double>(estimates.size()));
+      if (running) note_latency(e.time);
+    }
+    progress_.show(++frames_, to_seconds(frame.time - *first_));
+    frame_time_ = {};
+  }
+
+  // In real time, how late it is; else how long it took.
+  void keep(const InertialEstimate& e, double seconds) {
+    if (!result_.start_seconds) result_.start_seconds = to_seconds(e.time - *first_);
+    sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
+    result_.run.states.push_back(
+        run_state(e, recording_.cameras, 1e3 * feed_.seconds_since(e.time).value_or(seconds)));
+    result_.calibration = e.calibration;
+  }
+
+  void note_latency(Time time) {
+    if (result_.realtime) result_.realtime->latency.push_back(*feed_.seconds_since(time));
+  }
+
+  const Recording& recording_;
+  const InertialRunSettings& settings_;
+  const InertialDriveOptions& options_;
+  const Interrupt& interrupt_;
+  InertialDrive result_;
+  InertialSession session_;
+  SensorFeed feed_;
+  Progress progress_;
+  Sums sums_;
+  std::optional<Time> first_;  // frame
+  std::size_t frames_ = 0;
+  Stopwatch frame_time_;
+};
+
 }  // namespace
 
 InertialDrive drive(const Recording& recording, const InertialRunSettings& settings,
                     const InertialDriveOptions& options, const Interrupt& interrupt) {
   if (recording.cameras.empty()) throw InputError(recording.name + ": has no camera");
-  InertialDrive result;
-  result.imu_noise = noise_of(recording);
-  result.pixel_sigma =
-      settings.filter.pixel_sigma.value_or(recording.single_pixel_sigma.value_or(1));
-  result.run.name = recording.name;
-  result.run.extra_names = extra_names();
-  result.run.truth = recording.truth;
-  InertialSession session = session_for(recording, settings, result, options.from_truth);
-  Events events(recording);
-  std::optional<FeatureFeed> feed(
-      std::in_place, [&] { return events.next(); }, settings.frontend, recording.cameras,
-      ImuBuffer::Options{.convention = recording.imu_convention},
-      options.ahead && recording.images != nullptr);
-  Progress progress(frame_count(recording), options.quiet);
-  Sums sums;
-  std::optional<Time> first;
-  std::size_t frames = 0;
-  Stopwatch frame_time;
-  while (auto item = feed->next()) {
-    if (const auto* sample = std::get_if<ImuSample>(&*item)) {
-      session.process(*sample);
-      continue;
-    }
-    const auto* tracked = std::get_if<TrackedFrame>(&*item);
-    const FeatureFrame& frame = tracked ? tracked->frame : std::get<FeatureFrame>(*item);
-    if (!first) first = frame.time;
-    if (tracked) count(*tracked, result.frontend);
-    const Stopwatch filter_time;
-    const std::vector<InertialEstimate> estimates = session.process(frame);
-    result.filter_seconds += filter_time.seconds();
-    if (tracked) feed->learnt(session.gyroscope_bias());
-    for (const InertialEstimate& e : estimates) {
-      if (!result.start_seconds) result.start_seconds = to_seconds(e.time - *first);
-      sums.add(e, settings.filter.chart, recording, options.from_truth);
-      result.run.states.push_back(
-          run_state(e, 1e3 * frame_time.seconds() / static_cast<double>(estimates.size())));
-    }
-    progress.show(++frames, to_seconds(frame.time - *first));
-    result.interrupted = interrupt.requested();
-    if (result.interrupted) break;
-    frame_time = {};
-  }
-  if (result.run.states.empty() && !result.interrupted) {
-    throw Error(
-        ExitCode::kNotInitialised,
-        recording.name + ": " + why_not_initialised(session.waited(), session.requirements()));
-  }
-  feed.reset();  // its thread is done with `events`
-  result.frontend.unreadable = events.unreadable();
-  finish(session, sums, result);
-  return result;
+  return Loop(recording, settings, options, interrupt).run();
 }
 
 Json timing_json(const InertialDrive& drive, const Json& timing) {
@@ -240,6 +273,7 @@ Json timing_json(const InertialDrive& drive, const Json& timing) {
     all["frontend_ms_per_frame"] = 1e3 * drive.frontend.seconds / drive.frontend.frames;
   }
   all["filter_ms_per_frame"] = frames > 0 ? Json(1e3 * drive.filter_seconds / frames) : Json();
+  if (drive.realtime) all["realtime"] = realtime_json(*drive.realtime);
   return all;
 }
 
@@ -254,6 +288,11 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
     remarks.push_back(fmt::format("{} frames late, there twice, or without IMU samples: dropped",
                                   drive.dropped_frames));
   }
+  if (drive.imu.saturated > 0) {
+    remarks.push_back(
+        fmt::format("{} IMU samples at the edge of the sensor's range: bridged, with more noise",
+                    drive.imu.saturated));
+  }
   if (drive.resets > 0) {
     remarks.push_back(fmt::format("the filter was lost and began anew {} times", drive.resets));
   }
@@ -267,6 +306,10 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
   summary["dropped_frames"] = drive.dropped_frames;
   if (recording.images) summary["frontend"] = frontend_json(drive.frontend);
   summary["settings"] = settings_json(settings);
+  if (drive.calibration) {
+    summary["calibration"] =
+        calibration_json(*drive.calibration, recording.cameras, settings.filter.time_offset);
+  }
   const ImuNoise& noise = drive.imu_noise;
   summary["noise"] = {{"pixel_sigma", drive.pixel_sigma},
                       {"accelerometer_noise_density", noise.accelerometer_noise_density},

@@ -9,6 +9,7 @@
 #include <chasles/slam/inertial_session.hpp>
 
 #include "inertial_settings_io.hpp"
+#include "realtime.hpp"
 
 namespace chasles::app {
 
@@ -19,6 +20,9 @@ struct InertialDriveOptions {
   bool from_truth = false;  ///< begin at the true state of the first frame that has one
   bool ahead = true;        ///< the front end on a thread of its own; the bytes are the same
   bool quiet = false;
+  /// Recorded seconds in a second: the recording comes at that speed, and frames that come while
+  /// too many wait are dropped. None: as fast as it is worked through, and nothing is dropped.
+  std::optional<double> realtime;
 };
 
 /// What the front end did, summed over the frames.
@@ -43,6 +47,8 @@ struct InertialDrive {
   std::optional<double> nees_state;     ///< mean; where the truth has velocity and biases
   std::optional<double> innovation_correlation;
   bool interrupted = false;  ///< by a signal: `run` ends early
+  std::optional<RealtimeFigures> realtime;
+  std::optional<Calibration> calibration;  ///< the last estimate's, where it is estimated
 };
 
 /// Throws Error(kNotInitialised) with what was missing where no start was found, InputError where
@@ -51,7 +57,7 @@ InertialDrive drive(const Recording& recording, const InertialRunSettings& setti
                     const InertialDriveOptions& options, const Interrupt& interrupt);
 
 /// timing.json: that of the other recordings, with the milliseconds that front end and filter took
-/// a frame.
+/// a frame, and how the run kept up in real time.
 nlohmann::ordered_json timing_json(const InertialDrive& drive,
                                    const nlohmann::ordered_json& timing);
 

@@ -14,15 +14,6 @@
 namespace chasles::app {
 namespace {
 
-Time first_event(const Recording& r) {
-  Time first = Time::max();
-  if (!r.frames.empty()) first = std::min(first, r.frames.front().time);
-  if (!r.velocities.empty()) first = std::min(first, r.velocities.front().time);
-  if (!r.imu.empty()) first = std::min(first, r.imu.front().time);
-  if (r.images && r.images->size() > 0) first = std::min(first, r.images->time(0));
-  return first;
-}
-
 Time last_event(const Recording& r) {
   Time last = Time::min();
   if (!r.frames.empty()) last = std::max(last, r.frames.back().time);
@@ -121,6 +112,15 @@ std::size_t frame_count(const Recording& r) {
   return r.frames.size() + (r.images ? r.images->size() : 0);
 }
 
+Time first_event(const Recording& r) {
+  Time first = Time::max();
+  if (!r.frames.empty()) first = std::min(first, r.frames.front().time);
+  if (!r.velocities.empty()) first = std::min(first, r.velocities.front().time);
+  if (!r.imu.empty()) first = std::min(first, r.imu.front().time);
+  if (r.images && r.images->size() > 0) first = std::min(first, r.images->time(0));
+  return first;
+}
+
 Trajectory read_truth(const std::filesystem::path& path) {
   std::error_code ignored;
   const bool folder = std::filesystem::is_directory(path, ignored);
@@ -171,6 +171,7 @@ Recording read_input(const RunInput& input) {
   if (!input.truth.empty()) {
     r.truth = read_truth(input.truth);
     check_truth(r, input.truth);
+    r.plan.clear();  // it is drawn in the world of the recording's own truth
   }
   return r;
 }

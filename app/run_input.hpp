@@ -31,6 +31,9 @@ Trajectory read_truth(const std::filesystem::path& path);
 /// How many frames there are, of numbered points or of images.
 std::size_t frame_count(const Recording& recording);
 
+/// The earliest time of a frame, an image, a velocity or an IMU sample.
+Time first_event(const Recording& recording);
+
 /// Replaces the velocities by those that, each held until the next (hold `zero-order`), move the
 /// pose exactly along the trajectory, from its first pose on, which becomes the world. Frames
 /// outside of its time are taken out of the recording, and counted in a remark.

@@ -125,6 +125,7 @@ Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::
   }
   EvaluationOptions options;
   options.pose_error = pose_error_of(chart);
+  options.level = is_level(run);
   try {
     return figures_json(evaluate(estimate, run.truth, covariances, options));
   } catch (const InputError& error) {

@@ -5,12 +5,11 @@
 #include <vector>
 
 #include <benchmark/benchmark.h>
-#include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/video/tracking.hpp>
 
 #include <chasles/frontend/frontend_testing.hpp>
+
+#include "plain_klt.hpp"
 
 namespace chasles {
 namespace {
@@ -75,49 +74,18 @@ void ours(benchmark::State& state, std::size_t cameras, bool gyroscope) {
       kFrames, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
 
-cv::Mat mat(const GrayImage& image) {
-  return {image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data())};
-}
-
-/// New corners away from the tracks, as many as are missing.
-void refill(const cv::Mat& image, std::vector<cv::Point2f>& points) {
-  if (points.size() >= kTracks) return;
-  cv::Mat mask(image.size(), CV_8UC1, cv::Scalar(255));
-  for (const cv::Point2f& p : points) cv::circle(mask, p, 15, cv::Scalar(0), -1);
-  std::vector<cv::Point2f> added;
-  cv::goodFeaturesToTrack(image, added, kTracks - static_cast<int>(points.size()), 0.01, 15, mask);
-  points.insert(points.end(), added.begin(), added.end());
-}
-
-/// Plain KLT: from frame to frame in camera 0, and from there to camera 1.
 void plain(benchmark::State& state, bool stereo) {
   frames();
   cv::setNumThreads(1);
   double tracks = 0, n = 0;
-  std::vector<uchar> found;
-  std::vector<float> error;
-  std::vector<cv::Point2f> now;
   for (auto _ : state) {
-    std::vector<cv::Point2f> points;
+    bench::PlainKlt klt(kTracks);
     for (int k = 0; k < kFrames; ++k) {
-      const cv::Mat image = mat(frames()[static_cast<std::size_t>(k)].images[0]);
-      if (k > 0) {
-        const cv::Mat last = mat(frames()[static_cast<std::size_t>(k - 1)].images[0]);
-        cv::calcOpticalFlowPyrLK(last, image, points, now, found, error, cv::Size(21, 21), 3);
-        std::vector<cv::Point2f> kept;
-        for (std::size_t i = 0; i < now.size(); ++i) {
-          if (found[i]) kept.push_back(now[i]);
-        }
-        points = kept;
-        tracks += static_cast<double>(points.size());
-        n += 1;
-      }
-      refill(image, points);
-      if (stereo) {
-        const cv::Mat other = mat(frames()[static_cast<std::size_t>(k)].images[1]);
-        cv::calcOpticalFlowPyrLK(image, other, points, now, found, error, cv::Size(21, 21), 3);
-        benchmark::DoNotOptimize(now);
-      }
+      const ImageFrame& frame = frames()[static_cast<std::size_t>(k)];
+      klt.process(frame.images[0], stereo ? &frame.images[1] : nullptr);
+      if (k == 0) continue;
+      tracks += static_cast<double>(klt.tracked());
+      n += 1;
     }
   }
   state.counters["tracked"] = tracks / n;

@@ -4,7 +4,8 @@
 
 # The scripts share one scope, the last one starts the page.
 set(common_scripts data format store theme canvas plot_draw plot)
-set(page_scripts ${common_scripts} plots map_draw map map_input tables main)
+set(page_scripts ${common_scripts} run_colours plots map_draw map map_input tables overview_table
+  overview main)
 set(study_scripts ${common_scripts} map_draw map map_input study_colours study_tables study_plots
   study_boxes study_map study)
 set(page_styles page)

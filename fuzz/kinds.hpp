@@ -1,9 +1,9 @@
 #pragma once
 
 #include <filesystem>
-#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace chasles::fuzz {
 
@@ -17,9 +17,16 @@ struct Kind {
   void (*read)(const std::filesystem::path& scratch, std::string_view bytes);
 };
 
-/// npz, mat and tum take a file's bytes; `npy` the arrays of an archive (put together with the
-/// right check sums), `folder` the files of a recording folder: parts with "=== NAME" lines.
-std::span<const Kind> kinds();
+/// All of them. A kind that is one file takes its bytes; `npy` the
+/// arrays of an archive, `png` an image (both with the right check sums put in); those that are
+/// several files take "=== NAME" parts.
+std::vector<Kind> kinds();
+
+/// Those of one file of kinds each.
+std::vector<Kind> drive_kinds();         ///< body velocities and tracks
+std::vector<Kind> inertial_kinds();      ///< samples of an IMU, and tracks
+std::vector<Kind> image_folder_kinds();  ///< samples of an IMU, and images
+std::vector<Kind> single_file_kinds();   ///< images, trajectories, settings
 
 /// Makes a folder of this process' own, in memory where the system has that.
 std::filesystem::path make_scratch();

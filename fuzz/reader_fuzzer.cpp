@@ -1,20 +1,30 @@
+#include <cstdio>
 #include <cstdlib>
 
 #include <chasles/error.hpp>
 
 #include "kinds.hpp"
 
-// libFuzzer's entry into the reader CHASLES_FUZZ_KIND.
+namespace {
+
+chasles::fuzz::Kind chosen_kind() {
+  const char* name = std::getenv("CHASLES_FUZZ_KIND");
+  for (const chasles::fuzz::Kind& one : chasles::fuzz::kinds()) {
+    if (name != nullptr && one.name == name) return one;
+  }
+  std::fputs("expected CHASLES_FUZZ_KIND to be one of the folders that write_seeds makes\n",
+             stderr);
+  std::exit(1);
+}
+
+}  // namespace
+
+// libFuzzer's entry into the reader of the kind that the environment names.
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
-  static const chasles::fuzz::Kind* const kind = [] {
-    for (const auto& one : chasles::fuzz::kinds()) {
-      if (one.name == CHASLES_FUZZ_KIND) return &one;
-    }
-    std::abort();
-  }();
+  static const chasles::fuzz::Kind kind = chosen_kind();
   static const std::filesystem::path scratch = chasles::fuzz::make_scratch();
   try {
-    kind->read(scratch, {reinterpret_cast<const char*>(data), size});
+    kind.read(scratch, {reinterpret_cast<const char*>(data), size});
   } catch (const chasles::InputError&) {
     // The right answer to malformed bytes.
   }

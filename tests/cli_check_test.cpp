@@ -1,4 +1,5 @@
 #include <functional>
+#include <sstream>
 
 #include <nlohmann/json.hpp>
 
@@ -86,11 +87,141 @@ TEST(Check, InvertedAndTurnedExtrinsicsAreNamed) {
   EXPECT_NEAR(off["value"].get<double>(), 5, 1.5);
 }
 
+// 50 ms at the edge of every range: with the ranges stated, and by what the samples show.
+TEST(Saturation, IsFoundAndARunGoesOnThroughIt) {
+  const Scratch folder;
+  simulate_walk(folder);
+  const double clean =
+      Json::parse(chasles(folder, "run walk --json --quiet").out)["ate_posyaw_m"].get<double>();
+  for (const bool stated : {true, false}) {
+    spoil(folder, [&](Recording& r) {
+      const Time from = r.imu.front().time + std::chrono::seconds(6);
+      for (ImuSample& s : r.imu) {
+        if (s.time < from || s.time >= from + std::chrono::milliseconds(50)) continue;
+        s.specific_force_imu.setConstant(156.9);
+        s.angular_rate_imu.setConstant(17.45);
+      }
+      if (stated) r.imu_range = {.accelerometer = 156.9, .gyroscope = 17.45};
+    });
+    EXPECT_EQ(finding(chasles(folder, "check bad --json"), "edge of the sensor's range")["value"],
+              5);
+    const Outcome run = chasles(folder, "run bad --json --quiet");
+    ASSERT_EQ(run.code, 0) << run.err;
+    const Json summary = Json::parse(run.out);
+    EXPECT_EQ(summary["imu"]["saturated"], 5);
+    EXPECT_EQ(summary["resets"], 0);
+    EXPECT_LT(summary["ate_posyaw_m"].get<double>(), clean + 0.05);
+    expect_part(summary["remarks"].dump(), "5 IMU samples at the edge of the sensor's range");
+  }
+}
+
 TEST(Check, MisuseAndBadInputAreTold) {
   const Scratch folder;
   expect_error(chasles(folder, "check"), 1, "RECORDING is required");
   expect_error(chasles(folder, "check missing"), 2, "missing: no such file or folder");
   expect_error(chasles(folder, "check . --jsn"), 1, "did you mean '--json'?");
+}
+
+std::optional<std::filesystem::path> recorded_flight() {
+  const char* given = std::getenv("CHASLES_DATA");
+  const std::filesystem::path data =
+      given ? given : std::filesystem::path(CHASLES_SOURCE_DIR) / ".." / "shared" / "data";
+  const auto flight = std::filesystem::absolute(data) / "euroc/MH_01_easy_17s";
+  return std::filesystem::exists(flight) ? std::optional(flight) : std::nullopt;
+}
+
+/// The flight with `cameras` of its cameras, whose tables the caller may write anew; none without
+/// recordings.
+std::optional<std::filesystem::path> flight(const Scratch& folder, int cameras) {
+  namespace fs = std::filesystem;
+  const auto recorded = recorded_flight();
+  if (!recorded) return std::nullopt;
+  const fs::path real = *recorded / "mav0", own = folder / "flight/mav0";
+  fs::create_directories(own);
+  fs::create_symlink(real / "imu0", own / "imu0");
+  for (int c = 0; c < cameras; ++c) {
+    const std::string camera = "cam" + std::to_string(c);
+    fs::create_directories(own / camera);
+    fs::create_symlink(real / camera / "data", own / camera / "data");
+    for (const char* file : {"sensor.yaml", "data.csv"}) {
+      fs::copy_file(real / camera / file, own / camera / file);
+    }
+  }
+  return own;
+}
+
+TEST(CheckImages, ARealFlightIsFoundPlausible) {
+  const auto recorded = recorded_flight();
+  if (!recorded) GTEST_SKIP() << "skipped: no recordings";
+  const Scratch folder;
+  const Outcome outcome = chasles(folder, "check '" + recorded->string() + "' --json");
+  EXPECT_EQ(outcome.code, 0) << outcome.out;
+  const Json report = Json::parse(outcome.out);
+  EXPECT_TRUE(report["not_checked"].empty()) << report["not_checked"];
+  for (const Json& finding : report["findings"]) EXPECT_NE(finding["severity"], "error") << finding;
+  for (const char* camera : {"cam0", "cam1"}) {
+    const Json& facts = report["facts"][camera];
+    EXPECT_NEAR(facts["offset to the gyroscope"]["value"].get<double>(), 0, 3) << camera;
+    EXPECT_LT(facts["rotation off"]["value"].get<double>(), 1) << camera;
+    EXPECT_NEAR(facts["turns over the gyroscope's"]["value"].get<double>(), 1, 0.03) << camera;
+  }
+  EXPECT_LT(report["facts"]["cam1"]["off the epipolar line"]["value"].get<double>(), 1);
+}
+
+TEST(CheckImages, ALateCameraIsNamedWithItsDelay) {
+  const Scratch folder;
+  const auto own = flight(folder, 1);
+  if (!own) GTEST_SKIP() << "skipped: no recordings";
+  std::istringstream rows(slurp(*own / "cam0/data.csv"));
+  std::string table, line;
+  std::getline(rows, table);
+  table += "\n";
+  while (std::getline(rows, line)) {
+    const std::size_t comma = line.find(',');
+    table +=
+        std::to_string(std::stoll(line.substr(0, comma)) + 31'000'000) + line.substr(comma) + "\n";
+  }
+  spill(*own / "cam0/data.csv", table);
+  const Outcome outcome = chasles(folder, "check flight --json");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NEAR(finding(outcome, "looks late by")["value"].get<double>(), 31, 3);
+}
+
+/// Writes a camera's place into its sensor.yaml.
+void place(const std::filesystem::path& camera, const SE3& imu_T_cam) {
+  std::ostringstream data;
+  data.precision(17);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) data << imu_T_cam.R(i, j) << ", ";
+    data << imu_T_cam.p(i) << ", ";
+  }
+  std::string text = slurp(camera / "sensor.yaml");
+  const std::size_t begin = text.find('[', text.find("data:")) + 1;
+  text.replace(begin, text.find(']', begin) - begin, data.str() + "0, 0, 0, 1");
+  spill(camera / "sensor.yaml", text);
+}
+
+TEST(CheckImages, InvertedExtrinsicsAreNamed) {
+  const Scratch folder;
+  const auto own = flight(folder, 1);
+  if (!own) GTEST_SKIP() << "skipped: no recordings";
+  place(*own / "cam0", read_recording(*own / "..").cameras[0].cam_T_imu);
+  const Outcome outcome = chasles(folder, "check flight --json --seconds 10");
+  EXPECT_EQ(outcome.code, 2);
+  finding(outcome, "the extrinsics look inverted");
+}
+
+TEST(CheckImages, ABaselineOfTheWrongSignIsNamed) {
+  const Scratch folder;
+  const auto own = flight(folder, 2);
+  if (!own) GTEST_SKIP() << "skipped: no recordings";
+  const auto cameras = read_recording(*own / "..").cameras;
+  SE3 second = cameras[1].cam_T_imu.inverse();
+  second.p = 2 * cameras[0].cam_T_imu.inverse().p - second.p;
+  place(*own / "cam1", second);
+  const Outcome outcome = chasles(folder, "check flight --json --seconds 3");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_EQ(finding(outcome, "would lie behind the cameras")["about"], "cam1");
 }
 
 }  // namespace

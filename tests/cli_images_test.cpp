@@ -1,4 +1,6 @@
 #include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "cli_test.hpp"
 
@@ -57,6 +59,49 @@ TEST(SimulateImages, RefusesWhatCannotBe) {
   expect_error(chasles(folder, "simulate walk --images -o x --set exposure_time=0.5"), 1,
                "exposure_time = 0.5 s: expected at most");
   EXPECT_EQ(slurp(folder / "mine/notes.txt"), "of years");
+}
+
+// Black up to a column.
+std::string mask_png(int width, int height, int first_white) {
+  cv::Mat mask(height, width, CV_8UC1, cv::Scalar(0));
+  mask.colRange(first_white, width).setTo(255);
+  std::vector<std::uint8_t> bytes;
+  cv::imencode(".png", mask, bytes);
+  return {bytes.begin(), bytes.end()};
+}
+
+TEST(MaskedImages, AreTrackedOnlyWhereTheMaskIsNotBlack) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder,
+                    "simulate walk --images --quiet -o walk --set walk_duration=3 --set "
+                    "rest_duration=1 --set image_width=320 --set image_height=240 --set "
+                    "focal_length=200 --set center_u=159.5 --set center_v=119.5 --set "
+                    "texel_size=0.03")
+                .code,
+            0);
+  spill(folder / "half.png", mask_png(320, 240, 160));
+  spill(folder / "none.png", mask_png(320, 240, 0));
+  spill(folder / "small.png", mask_png(160, 120, 80));
+  spill(folder / "text.png", "of years");
+  const auto added = [&](const std::string& more) {
+    const Outcome run = chasles(folder, "run walk --begin truth --json --quiet " + more);
+    EXPECT_EQ(run.code, 0) << run.err;
+    const auto json = nlohmann::json::parse(run.out, nullptr, false);
+    return run.code == 0 ? json["frontend"]["added"].get<int>() : 0;
+  };
+  const int all = added("");
+  EXPECT_GT(all, 100);
+  EXPECT_EQ(added("--set frontend.mask=none.png"), all);
+  const int half = added("--set frontend.mask=half.png");
+  EXPECT_LT(half, 0.8 * all);
+  EXPECT_GT(half, 0.2 * all);
+  const std::string run = "run walk --quiet --begin truth --set frontend.mask=";
+  expect_error(chasles(folder, run + "small.png"), 2,
+               "small.png: is 160 x 120 pixels, expected 320 x 240");
+  expect_error(chasles(folder, run + "text.png"), 2, "text.png: is of no known kind");
+  expect_error(chasles(folder, run + "gone.png"), 2, "gone.png");
+  expect_error(chasles(folder, run + "half.png,half.png"), 1,
+               "names more files than there are cameras (1)");
 }
 
 }  // namespace

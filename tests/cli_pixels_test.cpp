@@ -108,6 +108,21 @@ TEST(RenderedWalk, IsTheSameWithOneThreadAndTwo) {
   EXPECT_EQ(all.at("frontend").at("unreadable"), 0);
 }
 
+TEST(Walk, ItsFloorPlanGoesAlongWithItsTruth) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "simulate walk --set walk_duration=8 -o walk --quiet").code, 0);
+  ASSERT_EQ(chasles(folder, "run walk --begin truth -o run --quiet").code, 0);
+  EXPECT_GT(slurp(folder / "run/plan.csv").size(), 1000u);
+  EXPECT_EQ(slurp(folder / "run/plan.csv"), slurp(folder / "walk/plan.csv"));
+  // The world of another truth is another.
+  const Outcome given =
+      chasles(folder, "run walk --begin truth --truth walk/truth.tum -o run --quiet");
+  ASSERT_EQ(given.code, 0) << given.err;
+  EXPECT_FALSE(fs::exists(folder / "run/plan.csv"));
+  std::ofstream(folder / "walk/plan.csv") << "line,kind,x,y\n0,roof,1,2\n";
+  expect_error(chasles(folder, "run walk --begin truth --quiet"), 2, "plan.csv:2");
+}
+
 TEST(RenderedWalk, AnImageThatCannotBeReadIsTakenAsMissing) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, "simulate walk --images --set walk_duration=6 -o walk --quiet").code,

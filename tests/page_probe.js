@@ -29,7 +29,7 @@
     check('nothing was loaded', performance.getEntriesByType('resource').length === 0);
     check('nothing sticks out to the side',
       document.documentElement.scrollWidth <= document.documentElement.clientWidth);
-    const canvases = [...document.querySelectorAll('canvas')];
+    const canvases = [...document.querySelectorAll('canvas')].filter((c) => c.offsetParent !== null);
     check('there are plots', canvases.length >= 5);
     for (const canvas of canvases) {
       const label = canvas.getAttribute('aria-label') || '';
@@ -99,6 +99,41 @@
       box.top >= frame.top && box.bottom <= frame.bottom);
   }
 
+  /** The runs of one recording on their truth: only where the data has them. */
+  async function overview() {
+    const panel = byId('overview'), map = byId('overview-map');
+    const scenes = JSON.parse(byId('report-data').textContent).scenes;
+    const mine = scenes.find((s) => s.runs.some((r) => r.run === 0));
+    check('the overview is there with several runs or a plan', panel.hidden === !mine);
+    if (!mine) return;
+    check('its table has a row a run',
+      byId('overview-table').querySelectorAll('tbody tr').length === mine.runs.length);
+    const labels = [...panel.querySelectorAll('.legend .key')].map((key) => key.textContent);
+    check('each line has a name of its own', new Set(labels).size === labels.length);
+    const before = picture(map), select = byId('overview-factor');
+    const choose = async (value) => {
+      select.value = value;
+      select.dispatchEvent(new Event('change'));
+      await rest();
+    };
+    await choose('20');
+    check('deviations are drawn larger', picture(map) !== before);
+    await choose('1');
+    check('and true to scale again', picture(map) === before);
+    const boxes = panel.querySelectorAll('.legend input');
+    boxes[boxes.length - 1].click();
+    await rest();
+    check('its legend hides a run', picture(map) !== before);
+    boxes[boxes.length - 1].click();
+    map.focus();
+    key(map, '+');
+    await rest();
+    check('it zooms', picture(map) !== before);
+    key(map, '0');
+    await rest();
+    check('it shows everything again', picture(map) === before);
+  }
+
   async function choices() {
     const map = byId('map'), before = picture(map);
     const box = document.querySelector('#map-legend input');
@@ -121,6 +156,7 @@
     await timeSpan();
     await mapMoves();
     if (document.querySelectorAll('#map-legend .dots').length) await landmarkTip();
+    await overview();
     await choices();
     check('done', true);
   }

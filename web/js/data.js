@@ -25,6 +25,7 @@ function decodeColumns(group) {
 function decodeRun(raw) {
   const run = {
     name: raw.name,
+    folder: raw.label || '',
     summary: raw.summary || {},
     origin: raw.origin,
     healthNames: raw.health_names,

@@ -1,18 +1,9 @@
 // Starts the page: reads the data, builds the parts, keeps them together.
 
-/** Names for the legend: short, and different for each run. */
-function labelRuns(runs) {
-  runs.forEach((run, k) => {
-    const short = run.name.length > 40 ? run.name.slice(0, 39) + '…' : run.name || 'run';
-    const twins = runs.filter((r) => r.name === run.name).length;
-    run.label = twins > 1 || runs.length > 1 && short !== run.name ? `${k + 1}: ${short}` : short;
-  });
-}
-
 function showRunLine(run) {
-  const s = run.summary, settings = s.settings || {};
+  const s = run.summary;
   const t = run.states.t, length = pathLength(run.states);
-  const chart = [settings.chart, s.chart].find((v) => typeof v === 'string');
+  const chart = chartOf(run), settings = s.settings || {};
   const mode = [settings.mode, s.mode].find((v) => typeof v === 'string');
   const parts = [mode, chart && `chart ${chart}`, `${grouped(run.count)} frames`,
     t.length > 1 && `${number(t[t.length - 1])} s`, `${number(length)} m`,
@@ -35,7 +26,7 @@ function pathLength({ x, y, z }) {
 }
 
 function showPlots(run) {
-  app.plots = plotSpecs(run).map((spec) => new TimePlot(spec));
+  app.plots = [...overviewPlots(), ...plotSpecs(run)].map((spec) => new TimePlot(spec));
   byId('plots').replaceChildren(...inColumns(app.plots));
   byId('health-key').hidden = !run.states.health.some((h) => run.healthNames[h] !== 'ok');
 }
@@ -124,7 +115,9 @@ function readData() {
   const data = JSON.parse(byId('report-data').textContent);
   app.runs = data.runs.map(decodeRun);
   for (const run of app.runs) run.bounds = data.bounds;
+  app.scenes = (data.scenes || []).map(decodeScene);
   labelRuns(app.runs);
+  colourRuns(app.runs);
 }
 
 function start() {
@@ -132,6 +125,7 @@ function start() {
   startTheme();
   startRunPicker();
   startPlayer();
+  new Overview();
   new MapPanel();
   showFigures();
   showSettings();

@@ -188,12 +188,12 @@ class MapPanel {
 
   layers() {
     const run = activeRun();
-    const layers = [['estimate', 'Estimate', 'line', 'estimate']];
+    const layers = [['estimate', 'Estimate', 'line', estimateColour()]];
     if (run.truth) layers.push(['truth', 'Truth', 'dashed', 'truth']);
     if (run.deadReckoning) layers.push(['dead', 'Dead reckoning', 'dotted', 'dead']);
     if (run.landmarks.id.length) layers.push(['landmarks', 'Landmarks', 'dots', 'landmark']);
     app.runs.forEach((other, k) => {
-      if (k !== app.active) layers.push(['run-' + k, other.label, 'dashdot', otherColour(k)]);
+      if (k !== app.active) layers.push(['run-' + k, other.label, 'dashdot', other.colour]);
     });
     return layers;
   }

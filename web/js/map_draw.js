@@ -58,21 +58,16 @@ function drawPath(g, view, columns, colour, width, dash, shift = [0, 0, 0]) {
   g.setLineDash([]);
 }
 
-/** The colour of a run that is not the active one, which has the estimate's. */
-function otherColour(k) {
-  return 'run-' + (1 + (k < app.active ? k : k - 1) % 4);
-}
-
 function drawOtherRun(g, view, run, k) {
   const shift = run.origin.map((o, i) => o - activeRun().origin[i]);
-  drawPath(g, view, run.states, palette[otherColour(k)], 1.8, [12, 3, 2, 3], shift);
+  drawPath(g, view, run.states, palette[run.colour], 1.8, [12, 3, 2, 3], shift);
 }
 
 function drawEstimate(g, view, run, options) {
   if (ellipsesShown(view, options)) drawPositionEllipses(g, view, run);
   g.lineCap = 'round';
   drawPath(g, view, run.states, palette.panel, 4.6, []);
-  drawPath(g, view, run.states, palette.estimate, 2.4, []);
+  drawPath(g, view, run.states, palette[estimateColour()], 2.4, []);
   g.lineCap = 'butt';
   if (run.count) drawStart(g, view, run);
 }
@@ -80,7 +75,7 @@ function drawEstimate(g, view, run, options) {
 function drawStart(g, view, run) {
   const [x, y] = view.stateAt(run, 0);
   g.fillStyle = palette.panel;
-  g.strokeStyle = palette.estimate;
+  g.strokeStyle = palette[estimateColour()];
   g.lineWidth = 2;
   g.beginPath();
   g.arc(x, y, 4.5, 0, 2 * Math.PI);
@@ -107,7 +102,7 @@ function drawTag(g, text, x, y, align) {
 /** Ellipses of the position about every 70 pixels of the way. */
 function drawPositionEllipses(g, view, run) {
   let [lastX, lastY] = [-1e9, -1e9];
-  g.strokeStyle = g.fillStyle = palette.estimate;
+  g.strokeStyle = g.fillStyle = palette[estimateColour()];
   g.lineWidth = 1;
   for (let i = 0; i < run.count; i++) {
     const [x, y] = view.stateAt(run, i);

@@ -1,6 +1,6 @@
 // What the parts of the page share: the runs, the cursor, the visible time span.
 
-const app = { runs: [], active: 0, cursor: 0, span: [0, 1], fullSpan: [0, 1] };
+const app = { runs: [], scenes: [], active: 0, cursor: 0, span: [0, 1], fullSpan: [0, 1] };
 const listeners = {};
 
 const activeRun = () => app.runs[app.active];

@@ -60,7 +60,6 @@ function startStudyPicker() {
 function start() {
   app.runs = JSON.parse(byId('report-data').textContent).studies.map(decodeStudy);
   labelStudies(app.runs);
-  startColours();
   startTheme();
   startStudyPicker();
   startFilterButtons();

@@ -8,16 +8,6 @@ const filterColour = (k) => `f-${1 + (k % HUES)}`;
 const filterDash = (k) => DASHES[Math.floor(k / HUES) % DASHES.length];
 const filterSwatch = (k) => swatch(SWATCHES[Math.floor(k / HUES) % SWATCHES.length], filterColour(k));
 
-/** The study's colours beside the page's; to be called before whatever draws. */
-function startColours() {
-  listen('theme', () => {
-    const style = getComputedStyle(document.documentElement);
-    for (let k = 0; k < HUES; k++) {
-      palette[filterColour(k)] = style.getPropertyValue('--' + filterColour(k)).trim();
-    }
-  });
-}
-
 /** The indices of the filters that are drawn. */
 const shownFilters = () => activeRun().filters.map((_, k) => k).filter((k) => activeRun().shown[k]);
 

@@ -5,7 +5,8 @@ let palette = {};
 function readPalette() {
   const style = getComputedStyle(document.documentElement);
   const names = ['ink', 'muted', 'line', 'panel', 'ground', 'estimate', 'truth', 'dead', 'landmark',
-    'cursor', 'band', 'good', 'bad', 'warn', 'run-1', 'run-2', 'run-3', 'run-4'];
+    'cursor', 'band', 'good', 'bad', 'warn',
+    'f-1', 'f-2', 'f-3', 'f-4', 'f-5', 'f-6', 'f-7', 'f-8'];
   palette = {};
   for (const name of names) palette[name] = style.getPropertyValue('--' + name).trim();
 }

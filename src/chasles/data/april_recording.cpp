@@ -64,7 +64,7 @@ std::vector<FeatureFrame> read_tracks(const fs::path& file, std::size_t cameras)
   std::vector<FeatureFrame> frames;
   std::set<std::pair<int, LandmarkId>> seen;
   while (csv.next()) {
-    const Time time(csv.integer(0));
+    const Time time = csv.time(0);
     if (frames.empty() || time != frames.back().time) {
       if (!frames.empty()) check_rises(csv.where(0), frames.back().time, time);
       frames.push_back({.time = time});
@@ -90,7 +90,7 @@ Trajectory read_poses(const fs::path& file, std::vector<std::string>& remarks) {
   Time before = Time::min();
   int left_out = 0, rows = 0;
   for (; csv.next(); ++rows) {
-    const Time time(csv.integer(0));
+    const Time time = csv.time(0);
     if (rows > 0) check_rises(csv.where(0), before, time);
     before = time;
     const Eigen::Vector4d xyzw(csv.finite(5), csv.finite(6), csv.finite(7), csv.finite(4));
@@ -178,6 +178,7 @@ Recording read_april_recording(const fs::path& folder) {
   recording.name = name_of(folder);
   recording.cameras = read_cameras(folder);
   recording.imu_noise = read_euroc_imu_noise(folder / "imu0_sensor.yaml");
+  recording.imu_range = read_euroc_imu_range(folder / "imu0_sensor.yaml");
   recording.imu = read_euroc_imu(table(folder, "imu0"));
   if (recording.imu.empty()) {
     throw InputError(table(folder, "imu0").string() + ": holds no sample, expected an IMU's");

@@ -25,6 +25,7 @@ Recording read_bag_recording(const std::filesystem::path& file) {
 #include <rosbag/bag.h>
 #include <rosbag/view.h>
 
+#include <chasles/data/bag_structure.hpp>
 #include <chasles/data/bag_topics.hpp>
 #include <chasles/data/image_recording.hpp>
 #include <chasles/data/pair_images.hpp>
@@ -154,7 +155,9 @@ KalibrCalibration calibration_beside(const fs::path& file) {
 
 Recording read_bag(const fs::path& file) {
   const KalibrCalibration calibration = calibration_beside(file);
-  rosbag::Bag bag(file.string(), rosbag::bagmode::Read);
+  check_bag_structure(file);
+  rosbag::Bag bag;  // opened afterwards: a constructor that throws leaks what was read
+  bag.open(file.string(), rosbag::bagmode::Read);
   const std::vector<BagTopic> topics = topics_of(bag);
   const ChosenTopics chosen = choose_topics(file, topics, calibration);
   check_type(file, topics, chosen.imu, {"sensor_msgs/Imu"});
@@ -162,6 +165,7 @@ Recording read_bag(const fs::path& file) {
   recording.name = file.stem().string();
   recording.cameras = calibration.cameras;
   recording.imu_noise = calibration.imu_noise;
+  recording.imu_range = calibration.imu_range;
   recording.remarks = calibration.remarks;
   std::vector<ImageSize> sizes;
   for (std::size_t c = 0; c < chosen.cameras.size(); ++c) {

@@ -1,74 +1,20 @@
+#include <chasles/data/bag_testing.hpp>
 #include <chasles/data/bag_topics.hpp>
-#include <chasles/data/image_testing.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/ros_message.hpp>
-
-#ifdef CHASLES_HAS_ROSBAG
-#include <rosbag/bag.h>
-#endif
 
 namespace chasles {
 namespace {
 
 namespace fs = std::filesystem;
+using test::compressed_message;
 using test::expect_parts;
+using test::image_message;
+using test::imu_message;
 using test::input_error;
-
-template <typename Number>
-void put(std::string& bytes, Number number) {
-  bytes.append(reinterpret_cast<const char*>(&number), sizeof(Number));
-}
-
-void put_text(std::string& bytes, const std::string& text) {
-  put(bytes, static_cast<std::uint32_t>(text.size()));
-  bytes += text;
-}
-
-std::string header(Time time) {
-  std::string bytes;
-  put(bytes, std::uint32_t{7});
-  put(bytes, static_cast<std::uint32_t>(time.count() / 1'000'000'000));
-  put(bytes, static_cast<std::uint32_t>(time.count() % 1'000'000'000));
-  put_text(bytes, "cam");
-  return bytes;
-}
-
-std::string imu_message(const ImuSample& s) {
-  std::string bytes = header(s.time);
-  for (int i = 0; i < 13; ++i) put(bytes, 0.5);
-  for (const double w : s.angular_rate_imu) put(bytes, w);
-  for (int i = 0; i < 9; ++i) put(bytes, 0.25);
-  for (const double a : s.specific_force_imu) put(bytes, a);
-  for (int i = 0; i < 9; ++i) put(bytes, 0.125);
-  return bytes;
-}
-
-// `gap` bytes lie between two rows.
-std::string image_message(Time time, const cv::Mat& image, const std::string& encoding,
-                          std::size_t gap = 0) {
-  const std::size_t row = image.total() * image.elemSize() / static_cast<std::size_t>(image.rows);
-  std::string bytes = header(time), data;
-  put(bytes, static_cast<std::uint32_t>(image.rows));
-  put(bytes, static_cast<std::uint32_t>(image.cols));
-  put_text(bytes, encoding);
-  bytes += '\0';
-  put(bytes, static_cast<std::uint32_t>(row + gap));
-  for (int v = 0; v < image.rows; ++v) {
-    data.append(reinterpret_cast<const char*>(image.ptr(v)), row).append(gap, '\x5a');
-  }
-  put_text(bytes, data);
-  return bytes;
-}
-
-std::string compressed_message(Time time, const std::string& file) {
-  std::string bytes = header(time);
-  put_text(bytes, "png");
-  put_text(bytes, file);
-  return bytes;
-}
+using test::kStamp;
 
 const ImageSize kSize{.width = 8, .height = 6};
-constexpr Time kStamp = std::chrono::seconds(1403636584) + std::chrono::nanoseconds(763555584);
 
 TEST(RosMessage, AnImuIsReadFieldByField) {
   const ImuSample sent{
@@ -171,103 +117,12 @@ TEST(Bag, WithoutTheLibraryThePackageIsNamed) {
 
 #else
 
-/// The bytes of a message of a type that is named at run time.
-struct RawMessage {
-  std::string type;
-  std::string bytes;
-};
-
-}  // namespace
-}  // namespace chasles
-
-namespace ros::message_traits {
-template <>
-struct IsMessage<chasles::RawMessage> : TrueType {};
-template <>
-struct MD5Sum<chasles::RawMessage> {
-  static const char* value(const chasles::RawMessage&) {
-    return "00000000000000000000000000000000";
-  }
-};
-template <>
-struct DataType<chasles::RawMessage> {
-  static const char* value(const chasles::RawMessage& m) { return m.type.c_str(); }
-};
-template <>
-struct Definition<chasles::RawMessage> {
-  static const char* value(const chasles::RawMessage&) { return ""; }
-};
-}  // namespace ros::message_traits
-
-namespace ros::serialization {
-template <>
-struct Serializer<chasles::RawMessage> {
-  template <typename Stream>
-  static void write(Stream& stream, const chasles::RawMessage& m) {
-    std::memcpy(stream.advance(static_cast<std::uint32_t>(m.bytes.size())), m.bytes.data(),
-                m.bytes.size());
-  }
-  static std::uint32_t serializedLength(const chasles::RawMessage& m) {
-    return static_cast<std::uint32_t>(m.bytes.size());
-  }
-};
-}  // namespace ros::serialization
-
-namespace chasles {
-namespace {
-
-const char* const kChain = R"(cam0:
-  T_cam_imu: [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-  camera_model: pinhole
-  distortion_model: none
-  distortion_coeffs: []
-  intrinsics: [4, 4, 3.5, 2.5]
-  resolution: [8, 6]
-cam1:
-  T_cam_imu: [[1, 0, 0, 0.4], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
-  camera_model: pinhole
-  distortion_model: none
-  distortion_coeffs: []
-  intrinsics: [4, 4, 3.5, 2.5]
-  resolution: [8, 6]
-)";
-
 class Bag : public ::testing::Test {
  protected:
   void SetUp() override {
     folder = test::scratch();
-    test::spill(folder / "camchain-imucam.yaml", kChain);
-    test::spill(folder / "imu.yaml",
-                "accelerometer_noise_density: 0.01\naccelerometer_random_walk: 0.0002\n"
-                "gyroscope_noise_density: 0.005\ngyroscope_random_walk: 4.0e-06\n");
-    write();
-  }
-  // Five samples, three raw images of cam0, two compressed ones of cam1; recorded later than
-  // stamped.
-  void write() const {
-    rosbag::Bag bag((folder / "walk.bag").string(), rosbag::bagmode::Write);
-    const auto add = [&](const std::string& topic, const std::string& type, Time time,
-                         const std::string& bytes) {
-      const Time recorded = time + std::chrono::milliseconds(3);
-      bag.write(topic,
-                ros::Time(static_cast<std::uint32_t>(recorded.count() / 1'000'000'000),
-                          static_cast<std::uint32_t>(recorded.count() % 1'000'000'000)),
-                RawMessage{.type = type, .bytes = bytes});
-    };
-    for (int k = 0; k < 5; ++k) {
-      const Time time = kStamp + std::chrono::milliseconds(5 * k);
-      add("/imu0", "sensor_msgs/Imu", time,
-          imu_message({.time = time, .specific_force_imu = {0, 0, 9.0 + k}}));
-    }
-    for (int k = 0; k < 3; ++k) {
-      const Time time = kStamp + std::chrono::milliseconds(5 * k);
-      add("/cam0/image_raw", "sensor_msgs/Image", time,
-          image_message(time, test::picture(test::shade_of(0, k)), "mono8"));
-      if (k == 1) continue;
-      add("/cam1/image_raw/compressed", "sensor_msgs/CompressedImage", time,
-          compressed_message(time, test::picture_bytes(test::shade_of(1, k))));
-    }
-    bag.close();
+    test::write_kalibr(folder);
+    test::write_bag(folder / "walk.bag");
   }
   fs::path folder;
 };
@@ -293,12 +148,56 @@ TEST_F(Bag, WhatIsWrittenIsReadBack) {
   expect_parts(r.remarks[0], {"1 of 3 frames have an image of only some"});
 }
 
+// librosbag follows such lengths out of its buffers.
+TEST_F(Bag, LengthsAndOffsetsThatLeadElsewhereAreRefused) {
+  const std::string bytes = test::slurp(folder / "walk.bag");
+  const auto error = [&](std::size_t at, const std::string& other) {
+    std::string changed = bytes;
+    test::spill(folder / "walk.bag", changed.replace(at, other.size(), other));
+    return input_error([&] { read_recording(folder / "walk.bag"); });
+  };
+  const std::string kLong("\xff\xff\x00\x00", 4);
+  const auto after = [&](const std::string& text, std::size_t from = 0) {
+    return bytes.find(text, from) + text.size();
+  };
+  const std::size_t chunk = bytes.find("compression=none");
+  const std::size_t connection = bytes.rfind("topic=/imu0");
+  const std::size_t info = bytes.rfind("chunk_pos=");
+  for (const std::size_t field : {chunk, connection, info}) {
+    expect_parts(error(field - 4, kLong), {"walk.bag", "at byte", "the bag is damaged"});
+  }
+  expect_parts(error(after("chunk_pos=", info), kLong), {"an index leads to no chunk"});
+  expect_parts(error(after("index_pos="), kLong + kLong), {"the index is beyond the end"});
+  expect_parts(error(after("conn_count="), kLong), {"walk.bag", "at byte"});
+  expect_parts(error(after("compression=none") - 4, "zlib"), {"a chunk's compression or size"});
+  const std::size_t message = bytes.rfind("conn=", bytes.find("op=\x02", chunk));
+  expect_parts(error(after("conn=", message), kLong), {"connection 65535 is not known"});
+  expect_parts(error(8, "V1.2"), {"no bag of the format 2.0"});
+}
+
+TEST_F(Bag, EveryByteMayBeWrong) {
+  const std::string bytes = test::slurp(folder / "walk.bag");
+  int refused = 0;
+  for (std::size_t at = 13; at < bytes.size(); at += 3) {
+    std::string changed = bytes;
+    changed[at] = '\xff';
+    test::spill(folder / "walk.bag", changed);
+    try {
+      read_recording(folder / "walk.bag");
+    } catch (const InputError& error) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 300);
+}
+
 TEST_F(Bag, DamagedBagsAreRefusedByName) {
   const std::string bytes = test::slurp(folder / "walk.bag");
   for (std::size_t size = 13; size < bytes.size(); size += 1 + bytes.size() / 60) {
     test::spill(folder / "walk.bag", bytes.substr(0, size));
     expect_parts(input_error([&] { read_recording(folder / "walk.bag"); }), {"walk.bag"});
   }
+  test::spill(folder / "walk.bag", bytes);
   fs::remove(folder / "camchain-imucam.yaml");
   expect_parts(input_error([&] { read_recording(folder / "walk.bag"); }),
                {"walk.bag", "no camchain-imucam.yaml beside it"});

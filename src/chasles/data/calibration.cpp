@@ -1,11 +1,12 @@
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <chasles/data/calibration.hpp>
+#include <chasles/data/imu_range.hpp>
+#include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
@@ -26,6 +27,7 @@ YamlMap::Keys document_keys() {
   known.insert(known.end(), {"remarks", "linear_sigma", "angular_sigma", "pixel_sigma"});
   known.insert(known.end(), {"single_pixel_sigma", "cameras", "imu_convention"});
   known.insert(known.end(), kNoiseKeys.begin(), kNoiseKeys.end());
+  known.insert(known.end(), {"accelerometer_range", "gyroscope_range"});
   return {.known = known, .needed = {"format", "name"}};
 }
 
@@ -52,12 +54,6 @@ std::optional<StereoRig> read_rig(const YamlMap& map) {
                    .cam0_T_imu = map.motion("cam0_T_imu")};
 }
 
-int read_pixels(const YamlMap& map, double value) {
-  if (value >= 1 && value <= 1e6 && value == std::floor(value)) return static_cast<int>(value);
-  throw InputError(fmt::format("{}: is {}, expected a whole number of pixels, at least 1",
-                               map.where("resolution"), value));
-}
-
 void read_distortion(const YamlMap& map, Camera& camera) {
   const std::string model = map.text("distortion_model");
   const std::array<std::pair<const char*, Distortion>, 3> models{
@@ -82,8 +78,8 @@ void read_distortion(const YamlMap& map, Camera& camera) {
 Camera read_camera(const YamlMap& map) {
   const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
   const Eigen::Vector4d f = map.numbers("intrinsics", 4, "numbers: fx, fy, cx, cy [px]");
-  Camera camera{.width = read_pixels(map, size[0]),
-                .height = read_pixels(map, size[1]),
+  Camera camera{.width = checked_pixels(map.where("resolution"), size[0]),
+                .height = checked_pixels(map.where("resolution"), size[1]),
                 .fx = checked_positive(map.where("intrinsics"), f[0]),
                 .fy = checked_positive(map.where("intrinsics"), f[1]),
                 .cx = f[2],
@@ -120,7 +116,7 @@ std::optional<Eigen::VectorXd> read_sigma(const YamlMap& map, const std::string&
   return sigma;
 }
 
-void read_stated_noise(const YamlMap& map, Calibration& calibration) {
+void read_stated_noise(const YamlMap& map, FolderCalibration& calibration) {
   const auto linear = read_sigma(map, "linear_sigma", 3);
   const auto angular = read_sigma(map, "angular_sigma", 3);
   if (linear.has_value() != angular.has_value()) {
@@ -133,20 +129,21 @@ void read_stated_noise(const YamlMap& map, Calibration& calibration) {
     calibration.single_pixel_sigma = map.positive("single_pixel_sigma");
   }
   calibration.imu_noise = read_imu_noise(map);
+  calibration.imu_range = read_imu_range(map);
 }
 
 }  // namespace
 
-Calibration read_calibration(const std::filesystem::path& file) {
+FolderCalibration read_calibration(const std::filesystem::path& file) {
   const YamlMap map = YamlMap::read(file, document_keys());
   if (map.text("format") != kFormat) {
     throw InputError(fmt::format("{}: is '{}', expected '{}'", map.where("format"),
                                  map.text("format"), kFormat));
   }
-  Calibration calibration{.name = map.text("name"),
-                          .rig = read_rig(map),
-                          .imu_convention = read_imu_convention(map),
-                          .remarks = map.texts("remarks")};
+  FolderCalibration calibration{.name = map.text("name"),
+                                .rig = read_rig(map),
+                                .imu_convention = read_imu_convention(map),
+                                .remarks = map.texts("remarks")};
   read_stated_noise(map, calibration);
   if (map.has("cameras")) {
     for (const YamlMap& entry : map.maps("cameras", camera_keys())) {

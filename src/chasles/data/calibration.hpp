@@ -13,7 +13,7 @@
 namespace chasles {
 
 /// What calibration.yaml of a recording folder holds (docs/formats.md).
-struct Calibration {
+struct FolderCalibration {
   std::string name;
   std::optional<StereoRig> rig = {};
   std::vector<Camera> cameras = {};
@@ -24,10 +24,11 @@ struct Calibration {
   std::optional<Eigen::Vector4d> pixel_sigma = {};
   std::optional<double> single_pixel_sigma = {};
   std::optional<ImuNoise> imu_noise = {};
+  ImuRange imu_range = {};
 };
 
 /// Throws InputError with file and line for an unknown, missing, repeated or malformed key.
-Calibration read_calibration(const std::filesystem::path& file);
-void write_calibration(const Calibration& calibration, const std::filesystem::path& file);
+FolderCalibration read_calibration(const std::filesystem::path& file);
+void write_calibration(const FolderCalibration& calibration, const std::filesystem::path& file);
 
 }  // namespace chasles

@@ -7,6 +7,7 @@
 #include <chasles/data/check_exposure.hpp>
 #include <chasles/data/check_imu.hpp>
 #include <chasles/data/check_times.hpp>
+#include <chasles/data/imu_range.hpp>
 
 namespace chasles {
 namespace {
@@ -172,7 +173,7 @@ CheckReport check_recording(const Recording& recording, const std::vector<Featur
   check_streams(recording, report);
   check_coverage(recording, report);
   if (!recording.imu.empty()) {
-    report_imu(recording.imu, report);
+    report_imu(recording.imu, range_of(recording), report);
     report_true_gravity(recording, report);
     for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
       report_camera_upright(recording, static_cast<int>(c), report);

@@ -7,17 +7,16 @@
 
 #include <chasles/data/check_imu.hpp>
 #include <chasles/data/gravity.hpp>
+#include <chasles/data/imu_range.hpp>
 
 namespace chasles {
 namespace {
 
-constexpr double kWindow = 0.5;          // [s]
-constexpr double kShortestRest = 1.0;    // [s]
-constexpr double kForceScatter = 0.2;    // [m/s^2]
-constexpr double kRateScatter = 0.02;    // [rad/s]
-constexpr double kRestRate = 0.2;        // [rad/s]
-constexpr double kLeastForceRange = 19;  // two g [m/s^2]
-constexpr double kLeastRateRange = 2.1;  // 125 deg/s [rad/s]
+constexpr double kWindow = 0.5;        // [s]
+constexpr double kShortestRest = 1.0;  // [s]
+constexpr double kForceScatter = 0.2;  // [m/s^2]
+constexpr double kRateScatter = 0.02;  // [rad/s]
+constexpr double kRestRate = 0.2;      // [rad/s]
 constexpr double kRepeatedShare = 0.05;
 constexpr double kGravityOffAtRest = 0.3;  // [m/s^2]
 constexpr double kGravityOffMoving = 1.5;  // [m/s^2]
@@ -91,8 +90,15 @@ void report_gravity_size(const std::vector<ImuSample>& imu, const Rest* rest, Ch
        .advice = gravity_advice(size)});
 }
 
-void report_saturation(const std::vector<ImuSample>& imu, CheckReport& report) {
-  const std::size_t saturated = count_saturated(imu);
+void report_saturation(const std::vector<ImuSample>& imu, const ImuRange& range,
+                       CheckReport& report) {
+  if (std::isfinite(range.accelerometer)) {
+    report.facts.push_back({"imu", "force range", range.accelerometer, "m/s^2"});
+  }
+  if (std::isfinite(range.gyroscope)) {
+    report.facts.push_back({"imu", "rate range", range.gyroscope, "rad/s"});
+  }
+  const std::size_t saturated = count_saturated(imu, range);
   if (saturated == 0) return;
   report.findings.push_back(
       {.severity = Severity::kWarning,
@@ -144,28 +150,7 @@ std::vector<Rest> find_rests(const std::vector<ImuSample>& imu) {
   return rests;
 }
 
-std::size_t count_saturated(const std::vector<ImuSample>& imu) {
-  Six largest = Six::Zero();
-  for (const ImuSample& s : imu) largest = largest.cwiseMax(as_vector(s).cwiseAbs());
-  Six least;
-  least << Eigen::Vector3d::Constant(kLeastForceRange), Eigen::Vector3d::Constant(kLeastRateRange);
-  std::size_t saturated = 0;
-  for (int axis = 0; axis < 6; ++axis) {
-    if (largest[axis] < least[axis]) continue;
-    std::size_t run = 0;
-    for (std::size_t i = 0; i <= imu.size(); ++i) {
-      if (i < imu.size() && std::abs(as_vector(imu[i])[axis]) == largest[axis]) {
-        ++run;
-      } else {
-        saturated += run >= 3 ? run : 0;
-        run = 0;
-      }
-    }
-  }
-  return saturated;
-}
-
-void report_imu(const std::vector<ImuSample>& imu, CheckReport& report) {
+void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckReport& report) {
   const std::vector<Rest> rests = find_rests(imu);
   double seconds = 0;
   for (const Rest& rest : rests) seconds += to_seconds(rest.end - rest.begin);
@@ -174,7 +159,7 @@ void report_imu(const std::vector<ImuSample>& imu, CheckReport& report) {
     report.facts.push_back({"imu", "rate at rest", rest->angular_rate_imu.norm(), "rad/s"});
   }
   report_gravity_size(imu, longest(rests), report);
-  report_saturation(imu, report);
+  report_saturation(imu, range, report);
   report_repeats(imu, report);
 }
 

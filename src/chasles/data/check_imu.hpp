@@ -21,14 +21,10 @@ struct Rest {
 /// 0.2 rad/s (which is a bias then), joined. (Scatter is the root of the three axes' variances.)
 std::vector<Rest> find_rests(const std::vector<ImuSample>& imu);
 
-/// Samples at the edge of a sensor's range: where a component stays at the recording's largest
-/// absolute value for three samples running, above 19 m/s^2 or 2.1 rad/s, which no smaller range
-/// has.
-std::size_t count_saturated(const std::vector<ImuSample>& imu);
-
-/// Facts and findings: saturation, samples that repeat the one before, rests, and the size of
-/// gravity: at rest, or by the median of all samples where there is none.
-void report_imu(const std::vector<ImuSample>& imu, CheckReport& report);
+/// Facts and findings: saturation (`range`: range_of the recording), samples that repeat the one
+/// before, rests, and the size of gravity: at rest, or by the median of all samples where there is
+/// none.
+void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckReport& report);
 
 /// Whether gravity points down in the truth's world (fit_gravity).
 void report_true_gravity(const Recording& recording, CheckReport& report);

@@ -123,6 +123,13 @@ std::int64_t CsvReader::integer(std::size_t column) const {
   return parse_fast(values_[column], value) ? value : parse_integer(where(column), values_[column]);
 }
 
+Time CsvReader::time(std::size_t column) const {
+  std::int64_t value = 0;
+  const bool read =
+      parse_fast(values_[column], value) && value > -kLastNanosecond && value < kLastNanosecond;
+  return read ? Time(value) : parse_nanoseconds(where(column), values_[column]);
+}
+
 std::string CsvReader::where() const { return fmt::format("{}:{}", file_, line_); }
 
 std::string CsvReader::where(std::size_t column) const {

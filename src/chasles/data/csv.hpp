@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include <chasles/time.hpp>
+
 namespace chasles {
 
 /// Reads a table of comma-separated values row by row: a line with the names of the columns, then
@@ -34,6 +36,7 @@ class CsvReader {
   double number(std::size_t column) const;  ///< "nan" and "inf" too
   double finite(std::size_t column) const;
   std::int64_t integer(std::size_t column) const;
+  Time time(std::size_t column) const;  ///< from nanoseconds
   std::string_view text(std::size_t column) const { return values_[column]; }
 
   /// "FILE:LINE".

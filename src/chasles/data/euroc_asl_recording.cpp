@@ -31,9 +31,12 @@ fs::path sensors_of(const fs::path& folder) {
   return fs::is_directory(folder / "mav0") ? folder / "mav0" : folder;
 }
 
-std::string name_of(const fs::path& folder) {
-  return folder_name(folder) == "mav0" ? folder_name(folder / "..") : folder_name(folder);
+// Where what is not EuRoC's stands: beside mav0, also where mav0 itself was named.
+fs::path folder_of(const fs::path& folder) {
+  return folder_name(folder) == "mav0" ? folder / ".." : folder;
 }
+
+std::string name_of(const fs::path& folder) { return folder_name(folder_of(folder)); }
 
 Camera read_camera(const fs::path& file) {
   const YamlMap map =
@@ -59,7 +62,7 @@ CameraFiles read_image_list(const fs::path& camera) {
   CsvReader csv(table.string(), read_plain_or_gzip(table), kImageNames);
   CameraFiles files{.folder = camera / "data", .images = {}};
   while (csv.next()) {
-    files.images.push_back({.time = Time(csv.integer(0)), .file = std::string(csv.text(1))});
+    files.images.push_back({.time = csv.time(0), .file = std::string(csv.text(1))});
   }
   if (!files.images.empty()) return files;
   throw InputError(table.string() + ": lists no image, expected rows `time,file`");
@@ -69,7 +72,7 @@ std::vector<ImuSample> read_samples(const fs::path& file) {
   CsvReader csv(file.string(), read_plain_or_gzip(file), {kImuNames});
   std::vector<ImuSample> imu;
   while (csv.next()) {
-    imu.push_back({.time = Time(csv.integer(0)),
+    imu.push_back({.time = csv.time(0),
                    .specific_force_imu = {csv.finite(4), csv.finite(5), csv.finite(6)},
                    .angular_rate_imu = {csv.finite(1), csv.finite(2), csv.finite(3)}});
   }
@@ -105,12 +108,14 @@ Recording read_euroc_asl_recording(const fs::path& folder) {
     images.push_back(read_image_list(camera));
   }
   recording.imu_noise = read_euroc_imu_noise(sensors / "imu0" / "sensor.yaml");
+  recording.imu_range = read_euroc_imu_range(sensors / "imu0" / "sensor.yaml");
   recording.imu = read_samples(sensors / "imu0" / "data.csv");
   tidy_samples(sensors / "imu0" / "data.csv", recording);
   // The cameras of a rig are triggered together: EuRoC's have the very same times.
   recording.images =
       open_image_files(std::move(images), recording.cameras, kSameInstant, recording.remarks);
   read_truth(sensors, recording);
+  recording.plan = read_plan_of(folder_of(folder));
   remark_on_coverage(recording);
   return recording;
 }

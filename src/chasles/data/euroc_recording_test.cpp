@@ -139,6 +139,8 @@ TEST_F(AprilFolder, ItsTablesAreChecked) {
                {"imu0.csv:1: has the columns ts,ax", "expected timestamp,w_RS_S_x", "or ts,wx"});
   expect_parts(error("imu0.csv", "#ts", "ts"), {"imu0.csv:1: begins with 'ts,wx"});
   expect_parts(error("imu0.csv", "\n5000000,", "\n0,"), {"imu0.csv:3: column 'ts'", "strictly"});
+  expect_parts(error("imu0.csv", "\n5000000,", "\n9000000000000000000,"),
+               {"imu0.csv:3: column 'ts'", "expected nanoseconds below 4600000000000000000"});
   expect_parts(error("imu0.csv", "\n5000000,", "\n5000000,nan,"), {"imu0.csv:3: has 8 values"});
   expect_parts(error("tracks.csv", "\n25000000,1,5,", "\n25000000,2,5,"),
                {"tracks.csv:3: column 'cam': there is no camera 2, expected 0 to 1"});
@@ -157,6 +159,10 @@ TEST_F(AprilFolder, ItsSensorsAreChecked) {
   expect_parts(error(cam, "radial-tangential", "equidistant"),
                {"cam1_sensor.yaml:9: key 'distortion_model': is 'equidistant', expected 'radial"});
   expect_parts(error(cam, "data: [0, -1,", "data: [0, 1,"), {"'data'", "reflection"});
+  for (const char* width : {"[0.5,", "[1e300,"}) {
+    expect_parts(error(cam, "resolution: [752,", std::string("resolution: ") + width),
+                 {"'resolution'", "whole number of pixels"});
+  }
   expect_parts(error(cam, "0, 0, 0, 1]", "0, 0, 1]"), {"'data': expected a list of 16 numbers"});
   expect_parts(error(cam, "camera_model: pinhole\n", ""), {"key 'camera_model' is missing"});
   expect_parts(error(cam, "type: camera", "type: imu"), {"'sensor_type': is 'imu', expected"});

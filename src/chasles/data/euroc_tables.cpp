@@ -5,7 +5,9 @@
 #include <chasles/data/csv.hpp>
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/gzip.hpp>
+#include <chasles/data/imu_range.hpp>
 #include <chasles/data/inertial_tables.hpp>
+#include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
@@ -65,7 +67,7 @@ std::vector<ImuSample> read_euroc_imu(const std::filesystem::path& file) {
 void read_euroc_states(const std::filesystem::path& file, Recording& recording) {
   CsvReader csv(file.string(), read_plain_or_gzip(file), kStateNames);
   while (csv.next()) {
-    const Time time(csv.integer(0));
+    const Time time = csv.time(0);
     if (!recording.truth.empty()) check_rises(csv.where(0), recording.truth.back().time, time);
     const Eigen::Vector4d xyzw(csv.finite(5), csv.finite(6), csv.finite(7), csv.finite(4));
     recording.truth.push_back(
@@ -85,9 +87,8 @@ Camera read_euroc_camera(const std::filesystem::path& file) {
   check_text(map, "distortion_model", "radial-tangential");
   const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
   const Eigen::Vector4d f = map.numbers("intrinsics", 4, "numbers: fu, fv, cu, cv [px]");
-  for (const double value : size) checked_positive(map.where("resolution"), value);
-  return {.width = static_cast<int>(size[0]),
-          .height = static_cast<int>(size[1]),
+  return {.width = checked_pixels(map.where("resolution"), size[0]),
+          .height = checked_pixels(map.where("resolution"), size[1]),
           .fx = checked_positive(map.where("intrinsics"), f[0]),
           .fy = checked_positive(map.where("intrinsics"), f[1]),
           .cx = f[2],
@@ -110,6 +111,10 @@ ImuNoise read_euroc_imu_noise(const std::filesystem::path& file) {
           .accelerometer_random_walk = map.not_negative(keys[1]),
           .gyroscope_noise_density = map.not_negative(keys[2]),
           .gyroscope_random_walk = map.not_negative(keys[3])};
+}
+
+ImuRange read_euroc_imu_range(const std::filesystem::path& file) {
+  return read_imu_range(read_sensor(file, "imu", {}));
 }
 
 }  // namespace chasles

@@ -27,5 +27,7 @@ Camera read_euroc_camera(const std::filesystem::path& file);
 
 /// imu0/sensor.yaml; its T_BS must be the identity.
 ImuNoise read_euroc_imu_noise(const std::filesystem::path& file);
+/// Its ranges, where somebody has written them there: accelerometer_range, gyroscope_range.
+ImuRange read_euroc_imu_range(const std::filesystem::path& file);
 
 }  // namespace chasles

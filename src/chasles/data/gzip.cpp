@@ -105,7 +105,7 @@ std::string as_zip(const Member& member) {
   bytes += "PK\x01\x02";
   append_number(bytes, 20, 2);  // version that made it
   bytes += fields;
-  append_number(bytes, 0, 14);  // comment, disk, attributes, offset of the entry
+  bytes.append(14, '\0');  // comment, disk, attributes, offset of the entry
   bytes += "x";
   const std::size_t size = bytes.size() - directory;
   bytes += "PK\x05\x06";

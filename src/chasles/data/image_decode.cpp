@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
 constexpr std::string_view kJpeg = "\xff\xd8\xff";
+constexpr std::int64_t kMostPixels = 100'000'000;
 constexpr std::size_t kFrame = 12;  // length, name and check sum of a PNG's chunk
 
 std::uint32_t byte(std::string_view bytes, std::size_t at) {
@@ -125,6 +126,10 @@ GrayImage decode_image(std::string_view bytes, const ImageSize& expected,
   if (size != expected) {
     throw InputError(fmt::format("{}: is {} x {} pixels, expected {} x {} as the calibration says",
                                  where, size.width, size.height, expected.width, expected.height));
+  }
+  if (std::int64_t{size.width} * size.height > kMostPixels) {
+    throw InputError(fmt::format("{}: states {} x {} pixels, expected at most {} in all", where,
+                                 size.width, size.height, kMostPixels));
   }
   if (bytes.starts_with(kPng)) {
     check_png(bytes, where);

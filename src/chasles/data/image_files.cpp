@@ -87,7 +87,7 @@ std::vector<StampedFile> files_named_by_time(const fs::path& folder) {
     const std::string where =
         fmt::format("{}: the name of an image without a times.csv", (folder / name).string());
     images.push_back(
-        {.time = Time(parse_integer(where, fs::path(name).stem().string())), .file = name});
+        {.time = parse_nanoseconds(where, fs::path(name).stem().string()), .file = name});
   }
   return images;
 }

@@ -22,7 +22,7 @@ const std::vector<std::string> kTimeColumns{"time_ns", "file"};
 const std::vector<std::string> kImuColumns{"time_ns", "wx", "wy", "wz", "ax", "ay", "az"};
 
 void take_own_calibration(const fs::path& file, Recording& recording) {
-  const Calibration calibration = read_calibration(file);
+  const FolderCalibration calibration = read_calibration(file);
   if (calibration.cameras.empty() || !calibration.imu_convention) {
     throw InputError(fmt::format(
         "{}: has no {}, expected both beside a folder of images", file.string(),
@@ -32,6 +32,7 @@ void take_own_calibration(const fs::path& file, Recording& recording) {
   recording.cameras = calibration.cameras;
   recording.imu_convention = *calibration.imu_convention;
   recording.imu_noise = calibration.imu_noise;
+  recording.imu_range = calibration.imu_range;
   recording.single_pixel_sigma = calibration.single_pixel_sigma;
   recording.remarks = calibration.remarks;
 }
@@ -52,6 +53,7 @@ void take_calibration(const fs::path& folder, Recording& recording) {
   const KalibrCalibration kalibr = read_kalibr(*files);
   recording.cameras = kalibr.cameras;
   recording.imu_noise = kalibr.imu_noise;
+  recording.imu_range = kalibr.imu_range;
   recording.remarks = kalibr.remarks;
 }
 
@@ -61,7 +63,7 @@ CameraFiles list_images(const fs::path& folder) {
   CsvReader csv(table, kTimeColumns);
   CameraFiles files{.folder = folder, .images = {}};
   while (csv.next()) {
-    files.images.push_back({.time = Time(csv.integer(0)), .file = std::string(csv.text(1))});
+    files.images.push_back({.time = csv.time(0), .file = std::string(csv.text(1))});
   }
   return files;
 }
@@ -81,7 +83,7 @@ std::vector<CameraFiles> list_cameras(const fs::path& images, std::size_t camera
 void read_samples(const fs::path& file, Recording& recording) {
   CsvReader csv(file, kImuColumns);
   while (csv.next()) {
-    recording.imu.push_back({.time = Time(csv.integer(0)),
+    recording.imu.push_back({.time = csv.time(0),
                              .specific_force_imu = {csv.finite(4), csv.finite(5), csv.finite(6)},
                              .angular_rate_imu = {csv.finite(1), csv.finite(2), csv.finite(3)}});
   }

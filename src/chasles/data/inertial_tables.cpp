@@ -25,7 +25,7 @@ Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column) {
 std::vector<ImuSample> read_imu_rows(CsvReader& csv) {
   std::vector<ImuSample> imu;
   while (csv.next()) {
-    const ImuSample row{.time = Time(csv.integer(0)),
+    const ImuSample row{.time = csv.time(0),
                         .specific_force_imu = vector_at(csv, 4),
                         .angular_rate_imu = vector_at(csv, 1)};
     if (!imu.empty()) check_rises(csv.where(0), imu.back().time, row.time);
@@ -54,7 +54,7 @@ void read_pixels(const std::filesystem::path& file, std::size_t cameras,
   CsvReader csv(file, kPixelColumns);
   auto frame = frames.begin();
   while (csv.next()) {
-    const Time time(csv.integer(0));
+    const Time time = csv.time(0);
     while (frame != frames.end() && frame->time < time) ++frame;
     if (frame == frames.end() || frame->time != time) {
       throw InputError(fmt::format(
@@ -91,7 +91,7 @@ std::vector<TrueMotion> read_true_motion(const std::filesystem::path& file,
   CsvReader csv(file, kMotionColumns);
   std::vector<TrueMotion> motion;
   while (csv.next()) {
-    const Time time(csv.integer(0));
+    const Time time = csv.time(0);
     if (motion.size() >= truth.size() || truth[motion.size()].time != time) {
       throw InputError(fmt::format(
           "{}: is {}, expected {}: one row for each pose of truth.tum, at its time", csv.where(0),

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/imu_range.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/lens.hpp>
 #include <chasles/data/yaml_map.hpp>
@@ -77,6 +78,7 @@ void read_imu(const YamlMap& map, KalibrCalibration& calibration) {
       .accelerometer_random_walk = map.not_negative("accelerometer_random_walk"),
       .gyroscope_noise_density = map.not_negative("gyroscope_noise_density"),
       .gyroscope_random_walk = map.not_negative("gyroscope_random_walk")};
+  calibration.imu_range = read_imu_range(map);
   if (map.has("rostopic")) calibration.imu_topic = map.text("rostopic");
   if (map.has("T_i_b") &&
       !(map.motion("T_i_b").R.isIdentity(1e-6) && map.motion("T_i_b").p.isZero(1e-6))) {

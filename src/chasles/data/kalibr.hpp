@@ -15,6 +15,7 @@ struct KalibrCalibration {
   std::vector<Camera> cameras = {};
   std::vector<std::string> camera_topics = {};  ///< of a ROS bag; empty where the file has none
   ImuNoise imu_noise = {};
+  ImuRange imu_range = {};  ///< Kalibr has no such keys: accelerometer_range, gyroscope_range
   std::string imu_topic = {};
   std::vector<std::string> remarks = {};  ///< time shifts: they are not applied
 };

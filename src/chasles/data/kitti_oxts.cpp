@@ -16,7 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kEarthRadius = 6378137;  // [m]
+constexpr std::chrono::year kFirstYear(1970), kLastYear(2115);  // as kLastSecond
+constexpr double kEarthRadius = 6378137;                        // [m]
 // Of a packet's thirty numbers: those before, and where the body's acceleration and rate are.
 constexpr std::size_t kNumbers = 30, kForce = 11, kRate = 17;
 
@@ -37,7 +38,8 @@ Time parse_time(const std::string& where, std::string_view text) {
       std::chrono::month(static_cast<unsigned>(digits(where, text, 5, 2))),
       std::chrono::day(static_cast<unsigned>(digits(where, text, 8, 2)))};
   const int hour = digits(where, text, 11, 2), minute = digits(where, text, 14, 2);
-  if (!date.ok() || hour < 0 || hour > 23 || minute < 0 || minute > 59) {
+  const bool read = date.year() >= kFirstYear && date.year() < kLastYear;
+  if (!date.ok() || !read || hour < 0 || hour > 23 || minute < 0 || minute > 59) {
     throw InputError(fmt::format("{}: '{}' is no time of a day", where, text));
   }
   const Time day = std::chrono::sys_days(date).time_since_epoch();

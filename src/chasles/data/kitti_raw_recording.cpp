@@ -9,6 +9,7 @@
 #include <chasles/data/image_files.hpp>
 #include <chasles/data/image_recording.hpp>
 #include <chasles/data/kitti_oxts.hpp>
+#include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/parse.hpp>
 #include <chasles/data/readers.hpp>
@@ -64,9 +65,10 @@ class KittiCalibration {
 Camera read_camera(const KittiCalibration& cameras, int number, const SE3& cam0_T_imu) {
   const std::string key = fmt::format("P_rect_{:02}", number);
   const Eigen::VectorXd P = cameras.numbers(key, 12);
-  const Eigen::VectorXd size = cameras.numbers(fmt::format("S_rect_{:02}", number), 2);
-  Camera camera{.width = static_cast<int>(checked_positive(key, size[0])),
-                .height = static_cast<int>(checked_positive(key, size[1])),
+  const std::string size_key = fmt::format("S_rect_{:02}", number);
+  const Eigen::VectorXd size = cameras.numbers(size_key, 2);
+  Camera camera{.width = checked_pixels(cameras.where(size_key), size[0]),
+                .height = checked_pixels(cameras.where(size_key), size[1]),
                 .fx = checked_positive(cameras.where(key), P[0]),
                 .fy = checked_positive(cameras.where(key), P[5]),
                 .cx = P[2],

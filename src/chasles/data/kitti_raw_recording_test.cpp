@@ -121,7 +121,7 @@ TEST_F(KittiRaw, MalformedFilesAreNamed) {
   expect_parts(error(), {"0000000001.txt", "no such file"});
   test::spill(drive / "oxts/data/0000000001.txt", packet(0, 0, 9));
   for (const char* time : {"2011-13-26 13:02:26.00", "2011-09-26 25:02:26.00", "13:02:26.00",
-                           "2011-09-26 13:02:xx.00"}) {
+                           "2011-09-26 13:02:xx.00", "9999-09-26 13:02:26.00"}) {
     test::spill(drive / "oxts/timestamps.txt", std::string("2011-09-26 13:02:25.90\n") + time);
     expect_parts(error(), {"oxts/timestamps.txt:2"});
   }
@@ -138,6 +138,15 @@ TEST_F(KittiRaw, AMissingOrWrongCalibrationIsNamed) {
   expect_parts(error(), {"calib_imu_to_velo.txt", "'T': is missing"});
   fs::remove(day / "calib_imu_to_velo.txt");
   expect_parts(error(), {"calib_imu_to_velo.txt", "no such file"});
+}
+
+TEST_F(KittiRaw, ASizeThatIsNoneIsNamed) {
+  const std::string text = test::slurp(day / "calib_cam_to_cam.txt");
+  for (const char* size : {"1e300 6", "0.5 6", "8 -6"}) {
+    std::string changed = text;
+    test::spill(day / "calib_cam_to_cam.txt", changed.replace(text.find("8 6"), 3, size));
+    expect_parts(error(), {"calib_cam_to_cam.txt", "'S_rect_00'", "whole number of pixels"});
+  }
 }
 
 }  // namespace

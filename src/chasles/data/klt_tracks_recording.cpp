@@ -76,7 +76,7 @@ std::vector<FeatureFrame> read_tracks(const fs::path& file, const Camera& camera
   std::vector<FeatureFrame> frames;
   std::set<LandmarkId> seen;
   while (csv.next()) {
-    const Time time(csv.integer(0));
+    const Time time = csv.time(0);
     if (frames.empty() || time != frames.back().time) {
       if (!frames.empty()) check_rises(csv.where(0), frames.back().time, time);
       frames.push_back({.time = time});

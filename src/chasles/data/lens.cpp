@@ -9,12 +9,6 @@
 namespace chasles {
 namespace {
 
-int whole_pixels(const YamlMap& map, double value) {
-  if (value >= 1 && value <= 1e5 && value == std::floor(value)) return static_cast<int>(value);
-  throw InputError(fmt::format("{}: is {}, expected a whole number of pixels from 1 to 100000",
-                               map.where("resolution"), value));
-}
-
 Distortion read_model(const YamlMap& map, const std::string& key) {
   const std::string model = map.text(key);
   if (model == "radtan" || model == "radial-tangential") return Distortion::kRadtan;
@@ -28,6 +22,12 @@ Distortion read_model(const YamlMap& map, const std::string& key) {
 
 }  // namespace
 
+int checked_pixels(const std::string& where, double value) {
+  if (value >= 1 && value <= 1e5 && value == std::floor(value)) return static_cast<int>(value);
+  throw InputError(
+      fmt::format("{}: is {}, expected a whole number of pixels from 1 to 100000", where, value));
+}
+
 Camera read_pinhole(const YamlMap& map, const LensKeys& keys) {
   if (map.text("camera_model") != "pinhole") {
     throw InputError(fmt::format(
@@ -37,8 +37,8 @@ Camera read_pinhole(const YamlMap& map, const LensKeys& keys) {
   }
   const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
   const Eigen::Vector4d f = map.numbers("intrinsics", 4, "numbers: fx, fy, cx, cy [px]");
-  Camera camera{.width = whole_pixels(map, size[0]),
-                .height = whole_pixels(map, size[1]),
+  Camera camera{.width = checked_pixels(map.where("resolution"), size[0]),
+                .height = checked_pixels(map.where("resolution"), size[1]),
                 .fx = checked_positive(map.where("intrinsics"), f[0]),
                 .fy = checked_positive(map.where("intrinsics"), f[1]),
                 .cx = f[2],

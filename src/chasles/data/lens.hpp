@@ -7,6 +7,10 @@
 
 namespace chasles {
 
+/// A side of an image, from 1 to 100000 px. Throws InputError, which begins with `where`, for
+/// anything else.
+int checked_pixels(const std::string& where, double value);
+
 /// How a file of calibration names the parts of a pinhole camera.
 struct LensKeys {
   std::string distortion_model;

@@ -69,6 +69,41 @@ InputError not_a_mat_file(const std::filesystem::path& file) {
       fmt::format("{}: cannot be opened as a MATLAB .mat file (version 5 or 7.3)", file.string()));
 }
 
+std::size_t number_at(const unsigned char* bytes, bool big_endian) {
+  std::size_t value = 0;
+  for (std::size_t i = 0; i < 4; ++i) value = value << 8 | bytes[big_endian ? i : 3 - i];
+  return value;
+}
+
+// libmatio takes memory for whatever an array's header says: its flags (8 bytes), the sizes of two
+// to 32 dimensions, and its name, in a tag of its own or, up to four bytes, within the tag; cells
+// and structs hold an element of at least a tag for each of their numbers. Inside compressed
+// elements this cannot be looked at.
+bool is_plausible_array(std::istream& stream, std::size_t size, bool big_endian) {
+  constexpr std::size_t kHead = 24, kTag = 8, kMostDimensions = 32, kLongestName = 256, kText = 1;
+  if (size == 0) return true;
+  std::array<unsigned char, kHead + 4 * kMostDimensions + kTag> head{};
+  stream.read(reinterpret_cast<char*>(head.data()),
+              static_cast<std::streamsize>(std::min(size, head.size())));
+  const auto number = [&](std::size_t at) { return number_at(head.data() + at, big_endian); };
+  const std::size_t sizes = number(20), padded = (sizes + 7) / 8 * 8;
+  if (size < kHead || !stream || number(0) != 6 || number(4) != 8 || number(16) != 5) return false;
+  if (sizes % 4 != 0 || sizes < 8 || sizes > 4 * kMostDimensions) return false;
+  if (size < kHead + padded + kTag) return false;
+  const std::size_t name = number(kHead + padded), length = number(kHead + padded + 4);
+  const bool apart = name == kText && length <= std::min(kLongestName, size);
+  const bool within = (name & 0xffff) == kText && name >> 16 >= 1 && name >> 16 <= 4;
+  const std::size_t type = number(8) & 0xff;
+  const bool container = type < 4 || type > 15;  // not text, sparse or numbers
+  std::size_t held = kTag;
+  for (std::size_t at = kHead; container && at < kHead + sizes; at += 4) {
+    const std::size_t count = number(at);
+    if (count != 0 && held > size / count) return false;
+    held *= count;
+  }
+  return apart || within;
+}
+
 // libmatio takes what a truncated version 5 file still holds for the whole, and zeros for the rest.
 // So the elements of the file are walked through first: after a header of 128 bytes each has a tag
 // (type, size) and its bytes.
@@ -79,17 +114,25 @@ void check_complete(const std::filesystem::path& file) {
   stream.read(header.data(), header.size());
   const std::size_t got = static_cast<std::size_t>(stream.gcount());
   const std::string_view text(header.data(), got);
-  if (text.starts_with("MATLAB 7.3")) return;  // HDF5, which guards itself
-  if (!text.starts_with("MATLAB 5.0")) throw not_a_mat_file(file);
   const bool big_endian = header[126] == 'M';
+  // libmatio goes by this number and not by the text.
+  const char version = header[big_endian ? 124 : 125];
+  if (text.starts_with("MATLAB 7.3") && version == 2) return;  // HDF5, which guards itself
+  if (!text.starts_with("MATLAB 5.0") || version != 1) throw not_a_mat_file(file);
   const std::size_t file_size = std::filesystem::file_size(file);
   std::size_t position = kHeader;
   while (position + kTag <= file_size) {
     std::array<unsigned char, kTag> tag{};
     stream.seekg(static_cast<std::streamoff>(position));
     stream.read(reinterpret_cast<char*>(tag.data()), tag.size());
-    std::size_t size = 0;
-    for (std::size_t i = 0; i < 4; ++i) size = size << 8 | tag[big_endian ? 4 + i : 7 - i];
+    const std::size_t type = number_at(tag.data(), big_endian);
+    const std::size_t size = number_at(tag.data() + 4, big_endian);
+    constexpr std::size_t kArray = 14;
+    if (type == kArray && !is_plausible_array(stream, size, big_endian)) {
+      throw InputError(fmt::format(
+          "{}: the header of the array at byte {} is not one: the file is damaged, copy it again",
+          file.string(), position));
+    }
     position += kTag + size;
   }
   if (position == file_size) return;

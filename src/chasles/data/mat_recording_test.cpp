@@ -208,6 +208,27 @@ TEST(MatFile, TextIsNoNumber) {
                {"field 't': is not a numeric array"});
 }
 
+// libmatio would take gigabytes for these.
+TEST(MatFile, AnArrayWhoseHeaderIsNoneIsRefused) {
+  const auto folder = test::scratch();
+  write_mat(folder / "whole.mat", variables_of(drive(Drive{.frames = 8, .tracks = 10}), 10),
+            MAT_COMPRESSION_NONE);
+  const std::string whole = test::slurp(folder / "whole.mat");
+  const std::size_t dimensions = whole.find(std::string("\x05\0\0\0\x08\0\0\0", 8));
+  ASSERT_NE(dimensions, std::string::npos);
+  std::string other = whole;
+  test::spill(folder / "other.mat", other.replace(7, 3, "7.3"));
+  expect_parts(input_error([&] { read_mat_recording(folder / "other.mat"); }),
+               {"other.mat: cannot be opened as a MATLAB .mat file"});
+  for (const std::size_t byte : {3u, 4u, 5u, 7u}) {
+    std::string damaged = whole;
+    damaged[dimensions + byte] = '\x03';
+    test::spill(folder / "damaged.mat", damaged);
+    expect_parts(input_error([&] { read_mat_recording(folder / "damaged.mat"); }),
+                 {"damaged.mat", "the header of the array at byte 128 is not one"});
+  }
+}
+
 // Whatever is cut off, the answer is an InputError: never a crash.
 TEST(MatFile, NoTruncationCrashes) {
   const auto folder = test::scratch();

@@ -5,13 +5,12 @@
 #include <fmt/format.h>
 
 #include <chasles/data/numbers.hpp>
+#include <chasles/data/parse.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
 namespace {
 
-// Beyond this many seconds integer nanoseconds overflow (the year 2262).
-constexpr double kLastSecond = 9.2e9;
 constexpr double kUnitTolerance = 1e-3;
 
 std::string index_text(const std::vector<std::size_t>& shape, std::size_t flat) {
@@ -78,8 +77,8 @@ std::vector<Time> checked_times(const NumberArray& array) {
   times.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const double seconds = array.values[i];
-    if (std::abs(seconds) > kLastSecond) {
-      throw InputError(fmt::format("{}: value {} at index {}, expected seconds below {:g}",
+    if (!(std::abs(seconds) < static_cast<double>(kLastSecond))) {
+      throw InputError(fmt::format("{}: value {} at index {}, expected seconds below {}",
                                    array.where, seconds, index_text(array.shape, i), kLastSecond));
     }
     times.push_back(from_seconds(seconds));

@@ -12,7 +12,6 @@ namespace chasles {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::int64_t kLastSecond = 9'200'000'000;  // beyond, integer nanoseconds overflow
 
 template <typename Number>
 std::optional<Number> parsed(std::string_view text) {
@@ -49,6 +48,13 @@ double parse_finite(const std::string& where, std::string_view text) {
 std::int64_t parse_integer(const std::string& where, std::string_view text) {
   if (const auto value = parsed<std::int64_t>(text)) return *value;
   throw InputError(fmt::format("{}: found '{:.40}', expected an integer", where, text));
+}
+
+Time parse_nanoseconds(const std::string& where, std::string_view text) {
+  const std::int64_t value = parse_integer(where, text);
+  if (value > -kLastNanosecond && value < kLastNanosecond) return Time(value);
+  throw InputError(
+      fmt::format("{}: found '{}', expected nanoseconds below {}", where, text, kLastNanosecond));
 }
 
 Time parse_seconds(const std::string& where, std::string_view text) {

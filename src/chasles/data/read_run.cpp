@@ -38,7 +38,7 @@ int small_integer(const CsvReader& csv, std::size_t column) {
 
 RunState read_state(const CsvReader& csv, std::size_t extras) {
   RunState s;
-  s.time = Time(csv.integer(0));
+  s.time = csv.time(0);
   s.world_T_imu.p = {csv.number(1), csv.number(2), csv.number(3)};
   const Eigen::Vector4d q(csv.number(4), csv.number(5), csv.number(6), csv.number(7));
   s.world_T_imu.R = q.allFinite()
@@ -124,6 +124,7 @@ Run read_run(const std::filesystem::path& folder) {
   run.landmarks = read_landmarks(folder / "landmarks.csv");
   run.truth = read_where_present(folder / "truth.tum");
   run.dead_reckoning = read_where_present(folder / "dead_reckoning.tum");
+  run.plan = read_plan_of(folder);
   return run;
 }
 

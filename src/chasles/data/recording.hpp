@@ -10,6 +10,7 @@
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
 #include <chasles/data/image_source.hpp>
+#include <chasles/data/plan.hpp>
 #include <chasles/imu/body_velocity.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/lie/trajectory.hpp>
@@ -43,12 +44,14 @@ struct Recording {
   std::vector<ImuSample> imu;
   ImuConvention imu_convention = ImuConvention::kInstant;
   std::optional<ImuNoise> imu_noise;  ///< as the recording states it
+  ImuRange imu_range;                 ///< as the recording states it; infinite: it does not
   std::vector<FeatureFrame> frames;
   std::shared_ptr<const ImageSource>
       images;        ///< instead of `frames`: what a front end makes them of
   Trajectory truth;  ///< world_T_imu; empty where unknown. With an IMU the world's z axis points up
   std::vector<TrueMotion> true_motion;       ///< at the times of `truth`; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown
+  Plan plan;                                 ///< of the place, in the truth's world
   /// Standard deviations that the recording itself states; none where it does not.
   std::optional<BodyVelocitySigma> velocity_sigma;
   std::optional<Eigen::Vector4d> pixel_sigma;  ///< of (uL, vL, uR, vR) [px]

@@ -29,7 +29,7 @@ std::vector<BodyVelocity> read_velocities(const fs::path& file) {
   CsvReader csv(file, kVelocityColumns);
   std::vector<BodyVelocity> velocities;
   while (csv.next()) {
-    const BodyVelocity row{.time = Time(csv.integer(0)),
+    const BodyVelocity row{.time = csv.time(0),
                            .linear_imu = {csv.finite(1), csv.finite(2), csv.finite(3)},
                            .angular_imu = {csv.finite(4), csv.finite(5), csv.finite(6)}};
     if (!velocities.empty()) check_rises(csv.where(0), velocities.back().time, row.time);
@@ -48,7 +48,7 @@ std::vector<FeatureFrame> read_frame_times(const fs::path& file, bool with_pixel
   CsvReader csv(file, with_pixels ? kFramePixelColumns : kFrameColumns);
   std::vector<FeatureFrame> frames;
   while (csv.next()) {
-    const Time time(csv.integer(0));
+    const Time time = csv.time(0);
     if (!frames.empty()) check_rises(csv.where(0), frames.back().time, time);
     frames.push_back({.time = time});
     counts.push_back({csv.integer(1), with_pixels ? csv.integer(2) : 0});
@@ -61,7 +61,7 @@ void read_features(const fs::path& file, std::vector<FeatureFrame>& frames) {
   CsvReader csv(file, kFeatureColumns);
   auto frame = frames.begin();
   while (csv.next()) {
-    const Time time(csv.integer(0));
+    const Time time = csv.time(0);
     while (frame != frames.end() && frame->time < time) ++frame;
     if (frame == frames.end() || frame->time != time) {
       throw InputError(fmt::format(
@@ -172,7 +172,7 @@ void refuse(const fs::path& file, const std::string& missing) {
                   file.string(), missing));
 }
 
-void read_motion_tables(const fs::path& folder, const Calibration& calibration,
+void read_motion_tables(const fs::path& folder, const FolderCalibration& calibration,
                         Recording& recording) {
   const fs::path imu = folder / "imu.csv", velocities = folder / "velocities.csv";
   if (calibration.imu_convention) {
@@ -185,7 +185,7 @@ void read_motion_tables(const fs::path& folder, const Calibration& calibration,
   }
 }
 
-void read_frame_tables(const fs::path& folder, const Calibration& calibration,
+void read_frame_tables(const fs::path& folder, const FolderCalibration& calibration,
                        Recording& recording) {
   const fs::path features = folder / "features.csv", pixels = folder / "pixels.csv";
   const std::size_t cameras = calibration.cameras.size();
@@ -215,14 +215,15 @@ void read_truth_tables(const fs::path& folder, Recording& recording) {
 bool has_rig(const Recording& recording) { return recording.rig.fx > 0; }
 bool has_imu(const Recording& recording) { return !recording.imu.empty(); }
 
-Calibration calibration_of(const Recording& r) {
-  Calibration calibration{.name = r.name,
-                          .cameras = r.cameras,
-                          .remarks = r.remarks,
-                          .velocity_sigma = r.velocity_sigma,
-                          .pixel_sigma = r.pixel_sigma,
-                          .single_pixel_sigma = r.single_pixel_sigma,
-                          .imu_noise = r.imu_noise};
+FolderCalibration calibration_of(const Recording& r) {
+  FolderCalibration calibration{.name = r.name,
+                                .cameras = r.cameras,
+                                .remarks = r.remarks,
+                                .velocity_sigma = r.velocity_sigma,
+                                .pixel_sigma = r.pixel_sigma,
+                                .single_pixel_sigma = r.single_pixel_sigma,
+                                .imu_noise = r.imu_noise,
+                                .imu_range = r.imu_range};
   if (has_rig(r)) calibration.rig = r.rig;
   if (has_imu(r)) calibration.imu_convention = r.imu_convention;
   return calibration;
@@ -231,13 +232,14 @@ Calibration calibration_of(const Recording& r) {
 }  // namespace
 
 Recording read_folder_recording(const fs::path& folder) {
-  const Calibration calibration = read_calibration(folder / "calibration.yaml");
+  const FolderCalibration calibration = read_calibration(folder / "calibration.yaml");
   Recording recording;
   recording.name = calibration.name;
   recording.rig = calibration.rig.value_or(StereoRig{});
   recording.cameras = calibration.cameras;
   recording.imu_convention = calibration.imu_convention.value_or(ImuConvention::kInstant);
   recording.imu_noise = calibration.imu_noise;
+  recording.imu_range = calibration.imu_range;
   recording.velocity_sigma = calibration.velocity_sigma;
   recording.pixel_sigma = calibration.pixel_sigma;
   recording.single_pixel_sigma = calibration.single_pixel_sigma;
@@ -245,6 +247,7 @@ Recording read_folder_recording(const fs::path& folder) {
   read_motion_tables(folder, calibration, recording);
   read_frame_tables(folder, calibration, recording);
   read_truth_tables(folder, recording);
+  recording.plan = read_plan_of(folder);
   return recording;
 }
 
@@ -254,6 +257,7 @@ void write_folder_recording(const Recording& recording, const fs::path& folder) 
                            "true_motion.csv", "landmarks_truth.csv"}) {
     remove_file(folder / file);
   }
+  write_plan_of(recording.plan, folder);
   write_calibration(calibration_of(recording), folder / "calibration.yaml");
   if (!recording.velocities.empty() || !has_imu(recording)) {
     write_velocities(recording.velocities, folder / "velocities.csv");

@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/camera/feature_frame.hpp>
+#include <chasles/data/plan.hpp>
 #include <chasles/lie/trajectory.hpp>
 
 namespace chasles {
@@ -42,7 +43,7 @@ struct RunLandmark {
 };
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
-/// timing.csv and, where known, truth.tum and dead_reckoning.tum (docs/formats.md).
+/// timing.csv and, where known, truth.tum, dead_reckoning.tum and plan.csv (docs/formats.md).
 struct Run {
   std::string name;                      ///< of the recording: summary.json's "name" when read
   std::vector<std::string> extra_names;  ///< e.g. "velocity_x", with the unit in docs/formats.md
@@ -50,7 +51,11 @@ struct Run {
   std::vector<RunLandmark> landmarks;
   Trajectory truth;           ///< world_T_imu in the truth's own world; empty where unknown
   Trajectory dead_reckoning;  ///< world_T_imu
+  Plan plan = {};             ///< of the place, in the truth's world; empty where unknown
 };
+
+/// Whether gravity makes the z axis of the run's world vertical: an IMU's biases were estimated.
+bool is_level(const Run& run);
 
 /// Writes the folder (made where missing). `summary` becomes summary.json as it is. Throws
 /// UsageError if the folder cannot be written.

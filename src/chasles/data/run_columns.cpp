@@ -1,3 +1,6 @@
+#include <algorithm>
+
+#include <chasles/data/run.hpp>
 #include <chasles/data/run_columns.hpp>
 
 namespace chasles {
@@ -42,6 +45,10 @@ const std::vector<std::string>& landmark_columns() {
 const std::vector<std::string>& timing_columns() {
   static const std::vector<std::string> columns{"time_ns", "ms"};
   return columns;
+}
+
+bool is_level(const Run& run) {
+  return std::ranges::find(run.extra_names, "accelerometer_bias_x") != run.extra_names.end();
 }
 
 }  // namespace chasles

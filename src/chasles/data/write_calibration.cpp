@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/calibration.hpp>
+#include <chasles/data/imu_range.hpp>
 #include <chasles/data/text_file.hpp>
 
 namespace chasles {
@@ -64,11 +65,12 @@ std::string cameras_text(const std::vector<Camera>& cameras) {
   return text;
 }
 
-std::string imu_text(const Calibration& calibration) {
+std::string imu_text(const FolderCalibration& calibration) {
   std::string text = fmt::format(
       "# An IMU sample is the value at its time (instant) or the mean since the sample before\n"
       "# (interval-mean).\nimu_convention: {}\n",
       *calibration.imu_convention == ImuConvention::kInstant ? "instant" : "interval-mean");
+  text += imu_range_text(calibration.imu_range);
   if (!calibration.imu_noise) return text;
   const ImuNoise& noise = *calibration.imu_noise;
   return text + fmt::format(
@@ -80,7 +82,7 @@ std::string imu_text(const Calibration& calibration) {
                     noise.gyroscope_noise_density, noise.gyroscope_random_walk);
 }
 
-std::string stated_noise_text(const Calibration& calibration) {
+std::string stated_noise_text(const FolderCalibration& calibration) {
   std::string text;
   if (calibration.velocity_sigma) {
     text += fmt::format(
@@ -104,7 +106,7 @@ std::string stated_noise_text(const Calibration& calibration) {
 
 }  // namespace
 
-void write_calibration(const Calibration& calibration, const std::filesystem::path& file) {
+void write_calibration(const FolderCalibration& calibration, const std::filesystem::path& file) {
   std::string text =
       fmt::format("# A recording (docs/formats.md).\nformat: chasles-recording-1\nname: {}\n",
                   quoted(calibration.name));

@@ -7,6 +7,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include <chasles/data/imu_range.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
@@ -91,7 +92,8 @@ void write_samples(const Recording& recording, const fs::path& folder) {
                       "accelerometer_noise_density: {} # m/s^2/sqrt(Hz)\n"
                       "accelerometer_random_walk: {} # m/s^3/sqrt(Hz)\n",
                       rate_of(times), noise.gyroscope_noise_density, noise.gyroscope_random_walk,
-                      noise.accelerometer_noise_density, noise.accelerometer_random_walk));
+                      noise.accelerometer_noise_density, noise.accelerometer_random_walk) +
+          imu_range_text(recording.imu_range));
 }
 
 void write_states(const Recording& recording, const fs::path& folder) {
@@ -200,6 +202,7 @@ void prepare_euroc_folder(const fs::path& folder) {
   }
   fs::remove_all(folder / "mav0", error);
   if (!error) fs::remove(folder / "truth.tum", error);
+  if (!error) fs::remove(folder / "plan.csv", error);
   if (error) {
     throw UsageError(fmt::format("{}: an earlier recording cannot be removed: {}", folder.string(),
                                  error.message()));
@@ -215,6 +218,7 @@ std::size_t write_euroc(const Recording& recording, const fs::path& folder,
   const fs::path sensors = folder / "mav0";
   write_samples(recording, sensors / "imu0");
   write_truth(recording, folder);
+  write_plan_of(recording.plan, folder);
   write_calibrations(recording, sensors);
   std::vector<std::string> lists(recording.cameras.size(), "#timestamp [ns],filename\n");
   std::size_t frames = 0;

@@ -91,6 +91,22 @@ std::string usage_error(Call call) {
   return "";
 }
 
+TEST(WriteEuroc, APlanGoesAlongAndNeverStaysBehind) {
+  const fs::path folder = test::scratch() / "rec";
+  Recording r = example(2);
+  r.plan = {{.kind = PlanLine::Kind::kFurniture, .points = {{0, 0}, {1.0 / 3, 2}}}};
+  write_euroc(r, folder);
+  for (const fs::path& named : {folder, folder / "mav0"}) {
+    const Plan plan = read_recording(named).plan;
+    ASSERT_EQ(plan.size(), 1U) << named;
+    EXPECT_EQ(plan[0].points, r.plan[0].points);
+    EXPECT_EQ(plan[0].kind, PlanLine::Kind::kFurniture);
+  }
+  r.plan.clear();
+  write_euroc(r, folder);
+  EXPECT_TRUE(read_recording(folder).plan.empty());
+}
+
 TEST(WriteEuroc, WhatIsWrittenIsReadAgain) {
   const fs::path folder = test::scratch() / "rec";
   const Recording r = example();

@@ -112,6 +112,8 @@ std::string_view name(Alignment alignment) {
       return "none";
     case Alignment::kFirstPose:
       return "first pose";
+    case Alignment::kFirstLevel:
+      return "first position + yaw";
     case Alignment::kPositionYaw:
       return "position + yaw";
     case Alignment::kRigid:
@@ -131,6 +133,12 @@ WorldAlignment align(const MatchedTrajectories& matched, Alignment alignment) {
   if (alignment == Alignment::kFirstPose) {
     return {.truth_T_estimate =
                 matched.truth.front().pose * matched.estimate.front().pose.inverse()};
+  }
+  if (alignment == Alignment::kFirstLevel) {
+    return align({.estimate = {matched.estimate.front()},
+                  .truth = {matched.truth.front()},
+                  .estimate_index = {0}},
+                 Alignment::kPositionYaw);
   }
   const Moments m = moments(matched);
   WorldAlignment result = alignment == Alignment::kPositionYaw

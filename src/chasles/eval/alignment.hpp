@@ -10,12 +10,13 @@ namespace chasles {
 enum class Alignment {
   kNone,         ///< not at all: both are in the same world already
   kFirstPose,    ///< the first poses coincide
+  kFirstLevel,   ///< positions and headings of the first poses do; z is up in both worlds
   kPositionYaw,  ///< least squares over translation and the turn about the z axis of both worlds
   kRigid,        ///< least squares over SE(3) (Umeyama 1991 without scale)
   kSimilarity,   ///< least squares over Sim(3) (Umeyama 1991)
 };
 
-/// "none", "first pose", "position + yaw", "SE(3)", "Sim(3)".
+/// "none", "first pose", "first position + yaw", "position + yaw", "SE(3)", "Sim(3)".
 std::string_view name(Alignment alignment);
 
 /// p_truth = scale * R * p_estimate + p.
@@ -37,7 +38,7 @@ struct WorldAlignment {
 /// point has scale 1. Positions that are nearly, not exactly, on a line do determine the rotation
 /// and are taken at their word: on a straight drive the turn about the direction of travel is then
 /// badly determined, and with it the attitude error (docs/evaluation.md).
-/// kPositionYaw presumes that the z axes of both worlds are vertical.
+/// kPositionYaw and kFirstLevel presume that the z axes of both worlds are vertical.
 WorldAlignment align(const MatchedTrajectories& matched, Alignment alignment);
 
 }  // namespace chasles

@@ -70,7 +70,8 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& truth,
   }
   result.over_distance = relative_error_over_distance(matched, options.relative);
   result.over_time = relative_error_over_time(matched, options.relative);
-  if (!covariances.empty()) result.nees = nees(matched, covariances, options.pose_error);
+  if (!covariances.empty())
+    result.nees = nees(matched, covariances, options.pose_error, options.level);
   return result;
 }
 

@@ -20,6 +20,7 @@ struct EvaluationOptions {
                                        Alignment::kFirstPose};
   RelativeErrorOptions relative;
   PoseError pose_error = PoseError::kStandard;
+  bool level = false;  ///< gravity makes z point up in the estimate's world: as in nees()
 };
 
 /// An estimate held against the truth (docs/evaluation.md defines each figure).

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
+#include <chasles/eval/alignment.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
 
@@ -96,11 +97,13 @@ ConsistencySummary summarize_nees(std::span<const double> values, int dof) {
 }
 
 Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
-          PoseError definition) {
+          PoseError definition, bool level) {
   Nees result;
   result.definition = definition;
   if (matched.truth.empty()) return result;
-  const SE3 estimate_T_truth = matched.estimate.front().pose * matched.truth.front().pose.inverse();
+  const SE3 estimate_T_truth =
+      align(matched, level ? Alignment::kFirstLevel : Alignment::kFirstPose)
+          .truth_T_estimate.inverse();
   for (std::size_t i = 0; i < matched.truth.size(); ++i) {
     const std::size_t row = matched.estimate_index[i];
     if (row >= covariances.size()) {

@@ -70,8 +70,10 @@ struct Nees {
 ///
 /// The truth is brought to the estimate's world by the first matched pose alone: a filter that
 /// starts with a certain pose claims errors relative to that pose, and a fit would hide them.
-/// Throws InputError where the number of covariances differs from the estimate's poses.
+/// `level`: by position and heading of that pose, for both worlds' z axes point up: a filter that
+/// feels gravity claims to know its tilt by itself, from the first pose on. Throws InputError where
+/// the number of covariances differs from the estimate's poses.
 Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
-          PoseError definition = PoseError::kStandard);
+          PoseError definition = PoseError::kStandard, bool level = false);
 
 }  // namespace chasles

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include <chasles/error.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/whitening.hpp>
@@ -31,7 +32,11 @@ Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance
       options_(options),
       state_(std::move(initial)),
       covariance_(core_covariance),
-      history_(core_covariance) {}
+      history_(core_covariance) {
+  if (options_.keep_map && state_.calibration_size() > 0) {
+    throw UsageError("estimated extrinsics and time offset need a filter without keep_map");
+  }
+}
 
 MatrixXd Ekf::core_covariance() const {
   const int n = state_.core_size();
@@ -278,7 +283,8 @@ void Ekf::add(std::span<const NewLandmark> landmarks) {
                                 .observations = landmarks[i].observations,
                                 .anchor = landmarks[i].anchor,
                                 .cam_T_imu = landmarks[i].cam_T_imu,
-                                .inverse_depth = landmarks[i].inverse_depth});
+                                .inverse_depth = landmarks[i].inverse_depth,
+                                .camera = landmarks[i].camera});
     state_.landmarks.back().first = state_.p_world(state_.landmarks.back());
   }
   if (!remembers()) return;

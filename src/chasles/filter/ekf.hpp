@@ -54,7 +54,7 @@ class Ekf {
     /// the oracle of the history.
     bool compress_map = true;
     /// False: a landmark that retires keeps the mean and covariance that it has then, and what is
-    /// learnt later does not reach it. Clones and composition need that.
+    /// learnt later does not reach it. Clones, composition and calibration need that.
     bool keep_map = true;
   };
 

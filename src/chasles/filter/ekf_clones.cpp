@@ -44,8 +44,12 @@ void Ekf::make_cartesian(int index) {
   P.middleRows<3>(landmark.row) = (J.leftCols<6>() * P.middleRows<6>(clone.row) +
                                    J.rightCols<3>() * P.middleRows<3>(landmark.row))
                                       .eval();
-  const MatrixXd columns = P.middleCols<6>(clone.row) * J.leftCols<6>().transpose() +
-                           P.middleCols<3>(landmark.row) * J.rightCols<3>().transpose();
+  const auto camera = state_.camera_row(landmark.camera);
+  const auto J_camera = anchored_derivative_by_camera(clone, landmark);
+  if (camera) P.middleRows<3>(landmark.row) += J_camera * P.middleRows<6>(*camera);
+  MatrixXd columns = P.middleCols<6>(clone.row) * J.leftCols<6>().transpose() +
+                     P.middleCols<3>(landmark.row) * J.rightCols<3>().transpose();
+  if (camera) columns += P.middleCols<6>(*camera) * J_camera.transpose();
   P.middleCols<3>(landmark.row) = columns;
   const Matrix3d own = P.block<3, 3>(landmark.row, landmark.row);
   P.block<3, 3>(landmark.row, landmark.row) = (own + own.transpose()) / 2;

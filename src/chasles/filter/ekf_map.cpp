@@ -55,6 +55,14 @@ MapLandmark Ekf::as_of_now(const Landmark& landmark) const {
   block.bottomLeftCorner<3, 6>() = P.block<3, 6>(landmark.row, clone.row);
   block.topRightCorner<6, 3>() = block.bottomLeftCorner<3, 6>().transpose();
   result.covariance = J * block * J.transpose();
+  if (const auto camera = state_.camera_row(landmark.camera)) {
+    const auto J_camera = anchored_derivative_by_camera(clone, landmark);
+    const Eigen::Matrix3d cross = (J.leftCols<6>() * P.block<6, 6>(clone.row, *camera) +
+                                   J.rightCols<3>() * P.block<3, 6>(landmark.row, *camera)) *
+                                  J_camera.transpose();
+    result.covariance += cross + cross.transpose() +
+                         J_camera * P.block<6, 6>(*camera, *camera) * J_camera.transpose();
+  }
   return result;
 }
 

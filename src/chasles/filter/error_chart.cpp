@@ -18,6 +18,22 @@ State pose_only(const SE3& world_T_imu) {
   return x;
 }
 
+// The sensors' arrangement, in all charts alike. An anchored landmark stands in its camera,
+// wherever that is.
+void retract_calibration(State& x, const Eigen::VectorXd& xi) {
+  for (std::size_t i = 0; i < x.imu_T_camera.size(); ++i) {
+    const int row = *x.camera_row(static_cast<int>(i));
+    SE3& imu_T_camera = x.imu_T_camera[i];
+    imu_T_camera.R = so3::exp(xi.segment<3>(row)) * imu_T_camera.R;
+    imu_T_camera.p += xi.segment<3>(row + 3);
+  }
+  if (x.time_offset) *x.time_offset += xi[x.time_offset_row()];
+  for (Landmark& landmark : x.landmarks) {
+    if (!landmark.anchor || !x.camera_row(landmark.camera)) continue;
+    landmark.cam_T_imu = x.imu_T_camera[static_cast<std::size_t>(landmark.camera)].inverse();
+  }
+}
+
 }  // namespace
 
 std::span<const ErrorChart> error_charts() {
@@ -40,6 +56,7 @@ void retract(const ErrorChart& chart, State& x, const Eigen::VectorXd& xi) {
     x.nav_T_world->R = so3::exp(xi.segment<3>(x.nav_row())) * x.nav_T_world->R;
     x.nav_T_world->p += xi.segment<3>(x.nav_row() + 3);
   }
+  if (x.calibration_size() > 0) retract_calibration(x, xi);
   for (Clone& clone : x.clones) {
     State pose = pose_only(clone.world_T_imu);
     chart.retract(pose, xi.segment<6>(clone.row));
@@ -53,6 +70,13 @@ Eigen::VectorXd local(const ErrorChart& chart, const State& x, const State& y) {
     xi.segment<3>(x.nav_row()) = so3::log(y.nav_T_world->R * x.nav_T_world->R.transpose());
     xi.segment<3>(x.nav_row() + 3) = y.nav_T_world->p - x.nav_T_world->p;
   }
+  for (std::size_t i = 0; i < x.imu_T_camera.size(); ++i) {
+    const int row = *x.camera_row(static_cast<int>(i));
+    const SE3& from = x.imu_T_camera[i];
+    xi.segment<3>(row) = so3::log(y.imu_T_camera[i].R * from.R.transpose());
+    xi.segment<3>(row + 3) = y.imu_T_camera[i].p - from.p;
+  }
+  if (x.time_offset) xi[x.time_offset_row()] = *y.time_offset - *x.time_offset;
   for (std::size_t i = 0; i < x.clones.size(); ++i) {
     xi.segment<6>(x.clones[i].row) =
         chart.local(pose_only(x.clones[i].world_T_imu), pose_only(y.clones[i].world_T_imu));

@@ -47,7 +47,8 @@ std::span<const ErrorChart> error_charts();
 const ErrorChart& error_chart(std::string_view name);
 
 /// x (+) xi and its inverse for the whole state. A clone's pose has the chart's own pose error, by
-/// itself; nav_T_world's error and an anchored landmark's are the same in all charts.
+/// itself; nav_T_world's error, those of calibration and an anchored landmark's are the same in all
+/// charts.
 void retract(const ErrorChart& chart, State& x, const Eigen::VectorXd& xi);
 Eigen::VectorXd local(const ErrorChart& chart, const State& x, const State& y);
 

@@ -68,12 +68,10 @@ void use_first_estimates(const InertialModel& model, const State& x, double dura
   prediction.F.block<3, 3>(6, 0) = -hat(*prediction.v_world - before.v_world - duration * gravity);
 }
 
-NavState nav_state(const Ekf& filter) {
-  const State& x = filter.state();
-  const MatrixXd P = filter.core_covariance();
+MatrixXd nav_derivative(const State& x) {
   const SE3 nav_T_world = x.nav_T_world.value_or(SE3{});
   const Matrix3d& R = nav_T_world.R;
-  MatrixXd J = MatrixXd::Zero(15, P.cols());
+  MatrixXd J = MatrixXd::Zero(15, x.core_size());
   for (const int row : {0, 3, 6}) J.block<3, 3>(row, row) = R;
   J.block<6, 6>(9, x.additive_row()).setIdentity();
   if (x.nav_T_world) {
@@ -83,10 +81,18 @@ NavState nav_state(const Ekf& filter) {
     J.block<3, 3>(3, nav + 3).setIdentity();
     J.block<3, 3>(6, nav) = -hat(R * *x.v_world);
   }
-  return {.nav_T_imu = nav_T_world * x.world_T_imu,
-          .v_nav = R * *x.v_world,
-          .biases = x.additive,
-          .covariance = J * P * J.transpose()};
+  return J;
 }
+
+NavState nav_state(const Ekf& filter, const MatrixXd& derivative) {
+  const State& x = filter.state();
+  const SE3 nav_T_world = x.nav_T_world.value_or(SE3{});
+  return {.nav_T_imu = nav_T_world * x.world_T_imu,
+          .v_nav = nav_T_world.R * *x.v_world,
+          .biases = x.additive,
+          .covariance = derivative * filter.core_covariance() * derivative.transpose()};
+}
+
+NavState nav_state(const Ekf& filter) { return nav_state(filter, nav_derivative(filter.state())); }
 
 }  // namespace chasles

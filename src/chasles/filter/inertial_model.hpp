@@ -47,4 +47,9 @@ struct NavState {
 };
 NavState nav_state(const Ekf& filter);
 
+/// d (NavState's errors) / d (errors of the core): 15 x core_size; and the motion with the
+/// covariance that such a derivative makes.
+Eigen::MatrixXd nav_derivative(const State& x);
+NavState nav_state(const Ekf& filter, const Eigen::MatrixXd& derivative);
+
 }  // namespace chasles

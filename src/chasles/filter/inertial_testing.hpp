@@ -3,6 +3,7 @@
 #include <vector>
 
 #include <chasles/camera/camera_testing.hpp>
+#include <chasles/filter/calibration.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/filter/testing.hpp>
@@ -127,8 +128,11 @@ inline void add_cartesian(Ekf& filter, Random& random, LandmarkId id) {
 }
 
 /// On the latest clone.
-inline void add_anchored(Ekf& filter, Random& random, LandmarkId id, const Camera& camera) {
+inline void add_anchored(Ekf& filter, Random& random, LandmarkId id, const Camera& known,
+                         int index = 0) {
+  const Camera camera = as_estimated(known, filter.state(), index);
   NewLandmark fresh;
+  fresh.camera = index;
   fresh.id = id;
   fresh.anchor = filter.state().clones.back().id;
   fresh.cam_T_imu = camera.cam_T_imu;
@@ -140,17 +144,26 @@ inline void add_anchored(Ekf& filter, Random& random, LandmarkId id, const Camer
 
 /// A filter with a core of pose, velocity, biases and, if so, nav_T_world; clones 0, 1, 2 and
 /// landmarks of both forms stand in turn, and every error knows of every other. The landmarks are
-/// 100 (Cartesian), 101 (anchored on 0), 102, 103 (1), 104 and 105 (2).
-inline Ekf inertial_filter(const ErrorChart& chart, Random& random, bool nav = true) {
-  const State x = random_state(random, {.velocity = true, .additive = 6, .nav = nav});
-  Ekf filter(chart, x, random_covariance(random, x.core_size(), 0.05), {.keep_map = false});
+/// 100 (Cartesian), 101 (anchored on 0), 102, 103 (1), 104 and 105 (2). `calibrating`: the places
+/// of the three cameras, not quite as inertial_cameras() has them, and a time offset are estimated.
+inline Ekf inertial_filter(const ErrorChart& chart, Random& random, bool nav = true,
+                           bool calibrating = false) {
+  State x = random_state(random, {.velocity = true, .additive = 6, .nav = nav});
   const std::vector<Camera> cameras = inertial_cameras();
+  if (calibrating) {
+    for (const Camera& camera : cameras) {
+      const SE3 off{so3::exp(0.02 * random.normal_vector(3)), 0.02 * random.normal_vector(3)};
+      x.imu_T_camera.push_back(off * camera.cam_T_imu.inverse());
+    }
+    x.time_offset = 0.01;
+  }
+  Ekf filter(chart, x, random_covariance(random, x.core_size(), 0.05), {.keep_map = false});
   for (int i = 0; i < 3; ++i) {
     walk_on(filter, random);
     add_cartesian(filter, random, 100 + 2 * i);
     filter.clone_pose(i, Time{});
     walk_on(filter, random);
-    add_anchored(filter, random, 101 + 2 * i, cameras[static_cast<std::size_t>(i)]);
+    add_anchored(filter, random, 101 + 2 * i, cameras[static_cast<std::size_t>(i)], i);
   }
   walk_on(filter, random);
   return filter;
@@ -159,9 +172,12 @@ inline Ekf inertial_filter(const ErrorChart& chart, Random& random, bool nav = t
 /// Every landmark of the state seen with every camera, some pixels from where it is expected.
 inline std::vector<Measurement> pixel_measurements(const State& x, Random& random) {
   std::vector<Measurement> result;
+  int index = -1;
   for (const Camera& camera : inertial_cameras()) {
+    ++index;
     for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
-      auto z = measure_pixel(camera, 1, x, static_cast<int>(i), Eigen::Vector2d::Zero());
+      auto z = measure_pixel(camera, 1, x, static_cast<int>(i), Eigen::Vector2d::Zero(),
+                             Linearisation::kCurrent, index);
       if (!z) continue;
       z->residual = random.normal_vector(2);
       result.push_back(*z);

@@ -14,9 +14,9 @@ namespace chasles {
 /// which the errors of a range of core columns and of one landmark explain. `noise` must be
 /// regular.
 struct Measurement {
-  /// How the residual depends on six further errors: those of a clone.
+  /// How the residual depends on six further errors: those of a clone, or of an imu_T_camera.
   struct OfClone {
-    int row = 0;  ///< of the clone
+    int row = 0;  ///< of the six
     Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 6, 6> d;
   };
 
@@ -27,15 +27,15 @@ struct Measurement {
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 6, 3> d_landmark;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> noise;
   double gate = std::numeric_limits<double>::infinity();  ///< on residual^T S^-1 residual
-  std::vector<OfClone> clones = {};
+  std::vector<OfClone> clones = {};                       ///< the same six may be there twice
 };
 
 /// A landmark to begin, with the derivative of its position (of its inverse depth, if it is
-/// anchored) by the errors of pose and clones (reference chart), and the covariance that its own
-/// observations add.
+/// anchored) by the errors of pose, clones and imu_T_camera (reference chart), and the covariance
+/// that its own observations add.
 struct NewLandmark {
   struct OfClone {
-    int row = 0;  ///< of the clone
+    int row = 0;  ///< of the six
     Eigen::Matrix<double, 3, 6> d;
   };
 
@@ -48,6 +48,7 @@ struct NewLandmark {
   std::optional<int> anchor = {};  ///< as in Landmark
   SE3 cam_T_imu = {};
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();
+  int camera = 0;
 };
 
 }  // namespace chasles

@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 
 #include <chasles/camera/triangulation.hpp>
+#include <chasles/filter/calibration.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/lie/so3.hpp>
 
@@ -41,11 +42,37 @@ std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const Vect
   return seen;
 }
 
+// The same by the errors of imu_T_camera: p_cam = R_ic^T (p_imu - p_ic).
+Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3& world_T_imu,
+                                                 const Vector3d& p_world,
+                                                 const Matrix23d& d_point) {
+  const Matrix23d d_imu = d_point * world_T_imu.R;
+  const Vector3d p_imu = world_T_imu.R.transpose() * (p_world - world_T_imu.p);
+  Eigen::Matrix<double, 2, 6> d;
+  d << d_imu * hat(p_imu + camera.cam_T_imu.R.transpose() * camera.cam_T_imu.p), -d_imu;
+  return d;
+}
+
+// Of the clones and cameras that the views depend on, each once.
+std::vector<int> rows_of(const State& x, std::span<const ClonedView> views) {
+  std::vector<int> rows;
+  const auto note = [&](int row) {
+    if (std::find(rows.begin(), rows.end(), row) == rows.end()) rows.push_back(row);
+  };
+  for (const ClonedView& view : views) note(x.clone(view.clone).row);
+  for (const ClonedView& view : views) {
+    if (const auto row = x.camera_row(view.camera)) note(*row);
+  }
+  return rows;
+}
+
 }  // namespace
 
-std::optional<Measurement> measure_pixel(const Camera& camera, double sigma, const State& x,
-                                         int index, const Vector2d& pixel, Linearisation at) {
-  const Landmark& landmark = x.landmarks[static_cast<std::size_t>(index)];
+std::optional<Measurement> measure_pixel(const Camera& known, double sigma, const State& x,
+                                         int number, const Vector2d& pixel, Linearisation at,
+                                         int index) {
+  const Camera camera = as_estimated(known, x, index);
+  const Landmark& landmark = x.landmarks[static_cast<std::size_t>(number)];
   const bool first = at == Linearisation::kFirstEstimates;
   const auto now = see(camera, x.world_T_imu, x.p_world(landmark), pixel);
   // An anchored landmark's own parameters may be anything at first: the poses alone are kept.
@@ -58,7 +85,7 @@ std::optional<Measurement> measure_pixel(const Camera& camera, double sigma, con
   const auto seen = first ? see(camera, x.world_T_imu, p_first, pixel) : now;
   if (!now || !seen) return std::nullopt;
   Measurement z;
-  z.landmark = index;
+  z.landmark = number;
   z.residual = now->residual;
   z.d_core = seen->d_pose;
   z.d_landmark = seen->d_point;
@@ -68,13 +95,23 @@ std::optional<Measurement> measure_pixel(const Camera& camera, double sigma, con
     const Eigen::Matrix<double, 3, 9> d = anchored_derivative(clone, landmark);
     z.clones.push_back({.row = clone.row, .d = seen->d_point * d.leftCols<6>()});
     z.d_landmark = seen->d_point * d.rightCols<3>();
+    if (const auto row = x.camera_row(landmark.camera)) {
+      z.clones.push_back(
+          {.row = *row, .d = seen->d_point * anchored_derivative_by_camera(clone, landmark)});
+    }
+  }
+  if (const auto row = x.camera_row(index)) {
+    const Vector3d p_world = first ? p_first : x.p_world(landmark);
+    z.clones.push_back(
+        {.row = *row, .d = derivative_by_camera(camera, x.world_T_imu, p_world, seen->d_point)});
   }
   return z;
 }
 
-std::optional<NewLandmark> begin_at_depth(const Camera& camera, double sigma, const State& x,
+std::optional<NewLandmark> begin_at_depth(const Camera& known, double sigma, const State& x,
                                           LandmarkId id, const Vector2d& pixel, double depth,
-                                          double depth_sigma) {
+                                          double depth_sigma, int index) {
+  const Camera camera = as_estimated(known, x, index);
   const auto ray = unproject(camera, pixel);
   if (!ray) return std::nullopt;
   const Matrix3d world_R_cam = x.world_T_imu.R * camera.cam_T_imu.R.transpose();
@@ -86,18 +123,25 @@ std::optional<NewLandmark> begin_at_depth(const Camera& camera, double sigma, co
   const Vector3d d_depth = world_R_cam * ray->ray;
   result.noise = sigma * sigma * d_pixel * d_pixel.transpose() +
                  depth_sigma * depth_sigma * d_depth * d_depth.transpose();
+  if (const auto row = x.camera_row(index)) {
+    Eigen::Matrix<double, 3, 6> d;
+    d << -hat(camera.cam_T_imu.R.transpose() * (depth * ray->ray)), Matrix3d::Identity();
+    result.clones.push_back({.row = *row, .d = x.world_T_imu.R * d});
+  }
   return result;
 }
 
 std::optional<NewLandmark> begin_anchored(const Camera& camera, double sigma, const State& x,
                                           LandmarkId id, const Vector2d& pixel,
-                                          double inverse_depth, double inverse_depth_sigma) {
+                                          double inverse_depth, double inverse_depth_sigma,
+                                          int index) {
   const auto ray = unproject(camera, pixel);
   if (!ray) return std::nullopt;
   NewLandmark result;
   result.id = id;
   result.anchor = x.clones.back().id;
-  result.cam_T_imu = camera.cam_T_imu;
+  result.camera = index;
+  result.cam_T_imu = as_estimated(camera, x, index).cam_T_imu;
   result.inverse_depth << ray->ray.head<2>(), inverse_depth;
   result.noise.topLeftCorner<2, 2>() = sigma * sigma * ray->d_pixel * ray->d_pixel.transpose();
   result.noise(2, 2) = inverse_depth_sigma * inverse_depth_sigma;
@@ -108,6 +152,13 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
                                                const State& x, LandmarkId id,
                                                std::span<const ClonedView> views, bool anchored,
                                                Linearisation at) {
+  std::vector<Camera> estimated;
+  if (!x.imu_T_camera.empty()) {
+    for (const Camera& camera : cameras) {
+      estimated.push_back(as_estimated(camera, x, static_cast<int>(estimated.size())));
+    }
+    cameras = estimated;
+  }
   std::vector<View> from;
   for (const ClonedView& view : views) {
     from.push_back({.world_T_imu = x.clone(view.clone).world_T_imu,
@@ -119,27 +170,29 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
 
   // r = H_x d_clones + H_f d_point + n
   const auto m = 2 * static_cast<Eigen::Index>(views.size());
-  std::vector<int> rows;  // of the clones, each once
-  for (const ClonedView& view : views) {
-    const int row = x.clone(view.clone).row;
-    if (std::find(rows.begin(), rows.end(), row) == rows.end()) rows.push_back(row);
-  }
+  const std::vector<int> rows = rows_of(x, views);
+  const auto column_of = [&](int row) {
+    return 6 * (std::find(rows.begin(), rows.end(), row) - rows.begin());
+  };
   MatrixXd H_f(m, 3);
   MatrixXd H_x = MatrixXd::Zero(m, 6 * static_cast<Eigen::Index>(rows.size()));
   VectorXd r(m);
   for (std::size_t i = 0; i < views.size(); ++i) {
+    const Clone& clone = x.clone(views[i].clone);
     const auto now = see(*from[i].camera, from[i].world_T_imu, point->p_world, views[i].pixel);
-    const auto seen =
-        at == Linearisation::kCurrent
-            ? now
-            : see(*from[i].camera, x.clone(views[i].clone).first, point->p_world, views[i].pixel);
+    const auto seen = at == Linearisation::kCurrent
+                          ? now
+                          : see(*from[i].camera, clone.first, point->p_world, views[i].pixel);
     if (!now || !seen) return std::nullopt;
-    const auto column =
-        std::find(rows.begin(), rows.end(), x.clone(views[i].clone).row) - rows.begin();
     const auto row = 2 * static_cast<Eigen::Index>(i);
     r.segment<2>(row) = now->residual;
     H_f.middleRows<2>(row) = seen->d_point;
-    H_x.block<2, 6>(row, 6 * column) = seen->d_pose;
+    H_x.block<2, 6>(row, column_of(clone.row)) = seen->d_pose;
+    if (const auto camera = x.camera_row(views[i].camera)) {
+      const SE3& at_pose = at == Linearisation::kCurrent ? clone.world_T_imu : clone.first;
+      H_x.block<2, 6>(row, column_of(*camera)) =
+          derivative_by_camera(*from[i].camera, at_pose, point->p_world, seen->d_point);
+    }
   }
   MultiViewStart result;
   const Vector3d from_imu = point->p_world - from.back().world_T_imu.p;
@@ -160,6 +213,7 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
     const SE3& cam_T_imu = from.back().camera->cam_T_imu;
     const Vector3d p_cam = cam_T_imu * (anchor.world_T_imu.inverse() * point->p_world);
     result.landmark.anchor = anchor.id;
+    result.landmark.camera = views.back().camera;
     result.landmark.cam_T_imu = cam_T_imu;
     result.landmark.inverse_depth = Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
     Landmark landmark;
@@ -167,8 +221,11 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
     landmark.inverse_depth = result.landmark.inverse_depth;
     if (at == Linearisation::kFirstEstimates) anchor.world_T_imu = anchor.first;
     const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, landmark);
-    const auto column = std::find(rows.begin(), rows.end(), anchor.row) - rows.begin();
-    H_x.middleCols<6>(6 * column) += H_f * d.leftCols<6>();
+    H_x.middleCols<6>(column_of(anchor.row)) += H_f * d.leftCols<6>();
+    if (const auto camera = x.camera_row(views.back().camera)) {
+      H_x.middleCols<6>(column_of(*camera)) +=
+          H_f * anchored_derivative_by_camera(anchor, landmark);
+    }
     H_f = (H_f * d.rightCols<3>()).eval();
   }
   const Eigen::HouseholderQR<MatrixXd> qr(H_f);

@@ -17,30 +17,53 @@ constexpr double kStep = 1e-4;
 
 const std::vector<Camera> kCameras = test::inertial_cameras();
 
-Ekf some_filter(test::Random& random) { return test::inertial_filter(kStandardChart, random); }
+Ekf some_filter(test::Random& random, bool calibrating) {
+  return test::inertial_filter(kStandardChart, random, true, calibrating);
+}
+
+// A camera of the rig, where the state has it.
+Camera camera_of(const State& x, int index) {
+  return as_estimated(kCameras[static_cast<std::size_t>(index)], x, index);
+}
 
 Vector2d pixel_of(const Camera& camera, const SE3& world_T_imu, const Vector3d& p_world) {
   return project(camera, camera.cam_T_imu * (world_T_imu.inverse() * p_world))->pixel;
 }
 
-TEST(PixelMeasurement, HasTheDerivativeOfItsResidual) {
+// Of known cameras, and of cameras whose places are estimated.
+class PixelMeasurement : public testing::TestWithParam<bool> {};
+class NewPixelLandmark : public testing::TestWithParam<bool> {};
+class MultiViewStartTest : public testing::TestWithParam<bool> {};
+
+std::string how(const testing::TestParamInfo<bool>& info) {
+  return info.param ? "EstimatedCameras" : "KnownCameras";
+}
+INSTANTIATE_TEST_SUITE_P(Cameras, PixelMeasurement, testing::Bool(), how);
+INSTANTIATE_TEST_SUITE_P(Cameras, NewPixelLandmark, testing::Bool(), how);
+INSTANTIATE_TEST_SUITE_P(Cameras, MultiViewStartTest, testing::Bool(), how);
+
+TEST_P(PixelMeasurement, HasTheDerivativeOfItsResidual) {
   test::Random random(1);
-  const State x = some_filter(random).state();
+  const State x = some_filter(random, GetParam()).state();
   const VectorXd zero = VectorXd::Zero(x.size());
   int anchored = 0;
-  for (const Camera& camera : kCameras) {
+  for (int index = 0; index < 3; ++index) {
+    const Camera& camera = kCameras[static_cast<std::size_t>(index)];
+    const auto measure = [&](const State& y, int i, const Vector2d& pixel) {
+      return measure_pixel(camera, 0.7, y, i, pixel, Linearisation::kCurrent, index);
+    };
     for (int i = 0; i < static_cast<int>(x.landmarks.size()); ++i) {
       const Vector2d pixel(123, 234);
-      const auto z = measure_pixel(camera, 0.7, x, i, pixel);
+      const auto z = measure(x, i, pixel);
       ASSERT_TRUE(z);
       const auto residual = [&](const VectorXd& e) -> VectorXd {
         const State y = test::moved(kStandardChart, x, e);
-        return measure_pixel(camera, 0.7, y, i, pixel)->residual;
+        return measure(y, i, pixel)->residual;
       };
       const MatrixXd H = test::dense_measurement(x, {*z}).H;
       EXPECT_TRUE(test::agree(-H, test::numeric_derivative(residual, zero, kStep), 1e-9));
       const auto& landmark = x.landmarks[static_cast<std::size_t>(i)];
-      const Vector2d expected = pixel_of(camera, x.world_T_imu, x.p_world(landmark));
+      const Vector2d expected = pixel_of(camera_of(x, index), x.world_T_imu, x.p_world(landmark));
       EXPECT_TRUE(test::agree(z->residual, pixel - expected, 1e-12));
       EXPECT_TRUE(test::agree(z->noise, 0.49 * MatrixXd::Identity(2, 2), 1e-15));
       anchored += landmark.anchor ? 1 : 0;
@@ -49,7 +72,7 @@ TEST(PixelMeasurement, HasTheDerivativeOfItsResidual) {
   EXPECT_EQ(anchored, 9);
 }
 
-TEST(PixelMeasurement, PointBehindTheCameraIsNotMeasured) {
+TEST(PixelMeasurementOfAPoint, BehindTheCameraThereIsNone) {
   State x;
   x.landmarks.push_back({.id = 1, .p_world = {-5, 0, 0}, .row = 6});
   EXPECT_FALSE(measure_pixel(kCameras[0], 1, x, 0, {600, 180}));
@@ -57,41 +80,46 @@ TEST(PixelMeasurement, PointBehindTheCameraIsNotMeasured) {
   EXPECT_TRUE(measure_pixel(kCameras[0], 1, x, 0, {600, 180}));
 }
 
-TEST(NewPixelLandmark, AtADepthHasTheDerivativesOfItsPosition) {
+TEST_P(NewPixelLandmark, AtADepthHasTheDerivativesOfItsPosition) {
   test::Random random(2);
-  for (const Camera& camera : kCameras) {
-    const State x = test::random_state(random, {});
+  for (int index = 0; index < 3; ++index) {
+    const Camera& camera = kCameras[static_cast<std::size_t>(index)];
+    const State x = some_filter(random, GetParam()).state();
+    const VectorXd zero = VectorXd::Zero(x.size());
     const Vector2d pixel(camera.cx + 90, camera.cy - 60);
     const auto position = [&](const VectorXd& e, const Vector3d& seen) -> VectorXd {
       const State y = test::moved(kStandardChart, x, e);
-      return begin_at_depth(camera, 1, y, 5, seen.head<2>(), seen.z(), 1)->p_world;
+      return begin_at_depth(camera, 1, y, 5, seen.head<2>(), seen.z(), 1, index)->p_world;
     };
-    const auto begun = begin_at_depth(camera, 0.5, x, 5, pixel, 8, 3);
+    const auto begun = begin_at_depth(camera, 0.5, x, 5, pixel, 8, 3, index);
     ASSERT_TRUE(begun);
     EXPECT_EQ(begun->id, 5);
-    EXPECT_LT((pixel_of(camera, x.world_T_imu, begun->p_world) - pixel).norm(), 1e-9);
-    const auto by_pose = [&](const VectorXd& e) { return position(e, {pixel.x(), pixel.y(), 8}); };
-    EXPECT_TRUE(
-        test::agree(begun->d_pose, test::numeric_derivative(by_pose, VectorXd::Zero(6)), 1e-9));
-    const auto by_seen = [&](const Vector3d& seen) { return position(VectorXd::Zero(6), seen); };
+    const Vector2d again = pixel_of(camera_of(x, index), x.world_T_imu, begun->p_world);
+    EXPECT_LT((again - pixel).norm(), 1e-9);
+    MatrixXd J = MatrixXd::Zero(3, x.size());
+    J.leftCols<6>() = begun->d_pose;
+    for (const auto& six : begun->clones) J.middleCols<6>(six.row) += six.d;
+    const auto by_error = [&](const VectorXd& e) { return position(e, {pixel.x(), pixel.y(), 8}); };
+    EXPECT_TRUE(test::agree(J, test::numeric_derivative(by_error, zero), 1e-9));
+    const auto by_seen = [&](const Vector3d& seen) { return position(zero, seen); };
     const MatrixXd D = test::numeric_derivative(by_seen, Vector3d(pixel.x(), pixel.y(), 8), kStep);
     const Vector3d variances(0.25, 0.25, 9);
     EXPECT_TRUE(test::agree(begun->noise, D * variances.asDiagonal() * D.transpose(), 1e-8, 0));
   }
 }
 
-TEST(NewPixelLandmark, AnchoredIsTheRayAndTheInverseDepthThatItIsTold) {
+TEST_P(NewPixelLandmark, AnchoredIsTheRayAndTheInverseDepthThatItIsTold) {
   test::Random random(3);
-  const State x =
-      test::random_state(random, {.velocity = true, .additive = 6, .nav = true, .clones = 2});
-  for (const Camera& camera : kCameras) {
+  const State x = some_filter(random, GetParam()).state();
+  for (int index = 0; index < 3; ++index) {
+    const Camera& camera = kCameras[static_cast<std::size_t>(index)];
     const Vector2d pixel(camera.cx + 90, camera.cy - 60);
-    const auto begun = begin_anchored(camera, 0.5, x, 6, pixel, 0.3, 0.2);
+    const auto begun = begin_anchored(camera, 0.5, x, 6, pixel, 0.3, 0.2, index);
     ASSERT_TRUE(begun);
     EXPECT_EQ(begun->id, 6);
     ASSERT_TRUE(begun->anchor);
     EXPECT_EQ(*begun->anchor, x.clones.back().id);
-    EXPECT_EQ(begun->cam_T_imu.p, camera.cam_T_imu.p);
+    EXPECT_EQ(begun->cam_T_imu.p, camera_of(x, index).cam_T_imu.p);
     EXPECT_TRUE(begun->d_pose.isZero(0));  // it hangs on the clone
     EXPECT_TRUE(begun->clones.empty());
 
@@ -100,9 +128,18 @@ TEST(NewPixelLandmark, AnchoredIsTheRayAndTheInverseDepthThatItIsTold) {
                               .row = x.size(),
                               .anchor = begun->anchor,
                               .cam_T_imu = begun->cam_T_imu,
-                              .inverse_depth = begun->inverse_depth});
-    const Vector3d p_world = with.p_world(with.landmarks[0]);
-    EXPECT_LT((pixel_of(camera, x.clones.back().world_T_imu, p_world) - pixel).norm(), 1e-9);
+                              .inverse_depth = begun->inverse_depth,
+                              .camera = begun->camera});
+    // The camera that saw it sees it there wherever it is: its own error does not matter.
+    const auto seen_again = [&](const VectorXd& e) -> VectorXd {
+      const State y = test::moved(kStandardChart, with, e);
+      return pixel_of(camera_of(y, index), y.clones.back().world_T_imu,
+                      y.p_world(y.landmarks.back()));
+    };
+    const VectorXd zero = VectorXd::Zero(with.size());
+    EXPECT_LT((seen_again(zero) - pixel).norm(), 1e-9);
+    const MatrixXd by_error = test::numeric_derivative(seen_again, zero, kStep);
+    EXPECT_LT(by_error.leftCols(x.size()).cwiseAbs().maxCoeff(), 1e-6);
     const auto by_seen = [&](const Vector3d& seen) -> VectorXd {
       return begin_anchored(camera, 1, x, 6, seen.head<2>(), seen.z(), 1)->inverse_depth;
     };
@@ -113,7 +150,7 @@ TEST(NewPixelLandmark, AnchoredIsTheRayAndTheInverseDepthThatItIsTold) {
   }
 }
 
-TEST(NewPixelLandmark, NeedsARay) {
+TEST_P(NewPixelLandmark, NeedsARay) {
   test::Random random(4);
   const State x = test::random_state(random, {.clones = 1});
   const Vector2d beyond(5000, 5000);
@@ -127,13 +164,12 @@ struct Tracked {
   std::vector<ClonedView> views;
 };
 
-Tracked tracked(test::Random& random, double pixel_noise, int views_of_each = 1) {
-  Tracked result{some_filter(random), {}};
+Tracked tracked(test::Random& random, bool calibrating, double pixel_noise, int views_of_each = 1) {
+  Tracked result{some_filter(random, calibrating), {}};
   const State& x = result.filter.state();
   const Vector3d p_world = x.world_T_imu * test::point_ahead(random, 8);
   const auto look = [&](const Clone& clone, int camera) {
-    const Vector2d pixel =
-        pixel_of(kCameras[static_cast<std::size_t>(camera)], clone.world_T_imu, p_world);
+    const Vector2d pixel = pixel_of(camera_of(x, camera), clone.world_T_imu, p_world);
     result.views.push_back({.clone = clone.id,
                             .camera = camera,
                             .pixel = pixel + pixel_noise * random.normal_vector(2)});
@@ -158,7 +194,8 @@ State with_landmark(const State& x, const NewLandmark& fresh) {
                               .row = x.size(),
                               .anchor = fresh.anchor,
                               .cam_T_imu = fresh.cam_T_imu,
-                              .inverse_depth = fresh.inverse_depth});
+                              .inverse_depth = fresh.inverse_depth,
+                              .camera = fresh.camera});
   return result;
 }
 
@@ -176,8 +213,8 @@ Batch batch_of(const Tracked& t, const NewLandmark& fresh) {
     for (std::size_t i = 0; i < t.views.size(); ++i) {
       const ClonedView& view = t.views[i];
       r.segment<2>(2 * static_cast<Eigen::Index>(i)) =
-          view.pixel - pixel_of(kCameras[static_cast<std::size_t>(view.camera)],
-                                y.clone(view.clone).world_T_imu, y.p_world(y.landmarks.back()));
+          view.pixel - pixel_of(camera_of(y, view.camera), y.clone(view.clone).world_T_imu,
+                                y.p_world(y.landmarks.back()));
     }
     return r;
   };
@@ -185,11 +222,11 @@ Batch batch_of(const Tracked& t, const NewLandmark& fresh) {
   return {.r = residuals(zero), .H = -test::numeric_derivative(residuals, zero, kStep)};
 }
 
-TEST(MultiViewStart, RestSaysNothingOfTheLandmarkAndAllThatIsLeftOfTheClones) {
+TEST_P(MultiViewStartTest, RestSaysNothingOfTheLandmarkAndAllThatIsLeftOfTheClones) {
   test::Random random(5);
   for (const int views_of_each : {1, 4}) {
     for (const bool anchored : {false, true}) {
-      const Tracked t = tracked(random, 1, views_of_each);
+      const Tracked t = tracked(random, GetParam(), 1, views_of_each);
       const auto start = begin(t, anchored);
       ASSERT_TRUE(start);
       const Batch batch = batch_of(t, start->landmark);
@@ -213,11 +250,11 @@ TEST(MultiViewStart, RestSaysNothingOfTheLandmarkAndAllThatIsLeftOfTheClones) {
 
 // Each observation counts once, and none is lost: added and updated, the filter is where batch
 // least squares of all rows with a flat prior of the landmark is.
-TEST(MultiViewStart, LandmarkAndRestTogetherAreTheBatchSolution) {
+TEST_P(MultiViewStartTest, LandmarkAndRestTogetherAreTheBatchSolution) {
   test::Random random(6);
   constexpr double kSigma = 0.8;
   for (const bool anchored : {false, true}) {
-    Tracked t = tracked(random, 0.5, 3);
+    Tracked t = tracked(random, GetParam(), 0.5, 3);
     const auto start = begin(t, anchored, kSigma);
     ASSERT_TRUE(start);
     const State before = with_landmark(t.filter.state(), start->landmark);
@@ -244,7 +281,7 @@ Vector3d least_squares_point(const State& x, const std::vector<ClonedView>& view
     Matrix3d N = Matrix3d::Zero();
     Vector3d b = Vector3d::Zero();
     for (const ClonedView& view : views) {
-      const Camera& camera = kCameras[static_cast<std::size_t>(view.camera)];
+      const Camera camera = camera_of(x, view.camera);
       const SE3 cam_T_world = camera.cam_T_imu * x.clone(view.clone).world_T_imu.inverse();
       const auto seen = project(camera, cam_T_world * point);
       const MatrixXd J = seen->d_point * cam_T_world.R;
@@ -257,9 +294,9 @@ Vector3d least_squares_point(const State& x, const std::vector<ClonedView>& view
 }
 
 // Where all views meet in the point, Gauss and Newton's derivatives are the exact ones.
-TEST(MultiViewStart, DerivativesAreThoseOfTheLeastSquaresPoint) {
+TEST_P(MultiViewStartTest, DerivativesAreThoseOfTheLeastSquaresPoint) {
   test::Random random(7);
-  const Tracked t = tracked(random, 0);
+  const Tracked t = tracked(random, GetParam(), 0);
   const State& x = t.filter.state();
   const auto start = begin(t, false, 0.8);
   ASSERT_TRUE(start);
@@ -296,9 +333,9 @@ TEST(MultiViewStart, DerivativesAreThoseOfTheLeastSquaresPoint) {
   EXPECT_NEAR(relative_depth_sigma(*start, t.filter), std::sqrt(variance) / start->distance, 1e-7);
 }
 
-TEST(MultiViewStart, AnchoredIsTheSamePointOnTheLastViewsClone) {
+TEST_P(MultiViewStartTest, AnchoredIsTheSamePointOnTheLastViewsClone) {
   test::Random random(8);
-  const Tracked t = tracked(random, 0.5);
+  const Tracked t = tracked(random, GetParam(), 0.5);
   const auto cartesian = begin(t, false);
   const auto anchored = begin(t, true);
   ASSERT_TRUE(cartesian && anchored);
@@ -316,9 +353,9 @@ TEST(MultiViewStart, AnchoredIsTheSamePointOnTheLastViewsClone) {
   EXPECT_LT(test::covariance_difference(other.covariance(), one.covariance()), 1e-9);
 }
 
-TEST(MultiViewStart, ViewsThatDoNotMeetBeginNothing) {
+TEST_P(MultiViewStartTest, ViewsThatDoNotMeetBeginNothing) {
   test::Random random(9);
-  Tracked t = tracked(random, 0);
+  Tracked t = tracked(random, GetParam(), 0);
   t.views.resize(1);
   EXPECT_FALSE(begin(t, false));
 }

@@ -16,4 +16,13 @@ Eigen::Matrix<double, 3, 9> anchored_derivative(const Clone& anchor, const Landm
   return d;
 }
 
+Eigen::Matrix<double, 3, 6> anchored_derivative_by_camera(const Clone& anchor,
+                                                          const Landmark& landmark) {
+  const Eigen::Vector3d& a = landmark.inverse_depth;
+  const Eigen::Vector3d p_cam = Eigen::Vector3d(a.x(), a.y(), 1) / a.z();
+  Eigen::Matrix<double, 3, 6> d;
+  d << -hat(landmark.cam_T_imu.R.transpose() * p_cam), Eigen::Matrix3d::Identity();
+  return anchor.world_T_imu.R * d;
+}
+
 }  // namespace chasles

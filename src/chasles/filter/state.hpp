@@ -29,9 +29,10 @@ struct Landmark {
   int row = 0;                     ///< where its three errors stand in the error vector
   int observations = 0;            ///< used so far, the one that began it included
   std::optional<int> anchor = {};  ///< the clone's id; none: the Cartesian form
-  SE3 cam_T_imu = {};              ///< of the anchor's camera
+  SE3 cam_T_imu = {};              ///< of the anchor's camera, as estimated where it is
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< [1, 1, 1/m]; anchored form
   Eigen::Vector3d first = Eigen::Vector3d::Zero();          ///< where it was when it began [m]
+  int camera = 0;  ///< the anchor's, an index into State::imu_T_camera where those are estimated
 
   /// What its three errors change.
   Eigen::Vector3d& parameters() { return anchor ? inverse_depth : p_world; }
@@ -50,24 +51,42 @@ enum class Linearisation {
 /// The mean of the filter. Its error vector is
 ///
 ///   [ pose: rotation 3, position 3 | v_world 3, if there is one | nav_T_world 6, if there is one:
-///     rotation, position | additive | landmarks, 3 each, and clones, 6 each, as they came ]
+///     rotation, position | additive | imu_T_camera 6 each, if there are any: rotation, position |
+///     time_offset 1, if there is one | landmarks, 3 each, and clones, 6 each, as they came ]
 ///
 /// where the part before the landmarks is called the core. What the numbers of the error mean is
-/// the business of the error chart (error_chart.hpp). In all charts `additive` states and biases
-/// are additive, and nav_T_world's error is R = Exp(psi) Rhat, p = phat + dp (Kleinert & Stilla,
-/// eq. 17).
+/// the business of the error chart (error_chart.hpp). In all charts `additive` states, biases and
+/// the time offset are additive, and the errors of nav_T_world and of each imu_T_camera are
+/// R = Exp(psi) Rhat, p = phat + dp (Kleinert & Stilla, eq. 17), in nav's and the IMU's axes.
+///
+/// With a time_offset, world_T_imu, v_world and the clones are those of the instants at which the
+/// images were taken, whatever the offset is (calibration.hpp).
 struct State {
   SE3 world_T_imu;
   std::optional<Eigen::Vector3d> v_world;  ///< [m/s]; only the inertial motion model has it
   std::optional<SE3> nav_T_world = {};     ///< where the world's own attitude is estimated
   Eigen::VectorXd additive;                ///< the motion model's own: body velocity, biases, scale
+  std::vector<SE3> imu_T_camera = {};      ///< of every camera; empty: they are known
+  std::optional<double> time_offset = {};  ///< camera clock + time_offset = IMU clock [s]
   std::vector<Landmark> landmarks = {};    ///< in view or kept waiting; rows rise
   std::vector<Clone> clones = {};          ///< rows rise
 
   int motion_size() const { return v_world ? 9 : 6; }  ///< rows of pose and v_world
   int nav_row() const { return motion_size(); }
   int additive_row() const { return motion_size() + (nav_T_world ? 6 : 0); }
-  int core_size() const { return additive_row() + static_cast<int>(additive.size()); }
+  int calibration_row() const { return additive_row() + static_cast<int>(additive.size()); }
+  int calibration_size() const {
+    return 6 * static_cast<int>(imu_T_camera.size()) + (time_offset ? 1 : 0);
+  }
+  /// Of a camera's six errors; none where they are not estimated.
+  std::optional<int> camera_row(int camera) const {
+    if (camera >= static_cast<int>(imu_T_camera.size())) return std::nullopt;
+    return calibration_row() + 6 * camera;
+  }
+  int time_offset_row() const {
+    return calibration_row() + 6 * static_cast<int>(imu_T_camera.size());
+  }
+  int core_size() const { return calibration_row() + calibration_size(); }
   /// All rows.
   int size() const {
     int rows = core_size();
@@ -92,5 +111,9 @@ struct State {
 /// d p_world / d (errors of the anchor, reference chart; inverse depth) of an anchored landmark
 /// (math.md §3, "AID").
 Eigen::Matrix<double, 3, 9> anchored_derivative(const Clone& anchor, const Landmark& landmark);
+
+/// d p_world / d (errors of the anchor's imu_T_camera) of the same.
+Eigen::Matrix<double, 3, 6> anchored_derivative_by_camera(const Clone& anchor,
+                                                          const Landmark& landmark);
 
 }  // namespace chasles

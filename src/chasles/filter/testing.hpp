@@ -109,6 +109,10 @@ inline double distance(const State& x, const State& y) {
   if (x.v_world) d = std::max(d, (*x.v_world - *y.v_world).cwiseAbs().maxCoeff());
   if (x.nav_T_world) d = std::max(d, distance(*x.nav_T_world, *y.nav_T_world));
   if (x.additive.size() > 0) d = std::max(d, (x.additive - y.additive).cwiseAbs().maxCoeff());
+  for (std::size_t i = 0; i < x.imu_T_camera.size(); ++i) {
+    d = std::max(d, distance(x.imu_T_camera[i], y.imu_T_camera[i]));
+  }
+  if (x.time_offset) d = std::max(d, std::abs(*x.time_offset - *y.time_offset));
   for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
     const Eigen::Vector3d between = x.landmarks[i].parameters() - y.landmarks[i].parameters();
     d = std::max(d, between.cwiseAbs().maxCoeff());

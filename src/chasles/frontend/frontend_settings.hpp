@@ -9,6 +9,7 @@ namespace chasles {
 struct FrontendSettings {
   std::string corners = "harris";
   std::string equalisation = "none";
+  std::string mask = {};
   int max_tracks = 150;
   int grid_columns = 10;
   int grid_rows = 6;
@@ -39,6 +40,9 @@ void for_each_frontend_setting(SettingsType& s, Visitor&& visit) {
   visit("corners", s.corners, "harris|shi-tomasi", "the measure that ranks corners");
   visit("equalisation", s.equalisation, "none|histogram|clahe",
         "of the grey levels before anything else; tracking itself does not mind gain and offset");
+  visit("mask", s.mask, "",
+        "image of a camera's size, black where nothing is to be tracked (a robot's own arm); for a "
+        "rig one file a camera, separated by commas; empty: none");
   visit("max_tracks", s.max_tracks, "count", "that are followed at a time");
   visit("grid_columns", s.grid_columns, "count", "of cells over which the tracks are spread");
   visit("grid_rows", s.grid_rows, "count", "of cells over which the tracks are spread");

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <utility>
 
 #include <chasles/imu/imu_buffer.hpp>
@@ -6,20 +8,30 @@
 namespace chasles {
 namespace {
 
-bool reaches(const Eigen::Vector3d& value, double range) {
-  return value.cwiseAbs().maxCoeff() >= range;
+// Of a sensor's range: what it might have missed.
+constexpr double kMissed = 0.5;
+// A sensor that stays saturated for longer has no neighbours any more [s].
+constexpr Time kLongestBridge = std::chrono::seconds(1);
+
+// Where the middle of [start, end] lies between the two samples: 0 to 1.
+double middle_between(const ImuSample& before, const ImuSample& after, Time start, Time end) {
+  const double at = (to_seconds(start - before.time) + to_seconds(end - before.time)) / 2;
+  return at / to_seconds(after.time - before.time);
 }
 
 // The straight line through two samples, at the middle of [start, end]: the mean over it.
 ImuSample mean_between(const ImuSample& before, const ImuSample& after, Time start, Time end) {
-  const double at = (to_seconds(start - before.time) + to_seconds(end - before.time)) / 2;
-  const double x = at / to_seconds(after.time - before.time);
+  const double x = middle_between(before, after, start, end);
   return {.time = end,
           .specific_force_imu = (1 - x) * before.specific_force_imu + x * after.specific_force_imu,
           .angular_rate_imu = (1 - x) * before.angular_rate_imu + x * after.angular_rate_imu};
 }
 
 }  // namespace
+
+bool ImuBuffer::Sensor::saturated(const ImuSample& sample) const {
+  return (sample.*value).cwiseAbs().maxCoeff() >= range;
+}
 
 void ImuBuffer::add(const ImuSample& sample) {
   if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite()) {
@@ -33,10 +45,7 @@ void ImuBuffer::add(const ImuSample& sample) {
     }
     if (to_seconds(sample.time - samples_.back().time) > options_.max_interval) ++counts_.gaps;
   }
-  if (reaches(sample.specific_force_imu, options_.accelerometer_range) ||
-      reaches(sample.angular_rate_imu, options_.gyroscope_range)) {
-    ++counts_.saturated;
-  }
+  if (accelerometer_.saturated(sample) || gyroscope_.saturated(sample)) ++counts_.saturated;
   ++counts_.used;
   samples_.push_back(sample);
 }
@@ -73,14 +82,70 @@ ImuInterval ImuBuffer::interval(Time start, Time end, const Position& after) con
       unmeasured = after->time - before.time;
     }
   }
+  const Guess force = bridge(accelerometer_, start, end, after, value.specific_force_imu);
+  const Guess rate = bridge(gyroscope_, start, end, after, value.angular_rate_imu);
   return {.tau = to_seconds(end - start),
-          .specific_force_imu = value.specific_force_imu,
-          .angular_rate_imu = value.angular_rate_imu,
-          .noise_scale = std::max(1.0, to_seconds(unmeasured) / options_.max_interval)};
+          .specific_force_imu = force.mean,
+          .angular_rate_imu = rate.mean,
+          .noise_scale = std::max(1.0, to_seconds(unmeasured) / options_.max_interval),
+          .accelerometer_extra_density = force.extra_density,
+          .gyroscope_extra_density = rate.extra_density};
+}
+
+bool ImuBuffer::rests_on_saturated(const Sensor& sensor, const Position& after) const {
+  if (after != samples_.end() && sensor.saturated(*after)) return true;
+  const bool before = after == samples_.end() || options_.convention == ImuConvention::kInstant;
+  return before && after != samples_.begin() && sensor.saturated(*std::prev(after));
+}
+
+ImuBuffer::Guess ImuBuffer::bridge(const Sensor& sensor, Time start, Time end,
+                                   const Position& after, const Eigen::Vector3d& mean) const {
+  if (counts_.saturated == 0 || !rests_on_saturated(sensor, after)) return {.mean = mean};
+  const auto good = [&sensor](const ImuSample& sample) { return !sensor.saturated(sample); };
+  const auto before = std::find_if(std::make_reverse_iterator(after), samples_.rend(), good);
+  const auto later = std::find_if(after, samples_.end(), good);
+  const bool known_before = before != samples_.rend(), known_later = later != samples_.end();
+  const Time begin = known_before ? before->time : std::min(start, samples_.front().time);
+  const Time until = known_later ? later->time : std::max(end, samples_.back().time);
+  const double root = std::sqrt(to_seconds(until - begin));
+  if (!known_before && !known_later) return {.mean = mean, .extra_density = sensor.range * root};
+  const ImuSample& first = known_before ? *before : *later;
+  const ImuSample& second = known_later ? *later : *before;
+  const double x = first.time < second.time ? middle_between(first, second, start, end) : 0;
+  const Eigen::Vector3d line = (1 - x) * first.*(sensor.value) + x * second.*(sensor.value);
+  double seen = (mean - line).lpNorm<Eigen::Infinity>();
+  for (auto s = before.base(); s != later; ++s) {
+    seen = std::max(seen, ((*s).*(sensor.value) - line).lpNorm<Eigen::Infinity>());
+  }
+  return {.mean = line, .extra_density = (kMissed * sensor.range + seen) * root};
+}
+
+std::optional<ImuSample> ImuBuffer::at(Time time) const {
+  if (samples_.empty()) return std::nullopt;
+  const auto after = std::ranges::lower_bound(samples_, time, {}, &ImuSample::time);
+  if (after == samples_.end()) return samples_.back();
+  if (after == samples_.begin() || options_.convention == ImuConvention::kIntervalMean) {
+    return *after;
+  }
+  return mean_between(*std::prev(after), *after, time, time);
+}
+
+std::optional<Time> ImuBuffer::latest() const {
+  if (samples_.empty()) return std::nullopt;
+  return samples_.back().time;
 }
 
 void ImuBuffer::forget_before(Time time) {
-  while (samples_.size() > 1 && samples_[1].time <= time) samples_.pop_front();
+  const auto good = [this](const ImuSample& sample) {
+    return !accelerometer_.saturated(sample) && !gyroscope_.saturated(sample);
+  };
+  auto first = std::ranges::upper_bound(std::as_const(samples_), time, {}, &ImuSample::time);
+  if (first != samples_.begin()) --first;
+  // The last one before that is not saturated begins the bridge.
+  while (first != samples_.begin() && !good(*first) && time - first->time <= kLongestBridge) {
+    --first;
+  }
+  samples_.erase(samples_.begin(), first);
 }
 
 }  // namespace chasles

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 #include <vector>
 
 #include <chasles/imu/strapdown.hpp>
@@ -10,12 +11,19 @@ namespace chasles {
 /// Takes the samples of an IMU as they come and gives the intervals between any two times, whatever
 /// the device did. Recovered and counted: a sample that is not finite, repeats or precedes the
 /// latest time is dropped; a gap is bridged by the straight line between its neighbours (kInstant:
-/// over the whole gap their mean) or by the later sample (kIntervalMean); a sample at the edge of
-/// the sensor's range is used but counted.
+/// over the whole gap their mean) or by the later sample (kIntervalMean).
 ///
 /// What was not measured is not known as well: in a gap, and where a sample is held for longer than
 /// `max_interval`, the noise variance grows with the time without a sample, by the factor
 /// (that time) / max_interval.
+///
+/// A sensor at the edge of its range says no more than that its signal is there or beyond. Its
+/// saturated samples are counted and bridged by the straight line between the neighbours that are
+/// not (a signal that rises to the range and stays near is near the line; one that rings, or fails,
+/// comes back to it); as long as no later neighbour has come, the earlier one is held, and without
+/// any the sample is used. The noise density grows by sigma sqrt(T), T being the time between the
+/// neighbours and sigma half of the range and how far from the line the sensor was seen: an
+/// error of sigma all that time. The other sensor's samples of the same time are used as they are.
 class ImuBuffer {
  public:
   struct Options {
@@ -40,6 +48,14 @@ class ImuBuffer {
   /// from: empty.
   std::vector<ImuInterval> between(Time from, Time to);
 
+  /// The signal at an instant, as between() has it: on the line between two samples (kInstant), or
+  /// the sample that holds there (kIntervalMean); before the first and after the last the nearest.
+  /// None without any sample.
+  std::optional<ImuSample> at(Time time) const;
+
+  /// Time of the last sample; none without any.
+  std::optional<Time> latest() const;
+
   /// Forgets samples that no interval from `time` on needs; the latest is always kept.
   void forget_before(Time time);
 
@@ -47,10 +63,28 @@ class ImuBuffer {
 
  private:
   using Position = std::deque<ImuSample>::const_iterator;
+  /// One of the two.
+  struct Sensor {
+    Eigen::Vector3d ImuSample::*value;
+    double range;
+    bool saturated(const ImuSample& sample) const;
+  };
+  /// What a sensor would have shown.
+  struct Guess {
+    Eigen::Vector3d mean;
+    double extra_density = 0;
+  };
   /// [start, end], with no sample inside; `after` is the first sample later than `start`.
   ImuInterval interval(Time start, Time end, const Position& after) const;
+  /// Whether what the sensor says of an interval rests on a saturated sample.
+  bool rests_on_saturated(const Sensor& sensor, const Position& after) const;
+  /// By its neighbours that are not saturated; `mean`: by the samples as they are.
+  Guess bridge(const Sensor& sensor, Time start, Time end, const Position& after,
+               const Eigen::Vector3d& mean) const;
 
   Options options_;
+  Sensor accelerometer_{&ImuSample::specific_force_imu, options_.accelerometer_range};
+  Sensor gyroscope_{&ImuSample::angular_rate_imu, options_.gyroscope_range};
   Counts counts_;
   std::deque<ImuSample> samples_;
 };

@@ -174,22 +174,6 @@ TEST(ImuBuffer, GapsAreBridgedWithMoreNoise) {
                    {{0.02, 2}, {0.1, 12, 5}, {0.01, 14}, {0.03, 18, 1.5}});
 }
 
-TEST(ImuBuffer, SaturatedSamplesAreUsedAndCounted) {
-  ImuBuffer buffer({.accelerometer_range = 16, .gyroscope_range = 4});
-  auto add = [&buffer, t = Time(0)](const Eigen::Vector3d& f, const Eigen::Vector3d& w) mutable {
-    buffer.add({.time = t += milliseconds(10), .specific_force_imu = f, .angular_rate_imu = w});
-  };
-  add({15.9, 0, 0}, {0, 3.9, 0});
-  EXPECT_EQ(buffer.counts().saturated, 0);
-  add({0, -16, 0}, {0, 0, 0});
-  EXPECT_EQ(buffer.counts().saturated, 1);
-  add({0, 0, 0}, {0, 0, 4});
-  add({17, 0, 0}, {0, 0, -5});  // both sensors: one sample
-  EXPECT_EQ(buffer.counts().saturated, 3);
-  EXPECT_EQ(buffer.counts().used, 4);
-  EXPECT_EQ(buffer.between(milliseconds(10), milliseconds(40)).back().specific_force_imu.x(), 8.5);
-}
-
 TEST(ImuBuffer, ForgettingKeepsWhatLaterIntervalsNeed) {
   for (const ImuConvention convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
     for (const int ms : {5, 10, 14, 20, 29, 30, 37, 40, 55}) {
@@ -288,6 +272,31 @@ TEST(ImuBuffer, TheRightConventionClosesAndTheWrongOneDoesNot) {
     EXPECT_NEAR(right_100 / right_200, 4, 0.2);
     EXPECT_GT(wrong_100, 200 * right_100);
     EXPECT_NEAR(wrong_100 / wrong_200, 2, 0.1);
+  }
+}
+
+TEST(ImuBuffer, TellsTheSignalAtAnInstant) {
+  for (const ImuConvention convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
+    ImuBuffer buffer({.convention = convention});
+    EXPECT_FALSE(buffer.at(Time(0)));
+    EXPECT_FALSE(buffer.latest());
+    for (int k = 1; k <= 3; ++k) {
+      const Eigen::Vector3d value(k, 10 * k, -k);
+      buffer.add({.time = Time(1'000'000 * k),
+                  .specific_force_imu = value,
+                  .angular_rate_imu = 2 * value});
+    }
+    const auto at = [&](int nanoseconds) {
+      const auto sample = buffer.at(Time(nanoseconds));
+      EXPECT_EQ(sample->angular_rate_imu, 2 * sample->specific_force_imu);
+      return sample->specific_force_imu.x();
+    };
+    EXPECT_EQ(at(0), 1);
+    EXPECT_EQ(at(1'000'000), 1);
+    EXPECT_DOUBLE_EQ(at(1'250'000), convention == ImuConvention::kInstant ? 1.25 : 2);
+    EXPECT_DOUBLE_EQ(at(2'000'000), 2);
+    EXPECT_EQ(at(9'000'000), 3);
+    EXPECT_EQ(buffer.latest(), Time(3'000'000));
   }
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <limits>
+
 #include <Eigen/Core>
 
 #include <chasles/time.hpp>
@@ -28,6 +30,12 @@ struct ImuNoise {
   double accelerometer_random_walk = 0;    ///< [m/s^3/sqrt(Hz)]
   double gyroscope_noise_density = 0;      ///< [rad/s/sqrt(Hz)]
   double gyroscope_random_walk = 0;        ///< [rad/s^2/sqrt(Hz)]
+};
+
+/// What a sensor can show at most, each axis either way; beyond, it is saturated.
+struct ImuRange {
+  double accelerometer = std::numeric_limits<double>::infinity();  ///< [m/s^2]
+  double gyroscope = std::numeric_limits<double>::infinity();      ///< [rad/s]
 };
 
 /// Gravity in nav, whose z axis points up [m/s^2].

@@ -104,16 +104,24 @@ Matrix15d transition(const Eigen::Matrix3d& R, const Motion& m, double tau) {
   return F;
 }
 
-// A sample's noise moves pose and velocity as its bias does (the sign does not matter), with the
-// variance density^2 / tau.
+// Standard deviation of the mean over an interval.
+double white_sigma(double density, double extra_density, const ImuInterval& interval) {
+  return std::sqrt((interval.noise_scale * density * density + extra_density * extra_density) /
+                   interval.tau);
+}
+
+// A sample's noise moves pose and velocity as its bias does (the sign does not matter).
 Matrix15d noise_covariance(const Matrix15d& F, const ImuInterval& interval, const ImuNoise& noise) {
   Matrix15d Q = Matrix15d::Zero();
   const double tau = interval.tau;
   if (tau == 0) return Q;
-  const double scale = std::sqrt(interval.noise_scale / tau);
   Eigen::Matrix<double, 9, 6> N;
-  N.leftCols<3>() = scale * noise.accelerometer_noise_density * F.block<9, 3>(0, kAccelerometer);
-  N.rightCols<3>() = scale * noise.gyroscope_noise_density * F.block<9, 3>(0, kGyroscope);
+  N.leftCols<3>() = white_sigma(noise.accelerometer_noise_density,
+                                interval.accelerometer_extra_density, interval) *
+                    F.block<9, 3>(0, kAccelerometer);
+  N.rightCols<3>() =
+      white_sigma(noise.gyroscope_noise_density, interval.gyroscope_extra_density, interval) *
+      F.block<9, 3>(0, kGyroscope);
   // The product alone is not symmetric to the last bit.
   const Eigen::Matrix<double, 9, 9> S = N * N.transpose();
   Q.topLeftCorner<9, 9>() = (S + S.transpose()) / 2;

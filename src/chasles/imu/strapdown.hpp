@@ -24,6 +24,9 @@ struct ImuInterval {
   Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();    ///< as measured [rad/s]
   double noise_scale = 1;  ///< multiplies the variance of the white noise: above 1 where samples
                            ///< are missing (imu_buffer.hpp)
+  /// Densities of white noise besides the sensors' own, where a sample was saturated.
+  double accelerometer_extra_density = 0;  ///< [m/s^2/sqrt(Hz)]
+  double gyroscope_extra_density = 0;      ///< [rad/s/sqrt(Hz)]
 };
 
 /// A step and its exact linearisation in the reference chart: d next = F d now + d_gravity dg +
@@ -42,7 +45,8 @@ struct StrapdownStep {
 ///   tau^2 + g tau^2 / 2.
 /// F and d_gravity are the derivatives of this very map. Q: white noise of both sensors, constant
 /// over the interval as the sample is (standard deviation density / sqrt(tau), so that an interval
-/// may be cut in two), and the biases' random walks, on the biases only. tau = 0: nothing moves.
+/// may be cut in two; density^2 is noise_scale times the sensor's plus the extra one), and the
+/// biases' random walks, on the biases only. tau = 0: nothing moves.
 StrapdownStep strapdown(const InertialState& state, const ImuInterval& interval,
                         const Eigen::Vector3d& gravity_world, const ImuNoise& noise);
 

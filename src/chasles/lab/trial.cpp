@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <deque>
 #include <limits>
 #include <numbers>
 #include <variant>
@@ -105,6 +106,29 @@ InertialSlam slam_for(const FilterVariant& filter, const Recording& recording,
           pixel_sigma,
           start};
 }
+
+// The frames, each when the samples reach up to it by the filter's own clock.
+class FramesInTime {
+ public:
+  explicit FramesInTime(const Recording& recording) : events_(recording) {}
+
+  std::optional<FeatureFrame> next(InertialSlam& slam) {
+    while (waiting_.empty() || !slam.covers(waiting_.front().time)) {
+      auto event = events_.next();
+      if (!event) break;
+      if (const auto* sample = std::get_if<ImuSample>(&*event)) slam.process(*sample);
+      if (auto* frame = std::get_if<FeatureFrame>(&*event)) waiting_.push_back(std::move(*frame));
+    }
+    if (waiting_.empty()) return std::nullopt;
+    FeatureFrame frame = std::move(waiting_.front());
+    waiting_.pop_front();
+    return frame;
+  }
+
+ private:
+  EventStream events_;
+  std::deque<FeatureFrame> waiting_;
+};
 
 // With too little in common an alignment means nothing.
 void align_to(const Trajectory& truth, Trial& trial) {
@@ -212,11 +236,9 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording,
   Trial trial{.filter = filter.name};
   const double started = thread_seconds();
   InertialSlam slam = slam_for(filter, recording, start);
-  EventStream events(recording);
-  while (const auto event = events.next()) {
-    if (const auto* sample = std::get_if<ImuSample>(&*event)) slam.process(*sample);
-    const auto* seen = std::get_if<FeatureFrame>(&*event);
-    if (!seen || seen->time < start.time) continue;
+  FramesInTime frames(recording);
+  while (const auto seen = frames.next(slam)) {
+    if (slam.clock(seen->time) < start.time) continue;
     const InertialEstimate e = slam.process(*seen);
     TrialPoint point = point_of(e, truth_at(recording.truth, e.time), coordinates);
     point.seconds = to_seconds(e.time - start.time);
@@ -224,6 +246,7 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording,
     trial.points.push_back(point);
     trial.estimate.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
     trial.landmarks = e.landmarks;
+    trial.calibration = e.calibration;
     trial.diverged = e.health == Health::kLost || point.position_error >= kDivergedAt;
     if (trial.diverged) break;
   }

@@ -43,6 +43,7 @@ struct Trial {
   double ate = std::nan(""), ate_posyaw = std::nan(""), attitude_posyaw = std::nan("");
   int landmarks = 0;  ///< of the whole map
   double seconds_cpu = 0;
+  std::optional<Calibration> calibration = {};  ///< at the end, where it is estimated
 };
 
 inline constexpr double kDivergedAt = 20;  ///< [m]

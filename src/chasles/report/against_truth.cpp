@@ -11,10 +11,11 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 void compare(AgainstTruth& out, const MatchedTrajectories& matched,
-             const std::vector<Matrix6d>& covariances, PoseError nees_coordinates) {
-  out.world_T_truth_first = align(matched, Alignment::kFirstPose).truth_T_estimate.inverse();
+             const std::vector<Matrix6d>& covariances, PoseError nees_coordinates, bool level) {
+  const Alignment first = level ? Alignment::kFirstLevel : Alignment::kFirstPose;
+  out.world_T_truth_first = align(matched, first).truth_T_estimate.inverse();
   out.world_T_truth_fit = align(matched, Alignment::kRigid).truth_T_estimate.inverse();
-  const Nees by_row = nees(matched, covariances, nees_coordinates);
+  const Nees by_row = nees(matched, covariances, nees_coordinates, level);
   for (std::size_t row = 0; row < matched.estimate.size(); ++row) {
     const std::size_t state = matched.estimate_index[row];
     const SE3 truth = out.world_T_truth_first * matched.truth[row].pose;
@@ -27,8 +28,8 @@ void compare(AgainstTruth& out, const MatchedTrajectories& matched,
 
 }  // namespace
 
-AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory& truth,
-                           PoseError nees_coordinates) {
+AgainstTruth against_truth(const Run& run, PoseError nees_coordinates) {
+  const std::vector<RunState>& states = run.states;
   const std::vector<double> unknown(states.size(), kNaN);
   AgainstTruth out;
   out.error.assign(states.size(), Vector6d::Constant(kNaN));
@@ -40,7 +41,7 @@ AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory
     covariances.push_back(state.pose_covariance);
   }
   try {
-    compare(out, associate(estimate, truth), covariances, nees_coordinates);
+    compare(out, associate(estimate, run.truth), covariances, nees_coordinates, is_level(run));
   } catch (const InputError& error) {
     // A page without the comparison, which says why, is worth more than none.
     out.problem = error.what();

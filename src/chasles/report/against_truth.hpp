@@ -10,7 +10,7 @@ namespace chasles {
 
 /// The truth brought into the run's world, and what the estimate lacks of it.
 struct AgainstTruth {
-  SE3 world_T_truth_first;  ///< places truth by the first matched pose
+  SE3 world_T_truth_first;  ///< places truth by the first matched pose, as nees() does
   SE3 world_T_truth_fit;    ///< places truth by the best rigid fit, as the ATE does
   /// Truth minus estimate at each state, truth placed by the first pose: [theta; dp] as
   /// RunState::pose_covariance, [rad, m]. NaN where no truth was matched.
@@ -23,7 +23,6 @@ struct AgainstTruth {
 };
 
 /// The comparison of eval/ laid out by state.
-AgainstTruth against_truth(const std::vector<RunState>& states, const Trajectory& truth,
-                           PoseError nees_coordinates = PoseError::kStandard);
+AgainstTruth against_truth(const Run& run, PoseError nees_coordinates = PoseError::kStandard);
 
 }  // namespace chasles

@@ -45,6 +45,25 @@ TEST(PageInABrowser, SeveralRunsWithHostileNamesAreCompared) {
   expect_works_in_a_browser({hostile, other}, "several");
 }
 
+TEST(PageInABrowser, RunsOfOneRecordingAreShownOverItsPlan) {
+  std::vector<ReportRun> runs(5, synthetic_drive({.states = 600, .landmarks = 50}));
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const char* charts[] = {"standard", "left-se3", "right-se3", "right-sen3", "right-sen3"};
+    runs[k].summary = std::string(R"({"nees_pose": 7.5, "ate_posyaw_m": 0.2, "resets": 0, )") +
+                      R"("settings": {"interval": )" + std::to_string(k / 4) + R"(, "chart": ")" +
+                      charts[k] + "\"}}";
+    runs[k].label = "<b>" + std::to_string(k) + std::string(k == 2 ? 90 : 1, 'w');
+    for (RunState& s : runs[k].run.states) s.world_T_imu.p.y() += 0.8 * static_cast<double>(k);
+    runs[k].run.plan = {
+        {.kind = PlanLine::Kind::kWall,
+         .points = {{-20, -30}, {250, -30}, {250, 150}, {-20, 150}, {-20, -30}}},
+        {.kind = PlanLine::Kind::kFurniture, .points = {{50, 20}, {60, 20}, {60, 30}, {50, 20}}}};
+  }
+  // One begins later, and has fewer frames.
+  runs[3].run.states.erase(runs[3].run.states.begin(), runs[3].run.states.begin() + 77);
+  expect_works_in_a_browser(runs, "overview");
+}
+
 TEST(PageInABrowser, AbsentTruthDeadReckoningLandmarksAndSummaryLeaveAPage) {
   ReportRun bare =
       synthetic_drive({.states = 200, .landmarks = 0, .truth = false, .dead_reckoning = false});

@@ -12,6 +12,7 @@
 #include <chasles/report/against_truth.hpp>
 #include <chasles/report/encode.hpp>
 #include <chasles/report/page_data.hpp>
+#include <chasles/report/scenes.hpp>
 
 namespace chasles {
 namespace {
@@ -172,7 +173,7 @@ PoseError nees_coordinates(const Json& summary) {
 
 void add_truth(Json& json, const Run& run, const Eigen::Vector3d& origin) {
   const PoseError coordinates = nees_coordinates(json["summary"]);
-  const AgainstTruth errors = against_truth(run.states, run.truth, coordinates);
+  const AgainstTruth errors = against_truth(run, coordinates);
   json["nees_coordinates"] = name(coordinates);
   const Trajectory truth = thinned(run.truth);
   const auto placed = [&](const SE3& world_T_truth) {
@@ -212,7 +213,8 @@ Json run_data(const ReportRun& report_run) {
       run.states.empty() ? Eigen::Vector3d::Zero() : run.states.front().world_T_imu.p;
   const Eigen::Vector3d origin = first.allFinite() ? first : Eigen::Vector3d::Zero();
 
-  Json json = {{"name", run.name}, {"summary", parsed_summary(report_run)}};
+  Json json = {
+      {"name", run.name}, {"label", report_run.label}, {"summary", parsed_summary(report_run)}};
   json["origin"] = {origin.x(), origin.y(), origin.z()};
   add_poses(json["states"], run.states, origin);
   add_uncertainty(json["states"], run.states);
@@ -238,6 +240,7 @@ Json page_data(const std::vector<ReportRun>& runs) {
     json["bounds"][fmt::format("chi2_{}_low", dof)] = band.low;
     json["bounds"][fmt::format("chi2_{}_high", dof)] = band.high;
   }
+  json["scenes"] = scenes_json(runs);
   json["runs"] = Json::array();
   for (const ReportRun& run : runs) json["runs"].push_back(run_data(run));
   return json;

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include <chasles/sim/floor_plan.hpp>
 
@@ -119,6 +121,24 @@ std::vector<WallSegment> plan_walls(const FloorPlan& plan) {
         });
   }
   return walls;
+}
+
+std::vector<std::vector<Eigen::Vector2d>> wall_loops(const std::vector<WallSegment>& walls) {
+  // The corners are points of one grid: the same numbers wherever two walls meet.
+  const auto corner = [](const Eigen::Vector2d& p) { return std::pair(p.x(), p.y()); };
+  std::multimap<std::pair<double, double>, const WallSegment*> beginning;
+  for (const WallSegment& wall : walls) beginning.emplace(corner(wall.a), &wall);
+  std::vector<std::vector<Eigen::Vector2d>> loops;
+  while (!beginning.empty()) {
+    auto& loop = loops.emplace_back();
+    loop.push_back(beginning.begin()->second->a);
+    for (auto next = beginning.begin(); next != beginning.end();
+         next = beginning.find(corner(loop.back()))) {
+      loop.push_back(next->second->b);
+      beginning.erase(next);
+    }
+  }
+  return loops;
 }
 
 std::vector<PlanRectangle> plan_floors(const FloorPlan& plan) {

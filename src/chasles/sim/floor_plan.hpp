@@ -27,6 +27,10 @@ struct WallSegment {
 /// loops.
 std::vector<WallSegment> plan_walls(const FloorPlan& plan);
 
+/// Those walls joined to closed loops, each beginning and ending at the same corner, with the free
+/// space on the left hand.
+std::vector<std::vector<Eigen::Vector2d>> wall_loops(const std::vector<WallSegment>& walls);
+
 /// Rectangles without overlaps that together are the plan.
 std::vector<PlanRectangle> plan_floors(const FloorPlan& plan);
 

@@ -59,6 +59,31 @@ TEST(FloorPlan, FloorsAndSolidsTileTheBoundingBox) {
   EXPECT_DOUBLE_EQ(area(plan_solids(ring())), 70 - 49);
 }
 
+TEST(FloorPlan, WallsAreJoinedToClosedLoopsThatEncloseTheSame) {
+  // Two rooms that touch at a corner, besides: four walls meet there.
+  FloorPlan plan = ring();
+  plan.rooms.push_back({{10, 6}, {12, 9}});
+  const auto walls = plan_walls(plan);
+  const auto loops = wall_loops(walls);
+  EXPECT_LE(loops.size(), 3U);
+  double area = 0, length = 0;
+  std::size_t pieces = 0;
+  for (const auto& loop : loops) {
+    EXPECT_EQ(loop.front(), loop.back());
+    pieces += loop.size() - 1;
+    for (std::size_t i = 1; i < loop.size(); ++i) {
+      const Vector2d &a = loop[i - 1], &b = loop[i];
+      EXPECT_EQ((b - a).cwiseAbs().minCoeff(), 0) << "a wall that is not in the plan";
+      area += (a.x() * b.y() - a.y() * b.x()) / 2;
+      length += (b - a).norm();
+    }
+  }
+  EXPECT_EQ(pieces, walls.size());
+  EXPECT_DOUBLE_EQ(area, 49 + 6);
+  EXPECT_DOUBLE_EQ(length, 50 + 10);
+  EXPECT_TRUE(wall_loops({}).empty());
+}
+
 TEST(FloorPlan, EdgesThatDifferByRoundOffAreOne) {
   const FloorPlan plan{.rooms = {{{0, 0}, {0.1 + 0.2, 1}}, {{0.3, 0}, {1, 1}}}};
   EXPECT_EQ(plan_walls(plan).size(), 4U);

@@ -141,6 +141,7 @@ Recording simulate_sensors(const InertialScene& scene, const Spline& motion, std
   recording.name = settings.name;
   recording.cameras = scene.cameras.empty() ? make_cameras(settings) : scene.cameras;
   recording.truth = poses_at_frames(scene, motion);
+  if (settings.geometry == "walk") recording.plan = drawn_walk_plan(settings);
   add_imu(scene, motion, run, recording);
   return recording;
 }

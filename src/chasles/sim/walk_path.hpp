@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chasles/data/plan.hpp>
 #include <chasles/lie/trajectory.hpp>
 #include <chasles/sim/floor_plan.hpp>
 #include <chasles/sim/inertial_path.hpp>
@@ -14,6 +15,9 @@ FloorPlan walk_plan(const InertialSettings& settings);
 
 /// What stands in it [m]: lintels, cupboards, benches, desks, pillars.
 std::vector<Box> walk_furniture(const InertialSettings& settings);
+
+/// Both as they are drawn: walls, and the outlines of what stands on the floor.
+Plan drawn_walk_plan(const InertialSettings& settings);
 
 /// The poses world_T_imu of a pedestrian, as `hallway_path`: through the passage, round one loop to
 /// the left, through it again, round the other to the right, and so on for all `sections`, or until

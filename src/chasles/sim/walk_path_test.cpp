@@ -116,6 +116,33 @@ TEST(WalkPath, RefusesABuildingThatIsTooSmall) {
       << complaint(s);
 }
 
+TEST(WalkPath, TheDrawnPlanHasItsWallsAndTheFurnitureOnTheFloor) {
+  InertialScene scene = inertial_scene("walk");
+  scene.settings.walk_duration = 6;
+  const Plan plan = simulate_inertial(scene).plan;
+  double walls = 0, drawn = 0;
+  for (const WallSegment& wall : plan_walls(walk_plan(scene.settings))) {
+    walls += (wall.b - wall.a).norm();
+  }
+  std::size_t standing = 0, outlines = 0;
+  for (const Box& box : walk_furniture(scene.settings)) {
+    if (box.low.z() == -scene.settings.imu_height) ++standing;
+  }
+  for (const PlanLine& line : plan) {
+    EXPECT_EQ(line.points.front(), line.points.back());
+    if (line.kind == PlanLine::Kind::kFurniture) {
+      ++outlines;
+      continue;
+    }
+    for (std::size_t i = 1; i < line.points.size(); ++i) {
+      drawn += (line.points[i] - line.points[i - 1]).norm();
+    }
+  }
+  EXPECT_NEAR(drawn, walls, 1e-9 * walls);
+  EXPECT_EQ(outlines, standing);
+  EXPECT_LT(standing, walk_furniture(scene.settings).size()) << "the scene has lintels too";
+}
+
 TEST(WalkPath, ItsLandmarksAreSeenOnTheWay) {
   InertialScene scene = inertial_scene("walk");
   scene.settings.walk_duration = 20;

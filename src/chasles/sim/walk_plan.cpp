@@ -1,4 +1,5 @@
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -128,6 +129,21 @@ FloorPlan walk_plan(const InertialSettings& settings) { return make_building(set
 
 std::vector<Box> walk_furniture(const InertialSettings& settings) {
   return make_building(settings).furniture;
+}
+
+Plan drawn_walk_plan(const InertialSettings& settings) {
+  const Building building = make_building(settings);
+  Plan plan;
+  for (auto& loop : wall_loops(plan_walls(building.plan))) {
+    plan.push_back({.kind = PlanLine::Kind::kWall, .points = std::move(loop)});
+  }
+  for (const Box& box : building.furniture) {
+    if (box.low.z() > building.floor) continue;  // a lintel: one walks below it
+    const Vector2d low = box.low.head<2>(), high = box.high.head<2>();
+    plan.push_back({.kind = PlanLine::Kind::kFurniture,
+                    .points = {low, {high.x(), low.y()}, high, {low.x(), high.y()}, low}});
+  }
+  return plan;
 }
 
 }  // namespace chasles

@@ -16,13 +16,15 @@ namespace {
 RotationPrior rotation_between(ImuBuffer& imu, Time from, Time to, const Eigen::Vector3d& bias) {
   const std::vector<ImuInterval> intervals = imu.between(from, to);
   RotationPrior prior;
+  bool measured = !intervals.empty();
   for (const ImuInterval& interval : intervals) {
+    measured = measured && interval.gyroscope_extra_density == 0;  // not saturated
     prior.now_R_last_imu =
         so3::exp(-(interval.angular_rate_imu - bias) * interval.tau) * prior.now_R_last_imu;
   }
   prior.now_R_last_imu = so3::normalized(prior.now_R_last_imu);
   if (!prior.now_R_last_imu.allFinite()) return {};  // absurd rates
-  prior.trusted = !intervals.empty();
+  prior.trusted = measured;
   return prior;
 }
 
@@ -30,8 +32,11 @@ RotationPrior rotation_between(ImuBuffer& imu, Time from, Time to, const Eigen::
 
 struct FeatureFeed::Shared {
   Shared(std::function<std::optional<SensorEvent>()> next, const FrontendSettings& settings,
-         std::vector<Camera> cameras, const ImuBuffer::Options& options)
-      : next_event(std::move(next)), frontend(settings, std::move(cameras)), imu(options) {}
+         std::vector<Camera> cameras, const ImuBuffer::Options& options,
+         std::vector<GrayImage> masks)
+      : next_event(std::move(next)),
+        frontend(settings, std::move(cameras), std::move(masks)),
+        imu(options) {}
 
   // What one event becomes; none at the end, or when all is to stop.
   std::optional<Item> make() {
@@ -77,6 +82,7 @@ struct FeatureFeed::Shared {
     try {
       while (auto item = make()) {
         const std::lock_guard lock(mutex);
+        if (stop) break;
         ready.push_back(std::move(*item));
         changed.notify_all();
       }
@@ -117,8 +123,9 @@ struct FeatureFeed::Shared {
 
 FeatureFeed::FeatureFeed(std::function<std::optional<SensorEvent>()> next,
                          const FrontendSettings& settings, std::vector<Camera> cameras,
-                         const ImuBuffer::Options& imu, bool ahead)
-    : shared_(std::make_unique<Shared>(std::move(next), settings, std::move(cameras), imu)) {
+                         const ImuBuffer::Options& imu, bool ahead, std::vector<GrayImage> masks)
+    : shared_(std::make_unique<Shared>(std::move(next), settings, std::move(cameras), imu,
+                                       std::move(masks))) {
   if (ahead) shared_->worker = std::thread([shared = shared_.get()] { shared->work_ahead(); });
 }
 

@@ -34,9 +34,10 @@ class FeatureFeed {
   static constexpr std::size_t kLead = 3;
 
   /// `next` gives the events, none at the end; with `ahead` it is called from the other thread, and
-  /// what it throws is thrown by next() below.
+  /// what it throws is thrown by next() below. `masks` as for Frontend.
   FeatureFeed(std::function<std::optional<SensorEvent>()> next, const FrontendSettings& settings,
-              std::vector<Camera> cameras, const ImuBuffer::Options& imu, bool ahead);
+              std::vector<Camera> cameras, const ImuBuffer::Options& imu, bool ahead,
+              std::vector<GrayImage> masks = {});
   ~FeatureFeed();
 
   /// FeatureFrames that came as such, and those of images as TrackedFrame.

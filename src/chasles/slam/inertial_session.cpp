@@ -3,6 +3,7 @@
 #include <utility>
 
 #include <chasles/lie/so3.hpp>
+#include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_session.hpp>
 
 namespace chasles {
@@ -15,6 +16,8 @@ constexpr int kContradictions = 40;
 constexpr int kDoubts = 5;  // as many already degrade it
 constexpr int kFewCompared = 10;
 constexpr int kManyObservations = 20, kFewUsed = 4;
+// Samples that a start keeps for a time offset that may yet be set back [s].
+constexpr double kTimeOffsetReach = 0.2;
 // A speed that nothing carried by a person, a car or a drone has [m/s].
 constexpr double kImpossibleSpeed = 150;
 
@@ -30,6 +33,7 @@ void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum) {
 }
 
 bool is_finite(const InertialEstimate& e) {
+  if (e.calibration && !e.calibration->covariance.allFinite()) return false;
   const NavState& m = e.motion;
   return m.nav_T_imu.R.allFinite() && m.nav_T_imu.p.allFinite() && m.v_nav.allFinite() &&
          m.biases.allFinite() && m.covariance.allFinite() && std::isfinite(e.nis) &&
@@ -85,23 +89,68 @@ std::vector<InertialEstimate> InertialSession::process(const FeatureFrame& frame
   }
   now_ = frame.time;
   last_frame_ = frame.time;
+  if (held_.empty() && covered(frame)) return take(frame);
+  held_.push_back(frame);
+  std::vector<InertialEstimate> estimates;
+  while (!held_.empty() && covered(held_.front())) take_held(estimates);
+  return estimates;
+}
+
+std::vector<InertialEstimate> InertialSession::finish() {
+  std::vector<InertialEstimate> estimates;
+  while (!held_.empty()) take_held(estimates);
+  return estimates;
+}
+
+void InertialSession::take_held(std::vector<InertialEstimate>& estimates) {
+  const FeatureFrame frame = std::move(held_.front());
+  held_.pop_front();
+  const std::vector<InertialEstimate> some = take(frame);
+  estimates.insert(estimates.end(), some.begin(), some.end());
+}
+
+// By the filter's offset, else by the one that was learnt, else by the one that is stated.
+Time InertialSession::clock(Time of_cameras) const {
+  if (slam_) return slam_->clock(of_cameras);
+  double offset = settings_.time_offset;
+  if (agreed_ && agreed_->calibration) {
+    offset = agreed_->calibration->time_offset.value_or(offset);
+  }
+  return of_cameras + from_seconds(offset);
+}
+
+bool InertialSession::covered(const FeatureFrame& frame) const {
+  const bool shifted = settings_.calibrate_time_offset || settings_.time_offset != 0;
+  return !shifted || clock(frame.time) <= *last_sample_;
+}
+
+std::vector<InertialEstimate> InertialSession::take(const FeatureFrame& frame) {
   if (slam_) {
     const auto estimate = step(frame);
     return estimate ? std::vector{*estimate} : std::vector<InertialEstimate>{};
   }
   if (given_) return wait_for_given(frame);
   frames_.push_back(frame);
-  const auto start = initialiser_->add(frame);
-  if (start) return begin(continued(*start));
+  FeatureFrame by_clock = frame;
+  by_clock.time = clock(frame.time);
+  auto start = initialiser_->add(by_clock);
+  if (start) {
+    const auto calibration =
+        agreed_ ? agreed_->calibration : stated_calibration(settings_, sensors_.cameras);
+    if (calibration) widen_start(*calibration, samples_, *start);
+    return begin(continued(*start));
+  }
   // What is older than any window can be is not replayed.
   const Time oldest = frame.time - from_seconds(2 * start_settings_.max_window);
   while (frames_.front().time < oldest) frames_.pop_front();
-  while (samples_.size() > 2 && samples_[1].time < frames_.front().time) samples_.pop_front();
+  const Time reach = clock(frames_.front().time) -
+                     (settings_.calibrate_time_offset ? from_seconds(kTimeOffsetReach) : Time{});
+  while (samples_.size() > 2 && samples_[1].time < reach) samples_.pop_front();
   return {};
 }
 
 std::vector<InertialEstimate> InertialSession::wait_for_given(const FeatureFrame& frame) {
-  if (frame.time < given_->time) return {};
+  if (clock(frame.time) < given_->time) return {};
   const auto start = std::exchange(given_, std::nullopt);
   if (std::ranges::none_of(samples_, [&](const ImuSample& sample) {
         return std::chrono::abs(sample.time - start->time) <= kLongestGap;
@@ -121,7 +170,7 @@ std::vector<InertialEstimate> InertialSession::begin(InertialStart start) {
   for (const ImuSample& sample : samples_) slam_->process(sample);
   std::vector<InertialEstimate> estimates;
   for (const FeatureFrame& frame : std::exchange(frames_, {})) {
-    if (!slam_ || frame.time < start.time) continue;
+    if (!slam_ || clock(frame.time) < start.time) continue;
     if (const auto estimate = step(frame)) estimates.push_back(*estimate);
   }
   samples_.clear();
@@ -131,6 +180,9 @@ std::vector<InertialEstimate> InertialSession::begin(InertialStart start) {
 // A motion that is not finite is not handed on: the last one that was believed stands in for it.
 std::optional<InertialEstimate> InertialSession::step(const FeatureFrame& frame) {
   InertialEstimate e = slam_->process(frame);
+  // A time offset that falls, or begins anew, does not turn time back.
+  if (last_told_) e.time = std::max(e.time, *last_told_ + Time(1));
+  last_told_ = e.time;
   if (believed(e)) {
     if (contradictions_ > kDoubts && e.health == Health::kOk) e.health = Health::kDegraded;
     last_ = e;
@@ -168,13 +220,17 @@ void InertialSession::end_part() {
     slam_.reset();
   }
   contradictions_ = 0;
-  initialiser_ = std::make_unique<Initialiser>(start_settings_, sensors_.cameras, sensors_.noise,
-                                               sensors_.imu, sensors_.pixel_sigma);
+  dropped_frames_ += static_cast<int>(held_.size());
+  held_.clear();
+  initialiser_ = std::make_unique<Initialiser>(
+      start_settings_, calibrated(sensors_.cameras, agreed_ ? agreed_->calibration : std::nullopt),
+      sensors_.noise, sensors_.imu, sensors_.pixel_sigma);
 }
 
 // A start in a nav of its own, moved to where the run was last.
 InertialStart InertialSession::continued(InertialStart start) const {
   if (!agreed_) return start;
+  start.calibration = agreed_->calibration;
   const double gap = to_seconds(start.time - agreed_->time);
   const NavState& before = agreed_->motion;
   const Eigen::Matrix3d turn =

@@ -22,8 +22,8 @@ struct InertialSensors {
 /// From samples and frames to estimates, from the first to the last: finds a start, or takes one
 /// that is given, runs the filter, and begins anew where the filter is lost. Position and heading
 /// then go on from the last estimate that the frames agreed with, as uncertain as the time in
-/// between makes them. Whatever sensors deliver, nothing is thrown and all estimates are finite,
-/// their times rising strictly.
+/// between makes them; a calibration that was learnt stays, as uncertain as it was then. Whatever
+/// sensors deliver, nothing is thrown and all estimates are finite, their times rising strictly.
 ///
 /// Recovered and counted: a sample that is not finite or not later (imu_counts); a frame that is
 /// not later than the one before, or lies more than kLongestGap beyond the last sample, is dropped
@@ -39,8 +39,12 @@ class InertialSession {
 
   void process(const ImuSample& sample);
   /// The estimates that this frame brings: none before there is a start; with the start, those of
-  /// all frames since the time that it is for.
+  /// all frames since the time that it is for. Where images are late by the IMU's clock (settings:
+  /// time_offset, calibrate_time_offset) a frame waits until the samples reach up to it; its
+  /// estimate comes with a later frame, or from finish().
   std::vector<InertialEstimate> process(const FeatureFrame& frame);
+  /// The estimates of the frames that still wait: no more samples will come.
+  std::vector<InertialEstimate> finish();
 
   bool running() const { return slam_ != nullptr; }
   /// What a start still needs.
@@ -55,11 +59,15 @@ class InertialSession {
   std::vector<MapLandmark> map_nav() const;
 
  private:
+  std::vector<InertialEstimate> take(const FeatureFrame& frame);
+  void take_held(std::vector<InertialEstimate>& estimates);
   std::vector<InertialEstimate> begin(InertialStart start);
   std::vector<InertialEstimate> wait_for_given(const FeatureFrame& frame);
   std::optional<InertialEstimate> step(const FeatureFrame& frame);
   void note_time(const ImuSample& sample);
   bool usable(const FeatureFrame& frame) const;
+  Time clock(Time of_cameras) const;
+  bool covered(const FeatureFrame& frame) const;
   void reset();
   void end_part();
   InertialStart continued(InertialStart start) const;
@@ -73,9 +81,11 @@ class InertialSession {
   std::optional<InertialStart> given_;
   std::deque<ImuSample> samples_;  ///< since the oldest frame that may begin the run
   std::deque<FeatureFrame> frames_;
+  std::deque<FeatureFrame> held_;  ///< wait for samples
   std::optional<Time> waiting_since_;
   Time now_{};
   std::optional<Time> last_frame_, last_sample_;
+  std::optional<Time> last_told_;           ///< the last estimate's
   std::optional<InertialEstimate> last_;    ///< that was believed
   std::optional<InertialEstimate> agreed_;  ///< and that the frames did not contradict
   std::vector<MapLandmark> earlier_map_;

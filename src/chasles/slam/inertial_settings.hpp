@@ -22,6 +22,13 @@ struct InertialSlamSettings {
   double initial_accelerometer_bias_sigma = 0.02;
   double initial_gyroscope_bias_sigma = 0.005236;
 
+  bool calibrate_extrinsics = false;
+  double initial_extrinsic_rotation_sigma = 0.02;
+  double initial_extrinsic_translation_sigma = 0.02;
+  bool calibrate_time_offset = false;
+  double time_offset = 0;
+  double initial_time_offset_sigma = 0.01;
+
   double fixed_depth = 8;
   double fixed_depth_sigma = 3;
   double inverse_depth = 0.3;
@@ -68,6 +75,18 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
         "initial uncertainty of that bias");
   visit("initial_gyroscope_bias_sigma", s.initial_gyroscope_bias_sigma, "rad/s",
         "initial uncertainty of that bias");
+  visit("calibrate_extrinsics", s.calibrate_extrinsics, "bool",
+        "estimate where each camera is on the IMU, beginning with the recording's calibration");
+  visit("initial_extrinsic_rotation_sigma", s.initial_extrinsic_rotation_sigma, "rad",
+        "how far that is wrong, about each axis");
+  visit("initial_extrinsic_translation_sigma", s.initial_extrinsic_translation_sigma, "m",
+        "the same along each axis");
+  visit("calibrate_time_offset", s.calibrate_time_offset, "bool",
+        "estimate the cameras' time offset, beginning with time_offset");
+  visit("time_offset", s.time_offset, "s",
+        "to be added to the time of an image to have that of the IMU's clock (Kalibr's "
+        "timeshift_cam_imu)");
+  visit("initial_time_offset_sigma", s.initial_time_offset_sigma, "s", "how far that is wrong");
   visit("fixed_depth", s.fixed_depth, "m", "where a landmark begins that begins at once (K&S: 8)");
   visit("fixed_depth_sigma", s.fixed_depth_sigma, "m", "its uncertainty along the ray");
   visit("inverse_depth", s.inverse_depth, "1/m", "the same for inverse depth");

@@ -6,6 +6,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
+#include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 
 namespace chasles {
@@ -19,8 +20,13 @@ ImuNoise scaled(ImuNoise noise, double factor) {
   return noise;
 }
 
-State initial_state(const InertialSlamSettings& s, const InertialStart& start) {
+State initial_state(const InertialSlamSettings& s, const InertialStart& start,
+                    const std::optional<Calibration>& calibration) {
   State x;
+  if (calibration) {
+    x.imu_T_camera = calibration->imu_T_camera;
+    x.time_offset = calibration->time_offset;
+  }
   x.additive.resize(InertialModel::kSize);
   x.additive << start.accelerometer_bias, start.gyroscope_bias;
   if (s.nav_attitude) {
@@ -46,7 +52,7 @@ Matrix15d stated_covariance(const InertialSlamSettings& s) {
 
 // From nav's errors to those of the state's core.
 Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const InertialStart& start,
-                                   const State& x) {
+                                   const State& x, const std::optional<Calibration>& calibration) {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(x.core_size(), 15);
   J.block<3, 3>(x.nav_T_world ? x.nav_row() : 0, 0).setIdentity();
   J.block<3, 3>(x.nav_T_world ? x.nav_row() + 3 : 3, 3).setIdentity();
@@ -57,7 +63,20 @@ Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const Inertial
     J.block<3, 3>(6, 6) = R.transpose();
     J.block<3, 3>(6, 0) = R.transpose() * hat(start.v_nav);
   }
-  return J * start.covariance.value_or(stated_covariance(s)) * J.transpose();
+  Eigen::MatrixXd P = J * start.covariance.value_or(stated_covariance(s)) * J.transpose();
+  const int n = x.calibration_size();
+  if (calibration) P.bottomRightCorner(n, n) = calibration->covariance;
+  return P;
+}
+
+Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
+                   std::span<const Camera> cameras) {
+  const auto calibration = start.calibration ? start.calibration : stated_calibration(s, cameras);
+  const State x = initial_state(s, start, calibration);
+  return {error_chart(s.chart),
+          x,
+          initial_covariance(s, start, x, calibration),
+          {.compress_map = true, .keep_map = false}};
 }
 
 }  // namespace
@@ -70,11 +89,9 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       pixel_sigma_(pixel_sigma),
       model_{.noise = scaled(noise, settings.imu_noise_scale)},
       imu_(imu),
-      filter_(error_chart(settings.chart), initial_state(settings, start),
-              initial_covariance(settings, start, initial_state(settings, start)),
-              {.compress_map = true, .keep_map = false}),
-      now_(start.time),
-      composed_(start.time) {
+      filter_(initial_filter(settings, start, cameras_)),
+      now_(start.time - clock(Time{})),
+      composed_(now_) {
   note_prediction();
   if (settings.composition_interval > 0 && !settings.nav_attitude) {
     throw UsageError("composition_interval needs nav_attitude: the world's attitude in the state");
@@ -85,7 +102,6 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   advance_to(frame.time);
   ++frame_;
   InertialEstimate e;
-  e.time = frame.time;
   e.observations = static_cast<int>(frame.pixels.size());
   compose_when_due();
   const auto observations = usable(frame);
@@ -101,7 +117,9 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   if (settings_.init == "multi-view") begin_from_tracks(e);
   forget_unused_clones();
 
-  e.motion = nav_state(filter_);
+  e.time = clock(frame.time);
+  e.motion = motion();
+  e.calibration = calibration_of(filter_);
   e.in_state = static_cast<int>(filter_.state().landmarks.size());
   e.landmarks = filter_.map_size();
   e.health = judge(e);
@@ -117,27 +135,6 @@ std::vector<MapLandmark> InertialSlam::map_nav() const {
     landmark.covariance = nav_T_world->R * landmark.covariance * nav_T_world->R.transpose();
   }
   return map;
-}
-
-void InertialSlam::advance_to(Time time) {
-  if (time < now_) {
-    throw InputError("time runs backwards: " + std::to_string(time.count()) + " ns after " +
-                     std::to_string(now_.count()) + " ns");
-  }
-  const std::vector<ImuInterval> intervals = imu_.between(now_, time);
-  if (time > now_ && intervals.empty()) {
-    throw InputError("no IMU sample before the frame at " + std::to_string(time.count()) + " ns");
-  }
-  if (time > now_) {
-    Prediction next = predict(model_, filter_.state(), intervals);
-    if (settings_.first_estimates) {
-      use_first_estimates(model_, filter_.state(), to_seconds(time - now_), predicted_, next);
-    }
-    filter_.propagate(next);
-  }
-  note_prediction();
-  imu_.forget_before(time);
-  now_ = time;
 }
 
 std::vector<const PixelObservation*> InertialSlam::usable(const FeatureFrame& frame) const {
@@ -184,7 +181,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     last_[o->landmark].seen = frame_;
     auto z = measure_pixel(cameras_[static_cast<std::size_t>(o->camera)],
                            pixel_sigma_ * softness(found->second), filter_.state(), found->second,
-                           o->pixel, linearisation());
+                           o->pixel, linearisation(), o->camera);
     if (!z) continue;
     z->gate = gate;
     known.push_back(*std::move(z));
@@ -279,20 +276,9 @@ void InertialSlam::forget_unused_clones() {
   filter_.forget_clones(unused);
 }
 
-void InertialSlam::note_prediction() {
-  predicted_ = {.p_world = filter_.state().world_T_imu.p, .v_world = *filter_.state().v_world};
-}
-
-void InertialSlam::compose_when_due() {
-  if (settings_.composition_interval <= 0) return;
-  if (to_seconds(now_ - composed_) < settings_.composition_interval) return;
-  filter_.compose();
-  composed_ = now_;
-  note_prediction();
-}
-
 Health InertialSlam::judge(const InertialEstimate& e) {
   const auto& [pose, v, biases, covariance] = e.motion;
+  if (!has_sane_clock()) return Health::kLost;
   if (!pose.R.allFinite() || !pose.p.allFinite() || !v.allFinite() || !covariance.allFinite() ||
       covariance.diagonal().minCoeff() < -1e-9) {
     return Health::kLost;

@@ -17,7 +17,7 @@ namespace chasles {
 
 /// What the filter believes after a frame, and how its observations agreed.
 struct InertialEstimate {
-  Time time{};
+  Time time{};  ///< of the IMU's clock: of the image, plus the time offset
   NavState motion;
   double nis = 0;   ///< of the frame's observations of landmarks in the state, together
   int nis_dof = 0;  ///< its degrees of freedom
@@ -27,13 +27,15 @@ struct InertialEstimate {
   double innovation_products = 0, innovation_squares = 0;
   int observations = 0, used = 0, rejected = 0, added = 0, in_state = 0, landmarks = 0;
   Health health = Health::kOk;
+  std::optional<Calibration> calibration = {};  ///< where something of it is estimated
 };
 
 /// SLAM from an IMU and cameras: feed it samples and frames in the order of time, the samples up to
-/// a frame before the frame. Every observation is used once: a landmark in the state is observed
-/// from the present pose; another's observations wait with clones of the poses until they tell its
-/// depth, and then begin it all together (`init: multi-view`), or the first of them begins it at a
-/// guessed depth (`fixed-depth`). A track that ends before that still tells of its clones.
+/// a frame (by its time and the time offset, `covers`) before the frame. Every observation is used
+/// once: a landmark in the state is observed from the present pose; another's observations wait
+/// with clones of the poses until they tell its depth, and then begin it all together (`init:
+/// multi-view`), or the first of them begins it at a guessed depth (`fixed-depth`). A track that
+/// ends before that still tells of its clones.
 class InertialSlam {
  public:
   InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
@@ -42,6 +44,12 @@ class InertialSlam {
 
   void process(const ImuSample& sample) { imu_.add(sample); }
   InertialEstimate process(const FeatureFrame& frame);
+
+  /// What the IMU's clock showed at a time of the cameras', as far as is known.
+  Time clock(Time of_cameras) const;
+  /// Whether the samples reach up to a frame of that time. One that is processed before is
+  /// predicted by holding the last sample, and what that does wrong is not known to the filter.
+  bool covers(Time frame) const;
 
   const Ekf& filter() const { return filter_; }
   /// The map in nav's axes. Where the world's attitude is estimated its error is not in the
@@ -57,6 +65,11 @@ class InertialSlam {
   };
 
   void advance_to(Time time);
+  Prediction predict_to(Time time);
+  Vector9d rate_at(const InertialState& state, Time of_imu) const;
+  NavState motion() const;
+  double time_offset() const;
+  bool has_sane_clock() const;
   std::vector<const PixelObservation*> usable(const FeatureFrame& frame) const;
   void observe(const std::vector<const PixelObservation*>& observations, InertialEstimate& e);
   void begin_at_once(const std::vector<const PixelObservation*>& fresh, InertialEstimate& e);
@@ -87,7 +100,9 @@ class InertialSlam {
   InertialModel model_;
   ImuBuffer imu_;
   Ekf filter_;
-  Time now_, composed_;
+  Time now_;  ///< of the last frame, by the cameras' clock
+  Time composed_;
+  bool at_image_ = false;      ///< the state is of the instant of an image, not yet of the start's
   PredictedMotion predicted_;  ///< for first estimates
   int frame_ = 0;
   std::deque<int> window_;              ///< clones that tracks may have views from

@@ -20,9 +20,9 @@ void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fre
     const State& x = filter_.state();
     const auto landmark =
         anchored ? begin_anchored(camera, pixel_sigma_, x, o->landmark, o->pixel,
-                                  settings_.inverse_depth, settings_.inverse_depth_sigma)
+                                  settings_.inverse_depth, settings_.inverse_depth_sigma, o->camera)
                  : begin_at_depth(camera, pixel_sigma_, x, o->landmark, o->pixel,
-                                  settings_.fixed_depth, settings_.fixed_depth_sigma);
+                                  settings_.fixed_depth, settings_.fixed_depth_sigma, o->camera);
     if (!landmark) continue;
     landmarks.push_back(*landmark);
     last_[o->landmark] = {.seen = frame_};
@@ -59,9 +59,9 @@ void InertialSlam::begin_what_is_missing(InertialEstimate& e) {
     if (missing <= 0) break;
     if (track.views.empty() || track.views.back().clone != frame_) continue;
     const ClonedView& view = track.views.back();
-    const auto landmark = begin_anchored(cameras_[static_cast<std::size_t>(view.camera)],
-                                         pixel_sigma_, filter_.state(), id, view.pixel,
-                                         settings_.inverse_depth, settings_.inverse_depth_sigma);
+    const auto landmark = begin_anchored(
+        cameras_[static_cast<std::size_t>(view.camera)], pixel_sigma_, filter_.state(), id,
+        view.pixel, settings_.inverse_depth, settings_.inverse_depth_sigma, view.camera);
     if (!landmark) continue;
     landmarks.push_back(*landmark);
     last_[id] = {.seen = frame_};

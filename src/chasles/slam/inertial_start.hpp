@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include <chasles/filter/calibration.hpp>
 #include <chasles/imu/strapdown.hpp>
 #include <chasles/time.hpp>
 
@@ -9,7 +10,7 @@ namespace chasles {
 
 /// Where an inertial run begins, in nav.
 struct InertialStart {
-  Time time{};
+  Time time{};  ///< of the IMU's clock
   SE3 nav_T_imu;
   Eigen::Vector3d v_nav = Eigen::Vector3d::Zero();               ///< [m/s]
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
@@ -18,6 +19,9 @@ struct InertialStart {
   /// error, nav's axes; none: the initial deviations of the settings. Position and heading are
   /// where nav begins: their rows are 0.
   std::optional<Matrix15d> covariance = {};
+  /// What has been learnt of what the settings say is estimated of the sensors' arrangement; none:
+  /// the recording's and the settings' own.
+  std::optional<Calibration> calibration = {};
 };
 
 }  // namespace chasles

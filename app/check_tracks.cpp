@@ -1,0 +1,166 @@
+#include "check_tracks.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <chasles/data/image_views.hpp>
+#include <chasles/error.hpp>
+#include <chasles/frontend/frontend.hpp>
+
+#include "progress.hpp"
+
+namespace chasles::app {
+namespace {
+
+constexpr std::size_t kPairs = 40;  // pairs of images of two cameras
+constexpr Time kNextInstant = std::chrono::milliseconds(50);
+
+// Where the window of that length begins in which the gyroscope turns most.
+Time liveliest(const std::vector<ImuSample>& imu, Time from, Time to, Time length) {
+  Time best = from;
+  double sum = 0, most = -1;
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < imu.size() && imu[k].time <= to; ++k) {
+    if (imu[k].time < from) {
+      first = k + 1;
+      continue;
+    }
+    sum += imu[k].angular_rate_imu.squaredNorm();
+    while (imu[k].time - imu[first].time > length) {
+      sum -= imu[first++].angular_rate_imu.squaredNorm();
+    }
+    if (sum <= most) continue;
+    most = sum;
+    best = imu[first].time;
+  }
+  return best;
+}
+
+std::shared_ptr<const ImageSource> part_to_look_at(const Recording& recording, double seconds) {
+  const ImageSource& all = *recording.images;
+  const Time length = from_seconds(seconds), first = all.time(0), last = all.time(all.size() - 1);
+  if (last - first <= length) return recording.images;
+  const Time begin = std::min(liveliest(recording.imu, first, last, length), last - length);
+  return part_of(recording.images, begin, begin + length, recording.cameras.size());
+}
+
+FrontendSettings independent_settings() {
+  FrontendSettings settings;
+  settings.stereo = false;
+  return settings;
+}
+
+ImageFrame read(const ImageSource& images, std::size_t i, std::size_t cameras) {
+  try {
+    return images.read(i);
+  } catch (const InputError&) {  // the look at exposure counts them
+    return {.time = images.time(i), .images = std::vector<GrayImage>(cameras)};
+  }
+}
+
+// Gives out landmarks that no other source has.
+struct Source {
+  int camera = 0;
+  LandmarkId source = 0, sources = 1;
+
+  void add(const FeatureFrame& seen, FeatureFrame& frame) const {
+    for (const PixelObservation& o : seen.pixels) {
+      frame.pixels.push_back(
+          {.landmark = o.landmark * sources + source, .camera = camera, .pixel = o.pixel});
+    }
+  }
+};
+
+/// Follows the cameras of a rig, each by itself, and points from one to another.
+class Tracker {
+ public:
+  explicit Tracker(const std::vector<Camera>& cameras) : cameras_(&cameras) {
+    for (const Camera& camera : cameras) {
+      frontends_.emplace_back(independent_settings(), std::vector<Camera>{camera});
+    }
+  }
+
+  FeatureFrame follow(const ImageFrame& images) {
+    FeatureFrame frame{.time = images.time};
+    for (std::size_t c = 0; c < frontends_.size(); ++c) {
+      source(c, c).add(frontends_[c].process({.time = images.time, .images = {images.images[c]}}),
+                       frame);
+    }
+    return frame;
+  }
+
+  // The points of camera 0 begin anew in a front end of their own; it tells where each came from.
+  void pair(const ImageFrame& images, FeatureFrame& frame) {
+    const Camera& first = cameras_->front();
+    for (std::size_t c = 1; c < cameras_->size(); ++c) {
+      const Camera& other = (*cameras_)[c];
+      const GrayImage &a = images.images[0], &b = images.images[c];
+      if (a.empty() || b.empty() || first.width != other.width || first.height != other.height) {
+        continue;
+      }
+      Frontend both(pair_settings(), {first});
+      const FeatureFrame before = both.process({.time = {}, .images = {a}});
+      const FeatureFrame after = both.process({.time = kNextInstant, .images = {b}});
+      add_pairs(before, after, c, frame);
+    }
+  }
+
+ private:
+  static FrontendSettings pair_settings() {
+    FrontendSettings settings = independent_settings();
+    settings.reject_outliers = false;  // it knows one lens only
+    return settings;
+  }
+  Source source(std::size_t camera, std::size_t number) const {
+    return {.camera = static_cast<int>(camera),
+            .source = static_cast<LandmarkId>(number),
+            .sources = static_cast<LandmarkId>(2 * frontends_.size())};
+  }
+  void add_pairs(const FeatureFrame& before, const FeatureFrame& after, std::size_t camera,
+                 FeatureFrame& frame) {
+    FeatureFrame first, second;
+    for (const PixelObservation& o : after.pixels) {
+      const auto same = std::find_if(before.pixels.begin(), before.pixels.end(),
+                                     [&](const auto& p) { return p.landmark == o.landmark; });
+      if (same == before.pixels.end()) continue;  // begun in the second image
+      first.pixels.push_back({.landmark = pairs_, .camera = 0, .pixel = same->pixel});
+      second.pixels.push_back({.landmark = pairs_++, .camera = 0, .pixel = o.pixel});
+    }
+    const std::size_t number = frontends_.size() + camera;
+    source(0, number).add(first, frame);
+    source(camera, number).add(second, frame);
+  }
+
+  const std::vector<Camera>* cameras_;
+  std::vector<Frontend> frontends_;
+  LandmarkId pairs_ = 0;
+};
+
+}  // namespace
+
+ImageTracks track_images(const Recording& recording, double seconds) {
+  ImageTracks result;
+  if (recording.images->size() == 0 || recording.cameras.empty()) return result;
+  const auto images = part_to_look_at(recording, seconds);
+  const std::size_t frames = images->size(), step = 1 + frames / kPairs;
+  try {
+    Tracker tracker(recording.cameras);
+    Progress progress(frames, false);
+    for (std::size_t i = 0; i < frames; ++i) {
+      const ImageFrame now = read(*images, i, recording.cameras.size());
+      FeatureFrame frame = tracker.follow(now);
+      if (i % step == 0) tracker.pair(now, frame);
+      result.frames.push_back(std::move(frame));
+      progress.show(i + 1);
+    }
+  } catch (const UsageError& error) {
+    result.not_checked.push_back(fmt::format("what the images show: {}", error.what()));
+  }
+  result.facts.push_back(
+      {"images", "followed", static_cast<double>(result.frames.size()), "frames"});
+  return result;
+}
+
+}  // namespace chasles::app

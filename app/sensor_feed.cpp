@@ -1,0 +1,61 @@
+#include "sensor_feed.hpp"
+
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include <chasles/error.hpp>
+
+#include "run_input.hpp"
+
+namespace chasles::app {
+
+SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& frontend,
+                       const ImuBuffer::Options& imu, std::vector<GrayImage> masks,
+                       const SensorFeedOptions& options)
+    : recording_(&recording), stream_(recording) {
+  const auto own = [this] { return next_event(); };
+  if (options.realtime) {
+    playback_.emplace(own, PlaybackOptions{.begin = first_event(recording),
+                                           .speed = *options.realtime,
+                                           .stop = options.stop});
+  }
+  const auto played = [this] { return playback_->next(); };
+  feed_.emplace(playback_ ? std::function<std::optional<SensorEvent>()>(played) : own, frontend,
+                recording.cameras, imu, options.ahead && recording.images != nullptr,
+                std::move(masks));
+}
+
+std::optional<double> SensorFeed::seconds_since(Time recorded) const {
+  if (!playback_) return std::nullopt;
+  return playback_->seconds_since(recorded);
+}
+
+// The front end's thread may be waiting for the playback.
+void SensorFeed::close() {
+  if (playback_) playback_->stop();
+  feed_.reset();
+  if (playback_) counts_ = playback_->counts();
+  playback_.reset();
+}
+
+std::optional<SensorEvent> SensorFeed::next_event() {
+  while (auto event = stream_.next()) {
+    if (auto* sample = std::get_if<ImuSample>(&*event)) return *sample;
+    if (auto* frame = std::get_if<FeatureFrame>(&*event)) return std::move(*frame);
+    if (const auto* due = std::get_if<ImagesDue>(&*event)) return read(*due);
+  }
+  return std::nullopt;
+}
+
+ImageFrame SensorFeed::read(const ImagesDue& due) {
+  try {
+    return recording_->images->read(due.index);
+  } catch (const InputError& error) {
+    ++unreadable_;
+    spdlog::warn("{}", error.what());
+    return {.time = due.time, .images = std::vector<GrayImage>(recording_->cameras.size())};
+  }
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include <chasles/data/recording.hpp>
+#include <chasles/slam/playback.hpp>
+
+namespace chasles::app {
+
+struct SensorFeedOptions {
+  bool ahead = true;  ///< the front end on a thread of its own
+  std::optional<double>
+      realtime;  ///< recorded seconds in a second; none: as fast as they are taken
+  std::function<bool()> stop = [] { return false; };  ///< asked while a live sensor is waited for
+};
+
+/// What the filter takes from a recording: its samples and frames, its images through the front
+/// end; as fast as they are taken, or at the recording's own speed, and then some may be dropped.
+/// An image that cannot be read counts as missing.
+class SensorFeed {
+ public:
+  /// The recording must outlive the feed.
+  SensorFeed(const Recording& recording, const FrontendSettings& frontend,
+             const ImuBuffer::Options& imu, std::vector<GrayImage> masks,
+             const SensorFeedOptions& options);
+  SensorFeed(const SensorFeed&) = delete;
+  SensorFeed& operator=(const SensorFeed&) = delete;
+  ~SensorFeed() { close(); }
+
+  /// None at the end, and after a stop.
+  std::optional<FeatureFeed::Item> next() { return feed_->next(); }
+  /// As FeatureFeed's.
+  void learnt(const Eigen::Vector3d& gyroscope_bias) { feed_->learnt(gyroscope_bias); }
+
+  /// Of a recording that is played at its own speed: how long ago what has that time was due [s].
+  std::optional<double> seconds_since(Time recorded) const;
+
+  /// Ends all threads, after which nothing may be asked of the feed but these two.
+  void close();
+  int unreadable() const { return unreadable_; }
+  Playback::Counts counts() const { return counts_; }  ///< zero, if not played in real time
+
+ private:
+  std::optional<SensorEvent> next_event();
+  ImageFrame read(const ImagesDue& due);
+
+  const Recording* recording_;
+  EventStream stream_;
+  int unreadable_ = 0;
+  Playback::Counts counts_;
+  std::optional<Playback> playback_;
+  std::optional<FeatureFeed> feed_;
+};
+
+}  // namespace chasles::app

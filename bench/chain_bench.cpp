@@ -1,0 +1,223 @@
+// What a frame costs from pixels to the estimate, on one thread: front end and filter with 150
+// tracks, 50 landmarks and 10 clones on images of 752 x 480 px in memory, mono and stereo, against
+// plain KLT of OpenCV on the same images in the same run. The images are those of EuRoC's MH_01
+// where they are at hand ($CHASLES_DATA, ../shared/data), else rendered ones.
+//
+// A frame's work is the same in every repetition, so its time is the least of them: what other work
+// on the machine adds is left out. Frames up to the one that brought the start are left out too.
+// `chain_bench --slow` lists the most expensive frames, and what they did.
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <filesystem>
+#include <numeric>
+#include <vector>
+
+#include <opencv2/core/utility.hpp>
+
+#include <chasles/data/readers.hpp>
+#include <chasles/filter/dense.hpp>
+#include <chasles/sim/inertial_sim.hpp>
+#include <chasles/sim/render_images.hpp>
+#include <chasles/slam/feature_feed.hpp>
+#include <chasles/slam/inertial_session.hpp>
+
+#include "plain_klt.hpp"
+
+namespace chasles {
+namespace {
+
+constexpr int kRepetitions = 7;
+constexpr int kTracks = 150;
+
+double cpu_ms() {  // of all threads: there is one
+  timespec t{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
+struct Footage {
+  Recording recording;
+  std::vector<ImageFrame> frames;
+};
+
+Recording rendered() {
+  InertialScene scene = inertial_scene("walk");
+  InertialSettings& s = scene.settings;
+  s.cameras = 2;
+  s.baseline = 0.11;
+  s.image_width = 752;
+  s.image_height = 480;
+  s.focal_length = 458;
+  s.center_u = 367;
+  s.center_v = 248;
+  s.frame_rate = 20;
+  s.walk_duration = 20;
+  return render_inertial(scene);
+}
+
+Footage footage() {
+  const char* given = std::getenv("CHASLES_DATA");
+  const std::filesystem::path data = given ? given : CHASLES_SOURCE_DIR "/../shared/data";
+  const auto euroc = data / "euroc/MH_01_easy_17s";
+  const bool real = std::filesystem::exists(euroc);
+  Footage m{.recording = real ? read_recording(euroc) : rendered(), .frames = {}};
+  std::printf("%s images\n", real ? "MH_01's" : "rendered");
+  const ImageSource& images = *m.recording.images;
+  for (std::size_t i = 0; i < images.size(); ++i) m.frames.push_back(images.read(i));
+  return m;
+}
+
+/// Of a frame: processor time [ms], and what was done.
+struct Cost {
+  double frontend = 0, filter = 0;
+  FrontendReport report;
+  InertialEstimate estimate;
+  double all() const { return frontend + filter; }
+};
+
+std::function<std::optional<SensorEvent>()> events(const Footage& m, std::size_t cameras,
+                                                   EventStream& stream) {
+  return [&m, cameras, &stream]() -> std::optional<SensorEvent> {
+    while (auto event = stream.next()) {
+      if (auto* sample = std::get_if<ImuSample>(&*event)) return *sample;
+      if (const auto* due = std::get_if<ImagesDue>(&*event)) {
+        ImageFrame frame = m.frames[due->index];
+        frame.images.resize(cameras);
+        return frame;
+      }
+    }
+    return std::nullopt;
+  };
+}
+
+std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
+  const std::vector<Camera> used(m.recording.cameras.begin(),
+                                 m.recording.cameras.begin() + static_cast<long>(cameras));
+  const ImuBuffer::Options imu{.convention = m.recording.imu_convention};
+  InertialSlamSettings settings;
+  settings.max_landmarks = 50;
+  settings.clones = 10;
+  InertialSession session(settings, {},
+                          {.cameras = used, .noise = *m.recording.imu_noise, .imu = imu});
+  FrontendSettings frontend;
+  frontend.max_tracks = kTracks;
+  EventStream stream(m.recording);
+  FeatureFeed feed(events(m, cameras, stream), frontend, used, imu, false);
+  std::vector<Cost> costs;
+  Cost cost;
+  for (double before = cpu_ms();;) {
+    const auto item = feed.next();
+    const double tracked_at = cpu_ms();
+    if (!item) return costs;
+    cost.frontend += tracked_at - before;
+    const bool running = session.running();
+    if (const auto* sample = std::get_if<ImuSample>(&*item)) session.process(*sample);
+    if (const auto* tracked = std::get_if<TrackedFrame>(&*item)) {
+      cost.report = tracked->report;
+      const auto estimates = session.process(tracked->frame);
+      feed.learnt(session.gyroscope_bias());
+      if (!estimates.empty()) cost.estimate = estimates.back();
+    }
+    before = cpu_ms();
+    cost.filter += before - tracked_at;
+    if (!std::holds_alternative<TrackedFrame>(*item)) continue;
+    if (running) costs.push_back(cost);
+    cost = {};
+  }
+}
+
+/// Of the same number of frames at the end.
+std::vector<double> plain(const Footage& m, bool stereo, std::size_t count) {
+  bench::PlainKlt klt(kTracks);
+  std::vector<double> costs;
+  for (const ImageFrame& frame : m.frames) {
+    const double before = cpu_ms();
+    klt.process(frame.images[0], stereo ? &frame.images[1] : nullptr);
+    costs.push_back(cpu_ms() - before);
+  }
+  costs.erase(costs.begin(), costs.end() - static_cast<long>(count));
+  return costs;
+}
+
+double mean(const std::vector<double>& v) {
+  return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
+}
+
+double p99(std::vector<double> v) {
+  std::sort(v.begin(), v.end());
+  return v[static_cast<std::size_t>(0.99 * static_cast<double>(v.size() - 1))];
+}
+
+void print(const char* name, const std::vector<double>& ms, double yardstick) {
+  std::printf("  %-10s mean %6.3f ms  p99 %6.3f ms  p99/mean %4.2f  ratio to plain KLT %.2f\n",
+              name, mean(ms), p99(ms), p99(ms) / mean(ms), mean(ms) / yardstick);
+}
+
+void print_slow(std::vector<Cost> costs) {
+  std::sort(costs.begin(), costs.end(),
+            [](const Cost& a, const Cost& b) { return a.all() > b.all(); });
+  std::puts(
+      "      ms  front end: tracked, added    filter: pixels used, landmarks begun, in the state");
+  for (std::size_t i = 0; i < 8 && i < costs.size(); ++i) {
+    const InertialEstimate& e = costs[i].estimate;
+    std::printf("  %6.2f  %9.2f: %4d, %3d     %12.2f: %3d, %2d, %2d\n", costs[i].all(),
+                costs[i].frontend, costs[i].report.tracked, costs[i].report.added, costs[i].filter,
+                e.used, e.added, e.in_state);
+  }
+}
+
+/// The least of the repetitions, frame by frame.
+void keep_least(const std::vector<Cost>& more, std::vector<Cost>& least) {
+  if (least.empty()) least = more;
+  for (std::size_t i = 0; i < least.size(); ++i) {
+    least[i].frontend = std::min(least[i].frontend, more[i].frontend);
+    least[i].filter = std::min(least[i].filter, more[i].filter);
+  }
+}
+
+void measure(const Footage& m, bool stereo, bool slow) {
+  std::vector<Cost> costs;
+  std::vector<double> klt;
+  for (int i = 0; i < kRepetitions; ++i) {
+    keep_least(chain(m, stereo ? 2 : 1), costs);
+    const std::vector<double> once = plain(m, stereo, costs.size());
+    if (klt.empty()) klt = once;
+    for (std::size_t k = 0; k < klt.size(); ++k) klt[k] = std::min(klt[k], once[k]);
+  }
+  std::vector<double> frontend, filter, both;
+  double pixels = 0, landmarks = 0;
+  for (const Cost& c : costs) {
+    frontend.push_back(c.frontend);
+    filter.push_back(c.filter);
+    both.push_back(c.all());
+    pixels += c.report.tracked;
+    landmarks += c.estimate.in_state;
+  }
+  const auto n = static_cast<double>(costs.size());
+  std::printf("%s: %zu frames, %.0f tracks, %.0f landmarks in the state on average\n",
+              stereo ? "stereo" : "mono", costs.size(), pixels / n, landmarks / n);
+  print("plain KLT", klt, mean(klt));
+  print("front end", frontend, mean(klt));
+  print("filter", filter, mean(klt));
+  print("both", both, mean(klt));
+  if (slow) print_slow(costs);
+}
+
+}  // namespace
+}  // namespace chasles
+
+int main(int argc, char** argv) {
+  chasles::dense::prepare();
+  cv::setNumThreads(1);
+  double load[1] = {};
+  const chasles::Footage m = chasles::footage();
+  ::getloadavg(load, 1);
+  std::printf("load of the machine %.1f; least of %d repetitions\n", load[0],
+              chasles::kRepetitions);
+  const bool slow = argc > 1 && std::strcmp(argv[1], "--slow") == 0;
+  for (const bool stereo : {false, true}) chasles::measure(m, stereo, slow);
+}

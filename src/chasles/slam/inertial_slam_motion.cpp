@@ -1,0 +1,101 @@
+#include <cmath>
+
+#include <chasles/error.hpp>
+#include <chasles/slam/inertial_slam.hpp>
+
+// How the filter moves from image to image, by the clocks of cameras and IMU.
+namespace chasles {
+namespace {
+
+// An update may set the time offset back: samples are kept for so long [s].
+constexpr double kTimeOffsetReach = 0.2;
+// A clock that is wrong by more is not told by pixels [s].
+constexpr double kLongestTimeOffset = 0.5;
+
+InertialState inertial_state(const SE3& world_T_imu, const Eigen::Vector3d& v_world,
+                             const Eigen::VectorXd& biases) {
+  return {.world_T_imu = world_T_imu,
+          .v_world = v_world,
+          .accelerometer_bias = biases.head<3>(),
+          .gyroscope_bias = biases.tail<3>()};
+}
+
+}  // namespace
+
+double InertialSlam::time_offset() const {
+  return filter_.state().time_offset.value_or(settings_.time_offset);
+}
+
+bool InertialSlam::has_sane_clock() const { return std::abs(time_offset()) <= kLongestTimeOffset; }
+
+Time InertialSlam::clock(Time of_cameras) const {
+  return has_sane_clock() ? of_cameras + from_seconds(time_offset()) : of_cameras;
+}
+
+bool InertialSlam::covers(Time frame) const {
+  const bool shifted = filter_.state().time_offset || settings_.time_offset != 0;
+  return !shifted || (imu_.latest() && clock(frame) <= *imu_.latest());
+}
+
+void InertialSlam::advance_to(Time time) {
+  if (time < now_) {
+    throw InputError("time runs backwards: " + std::to_string(time.count()) + " ns after " +
+                     std::to_string(now_.count()) + " ns");
+  }
+  const bool has_offset = filter_.state().time_offset.has_value();
+  if (time > now_ || (has_offset && !at_image_)) filter_.propagate(predict_to(time));
+  at_image_ = true;
+  note_prediction();
+  imu_.forget_before(clock(time) - (has_offset ? from_seconds(kTimeOffsetReach) : Time{}));
+  now_ = time;
+}
+
+Prediction InertialSlam::predict_to(Time time) {
+  const State& x = filter_.state();
+  const std::vector<ImuInterval> intervals = imu_.between(clock(now_), clock(time));
+  if (time > now_ && intervals.empty()) {
+    throw InputError("no IMU sample before the frame at " + std::to_string(time.count()) + " ns");
+  }
+  Prediction next = predict(model_, x, intervals);
+  if (settings_.first_estimates) {
+    use_first_estimates(model_, x, to_seconds(time - now_), predicted_, next);
+  }
+  if (x.time_offset) {
+    // The start is the state at a time of the IMU's clock, which does not move with the offset.
+    const Vector9d before =
+        at_image_ ? rate_at(inertial_state(x.world_T_imu, *x.v_world, x.additive), clock(now_))
+                  : Vector9d::Zero();
+    const Vector9d after =
+        rate_at(inertial_state(next.world_T_imu, *next.v_world, x.additive), clock(time));
+    shift_with_time_offset(x, before, after, next);
+  }
+  return next;
+}
+
+Vector9d InertialSlam::rate_at(const InertialState& state, Time of_imu) const {
+  const auto sample = imu_.at(of_imu);
+  if (!sample) return Vector9d::Zero();
+  return motion_rate(state, gravity_world(model_, filter_.state()), *sample);
+}
+
+// At the instant that e.time names.
+NavState InertialSlam::motion() const {
+  const State& x = filter_.state();
+  if (!x.time_offset) return nav_state(filter_);
+  return nav_state_by_clock(
+      filter_, rate_at(inertial_state(x.world_T_imu, *x.v_world, x.additive), clock(now_)));
+}
+
+void InertialSlam::note_prediction() {
+  predicted_ = {.p_world = filter_.state().world_T_imu.p, .v_world = *filter_.state().v_world};
+}
+
+void InertialSlam::compose_when_due() {
+  if (settings_.composition_interval <= 0) return;
+  if (to_seconds(now_ - composed_) < settings_.composition_interval) return;
+  filter_.compose();
+  composed_ = now_;
+  note_prediction();
+}
+
+}  // namespace chasles

@@ -1,0 +1,72 @@
+// The figures of the runs of one scene side by side, and their errors over time.
+
+// [heading, value of a run and its entry of the scene, decimals]
+const OVERVIEW_COLUMNS = [
+  ['ATE [m]', (s, { level }) => s[level ? 'ate_posyaw_m' : 'ate_m'], 3],
+  ['attitude [°]', (s, { level }) => s[level ? 'attitude_posyaw_deg' : 'attitude_deg'], 3],
+  ['NEES position', (_, { meanNees }) => perDegree(meanNees.position, 3), 2],
+  ['NEES attitude', (_, { meanNees }) => perDegree(meanNees.attitude, 3), 2],
+  ['NEES pose', (_, { meanNees }) => perDegree(meanNees.pose, 6), 2],
+  ['walked [m]', (s) => s.path_m, 1], ['resets', (s) => s.resets, 0],
+];
+
+/** The settings of a run that are not those of all others, but for the chart. */
+function differences(runs) {
+  const all = runs.map((run) => flattened(run.summary.settings));
+  const keys = [...new Set(all.flatMap((s) => Object.keys(s)))].filter((key) =>
+    key !== 'chart' && all.some((s) => s[key] !== all[0][key]));
+  return all.map((s) => keys.map((key) => `${key} ${s[key] === undefined ? '–' : s[key]}`).join(', '));
+}
+
+function showOverviewTable(scene) {
+  const runs = scene.runs.map(({ index }) => app.runs[index]);
+  const values = OVERVIEW_COLUMNS.map(([, value]) =>
+    scene.runs.map((entry, k) => asNumber(value(runs[k].summary, entry))));
+  const known = OVERVIEW_COLUMNS.map((_, c) => c).filter((c) => values[c].some(Number.isFinite));
+  const differing = differences(runs), differ = differing.some(Boolean);
+  const rows = scene.runs.map(({ index }, k) => [
+    make('span', { class: 'run-name', dir: 'auto' }, runSwatch(index), runs[k].label),
+    make('td', { dir: 'auto' }, chartOf(runs[k]) || '–'),
+    ...known.map((c) =>
+      make('td', { class: 'figure' }, fixed(values[c][k], OVERVIEW_COLUMNS[c][2]))),
+    ...(differ ? [make('td', { class: 'small', dir: 'auto' }, differing[k])] : []),
+  ]);
+  byId('overview-table').replaceChildren(table(['', 'chart',
+    ...known.map((c) => OVERVIEW_COLUMNS[c][0]), ...(differ ? ['settings'] : [])], rows));
+}
+
+const asNumber = (v) => (typeof v === 'number' ? v : NaN);
+const perDegree = (v, dof) => asNumber(v) / dof;
+
+/** Values at the times of the active run, from the nearest row. */
+function atActiveTimes(times, values) {
+  // The active run's first row is its first state that could be compared, nearly always the first.
+  const start = sceneOf(app.active).runs.find((r) => r.index === app.active).t[0];
+  return Float32Array.from(activeRun().states.t, (t) => {
+    const i = nearestIndex(times, t + start);
+    return Math.abs(times[i] - t - start) < 1 ? values[i] : NaN;
+  });
+}
+
+/** Errors and NEES of all runs of the scene; nothing for a run that is alone. */
+function overviewPlots() {
+  const scene = sceneOf(app.active);
+  if (!scene || scene.runs.length < 2) return [];
+  const lines = (column) => scene.runs.map((entry) => {
+    const { label, colour, dash } = app.runs[entry.index];
+    return { label, name: label, style: 'line', colour, dash,
+      values: atActiveTimes(entry.t, entry[column]) };
+  });
+  const { chi2_6_low: low, chi2_6_high: high } = activeRun().bounds, nees = lines('nees');
+  return [{
+    title: 'Position error of all runs',
+    caption: 'Distance from the true position, each run fitted to the truth as above.',
+    panels: [{ label: '', unit: 'm', zero: true, series: lines('distance') }],
+  }, {
+    title: 'NEES of the pose of all runs',
+    caption: 'Each in the coordinates of its chart; 6 on average where a filter is consistent.',
+    panels: [{ label: '', zero: true, floor: 0.06, clip: true,
+      log: nees.some((s) => leavesBandFar(s.values, high)),
+      series: [{ label: '95 % band', style: 'band', low, high, colour: 'good' }, ...nees] }],
+  }];
+}
