@@ -12,6 +12,7 @@
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/inertial_start.hpp>
 #include <chasles/slam/slam.hpp>
+#include <chasles/slam/standstill.hpp>
 
 namespace chasles {
 
@@ -27,6 +28,7 @@ struct InertialEstimate {
   double innovation_products = 0, innovation_squares = 0;
   int observations = 0, used = 0, rejected = 0, added = 0, in_state = 0, landmarks = 0;
   Health health = Health::kOk;
+  bool still = false;  ///< IMU and tracks say so, and the filter was told
 };
 
 /// SLAM from an IMU and cameras: feed it samples and frames in the order of time, the samples up to
@@ -40,7 +42,10 @@ class InertialSlam {
                const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
                const InertialStart& start);
 
-  void process(const ImuSample& sample) { imu_.add(sample); }
+  void process(const ImuSample& sample) {
+    imu_.add(sample);
+    standstill_.add(sample);
+  }
   InertialEstimate process(const FeatureFrame& frame);
 
   const Ekf& filter() const { return filter_; }
@@ -67,6 +72,7 @@ class InertialSlam {
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
+  bool hold_still(const FeatureFrame& frame);
   double softness(int landmark) const;
   double gate_square(int dof) const;  ///< what a squared innovation may be
   void settle();
@@ -87,8 +93,11 @@ class InertialSlam {
   InertialModel model_;
   ImuBuffer imu_;
   Ekf filter_;
+  Standstill standstill_;
   Time now_, composed_;
-  PredictedMotion predicted_;  ///< for first estimates
+  std::optional<Time> previous_;    ///< frame
+  std::optional<int> still_since_;  ///< clone of the pose that the rest began with
+  PredictedMotion predicted_;       ///< for first estimates
   int frame_ = 0;
   std::deque<int> window_;              ///< clones that tracks may have views from
   bool cloned_ = false;                 ///< the present frame's pose is a clone
