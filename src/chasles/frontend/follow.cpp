@@ -82,4 +82,24 @@ Followed follow(const ImagePyramid& from, const ImagePyramid& to, const Expectat
           .correlation = static_cast<double>(forth->correlation)};
 }
 
+std::optional<Refound> find_again(const ImagePyramid& from, const ImagePyramid& to,
+                                  const Expectation& expected, const FollowSettings& settings) {
+  constexpr float kFurthest = 0.5F;  // [px], beyond what align() found
+  Patch patch;
+  if (!make_patch(from.levels[0], expected.from.cast<float>(),
+                  usable_bend(expected.to_A_from.inverse()), settings.window,
+                  static_cast<float>(settings.min_gradient), patch)) {
+    return std::nullopt;
+  }
+  const Pass pass = fine_pass(settings);
+  const auto found =
+      align(patch, to.levels[0], expected.to.cast<float>(), pass.max_steps, pass.precision);
+  if (!found || found->correlation < pass.min_correlation) return std::nullopt;
+  const auto rest = deformation(patch, to.levels[0], found->centre);
+  if (!rest || rest->shift.norm() > kFurthest) return std::nullopt;
+  const Eigen::Matrix2d bend = Eigen::Matrix2d::Identity() + rest->bend.cast<double>();
+  return Refound{.pixel = (found->centre + rest->shift).cast<double>(),
+                 .to_A_from = bend * expected.to_A_from};
+}
+
 }  // namespace chasles

@@ -45,4 +45,14 @@ std::optional<PatchPosition> follow_forth(const ImagePyramid& from, const ImageP
                                           const Expectation& expected,
                                           const FollowSettings& settings);
 
+/// A patch found again, and how it is bent there.
+struct Refound {
+  Eigen::Vector2d pixel;      ///< in the second image [px]
+  Eigen::Matrix2d to_A_from;  ///< d to / d from, as the patches tell
+};
+
+/// Where the patch of `from` lies near `expected.to`, on level 0 alone, its bend improved.
+std::optional<Refound> find_again(const ImagePyramid& from, const ImagePyramid& to,
+                                  const Expectation& expected, const FollowSettings& settings);
+
 }  // namespace chasles

@@ -43,11 +43,12 @@ struct Frontend::State {
 
   FrontendReport report;
   std::optional<Time> last_frame = {};  // of any frame
-  Time last_image{};                    // of the image in `last`
-  std::vector<ImagePyramid> last, now;  // one a camera; camera 0's `last` is the tracks'
+  Time last_image{};                    // of the last one in `past`
+  PastImages past;                      // of camera 0, up to the one before
+  std::vector<ImagePyramid> now;        // one a camera
   std::vector<Track> tracks = {};
   LandmarkId next_id = 0;
-  Eigen::Matrix3d now_R_last_imu = Eigen::Matrix3d::Identity();  // since `last`
+  Eigen::Matrix3d now_R_last_imu = Eigen::Matrix3d::Identity();  // since that
   bool rotation_trusted = true;
   int waited = 0;  // frames
 
@@ -93,7 +94,7 @@ void Frontend::State::follow(Time time) {
   if (!tracks.empty()) {
     const Eigen::Matrix3d& cam_R_imu = cameras[0].cam_T_imu.R;
     const TrackingStep step{.camera = cameras[0],
-                            .last = last[0],
+                            .past = past,
                             .now = now[0],
                             .mask = masks[0],
                             .now_R_last = cam_R_imu * now_R_last_imu * cam_R_imu.transpose(),
@@ -132,6 +133,7 @@ void Frontend::State::add_tracks() {
     tracks.push_back({.id = next_id++,
                       .pixel = pixel,
                       .ray = *ray,
+                      .anchor = {.image = past.count(), .pixel = pixel},
                       .others = std::vector<OtherView>(cameras.size() - 1)});
     ++report.added;
   }
@@ -201,7 +203,7 @@ Frontend::Frontend(const FrontendSettings& settings, std::vector<Camera> cameras
                                          .masks = std::move(masks),
                                          .coverage = coverage,
                                          .report = {},
-                                         .last = pyramids,
+                                         .past = PastImages(settings.patch_frames),
                                          .now = pyramids});
 }
 
@@ -232,7 +234,7 @@ FeatureFrame Frontend::process(const ImageFrame& frame, const RotationPrior& rot
   }
   state.report.stereo_seconds = clock.lap();
   state.age_statistics();
-  std::swap(state.last[0], state.now[0]);
+  state.past.push(state.now[0]);
   return state.features(frame.time);
 }
 

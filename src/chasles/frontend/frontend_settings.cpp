@@ -45,6 +45,7 @@ void check(const FrontendSettings& s) {
   require("min_correlation", s.min_correlation, -1, 1);
   require("max_backward_error", s.max_backward_error, 0.01, 1000);
   require("waiting_frames", s.waiting_frames, 0, 10000);
+  require("patch_frames", s.patch_frames, 1, 100);
   require("max_age", s.max_age, 0, 1000000);
   require("outlier_threshold", s.outlier_threshold, 0.01, 1000);
   require("epipolar_threshold", s.epipolar_threshold, 0.01, 1000);

@@ -24,6 +24,7 @@ struct FrontendSettings {
   double min_correlation = 0.8;
   double max_backward_error = 0.7;
   int waiting_frames = 5;
+  int patch_frames = 10;
   int max_age = 30;
 
   bool reject_outliers = true;
@@ -61,6 +62,9 @@ void for_each_frontend_setting(SettingsType& s, Visitor&& visit) {
         "a patch followed to the new image and back must return so near");
   visit("waiting_frames", s.waiting_frames, "count",
         "tracks outlive so many frames without an image (missing, black, saturated)");
+  visit("patch_frames", s.patch_frames, "count",
+        "a track's patch is kept for so many images while it fits: errors of single steps do not "
+        "add up; 1: each image's patch is looked for in the next one");
   visit("max_age", s.max_age, "frames",
         "a track of about this age goes on as another point: what it drifted does not add up; 0: "
         "never");

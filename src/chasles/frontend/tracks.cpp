@@ -21,6 +21,29 @@ struct Pair {
   Track last, now;
 };
 
+/// Where the patch that a track began with, or went on with, lies in the new image, near to where
+/// the last image's patch was found; that place, and the patch there from now on, where the old one
+/// no longer fits.
+Eigen::Vector2d refine(const TrackingStep& step, const FrontendSettings& settings,
+                       const Eigen::Vector2d& found, PatchAnchor& anchor) {
+  constexpr double kNear = 1.5;  // [px]
+  const int now = step.past.count();
+  if (step.past.has(anchor.image)) {
+    const auto kept =
+        find_again(step.past.at(anchor.image), step.now,
+                   {.from = anchor.pixel, .to = found, .to_A_from = anchor.now_A_then},
+                   follow_settings_of(settings));
+    if (kept && (kept->pixel - found).norm() < kNear) {
+      anchor.now_A_then = kept->to_A_from;
+      if (now - anchor.image >= settings.patch_frames)
+        anchor = {.image = now, .pixel = kept->pixel};
+      return kept->pixel;
+    }
+  }
+  anchor = {.image = now, .pixel = found};
+  return found;
+}
+
 /// The track in the new image; none, and why is counted, where it ends.
 std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettings& settings,
                                   const Track& last, FrontendReport& report) {
@@ -36,16 +59,19 @@ std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettin
                        .to_A_from = turned->to_A_from,
                        .levels = step.trusted ? settings.predicted_levels : settings.levels};
   if (!in_image(step.camera, expected.to)) expected.to = turned->pixel;
-  Followed found = follow(step.last, step.now, expected, follow_settings);
+  Followed found = follow(step.past.last(), step.now, expected, follow_settings);
   if (found.outcome != FollowOutcome::kFound && expected.levels < settings.levels) {
     expected.to = turned->pixel;
     expected.levels = settings.levels;
-    found = follow(step.last, step.now, expected, follow_settings);
+    found = follow(step.past.last(), step.now, expected, follow_settings);
   }
   if (found.outcome != FollowOutcome::kFound) {
     ++(found.outcome == FollowOutcome::kFailed ? report.lost_klt : report.lost_backward);
     return std::nullopt;
   }
+  PatchAnchor anchor = last.anchor;
+  anchor.now_A_then = turned->to_A_from * anchor.now_A_then;
+  if (settings.patch_frames > 1) found.pixel = refine(step, settings, found.pixel, anchor);
   const auto ray = unproject(step.camera, found.pixel);
   if (!ray || !in_image(step.camera, found.pixel, settings.border)) {
     ++report.lost_left_image;
@@ -57,6 +83,7 @@ std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettin
   }
   Track now = last;
   now.pixel = found.pixel;
+  now.anchor = anchor;
   now.ray = *ray;
   now.drift = (found.pixel - turned->pixel) / step.seconds;
   ++now.age;

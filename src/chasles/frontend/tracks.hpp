@@ -1,6 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -21,6 +24,14 @@ struct OtherView {
   int rests = 0;                              ///< frames in which it is not looked for
 };
 
+/// Where a track's patch was taken. From image to image errors add up; against one patch that is
+/// kept for many images they do not.
+struct PatchAnchor {
+  int image = -1;                                            ///< its number; -1: none yet
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();           ///< there [px]
+  Eigen::Matrix2d now_A_then = Eigen::Matrix2d::Identity();  ///< d pixel now / d pixel there
+};
+
 /// A point of camera 0 that is followed.
 struct Track {
   LandmarkId id = 0;
@@ -28,13 +39,36 @@ struct Track {
   PixelRay ray;                                     ///< of that pixel
   Eigen::Vector2d drift = Eigen::Vector2d::Zero();  ///< motion beyond the rotation [px/s]
   int age = 1;                                      ///< frames in which it was seen
-  std::vector<OtherView> others = {};               ///< cameras 1, 2, ...
+  PatchAnchor anchor = {};
+  std::vector<OtherView> others = {};  ///< cameras 1, 2, ...
+};
+
+/// The latest images of camera 0, by their numbers 0, 1, 2, ...
+class PastImages {
+ public:
+  /// Of each image, the patches of so many before it can be looked up; at least the last one.
+  explicit PastImages(int count) : images_(static_cast<std::size_t>(std::max(count, 1))) {}
+
+  /// Takes an image over; `image` gets the memory of one that is forgotten.
+  void push(ImagePyramid& image) { std::swap(images_[slot(count_++)], image); }
+  int count() const { return count_; }
+  bool has(int number) const {
+    return number >= 0 && number < count_ && count_ - number <= std::ssize(images_);
+  }
+  const ImagePyramid& at(int number) const { return images_[slot(number)]; }
+  const ImagePyramid& last() const { return at(count_ - 1); }
+
+ private:
+  std::size_t slot(int number) const { return static_cast<std::size_t>(number) % images_.size(); }
+
+  std::vector<ImagePyramid> images_;
+  int count_ = 0;
 };
 
 /// From one image of camera 0 to the next.
 struct TrackingStep {
   const Camera& camera;
-  const ImagePyramid& last;
+  const PastImages& past;
   const ImagePyramid& now;
   const GrayImage& mask;
   Eigen::Matrix3d now_R_last;  ///< of the camera

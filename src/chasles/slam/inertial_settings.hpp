@@ -31,7 +31,7 @@ struct InertialSlamSettings {
 
   double fixed_depth = 8;
   double fixed_depth_sigma = 3;
-  double inverse_depth = 0.3;
+  double inverse_depth = 0.1;
   double inverse_depth_sigma = 0.3;
 
   int clones = 15;
@@ -41,6 +41,8 @@ struct InertialSlamSettings {
   double min_parallax = 0.02;
   int min_landmarks = 12;
   double settled_depth_sigma = 0.03;
+
+  double standstill_velocity_sigma = 0.01;
 
   double soft_start = 0;
   int soft_frames = 20;
@@ -103,6 +105,8 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
   visit(
       "settled_depth_sigma", s.settled_depth_sigma, "1",
       "an anchored landmark becomes Cartesian when its relative depth is known so well; 0: never");
+  visit("standstill_velocity_sigma", s.standstill_velocity_sigma, "m/s",
+        "what one second of standing still tells of the velocity; 0: standing still is not used");
   visit(
       "soft_start", s.soft_start, "1",
       "a young landmark's pixel noise is larger by 1 + soft_start, falling to 1 over soft_frames");

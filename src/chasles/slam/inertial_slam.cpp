@@ -90,6 +90,7 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       model_{.noise = scaled(noise, settings.imu_noise_scale)},
       imu_(imu),
       filter_(initial_filter(settings, start, cameras_)),
+      standstill_(noise, cameras_.size(), pixel_sigma),
       now_(start.time - clock(Time{})),
       composed_(now_) {
   note_prediction();
@@ -112,6 +113,8 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
     filter_.clone_pose(frame_, frame.time);
   }
   observe(observations, e);
+  e.still = settings_.standstill_velocity_sigma > 0 && hold_still(frame);
+  previous_ = frame.time;
   settle();
   retire_unseen();
   if (settings_.init == "multi-view") begin_from_tracks(e);
@@ -234,6 +237,43 @@ void InertialSlam::compare_innovations(const std::vector<const PixelObservation*
   innovations_ = std::move(now);
 }
 
+// At rest the velocity is zero and the pose that of the rest's beginning. The first is as good as
+// is set, the second as shaky ground allows; both count by the second, not by the frame.
+bool InertialSlam::hold_still(const FeatureFrame& frame) {
+  constexpr double kPositionSigma = 0.005, kRotationSigma = 0.001;  // [m], [rad]
+  if (!standstill_.at_rest(frame)) {
+    still_since_.reset();
+    return false;
+  }
+  if (!still_since_ || !previous_ || frame.time <= *previous_) {
+    still_since_ = frame_;
+    const auto& clones = filter_.state().clones;
+    const bool there = !clones.empty() && clones.back().id == frame_;
+    if (!there) filter_.clone_pose(frame_, frame.time);
+    return false;
+  }
+  const Clone& clone = filter_.state().clone(*still_since_);
+  const SE3& pose = filter_.state().world_T_imu;
+  const double rate = 1 / to_seconds(frame.time - *previous_);
+  Measurement stays;
+  stays.residual.resize(6);
+  stays.residual << -so3::log(pose.R * clone.world_T_imu.R.transpose()),
+      clone.world_T_imu.p - pose.p;
+  stays.d_core = Matrix6d::Identity();
+  stays.clones.push_back({.row = clone.row, .d = -Matrix6d::Identity()});
+  stays.noise = Matrix6d::Identity() * std::pow(kPositionSigma, 2) * rate;
+  stays.noise.topLeftCorner<3, 3>() *= std::pow(kRotationSigma / kPositionSigma, 2);
+  Measurement rests;
+  rests.core_column = 6;
+  rests.residual = -*filter_.state().v_world;
+  rests.d_core = Eigen::Matrix3d::Identity();
+  rests.noise =
+      Eigen::Matrix3d::Identity() * std::pow(settings_.standstill_velocity_sigma, 2) * rate;
+  const std::vector<Measurement> both = {stays, rests};
+  if (!(filter_.joint_normalised_square(both) < gate_square(9))) return false;
+  return !filter_.update(both).failed;
+}
+
 // Anchored landmarks whose depth is known well become Cartesian.
 void InertialSlam::settle() {
   if (settings_.first_estimates) return;  // the change of form would be at other values
@@ -266,6 +306,7 @@ void InertialSlam::forget_unused_clones() {
   for (const Landmark& landmark : filter_.state().landmarks) {
     if (landmark.anchor) used.insert(*landmark.anchor);
   }
+  if (still_since_) used.insert(*still_since_);
   for (const auto& [id, track] : tracks_) {
     for (const ClonedView& view : track.views) used.insert(view.clone);
   }

@@ -12,6 +12,7 @@
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/inertial_start.hpp>
 #include <chasles/slam/slam.hpp>
+#include <chasles/slam/standstill.hpp>
 
 namespace chasles {
 
@@ -27,6 +28,7 @@ struct InertialEstimate {
   double innovation_products = 0, innovation_squares = 0;
   int observations = 0, used = 0, rejected = 0, added = 0, in_state = 0, landmarks = 0;
   Health health = Health::kOk;
+  bool still = false;                           ///< IMU and tracks say so, and the filter was told
   std::optional<Calibration> calibration = {};  ///< where something of it is estimated
 };
 
@@ -42,7 +44,10 @@ class InertialSlam {
                const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
                const InertialStart& start);
 
-  void process(const ImuSample& sample) { imu_.add(sample); }
+  void process(const ImuSample& sample) {
+    imu_.add(sample);
+    standstill_.add(sample);
+  }
   InertialEstimate process(const FeatureFrame& frame);
 
   /// What the IMU's clock showed at a time of the cameras', as far as is known.
@@ -80,6 +85,7 @@ class InertialSlam {
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
+  bool hold_still(const FeatureFrame& frame);
   double softness(int landmark) const;
   double gate_square(int dof) const;  ///< what a squared innovation may be
   void settle();
@@ -100,10 +106,13 @@ class InertialSlam {
   InertialModel model_;
   ImuBuffer imu_;
   Ekf filter_;
+  Standstill standstill_;
   Time now_;  ///< of the last frame, by the cameras' clock
   Time composed_;
-  bool at_image_ = false;      ///< the state is of the instant of an image, not yet of the start's
-  PredictedMotion predicted_;  ///< for first estimates
+  bool at_image_ = false;  ///< the state is of the instant of an image, not yet of the start's
+  std::optional<Time> previous_;    ///< frame
+  std::optional<int> still_since_;  ///< clone of the pose that the rest began with
+  PredictedMotion predicted_;       ///< for first estimates
   int frame_ = 0;
   std::deque<int> window_;              ///< clones that tracks may have views from
   bool cloned_ = false;                 ///< the present frame's pose is a clone

@@ -81,7 +81,7 @@ std::vector<Requirement> rest_conditions(std::span<const ImuSample> samples,
   if (!all_met(requirements)) return requirements;
   const Displacements moved = displacements(frames, cameras, pixel_sigma);
   requirements.push_back(
-      at_least("tracks", static_cast<double>(moved.pixels.size()), s.min_tracks, ""));
+      at_least(kTracks, static_cast<double>(moved.pixels.size()), s.min_tracks, ""));
   if (!all_met(requirements)) return requirements;
   requirements.push_back(at_most("displacement of the tracks", median(moved.pixels),
                                  s.rest_displacement + moved.noise, "px"));

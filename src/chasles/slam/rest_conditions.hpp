@@ -11,6 +11,9 @@
 
 namespace chasles {
 
+/// Name of the condition that there are enough tracks to tell from.
+constexpr const char* kTracks = "tracks";
+
 /// Whether nothing moved: the samples deviate from their mean as their noise does, the mean rate
 /// can be a bias and the mean force gravity, and half of the tracks stay where they are (the mean
 /// pixel of the window's second half against that of the first, beyond pixel noise). What comes

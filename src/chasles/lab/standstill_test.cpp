@@ -1,0 +1,96 @@
+#include <chasles/eval/chi2.hpp>
+#include <chasles/lab/inertial_session_testing.hpp>
+
+// Standing still, in the dark and with open eyes: what the filter makes of it.
+
+namespace chasles {
+namespace {
+
+using namespace test;
+
+constexpr double kRest = 12;
+
+Recording resting_hallway(std::uint64_t run) {
+  InertialScene scene = short_hallway();
+  scene.settings.rest_duration = kRest;
+  scene.settings.start_duration = 1;
+  scene.settings.sections = 1;
+  return simulate_inertial(scene, run);
+}
+
+struct Ending {
+  double position_error = 0, position_sigma = 0, yaw_sigma = 0;
+  int still = 0;
+};
+
+// The last estimate before the walk begins, of a run whose lens is covered from 3 s on.
+Ending covered(const InertialSlamSettings& settings) {
+  Recording recording = resting_hallway(0);
+  change_frames(recording, 3, kRest, [](FeatureFrame& frame) { frame.pixels.clear(); });
+  const InertialStart start = draw_start(recording, settings, 1, 0);
+  InertialSlam slam(settings, recording.cameras, *recording.imu_noise,
+                    {.convention = recording.imu_convention}, 1, start);
+  Ending ending;
+  EventStream events(recording);
+  while (const auto event = events.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) slam.process(*sample);
+    const auto* frame = std::get_if<FeatureFrame>(&*event);
+    if (!frame || frame->time < start.time) continue;
+    if (frame->time > after(recording, kRest - 0.1)) break;
+    const InertialEstimate e = slam.process(*frame);
+    const auto truth = truth_at(recording.truth, e.time);
+    ending.position_error = (e.motion.nav_T_imu.p - truth->p).norm();
+    ending.position_sigma = position_sigma(e);
+    ending.yaw_sigma = std::sqrt(e.motion.covariance(2, 2));
+    ending.still += e.still ? 1 : 0;
+  }
+  return ending;
+}
+
+TEST(Standstill, HoldsThePoseThroughACoveredLens) {
+  const Ending held = covered({});
+  InertialSlamSettings without;
+  without.standstill_velocity_sigma = 0;
+  const Ending adrift = covered(without);
+  EXPECT_GT(held.still, 300);
+  EXPECT_EQ(adrift.still, 0);
+  EXPECT_LT(held.position_error, 0.02);
+  EXPECT_LT(held.position_sigma, 0.03);
+  EXPECT_GT(adrift.position_error, 10 * held.position_error);
+  EXPECT_GT(adrift.position_sigma, 10 * held.position_sigma);
+  EXPECT_GT(adrift.yaw_sigma, held.yaw_sigma);
+}
+
+TEST(Standstill, KeepsTheFilterConsistent) {
+  constexpr int kRuns = 10;
+  double at_rest = 0, at_end = 0;
+  for (std::uint64_t run = 0; run < kRuns; ++run) {
+    const Recording recording = resting_hallway(run);
+    const Trial trial =
+        run_trial({.name = "rest", .settings = {}}, recording, draw_start(recording, {}, 1, run));
+    ASSERT_FALSE(trial.diverged);
+    double sum = 0;
+    int count = 0;
+    for (const TrialPoint& point : trial.points) {
+      if (point.seconds > kRest - 1 && point.seconds < kRest) {
+        sum += point.nees_pose;
+        ++count;
+      }
+    }
+    at_rest += sum / count / kRuns;
+    at_end += trial.points.back().nees_pose / kRuns;
+  }
+  const double high = chi2_quantile(0.999, 6 * kRuns) / kRuns;
+  EXPECT_LT(at_rest, high);
+  EXPECT_LT(at_end, high);
+  EXPECT_GT(at_end, chi2_quantile(0.001, 6 * kRuns) / kRuns);
+}
+
+TEST(Standstill, IsNeverSaidOfAWalk) {
+  const Recording recording = simulate_inertial(short_hallway(), 0);
+  InertialSession session = session_for(recording);
+  for (const InertialEstimate& e : play(session, recording)) EXPECT_FALSE(e.still);
+}
+
+}  // namespace
+}  // namespace chasles
