@@ -26,6 +26,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// What the front end's tracks are worth where nobody says it: measured, docs/pixels.md [px].
+constexpr double kFrontendSigma = 0.5;
+
 // The truth as it is: nothing is drawn.
 InertialStart true_start(const Recording& recording) {
   if (recording.truth.empty()) {
@@ -163,8 +166,8 @@ InertialDrive prepared(const Recording& recording, const InertialRunSettings& se
   InertialDrive result;
   if (options.realtime) result.realtime = RealtimeFigures{.speed = *options.realtime};
   result.imu_noise = noise_of(recording);
-  result.pixel_sigma =
-      settings.filter.pixel_sigma.value_or(recording.single_pixel_sigma.value_or(1));
+  result.pixel_sigma = settings.filter.pixel_sigma.value_or(
+      recording.single_pixel_sigma.value_or(recording.images ? kFrontendSigma : 1));
   result.run.name = recording.name;
   result.run.extra_names = extra_names(settings.filter, recording.cameras.size());
   result.run.truth = recording.truth;
@@ -233,6 +236,7 @@ class Loop {
 
   // In real time, how late it is; else how long it took.
   void keep(const InertialEstimate& e, double seconds) {
+    result_.still_frames += e.still ? 1 : 0;
     if (!result_.start_seconds) result_.start_seconds = to_seconds(e.time - *first_);
     sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
     result_.run.states.push_back(
@@ -303,6 +307,7 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
       drive.innovation_correlation ? Json(*drive.innovation_correlation) : Json();
   summary["start_seconds"] = drive.start_seconds ? Json(*drive.start_seconds) : Json();
   summary["resets"] = drive.resets;
+  summary["still_frames"] = drive.still_frames;
   summary["dropped_frames"] = drive.dropped_frames;
   if (recording.images) summary["frontend"] = frontend_json(drive.frontend);
   summary["settings"] = settings_json(settings);

@@ -41,6 +41,7 @@ struct InertialDrive {
   double pixel_sigma = 0;               ///< [px]
   std::optional<double> start_seconds;  ///< of the first estimate, since the first frame
   int resets = 0;                       ///< of a lost filter
+  int still_frames = 0;                 ///< at rest, which the filter was told
   int dropped_frames = 0;               ///< late, there twice, or without samples near
   FrontendTotals frontend;              ///< of a recording with images
   double filter_seconds = 0;            ///< that start and filter took

@@ -8,11 +8,11 @@ namespace chasles::chart_detail {
 
 using MotionBlock = Eigen::Matrix<double, 9, 9>;
 
-inline void add_additive(State& x, const Eigen::VectorXd& xi) {
+inline void add_additive(State& x, const ErrorRef& xi) {
   x.additive += xi.segment(x.additive_row(), x.additive.size());
 }
 
-inline void add_landmarks(State& x, const Eigen::VectorXd& xi) {
+inline void add_landmarks(State& x, const ErrorRef& xi) {
   for (Landmark& landmark : x.landmarks) landmark.parameters() += xi.segment<3>(landmark.row);
 }
 

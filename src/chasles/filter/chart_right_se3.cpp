@@ -5,7 +5,7 @@ namespace {
 
 using namespace chart_detail;
 
-void retract(State& x, const Eigen::VectorXd& xi) {
+void retract(State& x, const ErrorRef& xi) {
   x.world_T_imu = se3::exp(xi.head<6>()) * x.world_T_imu;
   if (x.v_world) *x.v_world += xi.segment<3>(6);
   add_additive(x, xi);

@@ -5,7 +5,7 @@ namespace {
 
 using namespace chart_detail;
 
-void retract(State& x, const Eigen::VectorXd& xi) {
+void retract(State& x, const ErrorRef& xi) {
   const Eigen::Vector3d theta = xi.head<3>();
   x.world_T_imu.R = so3::exp(theta) * x.world_T_imu.R;
   x.world_T_imu.p += xi.segment<3>(3);

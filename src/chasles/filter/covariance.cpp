@@ -13,31 +13,24 @@ constexpr int kInitialRoom = 256;
 // each spreads them over all.
 Eigen::Index stride(Eigen::Index room) { return 8 * ((room / 8 + 1) | 1); }
 
-// Neighbours that stay neighbours: size rows from `dense` on are, in the larger matrix, at
-// `sparse`.
-struct Run {
-  int dense, sparse, size;
-};
-
-std::vector<Run> runs_of(const std::vector<int>& rows) {
-  std::vector<Run> runs;
-  for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
-    const int row = rows[static_cast<std::size_t>(i)];
-    if (!runs.empty() && runs.back().sparse + runs.back().size == row) {
-      ++runs.back().size;
-    } else {
-      runs.push_back({.dense = i, .sparse = row, .size = 1});
-    }
-  }
-  return runs;
-}
-
 }  // namespace
 
 Covariance::Covariance(const Eigen::MatrixXd& initial) : size_(static_cast<int>(initial.rows())) {
   const int room = std::max(kInitialRoom, size_);
   storage_.setZero(stride(room), room);
   all() = initial;
+}
+
+void Covariance::find_runs(const std::vector<int>& rows) {
+  runs_.clear();
+  for (int i = 0; i < static_cast<int>(rows.size()); ++i) {
+    const int row = rows[static_cast<std::size_t>(i)];
+    if (!runs_.empty() && runs_.back().sparse + runs_.back().size == row) {
+      ++runs_.back().size;
+    } else {
+      runs_.push_back({.dense = i, .sparse = row, .size = 1});
+    }
+  }
 }
 
 void Covariance::make_room(int size) {
@@ -59,12 +52,12 @@ int Covariance::append(int rows) {
 
 void Covariance::keep(const std::vector<int>& rows) {
   // Rows rise, so every number moves towards the origin and none is overwritten before it is read.
-  const std::vector<Run> runs = runs_of(rows);
+  find_runs(rows);
   const int n = static_cast<int>(rows.size());
   for (int j = 0; j < n; ++j) {
     const double* source = storage_.col(rows[static_cast<std::size_t>(j)]).data();
     double* target = storage_.col(j).data();
-    for (const Run& run : runs) {
+    for (const Run& run : runs_) {
       if (target + run.dense == source + run.sparse) continue;
       // A run may overlap its own source.
       std::memmove(target + run.dense, source + run.sparse,
@@ -76,7 +69,7 @@ void Covariance::keep(const std::vector<int>& rows) {
 
 void Covariance::spread(const std::vector<int>& rows, int size) {
   make_room(size);
-  const std::vector<Run> runs = runs_of(rows);
+  find_runs(rows);
   // Backwards, so that every number moves away from the origin before its place is taken.
   int next = size_ - 1;
   for (int j = size - 1; j >= 0; --j) {
@@ -84,7 +77,7 @@ void Covariance::spread(const std::vector<int>& rows, int size) {
     int end = size;
     if (next >= 0 && rows[static_cast<std::size_t>(next)] == j) {
       const double* source = storage_.col(next--).data();
-      for (auto run = runs.rbegin(); run != runs.rend(); ++run) {
+      for (auto run = runs_.rbegin(); run != runs_.rend(); ++run) {
         // A run may overlap its own source.
         std::memmove(target + run->sparse, source + run->dense,
                      static_cast<std::size_t>(run->size) * sizeof(double));

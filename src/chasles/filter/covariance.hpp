@@ -34,10 +34,18 @@ class Covariance {
   void spread(const std::vector<int>& rows, int size);
 
  private:
+  /// Neighbours that stay neighbours: size rows from `dense` on are, in the larger matrix, at
+  /// `sparse`.
+  struct Run {
+    int dense, sparse, size;
+  };
+
   void make_room(int size);
+  void find_runs(const std::vector<int>& rows);
 
   Eigen::MatrixXd storage_;
   int size_ = 0;
+  std::vector<Run> runs_;  ///< of the call that is at work
 };
 
 }  // namespace chasles

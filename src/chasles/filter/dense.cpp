@@ -70,7 +70,7 @@ void solve_lower_from_right(const ConstBlock& L, Block X) {
               as_int(X.outerStride()));
 }
 
-void downdate_lower(const Eigen::MatrixXd& W, Block P) {
+void downdate_lower(const ConstBlock& W, Block P) {
   if (W.size() == 0) return;
   cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, as_int(P.rows()), as_int(W.cols()), -1.0,
               W.data(), as_int(W.outerStride()), 1.0, P.data(), as_int(P.outerStride()));
@@ -110,7 +110,7 @@ Eigen::MatrixXd symmetric_product(const ConstBlock& P, const Eigen::MatrixXd& B)
   return C;
 }
 
-void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, Block P) {
+void symmetric_update_lower(const ConstBlock& B, const ConstBlock& Z, Block P) {
   if (B.size() == 0) return;
   cblas_dsyr2k(CblasColMajor, CblasLower, CblasNoTrans, as_int(P.rows()), as_int(B.cols()), 1.0,
                B.data(), as_int(B.outerStride()), Z.data(), as_int(Z.outerStride()), 1.0, P.data(),
@@ -118,10 +118,14 @@ void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, 
 }
 
 Eigen::MatrixXd product(const ConstBlock& A, const ConstBlock& B) {
-  if (A.cols() == 0) return Eigen::MatrixXd::Zero(A.rows(), B.cols());
   Eigen::MatrixXd C(A.rows(), B.cols());
-  if (C.size() > 0) multiply(1, A, B, 0, C);
+  multiply(A, B, C);
   return C;
+}
+
+void multiply(const ConstBlock& A, const ConstBlock& B, Block C) {
+  if (A.cols() == 0) C.setZero();
+  if (A.cols() > 0 && C.size() > 0) multiply(1, A, B, 0, C);
 }
 
 void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C) {

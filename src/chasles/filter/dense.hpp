@@ -30,7 +30,7 @@ void solve_lower(const ConstBlock& L, Block X);
 void solve_lower_from_right(const ConstBlock& L, Block X);
 
 /// The lower triangle of P <- P - W W^T.
-void downdate_lower(const Eigen::MatrixXd& W, Block P);
+void downdate_lower(const ConstBlock& W, Block P);
 
 /// The lower triangle of P <- P + A B, for a symmetric A B; the upper one is spoilt.
 void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block P);
@@ -45,10 +45,11 @@ Eigen::MatrixXd symmetric_product(const ConstBlock& P, const Eigen::MatrixXd& B)
 Eigen::MatrixXd symmetric_rows(const ConstBlock& P, Eigen::Index first, Eigen::Index count);
 
 /// The lower triangle of P <- P + B Z^T + Z B^T.
-void symmetric_update_lower(const Eigen::MatrixXd& B, const Eigen::MatrixXd& Z, Block P);
+void symmetric_update_lower(const ConstBlock& B, const ConstBlock& Z, Block P);
 
-/// A B, and C <- C + alpha A B.
+/// A B, C <- A B (not in place), and C <- C + alpha A B.
 Eigen::MatrixXd product(const ConstBlock& A, const ConstBlock& B);
+void multiply(const ConstBlock& A, const ConstBlock& B, Block C);
 void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C);
 
 /// The upper triangle of P <- the lower one.

@@ -50,8 +50,12 @@ void Ekf::propagate(const Prediction& prediction) {
   state_.additive = prediction.additive;
   const int n = state_.core_size();
   auto P = covariance_.all();
-  P.topRows(n) = (prediction.F * P.topRows(n)).eval();
-  P.topLeftCorner(n, n) = (P.topLeftCorner(n, n) * prediction.F.transpose() + prediction.Q).eval();
+  auto moved = work_.product.take(n, P.cols());
+  moved.noalias() = prediction.F * P.topRows(n);
+  P.topRows(n) = moved;
+  auto core = work_.product.take(n, n);
+  core.noalias() = P.topLeftCorner(n, n) * prediction.F.transpose();
+  P.topLeftCorner(n, n) = core + prediction.Q;
   P.bottomLeftCorner(P.rows() - n, n) = P.topRightCorner(n, P.cols() - n).transpose();
   if (remembers()) {
     history_.append(History::Propagation{.F = prediction.F, .Q = prediction.Q});
@@ -71,13 +75,19 @@ Innovation Ekf::innovation(const Measurement& z) const {
   Innovation result{.residual = z.residual, .S = z.noise};
   if (!z.clones.empty()) {
     const Measurement* one[] = {&z};
-    const Jacobian H(one, state_);
-    result.S += H.times(H.times_transpose(covariance_));
+    const Jacobian H(one, state_, work_.whitening);
+    auto PHt = work_.product.take(covariance_.size(), z.residual.size());
+    H.times_transpose(covariance_, PHt);
+    auto HPHt = work_.other.take(PHt.cols(), PHt.cols());
+    H.times(PHt, HPHt);
+    result.S += HPHt;
     return result;
   }
   if (z.landmark < 0) {
     const Eigen::Index w = z.d_core.cols();
-    result.S += z.d_core * P.block(z.core_column, z.core_column, w, w) * z.d_core.transpose();
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, 16> HP;
+    HP.noalias() = z.d_core * P.block(z.core_column, z.core_column, w, w);
+    result.S += HP * z.d_core.transpose();
     return result;
   }
   const int row = state_.landmarks[static_cast<std::size_t>(z.landmark)].row;
@@ -124,39 +134,34 @@ std::vector<double> Ekf::normalised_squares(std::span<const Measurement> measure
 }
 
 double Ekf::joint_normalised_square(std::span<const Measurement> measurements) const {
-  std::vector<const Measurement*> all;
-  for (const Measurement& z : measurements) all.push_back(&z);
-  const auto z = whiten(all, covariance_, state_);
+  work_.accepted.clear();
+  for (const Measurement& z : measurements) work_.accepted.push_back(&z);
+  const auto z = whiten(work_.accepted, covariance_, state_, work_.whitening);
   return z ? z->w.squaredNorm() : std::numeric_limits<double>::infinity();
 }
 
-UpdateReport Ekf::update(std::span<const Measurement> measurements) {
-  UpdateReport report;
-  std::vector<const Measurement*> accepted;
-  for (const Measurement& z : measurements) {
-    const bool gated = !std::isinf(z.gate);  // no gate costs nothing
-    report.whitened.emplace_back();
-    if (gated) report.whitened.back() = innovation(z).whitened();
-    // Written so that a NaN is refused.
-    const bool inside =
-        gated ? report.whitened.back().squaredNorm() < z.gate : z.residual.allFinite();
-    report.accepted.push_back(inside);
-    if (inside) accepted.push_back(&z);
-  }
+const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
+  gate(measurements);
+  const std::vector<const Measurement*>& accepted = work_.accepted;
+  UpdateReport& report = work_.report;
   if (accepted.empty()) return report;
 
-  const std::optional<Whitened> z = whiten(accepted, covariance_, state_);
+  const std::optional<Whitened> z = whiten(accepted, covariance_, state_, work_.whitening);
   report.failed = !z;
   if (!z) return report;
   report.nis = z->w.squaredNorm();
   report.dof = static_cast<int>(z->w.size());
-  History::Correction record;
-  record.delta.noalias() = z->W * z->w;
+  auto delta = work_.delta.take<VectorXd>(z->W.rows());
+  delta.noalias() = z->W * z->w;
   dense::downdate_lower(z->W, covariance_.all());
 
-  if (remembers()) remember(accepted, record);
-  const State before = state_;
-  correct_mean(record.delta);
+  History::Correction record;
+  if (remembers()) remember(accepted, delta, record);
+  State& before = work_.before;
+  before.landmarks.reserve(state_.landmarks.capacity());
+  before.clones.reserve(state_.clones.capacity());
+  before = state_;
+  correct_mean(delta);
   change_chart(before, record);
   dense::mirror_lower(covariance_.all());
   if (remembers()) history_.append(std::move(record));
@@ -168,8 +173,31 @@ UpdateReport Ekf::update(std::span<const Measurement> measurements) {
   return report;
 }
 
-void Ekf::remember(const std::vector<const Measurement*>& used, History::Correction& record) const {
+// Into the report and the list of those that pass.
+void Ekf::gate(std::span<const Measurement> measurements) {
+  UpdateReport& report = work_.report;
+  report.nis = 0;
+  report.dof = 0;
+  report.accepted.clear();
+  report.whitened.clear();
+  report.failed = false;
+  work_.accepted.clear();
+  for (const Measurement& z : measurements) {
+    const bool gated = !std::isinf(z.gate);  // no gate costs nothing
+    report.whitened.emplace_back();
+    if (gated) report.whitened.back() = innovation(z).whitened();
+    // Written so that a NaN is refused.
+    const bool inside =
+        gated ? report.whitened.back().squaredNorm() < z.gate : z.residual.allFinite();
+    report.accepted.push_back(inside);
+    if (inside) work_.accepted.push_back(&z);
+  }
+}
+
+void Ekf::remember(const std::vector<const Measurement*>& used, const ErrorRef& delta,
+                   History::Correction& record) const {
   const int n = state_.core_size();
+  record.delta = delta;
   record.core = MatrixXd::Zero(n, n);
   record.core_vector = VectorXd::Zero(n);
   record.landmarks.reserve(used.size());
@@ -190,87 +218,34 @@ void Ekf::remember(const std::vector<const Measurement*>& used, History::Correct
   }
 }
 
-void Ekf::correct_mean(const VectorXd& delta) {
-  VectorXd xi = delta;
-  push(*chart_, state_, xi);
-  retract(*chart_, state_, xi);
-  state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
-  for (Landmark& landmark : retired_) landmark.p_world += delta.segment<3>(landmark.row);
-}
-
-// P <- A P A^T with A = T(x+)^-1 T(x), on the lower triangle.
-void Ekf::change_chart(const State& before, History::Correction& record) {
-  auto P = covariance_.all();
-  if (chart_->landmark_block) {
-    // A adds B θ to the landmarks' rows: P + B Z^T + Z B^T with Z = P_θ + B P_θθ / 2.
-    MatrixXd B = MatrixXd::Zero(P.rows(), 3);
-    for (std::size_t i = 0; i < state_.landmarks.size(); ++i) {
-      if (state_.landmarks[i].anchor) continue;
-      B.middleRows<3>(state_.landmarks[i].row) =
-          chart_->landmark_block(before.landmarks[i].p_world) -
-          chart_->landmark_block(state_.landmarks[i].p_world);
-    }
-    const Eigen::Matrix3d P_theta = P.topLeftCorner<3, 3>().selfadjointView<Eigen::Lower>();
-    MatrixXd Z = P.leftCols<3>();
-    Z.topRows<3>() = P_theta;
-    Z += B * (0.5 * P_theta);
-    dense::symmetric_update_lower(B, Z, P);
-    record.A_landmarks = B.bottomRows(B.rows() - state_.core_size());
-  }
-  change_chart_of_clones(before);
-  const int n = state_.motion_size();
-  const MatrixXd after = chart_->motion_block(state_).topLeftCorner(n, n);
-  const MatrixXd A = after.partialPivLu().solve(chart_->motion_block(before).topLeftCorner(n, n));
-  if (A.isIdentity(0)) return;
-  const MatrixXd corner = P.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
-  P.topLeftCorner(n, n) = A * corner * A.transpose();
-  auto below = P.bottomLeftCorner(P.rows() - n, n);
-  below = (below * A.transpose()).eval();
-  record.A_motion = A;
-}
-
-// The clones' blocks of the same, each by itself.
-void Ekf::change_chart_of_clones(const State& before) {
-  auto P = covariance_.all();
-  for (std::size_t i = 0; i < state_.clones.size(); ++i) {
-    const Clone& clone = state_.clones[i];
-    const Matrix6d A = pose_block(*chart_, clone.world_T_imu)
-                           .partialPivLu()
-                           .solve(pose_block(*chart_, before.clones[i].world_T_imu));
-    if (A.isIdentity(0)) continue;
-    const int r = clone.row;
-    const Matrix6d own = P.block<6, 6>(r, r).selfadjointView<Eigen::Lower>();
-    P.block<6, 6>(r, r) = A * own * A.transpose();
-    auto left = P.block(r, 0, 6, r);
-    left = (A * left).eval();
-    auto below = P.block(r + 6, r, P.rows() - r - 6, 6);
-    below = (below * A.transpose()).eval();
-  }
-}
-
 void Ekf::add(std::span<const NewLandmark> landmarks) {
   if (landmarks.empty()) return;
   const int old_size = covariance_.size();
   const int rows = 3 * static_cast<int>(landmarks.size());
   covariance_.append(rows);
   auto P = covariance_.all();
-  MatrixXd d_pose(rows, 6);
+  auto d_pose = work_.B.take(rows, 6);
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     d_pose.middleRows<3>(3 * static_cast<int>(i)) = landmarks[i].d_pose;
   }
-  MatrixXd cross = d_pose * P.topLeftCorner(6, old_size);
+  auto cross = work_.Z.take(rows, old_size);
+  cross.noalias() = d_pose * P.topLeftCorner(6, old_size);
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     for (const NewLandmark::OfClone& clone : landmarks[i].clones) {
-      cross.middleRows<3>(3 * static_cast<int>(i)) += clone.d * P.block(clone.row, 0, 6, old_size);
+      auto more = work_.product.take<Eigen::Matrix<double, 3, Eigen::Dynamic>>(3, old_size);
+      more.noalias() = clone.d * P.block(clone.row, 0, 6, old_size);
+      cross.middleRows<3>(3 * static_cast<int>(i)) += more;
     }
   }
   P.block(old_size, 0, rows, old_size) = cross;
   P.block(0, old_size, old_size, rows) = cross.transpose();
-  MatrixXd own = cross.leftCols<6>() * d_pose.transpose();
+  auto own = work_.other.take(rows, rows);
+  own.noalias() = cross.leftCols<6>() * d_pose.transpose();
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     for (const NewLandmark::OfClone& clone : landmarks[i].clones) {
-      own.middleCols<3>(3 * static_cast<int>(i)) +=
-          cross.middleCols<6>(clone.row) * clone.d.transpose();
+      auto more = work_.product.take<Eigen::Matrix<double, Eigen::Dynamic, 3>>(rows, 3);
+      more.noalias() = cross.middleCols<6>(clone.row) * clone.d.transpose();
+      own.middleCols<3>(3 * static_cast<int>(i)) += more;
     }
   }
   P.block(old_size, old_size, rows, rows) = own;

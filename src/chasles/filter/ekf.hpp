@@ -9,6 +9,7 @@
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/filter/history.hpp>
 #include <chasles/filter/measurement.hpp>
+#include <chasles/filter/scratch.hpp>
 #include <chasles/filter/state.hpp>
 
 namespace chasles {
@@ -46,7 +47,9 @@ struct Innovation {
 /// The extended Kalman filter over the core and the map, in any error chart. A retired landmark
 /// leaves the state and costs nothing more; the history of the filter's own steps tells, when
 /// asked, its mean and covariance as a filter over the whole map would have them (docs/map.md).
-/// Charts act on what is in the state: a retired landmark's error is additive.
+/// Charts act on what is in the state: a retired landmark's error is additive. What it writes on
+/// the way it keeps, so that a filter of a constant state asks nothing of the heap; one filter is
+/// therefore for one thread at a time, its const functions too.
 class Ekf {
  public:
   struct Options {
@@ -81,8 +84,8 @@ class Ekf {
                                          const Measurement* given) const;
 
   /// Gates each measurement by itself, then applies all that pass in one block. A measurement of a
-  /// landmark may depend on the landmark and the pose alone.
-  UpdateReport update(std::span<const Measurement> measurements);
+  /// landmark may depend on the landmark and the pose alone. The report is of the last update.
+  const UpdateReport& update(std::span<const Measurement> measurements);
 
   /// r^T S^-1 r of some measurements together; infinite where S is not positive definite.
   double joint_normalised_square(std::span<const Measurement> measurements) const;
@@ -122,14 +125,27 @@ class Ekf {
   void visit_map_covariance(const History::RowVisitor& visit) const;
 
  private:
+  // Of no meaning between two calls, but for the report.
+  struct Workspace {
+    UpdateReport report;
+    std::vector<const Measurement*> accepted;
+    State before;
+    std::vector<Landmark> gone;
+    std::vector<int> rows;
+    WhiteningScratch whitening;
+    Scratch delta, xi, product, other, B, Z;
+  };
+
   Innovation innovation(const Measurement& measurement) const;
-  void correct_mean(const Eigen::VectorXd& delta);
+  void correct_mean(const ErrorRef& delta);
   void change_chart(const State& before, History::Correction& record);
   void change_chart_of_clones(const State& before);
   bool remembers() const { return options_.compress_map && options_.keep_map; }
-  std::vector<int> renumber_rows();
+  const std::vector<int>& renumber_rows();
   MapLandmark as_of_now(const Landmark& landmark) const;
-  void remember(const std::vector<const Measurement*>& used, History::Correction& record) const;
+  void gate(std::span<const Measurement> measurements);
+  void remember(const std::vector<const Measurement*>& used, const ErrorRef& delta,
+                History::Correction& record) const;
 
   const ErrorChart* chart_;
   Options options_;
@@ -138,6 +154,7 @@ class Ekf {
   std::vector<Landmark> retired_;  ///< without compress_map: still in the covariance
   History history_;
   std::vector<MapLandmark> forgotten_;  ///< without keep_map
+  mutable Workspace work_;
 };
 
 }  // namespace chasles

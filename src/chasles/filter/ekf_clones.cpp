@@ -41,15 +41,28 @@ void Ekf::make_cartesian(int index) {
   const Clone& clone = state_.clone(*landmark.anchor);
   const Eigen::Matrix<double, 3, 9> J = anchored_derivative(clone, landmark);
   auto P = covariance_.all();
-  P.middleRows<3>(landmark.row) = (J.leftCols<6>() * P.middleRows<6>(clone.row) +
-                                   J.rightCols<3>() * P.middleRows<3>(landmark.row))
-                                      .eval();
+  using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+  auto rows = work_.product.take<Rows>(3, P.cols());
+  auto more_rows = work_.other.take<Rows>(3, P.cols());
+  rows.noalias() = J.leftCols<6>() * P.middleRows<6>(clone.row);
+  more_rows.noalias() = J.rightCols<3>() * P.middleRows<3>(landmark.row);
+  P.middleRows<3>(landmark.row) = rows + more_rows;
   const auto camera = state_.camera_row(landmark.camera);
   const auto J_camera = anchored_derivative_by_camera(clone, landmark);
-  if (camera) P.middleRows<3>(landmark.row) += J_camera * P.middleRows<6>(*camera);
-  MatrixXd columns = P.middleCols<6>(clone.row) * J.leftCols<6>().transpose() +
-                     P.middleCols<3>(landmark.row) * J.rightCols<3>().transpose();
-  if (camera) columns += P.middleCols<6>(*camera) * J_camera.transpose();
+  if (camera) {
+    more_rows.noalias() = J_camera * P.middleRows<6>(*camera);
+    P.middleRows<3>(landmark.row) += more_rows;
+  }
+  auto columns = work_.product.take<Columns>(P.rows(), 3);
+  auto more_columns = work_.other.take<Columns>(P.rows(), 3);
+  columns.noalias() = P.middleCols<6>(clone.row) * J.leftCols<6>().transpose();
+  more_columns.noalias() = P.middleCols<3>(landmark.row) * J.rightCols<3>().transpose();
+  columns += more_columns;
+  if (camera) {
+    more_columns.noalias() = P.middleCols<6>(*camera) * J_camera.transpose();
+    columns += more_columns;
+  }
   P.middleCols<3>(landmark.row) = columns;
   const Matrix3d own = P.block<3, 3>(landmark.row, landmark.row);
   P.block<3, 3>(landmark.row, landmark.row) = (own + own.transpose()) / 2;

@@ -21,8 +21,9 @@ std::vector<int> rows_of(int core, const std::vector<Landmark>& landmarks) {
 }  // namespace
 
 // The rows of all that is in the state, rising; the state's own are numbered anew, without gaps.
-std::vector<int> Ekf::renumber_rows() {
-  std::vector<int> rows(static_cast<std::size_t>(state_.core_size()));
+const std::vector<int>& Ekf::renumber_rows() {
+  std::vector<int>& rows = work_.rows;
+  rows.resize(static_cast<std::size_t>(state_.core_size()));
   std::iota(rows.begin(), rows.end(), 0);
   const auto take = [&](int& row, int width) {
     const int first = row;
@@ -68,25 +69,24 @@ MapLandmark Ekf::as_of_now(const Landmark& landmark) const {
 
 void Ekf::retire(std::span<const int> indices) {
   if (indices.empty()) return;
-  History::Removal step{.indices = {indices.begin(), indices.end()}, .landmarks = {}};
+  std::vector<Landmark>& gone = work_.gone;
+  gone.clear();
   for (const int index : indices) {
-    step.landmarks.push_back(state_.landmarks[static_cast<std::size_t>(index)]);
+    gone.push_back(state_.landmarks[static_cast<std::size_t>(index)]);
   }
   for (auto index = indices.rbegin(); index != indices.rend(); ++index) {
     state_.landmarks.erase(state_.landmarks.begin() + *index);
   }
   if (!options_.keep_map) {
-    for (const Landmark& landmark : step.landmarks) {
-      forgotten_.push_back(as_of_now(landmark));
-    }
+    for (const Landmark& landmark : gone) forgotten_.push_back(as_of_now(landmark));
     covariance_.keep(renumber_rows());
     return;
   }
   if (!options_.compress_map) {
-    retired_.insert(retired_.end(), step.landmarks.begin(), step.landmarks.end());
+    retired_.insert(retired_.end(), gone.begin(), gone.end());
     return;
   }
-  history_.append(std::move(step));
+  history_.append(History::Removal{.indices = {indices.begin(), indices.end()}, .landmarks = gone});
   covariance_.keep(renumber_rows());
 }
 

@@ -20,7 +20,7 @@ State pose_only(const SE3& world_T_imu) {
 
 // The sensors' arrangement, in all charts alike. An anchored landmark stands in its camera,
 // wherever that is.
-void retract_calibration(State& x, const Eigen::VectorXd& xi) {
+void retract_calibration(State& x, const ErrorRef& xi) {
   for (std::size_t i = 0; i < x.imu_T_camera.size(); ++i) {
     const int row = *x.camera_row(static_cast<int>(i));
     SE3& imu_T_camera = x.imu_T_camera[i];
@@ -32,6 +32,30 @@ void retract_calibration(State& x, const Eigen::VectorXd& xi) {
     if (!landmark.anchor || !x.camera_row(landmark.camera)) continue;
     landmark.cam_T_imu = x.imu_T_camera[static_cast<std::size_t>(landmark.camera)].inverse();
   }
+}
+
+// One column, an error vector, needs nothing from the heap.
+template <int Columns>
+void push_columns(const ErrorChart& chart, const State& x,
+                  Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, Columns>> M) {
+  if (chart.landmark_block) {
+    for (const Landmark& landmark : x.landmarks) {
+      if (landmark.anchor) continue;
+      const Eigen::Matrix<double, 3, Columns> moved =
+          chart.landmark_block(landmark.p_world) * M.template topRows<3>();
+      M.template middleRows<3>(landmark.row) += moved;
+    }
+  }
+  for (const Clone& clone : x.clones) {
+    const Eigen::Matrix<double, 6, Columns> turned =
+        pose_block(chart, clone.world_T_imu) * M.template middleRows<6>(clone.row);
+    M.template middleRows<6>(clone.row) = turned;
+  }
+  const int n = x.motion_size();
+  const MotionBlock T = chart.motion_block(x);
+  const Eigen::Matrix<double, Eigen::Dynamic, Columns, 0, 9, Columns> motion =
+      T.topLeftCorner(n, n) * M.topRows(n);
+  M.topRows(n) = motion;
 }
 
 }  // namespace
@@ -50,7 +74,7 @@ const ErrorChart& error_chart(std::string_view name) {
   throw UsageError("no error chart is called '" + std::string(name) + "'; there are " + names);
 }
 
-void retract(const ErrorChart& chart, State& x, const Eigen::VectorXd& xi) {
+void retract(const ErrorChart& chart, State& x, const ErrorRef& xi) {
   chart.retract(x, xi);
   if (x.nav_T_world) {
     x.nav_T_world->R = so3::exp(xi.segment<3>(x.nav_row())) * x.nav_T_world->R;
@@ -89,19 +113,11 @@ Matrix6d pose_block(const ErrorChart& chart, const SE3& world_T_imu) {
 }
 
 void push(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M) {
-  if (chart.landmark_block) {
-    for (const Landmark& landmark : x.landmarks) {
-      if (landmark.anchor) continue;
-      M.middleRows<3>(landmark.row) += chart.landmark_block(landmark.p_world) * M.topRows<3>();
-    }
+  if (M.cols() == 1) {
+    push_columns<1>(chart, x, M.col(0));
+  } else {
+    push_columns<Eigen::Dynamic>(chart, x, M);
   }
-  for (const Clone& clone : x.clones) {
-    M.middleRows<6>(clone.row) =
-        (pose_block(chart, clone.world_T_imu) * M.middleRows<6>(clone.row)).eval();
-  }
-  const int n = x.motion_size();
-  const MotionBlock T = chart.motion_block(x);
-  M.topRows(n) = (T.topLeftCorner(n, n) * M.topRows(n)).eval();
 }
 
 void pull(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M) {

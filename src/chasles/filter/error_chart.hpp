@@ -9,6 +9,9 @@
 
 namespace chasles {
 
+/// An error vector, or a piece of one.
+using ErrorRef = Eigen::Ref<const Eigen::VectorXd>;
+
 /// An error chart says what the numbers of the filter's error vector mean: how an error xi moves
 /// the mean (retract) and which error leads from one mean to another (local). The filter itself is
 /// written once, in the reference chart (`standard`); another chart enters through T(x) alone, the
@@ -31,7 +34,7 @@ struct ErrorChart {
 
   /// x (+) xi for pose, v_world, additive states and landmarks; xi has an entry for every row of
   /// the state. See the function retract for the whole.
-  void (*retract)(State& x, const Eigen::VectorXd& xi);
+  void (*retract)(State& x, const ErrorRef& xi);
   /// The xi with retract(x, xi) = y, for the same; both have the same landmarks in the same rows.
   Eigen::VectorXd (*local)(const State& x, const State& y);
   /// T's block for [rotation, position, v_world]: 9x9; its top left 6x6 where there is no v_world.
@@ -49,7 +52,7 @@ const ErrorChart& error_chart(std::string_view name);
 /// x (+) xi and its inverse for the whole state. A clone's pose has the chart's own pose error, by
 /// itself; nav_T_world's error, those of calibration and an anchored landmark's are the same in all
 /// charts.
-void retract(const ErrorChart& chart, State& x, const Eigen::VectorXd& xi);
+void retract(const ErrorChart& chart, State& x, const ErrorRef& xi);
 Eigen::VectorXd local(const ErrorChart& chart, const State& x, const State& y);
 
 /// T's block for a pose alone: that of a clone.

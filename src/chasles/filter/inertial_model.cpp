@@ -24,6 +24,13 @@ Vector3d gravity_world(const InertialModel& model, const State& x) {
 
 Prediction predict(const InertialModel& model, const State& x,
                    std::span<const ImuInterval> intervals) {
+  Prediction result;
+  predict(model, x, intervals, result);
+  return result;
+}
+
+void predict(const InertialModel& model, const State& x, std::span<const ImuInterval> intervals,
+             Prediction& result) {
   const Vector3d gravity = gravity_world(model, x);
   InertialState state = inertial_state(x);
   Matrix15d F = Matrix15d::Identity();
@@ -39,11 +46,11 @@ Prediction predict(const InertialModel& model, const State& x,
 
   const int n = x.core_size();
   const int at = x.additive_row();
-  Prediction result{.world_T_imu = state.world_T_imu,
-                    .v_world = state.v_world,
-                    .additive = x.additive,
-                    .F = MatrixXd::Identity(n, n),
-                    .Q = MatrixXd::Zero(n, n)};
+  result.world_T_imu = state.world_T_imu;
+  result.v_world = state.v_world;
+  result.additive = x.additive;
+  result.F.setIdentity(n, n);
+  result.Q.setZero(n, n);
   const auto embed = [&](const Matrix15d& from, MatrixXd& to) {
     to.topLeftCorner<9, 9>() = from.topLeftCorner<9, 9>();
     to.block<9, 6>(0, at) = from.topRightCorner<9, 6>();
@@ -56,7 +63,6 @@ Prediction predict(const InertialModel& model, const State& x,
     result.F.block<9, 3>(0, x.nav_row()) =
         d_gravity.topRows<9>() * x.nav_T_world->R.transpose() * hat(model.gravity_nav);
   }
-  return result;
 }
 
 void use_first_estimates(const InertialModel& model, const State& x, double duration,

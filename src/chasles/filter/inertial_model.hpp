@@ -35,6 +35,9 @@ void use_first_estimates(const InertialModel& model, const State& x, double dura
 /// strapdown's; the world's attitude psi moves gravity by R_nav^T [g]x psi (K&S, eq. 24).
 Prediction predict(const InertialModel& model, const State& x,
                    std::span<const ImuInterval> intervals);
+/// The same into a prediction that there is: of the heap it needs nothing if that has the size.
+void predict(const InertialModel& model, const State& x, std::span<const ImuInterval> intervals,
+             Prediction& result);
 
 /// The motion in nav's axes, whatever the world's frame is, with the covariance of [rotation,
 /// position, velocity, accelerometer bias, gyroscope bias], standard error (math.md §3, the

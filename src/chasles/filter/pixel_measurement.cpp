@@ -56,6 +56,7 @@ Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3
 // Of the clones and cameras that the views depend on, each once.
 std::vector<int> rows_of(const State& x, std::span<const ClonedView> views) {
   std::vector<int> rows;
+  rows.reserve(views.size() + x.imu_T_camera.size());
   const auto note = [&](int row) {
     if (std::find(rows.begin(), rows.end(), row) == rows.end()) rows.push_back(row);
   };
@@ -154,12 +155,14 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
                                                Linearisation at) {
   std::vector<Camera> estimated;
   if (!x.imu_T_camera.empty()) {
+    estimated.reserve(cameras.size());
     for (const Camera& camera : cameras) {
       estimated.push_back(as_estimated(camera, x, static_cast<int>(estimated.size())));
     }
     cameras = estimated;
   }
   std::vector<View> from;
+  from.reserve(views.size());
   for (const ClonedView& view : views) {
     from.push_back({.world_T_imu = x.clone(view.clone).world_T_imu,
                     .camera = &cameras[static_cast<std::size_t>(view.camera)],
@@ -200,6 +203,7 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
   const MatrixXd d_point = -(H_f.transpose() * H_f).ldlt().solve(H_f.transpose() * H_x);
   result.distance = from_imu.norm();
   result.distance_noise = sigma * sigma * along.dot(point->covariance * along);
+  result.d_distance.reserve(rows.size());
   for (std::size_t j = 0; j < rows.size(); ++j) {
     Eigen::Matrix<double, 1, 6> d =
         along.transpose() * d_point.middleCols<6>(6 * static_cast<Eigen::Index>(j));
@@ -243,15 +247,18 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
     (anchored ? result.landmark.inverse_depth : result.landmark.p_world) += step;
   }
   const MatrixXd d_clones = -R_inverse * H_x.topRows<3>();
+  result.landmark.clones.reserve(rows.size());
   for (std::size_t j = 0; j < rows.size(); ++j) {
     const auto column = 6 * static_cast<Eigen::Index>(j);
     result.landmark.clones.push_back({.row = rows[j], .d = d_clones.middleCols<6>(column)});
   }
+  result.rest.reserve((views.size() + 1) / 3);  // 2 v - 3 rows, 6 each
   for (Eigen::Index row = 3; row < m; row += kRowsOfAMeasurement) {
     const Eigen::Index k = std::min<Eigen::Index>(kRowsOfAMeasurement, m - row);
     Measurement z;
     z.residual = r.segment(row, k);
     z.d_core.resize(k, 0);
+    z.clones.reserve(rows.size());
     z.noise = sigma * sigma * MatrixXd::Identity(k, k);
     for (std::size_t j = 0; j < rows.size(); ++j) {
       const auto column = 6 * static_cast<Eigen::Index>(j);

@@ -8,6 +8,7 @@
 #include <chasles/filter/covariance.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/measurement.hpp>
+#include <chasles/filter/scratch.hpp>
 
 /// The algebra of an update, on the sparsity of its measurements (docs/filter.md, section 3).
 namespace chasles {
@@ -18,13 +19,15 @@ using Measurements = std::span<const Measurement* const>;
 Eigen::Index rows_of(Measurements z);
 
 /// The Jacobian H of some measurements, m x n: dense in the core, three columns for a landmark, six
-/// for a clone. Measurements and state must outlive it.
+/// for a clone. Measurements, state and scratch must outlive it, and two do not share a scratch.
 class Jacobian {
  public:
-  Jacobian(Measurements measurements, const State& x)
+  Jacobian(Measurements measurements, const State& x, WhiteningScratch& scratch)
       : measurements_(measurements),
         state_(x),
-        core_(Eigen::MatrixXd::Zero(rows_of(measurements), x.core_size())) {
+        scratch_(scratch),
+        core_(scratch.core.take(rows_of(measurements), x.core_size())) {
+    core_.setZero();
     Eigen::Index at = 0;
     for (const Measurement* z : measurements_) {
       core_.block(at, z->core_column, z->residual.size(), z->d_core.cols()) = z->d_core;
@@ -32,22 +35,23 @@ class Jacobian {
     }
   }
 
-  /// H M for an M with a row for every error.
-  Eigen::MatrixXd times(const dense::ConstBlock& M) const {
-    Eigen::MatrixXd result = dense::product(core_, M.topRows(core_.cols()));
+  /// result <- H M for an M with a row for every error.
+  void times(const dense::ConstBlock& M, dense::Block result) const {
+    dense::multiply(core_, M.topRows(core_.cols()), result);
     for_each_landmark([&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
       result.middleRows(at, z.residual.size()) += z.d_landmark.lazyProduct(M.middleRows<3>(row));
     });
     for_each_clone([&](const Measurement::OfClone& clone, Eigen::Index at) {
       result.middleRows(at, clone.d.rows()) += clone.d.lazyProduct(M.middleRows<6>(clone.row));
     });
-    return result;
   }
 
-  /// P H^T, n x m, for a symmetric P, whose columns are contiguous.
-  Eigen::MatrixXd times_transpose(const Covariance& covariance) const {
+  /// result <- P H^T, n x m, for a symmetric P, whose columns are contiguous.
+  void times_transpose(const Covariance& covariance, dense::Block result) const {
     const auto P = covariance.all();
-    Eigen::MatrixXd result = dense::product(P.leftCols(core_.cols()), core_.transpose().eval());
+    auto transposed = scratch_.core_transposed.take(core_.cols(), core_.rows());
+    transposed = core_.transpose();
+    dense::multiply(P.leftCols(core_.cols()), transposed, result);
     for_each_landmark([&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
       result.middleCols(at, z.residual.size()) +=
           P.middleCols<3>(row).lazyProduct(z.d_landmark.transpose());
@@ -56,7 +60,6 @@ class Jacobian {
       result.middleCols(at, clone.d.rows()) +=
           P.middleCols<6>(clone.row).lazyProduct(clone.d.transpose());
     });
-    return result;
   }
 
  private:
@@ -82,18 +85,19 @@ class Jacobian {
 
   Measurements measurements_;
   const State& state_;
-  Eigen::MatrixXd core_;
+  WhiteningScratch& scratch_;
+  Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax> core_;
 };
 
 /// With S = H P H^T + R = L L^T: W = P H^T L^-T (n x m) and w = L^-1 r, so that the correction of
-/// an update is W w, its NIS w^T w, and the covariance loses W W^T.
+/// an update is W w, its NIS w^T w, and the covariance loses W W^T. Both stand in the scratch.
 struct Whitened {
-  Eigen::MatrixXd W;
-  Eigen::VectorXd w;
+  Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax> W;
+  Eigen::Map<Eigen::VectorXd, Eigen::AlignedMax> w;
 };
 
 /// None where S is not positive definite.
 std::optional<Whitened> whiten(Measurements measurements, const Covariance& covariance,
-                               const State& x);
+                               const State& x, WhiteningScratch& scratch);
 
 }  // namespace chasles

@@ -21,10 +21,10 @@ struct FrontendSettings {
   int window = 15;
   int levels = 4;
   int predicted_levels = 2;
-  double min_correlation = 0.8;
+  double min_correlation = 0.9;
   double max_backward_error = 0.7;
   int waiting_frames = 5;
-  int patch_frames = 10;
+  int patch_frames = 30;
   int max_age = 30;
 
   bool reject_outliers = true;

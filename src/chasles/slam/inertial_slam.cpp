@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <utility>
 
 #include <chasles/error.hpp>
@@ -105,7 +104,7 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   InertialEstimate e;
   e.observations = static_cast<int>(frame.pixels.size());
   compose_when_due();
-  const auto observations = usable(frame);
+  const auto& observations = usable(frame);
   cloned_ = settings_.init == "multi-view" && (frame_ - 1) % settings_.frames_per_clone == 0;
   if (cloned_) {
     make_room_for_clone();
@@ -140,101 +139,10 @@ std::vector<MapLandmark> InertialSlam::map_nav() const {
   return map;
 }
 
-std::vector<const PixelObservation*> InertialSlam::usable(const FeatureFrame& frame) const {
-  std::vector<const PixelObservation*> result;
-  std::set<std::pair<LandmarkId, int>> seen;
-  for (const PixelObservation& o : frame.pixels) {
-    const bool known_camera = o.camera >= 0 && o.camera < static_cast<int>(cameras_.size());
-    if (known_camera && o.pixel.allFinite() && seen.insert({o.landmark, o.camera}).second) {
-      result.push_back(&o);
-    }
-  }
-  return result;
-}
-
-// The first linearisations are the worst: they count less (math.md §7, "soft start").
-double InertialSlam::softness(int landmark) const {
-  if (settings_.soft_start <= 0 || settings_.soft_frames <= 0) return 1;
-  const auto& l = filter_.state().landmarks[static_cast<std::size_t>(landmark)];
-  const double age = static_cast<double>(l.observations) / settings_.soft_frames;
-  return 1 + settings_.soft_start * std::max(0.0, 1 - age);
-}
-
 // Finite, so that an update looks at every innovation, with a gate or without.
 double InertialSlam::gate_square(int dof) const {
   return settings_.gate < 1 ? chi2_quantile(settings_.gate, dof)
                             : std::numeric_limits<double>::max();
-}
-
-void InertialSlam::observe(const std::vector<const PixelObservation*>& observations,
-                           InertialEstimate& e) {
-  std::unordered_map<LandmarkId, int> index;
-  for (const Landmark& landmark : filter_.state().landmarks) {
-    index.emplace(landmark.id, static_cast<int>(index.size()));
-  }
-  std::vector<Measurement> known;
-  std::vector<const PixelObservation*> predicted, fresh;
-  const double gate = gate_square(2);
-  for (const PixelObservation* o : observations) {
-    const auto found = index.find(o->landmark);
-    if (found == index.end()) {
-      fresh.push_back(o);
-      continue;
-    }
-    last_[o->landmark].seen = frame_;
-    auto z = measure_pixel(cameras_[static_cast<std::size_t>(o->camera)],
-                           pixel_sigma_ * softness(found->second), filter_.state(), found->second,
-                           o->pixel, linearisation(), o->camera);
-    if (!z) continue;
-    z->gate = gate;
-    known.push_back(*std::move(z));
-    predicted.push_back(o);
-  }
-  const UpdateReport report = filter_.update(known);
-  e.nis = report.nis;
-  e.nis_dof = report.dof;
-  e.used = static_cast<int>(std::count(report.accepted.begin(), report.accepted.end(), true));
-  e.rejected = static_cast<int>(known.size()) - e.used;
-  note_refusals(known, report.accepted);
-  compare_innovations(predicted, report, e);
-  if (settings_.init == "fixed-depth") {
-    begin_at_once(fresh, e);
-    return;
-  }
-  for (const PixelObservation* o : fresh) {
-    Track& track = tracks_[o->landmark];
-    track.seen = frame_;
-    if (cloned_) {
-      track.views.push_back({.clone = frame_, .camera = o->camera, .pixel = o->pixel});
-    }
-  }
-}
-
-// A landmark that is refused again and again is another point by now, or never was one; if it is
-// the pose that is wrong, new landmarks do not inherit its error.
-void InertialSlam::note_refusals(const std::vector<Measurement>& known,
-                                 const std::vector<bool>& accepted) {
-  for (std::size_t i = 0; i < known.size(); ++i) {
-    const auto index = static_cast<std::size_t>(known[i].landmark);
-    int& refused = last_.at(filter_.state().landmarks[index].id).refused;
-    refused = accepted[i] ? 0 : refused + 1;
-  }
-}
-
-void InertialSlam::compare_innovations(const std::vector<const PixelObservation*>& observations,
-                                       const UpdateReport& report, InertialEstimate& e) {
-  std::map<std::pair<LandmarkId, int>, Eigen::Vector2d> now;
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    if (!report.accepted[i]) continue;
-    const std::pair key(observations[i]->landmark, observations[i]->camera);
-    const Eigen::Vector2d w = report.whitened[i];
-    now.emplace(key, w);
-    const auto before = innovations_.find(key);
-    if (before == innovations_.end()) continue;
-    e.innovation_products += w.dot(before->second);
-    e.innovation_squares += (w.squaredNorm() + before->second.squaredNorm()) / 2;
-  }
-  innovations_ = std::move(now);
 }
 
 // At rest the velocity is zero and the pose that of the rest's beginning. The first is as good as
@@ -288,7 +196,8 @@ void InertialSlam::settle() {
 }
 
 void InertialSlam::retire_unseen() {
-  std::vector<int> indices;
+  std::vector<int>& indices = work_.retired;
+  indices.clear();
   const auto& landmarks = filter_.state().landmarks;
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
     const LandmarkId id = landmarks[static_cast<std::size_t>(i)].id;
@@ -302,17 +211,19 @@ void InertialSlam::retire_unseen() {
 }
 
 void InertialSlam::forget_unused_clones() {
-  std::set<int> used;
+  std::vector<int>&used = work_.used, &unused = work_.unused;
+  used.clear();
+  unused.clear();
   for (const Landmark& landmark : filter_.state().landmarks) {
-    if (landmark.anchor) used.insert(*landmark.anchor);
+    if (landmark.anchor) used.push_back(*landmark.anchor);
   }
-  if (still_since_) used.insert(*still_since_);
+  if (still_since_) used.push_back(*still_since_);
   for (const auto& [id, track] : tracks_) {
-    for (const ClonedView& view : track.views) used.insert(view.clone);
+    for (const ClonedView& view : track.views) used.push_back(view.clone);
   }
-  std::vector<int> unused;
+  std::sort(used.begin(), used.end());
   for (const Clone& clone : filter_.state().clones) {
-    if (!used.contains(clone.id)) unused.push_back(clone.id);
+    if (!std::binary_search(used.begin(), used.end(), clone.id)) unused.push_back(clone.id);
   }
   filter_.forget_clones(unused);
 }

@@ -70,12 +70,14 @@ class InertialSlam {
   };
 
   void advance_to(Time time);
-  Prediction predict_to(Time time);
+  const Prediction& predict_to(Time time);
   Vector9d rate_at(const InertialState& state, Time of_imu) const;
   NavState motion() const;
   double time_offset() const;
   bool has_sane_clock() const;
-  std::vector<const PixelObservation*> usable(const FeatureFrame& frame) const;
+  const std::vector<const PixelObservation*>& usable(const FeatureFrame& frame);
+  void number_landmarks();
+  std::optional<int> number_of(LandmarkId id) const;
   void observe(const std::vector<const PixelObservation*>& observations, InertialEstimate& e);
   void begin_at_once(const std::vector<const PixelObservation*>& fresh, InertialEstimate& e);
   void begin_from_tracks(InertialEstimate& e);
@@ -122,9 +124,31 @@ class InertialSlam {
     int refused = 0;  ///< frames in a row in which the gate refused it
   };
   std::unordered_map<LandmarkId, Last> last_;  ///< of the landmarks of the state
-  /// Whitened innovations of the last frame, by landmark and camera.
-  std::map<std::pair<LandmarkId, int>, Eigen::Vector2d> innovations_;
-  int starved_ = 0;  ///< frames in a row with hardly an observation
+  struct WhitenedPixel {
+    LandmarkId landmark = 0;
+    int camera = 0;
+    Eigen::Vector2d innovation = Eigen::Vector2d::Zero();
+  };
+  std::vector<WhitenedPixel> innovations_;  ///< of the last frame; landmark and camera rise
+  int starved_ = 0;                         ///< frames in a row with hardly an observation
+
+  // Lists of the function that is at work: they keep their room.
+  struct Workspace {
+    struct Place {
+      LandmarkId landmark = 0;
+      int camera = 0;
+      std::size_t index = 0;
+    };
+    std::vector<Place> places;
+    std::vector<std::pair<LandmarkId, int>> numbers;  ///< of the landmarks of the state; rising
+    std::vector<const PixelObservation*> usable, predicted, fresh;
+    std::vector<Measurement> known;
+    std::vector<WhitenedPixel> innovations;
+    std::vector<LandmarkId> ended;
+    std::vector<int> retired, used, unused;
+    Prediction prediction;
+  };
+  Workspace work_;
 };
 
 }  // namespace chasles

@@ -50,13 +50,14 @@ void InertialSlam::advance_to(Time time) {
   now_ = time;
 }
 
-Prediction InertialSlam::predict_to(Time time) {
+const Prediction& InertialSlam::predict_to(Time time) {
   const State& x = filter_.state();
   const std::vector<ImuInterval> intervals = imu_.between(clock(now_), clock(time));
   if (time > now_ && intervals.empty()) {
     throw InputError("no IMU sample before the frame at " + std::to_string(time.count()) + " ns");
   }
-  Prediction next = predict(model_, x, intervals);
+  Prediction& next = work_.prediction;
+  predict(model_, x, intervals, next);
   if (settings_.first_estimates) {
     use_first_estimates(model_, x, to_seconds(time - now_), predicted_, next);
   }

@@ -37,7 +37,8 @@ bool InertialSlam::is_full() const {
 }
 
 void InertialSlam::begin_from_tracks(InertialEstimate& e) {
-  std::vector<LandmarkId> ended;
+  std::vector<LandmarkId>& ended = work_.ended;
+  ended.clear();
   for (auto& [id, track] : tracks_) {
     if (track.seen < frame_) {
       use_rest(id, track.views);

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <vector>
+
+#include "frame_steps.hpp"
+#include "single_blas.hpp"
+
+// Ways of keeping a covariance through the same frames (square_root_bench.cpp).
+namespace chasles::bench {
+
+/// A frame's work in one precision. Rows of H are divided by their sigma: their noise is 1.
+template <typename S>
+struct Work {
+  /// Columns of H for a landmark or clone, or what a new one takes of the pose.
+  struct Part {
+    Eigen::Index at = 0, row = 0;  ///< first row of H, first row of the state
+    Eigen::Matrix<S, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> d;
+  };
+  MatrixOf<S> F, Q, G;        ///< Q = G^T G
+  std::vector<int> keep;      ///< as in FrameStep, in this form's order
+  MatrixOf<S> d_pose, noise;  ///< of all that begins: k x 6; k x k
+  MatrixOf<S> noise_root;     ///< noise = noise_root^T noise_root
+  MatrixOf<S> H_core;
+  std::vector<Part> H_parts;
+  VectorOf<S> residual;
+};
+
+/// `newest_first`: the rows behind the core in the reverse order of FrameStep's. `size_before`:
+/// rows of the state before.
+template <typename S>
+Work<S> work_of(const FrameStep& step, int size_before, bool newest_first);
+
+/// P = covariance, both triangles: the filter's own algorithm in either precision.
+template <typename S>
+class DenseForm {
+ public:
+  static constexpr bool kNewestFirst = false;
+  explicit DenseForm(const Eigen::MatrixXd& core_covariance);
+
+  void propagate(const Work<S>& w);
+  void exchange(const Work<S>& w);  ///< drop and add
+  bool update(const Work<S>& w);    ///< false where S is not positive definite: nothing changed
+
+  Eigen::MatrixXd covariance() const;
+  const VectorOf<S>& correction() const { return correction_; }
+
+ private:
+  auto all() { return P_.topLeftCorner(size_, size_); }
+  void apply_H(const Work<S>& w, Eigen::Index first, const MatrixOf<S>& M, MatrixOf<S>& HM) const;
+  bool whiten(const Work<S>& w, Eigen::Index first, BlockOf<S> W, Eigen::Ref<VectorOf<S>> e) const;
+
+  MatrixOf<S> P_;
+  int core_ = 0, size_ = 0;
+  VectorOf<S> correction_;
+};
+
+/// P = U^T U, U lower triangular, a column for each row of the state: the core first, then from the
+/// newest to the oldest. So the core's rows of U are zero outside the core, and
+///   propagation touches the core's columns and a triangle of its size;
+///   what begins stands beside the core, and is a triangle of that size too;
+///   dropped columns leave steps, which are turned away from the right;
+///   with A = U H^T (H of noise 1) and I + A A^T = L L^T, P - P H^T S^-1 H P = (L^-1 U)^T (L^-1 U),
+///   where L^-1 U is lower triangular again, and the correction is (L^-1 U)^T L^-1 A r.
+/// What an error chart does to P afterwards (Ekf::change_chart) is not part of it.
+template <typename S>
+class RootForm {
+ public:
+  static constexpr bool kNewestFirst = true;
+  explicit RootForm(const Eigen::MatrixXd& core_covariance);
+
+  void propagate(const Work<S>& w);
+  void exchange(const Work<S>& w);
+  bool update(const Work<S>& w);
+
+  Eigen::MatrixXd covariance() const;  ///< rows in this form's order
+  const VectorOf<S>& correction() const { return correction_; }
+
+ private:
+  auto all() { return U_.bottomRightCorner(size_, size_); }
+  void drop(const std::vector<int>& keep);
+  void add(const Work<S>& w);
+
+  MatrixOf<S> U_;      ///< in its lower right corner, for it grows there
+  MatrixOf<S> A_, L_;  ///< an update's, kept: fresh pages take longer than the algebra
+  int core_ = 0, size_ = 0;
+  VectorOf<S> correction_;
+};
+
+}  // namespace chasles::bench

@@ -1,0 +1,353 @@
+// What the filter's linear algebra would cost as a square root or in single precision: the same
+// frames (10 Hz, 50 landmarks, 15 clones; frame_steps.hpp) by the filter's own functions, by the
+// same algorithm in float, and by a triangular root in double and float (covariance_forms.hpp), all
+// in one run; and how far each comes from the first over 1000 frames. First, small random frames
+// are held against the textbook's formulas in long double: exit 1 where one is wrong.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <random>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include <chasles/filter/dense.hpp>
+#include <chasles/filter/inertial_model.hpp>
+
+#include "covariance_forms.hpp"
+
+namespace chasles::bench {
+namespace {
+
+constexpr double kSeconds = 101;                   // of the walk
+constexpr std::size_t kFirst = 400, kTimed = 100;  // frames that are timed
+constexpr int kRepetitions = 15;
+constexpr int kCore = 15;  // rows
+
+/// The filter itself, in the chart whose corrections do not change the covariance.
+class OwnForm {
+ public:
+  static constexpr bool kNewestFirst = false;
+  explicit OwnForm(const Eigen::MatrixXd& core_covariance)
+      : ekf_(error_chart("standard"), initial(), core_covariance, {.keep_map = false}) {}
+
+  void propagate(const FrameStep& step) { ekf_.propagate(step.prediction); }
+  void exchange(const FrameStep& step) {
+    ekf_.retire(step.retired);
+    ekf_.forget_clones(step.forgotten);
+    std::vector<NewLandmark> landmarks;
+    for (const Fresh& fresh : step.fresh) {
+      if (fresh.is_clone) {
+        ekf_.clone_pose(static_cast<int>(fresh.id), {});
+      } else {
+        landmarks.push_back({.id = fresh.id, .d_pose = fresh.d_pose, .noise = fresh.noise});
+      }
+    }
+    ekf_.add(landmarks);
+  }
+  bool update(const FrameStep& step) { return !ekf_.update(step.used).failed; }
+  Eigen::MatrixXd covariance() const { return ekf_.covariance(); }
+
+ private:
+  static State initial() {
+    State x;
+    x.v_world = Eigen::Vector3d::Zero();
+    x.additive = Eigen::VectorXd::Zero(InertialModel::kSize);
+    return x;
+  }
+
+  Ekf ekf_;
+};
+
+int rows_before(const std::vector<FrameStep>& frames, std::size_t i) {
+  return i == 0 ? kCore : frames[i - 1].state.size();
+}
+
+/// A form with the frames as it takes them.
+template <typename Form, typename Work>
+struct Runner {
+  const char* name;
+  std::vector<Work> works;
+  Form form;
+
+  bool step(std::size_t i) {
+    form.propagate(works[i]);
+    form.exchange(works[i]);
+    return form.update(works[i]);
+  }
+  Eigen::MatrixXd covariance() const {  // rows as FrameStep has them
+    Eigen::MatrixXd P = form.covariance();
+    if (!Form::kNewestFirst) return P;
+    std::vector<Eigen::Index> order;
+    const Eigen::Index core = kCore;
+    for (Eigen::Index i = 0; i < core; ++i) order.push_back(i);
+    for (Eigen::Index i = P.rows() - 1; i >= core; --i) order.push_back(i);
+    return P(order, order);
+  }
+};
+
+Runner<OwnForm, FrameStep> own(const char* name, const Walk& walk) {
+  return {name, walk.frames, OwnForm(walk.core_covariance)};
+}
+
+template <template <typename> class Form, typename S>
+Runner<Form<S>, Work<S>> other(const char* name, const Walk& walk) {
+  Runner<Form<S>, Work<S>> runner{name, {}, Form<S>(walk.core_covariance)};
+  for (std::size_t i = 0; i < walk.frames.size(); ++i) {
+    runner.works.push_back(
+        work_of<S>(walk.frames[i], rows_before(walk.frames, i), Form<S>::kNewestFirst));
+  }
+  return runner;
+}
+
+// Calls visit(runner, relative precision) for every form.
+template <typename Visitor>
+void for_each_form(const Walk& walk, const Visitor& visit) {
+  visit(own("covariance, double (as it is)", walk), 1e-15);
+  visit(other<DenseForm, double>("the same, written anew", walk), 1e-15);
+  visit(other<DenseForm, float>("covariance, float", walk), 1e-7);
+  visit(other<RootForm, double>("square root, double", walk), 1e-15);
+  visit(other<RootForm, float>("square root, float", walk), 1e-7);
+}
+
+// ---- against the textbook -----------------------------------------------------------------------
+
+using Oracle = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
+
+Eigen::MatrixXd random_matrix(std::mt19937_64& random, Eigen::Index rows, Eigen::Index cols) {
+  return Eigen::MatrixXd::NullaryExpr(
+      rows, cols, [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1; });
+}
+
+// Eight frames: landmarks and clones begin, are seen, and the k-th before last is dropped.
+Walk random_walk() {
+  std::mt19937_64 random(1);
+  const auto square = [&](Eigen::Index n) {
+    const Eigen::MatrixXd A = random_matrix(random, n, n);
+    return Eigen::MatrixXd(A * A.transpose());
+  };
+  Walk walk{.core_covariance = square(15), .frames = {}};
+  State x;
+  LandmarkId id = 0;
+  x.v_world = Eigen::Vector3d::Zero();
+  x.additive = Eigen::VectorXd::Zero(6);
+  for (int frame = 0; frame < 8; ++frame) {
+    FrameStep step;
+    step.prediction = {.world_T_imu = {},
+                       .v_world = x.v_world,
+                       .additive = x.additive,
+                       .F = Eigen::MatrixXd::Identity(15, 15) + 0.3 * random_matrix(random, 15, 15),
+                       .Q = square(15)};
+    std::vector<Landmark> kept;
+    int row = 15;
+    for (int i = 0; i < 15; ++i) step.keep.push_back(i);
+    for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
+      if (i % 5 == static_cast<std::size_t>(frame) % 5) {
+        step.retired.push_back(static_cast<int>(i));
+        continue;
+      }
+      for (int k = 0; k < 3; ++k) step.keep.push_back(x.landmarks[i].row + k);
+      kept.push_back(x.landmarks[i]);
+      kept.back().row = row;
+      row += 3;
+    }
+    x.landmarks = kept;
+    for (int i = 0; i < 9; ++i, row += 3) {
+      x.landmarks.push_back({.id = id, .row = row});
+      step.fresh.push_back({.id = id++, .d_pose = random_matrix(random, 3, 6), .noise = square(3)});
+    }
+    for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
+      Measurement z;
+      z.landmark = static_cast<int>(i);
+      z.residual = random_matrix(random, 2, 1);
+      z.d_core = random_matrix(random, 2, 6);
+      z.d_landmark = random_matrix(random, 2, 3);
+      z.noise = 0.25 * Eigen::Matrix2d::Identity();
+      if (i > 2) {  // an anchored one: three rows of the state are taken for a clone's six
+        z.clones.push_back({.row = x.landmarks[i - 2].row, .d = random_matrix(random, 2, 6)});
+      }
+      step.used.push_back(z);
+    }
+    step.state = x;
+    walk.frames.push_back(step);
+  }
+  return walk;
+}
+
+// P and the correction after the frames, by P - P H^T (H P H^T + R)^-1 H P.
+std::pair<Oracle, Oracle> textbook(const Walk& walk) {
+  Oracle P = walk.core_covariance.cast<long double>();
+  Oracle correction;
+  for (const FrameStep& step : walk.frames) {
+    const Oracle F = step.prediction.F.cast<long double>();
+    Oracle full = Oracle::Identity(P.rows(), P.rows());
+    full.topLeftCorner(15, 15) = F;
+    P = (full * P * full.transpose()).eval();
+    P.topLeftCorner(15, 15) += step.prediction.Q.cast<long double>();
+    P = Oracle(P(step.keep, step.keep));
+    for (const Fresh& fresh : step.fresh) {
+      Oracle J = Oracle::Identity(P.rows() + 3, P.rows());
+      J.bottomRows(3).setZero();
+      J.bottomLeftCorner(3, 6) = fresh.d_pose.cast<long double>();
+      P = (J * P * J.transpose()).eval();
+      P.bottomRightCorner(3, 3) += fresh.noise.cast<long double>();
+    }
+    const auto m = 2 * static_cast<Eigen::Index>(step.used.size());
+    Oracle H = Oracle::Zero(m, P.rows());
+    Oracle r(m, 1);
+    for (Eigen::Index i = 0; i < m / 2; ++i) {
+      const Measurement& z = step.used[static_cast<std::size_t>(i)];
+      const auto& l = step.state.landmarks[static_cast<std::size_t>(z.landmark)];
+      H.block(2 * i, 0, 2, 6) += z.d_core.cast<long double>();
+      H.block(2 * i, l.row, 2, 3) += z.d_landmark.cast<long double>();
+      for (const auto& clone : z.clones) {
+        H.block(2 * i, clone.row, 2, 6) += clone.d.cast<long double>();
+      }
+      r.middleRows(2 * i, 2) = z.residual.cast<long double>();
+    }
+    const Oracle S = H * P * H.transpose() + Oracle::Identity(m, m) * 0.25L;
+    const Oracle K = P * H.transpose() * S.inverse();
+    correction = K * r;
+    P = (P - K * H * P).eval();
+    P = ((P + P.transpose()) / 2).eval();
+  }
+  return {P, correction};
+}
+
+bool all_right() {
+  const Walk walk = random_walk();
+  const auto [P, correction] = textbook(walk);
+  bool right = true;
+  for_each_form(walk, [&, &P = P, &correction = correction](auto runner, double precision) {
+    for (std::size_t i = 0; i < walk.frames.size(); ++i) right = runner.step(i) && right;
+    const Oracle difference = runner.covariance().template cast<long double>() - P;
+    const auto wrong = static_cast<double>(difference.norm() / P.norm());
+    double wrong_correction = 0;  // the filter's own is not seen from outside: its tests have it
+    if constexpr (requires { runner.form.correction(); }) {
+      Eigen::MatrixXd c = runner.form.correction().template cast<double>();
+      if (decltype(runner.form)::kNewestFirst) c.bottomRows(c.rows() - kCore).reverseInPlace();
+      wrong_correction =
+          static_cast<double>((c.cast<long double>() - correction).norm() / correction.norm());
+    }
+    const bool fits = wrong < 1e3 * precision && wrong_correction < 1e3 * precision;
+    std::printf("  %-32s P %.1e, correction %.1e%s\n", runner.name, wrong, wrong_correction,
+                fits ? "" : "  WRONG");
+    right = right && fits;
+  });
+  return right;
+}
+
+// ---- time and error -----------------------------------------------------------------------------
+
+double cpu_ms() {
+  timespec t{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
+}
+
+using Stages = std::array<double, 3>;  // propagate, exchange, update [ms]
+
+// The least of the repetitions, frame by frame and stage by stage, and its mean over the frames.
+template <typename Runner>
+Stages least(Runner runner) {
+  for (std::size_t i = 0; i < kFirst; ++i) runner.step(i);
+  const auto begin = runner.form;
+  std::vector<Stages> best(kTimed, {1e9, 1e9, 1e9});
+  for (int repetition = 0; repetition < kRepetitions; ++repetition) {
+    runner.form = begin;
+    for (std::size_t i = 0; i < kTimed; ++i) {
+      const auto& work = runner.works[kFirst + i];
+      std::array<double, 4> t{cpu_ms()};
+      runner.form.propagate(work);
+      t[1] = cpu_ms();
+      runner.form.exchange(work);
+      t[2] = cpu_ms();
+      runner.form.update(work);
+      t[3] = cpu_ms();
+      for (std::size_t k = 0; k < 3; ++k) best[i][k] = std::min(best[i][k], t[k + 1] - t[k]);
+    }
+  }
+  Stages mean{};
+  for (const Stages& s : best) {
+    for (std::size_t k = 0; k < 3; ++k) mean[k] += s[k] / static_cast<double>(kTimed);
+  }
+  return mean;
+}
+
+void print_times(const Walk& walk) {
+  std::printf("  %-32s propagate  exchange    update       all  ratio\n", "ms a frame");
+  double first = 0;
+  for_each_form(walk, [&](auto runner, double) {
+    const Stages ms = least(std::move(runner));
+    const double all = ms[0] + ms[1] + ms[2];
+    if (first == 0) first = all;
+    std::printf("  %-32s %9.4f %9.4f %9.4f %9.4f   %.2f\n", runner.name, ms[0], ms[1], ms[2], all,
+                all / first);
+  });
+}
+
+/// Over all frames: how far sigmas are from the yardstick's, updates that failed, and the least
+/// eigenvalue of the matrix of correlations (of every tenth frame).
+template <typename Runner>
+void print_error(Runner runner, const std::vector<Eigen::VectorXd>& yardstick) {
+  double worst = 0, worst_pose = 0, least_eigenvalue = 1;
+  int failed = 0, negative = 0;
+  for (std::size_t i = 0; i < runner.works.size(); ++i) {
+    failed += runner.step(i) ? 0 : 1;
+    const Eigen::MatrixXd P = runner.covariance();
+    const Eigen::VectorXd sigma = P.diagonal().cwiseMax(0).cwiseSqrt();
+    for (Eigen::Index k = 0; k < sigma.size(); ++k) {
+      if (yardstick[i](k) < 1e-9) continue;
+      const double error = std::abs(sigma(k) / yardstick[i](k) - 1);
+      worst = std::max(worst, error);
+      if (k < 6) worst_pose = std::max(worst_pose, error);
+    }
+    negative += P.diagonal().minCoeff() < 0;
+    if (i % 10 != 0 || sigma.minCoeff() <= 0) continue;  // at the start the position is known
+    const Eigen::VectorXd scale = sigma.cwiseInverse();
+    const Eigen::MatrixXd correlation = scale.asDiagonal() * P * scale.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);
+    least_eigenvalue = std::min(least_eigenvalue, eigen.eigenvalues()(0));
+  }
+  std::printf("  %-32s %8.1e %8.1e %14.1e %9d %9d\n", runner.name, worst, worst_pose,
+              least_eigenvalue, negative, failed);
+}
+
+void print_errors(const Walk& walk) {
+  std::vector<Eigen::VectorXd> yardstick;
+  auto exact = other<RootForm, double>("", walk);
+  for (std::size_t i = 0; i < walk.frames.size(); ++i) {
+    exact.step(i);
+    yardstick.emplace_back(exact.covariance().diagonal().cwiseSqrt());
+  }
+  std::printf("  over %zu frames: sigmas against the root in double\n", walk.frames.size());
+  std::printf("  %-32s    worst     pose  least eigenv.  var. < 0    failed\n", "");
+  for_each_form(walk, [&](auto runner, double) { print_error(std::move(runner), yardstick); });
+}
+
+void measure(int cameras) {
+  const Walk walk = record_walk(cameras, kSeconds);
+  double rows = 0, size = 0;
+  for (std::size_t i = kFirst; i < kFirst + kTimed; ++i) {
+    size += walk.frames[i].state.size();
+    for (const Measurement& z : walk.frames[i].used) rows += static_cast<double>(z.residual.size());
+  }
+  std::printf("%s: %.0f rows in the state, %.0f measured\n", cameras == 1 ? "mono" : "stereo",
+              size / kTimed, rows / kTimed);
+  print_times(walk);
+  print_errors(walk);
+}
+
+}  // namespace
+}  // namespace chasles::bench
+
+int main() {
+  chasles::dense::prepare();
+  std::puts("against the textbook's formulas in long double, relative:");
+  if (!chasles::bench::all_right()) return 1;
+  for (const int cameras : {1, 2}) chasles::bench::measure(cameras);
+}

@@ -1,0 +1,139 @@
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include <chasles/slam/inertial_slam.hpp>
+
+// What the filter takes from a frame's pixels, and how they agree with what it expected.
+namespace chasles {
+namespace {
+
+constexpr std::size_t kUsualViews = 8;  // a track has more of them only in long waits
+
+}  // namespace
+
+// Of two of one landmark in one camera the first counts; the frame's order is kept.
+const std::vector<const PixelObservation*>& InertialSlam::usable(const FeatureFrame& frame) {
+  auto& places = work_.places;
+  places.clear();
+  for (std::size_t i = 0; i < frame.pixels.size(); ++i) {
+    const PixelObservation& o = frame.pixels[i];
+    const bool known_camera = o.camera >= 0 && o.camera < static_cast<int>(cameras_.size());
+    if (!known_camera || !o.pixel.allFinite()) continue;
+    places.push_back({.landmark = o.landmark, .camera = o.camera, .index = i});
+  }
+  const auto key = [](const auto& p) { return std::tuple(p.landmark, p.camera, p.index); };
+  std::sort(places.begin(), places.end(),
+            [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  const auto same = [](const auto& a, const auto& b) {
+    return a.landmark == b.landmark && a.camera == b.camera;
+  };
+  places.erase(std::unique(places.begin(), places.end(), same), places.end());
+  std::sort(places.begin(), places.end(),
+            [](const auto& a, const auto& b) { return a.index < b.index; });
+  work_.usable.clear();
+  for (const auto& place : places) work_.usable.push_back(&frame.pixels[place.index]);
+  return work_.usable;
+}
+
+void InertialSlam::number_landmarks() {
+  work_.numbers.clear();
+  for (const Landmark& landmark : filter_.state().landmarks) {
+    work_.numbers.emplace_back(landmark.id, static_cast<int>(work_.numbers.size()));
+  }
+  std::sort(work_.numbers.begin(), work_.numbers.end());
+}
+
+std::optional<int> InertialSlam::number_of(LandmarkId id) const {
+  const auto found = std::lower_bound(work_.numbers.begin(), work_.numbers.end(), std::pair(id, 0));
+  if (found == work_.numbers.end() || found->first != id) return std::nullopt;
+  return found->second;
+}
+
+// The first linearisations are the worst: they count less (math.md §7, "soft start").
+double InertialSlam::softness(int landmark) const {
+  if (settings_.soft_start <= 0 || settings_.soft_frames <= 0) return 1;
+  const auto& l = filter_.state().landmarks[static_cast<std::size_t>(landmark)];
+  const double age = static_cast<double>(l.observations) / settings_.soft_frames;
+  return 1 + settings_.soft_start * std::max(0.0, 1 - age);
+}
+
+void InertialSlam::observe(const std::vector<const PixelObservation*>& observations,
+                           InertialEstimate& e) {
+  number_landmarks();
+  auto& known = work_.known;
+  auto& predicted = work_.predicted;
+  auto& fresh = work_.fresh;
+  known.clear();
+  predicted.clear();
+  fresh.clear();
+  const double gate = gate_square(2);
+  for (const PixelObservation* o : observations) {
+    const auto number = number_of(o->landmark);
+    if (!number) {
+      fresh.push_back(o);
+      continue;
+    }
+    last_[o->landmark].seen = frame_;
+    auto z = measure_pixel(cameras_[static_cast<std::size_t>(o->camera)],
+                           pixel_sigma_ * softness(*number), filter_.state(), *number, o->pixel,
+                           linearisation(), o->camera);
+    if (!z) continue;
+    z->gate = gate;
+    known.push_back(*std::move(z));
+    predicted.push_back(o);
+  }
+  const UpdateReport& report = filter_.update(known);
+  e.nis = report.nis;
+  e.nis_dof = report.dof;
+  e.used = static_cast<int>(std::count(report.accepted.begin(), report.accepted.end(), true));
+  e.rejected = static_cast<int>(known.size()) - e.used;
+  note_refusals(known, report.accepted);
+  compare_innovations(predicted, report, e);
+  if (settings_.init == "fixed-depth") {
+    begin_at_once(fresh, e);
+    return;
+  }
+  for (const PixelObservation* o : fresh) {
+    Track& track = tracks_[o->landmark];
+    track.seen = frame_;
+    if (cloned_) {
+      if (track.views.empty()) track.views.reserve(kUsualViews);
+      track.views.push_back({.clone = frame_, .camera = o->camera, .pixel = o->pixel});
+    }
+  }
+}
+
+// A landmark that is refused again and again is another point by now, or never was one; if it is
+// the pose that is wrong, new landmarks do not inherit its error.
+void InertialSlam::note_refusals(const std::vector<Measurement>& known,
+                                 const std::vector<bool>& accepted) {
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    const auto index = static_cast<std::size_t>(known[i].landmark);
+    int& refused = last_.at(filter_.state().landmarks[index].id).refused;
+    refused = accepted[i] ? 0 : refused + 1;
+  }
+}
+
+void InertialSlam::compare_innovations(const std::vector<const PixelObservation*>& observations,
+                                       const UpdateReport& report, InertialEstimate& e) {
+  const auto by_key = [](const WhitenedPixel& a, const WhitenedPixel& b) {
+    return std::tie(a.landmark, a.camera) < std::tie(b.landmark, b.camera);
+  };
+  work_.innovations.clear();
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!report.accepted[i]) continue;
+    const Eigen::Vector2d w = report.whitened[i];
+    const WhitenedPixel now{
+        .landmark = observations[i]->landmark, .camera = observations[i]->camera, .innovation = w};
+    work_.innovations.push_back(now);
+    const auto before = std::lower_bound(innovations_.begin(), innovations_.end(), now, by_key);
+    if (before == innovations_.end() || by_key(now, *before)) continue;
+    e.innovation_products += w.dot(before->innovation);
+    e.innovation_squares += (w.squaredNorm() + before->innovation.squaredNorm()) / 2;
+  }
+  std::sort(work_.innovations.begin(), work_.innovations.end(), by_key);
+  innovations_.swap(work_.innovations);
+}
+
+}  // namespace chasles
