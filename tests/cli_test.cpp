@@ -70,7 +70,7 @@ TEST(Command, BadInputEndsWithTwo) {
   simulate(folder);
   spill(folder / "junk.npz", "this is no archive");
   spill(folder / "junk.tum", "1 2 3\n");
-  spill(folder / "late.tum", "4e9 0 0 0 0 0 0 1\n8.1e9 0 0 0 0 0 0 1\n8.2e9 0 0 0 0 0 0 1\n");
+  spill(folder / "late.tum", "4e9 0 0 0 0 0 0 1\n4.1e9 0 0 0 0 0 0 1\n4.2e9 0 0 0 0 0 0 1\n");
   expect_error(chasles(folder, "run missing.npz"), 2, "missing.npz");
   expect_error(chasles(folder, "run junk.npz"), 2, "junk.npz");
   expect_error(chasles(folder, "run rec --config missing.yaml"), 2, "missing.yaml: no such file");

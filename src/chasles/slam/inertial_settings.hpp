@@ -32,7 +32,7 @@ struct InertialSlamSettings {
   double fixed_depth = 8;
   double fixed_depth_sigma = 3;
   double inverse_depth = 0.1;
-  double inverse_depth_sigma = 0.3;
+  double inverse_depth_sigma = 0.5;
 
   int clones = 15;
   int frames_per_clone = 4;
