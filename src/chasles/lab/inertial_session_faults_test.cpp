@@ -136,7 +136,8 @@ TEST(InertialSessionFaults, WithoutSamplesForASecondItBeginsAnew) {
   EXPECT_EQ(session.resets(), 1);
   EXPECT_TRUE(session.running());
   EXPECT_EQ(estimates.back().time, recording.frames.back().time);
-  EXPECT_LT(error_from(estimates, recording, after(recording, 9)), 0.6);
+  // A start in motion is new knowledge of scale and tilt, from one second: decimetres on this way.
+  EXPECT_LT(error_from(estimates, recording, after(recording, 9)), 0.8);
   // It goes on where it was, give or take the way of the time in between.
   const auto next = std::ranges::find_if(
       estimates, [&](const InertialEstimate& e) { return e.time >= after(recording, 6.8); });
