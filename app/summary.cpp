@@ -80,8 +80,8 @@ std::string run_health(const std::vector<RunState>& states) {
   const auto count = [&](const char* health) {
     return static_cast<std::size_t>(std::ranges::count(states, health, &RunState::health));
   };
-  if (count("lost") > 0) return "lost";
-  return 10 * count("degraded") > states.size() ? "degraded" : "ok";
+  if (!states.empty() && states.back().health == "lost") return "lost";
+  return count("lost") > 0 || 10 * count("degraded") > states.size() ? "degraded" : "ok";
 }
 
 Json figures_json(const Evaluation& evaluation) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 
 namespace chasles::bench {
@@ -11,16 +10,6 @@ namespace {
 constexpr Eigen::Index kCapacity = 424;  // no power of two: columns would share cache lines
 constexpr Eigen::Index kLeafRows = 32;   // as in whitening.cpp
 constexpr Eigen::Index kTurned = 16;     // columns that are made triangular together
-
-// G with G^T G = the semidefinite A.
-Eigen::MatrixXd root(const Eigen::MatrixXd& A) {
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(A);
-  const Eigen::VectorXd d = ldlt.vectorD().cwiseMax(0).cwiseSqrt();
-  Eigen::MatrixXd G = Eigen::MatrixXd::Identity(A.rows(), A.cols());
-  G = (ldlt.transpositionsP() * G).eval();
-  G = (ldlt.matrixU() * G).eval();
-  return d.asDiagonal() * G;
-}
 
 /// B = turn^T [0; L].
 template <typename S>
@@ -76,87 +65,7 @@ void solve_triangle(const ConstBlockOf<S>& L, BlockOf<S> U) {
   solve_triangle<S>(L.bottomRightCorner(n - k, n - k), U.bottomRightCorner(n - k, n - k));
 }
 
-int fresh_rows(const FrameStep& step) {
-  Eigen::Index k = 0;
-  for (const Fresh& f : step.fresh) k += f.d_pose.rows();
-  return static_cast<int>(k);
-}
-
-template <typename S>
-void set_fresh(const FrameStep& step, bool newest_first, Work<S>& w) {
-  const Eigen::Index k = fresh_rows(step);
-  Eigen::MatrixXd d_pose(k, 6);
-  Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(k, k);
-  Eigen::MatrixXd noise_root = noise;
-  Eigen::Index at = 0;
-  for (const Fresh& f : step.fresh) {
-    const Eigen::Index size = f.d_pose.rows();
-    d_pose.middleRows(at, size) = f.d_pose;
-    noise.block(at, at, size, size) = f.noise;
-    noise_root.block(at, at, size, size) = root(f.noise);
-    at += size;
-  }
-  if (newest_first) {
-    d_pose = d_pose.colwise().reverse().eval();
-    noise.reverseInPlace();
-    noise_root = noise_root.rowwise().reverse().eval();
-  }
-  w.d_pose = d_pose.cast<S>();
-  w.noise = noise.cast<S>();
-  w.noise_root = noise_root.cast<S>();
-}
-
-template <typename S>
-void set_rows(const FrameStep& step, int size, bool newest_first, Work<S>& w) {
-  const Eigen::Index core = step.prediction.F.rows();
-  Eigen::Index m = 0;
-  for (const Measurement& z : step.used) m += z.residual.size();
-  w.H_core = MatrixOf<S>::Zero(m, core);
-  w.residual.resize(m);
-  Eigen::Index at = 0;
-  const auto place = [&](int row, const Eigen::MatrixXd& d) {
-    const auto width = static_cast<int>(d.cols());
-    if (newest_first) {
-      const Eigen::MatrixXd reversed = d.rowwise().reverse();
-      w.H_parts.push_back({.at = at, .row = core + size - row - width, .d = reversed.cast<S>()});
-    } else {
-      w.H_parts.push_back({.at = at, .row = row, .d = d.cast<S>()});
-    }
-  };
-  for (const Measurement& z : step.used) {
-    const Eigen::Index rows = z.residual.size();
-    const double sigma = std::sqrt(z.noise(0, 0));
-    w.H_core.block(at, z.core_column, rows, z.d_core.cols()) = (z.d_core / sigma).cast<S>();
-    w.residual.segment(at, rows) = (z.residual / sigma).cast<S>();
-    if (z.landmark >= 0) {
-      place(step.state.landmarks[static_cast<std::size_t>(z.landmark)].row, z.d_landmark / sigma);
-    }
-    for (const auto& clone : z.clones) place(clone.row, clone.d / sigma);
-    at += rows;
-  }
-}
-
 }  // namespace
-
-template <typename S>
-Work<S> work_of(const FrameStep& step, int size_before, bool newest_first) {
-  Work<S> w;
-  w.F = step.prediction.F.cast<S>();
-  w.Q = step.prediction.Q.cast<S>();
-  w.G = root(step.prediction.Q).cast<S>();
-  const auto core = static_cast<int>(step.prediction.F.rows());
-  w.keep = step.keep;
-  if (newest_first) {
-    std::reverse(w.keep.begin() + core, w.keep.end());
-    for (auto row = w.keep.begin() + core; row != w.keep.end(); ++row) {
-      *row = core + size_before - 1 - *row;
-    }
-  }
-  set_fresh(step, newest_first, w);
-  const int size = static_cast<int>(w.keep.size()) + fresh_rows(step);
-  set_rows(step, size, newest_first, w);
-  return w;
-}
 
 template <typename S>
 DenseForm<S>::DenseForm(const Eigen::MatrixXd& core_covariance)
@@ -249,19 +158,7 @@ bool DenseForm<S>::update(const Work<S>& w) {
   if (!whiten(w, 0, W, e)) return false;
   correction_.noalias() = W * e;
   add_square_lower<S>(-1, W, P);
-  constexpr Eigen::Index kTile = 32;
-  for (Eigen::Index j = 0; j < size_; j += kTile) {
-    for (Eigen::Index i = j; i < size_; i += kTile) {
-      const Eigen::Index b = std::min(kTile, size_ - j);
-      const Eigen::Index h = std::min(kTile, size_ - i);
-      if (i == j) {
-        P.block(j, j, b, b).template triangularView<Eigen::StrictlyUpper>() =
-            P.block(j, j, b, b).transpose();
-      } else {
-        P.block(j, i, b, h) = P.block(i, j, h, b).transpose();
-      }
-    }
-  }
+  mirror_lower<S>(P);
   return true;
 }
 
@@ -363,8 +260,6 @@ bool RootForm<S>::update(const Work<S>& w) {
   return true;
 }
 
-template Work<float> work_of<float>(const FrameStep&, int, bool);
-template Work<double> work_of<double>(const FrameStep&, int, bool);
 template class DenseForm<float>;
 template class DenseForm<double>;
 template class RootForm<float>;

@@ -27,6 +27,7 @@ function decodeRun(raw) {
     name: raw.name,
     folder: raw.label || '',
     summary: raw.summary || {},
+    level: Boolean(raw.level),
     origin: raw.origin,
     healthNames: raw.health_names,
     extraNames: raw.extra_names,

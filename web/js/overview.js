@@ -15,9 +15,9 @@ function decodeScene(raw) {
     axes: turned ? ['y', '−x'] : ['x', 'y'],
     truth: placed(truth),
     plan: { wall: placed(plan.wall), furniture: placed(plan.furniture) },
-    runs: raw.runs.map(({ run, level, mean_nees: meanNees, ...columns }) => {
+    runs: raw.runs.map(({ run, mean_nees: meanNees, ...columns }) => {
       const c = decodeColumns(columns);
-      return { index: run, level, meanNees, t: c.t, nees: c.nees, at: placed(c), error: placed({ x: c.ex, y: c.ey }),
+      return { index: run, meanNees, t: c.t, nees: c.nees, at: placed(c), error: placed({ x: c.ex, y: c.ey }),
         distance: c.ex.map((_, i) => Math.hypot(c.ex[i], c.ey[i], c.ez[i])) };
     }),
   };

@@ -1,9 +1,9 @@
 // The figures of the runs of one scene side by side, and their errors over time.
 
-// [heading, value of a run and its entry of the scene, decimals]
+// [heading, value of a run's summary, its entry of the scene and the run, decimals]
 const OVERVIEW_COLUMNS = [
-  ['ATE [m]', (s, { level }) => s[level ? 'ate_posyaw_m' : 'ate_m'], 3],
-  ['attitude [°]', (s, { level }) => s[level ? 'attitude_posyaw_deg' : 'attitude_deg'], 3],
+  ['ATE [m]', (s, _, { level }) => s[level ? 'ate_posyaw_m' : 'ate_m'], 3],
+  ['attitude [°]', (s, _, { level }) => s[level ? 'attitude_posyaw_deg' : 'attitude_deg'], 3],
   ['NEES position', (_, { meanNees }) => perDegree(meanNees.position, 3), 2],
   ['NEES attitude', (_, { meanNees }) => perDegree(meanNees.attitude, 3), 2],
   ['NEES pose', (_, { meanNees }) => perDegree(meanNees.pose, 6), 2],
@@ -21,7 +21,7 @@ function differences(runs) {
 function showOverviewTable(scene) {
   const runs = scene.runs.map(({ index }) => app.runs[index]);
   const values = OVERVIEW_COLUMNS.map(([, value]) =>
-    scene.runs.map((entry, k) => asNumber(value(runs[k].summary, entry))));
+    scene.runs.map((entry, k) => asNumber(value(runs[k].summary, entry, runs[k]))));
   const known = OVERVIEW_COLUMNS.map((_, c) => c).filter((c) => values[c].some(Number.isFinite));
   const differing = differences(runs), differ = differing.some(Boolean);
   const rows = scene.runs.map(({ index }, k) => [

@@ -1,7 +1,4 @@
-#include <utility>
-
 #include <chasles/filter/calibration.hpp>
-#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 

@@ -98,8 +98,8 @@ class Ekf {
   /// An anchored landmark (index into State::landmarks) goes over to the Cartesian form: a change
   /// of coordinates. Worth it once its depth is well known: it no longer needs its clone.
   void make_cartesian(int index);
-  /// Deviation of an anchored landmark's inverse depth over the inverse depth.
-  double relative_depth_sigma(const Landmark& landmark) const;
+  /// Of an anchored landmark [1/m].
+  double inverse_depth_sigma(const Landmark& landmark) const;
 
   /// Kleinert & Stilla's composition step: the world's frame is moved to the present IMU frame,
   /// exactly; what was known of the pose goes to nav_T_world, which the state must have, and to all
@@ -111,7 +111,8 @@ class Ekf {
   /// Takes landmarks out of the state (indices into State::landmarks, rising) and into the map.
   void retire(std::span<const int> indices);
 
-  /// Landmarks of the whole map: retired and in the state.
+  /// Landmarks of the whole map: retired and in the state. Those whose inverse depth is not
+  /// positive have no place and are none.
   int map_size() const;
 
   /// The whole map as known now: in the order of retirement, those of the state last. Takes time in

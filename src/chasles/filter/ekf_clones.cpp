@@ -70,9 +70,9 @@ void Ekf::make_cartesian(int index) {
   landmark.anchor.reset();
 }
 
-double Ekf::relative_depth_sigma(const Landmark& landmark) const {
+double Ekf::inverse_depth_sigma(const Landmark& landmark) const {
   const int row = landmark.row + 2;
-  return std::sqrt(covariance_.all()(row, row)) / std::abs(landmark.inverse_depth.z());
+  return std::sqrt(covariance_.all()(row, row));
 }
 
 void Ekf::compose() {

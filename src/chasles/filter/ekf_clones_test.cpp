@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <limits>
 
 #include <Eigen/LU>
@@ -173,14 +174,39 @@ TEST_P(EkfClonesTest, CartesianFormHasThePositionAndItsCorrelations) {
   EXPECT_EQ(MatrixXd(filter.covariance()), after);
 }
 
-TEST_P(EkfClonesTest, RelativeDepthSigmaIsThatOfTheInverseDepth) {
+TEST_P(EkfClonesTest, InverseDepthSigmaIsThatOfItsRow) {
   test::Random random(5);
   const Ekf filter = test::inertial_filter(chart(), random);
   const Landmark& landmark =
       filter.state().landmarks[static_cast<std::size_t>(index_of(filter.state(), 101))];
   const int row = landmark.row + 2;
-  EXPECT_DOUBLE_EQ(filter.relative_depth_sigma(landmark),
-                   std::sqrt(filter.covariance()(row, row)) / landmark.inverse_depth.z());
+  EXPECT_DOUBLE_EQ(filter.inverse_depth_sigma(landmark), std::sqrt(filter.covariance()(row, row)));
+}
+
+TEST_P(EkfClonesTest, LandmarksBeyondInfinityAreNotOfTheMap) {
+  test::Random random(11);
+  Ekf filter = test::inertial_filter(chart(), random);
+  const State before = filter.state();
+  const int index = index_of(before, 101);
+  const Landmark& anchored = before.landmarks[static_cast<std::size_t>(index)];
+  Measurement z;  // pulls the inverse depth through zero
+  z.landmark = index;
+  z.residual = Eigen::VectorXd::Constant(1, -2 * anchored.inverse_depth.z());
+  z.d_core = MatrixXd::Zero(1, 6);
+  z.d_landmark = Eigen::RowVector3d::UnitZ();
+  z.noise = MatrixXd::Constant(1, 1, 1e-12);
+  filter.update(std::vector{z});
+  const Landmark& beyond = filter.state().landmarks[static_cast<std::size_t>(index)];
+  ASSERT_LT(beyond.inverse_depth.z(), 0);
+  const auto has_it = [](const std::vector<MapLandmark>& map) {
+    return std::ranges::any_of(map, [](const MapLandmark& l) { return l.id == 101; });
+  };
+  EXPECT_EQ(filter.map_size(), 5);
+  EXPECT_EQ(filter.map().size(), 5u);
+  EXPECT_FALSE(has_it(filter.map()));
+  filter.retire(std::vector{index});
+  EXPECT_EQ(filter.map_size(), 5);
+  EXPECT_FALSE(has_it(filter.map()));
 }
 
 // Of pixels of both forms, of clones alone and of the core.

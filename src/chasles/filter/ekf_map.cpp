@@ -18,6 +18,10 @@ std::vector<int> rows_of(int core, const std::vector<Landmark>& landmarks) {
   return rows;
 }
 
+bool has_place(const Landmark& landmark) {
+  return !landmark.anchor || landmark.inverse_depth.z() > 0;
+}
+
 }  // namespace
 
 // The rows of all that is in the state, rising; the state's own are numbered anew, without gaps.
@@ -78,7 +82,9 @@ void Ekf::retire(std::span<const int> indices) {
     state_.landmarks.erase(state_.landmarks.begin() + *index);
   }
   if (!options_.keep_map) {
-    for (const Landmark& landmark : gone) forgotten_.push_back(as_of_now(landmark));
+    for (const Landmark& landmark : gone) {
+      if (has_place(landmark)) forgotten_.push_back(as_of_now(landmark));
+    }
     covariance_.keep(renumber_rows());
     return;
   }
@@ -91,15 +97,17 @@ void Ekf::retire(std::span<const int> indices) {
 }
 
 int Ekf::map_size() const {
-  return history_.removed() + static_cast<int>(forgotten_.size()) +
-         static_cast<int>(retired_.size() + state_.landmarks.size());
+  return history_.removed() + static_cast<int>(forgotten_.size() + retired_.size()) +
+         static_cast<int>(std::ranges::count_if(state_.landmarks, has_place));
 }
 
 std::vector<MapLandmark> Ekf::map() const {
   std::vector<MapLandmark> result = history_.landmarks();
   result.insert(result.end(), forgotten_.begin(), forgotten_.end());
   for (const std::vector<Landmark>* landmarks : {&retired_, &state_.landmarks}) {
-    for (const Landmark& landmark : *landmarks) result.push_back(as_of_now(landmark));
+    for (const Landmark& landmark : *landmarks) {
+      if (has_place(landmark)) result.push_back(as_of_now(landmark));
+    }
   }
   return result;
 }

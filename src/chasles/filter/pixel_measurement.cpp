@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
+#include <chasles/camera/stereo.hpp>
 #include <chasles/camera/triangulation.hpp>
 #include <chasles/filter/calibration.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
@@ -21,35 +22,42 @@ using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
 constexpr int kRowsOfAMeasurement = 6;
 
-// A projection from a pose and its derivatives by the point and, [Y - p]x and -I behind it, the
-// pose (math.md §3, "std").
+// A projection from a pose and its derivatives by the point (p_world and w) and, [p - w p_imu]x and
+// -w I behind it, the pose (math.md §3, "std").
 struct Seen {
   Vector2d residual;
   Matrix23d d_point;
+  Vector2d d_w;
   Eigen::Matrix<double, 2, 6> d_pose;
 };
 
-std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const Vector3d& p_world,
+// Projections do not depend on a point's scale, and so not on whether w is positive.
+std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
                         const Vector2d& pixel) {
+  constexpr double kLeastW = 0.01;  // where there is no depth to be too near: what lies aside
   const Matrix3d cam_R_world = camera.cam_T_imu.R * world_T_imu.R.transpose();
-  const Vector3d from_imu = p_world - world_T_imu.p;
-  const auto projection = project(camera, cam_R_world * from_imu + camera.cam_T_imu.p);
+  const Vector3d from_imu = point.p_world - point.w * world_T_imu.p;
+  const Vector3d p_cam = cam_R_world * from_imu + point.w * camera.cam_T_imu.p;
+  if (!(p_cam.z() > kMinDepth * std::max(point.w, kLeastW))) return std::nullopt;
+  const auto projection = project(camera, p_cam / p_cam.z());
   if (!projection) return std::nullopt;
+  const Matrix23d d_p_cam = projection->d_point / p_cam.z();
   Seen seen;
   seen.residual = pixel - projection->pixel;
-  seen.d_point = projection->d_point * cam_R_world;
-  seen.d_pose << seen.d_point * hat(from_imu), -seen.d_point;
+  seen.d_point = d_p_cam * cam_R_world;
+  seen.d_w = d_p_cam * camera.cam_T_imu.p - seen.d_point * world_T_imu.p;
+  seen.d_pose << seen.d_point * hat(from_imu), -point.w * seen.d_point;
   return seen;
 }
 
 // The same by the errors of imu_T_camera: p_cam = R_ic^T (p_imu - p_ic).
 Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3& world_T_imu,
-                                                 const Vector3d& p_world,
+                                                 const HomogeneousPoint& point,
                                                  const Matrix23d& d_point) {
   const Matrix23d d_imu = d_point * world_T_imu.R;
-  const Vector3d p_imu = world_T_imu.R.transpose() * (p_world - world_T_imu.p);
+  const Vector3d p_imu = world_T_imu.R.transpose() * (point.p_world - point.w * world_T_imu.p);
   Eigen::Matrix<double, 2, 6> d;
-  d << d_imu * hat(p_imu + camera.cam_T_imu.R.transpose() * camera.cam_T_imu.p), -d_imu;
+  d << d_imu * hat(p_imu - point.w * camera.cam_T_imu.inverse().p), -point.w * d_imu;
   return d;
 }
 
@@ -75,15 +83,18 @@ std::optional<Measurement> measure_pixel(const Camera& known, double sigma, cons
   const Camera camera = as_estimated(known, x, index);
   const Landmark& landmark = x.landmarks[static_cast<std::size_t>(number)];
   const bool first = at == Linearisation::kFirstEstimates;
-  const auto now = see(camera, x.world_T_imu, x.p_world(landmark), pixel);
+  const HomogeneousPoint point = x.homogeneous(landmark);
+  const auto now = see(camera, x.world_T_imu, point, pixel);
   // An anchored landmark's own parameters may be anything at first: the poses alone are kept.
   State at_first;
   if (first && landmark.anchor) {
     at_first.clones = {x.clone(*landmark.anchor)};
     at_first.clones.front().world_T_imu = at_first.clones.front().first;
   }
-  const Vector3d p_first = landmark.anchor && first ? at_first.p_world(landmark) : landmark.first;
-  const auto seen = first ? see(camera, x.world_T_imu, p_first, pixel) : now;
+  const HomogeneousPoint at_point = !first            ? point
+                                    : landmark.anchor ? at_first.homogeneous(landmark)
+                                                      : HomogeneousPoint{landmark.first};
+  const auto seen = first ? see(camera, x.world_T_imu, at_point, pixel) : now;
   if (!now || !seen) return std::nullopt;
   Measurement z;
   z.landmark = number;
@@ -93,18 +104,18 @@ std::optional<Measurement> measure_pixel(const Camera& known, double sigma, cons
   z.noise = sigma * sigma * Eigen::Matrix2d::Identity();
   if (landmark.anchor) {
     const Clone& clone = first ? at_first.clones.front() : x.clone(*landmark.anchor);
-    const Eigen::Matrix<double, 3, 9> d = anchored_derivative(clone, landmark);
+    const Eigen::Matrix<double, 3, 9> d = homogeneous_derivative(clone, landmark);
     z.clones.push_back({.row = clone.row, .d = seen->d_point * d.leftCols<6>()});
     z.d_landmark = seen->d_point * d.rightCols<3>();
+    z.d_landmark.rightCols<1>() += seen->d_w;
     if (const auto row = x.camera_row(landmark.camera)) {
       z.clones.push_back(
-          {.row = *row, .d = seen->d_point * anchored_derivative_by_camera(clone, landmark)});
+          {.row = *row, .d = seen->d_point * homogeneous_derivative_by_camera(clone, landmark)});
     }
   }
   if (const auto row = x.camera_row(index)) {
-    const Vector3d p_world = first ? p_first : x.p_world(landmark);
     z.clones.push_back(
-        {.row = *row, .d = derivative_by_camera(camera, x.world_T_imu, p_world, seen->d_point)});
+        {.row = *row, .d = derivative_by_camera(camera, x.world_T_imu, at_point, seen->d_point)});
   }
   return z;
 }
@@ -170,6 +181,7 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
   }
   const auto point = triangulate(from);
   if (!point) return std::nullopt;
+  const HomogeneousPoint at_point{point->p_world};
 
   // r = H_x d_clones + H_f d_point + n
   const auto m = 2 * static_cast<Eigen::Index>(views.size());
@@ -182,10 +194,10 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
   VectorXd r(m);
   for (std::size_t i = 0; i < views.size(); ++i) {
     const Clone& clone = x.clone(views[i].clone);
-    const auto now = see(*from[i].camera, from[i].world_T_imu, point->p_world, views[i].pixel);
+    const auto now = see(*from[i].camera, from[i].world_T_imu, at_point, views[i].pixel);
     const auto seen = at == Linearisation::kCurrent
                           ? now
-                          : see(*from[i].camera, clone.first, point->p_world, views[i].pixel);
+                          : see(*from[i].camera, clone.first, at_point, views[i].pixel);
     if (!now || !seen) return std::nullopt;
     const auto row = 2 * static_cast<Eigen::Index>(i);
     r.segment<2>(row) = now->residual;
@@ -194,7 +206,7 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, 
     if (const auto camera = x.camera_row(views[i].camera)) {
       const SE3& at_pose = at == Linearisation::kCurrent ? clone.world_T_imu : clone.first;
       H_x.block<2, 6>(row, column_of(*camera)) =
-          derivative_by_camera(*from[i].camera, at_pose, point->p_world, seen->d_point);
+          derivative_by_camera(*from[i].camera, at_pose, at_point, seen->d_point);
     }
   }
   MultiViewStart result;

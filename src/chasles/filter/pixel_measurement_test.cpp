@@ -72,6 +72,35 @@ TEST_P(PixelMeasurement, HasTheDerivativeOfItsResidual) {
   EXPECT_EQ(anchored, 9);
 }
 
+// A guessed depth that noise takes to infinity or beyond: the direction is seen all the same.
+TEST_P(PixelMeasurement, NeedsNoDepth) {
+  test::Random random(8);
+  for (const double inverse_depth : {1e-9, 0.0, -0.02}) {
+    State x = some_filter(random, GetParam()).state();
+    const VectorXd zero = VectorXd::Zero(x.size());
+    int seen = 0;
+    for (int i = 0; i < static_cast<int>(x.landmarks.size()); ++i) {
+      Landmark& landmark = x.landmarks[static_cast<std::size_t>(i)];
+      if (!landmark.anchor) continue;
+      landmark.inverse_depth.z() = inverse_depth;
+      for (int index = 0; index < 3; ++index) {
+        const auto measure = [&](const VectorXd& e) {
+          return measure_pixel(kCameras[static_cast<std::size_t>(index)], 1,
+                               test::moved(kStandardChart, x, e), i, {123, 234},
+                               Linearisation::kCurrent, index);
+        };
+        const auto z = measure(zero);
+        if (!z) continue;  // does not look there
+        ++seen;
+        const auto residual = [&](const VectorXd& e) -> VectorXd { return measure(e)->residual; };
+        const MatrixXd H = test::dense_measurement(x, {*z}).H;
+        EXPECT_TRUE(test::agree(-H, test::numeric_derivative(residual, zero, kStep), 1e-9));
+      }
+    }
+    EXPECT_GE(seen, 6) << inverse_depth;
+  }
+}
+
 TEST(PixelMeasurementOfAPoint, BehindTheCameraThereIsNone) {
   State x;
   x.landmarks.push_back({.id = 1, .p_world = {-5, 0, 0}, .row = 6});

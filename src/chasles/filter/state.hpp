@@ -48,6 +48,13 @@ enum class Linearisation {
   kFirstEstimates,
 };
 
+/// The point p_world / w [m]. Noise may take the inverse depth of a point that is far, or guessed
+/// to be, through zero: such a point has no place, but a direction, in which cameras see it.
+struct HomogeneousPoint {
+  Eigen::Vector3d p_world;
+  double w = 1;
+};
+
 /// The mean of the filter. Its error vector is
 ///
 ///   [ pose: rotation 3, position 3 | v_world 3, if there is one | nav_T_world 6, if there is one:
@@ -99,20 +106,25 @@ struct State {
   const Clone& clone(int id) const {
     return *std::find_if(clones.begin(), clones.end(), [&](const Clone& c) { return c.id == id; });
   }
+  HomogeneousPoint homogeneous(const Landmark& landmark) const;
   /// Where a landmark of either form is [m].
   Eigen::Vector3d p_world(const Landmark& landmark) const {
     if (!landmark.anchor) return landmark.p_world;
-    const Eigen::Vector3d& a = landmark.inverse_depth;
-    const Eigen::Vector3d p_cam = Eigen::Vector3d(a.x(), a.y(), 1) / a.z();
-    return clone(*landmark.anchor).world_T_imu * (landmark.cam_T_imu.inverse() * p_cam);
+    const HomogeneousPoint point = homogeneous(landmark);
+    return point.p_world / point.w;
   }
 };
 
-/// d p_world / d (errors of the anchor, reference chart; inverse depth) of an anchored landmark
-/// (math.md §3, "AID").
-Eigen::Matrix<double, 3, 9> anchored_derivative(const Clone& anchor, const Landmark& landmark);
+/// d homogeneous(landmark).p_world / d (errors of the anchor, reference chart; inverse depth) of an
+/// anchored landmark; w is the last of the nine itself.
+Eigen::Matrix<double, 3, 9> homogeneous_derivative(const Clone& anchor, const Landmark& landmark);
 
-/// d p_world / d (errors of the anchor's imu_T_camera) of the same.
+/// d homogeneous(landmark).p_world / d (errors of the anchor's imu_T_camera) of the same.
+Eigen::Matrix<double, 3, 6> homogeneous_derivative_by_camera(const Clone& anchor,
+                                                             const Landmark& landmark);
+
+/// The same two of p_world(landmark), whose inverse depth must not be zero (math.md §3, "AID").
+Eigen::Matrix<double, 3, 9> anchored_derivative(const Clone& anchor, const Landmark& landmark);
 Eigen::Matrix<double, 3, 6> anchored_derivative_by_camera(const Clone& anchor,
                                                           const Landmark& landmark);
 

@@ -32,6 +32,21 @@ Eigen::Matrix2f usable_bend(const Eigen::Matrix2d& from_A_to) {
   return from_A_to.cast<float>();
 }
 
+/// Looks for the patch of `from`, given on level 0, around `estimate`; leaves the patch in `patch`.
+std::optional<PatchPosition> look(const ImagePyramid& from, const ImagePyramid& to,
+                                  const Expectation& expected, const Eigen::Vector2f& estimate,
+                                  int window, const Pass& pass, Patch& patch) {
+  const auto l = static_cast<std::size_t>(pass.level);
+  const float scale = 1.0F / static_cast<float>(1 << pass.level);
+  if (!make_patch(from.levels[l], expected.from.cast<float>() * scale,
+                  usable_bend(expected.to_A_from.inverse()), window, pass.min_gradient, patch)) {
+    return std::nullopt;
+  }
+  const auto found = align(patch, to.levels[l], estimate * scale, pass.max_steps, pass.precision);
+  if (!found || found->correlation < pass.min_correlation) return std::nullopt;
+  return found;
+}
+
 constexpr double kNear = 2.5;  // so near, level 0 finds a patch without the coarser ones [px]
 
 Expectation backward(const Expectation& forth, const Eigen::Vector2d& found) {
@@ -47,25 +62,15 @@ Expectation backward(const Expectation& forth, const Eigen::Vector2d& found) {
 std::optional<PatchPosition> follow_forth(const ImagePyramid& from, const ImagePyramid& to,
                                           const Expectation& expected,
                                           const FollowSettings& settings) {
-  const Eigen::Matrix2f from_A_to = usable_bend(expected.to_A_from.inverse());
   const auto available = static_cast<int>(std::min(from.levels.size(), to.levels.size()));
   Eigen::Vector2f estimate = expected.to.cast<float>();
   Patch patch;
-  const auto work_through = [&](const Pass& pass) -> std::optional<PatchPosition> {
-    const auto l = static_cast<std::size_t>(pass.level);
-    const float scale = 1.0F / static_cast<float>(1 << pass.level);
-    if (!make_patch(from.levels[l], expected.from.cast<float>() * scale, from_A_to, settings.window,
-                    pass.min_gradient, patch)) {
-      return std::nullopt;
-    }
-    const auto found = align(patch, to.levels[l], estimate * scale, pass.max_steps, pass.precision);
-    if (!found || found->correlation < pass.min_correlation) return std::nullopt;
-    estimate = found->centre / scale;
-    return found;
-  };
   // A coarse level that fails is passed over: the finer ones may do.
-  for (int l = std::min(expected.levels, available) - 1; l > 0; --l) work_through(coarse_pass(l));
-  return work_through(fine_pass(settings));
+  for (int l = std::min(expected.levels, available) - 1; l > 0; --l) {
+    const auto found = look(from, to, expected, estimate, settings.window, coarse_pass(l), patch);
+    if (found) estimate = found->centre * static_cast<float>(1 << l);
+  }
+  return look(from, to, expected, estimate, settings.window, fine_pass(settings), patch);
 }
 
 Followed follow(const ImagePyramid& from, const ImagePyramid& to, const Expectation& expected,
@@ -86,15 +91,9 @@ std::optional<Refound> find_again(const ImagePyramid& from, const ImagePyramid& 
                                   const Expectation& expected, const FollowSettings& settings) {
   constexpr float kFurthest = 0.5F;  // [px], beyond what align() found
   Patch patch;
-  if (!make_patch(from.levels[0], expected.from.cast<float>(),
-                  usable_bend(expected.to_A_from.inverse()), settings.window,
-                  static_cast<float>(settings.min_gradient), patch)) {
-    return std::nullopt;
-  }
-  const Pass pass = fine_pass(settings);
-  const auto found =
-      align(patch, to.levels[0], expected.to.cast<float>(), pass.max_steps, pass.precision);
-  if (!found || found->correlation < pass.min_correlation) return std::nullopt;
+  const auto found = look(from, to, expected, expected.to.cast<float>(), settings.window,
+                          fine_pass(settings), patch);
+  if (!found) return std::nullopt;
   const auto rest = deformation(patch, to.levels[0], found->centre);
   if (!rest || rest->shift.norm() > kFurthest) return std::nullopt;
   const Eigen::Matrix2d bend = Eigen::Matrix2d::Identity() + rest->bend.cast<double>();

@@ -51,7 +51,9 @@ struct Refound {
   Eigen::Matrix2d to_A_from;  ///< d to / d from, as the patches tell
 };
 
-/// Where the patch of `from` lies near `expected.to`, on level 0 alone, its bend improved.
+/// Where the patch of `from` lies near `expected.to`, on level 0 alone, and its bend improved by
+/// one step (deformation()). None where it is not found, or the step moves it by more than half a
+/// pixel.
 std::optional<Refound> find_again(const ImagePyramid& from, const ImagePyramid& to,
                                   const Expectation& expected, const FollowSettings& settings);
 

@@ -62,9 +62,10 @@ void for_each_frontend_setting(SettingsType& s, Visitor&& visit) {
         "a patch followed to the new image and back must return so near");
   visit("waiting_frames", s.waiting_frames, "count",
         "tracks outlive so many frames without an image (missing, black, saturated)");
-  visit("patch_frames", s.patch_frames, "count",
-        "a track's patch is kept for so many images while it fits: errors of single steps do not "
-        "add up; 1: each image's patch is looked for in the next one");
+  visit(
+      "patch_frames", s.patch_frames, "count",
+      "a track's patch is kept for so many images while it fits, and looked for in every third of "
+      "them: errors of single steps do not add up; 1 or 2: each image's in the next one alone");
   visit("max_age", s.max_age, "frames",
         "a track of about this age goes on as another point: what it drifted does not add up; 0: "
         "never");

@@ -116,6 +116,21 @@ TEST(Frontend, DoesNotDriftWhereTheGyroscopeTellsHowPatchesTurn) {
   EXPECT_LT(median(follow({.path = roll, .frames = 15}).total_errors), 0.06);
 }
 
+// No gyroscope tells how an image grows on the way forward; a patch that is kept does.
+TEST(Frontend, KeptPatchesDriftLessWhereTheImageGrows) {
+  const auto forward = [](int k) {
+    return SE3{Eigen::Matrix3d::Identity(), {0.1, -0.05, 0.04 * k - 1}};
+  };
+  Walk walk{.path = forward, .frames = 20, .settings = {.max_age = 0}};
+  const double kept = median(follow(walk).total_errors);
+  walk.settings.patch_frames = 1;
+  const double from_image_to_image = median(follow(walk).total_errors);
+  RecordProperty("kept_px", std::to_string(kept));
+  RecordProperty("from_image_to_image_px", std::to_string(from_image_to_image));
+  EXPECT_LT(kept, 0.7 * from_image_to_image) << kept << " " << from_image_to_image;
+  EXPECT_LT(kept, 0.2);
+}
+
 TEST(Frontend, SurvivesThirtyDegreesAFrameWithTheGyroscopeAndNotWithout) {
   const Outcome with = follow({.path = spin, .frames = 4});
   EXPECT_GT(with.tracked_share, 0.9);

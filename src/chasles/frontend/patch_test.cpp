@@ -1,8 +1,9 @@
 #include <cmath>
 
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
-#include <chasles/frontend/patch.hpp>
+#include <chasles/frontend/follow.hpp>
 #include <chasles/lie/testing.hpp>
 
 namespace chasles::test {
@@ -81,6 +82,37 @@ TEST(Patch, IsFoundInATurnedImageIfBentAlike) {
   EXPECT_LT((found->centre - kCentre).norm(), 0.05F);
   EXPECT_GT(found->correlation, 0.99F);
   EXPECT_LT(correlation(straight, turned.levels[0], kCentre), 0.8F);
+}
+
+// Look after look, to what reading between pixels bends by itself.
+TEST(Patch, LearnsHowTheImageIsBentUnderIt) {
+  const ImagePyramid first = moved({0, 0}, 1, 0);
+  const Eigen::Vector2d centre = kCentre.cast<double>(), shift(0.2, -0.15);
+  Eigen::Matrix2d bend;
+  for (const Eigen::Vector4d& b : {Eigen::Vector4d(0, 0, 0, 0), Eigen::Vector4d(0.05, 0, 0, 0.05),
+                                   Eigen::Vector4d(-0.05, 0.03, -0.04, 0.03)}) {
+    bend << b[0], b[1], b[2], b[3];
+    const Eigen::Matrix2d back = (Eigen::Matrix2d::Identity() + bend).inverse();
+    const ImagePyramid bent = image_of([&](double x, double y) {
+      const Eigen::Vector2d p = centre + back * (Eigen::Vector2d(x, y) - centre - shift);
+      return 20 + 0.8 * picture(p.x(), p.y());
+    });
+    Expectation expected{.from = centre, .to = centre};
+    for (int look = 0; look < 10; ++look) {
+      const auto found = find_again(first, bent, expected, {});
+      ASSERT_TRUE(found);
+      expected.to = found->pixel;
+      expected.to_A_from = found->to_A_from;
+    }
+    EXPECT_LT((expected.to - centre - shift).norm(), 0.02) << bend;
+    EXPECT_LT((expected.to_A_from - bend - Eigen::Matrix2d::Identity()).cwiseAbs().maxCoeff(), 0.01)
+        << bend;
+  }
+  Patch patch;
+  ASSERT_TRUE(make_patch(first.levels[0], kCentre, Eigen::Matrix2f::Identity(), 15, 1, patch));
+  EXPECT_FALSE(deformation(patch, first.levels[0], {-1, 40}));
+  EXPECT_FALSE(deformation(patch, image_of([](double, double) { return 77.0; }).levels[0], kCentre))
+      << "nothing is there: no gain";
 }
 
 TEST(Patch, WithoutTwoDirectionsOfTextureIsNone) {

@@ -21,13 +21,15 @@ struct Pair {
   Track last, now;
 };
 
+/// A look costs as much as following, and errors add up slowly: every so many images [count].
+constexpr int kEvery = 3;
+
 /// Where the patch that a track began with, or went on with, lies in the new image, near to where
-/// the last image's patch was found; that place, and the patch there from now on, where the old one
-/// no longer fits.
+/// the last image's patch was found [px]. That place itself in images without a look, and where the
+/// patch no longer fits: then the one there is kept from now on.
 Eigen::Vector2d refine(const TrackingStep& step, const FrontendSettings& settings,
                        const Eigen::Vector2d& found, PatchAnchor& anchor) {
   constexpr double kNear = 1.5;  // [px]
-  constexpr int kEvery = 3;      // a look costs as much as following, and errors add up slowly
   const int now = step.past.count();
   if (step.past.has(anchor.image) && (now - anchor.image) % kEvery != 0) return found;
   if (step.past.has(anchor.image)) {
@@ -73,7 +75,7 @@ std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettin
   }
   PatchAnchor anchor = last.anchor;
   anchor.now_A_then = turned->to_A_from * anchor.now_A_then;
-  if (settings.patch_frames > 1) found.pixel = refine(step, settings, found.pixel, anchor);
+  if (settings.patch_frames >= kEvery) found.pixel = refine(step, settings, found.pixel, anchor);
   const auto ray = unproject(step.camera, found.pixel);
   if (!ray || !in_image(step.camera, found.pixel, settings.border)) {
     ++report.lost_left_image;

@@ -46,7 +46,7 @@ struct Track {
 /// The latest images of camera 0, by their numbers 0, 1, 2, ...
 class PastImages {
  public:
-  /// Of each image, the patches of so many before it can be looked up; at least the last one.
+  /// So many of the latest are kept; at least the last one.
   explicit PastImages(int count) : images_(static_cast<std::size_t>(std::max(count, 1))) {}
 
   /// Takes an image over; `image` gets the memory of one that is forgotten.

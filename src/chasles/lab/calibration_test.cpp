@@ -160,20 +160,11 @@ TEST(TimeOffset, ThatIsKnownIsAsIfTheStampsWereRight) {
   }
 }
 
-InertialSession calibrating_session(const Recording& recording,
-                                    const InertialSlamSettings& settings) {
-  InertialSensors sensors{.cameras = recording.cameras,
-                          .noise = *recording.imu_noise,
-                          .imu = {.convention = recording.imu_convention},
-                          .pixel_sigma = recording.single_pixel_sigma.value_or(1)};
-  return {settings, {}, std::move(sensors)};
-}
-
 TEST(CalibratingSession, FindsItsStartAndKeepsWhatItLearntWhenItBeginsAnew) {
   const InertialSlamSettings settings = expecting_much();
   Miscalibrated m = by_much(settings, 0.03);
   remove_samples(m.recording, 6, 6.7);  // nobody knows what happened: a new part
-  InertialSession session = calibrating_session(m.recording, settings);
+  InertialSession session = session_for(m.recording, std::nullopt, settings);
   Estimates estimates = play(session, m.recording);
   EXPECT_EQ(session.resets(), 1) << why_not_initialised(session.waited(), session.requirements());
   const Estimates last = session.finish();
@@ -197,6 +188,20 @@ TEST(CalibratingSession, FindsItsStartAndKeepsWhatItLearntWhenItBeginsAnew) {
   EXPECT_LT(std::abs(error[6]), 5e-4);
 }
 
+TEST(CalibratingSession, SurvivesAnAbsurdSample) {
+  const InertialSlamSettings settings = expecting_much();
+  for (const double absurd : {1e5, 1e160, 1e308}) {
+    Miscalibrated m = by_much(settings, 0.03);
+    m.recording.imu[m.recording.imu.size() / 2].angular_rate_imu.setConstant(absurd);
+    InertialSession session = session_for(m.recording, std::nullopt, settings);
+    const Estimates estimates = play(session, m.recording);
+    expect_sound(estimates);
+    EXPECT_GE(session.resets(), 1) << absurd;
+    EXPECT_TRUE(session.running()) << absurd;
+    for (const InertialEstimate& e : estimates) EXPECT_TRUE(e.calibration);
+  }
+}
+
 // What garbage makes of the offset does not turn time back, nor last.
 TEST(CalibratingSession, SurvivesGarbage) {
   const InertialSlamSettings settings = expecting_much();
@@ -208,7 +213,7 @@ TEST(CalibratingSession, SurvivesGarbage) {
       o.pixel = {(37 * k) % 699, (k * k + 53 * k) % 540};
     }
   });
-  InertialSession session = calibrating_session(m.recording, settings);
+  InertialSession session = session_for(m.recording, std::nullopt, settings);
   Estimates estimates = play(session, m.recording);
   const Estimates last = session.finish();
   estimates.insert(estimates.end(), last.begin(), last.end());

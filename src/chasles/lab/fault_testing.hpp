@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -10,10 +9,8 @@
 
 #include <chasles/data/recording.hpp>
 #include <chasles/error.hpp>
-#include <chasles/eval/ate.hpp>
-#include <chasles/lab/trial.hpp>
+#include <chasles/lab/inertial_session_testing.hpp>
 #include <chasles/slam/feature_feed.hpp>
-#include <chasles/slam/inertial_session.hpp>
 
 // Real recordings with faults put in, and what becomes of the run.
 namespace chasles::test {
@@ -121,25 +118,6 @@ struct FaultOutcome {
   ImuBuffer::Counts imu;
 };
 
-inline bool is_sound(const InertialEstimate& e, const std::optional<Time>& before) {
-  const NavState& m = e.motion;
-  return m.nav_T_imu.p.allFinite() && m.nav_T_imu.R.allFinite() && m.v_nav.allFinite() &&
-         m.biases.allFinite() && m.covariance.allFinite() &&
-         m.covariance.diagonal().minCoeff() > -1e-9 && (!before || e.time > *before);
-}
-
-inline double ate_from(const Trajectory& own, const Trajectory& truth, Time from) {
-  Trajectory a, b;
-  for (const StampedPose& pose : own) {
-    const auto known = truth_at(truth, pose.time);
-    if (!known || pose.time < from) continue;
-    a.push_back(pose);
-    b.push_back({.time = pose.time, .pose = *known});
-  }
-  if (a.size() < 3) return std::nan("");
-  return absolute_error(associate(a, b, Time(0)), Alignment::kPositionYaw).position_m.rmse;
-}
-
 /// Front end and session over the sensors, as the program runs them; `recording` for its noise and
 /// its truth; `end`: how much of the run counts as its end [s].
 inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, double end) {
@@ -180,8 +158,8 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
   outcome.imu = session.imu_counts();
   if (!before) return outcome;
   outcome.latest = sensors.seconds(*before);
-  outcome.ate = ate_from(own, recording.truth, Time(0));
-  outcome.last_ate = ate_from(own, recording.truth, *before - from_seconds(end));
+  outcome.ate = error_from(own, recording.truth);
+  outcome.last_ate = error_from(own, recording.truth, *before - from_seconds(end));
   return outcome;
 }
 

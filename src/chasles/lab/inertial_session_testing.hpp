@@ -29,12 +29,13 @@ inline InertialScene short_turntable() {
 }
 
 inline InertialSession session_for(const Recording& recording,
-                                   const std::optional<InertialStart>& start = std::nullopt) {
+                                   const std::optional<InertialStart>& start = std::nullopt,
+                                   const InertialSlamSettings& settings = {}) {
   InertialSensors sensors{.cameras = recording.cameras,
                           .noise = *recording.imu_noise,
                           .imu = {.convention = recording.imu_convention},
                           .pixel_sigma = recording.single_pixel_sigma.value_or(1)};
-  return {{}, {}, std::move(sensors), start};
+  return {settings, {}, std::move(sensors), start};
 }
 
 using Estimates = std::vector<InertialEstimate>;
@@ -52,29 +53,51 @@ inline Estimates play(InertialSession& session, const Recording& recording) {
   return all;
 }
 
-/// Of the estimates from that time on, after alignment by position and heading [m].
-inline double error_from(const Estimates& estimates, const Recording& recording,
-                         Time from = Time(0)) {
-  Trajectory own, truth;
-  for (const InertialEstimate& e : estimates) {
-    const auto known = truth_at(recording.truth, e.time);
-    if (!known || e.time < from) continue;
-    own.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
-    truth.push_back({.time = e.time, .pose = *known});
+/// Of the poses from that time on, after alignment by position and heading [m].
+inline double error_from(const Trajectory& poses, const Trajectory& truth, Time from = Time(0)) {
+  Trajectory own, known;
+  for (const StampedPose& pose : poses) {
+    const auto true_pose = truth_at(truth, pose.time);
+    if (!true_pose || pose.time < from) continue;
+    own.push_back(pose);
+    known.push_back({.time = pose.time, .pose = *true_pose});
   }
   if (own.size() < 3) return std::nan("");
-  return absolute_error(associate(own, truth, Time(0)), Alignment::kPositionYaw).position_m.rmse;
+  return absolute_error(associate(own, known, Time(0)), Alignment::kPositionYaw).position_m.rmse;
+}
+
+inline double error_from(const Estimates& estimates, const Recording& recording,
+                         Time from = Time(0)) {
+  Trajectory own;
+  for (const InertialEstimate& e : estimates) {
+    own.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
+  }
+  return error_from(own, recording.truth, from);
+}
+
+inline bool is_finite(const Calibration& calibration) {
+  bool finite =
+      calibration.covariance.allFinite() && std::isfinite(calibration.time_offset.value_or(0));
+  for (const SE3& imu_T_camera : calibration.imu_T_camera) {
+    finite = finite && imu_T_camera.R.allFinite() && imu_T_camera.p.allFinite();
+  }
+  return finite;
+}
+
+/// All finite, variances not negative, later than what came before.
+inline bool is_sound(const InertialEstimate& e, const std::optional<Time>& before) {
+  const NavState& m = e.motion;
+  return m.nav_T_imu.p.allFinite() && m.nav_T_imu.R.allFinite() && m.v_nav.allFinite() &&
+         m.biases.allFinite() && m.covariance.allFinite() &&
+         m.covariance.diagonal().minCoeff() > -1e-9 &&
+         (!e.calibration || is_finite(*e.calibration)) && (!before || e.time > *before);
 }
 
 inline void expect_sound(const Estimates& estimates) {
-  for (std::size_t k = 0; k < estimates.size(); ++k) {
-    const NavState& m = estimates[k].motion;
-    EXPECT_TRUE(m.nav_T_imu.p.allFinite() && m.nav_T_imu.R.allFinite() && m.v_nav.allFinite() &&
-                m.biases.allFinite() && m.covariance.allFinite())
-        << "estimate " << k;
-    if (k > 0) {
-      EXPECT_GT(estimates[k].time, estimates[k - 1].time);
-    }
+  std::optional<Time> before;
+  for (const InertialEstimate& e : estimates) {
+    EXPECT_TRUE(is_sound(e, before)) << "the estimate of " << e.time.count() << " ns";
+    before = e.time;
   }
 }
 

@@ -61,6 +61,21 @@ TEST(Standstill, HoldsThePoseThroughACoveredLens) {
   EXPECT_GT(adrift.yaw_sigma, held.yaw_sigma);
 }
 
+// At rest nothing tells depths: noise takes guessed ones through infinity. They are seen all the
+// same.
+TEST(Standstill, LosesNoLandmarkWhoseDepthIsGuessed) {
+  const Recording recording = resting_hallway(0);
+  InertialSession session = session_for(recording);
+  int frames = 0;
+  for (const InertialEstimate& e : play(session, recording)) {
+    if (e.time < after(recording, 5) || e.time > after(recording, kRest - 0.5)) continue;
+    ++frames;
+    EXPECT_GE(e.used, e.in_state - 2) << to_seconds(e.time);
+    EXPECT_GE(e.in_state, 12);
+  }
+  EXPECT_GT(frames, 100);
+}
+
 TEST(Standstill, KeepsTheFilterConsistent) {
   constexpr int kRuns = 10;
   double at_rest = 0, at_end = 0;

@@ -2,7 +2,6 @@
 
 #include <chasles/error.hpp>
 #include <chasles/eval/alignment.hpp>
-#include <chasles/eval/association.hpp>
 #include <chasles/report/against_truth.hpp>
 
 namespace chasles {
@@ -10,19 +9,20 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-void compare(AgainstTruth& out, const MatchedTrajectories& matched,
-             const std::vector<Matrix6d>& covariances, PoseError nees_coordinates, bool level) {
+void compare(AgainstTruth& out, const std::vector<Matrix6d>& covariances,
+             PoseError nees_coordinates, bool level) {
+  const MatchedTrajectories& matched = out.matched;
   const Alignment first = level ? Alignment::kFirstLevel : Alignment::kFirstPose;
   out.world_T_truth_first = align(matched, first).truth_T_estimate.inverse();
   out.world_T_truth_fit = align(matched, Alignment::kRigid).truth_T_estimate.inverse();
-  const Nees by_row = nees(matched, covariances, nees_coordinates, level);
+  out.nees = nees(matched, covariances, nees_coordinates, level);
   for (std::size_t row = 0; row < matched.estimate.size(); ++row) {
     const std::size_t state = matched.estimate_index[row];
     const SE3 truth = out.world_T_truth_first * matched.truth[row].pose;
     out.error[state] = pose_error(PoseError::kStandard, truth, matched.estimate[row].pose);
-    out.nees_pose[state] = by_row.pose[row];
-    out.nees_attitude[state] = by_row.attitude[row];
-    out.nees_position[state] = by_row.position[row];
+    out.nees_pose[state] = out.nees.pose[row];
+    out.nees_attitude[state] = out.nees.attitude[row];
+    out.nees_position[state] = out.nees.position[row];
   }
 }
 
@@ -32,6 +32,7 @@ AgainstTruth against_truth(const Run& run, PoseError nees_coordinates) {
   const std::vector<RunState>& states = run.states;
   const std::vector<double> unknown(states.size(), kNaN);
   AgainstTruth out;
+  out.nees.definition = nees_coordinates;
   out.error.assign(states.size(), Vector6d::Constant(kNaN));
   out.nees_pose = out.nees_attitude = out.nees_position = unknown;
   Trajectory estimate;
@@ -41,7 +42,8 @@ AgainstTruth against_truth(const Run& run, PoseError nees_coordinates) {
     covariances.push_back(state.pose_covariance);
   }
   try {
-    compare(out, associate(estimate, run.truth), covariances, nees_coordinates, is_level(run));
+    out.matched = associate(estimate, run.truth);
+    compare(out, covariances, nees_coordinates, is_level(run));
   } catch (const InputError& error) {
     // A page without the comparison, which says why, is worth more than none.
     out.problem = error.what();

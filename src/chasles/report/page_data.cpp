@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -10,7 +11,7 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/report/against_truth.hpp>
-#include <chasles/report/encode.hpp>
+#include <chasles/report/columns.hpp>
 #include <chasles/report/page_data.hpp>
 #include <chasles/report/scenes.hpp>
 
@@ -21,32 +22,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
-
-/// A column of one number a row.
-template <typename Rows, typename Number>
-std::string floats(const Rows& rows, const Number& number) {
-  std::vector<double> values;
-  values.reserve(rows.size());
-  for (const auto& row : rows) values.push_back(number(row));
-  return float_column(values);
-}
-
-template <typename Rows, typename Number>
-std::string ints(const Rows& rows, const Number& number) {
-  std::vector<int> values;
-  values.reserve(rows.size());
-  for (const auto& row : rows) values.push_back(number(row));
-  return int_column(values);
-}
-
-/// x, y, z (with an optional prefix) of the rows' points.
-template <typename Rows, typename Point>
-void add_points(Json& columns, const std::string& prefix, const Rows& rows, const Point& point) {
-  for (int k = 0; k < 3; ++k) {
-    columns[prefix + kAxes[static_cast<std::size_t>(k)]] =
-        floats(rows, [&](const auto& row) { return point(row)(k); });
-  }
-}
 
 /// cxx, cxy, …: the six numbers of a symmetric 3x3 matrix.
 template <typename Rows, typename Matrix>
@@ -155,15 +130,6 @@ void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
   json["landmarks_left_out"] = run.landmarks.size() - drawn.size();
 }
 
-/// Every n-th pose, at most about 4000: a path is drawn no better with more.
-Trajectory thinned(const Trajectory& trajectory) {
-  constexpr std::size_t kEnough = 4000;
-  const std::size_t stride = trajectory.size() / kEnough + 1;
-  Trajectory thin;
-  for (std::size_t i = 0; i < trajectory.size(); i += stride) thin.push_back(trajectory[i]);
-  return thin;
-}
-
 /// The coordinates in which the run's chart calls an error Gaussian: those of its NEES.
 PoseError nees_coordinates(const Json& summary) {
   const auto chart = summary.find("chart");
@@ -171,10 +137,9 @@ PoseError nees_coordinates(const Json& summary) {
   return pose_error_of(chart->get<std::string>());
 }
 
-void add_truth(Json& json, const Run& run, const Eigen::Vector3d& origin) {
-  const PoseError coordinates = nees_coordinates(json["summary"]);
-  const AgainstTruth errors = against_truth(run, coordinates);
-  json["nees_coordinates"] = name(coordinates);
+void add_truth(Json& json, const Run& run, const AgainstTruth& errors,
+               const Eigen::Vector3d& origin) {
+  json["nees_coordinates"] = name(errors.nees.definition);
   const Trajectory truth = thinned(run.truth);
   const auto placed = [&](const SE3& world_T_truth) {
     return [&origin, world_T_truth](const StampedPose& s) -> Eigen::Vector3d {
@@ -207,14 +172,14 @@ Json parsed_summary(const ReportRun& run) {
   return summary;
 }
 
-Json run_data(const ReportRun& report_run) {
+Json run_data(const ReportRun& report_run, Json summary, const AgainstTruth& errors) {
   const Run& run = report_run.run;
   const Eigen::Vector3d first =
       run.states.empty() ? Eigen::Vector3d::Zero() : run.states.front().world_T_imu.p;
   const Eigen::Vector3d origin = first.allFinite() ? first : Eigen::Vector3d::Zero();
 
-  Json json = {
-      {"name", run.name}, {"label", report_run.label}, {"summary", parsed_summary(report_run)}};
+  Json json = {{"name", run.name}, {"label", report_run.label}, {"summary", std::move(summary)}};
+  json["level"] = is_level(run);
   json["origin"] = {origin.x(), origin.y(), origin.z()};
   add_poses(json["states"], run.states, origin);
   add_uncertainty(json["states"], run.states);
@@ -223,7 +188,7 @@ Json run_data(const ReportRun& report_run) {
   json["extra_names"] = run.extra_names;
   json["extra"] = extra_columns(run);
   add_landmarks(json, run, origin);
-  if (!run.truth.empty()) add_truth(json, run, origin);
+  if (!run.truth.empty()) add_truth(json, run, errors, origin);
   if (!run.dead_reckoning.empty()) {
     add_points(json["dead_reckoning"], "", thinned(run.dead_reckoning),
                [&](const StampedPose& s) -> Eigen::Vector3d { return s.pose.p - origin; });
@@ -240,9 +205,17 @@ Json page_data(const std::vector<ReportRun>& runs) {
     json["bounds"][fmt::format("chi2_{}_low", dof)] = band.low;
     json["bounds"][fmt::format("chi2_{}_high", dof)] = band.high;
   }
-  json["scenes"] = scenes_json(runs);
+  std::vector<Json> summaries;
+  std::vector<AgainstTruth> errors;
+  for (const ReportRun& run : runs) {
+    summaries.push_back(parsed_summary(run));
+    errors.push_back(against_truth(run.run, nees_coordinates(summaries.back())));
+  }
+  json["scenes"] = scenes_json(runs, errors);
   json["runs"] = Json::array();
-  for (const ReportRun& run : runs) json["runs"].push_back(run_data(run));
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    json["runs"].push_back(run_data(runs[i], std::move(summaries[i]), errors[i]));
+  }
   return json;
 }
 

@@ -1,16 +1,11 @@
 #include <algorithm>
-#include <cmath>
+#include <cstddef>
 #include <limits>
-#include <optional>
-#include <string>
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
 #include <chasles/eval/alignment.hpp>
-#include <chasles/eval/association.hpp>
-#include <chasles/eval/nees.hpp>
-#include <chasles/report/encode.hpp>
+#include <chasles/report/columns.hpp>
 #include <chasles/report/scenes.hpp>
 
 namespace chasles {
@@ -21,18 +16,16 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kEnough = 2500;  // points of a way that is drawn
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// A run on the truth: times since the truth's first, positions, what they differ by, and NEES.
-struct PlacedRun {
-  std::size_t run = 0;
-  bool level = false;
-  std::vector<double> seconds, nees_pose;
-  std::vector<Eigen::Vector3d> p_truth_world, error;
-  PoseNees mean_nees;
+/// A state of a run, placed on the truth.
+struct PlacedState {
+  double seconds = 0;                    ///< since the truth's first
+  Eigen::Vector3d p_truth_world, error;  ///< error: less the true position
+  double nees_pose = 0;
 };
 
 struct Scene {
   const Run* first = nullptr;  ///< whose truth and plan it is
-  std::vector<PlacedRun> runs;
+  std::vector<std::size_t> runs;
 };
 
 bool same_way(const Trajectory& a, const Trajectory& b) {
@@ -41,79 +34,52 @@ bool same_way(const Trajectory& a, const Trajectory& b) {
   });
 }
 
-std::size_t stride_for(std::size_t rows) { return rows / kEnough + 1; }
-
-/// The coordinates in which the run's chart calls an error Gaussian.
-PoseError coordinates_of(const std::string& summary) {
-  const Json json = Json::parse(summary, nullptr, false);
-  if (!json.is_object()) return PoseError::kStandard;
-  const auto chart = json.find("chart");
-  const bool named = chart != json.end() && chart->is_string();
-  return named ? pose_error_of(chart->get<std::string>()) : PoseError::kStandard;
-}
-
-void add_nees(const Run& run, const MatchedTrajectories& matched, PoseError coordinates,
-              PlacedRun& result) {
-  std::vector<Matrix6d> covariances;
-  for (const RunState& state : run.states) covariances.push_back(state.pose_covariance);
-  const Nees all = nees(matched, covariances, coordinates, result.level);
-  result.mean_nees = {.position = all.position_summary.mean,
-                      .attitude = all.attitude_summary.mean,
-                      .pose = all.pose_summary.mean};
-  const std::size_t stride = stride_for(all.pose.size());
-  for (std::size_t i = 0; i < all.pose.size(); i += stride) {
-    result.nees_pose.push_back(all.pose[i]);
-  }
-}
-
-std::optional<PlacedRun> placed(const ReportRun& report_run, std::size_t index) {
-  const Run& run = report_run.run;
-  Trajectory estimate;
-  for (const RunState& s : run.states) estimate.push_back({s.time, s.world_T_imu});
-  PlacedRun result;
-  result.run = index;
-  result.level = is_level(run);
-  try {
-    const MatchedTrajectories matched = associate(estimate, run.truth);
-    const Alignment fit = result.level ? Alignment::kPositionYaw : Alignment::kRigid;
-    const SE3 truth_T_world = align(matched, fit).truth_T_estimate;
-    const std::size_t stride = stride_for(matched.estimate.size());
-    const Time begin = run.truth.front().time;
-    for (std::size_t i = 0; i < matched.estimate.size(); i += stride) {
-      result.seconds.push_back(to_seconds(matched.estimate[i].time - begin));
-      result.p_truth_world.emplace_back(truth_T_world * matched.estimate[i].pose.p);
-      result.error.emplace_back(result.p_truth_world.back() - matched.truth[i].pose.p);
-    }
-    add_nees(run, matched, coordinates_of(report_run.summary), result);
-  } catch (const InputError&) {
-    return std::nullopt;  // the run's own part of the page says why
-  }
-  return result;
-}
-
-std::vector<Scene> scenes_of(const std::vector<ReportRun>& runs) {
+std::vector<Scene> scenes_of(const std::vector<ReportRun>& runs,
+                             const std::vector<AgainstTruth>& errors) {
   std::vector<Scene> scenes;
   for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (!errors[i].problem.empty()) continue;  // the run's own part of the page says why
     const Run& run = runs[i].run;
-    auto on_truth = run.truth.empty() ? std::nullopt : placed(runs[i], i);
-    if (!on_truth) continue;
     auto scene = std::ranges::find_if(
         scenes, [&](const Scene& s) { return same_way(s.first->truth, run.truth); });
     if (scene == scenes.end()) scene = scenes.insert(scene, {.first = &run, .runs = {}});
     if (scene->first->plan.empty()) scene->first = &run;  // any of them knows the plan
-    scene->runs.push_back(std::move(*on_truth));
+    scene->runs.push_back(i);
   }
   std::erase_if(scenes, [](const Scene& s) { return s.runs.size() < 2 && s.first->plan.empty(); });
   return scenes;
 }
 
-Json columns(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector3d& origin,
-             const std::string& prefix, Json json = Json::object()) {
-  for (const auto& [axis, k] : {std::pair{"x", 0}, std::pair{"y", 1}, std::pair{"z", 2}}) {
-    std::vector<double> values;
-    for (const Eigen::Vector3d& p : points) values.push_back(p(k) - origin(k));
-    json[prefix + axis] = float_column(values);
+std::vector<PlacedState> placed(const Run& run, const AgainstTruth& errors) {
+  const MatchedTrajectories& matched = errors.matched;
+  const Alignment fit = is_level(run) ? Alignment::kPositionYaw : Alignment::kRigid;
+  const SE3 truth_T_world = align(matched, fit).truth_T_estimate;
+  std::vector<PlacedState> states;
+  for (std::size_t i = 0; i < matched.estimate.size(); ++i) {
+    const Eigen::Vector3d p = truth_T_world * matched.estimate[i].pose.p;
+    states.push_back({.seconds = to_seconds(matched.estimate[i].time - run.truth.front().time),
+                      .p_truth_world = p,
+                      .error = p - matched.truth[i].pose.p,
+                      .nees_pose = errors.nees.pose[i]});
   }
+  return states;
+}
+
+Json run_json(std::size_t index, const Run& run, const AgainstTruth& errors,
+              const Eigen::Vector3d& origin) {
+  const std::vector<PlacedState> states = thinned(placed(run, errors), kEnough);
+  std::vector<double> seconds;
+  for (const PlacedState& s : states) seconds.push_back(s.seconds);
+  Json json;
+  add_points(json, "", states,
+             [&](const PlacedState& s) -> Eigen::Vector3d { return s.p_truth_world - origin; });
+  add_points(json, "e", states, [](const PlacedState& s) { return s.error; });
+  json["t"] = double_column(seconds);
+  json["nees"] = floats(states, [](const PlacedState& s) { return s.nees_pose; });
+  json["run"] = index;
+  json["mean_nees"] = {{"position", errors.nees.position_summary.mean},
+                       {"attitude", errors.nees.attitude_summary.mean},
+                       {"pose", errors.nees.pose_summary.mean}};
   return json;
 }
 
@@ -131,39 +97,29 @@ Json plan_json(const Plan& plan, PlanLine::Kind kind, const Eigen::Vector3d& ori
   return {{"x", float_column(x)}, {"y", float_column(y)}};
 }
 
-Json scene_json(const Scene& scene) {
+Json scene_json(const Scene& scene, const std::vector<ReportRun>& runs,
+                const std::vector<AgainstTruth>& errors) {
   const Run& first = *scene.first;
   const Eigen::Vector3d origin = first.truth.front().pose.p;
-  std::vector<Eigen::Vector3d> truth;
-  const std::size_t stride = stride_for(first.truth.size());
-  for (std::size_t i = 0; i < first.truth.size(); i += stride) {
-    truth.push_back(first.truth[i].pose.p);
-  }
   Json json = {{"name", first.name}, {"origin", {origin.x(), origin.y(), origin.z()}}};
-  json["truth"] = columns(truth, origin, "");
+  add_points(json["truth"], "", thinned(first.truth, kEnough),
+             [&](const StampedPose& s) -> Eigen::Vector3d { return s.pose.p - origin; });
   json["plan"] = {{"wall", plan_json(first.plan, PlanLine::Kind::kWall, origin)},
                   {"furniture", plan_json(first.plan, PlanLine::Kind::kFurniture, origin)}};
   json["runs"] = Json::array();
-  for (const PlacedRun& run : scene.runs) {
-    Json entry = columns(run.p_truth_world, origin, "");
-    entry = columns(run.error, Eigen::Vector3d::Zero(), "e", std::move(entry));
-    entry["t"] = double_column(run.seconds);
-    entry["nees"] = float_column(run.nees_pose);
-    entry["run"] = run.run;
-    entry["level"] = run.level;
-    entry["mean_nees"] = {{"position", run.mean_nees.position},
-                          {"attitude", run.mean_nees.attitude},
-                          {"pose", run.mean_nees.pose}};
-    json["runs"].push_back(std::move(entry));
+  for (const std::size_t i : scene.runs) {
+    json["runs"].push_back(run_json(i, runs[i].run, errors[i], origin));
   }
   return json;
 }
 
 }  // namespace
 
-Json scenes_json(const std::vector<ReportRun>& runs) {
+Json scenes_json(const std::vector<ReportRun>& runs, const std::vector<AgainstTruth>& errors) {
   Json json = Json::array();
-  for (const Scene& scene : scenes_of(runs)) json.push_back(scene_json(scene));
+  for (const Scene& scene : scenes_of(runs, errors)) {
+    json.push_back(scene_json(scene, runs, errors));
+  }
   return json;
 }
 

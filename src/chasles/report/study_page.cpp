@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/error.hpp>
-#include <chasles/report/encode.hpp>
+#include <chasles/report/columns.hpp>
 #include <chasles/report/page_template.hpp>
 #include <chasles/report/study.hpp>
 
@@ -83,7 +83,7 @@ Json trials_json(const std::vector<StudyTrial>& trials) {
     runs.push_back(static_cast<double>(trial.run));
   }
   const auto of = [&](double StudyTrial::*member) {
-    return floats(trials, 0, [&](const StudyTrial& trial) { return trial.*member; });
+    return floats(trials, [&](const StudyTrial& trial) { return trial.*member; });
   };
   return {{"filter", int_column(filters)},
           {"diverged", int_column(diverged)},
@@ -93,15 +93,6 @@ Json trials_json(const std::vector<StudyTrial>& trials) {
           {"nees_position", of(&StudyTrial::nees_position)},
           {"nees_attitude", of(&StudyTrial::nees_attitude)},
           {"nees_pose", of(&StudyTrial::nees_pose)}};
-}
-
-// Every n-th pose, at most about 4000: a path is drawn no better with more.
-Trajectory thinned(const Trajectory& trajectory) {
-  constexpr std::size_t kEnough = 4000;
-  const std::size_t stride = trajectory.size() / kEnough + 1;
-  Trajectory thin;
-  for (std::size_t i = 0; i < trajectory.size(); i += stride) thin.push_back(trajectory[i]);
-  return thin;
 }
 
 Json study_json(const Study& study) {

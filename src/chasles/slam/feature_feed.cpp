@@ -36,7 +36,8 @@ struct FeatureFeed::Shared {
          std::vector<GrayImage> masks)
       : next_event(std::move(next)),
         frontend(settings, std::move(cameras), std::move(masks)),
-        imu(options) {}
+        imu(options),
+        learnt(kLead, Eigen::Vector3d::Zero()) {}
 
   // What one event becomes; none at the end, or when all is to stop.
   std::optional<Item> make() {
@@ -47,7 +48,7 @@ struct FeatureFeed::Shared {
       return *sample;
     }
     if (auto* frame = std::get_if<FeatureFrame>(&*event)) return std::move(*frame);
-    const auto bias = bias_for(images++);
+    const auto bias = next_bias();
     if (!bias) return std::nullopt;
     return track(std::get<ImageFrame>(*event), *bias);
   }
@@ -68,13 +69,14 @@ struct FeatureFeed::Shared {
     return result;
   }
 
-  // The bias that counts for that image; waits for it. None when all is to stop.
-  std::optional<Eigen::Vector3d> bias_for(std::size_t image) {
-    if (image < kLead) return Eigen::Vector3d::Zero();
+  // The bias that counts for the next image; waits for it. None when all is to stop.
+  std::optional<Eigen::Vector3d> next_bias() {
     std::unique_lock lock(mutex);
-    changed.wait(lock, [&] { return stop || learnt.size() > image - kLead; });
+    changed.wait(lock, [&] { return stop || !learnt.empty(); });
     if (stop) return std::nullopt;
-    return learnt[image - kLead];
+    const Eigen::Vector3d bias = learnt.front();
+    learnt.pop_front();
+    return bias;
   }
 
   // The other thread: makes items until the end.
@@ -110,11 +112,10 @@ struct FeatureFeed::Shared {
   Frontend frontend;
   ImuBuffer imu;
   std::optional<Time> last;
-  std::size_t images = 0;
 
   std::mutex mutex;
   std::condition_variable changed;
-  std::vector<Eigen::Vector3d> learnt;
+  std::deque<Eigen::Vector3d> learnt;  // of images to come
   std::deque<Item> ready;
   std::exception_ptr failure;
   bool ended = false, stop = false;

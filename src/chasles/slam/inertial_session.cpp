@@ -9,12 +9,14 @@
 namespace chasles {
 namespace {
 
-// The filter is lost when so many more frames contradict it than agree with it: they refuse most of
-// what they compare, or hardly use any of all that there is to see. (A filter that is wrong keeps
-// few landmarks: what it refuses leaves it.)
+// The filter is lost when so many more frames contradict it than agree with it: they refuse a third
+// of what they compare, or a fifth where what they accept surprises as well (NIS per degree of
+// freedom), or hardly use any of all that there is to see. A filter that is wrong agrees with its
+// youngest landmarks, which it begins all the time, as what it refuses leaves it.
 constexpr int kContradictions = 40;
 constexpr int kDoubts = 5;  // as many already degrade it
-constexpr int kFewCompared = 10;
+constexpr int kFewCompared = 6;
+constexpr double kSurprising = 1.5;
 constexpr int kManyObservations = 20, kFewUsed = 4;
 // Samples that a start keeps for a time offset that may yet be set back [s].
 constexpr double kTimeOffsetReach = 0.2;
@@ -32,8 +34,15 @@ void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum) {
   sum.extrapolated += more.extrapolated;
 }
 
+bool is_finite(const Calibration& c) {
+  return c.covariance.allFinite() && std::isfinite(c.time_offset.value_or(0)) &&
+         std::ranges::all_of(c.imu_T_camera, [](const SE3& imu_T_camera) {
+           return imu_T_camera.R.allFinite() && imu_T_camera.p.allFinite();
+         });
+}
+
 bool is_finite(const InertialEstimate& e) {
-  if (e.calibration && !e.calibration->covariance.allFinite()) return false;
+  if (e.calibration && !is_finite(*e.calibration)) return false;
   const NavState& m = e.motion;
   return m.nav_T_imu.R.allFinite() && m.nav_T_imu.p.allFinite() && m.v_nav.allFinite() &&
          m.biases.allFinite() && m.covariance.allFinite() && std::isfinite(e.nis) &&
@@ -41,7 +50,9 @@ bool is_finite(const InertialEstimate& e) {
 }
 
 bool contradicted(const InertialEstimate& e) {
-  const bool refused = e.rejected > e.used && e.rejected + e.used >= kFewCompared;
+  const int compared = e.rejected + e.used;
+  const bool surprised = e.nis > kSurprising * e.nis_dof;
+  const bool refused = compared >= kFewCompared && (surprised ? 5 : 3) * e.rejected > compared;
   return refused || (e.observations >= kManyObservations && e.used < kFewUsed);
 }
 
@@ -177,7 +188,7 @@ std::vector<InertialEstimate> InertialSession::begin(InertialStart start) {
   return estimates;
 }
 
-// A motion that is not finite is not handed on: the last one that was believed stands in for it.
+// What is not finite is not handed on: the last estimate that was believed stands in for it.
 std::optional<InertialEstimate> InertialSession::step(const FeatureFrame& frame) {
   InertialEstimate e = slam_->process(frame);
   // A time offset that falls, or begins anew, does not turn time back.
@@ -194,6 +205,7 @@ std::optional<InertialEstimate> InertialSession::step(const FeatureFrame& frame)
   if (is_finite(e)) return e;
   if (!last_) return std::nullopt;
   e.motion = last_->motion;
+  e.calibration = last_->calibration;
   e.nis = e.innovation_products = e.innovation_squares = 0;
   e.nis_dof = 0;
   return e;

@@ -89,16 +89,19 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       model_{.noise = scaled(noise, settings.imu_noise_scale)},
       imu_(imu),
       filter_(initial_filter(settings, start, cameras_)),
-      standstill_(noise, cameras_.size(), pixel_sigma),
       now_(start.time - clock(Time{})),
       composed_(now_) {
   note_prediction();
+  if (settings.standstill_velocity_sigma > 0) {
+    standstill_.emplace(noise, cameras_.size(), pixel_sigma);
+  }
   if (settings.composition_interval > 0 && !settings.nav_attitude) {
     throw UsageError("composition_interval needs nav_attitude: the world's attitude in the state");
   }
 }
 
 InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
+  const Time since = frame.time - now_;
   advance_to(frame.time);
   ++frame_;
   InertialEstimate e;
@@ -112,8 +115,7 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
     filter_.clone_pose(frame_, frame.time);
   }
   observe(observations, e);
-  e.still = settings_.standstill_velocity_sigma > 0 && hold_still(frame);
-  previous_ = frame.time;
+  e.still = hold_still(frame, since);
   settle();
   retire_unseen();
   if (settings_.init == "multi-view") begin_from_tracks(e);
@@ -145,39 +147,23 @@ double InertialSlam::gate_square(int dof) const {
                             : std::numeric_limits<double>::max();
 }
 
-// At rest the velocity is zero and the pose that of the rest's beginning. The first is as good as
-// is set, the second as shaky ground allows; both count by the second, not by the frame.
-bool InertialSlam::hold_still(const FeatureFrame& frame) {
-  constexpr double kPositionSigma = 0.005, kRotationSigma = 0.001;  // [m], [rad]
-  if (!standstill_.at_rest(frame)) {
+// Whether the filter was told that it stands still. `since` the last frame.
+bool InertialSlam::hold_still(const FeatureFrame& frame, Time since) {
+  if (!standstill_) return false;
+  if (!standstill_->at_rest(frame)) {
     still_since_.reset();
     return false;
   }
-  if (!still_since_ || !previous_ || frame.time <= *previous_) {
+  if (!still_since_ || since <= Time{}) {
     still_since_ = frame_;
     const auto& clones = filter_.state().clones;
     const bool there = !clones.empty() && clones.back().id == frame_;
     if (!there) filter_.clone_pose(frame_, frame.time);
     return false;
   }
-  const Clone& clone = filter_.state().clone(*still_since_);
-  const SE3& pose = filter_.state().world_T_imu;
-  const double rate = 1 / to_seconds(frame.time - *previous_);
-  Measurement stays;
-  stays.residual.resize(6);
-  stays.residual << -so3::log(pose.R * clone.world_T_imu.R.transpose()),
-      clone.world_T_imu.p - pose.p;
-  stays.d_core = Matrix6d::Identity();
-  stays.clones.push_back({.row = clone.row, .d = -Matrix6d::Identity()});
-  stays.noise = Matrix6d::Identity() * std::pow(kPositionSigma, 2) * rate;
-  stays.noise.topLeftCorner<3, 3>() *= std::pow(kRotationSigma / kPositionSigma, 2);
-  Measurement rests;
-  rests.core_column = 6;
-  rests.residual = -*filter_.state().v_world;
-  rests.d_core = Eigen::Matrix3d::Identity();
-  rests.noise =
-      Eigen::Matrix3d::Identity() * std::pow(settings_.standstill_velocity_sigma, 2) * rate;
-  const std::vector<Measurement> both = {stays, rests};
+  const State& x = filter_.state();
+  const auto both = rest_measurements(x, x.clone(*still_since_), to_seconds(since),
+                                      settings_.standstill_velocity_sigma);
   if (!(filter_.joint_normalised_square(both) < gate_square(9))) return false;
   return !filter_.update(both).failed;
 }
@@ -189,7 +175,8 @@ void InertialSlam::settle() {
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
     const Landmark& landmark = landmarks[static_cast<std::size_t>(i)];
     if (!landmark.anchor) continue;
-    if (filter_.relative_depth_sigma(landmark) < settings_.settled_depth_sigma) {
+    const double most = settings_.settled_depth_sigma * landmark.inverse_depth.z();
+    if (filter_.inverse_depth_sigma(landmark) < most) {
       filter_.make_cartesian(i);
     }
   }

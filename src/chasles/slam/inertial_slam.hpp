@@ -46,7 +46,7 @@ class InertialSlam {
 
   void process(const ImuSample& sample) {
     imu_.add(sample);
-    standstill_.add(sample);
+    if (standstill_) standstill_->add(sample);
   }
   InertialEstimate process(const FeatureFrame& frame);
 
@@ -87,8 +87,9 @@ class InertialSlam {
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
-  bool hold_still(const FeatureFrame& frame);
+  bool hold_still(const FeatureFrame& frame, Time since);
   double softness(int landmark) const;
+  bool cannot_be(const Landmark& landmark) const;
   double gate_square(int dof) const;  ///< what a squared innovation may be
   void settle();
   void note_refusals(const std::vector<Measurement>& known, const std::vector<bool>& accepted);
@@ -108,11 +109,10 @@ class InertialSlam {
   InertialModel model_;
   ImuBuffer imu_;
   Ekf filter_;
-  Standstill standstill_;
-  Time now_;  ///< of the last frame, by the cameras' clock
+  std::optional<Standstill> standstill_;  ///< where it is used
+  Time now_;                              ///< of the last frame, by the cameras' clock
   Time composed_;
   bool at_image_ = false;  ///< the state is of the instant of an image, not yet of the start's
-  std::optional<Time> previous_;    ///< frame
   std::optional<int> still_since_;  ///< clone of the pose that the rest began with
   PredictedMotion predicted_;       ///< for first estimates
   int frame_ = 0;

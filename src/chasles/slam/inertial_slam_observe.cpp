@@ -58,6 +58,14 @@ double InertialSlam::softness(int landmark) const {
   return 1 + settings_.soft_start * std::max(0.0, 1 - age);
 }
 
+// Noise may take the inverse depth of a point that is far through zero; where it takes it further,
+// the rays of a track meet behind the cameras: pixels or motion are wrong.
+bool InertialSlam::cannot_be(const Landmark& landmark) const {
+  constexpr double kSigmas = 3;
+  return landmark.anchor &&
+         landmark.inverse_depth.z() < -kSigmas * filter_.inverse_depth_sigma(landmark);
+}
+
 void InertialSlam::observe(const std::vector<const PixelObservation*>& observations,
                            InertialEstimate& e) {
   number_landmarks();
@@ -68,17 +76,28 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   predicted.clear();
   fresh.clear();
   const double gate = gate_square(2);
+  int refused = 0;
   for (const PixelObservation* o : observations) {
     const auto number = number_of(o->landmark);
     if (!number) {
       fresh.push_back(o);
       continue;
     }
-    last_[o->landmark].seen = frame_;
+    Last& last = last_[o->landmark];
+    last.seen = frame_;
+    if (cannot_be(filter_.state().landmarks[static_cast<std::size_t>(*number)])) {
+      ++last.refused;
+      ++refused;
+      continue;
+    }
     auto z = measure_pixel(cameras_[static_cast<std::size_t>(o->camera)],
                            pixel_sigma_ * softness(*number), filter_.state(), *number, o->pixel,
                            linearisation(), o->camera);
-    if (!z) continue;
+    if (!z) {  // where it is thought to be, it could not be seen
+      ++last.refused;
+      ++refused;
+      continue;
+    }
     z->gate = gate;
     known.push_back(*std::move(z));
     predicted.push_back(o);
@@ -87,7 +106,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   e.nis = report.nis;
   e.nis_dof = report.dof;
   e.used = static_cast<int>(std::count(report.accepted.begin(), report.accepted.end(), true));
-  e.rejected = static_cast<int>(known.size()) - e.used;
+  e.rejected = refused + static_cast<int>(known.size()) - e.used;
   note_refusals(known, report.accepted);
   compare_innovations(predicted, report, e);
   if (settings_.init == "fixed-depth") {

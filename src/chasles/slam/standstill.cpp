@@ -29,20 +29,19 @@ void Standstill::add(const ImuSample& sample) {
 }
 
 bool Standstill::at_rest(const FeatureFrame& frame) {
-  frames_.push_back(frame);
   const Time oldest = frame.time - from_seconds(kWindow);
-  while (frames_.front().time < oldest) frames_.pop_front();
-  while (!samples_.empty() && samples_.front().time < oldest) samples_.pop_front();
-  const std::vector<ImuSample> samples(samples_.begin(), samples_.end());
-  const std::vector<FeatureFrame> frames(frames_.begin(), frames_.end());
+  const auto is_old = [&](const auto& seen) { return seen.time < oldest; };
+  std::erase_if(samples_, is_old);
+  std::erase_if(frames_, is_old);
+  frames_.push_back(frame);
   const auto conditions =
-      rest_conditions(samples, frames, cameras_, noise_, pixel_sigma_, thresholds_);
+      rest_conditions(samples_, frames_, cameras_, noise_, pixel_sigma_, thresholds_);
   const bool blind = !conditions.back().met && conditions.back().name == kTracks;
   if (!all_met(conditions) && !(began_ && blind)) {
     began_.reset();
     return false;
   }
-  const RestMeans now = rest_means(samples, noise_);
+  const RestMeans now = rest_means(samples_, noise_);
   if (!began_) began_ = now;
   if (!quiet(now)) began_.reset();
   return began_.has_value();
@@ -55,6 +54,25 @@ bool Standstill::quiet(const RestMeans& now) const {
   const double rate = kRateReach + kDeviations * noise_.gyroscope_noise_density / root_seconds;
   return (now.specific_force_imu - began_->specific_force_imu).norm() < force &&
          (now.angular_rate_imu - began_->angular_rate_imu).norm() < rate;
+}
+
+std::array<Measurement, 2> rest_measurements(const State& x, const Clone& began, double seconds,
+                                             double velocity_sigma) {
+  constexpr double kPositionSigma = 0.005, kRotationSigma = 0.001;  // [m], [rad]
+  const double rate = 1 / seconds;
+  Measurement stays, rests;
+  stays.residual.resize(6);
+  stays.residual << -so3::log(x.world_T_imu.R * began.world_T_imu.R.transpose()),
+      began.world_T_imu.p - x.world_T_imu.p;
+  stays.d_core = Matrix6d::Identity();
+  stays.clones.push_back({.row = began.row, .d = -Matrix6d::Identity()});
+  stays.noise = Matrix6d::Identity() * std::pow(kPositionSigma, 2) * rate;
+  stays.noise.topLeftCorner<3, 3>() *= std::pow(kRotationSigma / kPositionSigma, 2);
+  rests.core_column = 6;
+  rests.residual = -*x.v_world;
+  rests.d_core = Eigen::Matrix3d::Identity();
+  rests.noise = Eigen::Matrix3d::Identity() * std::pow(velocity_sigma, 2) * rate;
+  return {stays, rests};
 }
 
 }  // namespace chasles

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+#include <nlohmann/json.hpp>
+
+#include <chasles/lie/trajectory.hpp>
+#include <chasles/report/encode.hpp>
+
+// Columns of the pages' data, made of rows.
+namespace chasles {
+
+/// A column of one number a row.
+template <typename Rows, typename Number>
+std::string floats(const Rows& rows, const Number& number) {
+  std::vector<double> values;
+  values.reserve(rows.size());
+  for (const auto& row : rows) values.push_back(number(row));
+  return float_column(values);
+}
+
+/// As floats(), of whole numbers.
+template <typename Rows, typename Number>
+std::string ints(const Rows& rows, const Number& number) {
+  std::vector<int> values;
+  values.reserve(rows.size());
+  for (const auto& row : rows) values.push_back(number(row));
+  return int_column(values);
+}
+
+/// x, y, z (with an optional prefix) of the rows' points.
+template <typename Rows, typename Point>
+void add_points(nlohmann::ordered_json& columns, const std::string& prefix, const Rows& rows,
+                const Point& point) {
+  for (const auto& [axis, k] : {std::pair{"x", 0}, {"y", 1}, {"z", 2}}) {
+    columns[prefix + axis] =
+        floats(rows, [&point, k = k](const auto& row) -> double { return point(row)(k); });
+  }
+}
+
+/// Every n-th row, at most about `enough`: a path is drawn no better with more.
+template <typename Row>
+std::vector<Row> thinned(const std::vector<Row>& rows, std::size_t enough = 4000) {
+  const std::size_t stride = rows.size() / enough + 1;
+  std::vector<Row> thin;
+  for (std::size_t i = 0; i < rows.size(); i += stride) thin.push_back(rows[i]);
+  return thin;
+}
+
+}  // namespace chasles
