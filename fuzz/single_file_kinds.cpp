@@ -2,6 +2,7 @@
 
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/image_testing.hpp>
+#include <chasles/data/plan.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 
@@ -58,6 +59,18 @@ void read_tum_bytes(const fs::path& scratch, std::string_view bytes) {
   read_tum(scratch / "input.tum");
 }
 
+std::string plan_seed(const fs::path& scratch) {
+  const Plan plan = {{.kind = PlanLine::Kind::kWall, .points = {{0, 0}, {2.5, 0}, {2.5, 4}}},
+                     {.kind = PlanLine::Kind::kFurniture, .points = {{1, 1}, {1, 2}}}};
+  write_plan_of(plan, scratch);
+  return test::slurp(scratch / "plan.csv");
+}
+
+void read_plan_bytes(const fs::path& scratch, std::string_view bytes) {
+  test::spill(scratch / "plan.csv", std::string(bytes));
+  read_plan(scratch / "plan.csv");
+}
+
 std::string settings_seed(const fs::path&) {
   return "# a run\nchart: standard\nclones: 12\ngate: 0.99\nfirst_estimates: true\npixel_sigma: "
          "auto\n";
@@ -81,6 +94,7 @@ std::vector<Kind> single_file_kinds() {
   return {{"png", png_seed, read_png},
           {"jpeg", jpeg_seed, read_jpeg},
           {"tum", tum_seed, read_tum_bytes},
+          {"plan", plan_seed, read_plan_bytes},
           {"settings", settings_seed, read_settings}};
 }
 

@@ -136,8 +136,7 @@ std::vector<double> Ekf::normalised_squares(std::span<const Measurement> measure
 double Ekf::joint_normalised_square(std::span<const Measurement> measurements) const {
   work_.accepted.clear();
   for (const Measurement& z : measurements) work_.accepted.push_back(&z);
-  const auto z = whiten(work_.accepted, covariance_, state_, work_.whitening);
-  return z ? z->w.squaredNorm() : std::numeric_limits<double>::infinity();
+  return chasles::normalised_square(work_.accepted, covariance_, state_, work_.whitening);
 }
 
 const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -31,7 +32,9 @@ class Scratch {
 
 /// What the algebra of an update writes on the way (whitening.hpp).
 struct WhiteningScratch {
-  Scratch core, core_transposed;  ///< a Jacobian's columns of the core
+  Scratch core, clones, transposed;  ///< a Jacobian's columns of the core and of clones
+  Scratch gathered;                  ///< what those of the clones are multiplied with
+  std::vector<int> clone_rows;       ///< the first of each six, rising
   Scratch S, HW, HW_transposed;
   Scratch W, w;  ///< the result
 };

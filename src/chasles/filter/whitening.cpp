@@ -1,9 +1,49 @@
+#include <algorithm>
+#include <limits>
+
 #include <chasles/filter/whitening.hpp>
 
 namespace chasles {
 namespace {
 
 using Eigen::VectorXd;
+
+// visit(measurement, first row of H, row of its landmark).
+template <class Visitor>
+void for_each_landmark(Measurements measurements, const State& x, const Visitor& visit) {
+  Eigen::Index at = 0;
+  for (const Measurement* z : measurements) {
+    if (z->landmark >= 0) visit(*z, at, x.landmarks[static_cast<std::size_t>(z->landmark)].row);
+    at += z->residual.size();
+  }
+}
+
+// visit(part of a measurement, first row of H).
+template <class Visitor>
+void for_each_clone(Measurements measurements, const Visitor& visit) {
+  Eigen::Index at = 0;
+  for (const Measurement* z : measurements) {
+    for (const Measurement::OfClone& clone : z->clones) visit(clone, at);
+    at += z->residual.size();
+  }
+}
+
+// The rows of the clones, in the scratch, and their number where at least half of the blocks of a
+// dense matrix are there: then fast products outweigh what is gathered for them. Else zero.
+Eigen::Index dense_clones(Measurements measurements, WhiteningScratch& scratch) {
+  std::vector<int>& rows = scratch.clone_rows;
+  rows.clear();
+  std::size_t parts = 0;
+  for (const Measurement* z : measurements) {
+    parts += z->clones.size();
+    for (const Measurement::OfClone& clone : z->clones) {
+      const auto place = std::lower_bound(rows.begin(), rows.end(), clone.row);
+      if (place == rows.end() || *place != clone.row) rows.insert(place, clone.row);
+    }
+  }
+  const bool sparse = 2 * parts < rows.size() * measurements.size();
+  return sparse ? 0 : static_cast<Eigen::Index>(rows.size());
+}
 
 // Rows that are factorised together: with fewer, BLAS's kernels would not be filled; with more, the
 // slow triangular solution would take what the fast products can do.
@@ -47,6 +87,119 @@ Eigen::Index rows_of(Measurements z) {
   Eigen::Index m = 0;
   for (const Measurement* one : z) m += one->residual.size();
   return m;
+}
+
+Jacobian::Jacobian(Measurements measurements, const State& x, WhiteningScratch& scratch)
+    : measurements_(measurements),
+      state_(x),
+      scratch_(scratch),
+      core_(scratch.core.take(rows_of(measurements), x.core_size())),
+      clones_(scratch.clones.take(core_.rows(), 6 * dense_clones(measurements, scratch))) {
+  core_.setZero();
+  clones_.setZero();
+  Eigen::Index at = 0;
+  for (const Measurement* z : measurements_) {
+    core_.block(at, z->core_column, z->residual.size(), z->d_core.cols()) = z->d_core;
+    at += z->residual.size();
+  }
+  if (clones_.cols() == 0) return;
+  for_each_clone(measurements_, [&](const Measurement::OfClone& clone, Eigen::Index row) {
+    const auto& rows = scratch_.clone_rows;
+    const auto six = std::lower_bound(rows.begin(), rows.end(), clone.row) - rows.begin();
+    clones_.block(row, 6 * six, clone.d.rows(), 6) += clone.d;
+  });
+}
+
+void Jacobian::times(const dense::ConstBlock& M, dense::Block result) const {
+  dense::multiply(core_, M.topRows(core_.cols()), result);
+  for_each_landmark(
+      measurements_, state_, [&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
+        result.middleRows(at, z.residual.size()) += z.d_landmark.lazyProduct(M.middleRows<3>(row));
+      });
+  if (clones_.cols() == 0) {
+    for_each_clone(measurements_, [&](const Measurement::OfClone& clone, Eigen::Index at) {
+      result.middleRows(at, clone.d.rows()) += clone.d.lazyProduct(M.middleRows<6>(clone.row));
+    });
+    return;
+  }
+  auto gathered = scratch_.gathered.take(clones_.cols(), M.cols());
+  Eigen::Index six = 0;
+  for (const int row : scratch_.clone_rows)
+    gathered.middleRows<6>(6 * six++) = M.middleRows<6>(row);
+  dense::add_product(1, clones_, gathered, result);
+}
+
+void Jacobian::times_transpose(const Covariance& covariance, dense::Block result) const {
+  const auto P = covariance.all();
+  auto transposed = scratch_.transposed.take(core_.cols(), core_.rows());
+  transposed = core_.transpose();
+  dense::multiply(P.leftCols(core_.cols()), transposed, result);
+  for_each_landmark(measurements_, state_,
+                    [&](const Measurement& z, Eigen::Index at, Eigen::Index row) {
+                      result.middleCols(at, z.residual.size()) +=
+                          P.middleCols<3>(row).lazyProduct(z.d_landmark.transpose());
+                    });
+  if (clones_.cols() == 0) {
+    for_each_clone(measurements_, [&](const Measurement::OfClone& clone, Eigen::Index at) {
+      result.middleCols(at, clone.d.rows()) +=
+          P.middleCols<6>(clone.row).lazyProduct(clone.d.transpose());
+    });
+    return;
+  }
+  auto gathered = scratch_.gathered.take(P.rows(), clones_.cols());
+  Eigen::Index six = 0;
+  for (const int row : scratch_.clone_rows)
+    gathered.middleCols<6>(6 * six++) = P.middleCols<6>(row);
+  auto clones_transposed = scratch_.transposed.take(clones_.cols(), clones_.rows());
+  clones_transposed = clones_.transpose();
+  dense::add_product(1, gathered, clones_transposed, result);
+}
+
+bool Jacobian::is_of_clones() const {
+  return clones_.cols() > 0 && std::ranges::all_of(measurements_, [](const Measurement* z) {
+           return z->landmark < 0 && z->d_core.cols() == 0;
+         });
+}
+
+void Jacobian::square_of_clones(const Covariance& covariance, dense::Block result) const {
+  const auto P = covariance.all();
+  const std::vector<int>& rows = scratch_.clone_rows;
+  auto gathered = scratch_.gathered.take(clones_.cols(), clones_.cols());
+  for (std::size_t j = 0; j < rows.size(); ++j) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      gathered.block<6, 6>(6 * static_cast<Eigen::Index>(i), 6 * static_cast<Eigen::Index>(j)) =
+          P.block<6, 6>(rows[i], rows[j]);
+    }
+  }
+  auto transposed = scratch_.transposed.take(clones_.cols(), clones_.rows());
+  transposed = clones_.transpose();
+  auto PHt = scratch_.W.take(clones_.cols(), clones_.rows());
+  dense::multiply(gathered, transposed, PHt);
+  dense::multiply(clones_, PHt, result);
+}
+
+double normalised_square(Measurements measurements, const Covariance& covariance, const State& x,
+                         WhiteningScratch& scratch) {
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  const Jacobian H(measurements, x, scratch);
+  if (!H.is_of_clones()) {
+    const auto z = whiten(measurements, covariance, x, scratch);
+    return z ? z->w.squaredNorm() : kInfinite;
+  }
+  const Eigen::Index m = rows_of(measurements);
+  auto S = scratch.S.take(m, m);
+  H.square_of_clones(covariance, S);
+  auto w = scratch.w.take<VectorXd>(m);
+  Eigen::Index at = 0;
+  for (const Measurement* one : measurements) {
+    const Eigen::Index k = one->residual.size();
+    S.block(at, at, k, k) += one->noise;
+    w.segment(at, k) = one->residual;
+    at += k;
+  }
+  if (!dense::cholesky(S)) return kInfinite;
+  dense::solve_lower(S, w);
+  return w.squaredNorm();
 }
 
 std::optional<Whitened> whiten(Measurements measurements, const Covariance& covariance,
