@@ -120,6 +120,23 @@ std::optional<Measurement> measure_pixel(const Camera& known, double sigma, cons
   return z;
 }
 
+Eigen::Matrix2d bilinear_noise(const Camera& known, const Ekf& filter, int number, int index) {
+  const State& x = filter.state();
+  const Landmark& landmark = x.landmarks[static_cast<std::size_t>(number)];
+  if (!landmark.anchor) return Eigen::Matrix2d::Zero();
+  const Camera camera = as_estimated(known, x, index);
+  const auto seen = see(camera, x.world_T_imu, x.homogeneous(landmark), Vector2d::Zero());
+  if (!seen) return Eigen::Matrix2d::Zero();
+  const auto P = filter.covariance();
+  const int w = landmark.row + 2, anchor = x.clone(*landmark.anchor).row + 3;
+  const Matrix3d now_anchor = P.block<3, 3>(3, anchor);
+  const Matrix3d of_way =
+      P.block<3, 3>(3, 3) + P.block<3, 3>(anchor, anchor) - now_anchor - now_anchor.transpose();
+  const Vector3d with_w = P.block<3, 1>(3, w) - P.block<3, 1>(anchor, w);
+  return seen->d_point * (P(w, w) * of_way + with_w * with_w.transpose()) *
+         seen->d_point.transpose();
+}
+
 std::optional<NewLandmark> begin_at_depth(const Camera& known, double sigma, const State& x,
                                           LandmarkId id, const Vector2d& pixel, double depth,
                                           double depth_sigma, int index) {

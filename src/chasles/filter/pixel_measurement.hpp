@@ -19,6 +19,13 @@ std::optional<Measurement> measure_pixel(const Camera& camera, double sigma, con
                                          int landmark, const Eigen::Vector2d& pixel,
                                          Linearisation at = Linearisation::kCurrent, int index = 0);
 
+/// What the linear measure_pixel() of an anchored landmark leaves out where its depth and the way
+/// from its anchor are both uncertain: a pixel moves by inverse depth x way, and the covariance of
+/// the product of the two errors is var(w) cov(way) + cov(w, way) cov(w, way)^T, in pixels [px^2]
+/// (of the second-order terms of Athans, Wishner & Bertolini, IEEE T-AC 1968, the one that counts
+/// while the way is short against the depth). Zero for a Cartesian one.
+Eigen::Matrix2d bilinear_noise(const Camera& camera, const Ekf& filter, int landmark, int index);
+
 /// A landmark `depth` along the pixel's ray, uncertain by `depth_sigma` along it: Kleinert &
 /// Stilla's initialisation. None where the lens model has no ray.
 std::optional<NewLandmark> begin_at_depth(const Camera& camera, double sigma, const State& x,

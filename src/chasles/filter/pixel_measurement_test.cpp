@@ -6,6 +6,7 @@
 namespace chasles {
 namespace {
 
+using Eigen::Matrix2d;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
@@ -99,6 +100,48 @@ TEST_P(PixelMeasurement, NeedsNoDepth) {
     }
     EXPECT_GE(seen, 6) << inverse_depth;
   }
+}
+
+// Against drawn errors: what a pixel differs by from its linear prediction.
+TEST_P(PixelMeasurement, BilinearNoiseIsTheCovarianceOfWhatIsNotLinear) {
+  test::Random random(9);
+  const Ekf filter = some_filter(random, GetParam());
+  const State& x = filter.state();
+  int compared = 0;
+  for (int i = 0; i < static_cast<int>(x.landmarks.size()); ++i) {
+    const Landmark& landmark = x.landmarks[static_cast<std::size_t>(i)];
+    const Matrix2d noise = bilinear_noise(kCameras[0], filter, i, 0);
+    if (!landmark.anchor) {
+      EXPECT_EQ(noise, Matrix2d::Zero());
+      continue;
+    }
+    const int anchor = x.clone(*landmark.anchor).row + 3, w = landmark.row + 2;
+    std::vector<int> rows = {3, 4, 5, anchor, anchor + 1, anchor + 2, w};
+    const MatrixXd P = filter.covariance()(rows, rows);
+    const MatrixXd L = P.llt().matrixL();
+    const auto pixel = [&](const VectorXd& e) -> Vector2d {
+      VectorXd all = VectorXd::Zero(x.size());
+      all(rows) = 0.02 * e;  // so small that the projection itself is linear
+      const State y = test::moved(kStandardChart, x, all);
+      return -measure_pixel(kCameras[0], 1, y, i, Vector2d::Zero())->residual;
+    };
+    Matrix2d sum = Matrix2d::Zero();
+    constexpr int kDraws = 4000;
+    for (int draw = 0; draw < kDraws; ++draw) {
+      const VectorXd e = L * random.normal_vector(7);
+      VectorXd way = e, depth = e;  // the error of one alone
+      way[6] = 0;
+      depth.head<6>().setZero();
+      const Vector2d product = pixel(e) - pixel(way) - pixel(depth) + pixel(VectorXd::Zero(7));
+      sum += product * product.transpose() / kDraws;
+    }
+    // That the derivative by the point changes along the way is left out: some tenths.
+    const Matrix2d seen = sum / std::pow(0.02, 4);
+    EXPECT_LT((seen - noise).norm(), 0.4 * noise.norm()) << seen << "\n" << noise;
+    EXPECT_GT(seen.trace(), 0.7 * noise.trace());
+    ++compared;
+  }
+  EXPECT_EQ(compared, 3);
 }
 
 TEST(PixelMeasurementOfAPoint, BehindTheCameraThereIsNone) {

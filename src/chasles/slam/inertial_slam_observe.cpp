@@ -85,19 +85,23 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     }
     Last& last = last_[o->landmark];
     last.seen = frame_;
-    if (cannot_be(filter_.state().landmarks[static_cast<std::size_t>(*number)])) {
+    const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(*number)];
+    if (cannot_be(landmark)) {
       ++last.refused;
       ++refused;
       continue;
     }
-    auto z = measure_pixel(cameras_[static_cast<std::size_t>(o->camera)],
-                           pixel_sigma_ * softness(*number), filter_.state(), *number, o->pixel,
-                           linearisation(), o->camera);
+    const Camera& camera = cameras_[static_cast<std::size_t>(o->camera)];
+    auto z = measure_pixel(camera, pixel_sigma_ * softness(*number), filter_.state(), *number,
+                           o->pixel, linearisation(), o->camera);
     if (!z) {  // where it is thought to be, it could not be seen
       ++last.refused;
       ++refused;
       continue;
     }
+    // The product of two errors is nearly the same in image after image: all looks together may
+    // not tell more than a few.
+    z->noise += landmark.observations * bilinear_noise(camera, filter_, *number, o->camera);
     z->gate = gate;
     known.push_back(*std::move(z));
     predicted.push_back(o);

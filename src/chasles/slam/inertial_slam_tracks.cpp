@@ -91,12 +91,14 @@ bool InertialSlam::begin(LandmarkId id, const Views& views) {
   return true;
 }
 
-// What a track that ends says of the poses that saw it.
+// What a track that ends says of the poses that saw it; nothing where its point may be anywhere,
+// for what is left when the point is taken out depends on where it is.
 void InertialSlam::use_rest(LandmarkId id, const Views& views) {
   if (views.size() < 3) return;
   const auto start = begin_multi_view(cameras_, pixel_sigma_, filter_.state(), id, views,
                                       settings_.landmarks == "inverse-depth", linearisation());
-  if (!start) return;
+  constexpr double kAnywhere = 1;  // deviation of the distance over the distance
+  if (!start || relative_depth_sigma(*start, filter_) > kAnywhere) return;
   const double square = filter_.joint_normalised_square(start->rest);
   if (square < gate_square(start->rest_rows)) filter_.update(start->rest);
 }
