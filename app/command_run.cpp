@@ -180,7 +180,7 @@ void print(const RunOptions& o, const Json& figures) {
 
 int exit_code(const RunOptions& o, const Run& run, bool interrupted, const Json& figures) {
   if (figures.at("health") == "lost") {
-    spdlog::error("the estimate diverged: it is no longer finite after {} frames",
+    spdlog::error("the estimate was lost: after {} frames it is no longer one to believe",
                   run.states.size());
     return static_cast<int>(ExitCode::kDiverged);
   }

@@ -215,7 +215,7 @@ TEST(Run, ThatDivergesEndsWithFourAndKeepsWhatThereWas) {
   spill(folder / "rec/velocities.csv", text);
   const Outcome outcome = chasles(folder, "run rec --quiet --json -o out --mode localize");
   EXPECT_EQ(outcome.code, 4);
-  expect_part(outcome.err, "chasles: error: the estimate diverged");
+  expect_part(outcome.err, "chasles: error: the estimate was lost");
   const Json summary = Json::parse(outcome.out);
   EXPECT_EQ(summary.at("health"), "lost");
   EXPECT_TRUE(summary.at("ate_m").is_null());
