@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -91,6 +92,17 @@ std::optional<SE3> truth_at(const Trajectory& truth, Time time);
 /// run give the same draw for every filter. Throws InputError where there is no truth.
 InertialStart draw_start(const Recording& recording, const InertialSlamSettings& settings,
                          std::uint64_t seed, std::uint64_t run);
+
+/// Adds an estimate to a trial, in the order of time, and ends a trial that has all of them; false
+/// once it has diverged. Errors are in the coordinates of that chart.
+bool add_to_trial(const std::string& chart, const Recording& recording, Time start,
+                  const InertialEstimate& estimate, Trial& trial);
+void end_trial(const Recording& recording, Trial& trial);
+
+/// Runs the filter over a recording, from the start on, as long as `take` returns true; throws
+/// InputError where cameras, samples or frames are missing.
+void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
+                const std::function<bool(const InertialEstimate&)>& take);
 
 /// Runs the filter over a recording that has truth, cameras and an IMU, from the start on; throws
 /// InputError where one is missing.

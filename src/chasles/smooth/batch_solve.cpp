@@ -1,0 +1,91 @@
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <ceres/ordered_groups.h>
+
+#include <chasles/error.hpp>
+#include <chasles/smooth/batch_problem_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+// Fewer keyframes are solved densely; of more, landmarks go first as long as that ties less than
+// this part of all pairs of keyframes to each other.
+constexpr std::size_t kFewKeyframes = 30;
+constexpr double kManyPairs = 0.2;
+
+double tied_pairs(const BatchGraph& graph) {
+  std::set<std::pair<int, int>> pairs;
+  const auto n = static_cast<double>(graph.keyframes.size());
+  const auto most = static_cast<std::size_t>(kManyPairs * n * (n - 1) / 2) + 1;
+  for (const BatchPoint& point : graph.points) {
+    for (auto a = point.views.begin(); a != point.views.end(); ++a) {
+      for (auto b = point.views.begin(); b != a; ++b) pairs.emplace(b->keyframe, a->keyframe);
+    }
+    if (pairs.size() > most) return 1;
+  }
+  return static_cast<double>(pairs.size()) / (n * (n - 1) / 2);
+}
+
+std::string solver_for(const BatchGraph& graph, const BatchSettings& settings) {
+  if (settings.solver != "auto") return settings.solver;
+  if (graph.keyframes.size() <= kFewKeyframes) return "dense-schur";
+  return tied_pairs(graph) < kManyPairs ? "sparse-schur" : "sparse-normal";
+}
+
+ceres::LinearSolverType type_of(const std::string& solver) {
+  if (solver == "dense-schur") return ceres::DENSE_SCHUR;
+  if (solver == "sparse-schur") return ceres::SPARSE_SCHUR;
+  if (solver == "sparse-normal") return ceres::SPARSE_NORMAL_CHOLESKY;
+  throw UsageError("batch.solver: found '" + solver +
+                   "', expected auto, sparse-schur, dense-schur or sparse-normal");
+}
+
+ceres::Solver::Options options_for(BatchProblem& problem, const BatchGraph& graph,
+                                   const BatchSettings& settings, const std::string& solver) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = type_of(solver);
+  options.num_threads = 1;
+  options.max_num_iterations = settings.max_iterations;
+  options.function_tolerance = settings.tolerance;
+  options.parameter_tolerance = 1e-2 * settings.tolerance;
+  options.gradient_tolerance = 0;  // its size depends on the chart
+  options.logging_type = ceres::SILENT;
+  if (options.linear_solver_type != ceres::SPARSE_NORMAL_CHOLESKY) {
+    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    for (std::size_t i = 0; i < graph.points.size(); ++i) {
+      ordering->AddElementToGroup(problem.point(i), 0);
+    }
+    for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
+      ordering->AddElementToGroup(problem.motion(k), 1);
+      ordering->AddElementToGroup(problem.biases(k), 1);
+    }
+    options.linear_solver_ordering = std::move(ordering);
+  }
+  return options;
+}
+
+}  // namespace
+
+void solve(BatchProblem& problem, const BatchGraph& graph, const BatchSettings& settings,
+           BatchReport& report) {
+  report.solver = solver_for(graph, settings);
+  const ceres::Solver::Options options = options_for(problem, graph, settings, report.solver);
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem.ceres(), &summary);
+  report.iterations = static_cast<int>(summary.iterations.size()) - 1;
+  report.successful = summary.num_successful_steps - 1;
+  report.initial_cost = summary.initial_cost;
+  report.final_cost = summary.final_cost;
+  for (const ceres::IterationSummary& i : summary.iterations) report.costs.push_back(i.cost);
+  report.converged = summary.termination_type == ceres::CONVERGENCE;
+  report.end = summary.message;
+  report.outliers = problem.outliers(settings.loss_width);
+  if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost)) {
+    throw Error(ExitCode::kDiverged,
+                "batch estimation found no finite minimum: " + summary.message);
+  }
+}
+
+}  // namespace chasles::smooth_detail
