@@ -35,8 +35,10 @@ void for_each_batch_setting(SettingsType& s, Visitor&& visit) {
         "a cartesian landmark needs rays that differ by this angle");
   visit("loss", s.loss, "none|huber|cauchy", "how much a pixel far from its prediction counts");
   visit("loss_width", s.loss_width, "1", "where that begins, in deviations of a pixel");
-  visit("solver", s.solver, "auto|sparse-schur|dense-schur|sparse-normal",
-        "how the linear system is solved: landmarks first, or whatever fills least first");
+  visit(
+      "solver", s.solver, "auto|sparse-schur|dense-schur|sparse-normal",
+      "how the linear system is solved: landmarks first, or whatever fills least (auto, except of "
+      "few keyframes)");
   visit("max_iterations", s.max_iterations, "count", "steps of Levenberg and Marquardt at most");
   visit("tolerance", s.tolerance, "1",
         "it has converged when the cost falls by less than this part");

@@ -1,6 +1,4 @@
-#include <algorithm>
 #include <cmath>
-#include <set>
 
 #include <ceres/ordered_groups.h>
 
@@ -10,28 +8,14 @@
 namespace chasles::smooth_detail {
 namespace {
 
-// Fewer keyframes are solved densely; of more, landmarks go first as long as that ties less than
-// this part of all pairs of keyframes to each other.
+// Fewer keyframes are solved densely. Of more, the fill of the whole normal matrix is least: along
+// a way landmarks go first, before a board that is always in view the keyframes do.
 constexpr std::size_t kFewKeyframes = 30;
-constexpr double kManyPairs = 0.2;
-
-double tied_pairs(const BatchGraph& graph) {
-  std::set<std::pair<int, int>> pairs;
-  const auto n = static_cast<double>(graph.keyframes.size());
-  const auto most = static_cast<std::size_t>(kManyPairs * n * (n - 1) / 2) + 1;
-  for (const BatchPoint& point : graph.points) {
-    for (auto a = point.views.begin(); a != point.views.end(); ++a) {
-      for (auto b = point.views.begin(); b != a; ++b) pairs.emplace(b->keyframe, a->keyframe);
-    }
-    if (pairs.size() > most) return 1;
-  }
-  return static_cast<double>(pairs.size()) / (n * (n - 1) / 2);
-}
 
 std::string solver_for(const BatchGraph& graph, const BatchSettings& settings) {
   if (settings.solver != "auto") return settings.solver;
   if (graph.keyframes.size() <= kFewKeyframes) return "dense-schur";
-  return tied_pairs(graph) < kManyPairs ? "sparse-schur" : "sparse-normal";
+  return "sparse-normal";
 }
 
 ceres::LinearSolverType type_of(const std::string& solver) {

@@ -58,10 +58,11 @@ ImuLink imu_link(std::vector<ImuInterval> intervals, const Vector6d& biases,
   used.gyroscope_random_walk = std::max(used.gyroscope_random_walk, kLeastWalk);
   const bool few = intervals.size() < kManyIntervals;
   const Matrix15d P = link_covariance(few ? cut(intervals) : intervals, biases, used);
+  const bool noisy = noise.accelerometer_noise_density > 0 && noise.gyroscope_noise_density > 0;
   // In units in which the diagonal is 1: the blocks differ by many powers of ten.
   const Vector15d scale = P.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::LLT<Matrix15d> cholesky(scale.asDiagonal() * P * scale.asDiagonal());
-  if (!scale.allFinite() || cholesky.info() != Eigen::Success) {
+  if (!noisy || !scale.allFinite() || cholesky.info() != Eigen::Success) {
     throw InputError(
         "the IMU's noise has no invertible covariance between two frames: expected "
         "accelerometer_noise_density and gyroscope_noise_density above 0 and finite samples; state "
