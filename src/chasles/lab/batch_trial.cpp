@@ -14,14 +14,6 @@ ImuNoise scaled(ImuNoise noise, double factor) {
   return noise;
 }
 
-TimedMotion timed_motion(const InertialEstimate& e) {
-  return {.time = e.time,
-          .state = {.world_T_imu = e.motion.nav_T_imu,
-                    .v_world = e.motion.v_nav,
-                    .accelerometer_bias = e.motion.biases.head<3>(),
-                    .gyroscope_bias = e.motion.biases.tail<3>()}};
-}
-
 }  // namespace
 
 BatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
@@ -65,6 +57,14 @@ BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& set
   batch.trial.seconds_cpu = result.report.seconds_solve + result.report.seconds_covariance;
   end_trial(recording, batch.trial);
   return batch;
+}
+
+TimedMotion timed_motion(const InertialEstimate& e) {
+  return {.time = e.time,
+          .state = {.world_T_imu = e.motion.nav_T_imu,
+                    .v_world = e.motion.v_nav,
+                    .accelerometer_bias = e.motion.biases.head<3>(),
+                    .gyroscope_bias = e.motion.biases.tail<3>()}};
 }
 
 std::vector<TimedMotion> filter_motions(const FilterVariant& filter, const Recording& recording,

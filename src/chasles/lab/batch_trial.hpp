@@ -16,6 +16,9 @@ BatchInput batch_input(const Recording& recording, const InertialSlamSettings& s
 /// A keyframe's estimate, as the filter would have said it.
 InertialEstimate estimate_of(const BatchMotion& motion);
 
+/// The other way round: where batch estimation may begin.
+TimedMotion timed_motion(const InertialEstimate& e);
+
 /// Batch estimation over a recording with truth, as run_trial: one point a keyframe.
 struct BatchTrial {
   Trial trial;

@@ -55,7 +55,10 @@ struct BatchReport {
   int iterations = 0;                       ///< steps that were tried
   int successful = 0;                       ///< that lowered the cost
   double initial_cost = 0, final_cost = 0;  ///< half of the weighted squares
-  std::vector<double> costs;                ///< after every step that was tried
+  /// Twice the final cost over its degrees of freedom: near 1 (a little less with a robust loss)
+  /// where the sensors are as stated and the minimum is the right one.
+  double cost_per_dof = 0;
+  std::vector<double> costs;  ///< after every step that was tried
   bool converged = false;
   std::string end;  ///< why it ended, in Ceres's words
   /// What neither pixels nor samples tell to 1 m/s, 0.1 rad, 1 m/s^2 or 0.1 rad/s: directions of

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <ceres/ordered_groups.h>
@@ -62,6 +63,9 @@ void solve(BatchProblem& problem, const BatchGraph& graph, const BatchSettings& 
   report.successful = summary.num_successful_steps - 1;
   report.initial_cost = summary.initial_cost;
   report.final_cost = summary.final_cost;
+  // Links tie as many numbers as a keyframe has; the start ties its own.
+  const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
+  report.cost_per_dof = 2 * summary.final_cost / std::max(dof, 1);
   for (const ceres::IterationSummary& i : summary.iterations) report.costs.push_back(i.cost);
   report.converged = summary.termination_type == ceres::CONVERGENCE;
   report.end = summary.message;

@@ -157,7 +157,7 @@ TEST(BatchLoss, WrongPixelsHardlyMatter) {
     BatchSettings settings;
     settings.loss = loss;
     const BatchResult result = smooth(scene.input, "standard", settings);
-    EXPECT_LT(distance(result), 0.2 * trusted) << loss;
+    EXPECT_LT(distance(result), 0.5 * trusted) << loss;
     EXPECT_GE(result.report.outliers, 4);
   }
 }
@@ -233,7 +233,7 @@ TEST(BatchBadInput, NothingToEstimateFromIsRefused) {
 
 // Neither parallax nor a landmark that could be begun.
 TEST(BatchIllPosed, ACartesianLandmarkNeedsParallax) {
-  SmallScene scene = small_scene({.frames = 20, .speed = 0, .turning = 0});
+  const SmallScene scene = small_scene({.frames = 20, .noise = 0, .speed = 0, .turning = 0});
   BatchSettings settings;
   settings.landmarks = "cartesian";
   EXPECT_NE(refusal(scene.input, settings).find("parallax"), std::string::npos);
@@ -264,15 +264,34 @@ TEST(BatchBadInput, UnknownNamesAreRefused) {
   EXPECT_NE(refusal(scene.input, settings).find("frames_per_keyframe"), std::string::npos);
 }
 
-// One camera on the spot: no parallax, and a velocity and an accelerometer's bias that nobody
-// tells.
-TEST(BatchIllPosed, IsNamedNotAnswered) {
+// One camera straight on at a constant speed: nobody tells how fast.
+TEST(BatchIllPosed, NoExcitationIsNamedNotAnswered) {
+  SmallScene scene = small_scene({.frames = 15, .shaking = 0, .turning = 0});
+  scene.input.start_covariance.diagonal().segment<3>(6).setConstant(4);
+  scene.input.start_covariance.diagonal().segment<3>(9).setConstant(0.16);
+  scene.input.initial = scene.truth;
+  const std::string text = refusal(scene.input);
+  EXPECT_NE(text.find("ill-posed"), std::string::npos) << text;
+  EXPECT_NE(text.find("velocity x with velocity y"), std::string::npos) << text;
+  // What the start knows by itself is an answer.
+  scene.input.start_covariance = small_scene().input.start_covariance;
+  EXPECT_EQ(smooth(scene.input, "standard", {}).motions.size(), 15u);
+}
+
+// One camera on the spot: points may be anywhere, and so nothing tells what the velocity was.
+TEST(BatchIllPosed, NoParallaxIsNamedNotAnswered) {
   SmallScene scene = small_scene({.frames = 100, .speed = 0, .turning = 0});
-  scene.input.start_covariance.diagonal().segment<3>(6).setConstant(1);
   scene.input.start_covariance.diagonal().segment<3>(9).setConstant(0.04);
   const std::string text = refusal(scene.input);
   EXPECT_NE(text.find("ill-posed"), std::string::npos) << text;
   EXPECT_NE(text.find("velocity"), std::string::npos) << text;
+}
+
+TEST(BatchFit, AMinimumThatDoesNotFitShows) {
+  SmallScene scene = small_scene({.frames = 15, .cameras = 2});
+  EXPECT_NEAR(smooth(scene.input, "standard", {}).report.cost_per_dof, 1, 0.2);
+  scene.input.cameras[1].cam_T_imu.p.z() += 0.2;  // not where it is said to be
+  EXPECT_GT(smooth(scene.input, "standard", {}).report.cost_per_dof, 3);
 }
 
 TEST(BatchIllPosed, IsOnlyReportedWhereTheEstimatesDoNotSuffer) {
