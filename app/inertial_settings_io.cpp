@@ -30,21 +30,11 @@ SettingList list_of(FrontendSettings& settings) {
   return collector.settings;  // Frontend itself refuses what cannot be used
 }
 
-SettingList list_of(BatchSettings& settings) {
-  SettingCollector collector;
-  for_each_batch_setting(settings, collector);
-  for (Setting& s : collector.settings) {
-    s.low = 0;
-    s.above_low = s.name != "min_parallax";
-  }
-  return collector.settings;
-}
-
 SettingList beside_the_filter(InertialRunSettings& settings) {
   SettingList list;
   append(list_of(settings.start), "start.", list);
   append(list_of(settings.frontend), "frontend.", list);
-  append(list_of(settings.batch), "batch.", list);
+  append(setting_list(settings.batch), "", list);
   return list;
 }
 

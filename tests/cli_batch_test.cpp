@@ -82,6 +82,41 @@ TEST(RunBatch, ARunThatHasNotConvergedSaysSo) {
             std::string::npos);
 }
 
+TEST(CompareBatch, StandsBesideItsFilter) {
+  const Scratch folder;
+  const std::string command =
+      "compare turntable --scene-set revolutions=0.3 --charts right-sen3 --json --quiet "
+      "--estimators filter,batch ";
+  const Outcome outcome = chasles(folder, command + "--set batch.loss=none -o study");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json filters = Json::parse(outcome.out).at("filters");
+  ASSERT_EQ(filters.size(), 2u);
+  EXPECT_EQ(filters[0].at("estimator"), "filter");
+  EXPECT_EQ(filters[0].at("settings").count("batch.loss"), 0u);
+  EXPECT_EQ(filters[1].at("estimator"), "batch");
+  EXPECT_EQ(filters[1].at("filter").get<std::string>(),
+            filters[0].at("filter").get<std::string>() + "+batch");
+  EXPECT_EQ(filters[1].at("settings").at("batch.loss"), "none");
+  EXPECT_LT(filters[1].at("ate_posyaw_m"), filters[0].at("ate_posyaw_m"));
+  EXPECT_EQ(chasles(folder, command + "--set batch.loss=square").code, 1);
+  EXPECT_EQ(chasles(folder, "compare turntable --set batch.loss=none").code, 1);
+  EXPECT_EQ(chasles(folder, "compare turntable --estimators swarm").code, 1);
+  EXPECT_EQ(chasles(folder, "compare loops --estimators batch").code, 1);
+}
+
+TEST(MonteCarloBatch, AveragesOverRuns) {
+  const Scratch folder;
+  const Outcome outcome =
+      chasles(folder,
+              "montecarlo turntable --runs 2 --workers 1 --scene-set revolutions=0.3 --charts "
+              "standard --estimators batch --json --quiet -o study");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json filter = Json::parse(outcome.out).at("filters").at(0);
+  EXPECT_EQ(filter.at("runs"), 2);
+  EXPECT_EQ(filter.at("diverged"), 0);
+  EXPECT_EQ(filter.at("estimator"), "batch");
+}
+
 TEST(RunBatch, IsNotForBodyVelocities) {
   const Scratch folder;
   simulate(folder);

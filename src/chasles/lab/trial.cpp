@@ -9,7 +9,7 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
-#include <chasles/lab/trial.hpp>
+#include <chasles/lab/batch_trial.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/sim/random.hpp>
 #include <chasles/sim/spline.hpp>
@@ -144,6 +144,18 @@ void align_to(const Trajectory& truth, Trial& trial) {
   trial.attitude_posyaw = upright.attitude_deg.rmse * std::numbers::pi / 180;
 }
 
+Trial batch_or_diverged(const FilterVariant& filter, const Recording& recording,
+                        const InertialStart& start) {
+  const std::vector<TimedMotion> initial = filter_motions(filter, recording, start);
+  try {
+    return run_batch_trial(filter, *filter.batch, recording, start, initial).trial;
+  } catch (const UsageError&) {
+    throw;
+  } catch (const Error&) {
+    return {.filter = filter.name, .diverged = true};
+  }
+}
+
 }  // namespace
 
 TrialAverages averages(const Trial& trial) {
@@ -259,6 +271,11 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording,
   require(recording, !recording.truth.empty(), "truth");
   Trial trial{.filter = filter.name};
   const double started = thread_seconds();
+  if (filter.batch) {
+    trial = batch_or_diverged(filter, recording, start);
+    trial.seconds_cpu = thread_seconds() - started;
+    return trial;
+  }
   run_filter(filter, recording, start, [&](const InertialEstimate& e) {
     return add_to_trial(filter.settings.chart, recording, start.time, e, trial);
   });

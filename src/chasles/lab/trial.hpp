@@ -9,13 +9,15 @@
 
 #include <chasles/data/recording.hpp>
 #include <chasles/slam/inertial_slam.hpp>
+#include <chasles/smooth/batch_settings.hpp>
 
 namespace chasles {
 
-/// A filter under test.
+/// An estimator under test: a filter, or batch estimation that begins at that filter's run.
 struct FilterVariant {
   std::string name;
   InertialSlamSettings settings;
+  std::optional<BatchSettings> batch = {};
 };
 
 /// What a filter was wrong by at a frame, and by how much it said it might be. NEES are those of
@@ -104,8 +106,9 @@ void end_trial(const Recording& recording, Trial& trial);
 void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
                 const std::function<bool(const InertialEstimate&)>& take);
 
-/// Runs the filter over a recording that has truth, cameras and an IMU, from the start on; throws
-/// InputError where one is missing.
+/// Runs the filter over a recording that has truth, cameras and an IMU, from the start on, and
+/// batch estimation from there where it is one; throws InputError where one is missing. A batch
+/// that finds no minimum, or refuses the problem as ill-posed, has diverged.
 Trial run_trial(const FilterVariant& filter, const Recording& recording,
                 const InertialStart& start);
 
