@@ -29,6 +29,7 @@ nlohmann::ordered_json batch_json(const BatchReport& r) {
           {"landmarks_left_out", r.landmarks_left_out},
           {"observations", r.observations},
           {"observations_unusable", r.unusable},
+          {"observations_gated", r.gated},
           {"observations_outlying", r.outliers},
           {"dropped_frames", r.dropped_frames},
           {"unobservable", r.unobservable}};

@@ -147,7 +147,7 @@ SettingList setting_list(BatchSettings& settings) {
   for_each_batch_setting(settings, collector);
   for (Setting& s : collector.settings) {
     s.low = 0;
-    s.above_low = s.name != "min_parallax";
+    s.above_low = s.name != "min_parallax" && s.name != "gate";
     s.name = "batch." + s.name;
   }
   return collector.settings;

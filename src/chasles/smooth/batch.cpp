@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <cmath>
 #include <ctime>
+#include <memory>
 
 #include <chasles/error.hpp>
 #include <chasles/smooth/batch.hpp>
@@ -15,6 +17,18 @@ double thread_seconds() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+// When the search has roughly ended: outliers are told from the others.
+constexpr double kRough = 1e-3;
+
+void check_left(const BatchGraph& graph, const BatchReport& report) {
+  if (!graph.points.empty()) return;
+  throw Error(ExitCode::kDiverged,
+              "batch estimation ended where no landmark agrees with its pixels: " +
+                  std::to_string(report.gated) +
+                  " observations are farther than batch.gate from their prediction; expected a "
+                  "beginning nearer to the truth, or a pixel_sigma as it is");
 }
 
 double way(const BatchResult& result) {
@@ -56,12 +70,26 @@ BatchResult smooth(const BatchInput& input, const std::string& chart,
   BatchReport& report = result.report;
   const double begun = thread_seconds();
   BatchGraph graph = batch_graph(input, settings, report);
-  BatchProblem problem(input, chart, settings, graph);
-  solve(problem, graph, settings, report);
-  problem.write_to(graph);
+  auto problem = std::make_unique<BatchProblem>(input, chart, settings, graph);
+  const bool gated = settings.gate > 0;
+  solve(*problem, graph, settings,
+        {.steps = settings.max_iterations,
+         .tolerance = gated ? std::max(kRough, settings.tolerance) : settings.tolerance},
+        report);
+  problem->write_to(graph);
+  if (gated) {
+    if (cull(input, problem->deviations(), settings.gate, graph, report) > 0) {
+      check_left(graph, report);
+      problem = std::make_unique<BatchProblem>(input, chart, settings, graph);
+    }
+    const int steps = std::max(settings.max_iterations - report.iterations, 1);
+    solve(*problem, graph, settings, {.steps = steps, .tolerance = settings.tolerance}, report);
+    problem->write_to(graph);
+  }
+  judge(*problem, graph, settings, report);
   const double solved = thread_seconds();
   report.seconds_solve = solved - begun;
-  add_estimates(problem, input, chart, graph, result);
+  add_estimates(*problem, input, chart, graph, result);
   report.unobservable =
       unobservable_directions(result.motions.front().motion.covariance, graph.start_covariance);
   report.seconds_covariance = thread_seconds() - solved;

@@ -211,6 +211,8 @@ bool begin(const BatchInput& input, const BatchSettings& settings, const BatchGr
     point.parameters = Eigen::Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
     return true;
   }
+  // Where the initial poses are good, rays that do not meet are of a wrong track.
+  if (!input.initial.empty()) return false;
   const auto ray = unproject(camera, first.pixel);
   if (!ray) return false;
   point.parameters << ray->ray.head<2>(), kGuessedInverseDepth;

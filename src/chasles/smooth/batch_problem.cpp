@@ -104,14 +104,15 @@ void BatchProblem::write_to(BatchGraph& graph) {
   }
 }
 
-int BatchProblem::outliers(double width) {
-  int count = 0;
+std::vector<double> BatchProblem::deviations() const {
+  std::vector<double> all;
+  all.reserve(pixels_.size());
   for (const ceres::ResidualBlockId id : pixels_) {
     double cost = 0, residual[2];
     problem_->EvaluateResidualBlockAssumingParametersUnchanged(id, false, &cost, residual, nullptr);
-    if (std::hypot(residual[0], residual[1]) > width) ++count;
+    all.push_back(std::hypot(residual[0], residual[1]));
   }
-  return count;
+  return all;
 }
 
 Eigen::SparseMatrix<double> normal_matrix(BatchProblem& problem) {

@@ -33,8 +33,8 @@ class BatchProblem {
   /// The numbers as states and parameters.
   void write_to(BatchGraph& graph);
 
-  /// Of the pixels, at the present numbers: beyond `width` deviations.
-  int outliers(double width);
+  /// Of every pixel at the present numbers, points and their views in order: deviations.
+  std::vector<double> deviations() const;
 
  private:
   std::size_t keyframes_, points_;
@@ -50,8 +50,23 @@ inline int point_row(const BatchGraph& graph, std::size_t i) {
   return 15 * static_cast<int>(graph.keyframes.size()) + 3 * static_cast<int>(i);
 }
 
-/// Searches the minimum from the present numbers. Counts into the report; throws Error(kDiverged).
+/// Searches the minimum from the present numbers, in at most so many steps. Adds its steps to the
+/// report; throws Error(kDiverged).
+struct Search {
+  int steps = 50;
+  double tolerance = 1e-8;
+};
 void solve(BatchProblem& problem, const BatchGraph& graph, const BatchSettings& settings,
+           const Search& search, BatchReport& report);
+
+/// Takes those views out of the graph whose deviations are more than `gate`; an anchored landmark
+/// that loses its first view hangs on its next one, and one that is left with a single view goes.
+/// Counts into the report; returns how many views went.
+int cull(const BatchInput& input, const std::vector<double>& deviations, double gate,
+         BatchGraph& graph, BatchReport& report);
+
+/// What the report says of the fit, at the minimum.
+void judge(const BatchProblem& problem, const BatchGraph& graph, const BatchSettings& settings,
            BatchReport& report);
 
 /// The lower triangle of J^T J at the present numbers, J the whitened and robustified Jacobian.

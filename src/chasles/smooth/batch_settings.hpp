@@ -14,6 +14,7 @@ struct BatchSettings {
   double min_parallax = 0.02;
   std::string loss = "huber";
   double loss_width = 2.5;
+  double gate = 5;
   std::string solver = "auto";
   int max_iterations = 50;
   double tolerance = 1e-8;
@@ -35,6 +36,9 @@ void for_each_batch_setting(SettingsType& s, Visitor&& visit) {
         "a cartesian landmark needs rays that differ by this angle");
   visit("loss", s.loss, "none|huber|cauchy", "how much a pixel far from its prediction counts");
   visit("loss_width", s.loss_width, "1", "where that begins, in deviations of a pixel");
+  visit("gate", s.gate, "1",
+        "pixels that are farther from their prediction, in deviations, once the search has roughly "
+        "ended are left out of the rest of it; 0: none");
   visit(
       "solver", s.solver, "auto|sparse-schur|dense-schur|sparse-normal",
       "how the linear system is solved: landmarks first, or whatever fills least (auto, except of "

@@ -28,13 +28,13 @@ ceres::LinearSolverType type_of(const std::string& solver) {
 }
 
 ceres::Solver::Options options_for(BatchProblem& problem, const BatchGraph& graph,
-                                   const BatchSettings& settings, const std::string& solver) {
+                                   const Search& search, const std::string& solver) {
   ceres::Solver::Options options;
   options.linear_solver_type = type_of(solver);
   options.num_threads = 1;
-  options.max_num_iterations = settings.max_iterations;
-  options.function_tolerance = settings.tolerance;
-  options.parameter_tolerance = 1e-2 * settings.tolerance;
+  options.max_num_iterations = search.steps;
+  options.function_tolerance = search.tolerance;
+  options.parameter_tolerance = 1e-2 * search.tolerance;
   options.gradient_tolerance = 0;  // its size depends on the chart
   options.logging_type = ceres::SILENT;
   if (options.linear_solver_type != ceres::SPARSE_NORMAL_CHOLESKY) {
@@ -54,26 +54,32 @@ ceres::Solver::Options options_for(BatchProblem& problem, const BatchGraph& grap
 }  // namespace
 
 void solve(BatchProblem& problem, const BatchGraph& graph, const BatchSettings& settings,
-           BatchReport& report) {
+           const Search& search, BatchReport& report) {
   report.solver = solver_for(graph, settings);
-  const ceres::Solver::Options options = options_for(problem, graph, settings, report.solver);
+  const ceres::Solver::Options options = options_for(problem, graph, search, report.solver);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem.ceres(), &summary);
-  report.iterations = static_cast<int>(summary.iterations.size()) - 1;
-  report.successful = summary.num_successful_steps - 1;
-  report.initial_cost = summary.initial_cost;
+  if (report.costs.empty()) report.initial_cost = summary.initial_cost;
+  report.iterations += std::max(static_cast<int>(summary.iterations.size()) - 1, 0);
+  report.successful += std::max(summary.num_successful_steps - 1, 0);
   report.final_cost = summary.final_cost;
-  // Links tie as many numbers as a keyframe has; the start ties its own.
-  const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
-  report.cost_per_dof = 2 * summary.final_cost / std::max(dof, 1);
   for (const ceres::IterationSummary& i : summary.iterations) report.costs.push_back(i.cost);
   report.converged = summary.termination_type == ceres::CONVERGENCE;
   report.end = summary.message;
-  report.outliers = problem.outliers(settings.loss_width);
   if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost)) {
     throw Error(ExitCode::kDiverged,
                 "batch estimation found no finite minimum: " + summary.message);
   }
+}
+
+void judge(const BatchProblem& problem, const BatchGraph& graph, const BatchSettings& settings,
+           BatchReport& report) {
+  const std::vector<double> deviations = problem.deviations();
+  report.outliers = static_cast<int>(
+      std::ranges::count_if(deviations, [&](double d) { return d > settings.loss_width; }));
+  // Links tie as many numbers as a keyframe has; the start ties its own.
+  const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
+  report.cost_per_dof = 2 * report.final_cost / std::max(dof, 1);
 }
 
 }  // namespace chasles::smooth_detail

@@ -152,14 +152,54 @@ TEST(BatchLoss, WrongPixelsHardlyMatter) {
   };
   BatchSettings trusting;
   trusting.loss = "none";
+  trusting.gate = 0;
   const double trusted = distance(smooth(scene.input, "standard", trusting));
   for (const char* loss : {"huber", "cauchy"}) {
     BatchSettings settings;
     settings.loss = loss;
+    settings.gate = 0;
     const BatchResult result = smooth(scene.input, "standard", settings);
     EXPECT_LT(distance(result), 0.5 * trusted) << loss;
     EXPECT_GE(result.report.outliers, 4);
   }
+}
+
+TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
+  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    SmallScene scene = small_scene({.frames = 12, .cameras = 2});
+    BatchSettings settings;
+    settings.landmarks = landmarks;
+    const BatchResult clean = smooth(scene.input, "standard", settings);
+    EXPECT_EQ(clean.report.gated, 0);
+    // The first look of one landmark, its anchor, and some later ones.
+    scene.input.frames[0].pixels[0].pixel += Eigen::Vector2d(60, 20);
+    for (const std::size_t k : {3u, 5u, 8u}) {
+      scene.input.frames[k].pixels[k].pixel += Eigen::Vector2d(40, -25);
+    }
+    const BatchResult result = smooth(scene.input, "standard", settings);
+    EXPECT_GE(result.report.gated, 4) << landmarks;
+    EXPECT_LT(result.report.gated, 10) << landmarks;
+    EXPECT_NEAR(result.report.cost_per_dof, clean.report.cost_per_dof, 0.05);
+    EXPECT_EQ(result.report.landmarks, clean.report.landmarks);
+    EXPECT_EQ(result.report.observations + result.report.gated, clean.report.observations);
+    EXPECT_LT(
+        (result.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p).norm(),
+        0.003);
+  }
+}
+
+// Pixels that agree with nothing: an error, and no crash.
+TEST(BatchGate, WhereNothingAgreesThereIsNoAnswer) {
+  SmallScene scene = small_scene({.frames = 8});
+  test::Random random(5);
+  for (FeatureFrame& frame : scene.input.frames) {
+    for (PixelObservation& o : frame.pixels) {
+      o.pixel = {random.uniform(0, 640), random.uniform(0, 480)};
+    }
+  }
+  BatchSettings settings;
+  settings.gate = 0.01;
+  EXPECT_NE(refusal(scene.input, settings).find("batch.gate"), std::string::npos);
 }
 
 TEST(BatchKeyframes, EveryNthFrame) {
