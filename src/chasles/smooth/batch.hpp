@@ -50,7 +50,7 @@ struct BatchReport {
   int outliers = 0;        ///< of the used ones, beyond loss_width or behind the camera, at the end
   int dropped_frames = 0;  ///< not later than the one before, or without samples near
   int landmarks = 0;
-  int landmarks_left_out = 0;  ///< seen once, or cartesian without parallax
+  int landmarks_left_out = 0;  ///< seen once, without parallax, or left with one view by the gate
   ImuBuffer::Counts imu;
   std::string solver;                       ///< of the linear system
   int iterations = 0;                       ///< steps that were tried

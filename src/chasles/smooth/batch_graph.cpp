@@ -198,8 +198,11 @@ bool begin(const BatchInput& input, const BatchSettings& settings, const BatchGr
            BatchPoint& point) {
   const std::vector<View> views = views_of(input, graph, point);
   const auto found = triangulate(views);
+  const bool wide = found && found->parallax >= settings.min_parallax;
+  // From good poses rays that do not meet are of a wrong track, and a depth that hardly anything
+  // tells keeps the search from its end. Of poor poses neither says anything.
+  if (!wide && (!graph.anchored || !input.initial.empty())) return false;
   if (!graph.anchored) {
-    if (!found || found->parallax < settings.min_parallax) return false;
     point.parameters = found->p_world;
     return true;
   }
@@ -211,8 +214,6 @@ bool begin(const BatchInput& input, const BatchSettings& settings, const BatchGr
     point.parameters = Eigen::Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
     return true;
   }
-  // Where the initial poses are good, rays that do not meet are of a wrong track.
-  if (!input.initial.empty()) return false;
   const auto ray = unproject(camera, first.pixel);
   if (!ray) return false;
   point.parameters << ray->ray.head<2>(), kGuessedInverseDepth;

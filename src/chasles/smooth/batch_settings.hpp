@@ -11,7 +11,7 @@ struct BatchSettings {
   int frames_per_keyframe = 1;
   bool loops = true;
   double inverse_depth_sigma = 10;
-  double min_parallax = 0.02;
+  double min_parallax = 0.01;
   std::string loss = "huber";
   double loss_width = 2.5;
   double gate = 5;
@@ -33,7 +33,8 @@ void for_each_batch_setting(SettingsType& s, Visitor&& visit) {
   visit("inverse_depth_sigma", s.inverse_depth_sigma, "1/m",
         "what is known of an inverse depth beforehand: 0 with this deviation");
   visit("min_parallax", s.min_parallax, "rad",
-        "a cartesian landmark needs rays that differ by this angle");
+        "a landmark needs rays that differ by this angle; an anchored one only where the search "
+        "begins at the filter's run");
   visit("loss", s.loss, "none|huber|cauchy", "how much a pixel far from its prediction counts");
   visit("loss_width", s.loss_width, "1", "where that begins, in deviations of a pixel");
   visit("gate", s.gate, "1",
