@@ -77,13 +77,15 @@ BatchResult smooth(const BatchInput& input, const std::string& chart,
          .tolerance = gated ? std::max(kRough, settings.tolerance) : settings.tolerance},
         report);
   problem->write_to(graph);
-  if (gated) {
+  const int steps_left = settings.max_iterations - report.iterations;
+  if (gated && steps_left < 1) report.converged = false;
+  if (gated && steps_left > 0) {
     if (cull(input, problem->deviations(), settings.gate, graph, report) > 0) {
       check_left(graph, report);
       problem = std::make_unique<BatchProblem>(input, chart, settings, graph);
     }
-    const int steps = std::max(settings.max_iterations - report.iterations, 1);
-    solve(*problem, graph, settings, {.steps = steps, .tolerance = settings.tolerance}, report);
+    solve(*problem, graph, settings, {.steps = steps_left, .tolerance = settings.tolerance},
+          report);
     problem->write_to(graph);
   }
   judge(*problem, graph, settings, report);
