@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <tuple>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -12,8 +11,6 @@
 namespace chasles::smooth_detail {
 namespace {
 
-// Samples that are missing for longer leave open what happened (as for the filter's session).
-constexpr Time kLongestGap = std::chrono::milliseconds(500);
 // What is known exactly [rad, m, m/s, m/s^2] and [rad/s].
 constexpr double kFloor = 1e-6, kRateFloor = 1e-8;
 // Where the search for an inverse depth begins that its rays do not tell [1/m].
@@ -51,87 +48,6 @@ void check_gaps(const BatchInput& input, Time from, Time to) {
   }
   check(to);
 }
-
-using ByLandmark = std::map<LandmarkId, std::vector<PointView>>;
-
-// The frames that become keyframes, and what they see.
-class Collector {
- public:
-  Collector(const BatchInput& input, const BatchSettings& settings, Time last_sample,
-            BatchReport& report)
-      : input_(input), settings_(settings), last_sample_(last_sample), report_(report) {
-    keyframes_.push_back({.time = input.start.time});
-  }
-
-  void add(const FeatureFrame& frame) {
-    const Time time = frame.time + input_.time_offset;
-    if (time < input_.start.time) return;
-    const bool later = !last_ || time > *last_;
-    if (!later || time - last_sample_ > kLongestGap) {
-      ++report_.dropped_frames;
-      return;
-    }
-    last_ = time;
-    if (frames_++ % settings_.frames_per_keyframe != 0) return;
-    if (time > keyframes_.back().time) keyframes_.push_back({.time = time});
-    keep(frame);
-  }
-
-  std::vector<BatchKeyframe> keyframes_;
-  std::vector<BatchPoint> points_;
-
-  void end() {
-    for (auto& [id, views] : tracks_) finish(id, views);
-    tracks_.clear();
-    // By their first views: neighbours in time are neighbours in memory.
-    std::ranges::stable_sort(points_, {}, [](const BatchPoint& p) {
-      return std::tuple(p.views.front().keyframe, p.id);
-    });
-  }
-
- private:
-  void keep(const FeatureFrame& frame) {
-    const int now = static_cast<int>(keyframes_.size()) - 1;
-    std::map<std::pair<LandmarkId, int>, int> times;
-    for (const PixelObservation& o : frame.pixels) ++times[{o.landmark, o.camera}];
-    std::vector<PixelObservation> good;
-    for (const PixelObservation& o : frame.pixels) {
-      const bool known = o.camera >= 0 && o.camera < static_cast<int>(input_.cameras.size());
-      if (known && o.pixel.allFinite() && times[{o.landmark, o.camera}] == 1 &&
-          unproject(input_.cameras[static_cast<std::size_t>(o.camera)], o.pixel)) {
-        good.push_back(o);
-      } else {
-        ++report_.unusable;
-      }
-    }
-    std::ranges::sort(good, {},
-                      [](const PixelObservation& o) { return std::tuple(o.landmark, o.camera); });
-    for (const PixelObservation& o : good) {
-      std::vector<PointView>& views = tracks_[o.landmark];
-      if (!settings_.loops && !views.empty() && views.back().keyframe < now - 1) {
-        finish(o.landmark, views);
-        views.clear();
-      }
-      views.push_back({.keyframe = now, .camera = o.camera, .pixel = o.pixel});
-    }
-  }
-
-  void finish(LandmarkId id, std::vector<PointView>& views) {
-    if (views.size() < 2) {
-      ++report_.landmarks_left_out;
-    } else {
-      points_.push_back({.id = id, .views = views});
-    }
-  }
-
-  const BatchInput& input_;
-  const BatchSettings& settings_;
-  Time last_sample_;
-  BatchReport& report_;
-  std::optional<Time> last_;
-  int frames_ = 0;
-  ByLandmark tracks_;
-};
 
 InertialState start_state(const InertialStart& start) {
   return {.world_T_imu = start.nav_T_imu,
@@ -238,10 +154,8 @@ BatchGraph batch_graph(const BatchInput& input, const BatchSettings& settings,
                        BatchReport& report) {
   check(input, settings);
   ImuBuffer buffer = buffer_of(input);
-  Collector collector(input, settings, *buffer.latest(), report);
-  for (const FeatureFrame& frame : input.frames) collector.add(frame);
-  collector.end();
-  BatchGraph graph{.keyframes = std::move(collector.keyframes_)};
+  Tracked tracked = track(input, settings, *buffer.latest(), report);
+  BatchGraph graph{.keyframes = std::move(tracked.keyframes)};
   if (graph.keyframes.size() < 2) {
     throw InputError("batch estimation needs two frames with samples between them: there are " +
                      std::to_string(input.frames.size()) + " frames, " +
@@ -253,7 +167,7 @@ BatchGraph batch_graph(const BatchInput& input, const BatchSettings& settings,
   graph.anchored = settings.landmarks == "inverse-depth";
   add_start(input, graph);
   add_motion(input, buffer, graph);
-  for (BatchPoint& point : collector.points_) {
+  for (BatchPoint& point : tracked.points) {
     if (!begin(input, settings, graph, point)) {
       ++report.landmarks_left_out;
       continue;

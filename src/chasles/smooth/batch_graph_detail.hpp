@@ -37,6 +37,18 @@ struct BatchGraph {
   bool anchored = true;
 };
 
+/// Samples that are missing for longer leave open what happened (as for the filter's session).
+inline constexpr Time kLongestGap = std::chrono::milliseconds(500);
+
+/// The frames that become keyframes, the start before them, without states, and the landmarks that
+/// they see twice, by their first views, without parameters. Counts what is not usable.
+struct Tracked {
+  std::vector<BatchKeyframe> keyframes;
+  std::vector<BatchPoint> points;
+};
+Tracked track(const BatchInput& input, const BatchSettings& settings, Time last_sample,
+              BatchReport& report);
+
 /// Keyframes with initial states, links, and landmarks with initial parameters. Counts into the
 /// report; throws as smooth().
 BatchGraph batch_graph(const BatchInput& input, const BatchSettings& settings, BatchReport& report);
