@@ -68,7 +68,7 @@ Compared compare_one(const FilterVariant& filter, const CompareMaterial& materia
       result.trial.points.empty() ? 0 : result.trial.points.back().seconds;
   result.figures["health"] = result.trial.diverged ? "lost" : "ok";
   add_evaluation(result.trial, material.truth, result.figures);
-  result.figures["settings"] = material.settings(filter.settings);
+  result.figures["settings"] = material.settings(filter);
   return result;
 }
 

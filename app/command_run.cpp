@@ -34,7 +34,7 @@ struct RunOptions {
   RunInput input;
   SettingSources settings;
   std::filesystem::path trajectory, output, full_covariance;
-  std::string begin = "auto";
+  std::string begin = "auto", estimator = "filter";
   int threads = 2;
   bool realtime = false;
   std::optional<double> realtime_speed;
@@ -89,6 +89,9 @@ void declare_method(CLI::App& parser, RunOptions& o) {
   add("--begin", o.begin, "NAME",
       "auto: an inertial run finds its start, at rest or in motion (default); truth: it begins at "
       "the true state");
+  add("--estimator", o.estimator, "NAME",
+      "filter (default), or batch: the most probable motion given all of a recording with an IMU, "
+      "from the filter's run on (docs/batch.md)");
   add("--threads", o.threads, "N", "1 or 2: images are worked on ahead of the filter; same bytes")
       ->check(CLI::Range(1, 2));
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
@@ -232,6 +235,9 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
   if (o.begin != "auto" && o.begin != "truth") {
     throw UsageError(fmt::format("--begin: found '{}', expected auto or truth", o.begin));
   }
+  if (o.estimator == "batch" && realtime(o)) {
+    throw UsageError("--realtime: --estimator batch takes the whole recording at once");
+  }
   const InertialRunSettings settings = inertial_run_settings_from(o.settings);
   const Interrupt interrupt;
   prepare_outputs(o);
@@ -239,7 +245,8 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
                                {.from_truth = o.begin == "truth",
                                 .ahead = o.threads > 1,
                                 .quiet = o.quiet,
-                                .realtime = realtime(o)},
+                                .realtime = realtime(o),
+                                .batch = o.estimator == "batch"},
                                interrupt);
   add_remarks(result.run, result.interrupted, frame_count(recording), recording.remarks);
   const Json summary = summary_json(result, settings, recording);
@@ -255,8 +262,15 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
 int run(const RunOptions& o) {
   const Stopwatch wall;
   if (o.quiet) spdlog::set_level(spdlog::level::err);
+  if (o.estimator != "filter" && o.estimator != "batch") {
+    throw UsageError(fmt::format("--estimator: found '{}', expected filter or batch", o.estimator));
+  }
   Recording recording = read(o);
   if (recording.velocities.empty()) return run_inertial(o, recording, wall);
+  if (o.estimator != "filter") {
+    throw UsageError(
+        "--estimator batch is for a recording with an IMU: this one has body velocities");
+  }
   if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
   Settings settings = settings_from(o.settings);
   check(o, settings);

@@ -28,7 +28,7 @@ CompareMaterial loops_material(const SceneChoice& choice, const FilterOptions& o
   material.run = [settings, run](const FilterVariant& filter) {
     return run_loops(settings, filter, run);
   };
-  material.settings = [](const InertialSlamSettings& s) { return loops_settings_json(s); };
+  material.settings = [](const FilterVariant& f) { return loops_settings_json(f.settings); };
   return material;
 }
 
@@ -46,7 +46,7 @@ CompareMaterial of_recording(Recording recording, std::vector<FilterVariant> fil
     trial.run = run;
     return trial;
   };
-  material.settings = [](const InertialSlamSettings& s) { return settings_json(s); };
+  material.settings = [](const FilterVariant& f) { return settings_json(f); };
   return material;
 }
 

@@ -26,7 +26,7 @@ struct CompareMaterial {
   std::vector<FilterVariant> filters = {};
   std::function<Trial(const FilterVariant&)> run = {};
   /// The settings of a filter that count.
-  std::function<nlohmann::ordered_json(const InertialSlamSettings&)> settings = {};
+  std::function<nlohmann::ordered_json(const FilterVariant&)> settings = {};
 };
 
 /// A scene of any kind, or a recording with an IMU, cameras and the truth, and the filters asked

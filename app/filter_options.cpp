@@ -91,6 +91,40 @@ void check_name(const std::string& name) {
                   name));
 }
 
+// Every filter once for each estimator.
+std::vector<FilterVariant> with_estimators(const std::vector<FilterVariant>& filters,
+                                           const std::vector<std::string>& estimators) {
+  std::vector<FilterVariant> all;
+  for (const std::string& estimator : or_default(estimators, "filter")) {
+    if (estimator != "filter" && estimator != "batch") {
+      throw UsageError(
+          fmt::format("--estimators: found '{}', expected filter or batch", estimator));
+    }
+    for (FilterVariant filter : filters) {
+      if (estimator == "batch") {
+        filter.name += "+batch";
+        filter.batch.emplace();
+      }
+      all.push_back(std::move(filter));
+    }
+  }
+  return all;
+}
+
+// A setting of the filters, or of batch estimation where there is one.
+void set_for_all(const std::string& assignment, std::vector<FilterVariant>& filters) {
+  check_not_named(assignment);
+  const bool of_batch = assignment.starts_with("batch.");
+  bool used = false;
+  for (FilterVariant& filter : filters) {
+    if (of_batch && !filter.batch) continue;
+    set(of_batch ? setting_list(*filter.batch) : setting_list(filter.settings), assignment);
+    used = true;
+  }
+  if (used) return;
+  throw UsageError(fmt::format("--set: '{}' is for --estimators batch", assignment));
+}
+
 }  // namespace
 
 SettingList setting_list(InertialSlamSettings& settings) {
@@ -104,6 +138,17 @@ SettingList setting_list(InertialSlamSettings& settings) {
       s.low = -0.5;
       s.high = 0.5;
     }
+  }
+  return collector.settings;
+}
+
+SettingList setting_list(BatchSettings& settings) {
+  SettingCollector collector;
+  for_each_batch_setting(settings, collector);
+  for (Setting& s : collector.settings) {
+    s.low = 0;
+    s.above_low = s.name != "min_parallax" && s.name != "gate";
+    s.name = "batch." + s.name;
   }
   return collector.settings;
 }
@@ -141,6 +186,10 @@ void declare_filters(CLI::App& parser, FilterOptions& o) {
       ->delimiter(',');
   add("--init", o.inits, "NAME,...", "How landmarks begin: fixed-depth, multi-view")
       ->delimiter(',');
+  add("--estimators", o.estimators, "NAME,...",
+      "filter (default), batch: each with all of these; batch begins at the filter's run "
+      "(docs/batch.md)")
+      ->delimiter(',');
   add("--config", o.configs, "FILE",
       "A filter of its own, named after the YAML file of its settings; may be repeated")
       ->allow_extra_args(false);
@@ -161,10 +210,8 @@ std::vector<FilterVariant> filters_from(const FilterOptions& o) {
   if (filters.empty()) {
     for (const char* name : {kPaper, kDefault}) append(filters, preset(name));
   }
-  for (const std::string& assignment : o.sets) {
-    check_not_named(assignment);
-    for (FilterVariant& filter : filters) set(setting_list(filter.settings), assignment);
-  }
+  filters = with_estimators(filters, o.estimators);
+  for (const std::string& assignment : o.sets) set_for_all(assignment, filters);
   check_names(filters);
   return filters;
 }
@@ -172,6 +219,14 @@ std::vector<FilterVariant> filters_from(const FilterOptions& o) {
 nlohmann::ordered_json settings_json(const InertialSlamSettings& settings) {
   InertialSlamSettings copy = settings;
   return to_json(setting_list(copy));
+}
+
+nlohmann::ordered_json settings_json(const FilterVariant& filter) {
+  nlohmann::ordered_json all = settings_json(filter.settings);
+  if (!filter.batch) return all;
+  BatchSettings copy = *filter.batch;
+  all.update(to_json(setting_list(copy)));
+  return all;
 }
 
 }  // namespace chasles::app

@@ -19,6 +19,7 @@ namespace chasles::app {
 struct FilterOptions {
   std::vector<std::string> charts, landmarks, inits;  ///< every one with every other
   std::vector<std::string> presets;                   ///< "paper", "default"
+  std::vector<std::string> estimators;                ///< "filter", "batch": each with all of these
   std::vector<std::string> configs;                   ///< YAML files, a filter each
   std::vector<std::string> sets;                      ///< key=value, for all of them
 };
@@ -40,7 +41,12 @@ void check_names(const std::vector<FilterVariant>& filters);
 /// Every setting of a filter, with the range of each.
 SettingList setting_list(InertialSlamSettings& settings);
 
+/// Every setting of batch estimation, behind "batch.".
+SettingList setting_list(BatchSettings& settings);
+
 /// All settings of a filter by name.
 nlohmann::ordered_json settings_json(const InertialSlamSettings& settings);
+/// The same, with those of batch estimation where it is one.
+nlohmann::ordered_json settings_json(const FilterVariant& filter);
 
 }  // namespace chasles::app

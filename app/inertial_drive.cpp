@@ -11,8 +11,9 @@
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/masks.hpp>
 #include <chasles/error.hpp>
-#include <chasles/lab/trial.hpp>
+#include <chasles/lab/batch_trial.hpp>
 
+#include "batch_report.hpp"
 #include "calibration_report.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
@@ -147,13 +148,18 @@ InertialSession session_for(const Recording& recording, const InertialRunSetting
   return {settings.filter, settings.start, std::move(sensors), std::move(start)};
 }
 
-void finish(const InertialSession& session, const Sums& sums, InertialDrive& result) {
-  for (const MapLandmark& l : session.map_nav()) {
-    result.run.landmarks.push_back({.id = l.id,
-                                    .p_world = l.p_world,
-                                    .covariance = l.covariance,
-                                    .observations = l.observations});
+void keep_landmarks(const std::vector<MapLandmark>& landmarks, Run& run) {
+  run.landmarks.clear();
+  for (const MapLandmark& l : landmarks) {
+    run.landmarks.push_back({.id = l.id,
+                             .p_world = l.p_world,
+                             .covariance = l.covariance,
+                             .observations = l.observations});
   }
+}
+
+void finish(const InertialSession& session, const Sums& sums, InertialDrive& result) {
+  keep_landmarks(session.map_nav(), result.run);
   result.imu = session.imu_counts();
   result.resets = session.resets();
   result.dropped_frames = session.dropped_frames();
@@ -197,6 +203,7 @@ class Loop {
     while (auto item = feed_.next()) {
       if (const auto* sample = std::get_if<ImuSample>(&*item)) {
         session_.process(*sample);
+        if (options_.batch) samples_.push_back(*sample);
       } else {
         const auto* tracked = std::get_if<TrackedFrame>(&*item);
         take(tracked ? tracked->frame : std::get<FeatureFrame>(*item), tracked);
@@ -214,6 +221,7 @@ class Loop {
     result_.frontend.unreadable = feed_.unreadable();
     if (result_.realtime) result_.realtime->frames = feed_.counts();
     finish(session_, sums_, result_);
+    if (options_.batch && !result_.interrupted) smooth_all();
     return std::move(result_);
   }
 
@@ -221,6 +229,7 @@ class Loop {
   void take(const FeatureFrame& frame, const TrackedFrame* tracked) {
     if (!first_) first_ = frame.time;
     if (tracked) count(*tracked, result_.frontend);
+    if (options_.batch) seen_.push_back(frame);
     const bool running = session_.running();
     const Stopwatch filter_time;
     const std::vector<InertialEstimate> estimates = session_.process(frame);
@@ -242,6 +251,45 @@ class Loop {
     result_.run.states.push_back(
         run_state(e, recording_.cameras, 1e3 * feed_.seconds_since(e.time).value_or(seconds)));
     result_.calibration = e.calibration;
+    if (options_.batch) estimates_.push_back(e);
+  }
+
+  // The prior is the filter's first estimate, of which no landmark is a part yet.
+  BatchInput batch_problem() const {
+    const InertialEstimate& first = estimates_.front();
+    InertialStart start{.time = first.time,
+                        .nav_T_imu = first.motion.nav_T_imu,
+                        .v_nav = first.motion.v_nav,
+                        .accelerometer_bias = first.motion.biases.head<3>(),
+                        .gyroscope_bias = first.motion.biases.tail<3>(),
+                        .covariance = first.motion.covariance};
+    BatchInput input = batch_input(recording_, settings_.filter, start);
+    input.imu = imu_options(recording_);
+    input.pixel_sigma = result_.pixel_sigma;
+    input.samples = samples_;
+    input.frames = seen_;
+    for (const InertialEstimate& e : estimates_) input.initial.push_back(timed_motion(e));
+    return input;
+  }
+
+  void smooth_all() {
+    const Stopwatch time;
+    const BatchResult batch = smooth(batch_problem(), settings_.filter.chart, settings_.batch);
+    const double milliseconds = 1e3 * time.seconds() / static_cast<double>(batch.motions.size());
+    sums_ = {};
+    result_.run.states.clear();
+    for (const BatchMotion& motion : batch.motions) {
+      InertialEstimate e = estimate_of(motion);
+      e.landmarks = batch.report.landmarks;
+      e.health = believable(batch.report) ? Health::kOk : Health::kDegraded;
+      sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
+      result_.run.states.push_back(run_state(e, recording_.cameras, milliseconds));
+    }
+    keep_landmarks(batch.landmarks, result_.run);
+    result_.nees_state.reset();
+    if (sums_.nees_count > 0) result_.nees_state = sums_.nees_state / sums_.nees_count;
+    result_.innovation_correlation.reset();  // there are no innovations
+    result_.batch = batch.report;
   }
 
   void note_latency(Time time) {
@@ -258,6 +306,10 @@ class Loop {
   Progress progress_;
   Sums sums_;
   std::optional<Time> first_;  // frame
+  // For batch estimation.
+  std::vector<ImuSample> samples_;
+  std::vector<FeatureFrame> seen_;
+  std::vector<InertialEstimate> estimates_;
   std::size_t frames_ = 0;
   Stopwatch frame_time_;
 };
@@ -277,6 +329,10 @@ Json timing_json(const InertialDrive& drive, const Json& timing) {
     all["frontend_ms_per_frame"] = 1e3 * drive.frontend.seconds / drive.frontend.frames;
   }
   all["filter_ms_per_frame"] = frames > 0 ? Json(1e3 * drive.filter_seconds / frames) : Json();
+  if (drive.batch) {
+    all["batch_seconds_solve"] = drive.batch->seconds_solve;
+    all["batch_seconds_covariance"] = drive.batch->seconds_covariance;
+  }
   if (drive.realtime) all["realtime"] = realtime_json(*drive.realtime);
   return all;
 }
@@ -297,6 +353,7 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
         fmt::format("{} IMU samples at the edge of the sensor's range: bridged, with more noise",
                     drive.imu.saturated));
   }
+  if (drive.batch) append_remarks(*drive.batch, remarks);
   if (drive.resets > 0) {
     remarks.push_back(fmt::format("the filter was lost and began anew {} times", drive.resets));
   }
@@ -310,6 +367,7 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
   summary["still_frames"] = drive.still_frames;
   summary["dropped_frames"] = drive.dropped_frames;
   if (recording.images) summary["frontend"] = frontend_json(drive.frontend);
+  if (drive.batch) summary["batch"] = batch_json(*drive.batch);
   summary["settings"] = settings_json(settings);
   if (drive.calibration) {
     summary["calibration"] =

@@ -7,6 +7,7 @@
 #include <chasles/data/recording.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/slam/inertial_session.hpp>
+#include <chasles/smooth/batch.hpp>
 
 #include "inertial_settings_io.hpp"
 #include "realtime.hpp"
@@ -23,6 +24,8 @@ struct InertialDriveOptions {
   /// Recorded seconds in a second: the recording comes at that speed, and frames that come while
   /// too many wait are dropped. None: as fast as it is worked through, and nothing is dropped.
   std::optional<double> realtime;
+  /// The filter's run is where batch estimation begins, and is replaced by what that finds.
+  bool batch = false;
 };
 
 /// What the front end did, summed over the frames.
@@ -49,11 +52,12 @@ struct InertialDrive {
   std::optional<double> innovation_correlation;
   bool interrupted = false;  ///< by a signal: `run` ends early
   std::optional<RealtimeFigures> realtime;
+  std::optional<BatchReport> batch;        ///< of batch estimation; run is what it found
   std::optional<Calibration> calibration;  ///< the last estimate's, where it is estimated
 };
 
 /// Throws Error(kNotInitialised) with what was missing where no start was found, InputError where
-/// cameras or the IMU's noise are missing.
+/// cameras or the IMU's noise are missing; what smooth() (smooth/batch.hpp) throws.
 InertialDrive drive(const Recording& recording, const InertialRunSettings& settings,
                     const InertialDriveOptions& options, const Interrupt& interrupt);
 

@@ -30,16 +30,17 @@ SettingList list_of(FrontendSettings& settings) {
   return collector.settings;  // Frontend itself refuses what cannot be used
 }
 
-SettingList start_and_frontend(InertialRunSettings& settings) {
+SettingList beside_the_filter(InertialRunSettings& settings) {
   SettingList list;
   append(list_of(settings.start), "start.", list);
   append(list_of(settings.frontend), "frontend.", list);
+  append(setting_list(settings.batch), "", list);
   return list;
 }
 
 SettingList list_of(InertialRunSettings& settings) {
   SettingList list = setting_list(settings.filter);
-  append(start_and_frontend(settings), "", list);
+  append(beside_the_filter(settings), "", list);
   return list;
 }
 
@@ -62,7 +63,8 @@ nlohmann::ordered_json settings_json(const InertialRunSettings& settings) {
 
 std::string inertial_run_settings_help() {
   InertialRunSettings defaults;
-  return "Settings of the start and of the front end:\n" + help_text(start_and_frontend(defaults));
+  return "Settings of the start, of the front end and of batch estimation:\n" +
+         help_text(beside_the_filter(defaults));
 }
 
 }  // namespace chasles::app

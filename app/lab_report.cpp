@@ -92,6 +92,7 @@ Json number_json(double value) { return std::isfinite(value) ? Json(value) : Jso
 Json figures_json(const FilterVariant& filter, const FilterSummary& s) {
   return {{"filter", s.filter},
           {"chart", filter.settings.chart},
+          {"estimator", filter.batch ? "batch" : "filter"},
           {"runs", s.runs},
           {"diverged", s.diverged},
           {"position_error_m", number_json(s.mean.position_error)},

@@ -37,6 +37,9 @@ void check(const FilterOptions& o) {
         "--preset: the presets are filters for an IMU and cameras; the scene loops has neither: "
         "expected --charts or --config");
   }
+  if (!o.estimators.empty()) {
+    throw UsageError("--estimators is for an IMU and cameras; the scene loops has neither");
+  }
   if (!o.landmarks.empty() || !o.inits.empty()) {
     throw UsageError(
         "--landmarks and --init are for cameras; in the scene loops a landmark is seen as a point "

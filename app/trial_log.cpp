@@ -187,8 +187,7 @@ Json plan_json(const InertialScene& scene, std::span<const FilterVariant> filter
             {"imu", digest_of(scene.imu)},
             {"filters", Json::array()}};
   for (const FilterVariant& filter : filters) {
-    plan["filters"].push_back(
-        {{"filter", filter.name}, {"settings", settings_json(filter.settings)}});
+    plan["filters"].push_back({{"filter", filter.name}, {"settings", settings_json(filter)}});
   }
   return plan;
 }
@@ -209,6 +208,7 @@ std::vector<FilterVariant> filters_of(const Json& plan) {
     FilterVariant& variant = filters.emplace_back();
     variant.name = filter.at("filter").get<std::string>();
     variant.settings.chart = filter.at("settings").at("chart").get<std::string>();
+    if (filter.at("settings").contains("batch.loss")) variant.batch.emplace();
   }
   return filters;
 }

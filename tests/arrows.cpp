@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// How an outside library's headers begin, and what its CMake target is.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kLibraries = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kLibraries = {{
     {"Eigen/", "Eigen3::Eigen"},
     {"fmt/", "fmt::fmt"},
     {"nlohmann/", "nlohmann_json::nlohmann_json"},
@@ -25,6 +25,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 11> kLibrari
     {"zip.h", "PkgConfig::libzip"},
     {"matio.h", "PkgConfig::matio"},
     {"rosbag/", "rosbag::storage"},
+    {"ceres/", "Ceres::ceres"},
     {"cblas", "PkgConfig::openblas"},
     {"lapack", "PkgConfig::openblas"},
 }};

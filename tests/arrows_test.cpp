@@ -20,11 +20,13 @@ const Arrows kArrows = {
     {"frontend", {"camera"}},
     // The gates are quantiles of chi2.
     {"slam", {"filter", "frontend", "eval"}},
+    // The same start, frames and noise as the filter.
+    {"smooth", {"slam"}},
     {"data", {"lie", "imu", "camera"}},
     // The simulator gives the very type that the readers give.
     {"sim", {"data"}},
-    // Experiments: filters over simulated scenes.
-    {"lab", {"slam", "sim"}},
+    // Experiments: estimators over simulated scenes.
+    {"lab", {"smooth", "sim"}},
     {"eval", {"lie"}},
     {"report", {"data", "eval"}},
 };

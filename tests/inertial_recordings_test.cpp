@@ -12,7 +12,7 @@
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/error_chart.hpp>
-#include <chasles/lab/trial.hpp>
+#include <chasles/lab/batch_trial.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 
 namespace chasles {
@@ -71,6 +71,24 @@ TEST_P(AprilGrid, IsFollowedThroughTheOutage) {
   EXPECT_LT(figure(trial, recording, "ate_m"), cameras == 2 ? 0.02 : 0.04);
   // Of 0.5 px claimed 0.3 px are there; outliers are gated.
   EXPECT_LT(averages(trial).nis_per_dof, 0.6);
+}
+
+// Every fourth frame is enough to be better than the filter with all of them.
+TEST(AprilGridBatch, ErrsLessThanTheFilter) {
+  const fs::path folder = data() / "euroc/imu_april";
+  if (!fs::exists(folder)) GTEST_SKIP() << "skipped: no recordings";
+  dense::prepare();
+  const Recording recording = read_recording(folder);
+  const FilterVariant filter = euroc("right-sen3");
+  const InertialStart start = true_start(recording);
+  BatchSettings settings;
+  settings.frames_per_keyframe = 4;
+  const BatchTrial batch =
+      run_batch_trial(filter, settings, recording, start, filter_motions(filter, recording, start));
+  EXPECT_TRUE(batch.report.converged) << batch.report.end;
+  EXPECT_LT(batch.report.cost_per_dof, 0.6);  // as the filter's NIS
+  EXPECT_LT(figure(batch.trial, recording, "ate_m"),
+            0.9 * figure(run_trial(filter, recording, start), recording, "ate_m"));
 }
 
 INSTANTIATE_TEST_SUITE_P(Charts, AprilGrid,

@@ -4,10 +4,10 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
-#include <chasles/camera/stereo.hpp>
 #include <chasles/camera/triangulation.hpp>
 #include <chasles/filter/calibration.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
+#include <chasles/filter/pixel_sight.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -21,34 +21,6 @@ using Eigen::VectorXd;
 using Matrix23d = Eigen::Matrix<double, 2, 3>;
 
 constexpr int kRowsOfAMeasurement = 6;
-
-// A projection from a pose and its derivatives by the point (p_world and w) and, [p - w p_imu]x and
-// -w I behind it, the pose (math.md §3, "std").
-struct Seen {
-  Vector2d residual;
-  Matrix23d d_point;
-  Vector2d d_w;
-  Eigen::Matrix<double, 2, 6> d_pose;
-};
-
-// Projections do not depend on a point's scale, and so not on whether w is positive.
-std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
-                        const Vector2d& pixel) {
-  constexpr double kLeastW = 0.01;  // where there is no depth to be too near: what lies aside
-  const Matrix3d cam_R_world = camera.cam_T_imu.R * world_T_imu.R.transpose();
-  const Vector3d from_imu = point.p_world - point.w * world_T_imu.p;
-  const Vector3d p_cam = cam_R_world * from_imu + point.w * camera.cam_T_imu.p;
-  if (!(p_cam.z() > kMinDepth * std::max(point.w, kLeastW))) return std::nullopt;
-  const auto projection = project(camera, p_cam / p_cam.z());
-  if (!projection) return std::nullopt;
-  const Matrix23d d_p_cam = projection->d_point / p_cam.z();
-  Seen seen;
-  seen.residual = pixel - projection->pixel;
-  seen.d_point = d_p_cam * cam_R_world;
-  seen.d_w = d_p_cam * camera.cam_T_imu.p - seen.d_point * world_T_imu.p;
-  seen.d_pose << seen.d_point * hat(from_imu), -point.w * seen.d_point;
-  return seen;
-}
 
 // The same by the errors of imu_T_camera: p_cam = R_ic^T (p_imu - p_ic).
 Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3& world_T_imu,

@@ -1,3 +1,4 @@
+#include <chasles/filter/pixel_sight.hpp>
 #include <chasles/filter/state.hpp>
 #include <chasles/lie/so3.hpp>
 
@@ -17,6 +18,10 @@ HomogeneousPoint anchored(const SE3& world_T_imu, const Landmark& landmark) {
 }
 
 }  // namespace
+
+HomogeneousPoint homogeneous(const Clone& anchor, const Landmark& landmark) {
+  return anchored(anchor.world_T_imu, landmark);
+}
 
 HomogeneousPoint State::homogeneous(const Landmark& landmark) const {
   if (!landmark.anchor) return {.p_world = landmark.p_world, .w = 1};

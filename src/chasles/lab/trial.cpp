@@ -9,7 +9,7 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
-#include <chasles/lab/trial.hpp>
+#include <chasles/lab/batch_trial.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/sim/random.hpp>
 #include <chasles/sim/spline.hpp>
@@ -144,6 +144,18 @@ void align_to(const Trajectory& truth, Trial& trial) {
   trial.attitude_posyaw = upright.attitude_deg.rmse * std::numbers::pi / 180;
 }
 
+Trial batch_or_diverged(const FilterVariant& filter, const Recording& recording,
+                        const InertialStart& start) {
+  const std::vector<TimedMotion> initial = filter_motions(filter, recording, start);
+  try {
+    return run_batch_trial(filter, *filter.batch, recording, start, initial).trial;
+  } catch (const UsageError&) {
+    throw;
+  } catch (const Error&) {
+    return {.filter = filter.name, .diverged = true};
+  }
+}
+
 }  // namespace
 
 TrialAverages averages(const Trial& trial) {
@@ -226,32 +238,49 @@ InertialStart draw_start(const Recording& recording, const InertialSlamSettings&
   return start;
 }
 
-Trial run_trial(const FilterVariant& filter, const Recording& recording,
-                const InertialStart& start) {
+bool add_to_trial(const std::string& chart, const Recording& recording, Time start,
+                  const InertialEstimate& e, Trial& trial) {
+  TrialPoint point = point_of(e, truth_at(recording.truth, e.time), pose_error_of(chart));
+  point.seconds = to_seconds(e.time - start);
+  point.nees_state = state_nees(chart, recording, e.time, e.motion);
+  trial.points.push_back(point);
+  trial.estimate.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
+  trial.landmarks = e.landmarks;
+  trial.calibration = e.calibration;
+  trial.diverged = e.health == Health::kLost || point.position_error >= kDivergedAt;
+  return !trial.diverged;
+}
+
+void end_trial(const Recording& recording, Trial& trial) { align_to(recording.truth, trial); }
+
+void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
+                const std::function<bool(const InertialEstimate&)>& take) {
   require(recording, !recording.cameras.empty(), "camera");
   require(recording, !recording.imu.empty(), "IMU samples");
   require(recording, !recording.frames.empty(), "frames");
-  require(recording, !recording.truth.empty(), "truth");
-  const PoseError coordinates = pose_error_of(filter.settings.chart);
-  Trial trial{.filter = filter.name};
-  const double started = thread_seconds();
   InertialSlam slam = slam_for(filter, recording, start);
   FramesInTime frames(recording);
   while (const auto seen = frames.next(slam)) {
     if (slam.clock(seen->time) < start.time) continue;
-    const InertialEstimate e = slam.process(*seen);
-    TrialPoint point = point_of(e, truth_at(recording.truth, e.time), coordinates);
-    point.seconds = to_seconds(e.time - start.time);
-    point.nees_state = state_nees(filter.settings.chart, recording, e.time, e.motion);
-    trial.points.push_back(point);
-    trial.estimate.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
-    trial.landmarks = e.landmarks;
-    trial.calibration = e.calibration;
-    trial.diverged = e.health == Health::kLost || point.position_error >= kDivergedAt;
-    if (trial.diverged) break;
+    if (!take(slam.process(*seen))) break;
   }
+}
+
+Trial run_trial(const FilterVariant& filter, const Recording& recording,
+                const InertialStart& start) {
+  require(recording, !recording.truth.empty(), "truth");
+  Trial trial{.filter = filter.name};
+  const double started = thread_seconds();
+  if (filter.batch) {
+    trial = batch_or_diverged(filter, recording, start);
+    trial.seconds_cpu = thread_seconds() - started;
+    return trial;
+  }
+  run_filter(filter, recording, start, [&](const InertialEstimate& e) {
+    return add_to_trial(filter.settings.chart, recording, start.time, e, trial);
+  });
   trial.seconds_cpu = thread_seconds() - started;
-  align_to(recording.truth, trial);
+  end_trial(recording, trial);
   return trial;
 }
 

@@ -2,19 +2,22 @@
 
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <chasles/data/recording.hpp>
 #include <chasles/slam/inertial_slam.hpp>
+#include <chasles/smooth/batch_settings.hpp>
 
 namespace chasles {
 
-/// A filter under test.
+/// An estimator under test: a filter, or batch estimation that begins at that filter's run.
 struct FilterVariant {
   std::string name;
   InertialSlamSettings settings;
+  std::optional<BatchSettings> batch = {};
 };
 
 /// What a filter was wrong by at a frame, and by how much it said it might be. NEES are those of
@@ -92,8 +95,20 @@ std::optional<SE3> truth_at(const Trajectory& truth, Time time);
 InertialStart draw_start(const Recording& recording, const InertialSlamSettings& settings,
                          std::uint64_t seed, std::uint64_t run);
 
-/// Runs the filter over a recording that has truth, cameras and an IMU, from the start on; throws
-/// InputError where one is missing.
+/// Adds an estimate to a trial, in the order of time, and ends a trial that has all of them; false
+/// once it has diverged. Errors are in the coordinates of that chart.
+bool add_to_trial(const std::string& chart, const Recording& recording, Time start,
+                  const InertialEstimate& estimate, Trial& trial);
+void end_trial(const Recording& recording, Trial& trial);
+
+/// Runs the filter over a recording, from the start on, as long as `take` returns true; throws
+/// InputError where cameras, samples or frames are missing.
+void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
+                const std::function<bool(const InertialEstimate&)>& take);
+
+/// Runs the filter over a recording that has truth, cameras and an IMU, from the start on, and
+/// batch estimation from there where it is one; throws InputError where one is missing. A batch
+/// that finds no minimum, or refuses the problem as ill-posed, has diverged.
 Trial run_trial(const FilterVariant& filter, const Recording& recording,
                 const InertialStart& start);
 

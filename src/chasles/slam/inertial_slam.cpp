@@ -38,17 +38,6 @@ State initial_state(const InertialSlamSettings& s, const InertialStart& start,
   return x;
 }
 
-// Position and heading are where the world begins: known. Roll and pitch are errors about nav's
-// horizontal axes, whichever of the two poses has them.
-Matrix15d stated_covariance(const InertialSlamSettings& s) {
-  Eigen::Matrix<double, 15, 1> sigma = Eigen::Matrix<double, 15, 1>::Zero();
-  sigma.head<2>().setConstant(s.initial_tilt_sigma);
-  sigma.segment<3>(6).setConstant(s.initial_velocity_sigma);
-  sigma.segment<3>(9).setConstant(s.initial_accelerometer_bias_sigma);
-  sigma.tail<3>().setConstant(s.initial_gyroscope_bias_sigma);
-  return sigma.cwiseAbs2().asDiagonal();
-}
-
 // From nav's errors to those of the state's core.
 Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const InertialStart& start,
                                    const State& x, const std::optional<Calibration>& calibration) {
@@ -62,7 +51,7 @@ Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const Inertial
     J.block<3, 3>(6, 6) = R.transpose();
     J.block<3, 3>(6, 0) = R.transpose() * hat(start.v_nav);
   }
-  Eigen::MatrixXd P = J * start.covariance.value_or(stated_covariance(s)) * J.transpose();
+  Eigen::MatrixXd P = J * start_covariance(s, start) * J.transpose();
   const int n = x.calibration_size();
   if (calibration) P.bottomRightCorner(n, n) = calibration->covariance;
   return P;

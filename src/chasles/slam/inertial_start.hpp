@@ -4,6 +4,7 @@
 
 #include <chasles/filter/calibration.hpp>
 #include <chasles/imu/strapdown.hpp>
+#include <chasles/slam/inertial_settings.hpp>
 #include <chasles/time.hpp>
 
 namespace chasles {
@@ -23,5 +24,9 @@ struct InertialStart {
   /// the recording's and the settings' own.
   std::optional<Calibration> calibration = {};
 };
+
+/// The start's own covariance, or the initial deviations of the settings: roll and pitch are errors
+/// about nav's horizontal axes.
+Matrix15d start_covariance(const InertialSlamSettings& settings, const InertialStart& start);
 
 }  // namespace chasles

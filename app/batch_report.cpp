@@ -1,0 +1,55 @@
+#include "batch_report.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace chasles::app {
+namespace {
+
+// Twice the cost over its degrees of freedom, above which the sensors are not as stated or the
+// minimum is a wrong one.
+constexpr double kDoesNotFit = 2;
+
+}  // namespace
+
+bool believable(const BatchReport& report) {
+  return report.converged && report.cost_per_dof < kDoesNotFit;
+}
+
+nlohmann::ordered_json batch_json(const BatchReport& r) {
+  return {{"converged", r.converged},
+          {"iterations", r.iterations},
+          {"successful_steps", r.successful},
+          {"initial_cost", r.initial_cost},
+          {"final_cost", r.final_cost},
+          {"cost_per_dof", r.cost_per_dof},
+          {"solver", r.solver},
+          {"keyframes", r.keyframes},
+          {"landmarks", r.landmarks},
+          {"landmarks_left_out", r.landmarks_left_out},
+          {"observations", r.observations},
+          {"observations_unusable", r.unusable},
+          {"observations_gated", r.gated},
+          {"observations_outlying", r.outliers},
+          {"dropped_frames", r.dropped_frames},
+          {"unobservable", r.unobservable}};
+}
+
+void append_remarks(const BatchReport& r, std::vector<std::string>& remarks) {
+  if (!r.converged) {
+    remarks.push_back(fmt::format(
+        "batch estimation had not converged after {} steps (batch.max_iterations)", r.iterations));
+  }
+  if (r.cost_per_dof >= kDoesNotFit) {
+    remarks.push_back(fmt::format(
+        "batch estimation ended where its residuals are {:.1f} times what the sensors' noise makes "
+        "(squared): a wrong minimum, or noise and calibration that are not as stated",
+        r.cost_per_dof));
+  }
+  for (const std::string& name : r.unobservable) {
+    remarks.push_back("neither pixels nor IMU tell " + name +
+                      " at the start: it is what the start says");
+  }
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,26 @@
+#include <algorithm>
+
+#include <chasles/camera/stereo.hpp>
+#include <chasles/filter/pixel_sight.hpp>
+
+namespace chasles {
+
+std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
+                        const Eigen::Vector2d& pixel) {
+  constexpr double kLeastW = 0.01;  // where there is no depth to be too near: what lies aside
+  const Eigen::Matrix3d cam_R_world = camera.cam_T_imu.R * world_T_imu.R.transpose();
+  const Eigen::Vector3d from_imu = point.p_world - point.w * world_T_imu.p;
+  const Eigen::Vector3d p_cam = cam_R_world * from_imu + point.w * camera.cam_T_imu.p;
+  if (!(p_cam.z() > kMinDepth * std::max(point.w, kLeastW))) return std::nullopt;
+  const auto projection = project(camera, p_cam / p_cam.z());
+  if (!projection) return std::nullopt;
+  const Eigen::Matrix<double, 2, 3> d_p_cam = projection->d_point / p_cam.z();
+  Seen seen;
+  seen.residual = pixel - projection->pixel;
+  seen.d_point = d_p_cam * cam_R_world;
+  seen.d_w = d_p_cam * camera.cam_T_imu.p - seen.d_point * world_T_imu.p;
+  seen.d_pose << seen.d_point * hat(from_imu), -point.w * seen.d_point;
+  return seen;
+}
+
+}  // namespace chasles

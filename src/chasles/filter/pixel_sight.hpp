@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+
+#include <Eigen/Core>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/filter/state.hpp>
+
+namespace chasles {
+
+/// A projection from a pose and its derivatives by the point (p_world and w) and by the pose,
+/// [p - w p_imu]x and -w I behind d_point (reference chart, math.md §3, "std").
+struct Seen {
+  Eigen::Vector2d residual;             ///< measured less predicted [px]
+  Eigen::Matrix<double, 2, 3> d_point;  ///< d predicted / d p_world [px/m]
+  Eigen::Vector2d d_w;                  ///< d predicted / d w [px]
+  Eigen::Matrix<double, 2, 6> d_pose;   ///< d predicted / d [rotation; position]
+};
+
+/// Projections do not depend on a point's scale, and so not on whether w is positive. None where
+/// the camera does not see the point (project).
+std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
+                        const Eigen::Vector2d& pixel);
+
+/// Where an anchored landmark is, from its anchor: State::homogeneous without a state.
+HomogeneousPoint homogeneous(const Clone& anchor, const Landmark& landmark);
+
+}  // namespace chasles

@@ -1,0 +1,86 @@
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/filter/testing.hpp>
+#include <chasles/lab/batch_trial.hpp>
+#include <chasles/lab/inertial_session_testing.hpp>
+
+namespace chasles {
+namespace {
+
+InertialScene quick_turntable() {
+  InertialScene scene = test::short_turntable();
+  scene.settings.revolutions = 0.3;
+  return scene;
+}
+
+class BatchTrials : public test::OverCharts {
+ protected:
+  FilterVariant variant() const {
+    FilterVariant filter{.name = "any", .settings = {}};
+    filter.settings.chart = chart().name;
+    return filter;
+  }
+};
+
+// Kleinert & Stilla's turntable, shorter: the batch knows more than the filter, and how much.
+TEST_P(BatchTrials, ErrLessThanTheFilterAndKnowHowMuch) {
+  const InertialScene scene = quick_turntable();
+  double of_filter = 0, of_batch = 0, pose = 0, state = 0;
+  constexpr int kRuns = 4;
+  for (std::uint64_t run = 0; run < kRuns; ++run) {
+    const Recording recording = simulate_inertial(scene, run);
+    const InertialStart start = draw_start(recording, variant().settings, scene.settings.seed, run);
+    of_filter += averages(run_trial(variant(), recording, start)).ate_posyaw;
+    BatchSettings settings;
+    settings.loss = "none";  // there are no outliers: what it says of itself is exact
+    const BatchTrial batch = run_batch_trial(variant(), settings, recording, start,
+                                             filter_motions(variant(), recording, start));
+    EXPECT_TRUE(batch.report.converged) << batch.report.end;
+    EXPECT_TRUE(batch.report.unobservable.empty());
+    EXPECT_NEAR(batch.report.cost_per_dof, 1, 0.05);
+    of_batch += averages(batch.trial).ate_posyaw;
+    const TrialPoint& middle = batch.trial.points[batch.trial.points.size() / 2];
+    pose += middle.nees_pose;
+    state += middle.nees_state;
+  }
+  EXPECT_LT(of_batch, 0.7 * of_filter);
+  EXPECT_TRUE(test::is_chi2(pose, 6 * kRuns));
+  EXPECT_TRUE(test::is_chi2(state, 15 * kRuns));
+}
+
+INSTANTIATE_TEST_SUITE_P(Charts, BatchTrials, ::testing::ValuesIn(test::all_charts()),
+                         test::chart_test_name);
+
+TEST(BatchTrialCharts, EndInTheSameMinimum) {
+  const InertialScene scene = quick_turntable();
+  const Recording recording = simulate_inertial(scene, 3);
+  std::vector<double> costs;
+  Trajectory first;
+  for (const ErrorChart* chart : test::all_charts()) {
+    FilterVariant filter{.name = "any", .settings = {}};
+    filter.settings.chart = chart->name;
+    const InertialStart start = draw_start(recording, filter.settings, scene.settings.seed, 3);
+    BatchSettings settings;
+    settings.tolerance = 1e-12;
+    const BatchTrial batch = run_batch_trial(filter, settings, recording, start,
+                                             filter_motions(filter, recording, start));
+    costs.push_back(batch.report.final_cost);
+    if (first.empty()) first = batch.trial.estimate;
+    EXPECT_NEAR(costs.back() / costs.front(), 1, 1e-9) << chart->name;
+    for (std::size_t k = 0; k < first.size(); ++k) {
+      ASSERT_LT((batch.trial.estimate[k].pose.p - first[k].pose.p).norm(), 1e-4) << chart->name;
+    }
+  }
+}
+
+TEST(BatchTrial, CalibrationIsTheFiltersBusiness) {
+  const Recording recording = simulate_inertial(quick_turntable(), 0);
+  InertialSlamSettings settings;
+  const InertialStart start = draw_start(recording, settings, 1, 0);
+  settings.calibrate_extrinsics = true;
+  EXPECT_THROW(batch_input(recording, settings, start), UsageError);
+}
+
+}  // namespace
+}  // namespace chasles

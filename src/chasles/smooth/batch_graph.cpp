@@ -1,0 +1,222 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+#include <chasles/camera/triangulation.hpp>
+#include <chasles/error.hpp>
+#include <chasles/smooth/batch_graph_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+// What is known exactly [rad, m, m/s, m/s^2] and [rad/s].
+constexpr double kFloor = 1e-6, kRateFloor = 1e-8;
+// Where the search for an inverse depth begins that its rays do not tell [1/m].
+constexpr double kGuessedInverseDepth = 0.1;
+
+ImuBuffer buffer_of(const BatchInput& input) {
+  ImuBuffer buffer(input.imu);
+  for (const ImuSample& sample : input.samples) buffer.add(sample);
+  if (!buffer.latest()) {
+    throw InputError("batch estimation needs IMU samples: none of the recording's is finite");
+  }
+  return buffer;
+}
+
+bool is_finite(const ImuSample& s) {
+  return s.specific_force_imu.allFinite() && s.angular_rate_imu.allFinite();
+}
+
+// Of the samples that the buffer uses.
+void check_gaps(const BatchInput& input, Time from, Time to) {
+  Time last = from;
+  const auto check = [&](Time next) {
+    if (next - last <= kLongestGap) return;
+    throw InputError("the IMU has no sample between " + std::to_string(last.count()) + " ns and " +
+                     std::to_string(next.count()) + " ns: what happened in " +
+                     std::to_string(to_seconds(next - last)) +
+                     " s without samples is not known (expected gaps of at most 0.5 s); estimate "
+                     "what is before or behind by itself (--start, --stop), or use the filter");
+  };
+  for (const ImuSample& sample : input.samples) {
+    if (!is_finite(sample) || sample.time <= last) continue;
+    if (sample.time >= to) break;
+    check(sample.time);
+    last = sample.time;
+  }
+  check(to);
+}
+
+InertialState start_state(const InertialStart& start) {
+  return {.world_T_imu = start.nav_T_imu,
+          .v_world = start.v_nav,
+          .accelerometer_bias = start.accelerometer_bias,
+          .gyroscope_bias = start.gyroscope_bias};
+}
+
+Vector6d biases_of(const InertialState& state) {
+  Vector6d biases;
+  biases << state.accelerometer_bias, state.gyroscope_bias;
+  return biases;
+}
+
+void add_start(const BatchInput& input, BatchGraph& graph) {
+  graph.start = start_state(input.start);
+  Vector15d floor = Vector15d::Constant(kFloor * kFloor);
+  floor.tail<3>().setConstant(kRateFloor * kRateFloor);
+  graph.start_covariance = input.start_covariance;
+  graph.start_covariance.diagonal() += floor;
+  const Vector15d scale = graph.start_covariance.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::LLT<Matrix15d> cholesky(scale.asDiagonal() * graph.start_covariance *
+                                       scale.asDiagonal());
+  if (!scale.allFinite() || cholesky.info() != Eigen::Success) {
+    throw InputError("the start's covariance is not positive semidefinite");
+  }
+  graph.start_whitening = cholesky.matrixL().solve(Matrix15d(scale.asDiagonal()));
+}
+
+// Initial states and links, from one keyframe to the next.
+void add_motion(const BatchInput& input, ImuBuffer& buffer, BatchGraph& graph) {
+  std::vector<BatchKeyframe>& keyframes = graph.keyframes;
+  keyframes.front().state = graph.start;
+  for (std::size_t k = 0; k + 1 < keyframes.size(); ++k) {
+    const std::vector<ImuInterval> intervals =
+        buffer.between(keyframes[k].time, keyframes[k + 1].time);
+    graph.links.push_back(imu_link(intervals, biases_of(keyframes[k].state), input.noise));
+    const auto known =
+        std::ranges::lower_bound(input.initial, keyframes[k + 1].time, {}, &TimedMotion::time);
+    if (known != input.initial.end() && known->time == keyframes[k + 1].time) {
+      keyframes[k + 1].state = known->state;
+      continue;
+    }
+    InertialState state = keyframes[k].state;
+    for (const ImuInterval& interval : intervals) state = integrate(state, interval, graph.gravity);
+    keyframes[k + 1].state = state;
+  }
+}
+
+std::vector<View> views_of(const BatchInput& input, const BatchGraph& graph,
+                           const BatchPoint& point) {
+  std::vector<View> views;
+  for (const PointView& view : point.views) {
+    const auto k = static_cast<std::size_t>(view.keyframe);
+    views.push_back({.world_T_imu = graph.keyframes[k].state.world_T_imu,
+                     .camera = &input.cameras[static_cast<std::size_t>(view.camera)],
+                     .pixel = view.pixel});
+  }
+  return views;
+}
+
+// Initial parameters; false: the landmark cannot be used in its form.
+bool begin(const BatchInput& input, const BatchSettings& settings, const BatchGraph& graph,
+           BatchPoint& point) {
+  const std::vector<View> views = views_of(input, graph, point);
+  const auto found = triangulate(views);
+  const bool wide = found && found->parallax >= settings.min_parallax;
+  // From good poses rays that do not meet are of a wrong track, and a depth that hardly anything
+  // tells keeps the search from its end. Of poor poses neither says anything.
+  if (!wide && (!graph.anchored || !input.initial.empty())) return false;
+  if (!graph.anchored) {
+    point.parameters = found->p_world;
+    return true;
+  }
+  const PointView& first = point.views.front();
+  const Camera& camera = input.cameras[static_cast<std::size_t>(first.camera)];
+  if (found) {
+    const Eigen::Vector3d p_cam =
+        camera.cam_T_imu * (views.front().world_T_imu.inverse() * found->p_world);
+    point.parameters = Eigen::Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
+    return true;
+  }
+  const auto ray = unproject(camera, first.pixel);
+  if (!ray) return false;
+  point.parameters << ray->ray.head<2>(), kGuessedInverseDepth;
+  return true;
+}
+
+void check(const BatchInput& input, const BatchSettings& settings) {
+  if (input.cameras.empty()) throw InputError("batch estimation needs a camera: there is none");
+  if (!(input.pixel_sigma > 0) || !std::isfinite(input.pixel_sigma)) {
+    throw UsageError("pixel_sigma: found " + std::to_string(input.pixel_sigma) +
+                     ", expected a deviation above 0");
+  }
+  if (settings.frames_per_keyframe < 1) {
+    throw UsageError("batch.frames_per_keyframe: found " +
+                     std::to_string(settings.frames_per_keyframe) + ", expected 1 or more");
+  }
+}
+
+}  // namespace
+
+BatchGraph batch_graph(const BatchInput& input, const BatchSettings& settings,
+                       BatchReport& report) {
+  check(input, settings);
+  ImuBuffer buffer = buffer_of(input);
+  Tracked tracked = track(input, settings, *buffer.latest(), report);
+  BatchGraph graph{.keyframes = std::move(tracked.keyframes)};
+  if (graph.keyframes.size() < 2) {
+    throw InputError("batch estimation needs two frames with samples between them: there are " +
+                     std::to_string(input.frames.size()) + " frames, " +
+                     std::to_string(report.dropped_frames) +
+                     " of them late, there twice or without samples near, none later than the "
+                     "start's time");
+  }
+  check_gaps(input, graph.keyframes.front().time, graph.keyframes.back().time);
+  graph.anchored = settings.landmarks == "inverse-depth";
+  add_start(input, graph);
+  add_motion(input, buffer, graph);
+  for (BatchPoint& point : tracked.points) {
+    if (!begin(input, settings, graph, point)) {
+      ++report.landmarks_left_out;
+      continue;
+    }
+    for (const PointView& view : point.views) {
+      ++graph.keyframes[static_cast<std::size_t>(view.keyframe)].observations;
+      ++report.observations;
+    }
+    graph.points.push_back(std::move(point));
+  }
+  if (graph.points.empty()) {
+    throw InputError("batch estimation needs landmarks that are seen twice: of " +
+                     std::to_string(report.landmarks_left_out) +
+                     " landmarks none is, or none with parallax (" +
+                     std::to_string(report.unusable) + " observations were not usable)");
+  }
+  report.keyframes = static_cast<int>(graph.keyframes.size());
+  report.links = static_cast<int>(graph.links.size());
+  report.landmarks = static_cast<int>(graph.points.size());
+  report.imu = buffer.counts();
+  return graph;
+}
+
+Clone anchor_of(const BatchGraph& graph, const BatchPoint& point) {
+  const int k = point.views.front().keyframe;
+  return {.id = k, .world_T_imu = graph.keyframes[static_cast<std::size_t>(k)].state.world_T_imu};
+}
+
+Landmark landmark_of(const Camera& anchor_camera, const BatchPoint& point) {
+  Landmark landmark{.id = point.id};
+  landmark.anchor = point.views.front().keyframe;
+  landmark.camera = point.views.front().camera;
+  landmark.cam_T_imu = anchor_camera.cam_T_imu;
+  landmark.inverse_depth = point.parameters;
+  return landmark;
+}
+
+Vector15d start_residual(const BatchGraph& graph, const InertialState& state,
+                         Matrix15d* derivative) {
+  const InertialState& from = graph.start;
+  Vector15d e;
+  e << so3::log(state.world_T_imu.R * from.world_T_imu.R.transpose()),
+      state.world_T_imu.p - from.world_T_imu.p, state.v_world - from.v_world,
+      biases_of(state) - biases_of(from);
+  if (derivative != nullptr) {
+    *derivative = graph.start_whitening;
+    derivative->leftCols<3>() *= so3::left_jacobian_inverse(e.head<3>());
+  }
+  return graph.start_whitening * e;
+}
+
+}  // namespace chasles::smooth_detail

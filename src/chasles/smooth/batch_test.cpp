@@ -1,0 +1,350 @@
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/filter/testing.hpp>
+#include <chasles/smooth/batch.hpp>
+#include <chasles/smooth/batch_oracle_testing.hpp>
+
+namespace chasles {
+namespace {
+
+using test::agree;
+using test::motion_error;
+using test::small_scene;
+using test::SmallFlight;
+using test::SmallScene;
+
+BatchSettings exact(const std::string& landmarks = "cartesian") {
+  BatchSettings settings;
+  settings.landmarks = landmarks;
+  settings.inverse_depth_sigma = 1e9;
+  settings.min_parallax = 0;
+  settings.loss = "none";
+  settings.tolerance = 1e-15;
+  settings.max_iterations = 200;
+  return settings;
+}
+
+std::string refusal(const BatchInput& input, const BatchSettings& settings = {},
+                    const std::string& chart = "standard") {
+  try {
+    smooth(input, chart, settings);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "nothing was refused";
+}
+
+class Batch : public test::OverCharts {
+ protected:
+  std::string name() const { return std::string(chart().name); }
+};
+
+TEST_P(Batch, IsTheMinimumThatADenseGaussNewtonFinds) {
+  const SmallScene scene = small_scene({.frames = 6, .cameras = 2, .landmarks = 14});
+  test::BatchOracle oracle(scene);
+  oracle.solve(8);
+  const Eigen::MatrixXd P = oracle.covariance();
+  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    const BatchResult result = smooth(scene.input, name(), exact(landmarks));
+    ASSERT_EQ(result.motions.size(), oracle.states().size());
+    EXPECT_NEAR(result.report.final_cost / oracle.cost(), 1, 1e-6);
+    for (std::size_t k = 0; k < result.motions.size(); ++k) {
+      const NavState& m = result.motions[k].motion;
+      EXPECT_LT(motion_error(oracle.states()[k], m).cwiseAbs().maxCoeff(), 1e-6)
+          << "keyframe " << k;
+      const auto at = 15 * static_cast<Eigen::Index>(k);
+      EXPECT_LT(test::covariance_difference(m.covariance, P.block(at, at, 15, 15)), 1e-4);
+    }
+    Eigen::Index at = 15 * std::ssize(result.motions);
+    for (const auto& [id, p] : oracle.points()) {
+      const auto found = std::ranges::find(result.landmarks, id, &MapLandmark::id);
+      ASSERT_NE(found, result.landmarks.end());
+      EXPECT_LT((found->p_world - p).norm(), 1e-5);
+      EXPECT_LT(test::covariance_difference(found->covariance, P.block(at, at, 3, 3)), 1e-4);
+      at += 3;
+    }
+  }
+}
+
+TEST_P(Batch, WithoutNoiseFindsTheTruthFromABadBeginning) {
+  SmallScene scene = small_scene({.frames = 12, .noise = 0});
+  // The prior is right on average; the search begins elsewhere.
+  test::Random random(7);
+  for (const TimedMotion& m : scene.truth) {
+    scene.input.initial.push_back(m);
+    InertialState& s = scene.input.initial.back().state;
+    s.world_T_imu.R = so3::exp(0.05 * random.normal_vector(3)) * s.world_T_imu.R;
+    s.world_T_imu.p += 0.1 * random.normal_vector(3);
+    s.v_world += 0.3 * random.normal_vector(3);
+    s.gyroscope_bias += 0.02 * random.normal_vector(3);
+  }
+  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    const BatchResult result = smooth(scene.input, name(), exact(landmarks));
+    EXPECT_TRUE(result.report.converged) << result.report.end;
+    for (std::size_t k = 0; k < result.motions.size(); ++k) {
+      EXPECT_LT(motion_error(scene.truth[k].state, result.motions[k].motion).norm(), 1e-5);
+    }
+    for (const MapLandmark& l : result.landmarks) {
+      EXPECT_LT((l.p_world - scene.landmarks.at(l.id)).norm(), 1e-4);
+    }
+  }
+}
+
+TEST_P(Batch, KnowsHowWrongItIs) {
+  double poses = 0, states = 0;
+  int runs = 0;
+  for (; runs < 30; ++runs) {
+    const SmallScene scene =
+        small_scene({.frames = 8, .seed = 100 + static_cast<std::uint64_t>(runs)});
+    BatchSettings settings;
+    settings.loss = "none";
+    const BatchResult result = smooth(scene.input, name(), settings);
+    const NavState& m = result.motions.back().motion;
+    const Eigen::VectorXd e = motion_error(scene.truth.back().state, m);
+    poses += e.head<6>().dot(m.covariance.topLeftCorner<6, 6>().ldlt().solve(e.head<6>()));
+    states += e.dot(m.covariance.ldlt().solve(e));
+  }
+  EXPECT_TRUE(test::is_chi2(poses, 6 * runs));
+  EXPECT_TRUE(test::is_chi2(states, 15 * runs));
+}
+
+TEST_P(Batch, TheSameBytesEveryTime) {
+  const SmallScene scene = small_scene({.frames = 40});  // of the sparse solver
+  const BatchResult a = smooth(scene.input, name(), {}), b = smooth(scene.input, name(), {});
+  ASSERT_EQ(a.motions.size(), b.motions.size());
+  for (std::size_t k = 0; k < a.motions.size(); ++k) {
+    EXPECT_EQ(a.motions[k].motion.nav_T_imu.p, b.motions[k].motion.nav_T_imu.p);
+    EXPECT_EQ(a.motions[k].motion.covariance, b.motions[k].motion.covariance);
+  }
+  EXPECT_EQ(a.report.costs, b.report.costs);
+}
+
+INSTANTIATE_TEST_SUITE_P(Charts, Batch, ::testing::ValuesIn(test::all_charts()),
+                         test::chart_test_name);
+
+TEST(BatchSolvers, FindTheSame) {
+  const SmallScene scene = small_scene({.frames = 15});
+  BatchSettings settings = exact();
+  std::vector<BatchResult> results;
+  for (const char* solver : {"dense-schur", "sparse-schur", "sparse-normal"}) {
+    settings.solver = solver;
+    results.push_back(smooth(scene.input, "standard", settings));
+    EXPECT_EQ(results.back().report.solver, solver);
+    for (std::size_t k = 0; k < results.front().motions.size(); ++k) {
+      EXPECT_LT((results.back().motions[k].motion.nav_T_imu.p -
+                 results.front().motions[k].motion.nav_T_imu.p)
+                    .norm(),
+                1e-7);
+    }
+  }
+}
+
+TEST(BatchLoss, WrongPixelsHardlyMatter) {
+  SmallScene scene = small_scene({.frames = 12, .cameras = 2});
+  const BatchResult clean = smooth(scene.input, "standard", {});
+  for (std::size_t k = 1; k < scene.input.frames.size(); k += 3) {
+    scene.input.frames[k].pixels[k].pixel += Eigen::Vector2d(40, -25);
+  }
+  const auto distance = [&](const BatchResult& result) {
+    return (result.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p)
+        .norm();
+  };
+  BatchSettings trusting;
+  trusting.loss = "none";
+  trusting.gate = 0;
+  const double trusted = distance(smooth(scene.input, "standard", trusting));
+  for (const char* loss : {"huber", "cauchy"}) {
+    BatchSettings settings;
+    settings.loss = loss;
+    settings.gate = 0;
+    const BatchResult result = smooth(scene.input, "standard", settings);
+    EXPECT_LT(distance(result), 0.5 * trusted) << loss;
+    EXPECT_GE(result.report.outliers, 4);
+  }
+}
+
+TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
+  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    SmallScene scene = small_scene({.frames = 12, .cameras = 2});
+    BatchSettings settings;
+    settings.landmarks = landmarks;
+    const BatchResult clean = smooth(scene.input, "standard", settings);
+    EXPECT_EQ(clean.report.gated, 0);
+    // The first look of one landmark, its anchor, and some later ones.
+    scene.input.frames[0].pixels[0].pixel += Eigen::Vector2d(60, 20);
+    for (const std::size_t k : {3u, 5u, 8u}) {
+      scene.input.frames[k].pixels[k].pixel += Eigen::Vector2d(40, -25);
+    }
+    const BatchResult result = smooth(scene.input, "standard", settings);
+    EXPECT_GE(result.report.gated, 4) << landmarks;
+    EXPECT_LT(result.report.gated, 10) << landmarks;
+    EXPECT_NEAR(result.report.cost_per_dof, clean.report.cost_per_dof, 0.05);
+    EXPECT_EQ(result.report.landmarks, clean.report.landmarks);
+    EXPECT_EQ(result.report.observations + result.report.gated, clean.report.observations);
+    EXPECT_LT(
+        (result.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p).norm(),
+        0.003);
+  }
+}
+
+// Pixels that agree with nothing: an error, and no crash.
+TEST(BatchGate, WhereNothingAgreesThereIsNoAnswer) {
+  SmallScene scene = small_scene({.frames = 8});
+  test::Random random(5);
+  for (FeatureFrame& frame : scene.input.frames) {
+    for (PixelObservation& o : frame.pixels) {
+      o.pixel = {random.uniform(0, 640), random.uniform(0, 480)};
+    }
+  }
+  BatchSettings settings;
+  settings.gate = 0.01;
+  EXPECT_NE(refusal(scene.input, settings).find("batch.gate"), std::string::npos);
+}
+
+TEST(BatchKeyframes, EveryNthFrame) {
+  const SmallScene scene = small_scene({.frames = 13});
+  BatchSettings settings;
+  settings.frames_per_keyframe = 4;
+  const BatchResult result = smooth(scene.input, "right-sen3", settings);
+  ASSERT_EQ(result.motions.size(), 4u);
+  EXPECT_EQ(result.motions[2].time, scene.input.frames[8].time);
+  EXPECT_LT(motion_error(scene.truth[12].state, result.motions[3].motion).segment<3>(3).norm(),
+            0.1);
+}
+
+TEST(BatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
+  SmallScene scene = small_scene({.frames = 12});
+  for (std::size_t k = 4; k < 8; ++k) {
+    std::erase_if(scene.input.frames[k].pixels,
+                  [](const PixelObservation& o) { return o.landmark < 110; });
+  }
+  BatchSettings settings;
+  const int all = smooth(scene.input, "standard", settings).report.landmarks;
+  settings.loops = false;
+  EXPECT_GT(smooth(scene.input, "standard", settings).report.landmarks, all);
+}
+
+TEST(BatchBadInput, IsRecoveredAndCounted) {
+  SmallScene scene = small_scene({.frames = 12});
+  auto& frames = scene.input.frames;
+  frames[3].pixels[0].pixel.x() = std::nan("");
+  frames[4].pixels[0].camera = 7;
+  frames[4].pixels[1].camera = -1;
+  frames[5].pixels.push_back(frames[5].pixels[2]);  // twice: neither is believed
+  frames.insert(frames.begin() + 8, frames[2]);     // out of time
+  frames.push_back({.time = frames.back().time + std::chrono::seconds(5)});
+  scene.input.samples[5].angular_rate_imu.y() = std::nan("");
+  scene.input.samples.insert(scene.input.samples.begin() + 20, scene.input.samples[3]);
+  const BatchResult result = smooth(scene.input, "standard", {});
+  EXPECT_EQ(result.report.unusable, 5);
+  EXPECT_EQ(result.report.dropped_frames, 2);
+  EXPECT_EQ(result.report.imu.not_finite, 1);
+  EXPECT_EQ(result.report.imu.not_later, 1);
+  EXPECT_LT(
+      motion_error(scene.truth.back().state, result.motions.back().motion).segment<3>(3).norm(),
+      0.1);
+}
+
+TEST(BatchBadInput, NothingToEstimateFromIsRefused) {
+  const SmallScene scene = small_scene();
+  BatchInput input = scene.input;
+  input.frames.clear();
+  EXPECT_NE(refusal(input).find("two frames"), std::string::npos);
+  input = scene.input;
+  for (FeatureFrame& frame : input.frames) frame.pixels.clear();
+  EXPECT_NE(refusal(input).find("landmarks that are seen twice"), std::string::npos);
+  input = scene.input;
+  input.samples.clear();
+  EXPECT_NE(refusal(input).find("IMU samples"), std::string::npos);
+  input = scene.input;
+  input.cameras.clear();
+  EXPECT_NE(refusal(input).find("camera"), std::string::npos);
+  input = scene.input;
+  input.noise = {};
+  EXPECT_NE(refusal(input).find("noise"), std::string::npos);
+  input = scene.input;
+  input.pixel_sigma = 0;
+  EXPECT_NE(refusal(input).find("pixel_sigma"), std::string::npos);
+  input = scene.input;
+  input.start_covariance(7, 7) = -1;
+  EXPECT_NE(refusal(input).find("covariance"), std::string::npos);
+}
+
+// Neither parallax nor a landmark that could be begun.
+TEST(BatchIllPosed, ACartesianLandmarkNeedsParallax) {
+  const SmallScene scene = small_scene({.frames = 20, .noise = 0, .speed = 0, .turning = 0});
+  BatchSettings settings;
+  settings.landmarks = "cartesian";
+  EXPECT_NE(refusal(scene.input, settings).find("parallax"), std::string::npos);
+}
+
+TEST(BatchBadInput, AGapOfTheImuIsNamed) {
+  SmallScene scene = small_scene({.frames = 15});
+  const Time from = scene.input.samples[30].time;
+  std::erase_if(scene.input.samples, [&](const ImuSample& s) {
+    return s.time > from && s.time < from + std::chrono::milliseconds(700);
+  });
+  EXPECT_NE(refusal(scene.input).find("no sample between"), std::string::npos);
+}
+
+TEST(BatchBadInput, UnknownNamesAreRefused) {
+  const SmallScene scene = small_scene();
+  EXPECT_NE(refusal(scene.input, {}, "polar").find("polar"), std::string::npos);
+  const auto refused = [&](std::string BatchSettings::*setting) {
+    BatchSettings settings;
+    settings.*setting = "other";
+    return refusal(scene.input, settings).find("other") != std::string::npos;
+  };
+  EXPECT_TRUE(refused(&BatchSettings::landmarks));
+  EXPECT_TRUE(refused(&BatchSettings::loss));
+  EXPECT_TRUE(refused(&BatchSettings::solver));
+  BatchSettings settings;
+  settings.frames_per_keyframe = 0;
+  EXPECT_NE(refusal(scene.input, settings).find("frames_per_keyframe"), std::string::npos);
+}
+
+// One camera straight on at a constant speed: nobody tells how fast.
+TEST(BatchIllPosed, NoExcitationIsNamedNotAnswered) {
+  SmallScene scene = small_scene({.frames = 15, .shaking = 0, .turning = 0});
+  scene.input.start_covariance.diagonal().segment<3>(6).setConstant(4);
+  scene.input.start_covariance.diagonal().segment<3>(9).setConstant(0.16);
+  scene.input.initial = scene.truth;
+  const std::string text = refusal(scene.input);
+  EXPECT_NE(text.find("ill-posed"), std::string::npos) << text;
+  EXPECT_NE(text.find("velocity x with velocity y"), std::string::npos) << text;
+  // What the start knows by itself is an answer.
+  scene.input.start_covariance = small_scene().input.start_covariance;
+  EXPECT_EQ(smooth(scene.input, "standard", {}).motions.size(), 15u);
+}
+
+// One camera on the spot: points may be anywhere, and so nothing tells what the velocity was.
+TEST(BatchIllPosed, NoParallaxIsNamedNotAnswered) {
+  SmallScene scene = small_scene({.frames = 100, .speed = 0, .turning = 0});
+  scene.input.start_covariance.diagonal().segment<3>(9).setConstant(0.04);
+  const std::string text = refusal(scene.input);
+  EXPECT_NE(text.find("ill-posed"), std::string::npos) << text;
+  EXPECT_NE(text.find("velocity"), std::string::npos) << text;
+}
+
+TEST(BatchFit, AMinimumThatDoesNotFitShows) {
+  SmallScene scene = small_scene({.frames = 15, .cameras = 2});
+  EXPECT_NEAR(smooth(scene.input, "standard", {}).report.cost_per_dof, 1, 0.2);
+  scene.input.cameras[1].cam_T_imu.p.z() += 0.2;  // not where it is said to be
+  EXPECT_GT(smooth(scene.input, "standard", {}).report.cost_per_dof, 3);
+}
+
+TEST(BatchIllPosed, IsOnlyReportedWhereTheEstimatesDoNotSuffer) {
+  // Two cameras tell that it stands still, but not gravity from the accelerometer's bias.
+  const SmallScene scene = small_scene({.frames = 30, .cameras = 2, .speed = 0, .turning = 0});
+  const BatchResult result = smooth(scene.input, "standard", {});
+  ASSERT_FALSE(result.report.unobservable.empty());
+  for (const std::string& name : result.report.unobservable) {
+    EXPECT_EQ(name.find("velocity"), std::string::npos) << name;
+  }
+  EXPECT_TRUE(smooth(small_scene({.frames = 30, .cameras = 2}).input, "standard", {})
+                  .report.unobservable.empty());
+}
+
+}  // namespace
+}  // namespace chasles

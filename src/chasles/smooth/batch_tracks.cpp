@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include <chasles/smooth/batch_graph_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+using ByLandmark = std::map<LandmarkId, std::vector<PointView>>;
+
+// The frames that become keyframes, and what they see.
+class Collector {
+ public:
+  Collector(const BatchInput& input, const BatchSettings& settings, Time last_sample,
+            BatchReport& report)
+      : input_(input), settings_(settings), last_sample_(last_sample), report_(report) {
+    keyframes_.push_back({.time = input.start.time});
+  }
+
+  void add(const FeatureFrame& frame) {
+    const Time time = frame.time + input_.time_offset;
+    if (time < input_.start.time) return;
+    const bool later = !last_ || time > *last_;
+    if (!later || time - last_sample_ > kLongestGap) {
+      ++report_.dropped_frames;
+      return;
+    }
+    last_ = time;
+    if (frames_++ % settings_.frames_per_keyframe != 0) return;
+    if (time > keyframes_.back().time) keyframes_.push_back({.time = time});
+    keep(frame);
+  }
+
+  std::vector<BatchKeyframe> keyframes_;
+  std::vector<BatchPoint> points_;
+
+  void end() {
+    for (auto& [id, views] : tracks_) finish(id, views);
+    tracks_.clear();
+    // By their first views: neighbours in time are neighbours in memory.
+    std::ranges::stable_sort(points_, {}, [](const BatchPoint& p) {
+      return std::tuple(p.views.front().keyframe, p.id);
+    });
+  }
+
+ private:
+  void keep(const FeatureFrame& frame) {
+    const int now = static_cast<int>(keyframes_.size()) - 1;
+    std::map<std::pair<LandmarkId, int>, int> times;
+    for (const PixelObservation& o : frame.pixels) ++times[{o.landmark, o.camera}];
+    std::vector<PixelObservation> good;
+    for (const PixelObservation& o : frame.pixels) {
+      const bool known = o.camera >= 0 && o.camera < static_cast<int>(input_.cameras.size());
+      if (known && o.pixel.allFinite() && times[{o.landmark, o.camera}] == 1 &&
+          unproject(input_.cameras[static_cast<std::size_t>(o.camera)], o.pixel)) {
+        good.push_back(o);
+      } else {
+        ++report_.unusable;
+      }
+    }
+    std::ranges::sort(good, {},
+                      [](const PixelObservation& o) { return std::tuple(o.landmark, o.camera); });
+    for (const PixelObservation& o : good) {
+      std::vector<PointView>& views = tracks_[o.landmark];
+      if (!settings_.loops && !views.empty() && views.back().keyframe < now - 1) {
+        finish(o.landmark, views);
+        views.clear();
+      }
+      views.push_back({.keyframe = now, .camera = o.camera, .pixel = o.pixel});
+    }
+  }
+
+  void finish(LandmarkId id, std::vector<PointView>& views) {
+    if (views.size() < 2) {
+      ++report_.landmarks_left_out;
+    } else {
+      points_.push_back({.id = id, .views = views});
+    }
+  }
+
+  const BatchInput& input_;
+  const BatchSettings& settings_;
+  Time last_sample_;
+  BatchReport& report_;
+  std::optional<Time> last_;
+  int frames_ = 0;
+  ByLandmark tracks_;
+};
+
+}  // namespace
+
+Tracked track(const BatchInput& input, const BatchSettings& settings, Time last_sample,
+              BatchReport& report) {
+  Collector collector(input, settings, last_sample, report);
+  for (const FeatureFrame& frame : input.frames) collector.add(frame);
+  collector.end();
+  return {.keyframes = std::move(collector.keyframes_), .points = std::move(collector.points_)};
+}
+
+}  // namespace chasles::smooth_detail

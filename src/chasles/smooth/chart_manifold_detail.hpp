@@ -1,0 +1,36 @@
+#pragma once
+
+#include <ceres/manifold.h>
+
+#include <chasles/filter/error_chart.hpp>
+#include <chasles/imu/strapdown.hpp>
+
+/// An error chart of the filter as Ceres sees it: for this folder's sources alone.
+namespace chasles::smooth_detail {
+
+/// A keyframe's pose and velocity as numbers: world_T_imu.R by columns, world_T_imu.p, v_world.
+inline constexpr int kMotionNumbers = 15, kMotionErrors = 9;
+
+void write_motion(const InertialState& state, double* x);
+/// The biases are left as they are.
+void read_motion(const double* x, InertialState& state);
+
+/// Plus and Minus are the chart's retract and local. Cost functions give their derivatives by the
+/// reference chart's nine errors in the first nine columns of a block's Jacobian, and zeros behind;
+/// so PlusJacobian is [T(x)^-1; 0], T the chart's own, and their product the derivative by the
+/// chart's errors: of the rest of Ceres nothing uses the two apart.
+class ChartManifold final : public ceres::Manifold {
+ public:
+  explicit ChartManifold(const ErrorChart& chart) : chart_(&chart) {}
+  int AmbientSize() const override { return kMotionNumbers; }
+  int TangentSize() const override { return kMotionErrors; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  const ErrorChart* chart_;
+};
+
+}  // namespace chasles::smooth_detail

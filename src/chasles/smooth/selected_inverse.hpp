@@ -1,0 +1,37 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/SparseCore>
+
+namespace chasles {
+
+/// Entries of the inverse of a large sparse symmetric positive definite matrix: all those where the
+/// matrix itself has an entry, and more. By the recursion of Takahashi, Fagan & Chin (1973) upwards
+/// through the Cholesky factor, column blocks of equal pattern at once: the whole inverse is never
+/// formed.
+class SelectedInverse {
+ public:
+  /// `lower`: the matrix's lower triangle, diagonal included. Throws Error(kDiverged) where it is
+  /// not positive definite to working precision.
+  explicit SelectedInverse(const Eigen::SparseMatrix<double>& lower);
+
+  /// Inverse entry (row, column); it must be one of those that there are.
+  double operator()(int row, int column) const;
+  Eigen::MatrixXd block(const std::vector<int>& indices) const;  ///< of those rows and columns
+
+ private:
+  // Columns [first, first + width) of the permuted factor, which have the same rows.
+  struct Supernode {
+    int first = 0, width = 0;
+    std::vector<int> rows = {};  // the columns themselves and those below
+    Eigen::MatrixXd Z = {};      // rows x width: the inverse
+  };
+  void gather(const std::vector<int>& rows, int from, Eigen::MatrixXd& Z) const;
+
+  std::vector<int> place_;      // of a row in the permuted order
+  std::vector<int> supernode_;  // of a permuted column
+  std::vector<Supernode> nodes_;
+};
+
+}  // namespace chasles

@@ -1,0 +1,129 @@
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/run.hpp>
+
+#include "cli_test.hpp"
+
+// What `chasles run --estimator batch` delivers.
+namespace chasles::test {
+namespace {
+
+using Json = nlohmann::json;
+
+void simulate_turntable(const Scratch& folder) {
+  const Outcome made = chasles(folder, "simulate turntable -o rec --quiet --set revolutions=0.3");
+  ASSERT_EQ(made.code, 0) << made.err;
+}
+
+TEST(RunBatch, WritesTheFilesOfARunTheSameEveryTime) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  const std::string command = "run rec --begin truth --estimator batch --json --quiet -o ";
+  const Outcome one = chasles(folder, command + "one");
+  ASSERT_EQ(one.code, 0) << one.err;
+  ASSERT_EQ(chasles(folder, command + "two").code, 0);
+  for (const char* file : {"states.csv", "trajectory.tum", "landmarks.csv", "summary.json"}) {
+    EXPECT_EQ(slurp(folder / "one" / file), slurp(folder / "two" / file)) << file;
+  }
+  const chasles::Run run = read_run(folder / "one");
+  const Json summary = Json::parse(slurp(folder / "one/summary.json"));
+  const Json& batch = summary.at("batch");
+  EXPECT_TRUE(batch.at("converged").get<bool>());
+  EXPECT_EQ(batch.at("keyframes"), run.states.size());
+  EXPECT_EQ(batch.at("landmarks"), run.landmarks.size());
+  EXPECT_GT(batch.at("iterations"), 2);
+  EXPECT_LT(batch.at("final_cost").get<double>(), batch.at("initial_cost").get<double>());
+  EXPECT_EQ(summary.at("settings").at("batch.loss"), "huber");
+  EXPECT_EQ(summary.at("health"), "ok");
+  EXPECT_TRUE(summary.at("nees_pose").is_number());
+  EXPECT_TRUE(summary.at("nis_per_dof").is_null());
+
+  const Outcome filter = chasles(folder, "run rec --begin truth --json --quiet");
+  ASSERT_EQ(filter.code, 0) << filter.err;
+  EXPECT_LT(summary.at("ate_posyaw_m").get<double>(),
+            Json::parse(filter.out).at("ate_posyaw_m").get<double>());
+}
+
+TEST(RunBatch, TakesItsSettingsAndRefusesOthers) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  const std::string command = "run rec --begin truth --estimator batch --json --quiet ";
+  const Outcome few = chasles(
+      folder, command + "--set batch.frames_per_keyframe=5 --set batch.landmarks=cartesian");
+  ASSERT_EQ(few.code, 0) << few.err;
+  const Json summary = Json::parse(few.out);
+  EXPECT_LT(summary.at("frames").get<int>(), 50);
+  EXPECT_EQ(summary.at("settings").at("batch.landmarks"), "cartesian");
+
+  const auto refused = [&](const std::string& more, const std::string& words) {
+    const Outcome outcome = chasles(folder, command + more);
+    EXPECT_EQ(outcome.code, 1) << more;
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  };
+  refused("--set batch.loss=square", "huber");
+  refused("--set batch.max_iterations=0", "batch.max_iterations");
+  refused("--set calibrate_extrinsics=true", "calibrate_extrinsics");
+  refused("--realtime", "--realtime");
+  const Outcome unknown = chasles(folder, "run rec --estimator swarm");
+  EXPECT_EQ(unknown.code, 1);
+  EXPECT_NE(unknown.err.find("filter or batch"), std::string::npos);
+}
+
+TEST(RunBatch, ARunThatHasNotConvergedSaysSo) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  const Outcome outcome = chasles(
+      folder,
+      "run rec --begin truth --estimator batch --json --quiet --set batch.max_iterations=2");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json summary = Json::parse(outcome.out);
+  EXPECT_EQ(summary.at("health"), "degraded");
+  EXPECT_NE(summary.at("remarks").dump().find("had not converged after 2 steps"),
+            std::string::npos);
+}
+
+TEST(CompareBatch, StandsBesideItsFilter) {
+  const Scratch folder;
+  const std::string command =
+      "compare turntable --scene-set revolutions=0.3 --charts right-sen3 --json --quiet "
+      "--estimators filter,batch ";
+  const Outcome outcome = chasles(folder, command + "--set batch.loss=none -o study");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json filters = Json::parse(outcome.out).at("filters");
+  ASSERT_EQ(filters.size(), 2u);
+  EXPECT_EQ(filters[0].at("estimator"), "filter");
+  EXPECT_EQ(filters[0].at("settings").count("batch.loss"), 0u);
+  EXPECT_EQ(filters[1].at("estimator"), "batch");
+  EXPECT_EQ(filters[1].at("filter").get<std::string>(),
+            filters[0].at("filter").get<std::string>() + "+batch");
+  EXPECT_EQ(filters[1].at("settings").at("batch.loss"), "none");
+  EXPECT_LT(filters[1].at("ate_posyaw_m"), filters[0].at("ate_posyaw_m"));
+  EXPECT_EQ(chasles(folder, command + "--set batch.loss=square").code, 1);
+  EXPECT_EQ(chasles(folder, "compare turntable --set batch.loss=none").code, 1);
+  EXPECT_EQ(chasles(folder, "compare turntable --estimators swarm").code, 1);
+  EXPECT_EQ(chasles(folder, "compare loops --estimators batch").code, 1);
+}
+
+TEST(MonteCarloBatch, AveragesOverRuns) {
+  const Scratch folder;
+  const Outcome outcome =
+      chasles(folder,
+              "montecarlo turntable --runs 2 --workers 1 --scene-set revolutions=0.3 --charts "
+              "standard --estimators batch --json --quiet -o study");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json filter = Json::parse(outcome.out).at("filters").at(0);
+  EXPECT_EQ(filter.at("runs"), 2);
+  EXPECT_EQ(filter.at("diverged"), 0);
+  EXPECT_EQ(filter.at("estimator"), "batch");
+}
+
+TEST(RunBatch, IsNotForBodyVelocities) {
+  const Scratch folder;
+  simulate(folder);
+  const Outcome outcome = chasles(folder, "run rec --estimator batch");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("body velocities"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace chasles::test
