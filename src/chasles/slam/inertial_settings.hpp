@@ -33,6 +33,7 @@ struct InertialSlamSettings {
   double fixed_depth_sigma = 3;
   double inverse_depth = 0.1;
   double inverse_depth_sigma = 0.5;
+  int guessed_depth_looks = 0;
 
   int clones = 15;
   int frames_per_clone = 4;
@@ -93,6 +94,9 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
   visit("fixed_depth_sigma", s.fixed_depth_sigma, "m", "its uncertainty along the ray");
   visit("inverse_depth", s.inverse_depth, "1/m", "the same for inverse depth");
   visit("inverse_depth_sigma", s.inverse_depth_sigma, "1/m", "its uncertainty");
+  visit("guessed_depth_looks", s.guessed_depth_looks, "count",
+        "the error of a guessed depth times that of the way counts as noise, as often as the "
+        "landmark was seen, up to so many times; 0: not at all");
   visit("clones", s.clones, "count", "past poses that are kept for multi-view beginnings");
   visit("frames_per_clone", s.frames_per_clone, "count", "every n-th frame's pose is kept");
   visit("max_relative_depth_sigma", s.max_relative_depth_sigma, "1",

@@ -99,10 +99,10 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
       ++refused;
       continue;
     }
-    // The product of two errors is nearly the same in image after image: a dozen looks together
-    // may tell no more than a few.
-    z->noise +=
-        std::min(landmark.observations, 12) * bilinear_noise(camera, filter_, *number, o->camera);
+    // The product of two errors is nearly the same in image after image: all looks together may
+    // tell no more than a few.
+    const int looks = std::min(landmark.observations, settings_.guessed_depth_looks);
+    if (looks > 0) z->noise += looks * bilinear_noise(camera, filter_, *number, o->camera);
     z->gate = gate;
     known.push_back(*std::move(z));
     predicted.push_back(o);
