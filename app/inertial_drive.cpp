@@ -6,7 +6,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/masks.hpp>
@@ -20,12 +19,9 @@
 #include "run_input.hpp"
 #include "sensor_feed.hpp"
 #include "stopwatch.hpp"
-#include "summary.hpp"
 
 namespace chasles::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // What the front end's tracks are worth where nobody says it: measured, docs/pixels.md [px].
 constexpr double kFrontendSigma = 0.5;
@@ -117,17 +113,6 @@ struct Sums {
     squares += e.innovation_squares;
   }
 };
-
-Json frontend_json(const FrontendTotals& t) {
-  return {{"frames", t.frames},
-          {"unreadable", t.unreadable},
-          {"tracked", t.tracked},
-          {"added", t.added},
-          {"lost", t.lost},
-          {"outliers", t.outliers},
-          {"stereo_tried", t.stereo_tried},
-          {"stereo_matched", t.stereo_matched}};
-}
 
 ImuBuffer::Options imu_options(const Recording& recording) {
   ImuBuffer::Options options{.convention = recording.imu_convention};
@@ -320,71 +305,6 @@ InertialDrive drive(const Recording& recording, const InertialRunSettings& setti
                     const InertialDriveOptions& options, const Interrupt& interrupt) {
   if (recording.cameras.empty()) throw InputError(recording.name + ": has no camera");
   return Loop(recording, settings, options, interrupt).run();
-}
-
-Json timing_json(const InertialDrive& drive, const Json& timing) {
-  Json all = timing;
-  const auto frames = static_cast<double>(drive.run.states.size());
-  if (drive.frontend.frames > 0) {
-    all["frontend_ms_per_frame"] = 1e3 * drive.frontend.seconds / drive.frontend.frames;
-  }
-  all["filter_ms_per_frame"] = frames > 0 ? Json(1e3 * drive.filter_seconds / frames) : Json();
-  if (drive.batch) {
-    all["batch_seconds_solve"] = drive.batch->seconds_solve;
-    all["batch_seconds_covariance"] = drive.batch->seconds_covariance;
-  }
-  if (drive.realtime) all["realtime"] = realtime_json(*drive.realtime);
-  return all;
-}
-
-Json summary_json(const InertialDrive& drive, const InertialRunSettings& settings,
-                  const Recording& recording) {
-  std::vector<std::string> remarks = recording.remarks;
-  if (drive.frontend.unreadable > 0) {
-    remarks.push_back(fmt::format("{} frames with an image that cannot be read: taken as missing",
-                                  drive.frontend.unreadable));
-  }
-  if (drive.dropped_frames > 0) {
-    remarks.push_back(fmt::format("{} frames late, there twice, or without IMU samples: dropped",
-                                  drive.dropped_frames));
-  }
-  if (drive.imu.saturated > 0) {
-    remarks.push_back(
-        fmt::format("{} IMU samples at the edge of the sensor's range: bridged, with more noise",
-                    drive.imu.saturated));
-  }
-  if (drive.batch) append_remarks(*drive.batch, remarks);
-  if (drive.resets > 0) {
-    remarks.push_back(fmt::format("the filter was lost and began anew {} times", drive.resets));
-  }
-  Json summary =
-      run_json(drive.run, "slam", settings.filter.chart, recording.true_landmarks, remarks);
-  summary["nees_state"] = drive.nees_state ? Json(*drive.nees_state) : Json();
-  summary["innovation_correlation"] =
-      drive.innovation_correlation ? Json(*drive.innovation_correlation) : Json();
-  summary["start_seconds"] = drive.start_seconds ? Json(*drive.start_seconds) : Json();
-  summary["resets"] = drive.resets;
-  summary["still_frames"] = drive.still_frames;
-  summary["dropped_frames"] = drive.dropped_frames;
-  if (recording.images) summary["frontend"] = frontend_json(drive.frontend);
-  if (drive.batch) summary["batch"] = batch_json(*drive.batch);
-  summary["settings"] = settings_json(settings);
-  if (drive.calibration) {
-    summary["calibration"] =
-        calibration_json(*drive.calibration, recording.cameras, settings.filter.time_offset);
-  }
-  const ImuNoise& noise = drive.imu_noise;
-  summary["noise"] = {{"pixel_sigma", drive.pixel_sigma},
-                      {"accelerometer_noise_density", noise.accelerometer_noise_density},
-                      {"accelerometer_random_walk", noise.accelerometer_random_walk},
-                      {"gyroscope_noise_density", noise.gyroscope_noise_density},
-                      {"gyroscope_random_walk", noise.gyroscope_random_walk}};
-  const ImuBuffer::Counts& imu = drive.imu;
-  summary["imu"] = {{"used", imu.used},           {"not_finite", imu.not_finite},
-                    {"not_later", imu.not_later}, {"gaps", imu.gaps},
-                    {"saturated", imu.saturated}, {"extrapolated", imu.extrapolated}};
-  summary["remarks"] = remarks;
-  return summary;
 }
 
 }  // namespace chasles::app

@@ -8,12 +8,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 
 #include <Eigen/Eigenvalues>
 
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/inertial_model.hpp>
+#include <chasles/processor_time.hpp>
 
 #include "covariance_forms.hpp"
 #include "textbook.hpp"
@@ -139,11 +139,7 @@ bool all_right() {
 
 // ---- time and error -----------------------------------------------------------------------------
 
-double cpu_ms() {
-  timespec t{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
+double cpu_ms() { return 1e3 * processor_seconds(); }
 
 using Stages = std::array<double, 3>;  // propagate, exchange, update [ms]
 

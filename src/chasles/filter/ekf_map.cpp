@@ -18,10 +18,6 @@ std::vector<int> rows_of(int core, const std::vector<Landmark>& landmarks) {
   return rows;
 }
 
-bool has_place(const Landmark& landmark) {
-  return !landmark.anchor || landmark.inverse_depth.z() > 0;
-}
-
 }  // namespace
 
 // The rows of all that is in the state, rising; the state's own are numbered anew, without gaps.
@@ -83,7 +79,7 @@ void Ekf::retire(std::span<const int> indices) {
   }
   if (!options_.keep_map) {
     for (const Landmark& landmark : gone) {
-      if (has_place(landmark)) forgotten_.push_back(as_of_now(landmark));
+      if (landmark.has_place()) forgotten_.push_back(as_of_now(landmark));
     }
     covariance_.keep(renumber_rows());
     return;
@@ -98,7 +94,7 @@ void Ekf::retire(std::span<const int> indices) {
 
 int Ekf::map_size() const {
   return history_.removed() + static_cast<int>(forgotten_.size() + retired_.size()) +
-         static_cast<int>(std::ranges::count_if(state_.landmarks, has_place));
+         static_cast<int>(std::ranges::count_if(state_.landmarks, &Landmark::has_place));
 }
 
 std::vector<MapLandmark> Ekf::map() const {
@@ -106,7 +102,7 @@ std::vector<MapLandmark> Ekf::map() const {
   result.insert(result.end(), forgotten_.begin(), forgotten_.end());
   for (const std::vector<Landmark>* landmarks : {&retired_, &state_.landmarks}) {
     for (const Landmark& landmark : *landmarks) {
-      if (has_place(landmark)) result.push_back(as_of_now(landmark));
+      if (landmark.has_place()) result.push_back(as_of_now(landmark));
     }
   }
   return result;

@@ -34,6 +34,9 @@ struct Landmark {
   Eigen::Vector3d first = Eigen::Vector3d::Zero();          ///< where it was when it began [m]
   int camera = 0;  ///< the anchor's, an index into State::imu_T_camera where those are estimated
 
+  /// Whether its depth is one: noise may take an inverse depth through zero.
+  bool has_place() const { return !anchor || inverse_depth.z() > 0; }
+
   /// What its three errors change.
   Eigen::Vector3d& parameters() { return anchor ? inverse_depth : p_world; }
   const Eigen::Vector3d& parameters() const { return anchor ? inverse_depth : p_world; }

@@ -15,6 +15,10 @@ struct InertialState {
   Eigen::Vector3d v_world = Eigen::Vector3d::Zero();             ///< [m/s]
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< [m/s^2]
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
+
+  Vector6d biases() const {  ///< accelerometer's, gyroscope's
+    return (Vector6d() << accelerometer_bias, gyroscope_bias).finished();
+  }
 };
 
 /// Specific force and angular rate that are constant in the IMU's own axes for a while.

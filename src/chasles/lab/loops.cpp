@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <numbers>
 #include <unordered_map>
@@ -12,6 +11,7 @@
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/lab/loops.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/processor_time.hpp>
 #include <chasles/sim/random.hpp>
 
 namespace chasles {
@@ -23,12 +23,6 @@ using Eigen::Vector3d;
 // What a component of nothing is uncertain by [m, rad].
 constexpr double kLeastSigma = 1e-4;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-double thread_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 SE3 true_pose(const LoopsSettings& s, int step) {
   const auto at = [&](double k) -> Vector3d {
@@ -239,7 +233,7 @@ std::vector<TrueLandmark> loops_landmarks(const LoopsSettings& settings) {
 
 Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std::uint64_t run) {
   validate(settings);
-  const double started = thread_seconds();
+  const double started = processor_seconds();
   const PoseError coordinates = pose_error_of(filter.settings.chart);
   Loops loops(settings, filter.settings, run);
   Trial trial{.filter = filter.name, .run = run};
@@ -256,7 +250,7 @@ Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std:
     trial.diverged = loops.lost() || !(point.position_error < kDivergedAt);
   }
   trial.landmarks = loops.filter().map_size();
-  trial.seconds_cpu = thread_seconds() - started;
+  trial.seconds_cpu = processor_seconds() - started;
   return trial;
 }
 

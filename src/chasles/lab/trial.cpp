@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <deque>
 #include <limits>
 #include <numbers>
@@ -11,6 +10,7 @@
 #include <chasles/eval/nees.hpp>
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/processor_time.hpp>
 #include <chasles/sim/random.hpp>
 #include <chasles/sim/spline.hpp>
 
@@ -21,12 +21,6 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr Time kLongestGap = std::chrono::milliseconds(100);  // of the truth that is bridged
 constexpr double kSlopeReach = 0.5;                           // [s] to both sides
 constexpr double kSlopeKnots = 0.1;                           // [s]
-
-double thread_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 void require(const Recording& recording, bool present, const char* what) {
   if (!present) throw InputError("recording '" + recording.name + "' has no " + what);
@@ -270,16 +264,16 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording,
                 const InertialStart& start) {
   require(recording, !recording.truth.empty(), "truth");
   Trial trial{.filter = filter.name};
-  const double started = thread_seconds();
+  const double started = processor_seconds();
   if (filter.batch) {
     trial = batch_or_diverged(filter, recording, start);
-    trial.seconds_cpu = thread_seconds() - started;
+    trial.seconds_cpu = processor_seconds() - started;
     return trial;
   }
   run_filter(filter, recording, start, [&](const InertialEstimate& e) {
     return add_to_trial(filter.settings.chart, recording, start.time, e, trial);
   });
-  trial.seconds_cpu = thread_seconds() - started;
+  trial.seconds_cpu = processor_seconds() - started;
   end_trial(recording, trial);
   return trial;
 }

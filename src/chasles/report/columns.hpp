@@ -14,22 +14,25 @@
 // Columns of the pages' data, made of rows.
 namespace chasles {
 
+/// One value a row.
+template <typename Value, typename Rows, typename Of>
+std::vector<Value> values(const Rows& rows, const Of& of) {
+  std::vector<Value> result;
+  result.reserve(rows.size());
+  for (const auto& row : rows) result.push_back(of(row));
+  return result;
+}
+
 /// A column of one number a row.
 template <typename Rows, typename Number>
 std::string floats(const Rows& rows, const Number& number) {
-  std::vector<double> values;
-  values.reserve(rows.size());
-  for (const auto& row : rows) values.push_back(number(row));
-  return float_column(values);
+  return float_column(values<double>(rows, number));
 }
 
 /// As floats(), of whole numbers.
 template <typename Rows, typename Number>
 std::string ints(const Rows& rows, const Number& number) {
-  std::vector<int> values;
-  values.reserve(rows.size());
-  for (const auto& row : rows) values.push_back(number(row));
-  return int_column(values);
+  return int_column(values<int>(rows, number));
 }
 
 /// x, y, z (with an optional prefix) of the rows' points.

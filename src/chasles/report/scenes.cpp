@@ -68,13 +68,11 @@ std::vector<PlacedState> placed(const Run& run, const AgainstTruth& errors) {
 Json run_json(std::size_t index, const Run& run, const AgainstTruth& errors,
               const Eigen::Vector3d& origin) {
   const std::vector<PlacedState> states = thinned(placed(run, errors), kEnough);
-  std::vector<double> seconds;
-  for (const PlacedState& s : states) seconds.push_back(s.seconds);
   Json json;
   add_points(json, "", states,
              [&](const PlacedState& s) -> Eigen::Vector3d { return s.p_truth_world - origin; });
   add_points(json, "e", states, [](const PlacedState& s) { return s.error; });
-  json["t"] = double_column(seconds);
+  json["t"] = double_column(values<double>(states, [](const PlacedState& s) { return s.seconds; }));
   json["nees"] = floats(states, [](const PlacedState& s) { return s.nees_pose; });
   json["run"] = index;
   json["mean_nees"] = {{"position", errors.nees.position_summary.mean},

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <memory>
 
 #include <chasles/error.hpp>
+#include <chasles/processor_time.hpp>
 #include <chasles/smooth/batch.hpp>
 #include <chasles/smooth/batch_covariance_detail.hpp>
 #include <chasles/smooth/observability.hpp>
@@ -12,12 +12,6 @@ namespace chasles {
 namespace {
 
 using namespace smooth_detail;
-
-double thread_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 // When the search has roughly ended: outliers are told from the others.
 constexpr double kRough = 1e-3;
@@ -68,7 +62,7 @@ BatchResult smooth(const BatchInput& input, const std::string& chart,
   }
   BatchResult result;
   BatchReport& report = result.report;
-  const double begun = thread_seconds();
+  const double begun = processor_seconds();
   BatchGraph graph = batch_graph(input, settings, report);
   auto problem = std::make_unique<BatchProblem>(input, chart, settings, graph);
   const bool gated = settings.gate > 0;
@@ -89,12 +83,12 @@ BatchResult smooth(const BatchInput& input, const std::string& chart,
     problem->write_to(graph);
   }
   judge(*problem, graph, settings, report);
-  const double solved = thread_seconds();
+  const double solved = processor_seconds();
   report.seconds_solve = solved - begun;
   add_estimates(*problem, input, chart, graph, result);
   report.unobservable =
       unobservable_directions(result.motions.front().motion.covariance, graph.start_covariance);
-  report.seconds_covariance = thread_seconds() - solved;
+  report.seconds_covariance = processor_seconds() - solved;
   check_well_posed(result);
   return result;
 }

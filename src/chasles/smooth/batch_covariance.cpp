@@ -75,13 +75,14 @@ void add_estimates(BatchProblem& problem, const BatchInput& input, const std::st
     BatchMotion motion{.time = keyframe.time, .observations = keyframe.observations};
     motion.motion.nav_T_imu = keyframe.state.world_T_imu;
     motion.motion.v_nav = keyframe.state.v_world;
-    motion.motion.biases << keyframe.state.accelerometer_bias, keyframe.state.gyroscope_bias;
+    motion.motion.biases = keyframe.state.biases();
     motion.motion.covariance = motion_covariance(inverse, coordinates, keyframe, k);
     result.motions.push_back(motion);
   }
   for (std::size_t i = 0; i < graph.points.size(); ++i) {
     const BatchPoint& point = graph.points[i];
     if (graph.anchored) {
+      if (!(point.parameters.z() > 0)) continue;  // beyond infinity: a direction, no place
       result.landmarks.push_back(anchored_estimate(inverse, coordinates, input, graph, i));
     } else {
       result.landmarks.push_back({.id = point.id,

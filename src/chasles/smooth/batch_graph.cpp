@@ -56,12 +56,6 @@ InertialState start_state(const InertialStart& start) {
           .gyroscope_bias = start.gyroscope_bias};
 }
 
-Vector6d biases_of(const InertialState& state) {
-  Vector6d biases;
-  biases << state.accelerometer_bias, state.gyroscope_bias;
-  return biases;
-}
-
 void add_start(const BatchInput& input, BatchGraph& graph) {
   graph.start = start_state(input.start);
   Vector15d floor = Vector15d::Constant(kFloor * kFloor);
@@ -84,7 +78,7 @@ void add_motion(const BatchInput& input, ImuBuffer& buffer, BatchGraph& graph) {
   for (std::size_t k = 0; k + 1 < keyframes.size(); ++k) {
     const std::vector<ImuInterval> intervals =
         buffer.between(keyframes[k].time, keyframes[k + 1].time);
-    graph.links.push_back(imu_link(intervals, biases_of(keyframes[k].state), input.noise));
+    graph.links.push_back(imu_link(intervals, keyframes[k].state.biases(), input.noise));
     const auto known =
         std::ranges::lower_bound(input.initial, keyframes[k + 1].time, {}, &TimedMotion::time);
     if (known != input.initial.end() && known->time == keyframes[k + 1].time) {
@@ -211,7 +205,7 @@ Vector15d start_residual(const BatchGraph& graph, const InertialState& state,
   Vector15d e;
   e << so3::log(state.world_T_imu.R * from.world_T_imu.R.transpose()),
       state.world_T_imu.p - from.world_T_imu.p, state.v_world - from.v_world,
-      biases_of(state) - biases_of(from);
+      state.biases() - from.biases();
   if (derivative != nullptr) {
     *derivative = graph.start_whitening;
     derivative->leftCols<3>() *= so3::left_jacobian_inverse(e.head<3>());

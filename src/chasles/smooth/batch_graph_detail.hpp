@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chasles/slam/inertial_session.hpp>
 #include <chasles/smooth/batch.hpp>
 #include <chasles/smooth/imu_link.hpp>
 
@@ -37,8 +38,8 @@ struct BatchGraph {
   bool anchored = true;
 };
 
-/// Samples that are missing for longer leave open what happened (as for the filter's session).
-inline constexpr Time kLongestGap = std::chrono::milliseconds(500);
+/// Samples that are missing for longer leave open what happened (as for the filter).
+inline constexpr Time kLongestGap = InertialSession::kLongestGap;
 
 /// The frames that become keyframes, the start before them, without states, and the landmarks that
 /// they see twice, by their first views, without parameters. Counts what is not usable.

@@ -53,18 +53,6 @@ class BatchOracle {
   Eigen::Index size() const {
     return 15 * std::ssize(states_) + 3 * static_cast<Eigen::Index>(points_.size());
   }
-  static InertialState integrated(InertialState s, const std::vector<ImuInterval>& intervals) {
-    for (const ImuInterval& i : intervals) s = integrate(s, i, {0, 0, -kStandardGravity});
-    return s;
-  }
-  static InertialState moved(InertialState s, const Vector15& e) {
-    s.world_T_imu.R = so3::exp(e.head<3>()) * s.world_T_imu.R;
-    s.world_T_imu.p += e.segment<3>(3);
-    s.v_world += e.segment<3>(6);
-    s.accelerometer_bias += e.segment<3>(9);
-    s.gyroscope_bias += e.tail<3>();
-    return s;
-  }
   static Vector15 difference(const InertialState& a, const InertialState& b) {
     Vector15 d;
     d << so3::log(a.world_T_imu.R * b.world_T_imu.R.transpose()), a.world_T_imu.p - b.world_T_imu.p,

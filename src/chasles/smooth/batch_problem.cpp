@@ -40,7 +40,7 @@ BatchProblem::BatchProblem(const BatchInput& input, const std::string& chart,
   for (std::size_t k = 0; k < keyframes_; ++k) {
     const InertialState& state = graph.keyframes[k].state;
     write_motion(state, motion(k));
-    Eigen::Map<Vector6d>{biases(k)} << state.accelerometer_bias, state.gyroscope_bias;
+    Eigen::Map<Vector6d>{biases(k)} = state.biases();
     problem_->AddParameterBlock(motion(k), kMotionNumbers, new ChartManifold(coordinates));
     problem_->AddParameterBlock(biases(k), 6);
   }

@@ -225,6 +225,48 @@ TEST(BatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
   EXPECT_GT(smooth(scene.input, "standard", settings).report.landmarks, all);
 }
 
+// Stars: with noise about half of their inverse depths come out below zero.
+TEST(BatchTracks, DirectionsBeyondInfinityHaveNoPlace) {
+  SmallScene scene = small_scene({.frames = 12, .landmarks = 30});
+  BatchSettings settings;
+  settings.landmarks = "inverse-depth";
+  settings.min_parallax = 0;
+  const int near = smooth(scene.input, "right-sen3", settings).report.landmarks;
+  test::Random random(3);
+  for (FeatureFrame& frame : scene.input.frames) {
+    const InertialState& state =
+        scene.truth[static_cast<std::size_t>(&frame - scene.input.frames.data())].state;
+    const Camera& camera = scene.input.cameras[0];
+    for (int i = 0; i < 20; ++i) {
+      const Eigen::Vector3d star = scene.truth.front().state.world_T_imu.R *
+                                   Eigen::Vector3d(1, 0.05 * (i % 5 - 2), 0.06 * (i / 5 - 2));
+      const auto seen =
+          project(camera, camera.cam_T_imu.R * (state.world_T_imu.R.transpose() * star));
+      ASSERT_TRUE(seen);
+      frame.pixels.push_back({.landmark = 1000 + i,
+                              .camera = 0,
+                              .pixel = seen->pixel + scene.input.pixel_sigma *
+                                                         Eigen::Vector2d(random.normal_vector(2))});
+    }
+  }
+  const BatchResult result = smooth(scene.input, "right-sen3", settings);
+  const Eigen::Vector3d p_start = scene.truth.front().state.world_T_imu.p;
+  int stars = 0;
+  for (const MapLandmark& l : result.landmarks) {
+    ASSERT_TRUE(l.p_world.allFinite() && l.covariance.allFinite());
+    if (l.id < 1000) continue;
+    ++stars;
+    // Before the camera, and not beside it.
+    EXPECT_GT((scene.truth.front().state.world_T_imu.R.transpose() * (l.p_world - p_start)).x(), 5);
+  }
+  EXPECT_EQ(result.report.landmarks, near + 20);
+  EXPECT_GT(stars, 2);
+  EXPECT_LT(stars, 18);
+  EXPECT_LT(
+      motion_error(scene.truth.back().state, result.motions.back().motion).segment<3>(3).norm(),
+      0.1);
+}
+
 TEST(BatchBadInput, IsRecoveredAndCounted) {
   SmallScene scene = small_scene({.frames = 12});
   auto& frames = scene.input.frames;

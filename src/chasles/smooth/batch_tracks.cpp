@@ -17,7 +17,7 @@ class Collector {
   Collector(const BatchInput& input, const BatchSettings& settings, Time last_sample,
             BatchReport& report)
       : input_(input), settings_(settings), last_sample_(last_sample), report_(report) {
-    keyframes_.push_back({.time = input.start.time});
+    result_.keyframes.push_back({.time = input.start.time});
   }
 
   void add(const FeatureFrame& frame) {
@@ -30,25 +30,22 @@ class Collector {
     }
     last_ = time;
     if (frames_++ % settings_.frames_per_keyframe != 0) return;
-    if (time > keyframes_.back().time) keyframes_.push_back({.time = time});
+    if (time > result_.keyframes.back().time) result_.keyframes.push_back({.time = time});
     keep(frame);
   }
 
-  std::vector<BatchKeyframe> keyframes_;
-  std::vector<BatchPoint> points_;
-
-  void end() {
+  Tracked end() {
     for (auto& [id, views] : tracks_) finish(id, views);
-    tracks_.clear();
     // By their first views: neighbours in time are neighbours in memory.
-    std::ranges::stable_sort(points_, {}, [](const BatchPoint& p) {
+    std::ranges::stable_sort(result_.points, {}, [](const BatchPoint& p) {
       return std::tuple(p.views.front().keyframe, p.id);
     });
+    return std::move(result_);
   }
 
  private:
   void keep(const FeatureFrame& frame) {
-    const int now = static_cast<int>(keyframes_.size()) - 1;
+    const int now = static_cast<int>(result_.keyframes.size()) - 1;
     std::map<std::pair<LandmarkId, int>, int> times;
     for (const PixelObservation& o : frame.pixels) ++times[{o.landmark, o.camera}];
     std::vector<PixelObservation> good;
@@ -77,7 +74,7 @@ class Collector {
     if (views.size() < 2) {
       ++report_.landmarks_left_out;
     } else {
-      points_.push_back({.id = id, .views = views});
+      result_.points.push_back({.id = id, .views = views});
     }
   }
 
@@ -85,6 +82,7 @@ class Collector {
   const BatchSettings& settings_;
   Time last_sample_;
   BatchReport& report_;
+  Tracked result_;
   std::optional<Time> last_;
   int frames_ = 0;
   ByLandmark tracks_;
@@ -96,8 +94,7 @@ Tracked track(const BatchInput& input, const BatchSettings& settings, Time last_
               BatchReport& report) {
   Collector collector(input, settings, last_sample, report);
   for (const FeatureFrame& frame : input.frames) collector.add(frame);
-  collector.end();
-  return {.keyframes = std::move(collector.keyframes_), .points = std::move(collector.points_)};
+  return collector.end();
 }
 
 }  // namespace chasles::smooth_detail

@@ -15,12 +15,6 @@ constexpr double kLeastWalk = 1e-7;
 constexpr std::size_t kManyIntervals = 6;
 constexpr int kPieces = 6;
 
-Vector6d biases_of(const InertialState& state) {
-  Vector6d biases;
-  biases << state.accelerometer_bias, state.gyroscope_bias;
-  return biases;
-}
-
 std::vector<ImuInterval> cut(const std::vector<ImuInterval>& intervals) {
   std::vector<ImuInterval> pieces;
   for (ImuInterval interval : intervals) {
@@ -75,7 +69,7 @@ ImuLink imu_link(std::vector<ImuInterval> intervals, const Vector6d& biases,
 
 Vector15d link_residual(const ImuLink& link, const InertialState& now, const InertialState& next,
                         const Eigen::Vector3d& gravity, LinkDerivatives* derivatives) {
-  const Preintegration p = preintegrate(link.intervals, biases_of(now), ImuNoise{});
+  const Preintegration p = preintegrate(link.intervals, now.biases(), ImuNoise{});
   const Eigen::Matrix3d Rt = now.world_T_imu.R.transpose();
   const double t = p.seconds;
   const Moved m{.phi = so3::log(Rt * next.world_T_imu.R * p.delta.world_T_imu.R.transpose()),
@@ -83,7 +77,7 @@ Vector15d link_residual(const ImuLink& link, const InertialState& now, const Ine
                 .w = next.v_world - now.v_world - t * gravity};
   Vector15d r;
   r << m.phi, Rt * m.u - p.delta.world_T_imu.p, Rt * m.w - p.delta.v_world,
-      biases_of(next) - biases_of(now);
+      next.biases() - now.biases();
   if (derivatives != nullptr) {
     Matrix15d J = Matrix15d::Zero();
     J.block<3, 3>(0, 0) = -so3::left_jacobian_inverse(m.phi) * Rt;

@@ -3,9 +3,13 @@
 #include <chasles/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/imu_link.hpp>
+#include <chasles/smooth/smooth_testing.hpp>
 
 namespace chasles {
 namespace {
+
+using test::integrated;
+using test::moved;
 
 using test::agree;
 using test::Random;
@@ -31,26 +35,6 @@ InertialState random_motion(Random& random) {
           .v_world = random.normal_vector(3),
           .accelerometer_bias = 0.1 * random.normal_vector(3),
           .gyroscope_bias = 0.05 * random.normal_vector(3)};
-}
-
-Vector6d biases_of(const InertialState& s) {
-  Vector6d biases;
-  biases << s.accelerometer_bias, s.gyroscope_bias;
-  return biases;
-}
-
-InertialState moved(InertialState s, const Eigen::VectorXd& e) {
-  s.world_T_imu.R = so3::exp(e.head<3>()) * s.world_T_imu.R;
-  s.world_T_imu.p += e.segment<3>(3);
-  s.v_world += e.segment<3>(6);
-  s.accelerometer_bias += e.segment<3>(9);
-  s.gyroscope_bias += e.tail<3>();
-  return s;
-}
-
-InertialState integrated(InertialState s, const std::vector<ImuInterval>& intervals) {
-  for (const ImuInterval& interval : intervals) s = integrate(s, interval, kGravity);
-  return s;
 }
 
 TEST(ImuLink, TheResidualVanishesWhereTheSamplesLead) {
@@ -107,7 +91,7 @@ TEST(ImuLink, TheCovarianceIsThatOfNoisySamples) {
   Random random(4);
   const auto intervals = random_intervals(random, 10);
   const InertialState now = random_motion(random);
-  const ImuLink link = imu_link(intervals, biases_of(now), kNoise);
+  const ImuLink link = imu_link(intervals, now.biases(), kNoise);
   constexpr int kRuns = 4000;
   Eigen::MatrixXd residuals(15, kRuns);
   for (int run = 0; run < kRuns; ++run) {

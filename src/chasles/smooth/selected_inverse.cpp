@@ -21,6 +21,21 @@ std::vector<int> rows_below(const Sparse& L, int column) {
   return rows;
 }
 
+// Columns [first, first + width) of the unit lower triangular factor at those rows, dense.
+Eigen::MatrixXd columns_of(const Sparse& L, int first, int width, const std::vector<int>& rows) {
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(std::ssize(rows), width);
+  for (int c = 0; c < width; ++c) {
+    auto at = static_cast<std::size_t>(c);
+    for (Sparse::InnerIterator it(L, first + c); it; ++it) {
+      if (it.row() <= first + c) continue;
+      while (rows[at] != it.row()) ++at;
+      dense(static_cast<Eigen::Index>(at), c) = it.value();
+    }
+    dense(c, c) = 1;
+  }
+  return dense;
+}
+
 }  // namespace
 
 SelectedInverse::SelectedInverse(const Sparse& lower) {
@@ -39,7 +54,13 @@ SelectedInverse::SelectedInverse(const Sparse& lower) {
     place_.resize(static_cast<std::size_t>(n));
     for (int i = 0; i < n; ++i) place_[static_cast<std::size_t>(i)] = i;
   }
-  // From the left: a column joins the node before it if it has the rest of its rows.
+  find_nodes(L);
+  invert(L, D);
+}
+
+// From the left: a column joins the node before it if it has the rest of its rows.
+void SelectedInverse::find_nodes(const Sparse& L) {
+  const int n = static_cast<int>(L.cols());
   supernode_.resize(static_cast<std::size_t>(n));
   std::vector<int> expected;
   for (int j = 0; j < n; ++j) {
@@ -56,19 +77,13 @@ SelectedInverse::SelectedInverse(const Sparse& lower) {
     supernode_[static_cast<std::size_t>(j)] = static_cast<int>(nodes_.size()) - 1;
     expected = std::move(rows);
   }
+}
+
+void SelectedInverse::invert(const Sparse& L, const Eigen::VectorXd& D) {
   Eigen::MatrixXd below;
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
     const int w = node->width, m = static_cast<int>(node->rows.size()) - w;
-    Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(w + m, w);
-    for (int c = 0; c < w; ++c) {
-      std::size_t at = static_cast<std::size_t>(c);
-      for (Sparse::InnerIterator it(L, node->first + c); it; ++it) {
-        if (it.row() <= node->first + c) continue;
-        while (node->rows[at] != it.row()) ++at;
-        factor(static_cast<Eigen::Index>(at), c) = it.value();
-      }
-      factor(c, c) = 1;
-    }
+    const Eigen::MatrixXd factor = columns_of(L, node->first, w, node->rows);
     // Z_SJ = -Z_SS M, Z_JJ = (L D L^T)^-1 - M^T Z_SJ, M = L_SJ L_JJ^-1.
     const auto unit = factor.topRows(w).triangularView<Eigen::UnitLower>();
     const Eigen::MatrixXd inverse = unit.solve(Eigen::MatrixXd::Identity(w, w));

@@ -27,6 +27,8 @@ class SelectedInverse {
     std::vector<int> rows = {};  // the columns themselves and those below
     Eigen::MatrixXd Z = {};      // rows x width: the inverse
   };
+  void find_nodes(const Eigen::SparseMatrix<double>& L);
+  void invert(const Eigen::SparseMatrix<double>& L, const Eigen::VectorXd& D);
   void gather(const std::vector<int>& rows, int from, Eigen::MatrixXd& Z) const;
 
   std::vector<int> place_;      // of a row in the permuted order

@@ -12,6 +12,21 @@
 // A small made-up flight past a few points, for tests.
 namespace chasles::test {
 
+/// A state with errors of the reference chart added, [rotation, position, velocity, biases].
+inline InertialState moved(InertialState s, const Eigen::Matrix<double, 15, 1>& e) {
+  s.world_T_imu.R = so3::exp(e.head<3>()) * s.world_T_imu.R;
+  s.world_T_imu.p += e.segment<3>(3);
+  s.v_world += e.segment<3>(6);
+  s.accelerometer_bias += e.segment<3>(9);
+  s.gyroscope_bias += e.tail<3>();
+  return s;
+}
+
+inline InertialState integrated(InertialState s, const std::vector<ImuInterval>& intervals) {
+  for (const ImuInterval& i : intervals) s = integrate(s, i, {0, 0, -kStandardGravity});
+  return s;
+}
+
 struct SmallFlight {
   int frames = 8;
   double seconds_a_frame = 0.1;

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <chasles/camera/triangulation.hpp>
+#include <chasles/filter/inertial_testing.hpp>
+
+// A filter with landmarks of both forms and clones, and its cameras, known or estimated.
+namespace chasles::test {
+
+/// Pixels vary by hundreds over a radian: a smaller step for the numeric derivative.
+inline constexpr double kPixelStep = 1e-4;
+
+inline const std::vector<Camera> kCameras = inertial_cameras();
+
+inline Ekf some_filter(Random& random, bool calibrating) {
+  return inertial_filter(kStandardChart, random, true, calibrating);
+}
+
+/// A camera of the rig, where the state has it.
+inline Camera camera_of(const State& x, int index) {
+  return as_estimated(kCameras[static_cast<std::size_t>(index)], x, index);
+}
+
+inline Eigen::Vector2d pixel_of(const Camera& camera, const SE3& world_T_imu,
+                                const Eigen::Vector3d& p_world) {
+  return project(camera, camera.cam_T_imu * (world_T_imu.inverse() * p_world))->pixel;
+}
+
+inline std::string how_known(const testing::TestParamInfo<bool>& info) {
+  return info.param ? "EstimatedCameras" : "KnownCameras";
+}
+
+}  // namespace chasles::test
