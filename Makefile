@@ -9,7 +9,7 @@ export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 help:     ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## /  make \1\t/p' Makefile | expand -t 18
 
-deps:     ## installs the Debian or Ubuntu packages that are missing
+deps:     ## installs the Debian or Ubuntu packages that are missing, and web/node_modules
 	@scripts/deps build test
 
 dev-deps: ## the same, and what format, lint, coverage, fuzz and table need

@@ -1,30 +1,10 @@
 # The report's pages as one string each in the program: web/page.html (runs) and web/study.html
-# (studies) with the style sheets and the scripts put in. Included by src/chasles/CMakeLists.txt it
-# defines chasles_embed_page(TARGET); run as a script (cmake -P) it writes the source file of PAGE.
-
-# The scripts share one scope, the last one starts the page.
-set(common_scripts data format store theme canvas plot_draw plot)
-set(page_scripts ${common_scripts} run_colours plots map_draw map map_input tables overview_table
-  overview main)
-set(study_scripts ${common_scripts} map_draw map map_input study_colours study_tables study_plots
-  study_boxes study_map study)
-set(page_styles page)
-set(study_styles page study)
-
+# (studies), each built by Vite into one file with its style sheets and scripts put in. Included by
+# src/chasles/CMakeLists.txt it defines chasles_embed_page(TARGET); run as a script (cmake -P) it writes
+# the source file of PAGE. Nothing is downloaded here: `make deps` has put the packages into
+# web/node_modules.
 if(CMAKE_SCRIPT_MODE_FILE)
-  file(READ ${WEB}/${PAGE}.html page)
-  set(css "")
-  foreach(style IN LISTS ${PAGE}_styles)
-    file(READ ${WEB}/${style}.css text)
-    string(APPEND css "${text}")
-  endforeach()
-  set(js "")
-  foreach(script IN LISTS ${PAGE}_scripts)
-    file(READ ${WEB}/js/${script}.js text)
-    string(APPEND js "${text}\n")
-  endforeach()
-  string(REPLACE "@PAGE_CSS@" "${css}" page "${page}")
-  string(REPLACE "@PAGE_JS@" "${js}" page "${page}")
+  file(READ ${HTML} page)
   file(WRITE ${OUT} "#include <chasles/report/page_template.hpp>\n\nnamespace chasles {\n\n"
     "const std::string_view ${PAGE}_template = R\"chasles_page(${page})chasles_page\";\n\n"
     "}  // namespace chasles\n")
@@ -36,14 +16,29 @@ set(page_embed_script ${CMAKE_CURRENT_LIST_FILE})
 # chasles_embed_page(TARGET): adds the pages' sources to the target; written anew when web/ changes.
 function(chasles_embed_page target)
   set(web ${PROJECT_SOURCE_DIR}/web)
+  find_program(CHASLES_NODE NAMES node nodejs DOC "Node.js, which builds the report's pages")
+  if(NOT CHASLES_NODE OR NOT EXISTS ${web}/node_modules/vite)
+    message(FATAL_ERROR "The report's pages need Node.js 18 or later and the packages of "
+      "web/package-lock.json: run `make deps`, or install nodejs and npm and run `npm ci` in ${web}")
+  endif()
+  file(GLOB sources CONFIGURE_DEPENDS ${web}/src/*.ts ${web}/styles/*.css)
+  list(APPEND sources ${web}/tsconfig.json ${web}/vite.config.ts ${web}/package-lock.json)
+  set(checked ${CMAKE_CURRENT_BINARY_DIR}/web/types.stamp)
+  add_custom_command(OUTPUT ${checked}
+    COMMAND ${CHASLES_NODE} ${web}/node_modules/typescript/bin/tsc --noEmit --project ${web}
+    COMMAND ${CMAKE_COMMAND} -E touch ${checked}
+    DEPENDS ${sources} COMMENT "Checking the types of the report's pages" VERBATIM)
   foreach(page page study)
+    set(html ${CMAKE_CURRENT_BINARY_DIR}/web/${page}.html)
     set(out ${CMAKE_CURRENT_BINARY_DIR}/${page}_template.cpp)
-    list(TRANSFORM ${page}_scripts REPLACE "(.+)" "${web}/js/\\1.js" OUTPUT_VARIABLE scripts)
-    list(TRANSFORM ${page}_styles REPLACE "(.+)" "${web}/\\1.css" OUTPUT_VARIABLE styles)
+    add_custom_command(OUTPUT ${html}
+      COMMAND ${CMAKE_COMMAND} -E env PAGE=${page} OUT=${CMAKE_CURRENT_BINARY_DIR}/web
+        ${CHASLES_NODE} ${web}/node_modules/vite/bin/vite.js build --config ${web}/vite.config.ts
+      DEPENDS ${checked} ${web}/${page}.html WORKING_DIRECTORY ${web}
+      COMMENT "Building the report's ${page}" VERBATIM)
     add_custom_command(OUTPUT ${out}
-      COMMAND ${CMAKE_COMMAND} -DWEB=${web} -DPAGE=${page} -DOUT=${out} -P ${page_embed_script}
-      DEPENDS ${page_embed_script} ${web}/${page}.html ${styles} ${scripts}
-      COMMENT "Embedding the report's ${page}" VERBATIM)
+      COMMAND ${CMAKE_COMMAND} -DHTML=${html} -DPAGE=${page} -DOUT=${out} -P ${page_embed_script}
+      DEPENDS ${page_embed_script} ${html} COMMENT "Embedding the report's ${page}" VERBATIM)
     target_sources(${target} PRIVATE ${out})
   endforeach()
 endfunction()

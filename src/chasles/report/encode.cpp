@@ -1,4 +1,6 @@
 #include <bit>
+#include <stdexcept>
+#include <zlib.h>
 
 #include <nlohmann/json.hpp>
 
@@ -7,11 +9,27 @@
 namespace chasles {
 namespace {
 
-template <typename Bits>
-void append_little_endian(std::vector<std::uint8_t>& bytes, Bits bits) {
-  for (unsigned shift = 0; shift < 8 * sizeof(Bits); shift += 8) {
-    bytes.push_back(static_cast<std::uint8_t>(bits >> shift));
+std::vector<std::uint8_t> deflated(const std::vector<std::uint8_t>& bytes) {
+  uLongf size = compressBound(bytes.size());
+  std::vector<std::uint8_t> out(size);
+  if (compress2(out.data(), &size, bytes.data(), bytes.size(), Z_DEFAULT_COMPRESSION) != Z_OK) {
+    throw std::runtime_error("zlib refuses to compress");  // only for want of memory
   }
+  out.resize(size);
+  return out;
+}
+
+template <typename Value, typename ToBits>
+std::string packed(const std::vector<Value>& values, const ToBits& to_bits) {
+  using Bits = decltype(to_bits(values.front()));
+  std::vector<std::uint8_t> planes;
+  planes.reserve(values.size() * sizeof(Bits));
+  for (unsigned shift = 0; shift < 8 * sizeof(Bits); shift += 8) {
+    for (const Value value : values) {
+      planes.push_back(static_cast<std::uint8_t>(to_bits(value) >> shift));
+    }
+  }
+  return base64(deflated(planes));
 }
 
 }  // namespace
@@ -35,28 +53,17 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
 }
 
 std::string float_column(const std::vector<double>& values) {
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(values.size() * sizeof(float));
-  for (const double value : values) {
-    append_little_endian(bytes, std::bit_cast<std::uint32_t>(static_cast<float>(value)));
-  }
-  return "f32:" + base64(bytes);
+  return "f32:" + packed(values, [](double value) {
+           return std::bit_cast<std::uint32_t>(static_cast<float>(value));
+         });
 }
 
 std::string double_column(const std::vector<double>& values) {
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(values.size() * sizeof(double));
-  for (const double value : values) {
-    append_little_endian(bytes, std::bit_cast<std::uint64_t>(value));
-  }
-  return "f64:" + base64(bytes);
+  return "f64:" + packed(values, [](double value) { return std::bit_cast<std::uint64_t>(value); });
 }
 
 std::string int_column(const std::vector<int>& values) {
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(values.size() * sizeof(std::int32_t));
-  for (const int value : values) append_little_endian(bytes, static_cast<std::uint32_t>(value));
-  return "i32:" + base64(bytes);
+  return "i32:" + packed(values, [](int value) { return static_cast<std::uint32_t>(value); });
 }
 
 std::string json_for_html(const nlohmann::ordered_json& json) {

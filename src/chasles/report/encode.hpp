@@ -12,7 +12,9 @@ namespace chasles {
 /// Base64 of RFC 4648 with padding.
 std::string base64(const std::vector<std::uint8_t>& bytes);
 
-/// A column of the page: "f32:", "f64:" or "i32:" and the base64 of the little-endian numbers.
+/// A column of the page: "f32:", "f64:" or "i32:" and the base64 of a zlib stream (RFC 1950) of the
+/// numbers' little-endian bytes in planes: the first bytes of all numbers, then the second ones …
+/// Neighbours differ least in their high bytes, which deflate makes use of only side by side.
 std::string float_column(const std::vector<double>& values);
 std::string double_column(const std::vector<double>& values);
 std::string int_column(const std::vector<int>& values);

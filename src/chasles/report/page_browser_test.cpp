@@ -12,7 +12,7 @@ namespace {
 
 using test::synthetic_drive;
 
-/// Opens the page in headless Chromium and uses it (tests/page_browser_check.sh). With
+/// Opens the page in headless Chromium and uses it (web/tests/run_page.mjs). With
 /// CHASLES_PAGES set the pages and their pictures stay in that folder.
 void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::string& name) {
   const char* kept = std::getenv("CHASLES_PAGES");
@@ -21,7 +21,8 @@ void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::st
                                  ("chasles_page_test_" + std::to_string(getpid()));
   const auto page = folder / (name + ".html");
   write_page(runs, page);
-  const std::string command = "'" CHASLES_SOURCE_DIR "/tests/page_browser_check.sh' '" +
+  const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR
+                              "/web/tests/run_page.mjs' '" +
                               page.string() + "' '" + (folder / name).string() + "'";
   const int status = std::system(command.c_str());
   if (!kept) std::filesystem::remove_all(folder);

@@ -8,7 +8,7 @@
 
 namespace chasles {
 
-/// What web/js/data.js reads: {bounds, scenes (scenes.hpp), runs: [{name, label, summary, level,
+/// What web/src/page.ts reads: {bounds, scenes (scenes.hpp), runs: [{name, label, summary, level,
 /// origin, states, landmarks, …}]}. `level`: gravity tells what is vertical in the run's world.
 /// Numbers are columns (encode.hpp); positions are relative to the run's origin, so that single
 /// precision holds them to a millimetre some kilometres away; angles in degrees, times in seconds

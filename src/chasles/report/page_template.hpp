@@ -4,8 +4,8 @@
 
 namespace chasles {
 
-/// web/page.html with its style sheet and scripts (cmake/EmbedPage.cmake). `@PAGE_DATA@` stands
-/// where the json of the runs belongs.
+/// web/page.html with its style sheets and scripts, as Vite builds it (cmake/EmbedPage.cmake).
+/// `@PAGE_DATA@` stands where the json of the runs belongs.
 extern const std::string_view page_template;
 
 /// web/study.html in the same way, for studies.

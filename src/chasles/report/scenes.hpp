@@ -9,7 +9,7 @@
 
 namespace chasles {
 
-/// What web/js/overview.js reads: a scene for each true way that several runs share, or that has a
+/// What web/src/scenes.ts reads: a scene for each true way that several runs share, or that has a
 /// floor plan: [{name, origin, truth: {x, y, z}, plan: {wall: {x, y}, furniture: {x, y}}, runs:
 /// [{run, t, x, y, z, ex, ey, ez, nees, mean_nees: {position, attitude, pose}}]}].
 ///

@@ -13,7 +13,7 @@ namespace {
 
 using test::synthetic_study;
 
-/// Opens the page in headless Chromium and uses it (tests/page_browser_check.sh). With
+/// Opens the page in headless Chromium and uses it (web/tests/study_page.mjs). With
 /// CHASLES_PAGES set the pages and their pictures stay in that folder.
 void expect_works_in_a_browser(const std::vector<Study>& studies, const std::string& name) {
   const char* kept = std::getenv("CHASLES_PAGES");
@@ -23,8 +23,9 @@ void expect_works_in_a_browser(const std::vector<Study>& studies, const std::str
   make_folder(folder);
   const auto page = folder / (name + ".html");
   write_file(page, study_page(studies));
-  const std::string command = "'" CHASLES_SOURCE_DIR "/tests/page_browser_check.sh' '" +
-                              page.string() + "' '" + (folder / name).string() + "' study_probe.js";
+  const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR
+                              "/web/tests/study_page.mjs' '" +
+                              page.string() + "' '" + (folder / name).string() + "'";
   const int status = std::system(command.c_str());
   if (!kept) std::filesystem::remove_all(folder);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << "skipped: no Chromium";

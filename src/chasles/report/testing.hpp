@@ -27,6 +27,9 @@ ReportRun synthetic_drive(const DriveOptions& options = {});
 /// The json inside a page, as a browser's parser finds it.
 nlohmann::json data_of(const std::string& page);
 
+/// The bytes of a column of the json: its byte planes (encode.hpp), inflated.
+std::string planes_of(const std::string& column);
+
 /// A column of the json, decoded without the encoder.
 std::vector<double> column(const nlohmann::json& text);
 

@@ -1,0 +1,176 @@
+// The map: what it shows and how it answers.
+import { downloadPng, prepareCanvas } from './canvas';
+import { AXES } from './data';
+import { downloadCsv, fileName } from './files';
+import { byId, fixed, grouped, make, number, swatch, toggle } from './format';
+import { drawMap, estimateColour, type MapOptions } from './map_draw';
+import { type MapHost, MapInput, nearestOnScreen, placeTip, startMapButtons } from './map_input';
+import { COVARIANCES, MapView } from './map_view';
+import { activeRun, type Run } from './runs';
+import { app, listen, setCursor, throttled } from './store';
+
+export class MapPanel implements MapHost {
+  readonly canvas = byId<HTMLCanvasElement>('map');
+  readonly view = new MapView();
+  readonly draw = throttled(() => this.drawNow());
+  private ready = false;
+  private hintTimer = 0;
+
+  constructor(private readonly options: MapOptions) {
+    new MapInput(this);
+    startMapButtons('map', this);
+    this.listenToOptions();
+    listen('cursor', this.draw);
+    listen('shown', () => { this.view.colourBy(this.options.colour); this.draw(); });
+    listen('theme', () => {
+      if (this.ready) this.view.colourBy(this.options.colour);
+      this.draw();
+    });
+    listen('run', () => this.showRun());
+    listen('print', () => { this.resize(); this.drawNow(); });
+    new ResizeObserver(() => { this.resize(); this.draw(); }).observe(this.canvas);
+  }
+
+  private showRun(): void {
+    this.ready = true;
+    this.view.setRun(activeRun());
+    this.view.colourBy(this.options.colour);
+    this.measure();
+    this.fit();
+  }
+
+  private measure(): void {
+    this.view.width = this.canvas.clientWidth || 1;
+    this.view.height = this.canvas.clientHeight || 1;
+  }
+
+  private resize(): void {
+    const atFit = this.view.scale === this.view.fitScale;
+    this.measure();
+    if (atFit && this.ready) this.view.fit(activeRun());
+  }
+
+  fit(): void {
+    this.view.fit(activeRun());
+    this.draw();
+  }
+
+  zoom(factor: number): void {
+    this.view.zoomAbout(this.view.width / 2, this.view.height / 2, factor);
+    this.draw();
+  }
+
+  private drawNow(): void {
+    // Nothing is drawn while the scene is shown in its place.
+    if (!this.ready || this.canvas.clientWidth === 0) return;
+    const g = prepareCanvas(this.canvas, this.view.width, this.view.height);
+    drawMap(g, this.view, this.options);
+    this.canvas.setAttribute('aria-label', mapDescription(activeRun()));
+  }
+
+  private listenToOptions(): void {
+    const choose = (id: string, apply: (value: string) => void) =>
+      byId<HTMLSelectElement>(id).addEventListener('change', (e) => {
+        apply((e.target as HTMLSelectElement).value);
+        this.draw();
+      });
+    choose('map-ellipses', (v) => { this.options.ellipses = v; });
+  }
+
+  setPlane(name: string): void {
+    this.view.setPlane(name);
+    this.measure();
+    this.fit();
+  }
+
+  savePicture(note: string): void {
+    const { name } = activeRun();
+    downloadPng(fileName(name, 'map'), this.canvas, `Map – ${name}`, note);
+  }
+
+  /** Answers to the pointer: a landmark tells its numbers, the estimate takes the time cursor. */
+  point(place: { x: number; y: number } | null): void {
+    const { view } = this, run = activeRun();
+    const found = place && this.options.show.landmarks
+      ? nearestOnScreen(view.landmarks.id.length, (i) => view.landmarkAt(i), place, 8) : -1;
+    if (found !== view.hovered) {
+      view.hovered = found;
+      this.draw();
+    }
+    if (found >= 0) {
+      const [x, y] = view.landmarkAt(found);
+      showLandmarkTip(found, x, y, view.width, view.height);
+      return;
+    }
+    this.hideTip();
+    const state = place ? nearestOnScreen(run.count, (i) => view.stateAt(run, i), place, 14) : -1;
+    if (state >= 0) setCursor(state);
+  }
+
+  hint(): void {
+    const hint = byId('map-hint');
+    hint.hidden = false;
+    clearTimeout(this.hintTimer);
+    this.hintTimer = window.setTimeout(() => { hint.hidden = true; }, 1400);
+  }
+
+  hideTip(): void {
+    byId('map-tip').hidden = true;
+  }
+}
+
+/** The numbers of a landmark beside its place on the screen. */
+export function showLandmarkTip(i: number, x: number, y: number, width: number, height: number): void {
+  const run = activeRun(), m = run.landmarks, tip = byId('map-tip');
+  const sigma = ['cxx', 'cyy', 'czz'].map((c) => number(Math.sqrt(m[c][i]), 2)).join(', ');
+  const place = AXES.map((axis, k) => fixed(m[axis][i] + run.origin[k], 2)).join(', ');
+  tip.replaceChildren(make('strong', {}, `Landmark ${m.id[i]}`),
+    make('div', {}, `x, y, z  ${place} m`), make('div', {}, `σ  ${sigma} m`),
+    make('div', {}, `${grouped(m.observations[i])} observations used`));
+  placeTip(tip, x, y, width, height);
+}
+
+type Layer = [key: string, label: string, style: string, colour: string];
+
+/** What a map or scene of the active run can show. */
+function layers(): Layer[] {
+  const run = activeRun();
+  const list: Layer[] = [['estimate', 'Estimate', 'line', estimateColour()]];
+  if (run.truth) list.push(['truth', 'Truth', 'dashed', 'truth']);
+  if (run.deadReckoning) list.push(['dead', 'Dead reckoning', 'dotted', 'dead']);
+  if (run.landmarks.id.length) list.push(['landmarks', 'Landmarks', 'dots', 'landmark']);
+  (app.subjects as Run[]).forEach((other, k) => {
+    if (k !== app.active) list.push([`run-${k}`, other.label, 'dashdot', other.colour]);
+  });
+  return list;
+}
+
+export function layersText(options: MapOptions): string {
+  return layers().filter(([key]) => options.show[key] !== false)
+    .map(([, label, style]) => `${label} (${style})`).join(' · ');
+}
+
+export function showMapLegend(options: MapOptions, changed: () => void): void {
+  byId('map-legend').replaceChildren(...layers().map(([key, label, style, colour]) => {
+    options.show[key] ??= true;
+    return toggle(swatch(style, colour), make('span', { dir: 'auto' }, label), options.show[key],
+      (on) => { options.show[key] = on; changed(); });
+  }));
+}
+
+function mapDescription(run: Run): string {
+  const parts = [`${run.count} estimated poses`, `${run.landmarks.id.length} landmarks`];
+  if (run.truth) parts.push('the truth');
+  if (run.deadReckoning) parts.push('dead reckoning');
+  return `Map with ${parts.join(', ')}.`;
+}
+
+export function downloadLandmarks(run: Run): void {
+  const m = run.landmarks;
+  const shifted = (name: string, k: number) => Float64Array.from(m[name], (v) => v + run.origin[k]);
+  const columns: [string, ArrayLike<number>][] = [['id', m.id], ['x_m', shifted('x', 0)],
+    ['y_m', shifted('y', 1)], ['z_m', shifted('z', 2)], ['observations', m.observations],
+    ...Object.values(COVARIANCES).map((c): [string, ArrayLike<number>] => [c + '_m2', m[c]])];
+  downloadCsv(fileName(run.name, 'landmarks'),
+    columns.map(([label, values]) => ({ label, values })));
+}

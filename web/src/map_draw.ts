@@ -1,0 +1,240 @@
+// How the map is drawn. `view` maps world metres to pixels: see MapView.
+import { ellipseOf, niceStep, type Pen, polyline } from './canvas';
+import { AXES, clamp, type Vector } from './data';
+import { number } from './format';
+import type { MapView, Plane, PlaneCovariance } from './map_view';
+import { activeRun, type Run, truthColumns } from './runs';
+import { app } from './store';
+import { palette, ramp } from './theme';
+
+export interface MapOptions {
+  show: Record<string, boolean>;
+  colour: string;
+  ellipses: string;
+  truth: string;
+}
+
+type Points = Partial<Record<'x' | 'y' | 'z', ArrayLike<number>>>;
+
+/** The colour of the run that the page shows: alone it is the estimate. */
+export const estimateColour = (): string =>
+  (app.subjects.length > 1 ? activeRun().colour : 'estimate');
+
+export function drawMap(g: Pen, view: MapView, options: MapOptions): void {
+  drawGrid(g, view);
+  if (options.show.landmarks) drawLandmarks(g, view, options);
+  (app.subjects as Run[]).forEach((run, k) => {
+    if (k !== app.active && options.show['run-' + k]) drawOtherRun(g, view, run);
+  });
+  const run = activeRun();
+  if (options.show.dead && run.deadReckoning) {
+    drawPath(g, view, run.deadReckoning, palette.dead, 1.8, [2, 4]);
+  }
+  if (options.show.truth && run.truth) {
+    drawPath(g, view, truthColumns(run, options.truth), palette.truth, 1.8, [9, 5]);
+  }
+  if (options.show.estimate) drawEstimate(g, view, run, options);
+  drawMarker(g, view, run);
+  drawScale(g, view);
+  if (options.show.landmarks && options.colour !== 'plain') drawRamp(g, view, options);
+}
+
+export function drawGrid(g: Pen, view: Plane): void {
+  const step = niceStep(view.width / view.scale, view.width / 110);
+  g.strokeStyle = palette.line;
+  g.globalAlpha = 0.55;
+  g.lineWidth = 1;
+  g.beginPath();
+  const [left, top] = view.toWorld(0, 0), [right, bottom] = view.toWorld(view.width, view.height);
+  for (let k = Math.ceil(left / step); k * step <= right; k++) {
+    const x = Math.round(view.toScreen(k * step, 0)[0]) + 0.5;
+    g.moveTo(x, 0);
+    g.lineTo(x, view.height);
+  }
+  for (let k = Math.ceil(bottom / step); k * step <= top; k++) {
+    const y = Math.round(view.toScreen(0, k * step)[1]) + 0.5;
+    g.moveTo(0, y);
+    g.lineTo(view.width, y);
+  }
+  g.stroke();
+  g.globalAlpha = 1;
+}
+
+export function drawPath(g: Pen, view: MapView, columns: Points, colour: string, width: number,
+    dash: number[], shift: Vector = [0, 0, 0]): void {
+  const [a, b] = view.axes.map((axis) => columns[axis] ?? []);
+  const [da, db] = view.axes.map((axis) => shift[AXES.indexOf(axis)]);
+  g.strokeStyle = colour;
+  g.lineWidth = width;
+  g.setLineDash(dash);
+  polyline(g, a.length, (i) => view.toScreen(a[i] + da, 0)[0],
+    (i) => view.toScreen(0, b[i] + db)[1]);
+  g.setLineDash([]);
+}
+
+function drawOtherRun(g: Pen, view: MapView, run: Run): void {
+  const shift = run.origin.map((o, i) => o - activeRun().origin[i]) as Vector;
+  drawPath(g, view, run.states, palette[run.colour], 1.8, [12, 3, 2, 3], shift);
+}
+
+function drawEstimate(g: Pen, view: MapView, run: Run, options: MapOptions): void {
+  if (ellipsesShown(view, options)) drawPositionEllipses(g, view, run);
+  g.lineCap = 'round';
+  drawPath(g, view, run.states, palette.panel, 4.6, []);
+  drawPath(g, view, run.states, palette[estimateColour()], 2.4, []);
+  g.lineCap = 'butt';
+  if (run.count) drawStart(g, view, run);
+}
+
+function drawStart(g: Pen, view: MapView, run: Run): void {
+  const [x, y] = view.stateAt(run, 0);
+  g.fillStyle = palette.panel;
+  g.strokeStyle = palette[estimateColour()];
+  g.lineWidth = 2;
+  g.beginPath();
+  g.arc(x, y, 4.5, 0, 2 * Math.PI);
+  g.fill();
+  g.stroke();
+  // Behind the first pose, where the path is not.
+  const behind = view.forward(run, 0)[0] > 0;
+  drawTag(g, 'start', x + (behind ? -10 : 10), y, behind ? 'right' : 'left');
+}
+
+/** A short text on a piece of ground, so that what lies below does not disturb it. */
+export function drawTag(g: Pen, text: string, x: number, y: number, align: 'left' | 'right'): void {
+  g.textAlign = align;
+  g.textBaseline = 'middle';
+  const width = g.measureText(text).width;
+  g.globalAlpha = 0.8;
+  g.fillStyle = palette.panel;
+  g.fillRect(align === 'left' ? x - 3 : x - width - 3, y - 8, width + 6, 16);
+  g.globalAlpha = 1;
+  g.fillStyle = palette.ink;
+  g.fillText(text, x, y);
+}
+
+/** Ellipses of the position about every 70 pixels of the way. */
+function drawPositionEllipses(g: Pen, view: MapView, run: Run): void {
+  let [lastX, lastY] = [-1e9, -1e9];
+  g.strokeStyle = g.fillStyle = palette[estimateColour()];
+  g.lineWidth = 1;
+  for (let i = 0; i < run.count; i++) {
+    const [x, y] = view.stateAt(run, i);
+    if (Math.hypot(x - lastX, y - lastY) < 70) continue;
+    [lastX, lastY] = [x, y];
+    strokeEllipse(g, view, x, y, view.stateCovariance(run, i), 0.03, 0.45);
+  }
+}
+
+function strokeEllipse(g: Pen, view: MapView, x: number, y: number, covariance: PlaneCovariance,
+    fillAlpha: number, strokeAlpha = 0.8): void {
+  const e = ellipseOf(...covariance);
+  g.beginPath();
+  // The screen's y axis points down, so the angle changes its sign.
+  g.ellipse(x, y, e.major * view.scale, e.minor * view.scale, -e.angle, 0, 2 * Math.PI);
+  if (fillAlpha > 0) {
+    g.globalAlpha = fillAlpha;
+    g.fill();
+  }
+  g.globalAlpha = strokeAlpha;
+  g.stroke();
+  g.globalAlpha = 1;
+}
+
+function ellipsesShown(view: MapView, options: MapOptions): boolean {
+  return options.ellipses === 'always' || (options.ellipses === 'auto' && view.zoomedIn());
+}
+
+function drawLandmarks(g: Pen, view: MapView, options: MapOptions): void {
+  const { landmarks, colours } = view;
+  const ellipses = ellipsesShown(view, options);
+  const size = clamp(Math.sqrt(view.scale) * 1.2, 1.8, 4);
+  g.lineWidth = 0.8;
+  for (let i = 0; i < landmarks.id.length; i++) {
+    const [x, y] = view.landmarkAt(i);
+    if (x < -200 || y < -200 || x > view.width + 200 || y > view.height + 200) continue;
+    g.fillStyle = g.strokeStyle = colours[i];
+    if (ellipses) strokeEllipse(g, view, x, y, view.landmarkCovariance(i), 0.06);
+    g.globalAlpha = 0.85;
+    g.fillRect(x - size / 2, y - size / 2, size, size);
+  }
+  g.globalAlpha = 1;
+  if (view.hovered >= 0) drawHovered(g, view);
+}
+
+function drawHovered(g: Pen, view: MapView): void {
+  const [x, y] = view.landmarkAt(view.hovered);
+  g.strokeStyle = g.fillStyle = palette.cursor;
+  g.lineWidth = 1.6;
+  strokeEllipse(g, view, x, y, view.landmarkCovariance(view.hovered), 0.15);
+  g.beginPath();
+  g.arc(x, y, 5, 0, 2 * Math.PI);
+  g.stroke();
+}
+
+/** The pose at the cursor: an arrow along the body's x axis, with the ellipse of its position. */
+function drawMarker(g: Pen, view: MapView, run: Run): void {
+  if (!run.count) return;
+  const [x, y] = view.stateAt(run, app.cursor);
+  g.strokeStyle = g.fillStyle = palette.cursor;
+  g.lineWidth = 1.4;
+  strokeEllipse(g, view, x, y, view.stateCovariance(run, app.cursor), 0.18);
+  const [fx, fy] = view.forward(run, app.cursor);
+  const length = Math.hypot(fx, fy);
+  g.save();
+  g.translate(x, y);
+  g.rotate(Math.atan2(-fy, fx));
+  g.beginPath();
+  const reach = 6 + 7 * Math.min(1, length);
+  g.moveTo(reach, 0);
+  g.lineTo(-6, 6.5);
+  g.lineTo(-3, 0);
+  g.lineTo(-6, -6.5);
+  g.closePath();
+  g.strokeStyle = palette.panel;
+  g.lineWidth = 3.5;
+  g.stroke();
+  g.fill();
+  g.restore();
+}
+
+export function drawScale(g: Pen, view: Plane): void {
+  const metres = niceStep(view.width / view.scale, view.width / 90);
+  const length = metres * view.scale, x = 14, y = view.height - 16;
+  g.strokeStyle = palette.ink;
+  g.lineWidth = 1.5;
+  g.beginPath();
+  g.moveTo(x, y - 5);
+  g.lineTo(x, y);
+  g.lineTo(x + length, y);
+  g.lineTo(x + length, y - 5);
+  g.stroke();
+  g.textBaseline = 'alphabetic';
+  g.fillStyle = palette.ink;
+  g.textAlign = 'left';
+  g.fillText(metres >= 1000 ? `${number(metres / 1000)} km` : `${number(metres)} m`, x + 4, y - 5);
+  g.fillStyle = palette.muted;
+  if (view.width > 480) g.fillText(`${view.names[0]} →  ${view.names[1]} ↑`, x + length + 10, y);
+}
+
+/** The key of the landmarks' colours. */
+function drawRamp(g: Pen, view: MapView, options: MapOptions): void {
+  const [low, high] = view.colourRange;
+  if (!(high > low)) return;
+  const width = 120, x = view.width - width - 14, y = view.height - 18;
+  g.globalAlpha = 0.85;
+  g.fillStyle = palette.panel;
+  g.fillRect(x - 8, y - 22, width + 16, 36);
+  g.globalAlpha = 1;
+  for (let k = 0; k < width; k++) {
+    g.fillStyle = ramp(k / (width - 1));
+    g.fillRect(x + k, y, 1.5, 6);
+  }
+  g.fillStyle = palette.ink;
+  g.textBaseline = 'alphabetic';
+  const unit = options.colour === 'sigma' ? 'σ' : 'z';
+  g.textAlign = 'left';
+  g.fillText(`${unit} ${number(low, 2)}`, x, y - 6);
+  g.textAlign = 'right';
+  g.fillText(`${number(high, 2)} m`, x + width, y - 6);
+}

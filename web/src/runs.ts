@@ -1,0 +1,124 @@
+// A run as the page uses it, and what tells the runs of a page apart.
+import { type Axis, AXES, type Column, type Columns, clamp, DEG, decodeColumns, type Vector }
+  from './data';
+import { activeSubject, type Subject } from './store';
+
+export type Summary = Record<string, unknown>;
+
+export interface Run extends Subject {
+  folder: string;
+  summary: Summary;
+  /** Gravity tells what is vertical in the run's world. */
+  level: boolean;
+  origin: Vector;
+  extraNames: string[];
+  states: Columns;
+  extra: { value: Column; sigma: Column }[];
+  landmarks: Columns;
+  truth: Columns | null;
+  errors: Columns | null;
+  deadReckoning: Columns | null;
+  neesCoordinates: string;
+  truthProblem: string;
+  landmarksLeftOut: number;
+  euler: { yaw: Float32Array; pitch: Float32Array; roll: Float32Array };
+  bounds: Record<string, number>;
+  colour: string;
+  dash: number[];
+}
+
+type RawColumns = Record<string, string>;
+export interface RawRun {
+  name: string; label?: string; summary?: Summary; level?: boolean; origin: Vector;
+  health_names: string[]; extra_names: string[]; states: RawColumns; extra: RawColumns[];
+  landmarks: RawColumns; truth?: RawColumns; errors?: RawColumns; dead_reckoning?: RawColumns;
+  nees_coordinates?: string; truth_problem?: string; landmarks_left_out?: number;
+}
+
+export const activeRun = (): Run => activeSubject() as Run;
+
+export function decodeRun(raw: RawRun, bounds: Record<string, number>): Run {
+  const states = decodeColumns(raw.states);
+  return {
+    name: raw.name,
+    label: raw.name,
+    folder: raw.label ?? '',
+    summary: raw.summary ?? {},
+    level: Boolean(raw.level),
+    origin: raw.origin,
+    healthNames: raw.health_names,
+    extraNames: raw.extra_names,
+    count: states.t.length,
+    t: states.t,
+    health: states.health,
+    states,
+    extra: raw.extra.map((e) => decodeColumns(e) as { value: Column; sigma: Column }),
+    landmarks: decodeColumns(raw.landmarks),
+    truth: raw.truth ? decodeColumns(raw.truth) : null,
+    errors: raw.errors ? decodeColumns(raw.errors) : null,
+    deadReckoning: raw.dead_reckoning ? decodeColumns(raw.dead_reckoning) : null,
+    neesCoordinates: raw.nees_coordinates ?? 'standard',
+    truthProblem: raw.truth_problem ?? '',
+    landmarksLeftOut: raw.landmarks_left_out ?? 0,
+    euler: eulerAngles(states),
+    bounds,
+    colour: 'estimate',
+    dash: [],
+  };
+}
+
+/** Yaw, pitch, roll [deg] of world_T_imu, each state's (z-y-x). */
+function eulerAngles({ qx, qy, qz, qw }: Columns): Run['euler'] {
+  const n = qx.length;
+  const yaw = new Float32Array(n), pitch = new Float32Array(n), roll = new Float32Array(n);
+  for (let i = 0; i < n; i++) {
+    const [x, y, z, w] = [qx[i], qy[i], qz[i], qw[i]];
+    yaw[i] = DEG * Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+    pitch[i] = DEG * Math.asin(clamp(2 * (w * y - z * x), -1, 1));
+    roll[i] = DEG * Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y));
+  }
+  return { yaw, pitch, roll };
+}
+
+/** Truth's positions as placed by the first pose or by the best fit. */
+export function truthColumns(run: Run, placed: string): Record<Axis, Column> {
+  const t = run.truth as Columns, prefix = placed === 'fit' ? 'fit_' : 'first_';
+  return Object.fromEntries(AXES.map((axis) => [axis, t[prefix + axis]])) as Record<Axis, Column>;
+}
+
+const CHARTS = ['standard', 'left-se3', 'right-se3', 'right-sen3'];
+const SPARE_HUES = ['f-5', 'f-6', 'f-7', 'f-8'];
+
+export function chartOf({ summary }: Run): string {
+  const settings = (summary.settings ?? {}) as Record<string, unknown>;
+  return [settings.chart, summary.chart].find((v): v is string => typeof v === 'string') ?? '';
+}
+
+/** Each chart has its colour; a further run of the same chart takes a spare one and a broken line. */
+export function colourRuns(runs: Run[]): void {
+  const taken = new Set<string>();
+  let spare = 0;
+  for (const run of runs) {
+    const own = `f-${1 + CHARTS.indexOf(chartOf(run))}`;
+    const first = own !== 'f-0' && !taken.has(own);
+    run.colour = first ? own : SPARE_HUES[spare++ % SPARE_HUES.length];
+    run.dash = first ? [] : [8, 4];
+    taken.add(run.colour);
+  }
+}
+
+/** Names for legends: short, and different for each run: the recordings', or the folders' where two
+ *  runs are of one recording. */
+export function labelRuns(runs: Run[]): void {
+  const count = (key: 'name' | 'folder', value: string) =>
+    runs.filter((r) => r[key] === value).length;
+  const short = (text: string) => (text.length > 40 ? text.slice(0, 39) + '…' : text);
+  const twins = runs.some((run) => count('name', run.name) > 1);
+  runs.forEach((run, k) => {
+    const ownFolder = twins && run.folder !== '' && count('folder', run.folder) === 1;
+    const name = (ownFolder ? run.folder : run.name) || 'run';
+    const cut = runs.length > 1 && short(name) !== name;
+    const numbered = (count('name', run.name) > 1 && !ownFolder) || cut;
+    run.label = numbered ? `${k + 1}: ${short(name)}` : short(name);
+  });
+}

@@ -1,0 +1,80 @@
+// What the parts of a page share: the runs or studies, the cursor, the visible time span.
+import { clamp, nearestIndex } from './data';
+
+/** A run or a study: what the plots over time need of it. */
+export interface Subject {
+  name: string;
+  /** What legends and pickers call it. */
+  label: string;
+  count: number;
+  /** Times of its rows [s], rising. */
+  t: ArrayLike<number>;
+  health: ArrayLike<number>;
+  healthNames: string[];
+}
+
+/** 'shown': another choice of what is drawn. */
+type Kind = 'run' | 'cursor' | 'span' | 'theme' | 'shown' | 'print';
+
+export const app = {
+  subjects: [] as Subject[],
+  active: 0,
+  cursor: 0,
+  span: [0, 1] as [number, number],
+  fullSpan: [0, 1] as [number, number],
+};
+const listeners = new Map<Kind, (() => void)[]>();
+
+export const activeSubject = (): Subject => app.subjects[app.active];
+
+/** Calls f after each change of the kind, or before a print. */
+export function listen(kind: Kind, f: () => void): void {
+  listeners.set(kind, [...(listeners.get(kind) ?? []), f]);
+}
+
+export function notify(kind: Kind): void {
+  for (const f of listeners.get(kind) ?? []) f();
+}
+
+export function setCursor(index: number): void {
+  const next = clamp(Math.round(index), 0, activeSubject().count - 1);
+  if (next === app.cursor) return;
+  app.cursor = next;
+  notify('cursor');
+}
+
+export function setCursorTime(t: number): void {
+  setCursor(nearestIndex(activeSubject().t, t));
+}
+
+export function setSpan(low: number, high: number): void {
+  const [first, last] = app.fullSpan;
+  const width = clamp(high - low, (last - first) / 2000, last - first);
+  const start = clamp(low, first, last - width);
+  app.span = [start, start + width];
+  notify('span');
+}
+
+export const showAllTimes = (): void => setSpan(...app.fullSpan);
+
+export function setActive(index: number): void {
+  app.active = index;
+  const { t } = activeSubject();
+  const last = t.length ? t[t.length - 1] : 1;
+  app.fullSpan = [0, last > 0 ? last : 1];
+  app.span = [...app.fullSpan];
+  app.cursor = Math.max(0, t.length - 1);
+  notify('run');
+  notify('cursor');
+  notify('span');
+}
+
+/** Runs f at most once a frame of the screen. */
+export function throttled(f: () => void): () => void {
+  let waiting = false;
+  return () => {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => { waiting = false; f(); });
+  };
+}

@@ -1,0 +1,166 @@
+// Cards, tables I and II, settings: all that is words and single numbers.
+import { asNumber, byId, fixed, flattened, grouped, isNumber, make, number, percent } from './format';
+import { activeStudy, type Figures, figuresOf, type Study } from './studies';
+import { filterName } from './study_colours';
+import { remarksIn, showRemarkList } from './tables';
+
+export const DEGREES_OF_POSE = 6;
+const DEGREES_OF_STATE = 15;
+
+/** Index of the filter whose value is least; −1 where none has one. */
+function leastOf(study: Study, value: (f: Figures) => number): number {
+  let best = -1;
+  figuresOf(study).forEach((f, k) => {
+    const v = value(f);
+    if (Number.isFinite(v) && !(best >= 0 && value(figuresOf(study)[best]) <= v)) best = k;
+  });
+  return best;
+}
+
+const distanceFromConsistent = (f: Figures) =>
+  isNumber(f.nees_pose_per_dof) ? Math.abs(Math.log(f.nees_pose_per_dof)) : NaN;
+const positionError = (f: Figures) => asNumber(f.position_error_m);
+
+function card(label: string, value: string, unit: string, meaning: string): HTMLElement {
+  return make('div', { class: 'card' }, make('div', { class: 'card-label' }, label),
+    make('div', { class: 'card-value' }, value, make('span', { class: 'unit' }, unit)),
+    make('div', { class: 'muted small', dir: 'auto' }, meaning));
+}
+
+export function showStudyCards(): void {
+  const study = activeStudy();
+  const figures = figuresOf(study);
+  const sum = (key: string) =>
+    figures.reduce((a, f) => a + (isNumber(f[key]) ? f[key] as number : 0), 0);
+  const cards = [study.single
+    ? card('Frames', grouped(study.count), '', `run ${number(study.summary.run)} of the noise`)
+    : card('Runs', grouped(asNumber(study.summary.runs)), '', 'of each filter, on the same noise')];
+  const consistent = leastOf(study, distanceFromConsistent), precise = leastOf(study, positionError);
+  if (consistent >= 0) {
+    cards.push(card('Nearest to consistent', number(figures[consistent].nees_pose_per_dof), '',
+      `pose NEES per degree of freedom of ${study.filters[consistent].label}`));
+  }
+  if (precise >= 0) {
+    cards.push(card('Smallest position error', number(figures[precise].position_error_m), 'm',
+      `mean of ${study.filters[precise].label}`));
+  }
+  cards.push(card('Diverged', grouped(sum('diverged')), '', `of ${grouped(sum('runs'))} trials`));
+  byId('cards').replaceChildren(...cards);
+}
+
+/** A column of a table: heading, text of a filter's figures, and what its cell looks like. */
+interface TableColumn { heading: string; text: (f: Figures) => string; look: (f: Figures) => string }
+
+const textColumn = (heading: string, text: TableColumn['text'], look: TableColumn['look'] = () => ''):
+    TableColumn => ({ heading, text, look });
+const numberColumn = (heading: string, value: (f: Figures) => number | undefined, digits: number,
+    look?: TableColumn['look']) =>
+  textColumn(heading, (f) => fixed(asNumber(value(f)), digits), look);
+
+const isInside = (f: Figures) => Array.isArray(f.band) && isNumber(f.nees_pose_per_dof) &&
+  f.nees_pose_per_dof >= f.band[0] && f.nees_pose_per_dof <= f.band[1];
+
+function neesLook(f: Figures): string {
+  if (!isNumber(f.nees_pose_per_dof) || !Array.isArray(f.band)) return '';
+  return isInside(f) ? 'inside' : f.nees_pose_per_dof > f.band[1] ? 'outside' : '';
+}
+
+const any = (study: Study, key: string) => figuresOf(study).some((f) => isNumber(f[key]));
+const medianOf = (f: Figures, key: string) => (f.median ? f.median[key] : NaN);
+const onlyIf = (condition: boolean, ...columns: TableColumn[]) => (condition ? columns : []);
+
+function neesColumns(study: Study): TableColumn[] {
+  return [
+    numberColumn('position', (f) => f.nees_position, 2),
+    numberColumn('attitude', (f) => f.nees_attitude, 2),
+    textColumn('pose / dof', (f) => (isNumber(f.nees_pose_per_dof)
+      ? fixed(f.nees_pose_per_dof, 3) + (isInside(f) ? ' ✓' : '') : '–'), neesLook),
+    textColumn('95 % band', (f) => (Array.isArray(f.band)
+      ? `${fixed(f.band[0], 3)} … ${fixed(f.band[1], 3)}` : '–')),
+    ...onlyIf(!study.single,
+      numberColumn('median', (f) => medianOf(f, 'nees_pose') / DEGREES_OF_POSE, 3),
+      textColumn('seconds inside', (f) => percent(f.seconds_inside_band ?? NaN))),
+    ...onlyIf(any(study, 'nees_state'),
+      numberColumn('state / dof', (f) => asNumber(f.nees_state) / DEGREES_OF_STATE, 3)),
+    numberColumn('NIS / dof', (f) => asNumber(f.nis_per_dof), 3),
+    ...onlyIf(any(study, 'innovation_correlation'),
+      numberColumn('innovation correlation', (f) => f.innovation_correlation, 3)),
+    ...onlyIf(!study.single, textColumn('runs', (f) => grouped(asNumber(f.runs))),
+      textColumn('diverged', (f) => grouped(asNumber(f.diverged)),
+        (f) => (asNumber(f.diverged) > 0 ? 'outside' : ''))),
+    ...onlyIf(study.single, textColumn('health', (f) => (asNumber(f.diverged) > 0 ? 'diverged' : 'ok'),
+      (f) => (asNumber(f.diverged) > 0 ? 'outside' : ''))),
+  ];
+}
+
+function errorColumns(study: Study): TableColumn[] {
+  const best = leastOf(study, positionError);
+  const look = (f: Figures) => (best >= 0 && f === figuresOf(study)[best] ? 'best' : '');
+  return [
+    numberColumn('position [m]', (f) => f.position_error_m, 4, look),
+    numberColumn('attitude [°]', (f) => f.attitude_error_deg, 3),
+    ...onlyIf(!study.single, numberColumn('median [m]', (f) => medianOf(f, 'position_error_m'), 4),
+      numberColumn('median [°]', (f) => medianOf(f, 'attitude_error_deg'), 3)),
+    numberColumn('position rms [m]', (f) => f.position_rms_m, 4),
+    ...onlyIf(any(study, 'ate_posyaw_m'),
+      numberColumn('ATE, yaw aligned [m]', (f) => f.ate_posyaw_m, 4)),
+    numberColumn('landmarks', (f) => f.landmarks, 0),
+  ];
+}
+
+function filterTable(study: Study, columns: TableColumn[]): HTMLElement {
+  const head = make('tr', {}, make('th', { scope: 'col', style: 'text-align: left' }, 'filter'),
+    ...columns.map((c) => make('th', { scope: 'col' }, c.heading)));
+  const rows = study.filters.map(({ figures }, k) => make('tr', {},
+    make('th', { scope: 'row' }, filterName(k)),
+    ...columns.map((c) => make('td', { class: c.look(figures) }, c.text(figures)))));
+  return make('table', {}, make('thead', {}, head), make('tbody', {}, ...rows));
+}
+
+export function showStudyTables(): void {
+  const study = activeStudy();
+  byId('nees-table').replaceChildren(filterTable(study, neesColumns(study)));
+  byId('error-table').replaceChildren(filterTable(study, errorColumns(study)));
+  const over = study.single ? 'its frames' : 'the frames and the runs that did not diverge';
+  byId('nees-caption').textContent = 'Squared error over the covariance that the filter reports, ' +
+    `averaged over ${over}, in the coordinates of the filter’s chart: 3 for position and attitude and ` +
+    '1 per degree of freedom when it is consistent; a pose NEES of 4 per degree of freedom says ' +
+    'that the covariance is 4 times too small. ' + (study.single
+      ? 'The band holds the value of a single frame with 95 % probability; ✓ is inside.'
+      : 'The band holds the mean of so many runs at one instant with 95 % probability; ✓ is inside.');
+  byId('error-caption').textContent = `Means over ${over}. Nothing is aligned: the filter begins at ` +
+    'the true pose.';
+}
+
+export function showScene(): void {
+  const entries = Object.entries(flattened(activeStudy().summary.scene));
+  byId('scene').replaceChildren(keyTable(entries));
+  byId('scene-panel').hidden = entries.length === 0;
+}
+
+/** What differs among the filters, a row each; below it what they have in common. */
+export function showFilterSettings(): void {
+  const study = activeStudy();
+  const all = figuresOf(study).map((f) => flattened(f.settings));
+  const keys = [...new Set(all.flatMap((s) => Object.keys(s)))];
+  const text = (s: Record<string, string>, key: string) => (s[key] === undefined ? '–' : s[key]);
+  const same = (key: string) => all.every((s) => text(s, key) === text(all[0], key));
+  const different = keys.filter((key) => !same(key));
+  const common = keys.filter(same);
+  const head = make('tr', {}, make('th', { scope: 'col' }, 'filter'),
+    ...different.map((key) => make('th', { scope: 'col', dir: 'auto' }, key)));
+  const rows = all.map((s, k) => make('tr', {}, make('th', { scope: 'row' }, filterName(k)),
+    ...different.map((key) => make('td', { dir: 'auto' }, text(s, key)))));
+  byId('settings').replaceChildren(different.length
+    ? make('table', {}, make('thead', {}, head), make('tbody', {}, ...rows)) : '');
+  byId('common').replaceChildren(keyTable(common.map((key): [string, string] => [key, text(all[0], key)])));
+  byId('common-title').textContent = study.filters.length > 1 ? 'All filters alike' : '';
+  byId('settings-panel').hidden = keys.length === 0;
+}
+
+function keyTable(entries: [string, string][]): HTMLElement {
+  return make('table', { class: 'key-table' }, make('tbody', {}, ...entries.map(([key, value]) =>
+    make('tr', {}, make('th', { scope: 'row', dir: 'auto' }, key), make('td', { dir: 'auto' }, value)))));
+}
+
+export const showStudyRemarks = (): void => showRemarkList(remarksIn(activeStudy().summary));

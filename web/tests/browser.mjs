@@ -1,0 +1,49 @@
+// Headless Chromium for the tests of the pages, and what every page must keep to.
+import { spawnSync } from 'node:child_process';
+import { pathToFileURL } from 'node:url';
+import { chromium } from 'playwright-core';
+
+/** Debian's Chromium or another that is on the path; undefined where there is none. */
+export function findBrowser() {
+  for (const name of ['chromium', 'chromium-browser', 'google-chrome']) {
+    const { stdout, status } = spawnSync('which', [name], { encoding: 'utf8' });
+    if (status === 0) return stdout.trim();
+  }
+  return undefined;
+}
+
+// Software rendering, the same on every machine; WebGL is SwiftShader's.
+const ARGUMENTS = ['--no-sandbox', '--disable-quic', '--disable-gpu', '--enable-unsafe-swiftshader',
+  '--hide-scrollbars'];
+
+export const launch = (extra = []) =>
+  chromium.launch({ executablePath: findBrowser(), headless: true, args: [...ARGUMENTS, ...extra] });
+
+export const DESKTOP = { viewport: { width: 1280, height: 800 } };
+export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true,
+  hasTouch: true };
+
+/** Opens the file; `words` fills with what the console says and the requests that leave the page. */
+export async function open(browser, file, options = {}) {
+  const context = await browser.newContext({ acceptDownloads: true, ...DESKTOP, ...options });
+  const page = await context.newPage();
+  const words = [];
+  page.on('console', (message) => words.push(`${message.type()}: ${message.text()}`));
+  page.on('pageerror', (error) => words.push(`error: ${error.stack ?? error}`));
+  page.on('request', (request) => {
+    if (!/^(data|blob):/.test(request.url()) && request.url() !== page.url() &&
+      !request.isNavigationRequest()) words.push(`request: ${request.url()}`);
+  });
+  await page.goto(pathToFileURL(file).href);
+  return { page, words, context };
+}
+
+/** Two frames of the screen pass. */
+export const frames = (page) => page.evaluate(() => new Promise((done) => {
+  requestAnimationFrame(() => requestAnimationFrame(done));
+}));
+
+/** Two frames of the screen: what was asked for is drawn. */
+export const settle = (page) => page.evaluate(() => new Promise((done) => {
+  requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 60)));
+}));

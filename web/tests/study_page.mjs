@@ -1,0 +1,109 @@
+// study_page.mjs PAGE FOLDER: as run_page.mjs, with a page of studies.
+import { mkdirSync, readFileSync } from 'node:fs';
+import { check, picture, until, verdict, visit } from './checks.mjs';
+import { DESKTOP, findBrowser, launch, PHONE, settle } from './browser.mjs';
+
+const [file, folder] = process.argv.slice(2);
+if (!findBrowser()) process.exit(77);
+mkdirSync(folder, { recursive: true });
+const { studies } = JSON.parse(
+  /id="report-data">([^]*?)<\/script/.exec(readFileSync(file, 'utf8'))[1]);
+const titleOf = (study) => study.summary.name || study.folder;
+
+async function looksRight(page, study) {
+  for (const table of ['nees-table', 'error-table']) {
+    check(`${table} has a row a filter`,
+      await page.locator(`#${table} tbody tr`).count() === study.filters.length);
+  }
+  check('the top view is there with the truth',
+    await page.isVisible('#map') === Boolean(study.truth));
+  const several = !study.single_run;
+  check('distributions are there with several runs', await page.isVisible('#boxes') === several);
+  if (!several) return;
+  check('the outlier is listed',
+    (await page.locator('#outliers td').allTextContents()).includes('3'));
+}
+
+async function timeCursor(page) {
+  const plot = page.locator('#plots .u-over').first(), readout = page.locator('#plots .readout').first();
+  await plot.scrollIntoViewIfNeeded();
+  const box = await plot.boundingBox(), before = await readout.textContent();
+  await page.mouse.move(box.x + 0.4 * box.width, box.y + 40);
+  await until('a plot moves the cursor', async () => await readout.textContent() !== before);
+  await page.mouse.move(box.x + 60, box.y + 40);
+  await page.mouse.down();
+  await page.mouse.move(box.x + 160, box.y + 40, { steps: 4 });
+  await page.mouse.up();
+  await until('dragging zooms in time', () => page.isVisible('#zoom-reset'));
+  await page.click('#zoom-reset');
+  await until('all times again', async () => !await page.isVisible('#zoom-reset'));
+}
+
+async function choices(page) {
+  await page.evaluate(() => scrollTo(0, 0));
+  const canvases = await page.locator('#map:visible, #boxes canvas').all();
+  const before = await Promise.all(canvases.map(picture));
+  await page.locator('#filters-legend input').first().click();
+  for (const [k, canvas] of canvases.entries()) {
+    await until(`a filter is taken out of figure ${k}`,
+      async () => await picture(canvas) !== before[k]);
+  }
+  await page.click('#no-filters');
+  await page.click('#all-filters');
+  await until('and comes back', async () => await picture(canvases[0]) === before[0]);
+  const theme = await page.getAttribute('html', 'data-theme');
+  await page.click('#theme-button');
+  check('the theme changes', await page.getAttribute('html', 'data-theme') !== theme);
+  await until('and the figures with it', async () => await picture(canvases[0]) !== before[0]);
+  await page.click('#theme-button');
+}
+
+async function mapMoves(page) {
+  const map = page.locator('#map');
+  await map.scrollIntoViewIfNeeded();
+  await settle(page);
+  const before = await picture(map);
+  await page.click('#map-in');
+  await until('zooming changes the map', async () => await picture(map) !== before);
+  await page.click('#map-fit');
+  await until('and shows everything again', async () => await picture(map) === before);
+}
+
+async function dots(page) {
+  const text = await page.locator('#boxes canvas').first().evaluate((canvas) => {
+    const readout = canvas.parentElement.querySelector('.readout');
+    const frame = canvas.getBoundingClientRect();
+    for (let y = 8; y < frame.height && !readout.textContent; y += 4) {
+      for (let x = 4; x < frame.width && !readout.textContent; x += 8) {
+        canvas.dispatchEvent(new PointerEvent('pointermove',
+          { clientX: frame.left + x, clientY: frame.top + y }));
+      }
+    }
+    return readout.textContent;
+  });
+  check('a dot tells its run', /run \d+/.test(text), text);
+}
+
+async function use(page) {
+  const [study] = studies;
+  await looksRight(page, study);
+  if (study.summary.scene) {
+    await timeCursor(page);
+    await choices(page);
+  }
+  if (study.truth) await mapMoves(page);
+  if (!study.single_run) await dots(page);
+  if (studies.length < 2) return;
+  await page.selectOption('#run-select', '1');
+  await until('another study is shown', async () =>
+    await page.textContent('#run-name') === titleOf(studies[1]));
+  await looksRight(page, studies[1]);
+}
+
+const browser = await launch();
+const title = titleOf(studies[0]);
+await visit(browser, file, folder, { label: 'desktop', title, colorScheme: 'light', ...DESKTOP,
+  use: (page) => use(page).catch((error) => check('use', false, String(error))) });
+await visit(browser, file, folder, { label: 'phone', title, colorScheme: 'dark', ...PHONE });
+await browser.close();
+process.exit(verdict());
