@@ -87,6 +87,7 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
   summary["imu"] = {{"used", imu.used},           {"not_finite", imu.not_finite},
                     {"not_later", imu.not_later}, {"gaps", imu.gaps},
                     {"saturated", imu.saturated}, {"extrapolated", imu.extrapolated}};
+  summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;
   return summary;
 }

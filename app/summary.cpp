@@ -143,6 +143,31 @@ Json run_json(const Run& run, const std::string& mode, const std::string& chart,
   return json;
 }
 
+Json cameras_json(const Recording& recording) {
+  Json list = Json::array();
+  const auto add = [&](const SE3& cam_T_imu, const auto& camera) -> Json& {
+    const SE3 imu_T_cam = cam_T_imu.inverse();
+    Json rows = Json::array();
+    for (int i = 0; i < 3; ++i) {
+      rows.push_back({imu_T_cam.R(i, 0), imu_T_cam.R(i, 1), imu_T_cam.R(i, 2), imu_T_cam.p(i)});
+    }
+    rows.push_back({0, 0, 0, 1});
+    list.push_back(
+        {{"imu_T_cam", rows}, {"intrinsics", {camera.fx, camera.fy, camera.cx, camera.cy}}});
+    return list.back();
+  };
+  for (const Camera& camera : recording.cameras) {
+    add(camera.cam_T_imu, camera)["resolution"] = {camera.width, camera.height};
+  }
+  if (recording.cameras.empty()) {
+    const StereoRig& rig = recording.rig;
+    const SE3 cam1_T_cam0{Eigen::Matrix3d::Identity(), {-rig.baseline, 0, 0}};
+    add(rig.cam0_T_imu, rig);
+    add(cam1_T_cam0 * rig.cam0_T_imu, rig);
+  }
+  return list;
+}
+
 Json summary_json(const Run& run, const Settings& settings, const Noise& noise,
                   const Recording& recording) {
   std::vector<std::string> remarks = recording.remarks;
@@ -150,6 +175,7 @@ Json summary_json(const Run& run, const Settings& settings, const Noise& noise,
   Settings copy = settings;
   summary["settings"] = to_json(setting_list(copy));
   summary["noise"] = noise_json(noise);
+  summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;
   return summary;
 }

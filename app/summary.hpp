@@ -30,6 +30,10 @@ nlohmann::ordered_json run_json(const Run& run, const std::string& mode, const s
                                 const std::vector<TrueLandmark>& true_landmarks,
                                 std::vector<std::string>& remarks);
 
+/// `cameras` of summary.json (docs/formats.md): where the recording's cameras are on the IMU and
+/// how wide they see, for the page to draw them.
+nlohmann::ordered_json cameras_json(const Recording& recording);
+
 /// summary.json: figures (design.md §6), settings, noise, version, remarks; nothing in it differs
 /// between two runs of the same input and settings. Adds to the remarks as evaluation_json().
 nlohmann::ordered_json summary_json(const Run& run, const Settings& settings, const Noise& noise,

@@ -1,10 +1,10 @@
 // The map: what it shows and how it answers.
-import { downloadPng, prepareCanvas } from './canvas';
+import { prepareCanvas } from './canvas';
 import { AXES } from './data';
 import { downloadCsv, fileName } from './files';
 import { byId, fixed, grouped, make, number, swatch, toggle } from './format';
 import { drawMap, estimateColour, type MapOptions } from './map_draw';
-import { type MapHost, MapInput, nearestOnScreen, placeTip, startMapButtons } from './map_input';
+import { type MapHost, MapInput, nearestOnScreen, placeTip } from './map_input';
 import { COVARIANCES, MapView } from './map_view';
 import { activeRun, type Run } from './runs';
 import { app, listen, setCursor, throttled } from './store';
@@ -18,8 +18,6 @@ export class MapPanel implements MapHost {
 
   constructor(private readonly options: MapOptions) {
     new MapInput(this);
-    startMapButtons('map', this);
-    this.listenToOptions();
     listen('cursor', this.draw);
     listen('shown', () => { this.view.colourBy(this.options.colour); this.draw(); });
     listen('theme', () => {
@@ -27,7 +25,6 @@ export class MapPanel implements MapHost {
       this.draw();
     });
     listen('run', () => this.showRun());
-    listen('print', () => { this.resize(); this.drawNow(); });
     new ResizeObserver(() => { this.resize(); this.draw(); }).observe(this.canvas);
   }
 
@@ -60,7 +57,7 @@ export class MapPanel implements MapHost {
     this.draw();
   }
 
-  private drawNow(): void {
+  drawNow(): void {
     // Nothing is drawn while the scene is shown in its place.
     if (!this.ready || this.canvas.clientWidth === 0) return;
     const g = prepareCanvas(this.canvas, this.view.width, this.view.height);
@@ -68,24 +65,15 @@ export class MapPanel implements MapHost {
     this.canvas.setAttribute('aria-label', mapDescription(activeRun()));
   }
 
-  private listenToOptions(): void {
-    const choose = (id: string, apply: (value: string) => void) =>
-      byId<HTMLSelectElement>(id).addEventListener('change', (e) => {
-        apply((e.target as HTMLSelectElement).value);
-        this.draw();
-      });
-    choose('map-ellipses', (v) => { this.options.ellipses = v; });
+  print(): void {
+    this.resize();
+    this.drawNow();
   }
 
   setPlane(name: string): void {
     this.view.setPlane(name);
     this.measure();
     this.fit();
-  }
-
-  savePicture(note: string): void {
-    const { name } = activeRun();
-    downloadPng(fileName(name, 'map'), this.canvas, `Map – ${name}`, note);
   }
 
   /** Answers to the pointer: a landmark tells its numbers, the estimate takes the time cursor. */

@@ -108,7 +108,7 @@ function keysOf(pick: (run: Run) => object): string[] {
 /** Settings, and any other object that the summary holds. */
 function settingsOf(run: Run): Record<string, string> {
   const others = Object.entries(run.summary).filter(([key, v]) =>
-    key !== 'settings' && key !== 'remarks' && !isScalar(v));
+    !['settings', 'remarks', 'cameras'].includes(key) && !isScalar(v));
   return { ...flattened(run.summary.settings), ...flattened(Object.fromEntries(others)) };
 }
 

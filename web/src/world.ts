@@ -1,9 +1,15 @@
-// The panel of the map: which view of it is shown, its legend and its choices.
+// The panel of the scene and the map: which of them is shown, its legend and its choices.
+import { downloadPng } from './canvas';
+import { fileName } from './files';
 import { byId } from './format';
 import { downloadLandmarks, layersText, MapPanel, showMapLegend } from './map';
 import type { MapOptions } from './map_draw';
 import { activeRun } from './runs';
+import { canDraw, ScenePanel } from './scene';
 import { listen, notify } from './store';
+
+/** Views of the scene; all others are planes of the map. */
+const SCENE_VIEWS = ['orbit', 'above', 'follow'];
 
 export class World {
   private readonly options: MapOptions = {
@@ -11,15 +17,33 @@ export class World {
     colour: 'sigma', ellipses: 'auto', truth: 'first',
   };
   private readonly map = new MapPanel(this.options);
+  private readonly scene = canDraw() ? new ScenePanel(this.options, () => this.map.hint()) : null;
+  private readonly select = byId<HTMLSelectElement>('map-view');
 
   constructor() {
-    this.choose('map-view', (v) => this.map.setPlane(v));
+    if (!this.scene) this.goWithoutScene();
+    this.select.addEventListener('change', () => this.setView(this.select.value));
     this.choose('map-colour', (v) => { this.options.colour = v; });
     this.choose('map-truth', (v) => { this.options.truth = v; });
-    byId('map-png').addEventListener('click', () =>
-      this.map.savePicture(layersText(this.options)));
+    this.choose('map-ellipses', (v) => { this.options.ellipses = v; });
+    byId('map-fit').addEventListener('click', () => this.shown().fit());
+    byId('map-in').addEventListener('click', () => this.shown().zoom(1.6));
+    byId('map-out').addEventListener('click', () => this.shown().zoom(1 / 1.6));
+    byId('map-png').addEventListener('click', () => this.savePicture());
     byId('map-csv').addEventListener('click', () => downloadLandmarks(activeRun()));
     listen('run', () => this.showRun());
+    // Paper gets the map: a scene is worth nothing where it cannot be turned.
+    listen('print', () => { this.showMap(true); this.map.print(); });
+    window.addEventListener('afterprint', () => this.showMap(!this.sceneChosen()));
+    this.showMap(!this.sceneChosen());
+  }
+
+  private goWithoutScene(): void {
+    for (const option of [...this.select.options]) {
+      if (SCENE_VIEWS.includes(option.value)) option.remove();
+    }
+    for (const group of this.select.querySelectorAll('optgroup:empty')) group.remove();
+    byId('scene-missing').hidden = false;
   }
 
   private choose(id: string, apply: (value: string) => void): void {
@@ -28,6 +52,34 @@ export class World {
       apply(select.value);
       notify('shown');
     });
+  }
+
+  private sceneChosen(): boolean {
+    return this.scene !== null && SCENE_VIEWS.includes(this.select.value);
+  }
+
+  private shown(): MapPanel | ScenePanel {
+    return this.scene && this.sceneChosen() ? this.scene : this.map;
+  }
+
+  private showMap(shown: boolean): void {
+    byId('map').hidden = !shown;
+    for (const id of ['scene', 'scene-note', 'scene-help']) byId(id).hidden = shown;
+    byId('map-help').hidden = !shown;
+    byId('map-tip').hidden = true;
+  }
+
+  private setView(view: string): void {
+    this.showMap(!this.sceneChosen());
+    if (this.scene && this.sceneChosen()) this.scene.setView(view);
+    else this.map.setPlane(view);
+  }
+
+  private savePicture(): void {
+    const { name } = activeRun(), shown = this.shown();
+    // What WebGL has drawn can be read only right after it.
+    shown.drawNow();
+    downloadPng(fileName(name, 'map'), shown.canvas, `Map – ${name}`, layersText(this.options));
   }
 
   private showRun(): void {

@@ -28,8 +28,11 @@ async function timeCursor(page) {
   const plot = page.locator('#plots .u-over').first(), readout = page.locator('#plots .readout').first();
   await plot.scrollIntoViewIfNeeded();
   const box = await plot.boundingBox(), before = await readout.textContent();
-  await page.mouse.move(box.x + 0.4 * box.width, box.y + 40);
-  await until('a plot moves the cursor', async () => await readout.textContent() !== before);
+  let nudge = 0;
+  await until('a plot moves the cursor', async () => {
+    await page.mouse.move(box.x + 0.4 * box.width + (nudge++ % 2), box.y + 40);
+    return await readout.textContent() !== before;
+  });
   await page.mouse.move(box.x + 60, box.y + 40);
   await page.mouse.down();
   await page.mouse.move(box.x + 160, box.y + 40, { steps: 4 });

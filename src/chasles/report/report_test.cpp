@@ -196,6 +196,15 @@ TEST(Report, AThousandFramesAndSevenThousandLandmarksStayBelowOneAndAHalfMegabyt
   EXPECT_LT(run_page({drive}).size(), 1'500'000U);
 }
 
+// 20 frames a second.
+TEST(Report, TenMinutesStayBelowFifteenMegabytes) {
+  const ReportRun drive = synthetic_drive({.states = 12000, .landmarks = 20000});
+  ASSERT_EQ(drive.run.states.size(), 12000U);
+  const std::size_t size = run_page({drive}).size();
+  RecordProperty("bytes", std::to_string(size));
+  EXPECT_LT(size, 15'000'000U);
+}
+
 TEST(Report, WithoutTruthThereAreNoErrors) {
   ReportRun drive = synthetic_drive({.states = 50, .truth = false, .dead_reckoning = false});
   const nlohmann::json run = run_of(drive);

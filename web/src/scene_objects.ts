@@ -1,0 +1,176 @@
+// What stands in the 3-D scene: paths, landmarks, ellipsoids, cameras, the ground.
+import { BufferGeometry, DynamicDrawUsage, Float32BufferAttribute, InstancedMesh, Line,
+  LineBasicMaterial, LineSegments, type Matrix4, MeshBasicMaterial, type Object3D, Points,
+  PointsMaterial, SphereGeometry } from 'three';
+import { Line2 } from 'three/examples/jsm/lines/Line2.js';
+import { LineGeometry } from 'three/examples/jsm/lines/LineGeometry.js';
+import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
+import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
+import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
+
+import { niceStep } from './canvas';
+import type { Axis, Columns, Vector } from './data';
+import { landmarkScale } from './map_view';
+import type { Run } from './runs';
+import { palette, rampColour } from './theme';
+
+type Path = Record<Axis, ArrayLike<number>>;
+
+/** The 95 % quantile of chi-square with three degrees of freedom. */
+const CHI2_3 = 7.815;
+/** A path is drawn no better with more points than about this many. */
+const ENOUGH = 2000;
+
+/** The points of a path that are at least `step` apart, finite ones alone. */
+function thinned({ x, y, z }: Path, shift: Vector, step: number): number[] {
+  const points: number[] = [];
+  let [lastX, lastY, lastZ] = [Infinity, Infinity, Infinity];
+  for (let i = 0; i < x.length; i++) {
+    const [px, py, pz] = [x[i] + shift[0], y[i] + shift[1], z[i] + shift[2]];
+    const far = !(Math.hypot(px - lastX, py - lastY, pz - lastZ) < step);
+    if (!Number.isFinite(px + py + pz) || (!far && i + 1 < x.length)) continue;
+    points.push(px, py, pz);
+    [lastX, lastY, lastZ] = [px, py, pz];
+  }
+  // A way that crosses itself over and over.
+  const stride = Math.ceil(points.length / (3 * ENOUGH));
+  return stride > 1 ? points.filter((_, k) => Math.floor(k / 3) % stride === 0) : points;
+}
+
+/** `fine`: one pixel wide and whole, for a processor that has to draw a long way. */
+export interface PathLook { colour: string; width: number; dash?: number; shift?: Vector; fine?: boolean }
+
+/** A line of that width [px] along the path; dash is the length of a stroke [m]. */
+export function pathLine(path: Path, size: number, { colour, width, dash, shift, fine }:
+    PathLook):
+    Object3D | null {
+  const points = thinned(path, shift ?? [0, 0, 0], size / ENOUGH);
+  if (points.length < 6) return null;
+  if (fine) {
+    const thin = new BufferGeometry();
+    thin.setAttribute('position', new Float32BufferAttribute(points, 3));
+    return new Line(thin, new LineBasicMaterial({ color: palette[colour] }));
+  }
+  const geometry = new LineGeometry();
+  geometry.setPositions(points);
+  const line = new Line2(geometry, new LineMaterial({ color: palette[colour], linewidth: width,
+    ...(dash === undefined ? {} : { dashed: true, dashSize: dash, gapSize: 0.7 * dash }) }));
+  if (dash !== undefined) line.computeLineDistances();
+  return line;
+}
+
+/** A dot a landmark, coloured as on the map. */
+export function landmarkDots(run: Run, kind: string): Points {
+  const { x, y, z } = run.landmarks, n = x.length;
+  const { values, range, share } = landmarkScale(run.landmarks, run.origin[2], kind);
+  const position = new Float32Array(3 * n), colour = new Float32Array(3 * n);
+  const plain = [1, 3, 5].map((k) => parseInt(palette.landmark.slice(k, k + 2), 16));
+  for (let i = 0; i < n; i++) {
+    position.set([x[i], y[i], z[i]], 3 * i);
+    const rgb = kind === 'plain' || !(range[1] > range[0]) ? plain : rampColour(share(values[i]));
+    colour.set(rgb.map((c) => c / 255), 3 * i);
+  }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new Float32BufferAttribute(position, 3));
+  geometry.setAttribute('color', new Float32BufferAttribute(colour, 3));
+  const material = new PointsMaterial({ size: 3, sizeAttenuation: false, vertexColors: true });
+  return new Points(geometry, material);
+}
+
+/** Maps the unit sphere to the 95 % ellipsoid about row i: the Cholesky factor of its covariance. */
+export function ellipsoidMatrix(c: Columns, i: number, out: Matrix4): Matrix4 {
+  const root = (v: number) => Math.sqrt(Math.max(v, 1e-12));
+  const a = root(c.cxx[i]), b = c.cxy[i] / a, d = c.cxz[i] / a;
+  const e = root(c.cyy[i] - b * b), f = (c.cyz[i] - b * d) / e;
+  const g = root(c.czz[i] - d * d - f * f), k = Math.sqrt(CHI2_3);
+  return out.set(k * a, 0, 0, c.x[i], k * b, k * e, 0, c.y[i], k * d, k * f, k * g, c.z[i],
+    0, 0, 0, 1);
+}
+
+/** Room for that many ellipsoids. */
+export function ellipsoids(room: number, colour: string, opacity: number): InstancedMesh {
+  const mesh = new InstancedMesh(new SphereGeometry(1, 12, 7),
+    new MeshBasicMaterial({ color: palette[colour], transparent: true, opacity, depthWrite: false }),
+    room);
+  mesh.instanceMatrix.setUsage(DynamicDrawUsage);
+  mesh.frustumCulled = false;
+  mesh.count = 0;
+  return mesh;
+}
+
+/** The rows of the `count` landmarks that are nearest to a place. */
+export function nearestRows({ x, y, z }: Path, place: Vector, count: number): number[] {
+  const distance = Float32Array.from(x, (_, i) =>
+    (x[i] - place[0]) ** 2 + (y[i] - place[1]) ** 2 + (z[i] - place[2]) ** 2);
+  const limit = distance.length > count ? distance.slice().sort()[count - 1] : Infinity;
+  const rows: number[] = [];
+  for (let i = 0; i < distance.length && rows.length < count; i++) {
+    if (distance[i] <= limit) rows.push(i);
+  }
+  return rows;
+}
+
+/** Pieces of line between pairs of points, over whatever else is there. */
+function segments(points: number[], color: string, linewidth: number): Object3D {
+  const geometry = new LineSegmentsGeometry();
+  geometry.setPositions(points);
+  const lines = new LineSegments2(geometry, new LineMaterial({ color, linewidth, depthTest: false }));
+  lines.renderOrder = 2;
+  return lines;
+}
+
+/** The body's axes, x red, y green, z blue, of that length [m]. */
+export function bodyAxes(length: number): Object3D[] {
+  return ['#d62a2a', '#1c9a36', '#2f5cf0'].map((colour, k) =>
+    segments([0, 0, 0, ...[0, 1, 2].map((axis) => (axis === k ? length : 0))], colour, 2.6));
+}
+
+/** A camera as summary.json may tell it. */
+export interface Camera {
+  imu_T_cam: number[][];
+  intrinsics: [number, number, number, number];
+  /** Where it is not told, the principal point is taken for the middle. */
+  resolution?: [number, number];
+}
+
+const isNumbers = (v: unknown, n: number): v is number[] =>
+  Array.isArray(v) && v.length === n && v.every(Number.isFinite);
+
+export function camerasOf(run: Run): Camera[] {
+  const { cameras } = run.summary;
+  return (Array.isArray(cameras) ? cameras as Partial<Camera>[] : []).filter((c): c is Camera =>
+    isNumbers(c?.intrinsics, 4) && Array.isArray(c.imu_T_cam) &&
+    c.imu_T_cam.length === 4 && c.imu_T_cam.every((row) => isNumbers(row, 4)));
+}
+
+/** What a camera sees to that depth [m], in the body's axes. Lens distortion is left out. */
+export function frustum({ imu_T_cam: T, intrinsics: [fx, fy, cx, cy], resolution }: Camera,
+    depth: number): Object3D {
+  const [w, h] = resolution ?? [2 * cx, 2 * cy];
+  const corner = (u: number, v: number) => [depth * (u - cx) / fx, depth * (v - cy) / fy, depth];
+  const [a, b, c, d] = [corner(0, 0), corner(w, 0), corner(w, h), corner(0, h)], o = [0, 0, 0];
+  const up = corner(w / 2, -0.12 * h);
+  const pairs = [o, a, o, b, o, c, o, d, a, b, b, c, c, d, d, a, a, up, up, b];
+  const object = segments(pairs.flat(), palette.cursor, 1.6);
+  object.matrix.set(...T.flat() as Parameters<Matrix4['set']>);
+  object.matrixAutoUpdate = false;
+  return object;
+}
+
+/** A grid on the ground about a place; the distance of its lines [m] is returned too. A piece of
+ *  line a cell: long ones that pass behind the camera are not drawn by every driver. */
+export function groundGrid(size: number, x: number, y: number, z: number): [Object3D, number] {
+  const step = niceStep(2 * size, 16), half = Math.ceil(1.3 * size / step);
+  const [x0, y0] = [Math.round(x / step), Math.round(y / step)], points: number[] = [];
+  for (let i = -half; i <= half; i++) {
+    for (let k = -half; k < half; k++) {
+      const along = [k * step, (k + 1) * step], at = i * step;
+      points.push(at, along[0], 0, at, along[1], 0, along[0], at, 0, along[1], at, 0);
+    }
+  }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new Float32BufferAttribute(points, 3));
+  const grid = new LineSegments(geometry, new LineBasicMaterial({ color: palette.line }));
+  grid.position.set(x0 * step, y0 * step, z);
+  return [grid, step];
+}
