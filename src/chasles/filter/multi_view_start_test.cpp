@@ -1,5 +1,6 @@
 #include <Eigen/LU>
 
+#include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_testing.hpp>
 
 namespace chasles {
