@@ -80,7 +80,7 @@ struct DenseMeasurement {
   Eigen::VectorXd r;
 };
 
-inline DenseMeasurement dense_measurement(const State& x, std::span<const Measurement> all) {
+inline DenseMeasurement dense_measurement(const State& x, const std::vector<Measurement>& all) {
   Eigen::Index m = 0;
   for (const Measurement& z : all) m += z.residual.size();
   DenseMeasurement result{Eigen::MatrixXd::Zero(m, x.size()), Eigen::MatrixXd::Zero(m, m),
