@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <array>
 #include <variant>
 #include <vector>
@@ -264,7 +263,7 @@ TEST(Heap, OverTenMinutesGrowsByTheMapAlone) {
 /// Calls in the frames after the warm-up.
 struct Asked {
   long frames = 0, quiet_frames = 0;  ///< quiet: no landmark began or ended
-  long calls = 0, quiet_calls = 0, most = 0;
+  long calls = 0, quiet_calls = 0;
 };
 
 Asked asked_in(const char* scene, double warm_up) {
@@ -287,7 +286,6 @@ Asked asked_in(const char* scene, double warm_up) {
     if (to_seconds(frame->time - begin) < warm_up) continue;
     ++asked.frames;
     asked.calls += calls;
-    asked.most = std::max(asked.most, calls);
     if (!quiet) continue;
     ++asked.quiet_frames;
     asked.quiet_calls += calls;
