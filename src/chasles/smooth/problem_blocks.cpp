@@ -21,6 +21,7 @@ ProblemBlocks::ProblemBlocks(const BlockSizes& sizes, const std::string& chart)
       problem_(std::make_unique<ceres::Problem>(problem_options())) {
   const ErrorChart& coordinates = error_chart(chart);
   for (std::size_t k = 0; k < sizes_.keyframes; ++k) {
+    write_pose({}, motion(k));  // a manifold is asked for its derivative at once
     problem_->AddParameterBlock(motion(k), sizes_.motion(),
                                 new ChartManifold(coordinates, sizes_.velocity));
     if (sizes_.additive > 0) problem_->AddParameterBlock(additive(k), sizes_.additive);

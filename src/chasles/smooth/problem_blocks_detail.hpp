@@ -55,7 +55,7 @@ class ProblemBlocks {
   std::vector<double> deviations() const;
 
  protected:
-  /// Declares all blocks, their numbers still zero.
+  /// Declares all blocks, poses the identity and all other numbers zero.
   ProblemBlocks(const BlockSizes& sizes, const std::string& chart);
   ~ProblemBlocks() = default;
   /// The blocks of a keyframe: motion and, if there are any, additive numbers.
