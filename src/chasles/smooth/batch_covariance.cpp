@@ -1,5 +1,3 @@
-#include <numeric>
-
 #include <Eigen/LU>
 
 #include <chasles/smooth/batch_covariance_detail.hpp>
@@ -8,12 +6,6 @@
 
 namespace chasles::smooth_detail {
 namespace {
-
-std::vector<int> range(int first, int count) {
-  std::vector<int> rows(static_cast<std::size_t>(count));
-  std::iota(rows.begin(), rows.end(), first);
-  return rows;
-}
 
 // The reference chart's errors by the chart's, of [rotation, position, velocity].
 Eigen::Matrix<double, 9, 9> to_reference(const ErrorChart& chart, const InertialState& state) {

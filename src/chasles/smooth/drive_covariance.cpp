@@ -1,5 +1,3 @@
-#include <numeric>
-
 #include <Eigen/LU>
 
 #include <chasles/filter/pixel_sight.hpp>
@@ -8,12 +6,6 @@
 
 namespace chasles::smooth_detail {
 namespace {
-
-std::vector<int> range(int first, int count) {
-  std::vector<int> rows(static_cast<std::size_t>(count));
-  std::iota(rows.begin(), rows.end(), first);
-  return rows;
-}
 
 // The reference chart's errors by the chart's, of [rotation, position].
 Matrix6d to_reference(const DriveInput& input, const DriveState& state) {

@@ -1,3 +1,5 @@
+#include <numeric>
+
 #include <Eigen/Core>
 #include <ceres/crs_matrix.h>
 
@@ -59,6 +61,12 @@ std::vector<double> ProblemBlocks::deviations() const {
     all.push_back(residual.norm());
   }
   return all;
+}
+
+std::vector<int> range(int first, int count) {
+  std::vector<int> rows(static_cast<std::size_t>(count));
+  std::iota(rows.begin(), rows.end(), first);
+  return rows;
 }
 
 ceres::LossFunction* loss_of(const BatchSettings& settings) {

@@ -72,6 +72,9 @@ class ProblemBlocks {
   std::vector<ceres::ResidualBlockId> views_;
 };
 
+/// So many rows of the error vector.
+std::vector<int> range(int first, int count);
+
 /// batch.loss; null: none. Throws UsageError.
 ceres::LossFunction* loss_of(const BatchSettings& settings);
 

@@ -45,6 +45,39 @@ Eigen::MatrixXd covariance(const BodyVelocityModel& model, double tau,
   return Q;
 }
 
+// The scale of an input stands at the twist, so that the noise is the sample's own.
+double input_scale(const BodyVelocityModel& model, const DriveState& now) {
+  return model.scale && !model.velocity_state ? std::exp(now.additive[model.scale_index()]) : 1.0;
+}
+
+TwistDerivatives derivatives_at(const TwistLink& link, const DriveState& now, const SE3& step,
+                                const Vector6d& xi) {
+  const BodyVelocityModel& model = link.model;
+  const int n = link.size();
+  const double scale = input_scale(model, now);
+  const Eigen::Matrix3d Rt = now.world_T_imu.R.transpose();
+  Matrix6d by_next = Matrix6d::Zero(), by_now = Matrix6d::Zero();
+  by_next.topLeftCorner<3, 3>() = by_next.bottomRightCorner<3, 3>() = Rt;
+  by_next.block<3, 3>(3, 0) = hat(step.p) * Rt;
+  by_now.topLeftCorner<3, 3>() = by_now.bottomRightCorner<3, 3>() = -Rt;
+  Vector6d scales;
+  scales << 1, 1, 1, scale, scale, scale;
+  const Matrix6d by_step = scales.asDiagonal() * se3::left_jacobian_inverse(xi);
+  Eigen::MatrixXd next = Eigen::MatrixXd::Identity(n, n);
+  Eigen::MatrixXd before = -next;
+  next.topLeftCorner<6, 6>() = by_step * by_next;
+  before.topLeftCorner<6, 6>() = by_step * by_now;
+  if (model.velocity_state) {
+    before.block<6, 6>(0, 6).diagonal().setConstant(-link.tau);
+  } else {
+    if (model.gyro_bias) {
+      before.block<3, 3>(0, 6 + model.bias_index()).diagonal().setConstant(link.tau);
+    }
+    if (model.scale) before.block<3, 1>(3, 6 + model.scale_index()) = scale * xi.tail<3>();
+  }
+  return {.now = link.whitening * before, .next = link.whitening * next};
+}
+
 }  // namespace
 
 TwistLink twist_link(const BodyVelocityModel& model, double tau, const BodyVelocity& held,
@@ -62,43 +95,18 @@ TwistLink twist_link(const BodyVelocityModel& model, double tau, const BodyVeloc
 Eigen::VectorXd twist_residual(const TwistLink& link, const DriveState& now, const DriveState& next,
                                TwistDerivatives* derivatives) {
   const BodyVelocityModel& model = link.model;
-  const int n = link.size(), bias = model.bias_index();
   const SE3 step = now.world_T_imu.inverse() * next.world_T_imu;
   const Vector6d xi = se3::log(step);
-  // The scale of an input stands at the twist, so that the noise is the sample's own.
-  const double scale =
-      model.scale && !model.velocity_state ? std::exp(now.additive[model.scale_index()]) : 1.0;
-  Eigen::VectorXd r(n);
+  Eigen::VectorXd r(link.size());
   r.tail(model.size()) = next.additive - now.additive;
   if (model.velocity_state) {
     r.head<6>() = xi - link.tau * now.additive.head<6>();
   } else {
     r.head<3>() = xi.head<3>() - link.tau * link.held.angular_imu;
-    if (model.gyro_bias) r.head<3>() += link.tau * now.additive.segment<3>(bias);
-    r.segment<3>(3) = scale * xi.tail<3>() - link.tau * link.held.linear_imu;
+    if (model.gyro_bias) r.head<3>() += link.tau * now.additive.segment<3>(model.bias_index());
+    r.segment<3>(3) = input_scale(model, now) * xi.tail<3>() - link.tau * link.held.linear_imu;
   }
-  if (derivatives != nullptr) {
-    const Eigen::Matrix3d Rt = now.world_T_imu.R.transpose();
-    Matrix6d by_next = Matrix6d::Zero(), by_now = Matrix6d::Zero();
-    by_next.topLeftCorner<3, 3>() = by_next.bottomRightCorner<3, 3>() = Rt;
-    by_next.block<3, 3>(3, 0) = hat(step.p) * Rt;
-    by_now.topLeftCorner<3, 3>() = by_now.bottomRightCorner<3, 3>() = -Rt;
-    Vector6d scales;
-    scales << 1, 1, 1, scale, scale, scale;
-    const Matrix6d by_step = scales.asDiagonal() * se3::left_jacobian_inverse(xi);
-    Eigen::MatrixXd J = Eigen::MatrixXd::Identity(n, n);
-    J.topLeftCorner<6, 6>() = by_step * by_next;
-    derivatives->next = link.whitening * J;
-    J = -Eigen::MatrixXd::Identity(n, n);
-    J.topLeftCorner<6, 6>() = by_step * by_now;
-    if (model.velocity_state) {
-      J.block<6, 6>(0, 6).diagonal().setConstant(-link.tau);
-    } else {
-      if (model.gyro_bias) J.block<3, 3>(0, 6 + bias).diagonal().setConstant(link.tau);
-      if (model.scale) J.block<3, 1>(3, 6 + model.scale_index()) = scale * xi.tail<3>();
-    }
-    derivatives->now = link.whitening * J;
-  }
+  if (derivatives != nullptr) *derivatives = derivatives_at(link, now, step, xi);
   return link.whitening * r;
 }
 
