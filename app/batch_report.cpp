@@ -35,6 +35,11 @@ nlohmann::ordered_json batch_json(const BatchReport& r) {
           {"unobservable", r.unobservable}};
 }
 
+void append_timing(const BatchReport& r, nlohmann::ordered_json& timing) {
+  timing["batch_seconds_solve"] = r.seconds_solve;
+  timing["batch_seconds_covariance"] = r.seconds_covariance;
+}
+
 void append_remarks(const BatchReport& r, std::vector<std::string>& remarks) {
   if (!r.converged) {
     remarks.push_back(fmt::format(

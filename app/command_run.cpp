@@ -11,6 +11,7 @@
 #include <chasles/error.hpp>
 #include <chasles/filter/error_chart.hpp>
 
+#include "batch_report.hpp"
 #include "drive.hpp"
 #include "filter_options.hpp"
 #include "full_covariance.hpp"
@@ -90,8 +91,8 @@ void declare_method(CLI::App& parser, RunOptions& o) {
       "auto: an inertial run finds its start, at rest or in motion (default); truth: it begins at "
       "the true state");
   add("--estimator", o.estimator, "NAME",
-      "filter (default), or batch: the most probable motion given all of a recording with an IMU, "
-      "from the filter's run on (docs/batch.md)");
+      "filter (default), or batch: the most probable motion given all of a recording, from the "
+      "filter's run on (docs/batch.md)");
   add("--threads", o.threads, "N", "1 or 2: images are worked on ahead of the filter; same bytes")
       ->check(CLI::Range(1, 2));
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
@@ -199,14 +200,17 @@ void prepare_outputs(const RunOptions& o) {
   if (!o.full_covariance.empty()) check_full_covariance(o.full_covariance);
 }
 
-Drive estimate(const RunOptions& o, Settings& settings, Recording& recording,
+Drive estimate(const RunOptions& o, DriveRunSettings& settings, Recording& recording,
                const Interrupt& interrupt) {
   Trajectory velocities_alone = dead_reckoning(recording);
   if (!o.trajectory.empty()) {
     follow(recording, read_tum(o.trajectory));
-    settings.hold = "zero-order";
+    settings.filter.hold = "zero-order";
   }
-  Drive result = drive(recording, settings, interrupt, o.quiet);
+  Drive result = drive(recording, settings.filter, interrupt, o.quiet);
+  if (o.estimator == "batch" && !result.interrupted) {
+    smooth(recording, settings.filter, settings.batch, result);
+  }
   result.run.dead_reckoning = std::move(velocities_alone);
   add_remarks(result.run, result.interrupted, recording.frames.size(), recording.remarks);
   return result;
@@ -215,8 +219,9 @@ Drive estimate(const RunOptions& o, Settings& settings, Recording& recording,
 // Writes what there is to write, and returns all figures.
 Json deliver(const RunOptions& o, const Drive& result, const Json& summary, const Stopwatch& wall) {
   if (!o.output.empty()) write_run(result.run, summary, o.output);
-  const Json timing =
+  Json timing =
       timing_json(summary.at("recorded_seconds").get<double>(), wall.seconds(), cpu_seconds());
+  if (result.batch) append_timing(*result.batch, timing);
   if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
   if (!o.full_covariance.empty()) {
     write_full_covariance(*result.slam, result.run.landmarks, o.full_covariance);
@@ -267,17 +272,16 @@ int run(const RunOptions& o) {
   }
   Recording recording = read(o);
   if (recording.velocities.empty()) return run_inertial(o, recording, wall);
-  if (o.estimator != "filter") {
-    throw UsageError(
-        "--estimator batch is for a recording with an IMU: this one has body velocities");
+  if (o.estimator == "batch" && !o.full_covariance.empty()) {
+    throw UsageError("--full-covariance is not kept of --estimator batch");
   }
   if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
-  Settings settings = settings_from(o.settings);
-  check(o, settings);
+  DriveRunSettings settings = settings_from(o.settings);
+  check(o, settings.filter);
   const Interrupt interrupt;
   prepare_outputs(o);
   const Drive result = estimate(o, settings, recording, interrupt);
-  const Json summary = summary_json(result.run, settings, result.noise, recording);
+  const Json summary = summary_json(result, settings, recording);
   const Json figures = deliver(o, result, summary, wall);
   print(o, figures);
   return exit_code(o, result.run, result.interrupted, figures);

@@ -1,5 +1,6 @@
 #include "drive.hpp"
 
+#include "batch_report.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "stopwatch.hpp"
@@ -43,6 +44,7 @@ void process_all(const Recording& recording, const Interrupt& interrupt, bool qu
     if (!frame) continue;  // an IMU sample beside the velocities
     const Estimate estimate = slam.process(*frame);
     result.run.states.push_back(run_state(estimate, 1e3 * frame_time.seconds()));
+    result.estimates.push_back(estimate);
     progress.show(result.run.states.size(),
                   to_seconds(estimate.time - recording.frames.front().time));
     result.interrupted = interrupt.requested();
@@ -52,9 +54,9 @@ void process_all(const Recording& recording, const Interrupt& interrupt, bool qu
   }
 }
 
-std::vector<RunLandmark> landmarks(const Slam& slam) {
+std::vector<RunLandmark> run_landmarks(const std::vector<MapLandmark>& map) {
   std::vector<RunLandmark> result;
-  for (const MapLandmark& l : slam.filter().map()) {
+  for (const MapLandmark& l : map) {
     result.push_back({.id = l.id,
                       .p_world = l.p_world,
                       .covariance = l.covariance,
@@ -77,8 +79,28 @@ Drive drive(const Recording& recording, const Settings& settings, const Interrup
   result.run.truth = recording.truth;
   result.run.plan = recording.plan;
   process_all(recording, interrupt, quiet, result);
-  result.run.landmarks = landmarks(*result.slam);
+  result.run.landmarks = run_landmarks(result.slam->filter().map());
   return result;
+}
+
+void smooth(const Recording& recording, const Settings& settings, const BatchSettings& batch,
+            Drive& drive) {
+  const Stopwatch time;
+  DriveResult result = chasles::smooth({.rig = recording.rig,
+                                        .settings = settings,
+                                        .noise = drive.noise,
+                                        .velocities = recording.velocities,
+                                        .frames = recording.frames,
+                                        .initial = drive.estimates},
+                                       batch);
+  const double milliseconds = 1e3 * time.seconds() / static_cast<double>(result.estimates.size());
+  drive.run.states.clear();
+  for (Estimate& e : result.estimates) {
+    e.health = believable(result.report) ? Health::kOk : Health::kDegraded;
+    drive.run.states.push_back(run_state(e, milliseconds));
+  }
+  drive.run.landmarks = run_landmarks(result.landmarks);
+  drive.batch = result.report;
 }
 
 Trajectory dead_reckoning(const Recording& recording) {

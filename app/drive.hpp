@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <chasles/data/recording.hpp>
@@ -8,6 +9,7 @@
 #include <chasles/slam/noise.hpp>
 #include <chasles/slam/settings.hpp>
 #include <chasles/slam/slam.hpp>
+#include <chasles/smooth/drive_batch.hpp>
 
 namespace chasles::app {
 
@@ -16,15 +18,22 @@ class Interrupt;
 /// A recording after the filter has gone through it.
 struct Drive {
   Run run;
+  std::vector<Estimate> estimates;  ///< the filter's, as they are in `run`
   Noise noise;
-  std::unique_ptr<Slam> slam;  ///< as it is after the last frame
-  bool interrupted = false;    ///< by a signal: `run` ends early
+  std::unique_ptr<Slam> slam;        ///< as it is after the last frame
+  bool interrupted = false;          ///< by a signal: `run` ends early
+  std::optional<BatchReport> batch;  ///< of batch estimation; run is what it found
 };
 
 /// Runs the filter over the whole recording, or until an interrupt. With `quiet` there is no
 /// progress bar.
 Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
             bool quiet);
+
+/// Batch estimation from the filter's run on, which it replaces. Throws as smooth() of
+/// smooth/drive_batch.hpp.
+void smooth(const Recording& recording, const Settings& settings, const BatchSettings& batch,
+            Drive& drive);
 
 /// world_T_imu at every frame from the velocities alone: the pose at the first event is the
 /// identity, midpoint rule, exact exponential. Ends where it is no longer finite.

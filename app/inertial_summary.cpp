@@ -33,10 +33,7 @@ Json timing_json(const InertialDrive& drive, const Json& timing) {
     all["frontend_ms_per_frame"] = 1e3 * drive.frontend.seconds / drive.frontend.frames;
   }
   all["filter_ms_per_frame"] = frames > 0 ? Json(1e3 * drive.filter_seconds / frames) : Json();
-  if (drive.batch) {
-    all["batch_seconds_solve"] = drive.batch->seconds_solve;
-    all["batch_seconds_covariance"] = drive.batch->seconds_covariance;
-  }
+  if (drive.batch) append_timing(*drive.batch, all);
   if (drive.realtime) all["realtime"] = realtime_json(*drive.realtime);
   return all;
 }

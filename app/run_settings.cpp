@@ -1,5 +1,9 @@
 #include "run_settings.hpp"
 
+#include <utility>
+
+#include "filter_options.hpp"
+
 namespace chasles::app {
 
 SettingList setting_list(Settings& settings) {
@@ -14,9 +18,10 @@ SettingList setting_list(Settings& settings) {
   return collector.settings;
 }
 
-Settings settings_from(const SettingSources& sources) {
-  Settings settings;
-  const SettingList list = setting_list(settings);
+DriveRunSettings settings_from(const SettingSources& sources) {
+  DriveRunSettings settings;
+  SettingList list = setting_list(settings.filter);
+  for (Setting& s : setting_list(settings.batch)) list.push_back(std::move(s));
   if (!sources.config.empty()) set_from_file(list, sources.config);
   for (const std::string& assignment : sources.sets) set(list, assignment);
   if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <chasles/slam/settings.hpp>
+#include <chasles/smooth/batch_settings.hpp>
 
 #include "settings_io.hpp"
 
@@ -21,7 +22,14 @@ struct SettingSources {
   std::string chart, mode;        ///< empty: not given
 };
 
+/// All that can be set about a run with body velocities: keys of the filter as they are, of batch
+/// estimation behind "batch.".
+struct DriveRunSettings {
+  Settings filter;
+  BatchSettings batch;
+};
+
 /// Throws UsageError or InputError as set() and set_from_file() do.
-Settings settings_from(const SettingSources& sources);
+DriveRunSettings settings_from(const SettingSources& sources);
 
 }  // namespace chasles::app

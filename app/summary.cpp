@@ -9,7 +9,8 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/landmarks.hpp>
 
-#include "run_settings.hpp"
+#include "batch_report.hpp"
+#include "filter_options.hpp"
 
 namespace chasles::app {
 namespace {
@@ -168,13 +169,17 @@ Json cameras_json(const Recording& recording) {
   return list;
 }
 
-Json summary_json(const Run& run, const Settings& settings, const Noise& noise,
+Json summary_json(const Drive& drive, const DriveRunSettings& settings,
                   const Recording& recording) {
   std::vector<std::string> remarks = recording.remarks;
-  Json summary = run_json(run, settings.mode, settings.chart, recording.true_landmarks, remarks);
-  Settings copy = settings;
-  summary["settings"] = to_json(setting_list(copy));
-  summary["noise"] = noise_json(noise);
+  if (drive.batch) append_remarks(*drive.batch, remarks);
+  Json summary = run_json(drive.run, settings.filter.mode, settings.filter.chart,
+                          recording.true_landmarks, remarks);
+  DriveRunSettings copy = settings;
+  if (drive.batch) summary["batch"] = batch_json(*drive.batch);
+  summary["settings"] = to_json(setting_list(copy.filter));
+  if (drive.batch) summary["settings"].update(to_json(setting_list(copy.batch)));
+  summary["noise"] = noise_json(drive.noise);
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;
   return summary;

@@ -8,8 +8,9 @@
 #include <chasles/data/recording.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/eval/evaluation.hpp>
-#include <chasles/slam/noise.hpp>
-#include <chasles/slam/settings.hpp>
+
+#include "drive.hpp"
+#include "run_settings.hpp"
 
 namespace chasles::app {
 
@@ -36,7 +37,7 @@ nlohmann::ordered_json cameras_json(const Recording& recording);
 
 /// summary.json: figures (design.md §6), settings, noise, version, remarks; nothing in it differs
 /// between two runs of the same input and settings. Adds to the remarks as evaluation_json().
-nlohmann::ordered_json summary_json(const Run& run, const Settings& settings, const Noise& noise,
+nlohmann::ordered_json summary_json(const Drive& drive, const DriveRunSettings& settings,
                                     const Recording& recording);
 
 /// seconds_wall, seconds_cpu and realtime_factor: what differs from run to run.

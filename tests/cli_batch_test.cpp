@@ -117,12 +117,34 @@ TEST(MonteCarloBatch, AveragesOverRuns) {
   EXPECT_EQ(filter.at("estimator"), "batch");
 }
 
-TEST(RunBatch, IsNotForBodyVelocities) {
+TEST(RunBatch, WithBodyVelocitiesTheSame) {
   const Scratch folder;
   simulate(folder);
-  const Outcome outcome = chasles(folder, "run rec --estimator batch");
-  EXPECT_EQ(outcome.code, 1);
-  EXPECT_NE(outcome.err.find("body velocities"), std::string::npos);
+  const std::string command = "run rec --json --quiet ";
+  const Outcome one = chasles(folder, command + "--estimator batch -o one");
+  ASSERT_EQ(one.code, 0) << one.err;
+  ASSERT_EQ(chasles(folder, command + "--estimator batch -o two").code, 0);
+  for (const char* file : {"states.csv", "trajectory.tum", "landmarks.csv", "summary.json"}) {
+    EXPECT_EQ(slurp(folder / "one" / file), slurp(folder / "two" / file)) << file;
+  }
+  const Json filter = Json::parse(chasles(folder, command).out), batch = Json::parse(one.out);
+  EXPECT_FALSE(filter.contains("batch"));
+  EXPECT_TRUE(batch.at("batch").at("converged").get<bool>());
+  EXPECT_EQ(batch.at("frames"), filter.at("frames"));
+  EXPECT_EQ(batch.at("landmarks"), read_run(folder / "one").landmarks.size());
+  EXPECT_EQ(batch.at("settings").at("batch.loss"), "huber");
+  EXPECT_EQ(batch.at("settings").at("stereo_rows"), "mean");
+  EXPECT_TRUE(batch.at("nis_per_dof").is_null());
+  EXPECT_TRUE(batch.at("batch_seconds_solve").is_number());
+  const auto refused = [&](const std::string& more, const std::string& words) {
+    const Outcome outcome = chasles(folder, command + "--estimator batch " + more);
+    EXPECT_EQ(outcome.code, 1) << more;
+    EXPECT_NE(outcome.err.find(words), std::string::npos) << outcome.err;
+  };
+  refused("--mode localize", "--mode slam");
+  refused("--full-covariance P.npy", "--full-covariance");
+  refused("--set batch.loss=square", "huber");
+  refused("--set initial_landmark_sigma=0.1", "initial_landmark_sigma");
 }
 
 }  // namespace

@@ -121,7 +121,8 @@ TEST(SettingsSources, LaterOnesWin) {
   const Settings settings = settings_from({.config = (folder / "c.yaml").string(),
                                            .sets = {"gate=0.6", "chart=right-se3", "gate=0.7"},
                                            .chart = "left-se3",
-                                           .mode = ""});
+                                           .mode = ""})
+                                .filter;
   EXPECT_EQ(settings.waiting_landmarks, Settings{}.waiting_landmarks);
   EXPECT_EQ(settings.min_disparity, 3);
   EXPECT_EQ(settings.gate, 0.7);
@@ -132,9 +133,11 @@ TEST(SettingsSources, LaterOnesWin) {
 TEST(SettingsSources, ThePapersParameterSetsAreRead) {
   const std::string configs = CHASLES_SOURCE_DIR "/configs/";
   const Settings one =
-      settings_from({.config = configs + "du-set1.yaml", .sets = {}, .chart = "", .mode = ""});
+      settings_from({.config = configs + "du-set1.yaml", .sets = {}, .chart = "", .mode = ""})
+          .filter;
   const Settings two =
-      settings_from({.config = configs + "du-set2.yaml", .sets = {}, .chart = "", .mode = ""});
+      settings_from({.config = configs + "du-set2.yaml", .sets = {}, .chart = "", .mode = ""})
+          .filter;
   EXPECT_NEAR(*one.pixel_sigma * *one.pixel_sigma, 1e5, 1e-9);  // Du, Table 1
   EXPECT_NEAR(*two.pixel_sigma * *two.pixel_sigma, 1e3, 1e-9);  // Du, Table 2
   for (const Settings& s : {one, two}) {

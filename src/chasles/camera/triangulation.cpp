@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <memory_resource>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -32,7 +35,7 @@ struct Sight {
 };
 
 struct Sights {
-  std::vector<Sight> views;
+  std::pmr::vector<Sight> views;
   std::size_t anchor = 0;
   double baseline = 0;  // from the anchor to the view farthest from it [m]
 };
@@ -48,8 +51,12 @@ struct Normal {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  // J^T (measured - projected)
 };
 
-std::optional<Sights> sights_of(std::span<const View> views) {
-  Sights sights;
+// As many views, and their rays, need nothing from the heap.
+constexpr std::size_t kUsualViews = 64;
+using Room = std::array<std::byte, kUsualViews*(sizeof(Sight) + sizeof(Eigen::Vector3d))>;
+
+std::optional<Sights> sights_of(std::span<const View> views, std::pmr::memory_resource* memory) {
+  Sights sights{.views = std::pmr::vector<Sight>(memory)};
   sights.views.reserve(views.size());
   for (const View& view : views) {
     if (view.camera == nullptr) return std::nullopt;
@@ -70,7 +77,7 @@ std::optional<Sights> sights_of(std::span<const View> views) {
 
 // Chooses the anchor; false if all views are from one place, to the round-off of their positions.
 bool set_anchor(Sights& sights) {
-  std::vector<Sight>& views = sights.views;
+  std::pmr::vector<Sight>& views = sights.views;
   // The mean relative to the first view: nothing is lost far from the world's origin.
   const Eigen::Vector3d first = views[0].centre_world;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -185,7 +192,7 @@ std::optional<Minimum> minimise(const Sights& sights, const InverseDepthPoint& f
 }
 
 double largest_parallax(const Sights& sights, const Eigen::Vector3d& p_world) {
-  std::vector<Eigen::Vector3d> rays;
+  std::pmr::vector<Eigen::Vector3d> rays(sights.views.get_allocator());
   rays.reserve(sights.views.size());
   double chord2 = 0;
   for (const Sight& view : sights.views) {
@@ -207,7 +214,9 @@ bool in_front(const Sights& sights, const Eigen::Vector3d& p_world) {
 
 std::optional<MultiViewPoint> triangulate(std::span<const View> views) {
   if (views.size() < 2) return std::nullopt;
-  std::optional<Sights> sights = sights_of(views);
+  alignas(std::max_align_t) Room room;
+  std::pmr::monotonic_buffer_resource memory(room.data(), room.size());
+  std::optional<Sights> sights = sights_of(views, &memory);
   if (!sights || !set_anchor(*sights)) return std::nullopt;
   const std::optional<InverseDepthPoint> from = start(*sights);
   if (!from) return std::nullopt;

@@ -34,11 +34,13 @@ void shift_with_time_offset(const State& x, const Vector9d& rate_before, const V
       rate_after - prediction.F.topLeftCorner<9, 9>() * rate_before;
 }
 
-NavState nav_state_by_clock(const Ekf& filter, const Vector9d& rate) {
+NavState nav_state_by_clock(const Ekf& filter, const Vector9d& rate, NavScratch& scratch) {
   const State& x = filter.state();
-  Eigen::MatrixXd J = nav_derivative(x);
-  J.col(x.time_offset_row()) -= J.leftCols<9>() * rate;
-  return nav_state(filter, J);
+  find_nav_derivative(x, scratch);
+  Eigen::MatrixXd& J = scratch.derivative;
+  const Eigen::Matrix<double, 15, 1> moved = J.leftCols<9>() * rate;
+  J.col(x.time_offset_row()) -= moved;
+  return nav_state(filter, scratch);
 }
 
 }  // namespace chasles

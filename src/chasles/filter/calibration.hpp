@@ -51,6 +51,6 @@ void shift_with_time_offset(const State& x, const Vector9d& rate_before, const V
 
 /// nav_state of the instant t + t_d's estimate, which the IMU's clock tells, instead of that of the
 /// image: `rate` is motion_rate there.
-NavState nav_state_by_clock(const Ekf& filter, const Vector9d& rate);
+NavState nav_state_by_clock(const Ekf& filter, const Vector9d& rate, NavScratch& scratch);
 
 }  // namespace chasles

@@ -188,7 +188,8 @@ TEST(TimeOffset, ByTheClockItsErrorIsAnErrorOfTheMotion) {
   const Ekf ekf = test::inertial_filter(kStandardChart, random, false, true);
   const State& x = ekf.state();
   const Vector9d rate = random.normal_vector(9);
-  const NavState by_clock = nav_state_by_clock(ekf, rate);
+  NavScratch scratch;
+  const NavState by_clock = nav_state_by_clock(ekf, rate, scratch);
   const MatrixXd P = ekf.core_covariance();
   MatrixXd J = MatrixXd::Identity(x.core_size(), x.core_size());
   J.block<9, 1>(0, x.time_offset_row()) = -rate;

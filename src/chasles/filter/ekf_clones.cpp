@@ -10,7 +10,6 @@
 namespace chasles {
 
 using Eigen::Matrix3d;
-using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
 void Ekf::clone_pose(int id, Time time) {
@@ -81,7 +80,8 @@ void Ekf::compose() {
   const SE3 imu_T_world = state_.world_T_imu.inverse();
   const Matrix3d Rt = imu_T_world.R;
   const Vector3d p = state_.world_T_imu.p;
-  MatrixXd J = MatrixXd::Identity(covariance_.size(), covariance_.size());
+  auto J = work_.B.take(covariance_.size(), covariance_.size());
+  J.setIdentity();
   J.topRows<6>().setZero();
   // A vector x of the world goes to R^T (x - p) or, a velocity, to R^T x.
   const auto move = [&](int row, const Vector3d& x, bool is_point) {
@@ -119,8 +119,11 @@ void Ekf::compose() {
   state_.nav_T_world->R = so3::normalized(state_.nav_T_world->R);
   state_.world_T_imu = {};
   auto P = covariance_.all();
-  const MatrixXd JP = dense::product(J, P);
-  P = dense::product(JP, J.transpose().eval());
+  auto JP = work_.product.take(J.rows(), J.cols());
+  dense::multiply(J, P, JP);
+  auto J_transposed = work_.other.take(J.rows(), J.cols());
+  J_transposed = J.transpose();
+  dense::multiply(JP, J_transposed, P);
   dense::mirror_lower(P);
 }
 

@@ -74,10 +74,11 @@ void use_first_estimates(const InertialModel& model, const State& x, double dura
   prediction.F.block<3, 3>(6, 0) = -hat(*prediction.v_world - before.v_world - duration * gravity);
 }
 
-MatrixXd nav_derivative(const State& x) {
+void find_nav_derivative(const State& x, NavScratch& scratch) {
   const SE3 nav_T_world = x.nav_T_world.value_or(SE3{});
   const Matrix3d& R = nav_T_world.R;
-  MatrixXd J = MatrixXd::Zero(15, x.core_size());
+  MatrixXd& J = scratch.derivative;
+  J.setZero(15, x.core_size());
   for (const int row : {0, 3, 6}) J.block<3, 3>(row, row) = R;
   J.block<6, 6>(9, x.additive_row()).setIdentity();
   if (x.nav_T_world) {
@@ -87,18 +88,23 @@ MatrixXd nav_derivative(const State& x) {
     J.block<3, 3>(3, nav + 3).setIdentity();
     J.block<3, 3>(6, nav) = -hat(R * *x.v_world);
   }
-  return J;
 }
 
-NavState nav_state(const Ekf& filter, const MatrixXd& derivative) {
+NavState nav_state(const Ekf& filter, NavScratch& scratch) {
   const State& x = filter.state();
+  const int n = x.core_size();
+  scratch.product.noalias() = scratch.derivative * filter.covariance().topLeftCorner(n, n);
   const SE3 nav_T_world = x.nav_T_world.value_or(SE3{});
   return {.nav_T_imu = nav_T_world * x.world_T_imu,
           .v_nav = nav_T_world.R * *x.v_world,
           .biases = x.additive,
-          .covariance = derivative * filter.core_covariance() * derivative.transpose()};
+          .covariance = scratch.product * scratch.derivative.transpose()};
 }
 
-NavState nav_state(const Ekf& filter) { return nav_state(filter, nav_derivative(filter.state())); }
+NavState nav_state(const Ekf& filter) {
+  NavScratch scratch;
+  find_nav_derivative(filter.state(), scratch);
+  return nav_state(filter, scratch);
+}
 
 }  // namespace chasles

@@ -50,9 +50,13 @@ struct NavState {
 };
 NavState nav_state(const Ekf& filter);
 
-/// d (NavState's errors) / d (errors of the core): 15 x core_size; and the motion with the
-/// covariance that such a derivative makes.
-Eigen::MatrixXd nav_derivative(const State& x);
-NavState nav_state(const Ekf& filter, const Eigen::MatrixXd& derivative);
+/// What nav_state writes on the way.
+struct NavScratch {
+  Eigen::MatrixXd derivative;  ///< d (NavState's errors) / d (errors of the core): 15 x core_size
+  Eigen::MatrixXd product;
+};
+void find_nav_derivative(const State& x, NavScratch& scratch);
+/// The motion with the covariance that the scratch's derivative makes.
+NavState nav_state(const Ekf& filter, NavScratch& scratch);
 
 }  // namespace chasles

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -28,6 +29,14 @@ struct Measurement {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> noise;
   double gate = std::numeric_limits<double>::infinity();  ///< on residual^T S^-1 residual
   std::vector<OfClone> clones = {};                       ///< the same six may be there twice
+
+  /// As new, but that `clones` keep their room.
+  void clear() {
+    std::vector<OfClone> room = std::move(clones);
+    room.clear();
+    *this = {};
+    clones = std::move(room);
+  }
 };
 
 /// A landmark to begin, with the derivative of its position (of its inverse depth, if it is
@@ -49,6 +58,14 @@ struct NewLandmark {
   SE3 cam_T_imu = {};
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();
   int camera = 0;
+
+  /// As new, but that `clones` keep their room.
+  void clear() {
+    std::vector<OfClone> room = std::move(clones);
+    room.clear();
+    *this = {};
+    clones = std::move(room);
+  }
 };
 
 }  // namespace chasles

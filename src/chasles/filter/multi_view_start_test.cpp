@@ -1,5 +1,6 @@
 #include <Eigen/LU>
 
+#include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_testing.hpp>
 
 namespace chasles {
@@ -93,7 +94,8 @@ TEST_P(MultiViewStartTest, RestSaysNothingOfTheLandmarkAndAllThatIsLeftOfTheClon
       ASSERT_TRUE(start);
       const Batch batch = batch_of(t, start->landmark);
       const Eigen::Index n = t.filter.state().size();
-      const auto rest = test::dense_measurement(t.filter.state(), start->rest);
+      const auto rest =
+          test::dense_measurement(t.filter.state(), {start->rest.begin(), start->rest.end()});
       EXPECT_EQ(start->rest_rows, batch.r.size() - 3);
       EXPECT_EQ(rest.r.size(), start->rest_rows);
       EXPECT_TRUE(

@@ -2,6 +2,7 @@
 
 #include <chasles/camera/stereo.hpp>
 #include <chasles/filter/pixel_sight.hpp>
+#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 
@@ -21,6 +22,17 @@ std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const Homo
   seen.d_w = d_p_cam * camera.cam_T_imu.p - seen.d_point * world_T_imu.p;
   seen.d_pose << seen.d_point * hat(from_imu), -point.w * seen.d_point;
   return seen;
+}
+
+Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3& world_T_imu,
+                                                 const HomogeneousPoint& point,
+                                                 const Eigen::Matrix<double, 2, 3>& d_point) {
+  const Eigen::Matrix<double, 2, 3> d_imu = d_point * world_T_imu.R;
+  const Eigen::Vector3d p_imu =
+      world_T_imu.R.transpose() * (point.p_world - point.w * world_T_imu.p);
+  Eigen::Matrix<double, 2, 6> d;
+  d << d_imu * hat(p_imu - point.w * camera.cam_T_imu.inverse().p), -point.w * d_imu;
+  return d;
 }
 
 }  // namespace chasles

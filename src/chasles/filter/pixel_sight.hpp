@@ -23,6 +23,11 @@ struct Seen {
 std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
                         const Eigen::Vector2d& pixel);
 
+/// d predicted / d (errors of imu_T_camera) of the same, p_cam = R_ic^T (p_imu - p_ic).
+Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3& world_T_imu,
+                                                 const HomogeneousPoint& point,
+                                                 const Eigen::Matrix<double, 2, 3>& d_point);
+
 /// Where an anchored landmark is, from its anchor: State::homogeneous without a state.
 HomogeneousPoint homogeneous(const Clone& anchor, const Landmark& landmark);
 

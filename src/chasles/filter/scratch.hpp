@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -28,6 +30,50 @@ class Scratch {
 
  private:
   Eigen::VectorXd storage_;
+};
+
+/// A list whose elements, when they go, leave what they hold of the heap to those that come: after
+/// a while it is not asked any more. What comes is therefore not empty, but to be written anew.
+template <class T>
+class Reused {
+ public:
+  T* begin() { return items_.data(); }
+  T* end() { return items_.data() + size_; }
+  const T* begin() const { return items_.data(); }
+  const T* end() const { return items_.data() + size_; }
+  std::size_t size() const { return size_; }
+  bool empty() const { return size_ == 0; }
+  T& operator[](std::size_t i) { return items_[i]; }
+  const T& operator[](std::size_t i) const { return items_[i]; }
+
+  T& append() {
+    if (size_ == items_.size()) items_.emplace_back();
+    return items_[size_++];
+  }
+  /// One more, before `place`.
+  T& insert(const T* place) {
+    const auto at = place - begin();
+    append();
+    std::rotate(begin() + at, end() - 1, end());
+    return items_[static_cast<std::size_t>(at)];
+  }
+  void remove_last() { --size_; }
+  void clear() { size_ = 0; }
+  /// The others keep their order.
+  template <class Predicate>
+  void remove_if(const Predicate& goes) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < size_; ++i) {
+      if (goes(std::as_const(items_[i]))) continue;
+      if (kept != i) std::swap(items_[kept], items_[i]);
+      ++kept;
+    }
+    size_ = kept;
+  }
+
+ private:
+  std::vector<T> items_;
+  std::size_t size_ = 0;
 };
 
 /// What the algebra of an update writes on the way (whitening.hpp).

@@ -1,9 +1,7 @@
 #include <chasles/filter/stereo_measurement.hpp>
 
 namespace chasles {
-namespace {
 
-// The rows as a linear map of (uL, vL, uR, vR).
 Eigen::Matrix<double, Eigen::Dynamic, 4, 0, 4, 4> rows_of(StereoRows rows) {
   if (rows == StereoRows::kAll) return Eigen::Matrix4d::Identity();
   Eigen::Matrix<double, Eigen::Dynamic, 4, 0, 4, 4> A(rows == StereoRows::kMean ? 2 : 3, 4);
@@ -13,14 +11,12 @@ Eigen::Matrix<double, Eigen::Dynamic, 4, 0, 4, 4> rows_of(StereoRows rows) {
   return A;
 }
 
-Eigen::Vector4d variances(StereoRows rows, const StereoNoise& noise) {
+Eigen::Vector4d variances_of(StereoRows rows, const StereoNoise& noise) {
   const double u2 = noise.u * noise.u;
   const double v2 = noise.v * noise.v;
   if (rows == StereoRows::kAll) return {u2, v2, u2, v2};
   return {u2, v2, noise.disparity * noise.disparity, 0};
 }
-
-}  // namespace
 
 std::optional<Measurement> measure_stereo(const StereoRig& rig, StereoRows rows,
                                           const StereoNoise& noise, const State& x, int index,
@@ -40,7 +36,7 @@ std::optional<Measurement> measure_stereo(const StereoRig& rig, StereoRows rows,
   result.d_core.resize(A.rows(), 6);
   result.d_core.leftCols<3>() = result.d_landmark * hat(from_imu_world);
   result.d_core.rightCols<3>() = -result.d_landmark;
-  result.noise = variances(rows, noise).head(A.rows()).asDiagonal();
+  result.noise = variances_of(rows, noise).head(A.rows()).asDiagonal();
   return result;
 }
 

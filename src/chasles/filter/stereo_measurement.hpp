@@ -23,6 +23,11 @@ struct StereoNoise {
   double disparity = 1;  ///< of uL - uR
 };
 
+/// The rows as a linear map of (uL, vL, uR, vR), and their variances, as many as there are rows,
+/// then zeros [px^2].
+Eigen::Matrix<double, Eigen::Dynamic, 4, 0, 4, 4> rows_of(StereoRows rows);
+Eigen::Vector4d variances_of(StereoRows rows, const StereoNoise& noise);
+
 /// The observation of landmark `index` of the state, linearised; none where the landmark has no
 /// projection from the estimated pose.
 std::optional<Measurement> measure_stereo(const StereoRig& rig, StereoRows rows,

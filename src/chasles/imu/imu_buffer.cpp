@@ -51,17 +51,22 @@ void ImuBuffer::add(const ImuSample& sample) {
 }
 
 std::vector<ImuInterval> ImuBuffer::between(Time from, Time to) {
-  std::vector<ImuInterval> intervals;
-  if (samples_.empty() || to <= from) return intervals;
+  std::vector<ImuInterval> result;
+  between(from, to, result);
+  return result;
+}
+
+void ImuBuffer::between(Time from, Time to, std::vector<ImuInterval>& result) {
+  result.clear();
+  if (samples_.empty() || to <= from) return;
   if (from < samples_.front().time || to > samples_.back().time) ++counts_.extrapolated;
   auto after = std::ranges::upper_bound(std::as_const(samples_), from, {}, &ImuSample::time);
   for (Time start = from; start < to;) {
     const Time end = after == samples_.end() ? to : std::min(to, after->time);
-    intervals.push_back(interval(start, end, after));
+    result.push_back(interval(start, end, after));
     start = end;
     if (after != samples_.end() && after->time == end) ++after;
   }
-  return intervals;
 }
 
 ImuInterval ImuBuffer::interval(Time start, Time end, const Position& after) const {

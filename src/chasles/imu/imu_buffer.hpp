@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <vector>
 
@@ -47,6 +46,8 @@ class ImuBuffer {
   /// after the last the nearest one is held (counted once a call). Without any sample, or to <=
   /// from: empty.
   std::vector<ImuInterval> between(Time from, Time to);
+  /// The same into a list that there is.
+  void between(Time from, Time to, std::vector<ImuInterval>& result);
 
   /// The signal at an instant, as between() has it: on the line between two samples (kInstant), or
   /// the sample that holds there (kIntervalMean); before the first and after the last the nearest.
@@ -62,7 +63,7 @@ class ImuBuffer {
   const Counts& counts() const { return counts_; }
 
  private:
-  using Position = std::deque<ImuSample>::const_iterator;
+  using Position = std::vector<ImuSample>::const_iterator;
   /// One of the two.
   struct Sensor {
     Eigen::Vector3d ImuSample::*value;
@@ -86,7 +87,7 @@ class ImuBuffer {
   Sensor accelerometer_{&ImuSample::specific_force_imu, options_.accelerometer_range};
   Sensor gyroscope_{&ImuSample::angular_rate_imu, options_.gyroscope_range};
   Counts counts_;
-  std::deque<ImuSample> samples_;
+  std::vector<ImuSample> samples_;
 };
 
 }  // namespace chasles

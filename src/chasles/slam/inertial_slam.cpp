@@ -151,8 +151,9 @@ bool InertialSlam::hold_still(const FeatureFrame& frame, Time since) {
     return false;
   }
   const State& x = filter_.state();
-  const auto both = rest_measurements(x, x.clone(*still_since_), to_seconds(since),
-                                      settings_.standstill_velocity_sigma);
+  auto& both = work_.rest;
+  rest_measurements(x, x.clone(*still_since_), to_seconds(since),
+                    settings_.standstill_velocity_sigma, both);
   if (!(filter_.joint_normalised_square(both) < gate_square(9))) return false;
   return !filter_.update(both).failed;
 }
@@ -176,13 +177,12 @@ void InertialSlam::retire_unseen() {
   indices.clear();
   const auto& landmarks = filter_.state().landmarks;
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
-    const LandmarkId id = landmarks[static_cast<std::size_t>(i)].id;
-    const Last& last = last_.at(id);
+    const Last& last = last_[static_cast<std::size_t>(i)];
     const bool believed = last.refused < settings_.max_refusals;
     if (believed && frame_ - last.seen <= settings_.waiting_frames) continue;
     indices.push_back(i);
-    last_.erase(id);
   }
+  for (auto i = indices.rbegin(); i != indices.rend(); ++i) last_.erase(last_.begin() + *i);
   filter_.retire(indices);
 }
 
@@ -194,7 +194,7 @@ void InertialSlam::forget_unused_clones() {
     if (landmark.anchor) used.push_back(*landmark.anchor);
   }
   if (still_since_) used.push_back(*still_since_);
-  for (const auto& [id, track] : tracks_) {
+  for (const Track& track : tracks_) {
     for (const ClonedView& view : track.views) used.push_back(view.clone);
   }
   std::sort(used.begin(), used.end());

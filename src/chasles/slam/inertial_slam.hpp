@@ -1,12 +1,11 @@
 #pragma once
 
-#include <deque>
-#include <map>
-#include <string>
-#include <unordered_map>
+#include <array>
+#include <span>
 #include <vector>
 
 #include <chasles/filter/inertial_model.hpp>
+#include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/slam/inertial_settings.hpp>
@@ -65,14 +64,16 @@ class InertialSlam {
  private:
   using Views = std::vector<ClonedView>;
   struct Track {
+    LandmarkId id = 0;
     Views views;
-    int seen = 0;  ///< the latest frame
+    int seen = 0;        ///< the latest frame
+    bool ended = false;  ///< it is now a landmark, or not seen any more
   };
 
   void advance_to(Time time);
   const Prediction& predict_to(Time time);
   Vector9d rate_at(const InertialState& state, Time of_imu) const;
-  NavState motion() const;
+  NavState motion();
   double time_offset() const;
   bool has_sane_clock() const;
   const std::vector<const PixelObservation*>& usable(const FeatureFrame& frame);
@@ -82,6 +83,9 @@ class InertialSlam {
   void begin_at_once(const std::vector<const PixelObservation*>& fresh, InertialEstimate& e);
   void begin_from_tracks(InertialEstimate& e);
   void begin_what_is_missing(InertialEstimate& e);
+  Track& track_of(LandmarkId id);
+  void forget_ended_tracks();
+  bool find_start(LandmarkId id, const Views& views);
   bool begin(LandmarkId id, const Views& views);
   void use_rest(LandmarkId id, const Views& views);
   Linearisation linearisation() const {
@@ -92,7 +96,7 @@ class InertialSlam {
   bool cannot_be(const Landmark& landmark) const;
   double gate_square(int dof) const;  ///< what a squared innovation may be
   void settle();
-  void note_refusals(const std::vector<Measurement>& known, const std::vector<bool>& accepted);
+  void note_refusals(std::span<const Measurement> known, const std::vector<bool>& accepted);
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
                            const UpdateReport& report, InertialEstimate& e);
   void retire_unseen();
@@ -116,14 +120,14 @@ class InertialSlam {
   std::optional<int> still_since_;  ///< clone of the pose that the rest began with
   PredictedMotion predicted_;       ///< for first estimates
   int frame_ = 0;
-  std::deque<int> window_;              ///< clones that tracks may have views from
-  bool cloned_ = false;                 ///< the present frame's pose is a clone
-  std::map<LandmarkId, Track> tracks_;  ///< not in the state; ordered: same bytes
+  std::vector<int> window_;  ///< clones that tracks may have views from
+  bool cloned_ = false;      ///< the present frame's pose is a clone
+  Reused<Track> tracks_;     ///< not in the state; ids rise
   struct Last {
     int seen = 0;     ///< frame
     int refused = 0;  ///< frames in a row in which the gate refused it
   };
-  std::unordered_map<LandmarkId, Last> last_;  ///< of the landmarks of the state
+  std::vector<Last> last_;  ///< of the landmarks of the state, in their order
   struct WhitenedPixel {
     LandmarkId landmark = 0;
     int camera = 0;
@@ -142,11 +146,16 @@ class InertialSlam {
     std::vector<Place> places;
     std::vector<std::pair<LandmarkId, int>> numbers;  ///< of the landmarks of the state; rising
     std::vector<const PixelObservation*> usable, predicted, fresh;
-    std::vector<Measurement> known;
+    Reused<Measurement> known;
+    std::array<Measurement, 2> rest;
     std::vector<WhitenedPixel> innovations;
-    std::vector<LandmarkId> ended;
+    std::vector<NewLandmark> begun;
     std::vector<int> retired, used, unused;
+    std::vector<ImuInterval> intervals;
     Prediction prediction;
+    NavScratch nav;
+    MultiViewScratch multi_view;
+    MultiViewStart start;
   };
   Workspace work_;
 };

@@ -52,7 +52,8 @@ void InertialSlam::advance_to(Time time) {
 
 const Prediction& InertialSlam::predict_to(Time time) {
   const State& x = filter_.state();
-  const std::vector<ImuInterval> intervals = imu_.between(clock(now_), clock(time));
+  std::vector<ImuInterval>& intervals = work_.intervals;
+  imu_.between(clock(now_), clock(time), intervals);
   if (time > now_ && intervals.empty()) {
     throw InputError("no IMU sample before the frame at " + std::to_string(time.count()) + " ns");
   }
@@ -80,11 +81,14 @@ Vector9d InertialSlam::rate_at(const InertialState& state, Time of_imu) const {
 }
 
 // At the instant that e.time names.
-NavState InertialSlam::motion() const {
+NavState InertialSlam::motion() {
   const State& x = filter_.state();
-  if (!x.time_offset) return nav_state(filter_);
-  return nav_state_by_clock(
-      filter_, rate_at(inertial_state(x.world_T_imu, *x.v_world, x.additive), clock(now_)));
+  if (!x.time_offset) {
+    find_nav_derivative(x, work_.nav);
+    return nav_state(filter_, work_.nav);
+  }
+  const auto now = inertial_state(x.world_T_imu, *x.v_world, x.additive);
+  return nav_state_by_clock(filter_, rate_at(now, clock(now_)), work_.nav);
 }
 
 void InertialSlam::note_prediction() {

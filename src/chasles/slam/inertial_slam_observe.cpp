@@ -6,11 +6,6 @@
 
 // What the filter takes from a frame's pixels, and how they agree with what it expected.
 namespace chasles {
-namespace {
-
-constexpr std::size_t kUsualViews = 8;  // a track has more of them only in long waits
-
-}  // namespace
 
 // Of two of one landmark in one camera the first counts; the frame's order is kept.
 const std::vector<const PixelObservation*>& InertialSlam::usable(const FeatureFrame& frame) {
@@ -83,7 +78,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
       fresh.push_back(o);
       continue;
     }
-    Last& last = last_[o->landmark];
+    Last& last = last_[static_cast<std::size_t>(*number)];
     last.seen = frame_;
     const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(*number)];
     if (cannot_be(landmark)) {
@@ -92,9 +87,10 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
       continue;
     }
     const Camera& camera = cameras_[static_cast<std::size_t>(o->camera)];
-    auto z = measure_pixel(camera, pixel_sigma_ * softness(*number), filter_.state(), *number,
-                           o->pixel, linearisation(), o->camera);
-    if (!z) {  // where it is thought to be, it could not be seen
+    Measurement& z = known.append();
+    if (!measure_pixel(camera, pixel_sigma_ * softness(*number), filter_.state(), *number, o->pixel,
+                       linearisation(), o->camera, z)) {
+      known.remove_last();  // where it is thought to be, it could not be seen
       ++last.refused;
       ++refused;
       continue;
@@ -102,9 +98,8 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     // The product of two errors is nearly the same in image after image: all looks together may
     // tell no more than a few.
     const int looks = std::min(landmark.observations, settings_.guessed_depth_looks);
-    if (looks > 0) z->noise += looks * bilinear_noise(camera, filter_, *number, o->camera);
-    z->gate = gate;
-    known.push_back(*std::move(z));
+    if (looks > 0) z.noise += looks * bilinear_noise(camera, filter_, *number, o->camera);
+    z.gate = gate;
     predicted.push_back(o);
   }
   const UpdateReport& report = filter_.update(known);
@@ -119,10 +114,9 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     return;
   }
   for (const PixelObservation* o : fresh) {
-    Track& track = tracks_[o->landmark];
+    Track& track = track_of(o->landmark);
     track.seen = frame_;
     if (cloned_) {
-      if (track.views.empty()) track.views.reserve(kUsualViews);
       track.views.push_back({.clone = frame_, .camera = o->camera, .pixel = o->pixel});
     }
   }
@@ -130,11 +124,10 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
 
 // A landmark that is refused again and again is another point by now, or never was one; if it is
 // the pose that is wrong, new landmarks do not inherit its error.
-void InertialSlam::note_refusals(const std::vector<Measurement>& known,
+void InertialSlam::note_refusals(std::span<const Measurement> known,
                                  const std::vector<bool>& accepted) {
   for (std::size_t i = 0; i < known.size(); ++i) {
-    const auto index = static_cast<std::size_t>(known[i].landmark);
-    int& refused = last_.at(filter_.state().landmarks[index].id).refused;
+    int& refused = last_[static_cast<std::size_t>(known[i].landmark)].refused;
     refused = accepted[i] ? 0 : refused + 1;
   }
 }

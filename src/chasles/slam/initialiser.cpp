@@ -123,10 +123,11 @@ std::optional<InertialStart> Initialiser::try_at_rest() {
   for (const FeatureFrame& frame : window_) {
     if (frame.time >= from) frames.push_back(frame);
   }
-  auto requirements =
-      rest_conditions(samples, frames, cameras_.size(), noise_, pixel_sigma_, settings_);
+  RestScratch scratch;
+  const auto& requirements =
+      rest_conditions(samples, frames, cameras_.size(), noise_, pixel_sigma_, settings_, scratch);
   const bool at_rest = all_met(requirements);
-  note("at rest", std::move(requirements));
+  note("at rest", requirements);
   if (!at_rest) return std::nullopt;
   return rest_start(end, rest_means(samples, noise_), noise_, settings_);
 }

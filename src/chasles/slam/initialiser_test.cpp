@@ -87,22 +87,23 @@ TEST(RestConditions, MotionInSamplesOrPixelsIsSaidWithItsMeasure) {
           {.landmark = id, .camera = 0, .pixel = {20.0 * id + normal(), 100 + normal()}});
     }
   }
-  EXPECT_TRUE(all_met(rest_conditions(samples, frames, 1, kNoise, 1, s)));
+  RestScratch scratch;
+  EXPECT_TRUE(all_met(rest_conditions(samples, frames, 1, kNoise, 1, s, scratch)));
   auto drifting = frames;
   for (std::size_t k = 0; k < drifting.size(); ++k) {
     for (auto& o : drifting[k].pixels) o.pixel.x() += 0.25 * static_cast<double>(k);
   }
-  auto found = rest_conditions(samples, drifting, 1, kNoise, 1, s);
+  auto found = rest_conditions(samples, drifting, 1, kNoise, 1, s, scratch);
   EXPECT_FALSE(found.back().met);
   EXPECT_EQ(found.back().name, "displacement of the tracks");
   EXPECT_NEAR(found.back().measured, 2.5, 0.5);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     samples[i].specific_force_imu.x() += 4 * std::sin(0.2 * static_cast<double>(i));
   }
-  found = rest_conditions(samples, frames, 1, kNoise, 1, s);
+  found = rest_conditions(samples, frames, 1, kNoise, 1, s, scratch);
   EXPECT_EQ(found[2].name, "accelerometer deviation");
   EXPECT_FALSE(found[2].met);
-  EXPECT_FALSE(rest_conditions({}, frames, 1, kNoise, 1, s).front().met);
+  EXPECT_FALSE(rest_conditions({}, frames, 1, kNoise, 1, s, scratch).front().met);
 }
 
 TEST(Requirements, MakeASentenceOfWhatIsNotMet) {

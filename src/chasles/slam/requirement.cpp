@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdio>
-#include <utility>
 
 #include <chasles/slam/requirement.hpp>
 
@@ -13,29 +12,31 @@ std::string number(double value) {
   return text;
 }
 
-std::string with_unit(double value, const std::string& unit) {
-  return number(value) + (unit.empty() || unit == "%" ? unit : " " + unit);
+std::string with_unit(double value, std::string_view unit) {
+  return number(value) + (unit.empty() || unit == "%" ? "" : " ") + std::string(unit);
 }
 
 }  // namespace
 
-Requirement at_least(std::string name, double measured, double threshold, std::string unit) {
+Requirement at_least(std::string_view name, double measured, double threshold,
+                     std::string_view unit) {
   return {.way = "",
-          .name = std::move(name),
+          .name = name,
           .measured = measured,
           .threshold = threshold,
           .at_least = true,
-          .unit = std::move(unit),
+          .unit = unit,
           .met = measured >= threshold};
 }
 
-Requirement at_most(std::string name, double measured, double threshold, std::string unit) {
+Requirement at_most(std::string_view name, double measured, double threshold,
+                    std::string_view unit) {
   return {.way = "",
-          .name = std::move(name),
+          .name = name,
           .measured = measured,
           .threshold = threshold,
           .at_least = false,
-          .unit = std::move(unit),
+          .unit = unit,
           .met = measured <= threshold};
 }
 
@@ -46,15 +47,15 @@ bool all_met(std::span<const Requirement> requirements) {
 std::string why_not_initialised(double seconds, std::span<const Requirement> requirements) {
   std::string text = "not initialised after " + number(seconds) + " s";
   const char* separator = ": ";
-  std::string way;
+  std::string_view way;
   for (const Requirement& r : requirements) {
     if (r.met) continue;
     if (r.way != way) {
-      text += (way.empty() ? ": " : "; ") + r.way;
+      text += (way.empty() ? ": " : "; ") + std::string(r.way);
       way = r.way;
       separator = ": ";
     }
-    text += separator + r.name + " " + with_unit(r.measured, r.unit) +
+    text += separator + std::string(r.name) + " " + with_unit(r.measured, r.unit) +
             (r.at_least ? " of at least " : " of at most ") + with_unit(r.threshold, r.unit);
     separator = ", ";
   }

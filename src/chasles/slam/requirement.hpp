@@ -2,23 +2,26 @@
 
 #include <span>
 #include <string>
-#include <vector>
+#include <string_view>
 
 namespace chasles {
 
-/// One condition for a start and how far it was met when it was last looked at.
+/// One condition for a start and how far it was met when it was last looked at. Its texts are
+/// literals.
 struct Requirement {
-  std::string way;   ///< "at rest" or "in motion": one way suffices, with all of its conditions
-  std::string name;  ///< for a person: "parallax"
+  std::string_view way;  ///< "at rest" or "in motion": one way suffices, with all of its conditions
+  std::string_view name;  ///< for a person: "parallax"
   double measured = 0, threshold = 0;
-  bool at_least = true;  ///< measured has to be at least (true) or at most the threshold
-  std::string unit;      ///< of both; empty: a number
+  bool at_least = true;   ///< measured has to be at least (true) or at most the threshold
+  std::string_view unit;  ///< of both; empty: a number
   bool met = false;
 };
 
 /// A condition with its verdict; a measured value that is not a number never meets it.
-Requirement at_least(std::string name, double measured, double threshold, std::string unit);
-Requirement at_most(std::string name, double measured, double threshold, std::string unit);
+Requirement at_least(std::string_view name, double measured, double threshold,
+                     std::string_view unit);
+Requirement at_most(std::string_view name, double measured, double threshold,
+                    std::string_view unit);
 
 bool all_met(std::span<const Requirement> requirements);
 

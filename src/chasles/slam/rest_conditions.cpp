@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <tuple>
 #include <utility>
 
 #include <chasles/slam/rest_conditions.hpp>
@@ -13,46 +13,55 @@ constexpr double kMedianOfRayleigh = 1.1774;  // of the length of a normal vecto
 constexpr double kBiasReach = 4;              // deviations of a bias's prior, in length
 constexpr double kFullWindow = 0.95;
 
-// How far each track moved between the halves of the window, and what noise alone would do.
-struct Displacements {
-  std::vector<double> pixels;
-  double noise = 0;  ///< median that noise makes [px]
-};
-
-struct Halves {
-  Eigen::Vector2d sum[2] = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
-  int count[2] = {0, 0};
-};
-
-Displacements displacements(std::span<const FeatureFrame> frames, std::size_t cameras,
-                            double pixel_sigma) {
-  std::map<std::pair<LandmarkId, int>, Halves> tracks;
+void collect_looks(std::span<const FeatureFrame> frames, std::size_t cameras, RestScratch& s) {
+  s.looks.clear();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::size_t half = 2 * i < frames.size() ? 0 : 1;
     for (const PixelObservation& o : frames[i].pixels) {
       if (!o.pixel.allFinite() || o.camera < 0 || std::cmp_greater_equal(o.camera, cameras)) {
         continue;
       }
-      Halves& track = tracks[{o.landmark, o.camera}];
-      track.sum[half] += o.pixel;
-      ++track.count[half];
+      s.looks.push_back({.landmark = o.landmark,
+                         .camera = o.camera,
+                         .order = s.looks.size(),
+                         .half = half,
+                         .pixel = o.pixel});
     }
   }
-  Displacements result;
-  double variance = 0;
-  for (const auto& [key, track] : tracks) {
-    if (2 * static_cast<std::size_t>(track.count[0] + track.count[1]) < frames.size()) continue;
-    if (track.count[0] == 0 || track.count[1] == 0) continue;
-    result.pixels.push_back((track.sum[1] / track.count[1] - track.sum[0] / track.count[0]).norm());
-    variance += 1.0 / track.count[0] + 1.0 / track.count[1];
-  }
-  if (result.pixels.empty()) return result;
-  variance /= static_cast<double>(result.pixels.size());
-  result.noise = kMedianOfRayleigh * pixel_sigma * std::sqrt(variance);
-  return result;
+  std::ranges::sort(s.looks, [](const RestScratch::Look& a, const RestScratch::Look& b) {
+    return std::tie(a.landmark, a.camera, a.order) < std::tie(b.landmark, b.camera, b.order);
+  });
 }
 
-double median(std::vector<double> values) {
+// How far each track moved between the halves of the window, into the scratch; returns the median
+// that noise alone would make [px].
+double find_displacements(std::span<const FeatureFrame> frames, std::size_t cameras,
+                          double pixel_sigma, RestScratch& s) {
+  collect_looks(frames, cameras, s);
+  s.pixels.clear();
+  double variance = 0;
+  for (auto look = s.looks.begin(); look != s.looks.end();) {
+    const RestScratch::Look& first = *look;
+    Eigen::Vector2d sum[2] = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
+    int count[2] = {0, 0};
+    for (;
+         look != s.looks.end() && look->landmark == first.landmark && look->camera == first.camera;
+         ++look) {
+      sum[look->half] += look->pixel;
+      ++count[look->half];
+    }
+    if (2 * static_cast<std::size_t>(count[0] + count[1]) < frames.size()) continue;
+    if (count[0] == 0 || count[1] == 0) continue;
+    s.pixels.push_back((sum[1] / count[1] - sum[0] / count[0]).norm());
+    variance += 1.0 / count[0] + 1.0 / count[1];
+  }
+  if (s.pixels.empty()) return 0;
+  variance /= static_cast<double>(s.pixels.size());
+  return kMedianOfRayleigh * pixel_sigma * std::sqrt(variance);
+}
+
+// Of values whose order does not matter.
+double median(std::vector<double>& values) {
   const auto middle = values.begin() + std::ssize(values) / 2;
   std::ranges::nth_element(values, middle);
   return *middle;
@@ -60,11 +69,13 @@ double median(std::vector<double> values) {
 
 }  // namespace
 
-std::vector<Requirement> rest_conditions(std::span<const ImuSample> samples,
-                                         std::span<const FeatureFrame> frames, std::size_t cameras,
-                                         const ImuNoise& noise, double pixel_sigma,
-                                         const InitialiserSettings& s) {
-  std::vector<Requirement> requirements;
+const std::vector<Requirement>& rest_conditions(std::span<const ImuSample> samples,
+                                                std::span<const FeatureFrame> frames,
+                                                std::size_t cameras, const ImuNoise& noise,
+                                                double pixel_sigma, const InitialiserSettings& s,
+                                                RestScratch& scratch) {
+  std::vector<Requirement>& requirements = scratch.requirements;
+  requirements.clear();
   const double seconds = samples.size() < 2 ? 0 : rest_means(samples, noise).seconds;
   requirements.push_back(at_least("window", seconds, kFullWindow * s.rest_window, "s"));
   if (!all_met(requirements)) return requirements;
@@ -79,12 +90,12 @@ std::vector<Requirement> rest_conditions(std::span<const ImuSample> samples,
                                  std::abs(means.specific_force_imu.norm() - s.gravity),
                                  kBiasReach * s.accelerometer_bias_sigma, "m/s^2"));
   if (!all_met(requirements)) return requirements;
-  const Displacements moved = displacements(frames, cameras, pixel_sigma);
+  const double noise_pixels = find_displacements(frames, cameras, pixel_sigma, scratch);
   requirements.push_back(
-      at_least(kTracks, static_cast<double>(moved.pixels.size()), s.min_tracks, ""));
+      at_least(kTracks, static_cast<double>(scratch.pixels.size()), s.min_tracks, ""));
   if (!all_met(requirements)) return requirements;
-  requirements.push_back(at_most("displacement of the tracks", median(moved.pixels),
-                                 s.rest_displacement + moved.noise, "px"));
+  requirements.push_back(at_most("displacement of the tracks", median(scratch.pixels),
+                                 s.rest_displacement + noise_pixels, "px"));
   return requirements;
 }
 

@@ -1,34 +1,20 @@
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <tuple>
 #include <utility>
 
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
+#include <chasles/slam/drive_model.hpp>
 #include <chasles/slam/slam.hpp>
 
 namespace chasles {
 namespace {
 
-constexpr double kUnknownVelocity = 100;  // [m/s, rad/s]: the first sample says all
-
-BodyVelocityModel model_of(const Settings& s) {
-  const bool slam = s.mode == "slam";
-  return {.velocity_state = slam && s.velocity == "measured",
-          .gyro_bias = slam && s.gyro_bias,
-          .scale = slam && s.velocity_scale};
-}
-
 // Mapping takes the predicted trajectory for the truth.
 Noise noise_of(const Settings& s, Noise noise) {
   if (s.mode == "map") noise.motion = {};
   return noise;
-}
-
-StereoRows rows_of(const Settings& s) {
-  if (s.stereo_rows == "all") return StereoRows::kAll;
-  return s.stereo_rows == "mean" ? StereoRows::kMean : StereoRows::kMeanDisparity;
 }
 
 double gate_of(double probability, StereoRows rows) {
@@ -41,22 +27,6 @@ State initial_state(const BodyVelocityModel& model) {
   State x;
   x.additive = Eigen::VectorXd::Zero(model.size());
   return x;
-}
-
-Eigen::MatrixXd initial_covariance(const Settings& s, const BodyVelocityModel& model,
-                                   const Noise& noise) {
-  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(6 + model.size());
-  if (s.mode != "map") sigma.head<6>().setConstant(s.initial_pose_sigma);
-  if (model.velocity_state) sigma.segment<6>(6).setConstant(kUnknownVelocity);
-  if (model.gyro_bias) sigma.segment<3>(6 + model.bias_index()).setConstant(noise.gyro_bias_sigma);
-  if (model.scale) sigma[6 + model.scale_index()] = s.velocity_scale_sigma;
-  return sigma.cwiseAbs2().asDiagonal();
-}
-
-BodyVelocity mean(const BodyVelocity& a, const BodyVelocity& b) {
-  return {.time = a.time,
-          .linear_imu = (a.linear_imu + b.linear_imu) / 2,
-          .angular_imu = (a.angular_imu + b.angular_imu) / 2};
 }
 
 }  // namespace
@@ -75,8 +45,7 @@ Slam::Slam(const Settings& settings, const StereoRig& rig, const Noise& noise)
       gate_(gate_of(settings.gate, rows_)),
       loose_gate_(gate_of(settings.loose_gate, rows_)),
       filter_(error_chart(settings.chart), initial_state(model_),
-              initial_covariance(settings, model_, noise_),
-              {.compress_map = settings.compress_map}) {}
+              initial_covariance(settings, noise_), {.compress_map = settings.compress_map}) {}
 
 std::vector<std::string> Slam::additive_names() const {
   std::vector<std::string> names;
@@ -136,14 +105,11 @@ void Slam::process(const BodyVelocity& u) {
     throw InputError("the velocity at " + std::to_string(u.time.count()) + " ns is not finite");
   }
   const BodyVelocity before = velocity_.value_or(u);
-  advance_to(u.time, settings_.hold == "midpoint" ? mean(before, u) : before);
+  advance_to(u.time, held_velocity(settings_, before, u));
   velocity_ = u;
   if (!model_.velocity_state) return;
   use_sample();
-  BodyVelocityNoise noise = noise_.motion;
-  const double relative = settings_.velocity_relative_sigma * u.linear_imu.norm();
-  for (double& sigma : noise.sample_sigma.tail<3>()) sigma = std::hypot(sigma, relative);
-  sample_ = measure_velocity(model_, filter_.state(), u, noise);
+  sample_ = measure_velocity(model_, filter_.state(), u, sample_noise(settings_, noise_.motion, u));
 }
 
 // A velocity waits for a frame of its own instant, to be applied in one update with it.

@@ -32,10 +32,12 @@ bool Standstill::at_rest(const FeatureFrame& frame) {
   const Time oldest = frame.time - from_seconds(kWindow);
   const auto is_old = [&](const auto& seen) { return seen.time < oldest; };
   std::erase_if(samples_, is_old);
-  std::erase_if(frames_, is_old);
-  frames_.push_back(frame);
-  const auto conditions =
-      rest_conditions(samples_, frames_, cameras_, noise_, pixel_sigma_, thresholds_);
+  frames_.remove_if(is_old);
+  FeatureFrame& kept = frames_.append();
+  kept.time = frame.time;
+  kept.pixels = frame.pixels;
+  const auto& conditions =
+      rest_conditions(samples_, frames_, cameras_, noise_, pixel_sigma_, thresholds_, scratch_);
   const bool blind = !conditions.back().met && conditions.back().name == kTracks;
   if (!all_met(conditions) && !(began_ && blind)) {
     began_.reset();
@@ -56,11 +58,13 @@ bool Standstill::quiet(const RestMeans& now) const {
          (now.angular_rate_imu - began_->angular_rate_imu).norm() < rate;
 }
 
-std::array<Measurement, 2> rest_measurements(const State& x, const Clone& began, double seconds,
-                                             double velocity_sigma) {
+void rest_measurements(const State& x, const Clone& began, double seconds, double velocity_sigma,
+                       std::array<Measurement, 2>& result) {
   constexpr double kPositionSigma = 0.005, kRotationSigma = 0.001;  // [m], [rad]
   const double rate = 1 / seconds;
-  Measurement stays, rests;
+  auto& [stays, rests] = result;
+  stays.clear();
+  rests.clear();
   stays.residual.resize(6);
   stays.residual << -so3::log(x.world_T_imu.R * began.world_T_imu.R.transpose()),
       began.world_T_imu.p - x.world_T_imu.p;
@@ -72,7 +76,6 @@ std::array<Measurement, 2> rest_measurements(const State& x, const Clone& began,
   rests.residual = -*x.v_world;
   rests.d_core = Eigen::Matrix3d::Identity();
   rests.noise = Eigen::Matrix3d::Identity() * std::pow(velocity_sigma, 2) * rate;
-  return {stays, rests};
 }
 
 }  // namespace chasles

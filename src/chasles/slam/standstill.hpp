@@ -6,8 +6,10 @@
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/filter/measurement.hpp>
+#include <chasles/filter/scratch.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/slam/initialiser_settings.hpp>
+#include <chasles/slam/rest_conditions.hpp>
 #include <chasles/slam/rest_start.hpp>
 
 namespace chasles {
@@ -32,15 +34,16 @@ class Standstill {
   std::size_t cameras_;
   double pixel_sigma_;
   InitialiserSettings thresholds_;
-  std::vector<ImuSample> samples_;    ///< of the window, and those after the last frame
-  std::vector<FeatureFrame> frames_;  ///< of the window
-  std::optional<RestMeans> began_;    ///< what the samples said when the rest began
+  std::vector<ImuSample> samples_;  ///< of the window, and those after the last frame
+  Reused<FeatureFrame> frames_;     ///< of the window
+  std::optional<RestMeans> began_;  ///< what the samples said when the rest began
+  RestScratch scratch_;
 };
 
 /// What a rest tells: that the pose is still that of its beginning, the clone's (5 mm and 1 mrad
 /// for ground that gives), and that the velocity is zero (`velocity_sigma` [m/s]). The deviations
 /// are what one second of rest tells; `seconds`, since the last frame, tell their part of it.
-std::array<Measurement, 2> rest_measurements(const State& x, const Clone& began, double seconds,
-                                             double velocity_sigma);
+void rest_measurements(const State& x, const Clone& began, double seconds, double velocity_sigma,
+                       std::array<Measurement, 2>& result);
 
 }  // namespace chasles

@@ -13,18 +13,6 @@ namespace {
 
 using namespace smooth_detail;
 
-// When the search has roughly ended: outliers are told from the others.
-constexpr double kRough = 1e-3;
-
-void check_left(const BatchGraph& graph, const BatchReport& report) {
-  if (!graph.points.empty()) return;
-  throw Error(ExitCode::kDiverged,
-              "batch estimation ended where no landmark agrees with its pixels: " +
-                  std::to_string(report.gated) +
-                  " observations are farther than batch.gate from their prediction; expected a "
-                  "beginning nearer to the truth, or a pixel_sigma as it is");
-}
-
 double way(const BatchResult& result) {
   double length = 0;
   for (std::size_t k = 1; k < result.motions.size(); ++k) {
@@ -56,33 +44,25 @@ void check_well_posed(const BatchResult& result) {
 
 BatchResult smooth(const BatchInput& input, const std::string& chart,
                    const BatchSettings& settings) {
-  if (settings.landmarks != "inverse-depth" && settings.landmarks != "cartesian") {
-    throw UsageError("batch.landmarks: found '" + settings.landmarks +
-                     "', expected cartesian or inverse-depth");
-  }
+  check_landmark_form(settings);
   BatchResult result;
   BatchReport& report = result.report;
   const double begun = processor_seconds();
   BatchGraph graph = batch_graph(input, settings, report);
   auto problem = std::make_unique<BatchProblem>(input, chart, settings, graph);
-  const bool gated = settings.gate > 0;
-  solve(*problem, graph, settings,
-        {.steps = settings.max_iterations,
-         .tolerance = gated ? std::max(kRough, settings.tolerance) : settings.tolerance},
-        report);
-  problem->write_to(graph);
-  const int steps_left = settings.max_iterations - report.iterations;
-  if (gated && steps_left < 1) report.converged = false;
-  if (gated && steps_left > 0) {
-    if (cull(input, problem->deviations(), settings.gate, graph, report) > 0) {
-      check_left(graph, report);
-      problem = std::make_unique<BatchProblem>(input, chart, settings, graph);
-    }
-    solve(*problem, graph, settings, {.steps = steps_left, .tolerance = settings.tolerance},
-          report);
-    problem->write_to(graph);
-  }
-  judge(*problem, graph, settings, report);
+  search(
+      settings, report,
+      [&](const Search& steps) {
+        solve(*problem, settings, steps, report);
+        problem->write_to(graph);
+      },
+      [&] {
+        if (cull(input, problem->deviations(), settings.gate, graph, report) == 0) return;
+        check_left(graph.points.size(), report);
+        problem = std::make_unique<BatchProblem>(input, chart, settings, graph);
+      });
+  const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
+  judge(*problem, dof, settings, report);
   const double solved = processor_seconds();
   report.seconds_solve = solved - begun;
   add_estimates(*problem, input, chart, graph, result);

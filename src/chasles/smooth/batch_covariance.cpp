@@ -1,5 +1,3 @@
-#include <numeric>
-
 #include <Eigen/LU>
 
 #include <chasles/smooth/batch_covariance_detail.hpp>
@@ -9,12 +7,6 @@
 namespace chasles::smooth_detail {
 namespace {
 
-std::vector<int> range(int first, int count) {
-  std::vector<int> rows(static_cast<std::size_t>(count));
-  std::iota(rows.begin(), rows.end(), first);
-  return rows;
-}
-
 // The reference chart's errors by the chart's, of [rotation, position, velocity].
 Eigen::Matrix<double, 9, 9> to_reference(const ErrorChart& chart, const InertialState& state) {
   State x;
@@ -23,17 +15,18 @@ Eigen::Matrix<double, 9, 9> to_reference(const ErrorChart& chart, const Inertial
   return chart.motion_block(x).inverse();
 }
 
-Matrix15d motion_covariance(const SelectedInverse& inverse, const ErrorChart& chart,
-                            const BatchKeyframe& keyframe, std::size_t k) {
-  Matrix15d P = inverse.block(range(keyframe_row(k), 15));
+Matrix15d motion_covariance(const ProblemBlocks& problem, const SelectedInverse& inverse,
+                            const ErrorChart& chart, const BatchKeyframe& keyframe, std::size_t k) {
+  Matrix15d P = inverse.block(range(problem.keyframe_row(k), 15));
   const Eigen::Matrix<double, 9, 9> T = to_reference(chart, keyframe.state);
   P.topRows<9>() = (T * P.topRows<9>()).eval();
   P.leftCols<9>() = (P.leftCols<9>() * T.transpose()).eval();
   return (P + P.transpose()) / 2;
 }
 
-MapLandmark anchored_estimate(const SelectedInverse& inverse, const ErrorChart& chart,
-                              const BatchInput& input, const BatchGraph& graph, std::size_t i) {
+MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInverse& inverse,
+                              const ErrorChart& chart, const BatchInput& input,
+                              const BatchGraph& graph, std::size_t i) {
   const BatchPoint& point = graph.points[i];
   const PointView& first = point.views.front();
   const auto k = static_cast<std::size_t>(first.keyframe);
@@ -46,8 +39,8 @@ MapLandmark anchored_estimate(const SelectedInverse& inverse, const ErrorChart& 
   // The landmark hangs on its anchor's pose, not on its velocity; but a landmark that only the
   // anchor has seen is not tied to it in the problem at all.
   const bool tied = point.views.back().keyframe != first.keyframe;
-  std::vector<int> rows = range(keyframe_row(k), 9);
-  const std::vector<int> own = range(point_row(graph, i), 3);
+  std::vector<int> rows = range(problem.keyframe_row(k), 9);
+  const std::vector<int> own = range(problem.point_row(i), 3);
   Eigen::Matrix<double, 12, 12> P = Eigen::Matrix<double, 12, 12>::Zero();
   if (tied) {
     rows.insert(rows.end(), own.begin(), own.end());
@@ -76,18 +69,18 @@ void add_estimates(BatchProblem& problem, const BatchInput& input, const std::st
     motion.motion.nav_T_imu = keyframe.state.world_T_imu;
     motion.motion.v_nav = keyframe.state.v_world;
     motion.motion.biases = keyframe.state.biases();
-    motion.motion.covariance = motion_covariance(inverse, coordinates, keyframe, k);
+    motion.motion.covariance = motion_covariance(problem, inverse, coordinates, keyframe, k);
     result.motions.push_back(motion);
   }
   for (std::size_t i = 0; i < graph.points.size(); ++i) {
     const BatchPoint& point = graph.points[i];
     if (graph.anchored) {
       if (!(point.parameters.z() > 0)) continue;  // beyond infinity: a direction, no place
-      result.landmarks.push_back(anchored_estimate(inverse, coordinates, input, graph, i));
+      result.landmarks.push_back(anchored_estimate(problem, inverse, coordinates, input, graph, i));
     } else {
       result.landmarks.push_back({.id = point.id,
                                   .p_world = point.parameters,
-                                  .covariance = inverse.block(range(point_row(graph, i), 3))});
+                                  .covariance = inverse.block(range(problem.point_row(i), 3))});
     }
     result.landmarks.back().observations = static_cast<int>(point.views.size());
   }

@@ -2,9 +2,10 @@
 #include <cmath>
 
 #include <ceres/ordered_groups.h>
+#include <ceres/solver.h>
 
 #include <chasles/error.hpp>
-#include <chasles/smooth/batch_problem_detail.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
@@ -13,9 +14,12 @@ namespace {
 // a way landmarks go first, before a board that is always in view the keyframes do.
 constexpr std::size_t kFewKeyframes = 30;
 
-std::string solver_for(const BatchGraph& graph, const BatchSettings& settings) {
+// When the search has roughly ended: outliers are told from the others.
+constexpr double kRough = 1e-3;
+
+std::string solver_for(const ProblemBlocks& problem, const BatchSettings& settings) {
   if (settings.solver != "auto") return settings.solver;
-  if (graph.keyframes.size() <= kFewKeyframes) return "dense-schur";
+  if (problem.sizes().keyframes <= kFewKeyframes) return "dense-schur";
   return "sparse-normal";
 }
 
@@ -27,8 +31,8 @@ ceres::LinearSolverType type_of(const std::string& solver) {
                    "', expected auto, sparse-schur, dense-schur or sparse-normal");
 }
 
-ceres::Solver::Options options_for(BatchProblem& problem, const BatchGraph& graph,
-                                   const Search& search, const std::string& solver) {
+ceres::Solver::Options options_for(ProblemBlocks& problem, const Search& search,
+                                   const std::string& solver) {
   ceres::Solver::Options options;
   options.linear_solver_type = type_of(solver);
   options.num_threads = 1;
@@ -39,12 +43,9 @@ ceres::Solver::Options options_for(BatchProblem& problem, const BatchGraph& grap
   options.logging_type = ceres::SILENT;
   if (options.linear_solver_type != ceres::SPARSE_NORMAL_CHOLESKY) {
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    for (std::size_t i = 0; i < graph.points.size(); ++i) {
-      ordering->AddElementToGroup(problem.point(i), 0);
-    }
-    for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
-      ordering->AddElementToGroup(problem.motion(k), 1);
-      ordering->AddElementToGroup(problem.biases(k), 1);
+    const double* points = problem.sizes().points > 0 ? problem.point(0) : nullptr;
+    for (double* block : problem.blocks()) {
+      ordering->AddElementToGroup(block, points != nullptr && block >= points ? 0 : 1);
     }
     options.linear_solver_ordering = std::move(ordering);
   }
@@ -53,10 +54,10 @@ ceres::Solver::Options options_for(BatchProblem& problem, const BatchGraph& grap
 
 }  // namespace
 
-void solve(BatchProblem& problem, const BatchGraph& graph, const BatchSettings& settings,
-           const Search& search, BatchReport& report) {
-  report.solver = solver_for(graph, settings);
-  const ceres::Solver::Options options = options_for(problem, graph, search, report.solver);
+void solve(ProblemBlocks& problem, const BatchSettings& settings, const Search& search,
+           BatchReport& report) {
+  report.solver = solver_for(problem, settings);
+  const ceres::Solver::Options options = options_for(problem, search, report.solver);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem.ceres(), &summary);
   if (report.costs.empty()) report.initial_cost = summary.initial_cost;
@@ -72,13 +73,41 @@ void solve(BatchProblem& problem, const BatchGraph& graph, const BatchSettings& 
   }
 }
 
-void judge(const BatchProblem& problem, const BatchGraph& graph, const BatchSettings& settings,
+void search(const BatchSettings& settings, BatchReport& report,
+            const std::function<void(const Search&)>& solve, const std::function<void()>& cull) {
+  const bool gated = settings.gate > 0;
+  solve({.steps = settings.max_iterations,
+         .tolerance = gated ? std::max(kRough, settings.tolerance) : settings.tolerance});
+  if (!gated) return;
+  const int steps_left = settings.max_iterations - report.iterations;
+  if (steps_left < 1) {
+    report.converged = false;
+    return;
+  }
+  cull();
+  solve({.steps = steps_left, .tolerance = settings.tolerance});
+}
+
+void check_landmark_form(const BatchSettings& settings) {
+  if (settings.landmarks == "inverse-depth" || settings.landmarks == "cartesian") return;
+  throw UsageError("batch.landmarks: found '" + settings.landmarks +
+                   "', expected cartesian or inverse-depth");
+}
+
+void check_left(std::size_t points, const BatchReport& report) {
+  if (points > 0) return;
+  throw Error(ExitCode::kDiverged,
+              "batch estimation ended where no landmark agrees with its pixels: " +
+                  std::to_string(report.gated) +
+                  " observations are farther than batch.gate from their prediction; expected a "
+                  "beginning nearer to the truth, or a pixel_sigma as it is");
+}
+
+void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
            BatchReport& report) {
   const std::vector<double> deviations = problem.deviations();
   report.outliers = static_cast<int>(
       std::ranges::count_if(deviations, [&](double d) { return d > settings.loss_width; }));
-  // Links tie as many numbers as a keyframe has; the start ties its own.
-  const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
   report.cost_per_dof = 2 * report.final_cost / std::max(dof, 1);
 }
 

@@ -6,57 +6,67 @@
 namespace chasles::smooth_detail {
 namespace {
 
-using ErrorMap = Eigen::Map<Eigen::Matrix<double, kMotionErrors, 1>>;
-using ConstErrorMap = Eigen::Map<const Eigen::Matrix<double, kMotionErrors, 1>>;
-
-State motion_state(const double* x) {
-  State state;
-  state.world_T_imu.R = Eigen::Map<const Eigen::Matrix3d>(x);
-  state.world_T_imu.p = Eigen::Map<const Eigen::Vector3d>(x + 9);
-  state.v_world = Eigen::Map<const Eigen::Vector3d>(x + 12);
-  return state;
-}
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 }  // namespace
 
+void write_pose(const SE3& world_T_imu, double* x) {
+  Eigen::Map<Eigen::Matrix3d>{x} = world_T_imu.R;
+  Eigen::Map<Eigen::Vector3d>{x + 9} = world_T_imu.p;
+}
+
+SE3 read_pose(const double* x) {
+  return {.R = Eigen::Map<const Eigen::Matrix3d>(x), .p = Eigen::Map<const Eigen::Vector3d>(x + 9)};
+}
+
 void write_motion(const InertialState& state, double* x) {
-  Eigen::Map<Eigen::Matrix3d>{x} = state.world_T_imu.R;
-  Eigen::Map<Eigen::Vector3d>{x + 9} = state.world_T_imu.p;
-  Eigen::Map<Eigen::Vector3d>{x + 12} = state.v_world;
+  write_pose(state.world_T_imu, x);
+  Eigen::Map<Eigen::Vector3d>{x + kPoseNumbers} = state.v_world;
 }
 
 void read_motion(const double* x, InertialState& state) {
-  state.world_T_imu.R = Eigen::Map<const Eigen::Matrix3d>(x);
-  state.world_T_imu.p = Eigen::Map<const Eigen::Vector3d>(x + 9);
-  state.v_world = Eigen::Map<const Eigen::Vector3d>(x + 12);
+  state.world_T_imu = read_pose(x);
+  state.v_world = Eigen::Map<const Eigen::Vector3d>(x + kPoseNumbers);
+}
+
+State ChartManifold::state_of(const double* x) const {
+  State state;
+  state.world_T_imu = read_pose(x);
+  if (velocity_) state.v_world = Eigen::Map<const Eigen::Vector3d>(x + kPoseNumbers);
+  return state;
 }
 
 bool ChartManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
-  State state = motion_state(x);
-  chart_->retract(state, ConstErrorMap(delta));
-  write_motion(
-      {.world_T_imu = {.R = so3::normalized(state.world_T_imu.R), .p = state.world_T_imu.p},
-       .v_world = *state.v_world},
-      x_plus_delta);
+  State state = state_of(x);
+  chart_->retract(state, Eigen::Map<const Eigen::VectorXd>(delta, TangentSize()));
+  write_pose({.R = so3::normalized(state.world_T_imu.R), .p = state.world_T_imu.p}, x_plus_delta);
+  if (velocity_) Eigen::Map<Eigen::Vector3d>{x_plus_delta + kPoseNumbers} = *state.v_world;
   return true;
 }
 
 bool ChartManifold::PlusJacobian(const double* x, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, kMotionNumbers, kMotionErrors, Eigen::RowMajor>> J(jacobian);
+  const int n = TangentSize();
+  Eigen::Map<RowMajor> J(jacobian, AmbientSize(), n);
   J.setZero();
-  J.topRows<kMotionErrors>() = chart_->motion_block(motion_state(x)).inverse();
+  if (velocity_) {
+    J.topRows<kMotionErrors>() = chart_->motion_block(state_of(x)).inverse();
+  } else {
+    J.topRows<kPoseErrors>() =
+        chart_->motion_block(state_of(x)).topLeftCorner<kPoseErrors, kPoseErrors>().inverse();
+  }
   return true;
 }
 
 bool ChartManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  ErrorMap{y_minus_x} = chart_->local(motion_state(x), motion_state(y));
+  Eigen::Map<Eigen::VectorXd>(y_minus_x, TangentSize()) = chart_->local(state_of(x), state_of(y));
   return true;
 }
 
 bool ChartManifold::MinusJacobian(const double* x, double* jacobian) const {
-  Eigen::Map<Eigen::Matrix<double, kMotionErrors, kMotionNumbers, Eigen::RowMajor>> J(jacobian);
+  const int n = TangentSize();
+  Eigen::Map<RowMajor> J(jacobian, n, AmbientSize());
   J.setZero();
-  J.leftCols<kMotionErrors>() = chart_->motion_block(motion_state(x));
+  J.leftCols(n) = chart_->motion_block(state_of(x)).topLeftCorner(n, n);
   return true;
 }
 

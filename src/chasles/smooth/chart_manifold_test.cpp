@@ -69,6 +69,30 @@ TEST_P(ChartManifolds, JacobiansTurnTheReferenceChartsDerivativesIntoTheCharts) 
   }
 }
 
+// Of a pose alone: the same errors, the velocity's left out.
+TEST_P(ChartManifolds, OfAPoseAlone) {
+  Random random(3);
+  const ChartManifold whole(chart()), alone(chart(), false);
+  for (int trial = 0; trial < 20; ++trial) {
+    const Numbers x = random_numbers(random);
+    Errors e = 0.7 * random.normal_vector(kMotionErrors);
+    Eigen::Matrix<double, kPoseNumbers, 1> y;
+    alone.Plus(x.data(), e.data(), y.data());
+    EXPECT_TRUE(agree(y, plus(whole, x, e).head<kPoseNumbers>(), 1e-13));
+    Eigen::Matrix<double, kPoseErrors, 1> back;
+    alone.Minus(y.data(), x.data(), back.data());
+    EXPECT_TRUE(agree(back, e.head<kPoseErrors>(), 1e-11));
+    Eigen::Matrix<double, kMotionNumbers, kMotionErrors, Eigen::RowMajor> all;
+    Eigen::Matrix<double, kPoseNumbers, kPoseErrors, Eigen::RowMajor> J;
+    Eigen::Matrix<double, kPoseErrors, kPoseNumbers, Eigen::RowMajor> inverse;
+    whole.PlusJacobian(x.data(), all.data());
+    alone.PlusJacobian(x.data(), J.data());
+    alone.MinusJacobian(x.data(), inverse.data());
+    EXPECT_TRUE(agree(J.topRows<6>(), all.topLeftCorner(6, 6), 1e-12));
+    EXPECT_TRUE(agree(Eigen::MatrixXd(inverse * J), Eigen::MatrixXd::Identity(6, 6), 1e-12));
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Charts, ChartManifolds, ::testing::ValuesIn(test::all_charts()),
                          test::chart_test_name);
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include <ceres/sized_cost_function.h>
 
 #include <chasles/smooth/batch_graph_detail.hpp>
@@ -31,46 +33,62 @@ class LinkCost final : public ceres::SizedCostFunction<15, kMotionNumbers, 6, kM
   Eigen::Vector3d gravity_;
 };
 
-/// What a camera sees of a landmark: the residual, predicted less measured, over sigma. A point
-/// that it cannot see (behind it, beyond the lens model) counts as kNotSeen deviations in both
-/// directions, and tells no way out: the other views do.
+/// A landmark as a term sees it: predicted less measured, and derivatives of that by the point, all
+/// over sigma.
+template <int Rows>
+struct Sight {
+  Eigen::Matrix<double, Rows, 1> residual, d_w;
+  Eigen::Matrix<double, Rows, 3> d_point;  ///< by p_world of a HomogeneousPoint
+  Eigen::Matrix<double, Rows, 6> d_pose;   ///< by [rotation; position], reference chart
+};
+
+/// What a camera sees of a landmark. A point that it cannot see (behind it, beyond the lens model)
+/// counts as kNotSeen deviations in every row, and tells no way out: the other views do.
 struct PixelTerm {
+  static constexpr int kRows = 2, kNumbers = kMotionNumbers;  // of the residual; of a motion
   const Camera* camera = nullptr;
   const Camera* anchor_camera = nullptr;  ///< of an anchored landmark
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   double sigma = 1;
+
+  std::optional<Sight<2>> see(const SE3& world_T_imu, const HomogeneousPoint& point) const;
+  const SE3& anchor_cam_T_imu() const { return anchor_camera->cam_T_imu; }
 };
 inline constexpr double kNotSeen = 30;
 
 /// A Cartesian landmark. Blocks: motion, point.
-class PointCost final : public ceres::SizedCostFunction<2, kMotionNumbers, 3> {
+template <typename Term>
+class PointCost final : public ceres::SizedCostFunction<Term::kRows, Term::kNumbers, 3> {
  public:
-  explicit PointCost(const PixelTerm& term) : term_(term) {}
+  explicit PointCost(const Term& term) : term_(term) {}
   bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
 
  private:
-  PixelTerm term_;
+  Term term_;
 };
 
 /// An anchored landmark from another keyframe than its anchor. Blocks: motion of the view, of the
 /// anchor, point.
-class AnchoredCost final : public ceres::SizedCostFunction<2, kMotionNumbers, kMotionNumbers, 3> {
+template <typename Term>
+class AnchoredCost final
+    : public ceres::SizedCostFunction<Term::kRows, Term::kNumbers, Term::kNumbers, 3> {
  public:
-  explicit AnchoredCost(const PixelTerm& term) : term_(term) {}
+  explicit AnchoredCost(const Term& term) : term_(term) {}
   bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
 
  private:
-  PixelTerm term_;
+  Term term_;
 };
 
 /// An anchored landmark from its anchor: where that is does not matter. Block: point.
-class AnchorCost final : public ceres::SizedCostFunction<2, 3> {
+template <typename Term>
+class AnchorCost final : public ceres::SizedCostFunction<Term::kRows, 3> {
  public:
-  explicit AnchorCost(const PixelTerm& term) : term_(term) {}
+  explicit AnchorCost(const Term& term) : term_(term) {}
   bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
 
  private:
-  PixelTerm term_;
+  Term term_;
 };
 
 /// What is known of an inverse depth beforehand. Block: point.

@@ -1,0 +1,255 @@
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Householder>
+
+#include <chasles/filter/calibration.hpp>
+#include <chasles/filter/multi_view_start.hpp>
+#include <chasles/filter/pixel_sight.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+template <class Matrix>
+using Map = Eigen::Map<Matrix, Eigen::AlignedMax>;
+
+constexpr Index kRowsOfAMeasurement = 6;
+
+// r = H_others d_others + H_point d_point + n
+struct Linear {
+  Map<VectorXd> r;
+  Map<MatrixXd> H_point;   // three columns
+  Map<MatrixXd> H_others;  // six columns for each of the scratch's rows
+};
+
+// The views with cameras and poses as estimated, and the rows that they depend on.
+void look_up(std::span<const Camera> cameras, const State& x, std::span<const ClonedView> views,
+             MultiViewScratch& s) {
+  s.cameras.clear();
+  for (const Camera& camera : cameras) {
+    s.cameras.push_back(as_estimated(camera, x, static_cast<int>(s.cameras.size())));
+  }
+  s.views.clear();
+  for (const ClonedView& view : views) {
+    s.views.push_back({.world_T_imu = x.clone(view.clone).world_T_imu,
+                       .camera = &s.cameras[static_cast<std::size_t>(view.camera)],
+                       .pixel = view.pixel});
+  }
+  s.rows.clear();
+  const auto note = [&](int row) {
+    if (std::find(s.rows.begin(), s.rows.end(), row) == s.rows.end()) s.rows.push_back(row);
+  };
+  for (const ClonedView& view : views) note(x.clone(view.clone).row);
+  for (const ClonedView& view : views) {
+    if (const auto row = x.camera_row(view.camera)) note(*row);
+  }
+}
+
+Index column_of(int row, const MultiViewScratch& s) {
+  return 6 * (std::find(s.rows.begin(), s.rows.end(), row) - s.rows.begin());
+}
+
+// None where a camera does not see the point.
+std::optional<Linear> linearise(const State& x, std::span<const ClonedView> views,
+                                const Vector3d& p_world, Linearisation at, MultiViewScratch& s) {
+  const HomogeneousPoint point{p_world};
+  const auto m = 2 * static_cast<Index>(views.size());
+  Linear result{.r = s.r.take<VectorXd>(m),
+                .H_point = s.H_point.take(m, 3),
+                .H_others = s.H_others.take(m, 6 * static_cast<Index>(s.rows.size()))};
+  result.H_others.setZero();
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const Clone& clone = x.clone(views[i].clone);
+    const Camera& camera = *s.views[i].camera;
+    const auto now = see(camera, clone.world_T_imu, point, views[i].pixel);
+    const bool current = at == Linearisation::kCurrent;
+    const SE3& at_pose = current ? clone.world_T_imu : clone.first;
+    const auto seen = current ? now : see(camera, at_pose, point, views[i].pixel);
+    if (!now || !seen) return std::nullopt;
+    const auto row = 2 * static_cast<Index>(i);
+    result.r.segment<2>(row) = now->residual;
+    result.H_point.middleRows<2>(row) = seen->d_point;
+    result.H_others.block<2, 6>(row, column_of(clone.row, s)) = seen->d_pose;
+    if (const auto of_camera = x.camera_row(views[i].camera)) {
+      result.H_others.block<2, 6>(row, column_of(*of_camera, s)) =
+          derivative_by_camera(camera, at_pose, point, seen->d_point);
+    }
+  }
+  return result;
+}
+
+// The distance from the last view, which has the clone of row `last`.
+void find_distance(const Linear& linear, const MultiViewPoint& point, double sigma, int last,
+                   MultiViewScratch& s, MultiViewStart& result) {
+  using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
+  const Vector3d from_imu = point.p_world - s.views.back().world_T_imu.p;
+  const Vector3d along = from_imu.normalized();
+  auto right = s.moved.take(3, linear.H_others.cols());
+  right.noalias() = linear.H_point.transpose() * linear.H_others;
+  const Normal normal = linear.H_point.transpose() * linear.H_point;
+  auto d_point = s.d_point.take(3, right.cols());
+  d_point = normal.ldlt().solve(right);
+  d_point *= -1;
+  result.distance = from_imu.norm();
+  result.distance_noise = sigma * sigma * along.dot(point.covariance * along);
+  result.d_distance.clear();
+  for (const int row : s.rows) {
+    Eigen::Matrix<double, 1, 6> d = along.transpose() * d_point.middleCols<6>(column_of(row, s));
+    if (row == last) d.tail<3>() -= along.transpose();
+    result.d_distance.push_back({.row = row, .d = d});
+  }
+}
+
+// Cartesian.
+void set_point(LandmarkId id, const Vector3d& p_world, int observations, NewLandmark& landmark) {
+  landmark.clear();
+  landmark.id = id;
+  landmark.p_world = p_world;
+  landmark.observations = observations;
+}
+
+// Anchored in the last view, and linearised so.
+void hang_on_anchor(const State& x, const ClonedView& last, Linearisation at, MultiViewScratch& s,
+                    Linear& linear, NewLandmark& landmark) {
+  Clone anchor = x.clone(last.clone);
+  const SE3& cam_T_imu = s.views.back().camera->cam_T_imu;
+  const Vector3d p_cam = cam_T_imu * (anchor.world_T_imu.inverse() * landmark.p_world);
+  landmark.anchor = anchor.id;
+  landmark.camera = last.camera;
+  landmark.cam_T_imu = cam_T_imu;
+  landmark.inverse_depth = Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
+  Landmark known;
+  known.cam_T_imu = cam_T_imu;
+  known.inverse_depth = landmark.inverse_depth;
+  if (at == Linearisation::kFirstEstimates) anchor.world_T_imu = anchor.first;
+  const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, known);
+  linear.H_others.middleCols<6>(column_of(anchor.row, s)).noalias() +=
+      linear.H_point * d.leftCols<6>();
+  if (const auto camera = x.camera_row(last.camera)) {
+    linear.H_others.middleCols<6>(column_of(*camera, s)).noalias() +=
+        linear.H_point * anchored_derivative_by_camera(anchor, known);
+  }
+  auto moved = s.moved.take(linear.H_point.rows(), 3);
+  moved.noalias() = linear.H_point * d.rightCols<3>();
+  linear.H_point = moved;
+}
+
+// M <- H M with the reflection H = I - tau v v^T, v = (1, tail): Eigen's own asks the heap for
+// room.
+template <class Tail, class Block>
+void reflect(const Tail& tail, double tau, Block M, MultiViewScratch& s) {
+  auto bottom = M.bottomRows(M.rows() - 1);
+  auto v_M = s.workspace.take<Eigen::Matrix<double, 1, Eigen::Dynamic>>(1, M.cols());
+  v_M.noalias() = tail.transpose() * bottom;
+  v_M += M.row(0);
+  M.row(0) -= tau * v_M;
+  auto tau_tail = s.moved.take<VectorXd>(tail.size());
+  tau_tail = tau * tail;
+  for (Index j = 0; j < M.cols(); ++j) bottom.col(j) -= v_M[j] * tau_tail;
+}
+
+// Turns the rows so that three of them alone know the point, by Householder's QR of H_point;
+// returns its R.
+Matrix3d separate(Linear& linear, MultiViewScratch& s) {
+  auto& [r, H_point, H_others] = linear;
+  for (Index k = 0; k < 3; ++k) {
+    const Index rows = r.size() - k;
+    double tau = 0, beta = 0;
+    H_point.col(k).tail(rows).makeHouseholderInPlace(tau, beta);
+    H_point(k, k) = beta;
+    if (tau == 0) continue;
+    const auto tail = H_point.col(k).tail(rows - 1);
+    reflect(tail, tau, H_point.bottomRightCorner(rows, 2 - k), s);
+    reflect(tail, tau, H_others.bottomRightCorner(rows, H_others.cols()), s);
+    reflect(tail, tau, r.bottomRightCorner(rows, 1), s);
+  }
+  return H_point.topRows<3>().triangularView<Eigen::Upper>();
+}
+
+// R d_point = r_1 - H_1 d_others - n_1, and r_1 = 0 at the least-squares point.
+void solve_for_point(const Linear& linear, const Matrix3d& R, double sigma, Linearisation at,
+                     MultiViewScratch& s, NewLandmark& landmark) {
+  const Matrix3d R_inverse = R.triangularView<Eigen::Upper>().solve(Matrix3d::Identity());
+  landmark.noise = sigma * sigma * R_inverse * R_inverse.transpose();
+  if (at == Linearisation::kFirstEstimates) {
+    // At other values than the least-squares point's own r_1 is not zero.
+    const Vector3d step = R_inverse * linear.r.head<3>();
+    (landmark.anchor ? landmark.inverse_depth : landmark.p_world) += step;
+  }
+  auto d_others = s.d_point.take(3, linear.H_others.cols());
+  d_others.noalias() = -R_inverse * linear.H_others.topRows<3>();
+  for (const int row : s.rows) {
+    landmark.clones.push_back({.row = row, .d = d_others.middleCols<6>(column_of(row, s))});
+  }
+}
+
+// The rows that do not know the point.
+void keep_rest(const Linear& linear, double sigma, const MultiViewScratch& s,
+               MultiViewStart& result) {
+  result.rest.clear();
+  const Index m = linear.r.size();
+  for (Index row = 3; row < m; row += kRowsOfAMeasurement) {
+    const Index k = std::min(kRowsOfAMeasurement, m - row);
+    Measurement& z = result.rest.append();
+    z.clear();
+    z.residual = linear.r.segment(row, k);
+    z.d_core.resize(k, 0);
+    z.noise = sigma * sigma * MatrixXd::Identity(k, k);
+    for (const int other : s.rows) {
+      z.clones.push_back(
+          {.row = other, .d = linear.H_others.block(row, column_of(other, s), k, 6)});
+    }
+  }
+  result.rest_rows = static_cast<int>(m - 3);
+}
+
+}  // namespace
+
+std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, double sigma,
+                                               const State& x, LandmarkId id,
+                                               std::span<const ClonedView> views, bool anchored,
+                                               Linearisation at) {
+  MultiViewScratch scratch;
+  MultiViewStart result;
+  if (!begin_multi_view(cameras, sigma, x, id, views, anchored, at, scratch, result)) {
+    return std::nullopt;
+  }
+  return result;
+}
+
+bool begin_multi_view(std::span<const Camera> cameras, double sigma, const State& x, LandmarkId id,
+                      std::span<const ClonedView> views, bool anchored, Linearisation at,
+                      MultiViewScratch& scratch, MultiViewStart& result) {
+  look_up(cameras, x, views, scratch);
+  const auto point = triangulate(scratch.views);
+  if (!point) return false;
+  auto linear = linearise(x, views, point->p_world, at, scratch);
+  if (!linear) return false;
+  find_distance(*linear, *point, sigma, x.clone(views.back().clone).row, scratch, result);
+  set_point(id, point->p_world, static_cast<int>(views.size()), result.landmark);
+  if (anchored) hang_on_anchor(x, views.back(), at, scratch, *linear, result.landmark);
+  const Matrix3d R = separate(*linear, scratch);
+  solve_for_point(*linear, R, sigma, at, scratch, result.landmark);
+  keep_rest(*linear, sigma, scratch, result);
+  result.parallax = point->parallax;
+  return true;
+}
+
+double relative_depth_sigma(const MultiViewStart& start, const Ekf& filter) {
+  const auto P = filter.covariance();
+  double variance = start.distance_noise;
+  for (const auto& a : start.d_distance) {
+    for (const auto& b : start.d_distance) {
+      variance += (a.d * P.block<6, 6>(a.row, b.row)).dot(b.d);
+    }
+  }
+  return std::sqrt(std::max(variance, 0.0)) / start.distance;
+}
+
+}  // namespace chasles

@@ -1,0 +1,49 @@
+#include <cmath>
+
+#include <chasles/slam/drive_model.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kUnknownVelocity = 100;  // [m/s, rad/s]
+
+}  // namespace
+
+BodyVelocityModel model_of(const Settings& s) {
+  const bool slam = s.mode == "slam";
+  return {.velocity_state = slam && s.velocity == "measured",
+          .gyro_bias = slam && s.gyro_bias,
+          .scale = slam && s.velocity_scale};
+}
+
+StereoRows rows_of(const Settings& s) {
+  if (s.stereo_rows == "all") return StereoRows::kAll;
+  return s.stereo_rows == "mean" ? StereoRows::kMean : StereoRows::kMeanDisparity;
+}
+
+Eigen::MatrixXd initial_covariance(const Settings& s, const Noise& noise) {
+  const BodyVelocityModel model = model_of(s);
+  Eigen::VectorXd sigma = Eigen::VectorXd::Zero(6 + model.size());
+  if (s.mode != "map") sigma.head<6>().setConstant(s.initial_pose_sigma);
+  if (model.velocity_state) sigma.segment<6>(6).setConstant(kUnknownVelocity);
+  if (model.gyro_bias) sigma.segment<3>(6 + model.bias_index()).setConstant(noise.gyro_bias_sigma);
+  if (model.scale) sigma[6 + model.scale_index()] = s.velocity_scale_sigma;
+  return sigma.cwiseAbs2().asDiagonal();
+}
+
+BodyVelocityNoise sample_noise(const Settings& s, const BodyVelocityNoise& noise,
+                               const BodyVelocity& u) {
+  BodyVelocityNoise result = noise;
+  const double relative = s.velocity_relative_sigma * u.linear_imu.norm();
+  for (double& sigma : result.sample_sigma.tail<3>()) sigma = std::hypot(sigma, relative);
+  return result;
+}
+
+BodyVelocity held_velocity(const Settings& s, const BodyVelocity& before, const BodyVelocity& u) {
+  if (s.hold != "midpoint") return before;
+  return {.time = before.time,
+          .linear_imu = (before.linear_imu + u.linear_imu) / 2,
+          .angular_imu = (before.angular_imu + u.angular_imu) / 2};
+}
+
+}  // namespace chasles

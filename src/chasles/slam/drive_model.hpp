@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include <chasles/filter/body_velocity_model.hpp>
+#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/slam/noise.hpp>
+#include <chasles/slam/settings.hpp>
+
+namespace chasles {
+
+/// What the settings of a run with body velocities mean for the filter's models: the filter and the
+/// batch take them from here.
+BodyVelocityModel model_of(const Settings& settings);
+StereoRows rows_of(const Settings& settings);
+
+/// What is known before the first event, diagonal, of [rotation, position, additive]. With a
+/// velocity state, of that nothing: the first sample says all.
+Eigen::MatrixXd initial_covariance(const Settings& settings, const Noise& noise);
+
+/// The noise of a sample as a measurement: that of all samples and a part of its speed.
+BodyVelocityNoise sample_noise(const Settings& settings, const BodyVelocityNoise& noise,
+                               const BodyVelocity& u);
+
+/// The velocity that is held over a step that ends with the sample `u`; `before` is the last one.
+BodyVelocity held_velocity(const Settings& settings, const BodyVelocity& before,
+                           const BodyVelocity& u);
+
+}  // namespace chasles

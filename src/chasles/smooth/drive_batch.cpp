@@ -1,0 +1,60 @@
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <chasles/error.hpp>
+#include <chasles/processor_time.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
+#include <chasles/smooth/drive_problem_detail.hpp>
+
+namespace chasles {
+namespace {
+
+using namespace smooth_detail;
+
+void check_well_posed(const DriveResult& result) {
+  double variance = 0, way = 0;
+  for (std::size_t k = 0; k < result.estimates.size(); ++k) {
+    const Estimate& e = result.estimates[k];
+    variance = std::max(variance, e.pose_covariance.bottomRightCorner<3, 3>().trace());
+    if (k > 0) way += (e.world_T_imu.p - result.estimates[k - 1].world_T_imu.p).norm();
+  }
+  const double sigma = std::sqrt(variance), limit = 1 + 0.1 * way;
+  if (sigma <= limit) return;
+  throw InputError(
+      "the problem is ill-posed: neither pixels nor velocities tell the motion, a "
+      "position is uncertain by " +
+      std::to_string(sigma) + " m (expected at most " + std::to_string(limit) +
+      " m): state the noise of velocities and pixels as it is");
+}
+
+}  // namespace
+
+DriveResult smooth(const DriveInput& input, const BatchSettings& settings) {
+  check_landmark_form(settings);
+  DriveResult result;
+  BatchReport& report = result.report;
+  const double begun = processor_seconds();
+  DriveGraph graph = drive_graph(input, settings, report);
+  auto problem = std::make_unique<DriveProblem>(input, settings, graph);
+  search(
+      settings, report,
+      [&](const Search& steps) {
+        solve(*problem, settings, steps, report);
+        problem->write_to(graph);
+      },
+      [&] {
+        if (cull(input, problem->deviations(), settings.gate, graph, report) == 0) return;
+        check_left(graph.points.size(), report);
+        problem = std::make_unique<DriveProblem>(input, settings, graph);
+      });
+  judge(*problem, problem->rows() - 3 * report.landmarks, settings, report);
+  const double solved = processor_seconds();
+  report.seconds_solve = solved - begun;
+  add_estimates(*problem, input, graph, result);
+  report.seconds_covariance = processor_seconds() - solved;
+  check_well_posed(result);
+  return result;
+}
+
+}  // namespace chasles

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <chasles/smooth/drive_batch.hpp>
+#include <chasles/smooth/drive_costs_detail.hpp>
+
+/// The problem of a recording with body velocities as numbers: for this folder's sources alone.
+namespace chasles::smooth_detail {
+
+/// A look of the pair at a landmark.
+struct StereoView {
+  int keyframe = 0;
+  Eigen::Vector4d pixels = Eigen::Vector4d::Zero();
+};
+
+/// A landmark: its views, keyframes rising, the first of them with a disparity. Anchored in the
+/// left camera of the first view, parameters (x/z, y/z, 1/z), or a point of the world.
+struct DrivePoint {
+  LandmarkId id = 0;
+  std::vector<StereoView> views;
+  Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
+};
+
+/// An instant of a velocity, a frame, or both.
+struct DriveKeyframe {
+  Time time{};
+  DriveState state;
+  bool framed = false;  ///< a frame that is used was taken then
+  int offered = 0;      ///< observations of it
+  int used = 0;
+};
+
+/// The instants of a recording as they come, with what moves between them and what was measured of
+/// the velocity; states are predicted.
+class DriveTimeline {
+ public:
+  /// Throws UsageError for settings that it does not take.
+  DriveTimeline(const Settings& settings, const Noise& noise);
+  /// Throw InputError for time that runs backwards and velocities that are not finite. They return
+  /// the keyframe of that instant.
+  int add(const BodyVelocity& velocity);
+  int add(const FeatureFrame& frame);
+
+  BodyVelocityModel model;
+  DriveStart start;
+  std::vector<DriveKeyframe> keyframes = {};
+  std::vector<TwistLink> links = {};  ///< between a keyframe and the next
+  std::vector<DriveSample> samples = {};
+
+ private:
+  int advance_to(Time time, const BodyVelocity& held);
+
+  Settings settings_;
+  BodyVelocityNoise noise_;
+  std::optional<BodyVelocity> velocity_;
+};
+
+/// The pixels of a frame that can be used: finite, every landmark once; by id. Counts the others.
+std::vector<StereoObservation> usable(const FeatureFrame& frame, BatchReport& report);
+
+/// Drops the views before the first one that tells a disparity of at least Settings::min_disparity;
+/// false: there is none.
+bool begin_with_disparity(const StereoRig& rig, const Settings& settings, DrivePoint& point);
+
+/// Parameters as the first view has them; its keyframe's state must be there.
+void place(const StereoRig& rig, bool anchored, const std::vector<DriveKeyframe>& keyframes,
+           DrivePoint& point);
+
+struct DriveGraph {
+  DriveTimeline timeline;
+  std::vector<DrivePoint> points = {};
+  bool anchored = true;
+};
+
+/// Keyframes with initial states, and landmarks with initial parameters. Counts into the report;
+/// throws as smooth().
+DriveGraph drive_graph(const DriveInput& input, const BatchSettings& settings, BatchReport& report);
+
+/// Takes those views out of the graph whose deviations are more than `gate`, and landmarks that are
+/// left with one. Counts into the report; returns how many views went.
+int cull(const DriveInput& input, const std::vector<double>& deviations, double gate,
+         DriveGraph& graph, BatchReport& report);
+
+/// The rows of a view, the landmark's first or a later one.
+StereoRows view_rows(const Settings& settings, bool first);
+int row_count(StereoRows rows);
+
+/// The graph's landmark as the filter's charts take it.
+Landmark landmark_of(const StereoRig& rig, const DrivePoint& point);
+
+}  // namespace chasles::smooth_detail
