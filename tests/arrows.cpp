@@ -26,6 +26,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kLibrari
     {"matio.h", "PkgConfig::matio"},
     {"rosbag/", "rosbag::storage"},
     {"ceres/", "Ceres::ceres"},
+    {"zlib.h", "ZLIB::ZLIB"},
     {"cblas", "PkgConfig::openblas"},
     {"lapack", "PkgConfig::openblas"},
 }};
