@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// How an outside library's headers begin, and what its CMake target is.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kLibraries = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kLibraries = {{
     {"Eigen/", "Eigen3::Eigen"},
     {"fmt/", "fmt::fmt"},
     {"nlohmann/", "nlohmann_json::nlohmann_json"},
