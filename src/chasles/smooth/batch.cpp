@@ -6,6 +6,7 @@
 #include <chasles/processor_time.hpp>
 #include <chasles/smooth/batch.hpp>
 #include <chasles/smooth/batch_covariance_detail.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/observability.hpp>
 
 namespace chasles {
@@ -49,17 +50,11 @@ BatchResult smooth(const BatchInput& input, const std::string& chart,
   BatchReport& report = result.report;
   const double begun = processor_seconds();
   BatchGraph graph = batch_graph(input, settings, report);
-  auto problem = std::make_unique<BatchProblem>(input, chart, settings, graph);
-  search(
-      settings, report,
-      [&](const Search& steps) {
-        solve(*problem, settings, steps, report);
-        problem->write_to(graph);
-      },
-      [&] {
-        if (cull(input, problem->deviations(), settings.gate, graph, report) == 0) return;
-        check_left(graph.points.size(), report);
-        problem = std::make_unique<BatchProblem>(input, chart, settings, graph);
+  const auto problem = at_minimum(
+      graph, settings, report,
+      [&] { return std::make_unique<BatchProblem>(input, chart, settings, graph); },
+      [&](const std::vector<double>& deviations) {
+        return cull(input, deviations, settings.gate, graph, report);
       });
   const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
   judge(*problem, dof, settings, report);

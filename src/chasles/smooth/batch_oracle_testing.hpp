@@ -1,7 +1,5 @@
 #pragma once
 
-#include <Eigen/LU>
-
 #include <chasles/smooth/smooth_testing.hpp>
 
 // The same minimum in the plainest way, for a few keyframes: one dense Gauss-Newton step after the
@@ -38,13 +36,7 @@ class BatchOracle {
 
   const std::vector<InertialState>& states() const { return states_; }
   const std::map<LandmarkId, Eigen::Vector3d>& points() const { return points_; }
-  Eigen::MatrixXd covariance() const {
-    // Scaled: variances differ by many powers of ten.
-    const Eigen::MatrixXd H = J_.transpose() * J_;
-    const Eigen::VectorXd s = H.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd unit = s.asDiagonal() * H * s.asDiagonal();
-    return s.asDiagonal() * unit.inverse() * s.asDiagonal();
-  }
+  Eigen::MatrixXd covariance() const { return covariance_of(J_); }
   double cost() { return residual(Eigen::VectorXd::Zero(size())).squaredNorm() / 2; }
 
  private:

@@ -28,6 +28,26 @@ void check_landmark_form(const BatchSettings& settings);
 /// Throws Error(kDiverged) where the gate left no landmark.
 void check_left(std::size_t points, const BatchReport& report);
 
+/// The problem that `make` makes of the graph, at its minimum, which the graph has as well. `cull`
+/// takes out of the graph what deviates too much and says how many; then the problem is made anew.
+template <typename Graph, typename Make, typename Cull>
+auto at_minimum(Graph& graph, const BatchSettings& settings, BatchReport& report, const Make& make,
+                const Cull& cull) {
+  auto problem = make();
+  search(
+      settings, report,
+      [&](const Search& steps) {
+        solve(*problem, settings, steps, report);
+        problem->write_to(graph);
+      },
+      [&] {
+        if (cull(problem->deviations()) == 0) return;
+        check_left(graph.points.size(), report);
+        problem = make();
+      });
+  return problem;
+}
+
 /// What the report says of the fit, at the minimum; `dof`: rows of what was seen less parameters of
 /// landmarks. Links tie as many numbers as a keyframe has; the start ties its own.
 void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,

@@ -36,17 +36,11 @@ DriveResult smooth(const DriveInput& input, const BatchSettings& settings) {
   BatchReport& report = result.report;
   const double begun = processor_seconds();
   DriveGraph graph = drive_graph(input, settings, report);
-  auto problem = std::make_unique<DriveProblem>(input, settings, graph);
-  search(
-      settings, report,
-      [&](const Search& steps) {
-        solve(*problem, settings, steps, report);
-        problem->write_to(graph);
-      },
-      [&] {
-        if (cull(input, problem->deviations(), settings.gate, graph, report) == 0) return;
-        check_left(graph.points.size(), report);
-        problem = std::make_unique<DriveProblem>(input, settings, graph);
+  const auto problem = at_minimum(
+      graph, settings, report,
+      [&] { return std::make_unique<DriveProblem>(input, settings, graph); },
+      [&](const std::vector<double>& deviations) {
+        return cull(input, deviations, settings.gate, graph, report);
       });
   judge(*problem, problem->rows() - 3 * report.landmarks, settings, report);
   const double solved = processor_seconds();

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <Eigen/LU>
-
 #include <chasles/smooth/drive_testing.hpp>
+#include <chasles/smooth/smooth_testing.hpp>
 
 // The same minimum in the plainest way, for a few frames: one dense Gauss-Newton step after the
 // other, all derivatives numeric, the twist between two poses by a series. Of the house it uses the
@@ -29,12 +28,7 @@ class DriveOracle {
 
   const std::vector<TrueDrive>& states() const { return states_; }
   const std::map<LandmarkId, Eigen::Vector3d>& points() const { return points_; }
-  Eigen::MatrixXd inverse() const {
-    const Eigen::MatrixXd H = J_.transpose() * J_;
-    const Eigen::VectorXd s = H.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd unit = s.asDiagonal() * H * s.asDiagonal();
-    return s.asDiagonal() * unit.inverse() * s.asDiagonal();
-  }
+  Eigen::MatrixXd inverse() const { return covariance_of(J_); }
   double cost() { return residual(Eigen::VectorXd::Zero(size())).squaredNorm() / 2; }
   int state_size() const { return 6 + model_.size(); }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <chasles/lie/testing.hpp>
 #include <chasles/smooth/batch.hpp>
@@ -20,6 +21,14 @@ inline InertialState moved(InertialState s, const Eigen::Matrix<double, 15, 1>& 
   s.accelerometer_bias += e.segment<3>(9);
   s.gyroscope_bias += e.tail<3>();
   return s;
+}
+
+/// (J^T J)^-1, of rows whose scales differ by many powers of ten.
+inline Eigen::MatrixXd covariance_of(const Eigen::MatrixXd& J) {
+  const Eigen::MatrixXd H = J.transpose() * J;
+  const Eigen::VectorXd s = H.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd unit = s.asDiagonal() * H * s.asDiagonal();
+  return s.asDiagonal() * unit.inverse() * s.asDiagonal();
 }
 
 inline InertialState integrated(InertialState s, const std::vector<ImuInterval>& intervals) {
