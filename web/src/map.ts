@@ -32,19 +32,12 @@ export class MapPanel implements MapHost {
     this.ready = true;
     this.view.setRun(activeRun());
     this.view.colourBy(this.options.colour);
-    this.measure();
+    this.view.measure(this.canvas);
     this.fit();
   }
 
-  private measure(): void {
-    this.view.width = this.canvas.clientWidth || 1;
-    this.view.height = this.canvas.clientHeight || 1;
-  }
-
   private resize(): void {
-    const atFit = this.view.scale === this.view.fitScale;
-    this.measure();
-    if (atFit && this.ready) this.view.fit(activeRun());
+    if (this.view.measure(this.canvas) && this.ready) this.view.fit(activeRun());
   }
 
   fit(): void {
@@ -72,7 +65,7 @@ export class MapPanel implements MapHost {
 
   setPlane(name: string): void {
     this.view.setPlane(name);
-    this.measure();
+    this.view.measure(this.canvas);
     this.fit();
   }
 

@@ -19,6 +19,13 @@ export class Plane {
   /** What the axes are called. */
   names: [string, string] = ['x', 'y'];
 
+  /** As large as the canvas is on the page; true if the view was the fitted one before. */
+  measure(canvas: HTMLCanvasElement): boolean {
+    this.width = canvas.clientWidth || 1;
+    this.height = canvas.clientHeight || 1;
+    return this.scale === this.fitScale;
+  }
+
   toScreen(x: number, y: number): [number, number] {
     return [this.width / 2 + (x - this.centre[0]) * this.scale,
       this.height / 2 - (y - this.centre[1]) * this.scale];

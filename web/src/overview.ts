@@ -67,9 +67,7 @@ export class Overview implements MapHost {
   }
 
   private resize(anew = false): void {
-    const atFit = anew || this.view.scale === this.view.fitScale;
-    this.view.width = this.canvas.clientWidth || 1;
-    this.view.height = this.canvas.clientHeight || 1;
+    const atFit = this.view.measure(this.canvas) || anew;
     if (atFit && this.scene) this.view.fitScene(this.scene);
   }
 

@@ -61,19 +61,12 @@ export class StudyMap implements MapHost {
     this.showLegend();
     this.canvas.setAttribute('aria-label', 'Top view with the true path, ' +
       `${study.filters.length} estimates and ${study.landmarks.x.length} landmarks.`);
-    this.measure();
+    this.view.measure(this.canvas);
     this.fit();
   }
 
-  private measure(): void {
-    this.view.width = this.canvas.clientWidth || 1;
-    this.view.height = this.canvas.clientHeight || 1;
-  }
-
   private resize(): void {
-    const atFit = this.view.scale === this.view.fitScale;
-    this.measure();
-    if (atFit && activeStudy()?.truth) this.view.fitStudy(activeStudy());
+    if (this.view.measure(this.canvas) && activeStudy()?.truth) this.view.fitStudy(activeStudy());
   }
 
   fit(): void {
