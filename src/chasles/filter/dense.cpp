@@ -6,6 +6,8 @@
 
 extern "C" {
 void dpotrf_(const char* uplo, const int* n, double* a, const int* lda, int* info);
+void dpstrf_(const char* uplo, const int* n, double* a, const int* lda, int* pivots, int* rank,
+             const double* tolerance, double* work, int* info);
 void openblas_set_num_threads(int threads);
 char* openblas_get_corename();
 // How OpenBLAS chooses its kernels; only where it has a choice.
@@ -56,6 +58,21 @@ bool cholesky(Block S) {
   return info == 0 && S.diagonal().allFinite();
 }
 
+Eigen::Index pivoted_cholesky(Block S, std::vector<int>& order, Scratch& workspace) {
+  const int n = as_int(S.rows());
+  const int stride = as_int(S.outerStride());
+  order.resize(static_cast<std::size_t>(n));
+  int rank = 0, info = 0;
+  const double n_eps_times_the_largest = -1;
+  if (n > 0) {
+    auto work = workspace.take<Eigen::VectorXd>(2 * n);
+    dpstrf_("L", &n, S.data(), &stride, order.data(), &rank, &n_eps_times_the_largest, work.data(),
+            &info);
+  }
+  for (int& row : order) --row;  // Fortran counts from one
+  return rank;
+}
+
 void solve_lower(const ConstBlock& L, Block X) {
   if (X.size() == 0) return;
   cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, as_int(X.rows()),
@@ -68,6 +85,12 @@ void solve_lower_from_right(const ConstBlock& L, Block X) {
   cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, as_int(X.rows()),
               as_int(X.cols()), 1.0, L.data(), as_int(L.outerStride()), X.data(),
               as_int(X.outerStride()));
+}
+
+void square_lower(const ConstBlock& A, Block S) {
+  if (S.size() == 0) return;
+  cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, as_int(S.rows()), as_int(A.rows()), 1.0,
+              A.data(), as_int(A.outerStride()), 0.0, S.data(), as_int(S.outerStride()));
 }
 
 void downdate_lower(const ConstBlock& W, Block P) {

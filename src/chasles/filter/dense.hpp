@@ -1,8 +1,11 @@
 #pragma once
 
 #include <string_view>
+#include <vector>
 
 #include <Eigen/Core>
+
+#include <chasles/filter/scratch.hpp>
 
 /// The dense operations that take the filter's time, on OpenBLAS: it chooses its kernels for the
 /// processor at run time, so that the packages' plain x86-64 build is fast where AVX is there.
@@ -23,11 +26,19 @@ std::string_view kernels();
 /// is neither read nor written.
 bool cholesky(Block S);
 
+/// S = Q^T L L^T Q for a positive semidefinite S of which the lower triangle is read: L (n x rank)
+/// in that triangle, order[k] the row of S that is L's row k. The rank, as far as rounding lets it
+/// be told.
+Eigen::Index pivoted_cholesky(Block S, std::vector<int>& order, Scratch& workspace);
+
 /// X <- L^-1 X.
 void solve_lower(const ConstBlock& L, Block X);
 
 /// X <- X L^-T.
 void solve_lower_from_right(const ConstBlock& L, Block X);
+
+/// The lower triangle of S <- A^T A.
+void square_lower(const ConstBlock& A, Block S);
 
 /// The lower triangle of P <- P - W W^T.
 void downdate_lower(const ConstBlock& W, Block P);

@@ -59,6 +59,31 @@ TEST(Dense, CholeskyRefusesWhatIsNotPositiveDefinite) {
   EXPECT_FALSE(dense::cholesky(nan));
 }
 
+TEST(Dense, PivotedCholeskyTellsTheRankAndTheFactor) {
+  test::Random random(9);
+  for (const int rank : {0, 1, 5, 12}) {
+    MatrixXd A(40, 12);
+    A.setZero();
+    for (int i = 0; i < rank; ++i)
+      A += random.normal_vector(40) * random.normal_vector(12).transpose();
+    MatrixXd S = MatrixXd::Zero(12, 12);
+    dense::square_lower(A, S);
+    EXPECT_TRUE(S.triangularView<Eigen::StrictlyUpper>().toDenseMatrix().isZero(0));
+    std::vector<int> order;
+    Scratch workspace;
+    ASSERT_EQ(dense::pivoted_cholesky(S, order, workspace), rank);
+    const MatrixXd L = S.leftCols(rank).triangularView<Eigen::Lower>();
+    const MatrixXd LLt = L * L.transpose(), AtA = A.transpose() * A;
+    for (int i = 0; i < 12; ++i) {
+      for (int j = 0; j < 12; ++j) {
+        const auto row = order[static_cast<std::size_t>(i)];
+        const auto col = order[static_cast<std::size_t>(j)];
+        EXPECT_NEAR(LLt(i, j), AtA(row, col), 1e-10 * (1 + AtA.norm()));
+      }
+    }
+  }
+}
+
 TEST(Dense, TriangularSolvesInvertTheFactor) {
   for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
     const Eigen::Index n = M.rows();

@@ -148,8 +148,8 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   const std::optional<Whitened> z = whiten(accepted, covariance_, state_, work_.whitening);
   report.failed = !z;
   if (!z) return report;
-  report.nis = z->w.squaredNorm();
-  report.dof = static_cast<int>(z->w.size());
+  report.nis = z->nis;
+  report.dof = static_cast<int>(rows_of(accepted));
   auto delta = work_.delta.take<VectorXd>(z->W.rows());
   delta.noalias() = z->W * z->w;
   dense::downdate_lower(z->W, covariance_.all());

@@ -82,7 +82,9 @@ struct WhiteningScratch {
   Scratch gathered;                  ///< what those of the clones are multiplied with
   std::vector<int> clone_rows;       ///< the first of each six, rising
   Scratch S, HW, HW_transposed;
-  Scratch W, w;  ///< the result
+  Scratch residual, information;  ///< of measurements that are compressed
+  std::vector<int> order;         ///< of its pivots
+  Scratch W, w;                   ///< the result
 };
 
 }  // namespace chasles

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <limits>
 
+#include <chasles/filter/compression.hpp>
 #include <chasles/filter/whitening.hpp>
 
 namespace chasles {
@@ -184,7 +185,7 @@ double normalised_square(Measurements measurements, const Covariance& covariance
   const Jacobian H(measurements, x, scratch);
   if (!H.is_of_clones()) {
     const auto z = whiten(measurements, covariance, x, scratch);
-    return z ? z->w.squaredNorm() : kInfinite;
+    return z ? z->nis : kInfinite;
   }
   const Eigen::Index m = rows_of(measurements);
   auto S = scratch.S.take(m, m);
@@ -204,6 +205,9 @@ double normalised_square(Measurements measurements, const Covariance& covariance
 
 std::optional<Whitened> whiten(Measurements measurements, const Covariance& covariance,
                                const State& x, WhiteningScratch& scratch) {
+  if (can_be_compressed(measurements, scratch)) {
+    return whiten_compressed(measurements, covariance, scratch);
+  }
   const Eigen::Index m = rows_of(measurements);
   Whitened result{scratch.W.take(covariance.size(), m), scratch.w.take<VectorXd>(m)};
   Jacobian(measurements, x, scratch).times_transpose(covariance, result.W);
@@ -213,6 +217,7 @@ std::optional<Whitened> whiten(Measurements measurements, const Covariance& cova
     at += one->residual.size();
   }
   if (!whiten(measurements, x, result.W, result.w, scratch)) return std::nullopt;
+  result.nis = result.w.squaredNorm();
   return result;
 }
 

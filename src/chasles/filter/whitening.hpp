@@ -47,9 +47,12 @@ class Jacobian {
 
 /// With S = H P H^T + R = L L^T: W = P H^T L^-T (n x m) and w = L^-1 r, so that the correction of
 /// an update is W w, its NIS w^T w, and the covariance loses W W^T. Both stand in the scratch.
+/// Where many measurements are of clones alone W and w have as many columns as those have errors
+/// (compression.hpp).
 struct Whitened {
   Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax> W;
   Eigen::Map<Eigen::VectorXd, Eigen::AlignedMax> w;
+  double nis = 0;
 };
 
 /// r^T S^-1 r of the same; infinite where S is not positive definite. What measurements of clones

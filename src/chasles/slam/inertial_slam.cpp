@@ -99,7 +99,6 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   const auto& observations = usable(frame);
   cloned_ = settings_.init == "multi-view" && (frame_ - 1) % settings_.frames_per_clone == 0;
   if (cloned_) {
-    make_room_for_clone();
     window_.push_back(frame_);
     filter_.clone_pose(frame_, frame.time);
   }

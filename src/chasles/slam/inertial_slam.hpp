@@ -86,8 +86,10 @@ class InertialSlam {
   Track& track_of(LandmarkId id);
   void forget_ended_tracks();
   bool find_start(LandmarkId id, const Views& views);
-  bool begin(LandmarkId id, const Views& views);
-  void use_rest(LandmarkId id, const Views& views);
+  bool is_certain(const MultiViewStart& start) const;
+  bool is_somewhere(const MultiViewStart& start) const;
+  bool take_rest(const MultiViewStart& start);
+  void add_begun(InertialEstimate& e);
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
@@ -100,12 +102,12 @@ class InertialSlam {
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
                            const UpdateReport& report, InertialEstimate& e);
   void retire_unseen();
-  void make_room_for_clone();
   void forget_unused_clones();
   void compose_when_due();
   void note_prediction();
   Health judge(const InertialEstimate& e);
-  bool is_full() const;
+  bool has_room() const;
+  static bool has_view(const Track& track, int clone);
 
   InertialSlamSettings settings_;
   std::vector<Camera> cameras_;
@@ -146,10 +148,10 @@ class InertialSlam {
     std::vector<Place> places;
     std::vector<std::pair<LandmarkId, int>> numbers;  ///< of the landmarks of the state; rising
     std::vector<const PixelObservation*> usable, predicted, fresh;
-    Reused<Measurement> known;
+    Reused<Measurement> known, rests;
     std::array<Measurement, 2> rest;
     std::vector<WhitenedPixel> innovations;
-    std::vector<NewLandmark> begun;
+    Reused<NewLandmark> begun;
     std::vector<int> retired, used, unused;
     std::vector<ImuInterval> intervals;
     Prediction prediction;

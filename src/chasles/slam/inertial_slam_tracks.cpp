@@ -26,7 +26,7 @@ void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fre
                                  InertialEstimate& e) {
   const bool anchored = settings_.landmarks == "inverse-depth";
   int room = settings_.max_landmarks - static_cast<int>(filter_.state().landmarks.size());
-  std::vector<NewLandmark>& landmarks = work_.begun;
+  Reused<NewLandmark>& landmarks = work_.begun;
   landmarks.clear();
   for (const PixelObservation* o : fresh) {
     const Camera& camera = cameras_[static_cast<std::size_t>(o->camera)];
@@ -41,36 +41,63 @@ void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fre
                  : begin_at_depth(camera, pixel_sigma_, x, o->landmark, o->pixel,
                                   settings_.fixed_depth, settings_.fixed_depth_sigma, o->camera);
     if (!landmark) continue;
-    landmarks.push_back(*landmark);
-    last_.push_back({.seen = frame_});
+    landmarks.append() = *landmark;
     --room;
   }
+  add_begun(e);
+}
+
+// For the landmarks that this frame begins and one more.
+bool InertialSlam::has_room() const {
+  const auto there = filter_.state().landmarks.size() + work_.begun.size();
+  return static_cast<int>(there) < settings_.max_landmarks;
+}
+
+bool InertialSlam::has_view(const Track& track, int clone) {
+  return std::any_of(track.views.begin(), track.views.end(),
+                     [&](const ClonedView& view) { return view.clone == clone; });
+}
+
+void InertialSlam::add_begun(InertialEstimate& e) {
+  const Reused<NewLandmark>& landmarks = work_.begun;
   filter_.add(landmarks);
-  e.added = static_cast<int>(landmarks.size());
+  last_.resize(last_.size() + landmarks.size(), {.seen = frame_});
+  e.added += static_cast<int>(landmarks.size());
 }
 
-bool InertialSlam::is_full() const {
-  return static_cast<int>(filter_.state().landmarks.size()) >= settings_.max_landmarks;
-}
-
+// All of a frame's tracks are linearised at the same state and told to the filter together: the
+// landmarks that begin first, then what every track says of the poses.
 void InertialSlam::begin_from_tracks(InertialEstimate& e) {
+  work_.begun.clear();
+  work_.rests.clear();
+  const bool full = static_cast<int>(window_.size()) >= settings_.clones;
   for (Track& track : tracks_) {
-    if (track.seen < frame_) {
-      use_rest(track.id, track.views);
+    const bool lost = track.seen < frame_;
+    const bool last_chance = lost || (cloned_ && full && has_view(track, window_.front()));
+    const bool may_begin = !lost && cloned_ && has_room();
+    if (!last_chance && !may_begin) continue;
+    const bool found = find_start(track.id, track.views);
+    if (found && may_begin && is_certain(work_.start) && take_rest(work_.start)) {
+      work_.begun.append() = work_.start.landmark;
       track.ended = true;
-    } else if (cloned_ && !is_full() && begin(track.id, track.views)) {
-      track.ended = true;
-      ++e.added;
+    } else if (last_chance) {
+      if (found && is_somewhere(work_.start)) take_rest(work_.start);
+      track.views.clear();
+      track.ended = lost;
     }
   }
+  add_begun(e);
+  filter_.update(work_.rests);
   forget_ended_tracks();
-  if (cloned_) begin_what_is_missing(e);
+  if (!cloned_) return;
+  if (full) window_.erase(window_.begin());
+  begin_what_is_missing(e);
 }
 
 // Where there is hardly a landmark, as at the start or after a sharp turn, one cannot wait.
 void InertialSlam::begin_what_is_missing(InertialEstimate& e) {
   int missing = settings_.min_landmarks - static_cast<int>(filter_.state().landmarks.size());
-  std::vector<NewLandmark>& landmarks = work_.begun;
+  Reused<NewLandmark>& landmarks = work_.begun;
   landmarks.clear();
   for (Track& track : tracks_) {
     if (missing <= 0) break;
@@ -80,14 +107,12 @@ void InertialSlam::begin_what_is_missing(InertialEstimate& e) {
         cameras_[static_cast<std::size_t>(view.camera)], pixel_sigma_, filter_.state(), track.id,
         view.pixel, settings_.inverse_depth, settings_.inverse_depth_sigma, view.camera);
     if (!landmark) continue;
-    landmarks.push_back(*landmark);
-    last_.push_back({.seen = frame_});
+    landmarks.append() = *landmark;
     track.ended = true;
     --missing;
   }
   forget_ended_tracks();
-  filter_.add(landmarks);
-  e.added += static_cast<int>(landmarks.size());
+  add_begun(e);
 }
 
 // Into work_.start.
@@ -99,50 +124,26 @@ bool InertialSlam::find_start(LandmarkId id, const Views& views) {
                           work_.start);
 }
 
-// A landmark from a track, if its views tell where it is.
-bool InertialSlam::begin(LandmarkId id, const Views& views) {
-  if (!find_start(id, views)) return false;
-  const MultiViewStart& start = work_.start;
-  if (start.parallax < settings_.min_parallax ||
-      std::sqrt(start.distance_noise) > settings_.max_relative_depth_sigma * start.distance ||
-      relative_depth_sigma(start, filter_) > settings_.max_total_depth_sigma) {
-    return false;
-  }
+// Whether the views tell where the point is well enough for a landmark.
+bool InertialSlam::is_certain(const MultiViewStart& start) const {
+  return start.parallax >= settings_.min_parallax &&
+         std::sqrt(start.distance_noise) <= settings_.max_relative_depth_sigma * start.distance &&
+         relative_depth_sigma(start, filter_) <= settings_.max_total_depth_sigma;
+}
+
+// Where the point may be anywhere its track tells nothing: what is left when the point is taken out
+// depends on where it is.
+bool InertialSlam::is_somewhere(const MultiViewStart& start) const {
+  constexpr double kAnywhere = 1;  // deviation of the distance over the distance
+  return relative_depth_sigma(start, filter_) <= kAnywhere;
+}
+
+// Puts what the views say of the poses to the rest of this frame's, if it passes the gate.
+bool InertialSlam::take_rest(const MultiViewStart& start) {
   const double square = filter_.joint_normalised_square(start.rest);
   if (!(square < gate_square(start.rest_rows))) return false;
-  filter_.add({&start.landmark, 1});
-  filter_.update(start.rest);
-  last_.push_back({.seen = frame_});
+  for (const Measurement& z : start.rest) work_.rests.append() = z;
   return true;
-}
-
-// What a track that ends says of the poses that saw it; nothing where its point may be anywhere,
-// for what is left when the point is taken out depends on where it is.
-void InertialSlam::use_rest(LandmarkId id, const Views& views) {
-  constexpr double kAnywhere = 1;  // deviation of the distance over the distance
-  if (!find_start(id, views)) return;
-  const MultiViewStart& start = work_.start;
-  if (relative_depth_sigma(start, filter_) > kAnywhere) return;
-  const double square = filter_.joint_normalised_square(start.rest);
-  if (square < gate_square(start.rest_rows)) filter_.update(start.rest);
-}
-
-// The oldest clone of the window goes. What was seen from it begins now, or loses that view.
-void InertialSlam::make_room_for_clone() {
-  if (static_cast<int>(window_.size()) < settings_.clones) return;
-  const int oldest = window_.front();
-  window_.erase(window_.begin());
-  for (Track& track : tracks_) {
-    const auto is_oldest = [&](const ClonedView& view) { return view.clone == oldest; };
-    if (std::none_of(track.views.begin(), track.views.end(), is_oldest)) continue;
-    if (!is_full() && begin(track.id, track.views)) {
-      track.ended = true;
-    } else {
-      use_rest(track.id, track.views);
-      track.views.clear();
-    }
-  }
-  forget_ended_tracks();
 }
 
 }  // namespace chasles
