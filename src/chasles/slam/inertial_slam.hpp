@@ -90,6 +90,7 @@ class InertialSlam {
   bool is_somewhere(const MultiViewStart& start) const;
   bool take_rest(const MultiViewStart& start);
   void add_begun(InertialEstimate& e);
+  void tell_tracks(InertialEstimate& e);
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }

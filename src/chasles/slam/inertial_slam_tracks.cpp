@@ -63,14 +63,21 @@ void InertialSlam::add_begun(InertialEstimate& e) {
   filter_.add(landmarks);
   last_.resize(last_.size() + landmarks.size(), {.seen = frame_});
   e.added += static_cast<int>(landmarks.size());
+  work_.begun.clear();
 }
 
-// All of a frame's tracks are linearised at the same state and told to the filter together: the
-// landmarks that begin first, then what every track says of the poses.
-void InertialSlam::begin_from_tracks(InertialEstimate& e) {
-  work_.begun.clear();
+// To the filter: the landmarks that begin, then what their tracks and others say of the poses.
+void InertialSlam::tell_tracks(InertialEstimate& e) {
+  add_begun(e);
+  filter_.update(work_.rests);
   work_.rests.clear();
+}
+
+// Many tracks are told at a time, which costs less than one by one. But not all: those that come
+// later are linearised at a better state, which counts where a window of a start's tracks ends.
+void InertialSlam::begin_from_tracks(InertialEstimate& e) {
   const bool full = static_cast<int>(window_.size()) >= settings_.clones;
+  const auto many = static_cast<std::size_t>(2 * settings_.clones);  // twice the clones' rows
   for (Track& track : tracks_) {
     const bool lost = track.seen < frame_;
     const bool last_chance = lost || (cloned_ && full && has_view(track, window_.front()));
@@ -85,9 +92,9 @@ void InertialSlam::begin_from_tracks(InertialEstimate& e) {
       track.views.clear();
       track.ended = lost;
     }
+    if (work_.rests.size() >= many) tell_tracks(e);
   }
-  add_begun(e);
-  filter_.update(work_.rests);
+  tell_tracks(e);
   forget_ended_tracks();
   if (!cloned_) return;
   if (full) window_.erase(window_.begin());
@@ -98,7 +105,6 @@ void InertialSlam::begin_from_tracks(InertialEstimate& e) {
 void InertialSlam::begin_what_is_missing(InertialEstimate& e) {
   int missing = settings_.min_landmarks - static_cast<int>(filter_.state().landmarks.size());
   Reused<NewLandmark>& landmarks = work_.begun;
-  landmarks.clear();
   for (Track& track : tracks_) {
     if (missing <= 0) break;
     if (track.views.empty() || track.views.back().clone != frame_) continue;
