@@ -1,4 +1,5 @@
 #include <fstream>
+#include <stdexcept>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -10,17 +11,32 @@
 #include <chasles/report/report.hpp>
 
 namespace chasles {
+namespace {
+
+std::string with_data(const nlohmann::ordered_json& data) {
+  static constexpr std::string_view kPlace = "@PAGE_DATA@";
+  const std::size_t place = page_template.find(kPlace);
+  std::string page(page_template.substr(0, place));
+  page += json_for_html(data);
+  page += page_template.substr(place + kPlace.size());
+  return page;
+}
+
+}  // namespace
 
 std::string run_page(const std::vector<ReportRun>& runs) {
   if (runs.empty()) {
     throw UsageError("a report needs at least one run: name the folder that `chasles run` wrote");
   }
-  static constexpr std::string_view kPlace = "@PAGE_DATA@";
-  const std::size_t place = page_template.find(kPlace);
-  std::string page(page_template.substr(0, place));
-  page += json_for_html(page_data(runs));
-  page += page_template.substr(place + kPlace.size());
-  return page;
+  return with_data(page_data(runs));
+}
+
+std::string live_page() {
+  static constexpr std::string_view kNothing = "default-src 'none';";
+  std::string page = with_data({{"live", true}});
+  const std::size_t place = page.find(kNothing);
+  if (place == std::string::npos) throw std::logic_error("the page has no security policy");
+  return page.insert(place + kNothing.size(), " connect-src 'self';");
 }
 
 void write_page(const std::vector<ReportRun>& runs, const std::filesystem::path& file) {
