@@ -43,7 +43,7 @@ int view(const ViewOptions& o) {
   FinishedRuns feed(read_runs(o.folders));
   const Interrupt interrupt;
   const LiveServer server({.address = o.address, .port = port}, live_page(), feed);
-  fmt::print("{}\n", url(server.gate()));
+  for (const std::string& url : urls(server.gate())) fmt::print("{}\n", url);
   std::fflush(stdout);
   while (!interrupt.requested()) std::this_thread::sleep_for(kBetweenLooks);
   return 0;

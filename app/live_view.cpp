@@ -59,7 +59,9 @@ LiveView::LiveView(const LiveOptions& options, const Interrupt& interrupt) {
   run_ = std::make_unique<LiveRun>([&interrupt] { interrupt.request(); });
   server_ = std::make_unique<LiveServer>(
       LiveServerOptions{.address = options.address, .port = options.port}, live_page(), *run_);
-  fmt::print(stderr, "chasles: live: {}\n", url(server_->gate()));
+  for (const std::string& url : urls(server_->gate())) {
+    fmt::print(stderr, "chasles: live: {}\n", url);
+  }
 }
 
 LiveView::~LiveView() {

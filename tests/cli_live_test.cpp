@@ -107,7 +107,7 @@ TEST(Live, TheOptionsAreChecked) {
   const Scratch folder;
   simulate(folder);
   expect_error(chasles(folder, "run rec --quiet --live 70000"), 1, "--live: found '70000'");
-  expect_error(chasles(folder, "run --live rec"), 1, "--live: found 'rec', expected a port");
+  expect_error(chasles(folder, "run rec --quiet --live x"), 1, "--live: found 'x', expected a port");
   expect_error(chasles(folder, "run rec --quiet --live-address 0.0.0.0"), 1,
                "--live-address is for --live");
   const Outcome odd = chasles(folder, "run rec --quiet --live --live-address here");

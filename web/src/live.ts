@@ -56,7 +56,9 @@ export class Live {
   private asked = 0;
   private stopping = false;
   private drawTimer = 0;
-  private changed = false;
+  /** Since the last drawing: something was told, the run has grown. */
+  private told = false;
+  private grown = false;
 
   constructor(private readonly page: LivePage) {
     byId('live').hidden = false;
@@ -121,8 +123,9 @@ export class Live {
       byId('main').hidden = false;
       this.page.all(message.all, same && this.growing !== null);
       this.growing = null;
-      this.changed = false;
+      this.grown = false;
     }
+    this.told = true;
     this.drawSoon();
   }
 
@@ -139,7 +142,7 @@ export class Live {
     this.have.rows = rows;
     this.have.landmarks = landmarks ?? this.have.landmarks;
     this.have.truth ||= data.truth !== undefined;
-    this.changed = true;
+    this.grown = true;
   }
 
   /** What the key figures take from the summary of a run that is over. */
@@ -158,23 +161,32 @@ export class Live {
     if (progress.wall > 0) run.summary.realtime_factor = progress.seconds / progress.wall;
   }
 
-  /** Drawing takes a fifth of the time at most: a long run is drawn less often. */
+  /** A long run, or a slow screen, is drawn less often: scripts take a fifth of the time at most, and
+   *  nothing is drawn before the last drawing is on the screen. */
   private drawSoon(): void {
     if (this.drawTimer) return;
     this.drawTimer = window.setTimeout(() => {
       const start = performance.now();
-      this.showState();
-      if (this.changed && this.growing) {
-        this.changed = false;
-        this.tellSummary();
-        this.page.grow();
-      }
-      const cost = performance.now() - start;
-      this.drawTimer = window.setTimeout(() => {
-        this.drawTimer = 0;
-        if (this.changed) this.drawSoon();
-      }, Math.max(BETWEEN_DRAWS, 4 * cost));
+      this.draw();
+      const pause = Math.max(BETWEEN_DRAWS, 4 * (performance.now() - start));
+      requestAnimationFrame(() => requestAnimationFrame(() => {
+        window.setTimeout(() => this.drawAgain(), Math.max(pause, performance.now() - start));
+      }));
     }, 0);
+  }
+
+  private draw(): void {
+    this.told = false;
+    this.showState();
+    if (!this.grown || !this.growing) return;
+    this.grown = false;
+    this.tellSummary();
+    this.page.grow();
+  }
+
+  private drawAgain(): void {
+    this.drawTimer = 0;
+    if (this.told) this.drawSoon();
   }
 
   private clickStop(): void {

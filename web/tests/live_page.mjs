@@ -27,7 +27,7 @@ async function start(...words) {
 }
 
 const startRun = (name, port = 0) => start('run', recording, '-o', `${folder}/${name}`, '--quiet',
-  '--realtime-speed', '0.5', '--live', String(port));
+  '--realtime-speed', '0.25', '--live', String(port));
 const state = (page) => page.textContent('#live-state');
 const shownFrames = async (page) =>
   Number(/([\d\u202f]+) frames/.exec(await page.textContent('#run-line'))?.[1].replace('\u202f', '') ?? 0);
@@ -74,8 +74,13 @@ const first = await startRun('killed');
 const title = recording.split('/').pop();
 await visit(browser, first.url, folder, { label: 'live-desktop', title, colorScheme: 'light', ...DESKTOP,
   ready: running, use: grows });
-await visit(browser, first.url, folder, { label: 'live-phone', title, colorScheme: 'dark', ...PHONE,
-  ready: running });
+const phone = await open(browser, first.url, { colorScheme: 'dark', ...PHONE });
+await running(phone.page);
+await settle(phone.page);
+await phone.page.screenshot({ path: `${folder}/live-phone.png` });
+check('on a phone nothing sticks out to the side', await phone.page.evaluate(() =>
+  document.documentElement.scrollWidth <= document.documentElement.clientWidth));
+await phone.context.close();
 
 // It is killed; a finished run is served in its place; that server ends.
 const { page, words, context } = await open(browser, first.url);
@@ -105,7 +110,7 @@ check('the console is silent', notOfTheServer(words).length === 0, words.join(' 
 await context.close();
 
 const served = await start('view', `${folder}/stopped`, '--port', port);
-await visit(browser, served.url, folder, { label: 'view', title, colorScheme: 'dark', ...DESKTOP,
+await visit(browser, served.url, folder, { label: 'view', title, colorScheme: 'dark', ...PHONE,
   ready: (viewed) => until('a finished run is served', () => viewed.isVisible('#main'), 10),
   use: async (viewed) => {
     check('it is said to be finished', await state(viewed) === 'Finished', await state(viewed));

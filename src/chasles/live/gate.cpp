@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <array>
+#include <cstring>
+#include <ifaddrs.h>
 #include <stdexcept>
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <netinet/in.h>
 #include <sys/random.h>
 
 #include <chasles/live/gate.hpp>
@@ -46,6 +49,23 @@ bool knows_host(const Gate& gate, std::string_view host) {
   return is_version_4(name);
 }
 
+/// The machine's addresses of version 4.
+std::vector<std::string> own_addresses() {
+  std::vector<std::string> addresses;
+  ifaddrs* first = nullptr;
+  if (::getifaddrs(&first) != 0) return addresses;
+  for (const ifaddrs* own = first; own != nullptr; own = own->ifa_next) {
+    if (own->ifa_addr == nullptr || own->ifa_addr->sa_family != AF_INET) continue;
+    sockaddr_in address{};
+    std::memcpy(&address, own->ifa_addr, sizeof(address));
+    std::array<char, INET_ADDRSTRLEN> text{};
+    ::inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size());
+    addresses.emplace_back(text.data());
+  }
+  ::freeifaddrs(first);
+  return addresses;
+}
+
 /// The value of ?token=…; empty where there is none.
 std::string_view token_of(std::string_view query) {
   static constexpr std::string_view kName = "token=";
@@ -83,9 +103,15 @@ bool is_loopback(std::string_view address) {
   return text == "::1" || (text.starts_with("127.") && is_version_4(text));
 }
 
-std::string url(const Gate& gate) {
+std::vector<std::string> urls(const Gate& gate) {
+  const bool all = gate.address == "0.0.0.0" || gate.address == "::";
+  std::vector<std::string> addresses = all ? own_addresses() : std::vector<std::string>();
+  if (addresses.empty()) addresses = {gate.address};
   const std::string query = gate.token.empty() ? "" : "?token=" + gate.token;
-  return fmt::format("http://{}:{}/{}", bracketed(gate.address), gate.port, query);
+  for (std::string& address : addresses) {
+    address = fmt::format("http://{}:{}/{}", bracketed(address), gate.port, query);
+  }
+  return addresses;
 }
 
 Answer decide(const Gate& gate, const Request& request) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace chasles {
 
@@ -22,8 +23,9 @@ struct Gate {
   std::string token;       ///< that the URL must carry as ?token=…; empty: none is asked for
 };
 
-/// http://ADDRESS:PORT/, with the token where there is one.
-std::string url(const Gate& gate);
+/// http://ADDRESS:PORT/, with the token where there is one; of a server that listens on all of the
+/// machine's addresses one for each of them.
+std::vector<std::string> urls(const Gate& gate);
 
 /// What a request is answered with.
 enum class Answer {

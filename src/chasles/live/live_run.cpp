@@ -113,7 +113,6 @@ void LiveRun::refresh(std::size_t viewers) {
     ++progress_version_;
   }
   if (news.all) all_ = std::move(news.all);
-  if (watched_) comparison_.extend(run_.states);
 }
 
 bool LiveRun::has_news(const LiveCursor& have, const LiveCursor& then) const {
@@ -128,6 +127,7 @@ LiveText LiveRun::next(LiveCursor& cursor) {
     cursor.all = true;
     return all_;
   }
+  comparison_.extend(run_.states);
   LiveCursor then = cursor;
   then.progress = progress_version_;
   then.rows = std::min(run_.states.size(), cursor.rows + kMostRows);

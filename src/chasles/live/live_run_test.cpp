@@ -131,12 +131,12 @@ TEST(LiveRun, WhoeverJoinsLateOrAgainGetsWhatIsMissing) {
   run.begin(start_of(drive));
   for (const RunState& state : drive.run.states) run.add(state);
   run.refresh(0);
-  run.refresh(1);
   Viewer late;
   late.take(run);
   EXPECT_EQ(late.texts, 3);
   EXPECT_LT(late.largest, 1'000'000U);
   EXPECT_EQ(late.states["x"].size(), 6000U);
+  EXPECT_EQ(late.errors["nees_pose"].size(), 6000U);
   EXPECT_EQ(late.cursor.rows, 6000U);
   // A new connection that tells where the old one ended.
   Viewer again = late;

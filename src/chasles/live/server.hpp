@@ -20,14 +20,15 @@ struct LiveServerOptions {
   /// Messages of a viewer in all; one more closes its connection with code 1008.
   int messages = 64;
   std::chrono::milliseconds between_updates{100};  ///< to a viewer
-  std::chrono::milliseconds handshake{10'000};     ///< for a request and its answer
+  std::chrono::milliseconds handshake{10'000};     ///< for a request, and until a viewer joins
   std::chrono::milliseconds silence{60'000};       ///< that a viewer may keep; it is asked halfway
 };
 
 /// Serves one page and, over WebSocket, what a feed tells: on a thread of its own, which nobody
 /// waits for and which stands back (its priority is low). GET / is the page, GET /live the socket
 /// (docs/live.md has the protocol), and there is nothing else: no file is ever opened. An address
-/// other than loopback gets a random token, which the URL carries.
+/// other than loopback gets a random token, which the URL carries. Where the feed throws, the
+/// server ends and nothing else.
 class LiveServer {
  public:
   /// Listens at once. The feed must outlive the server. Throws UsageError where the address is none

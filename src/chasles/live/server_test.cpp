@@ -1,7 +1,7 @@
 #include <atomic>
 #include <chrono>
-#include <fstream>
 #include <memory>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
@@ -131,7 +131,7 @@ TEST(LiveServer, OtherAddressesNeedTheToken) {
   Served served(options);
   const std::string token = served.server.gate().token;
   ASSERT_EQ(token.size(), 32U);
-  EXPECT_NE(url(served.server.gate()).find(token), std::string::npos);
+  EXPECT_NE(urls(served.server.gate()).front().find(token), std::string::npos);
   EXPECT_EQ(status_of(served.port, get(served.port, "/")), "HTTP/1.1 403 Forbidden");
   EXPECT_EQ(status_of(served.port, get(served.port, "/?token=" + std::string(32, '0'))),
             "HTTP/1.1 403 Forbidden");
@@ -197,6 +197,36 @@ TEST(LiveServer, WhoeverSaysNothingIsPutOut) {
   while (deaf.frame()) {
   }
   EXPECT_LT(Clock::now() - start, 4s);
+}
+
+TEST(LiveServer, WhoeverDoesNotJoinIsPutOut) {
+  LiveServerOptions options = Served::quick();
+  options.handshake = 200ms;
+  Served served(options);
+  Client client(served.port);
+  client.send(get(served.port, "/live", kUpgrade));
+  EXPECT_TRUE(client.answer_head().starts_with("HTTP/1.1 101 "));
+  const auto frame = client.frame();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->close_code(), 1008);
+}
+
+/// A feed with a fault.
+class Faulty final : public LiveFeed {
+ public:
+  void refresh(std::size_t) override {}
+  LiveText next(LiveCursor&) override { throw std::runtime_error("a fault"); }
+  void stop() override {}
+};
+
+TEST(LiveServer, AFaultEndsTheServerAndNothingElse) {
+  Faulty feed;
+  LiveServer server({}, "", feed);
+  const std::uint16_t port = server.gate().port;
+  Client client = viewer(port);
+  EXPECT_FALSE(client.frame());
+  EXPECT_TRUE(comes_true([&] { return !Client(port).connected(); }));
+  server.close(1s);
 }
 
 TEST(LiveServer, AThousandConnectionsAreServedOrRefused) {
