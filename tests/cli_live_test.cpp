@@ -72,7 +72,7 @@ class Process {
 
 TEST(Live, ViewersChangeNoByteOfARun) {
   const Scratch folder;
-  simulate(folder, "--set route=RRRRRRRR");
+  simulate(folder, "--set route=RRRRRRRR --set block_length=80 --set block_width=80");
   ASSERT_EQ(chasles(folder, "run rec -o alone --quiet").code, 0);
   const std::string rec = (folder / "rec").string(), seen = (folder / "seen").string();
   Process run(folder, {"run", rec, "-o", seen, "--quiet", "--live"});
@@ -107,7 +107,8 @@ TEST(Live, TheOptionsAreChecked) {
   const Scratch folder;
   simulate(folder);
   expect_error(chasles(folder, "run rec --quiet --live 70000"), 1, "--live: found '70000'");
-  expect_error(chasles(folder, "run rec --quiet --live x"), 1, "--live: found 'x', expected a port");
+  expect_error(chasles(folder, "run rec --quiet --live x"), 1,
+               "--live: found 'x', expected a port");
   expect_error(chasles(folder, "run rec --quiet --live-address 0.0.0.0"), 1,
                "--live-address is for --live");
   const Outcome odd = chasles(folder, "run rec --quiet --live --live-address here");
