@@ -106,15 +106,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
   /// A viewer that has not said what it wants may not stay.
   void expect_to_join() {
     const bool late = Clock::now() - since_ > shared_.options.handshake;
-    if (socket_ && socket_->is_open() && !joined_ && late) {
-      say_goodbye(websocket::close_code::policy_error);
-    }
+    if (open_ && !joined_ && late) say_goodbye(websocket::close_code::policy_error);
   }
 
   void say_goodbye(websocket::close_code code) {
     if (closing_) return;
     closing_ = true;
-    if (!socket_) return hang_up();
+    if (!open_) return hang_up();  // also amid the handshake, which alone may write then
     socket_->async_close(code, [self = shared_from_this()](Failure) {});
   }
 
@@ -180,7 +178,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     socket_->write_buffer_bytes(kFragment);
     buffer_.clear();
     socket_->async_accept(parser_.get(), [self = shared_from_this()](Failure f) {
-      if (!f) self->listen();
+      self->open_ = !f && !self->closing_;
+      if (self->open_) self->listen();
     });
   }
 
@@ -220,6 +219,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   LiveText text_;  ///< on its way
   const Clock::time_point since_ = Clock::now();
   int messages_ = 0;
+  bool open_ = false;  ///< the WebSocket's handshake is over
   bool joined_ = false, writing_ = false, closing_ = false;
 };
 
