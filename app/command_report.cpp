@@ -2,15 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
-#include <chasles/data/folder_names.hpp>
-#include <chasles/data/run.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 #include <chasles/report/report.hpp>
 #include <chasles/report/study.hpp>
 
+#include "run_folder.hpp"
 #include "subcommands.hpp"
 
 namespace chasles::app {
@@ -21,21 +19,6 @@ struct ReportOptions {
   std::filesystem::path output;
   bool quiet = false;
 };
-
-// The summary and, where there is one, timing.json: the page shows the speed too.
-ReportRun read_with_timing(const std::filesystem::path& folder) {
-  nlohmann::ordered_json summary = read_summary(folder);
-  const std::filesystem::path file = folder / "timing.json";
-  std::error_code ignored;
-  if (std::filesystem::exists(file, ignored)) {
-    const auto timing = nlohmann::ordered_json::parse(read_file(file), nullptr, false);
-    if (!timing.is_object()) {
-      throw InputError(fmt::format("{}: expected a JSON object", file.string()));
-    }
-    summary.update(timing);
-  }
-  return {.run = read_run(folder), .summary = summary.dump(), .label = folder_name(folder)};
-}
 
 std::string page_of_runs(const std::vector<std::filesystem::path>& folders) {
   std::vector<ReportRun> runs;

@@ -17,6 +17,7 @@
 #include "full_covariance.hpp"
 #include "inertial_drive.hpp"
 #include "interrupt.hpp"
+#include "live_view.hpp"
 #include "options.hpp"
 #include "output_folder.hpp"
 #include "run_input.hpp"
@@ -40,6 +41,7 @@ struct RunOptions {
   bool realtime = false;
   std::optional<double> realtime_speed;
   bool json = false, quiet = false;
+  LiveOptions live;
   std::vector<Threshold> thresholds = run_thresholds();
 };
 
@@ -126,6 +128,7 @@ void declare_output(CLI::App& parser, RunOptions& o) {
                   "Covariance of the whole map, all with all, as .npy (may take gigabytes)")
       ->type_name("FILE")
       ->group("Output");
+  declare_live(parser, o.live);
   parser.add_flag("--json", o.json, "Print the summary as JSON")->group("Output");
   parser.add_flag("--quiet", o.quiet, "No progress and no log, only errors")->group("Output");
 }
@@ -201,17 +204,18 @@ void prepare_outputs(const RunOptions& o) {
 }
 
 Drive estimate(const RunOptions& o, DriveRunSettings& settings, Recording& recording,
-               const Interrupt& interrupt) {
+               const Interrupt& interrupt, LiveView& live) {
   Trajectory velocities_alone = dead_reckoning(recording);
   if (!o.trajectory.empty()) {
     follow(recording, read_tum(o.trajectory));
     settings.filter.hold = "zero-order";
   }
-  Drive result = drive(recording, settings.filter, interrupt, o.quiet);
+  Drive result =
+      drive(recording, settings.filter, interrupt, o.quiet, std::move(velocities_alone), live);
   if (o.estimator == "batch" && !result.interrupted) {
+    live.smoothing();
     smooth(recording, settings.filter, settings.batch, result);
   }
-  result.run.dead_reckoning = std::move(velocities_alone);
   add_remarks(result.run, result.interrupted, recording.frames.size(), recording.remarks);
   return result;
 }
@@ -227,6 +231,17 @@ Json deliver(const RunOptions& o, const Drive& result, const Json& summary, cons
     write_full_covariance(*result.slam, result.run.landmarks, o.full_covariance);
   }
   return with_timing(summary, timing);
+}
+
+// What the work returns; where it throws, viewers are told why.
+template <typename Work>
+auto telling_why_not(LiveView& live, const Work& work) {
+  try {
+    return work();
+  } catch (const std::exception& error) {
+    live.fail(error.what());
+    throw;
+  }
 }
 
 // A recording with IMU samples instead of body velocities.
@@ -246,13 +261,16 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
   const InertialRunSettings settings = inertial_run_settings_from(o.settings);
   const Interrupt interrupt;
   prepare_outputs(o);
-  InertialDrive result = drive(recording, settings,
-                               {.from_truth = o.begin == "truth",
-                                .ahead = o.threads > 1,
-                                .quiet = o.quiet,
-                                .realtime = realtime(o),
-                                .batch = o.estimator == "batch"},
-                               interrupt);
+  LiveView live(o.live, interrupt);
+  InertialDrive result = telling_why_not(live, [&] {
+    return drive(recording, settings,
+                 {.from_truth = o.begin == "truth",
+                  .ahead = o.threads > 1,
+                  .quiet = o.quiet,
+                  .realtime = realtime(o),
+                  .batch = o.estimator == "batch"},
+                 interrupt, live);
+  });
   add_remarks(result.run, result.interrupted, frame_count(recording), recording.remarks);
   const Json summary = summary_json(result, settings, recording);
   if (!o.output.empty()) write_run(result.run, summary, o.output);
@@ -261,6 +279,7 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
   if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
   const Json figures = with_timing(summary, timing);
   print(o, figures);
+  live.finish(result.run, figures.dump(), result.interrupted);
   return exit_code(o, result.run, result.interrupted, figures);
 }
 
@@ -280,10 +299,13 @@ int run(const RunOptions& o) {
   check(o, settings.filter);
   const Interrupt interrupt;
   prepare_outputs(o);
-  const Drive result = estimate(o, settings, recording, interrupt);
+  LiveView live(o.live, interrupt);
+  const Drive result =
+      telling_why_not(live, [&] { return estimate(o, settings, recording, interrupt, live); });
   const Json summary = summary_json(result, settings, recording);
   const Json figures = deliver(o, result, summary, wall);
   print(o, figures);
+  live.finish(result.run, figures.dump(), result.interrupted);
   return exit_code(o, result.run, result.interrupted, figures);
 }
 

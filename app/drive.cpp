@@ -1,9 +1,13 @@
 #include "drive.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include "batch_report.hpp"
 #include "interrupt.hpp"
+#include "live_view.hpp"
 #include "progress.hpp"
 #include "stopwatch.hpp"
+#include "summary.hpp"
 
 namespace chasles::app {
 namespace {
@@ -29,7 +33,18 @@ RunState run_state(const Estimate& e, double milliseconds) {
           .milliseconds = milliseconds};
 }
 
-void process_all(const Recording& recording, const Interrupt& interrupt, bool quiet,
+std::vector<RunLandmark> run_landmarks(const std::vector<MapLandmark>& map) {
+  std::vector<RunLandmark> result;
+  for (const MapLandmark& l : map) {
+    result.push_back({.id = l.id,
+                      .p_world = l.p_world,
+                      .covariance = l.covariance,
+                      .observations = l.observations});
+  }
+  return result;
+}
+
+void process_all(const Recording& recording, const Interrupt& interrupt, bool quiet, LiveView& live,
                  Drive& result) {
   Slam& slam = *result.slam;
   Progress progress(recording.frames.size(), quiet);
@@ -45,8 +60,10 @@ void process_all(const Recording& recording, const Interrupt& interrupt, bool qu
     const Estimate estimate = slam.process(*frame);
     result.run.states.push_back(run_state(estimate, 1e3 * frame_time.seconds()));
     result.estimates.push_back(estimate);
-    progress.show(result.run.states.size(),
-                  to_seconds(estimate.time - recording.frames.front().time));
+    const double seconds = to_seconds(estimate.time - recording.frames.front().time);
+    progress.show(result.run.states.size(), seconds);
+    live.advance(result.run, result.run.states.size(), seconds,
+                 [&] { return run_landmarks(slam.filter().map()); });
     result.interrupted = interrupt.requested();
     // Nothing after a lost frame can be believed, and arithmetic on NaN is slow.
     if (result.interrupted || estimate.health == Health::kLost) return;
@@ -54,21 +71,10 @@ void process_all(const Recording& recording, const Interrupt& interrupt, bool qu
   }
 }
 
-std::vector<RunLandmark> run_landmarks(const std::vector<MapLandmark>& map) {
-  std::vector<RunLandmark> result;
-  for (const MapLandmark& l : map) {
-    result.push_back({.id = l.id,
-                      .p_world = l.p_world,
-                      .covariance = l.covariance,
-                      .observations = l.observations});
-  }
-  return result;
-}
-
 }  // namespace
 
 Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
-            bool quiet) {
+            bool quiet, Trajectory velocities_alone, LiveView& live) {
   Drive result;
   result.noise =
       choose_noise(settings, recording.velocities, recording.frames,
@@ -78,7 +84,9 @@ Drive drive(const Recording& recording, const Settings& settings, const Interrup
   result.run.extra_names = result.slam->additive_names();
   result.run.truth = recording.truth;
   result.run.plan = recording.plan;
-  process_all(recording, interrupt, quiet, result);
+  result.run.dead_reckoning = std::move(velocities_alone);
+  live.begin(result.run, known_json(settings, recording), recording.frames.size());
+  process_all(recording, interrupt, quiet, live, result);
   result.run.landmarks = run_landmarks(result.slam->filter().map());
   return result;
 }

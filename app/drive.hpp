@@ -14,6 +14,7 @@
 namespace chasles::app {
 
 class Interrupt;
+class LiveView;
 
 /// A recording after the filter has gone through it.
 struct Drive {
@@ -26,9 +27,9 @@ struct Drive {
 };
 
 /// Runs the filter over the whole recording, or until an interrupt. With `quiet` there is no
-/// progress bar.
+/// progress bar. Viewers are shown `velocities_alone` from the beginning.
 Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
-            bool quiet);
+            bool quiet, Trajectory velocities_alone, LiveView& live);
 
 /// Batch estimation from the filter's run on, which it replaces. Throws as smooth() of
 /// smooth/drive_batch.hpp.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/masks.hpp>
@@ -15,10 +16,12 @@
 #include "batch_report.hpp"
 #include "calibration_report.hpp"
 #include "interrupt.hpp"
+#include "live_view.hpp"
 #include "progress.hpp"
 #include "run_input.hpp"
 #include "sensor_feed.hpp"
 #include "stopwatch.hpp"
+#include "summary.hpp"
 
 namespace chasles::app {
 namespace {
@@ -133,18 +136,19 @@ InertialSession session_for(const Recording& recording, const InertialRunSetting
   return {settings.filter, settings.start, std::move(sensors), std::move(start)};
 }
 
-void keep_landmarks(const std::vector<MapLandmark>& landmarks, Run& run) {
-  run.landmarks.clear();
+std::vector<RunLandmark> run_landmarks(const std::vector<MapLandmark>& landmarks) {
+  std::vector<RunLandmark> result;
   for (const MapLandmark& l : landmarks) {
-    run.landmarks.push_back({.id = l.id,
-                             .p_world = l.p_world,
-                             .covariance = l.covariance,
-                             .observations = l.observations});
+    result.push_back({.id = l.id,
+                      .p_world = l.p_world,
+                      .covariance = l.covariance,
+                      .observations = l.observations});
   }
+  return result;
 }
 
 void finish(const InertialSession& session, const Sums& sums, InertialDrive& result) {
-  keep_landmarks(session.map_nav(), result.run);
+  result.run.landmarks = run_landmarks(session.map_nav());
   result.imu = session.imu_counts();
   result.resets = session.resets();
   result.dropped_frames = session.dropped_frames();
@@ -170,11 +174,12 @@ InertialDrive prepared(const Recording& recording, const InertialRunSettings& se
 class Loop {
  public:
   Loop(const Recording& recording, const InertialRunSettings& settings,
-       const InertialDriveOptions& options, const Interrupt& interrupt)
+       const InertialDriveOptions& options, const Interrupt& interrupt, LiveView& live)
       : recording_(recording),
         settings_(settings),
         options_(options),
         interrupt_(interrupt),
+        live_(live),
         result_(prepared(recording, settings, options)),
         session_(session_for(recording, settings, result_, options.from_truth)),
         feed_(recording, settings.frontend, imu_options(recording),
@@ -182,7 +187,9 @@ class Loop {
               {.ahead = options.ahead,
                .realtime = options.realtime,
                .stop = [&interrupt] { return interrupt.requested(); }}),
-        progress_(frame_count(recording), options.quiet) {}
+        progress_(frame_count(recording), options.quiet) {
+    live_.begin(result_.run, known_json(settings, recording), frame_count(recording));
+  }
 
   InertialDrive run() {
     while (auto item = feed_.next()) {
@@ -224,7 +231,10 @@ class Loop {
       keep(e, frame_time_.seconds() / static_cast<double>(estimates.size()));
       if (running) note_latency(e.time);
     }
-    progress_.show(++frames_, to_seconds(frame.time - *first_));
+    const double seconds = to_seconds(frame.time - *first_);
+    progress_.show(++frames_, seconds);
+    live_.advance(result_.run, frames_, seconds,
+                  [this] { return run_landmarks(session_.map_nav()); });
     frame_time_ = {};
   }
 
@@ -258,6 +268,7 @@ class Loop {
   }
 
   void smooth_all() {
+    live_.smoothing();
     const Stopwatch time;
     const BatchResult batch = smooth(batch_problem(), settings_.filter.chart, settings_.batch);
     const double milliseconds = 1e3 * time.seconds() / static_cast<double>(batch.motions.size());
@@ -270,7 +281,7 @@ class Loop {
       sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
       result_.run.states.push_back(run_state(e, recording_.cameras, milliseconds));
     }
-    keep_landmarks(batch.landmarks, result_.run);
+    result_.run.landmarks = run_landmarks(batch.landmarks);
     result_.nees_state.reset();
     if (sums_.nees_count > 0) result_.nees_state = sums_.nees_state / sums_.nees_count;
     result_.innovation_correlation.reset();  // there are no innovations
@@ -285,6 +296,7 @@ class Loop {
   const InertialRunSettings& settings_;
   const InertialDriveOptions& options_;
   const Interrupt& interrupt_;
+  LiveView& live_;
   InertialDrive result_;
   InertialSession session_;
   SensorFeed feed_;
@@ -302,9 +314,10 @@ class Loop {
 }  // namespace
 
 InertialDrive drive(const Recording& recording, const InertialRunSettings& settings,
-                    const InertialDriveOptions& options, const Interrupt& interrupt) {
+                    const InertialDriveOptions& options, const Interrupt& interrupt,
+                    LiveView& live) {
   if (recording.cameras.empty()) throw InputError(recording.name + ": has no camera");
-  return Loop(recording, settings, options, interrupt).run();
+  return Loop(recording, settings, options, interrupt, live).run();
 }
 
 }  // namespace chasles::app

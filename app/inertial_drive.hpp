@@ -15,6 +15,7 @@
 namespace chasles::app {
 
 class Interrupt;
+class LiveView;
 
 /// How a recording with an IMU is run.
 struct InertialDriveOptions {
@@ -59,12 +60,16 @@ struct InertialDrive {
 /// Throws Error(kNotInitialised) with what was missing where no start was found, InputError where
 /// cameras or the IMU's noise are missing; what smooth() (smooth/batch.hpp) throws.
 InertialDrive drive(const Recording& recording, const InertialRunSettings& settings,
-                    const InertialDriveOptions& options, const Interrupt& interrupt);
+                    const InertialDriveOptions& options, const Interrupt& interrupt,
+                    LiveView& live);
 
 /// timing.json: that of the other recordings, with the milliseconds that front end and filter took
 /// a frame, and how the run kept up in real time.
 nlohmann::ordered_json timing_json(const InertialDrive& drive,
                                    const nlohmann::ordered_json& timing);
+
+/// What of summary.json is known before the run, as of the other recordings.
+nlohmann::ordered_json known_json(const InertialRunSettings& settings, const Recording& recording);
 
 /// summary.json, as that of the other recordings.
 nlohmann::ordered_json summary_json(const InertialDrive& drive, const InertialRunSettings& settings,

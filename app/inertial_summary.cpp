@@ -26,6 +26,14 @@ Json frontend_json(const FrontendTotals& t) {
 
 }  // namespace
 
+Json known_json(const InertialRunSettings& settings, const Recording& recording) {
+  return {{"version", CHASLES_VERSION},
+          {"mode", "slam"},
+          {"chart", settings.filter.chart},
+          {"settings", settings_json(settings)},
+          {"cameras", cameras_json(recording)}};
+}
+
 Json timing_json(const InertialDrive& drive, const Json& timing) {
   Json all = timing;
   const auto frames = static_cast<double>(drive.run.states.size());

@@ -1,17 +1,20 @@
 #include "interrupt.hpp"
 
+#include <atomic>
+
 namespace chasles::app {
 namespace {
 
-// The only thing that a signal handler may portably touch.
-volatile std::sig_atomic_t interrupted = 0;
+// What a signal handler and other threads may touch.
+std::atomic<bool> interrupted = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
 
-extern "C" void remember_interrupt(int) { interrupted = 1; }
+extern "C" void remember_interrupt(int) { interrupted = true; }
 
 }  // namespace
 
 Interrupt::Interrupt() {
-  interrupted = 0;
+  interrupted = false;
   struct sigaction action {};
   action.sa_handler = remember_interrupt;
   action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second signal does what it always does
@@ -25,6 +28,8 @@ Interrupt::~Interrupt() {
   ::sigaction(SIGTERM, &before_term_, nullptr);
 }
 
-bool Interrupt::requested() const { return interrupted != 0; }
+bool Interrupt::requested() const { return interrupted; }
+
+void Interrupt::request() const { interrupted = true; }
 
 }  // namespace chasles::app

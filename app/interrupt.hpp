@@ -16,6 +16,7 @@ class Interrupt {
   ~Interrupt();
 
   bool requested() const;
+  void request() const;  ///< as the first signal does, from any thread
 
  private:
   struct sigaction before_int_, before_term_;

@@ -14,6 +14,7 @@ std::span<const Subcommand> subcommands() {
        declare_montecarlo},
       {"evaluate", "Hold a trajectory against the truth: ATE, RPE, NEES", declare_evaluate},
       {"report", "Write one HTML page that shows runs", declare_report},
+      {"view", "Serve the page of finished runs to a browser, until Ctrl-C", declare_view},
   };
   return list;
 }

@@ -185,6 +185,15 @@ Json summary_json(const Drive& drive, const DriveRunSettings& settings,
   return summary;
 }
 
+Json known_json(const Settings& settings, const Recording& recording) {
+  Settings copy = settings;
+  return {{"version", CHASLES_VERSION},
+          {"mode", settings.mode},
+          {"chart", settings.chart},
+          {"settings", to_json(setting_list(copy))},
+          {"cameras", cameras_json(recording)}};
+}
+
 Json timing_json(double recorded_seconds, double wall_seconds, double cpu) {
   return {{"seconds_wall", wall_seconds},
           {"seconds_cpu", cpu},

@@ -40,6 +40,9 @@ nlohmann::ordered_json cameras_json(const Recording& recording);
 nlohmann::ordered_json summary_json(const Drive& drive, const DriveRunSettings& settings,
                                     const Recording& recording);
 
+/// What of summary.json is known before the run: version, mode, chart, settings, cameras.
+nlohmann::ordered_json known_json(const Settings& settings, const Recording& recording);
+
 /// seconds_wall, seconds_cpu and realtime_factor: what differs from run to run.
 nlohmann::ordered_json timing_json(double recorded_seconds, double wall_seconds,
                                    double cpu_seconds);

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// How an outside library's headers begin, and what its CMake target is.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kLibraries = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kLibraries = {{
     {"Eigen/", "Eigen3::Eigen"},
     {"fmt/", "fmt::fmt"},
     {"nlohmann/", "nlohmann_json::nlohmann_json"},
@@ -27,6 +27,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kLibrari
     {"rosbag/", "rosbag::storage"},
     {"ceres/", "Ceres::ceres"},
     {"zlib.h", "ZLIB::ZLIB"},
+    {"boost/", "Boost::headers"},
     {"cblas", "PkgConfig::openblas"},
     {"lapack", "PkgConfig::openblas"},
 }};
@@ -52,7 +53,7 @@ bool is_internal(const fs::path& file) {
 
 bool is_standard(const std::string& header) {
   static const std::regex standard("[a-z_0-9]+");
-  static const std::regex posix(R"((sys/[a-z]+|fcntl|unistd)\.h)");
+  static const std::regex posix(R"(((sys|arpa|netinet)/[a-z]+|fcntl|ifaddrs|unistd)\.h)");
   return std::regex_match(header, standard) || std::regex_match(header, posix);
 }
 

@@ -29,6 +29,7 @@ const Arrows kArrows = {
     {"lab", {"smooth", "sim"}},
     {"eval", {"lie"}},
     {"report", {"data", "eval"}},
+    {"live", {"report"}},
 };
 
 std::string joined(const std::vector<std::string>& sentences) {

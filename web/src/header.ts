@@ -65,9 +65,14 @@ function atTimeRows(run: Run, i: number): [string, string][] {
 }
 
 /** The choice among several runs or studies. */
+export function showPicker(): void {
+  byId('run-select').replaceChildren(
+    ...app.subjects.map(({ label }, k) => make('option', { value: k }, label)));
+  byId('run-picker').hidden = app.subjects.length < 2;
+}
+
 export function startPicker(): void {
   const select = byId<HTMLSelectElement>('run-select');
-  select.replaceChildren(...app.subjects.map(({ label }, k) => make('option', { value: k }, label)));
-  byId('run-picker').hidden = app.subjects.length < 2;
+  showPicker();
   select.addEventListener('change', () => setActive(Number(select.value)));
 }

@@ -25,6 +25,7 @@ export class MapPanel implements MapHost {
       this.draw();
     });
     listen('run', () => this.showRun());
+    listen('rows', () => this.growRun());
     new ResizeObserver(() => { this.resize(); this.draw(); }).observe(this.canvas);
   }
 
@@ -34,6 +35,17 @@ export class MapPanel implements MapHost {
     this.view.colourBy(this.options.colour);
     this.view.measure(this.canvas);
     this.fit();
+  }
+
+  /** A view that shows everything goes on to do so. */
+  private growRun(): void {
+    const { view } = this, run = activeRun(), whole = view.atFit();
+    if (view.landmarks !== run.landmarks) {
+      view.setRun(run);
+      view.colourBy(this.options.colour);
+    }
+    if (whole) view.fit(run);
+    this.draw();
   }
 
   private resize(): void {
@@ -125,6 +137,9 @@ function layers(): Layer[] {
   });
   return list;
 }
+
+/** Tells one choice of layers from another. */
+export const layersKey = (): string => JSON.stringify(layers());
 
 export function layersText(options: MapOptions): string {
   return layers().filter(([key]) => options.show[key] !== false)

@@ -16,6 +16,7 @@ export class Plane {
   scale = 1;
   fitScale = 1;
   centre = [0, 0];
+  private fitCentre = this.centre;
   /** What the axes are called. */
   names: [string, string] = ['x', 'y'];
 
@@ -23,7 +24,12 @@ export class Plane {
   measure(canvas: HTMLCanvasElement): boolean {
     this.width = canvas.clientWidth || 1;
     this.height = canvas.clientHeight || 1;
-    return this.scale === this.fitScale;
+    return this.atFit();
+  }
+
+  /** Nobody has moved or zoomed it since it was fitted. */
+  atFit(): boolean {
+    return this.scale === this.fitScale && this.centre === this.fitCentre;
   }
 
   toScreen(x: number, y: number): [number, number] {
@@ -50,7 +56,7 @@ export class Plane {
   /** Looks at the ranges of x and y so that they take that share of the screen, less the margins. */
   lookAt(ranges: [number, number][], share: [number, number], margins: [number, number] = [0, 0]):
       void {
-    this.centre = ranges.map(([low, high]) => (low + high) / 2);
+    this.centre = this.fitCentre = ranges.map(([low, high]) => (low + high) / 2);
     const [spanX, spanY] = ranges.map(([low, high]) => Math.max(high - low, 1e-3));
     this.scale = Math.max(1e-6, Math.min((share[0] * this.width - margins[0]) / spanX,
       (share[1] * this.height - margins[1]) / spanY, 2000));

@@ -41,6 +41,7 @@ export class Overview implements MapHost {
     startMapButtons('overview', this);
     listen('theme', this.draw);
     listen('run', () => this.showScene());
+    listen('rows', () => { if (sceneOf() !== this.scene) this.showScene(); });
     listen('print', () => { this.resize(); this.drawNow(); });
     byId('overview-factor').addEventListener('change', (e) => {
       this.factor = Number((e.target as HTMLSelectElement).value);

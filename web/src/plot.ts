@@ -24,10 +24,14 @@ class PlotPanel {
   private chart: uPlot | null = null;
   private readonly host = make('div', { class: 'plot-host' });
   private readonly cursorLine = make('div', { class: 'time-cursor' });
+  private readonly summary = make('span', { class: 'muted' });
+  /** The chart does not have the panel's numbers yet. */
+  private outdated = false;
 
-  constructor(private readonly plot: TimePlot, readonly panel: Panel, private readonly last: boolean) {
+  constructor(private readonly plot: TimePlot, public panel: Panel, private readonly last: boolean) {
+    this.summary.textContent = panel.summary ?? '';
     this.element.append(make('div', { class: 'plot-label' }, make('span', {}, panelTitle(panel)),
-      make('span', { class: 'muted' }, panel.summary ?? '')), this.host);
+      this.summary), this.host);
     this.host.style.height = `${this.height()}px`;
   }
 
@@ -46,23 +50,39 @@ class PlotPanel {
   }
 
   private create(width: number): void {
-    const { count, t } = activeSubject(), columns: (number | null)[][] = [];
     const series: uPlot.Series[] = [{}], bands: uPlot.Band[] = [];
     for (const s of this.panel.series) {
       const show = !this.plot.hidden.has(s.label);
       if (s.style === 'band' && s.low !== undefined && s.high !== undefined) {
         bands.push({ series: [series.length, series.length + 1], fill: () => faded(s.colour, 0.25) });
-        columns.push(known(s.high, count), known(s.low, count));
         series.push(this.edge(s, show), this.edge(s, show));
       } else if (s.values !== undefined) {
-        columns.push(known(s.values, count));
         series.push(this.line(s, show));
       }
     }
-    const data = [Array.from(t), ...columns] as uPlot.AlignedData;
-    this.chart = new uPlot(this.options(width, series, bands), data, this.host);
+    this.outdated = false;
+    this.chart = new uPlot(this.options(width, series, bands), this.data(), this.host);
     this.chart.over.append(this.cursorLine);
     this.listenToTouch(this.chart);
+  }
+
+  /** Times, and what each line of the chart is at them. */
+  private data(): uPlot.AlignedData {
+    const { count, t } = activeSubject();
+    const columns = this.panel.series.flatMap((s) => {
+      if (s.style === 'band' && s.low !== undefined && s.high !== undefined) {
+        return [known(s.high, count), known(s.low, count)];
+      }
+      return s.values === undefined ? [] : [known(s.values, count)];
+    });
+    return [Array.from(t), ...columns] as uPlot.AlignedData;
+  }
+
+  /** The same series with other numbers, which the next redraw shows. */
+  update(panel: Panel): void {
+    this.panel = panel;
+    this.summary.textContent = panel.summary ?? '';
+    this.outdated = true;
   }
 
   private edge(s: Series, show: boolean): uPlot.Series {
@@ -70,7 +90,7 @@ class PlotPanel {
   }
 
   private line(s: Series, show: boolean): uPlot.Series {
-    const single = activeSubject().count === 1;
+    const single = () => activeSubject().count === 1;
     return {
       show, stroke: () => palette[s.colour], width: s.style === 'line' ? 1.4 : 1,
       dash: s.dash?.length ? s.dash : s.style === 'level' ? [5, 4] : [],
@@ -116,6 +136,8 @@ class PlotPanel {
     const { chart } = this;
     if (!chart) return;
     chart.batch(() => {
+      if (this.outdated) chart.setData(this.data(), false);
+      this.outdated = false;
       let k = 1;
       for (const s of this.panel.series) {
         const show = !this.plot.hidden.has(s.label);
@@ -205,18 +227,20 @@ export class TimePlot {
   private readonly stack: HTMLElement;
   private readonly readout = make('div', { class: 'readout' });
   private readonly paper = make('div', { class: 'paper-plot' });
+  private readonly caption = make('figcaption', { class: 'muted small' });
   private panels: PlotPanel[] = [];
   private visible = false;
   private stale = false;
   private readonly observers: { disconnect(): void }[] = [];
 
-  constructor(readonly spec: PlotSpec) {
+  constructor(public spec: PlotSpec) {
     this.stack = make('div', { class: 'plot-stack', tabindex: 0, role: 'img',
       'aria-label': plotDescription(spec) });
     this.element = make('figure', { class: 'panel plot' },
       make('div', { class: 'panel-head' }, make('h3', {}, spec.title), this.buttons()),
       this.legend(), this.stack, this.readout, this.paper,
-      spec.caption ? make('figcaption', { class: 'muted small' }, spec.caption) : null);
+      spec.caption ? this.caption : null);
+    this.caption.textContent = spec.caption ?? '';
     this.stack.addEventListener('keydown', (e) => this.key(e));
     this.setPanels(spec.panels);
     this.observe();
@@ -260,6 +284,21 @@ export class TimePlot {
     this.stack.replaceChildren(...this.panels.map((p) => p.element));
     this.resize();
     this.showValues();
+  }
+
+  /** Whether it is the same plot with other numbers. */
+  fits(spec: PlotSpec): boolean {
+    const shape = (s: PlotSpec) => JSON.stringify([s.title, Boolean(s.caption), s.panels.map((p) =>
+      [panelTitle(p), Boolean(p.log), p.series.map((one) => [one.label, one.style])])]);
+    return shape(spec) === shape(this.spec);
+  }
+
+  /** Other numbers; presumes fits(). */
+  update(spec: PlotSpec): void {
+    this.spec = spec;
+    this.caption.textContent = spec.caption ?? '';
+    spec.panels.forEach((panel, k) => this.panels[k].update(panel));
+    this.draw();
   }
 
   /** Charts are drawn when they come near the screen, and again when they come back to it. */

@@ -15,6 +15,13 @@ export function showPlots(specs: PlotSpec[], arrange: (plots: TimePlot[]) => HTM
   byId('plots').replaceChildren(...arrange(plots));
 }
 
+/** The same plots with other numbers; where they are others, as showPlots(). */
+export function updatePlots(specs: PlotSpec[], arrange: (plots: TimePlot[]) => HTMLElement[]): void {
+  const same = specs.length === plots.length && specs.every((spec, k) => plots[k].fits(spec));
+  if (same) specs.forEach((spec, k) => plots[k].update(spec));
+  else showPlots(specs, arrange);
+}
+
 /** Two columns of about the same height; on a narrow screen `order` makes one of them again. */
 export function plotsInColumns(list: TimePlot[]): HTMLElement[] {
   const columns = [0, 1].map(() => ({ height: 0, element: make('div', { class: 'column' }) }));

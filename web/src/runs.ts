@@ -68,7 +68,7 @@ export function decodeRun(raw: RawRun, bounds: Record<string, number>): Run {
 }
 
 /** Yaw, pitch, roll [deg] of world_T_imu, each state's (z-y-x). */
-function eulerAngles({ qx, qy, qz, qw }: Columns): Run['euler'] {
+export function eulerAngles({ qx, qy, qz, qw }: Columns): Run['euler'] {
   const n = qx.length;
   const yaw = new Float32Array(n), pitch = new Float32Array(n), roll = new Float32Array(n);
   for (let i = 0; i < n; i++) {

@@ -54,6 +54,12 @@ export class ScenePanel {
   private centre = new Vector3();
   private size = 1;
   private view = 'orbit';
+  /** Somebody has turned, moved or zoomed the view since it was fitted. */
+  private moved = false;
+  /** The run has grown while the scene was not shown. */
+  private outdated = false;
+  /** What was drawn before: its shaders serve what is drawn in its place, so it goes after that. */
+  private old: Group[] = [];
   private heading = new Vector3(1, 0, 0);
 
   constructor(private readonly options: MapOptions, private readonly hint: () => void) {
@@ -61,9 +67,11 @@ export class ScenePanel {
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.addEventListener('change', this.draw);
+    this.controls.addEventListener('start', () => { this.moved = true; });
     this.controls.enableZoom = false;
     this.listenToInput();
     listen('run', () => { this.measureRun(); this.build(); this.fit(); });
+    listen('rows', () => this.growRun());
     for (const kind of ['theme', 'shown'] as const) listen(kind, () => { this.build(); this.draw(); });
     listen('cursor', () => { if (this.visible()) { this.moveBody(); this.draw(); } });
     new ResizeObserver(() => { this.resize(); this.draw(); }).observe(this.canvas);
@@ -73,8 +81,19 @@ export class ScenePanel {
     return this.canvas.clientWidth > 0 && app.subjects.length > 0;
   }
 
+  /** A view that shows everything goes on to do so. */
+  private growRun(): void {
+    this.outdated = !this.visible();
+    if (this.outdated) return;
+    this.measureRun();
+    this.build();
+    if (!this.moved && this.view !== 'follow') this.fit();
+    this.draw();
+  }
+
   setView(view: string): void {
     this.view = view;
+    if (this.outdated) this.growRun();
     this.controls.enableRotate = view === 'orbit';
     this.controls.enabled = view !== 'follow';
     this.resize();
@@ -99,8 +118,7 @@ export class ScenePanel {
   }
 
   private clear(): void {
-    this.scene.remove(this.content, this.body);
-    for (const group of [this.content, this.body]) {
+    for (const group of this.old.splice(0)) {
       group.traverse((object) => {
         if (!(object instanceof Mesh) && !('geometry' in object)) return;
         const { geometry, material } = object as Mesh;
@@ -113,6 +131,8 @@ export class ScenePanel {
   private build(): void {
     if (!app.subjects.length) return;
     this.clear();
+    this.scene.remove(this.content, this.body);
+    this.old.push(this.content, this.body);
     const run = activeRun(), { show } = this.options;
     const objects: (Object3D | null)[] = [this.ground(run)];
     if (show.landmarks && run.landmarks.id.length) {
@@ -219,6 +239,7 @@ export class ScenePanel {
   /** Shows everything, from where the view is. */
   fit(): void {
     const { camera, controls, size } = this;
+    this.moved = false;
     this.resize();
     camera.near = size / 200;
     camera.far = 60 * size;
@@ -252,6 +273,7 @@ export class ScenePanel {
 
   zoom(factor: number): void {
     const { target } = this.controls;
+    this.moved = true;
     this.camera.position.sub(target).divideScalar(factor).add(target);
     this.camera.lookAt(target);
     this.draw();
@@ -260,6 +282,7 @@ export class ScenePanel {
   /** Turns the view about its target [rad]: around the vertical, and up or down. */
   private turn(around: number, up: number): void {
     const offset = this.camera.position.clone().sub(this.controls.target);
+    this.moved = true;
     offset.applyAxisAngle(new Vector3(0, 0, 1), around);
     const side = new Vector3().crossVectors(new Vector3(0, 0, 1), offset).normalize();
     const tilted = offset.clone().applyQuaternion(new Quaternion().setFromAxisAngle(side, -up));
@@ -281,6 +304,7 @@ export class ScenePanel {
   drawNow(): void {
     if (!this.visible()) return;
     this.renderer.render(this.scene, this.camera);
+    this.clear();
     const run = activeRun();
     this.canvas.setAttribute('aria-label', `The run in three dimensions: ${run.count} estimated ` +
       `poses and ${run.landmarks.id.length} landmarks. Arrow keys turn it.`);

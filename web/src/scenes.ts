@@ -59,7 +59,7 @@ function decodeSceneRun({ run, mean_nees: meanNees, ...columns }: RawSceneRun,
 const scenes: Scene[] = [];
 
 export function readScenes(raw: RawScene[] | undefined): void {
-  scenes.push(...(raw ?? []).map(decodeScene));
+  scenes.splice(0, scenes.length, ...(raw ?? []).map(decodeScene));
 }
 
 /** The scene of the run of that index, where it has one. */

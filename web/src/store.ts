@@ -13,8 +13,8 @@ export interface Subject {
   healthNames: string[];
 }
 
-/** 'shown': another choice of what is drawn. */
-type Kind = 'run' | 'cursor' | 'span' | 'theme' | 'shown' | 'print';
+/** 'rows': the active subject has grown; 'shown': another choice of what is drawn. */
+type Kind = 'run' | 'rows' | 'cursor' | 'span' | 'theme' | 'shown' | 'print';
 
 export const app = {
   subjects: [] as Subject[],
@@ -23,6 +23,8 @@ export const app = {
   span: [0, 1] as [number, number],
   fullSpan: [0, 1] as [number, number],
 };
+/** Rows of the active subject when it was last looked at. */
+let shownRows = 0;
 const listeners = new Map<Kind, (() => void)[]>();
 
 export const activeSubject = (): Subject => app.subjects[app.active];
@@ -57,13 +59,30 @@ export function setSpan(low: number, high: number): void {
 
 export const showAllTimes = (): void => setSpan(...app.fullSpan);
 
+function measureTimes(): void {
+  const { t } = activeSubject(), last = t.length ? t[t.length - 1] : 1;
+  app.fullSpan = [0, last > 0 ? last : 1];
+  shownRows = t.length;
+}
+
+/** The active subject has more rows: a cursor at its end goes with it, and so does a view of all
+ *  times. */
+export function grow(): void {
+  const follows = app.cursor >= shownRows - 1;
+  const whole = app.span[0] <= app.fullSpan[0] && app.span[1] >= app.fullSpan[1];
+  measureTimes();
+  if (whole) app.span = [...app.fullSpan];
+  app.cursor = follows ? Math.max(0, shownRows - 1) : clamp(app.cursor, 0, shownRows - 1);
+  notify('rows');
+  notify('cursor');
+  notify('span');
+}
+
 export function setActive(index: number): void {
   app.active = index;
-  const { t } = activeSubject();
-  const last = t.length ? t[t.length - 1] : 1;
-  app.fullSpan = [0, last > 0 ? last : 1];
+  measureTimes();
   app.span = [...app.fullSpan];
-  app.cursor = Math.max(0, t.length - 1);
+  app.cursor = Math.max(0, shownRows - 1);
   notify('run');
   notify('cursor');
   notify('span');

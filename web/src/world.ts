@@ -2,7 +2,7 @@
 import { downloadPng } from './canvas';
 import { fileName } from './files';
 import { byId } from './format';
-import { downloadLandmarks, layersText, MapPanel, showMapLegend } from './map';
+import { downloadLandmarks, layersKey, layersText, MapPanel, showMapLegend } from './map';
 import type { MapOptions } from './map_draw';
 import { activeRun } from './runs';
 import { canDraw, ScenePanel } from './scene';
@@ -19,6 +19,7 @@ export class World {
   private readonly map = new MapPanel(this.options);
   private readonly scene = canDraw() ? new ScenePanel(this.options, () => this.map.hint()) : null;
   private readonly select = byId<HTMLSelectElement>('map-view');
+  private shownLayers = '';
 
   constructor() {
     if (!this.scene) this.goWithoutScene();
@@ -32,6 +33,7 @@ export class World {
     byId('map-png').addEventListener('click', () => this.savePicture());
     byId('map-csv').addEventListener('click', () => downloadLandmarks(activeRun()));
     listen('run', () => this.showRun());
+    listen('rows', () => { if (layersKey() !== this.shownLayers) this.showRun(); });
     // Paper gets the map: a scene is worth nothing where it cannot be turned.
     listen('print', () => { this.showMap(true); this.map.print(); });
     window.addEventListener('afterprint', () => this.showMap(!this.sceneChosen()));
@@ -86,6 +88,7 @@ export class World {
     const run = activeRun(), bare = run.landmarks.id.length === 0;
     byId('truth-field').hidden = !run.truth;
     for (const id of ['map-colour-field', 'map-csv']) byId(id).hidden = bare;
+    this.shownLayers = layersKey();
     showMapLegend(this.options, () => notify('shown'));
   }
 }

@@ -23,7 +23,7 @@ export const DESKTOP = { viewport: { width: 1280, height: 800 } };
 export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, isMobile: true,
   hasTouch: true };
 
-/** Opens the file; `words` fills with what the console says and the requests that leave the page. */
+/** Opens the file or URL; `words` fills with what the console says and the requests that leave the page. */
 export async function open(browser, file, options = {}) {
   const context = await browser.newContext({ acceptDownloads: true, ...DESKTOP, ...options });
   const page = await context.newPage();
@@ -38,7 +38,7 @@ export async function open(browser, file, options = {}) {
     if (!/^(data|blob):/.test(request.url()) && request.url() !== page.url() &&
       !request.isNavigationRequest()) words.push(`request: ${request.url()}`);
   });
-  await page.goto(pathToFileURL(file).href);
+  await page.goto(/^http:/.test(file) ? file : pathToFileURL(file).href);
   return { page, words, context };
 }
 

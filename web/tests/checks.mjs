@@ -17,8 +17,8 @@ export function verdict() {
 }
 
 /** Waits until `probe` is true; a machine that is busy answers late. */
-export async function until(name, probe) {
-  for (let tries = 0; tries < 60; tries++) {
+export async function until(name, probe, seconds = 3) {
+  for (let tries = 0; tries < 20 * seconds; tries++) {
     if (await probe()) return;
     await new Promise((done) => setTimeout(done, 50));
   }
@@ -56,9 +56,11 @@ async function accessibility(page, name) {
   }
 }
 
-/** Looks at a page of that size and theme, leaves a picture in the folder, and lets `use` use it. */
-export async function visit(browser, file, folder, { label, title, use, ...options }) {
+/** Looks at a page of that size and theme once it is `ready`, leaves a picture in the folder, and lets
+ *  `use` use it. */
+export async function visit(browser, file, folder, { label, title, ready, use, ...options }) {
   const { page, words, context } = await open(browser, file, options);
+  if (ready) await ready(page);
   await settle(page);
   await page.screenshot({ path: `${folder}/${label}.png` });
   await scrollThrough(page);

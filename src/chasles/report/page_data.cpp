@@ -172,6 +172,8 @@ Json parsed_summary(const ReportRun& run) {
   return summary;
 }
 
+}  // namespace
+
 Json run_data(const ReportRun& report_run, Json summary, const AgainstTruth& errors) {
   const Run& run = report_run.run;
   const Eigen::Vector3d first =
@@ -196,15 +198,18 @@ Json run_data(const ReportRun& report_run, Json summary, const AgainstTruth& err
   return json;
 }
 
-}  // namespace
-
-Json page_data(const std::vector<ReportRun>& runs) {
+Json page_bounds() {
   Json json;
   for (const int dof : {3, 6}) {
     const Band band = chi2_band(dof, 1);
-    json["bounds"][fmt::format("chi2_{}_low", dof)] = band.low;
-    json["bounds"][fmt::format("chi2_{}_high", dof)] = band.high;
+    json[fmt::format("chi2_{}_low", dof)] = band.low;
+    json[fmt::format("chi2_{}_high", dof)] = band.high;
   }
+  return json;
+}
+
+Json page_data(const std::vector<ReportRun>& runs) {
+  Json json = {{"bounds", page_bounds()}};
   std::vector<Json> summaries;
   std::vector<AgainstTruth> errors;
   for (const ReportRun& run : runs) {

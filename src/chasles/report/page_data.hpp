@@ -4,6 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <chasles/report/against_truth.hpp>
 #include <chasles/report/report.hpp>
 
 namespace chasles {
@@ -14,5 +15,12 @@ namespace chasles {
 /// precision holds them to a millimetre some kilometres away; angles in degrees, times in seconds
 /// from the first state.
 nlohmann::ordered_json page_data(const std::vector<ReportRun>& runs);
+
+/// `bounds` of page_data: the 95 % intervals of chi-square.
+nlohmann::ordered_json page_bounds();
+
+/// An entry of `runs`, with that summary; `errors` is against_truth() of the run.
+nlohmann::ordered_json run_data(const ReportRun& run, nlohmann::ordered_json summary,
+                                const AgainstTruth& errors);
 
 }  // namespace chasles

@@ -181,6 +181,13 @@ TEST(Report, TheSameRunsGiveTheSameBytes) {
   EXPECT_EQ(run_page({small_drive(), small_drive()}), run_page({small_drive(), small_drive()}));
 }
 
+TEST(Report, TheLivePageMayAskItsOwnServerAndNothingElse) {
+  const std::string page = live_page();
+  EXPECT_EQ(count(page, "content=\"default-src 'none'; connect-src 'self'; script-src"), 1U);
+  EXPECT_EQ(data_of(page), nlohmann::json({{"live", true}}));
+  EXPECT_EQ(count(run_page({small_drive()}), "connect-src"), 0U);
+}
+
 TEST(Report, LoadsNothing) {
   const std::string page = run_page({small_drive()});
   // Libraries name addresses in their messages; what would load something is an element or a style.

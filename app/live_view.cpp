@@ -1,0 +1,101 @@
+#include "live_view.hpp"
+
+#include <charconv>
+#include <chrono>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+
+#include "interrupt.hpp"
+
+namespace chasles::app {
+namespace {
+
+constexpr std::chrono::seconds kPatience{3};
+
+}  // namespace
+
+std::uint16_t port_of(const std::string& option, const std::string& text) {
+  std::uint16_t port = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, port);
+  if (!text.empty() && (error != std::errc() || stop != end)) {
+    throw UsageError(
+        fmt::format("{}: found '{}', expected a port from 0 to 65535 (0 or none: one that is free)",
+                    option, text));
+  }
+  return port;
+}
+
+void declare_live(CLI::App& parser, LiveOptions& o) {
+  parser
+      .add_option_function<std::string>(
+          "--live",
+          [&o](const std::string& text) {
+            o.wanted = true;
+            o.port = port_of("--live", text);
+          },
+          "Serve the run's page while it goes, to this machine alone; prints the URL (default: a "
+          "free port)")
+      ->expected(0, 1)
+      ->type_name("[PORT]")
+      ->group("Output");
+  parser
+      .add_option("--live-address", o.address,
+                  "With --live: the numeric address to listen on. Other than loopback: whoever "
+                  "has the printed URL, with its token, may look and stop the run")
+      ->type_name("ADDRESS")
+      ->group("Output");
+}
+
+LiveView::LiveView(const LiveOptions& options, const Interrupt& interrupt) {
+  if (!options.wanted && options.address != LiveOptions{}.address) {
+    throw UsageError("--live-address is for --live");
+  }
+  if (!options.wanted) return;
+  run_ = std::make_unique<LiveRun>([&interrupt] { interrupt.request(); });
+  server_ = std::make_unique<LiveServer>(
+      LiveServerOptions{.address = options.address, .port = options.port}, live_page(), *run_);
+  for (const std::string& url : urls(server_->gate())) {
+    fmt::print(stderr, "chasles: live: {}\n", url);
+  }
+}
+
+LiveView::~LiveView() {
+  if (server_) server_->close(kPatience);
+}
+
+void LiveView::begin(const Run& header, const nlohmann::ordered_json& known, std::size_t frames) {
+  if (!active()) return;
+  run_->begin({.name = header.name,
+               .extra_names = header.extra_names,
+               .truth = header.truth,
+               .dead_reckoning = header.dead_reckoning,
+               .summary = known.dump(),
+               .frames = frames});
+}
+
+void LiveView::advance(const Run& run, std::size_t frames, double recorded_seconds,
+                       const std::function<std::vector<RunLandmark>()>& map) {
+  if (!active()) return;
+  for (; told_ < run.states.size(); ++told_) run_->add(run.states[told_]);
+  run_->progress(frames, recorded_seconds);
+  run_->landmarks(map);
+}
+
+void LiveView::smoothing() {
+  if (active()) run_->smoothing();
+}
+
+void LiveView::finish(const Run& run, std::string summary, bool interrupted) {
+  if (active()) run_->finish({.run = run, .summary = std::move(summary)}, interrupted);
+}
+
+void LiveView::fail(const std::string& why) {
+  if (active()) run_->fail(why);
+}
+
+}  // namespace chasles::app

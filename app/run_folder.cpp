@@ -1,0 +1,26 @@
+#include "run_folder.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/folder_names.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles::app {
+
+ReportRun read_with_timing(const std::filesystem::path& folder) {
+  nlohmann::ordered_json summary = read_summary(folder);
+  const std::filesystem::path file = folder / "timing.json";
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored)) {
+    const auto timing = nlohmann::ordered_json::parse(read_file(file), nullptr, false);
+    if (!timing.is_object()) {
+      throw InputError(fmt::format("{}: expected a JSON object", file.string()));
+    }
+    summary.update(timing);
+  }
+  return {.run = read_run(folder), .summary = summary.dump(), .label = folder_name(folder)};
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,226 @@
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_set>
+#include <utility>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <fmt/format.h>
+
+#include <chasles/live/server.hpp>
+#include <chasles/live/viewer_message.hpp>
+
+// A connection of the live server, for server.cpp alone: Boost's headers take a minute to compile.
+namespace chasles::live_detail {
+
+namespace net = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using Failure = beast::error_code;
+using net::ip::tcp;
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+constexpr std::size_t kLongestHeader = 8192;  // [bytes]
+constexpr std::size_t kFragment = 1 << 16;    // of a text, between which pings are sent [bytes]
+constexpr milliseconds kLinger{1000};         // for the other side to read an answer
+
+inline std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
+
+/// The head of an answer. Nothing may frame the page, guess at its type, keep it, or learn its URL.
+inline std::string head(std::string_view status, std::string_view type, std::size_t length) {
+  return fmt::format(
+      "HTTP/1.1 {}\r\nContent-Type: {}; charset=utf-8\r\nContent-Length: {}\r\n"
+      "Connection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
+      "Referrer-Policy: no-referrer\r\nContent-Security-Policy: frame-ancestors 'none'\r\n"
+      "Cross-Origin-Resource-Policy: same-origin\r\n\r\n",
+      status, type, length);
+}
+
+/// What all connections share. Everything happens on the server's thread.
+struct Shared {
+  LiveServerOptions options;
+  Gate gate;
+  std::string page;
+  LiveFeed* feed = nullptr;
+  std::unordered_set<class Connection*> served = {}, refused = {};
+};
+
+class Connection : public std::enable_shared_from_this<Connection> {
+ public:
+  Connection(Shared& shared, tcp::socket socket)
+      : shared_(shared), stream_(std::move(socket)), buffer_(kLongestHeader) {}
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection() {
+    shared_.served.erase(this);
+    shared_.refused.erase(this);
+  }
+
+  void serve() {
+    shared_.served.insert(this);
+    parser_.header_limit(kLongestHeader);
+    parser_.body_limit(0);
+    stream_.expires_after(shared_.options.handshake);
+    http::async_read(stream_, buffer_, parser_,
+                     [self = shared_from_this()](Failure f, std::size_t) {
+                       if (f == http::error::end_of_stream || f == beast::error::timeout) return;
+                       if (f)
+                         return self->answer("400 Bad Request", "text/plain", "not understood\n");
+                       self->answer_request();
+                     });
+  }
+
+  void refuse() {
+    shared_.refused.insert(this);
+    answer("503 Service Unavailable", "text/plain", "too many viewers\n");
+  }
+
+  bool joined() const { return joined_; }
+  bool writing() const { return writing_; }
+
+  /// Sends what the viewer does not have yet, unless the last of it is still on its way.
+  void tell() {
+    if (!joined_ || writing_ || closing_) return;
+    text_ = shared_.feed->next(cursor_);
+    if (!text_) return;
+    writing_ = true;
+    socket_->async_write(net::buffer(*text_), [self = shared_from_this()](Failure f, std::size_t) {
+      self->writing_ = false;
+      self->text_.reset();
+      if (f) return self->hang_up();
+      self->tell();
+    });
+  }
+
+  /// A viewer that has not said what it wants may not stay.
+  void expect_to_join() {
+    const bool late = Clock::now() - since_ > shared_.options.handshake;
+    if (open_ && !joined_ && late) say_goodbye(websocket::close_code::policy_error);
+  }
+
+  void say_goodbye(websocket::close_code code) {
+    if (closing_) return;
+    closing_ = true;
+    if (!open_) return hang_up();  // also amid the handshake, which alone may write then
+    socket_->async_close(code, [self = shared_from_this()](Failure) {});
+  }
+
+  void hang_up() {
+    closing_ = true;
+    Failure ignored;
+    auto& stream = socket_ ? beast::get_lowest_layer(*socket_) : stream_;
+    stream.socket().close(ignored);
+  }
+
+ private:
+  void answer_request() {
+    const auto& request = parser_.get();
+    const Answer decided = decide(shared_.gate, {.method = view_of(request.method_string()),
+                                                 .target = view_of(request.target()),
+                                                 .host = view_of(request[http::field::host]),
+                                                 .origin = view_of(request[http::field::origin]),
+                                                 .upgrade = websocket::is_upgrade(request)});
+    switch (decided) {
+      case Answer::kPage:
+        return answer("200 OK", "text/html", shared_.page);
+      case Answer::kSocket:
+        return accept_viewer();
+      case Answer::kNotFound:
+        return answer("404 Not Found", "text/plain", "there is only /\n");
+      case Answer::kForbidden:
+        return answer("403 Forbidden", "text/plain",
+                      "not from there, or not with this token: use the URL that was printed\n");
+    }
+  }
+
+  /// The body must live as long as the connection.
+  void answer(std::string_view status, std::string_view type, std::string_view body) {
+    head_ = head(status, type, body.size());
+    stream_.expires_after(shared_.options.silence);
+    const std::array<net::const_buffer, 2> all = {net::buffer(head_),
+                                                  net::buffer(body.data(), body.size())};
+    net::async_write(stream_, all, [self = shared_from_this()](Failure f, std::size_t) {
+      if (f) return;
+      Failure ignored;
+      self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+      self->stream_.expires_after(kLinger);
+      self->drain();
+    });
+  }
+
+  /// A connection that is closed with unread bytes would take the answer with it.
+  void drain() {
+    stream_.async_read_some(net::buffer(drained_),
+                            [self = shared_from_this()](Failure f, std::size_t) {
+                              if (!f) self->drain();
+                            });
+  }
+
+  void accept_viewer() {
+    stream_.expires_never();
+    socket_.emplace(std::move(stream_));
+    socket_->set_option(
+        websocket::stream_base::timeout{.handshake_timeout = shared_.options.handshake,
+                                        .idle_timeout = shared_.options.silence,
+                                        .keep_alive_pings = true});
+    socket_->read_message_max(shared_.options.message_bytes);
+    socket_->write_buffer_bytes(kFragment);
+    buffer_.clear();
+    socket_->async_accept(parser_.get(), [self = shared_from_this()](Failure f) {
+      self->open_ = !f && !self->closing_;
+      if (self->open_) self->listen();
+    });
+  }
+
+  void listen() {
+    socket_->async_read(buffer_, [self = shared_from_this()](Failure f, std::size_t) {
+      if (f) return self->hang_up();
+      if (!self->take_message()) return self->say_goodbye(websocket::close_code::policy_error);
+      self->buffer_.clear();
+      self->listen();
+    });
+  }
+
+  /// False where the viewer says what it may not.
+  bool take_message() {
+    if (++messages_ > shared_.options.messages || !socket_->got_text()) return false;
+    const auto bytes = buffer_.cdata();
+    const auto message =
+        parse_viewer_message({static_cast<const char*>(bytes.data()), bytes.size()});
+    if (!message) return false;
+    if (message->stop) shared_.feed->stop();
+    if (message->join) {
+      cursor_ = *message->join;
+      joined_ = true;
+      tell();
+    }
+    return true;
+  }
+
+  Shared& shared_;
+  beast::tcp_stream stream_;
+  std::optional<websocket::stream<beast::tcp_stream>> socket_;
+  beast::flat_buffer buffer_;
+  http::request_parser<http::empty_body> parser_;
+  std::string head_;
+  std::array<char, 1024> drained_{};
+  LiveCursor cursor_;
+  LiveText text_;  ///< on its way
+  const Clock::time_point since_ = Clock::now();
+  int messages_ = 0;
+  bool open_ = false;  ///< the WebSocket's handshake is over
+  bool joined_ = false, writing_ = false, closing_ = false;
+};
+
+}  // namespace chasles::live_detail

@@ -1,0 +1,172 @@
+#include <algorithm>
+#include <chrono>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+#include <chasles/live/gate.hpp>
+#include <chasles/live/live_run.hpp>
+#include <chasles/live/live_text.hpp>
+
+namespace chasles {
+namespace {
+
+/// States in one text: a viewer that joins late gets the run in pieces of a few hundred kilobytes.
+constexpr std::size_t kMostRows = 2000;
+constexpr std::size_t kKeptTexts = 8;
+constexpr std::chrono::seconds kBetweenMaps{1};
+constexpr int kMapShare = 100;  // the time between maps is at least so many times that of a map
+
+LiveText shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
+
+/// In which coordinates the run's filter has its error: by the chart that the summary names.
+PoseError coordinates_of(const std::string& summary) {
+  const auto json = nlohmann::json::parse(summary, nullptr, false);
+  if (!json.is_object() || !json.contains("chart") || !json["chart"].is_string()) {
+    return PoseError::kStandard;
+  }
+  return pose_error_of(json["chart"].get<std::string>());
+}
+
+}  // namespace
+
+LiveRun::LiveRun(std::function<void()> stop) : id_(random_token()), stop_(std::move(stop)) {}
+
+void LiveRun::begin(LiveStart start) {
+  began_ = Clock::now();
+  told_.of = start.frames;
+  if (start.summary.empty()) start.summary = "{}";
+  const std::lock_guard lock(mutex_);
+  inbox_.start = std::move(start);
+  inbox_.progress = told_;
+}
+
+void LiveRun::add(const RunState& state) {
+  if (told_.stage == LiveStage::kWaiting) told_.stage = LiveStage::kRunning;
+  const std::lock_guard lock(mutex_);
+  inbox_.states.push_back(state);
+}
+
+void LiveRun::progress(std::size_t frames, double recorded_seconds) {
+  told_.frames = frames;
+  told_.recorded_seconds = recorded_seconds;
+  tell_progress(told_.stage);
+}
+
+void LiveRun::tell_progress(LiveStage stage) {
+  told_.stage = stage;
+  told_.wall_seconds = std::chrono::duration<double>(Clock::now() - began_).count();
+  const std::lock_guard lock(mutex_);
+  inbox_.progress = told_;
+}
+
+void LiveRun::landmarks(const std::function<std::vector<RunLandmark>()>& make) {
+  const Clock::time_point start = Clock::now();
+  if (!watched_ || start < next_map_) return;
+  std::vector<RunLandmark> map = make();
+  const Clock::time_point end = Clock::now();
+  next_map_ = end + std::max<Clock::duration>(kBetweenMaps, kMapShare * (end - start));
+  const std::lock_guard lock(mutex_);
+  inbox_.landmarks = std::move(map);
+}
+
+void LiveRun::smoothing() { tell_progress(LiveStage::kSmoothing); }
+
+void LiveRun::finish(const ReportRun& run, bool interrupted) {
+  tell_progress(interrupted ? LiveStage::kInterrupted : LiveStage::kFinished);
+  LiveText all = shared(page_text(id_, {run}, told_));
+  const std::lock_guard lock(mutex_);
+  inbox_.all = std::move(all);
+}
+
+void LiveRun::fail(const std::string& why) {
+  told_.message = why;
+  tell_progress(LiveStage::kFailed);
+}
+
+void LiveRun::take_start(LiveStart start) {
+  run_ = {};
+  run_.name = std::move(start.name);
+  run_.extra_names = std::move(start.extra_names);
+  run_.dead_reckoning = std::move(start.dead_reckoning);
+  summary_ = std::move(start.summary);
+  comparison_ = {std::move(start.truth), coordinates_of(summary_), is_level(run_)};
+  started_ = true;
+}
+
+void LiveRun::refresh(std::size_t viewers) {
+  watched_ = viewers > 0;
+  Inbox news;
+  {
+    const std::lock_guard lock(mutex_);
+    std::swap(news, inbox_);
+  }
+  if (news.start) take_start(std::move(*news.start));
+  std::ranges::move(news.states, std::back_inserter(run_.states));
+  if (news.landmarks) {
+    run_.landmarks = std::move(*news.landmarks);
+    ++landmarks_version_;
+  }
+  if (news.progress) {
+    progress_ = std::move(*news.progress);
+    ++progress_version_;
+  }
+  if (news.all) all_ = std::move(news.all);
+}
+
+bool LiveRun::has_news(const LiveCursor& have, const LiveCursor& then) const {
+  return have.rows != then.rows || have.landmarks != then.landmarks || have.truth != then.truth ||
+         have.progress != then.progress;
+}
+
+LiveText LiveRun::next(LiveCursor& cursor) {
+  if (cursor.run != id_ || cursor.rows > run_.states.size()) cursor = {.run = id_};
+  if (all_) {
+    if (cursor.all) return nullptr;
+    cursor.all = true;
+    return all_;
+  }
+  comparison_.extend(run_.states);
+  LiveCursor then = cursor;
+  then.progress = progress_version_;
+  then.rows = std::min(run_.states.size(), cursor.rows + kMostRows);
+  const bool up_to_date = then.rows == run_.states.size() && then.rows > 0;
+  if (up_to_date) then.landmarks = landmarks_version_;
+  if (then.rows > 0) then.truth = comparison_.begun();
+  if (!has_news(cursor, then)) return nullptr;
+  LiveText text = rows_text(cursor, then);
+  cursor = then;
+  return text;
+}
+
+LiveText LiveRun::rows_text(const LiveCursor& have, const LiveCursor& then) {
+  const LiveRows rows{
+      .id = id_,
+      .from = have.rows,
+      .to = then.rows,
+      .truth = then.truth && !have.truth,
+      .landmarks = then.landmarks != have.landmarks ? then.landmarks : 0,
+  };
+  const std::string key =
+      fmt::format("{} {} {} {} {}", rows.from, rows.to, rows.truth, rows.landmarks, then.progress);
+  const auto known = std::ranges::find(texts_, key, &std::pair<std::string, LiveText>::first);
+  if (known != texts_.end()) return known->second;
+  LiveText text =
+      shared(then.rows == 0 ? progress_text(id_, progress_)
+                            : chasles::rows_text(run_, summary_, comparison_, rows, progress_));
+  if (texts_.size() >= kKeptTexts) texts_.erase(texts_.begin());
+  texts_.emplace_back(key, text);
+  return text;
+}
+
+FinishedRuns::FinishedRuns(const std::vector<ReportRun>& runs)
+    : id_(random_token()), all_(shared(page_text(id_, runs, {.stage = LiveStage::kFinished}))) {}
+
+LiveText FinishedRuns::next(LiveCursor& cursor) {
+  if (cursor.run == id_ && cursor.all) return nullptr;
+  cursor = {.run = id_, .all = true};
+  return all_;
+}
+
+}  // namespace chasles

@@ -1,0 +1,152 @@
+#include <csignal>
+#include <fcntl.h>
+#include <map>
+#include <spawn.h>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <chasles/live/testing.hpp>
+
+#include "cli_test.hpp"
+
+// What `chasles run --live` and `chasles view` deliver.
+namespace chasles::test {
+namespace {
+
+std::map<std::string, std::string> files_of(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    files[entry.path().filename().string()] = slurp(entry.path());
+  }
+  files.erase("timing.csv");
+  files.erase("timing.json");
+  return files;
+}
+
+/// A command on its own, killed at the end where it still runs. Its output is in a file.
+class Process {
+ public:
+  Process(const Scratch& folder, std::vector<std::string> words) : log_((folder / "log").string()) {
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 1, log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
+    posix_spawn_file_actions_adddup2(&actions, 1, 2);
+    words.insert(words.begin(), "chasles");
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    posix_spawn(&pid_, CHASLES_BINARY, &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+  ~Process() {
+    if (pid_ <= 0) return;
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+
+  /// The port of the URL that it prints; 0 where none comes.
+  int port() const {
+    for (int tries = 0; tries < 5000; ++tries, ::usleep(2000)) {
+      const std::string text = slurp(log_);
+      const std::size_t at = text.find("http://127.0.0.1:");
+      if (at == std::string::npos || text.find('\n', at) == std::string::npos) continue;
+      return std::atoi(text.c_str() + at + std::string_view("http://127.0.0.1:").size());
+    }
+    return 0;
+  }
+  /// Signal 0 only waits for the end.
+  int code_after(int signal) {
+    ::kill(pid_, signal);
+    int status = 0;
+    ::waitpid(std::exchange(pid_, 0), &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+ private:
+  std::string log_;
+  pid_t pid_ = 0;
+};
+
+TEST(Live, ViewersChangeNoByteOfARun) {
+  const Scratch folder;
+  simulate(folder, "--set route=RRRRRRRR --set block_length=80 --set block_width=80");
+  ASSERT_EQ(chasles(folder, "run rec -o alone --quiet").code, 0);
+  const std::string rec = (folder / "rec").string(), seen = (folder / "seen").string();
+  Process run(folder, {"run", rec, "-o", seen, "--quiet", "--live"});
+  const auto port = static_cast<std::uint16_t>(run.port());
+  ASSERT_GT(port, 0);
+  std::vector<Client> deaf;  // never read what they are sent
+  for (int i = 0; i < 20; ++i) deaf.push_back(viewer(port, 4096));
+  Client reader = viewer(port);
+  int texts = 0;
+  bool finished = false;
+  while (const auto frame = reader.frame()) {
+    texts += frame->opcode == 1;
+    finished = finished || frame->text.find(R"("stage":"finished")") != std::string::npos;
+  }
+  EXPECT_EQ(run.code_after(0), 0);
+  EXPECT_TRUE(finished);
+  EXPECT_GT(texts, 2);
+  EXPECT_EQ(files_of(folder / "alone").size(), 7U);
+  EXPECT_TRUE(files_of(folder / "alone") == files_of(folder / "seen"));
+}
+
+TEST(Live, TheUrlIsNotAmongTheResults) {
+  const Scratch folder;
+  simulate(folder);
+  const Outcome outcome = chasles(folder, "run rec --quiet --json --live");
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  expect_part(outcome.err, "chasles: live: http://127.0.0.1:");
+  EXPECT_TRUE(nlohmann::json::accept(outcome.out));
+}
+
+TEST(Live, TheOptionsAreChecked) {
+  const Scratch folder;
+  simulate(folder);
+  expect_error(chasles(folder, "run rec --quiet --live 70000"), 1, "--live: found '70000'");
+  expect_error(chasles(folder, "run rec --quiet --live x"), 1,
+               "--live: found 'x', expected a port");
+  expect_error(chasles(folder, "run rec --quiet --live-address 0.0.0.0"), 1,
+               "--live-address is for --live");
+  const Outcome odd = chasles(folder, "run rec --quiet --live --live-address here");
+  EXPECT_EQ(odd.code, 1);
+  expect_part(odd.err, "found 'here', expected a numeric one");
+  const Outcome open = chasles(folder, "run rec --quiet --live --live-address 0.0.0.0");
+  EXPECT_EQ(open.code, 0);
+  expect_part(open.err, "/?token=");
+}
+
+TEST(Live, ViewServesUntilItIsInterrupted) {
+  const Scratch folder;
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec -o out --quiet").code, 0);
+  Process view(folder, {"view", (folder / "out").string()});
+  const int port = view.port();
+  ASSERT_GT(port, 0);
+  const Outcome taken = chasles(folder, "view out --port " + std::to_string(port));
+  EXPECT_EQ(taken.code, 1);
+  expect_part(taken.err, "another port may be free");
+  EXPECT_EQ(view.code_after(SIGINT), 0);
+  expect_error(chasles(folder, "view nothing"), 2, "nothing");
+  expect_error(chasles(folder, "view out --port x"), 1, "--port: found 'x'");
+}
+
+TEST(Live, InABrowserARunArrivesIsLostComesAgainAndIsStopped) {
+  const Scratch folder;
+  const Outcome made = chasles(folder, "simulate hallway -o hallway --quiet");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const char* kept = std::getenv("CHASLES_PAGES");
+  const std::string pages = kept ? std::string(kept) + "/live" : (folder / "pages").string();
+  const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR
+                              "/web/tests/live_page.mjs' '" CHASLES_BINARY "' '" +
+                              (folder / "hallway").string() + "' '" + pages + "'";
+  const int status = std::system(command.c_str());
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << "skipped: no Chromium";
+  EXPECT_EQ(status, 0);
+}
+
+}  // namespace
+}  // namespace chasles::test
