@@ -1,6 +1,7 @@
 #include "drive.hpp"
 
 #include "batch_report.hpp"
+#include "filter_stages.hpp"
 #include "interrupt.hpp"
 #include "progress.hpp"
 #include "stopwatch.hpp"
@@ -26,7 +27,8 @@ RunState run_state(const Estimate& e, double milliseconds) {
           .in_state = e.in_state,
           .landmarks = e.landmarks,
           .health = name(e.health),
-          .milliseconds = milliseconds};
+          .milliseconds = milliseconds,
+          .stages = filter_stages(e.seconds)};
 }
 
 void process_all(const Recording& recording, const Interrupt& interrupt, bool quiet,
@@ -42,6 +44,7 @@ void process_all(const Recording& recording, const Interrupt& interrupt, bool qu
     }
     const auto* frame = std::get_if<FeatureFrame>(&*event);
     if (!frame) continue;  // an IMU sample beside the velocities
+    result.sightings.add(*frame);
     const Estimate estimate = slam.process(*frame);
     result.run.states.push_back(run_state(estimate, 1e3 * frame_time.seconds()));
     result.estimates.push_back(estimate);
@@ -78,8 +81,13 @@ Drive drive(const Recording& recording, const Settings& settings, const Interrup
   result.run.extra_names = result.slam->additive_names();
   result.run.truth = recording.truth;
   result.run.plan = recording.plan;
+  result.run.georeference = recording.georeference;
+  result.run.stage_names = filter_stage_names();
   process_all(recording, interrupt, quiet, result);
   result.run.landmarks = run_landmarks(result.slam->filter().map());
+  std::vector<LandmarkId> in_state;
+  for (const Landmark& l : result.slam->filter().state().landmarks) in_state.push_back(l.id);
+  result.sightings.tell(in_state, result.run);
   return result;
 }
 
@@ -95,11 +103,14 @@ void smooth(const Recording& recording, const Settings& settings, const BatchSet
                                        batch);
   const double milliseconds = 1e3 * time.seconds() / static_cast<double>(result.estimates.size());
   drive.run.states.clear();
+  drive.run.stage_names.clear();
   for (Estimate& e : result.estimates) {
     e.health = believable(result.report) ? Health::kOk : Health::kDegraded;
     drive.run.states.push_back(run_state(e, milliseconds));
+    drive.run.states.back().stages.clear();
   }
   drive.run.landmarks = run_landmarks(result.landmarks);
+  drive.sightings.tell(std::nullopt, drive.run);
   drive.batch = result.report;
 }
 

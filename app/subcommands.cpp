@@ -14,6 +14,7 @@ std::span<const Subcommand> subcommands() {
        declare_montecarlo},
       {"evaluate", "Hold a trajectory against the truth: ATE, RPE, NEES", declare_evaluate},
       {"report", "Write one HTML page that shows runs", declare_report},
+      {"export", "Write a run for other viewers: MCAP, PLY, KML", declare_export},
   };
   return list;
 }

@@ -30,5 +30,6 @@ Action declare_compare(CLI::App& parser);
 Action declare_montecarlo(CLI::App& parser);
 Action declare_evaluate(CLI::App& parser);
 Action declare_report(CLI::App& parser);
+Action declare_export(CLI::App& parser);
 
 }  // namespace chasles::app

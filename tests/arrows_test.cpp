@@ -29,6 +29,8 @@ const Arrows kArrows = {
     {"lab", {"smooth", "sim"}},
     {"eval", {"lie"}},
     {"report", {"data", "eval"}},
+    // What a run's page shows, for other programs to show.
+    {"viewers", {"report"}},
 };
 
 std::string joined(const std::vector<std::string>& sentences) {
