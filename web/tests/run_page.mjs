@@ -191,6 +191,8 @@ async function landmarkLives(page) {
   await page.locator('#time').focus();
   await page.locator('#time').press('End');
   await until('landmarks age with the cursor', async () => await picture(map) !== start);
+  await page.mouse.move(2, 2);
+  await settle(page);
   for (const name of ['Landmarks in view', 'retired']) {
     const before = await picture(map);
     const box = page.locator('#map-legend label', { hasText: name }).locator('input');
