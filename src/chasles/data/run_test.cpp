@@ -170,7 +170,7 @@ TEST(RunFolder, WhereItIsOnTheEarthComesFromTheSummary) {
     write_run(example(), {{"name", "x"}, {"georeference", where}}, folder);
   };
   written({{"latitude", 49.5}, {"longitude", 8.25}, {"altitude", 110}});
-  const Run run = read_run(folder);
+  const auto run = read_run(folder);
   ASSERT_TRUE(run.georeference);
   EXPECT_EQ(run.georeference->origin.latitude, 49.5);
   EXPECT_EQ(run.georeference->origin.longitude, 8.25);
