@@ -3,9 +3,11 @@
 #include <nlohmann/json.hpp>
 
 #include "batch_report.hpp"
+#include "filter_stages.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
 #include "progress.hpp"
+#include "run_landmarks.hpp"
 #include "stopwatch.hpp"
 #include "summary.hpp"
 
@@ -30,18 +32,8 @@ RunState run_state(const Estimate& e, double milliseconds) {
           .in_state = e.in_state,
           .landmarks = e.landmarks,
           .health = name(e.health),
-          .milliseconds = milliseconds};
-}
-
-std::vector<RunLandmark> run_landmarks(const std::vector<MapLandmark>& map) {
-  std::vector<RunLandmark> result;
-  for (const MapLandmark& l : map) {
-    result.push_back({.id = l.id,
-                      .p_world = l.p_world,
-                      .covariance = l.covariance,
-                      .observations = l.observations});
-  }
-  return result;
+          .milliseconds = milliseconds,
+          .stages = filter_stages(e.seconds)};
 }
 
 void process_all(const Recording& recording, const Interrupt& interrupt, bool quiet, LiveView& live,
@@ -57,6 +49,7 @@ void process_all(const Recording& recording, const Interrupt& interrupt, bool qu
     }
     const auto* frame = std::get_if<FeatureFrame>(&*event);
     if (!frame) continue;  // an IMU sample beside the velocities
+    result.sightings.add(*frame);
     const Estimate estimate = slam.process(*frame);
     result.run.states.push_back(run_state(estimate, 1e3 * frame_time.seconds()));
     result.estimates.push_back(estimate);
@@ -85,9 +78,14 @@ Drive drive(const Recording& recording, const Settings& settings, const Interrup
   result.run.truth = recording.truth;
   result.run.plan = recording.plan;
   result.run.dead_reckoning = std::move(velocities_alone);
+  result.run.georeference = recording.georeference;
+  result.run.stage_names = filter_stage_names();
   live.begin(result.run, known_json(settings, recording), recording.frames.size());
   process_all(recording, interrupt, quiet, live, result);
   result.run.landmarks = run_landmarks(result.slam->filter().map());
+  std::vector<LandmarkId> in_state;
+  for (const Landmark& l : result.slam->filter().state().landmarks) in_state.push_back(l.id);
+  result.sightings.tell(in_state, result.run);
   return result;
 }
 
@@ -103,11 +101,14 @@ void smooth(const Recording& recording, const Settings& settings, const BatchSet
                                        batch);
   const double milliseconds = 1e3 * time.seconds() / static_cast<double>(result.estimates.size());
   drive.run.states.clear();
+  drive.run.stage_names.clear();
   for (Estimate& e : result.estimates) {
     e.health = believable(result.report) ? Health::kOk : Health::kDegraded;
     drive.run.states.push_back(run_state(e, milliseconds));
+    drive.run.states.back().stages.clear();
   }
   drive.run.landmarks = run_landmarks(result.landmarks);
+  drive.sightings.tell(std::nullopt, drive.run);
   drive.batch = result.report;
 }
 

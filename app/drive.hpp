@@ -11,6 +11,8 @@
 #include <chasles/slam/slam.hpp>
 #include <chasles/smooth/drive_batch.hpp>
 
+#include "sightings.hpp"
+
 namespace chasles::app {
 
 class Interrupt;
@@ -21,7 +23,8 @@ struct Drive {
   Run run;
   std::vector<Estimate> estimates;  ///< the filter's, as they are in `run`
   Noise noise;
-  std::unique_ptr<Slam> slam;        ///< as it is after the last frame
+  std::unique_ptr<Slam> slam;  ///< as it is after the last frame
+  Sightings sightings;
   bool interrupted = false;          ///< by a signal: `run` ends early
   std::optional<BatchReport> batch;  ///< of batch estimation; run is what it found
 };

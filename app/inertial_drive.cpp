@@ -15,11 +15,15 @@
 
 #include "batch_report.hpp"
 #include "calibration_report.hpp"
+#include "filter_stages.hpp"
+#include "frontend_seconds.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
 #include "progress.hpp"
 #include "run_input.hpp"
+#include "run_landmarks.hpp"
 #include "sensor_feed.hpp"
+#include "sightings.hpp"
 #include "stopwatch.hpp"
 #include "summary.hpp"
 
@@ -69,7 +73,8 @@ RunState run_state(const InertialEstimate& e, std::span<const Camera> cameras,
                  .in_state = e.in_state,
                  .landmarks = e.landmarks,
                  .health = name(e.health),
-                 .milliseconds = milliseconds};
+                 .milliseconds = milliseconds,
+                 .stages = filter_stages(e.seconds)};
   state.extra.insert(state.extra.end(), e.motion.biases.begin(), e.motion.biases.end());
   for (int row = 6; row < 15; ++row) {
     state.extra_sigma.push_back(std::sqrt(e.motion.covariance(row, row)));
@@ -136,17 +141,6 @@ InertialSession session_for(const Recording& recording, const InertialRunSetting
   return {settings.filter, settings.start, std::move(sensors), std::move(start)};
 }
 
-std::vector<RunLandmark> run_landmarks(const std::vector<MapLandmark>& landmarks) {
-  std::vector<RunLandmark> result;
-  for (const MapLandmark& l : landmarks) {
-    result.push_back({.id = l.id,
-                      .p_world = l.p_world,
-                      .covariance = l.covariance,
-                      .observations = l.observations});
-  }
-  return result;
-}
-
 void finish(const InertialSession& session, const Sums& sums, InertialDrive& result) {
   result.run.landmarks = run_landmarks(session.map_nav());
   result.imu = session.imu_counts();
@@ -165,8 +159,13 @@ InertialDrive prepared(const Recording& recording, const InertialRunSettings& se
       recording.single_pixel_sigma.value_or(recording.images ? kFrontendSigma : 1));
   result.run.name = recording.name;
   result.run.extra_names = extra_names(settings.filter, recording.cameras.size());
+  result.run.stage_names = filter_stage_names();
+  if (recording.images) {
+    result.run.stage_names.insert(result.run.stage_names.begin(), "front_end");
+  }
   result.run.truth = recording.truth;
   result.run.plan = recording.plan;
+  result.run.georeference = recording.georeference;
   return result;
 }
 
@@ -213,6 +212,7 @@ class Loop {
     result_.frontend.unreadable = feed_.unreadable();
     if (result_.realtime) result_.realtime->frames = feed_.counts();
     finish(session_, sums_, result_);
+    sightings_.tell(session_.in_state(), result_.run);
     if (options_.batch && !result_.interrupted) smooth_all();
     return std::move(result_);
   }
@@ -221,6 +221,8 @@ class Loop {
   void take(const FeatureFrame& frame, const TrackedFrame* tracked) {
     if (!first_) first_ = frame.time;
     if (tracked) count(*tracked, result_.frontend);
+    if (tracked) frontend_seconds_.add(frame.time, tracked->seconds);
+    sightings_.add(frame);
     if (options_.batch) seen_.push_back(frame);
     const bool running = session_.running();
     const Stopwatch filter_time;
@@ -245,6 +247,10 @@ class Loop {
     sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
     result_.run.states.push_back(
         run_state(e, recording_.cameras, 1e3 * feed_.seconds_since(e.time).value_or(seconds)));
+    if (recording_.images) {
+      std::vector<double>& stages = result_.run.states.back().stages;
+      stages.insert(stages.begin(), 1e3 * frontend_seconds_.at(e.time));
+    }
     result_.calibration = e.calibration;
     if (options_.batch) estimates_.push_back(e);
   }
@@ -274,14 +280,17 @@ class Loop {
     const double milliseconds = 1e3 * time.seconds() / static_cast<double>(batch.motions.size());
     sums_ = {};
     result_.run.states.clear();
+    result_.run.stage_names.clear();
     for (const BatchMotion& motion : batch.motions) {
       InertialEstimate e = estimate_of(motion);
       e.landmarks = batch.report.landmarks;
       e.health = believable(batch.report) ? Health::kOk : Health::kDegraded;
       sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
       result_.run.states.push_back(run_state(e, recording_.cameras, milliseconds));
+      result_.run.states.back().stages.clear();
     }
     result_.run.landmarks = run_landmarks(batch.landmarks);
+    sightings_.tell(std::nullopt, result_.run);
     result_.nees_state.reset();
     if (sums_.nees_count > 0) result_.nees_state = sums_.nees_state / sums_.nees_count;
     result_.innovation_correlation.reset();  // there are no innovations
@@ -302,6 +311,8 @@ class Loop {
   SensorFeed feed_;
   Progress progress_;
   Sums sums_;
+  FrontendSeconds frontend_seconds_;
+  Sightings sightings_;
   std::optional<Time> first_;  // frame
   // For batch estimation.
   std::vector<ImuSample> samples_;

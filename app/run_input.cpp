@@ -172,6 +172,7 @@ Recording read_input(const RunInput& input) {
     r.truth = read_truth(input.truth);
     check_truth(r, input.truth);
     r.plan.clear();  // it is drawn in the world of the recording's own truth
+    r.georeference.reset();
   }
   return r;
 }

@@ -15,6 +15,7 @@ std::span<const Subcommand> subcommands() {
       {"evaluate", "Hold a trajectory against the truth: ATE, RPE, NEES", declare_evaluate},
       {"report", "Write one HTML page that shows runs", declare_report},
       {"view", "Serve the page of finished runs to a browser, until Ctrl-C", declare_view},
+      {"export", "Write a run for other viewers: MCAP, PLY, KML", declare_export},
   };
   return list;
 }

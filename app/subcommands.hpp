@@ -31,5 +31,6 @@ Action declare_montecarlo(CLI::App& parser);
 Action declare_evaluate(CLI::App& parser);
 Action declare_report(CLI::App& parser);
 Action declare_view(CLI::App& parser);
+Action declare_export(CLI::App& parser);
 
 }  // namespace chasles::app

@@ -141,6 +141,12 @@ Json run_json(const Run& run, const std::string& mode, const std::string& chart,
   json.update(counts_json(run));
   json.update(evaluation_json(run, chart, remarks));
   json.update(landmarks_json(run, true_landmarks, !json["ate_m"].is_null()));
+  if (run.georeference) {
+    const Geodetic& origin = run.georeference->origin;
+    json["georeference"] = {{"latitude", origin.latitude},
+                            {"longitude", origin.longitude},
+                            {"altitude", origin.altitude}};
+  }
   return json;
 }
 

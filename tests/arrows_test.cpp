@@ -30,6 +30,8 @@ const Arrows kArrows = {
     {"eval", {"lie"}},
     {"report", {"data", "eval"}},
     {"live", {"report"}},
+    // What a run's page shows, for other programs to show.
+    {"viewers", {"report"}},
 };
 
 std::string joined(const std::vector<std::string>& sentences) {

@@ -48,6 +48,7 @@ export class GrowingRun {
   private readonly states = new Growing();
   private readonly errors = new Growing();
   private readonly euler = new Growing();
+  private readonly stages = new Growing();
   private readonly extra: Growing[];
 
   constructor(first: RawRows) {
@@ -64,6 +65,7 @@ export class GrowingRun {
     this.states.add(states, skip, before, rows);
     this.euler.add(eulerAngles(states), skip, before, rows);
     if (data.errors || run.errors) this.errors.add(decodeColumns(data.errors), skip, before, rows);
+    this.stages.add(decodeColumns({ ...data.stages }), skip, before, rows);
     data.extra.forEach((raw, k) => this.extra[k]?.add(decodeColumns(raw), skip, before, rows));
     run.count = rows;
     this.show(data);
@@ -75,6 +77,7 @@ export class GrowingRun {
     Object.assign(run, { states: columns, t: columns.t, health: columns.health });
     run.euler = this.euler.columns as Run['euler'];
     run.extra = this.extra.map(({ columns: c }) => ({ value: c.value, sigma: c.sigma }));
+    run.stages = run.stageNames.map((_, k) => this.stages.columns[k]);
     if (Object.keys(this.errors.columns).length) run.errors = this.errors.columns;
     if (data.truth) run.truth = decodeColumns(data.truth);
     if (data.nees_coordinates) run.neesCoordinates = data.nees_coordinates;

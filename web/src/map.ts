@@ -3,6 +3,7 @@ import { prepareCanvas } from './canvas';
 import { AXES } from './data';
 import { downloadCsv, fileName } from './files';
 import { byId, fixed, grouped, make, number, swatch, toggle } from './format';
+import { LIFE_LABELS, lifeAt, lifeText } from './landmark_life';
 import { drawMap, estimateColour, type MapOptions } from './map_draw';
 import { type MapHost, MapInput, nearestOnScreen, placeTip } from './map_input';
 import { COVARIANCES, MapView } from './map_view';
@@ -84,8 +85,8 @@ export class MapPanel implements MapHost {
   /** Answers to the pointer: a landmark tells its numbers, the estimate takes the time cursor. */
   point(place: { x: number; y: number } | null): void {
     const { view } = this, run = activeRun();
-    const found = place && this.options.show.landmarks
-      ? nearestOnScreen(view.landmarks.id.length, (i) => view.landmarkAt(i), place, 8) : -1;
+    const found = place ? nearestOnScreen(view.landmarks.id.length,
+      (i) => (landmarkShown(this.options, i) ? view.landmarkAt(i) : [-1e9, -1e9]), place, 8) : -1;
     if (found !== view.hovered) {
       view.hovered = found;
       this.draw();
@@ -112,6 +113,10 @@ export class MapPanel implements MapHost {
   }
 }
 
+/** Whether the choices of the legend show that landmark at the time of the cursor. */
+export const landmarkShown = ({ show }: MapOptions, i: number): boolean =>
+  show[lifeAt(activeRun(), i, activeRun().t[app.cursor])];
+
 /** The numbers of a landmark beside its place on the screen. */
 export function showLandmarkTip(i: number, x: number, y: number, width: number, height: number): void {
   const run = activeRun(), m = run.landmarks, tip = byId('map-tip');
@@ -119,7 +124,7 @@ export function showLandmarkTip(i: number, x: number, y: number, width: number, 
   const place = AXES.map((axis, k) => fixed(m[axis][i] + run.origin[k], 2)).join(', ');
   tip.replaceChildren(make('strong', {}, `Landmark ${m.id[i]}`),
     make('div', {}, `x, y, z  ${place} m`), make('div', {}, `σ  ${sigma} m`),
-    make('div', {}, `${grouped(m.observations[i])} observations used`));
+    make('div', {}, `${grouped(m.observations[i])} observations used`), make('div', {}, lifeText(i)));
   placeTip(tip, x, y, width, height);
 }
 
@@ -131,7 +136,11 @@ function layers(): Layer[] {
   const list: Layer[] = [['estimate', 'Estimate', 'line', estimateColour()]];
   if (run.truth) list.push(['truth', 'Truth', 'dashed', 'truth']);
   if (run.deadReckoning) list.push(['dead', 'Dead reckoning', 'dotted', 'dead']);
-  if (run.landmarks.id.length) list.push(['landmarks', 'Landmarks', 'dots', 'landmark']);
+  if (run.landmarks.id.length) {
+    list.push(['view', LIFE_LABELS.view, 'dots in-view', 'landmark'],
+      ['retired', LIFE_LABELS.retired, 'dots', 'landmark'],
+      ['later', LIFE_LABELS.later, 'dots faint', 'muted']);
+  }
   (app.subjects as Run[]).forEach((other, k) => {
     if (k !== app.active) list.push([`run-${k}`, other.label, 'dashdot', other.colour]);
   });
@@ -143,7 +152,7 @@ export const layersKey = (): string => JSON.stringify(layers());
 
 export function layersText(options: MapOptions): string {
   return layers().filter(([key]) => options.show[key] !== false)
-    .map(([, label, style]) => `${label} (${style})`).join(' · ');
+    .map(([, label, style]) => `${label} (${style.split(' ')[0]})`).join(' · ');
 }
 
 export function showMapLegend(options: MapOptions, changed: () => void): void {
@@ -166,6 +175,7 @@ export function downloadLandmarks(run: Run): void {
   const shifted = (name: string, k: number) => Float64Array.from(m[name], (v) => v + run.origin[k]);
   const columns: [string, ArrayLike<number>][] = [['id', m.id], ['x_m', shifted('x', 0)],
     ['y_m', shifted('y', 1)], ['z_m', shifted('z', 2)], ['observations', m.observations],
+    ['first_seen_s', m.first], ['last_seen_s', m.last], ['in_state', m.in_state],
     ...Object.values(COVARIANCES).map((c): [string, ArrayLike<number>] => [c + '_m2', m[c]])];
   downloadCsv(fileName(run.name, 'landmarks'),
     columns.map(([label, values]) => ({ label, values })));

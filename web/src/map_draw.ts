@@ -2,6 +2,7 @@
 import { ellipseOf, niceStep, type Pen, polyline } from './canvas';
 import { AXES, clamp, type Vector } from './data';
 import { number } from './format';
+import { LIVES, rowsByLife } from './landmark_life';
 import type { MapView, Plane, PlaneCovariance } from './map_view';
 import { activeRun, type Run, truthColumns } from './runs';
 import { app } from './store';
@@ -22,7 +23,7 @@ export const estimateColour = (): string =>
 
 export function drawMap(g: Pen, view: MapView, options: MapOptions): void {
   drawGrid(g, view);
-  if (options.show.landmarks) drawLandmarks(g, view, options);
+  drawLandmarks(g, view, options);
   (app.subjects as Run[]).forEach((run, k) => {
     if (k !== app.active && options.show['run-' + k]) drawOtherRun(g, view, run);
   });
@@ -36,7 +37,8 @@ export function drawMap(g: Pen, view: MapView, options: MapOptions): void {
   if (options.show.estimate) drawEstimate(g, view, run, options);
   drawMarker(g, view, run);
   drawScale(g, view);
-  if (options.show.landmarks && options.colour !== 'plain') drawRamp(g, view, options);
+  const coloured = options.show.view || options.show.retired;
+  if (coloured && options.colour !== 'plain') drawRamp(g, view, options);
 }
 
 export function drawGrid(g: Pen, view: Plane): void {
@@ -145,21 +147,42 @@ function ellipsesShown(view: MapView, options: MapOptions): boolean {
   return options.ellipses === 'always' || (options.ellipses === 'auto' && view.zoomedIn());
 }
 
+/** Those seen later are grey, the retired ones pale, those in view have a rim. */
 function drawLandmarks(g: Pen, view: MapView, options: MapOptions): void {
-  const { landmarks, colours } = view;
-  const ellipses = ellipsesShown(view, options);
+  const run = activeRun(), ellipses = ellipsesShown(view, options);
   const size = clamp(Math.sqrt(view.scale) * 1.2, 1.8, 4);
+  const rows = rowsByLife(run, run.t[app.cursor]);
   g.lineWidth = 0.8;
-  for (let i = 0; i < landmarks.id.length; i++) {
-    const [x, y] = view.landmarkAt(i);
-    if (x < -200 || y < -200 || x > view.width + 200 || y > view.height + 200) continue;
-    g.fillStyle = g.strokeStyle = colours[i];
-    if (ellipses) strokeEllipse(g, view, x, y, view.landmarkCovariance(i), 0.06);
-    g.globalAlpha = 0.85;
-    g.fillRect(x - size / 2, y - size / 2, size, size);
+  for (const life of LIVES) {
+    if (!options.show[life]) continue;
+    for (const i of rows[life]) {
+      const [x, y] = view.landmarkAt(i);
+      if (x < -200 || y < -200 || x > view.width + 200 || y > view.height + 200) continue;
+      g.fillStyle = g.strokeStyle = life === 'later' ? palette.muted : view.colours[i];
+      if (ellipses && life !== 'later') {
+        strokeEllipse(g, view, x, y, view.landmarkCovariance(i), 0.06, life === 'view' ? 0.8 : 0.4);
+      }
+      if (life === 'view') drawInView(g, x, y, size);
+      else drawDot(g, x, y, size, life === 'later' ? 0.35 : 0.65);
+    }
   }
   g.globalAlpha = 1;
   if (view.hovered >= 0) drawHovered(g, view);
+}
+
+function drawDot(g: Pen, x: number, y: number, size: number, alpha: number): void {
+  g.globalAlpha = alpha;
+  g.fillRect(x - size / 2, y - size / 2, size, size);
+}
+
+function drawInView(g: Pen, x: number, y: number, size: number): void {
+  const reach = size + 3.5;
+  const { fillStyle } = g;
+  g.globalAlpha = 1;
+  g.fillStyle = palette.ink;
+  g.fillRect(x - reach / 2, y - reach / 2, reach, reach);
+  g.fillStyle = fillStyle;
+  drawDot(g, x, y, size + 1.3, 1);
 }
 
 function drawHovered(g: Pen, view: MapView): void {

@@ -5,7 +5,7 @@ import { at, clamp, type Values } from './data';
 import { downloadCsv, downloadSvg, downloadSvgAsPng, fileName } from './files';
 import { button, fixed, make, swatch, toggle } from './format';
 import { isKnown, panelLimits, tickTexts, unwell, valueTicks } from './plot_scale';
-import { legendSeries, type Panel, panelTitle, plotColumns, plotDescription, type PlotSpec,
+import { isBand, legendSeries, type Panel, panelTitle, plotColumns, plotDescription, type PlotSpec,
   type Series, valueText } from './plot_spec';
 import { plotSvg } from './plot_svg';
 import { activeSubject, app, setCursor, setCursorTime, setSpan, showAllTimes, throttled }
@@ -53,8 +53,10 @@ class PlotPanel {
     const series: uPlot.Series[] = [{}], bands: uPlot.Band[] = [];
     for (const s of this.panel.series) {
       const show = !this.plot.hidden.has(s.label);
-      if (s.style === 'band' && s.low !== undefined && s.high !== undefined) {
-        bands.push({ series: [series.length, series.length + 1], fill: () => faded(s.colour, 0.25) });
+      if (isBand(s) && s.low !== undefined && s.high !== undefined) {
+        const opacity = s.style === 'stack' ? 0.6 : 0.25;
+        bands.push({ series: [series.length, series.length + 1],
+          fill: () => faded(s.colour, opacity) });
         series.push(this.edge(s, show), this.edge(s, show));
       } else if (s.values !== undefined) {
         series.push(this.line(s, show));
@@ -70,7 +72,7 @@ class PlotPanel {
   private data(): uPlot.AlignedData {
     const { count, t } = activeSubject();
     const columns = this.panel.series.flatMap((s) => {
-      if (s.style === 'band' && s.low !== undefined && s.high !== undefined) {
+      if (isBand(s) && s.low !== undefined && s.high !== undefined) {
         return [known(s.high, count), known(s.low, count)];
       }
       return s.values === undefined ? [] : [known(s.values, count)];
@@ -141,7 +143,7 @@ class PlotPanel {
       let k = 1;
       for (const s of this.panel.series) {
         const show = !this.plot.hidden.has(s.label);
-        const lines = s.style === 'band' ? 2 : s.values === undefined ? 0 : 1;
+        const lines = isBand(s) ? 2 : s.values === undefined ? 0 : 1;
         for (let i = 0; i < lines; i++, k++) {
           if (chart.series[k].show !== show) chart.setSeries(k, { show });
         }
@@ -305,8 +307,10 @@ export class TimePlot {
   private observe(): void {
     const near = new IntersectionObserver((entries) => {
       this.visible = entries[entries.length - 1].isIntersecting;
-      if (this.visible) this.resize();
-      if (this.visible && this.stale) this.redrawSoon();
+      if (!this.visible) return;
+      this.resize();
+      this.showValues();
+      if (this.stale) this.redrawSoon();
     }, { rootMargin: '400px' });
     near.observe(this.stack);
     const size = new ResizeObserver(() => this.resize());

@@ -5,8 +5,12 @@ import type { CsvColumn } from './files';
 import { number } from './format';
 import { activeSubject } from './store';
 
-/** 'band' lies between low and high, 'area' reaches from zero, 'level' is a thin dashed line. */
-export type Style = 'line' | 'band' | 'area' | 'level';
+/** 'band' lies between low and high, 'area' reaches from zero, 'level' is a thin dashed line; 'stack'
+ *  is a band that has values: its thickness. */
+export type Style = 'line' | 'band' | 'area' | 'level' | 'stack';
+
+/** Whether it lies between low and high. */
+export const isBand = (s: Series): boolean => s.style === 'band' || s.style === 'stack';
 
 export interface Series {
   /** Names it in the legend; series of one label are switched together. */
@@ -80,7 +84,7 @@ export function plotColumns(spec: PlotSpec): CsvColumn[] {
     for (const series of panel.series) {
       for (const [suffix, values] of [['', series.values], [' low', series.low],
         [' high', series.high]] as const) {
-        if (typeof values !== 'object') continue;
+        if (typeof values !== 'object' || (series.style === 'stack' && suffix)) continue;
         const label = [panel.label, series.label].filter(Boolean).join(' ') + suffix;
         columns.push({ label, values });
       }

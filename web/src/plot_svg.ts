@@ -1,7 +1,7 @@
 // A plot as a vector picture: for files and for the paper.
 import { FONT_FAMILY, ticksOf } from './canvas';
 import { at, clamp, type Values } from './data';
-import { legendSeries, type Panel, panelTitle, type PlotSpec, type Series } from './plot_spec';
+import { isBand, legendSeries, type Panel, panelTitle, type PlotSpec, type Series } from './plot_spec';
 import { isKnown, panelLimits, tickTexts, unwell, valueTicks } from './plot_scale';
 import { activeSubject, app } from './store';
 import { palette } from './theme';
@@ -76,9 +76,10 @@ function bandPath(low: Values, high: Values, frame: Frame): string {
 
 function seriesSvg(series: Series, frame: Frame): string {
   const colour = palette[series.colour];
-  if (series.style === 'band' && series.low !== undefined && series.high !== undefined) {
+  if (isBand(series) && series.low !== undefined && series.high !== undefined) {
     return `<path d="${bandPath(series.low, series.high, frame)}" fill="${colour}" ` +
-      `fill-opacity=".25" stroke="${colour}" stroke-width=".7" stroke-opacity=".7"/>`;
+      `fill-opacity="${series.style === 'stack' ? '.6' : '.25'}" stroke="${colour}" ` +
+      'stroke-width=".7" stroke-opacity=".7"/>';
   }
   if (series.values === undefined) return '';
   const area = series.style === 'area' ? `<path d="${bandPath(0, series.values, frame)}" ` +
@@ -130,7 +131,7 @@ function keySvg(spec: PlotSpec, hidden: Set<string>, top: number, width: number)
     const shown = label.length > 60 ? label.slice(0, 59) + '…' : label;
     const wide = 44 + 6.6 * shown.length;
     if (x > 12 && x + wide > width) [x, y] = [12, y + LINE];
-    const patch = style === 'band' || style === 'area';
+    const patch = ['band', 'stack', 'area'].includes(style);
     svg += `<path d="M${f(x)} ${f(y - 4)}h24" stroke="${palette[colour]}" stroke-width="` +
       `${patch ? 9 : 2}" stroke-opacity="${patch ? 0.4 : 1}" stroke-dasharray="` +
       `${(dash ?? (style === 'level' ? [5, 4] : [])).join(' ')}"/>` + text(x + 30, y, shown, 'ink');

@@ -3,6 +3,7 @@ import { AXES, type Column, extremes, mean, quantile, shareInside, type Values }
 import { grouped, number, percent, titleCase } from './format';
 import type { Panel, PlotSpec, Series } from './plot_spec';
 import type { Run } from './runs';
+import { timingPlot } from './timing_plot';
 
 const FAMILIES: Record<string, string> = { omega: 'Angular velocity', bias: 'Gyroscope bias', scale: 'Velocity scale' };
 
@@ -155,27 +156,6 @@ function landmarkPlot(run: Run): PlotSpec {
     caption: 'Landmarks that a frame’s update could touch, and those of the whole map.',
     panels: [panel('in the state', s.in_state, 'good'),
       panel('in the map', s.landmarks, 'landmark')],
-  };
-}
-
-function timingPlot(run: Run): PlotSpec | null {
-  const ms = run.states.milliseconds;
-  if (!(extremes(ms)[1] > 0)) return null;
-  const t = run.states.t;
-  const period = run.count > 1 ? 1000 * (t[run.count - 1] - t[0]) / (run.count - 1) : NaN;
-  const summary = `median ${number(quantile(ms, 0.5))} ms, ` +
-    `99 % below ${number(quantile(ms, 0.99))} ms`;
-  return {
-    title: 'Time per frame',
-    caption: 'Wall time that a frame took' + (Number.isFinite(period)
-      ? `; frames arrive every ${number(period)} ms, ${number(period / mean(ms))} times that.`
-      : '.') +
-      (quantile(ms, 1) > 3 * quantile(ms, 0.99) ? ' Single spikes are cut off.' : ''),
-    panels: [{
-      label: '', unit: 'ms', zero: true, clip: true, summary,
-      series: [{ label: 'time', style: 'line', values: ms, colour: 'estimate', legend: false },
-        { label: 'median', style: 'level', values: quantile(ms, 0.5), colour: 'muted' }],
-    }],
   };
 }
 

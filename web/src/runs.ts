@@ -1,5 +1,5 @@
 // A run as the page uses it, and what tells the runs of a page apart.
-import { type Axis, AXES, type Column, type Columns, clamp, DEG, decodeColumns, type Vector }
+import { type Axis, AXES, type Column, column, type Columns, clamp, DEG, decodeColumns, type Vector }
   from './data';
 import { activeSubject, type Subject } from './store';
 
@@ -14,6 +14,9 @@ export interface Run extends Subject {
   extraNames: string[];
   states: Columns;
   extra: { value: Column; sigma: Column }[];
+  stageNames: string[];
+  /** What each took [ms]. */
+  stages: Column[];
   landmarks: Columns;
   truth: Columns | null;
   errors: Columns | null;
@@ -31,6 +34,7 @@ type RawColumns = Record<string, string>;
 export interface RawRun {
   name: string; label?: string; summary?: Summary; level?: boolean; origin: Vector;
   health_names: string[]; extra_names: string[]; states: RawColumns; extra: RawColumns[];
+  stage_names?: string[]; stages?: string[];
   landmarks: RawColumns; truth?: RawColumns; errors?: RawColumns; dead_reckoning?: RawColumns;
   nees_coordinates?: string; truth_problem?: string; landmarks_left_out?: number;
 }
@@ -53,6 +57,8 @@ export function decodeRun(raw: RawRun, bounds: Record<string, number>): Run {
     health: states.health,
     states,
     extra: raw.extra.map((e) => decodeColumns(e) as { value: Column; sigma: Column }),
+    stageNames: raw.stage_names ?? [],
+    stages: (raw.stages ?? []).map(column),
     landmarks: decodeColumns(raw.landmarks),
     truth: raw.truth ? decodeColumns(raw.truth) : null,
     errors: raw.errors ? decodeColumns(raw.errors) : null,

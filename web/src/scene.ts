@@ -5,13 +5,14 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 import { type Axis, clamp, type Columns, extremes, quantile, type Vector } from './data';
 import { byId, number } from './format';
-import { showLandmarkTip } from './map';
+import { landmarkShown, showLandmarkTip } from './map';
 import { estimateColour, type MapOptions } from './map_draw';
 import { nearestOnScreen } from './map_input';
 import { landmarkScale } from './map_view';
 import { activeRun, type Run, truthColumns } from './runs';
-import { bodyAxes, camerasOf, ellipsoidMatrix, ellipsoids, frustum, groundGrid, landmarkDots,
-  nearestRows, pathLine } from './scene_objects';
+import { LandmarkDots } from './scene_landmarks';
+import { bodyAxes, camerasOf, ellipsoidMatrix, ellipsoids, frustum, groundGrid, nearestRows, pathLine }
+  from './scene_objects';
 import { app, listen, setCursor, throttled } from './store';
 
 /** States of a run that is long. */
@@ -48,6 +49,7 @@ export class ScenePanel {
   private content = new Group();
   private body = new Group();
   private marks: InstancedMesh | null = null;
+  private dots: LandmarkDots | null = null;
   private pose: InstancedMesh | null = null;
   private low = new Vector3();
   private high = new Vector3();
@@ -133,13 +135,13 @@ export class ScenePanel {
     this.clear();
     this.scene.remove(this.content, this.body);
     this.old.push(this.content, this.body);
-    const run = activeRun(), { show } = this.options;
+    const run = activeRun();
     const objects: (Object3D | null)[] = [this.ground(run)];
-    if (show.landmarks && run.landmarks.id.length) {
-      objects.push(landmarkDots(run, this.options.colour));
-      objects.push(this.marks = ellipsoids(MOST_ELLIPSOIDS[this.options.ellipses], 'landmark', 0.16));
-    } else {
-      this.marks = null;
+    this.dots = this.marks = null;
+    if (run.landmarks.id.length) {
+      this.dots = new LandmarkDots(run, this.options);
+      this.marks = ellipsoids(MOST_ELLIPSOIDS[this.options.ellipses], 'landmark', 0.16);
+      objects.push(this.dots.group, this.marks);
     }
     objects.push(...this.paths(run));
     this.content = new Group();
@@ -179,7 +181,7 @@ export class ScenePanel {
   /** What the colours of the landmarks mean. */
   private colourNote(run: Run): string {
     const { colour, show } = this.options;
-    if (colour === 'plain' || !show.landmarks || !run.landmarks.id.length) return '';
+    if (colour === 'plain' || !(show.view || show.retired) || !run.landmarks.id.length) return '';
     const [low, high] = landmarkScale(run.landmarks, run.origin[2], colour).range;
     return `, landmarks: ${colour === 'height' ? 'z' : 'σ'} ${number(low, 2)} m dark to ` +
       `${number(high, 2)} m bright`;
@@ -197,7 +199,8 @@ export class ScenePanel {
 
   /** Puts the body, and the ellipsoids about it, to where the cursor is. */
   private moveBody(): void {
-    const { states: s, count, landmarks } = activeRun(), i = app.cursor;
+    const { states: s, count, landmarks, t } = activeRun(), i = app.cursor;
+    this.dots?.setTime(t[i]);
     this.body.visible = count > 0 && Number.isFinite(s.x[i] + s.y[i] + s.z[i] + s.qw[i]);
     if (!this.body.visible) return;
     this.body.position.set(s.x[i], s.y[i], s.z[i]);
@@ -213,7 +216,7 @@ export class ScenePanel {
       const rows = room ? nearestRows(pathOf(landmarks), [s.x[i], s.y[i], s.z[i]], room) : [];
       // One that is as large as the scene would hide all others.
       const drawn = rows.filter((k) => landmarks.cxx[k] + landmarks.cyy[k] + landmarks.czz[k] <
-        this.size ** 2 / 64);
+        this.size ** 2 / 64 && landmarkShown(this.options, k));
       drawn.forEach((k, at) => this.marks?.setMatrixAt(at, ellipsoidMatrix(landmarks, k, matrix)));
       this.marks.count = drawn.length;
       this.marks.instanceMatrix.needsUpdate = true;
@@ -359,8 +362,9 @@ export class ScenePanel {
   /** A landmark tells its numbers, the estimate takes the time cursor. */
   private point(place: { x: number; y: number }): void {
     const run = activeRun(), mark = this.onScreen(run.landmarks);
-    const found = this.options.show.landmarks
-      ? nearestOnScreen(run.landmarks.id.length, mark, place, 6) : -1;
+    const shown = (i: number): [number, number] =>
+      (landmarkShown(this.options, i) ? mark(i) : [-1e9, -1e9]);
+    const found = nearestOnScreen(run.landmarks.id.length, shown, place, 6);
     if (found >= 0) {
       showLandmarkTip(found, ...mark(found), this.canvas.clientWidth, this.canvas.clientHeight);
       return;

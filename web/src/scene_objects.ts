@@ -1,7 +1,7 @@
 // What stands in the 3-D scene: paths, landmarks, ellipsoids, cameras, the ground.
 import { BufferGeometry, DynamicDrawUsage, Float32BufferAttribute, InstancedMesh, Line,
-  LineBasicMaterial, LineSegments, type Matrix4, MeshBasicMaterial, type Object3D, Points,
-  PointsMaterial, SphereGeometry } from 'three';
+  LineBasicMaterial, LineSegments, type Matrix4, MeshBasicMaterial, type Object3D, SphereGeometry }
+  from 'three';
 import { Line2 } from 'three/examples/jsm/lines/Line2.js';
 import { LineGeometry } from 'three/examples/jsm/lines/LineGeometry.js';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
@@ -10,9 +10,8 @@ import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeome
 
 import { niceStep } from './canvas';
 import type { Axis, Columns, Vector } from './data';
-import { landmarkScale } from './map_view';
 import type { Run } from './runs';
-import { palette, rampColour } from './theme';
+import { palette } from './theme';
 
 type Path = Record<Axis, ArrayLike<number>>;
 
@@ -57,24 +56,6 @@ export function pathLine(path: Path, size: number, { colour, width, dash, shift,
     ...(dash === undefined ? {} : { dashed: true, dashSize: dash, gapSize: 0.7 * dash }) }));
   if (dash !== undefined) line.computeLineDistances();
   return line;
-}
-
-/** A dot a landmark, coloured as on the map. */
-export function landmarkDots(run: Run, kind: string): Points {
-  const { x, y, z } = run.landmarks, n = x.length;
-  const { values, range, share } = landmarkScale(run.landmarks, run.origin[2], kind);
-  const position = new Float32Array(3 * n), colour = new Float32Array(3 * n);
-  const plain = [1, 3, 5].map((k) => parseInt(palette.landmark.slice(k, k + 2), 16));
-  for (let i = 0; i < n; i++) {
-    position.set([x[i], y[i], z[i]], 3 * i);
-    const rgb = kind === 'plain' || !(range[1] > range[0]) ? plain : rampColour(share(values[i]));
-    colour.set(rgb.map((c) => c / 255), 3 * i);
-  }
-  const geometry = new BufferGeometry();
-  geometry.setAttribute('position', new Float32BufferAttribute(position, 3));
-  geometry.setAttribute('color', new Float32BufferAttribute(colour, 3));
-  const material = new PointsMaterial({ size: 3, sizeAttenuation: false, vertexColors: true });
-  return new Points(geometry, material);
 }
 
 /** Maps the unit sphere to the 95 % ellipsoid about row i: the Cholesky factor of its covariance. */

@@ -13,7 +13,7 @@ const SCENE_VIEWS = ['orbit', 'above', 'follow'];
 
 export class World {
   private readonly options: MapOptions = {
-    show: { estimate: true, truth: true, dead: true, landmarks: true },
+    show: { estimate: true, truth: true, dead: true, view: true, retired: true, later: true },
     colour: 'sigma', ellipses: 'auto', truth: 'first',
   };
   private readonly map = new MapPanel(this.options);

@@ -1,21 +1,12 @@
-// What holds for every page, on a desktop and on a phone, and how checks are told.
+// What holds for every page, on a desktop and on a phone.
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { frames, open, settle } from './browser.mjs';
+import { check } from './verdict.mjs';
+
+export { check, verdict } from './verdict.mjs';
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
-const failures = [];
-
-export function check(name, passed, detail = '') {
-  if (!passed) failures.push(`${name}${detail ? `: ${detail}` : ''}`);
-}
-
-/** Says what failed; the exit status of the test. */
-export function verdict() {
-  for (const failure of failures) console.error(`FAILED: ${failure}`);
-  return failures.length ? 1 : 0;
-}
-
 /** Waits until `probe` is true; a machine that is busy answers late. */
 export async function until(name, probe, seconds = 3) {
   for (let tries = 0; tries < 20 * seconds; tries++) {

@@ -184,6 +184,43 @@ async function findTip(page, map) {
     place.x + place.width <= box.x + box.width + 1);
 }
 
+/** Landmarks in view, retired and seen later differ at the cursor's time, and go one by one. */
+async function landmarkLives(page) {
+  if (!await page.locator('#map-legend .dots').count()) return;
+  const map = page.locator('#map'), start = await picture(map);
+  await page.locator('#time').focus();
+  await page.locator('#time').press('End');
+  await until('landmarks age with the cursor', async () => await picture(map) !== start);
+  await page.mouse.move(2, 2);
+  await settle(page);
+  for (const name of ['Landmarks in view', 'retired']) {
+    const before = await picture(map);
+    const box = page.locator('#map-legend label', { hasText: name }).locator('input');
+    await box.click();
+    await until(`${name}: the legend hides them`, async () => await picture(map) !== before);
+    await box.click();
+    await until(`${name}: and shows them again`, async () => await picture(map) === before);
+  }
+}
+
+/** What a frame took, by stages. */
+async function stages(page) {
+  const figure = page.locator('figure.plot', { hasText: run.stages.length ? 'Time per stage' :
+    'Time per frame' });
+  await figure.scrollIntoViewIfNeeded();
+  check('there is a plot of times', await figure.count() === 1);
+  for (const name of run.stage_names) {
+    check(`${name}: is in the legend`,
+      await figure.locator('.legend', { hasText: name.replace('_', ' ') }).count() === 1);
+  }
+  if (run.stages.length) {
+    const { bytes } = await saved(page, () => figure.getByRole('button', { name: 'CSV' }).click());
+    const head = bytes.toString().split('\n')[0];
+    check('the csv has a column a stage', head.split(',').length ===
+      run.stages.length + 2 && head.includes('front end'), head);
+  }
+}
+
 /** The runs of one recording on their truth: only where the data has them. */
 async function overview(page) {
   const scene = data.scenes.find((s) => s.runs.some((r) => r.run === 0));
@@ -233,8 +270,8 @@ async function print(page, label) {
 }
 
 async function use(page, label) {
-  for (const step of [timeCursor, play, timeSpan, toggles, exports, exactNumbers, scene, mapMoves, overview,
-    theme, otherRuns]) {
+  for (const step of [timeCursor, play, timeSpan, toggles, exports, exactNumbers, scene, mapMoves, landmarkLives,
+    stages, overview, theme, otherRuns]) {
     await step(page).catch((error) => check(step.name, false, String(error)));
   }
   await print(page, label).catch((error) => check('print', false, String(error)));

@@ -1,7 +1,5 @@
 #include <array>
 #include <chrono>
-#include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -17,7 +15,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::year kFirstYear(1970), kLastYear(2115);  // as kLastSecond
-constexpr double kEarthRadius = 6378137;                        // [m]
 // Of a packet's thirty numbers: those before, and where the body's acceleration and rate are.
 constexpr std::size_t kNumbers = 30, kForce = 11, kRate = 17;
 
@@ -62,9 +59,7 @@ OxtsPacket read_packet(const fs::path& file, Time time) {
   return {.sample = {.time = time,
                      .specific_force_imu = {x[kForce], x[kForce + 1], x[kForce + 2]},
                      .angular_rate_imu = {x[kRate], x[kRate + 1], x[kRate + 2]}},
-          .latitude = x[0],
-          .longitude = x[1],
-          .altitude = x[2],
+          .place = {.latitude = x[0], .longitude = x[1], .altitude = x[2]},
           .roll = x[3],
           .pitch = x[4],
           .yaw = x[5]};
@@ -97,19 +92,17 @@ std::vector<OxtsPacket> read_oxts(const fs::path& folder) {
 Trajectory oxts_trajectory(const std::vector<OxtsPacket>& packets) {
   Trajectory trajectory;
   if (packets.empty()) return trajectory;
-  constexpr double kDegree = std::numbers::pi / 180;
-  const double scale = std::cos(packets.front().latitude * kDegree) * kEarthRadius;
+  const Georeference world = oxts_georeference(packets);
   for (const OxtsPacket& p : packets) {
-    const Eigen::Vector3d position(scale * p.longitude * kDegree,
-                                   scale * std::log(std::tan((90 + p.latitude) * kDegree / 2)),
-                                   p.altitude);
     const Eigen::Matrix3d R =
         so3::exp({0, 0, p.yaw}) * so3::exp({0, p.pitch, 0}) * so3::exp({p.roll, 0, 0});
-    trajectory.push_back({.time = p.sample.time, .pose = {R, position}});
+    trajectory.push_back({.time = p.sample.time, .pose = {R, to_world(world, p.place)}});
   }
-  const Eigen::Vector3d origin = trajectory.front().pose.p;
-  for (StampedPose& row : trajectory) row.pose.p -= origin;
   return trajectory;
+}
+
+Georeference oxts_georeference(const std::vector<OxtsPacket>& packets) {
+  return {.origin = packets.front().place};
 }
 
 }  // namespace chasles

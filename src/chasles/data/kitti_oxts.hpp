@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <chasles/data/georeference.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/lie/trajectory.hpp>
 
@@ -17,9 +18,9 @@ std::vector<Time> read_kitti_times(const std::filesystem::path& file);
 
 /// One packet of the GNSS/INS.
 struct OxtsPacket {
-  ImuSample sample;                                  ///< body axes: x forward, y left, z up
-  double latitude = 0, longitude = 0, altitude = 0;  ///< [deg], [deg], [m]
-  double roll = 0, pitch = 0, yaw = 0;               ///< world_R_imu = Rz(yaw) Ry(pitch) Rx(roll)
+  ImuSample sample;  ///< body axes: x forward, y left, z up
+  Geodetic place;
+  double roll = 0, pitch = 0, yaw = 0;  ///< world_R_imu = Rz(yaw) Ry(pitch) Rx(roll)
 };
 
 /// All packets, in the order of their files.
@@ -28,5 +29,8 @@ std::vector<OxtsPacket> read_oxts(const std::filesystem::path& folder);
 /// world_T_imu by KITTI's own convention: Mercator's projection at the first packet's latitude, x
 /// to the east, y to the north, z up, with the first position as the origin.
 Trajectory oxts_trajectory(const std::vector<OxtsPacket>& packets);
+
+/// Where that world is; there is a packet.
+Georeference oxts_georeference(const std::vector<OxtsPacket>& packets);
 
 }  // namespace chasles

@@ -121,7 +121,9 @@ void read_samples(const fs::path& synced, Recording& recording) {
 }
 
 void read_truth(const fs::path& synced, Recording& recording) {
-  recording.truth = oxts_trajectory(read_oxts(synced / "oxts"));
+  const std::vector<OxtsPacket> packets = read_oxts(synced / "oxts");
+  recording.truth = oxts_trajectory(packets);
+  recording.georeference = oxts_georeference(packets);
   bring_into_order(recording.truth, "poses of the truth", recording.remarks);
 }
 

@@ -91,6 +91,11 @@ TEST_F(KittiRaw, IsReadWithBothCamerasAndTheTruth) {
   // its scale at the first latitude.
   EXPECT_NEAR(r.truth[1].pose.p.y(), 6378137 * 1e-3 * M_PI / 180, 0.01);
   EXPECT_NEAR(r.truth[1].pose.p.x(), 0, 1e-9);
+  ASSERT_TRUE(r.georeference);
+  const Geodetic place = to_geodetic(*r.georeference, r.truth[1].pose.p);
+  EXPECT_NEAR(place.latitude, 49.001, 1e-12);
+  EXPECT_NEAR(place.longitude, 8.4, 1e-12);
+  EXPECT_NEAR(place.altitude, 110, 1e-9);
   EXPECT_NEAR(so3::log(r.truth[2].pose.R).z(), 0.2, 1e-12);
   ASSERT_EQ(r.imu.size(), 3u);
   EXPECT_EQ(r.imu[0].specific_force_imu, Eigen::Vector3d(1, 2, 9.5));

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -71,14 +72,31 @@ void read_states(const std::filesystem::path& file, Run& run) {
   }
 }
 
-void read_timing(const std::filesystem::path& file, std::vector<RunState>& states) {
-  CsvReader csv(file, timing_columns());
-  for (RunState& state : states) {
+// Of the columns of timing.csv those after the wall time, without their unit.
+std::vector<std::string> stage_names(const CsvReader& csv) {
+  std::vector<std::string> names;
+  for (std::size_t k = 2; k < csv.columns().size(); ++k) {
+    const std::string& column = csv.columns()[k];
+    names.push_back(column.substr(0, column.size() - std::min<std::size_t>(column.size(), 3)));
+  }
+  if (csv.columns() == timing_columns(names)) return names;
+  throw InputError(fmt::format("{}: has the columns {}, expected {} and what stages took, NAME_ms",
+                               csv.where(), fmt::join(csv.columns(), ","),
+                               fmt::join(timing_columns({}), ",")));
+}
+
+void read_timing(const std::filesystem::path& file, Run& run) {
+  CsvReader csv(file);
+  run.stage_names = stage_names(csv);
+  for (RunState& state : run.states) {
     if (!csv.next() || csv.integer(0) != state.time.count()) {
       throw InputError(fmt::format("{}: expected the row of {} ns, one for each row of states.csv",
                                    csv.where(), state.time.count()));
     }
     state.milliseconds = csv.number(1);
+    for (std::size_t k = 0; k < run.stage_names.size(); ++k) {
+      state.stages.push_back(csv.number(2 + k));
+    }
   }
 }
 
@@ -92,17 +110,38 @@ std::vector<RunLandmark> read_landmarks(const std::filesystem::path& file) {
     const double xy = csv.number(5), xz = csv.number(6), yz = csv.number(8);
     l.covariance << csv.number(4), xy, xz, xy, csv.number(7), yz, xz, yz, csv.number(9);
     l.observations = small_integer(csv, 11);
+    l.first_seen = csv.time(12);
+    l.last_seen = csv.time(13);
+    l.in_state = small_integer(csv, 14) != 0;
   }
   return landmarks;
 }
 
 // As the summary has it, else as the folder is called.
-std::string recording_name(const std::filesystem::path& folder) {
-  const nlohmann::ordered_json summary = read_summary(folder);
+std::string recording_name(const nlohmann::ordered_json& summary,
+                           const std::filesystem::path& folder) {
   const auto name = summary.find("name");
   if (name != summary.end() && name->is_string()) return name->get<std::string>();
   const std::filesystem::path path = folder.lexically_normal();
   return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
+std::optional<Georeference> georeference(const nlohmann::ordered_json& summary,
+                                         const std::filesystem::path& folder) {
+  const auto found = summary.find("georeference");
+  if (found == summary.end()) return std::nullopt;
+  const auto number = [&](const char* key, double most) {
+    const auto entry = found->is_object() ? found->find(key) : found->end();
+    if (entry != found->end() && entry->is_number() && std::abs(entry->get<double>()) <= most) {
+      return entry->get<double>();
+    }
+    throw InputError(fmt::format("{}: georeference: expected '{}', a number of at most {}",
+                                 (folder / "summary.json").string(), key, most));
+  };
+  // Mercator's projection ends before the poles.
+  return Georeference{{.latitude = number("latitude", 89),
+                       .longitude = number("longitude", 360),
+                       .altitude = number("altitude", 1e6)}};
 }
 
 Trajectory read_where_present(const std::filesystem::path& file) {
@@ -116,10 +155,12 @@ Run read_run(const std::filesystem::path& folder) {
     throw InputError(fmt::format("{}: is no run folder: it holds no states.csv", folder.string()));
   }
   Run run;
-  run.name = recording_name(folder);
+  const nlohmann::ordered_json summary = read_summary(folder);
+  run.name = recording_name(summary, folder);
+  run.georeference = georeference(summary, folder);
   read_states(folder / "states.csv", run);
   if (std::filesystem::exists(folder / "timing.csv")) {
-    read_timing(folder / "timing.csv", run.states);
+    read_timing(folder / "timing.csv", run);
   }
   run.landmarks = read_landmarks(folder / "landmarks.csv");
   run.truth = read_where_present(folder / "truth.tum");

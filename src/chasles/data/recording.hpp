@@ -9,6 +9,7 @@
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
+#include <chasles/data/georeference.hpp>
 #include <chasles/data/image_source.hpp>
 #include <chasles/data/plan.hpp>
 #include <chasles/imu/body_velocity.hpp>
@@ -52,6 +53,7 @@ struct Recording {
   std::vector<TrueMotion> true_motion;       ///< at the times of `truth`; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown
   Plan plan;                                 ///< of the place, in the truth's world
+  std::optional<Georeference> georeference;  ///< of the truth's world, where known
   /// Standard deviations that the recording itself states; none where it does not.
   std::optional<BodyVelocitySigma> velocity_sigma;
   std::optional<Eigen::Vector4d> pixel_sigma;  ///< of (uL, vL, uR, vR) [px]

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/camera/feature_frame.hpp>
+#include <chasles/data/georeference.hpp>
 #include <chasles/data/plan.hpp>
 #include <chasles/lie/trajectory.hpp>
 
@@ -32,6 +34,8 @@ struct RunState {
   std::string health;    ///< "ok", "degraded", "lost"
   /// Wall time of the frame; kept in timing.csv, the only file that differs from run to run.
   double milliseconds = 0;
+  /// And what its stages took [ms], in the order of Run::stage_names.
+  std::vector<double> stages = {};
 };
 
 /// A landmark of the final map. A row of landmarks.csv.
@@ -40,6 +44,9 @@ struct RunLandmark {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();         ///< [m]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< additive error, world axes [m^2]
   int observations = 0;                                      ///< that were used
+  /// Of the first and of the last frame that offered an observation of its number.
+  Time first_seen{}, last_seen{};
+  bool in_state = false;  ///< at the end a frame's update could touch it: it is not retired
 };
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
@@ -47,11 +54,14 @@ struct RunLandmark {
 struct Run {
   std::string name;                      ///< of the recording: summary.json's "name" when read
   std::vector<std::string> extra_names;  ///< e.g. "velocity_x", with the unit in docs/formats.md
+  std::vector<std::string> stage_names = {};  ///< of RunState::stages, "front_end"; may be empty
   std::vector<RunState> states;
   std::vector<RunLandmark> landmarks;
   Trajectory truth;           ///< world_T_imu in the truth's own world; empty where unknown
   Trajectory dead_reckoning;  ///< world_T_imu
   Plan plan = {};             ///< of the place, in the truth's world; empty where unknown
+  /// Of the truth's world, where known: summary.json's "georeference" when read.
+  std::optional<Georeference> georeference = {};
 };
 
 /// Whether gravity makes the z axis of the run's world vertical: an IMU's biases were estimated.

@@ -36,14 +36,16 @@ std::vector<std::string> state_columns(const std::vector<std::string>& extra_nam
 }
 
 const std::vector<std::string>& landmark_columns() {
-  static const std::vector<std::string> columns{"landmark", "x",      "y",      "z",
-                                                "cov_xx",   "cov_xy", "cov_xz", "cov_yy",
-                                                "cov_yz",   "cov_zz", "sigma",  "observations"};
+  static const std::vector<std::string> columns{
+      "landmark", "x",      "y",      "z",     "cov_xx",       "cov_xy",        "cov_xz",
+      "cov_yy",   "cov_yz", "cov_zz", "sigma", "observations", "first_seen_ns", "last_seen_ns",
+      "in_state"};
   return columns;
 }
 
-const std::vector<std::string>& timing_columns() {
-  static const std::vector<std::string> columns{"time_ns", "ms"};
+std::vector<std::string> timing_columns(const std::vector<std::string>& stage_names) {
+  std::vector<std::string> columns{"time_ns", "ms"};
+  for (const std::string& name : stage_names) columns.push_back(name + "_ms");
   return columns;
 }
 

@@ -15,6 +15,7 @@ std::vector<std::string> state_columns(const std::vector<std::string>& extra_nam
 inline constexpr std::size_t kStateCovarianceColumn = 14;
 
 const std::vector<std::string>& landmark_columns();
-const std::vector<std::string>& timing_columns();
+/// The columns of timing.csv: time, wall time of the frame, and each stage's as `NAME_ms`.
+std::vector<std::string> timing_columns(const std::vector<std::string>& stage_names);
 
 }  // namespace chasles

@@ -14,6 +14,7 @@ Run example() {
   test::Random random(11);
   Run run{.name = "example",
           .extra_names = {"velocity_x", "bias_z"},
+          .stage_names = {"front_end", "update"},
           .states = {},
           .landmarks = {},
           .truth = {},
@@ -36,6 +37,7 @@ Run example() {
     s.landmarks = 500 + k;
     s.health = k < 15 ? "ok" : "degraded";
     s.milliseconds = 0.25 * k;
+    s.stages = {0.125 * k, 0.0625};
     run.truth.push_back({.time = s.time, .pose = s.world_T_imu});
   }
   for (int j = 0; j < 7; ++j) {
@@ -45,6 +47,9 @@ Run example() {
     const Eigen::Matrix3d A = Eigen::Matrix3d::NullaryExpr([&] { return random.normal(); });
     l.covariance = A * A.transpose();
     l.observations = 5 + j;
+    l.first_seen = Time(1317384506402997017 + j);
+    l.last_seen = Time(1317384508402997017 + j);
+    l.in_state = j % 2 == 1;
   }
   run.dead_reckoning = run.truth;
   return run;
@@ -59,6 +64,7 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
   const auto again = read_run(folder);
   EXPECT_EQ(again.name, run.name);
   EXPECT_EQ(again.extra_names, run.extra_names);
+  EXPECT_EQ(again.stage_names, run.stage_names);
   ASSERT_EQ(again.states.size(), run.states.size());
   for (std::size_t k = 0; k < run.states.size(); ++k) {
     const RunState &a = again.states[k], &b = run.states[k];
@@ -71,6 +77,7 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
     EXPECT_EQ(a.nis, b.nis);
     EXPECT_EQ(a.health, b.health);
     EXPECT_EQ(a.milliseconds, b.milliseconds);
+    EXPECT_EQ(a.stages, b.stages);
     EXPECT_EQ((std::vector{a.nis_dof, a.observations, a.used, a.rejected, a.added, a.in_state,
                            a.landmarks}),
               (std::vector{b.nis_dof, b.observations, b.used, b.rejected, b.added, b.in_state,
@@ -83,6 +90,9 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
     EXPECT_EQ(again.landmarks[j].covariance,
               Eigen::Matrix3d(run.landmarks[j].covariance.selfadjointView<Eigen::Upper>()));
     EXPECT_EQ(again.landmarks[j].observations, run.landmarks[j].observations);
+    EXPECT_EQ(again.landmarks[j].first_seen, run.landmarks[j].first_seen);
+    EXPECT_EQ(again.landmarks[j].last_seen, run.landmarks[j].last_seen);
+    EXPECT_EQ(again.landmarks[j].in_state, run.landmarks[j].in_state);
   }
   EXPECT_EQ(again.truth.size(), run.truth.size());
   EXPECT_EQ(again.dead_reckoning.size(), run.truth.size());
@@ -94,7 +104,10 @@ TEST(RunFolder, OnlyTheTimingDiffersBetweenRunsOfDifferentSpeed) {
   const auto folder = test::scratch();
   auto run = example();
   write_run(run, kSummary, folder / "a");
-  for (RunState& state : run.states) state.milliseconds *= 2;
+  for (RunState& state : run.states) {
+    state.milliseconds *= 2;
+    for (double& stage : state.stages) stage *= 2;
+  }
   write_run(run, kSummary, folder / "b");
   std::vector<std::string> different;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "a")) {
@@ -151,6 +164,24 @@ TEST(RunFolder, TheNameComesFromTheFolderWhereTheSummaryHasNone) {
   EXPECT_EQ(read_run(folder / "").name, "v1.5");
 }
 
+TEST(RunFolder, WhereItIsOnTheEarthComesFromTheSummary) {
+  const auto folder = test::scratch();
+  const auto written = [&](const nlohmann::ordered_json& where) {
+    write_run(example(), {{"name", "x"}, {"georeference", where}}, folder);
+  };
+  written({{"latitude", 49.5}, {"longitude", 8.25}, {"altitude", 110}});
+  const auto run = read_run(folder);
+  ASSERT_TRUE(run.georeference);
+  EXPECT_EQ(run.georeference->origin.latitude, 49.5);
+  EXPECT_EQ(run.georeference->origin.longitude, 8.25);
+  EXPECT_EQ(run.georeference->origin.altitude, 110);
+  written({{"latitude", 99}, {"longitude", 8.25}, {"altitude", 110}});
+  expect_parts(input_error([&] { read_run(folder); }),
+               {"summary.json: georeference", "'latitude'"});
+  written(7);
+  expect_parts(input_error([&] { read_run(folder); }), {"summary.json: georeference"});
+}
+
 TEST(RunFolder, DamageIsNamed) {
   const auto folder = test::scratch();
   const auto error = [&](const std::string& file, const std::string& from, const std::string& to) {
@@ -166,6 +197,8 @@ TEST(RunFolder, DamageIsNamed) {
   expect_parts(error("states.csv", ",ok\n", "\n"), {"states.csv:2: has", "values, expected"});
   expect_parts(error("timing.csv", "\n1317384506402997017,", "\n7,"),
                {"timing.csv:2: expected the row of 1317384506402997017 ns"});
+  expect_parts(error("timing.csv", "update_ms", "update"),
+               {"timing.csv:1: has the columns", "NAME_ms"});
   expect_parts(error("landmarks.csv", "\n1000,", "\n1e3,"),
                {"landmarks.csv:3: column 'landmark': found '1e3', expected an integer"});
   expect_parts(error("summary.json", "{", "("), {"summary.json: is not valid JSON"});

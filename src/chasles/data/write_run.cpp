@@ -31,15 +31,18 @@ Trajectory trajectory_of(const std::vector<RunState>& states) {
   return trajectory;
 }
 
-void check_extra(const Run& run) {
+void check_sizes(const Run& run) {
   for (const RunState& state : run.states) {
     if (state.extra.size() == run.extra_names.size() &&
-        state.extra_sigma.size() == run.extra_names.size()) {
+        state.extra_sigma.size() == run.extra_names.size() &&
+        state.stages.size() == run.stage_names.size()) {
       continue;
     }
     throw std::invalid_argument(fmt::format(
-        "write_run: a state has {} extra numbers and {} deviations, expected {} as extra_names",
-        state.extra.size(), state.extra_sigma.size(), run.extra_names.size()));
+        "write_run: a state has {} extra numbers, {} deviations and {} stages, expected {} as "
+        "extra_names and {} as stage_names",
+        state.extra.size(), state.extra_sigma.size(), state.stages.size(), run.extra_names.size(),
+        run.stage_names.size()));
   }
 }
 
@@ -62,9 +65,13 @@ std::string states_text(const Run& run) {
   return text;
 }
 
-std::string timing_text(const std::vector<RunState>& states) {
-  std::string text = header(timing_columns());
-  for (const RunState& s : states) append(text, "{},{:.4f}\n", s.time.count(), s.milliseconds);
+std::string timing_text(const Run& run) {
+  std::string text = header(timing_columns(run.stage_names));
+  for (const RunState& s : run.states) {
+    append(text, "{},{:.4f}", s.time.count(), s.milliseconds);
+    for (const double stage : s.stages) append(text, ",{:.4f}", stage);
+    text += "\n";
+  }
   return text;
 }
 
@@ -76,9 +83,10 @@ std::string landmarks_text(const std::vector<RunLandmark>& landmarks) {
   std::string text = header(landmark_columns());
   for (const RunLandmark& l : landmarks) {
     const Eigen::Matrix3d& P = l.covariance;
-    append(text, "{},{},{},{},{},{},{},{},{},{},{},{}\n", l.id, l.p_world.x(), l.p_world.y(),
-           l.p_world.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2), distance_sigma(l),
-           l.observations);
+    append(text, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:d}\n", l.id, l.p_world.x(),
+           l.p_world.y(), l.p_world.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
+           distance_sigma(l), l.observations, l.first_seen.count(), l.last_seen.count(),
+           l.in_state);
   }
   return text;
 }
@@ -108,11 +116,11 @@ void write_or_remove(const Trajectory& trajectory, const std::filesystem::path& 
 
 void write_run(const Run& run, const nlohmann::ordered_json& summary,
                const std::filesystem::path& folder) {
-  check_extra(run);
+  check_sizes(run);
   make_folder(folder);
   write_tum(trajectory_of(run.states), folder / "trajectory.tum");
   write_file(folder / "states.csv", states_text(run));
-  write_file(folder / "timing.csv", timing_text(run.states));
+  write_file(folder / "timing.csv", timing_text(run));
   write_file(folder / "landmarks.csv", landmarks_text(run.landmarks));
   write_file(folder / "map.ply", ply_bytes(run.landmarks));
   write_file(folder / "summary.json", summary.dump(2) + "\n");

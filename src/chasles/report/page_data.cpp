@@ -114,6 +114,16 @@ Json extra_columns(const Run& run) {
   return list;
 }
 
+Json stage_columns(const Run& run) {
+  Json list = Json::array();
+  for (std::size_t k = 0; k < run.stage_names.size(); ++k) {
+    list.push_back(floats(run.states, [k](const RunState& s) {
+      return k < s.stages.size() ? s.stages[k] : std::nan("");
+    }));
+  }
+  return list;
+}
+
 void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
   std::vector<RunLandmark> drawn;
   for (const RunLandmark& mark : run.landmarks) {
@@ -127,6 +137,13 @@ void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
              [&](const RunLandmark& m) -> Eigen::Vector3d { return m.p_world - origin; });
   add_covariances(columns, drawn, [](const RunLandmark& m) { return m.covariance; });
   columns["observations"] = ints(drawn, [](const RunLandmark& m) { return m.observations; });
+  // As the states' times, so that the same instant is the same number.
+  const Time start = run.states.empty() ? Time{} : run.states.front().time;
+  columns["first"] =
+      floats(drawn, [&](const RunLandmark& m) { return to_seconds(m.first_seen - start); });
+  columns["last"] =
+      floats(drawn, [&](const RunLandmark& m) { return to_seconds(m.last_seen - start); });
+  columns["in_state"] = ints(drawn, [](const RunLandmark& m) { return m.in_state ? 1 : 0; });
   json["landmarks_left_out"] = run.landmarks.size() - drawn.size();
 }
 
@@ -189,6 +206,8 @@ Json run_data(const ReportRun& report_run, Json summary, const AgainstTruth& err
   add_health(json, run.states);
   json["extra_names"] = run.extra_names;
   json["extra"] = extra_columns(run);
+  json["stage_names"] = run.stage_names;
+  json["stages"] = stage_columns(run);
   add_landmarks(json, run, origin);
   if (!run.truth.empty()) add_truth(json, run, errors, origin);
   if (!run.dead_reckoning.empty()) {

@@ -81,6 +81,8 @@ void add_counts(RunState& state, int index, Random& random) {
   state.health = dark ? "degraded" : "ok";
   state.milliseconds = 2.4 + 0.02 * state.in_state + std::abs(0.25 * random.normal()) +
                        (random.uniform() > 0.997 ? 30 : 0);
+  const double in_all = state.milliseconds;
+  state.stages = {0.9 * in_all, 0.1 * in_all, 0.45 * in_all, 0.2 * in_all};
 }
 
 void add_extra(RunState& state, int index, Random& random) {
@@ -128,6 +130,7 @@ ReportRun synthetic_drive(const DriveOptions& options) {
   ReportRun report;
   report.summary = kSummary;
   Run& run = report.run;
+  run.stage_names = {"front_end", "propagation", "update", "landmarks"};
   run.name = "Synthetic drive";
   run.extra_names = {"velocity_x_m/s",         "velocity_y_m/s",         "velocity_z_m/s",
                      "gyroscope_bias_x_rad/s", "gyroscope_bias_y_rad/s", "gyroscope_bias_z_rad/s"};
@@ -154,6 +157,10 @@ ReportRun synthetic_drive(const DriveOptions& options) {
     while (static_cast<int>(run.landmarks.size()) < wanted) {
       run.landmarks.push_back(
           landmark(static_cast<int>(run.landmarks.size()) + 1, pose, drift, random));
+      RunLandmark& mark = run.landmarks.back();
+      mark.first_seen = state.time;
+      mark.last_seen = state.time + from_seconds(kFramePeriod * mark.observations);
+      mark.in_state = i + mark.observations >= options.states;
     }
   }
   return report;

@@ -289,4 +289,11 @@ std::vector<MapLandmark> InertialSession::map_nav() const {
   return map;
 }
 
+std::vector<LandmarkId> InertialSession::in_state() const {
+  std::vector<LandmarkId> ids;
+  if (!slam_) return ids;
+  for (const Landmark& l : slam_->filter().state().landmarks) ids.push_back(l.id);
+  return ids;
+}
+
 }  // namespace chasles

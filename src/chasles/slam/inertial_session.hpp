@@ -57,6 +57,8 @@ class InertialSession {
 
   /// The landmarks of all parts of the run, nav's axes (InertialSlam::map_nav).
   std::vector<MapLandmark> map_nav() const;
+  /// Those of them that the next frame may still touch.
+  std::vector<LandmarkId> in_state() const;
 
  private:
   std::vector<InertialEstimate> take(const FeatureFrame& frame);

@@ -5,6 +5,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
+#include <chasles/frontend/stage_clock.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 
@@ -91,6 +92,7 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
 
 InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   const Time since = frame.time - now_;
+  StageClock stages;
   advance_to(frame.time);
   ++frame_;
   InertialEstimate e;
@@ -102,12 +104,15 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
     window_.push_back(frame_);
     filter_.clone_pose(frame_, frame.time);
   }
+  e.seconds.propagation = stages.lap();
   observe(observations, e);
   e.still = hold_still(frame, since);
+  e.seconds.update = stages.lap();
   settle();
   retire_unseen();
   if (settings_.init == "multi-view") begin_from_tracks(e);
   forget_unused_clones();
+  e.seconds.landmarks = stages.lap();
 
   e.time = clock(frame.time);
   e.motion = motion();

@@ -29,6 +29,7 @@ struct InertialEstimate {
   Health health = Health::kOk;
   bool still = false;                           ///< IMU and tracks say so, and the filter was told
   std::optional<Calibration> calibration = {};  ///< where something of it is estimated
+  FilterSeconds seconds = {};
 };
 
 /// SLAM from an IMU and cameras: feed it samples and frames in the order of time, the samples up to

@@ -5,6 +5,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
+#include <chasles/frontend/stage_clock.hpp>
 #include <chasles/slam/drive_model.hpp>
 #include <chasles/slam/slam.hpp>
 
@@ -62,9 +63,11 @@ std::vector<std::string> Slam::additive_names() const {
 // One frame of the algorithm: what is known is observed, what is gone is let go, what is new
 // begins.
 Estimate Slam::process(const FeatureFrame& frame) {
+  StageClock clock;
   advance_to(frame.time, velocity_.value_or(BodyVelocity{}));
   ++frame_;
   Estimate estimate;
+  estimate.seconds.propagation = std::exchange(propagation_seconds_, 0) + clock.lap();
   estimate.time = frame.time;
   if (settings_.mode != "localize") see(frame, estimate);
 
@@ -82,6 +85,7 @@ Estimate Slam::process(const FeatureFrame& frame) {
 }
 
 void Slam::see(const FeatureFrame& frame, Estimate& estimate) {
+  StageClock clock;
   const Observations observations = usable(frame);
   Matched matched = match(observations);
   if (settings_.update_with_first_observation) {
@@ -95,21 +99,27 @@ void Slam::see(const FeatureFrame& frame, Estimate& estimate) {
   const UpdateReport report = filter_.update(matched.known);
   estimate.nis = report.nis;
   estimate.nis_dof = report.dof;
+  estimate.seconds.update = clock.lap();
   retire_unseen();
   // After the update: an observation either begins a landmark or updates the state, never both.
   if (!settings_.update_with_first_observation) estimate.added = begin(matched.fresh);
+  estimate.seconds.landmarks = clock.lap();
 }
 
 void Slam::process(const BodyVelocity& u) {
   if (!u.linear_imu.allFinite() || !u.angular_imu.allFinite()) {
     throw InputError("the velocity at " + std::to_string(u.time.count()) + " ns is not finite");
   }
+  StageClock clock;
   const BodyVelocity before = velocity_.value_or(u);
   advance_to(u.time, held_velocity(settings_, before, u));
   velocity_ = u;
-  if (!model_.velocity_state) return;
-  use_sample();
-  sample_ = measure_velocity(model_, filter_.state(), u, sample_noise(settings_, noise_.motion, u));
+  if (model_.velocity_state) {
+    use_sample();
+    sample_ =
+        measure_velocity(model_, filter_.state(), u, sample_noise(settings_, noise_.motion, u));
+  }
+  propagation_seconds_ += clock.lap();
 }
 
 // A velocity waits for a frame of its own instant, to be applied in one update with it.

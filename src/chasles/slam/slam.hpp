@@ -23,6 +23,13 @@ enum class Health {
 };
 std::string name(Health health);
 
+/// What the stages of a filter took for a frame [s]; no result depends on it.
+struct FilterSeconds {
+  double propagation = 0;  ///< of the state, since the frame before
+  double update = 0;       ///< association, gate and update
+  double landmarks = 0;    ///< that begin, change their form or retire
+};
+
 /// What the filter believes after a frame.
 struct Estimate {
   Time time{};
@@ -39,6 +46,7 @@ struct Estimate {
   int in_state = 0;                          ///< landmarks of the state after the frame
   int landmarks = 0;                         ///< landmarks of the whole map
   Health health = Health::kOk;
+  FilterSeconds seconds = {};
 };
 
 /// The SLAM loop: feed it velocities and frames in the order of time. The world is the IMU frame at
@@ -98,6 +106,7 @@ class Slam {
     int used = 0, rejected = 0;
   };
   std::deque<Use> last_second_;
+  double propagation_seconds_ = 0;  ///< since the last frame
 };
 
 }  // namespace chasles

@@ -1,0 +1,72 @@
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/folder_names.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+#include <chasles/viewers/kml.hpp>
+#include <chasles/viewers/ply.hpp>
+#include <chasles/viewers/run_mcap.hpp>
+
+#include "subcommands.hpp"
+
+namespace chasles::app {
+namespace {
+
+struct ExportOptions {
+  std::filesystem::path folder;
+  std::vector<std::filesystem::path> outputs;
+  bool quiet = false;
+};
+
+using Writer = std::string (*)(const ReportRun& run);
+
+// By the file's ending.
+Writer writer_for(const std::filesystem::path& file) {
+  const std::string ending = file.extension().string();
+  if (ending == ".mcap") return [](const ReportRun& r) { return run_mcap(r, CHASLES_VERSION); };
+  if (ending == ".ply") return [](const ReportRun& r) { return run_ply(r.run); };
+  if (ending == ".kml") return [](const ReportRun& r) { return run_kml(r.run); };
+  throw UsageError(
+      fmt::format("-o: {} ends with '{}', expected .mcap, .ply or .kml", file.string(), ending));
+}
+
+int export_run(const ExportOptions& o) {
+  for (const std::filesystem::path& file : o.outputs) writer_for(file);
+  const ReportRun run{.run = read_run(o.folder),
+                      .summary = read_summary(o.folder).dump(),
+                      .label = folder_name(o.folder)};
+  for (const std::filesystem::path& file : o.outputs) {
+    const std::string bytes = writer_for(file)(run);
+    if (file.has_parent_path()) make_folder(file.parent_path());
+    write_file(file, bytes);
+    if (!o.quiet)
+      fmt::print("{}: {:.1f} MB\n", file.string(), 1e-6 * static_cast<double>(bytes.size()));
+  }
+  return 0;
+}
+
+}  // namespace
+
+Action declare_export(CLI::App& parser) {
+  const auto o = std::make_shared<ExportOptions>();
+  parser.add_option("RUN", o->folder, "Run folder, as `chasles run -o` writes it")
+      ->required()
+      ->type_name("");
+  parser
+      .add_option("-o,--output", o->outputs,
+                  "What to write, told by its ending; may be repeated. .mcap: for Foxglove and "
+                  "Rerun; .ply: map and ways, for CloudCompare, MeshLab, Blender; .kml: the ways "
+                  "on the Earth, of a georeferenced recording")
+      ->required()
+      ->allow_extra_args(false)
+      ->type_name("FILE");
+  parser.add_flag("--quiet", o->quiet, "Print nothing but errors");
+  return [o] { return export_run(*o); };
+}
+
+}  // namespace chasles::app

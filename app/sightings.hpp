@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include <chasles/camera/feature_frame.hpp>
+#include <chasles/data/run.hpp>
+
+namespace chasles::app {
+
+/// When the landmarks of a run were seen.
+class Sightings {
+ public:
+  void add(const FeatureFrame& frame);
+
+  /// Fills in first_seen, last_seen and in_state of the run's landmarks. Without `in_state` all
+  /// are: batch estimation retires none.
+  void tell(const std::optional<std::vector<LandmarkId>>& in_state, Run& run) const;
+
+ private:
+  struct Span {
+    Time first{}, last{};
+  };
+  std::unordered_map<LandmarkId, Span> seen_;
+};
+
+}  // namespace chasles::app

@@ -1,0 +1,34 @@
+#include <cmath>
+#include <numbers>
+
+#include <chasles/data/georeference.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kEarthRadius = 6378137;  // [m]
+constexpr double kDegree = std::numbers::pi / 180;
+
+double scale(const Georeference& g) { return std::cos(g.origin.latitude * kDegree) * kEarthRadius; }
+
+Eigen::Vector3d project(double scale, const Geodetic& place) {
+  return {scale * place.longitude * kDegree,
+          scale * std::log(std::tan((90 + place.latitude) * kDegree / 2)), place.altitude};
+}
+
+}  // namespace
+
+Eigen::Vector3d to_world(const Georeference& georeference, const Geodetic& place) {
+  const double s = scale(georeference);
+  return project(s, place) - project(s, georeference.origin);
+}
+
+Geodetic to_geodetic(const Georeference& georeference, const Eigen::Vector3d& p_world) {
+  const double s = scale(georeference);
+  const Eigen::Vector3d p = p_world + project(s, georeference.origin);
+  return {.latitude = 2 * std::atan(std::exp(p.y() / s)) / kDegree - 90,
+          .longitude = p.x() / (s * kDegree),
+          .altitude = p.z()};
+}
+
+}  // namespace chasles

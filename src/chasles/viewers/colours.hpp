@@ -1,0 +1,30 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace chasles {
+
+// The page's, but for a grey that shows on dark and light grounds.
+inline constexpr unsigned kEstimateColour = 0x0068bd;
+inline constexpr unsigned kTruthColour = 0x8a8f98;
+inline constexpr unsigned kDeadReckoningColour = 0xcf4f00;
+
+using Rgb = std::array<std::uint8_t, 3>;
+
+/// Red, green, blue of 0xRRGGBB.
+Rgb rgb(unsigned colour);
+
+/// Colours of uncertainties, from dark violet (small) over teal to yellow (large): even steps of
+/// the logarithm between the 5 % and the 95 % quantile of those that are positive and finite.
+class SigmaColours {
+ public:
+  explicit SigmaColours(std::vector<double> sigmas);
+  Rgb operator()(double sigma) const;
+
+ private:
+  double low_ = 0, high_ = 0;  ///< logarithms
+};
+
+}  // namespace chasles

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
+
+#include <chasles/lie/se3.hpp>
+#include <chasles/time.hpp>
+#include <chasles/viewers/protobuf.hpp>
+
+namespace chasles {
+
+/// The messages that Foxglove and Rerun know, as far as they are written here, with the names and
+/// numbers that foxglove/schemas 2.1 gives them.
+const ProtoSchemas& foxglove_schemas();
+
+// Values for proto_bytes().
+nlohmann::json proto_time(Time time);                       ///< google.protobuf.Timestamp
+nlohmann::json proto_vector(const Eigen::Vector3d& v);      ///< foxglove.Vector3, foxglove.Point3
+nlohmann::json proto_rotation(const Eigen::Matrix3d& R);    ///< foxglove.Quaternion
+nlohmann::json proto_pose(const SE3& pose);                 ///< foxglove.Pose
+nlohmann::json proto_colour(unsigned rgb, double opacity);  ///< foxglove.Color of 0xRRGGBB
+
+}  // namespace chasles

@@ -1,0 +1,122 @@
+#include <cmath>
+#include <cstdint>
+
+#include <fmt/format.h>
+
+#include <chasles/report/against_truth.hpp>
+#include <chasles/viewers/byte_sink.hpp>
+#include <chasles/viewers/colours.hpp>
+#include <chasles/viewers/placement.hpp>
+#include <chasles/viewers/ply.hpp>
+
+namespace chasles {
+namespace {
+
+enum class Kind : std::uint8_t { kLandmark, kEstimate, kTruth, kDeadReckoning };
+
+struct Vertex {
+  Eigen::Vector3d p;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  Kind kind = Kind::kLandmark;
+  Rgb colour{};
+  std::int64_t landmark = -1;
+  int observations = 0;
+};
+
+struct Edge {
+  std::size_t from, to;
+};
+
+constexpr const char* kVertexProperties =
+    "property float x\nproperty float y\nproperty float z\n"
+    "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar kind\n"
+    "property float sigma\nproperty float cov_xx\nproperty float cov_xy\nproperty float cov_xz\n"
+    "property float cov_yy\nproperty float cov_yz\nproperty float cov_zz\n"
+    "property int landmark\nproperty int observations\n";
+
+double sigma(const Eigen::Matrix3d& covariance) { return std::sqrt(covariance.trace()); }
+
+std::vector<Vertex> landmark_vertices(const std::vector<RunLandmark>& landmarks) {
+  std::vector<Vertex> vertices;
+  std::vector<double> sigmas;
+  for (const RunLandmark& l : landmarks) {
+    if (!l.p_world.allFinite() || !l.covariance.allFinite()) continue;
+    vertices.push_back({.p = l.p_world,
+                        .covariance = l.covariance,
+                        .colour = {},
+                        .landmark = l.id,
+                        .observations = l.observations});
+    sigmas.push_back(sigma(l.covariance));
+  }
+  const SigmaColours colours(sigmas);
+  for (Vertex& v : vertices) v.colour = colours(sigma(v.covariance));
+  return vertices;
+}
+
+class Drawing {
+ public:
+  explicit Drawing(const Run& run) : vertices_(landmark_vertices(run.landmarks)) {
+    for (const RunState& s : run.states) {
+      add({.p = s.world_T_imu.p,
+           .covariance = s.pose_covariance.bottomRightCorner<3, 3>(),
+           .kind = Kind::kEstimate,
+           .colour = rgb(kEstimateColour)});
+    }
+    const AgainstTruth errors = against_truth(run);
+    if (errors.problem.empty()) {
+      add_way(run.truth, errors.world_T_truth_first, Kind::kTruth, kTruthColour);
+    }
+    add_way(run.dead_reckoning, {}, Kind::kDeadReckoning, kDeadReckoningColour);
+  }
+
+  std::string bytes() const {
+    std::string out = fmt::format(
+        "ply\nformat binary_little_endian 1.0\n"
+        "comment metres, the frame of trajectory.tum\n"
+        "comment kind: 0 landmark, 1 estimate, 2 truth, 3 dead reckoning\n"
+        "element vertex {}\n{}element edge {}\nproperty int vertex1\nproperty int vertex2\n"
+        "end_header\n",
+        vertices_.size(), kVertexProperties, edges_.size());
+    for (const Vertex& v : vertices_) append(v, out);
+    for (const Edge& e : edges_) {
+      append_little_endian(out, static_cast<std::int32_t>(e.from));
+      append_little_endian(out, static_cast<std::int32_t>(e.to));
+    }
+    return out;
+  }
+
+ private:
+  static void append(const Vertex& v, std::string& out) {
+    const auto add_float = [&](double x) { append_little_endian(out, static_cast<float>(x)); };
+    for (int k = 0; k < 3; ++k) add_float(v.p(k));
+    for (const std::uint8_t part : v.colour) append_little_endian(out, part);
+    append_little_endian(out, static_cast<std::uint8_t>(v.kind));
+    add_float(sigma(v.covariance));
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) add_float(v.covariance(i, j));
+    }
+    append_little_endian(out, static_cast<std::int32_t>(v.landmark));
+    append_little_endian(out, v.observations);
+  }
+
+  void add(const Vertex& vertex) {
+    if (!vertex.p.allFinite() || !vertex.covariance.allFinite()) return;
+    const bool goes_on = !vertices_.empty() && vertices_.back().kind == vertex.kind;
+    if (goes_on) edges_.push_back({vertices_.size() - 1, vertices_.size()});
+    vertices_.push_back(vertex);
+  }
+
+  void add_way(const Trajectory& way, const SE3& placed, Kind kind, unsigned colour) {
+    for (const StampedPose& s : way)
+      add({.p = placed * s.pose.p, .kind = kind, .colour = rgb(colour)});
+  }
+
+  std::vector<Vertex> vertices_;
+  std::vector<Edge> edges_;
+};
+
+}  // namespace
+
+std::string run_ply(const Run& run) { return Drawing(run).bytes(); }
+
+}  // namespace chasles

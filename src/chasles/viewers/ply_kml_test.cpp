@@ -1,0 +1,208 @@
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <map>
+#include <regex>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/lie/so3.hpp>
+#include <chasles/report/testing.hpp>
+#include <chasles/viewers/kml.hpp>
+#include <chasles/viewers/ply.hpp>
+
+namespace chasles {
+namespace {
+
+using test::synthetic_drive;
+
+// A reader of its own: elements with their rows as numbers, by the header's types.
+struct Ply {
+  struct Element {
+    std::vector<std::string> names;
+    std::vector<std::vector<double>> rows;
+    double at(std::size_t row, const std::string& name) const {
+      for (std::size_t k = 0; k < names.size(); ++k) {
+        if (names[k] == name) return rows.at(row)[k];
+      }
+      throw std::out_of_range(name);
+    }
+  };
+  Element vertex, edge;
+};
+
+template <typename Number>
+double take(std::string_view& bytes) {
+  Number number;
+  std::memcpy(&number, bytes.data(), sizeof(number));  // the machine is little-endian
+  bytes.remove_prefix(sizeof(number));
+  return static_cast<double>(number);
+}
+
+Ply read_ply(const std::string& file) {
+  static_assert(std::endian::native == std::endian::little);
+  const std::size_t end = file.find("end_header\n");
+  std::istringstream header(file.substr(0, end));
+  std::string_view body = std::string_view(file).substr(end + 11);
+  Ply ply;
+  Ply::Element* element = nullptr;
+  std::vector<std::pair<Ply::Element*, std::size_t>> sizes;
+  std::map<Ply::Element*, std::vector<std::string>> types;
+  for (std::string word; header >> word;) {
+    if (word == "comment") std::getline(header, word);
+    if (word == "element") {
+      std::size_t size = 0;
+      header >> word >> size;
+      element = word == "vertex" ? &ply.vertex : &ply.edge;
+      sizes.emplace_back(element, size);
+    } else if (word == "property") {
+      std::string type;
+      header >> type >> word;
+      types[element].push_back(type);
+      element->names.push_back(word);
+    }
+  }
+  for (const auto& [e, size] : sizes) {
+    for (std::size_t i = 0; i < size; ++i) {
+      auto& row = e->rows.emplace_back();
+      for (const std::string& type : types[e]) {
+        row.push_back(type == "float"   ? take<float>(body)
+                      : type == "uchar" ? take<std::uint8_t>(body)
+                                        : take<std::int32_t>(body));
+      }
+    }
+  }
+  EXPECT_TRUE(body.empty());
+  return ply;
+}
+
+TEST(PlyOfARun, HasTheMapTheWaysAndTheirUncertainty) {
+  ReportRun drive = synthetic_drive({.states = 80, .landmarks = 120});
+  drive.run.landmarks[3].covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  const auto& run = drive.run;
+  const Ply ply = read_ply(run_ply(run));
+  ASSERT_EQ(ply.vertex.rows.size(), 119u + 3 * 80);
+  EXPECT_EQ(ply.edge.rows.size(), 3u * 79);
+  const RunLandmark& l = run.landmarks[10];  // the tenth that is finite
+  EXPECT_EQ(ply.vertex.at(9, "landmark"), static_cast<double>(l.id));
+  EXPECT_EQ(ply.vertex.at(9, "kind"), 0);
+  EXPECT_EQ(ply.vertex.at(9, "observations"), l.observations);
+  EXPECT_FLOAT_EQ(static_cast<float>(ply.vertex.at(9, "y")), static_cast<float>(l.p_world.y()));
+  EXPECT_FLOAT_EQ(static_cast<float>(ply.vertex.at(9, "cov_xz")),
+                  static_cast<float>(l.covariance(0, 2)));
+  EXPECT_FLOAT_EQ(static_cast<float>(ply.vertex.at(9, "sigma")),
+                  static_cast<float>(std::sqrt(l.covariance.trace())));
+  const std::size_t pose = 119 + 5;
+  EXPECT_EQ(ply.vertex.at(pose, "kind"), 1);
+  EXPECT_EQ(ply.vertex.at(pose, "landmark"), -1);
+  EXPECT_FLOAT_EQ(static_cast<float>(ply.vertex.at(pose, "cov_yy")),
+                  static_cast<float>(run.states[5].pose_covariance(4, 4)));
+}
+
+TEST(PlyOfARun, EdgesJoinTheNeighboursOfAWayAlone) {
+  const ReportRun drive = synthetic_drive({.states = 80, .landmarks = 120});
+  const Ply ply = read_ply(run_ply(drive.run));
+  for (std::size_t i = 0; i < ply.edge.rows.size(); ++i) {
+    const auto from = static_cast<std::size_t>(ply.edge.at(i, "vertex1"));
+    const auto to = static_cast<std::size_t>(ply.edge.at(i, "vertex2"));
+    EXPECT_EQ(to, from + 1);
+    EXPECT_EQ(ply.vertex.at(from, "kind"), ply.vertex.at(to, "kind"));
+    EXPECT_GE(ply.vertex.at(from, "kind"), 1);
+  }
+}
+
+TEST(PlyOfARun, TheLeastCertainLandmarkIsTheBrightest) {
+  chasles::Run run;
+  for (int k = 0; k < 3; ++k) {
+    run.landmarks.push_back({.id = k, .covariance = std::pow(10, k) * Eigen::Matrix3d::Identity()});
+  }
+  const Ply ply = read_ply(run_ply(run));
+  EXPECT_LT(ply.vertex.at(0, "green"), ply.vertex.at(1, "green"));
+  EXPECT_LT(ply.vertex.at(1, "green"), ply.vertex.at(2, "green"));
+}
+
+// A drive whose truth's world lies on the Earth, and whose own world is turned against it.
+chasles::Run drive_on_earth() {
+  Run run = synthetic_drive({.states = 100, .landmarks = 0}).run;
+  run.name = "</name><x>&\x01 of \"Karlsruhe\"";
+  run.georeference = {{.latitude = 49.011, .longitude = 8.423, .altitude = 116}};
+  const SE3 turned{so3::exp({0, 0, 0.7}), {100, -30, 4}};
+  run.truth.clear();
+  for (const RunState& s : run.states) run.truth.push_back({s.time, turned * s.world_T_imu});
+  return run;
+}
+
+// Longitude, latitude, altitude of the rows between two marks.
+std::vector<Eigen::Vector3d> places(const std::string& text, const std::string& after,
+                                    const std::string& until) {
+  const std::size_t begin = text.find("<coordinates>", text.find(after)) + 13;
+  std::istringstream rows(text.substr(begin, text.find(until, begin) - begin));
+  std::vector<Eigen::Vector3d> list;
+  char comma = 0;
+  for (Eigen::Vector3d p; rows >> p.x() >> comma >> p.y() >> comma >> p.z();) list.push_back(p);
+  return list;
+}
+
+TEST(KmlOfARun, TheEstimateLiesWhereTheTruthDoes) {
+  const auto run = drive_on_earth();
+  const std::string kml = run_kml(run);
+  const auto truth = places(kml, "<name>truth", "</coordinates>");
+  const auto estimate = places(kml, "<name>estimate", "</coordinates>");
+  ASSERT_EQ(truth.size(), run.truth.size());
+  ASSERT_EQ(estimate.size(), run.states.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_LT((truth[i] - estimate[i]).head<2>().norm(), 3e-9);
+    // Mercator's inverse, in closed form.
+    const double degree = M_PI / 180, s = std::cos(49.011 * degree) * 6378137;
+    const Eigen::Vector3d& p = run.truth[i].pose.p;
+    EXPECT_NEAR(truth[i].x(), 8.423 + p.x() / s / degree, 1e-9);
+    const double y = s * std::atanh(std::sin(49.011 * degree)) + p.y();
+    EXPECT_NEAR(truth[i].y(), std::asin(std::tanh(y / s)) / degree, 1e-9);
+    EXPECT_NEAR(truth[i].z(), 116 + p.z(), 1e-3);
+  }
+}
+
+TEST(KmlOfARun, IsWellFormedWhateverTheNameAndHasATimeForEachPlace) {
+  const auto run = drive_on_earth();
+  const std::string kml = run_kml(run);
+  EXPECT_NE(kml.find("<name>&lt;/name&gt;&lt;x&gt;&amp; of \"Karlsruhe\"</name>"),
+            std::string::npos);
+  // A small parser: every element that is opened is closed, in order.
+  std::vector<std::string> open;
+  const std::regex tag("<(/?)([A-Za-z:]+)[^>]*>");
+  for (std::sregex_iterator it(kml.begin(), kml.end(), tag), end; it != end; ++it) {
+    if ((*it)[1].length() == 0) {
+      open.push_back((*it)[2]);
+    } else {
+      ASSERT_FALSE(open.empty());
+      ASSERT_EQ(open.back(), (*it)[2]);
+      open.pop_back();
+    }
+  }
+  EXPECT_TRUE(open.empty());
+  const auto count = [&](const std::string& what) {
+    std::size_t n = 0;
+    for (std::size_t at = kml.find(what); at != std::string::npos; at = kml.find(what, at + 1)) ++n;
+    return n;
+  };
+  EXPECT_EQ(count("<when>"), run.states.size());
+  EXPECT_EQ(count("<gx:coord>"), run.states.size());
+  EXPECT_NE(kml.find("<when>2011-09-30T12:08:26.000Z</when>"), std::string::npos);
+}
+
+TEST(KmlOfARun, ARunThatIsNowhereOnTheEarthIsRefused) {
+  auto run = drive_on_earth();
+  run.georeference.reset();
+  EXPECT_THROW(run_kml(run), InputError);
+  run = drive_on_earth();
+  run.truth.clear();
+  EXPECT_THROW(run_kml(run), InputError);
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,67 @@
+#include <chasles/data/run.hpp>
+
+#include "cli_test.hpp"
+
+// What `chasles export` delivers, and what `chasles run` writes for it.
+namespace chasles::test {
+namespace {
+
+void simulate_and_run(const Scratch& folder) {
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec -o out --quiet").code, 0);
+}
+
+TEST(Export, WritesWhatTheEndingsAskFor) {
+  const Scratch folder;
+  simulate_and_run(folder);
+  const Outcome outcome = chasles(folder, "export out -o a/run.mcap -o run.ply");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("a/run.mcap: "), std::string::npos);
+  const std::string mcap = slurp(folder / "a/run.mcap");
+  EXPECT_TRUE(mcap.starts_with("\x89MCAP0\r\n") && mcap.ends_with("\x89MCAP0\r\n"));
+  EXPECT_TRUE(slurp(folder / "run.ply").starts_with("ply\nformat binary_little_endian 1.0\n"));
+  ASSERT_EQ(chasles(folder, "export out -o again.mcap --quiet").out, "");
+  EXPECT_EQ(slurp(folder / "again.mcap"), mcap);
+}
+
+TEST(Export, WhatCannotBeDoneIsSaid) {
+  const Scratch folder;
+  simulate_and_run(folder);
+  Outcome outcome = chasles(folder, "export out -o run.kml");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("is not georeferenced"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "run.kml"));
+  outcome = chasles(folder, "export out -o run.bag");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_NE(outcome.err.find("expected .mcap, .ply or .kml"), std::string::npos) << outcome.err;
+  EXPECT_EQ(chasles(folder, "export rec -o run.ply").code, 2);
+}
+
+TEST(Export, ARunTellsWhenLandmarksWereSeenAndWhatStagesTook) {
+  const Scratch folder;
+  simulate_and_run(folder);
+  const auto run = read_run(folder / "out");
+  EXPECT_EQ(run.stage_names, (std::vector<std::string>{"propagation", "update", "landmarks"}));
+  double stages = 0, frames = 0;
+  for (const RunState& s : run.states) {
+    for (const double stage : s.stages) {
+      EXPECT_GE(stage, 0);
+      stages += stage;
+    }
+    frames += s.milliseconds;
+  }
+  EXPECT_GT(stages, 0);
+  EXPECT_LE(stages, 1.01 * frames) << "they are parts of the frames";
+  int in_state = 0;
+  for (const RunLandmark& l : run.landmarks) {
+    EXPECT_GE(l.first_seen, run.states.front().time);
+    EXPECT_LE(l.last_seen, run.states.back().time);
+    EXPECT_LE(l.first_seen, l.last_seen);
+    in_state += l.in_state;
+  }
+  EXPECT_EQ(in_state, run.states.back().in_state);
+  EXPECT_LT(in_state, static_cast<int>(run.landmarks.size())) << "some have been retired";
+}
+
+}  // namespace
+}  // namespace chasles::test

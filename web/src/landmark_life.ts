@@ -1,0 +1,28 @@
+// What a landmark is at a time of its run: tracked then, retired before, or not seen yet.
+import { activeRun, type Run } from './runs';
+
+export type Life = 'view' | 'retired' | 'later';
+
+export const LIVES: readonly Life[] = ['later', 'retired', 'view'];
+
+export const LIFE_LABELS: Record<Life, string> =
+  { view: 'Landmarks in view', retired: 'retired', later: 'seen later' };
+
+export function lifeAt({ landmarks }: Run, i: number, t: number): Life {
+  if (landmarks.last[i] < t) return 'retired';
+  return landmarks.first[i] > t ? 'later' : 'view';
+}
+
+/** The rows of the landmarks by what they are at that time. */
+export function rowsByLife(run: Run, t: number): Record<Life, number[]> {
+  const rows: Record<Life, number[]> = { view: [], retired: [], later: [] };
+  for (let i = 0; i < run.landmarks.id.length; i++) rows[lifeAt(run, i, t)].push(i);
+  return rows;
+}
+
+/** What the tip of a landmark says of it. */
+export function lifeText(i: number): string {
+  const { first, last, in_state: inState } = activeRun().landmarks;
+  const seen = `seen ${first[i].toFixed(2)} to ${last[i].toFixed(2)} s`;
+  return `${seen}, ${inState[i] ? 'in the state at the end' : 'retired by the end'}`;
+}
