@@ -65,7 +65,7 @@ export class GrowingRun {
     this.states.add(states, skip, before, rows);
     this.euler.add(eulerAngles(states), skip, before, rows);
     if (data.errors || run.errors) this.errors.add(decodeColumns(data.errors), skip, before, rows);
-    this.stages.add(decodeColumns(Object.assign({}, data.stages)), skip, before, rows);
+    this.stages.add(decodeColumns(Object.fromEntries((data.stages ?? []).entries())), skip, before, rows);
     data.extra.forEach((raw, k) => this.extra[k]?.add(decodeColumns(raw), skip, before, rows));
     run.count = rows;
     this.show(data);
