@@ -115,9 +115,10 @@ void Frontend::State::renew_old() {
   constexpr int kShares = 16;
   for (Track& track : tracks) {
     const auto share = static_cast<double>(track.id % kShares) / kShares;  // 0 to 1
-    if (track.age <= settings.max_age * (0.5 + share)) continue;
+    if (track.moved < settings.max_age * (0.5 + share)) continue;
     track.id = next_id++;
     track.age = 1;
+    track.moved = 0;
     ++report.renewed;
   }
 }

@@ -14,6 +14,7 @@
 namespace chasles {
 namespace {
 
+constexpr double kMoved = 0.5;        // from image to image; noise is a tenth of it [px]
 constexpr double kMergeDistance = 3;  // two tracks nearer than this are one [px]
 
 /// A track in the old image and in the new one.
@@ -91,6 +92,7 @@ std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettin
   now.ray = *ray;
   now.drift = (found.pixel - turned->pixel) / step.seconds;
   ++now.age;
+  if ((found.pixel - last.pixel).norm() > kMoved) ++now.moved;
   return now;
 }
 
