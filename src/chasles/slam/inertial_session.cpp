@@ -53,7 +53,8 @@ bool contradicted(const InertialEstimate& e) {
   const int compared = e.rejected + e.used;
   const bool surprised = e.nis > kSurprising * e.nis_dof;
   const bool refused = compared >= kFewCompared && (surprised ? 5 : 3) * e.rejected > compared;
-  return refused || (e.observations >= kManyObservations && e.used < kFewUsed);
+  const bool starves = !e.still && e.observations >= kManyObservations && e.used < kFewUsed;
+  return refused || starves;
 }
 
 }  // namespace

@@ -99,14 +99,16 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   e.observations = static_cast<int>(frame.pixels.size());
   compose_when_due();
   const auto& observations = usable(frame);
-  cloned_ = settings_.init == "multi-view" && (frame_ - 1) % settings_.frames_per_clone == 0;
-  if (cloned_) {
-    window_.push_back(frame_);
-    filter_.clone_pose(frame_, frame.time);
-  }
   e.seconds.propagation = stages.lap();
-  observe(observations, e);
   e.still = hold_still(frame, since);
+  // At rest one pose is all poses, and a pixel errs by the same in all of them.
+  cloned_ =
+      settings_.init == "multi-view" && !e.still && (frame_ - 1) % settings_.frames_per_clone == 0;
+  if (cloned_) {
+    keep_pose(frame.time);
+    window_.push_back(frame_);
+  }
+  observe(observations, e);
   e.seconds.update = stages.lap();
   settle();
   retire_unseen();
@@ -140,6 +142,13 @@ double InertialSlam::gate_square(int dof) const {
                             : std::numeric_limits<double>::max();
 }
 
+// As a clone, once a frame.
+void InertialSlam::keep_pose(Time time) {
+  const auto& clones = filter_.state().clones;
+  const bool there = !clones.empty() && clones.back().id == frame_;
+  if (!there) filter_.clone_pose(frame_, time);
+}
+
 // Whether the filter was told that it stands still. `since` the last frame.
 bool InertialSlam::hold_still(const FeatureFrame& frame, Time since) {
   if (!standstill_) return false;
@@ -149,9 +158,7 @@ bool InertialSlam::hold_still(const FeatureFrame& frame, Time since) {
   }
   if (!still_since_ || since <= Time{}) {
     still_since_ = frame_;
-    const auto& clones = filter_.state().clones;
-    const bool there = !clones.empty() && clones.back().id == frame_;
-    if (!there) filter_.clone_pose(frame_, frame.time);
+    keep_pose(frame.time);
     return false;
   }
   const State& x = filter_.state();
@@ -215,7 +222,8 @@ Health InertialSlam::judge(const InertialEstimate& e) {
       covariance.diagonal().minCoeff() < -1e-9) {
     return Health::kLost;
   }
-  starved_ = e.used < 3 || e.rejected > e.used ? starved_ + 1 : 0;
+  const bool starves = !e.still && (e.used < 3 || e.rejected > e.used);
+  starved_ = starves ? starved_ + 1 : 0;
   return starved_ > 10 ? Health::kDegraded : Health::kOk;
 }
 

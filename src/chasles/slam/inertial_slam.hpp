@@ -95,6 +95,7 @@ class InertialSlam {
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
+  void keep_pose(Time time);
   bool hold_still(const FeatureFrame& frame, Time since);
   double softness(int landmark) const;
   bool cannot_be(const Landmark& landmark) const;

@@ -61,6 +61,8 @@ bool InertialSlam::cannot_be(const Landmark& landmark) const {
          landmark.inverse_depth.z() < -kSigmas * filter_.inverse_depth_sigma(landmark);
 }
 
+// At rest a pixel errs by the same in every image: the looks of a rest are one, not many, and the
+// rest itself tells more.
 void InertialSlam::observe(const std::vector<const PixelObservation*>& observations,
                            InertialEstimate& e) {
   number_landmarks();
@@ -80,6 +82,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     }
     Last& last = last_[static_cast<std::size_t>(*number)];
     last.seen = frame_;
+    if (e.still) continue;
     const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(*number)];
     if (cannot_be(landmark)) {
       ++last.refused;

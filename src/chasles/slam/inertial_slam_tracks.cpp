@@ -33,7 +33,7 @@ void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fre
     const bool begun = std::any_of(landmarks.begin(), landmarks.end(),
                                    [&](const NewLandmark& l) { return l.id == o->landmark; });
     if (room <= 0 || begun) continue;
-    if (anchored && landmarks.empty()) filter_.clone_pose(frame_, now_);
+    if (anchored && landmarks.empty()) keep_pose(now_);
     const State& x = filter_.state();
     const auto landmark =
         anchored ? begin_anchored(camera, pixel_sigma_, x, o->landmark, o->pixel,
@@ -98,7 +98,7 @@ void InertialSlam::begin_from_tracks(InertialEstimate& e) {
   forget_ended_tracks();
   if (!cloned_) return;
   if (full) window_.erase(window_.begin());
-  begin_what_is_missing(e);
+  if (!e.still) begin_what_is_missing(e);
 }
 
 // Where there is hardly a landmark, as at the start or after a sharp turn, one cannot wait.
