@@ -237,8 +237,17 @@ TEST(Run, AnInterruptWritesWhatThereIs) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
+  // A test that runs in the background of a shell inherits that interrupts are ignored.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  sigset_t interrupt;
+  sigemptyset(&interrupt);
+  sigaddset(&interrupt, SIGINT);
+  posix_spawnattr_setsigdefault(&attributes, &interrupt);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   pid_t process = 0;
-  ASSERT_EQ(posix_spawn(&process, CHASLES_BINARY, &actions, nullptr, argv.data(), environ), 0);
+  ASSERT_EQ(posix_spawn(&process, CHASLES_BINARY, &actions, &attributes, argv.data(), environ), 0);
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   // The recording's line comes after the handler is in place and before the first frame.
   while (slurp(log).find('\n') == std::string::npos) ::usleep(1000);

@@ -2,6 +2,9 @@
 
 #include <atomic>
 #include <cerrno>
+#include <cstdint>
+#include <cstring>
+#include <link.h>
 #include <malloc.h>
 
 #if !defined(__SANITIZE_ADDRESS__) && defined(__GLIBC__)
@@ -16,9 +19,42 @@ namespace {
 std::atomic<long> allocations = 0, live_bytes = 0;
 
 #if CHASLES_COUNTS_HEAP
-void* note(void* p) {
+// Where a library's code lies.
+struct Range {
+  std::uintptr_t begin = 0, end = 0;
+  bool holds(const void* address) const {
+    const auto a = reinterpret_cast<std::uintptr_t>(address);
+    return a >= begin && a < end;
+  }
+};
+
+// On processors with AVX-512 OpenBLAS takes a few bytes from the heap for the edges of some small
+// products, and gives them back before it returns. That is its own affair.
+Range find_openblas() {
+  Range found;
+  dl_iterate_phdr(
+      [](dl_phdr_info* info, std::size_t, void* data) {
+        if (!std::strstr(info->dlpi_name, "libopenblas")) return 0;
+        for (int i = 0; i < info->dlpi_phnum; ++i) {
+          const auto& segment = info->dlpi_phdr[i];
+          if (segment.p_type != PT_LOAD || (segment.p_flags & PF_X) == 0) continue;
+          auto& range = *static_cast<Range*>(data);
+          range.begin = info->dlpi_addr + segment.p_vaddr;
+          range.end = range.begin + segment.p_memsz;
+        }
+        return 1;
+      },
+      &found);
+  return found;
+}
+
+// Constant-initialised: the heap is in use before anything else is.
+Range openblas;
+[[gnu::constructor]] void look_for_openblas() { openblas = find_openblas(); }
+
+void* note(void* p, const void* caller) {
   if (!p) return p;
-  allocations.fetch_add(1, std::memory_order_relaxed);
+  if (!openblas.holds(caller)) allocations.fetch_add(1, std::memory_order_relaxed);
   live_bytes.fetch_add(static_cast<long>(::malloc_usable_size(p)), std::memory_order_relaxed);
   return p;
 }
@@ -49,14 +85,16 @@ void* __libc_realloc(void*, std::size_t);
 void* __libc_memalign(std::size_t, std::size_t);
 void __libc_free(void*);
 
-void* malloc(std::size_t size) { return note(__libc_malloc(size)); }
-void* calloc(std::size_t count, std::size_t size) { return note(__libc_calloc(count, size)); }
+void* malloc(std::size_t size) { return note(__libc_malloc(size), __builtin_return_address(0)); }
+void* calloc(std::size_t count, std::size_t size) {
+  return note(__libc_calloc(count, size), __builtin_return_address(0));
+}
 void* realloc(void* old, std::size_t size) {
   forget(old);
-  return note(__libc_realloc(old, size));
+  return note(__libc_realloc(old, size), __builtin_return_address(0));
 }
 void* memalign(std::size_t alignment, std::size_t size) {
-  return note(__libc_memalign(alignment, size));
+  return note(__libc_memalign(alignment, size), __builtin_return_address(0));
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) { return memalign(alignment, size); }
 int posix_memalign(void** result, std::size_t alignment, std::size_t size) {

@@ -6,7 +6,7 @@ namespace chasles::test {
 
 /// What the process has from the heap, by every way there is (operator new, Eigen, C).
 struct HeapCount {
-  long allocations = 0;  ///< calls so far
+  long allocations = 0;  ///< calls so far, those that OpenBLAS makes for itself left out
   long live_bytes = 0;   ///< handed out and not given back
 };
 

@@ -14,7 +14,9 @@
 namespace chasles {
 namespace {
 
-constexpr double kMoved = 0.5;        // from image to image; noise is a tenth of it [px]
+// Tracks do not wear out while the image stands still: while the middle one of them moves by less
+// from image to image (noise is a tenth of it) [px].
+constexpr double kMoved = 0.5;
 constexpr double kMergeDistance = 3;  // two tracks nearer than this are one [px]
 
 /// A track in the old image and in the new one.
@@ -92,7 +94,6 @@ std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettin
   now.ray = *ray;
   now.drift = (found.pixel - turned->pixel) / step.seconds;
   ++now.age;
-  if ((found.pixel - last.pixel).norm() > kMoved) ++now.moved;
   return now;
 }
 
@@ -135,13 +136,25 @@ void merge(std::vector<Track>& tracks, FrontendReport& report) {
   tracks = std::move(apart);
 }
 
+/// Zero of nothing.
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 double median_parallax(const std::vector<Track>& tracks, double seconds) {
-  if (tracks.empty()) return 0;
   std::vector<double> lengths;
   for (const Track& track : tracks) lengths.push_back(track.drift.norm() * seconds);
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  return median(std::move(lengths));
+}
+
+void wear(std::vector<Pair>& pairs) {
+  std::vector<double> ways;
+  for (const Pair& pair : pairs) ways.push_back((pair.now.pixel - pair.last.pixel).norm());
+  if (median(std::move(ways)) < kMoved) return;
+  for (Pair& pair : pairs) ++pair.now.moved;
 }
 
 }  // namespace
@@ -165,6 +178,7 @@ void follow_tracks(const TrackingStep& step, const FrontendSettings& settings,
   }
   report.follow_seconds += clock.lap();
   if (settings.reject_outliers) reject_outliers(step, settings, pairs, report);
+  wear(pairs);
   tracks.clear();
   for (Pair& pair : pairs) tracks.push_back(std::move(pair.now));
   merge(tracks, report);

@@ -39,7 +39,7 @@ struct Track {
   PixelRay ray;                                     ///< of that pixel
   Eigen::Vector2d drift = Eigen::Vector2d::Zero();  ///< motion beyond the rotation [px/s]
   int age = 1;                                      ///< frames in which it was seen
-  int moved = 0;                                    ///< those in which it was elsewhere than before
+  int moved = 0;                                    ///< those in which the image moved
   PatchAnchor anchor = {};
   std::vector<OtherView> others = {};  ///< cameras 1, 2, ...
 };

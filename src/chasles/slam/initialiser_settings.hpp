@@ -32,7 +32,7 @@ struct InitialiserSettings {
   double least_velocity_sigma = 0.03;
   double max_tilt_sigma = 0.02;
   double max_misfit = 1.6;
-  double min_inliers = 0.5;
+  double min_inliers = 0.35;
 };
 
 /// Calls visit(name, value, unit, meaning) for every setting, in order.
