@@ -2,6 +2,7 @@
 // it as a person does. Pictures and files stay in FOLDER. Exit 1: something failed; 77: no Chromium.
 import { mkdirSync, readFileSync } from 'node:fs';
 import { check, picture, until, verdict, visit } from './checks.mjs';
+import { camera } from './run_camera.mjs';
 import { DESKTOP, findBrowser, launch, PHONE, settle } from './browser.mjs';
 
 const [file, folder] = process.argv.slice(2);
@@ -221,6 +222,8 @@ async function stages(page) {
   }
 }
 
+const keptImages = (page) => camera(page, run);
+
 /** The runs of one recording on their truth: only where the data has them. */
 async function overview(page) {
   const scene = data.scenes.find((s) => s.runs.some((r) => r.run === 0));
@@ -271,7 +274,7 @@ async function print(page, label) {
 
 async function use(page, label) {
   for (const step of [timeCursor, play, timeSpan, toggles, exports, exactNumbers, scene, mapMoves, landmarkLives,
-    stages, overview, theme, otherRuns]) {
+    stages, keptImages, overview, theme, otherRuns]) {
     await step(page).catch((error) => check(step.name, false, String(error)));
   }
   await print(page, label).catch((error) => check('print', false, String(error)));
