@@ -39,7 +39,7 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndTwoAndChangeNothingElse) {
     EXPECT_EQ(one.at(name), bytes) << name;
   }
 
-  const Run run = read_run(folder / "one");
+  const auto run = read_run(folder / "one");
   ASSERT_EQ(run.images.size(), (run.states.size() + 6) / 7);
   std::map<Fate, int> fates;
   std::map<Time, RunState> states;
@@ -79,7 +79,7 @@ TEST(KeepImages, OfTracksThePointsAloneAreKept) {
                                   "-o run");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_FALSE(fs::exists(folder / "run/images"));
-  const Run run = read_run(folder / "run");
+  const auto run = read_run(folder / "run");
   EXPECT_GT(run.images.size(), 50u);
   EXPECT_LE(run.images.size(), 200u) << "what --help says";
   EXPECT_GT(run.images.back().features.size(), 3u);

@@ -13,7 +13,7 @@ export const FATE_COLOURS: Record<Fate, string> = {
   used: '#4fc6ff', rejected: '#ff7b3d', begun: '#ffe24a', waiting: '#f4f4f4',
 };
 const EMPTY = '#1d232c', EDGE = 'rgba(8, 12, 18, .75)';
-const MARK = 3.6;  // half the size of a mark [css px]
+const MARK = 3.2;  // half the size of a cross or square [css px]
 
 /** Draws twice, a dark edge first. */
 function edged(g: Pen, colour: string, width: number, trace: () => void): void {
@@ -27,10 +27,7 @@ function edged(g: Pen, colour: string, width: number, trace: () => void): void {
 }
 
 function traceMark(g: Pen, fate: Fate, x: number, y: number): void {
-  if (fate === 'used') {
-    g.moveTo(x + MARK, y);
-    g.arc(x, y, MARK, 0, 2 * Math.PI);
-  } else if (fate === 'begun') {
+  if (fate === 'begun') {
     g.rect(x - MARK, y - MARK, 2 * MARK, 2 * MARK);
   } else if (fate === 'rejected') {
     g.moveTo(x - MARK, y - MARK);
@@ -38,14 +35,16 @@ function traceMark(g: Pen, fate: Fate, x: number, y: number): void {
     g.moveTo(x - MARK, y + MARK);
     g.lineTo(x + MARK, y - MARK);
   } else {
-    g.moveTo(x + 1.2, y);
-    g.arc(x, y, 1.2, 0, 2 * Math.PI);
+    g.arc(x, y, fate === 'used' ? 2.4 : 1.2, 0, 2 * Math.PI);
   }
 }
 
 /** A mark as pictures have it; the legend's too. */
 export function drawMark(g: Pen, fate: Fate, x: number, y: number): void {
   edged(g, FATE_COLOURS[fate], fate === 'rejected' ? 2.2 : 1.6, () => traceMark(g, fate, x, y));
+  if (fate !== 'used') return;
+  g.fillStyle = FATE_COLOURS.used;
+  g.fill();
 }
 
 /** The 3 sigma ellipse about where the point was expected. The mark stays where it was seen; the

@@ -133,6 +133,7 @@ async function scene(page) {
   await canvas.press('ArrowLeft');
   await until('an arrow key turns the scene', async () => await sceneShot(page) !== first);
   await canvas.press('0');
+  if (run.plan) await planInScene(page);
   await page.selectOption('#map-view', 'above');
   await until('from above it looks different', async () => await sceneShot(page) !== first);
   await page.selectOption('#map-view', 'follow');
@@ -142,6 +143,17 @@ async function scene(page) {
   await until('the scene follows the cursor', async () => await sceneShot(page) !== behind);
   const { bytes } = await saved(page, () => page.click('#map-png'));
   check('the scene is saved as a picture', bytes.length > 10000, String(bytes.length));
+}
+
+/** The legend takes the floor plan away and brings it back. */
+async function planInScene(page) {
+  await settle(page);
+  const before = await sceneShot(page);
+  const box = page.locator('#map-legend label', { hasText: 'Floor plan' }).locator('input');
+  await box.click();
+  await until('the legend hides the floor plan', async () => await sceneShot(page) !== before);
+  await box.click();
+  await until('and shows it again', async () => await sceneShot(page) === before);
 }
 
 async function mapMoves(page) {

@@ -22,6 +22,10 @@ async function looksRight(page, study) {
   if (!several) return;
   check('the outlier is listed',
     (await page.locator('#outliers td').allTextContents()).includes('3'));
+  const command = page.locator('#outliers details').first();
+  await command.locator('summary').click();
+  check('the command of an outlier names its run', /chasles compare .* --run 3 /.test(
+    await command.locator('code').textContent()) && await command.locator('code').isVisible());
 }
 
 async function timeCursor(page) {

@@ -12,7 +12,7 @@
 namespace chasles {
 namespace {
 
-constexpr int kQuality = 70;
+constexpr int kQuality = 50;
 
 }  // namespace
 

@@ -19,7 +19,7 @@ ReportRun with_images() {
 }
 
 TEST(PageImages, HoldWhatWasKept) {
-  const Run run = with_images().run;
+  const auto run = with_images().run;
   const json cameras = images_json(run, kPagePictures);
   ASSERT_EQ(cameras.size(), 2u);
   const json& camera = cameras[0];
@@ -57,7 +57,7 @@ TEST(PageImages, HoldWhatWasKept) {
 }
 
 TEST(PageImages, TakeNoMoreThanTheirBudget) {
-  const Run run = with_images().run;
+  const auto run = with_images().run;
   std::size_t all = 0;
   for (const RunImage& image : run.images) all += image.jpeg.size();
   const auto frames = [&](std::size_t most) {
@@ -83,7 +83,7 @@ TEST(PageImages, ARunWithoutThemOrWithoutStatesHasNone) {
 }
 
 TEST(PageImages, WhatIsNotFiniteIsLeftOut) {
-  Run run = with_images().run;
+  auto run = with_images().run;
   RunFeature& f = run.images[0].features[2];
   f.judged.expected->covariance(0, 0) = std::nan("");
   f.judged.expected->pixel.x() = std::nan("");
