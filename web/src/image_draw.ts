@@ -35,7 +35,7 @@ function traceMark(g: Pen, fate: Fate, x: number, y: number): void {
     g.moveTo(x - MARK, y + MARK);
     g.lineTo(x + MARK, y - MARK);
   } else {
-    g.arc(x, y, fate === 'used' ? 2.4 : 1.2, 0, 2 * Math.PI);
+    g.arc(x, y, fate === 'used' ? 1.9 : 1.2, 0, 2 * Math.PI);
   }
 }
 

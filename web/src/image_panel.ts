@@ -20,7 +20,7 @@ export class ImagePanel {
   private readonly pictures = new Pictures(this.draw);
   private readonly options: ImageOptions = {
     show: { used: true, rejected: true, begun: true, waiting: true, ellipses: true, tails: true },
-    enlarged: 5,
+    enlarged: 10,
   };
   private points: Point[] = [];
 

@@ -33,7 +33,7 @@ export async function camera(page, run) {
   }
   await page.selectOption('#camera-enlarged', '1');
   await until('ellipses can be drawn to scale', async () => await picture(view) !== first);
-  await page.selectOption('#camera-enlarged', '5');
+  await page.selectOption('#camera-enlarged', '10');
   await until('and larger', async () => await picture(view) === first);
   await pointTip(page, view);
   check('a choice of cameras is there with several',
