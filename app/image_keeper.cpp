@@ -38,7 +38,7 @@ void declare_keep_images(CLI::App& parser, std::optional<int>& every) {
           "--keep-images", [&every](const std::string& text) { every = every_of(text); },
           fmt::format(
               "Keep every N-th frame to be looked at (default: about {} of them): a JPEG of at "
-              "most {} px a camera, about 10 kB, and what became of the tracked points. The page "
+              "most {} px a camera, about 20 kB, and what became of the tracked points. The page "
               "takes as many as fit into 8 MB",
               ImageKeeper::kFrames, ImageKeeper::kWidth))
       ->expected(0, 1)
