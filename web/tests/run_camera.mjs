@@ -1,4 +1,5 @@
 // The panel of what the cameras saw, used as a person does.
+import { settle } from './browser.mjs';
 import { check, coloursOf, picture, until } from './checks.mjs';
 
 const cursor = (page) => page.inputValue('#time').then(Number);
@@ -25,25 +26,30 @@ export async function camera(page, run) {
   check('the cursor goes with it', await cursor(page) > 0);
   await view.press('Home');
   await until('Home goes back', async () => await picture(view) === first);
+  // The first frame has no way behind it.
+  await view.press('ArrowRight');
+  await until('the next frame is another', async () => await picture(view) !== first);
+  await settle(page);
+  const next = await picture(view);
   for (const box of await page.locator('#camera-legend input').all()) {
     await box.click();
-    await until('the legend hides a kind of mark', async () => await picture(view) !== first);
+    await until('the legend hides a kind of mark', async () => await picture(view) !== next);
     await box.click();
-    await until('and shows it again', async () => await picture(view) === first);
+    await until('and shows it again', async () => await picture(view) === next);
   }
   await page.selectOption('#camera-enlarged', '1');
-  await until('ellipses can be drawn to scale', async () => await picture(view) !== first);
+  await until('ellipses can be drawn to scale', async () => await picture(view) !== next);
   await page.selectOption('#camera-enlarged', '10');
-  await until('and larger', async () => await picture(view) === first);
+  await until('and larger', async () => await picture(view) === next);
   await pointTip(page, view);
   check('a choice of cameras is there with several',
     await page.isVisible('#camera-field') === images.length > 1);
   if (images.length < 2) return;
   await page.selectOption('#camera-select', { index: 1 });
-  await until('another camera is shown', async () => await picture(view) !== first &&
+  await until('another camera is shown', async () => await picture(view) !== next &&
     (await view.getAttribute('aria-label')).startsWith('cam1'));
   await page.selectOption('#camera-select', { index: 0 });
-  await until('and the first again', async () => await picture(view) === first);
+  await until('and the first again', async () => await picture(view) === next);
 }
 
 /** Goes over the picture until a point answers. */
