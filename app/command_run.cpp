@@ -15,6 +15,7 @@
 #include "drive.hpp"
 #include "filter_options.hpp"
 #include "full_covariance.hpp"
+#include "image_keeper.hpp"
 #include "inertial_drive.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
@@ -42,6 +43,7 @@ struct RunOptions {
   std::optional<double> realtime_speed;
   bool json = false, quiet = false;
   LiveOptions live;
+  std::optional<int> keep_images;
   std::vector<Threshold> thresholds = run_thresholds();
 };
 
@@ -128,6 +130,7 @@ void declare_output(CLI::App& parser, RunOptions& o) {
                   "Covariance of the whole map, all with all, as .npy (may take gigabytes)")
       ->type_name("FILE")
       ->group("Output");
+  declare_keep_images(parser, o.keep_images);
   declare_live(parser, o.live);
   parser.add_flag("--json", o.json, "Print the summary as JSON")->group("Output");
   parser.add_flag("--quiet", o.quiet, "No progress and no log, only errors")->group("Output");
@@ -268,7 +271,8 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
                   .ahead = o.threads > 1,
                   .quiet = o.quiet,
                   .realtime = realtime(o),
-                  .batch = o.estimator == "batch"},
+                  .batch = o.estimator == "batch",
+                  .keep_images = o.keep_images},
                  interrupt, live);
   });
   add_remarks(result.run, result.interrupted, frame_count(recording), recording.remarks);
@@ -289,12 +293,16 @@ int run(const RunOptions& o) {
   if (o.estimator != "filter" && o.estimator != "batch") {
     throw UsageError(fmt::format("--estimator: found '{}', expected filter or batch", o.estimator));
   }
+  if (o.keep_images && o.output.empty() && !o.live.wanted) {
+    throw UsageError("--keep-images needs -o RUN, to have a place for them");
+  }
   Recording recording = read(o);
   if (recording.velocities.empty()) return run_inertial(o, recording, wall);
   if (o.estimator == "batch" && !o.full_covariance.empty()) {
     throw UsageError("--full-covariance is not kept of --estimator batch");
   }
   if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
+  if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
   DriveRunSettings settings = settings_from(o.settings);
   check(o, settings.filter);
   const Interrupt interrupt;

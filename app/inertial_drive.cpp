@@ -17,6 +17,7 @@
 #include "calibration_report.hpp"
 #include "filter_stages.hpp"
 #include "frontend_seconds.hpp"
+#include "image_keeper.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
 #include "progress.hpp"
@@ -181,12 +182,17 @@ class Loop {
         live_(live),
         result_(prepared(recording, settings, options)),
         session_(session_for(recording, settings, result_, options.from_truth)),
+        keeper_(recording, options.keep_images),
         feed_(recording, settings.frontend, imu_options(recording),
               read_masks(settings.frontend.mask, recording.cameras),
               {.ahead = options.ahead,
                .realtime = options.realtime,
-               .stop = [&interrupt] { return interrupt.requested(); }}),
+               .stop = [&interrupt] { return interrupt.requested(); },
+               .see = [this](const ImageFrame& images) { keeper_.see(images); }}),
         progress_(frame_count(recording), options.quiet) {
+    session_.set_witness([this](const FeatureFrame& frame, std::span<const JudgedPixel> judged) {
+      keeper_.judge(frame, judged);
+    });
     live_.begin(result_.run, known_json(settings, recording), frame_count(recording));
   }
 
@@ -210,6 +216,7 @@ class Loop {
     }
     feed_.close();
     result_.frontend.unreadable = feed_.unreadable();
+    result_.run.images = keeper_.take();
     if (result_.realtime) result_.realtime->frames = feed_.counts();
     finish(session_, sums_, result_);
     sightings_.tell(session_.in_state(), result_.run);
@@ -223,6 +230,7 @@ class Loop {
     if (tracked) count(*tracked, result_.frontend);
     if (tracked) frontend_seconds_.add(frame.time, tracked->seconds);
     sightings_.add(frame);
+    keeper_.follow(frame);
     if (options_.batch) seen_.push_back(frame);
     const bool running = session_.running();
     const Stopwatch filter_time;
@@ -308,6 +316,7 @@ class Loop {
   LiveView& live_;
   InertialDrive result_;
   InertialSession session_;
+  ImageKeeper keeper_;
   SensorFeed feed_;
   Progress progress_;
   Sums sums_;

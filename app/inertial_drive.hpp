@@ -27,6 +27,7 @@ struct InertialDriveOptions {
   std::optional<double> realtime;
   /// The filter's run is where batch estimation begins, and is replaced by what that finds.
   bool batch = false;
+  std::optional<int> keep_images;  ///< as for ImageKeeper
 };
 
 /// What the front end did, summed over the frames.

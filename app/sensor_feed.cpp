@@ -13,7 +13,7 @@ namespace chasles::app {
 SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& frontend,
                        const ImuBuffer::Options& imu, std::vector<GrayImage> masks,
                        const SensorFeedOptions& options)
-    : recording_(&recording), stream_(recording) {
+    : recording_(&recording), stream_(recording), see_(options.see) {
   const auto own = [this] { return next_event(); };
   if (options.realtime) {
     playback_.emplace(own, PlaybackOptions{.begin = first_event(recording),
@@ -50,7 +50,9 @@ std::optional<SensorEvent> SensorFeed::next_event() {
 
 ImageFrame SensorFeed::read(const ImagesDue& due) {
   try {
-    return recording_->images->read(due.index);
+    ImageFrame frame = recording_->images->read(due.index);
+    see_(frame);
+    return frame;
   } catch (const InputError& error) {
     ++unreadable_;
     spdlog::warn("{}", error.what());

@@ -14,6 +14,8 @@ struct SensorFeedOptions {
   std::optional<double>
       realtime;  ///< recorded seconds in a second; none: as fast as they are taken
   std::function<bool()> stop = [] { return false; };  ///< asked while a live sensor is waited for
+  /// Shown all images that are read, perhaps from another thread, until close().
+  std::function<void(const ImageFrame&)> see = [](const ImageFrame&) {};
 };
 
 /// What the filter takes from a recording: its samples and frames, its images through the front
@@ -48,6 +50,7 @@ class SensorFeed {
 
   const Recording* recording_;
   EventStream stream_;
+  std::function<void(const ImageFrame&)> see_;
   int unreadable_ = 0;
   Playback::Counts counts_;
   std::optional<Playback> playback_;

@@ -141,6 +141,7 @@ function layers(): Layer[] {
       ['retired', LIFE_LABELS.retired, 'dots', 'landmark'],
       ['later', LIFE_LABELS.later, 'dots faint', 'muted']);
   }
+  if (run.plan) list.push(['plan', 'Floor plan', 'line', 'muted']);
   (app.subjects as Run[]).forEach((other, k) => {
     if (k !== app.active) list.push([`run-${k}`, other.label, 'dashdot', other.colour]);
   });

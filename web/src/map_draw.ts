@@ -4,7 +4,7 @@ import { AXES, clamp, type Vector } from './data';
 import { number } from './format';
 import { LIVES, rowsByLife } from './landmark_life';
 import type { MapView, Plane, PlaneCovariance } from './map_view';
-import { activeRun, type Run, truthColumns } from './runs';
+import { activeRun, placedColumns, type Run, truthColumns } from './runs';
 import { app } from './store';
 import { palette, ramp } from './theme';
 
@@ -23,6 +23,7 @@ export const estimateColour = (): string =>
 
 export function drawMap(g: Pen, view: MapView, options: MapOptions): void {
   drawGrid(g, view);
+  if (options.show.plan) drawPlan(g, view, options);
   drawLandmarks(g, view, options);
   (app.subjects as Run[]).forEach((run, k) => {
     if (k !== app.active && options.show['run-' + k]) drawOtherRun(g, view, run);
@@ -72,6 +73,14 @@ export function drawPath(g: Pen, view: MapView, columns: Points, colour: string,
   polyline(g, a.length, (i) => view.toScreen(a[i] + da, 0)[0],
     (i) => view.toScreen(0, b[i] + db)[1]);
   g.setLineDash([]);
+}
+
+function drawPlan(g: Pen, view: MapView, { truth }: MapOptions): void {
+  const { plan } = activeRun();
+  // From the side it would be a line without meaning.
+  if (!plan || view.axes.includes('z')) return;
+  drawPath(g, view, placedColumns(plan.furniture, truth), palette.line, 1.2, []);
+  drawPath(g, view, placedColumns(plan.wall, truth), palette.muted, 1.2, []);
 }
 
 function drawOtherRun(g: Pen, view: MapView, run: Run): void {

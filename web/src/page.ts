@@ -6,6 +6,7 @@ import { pageData } from './data';
 import { startExact } from './exact';
 import { byId } from './format';
 import { showAtTime, showPicker, showRunLine, startPicker } from './header';
+import { ImagePanel } from './image_panel';
 import { Live } from './live';
 import { Overview } from './overview';
 import { overviewPlots } from './overview_table';
@@ -62,6 +63,7 @@ startPicker();
 new Player();
 new Overview();
 new World();
+new ImagePanel();
 for (const show of [showRunLine, showCards, showRemarks, showHealth, showHealthKey]) {
   listen('run', show);
   listen('rows', show);

@@ -1,6 +1,7 @@
 // A run as the page uses it, and what tells the runs of a page apart.
 import { type Axis, AXES, type Column, column, type Columns, clamp, DEG, decodeColumns, type Vector }
   from './data';
+import { type CameraImages, decodeImages } from './images';
 import { activeSubject, type Subject } from './store';
 
 export type Summary = Record<string, unknown>;
@@ -19,11 +20,14 @@ export interface Run extends Subject {
   stages: Column[];
   landmarks: Columns;
   truth: Columns | null;
+  /** Walls and furniture seen from above, placed as the truth is. */
+  plan: { wall: Columns; furniture: Columns } | null;
   errors: Columns | null;
   deadReckoning: Columns | null;
   neesCoordinates: string;
   truthProblem: string;
   landmarksLeftOut: number;
+  images: CameraImages[];
   euler: { yaw: Float32Array; pitch: Float32Array; roll: Float32Array };
   bounds: Record<string, number>;
   colour: string;
@@ -36,7 +40,8 @@ export interface RawRun {
   health_names: string[]; extra_names: string[]; states: RawColumns; extra: RawColumns[];
   stage_names?: string[]; stages?: string[];
   landmarks: RawColumns; truth?: RawColumns; errors?: RawColumns; dead_reckoning?: RawColumns;
-  nees_coordinates?: string; truth_problem?: string; landmarks_left_out?: number;
+  nees_coordinates?: string; truth_problem?: string; landmarks_left_out?: number; images?: unknown;
+  plan?: { wall: RawColumns; furniture: RawColumns };
 }
 
 export const activeRun = (): Run => activeSubject() as Run;
@@ -61,11 +66,14 @@ export function decodeRun(raw: RawRun, bounds: Record<string, number>): Run {
     stages: (raw.stages ?? []).map(column),
     landmarks: decodeColumns(raw.landmarks),
     truth: raw.truth ? decodeColumns(raw.truth) : null,
+    plan: raw.plan ? { wall: decodeColumns(raw.plan.wall),
+      furniture: decodeColumns(raw.plan.furniture) } : null,
     errors: raw.errors ? decodeColumns(raw.errors) : null,
     deadReckoning: raw.dead_reckoning ? decodeColumns(raw.dead_reckoning) : null,
     neesCoordinates: raw.nees_coordinates ?? 'standard',
     truthProblem: raw.truth_problem ?? '',
     landmarksLeftOut: raw.landmarks_left_out ?? 0,
+    images: decodeImages(raw.images),
     euler: eulerAngles(states),
     bounds,
     colour: 'estimate',
@@ -86,11 +94,14 @@ export function eulerAngles({ qx, qy, qz, qw }: Columns): Run['euler'] {
   return { yaw, pitch, roll };
 }
 
-/** Truth's positions as placed by the first pose or by the best fit. */
-export function truthColumns(run: Run, placed: string): Record<Axis, Column> {
-  const t = run.truth as Columns, prefix = placed === 'fit' ? 'fit_' : 'first_';
-  return Object.fromEntries(AXES.map((axis) => [axis, t[prefix + axis]])) as Record<Axis, Column>;
+/** Positions in the truth's world as placed by the first pose or by the best fit. */
+export function placedColumns(columns: Columns, placed: string): Record<Axis, Column> {
+  const prefix = placed === 'fit' ? 'fit_' : 'first_';
+  return Object.fromEntries(AXES.map((axis) => [axis, columns[prefix + axis]])) as Record<Axis, Column>;
 }
+
+export const truthColumns = (run: Run, placed: string): Record<Axis, Column> =>
+  placedColumns(run.truth as Columns, placed);
 
 const CHARTS = ['standard', 'left-se3', 'right-se3', 'right-sen3'];
 const SPARE_HUES = ['f-5', 'f-6', 'f-7', 'f-8'];

@@ -1,7 +1,6 @@
-// The run in three dimensions: what is drawn, from where, and how it answers.
+// The run in three dimensions: what is drawn, and how it answers.
 import { ColorManagement, Group, type InstancedMesh, LinearSRGBColorSpace, Matrix4, Mesh, type Object3D,
-  PerspectiveCamera, Quaternion, Scene, Vector3, WebGLRenderer } from 'three';
-import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+  Scene, Vector3, WebGLRenderer } from 'three';
 
 import { type Axis, clamp, type Columns, extremes, quantile, type Vector } from './data';
 import { byId, number } from './format';
@@ -9,30 +8,18 @@ import { landmarkShown, showLandmarkTip } from './map';
 import { estimateColour, type MapOptions } from './map_draw';
 import { nearestOnScreen } from './map_input';
 import { landmarkScale } from './map_view';
-import { activeRun, type Run, truthColumns } from './runs';
+import { activeRun, placedColumns, type Run, truthColumns } from './runs';
 import { LandmarkDots } from './scene_landmarks';
-import { bodyAxes, camerasOf, ellipsoidMatrix, ellipsoids, frustum, groundGrid, nearestRows, pathLine }
+import { bodyAxes, camerasOf, ellipsoidMatrix, ellipsoids, frustum, groundGrid, nearestRows, pathLine,
+  planLines }
   from './scene_objects';
+import { type Box, SceneView, sizeOf } from './scene_view';
 import { app, listen, setCursor, throttled } from './store';
+import { SMOOTH } from './webgl';
 
 /** States of a run that is long. */
 const MANY = 20000;
 const MOST_ELLIPSOIDS = { auto: 80, always: 2000, never: 0 } as Record<string, number>;
-
-/** How the browser draws in three dimensions, if at all. */
-function drawing(): 'none' | 'processor' | 'graphics card' {
-  const gl = document.createElement('canvas').getContext('webgl2');
-  if (!gl) return 'none';
-  const told = gl.getExtension('WEBGL_debug_renderer_info');
-  const name = String(told ? gl.getParameter(told.UNMASKED_RENDERER_WEBGL) : '');
-  gl.getExtension('WEBGL_lose_context')?.loseContext();
-  return /SwiftShader|llvmpipe|software/i.test(name) ? 'processor' : 'graphics card';
-}
-
-const DRAWING = drawing();
-export const canDraw = (): boolean => DRAWING !== 'none';
-/** Smooth edges cost a processor four times the work. */
-const SMOOTH = DRAWING === 'graphics card';
 
 // The colours of the page as they are: there is no light to mix.
 ColorManagement.enabled = false;
@@ -43,34 +30,22 @@ export class ScenePanel {
   readonly canvas = byId<HTMLCanvasElement>('scene');
   readonly draw = throttled(() => this.drawNow());
   private readonly renderer = new WebGLRenderer({ canvas: this.canvas, antialias: SMOOTH, alpha: true });
-  private readonly camera = new PerspectiveCamera(50, 1, 0.01, 1e5);
-  private readonly controls: OrbitControls;
+  private readonly view = new SceneView(this.canvas, this.draw);
   private readonly scene = new Scene();
   private content = new Group();
   private body = new Group();
   private marks: InstancedMesh | null = null;
   private dots: LandmarkDots | null = null;
   private pose: InstancedMesh | null = null;
-  private low = new Vector3();
-  private high = new Vector3();
-  private centre = new Vector3();
+  private box: Box = { low: new Vector3(), high: new Vector3() };
   private size = 1;
-  private view = 'orbit';
-  /** Somebody has turned, moved or zoomed the view since it was fitted. */
-  private moved = false;
   /** The run has grown while the scene was not shown. */
   private outdated = false;
   /** What was drawn before: its shaders serve what is drawn in its place, so it goes after that. */
   private old: Group[] = [];
-  private heading = new Vector3(1, 0, 0);
 
   constructor(private readonly options: MapOptions, private readonly hint: () => void) {
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
-    this.camera.up.set(0, 0, 1);
-    this.controls = new OrbitControls(this.camera, this.canvas);
-    this.controls.addEventListener('change', this.draw);
-    this.controls.addEventListener('start', () => { this.moved = true; });
-    this.controls.enableZoom = false;
     this.listenToInput();
     listen('run', () => { this.measureRun(); this.build(); this.fit(); });
     listen('rows', () => this.growRun());
@@ -89,23 +64,19 @@ export class ScenePanel {
     if (this.outdated) return;
     this.measureRun();
     this.build();
-    if (!this.moved && this.view !== 'follow') this.fit();
+    if (this.view.atFit()) this.fit();
     this.draw();
   }
 
   setView(view: string): void {
-    this.view = view;
+    this.view.choose(view);
     if (this.outdated) this.growRun();
-    this.controls.enableRotate = view === 'orbit';
-    this.controls.enabled = view !== 'follow';
-    this.resize();
-    this.moveBody();
     this.fit();
   }
 
-  /** The box of the path and of the landmarks about it, its middle and half its diameter. */
+  /** The box of the path and of the landmarks about it. */
   private measureRun(): void {
-    const run = activeRun(), { low, high } = this;
+    const run = activeRun(), { low, high } = this.box;
     const spans = (['x', 'y', 'z'] as const).map((axis) => extremes(run.states[axis]));
     const far = 0.5 * Math.hypot(...spans.map(([a, b]) => Math.max(0, b - a)));
     (['x', 'y', 'z'] as const).forEach((axis, k) => {
@@ -115,8 +86,7 @@ export class ScenePanel {
       low.setComponent(k, ends.length ? Math.min(...ends) : -1);
       high.setComponent(k, ends.length ? Math.max(...ends) : 1);
     });
-    this.centre = low.clone().add(high).multiplyScalar(0.5);
-    this.size = Math.max(0.5 * high.distanceTo(low), 0.5);
+    this.size = sizeOf(this.box);
   }
 
   private clear(): void {
@@ -136,7 +106,8 @@ export class ScenePanel {
     this.scene.remove(this.content, this.body);
     this.old.push(this.content, this.body);
     const run = activeRun();
-    const objects: (Object3D | null)[] = [this.ground(run)];
+    const floor = this.floor(run);
+    const objects: (Object3D | null)[] = [this.ground(run, floor), ...this.plan(run, floor)];
     this.dots = this.marks = null;
     if (run.landmarks.id.length) {
       this.dots = new LandmarkDots(run, this.options);
@@ -168,12 +139,23 @@ export class ScenePanel {
         { colour: estimateColour(), width: 3, fine }) : null];
   }
 
-  /** A grid below the path: at the height of the lowest landmarks about it, where there are any. */
-  private ground(run: Run): Object3D {
+  /** The height of the ground: of the lowest landmarks about the path, where there are any. */
+  private floor(run: Run): number {
     const [lowest] = extremes(run.states.z), marks = quantile(run.landmarks.z, 0.03);
     const floor = Number.isFinite(lowest) ? lowest : 0;
-    const z = Number.isFinite(marks) ? clamp(marks, floor - 0.3 * this.size, floor) : floor;
-    const [grid, step] = groundGrid(this.size, this.centre.x, this.centre.y, z);
+    return Number.isFinite(marks) ? clamp(marks, floor - 0.3 * this.size, floor) : floor;
+  }
+
+  private plan({ plan }: Run, floor: number): Object3D[] {
+    const { show, truth } = this.options, piece = this.size / 8;
+    if (!plan || !show.plan) return [];
+    return [planLines(placedColumns(plan.furniture, truth), floor, piece, 'line', 1.2),
+      planLines(placedColumns(plan.wall, truth), floor, piece, 'muted', 1.6)];
+  }
+
+  private ground(run: Run, z: number): Object3D {
+    const { low, high } = this.box;
+    const [grid, step] = groundGrid(this.size, (low.x + high.x) / 2, (low.y + high.y) / 2, z);
     byId('scene-note').textContent = `grid: ${number(step)} m${this.colourNote(run)}`;
     return grid;
   }
@@ -221,78 +203,18 @@ export class ScenePanel {
       this.marks.count = drawn.length;
       this.marks.instanceMatrix.needsUpdate = true;
     }
-    if (this.view === 'follow') this.follow();
+    if (this.view.follows()) this.view.follow(s, t, i, this.size);
   }
 
-  /** Behind the body and above it, looking where it goes. */
-  private follow(): void {
-    const { states: s, t, count } = activeRun(), i = app.cursor;
-    let [from, to] = [i, i];
-    while (from > 0 && t[i] - t[from] < 0.6) from--;
-    while (to + 1 < count && t[to] - t[i] < 0.6) to++;
-    const way = new Vector3(s.x[to] - s.x[from], s.y[to] - s.y[from], 0);
-    if (way.length() > 0.02) this.heading.lerp(way.normalize(), 0.25).normalize();
-    const reach = clamp(this.size / 3, 1, 14), place = this.body.position;
-    this.controls.target.copy(place).addScaledVector(this.heading, 0.6 * reach);
-    this.camera.position.copy(place).addScaledVector(this.heading, -reach);
-    this.camera.position.z += 0.55 * reach;
-    this.camera.lookAt(this.controls.target);
-  }
-
-  /** Shows everything, from where the view is. */
   fit(): void {
-    const { camera, controls, size } = this;
-    this.moved = false;
     this.resize();
-    camera.near = size / 200;
-    camera.far = 60 * size;
-    camera.updateProjectionMatrix();
-    if (this.view === 'follow') {
-      this.follow();
-    } else {
-      const from = this.view === 'above' ? [0, -1e-4, 1] : [-0.35, -0.72, 0.6];
-      this.lookFrom(new Vector3(...from).normalize());
-      controls.update();
-    }
+    this.view.fit(this.box);
+    this.moveBody();
     this.draw();
-  }
-
-  /** Looks from that direction, so near that the box of the run just fits. */
-  private lookFrom(direction: Vector3): void {
-    const { camera, controls: { target }, low, high } = this;
-    const corners = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => new Vector3(
-      k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z));
-    let distance = 4 * this.size;
-    target.copy(this.centre);
-    for (let round = 0; round < 6; round++) {
-      camera.position.copy(target).addScaledVector(direction, distance);
-      camera.lookAt(target);
-      camera.updateMatrixWorld();
-      const reach = corners.map((c) => c.clone().project(camera));
-      distance *= Math.max(...reach.map((p) => Math.max(Math.abs(p.x), Math.abs(p.y)))) / 0.86;
-    }
-    camera.position.copy(target).addScaledVector(direction, distance);
   }
 
   zoom(factor: number): void {
-    const { target } = this.controls;
-    this.moved = true;
-    this.camera.position.sub(target).divideScalar(factor).add(target);
-    this.camera.lookAt(target);
-    this.draw();
-  }
-
-  /** Turns the view about its target [rad]: around the vertical, and up or down. */
-  private turn(around: number, up: number): void {
-    const offset = this.camera.position.clone().sub(this.controls.target);
-    this.moved = true;
-    offset.applyAxisAngle(new Vector3(0, 0, 1), around);
-    const side = new Vector3().crossVectors(new Vector3(0, 0, 1), offset).normalize();
-    const tilted = offset.clone().applyQuaternion(new Quaternion().setFromAxisAngle(side, -up));
-    const steep = Math.abs(tilted.z) / tilted.length() > 0.998;
-    this.camera.position.copy(this.controls.target).add(steep ? offset : tilted);
-    this.controls.update();
-    this.draw();
+    this.view.zoom(factor);
   }
 
   private resize(): void {
@@ -300,13 +222,12 @@ export class ScenePanel {
     if (!width || !height) return;
     this.renderer.setPixelRatio(SMOOTH ? Math.min(window.devicePixelRatio || 1, 2) : 1);
     this.renderer.setSize(width, height, false);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
+    this.view.setShape(width, height);
   }
 
   drawNow(): void {
     if (!this.visible()) return;
-    this.renderer.render(this.scene, this.camera);
+    this.renderer.render(this.scene, this.view.camera);
     this.clear();
     const run = activeRun();
     this.canvas.setAttribute('aria-label', `The run in three dimensions: ${run.count} estimated ` +
@@ -315,10 +236,7 @@ export class ScenePanel {
 
   private listenToInput(): void {
     const { canvas } = this;
-    // The wheel scrolls the page until the scene has been clicked.
-    canvas.addEventListener('focus', () => { this.controls.enableZoom = true; });
-    canvas.addEventListener('blur', () => { this.controls.enableZoom = false; });
-    canvas.addEventListener('wheel', () => { if (!this.controls.enableZoom) this.hint(); },
+    canvas.addEventListener('wheel', () => { if (!this.view.wheelZooms()) this.hint(); },
       { passive: true });
     canvas.addEventListener('pointerdown', () => canvas.focus({ preventScroll: true }));
     canvas.addEventListener('keydown', (e) => this.key(e));
@@ -337,8 +255,8 @@ export class ScenePanel {
   private key(e: KeyboardEvent): void {
     const angle = e.shiftKey ? 0.4 : 0.1;
     const actions: Record<string, () => void> = {
-      ArrowLeft: () => this.turn(-angle, 0), ArrowRight: () => this.turn(angle, 0),
-      ArrowUp: () => this.turn(0, angle), ArrowDown: () => this.turn(0, -angle),
+      ArrowLeft: () => this.view.turn(-angle, 0), ArrowRight: () => this.view.turn(angle, 0),
+      ArrowUp: () => this.view.turn(0, angle), ArrowDown: () => this.view.turn(0, -angle),
       '+': () => this.zoom(1.25), '=': () => this.zoom(1.25), '-': () => this.zoom(0.8),
       0: () => this.fit(),
       '[': () => setCursor(app.cursor - 1), ']': () => setCursor(app.cursor + 1),
@@ -349,29 +267,21 @@ export class ScenePanel {
     action();
   }
 
-  /** Where a row of columns is on the screen; far away where it is behind the view. */
-  private onScreen(columns: Columns): (i: number) => [number, number] {
-    const { clientWidth: width, clientHeight: height } = this.canvas, p = new Vector3();
-    const project = this.camera.projectionMatrix.clone().multiply(this.camera.matrixWorldInverse);
-    return (i) => {
-      p.set(columns.x[i], columns.y[i], columns.z[i]).applyMatrix4(project);
-      return p.z > 1 ? [-1e9, -1e9] : [0.5 * (p.x + 1) * width, 0.5 * (1 - p.y) * height];
-    };
-  }
-
   /** A landmark tells its numbers, the estimate takes the time cursor. */
   private point(place: { x: number; y: number }): void {
-    const run = activeRun(), mark = this.onScreen(run.landmarks);
+    const run = activeRun(), { clientWidth: width, clientHeight: height } = this.canvas;
+    const mark = this.view.onScreen(run.landmarks, width, height);
     const shown = (i: number): [number, number] =>
       (landmarkShown(this.options, i) ? mark(i) : [-1e9, -1e9]);
     const found = nearestOnScreen(run.landmarks.id.length, shown, place, 6);
     if (found >= 0) {
-      showLandmarkTip(found, ...mark(found), this.canvas.clientWidth, this.canvas.clientHeight);
+      showLandmarkTip(found, ...mark(found), width, height);
       return;
     }
     byId('map-tip').hidden = true;
-    if (this.view === 'follow') return;
-    const state = nearestOnScreen(run.count, this.onScreen(run.states), place, 10);
+    if (this.view.follows()) return;
+    const state = nearestOnScreen(run.count, this.view.onScreen(run.states, width, height),
+      place, 10);
     if (state >= 0) setCursor(state);
   }
 }

@@ -138,6 +138,25 @@ export function frustum({ imu_T_cam: T, intrinsics: [fx, fy, cx, cy], resolution
   return object;
 }
 
+/** The lines of a floor plan at a height, which NaN ends; pieces no longer than `piece`: long ones
+ *  that pass behind the camera are not drawn by every driver. */
+export function planLines({ x, y }: Pick<Path, 'x' | 'y'>, z: number, piece: number, colour: string,
+    width: number): Object3D {
+  const points: number[] = [];
+  for (let i = 0; i + 1 < x.length; i++) {
+    const [dx, dy] = [x[i + 1] - x[i], y[i + 1] - y[i]], length = Math.hypot(dx, dy);
+    if (!Number.isFinite(length)) continue;
+    const n = Math.max(1, Math.ceil(length / piece));
+    for (let k = 0; k < n; k++) {
+      points.push(x[i] + (dx * k) / n, y[i] + (dy * k) / n, z,
+        x[i] + (dx * (k + 1)) / n, y[i] + (dy * (k + 1)) / n, z);
+    }
+  }
+  const geometry = new LineSegmentsGeometry();
+  geometry.setPositions(points);
+  return new LineSegments2(geometry, new LineMaterial({ color: palette[colour], linewidth: width }));
+}
+
 /** A grid on the ground about a place; the distance of its lines [m] is returned too. A piece of
  *  line a cell: long ones that pass behind the camera are not drawn by every driver. */
 export function groundGrid(size: number, x: number, y: number, z: number): [Object3D, number] {

@@ -9,9 +9,10 @@ import { startPicker } from './header';
 import { followStore } from './plot_list';
 import { app, listen, setActive } from './store';
 import { activeStudy, decodeStudy, figuresOf, labelStudies, type RawStudy } from './studies';
-import { boxPlots, showBoxes, showOutliers } from './study_boxes';
+import { boxPlots, showBoxes } from './study_boxes';
 import { showFilterLegend, startFilterButtons } from './study_colours';
 import { StudyMap } from './study_map';
+import { showOutliers } from './study_outliers';
 import { refreshPlots, showStudyPlots } from './study_plots';
 import { showFilterSettings, showScene, showStudyCards, showStudyRemarks, showStudyTables }
   from './study_tables';

@@ -1,29 +1,29 @@
-// Distributions over the runs: for each filter its runs as dots and a box, and the outliers among
-// them by name.
+// Distributions over the runs: for each filter its runs as dots and a box.
 import { downloadPng, type Pen, prepareCanvas, tickText, ticksOf } from './canvas';
-import { clamp } from './data';
+import { clamp, mean } from './data';
 import { downloadCsv, fileName, type CsvColumn } from './files';
-import { button, byId, fixed, make, number } from './format';
+import { button, byId, make, number } from './format';
 import { throttled } from './store';
-import { activeStudy, type Study } from './studies';
-import { filterColour, filterName, shownFilters } from './study_colours';
+import { activeStudy, figuresOf, type Study } from './studies';
+import { filterColour, shownFilters } from './study_colours';
 import { DEGREES_OF_POSE } from './study_tables';
-import { palette } from './theme';
+import { faded, palette } from './theme';
 
-const BOX_ROW = 44, BOX_AXIS = 24, FAR_BOXES = 3, MOST_OUTLIERS = 40;
+const BOX_ROW = 44, BOX_AXIS = 24;
 
 /** Columns of the trials, in the unit that is drawn, with the value of a consistent filter. */
 interface Measure {
   column: string; title: string; unit: string; scale: number; expected?: number; caption?: string;
 }
 
-const MEASURES: Measure[] = [
+export const MEASURES: Measure[] = [
   { column: 'position_error', title: 'Position error of each run', unit: 'm', scale: 1 },
   { column: 'attitude_error', title: 'Attitude error of each run', unit: '°', scale: 1 },
   { column: 'nees_pose', title: 'Pose NEES of each run, per degree of freedom', unit: '',
     scale: 1 / DEGREES_OF_POSE, expected: 1,
-    caption: 'Dashed: 1, the mean of a consistent filter’s runs. They scatter about it, for what a run ' +
-      'has at one time it still has at the next.' },
+    caption: 'Dashed: 1, the mean of a consistent filter’s runs, with the χ² band in which 95 % of such ' +
+      'means lie at one instant; diamonds: the means. Single runs scatter more, for what a run has at one ' +
+      'time it still has at the next.' },
 ];
 
 /** Quantile of a sorted list, between its entries where it lies there. */
@@ -38,7 +38,7 @@ interface Box {
   q1: number; median: number; q3: number; low: number; high: number;
 }
 
-function boxOf(study: Study, k: number, measure: Measure): Box | null {
+export function boxOf(study: Study, k: number, measure: Measure): Box | null {
   const { trials } = study;
   const runs: Box['runs'] = [];
   for (let i = 0; i < trials.run.length; i++) {
@@ -155,6 +155,7 @@ export class BoxPlot {
       g.fillText(text, clamp(x, half, this.width - half), bottom + 5);
     }
     if (!this.measure.expected) return;
+    this.drawBand(g, bottom);
     g.strokeStyle = palette.good;
     g.lineWidth = 1.4;
     g.setLineDash([5, 4]);
@@ -164,6 +165,27 @@ export class BoxPlot {
     g.lineTo(x, bottom);
     g.stroke();
     g.setLineDash([]);
+  }
+
+  /** The band of the filter with the most runs: it is the narrowest. */
+  private drawBand(g: Pen, bottom: number): void {
+    const bands = figuresOf(activeStudy()).flatMap((f) => (Array.isArray(f.band) ? [f.band] : []));
+    if (!bands.length) return;
+    const [low, high] = bands.reduce((a, b) => (b[1] - b[0] < a[1] - a[0] ? b : a));
+    const [left, right] = [low, high].map((v) => clamp(this.x(v), 0, this.width));
+    g.fillStyle = faded('good', 0.16);
+    g.fillRect(left, 0, right - left, bottom);
+  }
+
+  private drawMean(g: Pen, box: Box, middle: number): void {
+    const x = this.x(mean(box.runs.map((r) => r.value)));
+    g.beginPath();
+    for (const [dx, dy] of [[-5, 0], [0, -5], [5, 0], [0, 5]]) g.lineTo(x + dx, middle + dy);
+    g.closePath();
+    g.fillStyle = palette.panel;
+    g.fill();
+    g.lineWidth = 1.6;
+    g.stroke();
   }
 
   private drawRow(g: Pen, k: number, box: Box | null, top: number): void {
@@ -197,6 +219,7 @@ export class BoxPlot {
     g.moveTo(this.x(box.median), middle - half);
     g.lineTo(this.x(box.median), middle + half);
     g.stroke();
+    if (this.measure.expected) this.drawMean(g, box, middle);
   }
 
   private drawRowLabel(g: Pen, k: number, diverged: number, top: number): void {
@@ -242,49 +265,4 @@ export function showBoxes(): void {
   boxes = study.trials.run.length ? MEASURES.map((measure) => new BoxPlot(measure)) : [];
   byId('boxes').replaceChildren(...boxes.map((plot) => plot.element));
   byId('boxes-head').hidden = byId('boxes').hidden = boxes.length === 0;
-}
-
-/** Diverged runs, and runs farther than three boxes above the box in one of the measures. */
-interface Outlier { k: number; i: number; why: string; far: number }
-
-function outliersOf(study: Study): Outlier[] {
-  const found: Outlier[] = [];
-  const { trials } = study;
-  trials.run.forEach((_, i) => {
-    if (trials.diverged[i]) found.push({ k: trials.filter[i], i, why: 'diverged', far: Infinity });
-  });
-  study.filters.forEach((_, k) => MEASURES.forEach((measure) => {
-    const box = boxOf(study, k, measure);
-    if (!box || box.runs.length < 4) return;
-    const reach = box.q3 - box.q1;
-    for (const { run, value } of box.runs) {
-      const far = (value - box.q3) / reach;
-      if (!(far > FAR_BOXES)) continue;
-      const i = trials.run.findIndex((r, j) => r === run && trials.filter[j] === k);
-      const why = measure.title.replace(/ of each run.*/, '').toLowerCase().replace('nees', 'NEES');
-      const same = found.find((f) => f.i === i);
-      if (!same) found.push({ k, i, why, far });
-      else Object.assign(same, { why: `${same.why}, ${why}`, far: Math.max(same.far, far) });
-    }
-  }));
-  return found.sort((a, b) => (b.far === a.far ? a.i - b.i : b.far - a.far));
-}
-
-export function showOutliers(): void {
-  const study = activeStudy();
-  byId('outliers-panel').hidden = study.single;
-  const found = outliersOf(study), { trials } = study;
-  const cell = (v: number, digits: number) => make('td', { class: 'figure' }, fixed(v, digits));
-  const rows = found.slice(0, MOST_OUTLIERS).map(({ k, i, why }) => make('tr', {},
-    make('th', { scope: 'row' }, filterName(k)), make('td', { class: 'figure' }, String(trials.run[i])),
-    make('td', {}, why), cell(trials.position_error[i], 3), cell(trials.attitude_error[i], 3),
-    cell(trials.nees_pose[i] / DEGREES_OF_POSE, 2)));
-  const head = make('tr', {}, ...['filter', 'run', 'far out in', 'position [m]', 'attitude [°]',
-    'pose NEES / dof'].map((h) => make('th', { scope: 'col' }, h)));
-  byId('outliers').replaceChildren(...(rows.length
-    ? [make('table', {}, make('thead', {}, head), make('tbody', {}, ...rows))] : []));
-  const more = found.length > MOST_OUTLIERS ? ` The first ${MOST_OUTLIERS} of ${found.length}.` : '';
-  byId('outliers-caption').textContent = (found.length ? '' : 'None. ') + 'Runs that diverged, or whose ' +
-    `average lies more than ${FAR_BOXES} boxes above the box of its filter.${more} ` +
-    '`chasles compare` with the same scene and filters and `--run K` shows one of them by itself.';
 }

@@ -5,15 +5,16 @@ import { byId } from './format';
 import { downloadLandmarks, layersKey, layersText, MapPanel, showMapLegend } from './map';
 import type { MapOptions } from './map_draw';
 import { activeRun } from './runs';
-import { canDraw, ScenePanel } from './scene';
+import { ScenePanel } from './scene';
 import { listen, notify } from './store';
+import { canDraw } from './webgl';
 
 /** Views of the scene; all others are planes of the map. */
 const SCENE_VIEWS = ['orbit', 'above', 'follow'];
 
 export class World {
   private readonly options: MapOptions = {
-    show: { estimate: true, truth: true, dead: true, view: true, retired: true, later: true },
+    show: { estimate: true, truth: true, dead: true, plan: true, view: true, retired: true, later: true },
     colour: 'sigma', ellipses: 'auto', truth: 'first',
   };
   private readonly map = new MapPanel(this.options);

@@ -63,7 +63,7 @@ export async function visit(browser, file, folder, { label, title, ready, use, .
   const text = await page.evaluate(() => document.body.innerText);
   check(`${label}: no number is NaN or undefined`, !/\bNaN\b|undefined|Infinity|\bnull\b/.test(text),
     /.{0,40}(\bNaN\b|undefined|Infinity|\bnull\b).{0,20}/.exec(text)?.[0]);
-  const canvases = await page.locator('canvas:not(#scene):visible').all();
+  const canvases = await page.locator('canvas:not(#scene, .sign):visible').all();
   check(`${label}: there are plots`, canvases.length >= 5, String(canvases.length));
   for (const [k, canvas] of canvases.entries()) {
     check(`${label}: canvas ${k} is drawn`, await coloursOf(canvas) > 3);

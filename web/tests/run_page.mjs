@@ -2,6 +2,7 @@
 // it as a person does. Pictures and files stay in FOLDER. Exit 1: something failed; 77: no Chromium.
 import { mkdirSync, readFileSync } from 'node:fs';
 import { check, picture, until, verdict, visit } from './checks.mjs';
+import { camera } from './run_camera.mjs';
 import { DESKTOP, findBrowser, launch, PHONE, settle } from './browser.mjs';
 
 const [file, folder] = process.argv.slice(2);
@@ -132,6 +133,7 @@ async function scene(page) {
   await canvas.press('ArrowLeft');
   await until('an arrow key turns the scene', async () => await sceneShot(page) !== first);
   await canvas.press('0');
+  if (run.plan) await planInScene(page);
   await page.selectOption('#map-view', 'above');
   await until('from above it looks different', async () => await sceneShot(page) !== first);
   await page.selectOption('#map-view', 'follow');
@@ -141,6 +143,17 @@ async function scene(page) {
   await until('the scene follows the cursor', async () => await sceneShot(page) !== behind);
   const { bytes } = await saved(page, () => page.click('#map-png'));
   check('the scene is saved as a picture', bytes.length > 10000, String(bytes.length));
+}
+
+/** The legend takes the floor plan away and brings it back. */
+async function planInScene(page) {
+  await settle(page);
+  const before = await sceneShot(page);
+  const box = page.locator('#map-legend label', { hasText: 'Floor plan' }).locator('input');
+  await box.click();
+  await until('the legend hides the floor plan', async () => await sceneShot(page) !== before);
+  await box.click();
+  await until('and shows it again', async () => await sceneShot(page) === before);
 }
 
 async function mapMoves(page) {
@@ -221,6 +234,8 @@ async function stages(page) {
   }
 }
 
+const keptImages = (page) => camera(page, run);
+
 /** The runs of one recording on their truth: only where the data has them. */
 async function overview(page) {
   const scene = data.scenes.find((s) => s.runs.some((r) => r.run === 0));
@@ -271,7 +286,7 @@ async function print(page, label) {
 
 async function use(page, label) {
   for (const step of [timeCursor, play, timeSpan, toggles, exports, exactNumbers, scene, mapMoves, landmarkLives,
-    stages, overview, theme, otherRuns]) {
+    stages, keptImages, overview, theme, otherRuns]) {
     await step(page).catch((error) => check(step.name, false, String(error)));
   }
   await print(page, label).catch((error) => check('print', false, String(error)));

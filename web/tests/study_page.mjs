@@ -22,6 +22,11 @@ async function looksRight(page, study) {
   if (!several) return;
   check('the outlier is listed',
     (await page.locator('#outliers td').allTextContents()).includes('3'));
+  const commands = page.locator('#outliers details');
+  await commands.first().locator('summary').click();
+  check('the command of an outlier is shown', await commands.first().locator('code').isVisible());
+  const texts = await commands.locator('code').allTextContents();
+  check('and names its run', texts.some((text) => /^chasles compare .* --run 3 /.test(text)), texts[0]);
 }
 
 async function timeCursor(page) {

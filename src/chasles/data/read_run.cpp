@@ -166,6 +166,7 @@ Run read_run(const std::filesystem::path& folder) {
   run.truth = read_where_present(folder / "truth.tum");
   run.dead_reckoning = read_where_present(folder / "dead_reckoning.tum");
   run.plan = read_plan_of(folder);
+  run.images = read_run_images(folder);
   return run;
 }
 

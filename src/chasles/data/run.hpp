@@ -10,6 +10,7 @@
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/data/georeference.hpp>
 #include <chasles/data/plan.hpp>
+#include <chasles/data/run_images.hpp>
 #include <chasles/lie/trajectory.hpp>
 
 namespace chasles {
@@ -50,7 +51,8 @@ struct RunLandmark {
 };
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
-/// timing.csv and, where known, truth.tum, dead_reckoning.tum and plan.csv (docs/formats.md).
+/// timing.csv and, where known, truth.tum, dead_reckoning.tum, plan.csv and images that were kept
+/// (docs/formats.md).
 struct Run {
   std::string name;                      ///< of the recording: summary.json's "name" when read
   std::vector<std::string> extra_names;  ///< e.g. "velocity_x", with the unit in docs/formats.md
@@ -62,6 +64,7 @@ struct Run {
   Plan plan = {};             ///< of the place, in the truth's world; empty where unknown
   /// Of the truth's world, where known: summary.json's "georeference" when read.
   std::optional<Georeference> georeference = {};
+  std::vector<RunImage> images = {};  ///< kept to be looked at: by time, then camera
 };
 
 /// Whether gravity makes the z axis of the run's world vertical: an IMU's biases were estimated.

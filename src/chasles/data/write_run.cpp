@@ -127,6 +127,7 @@ void write_run(const Run& run, const nlohmann::ordered_json& summary,
   write_or_remove(run.truth, folder / "truth.tum");
   write_or_remove(run.dead_reckoning, folder / "dead_reckoning.tum");
   write_plan_of(run.plan, folder);
+  write_run_images(run.images, folder);
 }
 
 }  // namespace chasles

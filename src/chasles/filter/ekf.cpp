@@ -179,12 +179,18 @@ void Ekf::gate(std::span<const Measurement> measurements) {
   report.dof = 0;
   report.accepted.clear();
   report.whitened.clear();
+  report.covariances.clear();
   report.failed = false;
   work_.accepted.clear();
   for (const Measurement& z : measurements) {
     const bool gated = !std::isinf(z.gate);  // no gate costs nothing
     report.whitened.emplace_back();
-    if (gated) report.whitened.back() = innovation(z).whitened();
+    report.covariances.emplace_back();
+    if (gated) {
+      const Innovation own = innovation(z);
+      report.whitened.back() = own.whitened();
+      report.covariances.back() = own.S;
+    }
     // Written so that a NaN is refused.
     const bool inside =
         gated ? report.whitened.back().squaredNorm() < z.gate : z.residual.allFinite();

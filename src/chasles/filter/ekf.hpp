@@ -22,6 +22,8 @@ struct UpdateReport {
   /// L^-1 r of each measurement by itself, S = L L^T: of unit variance if the filter is
   /// consistent. Empty for a measurement without a gate.
   std::vector<Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>> whitened;
+  /// S of each measurement by itself; empty for one without a gate.
+  std::vector<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>> covariances;
   bool failed = false;  ///< S was not positive definite: nothing was changed
 };
 

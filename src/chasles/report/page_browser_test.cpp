@@ -34,6 +34,12 @@ TEST(PageInABrowser, ADriveIsDrawnAndAnswers) {
   expect_works_in_a_browser({synthetic_drive()}, "drive");
 }
 
+TEST(PageInABrowser, KeptImagesAreShownWithWhatWasSeenInThem) {
+  ReportRun run = synthetic_drive({.states = 400, .landmarks = 300});
+  test::add_synthetic_images(run.run, 20);
+  expect_works_in_a_browser({run}, "images");
+}
+
 TEST(PageInABrowser, SeveralRunsWithHostileNamesAreCompared) {
   ReportRun hostile = synthetic_drive({.states = 300, .landmarks = 200, .seed = 2});
   hostile.run.name =

@@ -13,6 +13,7 @@
 #include <chasles/report/against_truth.hpp>
 #include <chasles/report/columns.hpp>
 #include <chasles/report/page_data.hpp>
+#include <chasles/report/page_images.hpp>
 #include <chasles/report/scenes.hpp>
 
 namespace chasles {
@@ -177,6 +178,36 @@ void add_truth(Json& json, const Run& run, const AgainstTruth& errors,
   columns["nees_position"] = float_column(errors.nees_position);
 }
 
+/// The lines of a floor plan of one kind, at the height of the truth's beginning, in the run's
+/// world: as the truth is placed by the first pose, and by the best fit. NaN ends a line.
+Json plan_columns(const Run& run, PlanLine::Kind kind, const AgainstTruth& errors,
+                  const Eigen::Vector3d& origin) {
+  std::vector<Eigen::Vector3d> corners;
+  for (const PlanLine& line : run.plan) {
+    if (line.kind != kind) continue;
+    for (const Eigen::Vector2d& p : line.points) {
+      corners.emplace_back(p.x(), p.y(), run.truth.front().pose.p.z());
+    }
+    corners.emplace_back(Eigen::Vector3d::Constant(std::nan("")));
+  }
+  Json columns;
+  for (const auto& [prefix, world_T_truth] :
+       {std::pair{"first_", errors.world_T_truth_first}, {"fit_", errors.world_T_truth_fit}}) {
+    add_points(columns, prefix, corners,
+               [&, &placed = world_T_truth](const Eigen::Vector3d& p) -> Eigen::Vector3d {
+                 return placed * p - origin;
+               });
+  }
+  return columns;
+}
+
+void add_plan(Json& json, const Run& run, const AgainstTruth& errors,
+              const Eigen::Vector3d& origin) {
+  if (run.plan.empty() || run.truth.empty() || !errors.problem.empty()) return;
+  json["plan"] = {{"wall", plan_columns(run, PlanLine::Kind::kWall, errors, origin)},
+                  {"furniture", plan_columns(run, PlanLine::Kind::kFurniture, errors, origin)}};
+}
+
 Json parsed_summary(const ReportRun& run) {
   if (run.summary.empty()) return Json::object();
   Json summary = Json::parse(run.summary, nullptr, false);
@@ -210,6 +241,7 @@ Json run_data(const ReportRun& report_run, Json summary, const AgainstTruth& err
   json["stages"] = stage_columns(run);
   add_landmarks(json, run, origin);
   if (!run.truth.empty()) add_truth(json, run, errors, origin);
+  add_plan(json, run, errors, origin);
   if (!run.dead_reckoning.empty()) {
     add_points(json["dead_reckoning"], "", thinned(run.dead_reckoning),
                [&](const StampedPose& s) -> Eigen::Vector3d { return s.pose.p - origin; });
@@ -239,6 +271,7 @@ Json page_data(const std::vector<ReportRun>& runs) {
   json["runs"] = Json::array();
   for (std::size_t i = 0; i < runs.size(); ++i) {
     json["runs"].push_back(run_data(runs[i], std::move(summaries[i]), errors[i]));
+    json["runs"].back()["images"] = images_json(runs[i].run, kPagePictures / runs.size());
   }
   return json;
 }

@@ -10,10 +10,10 @@
 namespace chasles {
 
 /// What web/src/page.ts reads: {bounds, scenes (scenes.hpp), runs: [{name, label, summary, level,
-/// origin, states, landmarks, …}]}. `level`: gravity tells what is vertical in the run's world.
-/// Numbers are columns (encode.hpp); positions are relative to the run's origin, so that single
-/// precision holds them to a millimetre some kilometres away; angles in degrees, times in seconds
-/// from the first state.
+/// origin, states, landmarks, …, images (page_images.hpp)}]}. `level`: gravity tells what is
+/// vertical in the run's world. Numbers are columns (encode.hpp); positions are relative to the
+/// run's origin, so that single precision holds them to a millimetre some kilometres away; angles
+/// in degrees, times in seconds from the first state.
 nlohmann::ordered_json page_data(const std::vector<ReportRun>& runs);
 
 /// `bounds` of page_data: the 95 % intervals of chi-square.

@@ -2,8 +2,11 @@
 
 #include <chrono>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <chasles/slam/inertial_slam.hpp>
@@ -36,6 +39,11 @@ class InertialSession {
 
   InertialSession(const InertialSlamSettings& filter, const InitialiserSettings& start,
                   InertialSensors sensors, std::optional<InertialStart> given = std::nullopt);
+
+  /// Told of every frame that the filter takes, with what became of its observations, before its
+  /// estimate comes.
+  using Witness = std::function<void(const FeatureFrame&, std::span<const JudgedPixel>)>;
+  void set_witness(Witness witness) { witness_ = std::move(witness); }
 
   void process(const ImuSample& sample);
   /// The estimates that this frame brings: none before there is a start; with the start, those of
@@ -78,6 +86,7 @@ class InertialSession {
   InertialSlamSettings settings_;
   InitialiserSettings start_settings_;
   InertialSensors sensors_;
+  Witness witness_;
   std::unique_ptr<InertialSlam> slam_;
   std::unique_ptr<Initialiser> initialiser_;
   std::optional<InertialStart> given_;

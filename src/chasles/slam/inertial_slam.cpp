@@ -114,6 +114,7 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   retire_unseen();
   if (settings_.init == "multi-view") begin_from_tracks(e);
   forget_unused_clones();
+  note_begun(e.added);
   e.seconds.landmarks = stages.lap();
 
   e.time = clock(frame.time);

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include <chasles/camera/judged_pixel.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
@@ -60,6 +61,8 @@ class InertialSlam {
   /// The map in nav's axes. Where the world's attitude is estimated its error is not in the
   /// landmarks' covariances.
   std::vector<MapLandmark> map_nav() const;
+  /// What became of the observations of the last frame, those that can be used, in its order.
+  std::span<const JudgedPixel> judged() const { return judged_; }
   const ImuBuffer::Counts& imu_counts() const { return imu_.counts(); }
 
  private:
@@ -102,6 +105,8 @@ class InertialSlam {
   double gate_square(int dof) const;  ///< what a squared innovation may be
   void settle();
   void note_refusals(std::span<const Measurement> known, const std::vector<bool>& accepted);
+  void note_judgement(std::span<const Measurement> known, const UpdateReport& report);
+  void note_begun(int added);
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
                            const UpdateReport& report, InertialEstimate& e);
   void retire_unseen();
@@ -138,6 +143,7 @@ class InertialSlam {
     int camera = 0;
     Eigen::Vector2d innovation = Eigen::Vector2d::Zero();
   };
+  std::vector<JudgedPixel> judged_;         ///< of the last frame
   std::vector<WhitenedPixel> innovations_;  ///< of the last frame; landmark and camera rise
   int starved_ = 0;                         ///< frames in a row with hardly an observation
 
@@ -151,6 +157,7 @@ class InertialSlam {
     std::vector<Place> places;
     std::vector<std::pair<LandmarkId, int>> numbers;  ///< of the landmarks of the state; rising
     std::vector<const PixelObservation*> usable, predicted, fresh;
+    std::vector<std::size_t> judged;  ///< of those that are predicted
     Reused<Measurement> known, rests;
     std::array<Measurement, 2> rest;
     std::vector<WhitenedPixel> innovations;

@@ -72,9 +72,12 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   known.clear();
   predicted.clear();
   fresh.clear();
+  judged_.clear();
+  work_.judged.clear();
   const double gate = gate_square(2);
   int refused = 0;
   for (const PixelObservation* o : observations) {
+    judged_.push_back({.observation = *o});
     const auto number = number_of(o->landmark);
     if (!number) {
       fresh.push_back(o);
@@ -83,6 +86,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     Last& last = last_[static_cast<std::size_t>(*number)];
     last.seen = frame_;
     if (e.still) continue;
+    judged_.back().fate = Fate::kRejected;  // until it is used
     const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(*number)];
     if (cannot_be(landmark)) {
       ++last.refused;
@@ -104,6 +108,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     if (looks > 0) z.noise += looks * bilinear_noise(camera, filter_, *number, o->camera);
     z.gate = gate;
     predicted.push_back(o);
+    work_.judged.push_back(judged_.size() - 1);
   }
   const UpdateReport& report = filter_.update(known);
   e.nis = report.nis;
@@ -111,6 +116,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   e.used = static_cast<int>(std::count(report.accepted.begin(), report.accepted.end(), true));
   e.rejected = refused + static_cast<int>(known.size()) - e.used;
   note_refusals(known, report.accepted);
+  note_judgement(known, report);
   compare_innovations(predicted, report, e);
   if (settings_.init == "fixed-depth") {
     begin_at_once(fresh, e);
@@ -132,6 +138,25 @@ void InertialSlam::note_refusals(std::span<const Measurement> known,
   for (std::size_t i = 0; i < known.size(); ++i) {
     int& refused = last_[static_cast<std::size_t>(known[i].landmark)].refused;
     refused = accepted[i] ? 0 : refused + 1;
+  }
+}
+
+void InertialSlam::note_judgement(std::span<const Measurement> known, const UpdateReport& report) {
+  for (std::size_t i = 0; i < known.size(); ++i) {
+    JudgedPixel& judged = judged_[work_.judged[i]];
+    if (report.accepted[i]) judged.fate = Fate::kUsed;
+    judged.expected = {.pixel = judged.observation.pixel - known[i].residual,
+                       .covariance = report.covariances[i]};
+  }
+}
+
+// The landmarks that the frame has added are the last ones of the state.
+void InertialSlam::note_begun(int added) {
+  const auto& landmarks = filter_.state().landmarks;
+  for (auto begun = landmarks.end() - added; begun != landmarks.end(); ++begun) {
+    for (JudgedPixel& judged : judged_) {
+      if (judged.observation.landmark == begun->id) judged.fate = Fate::kBegun;
+    }
   }
 }
 

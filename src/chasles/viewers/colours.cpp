@@ -12,6 +12,19 @@ constexpr std::array<std::array<double, 3>, 6> kRamp = {
 
 }  // namespace
 
+unsigned fate_colour(Fate fate) {
+  switch (fate) {
+    case Fate::kUsed:
+      return 0x4fc6ff;
+    case Fate::kRejected:
+      return 0xff7b3d;
+    case Fate::kBegun:
+      return 0xffe24a;
+    default:
+      return 0xf4f4f4;
+  }
+}
+
 Rgb rgb(unsigned colour) {
   return {static_cast<std::uint8_t>(colour >> 16), static_cast<std::uint8_t>(colour >> 8),
           static_cast<std::uint8_t>(colour)};

@@ -4,12 +4,17 @@
 #include <cstdint>
 #include <vector>
 
+#include <chasles/camera/judged_pixel.hpp>
+
 namespace chasles {
 
 // The page's, but for a grey that shows on dark and light grounds.
 inline constexpr unsigned kEstimateColour = 0x0068bd;
 inline constexpr unsigned kTruthColour = 0x8a8f98;
 inline constexpr unsigned kDeadReckoningColour = 0xcf4f00;
+
+/// Of a point in an image, as on the page: on dark and on bright ground.
+unsigned fate_colour(Fate fate);
 
 using Rgb = std::array<std::uint8_t, 3>;
 

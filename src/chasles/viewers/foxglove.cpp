@@ -124,12 +124,41 @@ std::vector<ProtoMessage> scenes() {
   };
 }
 
+std::vector<ProtoMessage> images() {
+  return {
+      proto_message("foxglove.CompressedImage",
+                    {"google.protobuf.Timestamp timestamp = 1", "string frame_id = 4",
+                     "bytes data = 2", "string format = 3"}),
+      proto_message(
+          "foxglove.CircleAnnotation",
+          {"google.protobuf.Timestamp timestamp = 1", "foxglove.Point2 position = 2",
+           "double diameter = 3", "double thickness = 4", "foxglove.Color fill_color = 5",
+           "foxglove.Color outline_color = 6", "repeated foxglove.KeyValuePair metadata = 7"}),
+      proto_message("foxglove.PointsAnnotation",
+                    {"google.protobuf.Timestamp timestamp = 1", "Type type = 2",
+                     "repeated foxglove.Point2 points = 3", "foxglove.Color outline_color = 4",
+                     "repeated foxglove.Color outline_colors = 5", "foxglove.Color fill_color = 6",
+                     "double thickness = 7", "repeated foxglove.KeyValuePair metadata = 8"},
+                    {{"Type", {"UNKNOWN", "POINTS", "LINE_LOOP", "LINE_STRIP", "LINE_LIST"}}}),
+      proto_message(
+          "foxglove.TextAnnotation",
+          {"google.protobuf.Timestamp timestamp = 1", "foxglove.Point2 position = 2",
+           "string text = 3", "double font_size = 4", "foxglove.Color text_color = 5",
+           "foxglove.Color background_color = 6", "repeated foxglove.KeyValuePair metadata = 7"}),
+      proto_message("foxglove.ImageAnnotations", {"google.protobuf.Timestamp timestamp = 5",
+                                                  "repeated foxglove.CircleAnnotation circles = 1",
+                                                  "repeated foxglove.PointsAnnotation points = 2",
+                                                  "repeated foxglove.TextAnnotation texts = 3",
+                                                  "repeated foxglove.KeyValuePair metadata = 4"}),
+  };
+}
+
 }  // namespace
 
 const ProtoSchemas& foxglove_schemas() {
   static const ProtoSchemas all = [] {
     ProtoSchemas schemas;
-    for (const auto& list : {elements(), motions(), primitives(), scenes()}) {
+    for (const auto& list : {elements(), motions(), primitives(), scenes(), images()}) {
       for (const ProtoMessage& message : list) schemas.emplace(message.name, message);
     }
     return schemas;

@@ -14,6 +14,7 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/report/testing.hpp>
+#include <chasles/viewers/image_messages.hpp>
 #include <chasles/viewers/map_messages.hpp>
 #include <chasles/viewers/run_mcap.hpp>
 
@@ -118,6 +119,48 @@ TEST(Mcap, TheMapIsThereAsACloudAndAsEllipsoids) {
   const json& spheres = topics.at("/map/ellipsoids").at("last").at("entities").at(0).at("spheres");
   ASSERT_EQ(spheres.size(), 298u);
   EXPECT_LT((pose(spheres[7]["pose"]).p - l.p_world).norm(), 1e-12);
+}
+
+TEST(Mcap, KeptImagesAreThereWithWhatWasSeenInThem) {
+  ReportRun drive = synthetic_drive({.states = 50, .landmarks = 0});
+  test::add_synthetic_images(drive.run, 10);
+  const json topics = read_back(run_mcap(drive, "0")).at("topics");
+  const RunImage& image = drive.run.images[8];  // the last of camera 0
+  const json& picture = topics.at("/cam0/image");
+  EXPECT_EQ(picture.at("count"), 5);
+  EXPECT_EQ(picture.at("last").at("format"), "jpeg");
+  EXPECT_EQ(picture.at("last").at("frame_id"), "cam0");
+  std::string bytes;
+  for (const json& byte : picture.at("last").at("data")) {
+    bytes.push_back(static_cast<char>(byte.get<int>()));
+  }
+  EXPECT_EQ(bytes, image.jpeg);
+  EXPECT_FALSE(topics.contains("/cam1/image")) << "it has none";
+
+  const json& seen = topics.at("/cam0/annotations").at("last");
+  EXPECT_EQ(topics.at("/cam1/annotations").at("count"), 5);
+  ASSERT_EQ(seen.at("circles").size(), 3u) << "of twelve, each fourth was used";
+  const Eigen::Vector2d pixel = image.features[2].judged.observation.pixel;
+  EXPECT_NEAR(seen["circles"][0]["position"]["x"].get<double>(), pixel.x() / 2, 1e-9);
+  EXPECT_NEAR(seen["circles"][0]["position"]["y"].get<double>(), pixel.y() / 2, 1e-9);
+  // Twelve tails, three crosses, squares and dots, six ellipses; of the other camera, which has no
+  // picture, in its own pixels.
+  EXPECT_EQ(seen.at("points").size(), 12u + 9 + 6);
+  const json& other = topics.at("/cam1/annotations").at("last");
+  EXPECT_NEAR(other["circles"][0]["position"]["x"].get<double>(), pixel.x(), 1e-9);
+}
+
+TEST(Mcap, AnEllipsesCornersAreThatManySigmaAway) {
+  ExpectedPixel expected{.pixel = {30, 40}, .covariance = Eigen::Matrix2d::Zero()};
+  expected.covariance << 2, -0.7, -0.7, 0.5;
+  const auto corners = ellipse_points(expected, 3);
+  ASSERT_GE(corners.size(), 12u);
+  for (const Eigen::Vector2d& corner : corners) {
+    const Eigen::Vector2d r = corner - expected.pixel;
+    EXPECT_NEAR(r.dot(expected.covariance.inverse() * r), 9, 1e-9);
+  }
+  expected.covariance(0, 0) = -1;
+  EXPECT_TRUE(ellipse_points(expected, 3).empty());
 }
 
 TEST(Mcap, AnEllipsoidsRimIsWhereTheSquareIsTheQuantile) {

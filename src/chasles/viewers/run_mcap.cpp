@@ -6,6 +6,7 @@
 #include <chasles/viewers/channels.hpp>
 #include <chasles/viewers/colours.hpp>
 #include <chasles/viewers/foxglove.hpp>
+#include <chasles/viewers/image_messages.hpp>
 #include <chasles/viewers/map_messages.hpp>
 #include <chasles/viewers/placement.hpp>
 #include <chasles/viewers/run_mcap.hpp>
@@ -165,6 +166,7 @@ std::string run_mcap(const ReportRun& report_run, const std::string& version) {
     add_ways(run, errors, first, out);
     add_map(run.landmarks, first, out);
     add_places(run, out);
+    add_images(run.images, out);
   }
   return mcap_bytes(out.file());
 }

@@ -1,0 +1,128 @@
+#include "image_keeper.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <chasles/data/image_encode.hpp>
+#include <chasles/error.hpp>
+
+#include "run_input.hpp"
+
+namespace chasles::app {
+namespace {
+
+// A track that was not seen for longer has ended: no front end waits as long.
+constexpr int kWaiting = 20;  // frames
+
+Time frame_time(const Recording& recording, std::size_t i) {
+  return recording.images ? recording.images->time(i) : recording.frames[i].time;
+}
+
+int every_of(const std::string& text) {
+  int every = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, every);
+  if (text.empty() || (error == std::errc() && stop == end && every > 0)) return every;
+  throw UsageError(
+      fmt::format("--keep-images: found '{}', expected every how many frames, 1 or more", text));
+}
+
+}  // namespace
+
+void declare_keep_images(CLI::App& parser, std::optional<int>& every) {
+  parser
+      .add_option_function<std::string>(
+          "--keep-images", [&every](const std::string& text) { every = every_of(text); },
+          fmt::format(
+              "Keep every N-th frame to be looked at (default: about {} of them): a JPEG of at "
+              "most {} px a camera, about 20 kB, and what became of the tracked points. The page "
+              "takes as many as fit into 8 MB",
+              ImageKeeper::kFrames, ImageKeeper::kWidth))
+      ->expected(0, 1)
+      ->type_name("[N]")
+      ->group("Output");
+}
+
+ImageKeeper::ImageKeeper(const Recording& recording, std::optional<int> every)
+    : cameras_(recording.cameras) {
+  if (!every) return;
+  const std::size_t frames = frame_count(recording);
+  const std::size_t step =
+      *every > 0 ? static_cast<std::size_t>(*every) : (frames + kFrames - 1) / kFrames;
+  for (std::size_t i = 0; i < frames; i += step) kept_.push_back(frame_time(recording, i));
+}
+
+bool ImageKeeper::is_kept(Time time) const {
+  return std::binary_search(kept_.begin(), kept_.end(), time);
+}
+
+void ImageKeeper::see(const ImageFrame& images) {
+  if (!is_kept(images.time)) return;
+  std::vector<std::string> pictures;
+  for (const GrayImage& image : images.images) pictures.push_back(jpeg_bytes(image, kWidth));
+  pictures_.emplace(images.time, std::move(pictures));
+}
+
+void ImageKeeper::follow(const FeatureFrame& frame) {
+  if (kept_.empty()) return;
+  ++frame_;
+  Features* features = is_kept(frame.time) ? &features_[frame.time] : nullptr;
+  for (const PixelObservation& seen : frame.pixels) {
+    const std::pair key(seen.camera, seen.landmark);
+    Trail& trail = trails_[key];
+    ++trail.age;
+    trail.seen = frame_;
+    if (std::ssize(trail.last) > kTail) trail.last.erase(trail.last.begin());
+    trail.last.push_back(seen.pixel);
+    if (features) features->emplace(key, feature(seen, trail));
+  }
+  std::erase_if(trails_, [&](const auto& entry) { return frame_ - entry.second.seen > kWaiting; });
+}
+
+RunFeature ImageKeeper::feature(const PixelObservation& seen, const Trail& trail) const {
+  RunFeature feature{.judged = {.observation = seen}, .age = trail.age};
+  if (trail.last.size() > 1) feature.before = trail.last.front();
+  return feature;
+}
+
+void ImageKeeper::judge(const FeatureFrame& frame, std::span<const JudgedPixel> judged) {
+  const auto features = features_.find(frame.time);
+  if (features == features_.end()) return;
+  for (const JudgedPixel& one : judged) {
+    const auto found = features->second.find({one.observation.camera, one.observation.landmark});
+    if (found != features->second.end()) found->second.judged = one;
+  }
+}
+
+RunImage ImageKeeper::image(Time time, int camera) const {
+  const Camera& of = cameras_[static_cast<std::size_t>(camera)];
+  RunImage image{.time = time,
+                 .camera = camera,
+                 .width = of.width,
+                 .height = of.height,
+                 .jpeg = {},
+                 .features = {}};
+  const auto pictures = pictures_.find(time);
+  if (pictures != pictures_.end()) {
+    image.jpeg = pictures->second[static_cast<std::size_t>(camera)];
+  }
+  for (const auto& [key, feature] : features_.at(time)) {
+    if (key.first == camera) image.features.push_back(feature);
+  }
+  return image;
+}
+
+std::vector<RunImage> ImageKeeper::take() {
+  std::vector<RunImage> images;
+  for (const auto& [time, features] : features_) {
+    for (int camera = 0; camera < std::ssize(cameras_); ++camera) {
+      images.push_back(image(time, camera));
+    }
+  }
+  return images;
+}
+
+}  // namespace chasles::app

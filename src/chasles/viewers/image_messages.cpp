@@ -1,0 +1,127 @@
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/image_decode.hpp>
+#include <chasles/viewers/colours.hpp>
+#include <chasles/viewers/foxglove.hpp>
+#include <chasles/viewers/image_messages.hpp>
+
+namespace chasles {
+namespace {
+
+using Json = nlohmann::json;
+using Points = std::vector<Eigen::Vector2d>;
+
+// Of foxglove.PointsAnnotation.
+enum class Kind { kPoints = 1, kLoop = 2, kLines = 4 };
+
+constexpr double kMark = 3;    // half the size of a mark [px]
+constexpr double kSigmas = 3;  // of an ellipse
+constexpr int kCorners = 16;   // of an ellipse
+
+Json json_of(const Eigen::Vector2d& p) { return {{"x", p.x()}, {"y", p.y()}}; }
+
+// The picture's pixels of what has those of the camera.
+double scale_of(const RunImage& image) {
+  if (image.jpeg.empty() || image.width == 0) return 1;
+  return static_cast<double>(stated_size(image.jpeg, "a kept image").width) / image.width;
+}
+
+/// The annotations of one image.
+class Annotations {
+ public:
+  Annotations(Time time, double scale) : time_(time), scale_(scale) {}
+
+  void add(const RunFeature& feature) {
+    const Eigen::Vector2d at = feature.judged.observation.pixel;
+    if (feature.before) polygon(Kind::kLines, feature.judged.fate, {at, *feature.before});
+    if (feature.judged.expected) {
+      polygon(Kind::kLoop, feature.judged.fate, ellipse_points(*feature.judged.expected, kSigmas));
+    }
+    mark(feature.judged.fate, at);
+  }
+
+  Json json() && {
+    return {{"timestamp", proto_time(time_)},
+            {"circles", std::move(circles_)},
+            {"points", std::move(points_)}};
+  }
+
+ private:
+  void mark(Fate fate, const Eigen::Vector2d& at) {
+    const double h = kMark / scale_;
+    const auto corner = [&](double x, double y) -> Eigen::Vector2d {
+      return at + h * Eigen::Vector2d(x, y);
+    };
+    switch (fate) {
+      case Fate::kUsed:
+        circles_.push_back({{"timestamp", proto_time(time_)},
+                            {"position", json_of(scale_ * at)},
+                            {"diameter", 2 * kMark},
+                            {"thickness", 1.0},
+                            {"outline_color", proto_colour(fate_colour(fate), 1)}});
+        return;
+      case Fate::kRejected:
+        return polygon(Kind::kLines, fate,
+                       {corner(-1, -1), corner(1, 1), corner(-1, 1), corner(1, -1)});
+      case Fate::kBegun:
+        return polygon(Kind::kLoop, fate,
+                       {corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)});
+      case Fate::kWaiting:
+        return polygon(Kind::kPoints, fate, {at});
+    }
+  }
+
+  void polygon(Kind kind, Fate fate, const Points& corners) {
+    Json points = Json::array();
+    for (const Eigen::Vector2d& p : corners) points.push_back(json_of(scale_ * p));
+    points_.push_back({{"timestamp", proto_time(time_)},
+                       {"type", static_cast<int>(kind)},
+                       {"points", std::move(points)},
+                       {"outline_color", proto_colour(fate_colour(fate), 1)},
+                       {"thickness", kind == Kind::kPoints ? 2.0 : 1.0}});
+  }
+
+  Time time_;
+  double scale_;
+  Json circles_ = Json::array(), points_ = Json::array();
+};
+
+}  // namespace
+
+std::vector<Eigen::Vector2d> ellipse_points(const ExpectedPixel& expected, double sigmas) {
+  const Eigen::LLT<Eigen::Matrix2d> root(expected.covariance);
+  Points points;
+  if (root.info() != Eigen::Success) return points;
+  const Eigen::Matrix2d L = root.matrixL();
+  for (int k = 0; k < kCorners; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kCorners;
+    points.push_back(expected.pixel +
+                     sigmas * L * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
+  }
+  return points;
+}
+
+void add_images(const std::vector<RunImage>& images, Channels& out) {
+  for (const RunImage& image : images) {
+    const std::string camera = fmt::format("cam{}", image.camera);
+    if (!image.jpeg.empty()) {
+      out.add("/" + camera + "/image", "foxglove.CompressedImage", image.time,
+              {{"timestamp", proto_time(image.time)},
+               {"frame_id", camera},
+               {"data", Json::binary({image.jpeg.begin(), image.jpeg.end()})},
+               {"format", "jpeg"}});
+    }
+    Annotations annotations(image.time, scale_of(image));
+    for (const RunFeature& feature : image.features) annotations.add(feature);
+    out.add("/" + camera + "/annotations", "foxglove.ImageAnnotations", image.time,
+            std::move(annotations).json());
+  }
+}
+
+}  // namespace chasles

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/data/run_images.hpp>
+#include <chasles/viewers/channels.hpp>
+
+namespace chasles {
+
+/// The kept images on /camN/image, and on /camN/annotations, in the pictures' own pixels: a mark
+/// for each point by its fate (circle: used, cross: rejected, square: begun, dot: waiting), a line
+/// to where it was some frames before, and the 3 sigma ellipse about where it was expected.
+void add_images(const std::vector<RunImage>& images, Channels& out);
+
+/// The corners of a polygon on the ellipse of that many sigma about a point; none where the
+/// covariance is not positive definite.
+std::vector<Eigen::Vector2d> ellipse_points(const ExpectedPixel& expected, double sigmas);
+
+}  // namespace chasles

@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <map>
+#include <set>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/run.hpp>
+
+#include "cli_test.hpp"
+
+// `chasles run --keep-images`.
+namespace chasles::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = fs::relative(entry.path(), folder).string();
+    if (entry.is_regular_file() && !name.starts_with("timing")) files[name] = slurp(entry.path());
+  }
+  return files;
+}
+
+TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndTwoAndChangeNothingElse) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "simulate walk --images --set walk_duration=6 -o walk --quiet").code,
+            0);
+  for (const char* run : {"--threads 1 -o one --keep-images 7",
+                          "--threads 2 -o two --keep-images 7", "--threads 2 -o none"}) {
+    const Outcome outcome = chasles(folder, std::string("run walk --quiet ") + run);
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+  }
+  const auto one = files_of(folder / "one");
+  EXPECT_EQ(one, files_of(folder / "two"));
+  for (const auto& [name, bytes] : files_of(folder / "none")) {
+    EXPECT_EQ(one.at(name), bytes) << name;
+  }
+
+  const auto run = read_run(folder / "one");
+  ASSERT_EQ(run.images.size(), (run.states.size() + 6) / 7);
+  std::map<Fate, int> fates;
+  std::map<Time, RunState> states;
+  for (const RunState& state : run.states) states[state.time] = state;
+  for (const RunImage& image : run.images) {
+    EXPECT_GT(image.jpeg.size(), 2000u);
+    EXPECT_LT(image.jpeg.size(), 40'000u) << "what --help says of it";
+    int used = 0, rejected = 0;
+    for (const RunFeature& f : image.features) {
+      ++fates[f.judged.fate];
+      used += f.judged.fate == Fate::kUsed;
+      rejected += f.judged.fate == Fate::kRejected;
+      const Eigen::Vector2d& p = f.judged.observation.pixel;
+      EXPECT_TRUE(p.x() >= 0 && p.y() >= 0 && p.x() < image.width && p.y() < image.height);
+    }
+    EXPECT_EQ(used, states.at(image.time).used);
+    EXPECT_EQ(rejected, states.at(image.time).rejected);
+  }
+  EXPECT_GT(fates[Fate::kUsed], 100);
+  EXPECT_GT(fates[Fate::kWaiting], 100);
+
+  ASSERT_EQ(chasles(folder, "report one -o with.html --quiet").code, 0);
+  ASSERT_EQ(chasles(folder, "report none -o without.html --quiet").code, 0);
+  EXPECT_NE(slurp(folder / "with.html").find("\"/9j/"), std::string::npos);
+  EXPECT_EQ(slurp(folder / "without.html").find("\"/9j/"), std::string::npos);
+
+  // A later run without them leaves none.
+  ASSERT_EQ(chasles(folder, "run walk --quiet -o one").code, 0);
+  EXPECT_EQ(files_of(folder / "one"), files_of(folder / "none"));
+}
+
+TEST(KeepImages, OfTracksThePointsAloneAreKept) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "simulate hallway -o walk --quiet").code, 0);
+  const Outcome outcome = chasles(folder,
+                                  "run walk --stop 12 --begin truth --quiet --keep-images "
+                                  "-o run");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_FALSE(fs::exists(folder / "run/images"));
+  const auto run = read_run(folder / "run");
+  EXPECT_GT(run.images.size(), 50u);
+  EXPECT_LE(run.images.size(), 200u) << "what --help says";
+  EXPECT_GT(run.images.back().features.size(), 3u);
+  ASSERT_EQ(chasles(folder, "report run -o page.html --quiet").code, 0);
+}
+
+TEST(KeepImages, WhatCannotBeIsRefused) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "simulate street-ins -o street --quiet").code, 0);
+  for (const char* n : {"0", "-3", "2.5", "99999999999", "all"}) {
+    expect_error(chasles(folder, std::string("run street -o run --keep-images=") + n), 1,
+                 "--keep-images: found '" + std::string(n) + "', expected every how many frames");
+  }
+  expect_error(chasles(folder, "run street --keep-images"), 1, "--keep-images needs -o RUN");
+  expect_error(chasles(folder, "run street -o run --keep-images --quiet"), 1,
+               "--keep-images is for a recording with an IMU");
+}
+
+}  // namespace
+}  // namespace chasles::test
