@@ -7,6 +7,7 @@
 #include <chasles/camera/triangulation.hpp>
 #include <chasles/error.hpp>
 #include <chasles/smooth/batch_graph_detail.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
@@ -136,10 +137,7 @@ void check(const BatchInput& input, const BatchSettings& settings) {
     throw UsageError("pixel_sigma: found " + std::to_string(input.pixel_sigma) +
                      ", expected a deviation above 0");
   }
-  if (settings.frames_per_keyframe < 1) {
-    throw UsageError("batch.frames_per_keyframe: found " +
-                     std::to_string(settings.frames_per_keyframe) + ", expected 1 or more");
-  }
+  check_frames_per_keyframe(settings);
 }
 
 }  // namespace

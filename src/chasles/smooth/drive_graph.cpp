@@ -5,6 +5,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/slam/drive_model.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/drive_graph_detail.hpp>
 
 namespace chasles::smooth_detail {
@@ -95,24 +96,11 @@ void take_initial(const std::vector<Estimate>& initial, DriveTimeline& timeline)
 }
 
 void check(const DriveInput& input, const BatchSettings& settings) {
-  if (settings.frames_per_keyframe < 1) {
-    throw UsageError("batch.frames_per_keyframe: found " +
-                     std::to_string(settings.frames_per_keyframe) + ", expected 1 or more");
-  }
+  check_frames_per_keyframe(settings);
   if (input.velocities.empty()) {
     throw InputError("batch estimation needs velocities: the recording has none");
   }
-  for (const StereoNoise* noise : {&input.noise.begin, &input.noise.update}) {
-    for (const double sigma : {noise->u, noise->v, noise->disparity}) {
-      if (sigma > 0 && std::isfinite(sigma)) continue;
-      throw UsageError("pixel_sigma and disparity_sigma: found " + std::to_string(sigma) +
-                       ", expected deviations above 0");
-    }
-  }
-  const Vector6d& sigma = input.noise.motion.sample_sigma;
-  if (sigma.allFinite() && sigma.minCoeff() > 0) return;
-  throw InputError(
-      "a velocity sample without noise: expected velocity_sigma and rate_sigma above 0");
+  check_noise(input);
 }
 
 void count(DriveGraph& graph, BatchReport& report) {
@@ -128,6 +116,20 @@ void count(DriveGraph& graph, BatchReport& report) {
 }
 
 }  // namespace
+
+void check_noise(const DriveInput& input) {
+  for (const StereoNoise* noise : {&input.noise.begin, &input.noise.update}) {
+    for (const double sigma : {noise->u, noise->v, noise->disparity}) {
+      if (sigma > 0 && std::isfinite(sigma)) continue;
+      throw UsageError("pixel_sigma and disparity_sigma: found " + std::to_string(sigma) +
+                       ", expected deviations above 0");
+    }
+  }
+  const Vector6d& sigma = input.noise.motion.sample_sigma;
+  if (sigma.allFinite() && sigma.minCoeff() > 0) return;
+  throw InputError(
+      "a velocity sample without noise: expected velocity_sigma and rate_sigma above 0");
+}
 
 std::vector<StereoObservation> usable(const FeatureFrame& frame, BatchReport& report) {
   std::vector<StereoObservation> good;
