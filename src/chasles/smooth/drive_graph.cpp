@@ -42,7 +42,7 @@ class Collector {
  private:
   void keep(const FeatureFrame& frame) {
     const int now = graph_.timeline.add(frame);
-    for (const StereoObservation& o : usable(frame, report_)) {
+    for (const StereoObservation& o : usable(frame, report_.unusable)) {
       DrivePoint& point = tracks_[o.landmark];
       point.id = o.landmark;
       const bool seen = !point.views.empty();
@@ -131,14 +131,14 @@ void check_noise(const DriveInput& input) {
       "a velocity sample without noise: expected velocity_sigma and rate_sigma above 0");
 }
 
-std::vector<StereoObservation> usable(const FeatureFrame& frame, BatchReport& report) {
+std::vector<StereoObservation> usable(const FeatureFrame& frame, int& unusable) {
   std::vector<StereoObservation> good;
   std::set<LandmarkId> seen;
   for (const StereoObservation& o : frame.observations) {
     if (o.pixels.allFinite() && seen.insert(o.landmark).second) {
       good.push_back(o);
     } else {
-      ++report.unusable;
+      ++unusable;
     }
   }
   std::ranges::sort(good, {}, &StereoObservation::landmark);

@@ -65,7 +65,7 @@ class DriveTimeline {
 void check_noise(const DriveInput& input);
 
 /// The pixels of a frame that can be used: finite, every landmark once; by id. Counts the others.
-std::vector<StereoObservation> usable(const FeatureFrame& frame, BatchReport& report);
+std::vector<StereoObservation> usable(const FeatureFrame& frame, int& unusable);
 
 /// Drops the views before the first one that tells a disparity of at least Settings::min_disparity;
 /// false: there is none.

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <map>
 
 #include <chasles/error.hpp>
 #include <chasles/processor_time.hpp>
@@ -7,13 +6,15 @@
 #include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/drive_problem_detail.hpp>
 #include <chasles/smooth/drive_window.hpp>
-#include <chasles/smooth/window_run_detail.hpp>
+#include <chasles/smooth/window_tracks_detail.hpp>
 
 namespace chasles {
 
 using namespace smooth_detail;
 
 struct DriveWindow::Implementation {
+  using Tracks = WindowTracks<DrivePoint>;
+
   Implementation(const DriveInput& in, const BatchSettings& s, int keyframes)
       : input{.rig = in.rig, .settings = in.settings, .noise = in.noise, .velocities = {},
               .frames = {}},
@@ -28,19 +29,10 @@ struct DriveWindow::Implementation {
     check_frames_per_keyframe(settings);
   }
 
-  // A landmark's views from keyframes of the window, before and while it is in it.
-  struct Track {
-    DrivePoint of;
-    std::optional<int> point = {};
-  };
-
   void take(int keyframe);
   void look(const StereoObservation& observation, int now);
-  void begin(Track& track);
-  Track* track_with(int point);
+  void begin(Tracks::Track& track);
   WindowView view_of(const StereoView& view, bool first) const;
-  void forget_tracks();
-  void keep_what_agrees(const Culled& culled);
   Estimate estimate(const FeatureFrame& frame, bool finite);
 
   DriveInput input;
@@ -48,27 +40,10 @@ struct DriveWindow::Implementation {
   DriveTimeline timeline;
   SlidingWindow sliding;
   WindowReport report;
-  std::map<LandmarkId, Track> tracks;
-  std::map<int, LandmarkId> track_of;  // by number of the point
+  Tracks tracks;
   RecentUse recent;
   int frames = 0, last_frame = -1, fresh = 0, gated = 0;
 };
-
-namespace {
-
-template <int Rows>
-WindowView window_view(const StereoTerm<Rows>& term, bool anchored) {
-  WindowView view;
-  if (anchored) {
-    view.cost = std::make_unique<AnchoredCost<StereoTerm<Rows>>>(term);
-    view.at_anchor = std::make_unique<AnchorCost<StereoTerm<Rows>>>(term);
-  } else {
-    view.cost = std::make_unique<PointCost<StereoTerm<Rows>>>(term);
-  }
-  return view;
-}
-
-}  // namespace
 
 WindowView DriveWindow::Implementation::view_of(const StereoView& view, bool first) const {
   const StereoRows rows = view_rows(input.settings, first);
@@ -103,9 +78,8 @@ void DriveWindow::Implementation::take(int k) {
 }
 
 void DriveWindow::Implementation::look(const StereoObservation& o, int now) {
-  Track& track = tracks[o.landmark];
+  Tracks::Track& track = tracks.of(o.landmark);
   std::vector<StereoView>& views = track.of.views;
-  track.of.id = o.landmark;
   if (!views.empty() && views.back().keyframe == now) {  // two frames of one instant
     ++report.unusable;
     return;
@@ -119,7 +93,7 @@ void DriveWindow::Implementation::look(const StereoObservation& o, int now) {
   ++report.observations;
 }
 
-void DriveWindow::Implementation::begin(Track& track) {
+void DriveWindow::Implementation::begin(Tracks::Track& track) {
   DrivePoint point = track.of;
   if (!begin_with_disparity(input.rig, input.settings, point) || point.views.size() < 2) return;
   place(input.rig, sliding.window.anchored, timeline.keyframes, point);
@@ -131,47 +105,9 @@ void DriveWindow::Implementation::begin(Track& track) {
     made.views.push_back(view_of(view, &view == &point.views.front()));
   }
   track.of.views = point.views;
-  track.point = sliding.add(std::move(made));
-  track_of[*track.point] = point.id;
+  tracks.begin(track, sliding.add(std::move(made)));
   ++report.landmarks;
   report.observations += static_cast<int>(point.views.size());
-}
-
-// Null where the landmark has come back as another.
-DriveWindow::Implementation::Track* DriveWindow::Implementation::track_with(int point) {
-  const auto track = tracks.find(track_of.at(point));
-  return track != tracks.end() && track->second.point == point ? &track->second : nullptr;
-}
-
-// Those of landmarks that have left have been used; others lose what is older than the window.
-void DriveWindow::Implementation::forget_tracks() {
-  std::erase_if(track_of, [&](const auto& entry) {
-    if (sliding.window.points.contains(entry.first)) return false;
-    if (track_with(entry.first) != nullptr) tracks.erase(entry.second);
-    return true;
-  });
-  const auto has_left = [&](const StereoView& v) { return v.keyframe < sliding.window.first; };
-  for (auto& [id, track] : tracks) std::erase_if(track.of.views, has_left);
-  std::erase_if(tracks, [](const auto& entry) {
-    return entry.second.of.views.empty() && !entry.second.point;
-  });
-}
-
-void DriveWindow::Implementation::keep_what_agrees(const Culled& culled) {
-  report.observations -= static_cast<int>(culled.views.size());
-  for (const auto& [number, keyframe] : culled.views) {
-    if (Track* track = track_with(number)) {
-      std::erase_if(track->of.views, [&](const StereoView& v) { return v.keyframe == keyframe; });
-    }
-  }
-  for (const int number : culled.points) {
-    if (Track* track = track_with(number)) {
-      report.observations -= static_cast<int>(track->of.views.size());
-      track->point.reset();
-    }
-    track_of.erase(number);
-    --report.landmarks;
-  }
 }
 
 Estimate DriveWindow::Implementation::estimate(const FeatureFrame& frame, bool finite) {
@@ -205,7 +141,7 @@ DriveWindow::~DriveWindow() = default;
 void DriveWindow::process(const BodyVelocity& velocity) {
   Implementation& w = *of_;
   const double begun = processor_seconds();
-  if (w.sliding.make_room()) w.forget_tracks();
+  if (w.sliding.make_room()) w.tracks.forget(w.sliding.window);
   const std::size_t samples = w.timeline.samples.size();
   const int k = w.timeline.add(velocity);
   w.take(k);
@@ -222,21 +158,19 @@ std::optional<Estimate> DriveWindow::process(const FeatureFrame& frame) {
   Implementation& w = *of_;
   if (w.frames++ % w.settings.frames_per_keyframe != 0) return std::nullopt;
   const double begun = processor_seconds();
-  if (w.sliding.make_room()) w.forget_tracks();
+  if (w.sliding.make_room()) w.tracks.forget(w.sliding.window);
   const int now = w.timeline.add(frame);
   w.take(now);
   Window& window = w.sliding.window;
   window.keyframe(now).framed = true;
-  BatchReport counted;
   const int landmarks = w.report.landmarks;
-  for (const StereoObservation& o : usable(frame, counted)) w.look(o, now);
-  w.report.unusable += counted.unusable;
+  for (const StereoObservation& o : usable(frame, w.report.unusable)) w.look(o, now);
   w.fresh = w.report.landmarks - landmarks;
   w.last_frame = now;
   const SlidingWindow::Settled settled = w.sliding.settle(w.report);
   w.gated = static_cast<int>(std::ranges::count(settled.culled.views, now,
-                                                &std::pair<int, int>::second));
-  w.keep_what_agrees(settled.culled);
+                                                &CulledView::keyframe));
+  w.tracks.forget(settled.culled, w.report);
   for (int k = window.first; k <= window.last(); ++k) {
     DriveState& state = w.timeline.keyframes[static_cast<std::size_t>(k)].state;
     state.world_T_imu = read_pose(window.keyframe(k).motion.data());
@@ -249,13 +183,20 @@ std::optional<Estimate> DriveWindow::process(const FeatureFrame& frame) {
 
 std::vector<MapLandmark> DriveWindow::map() const { return of_->sliding.map(); }
 
-const WindowReport& DriveWindow::finish() {
-  if (of_->report.landmarks == 0) {
-    throw InputError("a window needs landmarks that are seen twice: none of the recording's is, "
-                     "or none with a disparity (" + std::to_string(of_->report.unusable) +
-                     " observations were not usable)");
-  }
-  return of_->report;
+std::vector<LandmarkId> DriveWindow::in_window() const {
+  std::vector<LandmarkId> ids;
+  for (const auto& [number, point] : of_->sliding.window.points) ids.push_back(point.id);
+  return ids;
+}
+
+const WindowReport& DriveWindow::report() const { return of_->report; }
+
+void DriveWindow::check() const {
+  if (of_->report.landmarks > 0) return;
+  throw InputError(
+      "a window needs landmarks that are seen twice: none of the recording's is, or none with a "
+      "disparity (" +
+      std::to_string(of_->report.unusable) + " observations were not usable)");
 }
 
 }  // namespace chasles

@@ -29,8 +29,11 @@ class DriveWindow {
 
   /// Landmarks as they were when they left the window, then those that are in it.
   std::vector<MapLandmark> map() const;
-  /// Throws InputError where nothing was estimated: no landmark was seen twice.
-  const WindowReport& finish();
+  /// The landmarks that the next frame may still touch.
+  std::vector<LandmarkId> in_window() const;
+  const WindowReport& report() const;
+  /// At the end: throws InputError where no landmark was seen twice.
+  void check() const;
 
  private:
   struct Implementation;

@@ -41,7 +41,8 @@ WindowRun slide(const DriveInput& input, const BatchSettings& settings, int keyf
     }
     if (const auto e = window.process(frame)) run.estimates.push_back(*e);
   }
-  run.report = window.finish();
+  window.check();
+  run.report = window.report();
   run.map = window.map();
   return run;
 }

@@ -41,7 +41,7 @@ struct ChainTerm {
 
 /// A look at a landmark.
 struct WindowView {
-  int keyframe = 0;
+  int keyframe = 0, camera = 0;
   bool begins = false;  ///< a landmark that is not in the prior needs such a view, if it ever had
   std::unique_ptr<ceres::CostFunction> cost = nullptr;       ///< blocks: motion(, anchor's), point
   std::unique_ptr<ceres::CostFunction> at_anchor = nullptr;  ///< block: point
@@ -66,7 +66,8 @@ struct PointLinear {
 struct WindowPoint {
   LandmarkId id = 0;
   int anchor = 0;     ///< keyframe, of an anchored one; one of the window
-  SE3 cam_T_imu = {};  ///< of the anchor's camera
+  int camera = 0;      ///< of the anchor
+  SE3 cam_T_imu = {};  ///< its
   Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
   std::vector<WindowView> views = {};                    ///< keyframes rise
   std::unique_ptr<ceres::CostFunction> alone = nullptr;  ///< a term of the landmark by itself
@@ -154,8 +155,11 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
 
 /// Views that are farther than `gate` deviations from their prediction go. Landmarks that are not
 /// in the prior and are left with one view, or without the view that begins them, go as well.
+struct CulledView {
+  int point = 0, keyframe = 0, camera = 0;
+};
 struct Culled {
-  std::vector<std::pair<int, int>> views;  ///< number of the point, keyframe
+  std::vector<CulledView> views;
   std::vector<int> points;
 };
 Culled cull(Window& window, double gate);

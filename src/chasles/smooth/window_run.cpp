@@ -59,9 +59,8 @@ SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
   report.frames_not_converged += progress.converged ? 0 : 1;
   Settled settled{.culled = {}, .finite = progress.finite};
   if (settings_.gate > 0 && progress.finite) settled.culled = cull(window, settings_.gate);
-  for (const auto& [number, keyframe] : settled.culled.views) --window.points.at(number).looks;
+  for (const CulledView& view : settled.culled.views) --window.points.at(view.point).looks;
   for (const int number : settled.culled.points) window.points.erase(number);
-  report.gated += static_cast<int>(settled.culled.views.size());
   return settled;
 }
 

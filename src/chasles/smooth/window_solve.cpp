@@ -85,11 +85,11 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
   WindowProgress progress{.cost = evaluate(window)};
   double damping = 0;
   bool damped = false;
-  while (progress.tried < steps.steps && !progress.converged && damping <= kMostDamping) {
+  while (progress.successful < steps.steps && !progress.converged && damping <= kMostDamping) {
     const Numbers before = numbers_of(window);
     ++progress.tried;
     const bool moved = step(damping, window, factor);
-    damped = damping > 0;
+    damped = damping > 0 || !moved;
     const double cost = moved ? evaluate(window) : std::nan("");
     const double gain = progress.cost - cost, least = steps.tolerance * std::abs(progress.cost);
     if (gain >= -least) {
@@ -116,7 +116,9 @@ Culled cull(Window& window, double gate) {
     const bool began = std::ranges::any_of(point.views, &WindowView::begins);
     const auto wrong = [&](const WindowView& view) { return view.deviation > gate; };
     for (const WindowView& view : point.views) {
-      if (wrong(view)) culled.views.emplace_back(number, view.keyframe);
+      if (!wrong(view)) continue;
+      culled.views.push_back(
+          {.point = number, .keyframe = view.keyframe, .camera = view.camera});
     }
     if (std::erase_if(point.views, wrong) == 0) continue;
     point.stale = true;
