@@ -1,5 +1,5 @@
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 
 #include <chasles/smooth/window_detail.hpp>
 
@@ -7,8 +7,9 @@
 namespace chasles::smooth_detail {
 namespace {
 
-// What a landmark's views do not tell, in parts of what they tell best.
-constexpr double kNotTold = 1e-12;
+// What a landmark's views do not tell, in parts of what they tell best; above the second, Cholesky's
+// pivots tell that all is told.
+constexpr double kNotTold = 1e-12, kCertainlyTold = 1e-8;
 
 // The lower triangle of the block at rows i and columns j, i and j where poses begin.
 void add_block(int i, int j, const Matrix6d& block, Eigen::MatrixXd& S) {
@@ -56,6 +57,11 @@ WindowRows::WindowRows(const Window& window)
 }
 
 Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V) {
+  const Eigen::LLT<Eigen::Matrix3d> cholesky(V);
+  const double least = cholesky.matrixLLT().diagonal().cwiseAbs2().minCoeff();
+  if (cholesky.info() == Eigen::Success && least > kCertainlyTold * V.diagonal().maxCoeff()) {
+    return cholesky.solve(Eigen::Matrix3d::Identity());
+  }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(V);
   const Eigen::Vector3d& told = eigen.eigenvalues();
   Eigen::Vector3d inverse = Eigen::Vector3d::Zero();
