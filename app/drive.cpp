@@ -76,8 +76,7 @@ void process_all(const Recording& recording, const Estimating& estimating,
 }
 
 // What is known before the first event. The filter's additive states are those of any estimator.
-Drive prepared(const Recording& recording, const Settings& settings,
-               Trajectory velocities_alone) {
+Drive prepared(const Recording& recording, const Settings& settings, Trajectory velocities_alone) {
   Drive result;
   result.noise =
       choose_noise(settings, recording.velocities, recording.frames,

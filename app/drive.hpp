@@ -26,8 +26,8 @@ struct Drive {
   Noise noise;
   std::unique_ptr<Slam> slam;  ///< the filter, as it is after the last frame
   Sightings sightings;
-  bool interrupted = false;          ///< by a signal: `run` ends early
-  std::optional<BatchReport> batch;  ///< of batch estimation; run is what it found
+  bool interrupted = false;            ///< by a signal: `run` ends early
+  std::optional<BatchReport> batch;    ///< of batch estimation; run is what it found
   std::optional<WindowReport> window;  ///< where a window went through it
 };
 

@@ -310,8 +310,8 @@ class Loop {
   }
 
   void slide_along(std::vector<InertialEstimate>& found) {
-    const InertialWindowResult window = slide(batch_problem(), settings_.filter.chart,
-                                              settings_.batch, options_.estimator.window);
+    const InertialWindowResult window =
+        slide(batch_problem(), settings_.filter.chart, settings_.batch, options_.estimator.window);
     for (const WindowMotion& motion : window.motions) found.push_back(estimate_of(motion));
     result_.run.landmarks = run_landmarks(window.landmarks);
     sightings_.tell(window.in_window, result_.run);

@@ -111,8 +111,7 @@ void add_start(const BatchInput& input, BatchGraph& graph) {
 
 InertialState add_link(const BatchInput& input, const BatchKeyframe& from, Time to,
                        ImuBuffer& buffer, BatchGraph& graph) {
-  graph.links.push_back(
-      imu_link(buffer.between(from.time, to), from.state.biases(), input.noise));
+  graph.links.push_back(imu_link(buffer.between(from.time, to), from.state.biases(), input.noise));
   InertialState state = from.state;
   for (const ImuInterval& interval : graph.links.back().intervals) {
     state = integrate(state, interval, graph.gravity);

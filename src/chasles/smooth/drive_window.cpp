@@ -16,7 +16,10 @@ struct DriveWindow::Implementation {
   using Tracks = WindowTracks<DrivePoint>;
 
   Implementation(const DriveInput& in, const BatchSettings& s, int keyframes)
-      : input{.rig = in.rig, .settings = in.settings, .noise = in.noise, .velocities = {},
+      : input{.rig = in.rig,
+              .settings = in.settings,
+              .noise = in.noise,
+              .velocities = {},
               .frames = {}},
         settings(s),
         timeline(input.settings, input.noise),
@@ -49,11 +52,12 @@ WindowView DriveWindow::Implementation::view_of(const StereoView& view, bool fir
   const StereoRows rows = view_rows(input.settings, first);
   const StereoNoise& noise = first ? input.noise.begin : input.noise.update;
   const bool anchored = sliding.window.anchored;
-  WindowView made = rows == StereoRows::kMean
-                        ? window_view(stereo_term<2>(input.rig, rows, noise, view.pixels), anchored)
-                    : rows == StereoRows::kMeanDisparity
-                        ? window_view(stereo_term<3>(input.rig, rows, noise, view.pixels), anchored)
-                        : window_view(stereo_term<4>(input.rig, rows, noise, view.pixels), anchored);
+  WindowView made =
+      rows == StereoRows::kMean
+          ? window_view(stereo_term<2>(input.rig, rows, noise, view.pixels), anchored)
+      : rows == StereoRows::kMeanDisparity
+          ? window_view(stereo_term<3>(input.rig, rows, noise, view.pixels), anchored)
+          : window_view(stereo_term<4>(input.rig, rows, noise, view.pixels), anchored);
   made.keyframe = view.keyframe;
   made.begins = first;
   return made;
@@ -168,8 +172,7 @@ std::optional<Estimate> DriveWindow::process(const FeatureFrame& frame) {
   w.fresh = w.report.landmarks - landmarks;
   w.last_frame = now;
   const SlidingWindow::Settled settled = w.sliding.settle(w.report);
-  w.gated = static_cast<int>(std::ranges::count(settled.culled.views, now,
-                                                &CulledView::keyframe));
+  w.gated = static_cast<int>(std::ranges::count(settled.culled.views, now, &CulledView::keyframe));
   w.tracks.forget(settled.culled, w.report);
   for (int k = window.first; k <= window.last(); ++k) {
     DriveState& state = w.timeline.keyframes[static_cast<std::size_t>(k)].state;

@@ -32,9 +32,9 @@ class Run {
 
   InertialWindowResult run() {
     if (!input_.frames.empty() && !input_.samples.empty()) {
-      check_gaps(input_, input_.start.time,
-                 std::min(input_.frames.back().time + input_.time_offset,
-                          input_.samples.back().time));
+      check_gaps(
+          input_, input_.start.time,
+          std::min(input_.frames.back().time + input_.time_offset, input_.samples.back().time));
     }
     for (const FeatureFrame& frame : input_.frames) take(frame);
     if (result_.report.landmarks == 0) {

@@ -104,9 +104,9 @@ TEST(InertialWindowRun, LeavesWrongPixelsOutAndCountsBadInput) {
   EXPECT_LT(window.report.gated, 10);
   EXPECT_EQ(window.report.unusable, 2);
   EXPECT_EQ(window.report.dropped_frames, 1);
-  EXPECT_LT((window.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p)
-                .norm(),
-            0.03);
+  EXPECT_LT(
+      (window.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p).norm(),
+      0.03);
 }
 
 TEST(InertialWindowRun, RefusesWhatItCannotUse) {

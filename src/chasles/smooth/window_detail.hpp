@@ -45,7 +45,7 @@ struct WindowView {
   bool begins = false;  ///< a landmark that is not in the prior needs such a view, if it ever had
   std::unique_ptr<ceres::CostFunction> cost = nullptr;       ///< blocks: motion(, anchor's), point
   std::unique_ptr<ceres::CostFunction> at_anchor = nullptr;  ///< block: point
-  double deviation = 0;  ///< length of the whitened residual
+  double deviation = 0;                                      ///< length of the whitened residual
 };
 
 /// What a landmark's views say, at the present numbers: half the squares' second derivatives and
@@ -65,7 +65,7 @@ struct PointLinear {
 
 struct WindowPoint {
   LandmarkId id = 0;
-  int anchor = 0;     ///< keyframe, of an anchored one; one of the window
+  int anchor = 0;      ///< keyframe, of an anchored one; one of the window
   int camera = 0;      ///< of the anchor
   SE3 cam_T_imu = {};  ///< its
   Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
@@ -142,7 +142,7 @@ struct WindowFactor {
 };
 
 struct WindowSteps {
-  int steps = 3;           ///< at most
+  int steps = 3;            ///< at most
   double tolerance = 1e-8;  ///< it ends where the cost falls by less than this part
 };
 struct WindowProgress {

@@ -60,8 +60,8 @@ void add(int rows, const Written& at, double weight, int width, PointLinear::Sea
 
 double square(const Written& at, int rows) {
   double sum = 0;
-  for (int i = 0; i < rows; ++i) sum += at.residual[static_cast<std::size_t>(i)] *
-                                        at.residual[static_cast<std::size_t>(i)];
+  for (int i = 0; i < rows; ++i)
+    sum += at.residual[static_cast<std::size_t>(i)] * at.residual[static_cast<std::size_t>(i)];
   return sum;
 }
 
@@ -76,8 +76,8 @@ double loss_at(const Window& window, double square, double& weight) {
   return rho[0] / 2;
 }
 
-void add_view(const Window& window, const WindowPoint& point, const WindowView& view,
-              Written& at, PointLinear& linear, double& deviation) {
+void add_view(const Window& window, const WindowPoint& point, const WindowView& view, Written& at,
+              PointLinear& linear, double& deviation) {
   const bool anchored = window.anchored, own = anchored && view.keyframe == point.anchor;
   const ceres::CostFunction& cost = own ? *view.at_anchor : *view.cost;
   const double* motion = window.keyframe(view.keyframe).motion.data();

@@ -54,8 +54,7 @@ std::optional<Moved> moved_to(const Window& window, const WindowPoint& point, in
 }
 
 // The system by the new parameters of a landmark instead of the old ones; all of S is used.
-void substitute(const Moved& moved, int row, int old_anchor, int new_anchor,
-                WindowSystem& system) {
+void substitute(const Moved& moved, int row, int old_anchor, int new_anchor, WindowSystem& system) {
   const Eigen::Matrix3d old_by_new = moved.by_parameters.inverse();
   const Eigen::Matrix<double, 3, 6> by_old = -old_by_new * moved.by_old;
   const Eigen::Matrix<double, 3, 6> by_new = -old_by_new * moved.by_new;

@@ -17,8 +17,7 @@ Eigen::VectorXd offset(const Window& window, const WindowRows& rows) {
   const int n = window.sizes.errors(), additive = window.sizes.additive;
   for (std::size_t k = 0; k < prior.keyframes.size(); ++k) {
     const int row = rows.begin + n * static_cast<int>(k);
-    manifold.Minus(window.keyframes[k].motion.data(), prior.keyframes[k].motion.data(),
-                   &xi[row]);
+    manifold.Minus(window.keyframes[k].motion.data(), prior.keyframes[k].motion.data(), &xi[row]);
     xi.segment(row + n - additive, additive) =
         window.keyframes[k].additive - prior.keyframes[k].additive;
   }
@@ -81,8 +80,7 @@ void set_prior(Window& window, const WindowSystem& system) {
   for (const auto& [number, point] : window.points) {
     if (point.in_prior) prior.points[number] = point.parameters;
   }
-  turn(window, WindowRows(window), prior.keyframes.size(), true, prior.information,
-       prior.gradient);
+  turn(window, WindowRows(window), prior.keyframes.size(), true, prior.information, prior.gradient);
   window.prior = std::move(prior);
 }
 

@@ -52,8 +52,8 @@ bool SlidingWindow::make_room() {
 }
 
 SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
-  const WindowProgress progress = improve(
-      window, {.steps = settings_.window_steps, .tolerance = settings_.tolerance}, factor_);
+  const WindowProgress progress =
+      improve(window, {.steps = settings_.window_steps, .tolerance = settings_.tolerance}, factor_);
   report.steps += progress.tried;
   report.steps_refused += progress.tried - progress.successful;
   report.frames_not_converged += progress.converged ? 0 : 1;

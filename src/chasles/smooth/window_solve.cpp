@@ -105,8 +105,7 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
   }
   // The uncertainty is that without damping.
   Eigen::VectorXd g;
-  progress.finite = std::isfinite(progress.cost) &&
-                    (!damped || factorise(0, window, factor, g));
+  progress.finite = std::isfinite(progress.cost) && (!damped || factorise(0, window, factor, g));
   return progress;
 }
 
@@ -117,8 +116,7 @@ Culled cull(Window& window, double gate) {
     const auto wrong = [&](const WindowView& view) { return view.deviation > gate; };
     for (const WindowView& view : point.views) {
       if (!wrong(view)) continue;
-      culled.views.push_back(
-          {.point = number, .keyframe = view.keyframe, .camera = view.camera});
+      culled.views.push_back({.point = number, .keyframe = view.keyframe, .camera = view.camera});
     }
     if (std::erase_if(point.views, wrong) == 0) continue;
     point.stale = true;

@@ -7,8 +7,8 @@
 namespace chasles::smooth_detail {
 namespace {
 
-// What a landmark's views do not tell, in parts of what they tell best; above the second, Cholesky's
-// pivots tell that all is told.
+// What a landmark's views do not tell, in parts of what they tell best; above the second,
+// Cholesky's pivots tell that all is told.
 constexpr double kNotTold = 1e-12, kCertainlyTold = 1e-8;
 
 // The lower triangle of the block at rows i and columns j, i and j where poses begin.
@@ -46,8 +46,7 @@ void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::M
 
 }  // namespace
 
-WindowRows::WindowRows(const Window& window)
-    : errors(window.sizes.errors()), first(window.first) {
+WindowRows::WindowRows(const Window& window) : errors(window.sizes.errors()), first(window.first) {
   for (const auto& [number, point] : window.points) {
     if (!point.in_prior) continue;
     points[number] = begin;

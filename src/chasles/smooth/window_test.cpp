@@ -1,6 +1,5 @@
-#include <gtest/gtest.h>
-
 #include <Eigen/QR>
+#include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
 #include <chasles/filter/testing.hpp>
@@ -89,8 +88,8 @@ class LeastSquares {
 class LinearScene {
  public:
   explicit LinearScene(int keyframes)
-      : sliding(keyframes, settings(), kStandardChart,
-                {.velocity = false, .additive = kAdditive}) {}
+      : sliding(keyframes, settings(), kStandardChart, {.velocity = false, .additive = kAdditive}) {
+  }
 
   static BatchSettings settings() {
     BatchSettings s;
@@ -195,8 +194,7 @@ TEST(Window, OfALinearProblemKnowsAllThatTheWholeProblemDoes) {
       x << 0, 0, 0, read_pose(newest.motion.data()).p, newest.additive;
       const std::vector<int> at = scene.columns(k);
       EXPECT_LT((x - scene.all.x(at)).norm(), 1e-8) << keyframes << " at " << k;
-      EXPECT_LT(test::covariance_difference(scene.sliding.newest_covariance(),
-                                            scene.all.P(at, at)),
+      EXPECT_LT(test::covariance_difference(scene.sliding.newest_covariance(), scene.all.P(at, at)),
                 1e-8);
     }
     EXPECT_EQ(scene.sliding.window.keyframes.size(), static_cast<std::size_t>(keyframes));
