@@ -35,6 +35,23 @@ nlohmann::ordered_json batch_json(const BatchReport& r) {
           {"unobservable", r.unobservable}};
 }
 
+nlohmann::ordered_json window_json(const WindowReport& r) {
+  return {{"window", r.window},
+          {"keyframes", r.keyframes},
+          {"landmarks", r.landmarks},
+          {"observations", r.observations},
+          {"observations_unusable", r.unusable},
+          {"observations_gated", r.gated},
+          {"dropped_frames", r.dropped_frames},
+          {"steps", r.steps},
+          {"steps_refused", r.steps_refused},
+          {"frames_not_converged", r.frames_not_converged}};
+}
+
+void append_timing(const WindowReport& r, nlohmann::ordered_json& timing) {
+  timing["window_seconds"] = r.seconds;
+}
+
 void append_timing(const BatchReport& r, nlohmann::ordered_json& timing) {
   timing["batch_seconds_solve"] = r.seconds_solve;
   timing["batch_seconds_covariance"] = r.seconds_covariance;

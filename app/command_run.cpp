@@ -13,6 +13,7 @@
 
 #include "batch_report.hpp"
 #include "drive.hpp"
+#include "estimator.hpp"
 #include "filter_options.hpp"
 #include "full_covariance.hpp"
 #include "image_keeper.hpp"
@@ -95,8 +96,9 @@ void declare_method(CLI::App& parser, RunOptions& o) {
       "auto: an inertial run finds its start, at rest or in motion (default); truth: it begins at "
       "the true state");
   add("--estimator", o.estimator, "NAME",
-      "filter (default), or batch: the most probable motion given all of a recording, from the "
-      "filter's run on (docs/batch.md)");
+      "filter (default); batch: the most probable motion given all of a recording, from the "
+      "filter's run on (docs/batch.md); window:N: of the last N frames, with every frame, given "
+      "all until then (docs/window.md)");
   add("--threads", o.threads, "N", "1 or 2: images are worked on ahead of the filter; same bytes")
       ->check(CLI::Range(1, 2));
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
@@ -213,9 +215,13 @@ Drive estimate(const RunOptions& o, DriveRunSettings& settings, Recording& recor
     follow(recording, read_tum(o.trajectory));
     settings.filter.hold = "zero-order";
   }
-  Drive result =
-      drive(recording, settings.filter, interrupt, o.quiet, std::move(velocities_alone), live);
-  if (o.estimator == "batch" && !result.interrupted) {
+  const Estimator estimator = estimator_from("--estimator", o.estimator);
+  Drive result = estimator.window > 0
+                     ? slide(recording, settings.filter, settings.batch, estimator.window,
+                             interrupt, o.quiet, std::move(velocities_alone), live)
+                     : drive(recording, settings.filter, interrupt, o.quiet,
+                             std::move(velocities_alone), live);
+  if (estimator.batch && !result.interrupted) {
     live.smoothing();
     smooth(recording, settings.filter, settings.batch, result);
   }
@@ -229,6 +235,7 @@ Json deliver(const RunOptions& o, const Drive& result, const Json& summary, cons
   Json timing =
       timing_json(summary.at("recorded_seconds").get<double>(), wall.seconds(), cpu_seconds());
   if (result.batch) append_timing(*result.batch, timing);
+  if (result.window) append_timing(*result.window, timing);
   if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
   if (!o.full_covariance.empty()) {
     write_full_covariance(*result.slam, result.run.landmarks, o.full_covariance);
@@ -258,8 +265,9 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
   if (o.begin != "auto" && o.begin != "truth") {
     throw UsageError(fmt::format("--begin: found '{}', expected auto or truth", o.begin));
   }
-  if (o.estimator == "batch" && realtime(o)) {
-    throw UsageError("--realtime: --estimator batch takes the whole recording at once");
+  const Estimator estimator = estimator_from("--estimator", o.estimator);
+  if (!estimator.filter() && realtime(o)) {
+    throw UsageError("--realtime is for the filter, not for --estimator " + o.estimator);
   }
   const InertialRunSettings settings = inertial_run_settings_from(o.settings);
   const Interrupt interrupt;
@@ -271,7 +279,7 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
                   .ahead = o.threads > 1,
                   .quiet = o.quiet,
                   .realtime = realtime(o),
-                  .batch = o.estimator == "batch",
+                  .estimator = estimator,
                   .keep_images = o.keep_images},
                  interrupt, live);
   });
@@ -290,16 +298,14 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
 int run(const RunOptions& o) {
   const Stopwatch wall;
   if (o.quiet) spdlog::set_level(spdlog::level::err);
-  if (o.estimator != "filter" && o.estimator != "batch") {
-    throw UsageError(fmt::format("--estimator: found '{}', expected filter or batch", o.estimator));
-  }
+  const Estimator estimator = estimator_from("--estimator", o.estimator);
   if (o.keep_images && o.output.empty() && !o.live.wanted) {
     throw UsageError("--keep-images needs -o RUN, to have a place for them");
   }
   Recording recording = read(o);
   if (recording.velocities.empty()) return run_inertial(o, recording, wall);
-  if (o.estimator == "batch" && !o.full_covariance.empty()) {
-    throw UsageError("--full-covariance is not kept of --estimator batch");
+  if (!estimator.filter() && !o.full_covariance.empty()) {
+    throw UsageError("--full-covariance is not kept of --estimator " + o.estimator);
   }
   if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
   if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");

@@ -1,6 +1,10 @@
 #include "drive.hpp"
 
+#include <functional>
+
 #include <nlohmann/json.hpp>
+
+#include <chasles/smooth/drive_window.hpp>
 
 #include "batch_report.hpp"
 #include "filter_stages.hpp"
@@ -36,56 +40,98 @@ RunState run_state(const Estimate& e, double milliseconds) {
           .stages = filter_stages(e.seconds)};
 }
 
-void process_all(const Recording& recording, const Interrupt& interrupt, bool quiet, LiveView& live,
-                 Drive& result) {
-  Slam& slam = *result.slam;
+// What goes through a recording, event by event.
+struct Estimating {
+  std::function<void(const BodyVelocity&)> velocity;
+  std::function<std::optional<Estimate>(const FeatureFrame&)> frame;
+  std::function<std::vector<MapLandmark>()> map;
+};
+
+void process_all(const Recording& recording, const Estimating& estimating,
+                 const Interrupt& interrupt, bool quiet, LiveView& live, Drive& result) {
   Progress progress(recording.frames.size(), quiet);
   EventStream events(recording);
   Stopwatch frame_time;
   while (const auto event = events.next()) {
     if (const auto* velocity = std::get_if<BodyVelocity>(&*event)) {
-      slam.process(*velocity);
+      estimating.velocity(*velocity);
       continue;
     }
     const auto* frame = std::get_if<FeatureFrame>(&*event);
     if (!frame) continue;  // an IMU sample beside the velocities
     result.sightings.add(*frame);
-    const Estimate estimate = slam.process(*frame);
-    result.run.states.push_back(run_state(estimate, 1e3 * frame_time.seconds()));
-    result.estimates.push_back(estimate);
-    const double seconds = to_seconds(estimate.time - recording.frames.front().time);
+    const std::optional<Estimate> estimate = estimating.frame(*frame);
+    if (!estimate) continue;
+    result.run.states.push_back(run_state(*estimate, 1e3 * frame_time.seconds()));
+    result.estimates.push_back(*estimate);
+    const double seconds = to_seconds(estimate->time - recording.frames.front().time);
     progress.show(result.run.states.size(), seconds);
     live.advance(result.run, result.run.states.size(), seconds,
-                 [&] { return run_landmarks(slam.filter().map()); });
+                 [&] { return run_landmarks(estimating.map()); });
     result.interrupted = interrupt.requested();
     // Nothing after a lost frame can be believed, and arithmetic on NaN is slow.
-    if (result.interrupted || estimate.health == Health::kLost) return;
+    if (result.interrupted || estimate->health == Health::kLost) return;
     frame_time = {};
   }
+}
+
+// What is known before the first event. The filter's additive states are those of any estimator.
+Drive prepared(const Recording& recording, const Settings& settings, Trajectory velocities_alone) {
+  Drive result;
+  result.noise =
+      choose_noise(settings, recording.velocities, recording.frames,
+                   {.velocity = recording.velocity_sigma, .pixels = recording.pixel_sigma});
+  result.run.name = recording.name;
+  result.run.extra_names = Slam(settings, recording.rig, result.noise).additive_names();
+  result.run.truth = recording.truth;
+  result.run.plan = recording.plan;
+  result.run.dead_reckoning = std::move(velocities_alone);
+  result.run.georeference = recording.georeference;
+  return result;
 }
 
 }  // namespace
 
 Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
             bool quiet, Trajectory velocities_alone, LiveView& live) {
-  Drive result;
-  result.noise =
-      choose_noise(settings, recording.velocities, recording.frames,
-                   {.velocity = recording.velocity_sigma, .pixels = recording.pixel_sigma});
+  Drive result = prepared(recording, settings, std::move(velocities_alone));
   result.slam = std::make_unique<Slam>(settings, recording.rig, result.noise);
-  result.run.name = recording.name;
-  result.run.extra_names = result.slam->additive_names();
-  result.run.truth = recording.truth;
-  result.run.plan = recording.plan;
-  result.run.dead_reckoning = std::move(velocities_alone);
-  result.run.georeference = recording.georeference;
+  Slam& slam = *result.slam;
   result.run.stage_names = filter_stage_names();
   live.begin(result.run, known_json(settings, recording), recording.frames.size());
-  process_all(recording, interrupt, quiet, live, result);
-  result.run.landmarks = run_landmarks(result.slam->filter().map());
+  process_all(recording,
+              {.velocity = [&](const BodyVelocity& velocity) { slam.process(velocity); },
+               .frame = [&](const FeatureFrame& frame) { return slam.process(frame); },
+               .map = [&] { return slam.filter().map(); }},
+              interrupt, quiet, live, result);
+  result.run.landmarks = run_landmarks(slam.filter().map());
   std::vector<LandmarkId> in_state;
-  for (const Landmark& l : result.slam->filter().state().landmarks) in_state.push_back(l.id);
+  for (const Landmark& l : slam.filter().state().landmarks) in_state.push_back(l.id);
   result.sightings.tell(in_state, result.run);
+  return result;
+}
+
+Drive slide(const Recording& recording, const Settings& settings, const BatchSettings& batch,
+            int keyframes, const Interrupt& interrupt, bool quiet, Trajectory velocities_alone,
+            LiveView& live) {
+  Drive result = prepared(recording, settings, std::move(velocities_alone));
+  DriveWindow window({.rig = recording.rig,
+                      .settings = settings,
+                      .noise = result.noise,
+                      .velocities = {},
+                      .frames = {}},
+                     batch, keyframes);
+  live.begin(result.run, known_json(settings, recording), recording.frames.size());
+  process_all(recording,
+              {.velocity = [&](const BodyVelocity& velocity) { window.process(velocity); },
+               .frame = [&](const FeatureFrame& frame) { return window.process(frame); },
+               .map = [&] { return window.map(); }},
+              interrupt, quiet, live, result);
+  for (RunState& state : result.run.states) state.stages.clear();
+  if (!result.interrupted) window.check();
+  result.window = window.report();
+  result.run.landmarks = run_landmarks(window.map());
+  result.sightings.tell(window.in_window(), result.run);
   return result;
 }
 

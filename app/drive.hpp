@@ -10,6 +10,7 @@
 #include <chasles/slam/settings.hpp>
 #include <chasles/slam/slam.hpp>
 #include <chasles/smooth/drive_batch.hpp>
+#include <chasles/smooth/window.hpp>
 
 #include "sightings.hpp"
 
@@ -18,21 +19,28 @@ namespace chasles::app {
 class Interrupt;
 class LiveView;
 
-/// A recording after the filter has gone through it.
+/// A recording after an estimator has gone through it.
 struct Drive {
   Run run;
-  std::vector<Estimate> estimates;  ///< the filter's, as they are in `run`
+  std::vector<Estimate> estimates;  ///< as they are in `run`
   Noise noise;
-  std::unique_ptr<Slam> slam;  ///< as it is after the last frame
+  std::unique_ptr<Slam> slam;  ///< the filter, as it is after the last frame
   Sightings sightings;
-  bool interrupted = false;          ///< by a signal: `run` ends early
-  std::optional<BatchReport> batch;  ///< of batch estimation; run is what it found
+  bool interrupted = false;            ///< by a signal: `run` ends early
+  std::optional<BatchReport> batch;    ///< of batch estimation; run is what it found
+  std::optional<WindowReport> window;  ///< where a window went through it
 };
 
 /// Runs the filter over the whole recording, or until an interrupt. With `quiet` there is no
 /// progress bar. Viewers are shown `velocities_alone` from the beginning.
 Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
             bool quiet, Trajectory velocities_alone, LiveView& live);
+
+/// A window of so many keyframes goes through it instead. Throws as DriveWindow of
+/// smooth/drive_window.hpp.
+Drive slide(const Recording& recording, const Settings& settings, const BatchSettings& batch,
+            int keyframes, const Interrupt& interrupt, bool quiet, Trajectory velocities_alone,
+            LiveView& live);
 
 /// Batch estimation from the filter's run on, which it replaces. Throws as smooth() of
 /// smooth/drive_batch.hpp.

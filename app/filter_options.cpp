@@ -9,6 +9,7 @@
 
 #include <chasles/error.hpp>
 
+#include "estimator.hpp"
 #include "settings_io.hpp"
 
 namespace chasles::app {
@@ -96,15 +97,12 @@ std::vector<FilterVariant> with_estimators(const std::vector<FilterVariant>& fil
                                            const std::vector<std::string>& estimators) {
   std::vector<FilterVariant> all;
   for (const std::string& estimator : or_default(estimators, "filter")) {
-    if (estimator != "filter" && estimator != "batch") {
-      throw UsageError(
-          fmt::format("--estimators: found '{}', expected filter or batch", estimator));
-    }
+    const Estimator one = estimator_from("--estimators", estimator);
     for (FilterVariant filter : filters) {
-      if (estimator == "batch") {
-        filter.name += "+batch";
-        filter.batch.emplace();
-      }
+      if (one.batch) filter.name += "+batch";
+      if (one.window > 0) filter.name += fmt::format("+window{}", one.window);
+      if (!one.filter()) filter.batch.emplace();
+      filter.window = one.window;
       all.push_back(std::move(filter));
     }
   }
@@ -122,7 +120,7 @@ void set_for_all(const std::string& assignment, std::vector<FilterVariant>& filt
     used = true;
   }
   if (used) return;
-  throw UsageError(fmt::format("--set: '{}' is for --estimators batch", assignment));
+  throw UsageError(fmt::format("--set: '{}' is for --estimators batch and window:N", assignment));
 }
 
 }  // namespace
@@ -187,8 +185,8 @@ void declare_filters(CLI::App& parser, FilterOptions& o) {
   add("--init", o.inits, "NAME,...", "How landmarks begin: fixed-depth, multi-view")
       ->delimiter(',');
   add("--estimators", o.estimators, "NAME,...",
-      "filter (default), batch: each with all of these; batch begins at the filter's run "
-      "(docs/batch.md)")
+      "filter (default), batch, window:N: each with all of these; batch begins at the filter's run "
+      "(docs/batch.md, docs/window.md)")
       ->delimiter(',');
   add("--config", o.configs, "FILE",
       "A filter of its own, named after the YAML file of its settings; may be repeated")

@@ -200,7 +200,7 @@ class Loop {
     while (auto item = feed_.next()) {
       if (const auto* sample = std::get_if<ImuSample>(&*item)) {
         session_.process(*sample);
-        if (options_.batch) samples_.push_back(*sample);
+        if (later_) samples_.push_back(*sample);
       } else {
         const auto* tracked = std::get_if<TrackedFrame>(&*item);
         take(tracked ? tracked->frame : std::get<FeatureFrame>(*item), tracked);
@@ -220,7 +220,7 @@ class Loop {
     if (result_.realtime) result_.realtime->frames = feed_.counts();
     finish(session_, sums_, result_);
     sightings_.tell(session_.in_state(), result_.run);
-    if (options_.batch && !result_.interrupted) smooth_all();
+    if (later_ && !result_.interrupted) replace_run();
     return std::move(result_);
   }
 
@@ -231,7 +231,7 @@ class Loop {
     if (tracked) frontend_seconds_.add(frame.time, tracked->seconds);
     sightings_.add(frame);
     keeper_.follow(frame);
-    if (options_.batch) seen_.push_back(frame);
+    if (later_) seen_.push_back(frame);
     const bool running = session_.running();
     const Stopwatch filter_time;
     const std::vector<InertialEstimate> estimates = session_.process(frame);
@@ -260,7 +260,7 @@ class Loop {
       stages.insert(stages.begin(), 1e3 * frontend_seconds_.at(e.time));
     }
     result_.calibration = e.calibration;
-    if (options_.batch) estimates_.push_back(e);
+    if (later_) estimates_.push_back(e);
   }
 
   // The prior is the filter's first estimate, of which no landmark is a part yet.
@@ -281,28 +281,49 @@ class Loop {
     return input;
   }
 
-  void smooth_all() {
+  // What the other estimator finds instead of the filter's run.
+  void replace_run() {
     live_.smoothing();
     const Stopwatch time;
-    const BatchResult batch = smooth(batch_problem(), settings_.filter.chart, settings_.batch);
-    const double milliseconds = 1e3 * time.seconds() / static_cast<double>(batch.motions.size());
+    std::vector<InertialEstimate> found;
+    if (options_.estimator.batch) {
+      smooth_all(found);
+    } else {
+      slide_along(found);
+    }
+    const double milliseconds = 1e3 * time.seconds() / static_cast<double>(found.size());
     sums_ = {};
     result_.run.states.clear();
     result_.run.stage_names.clear();
-    for (const BatchMotion& motion : batch.motions) {
-      InertialEstimate e = estimate_of(motion);
-      e.landmarks = batch.report.landmarks;
-      e.health = believable(batch.report) ? Health::kOk : Health::kDegraded;
+    for (const InertialEstimate& e : found) {
       sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
       result_.run.states.push_back(run_state(e, recording_.cameras, milliseconds));
       result_.run.states.back().stages.clear();
     }
-    result_.run.landmarks = run_landmarks(batch.landmarks);
-    sightings_.tell(std::nullopt, result_.run);
     result_.nees_state.reset();
     if (sums_.nees_count > 0) result_.nees_state = sums_.nees_state / sums_.nees_count;
     result_.innovation_correlation.reset();  // there are no innovations
+  }
+
+  void smooth_all(std::vector<InertialEstimate>& found) {
+    const BatchResult batch = smooth(batch_problem(), settings_.filter.chart, settings_.batch);
+    for (const BatchMotion& motion : batch.motions) {
+      InertialEstimate& e = found.emplace_back(estimate_of(motion));
+      e.landmarks = batch.report.landmarks;
+      e.health = believable(batch.report) ? Health::kOk : Health::kDegraded;
+    }
+    result_.run.landmarks = run_landmarks(batch.landmarks);
+    sightings_.tell(std::nullopt, result_.run);
     result_.batch = batch.report;
+  }
+
+  void slide_along(std::vector<InertialEstimate>& found) {
+    const InertialWindowResult window =
+        slide(batch_problem(), settings_.filter.chart, settings_.batch, options_.estimator.window);
+    for (const WindowMotion& motion : window.motions) found.push_back(estimate_of(motion));
+    result_.run.landmarks = run_landmarks(window.landmarks);
+    sightings_.tell(window.in_window, result_.run);
+    result_.window = window.report;
   }
 
   void note_latency(Time time) {
@@ -323,7 +344,8 @@ class Loop {
   FrontendSeconds frontend_seconds_;
   Sightings sightings_;
   std::optional<Time> first_;  // frame
-  // For batch estimation.
+  // For batch estimation and windows.
+  const bool later_ = !options_.estimator.filter();
   std::vector<ImuSample> samples_;
   std::vector<FeatureFrame> seen_;
   std::vector<InertialEstimate> estimates_;

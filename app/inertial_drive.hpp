@@ -8,7 +8,9 @@
 #include <chasles/data/run.hpp>
 #include <chasles/slam/inertial_session.hpp>
 #include <chasles/smooth/batch.hpp>
+#include <chasles/smooth/window.hpp>
 
+#include "estimator.hpp"
 #include "inertial_settings_io.hpp"
 #include "realtime.hpp"
 
@@ -25,8 +27,9 @@ struct InertialDriveOptions {
   /// Recorded seconds in a second: the recording comes at that speed, and frames that come while
   /// too many wait are dropped. None: as fast as it is worked through, and nothing is dropped.
   std::optional<double> realtime;
-  /// The filter's run is where batch estimation begins, and is replaced by what that finds.
-  bool batch = false;
+  /// The filter's run is where batch estimation begins, or its first estimate where a window does,
+  /// and is replaced by what they find.
+  Estimator estimator = {};
   std::optional<int> keep_images;  ///< as for ImageKeeper
 };
 
@@ -55,11 +58,13 @@ struct InertialDrive {
   bool interrupted = false;  ///< by a signal: `run` ends early
   std::optional<RealtimeFigures> realtime;
   std::optional<BatchReport> batch;        ///< of batch estimation; run is what it found
+  std::optional<WindowReport> window;      ///< the same of a window
   std::optional<Calibration> calibration;  ///< the last estimate's, where it is estimated
 };
 
 /// Throws Error(kNotInitialised) with what was missing where no start was found, InputError where
-/// cameras or the IMU's noise are missing; what smooth() (smooth/batch.hpp) throws.
+/// cameras or the IMU's noise are missing; what smooth() (smooth/batch.hpp) and slide()
+/// (smooth/inertial_window.hpp) throw.
 InertialDrive drive(const Recording& recording, const InertialRunSettings& settings,
                     const InertialDriveOptions& options, const Interrupt& interrupt,
                     LiveView& live);

@@ -42,6 +42,7 @@ Json timing_json(const InertialDrive& drive, const Json& timing) {
   }
   all["filter_ms_per_frame"] = frames > 0 ? Json(1e3 * drive.filter_seconds / frames) : Json();
   if (drive.batch) append_timing(*drive.batch, all);
+  if (drive.window) append_timing(*drive.window, all);
   if (drive.realtime) all["realtime"] = realtime_json(*drive.realtime);
   return all;
 }
@@ -77,6 +78,7 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
   summary["dropped_frames"] = drive.dropped_frames;
   if (recording.images) summary["frontend"] = frontend_json(drive.frontend);
   if (drive.batch) summary["batch"] = batch_json(*drive.batch);
+  if (drive.window) summary["window"] = window_json(*drive.window);
   summary["settings"] = settings_json(settings);
   if (drive.calibration) {
     summary["calibration"] =

@@ -183,8 +183,9 @@ Json summary_json(const Drive& drive, const DriveRunSettings& settings,
                           recording.true_landmarks, remarks);
   DriveRunSettings copy = settings;
   if (drive.batch) summary["batch"] = batch_json(*drive.batch);
+  if (drive.window) summary["window"] = window_json(*drive.window);
   summary["settings"] = to_json(setting_list(copy.filter));
-  if (drive.batch) summary["settings"].update(to_json(setting_list(copy.batch)));
+  if (drive.batch || drive.window) summary["settings"].update(to_json(setting_list(copy.batch)));
   summary["noise"] = noise_json(drive.noise);
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;

@@ -187,7 +187,9 @@ Json plan_json(const InertialScene& scene, std::span<const FilterVariant> filter
             {"imu", digest_of(scene.imu)},
             {"filters", Json::array()}};
   for (const FilterVariant& filter : filters) {
-    plan["filters"].push_back({{"filter", filter.name}, {"settings", settings_json(filter)}});
+    Json& own = plan["filters"].emplace_back();
+    own = {{"filter", filter.name}, {"settings", settings_json(filter)}};
+    if (filter.window > 0) own["window"] = filter.window;
   }
   return plan;
 }
@@ -209,6 +211,7 @@ std::vector<FilterVariant> filters_of(const Json& plan) {
     variant.name = filter.at("filter").get<std::string>();
     variant.settings.chart = filter.at("settings").at("chart").get<std::string>();
     if (filter.at("settings").contains("batch.loss")) variant.batch.emplace();
+    variant.window = filter.value("window", 0);
   }
   return filters;
 }

@@ -66,7 +66,7 @@ TEST(RunBatch, TakesItsSettingsAndRefusesOthers) {
   refused("--realtime", "--realtime");
   const Outcome unknown = chasles(folder, "run rec --estimator swarm");
   EXPECT_EQ(unknown.code, 1);
-  EXPECT_NE(unknown.err.find("filter or batch"), std::string::npos);
+  EXPECT_NE(unknown.err.find("filter, batch or window:N"), std::string::npos);
 }
 
 TEST(RunBatch, ARunThatHasNotConvergedSaysSo) {

@@ -42,6 +42,15 @@ InertialEstimate estimate_of(const BatchMotion& motion) {
   return e;
 }
 
+InertialEstimate estimate_of(const WindowMotion& motion) {
+  InertialEstimate e = estimate_of(static_cast<const BatchMotion&>(motion));
+  e.rejected = motion.rejected;
+  e.in_state = motion.in_window;
+  e.landmarks = motion.landmarks;
+  e.health = motion.health;
+  return e;
+}
+
 BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& settings,
                            const Recording& recording, const InertialStart& start,
                            std::vector<TimedMotion> initial) {
@@ -57,6 +66,19 @@ BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& set
   batch.trial.seconds_cpu = result.report.seconds_solve + result.report.seconds_covariance;
   end_trial(recording, batch.trial);
   return batch;
+}
+
+Trial run_window_trial(const FilterVariant& filter, const BatchSettings& settings,
+                       const Recording& recording, const InertialStart& start) {
+  const InertialWindowResult result = slide(batch_input(recording, filter.settings, start),
+                                            filter.settings.chart, settings, filter.window);
+  Trial trial{.filter = filter.name};
+  for (const WindowMotion& motion : result.motions) {
+    const InertialEstimate e = estimate_of(motion);
+    if (!add_to_trial(filter.settings.chart, recording, start.time, e, trial)) break;
+  }
+  end_trial(recording, trial);
+  return trial;
 }
 
 TimedMotion timed_motion(const InertialEstimate& e) {

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include <chasles/lab/trial.hpp>
-#include <chasles/smooth/batch.hpp>
+#include <chasles/smooth/inertial_window.hpp>
 
 namespace chasles {
 
@@ -15,6 +15,7 @@ BatchInput batch_input(const Recording& recording, const InertialSlamSettings& s
 
 /// A keyframe's estimate, as the filter would have said it.
 InertialEstimate estimate_of(const BatchMotion& motion);
+InertialEstimate estimate_of(const WindowMotion& motion);
 
 /// The other way round: where batch estimation may begin.
 TimedMotion timed_motion(const InertialEstimate& e);
@@ -27,6 +28,10 @@ struct BatchTrial {
 BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& settings,
                            const Recording& recording, const InertialStart& start,
                            std::vector<TimedMotion> initial);
+
+/// A window over a recording with truth, as run_trial: one point a keyframe.
+Trial run_window_trial(const FilterVariant& filter, const BatchSettings& settings,
+                       const Recording& recording, const InertialStart& start);
 
 /// The filter's own estimates, where batch estimation may begin.
 std::vector<TimedMotion> filter_motions(const FilterVariant& filter, const Recording& recording,

@@ -140,8 +140,9 @@ void align_to(const Trajectory& truth, Trial& trial) {
 
 Trial batch_or_diverged(const FilterVariant& filter, const Recording& recording,
                         const InertialStart& start) {
-  const std::vector<TimedMotion> initial = filter_motions(filter, recording, start);
   try {
+    if (filter.window > 0) return run_window_trial(filter, *filter.batch, recording, start);
+    const std::vector<TimedMotion> initial = filter_motions(filter, recording, start);
     return run_batch_trial(filter, *filter.batch, recording, start, initial).trial;
   } catch (const UsageError&) {
     throw;

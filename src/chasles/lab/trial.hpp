@@ -13,11 +13,13 @@
 
 namespace chasles {
 
-/// An estimator under test: a filter, or batch estimation that begins at that filter's run.
+/// An estimator under test: a filter, or batch estimation that begins at that filter's run, or a
+/// window that begins where the filter does.
 struct FilterVariant {
   std::string name;
   InertialSlamSettings settings;
-  std::optional<BatchSettings> batch = {};
+  std::optional<BatchSettings> batch = {};  ///< of batch estimation or a window
+  int window = 0;                           ///< keyframes; 0: no window
 };
 
 /// What a filter was wrong by at a frame, and by how much it said it might be. NEES are those of
@@ -107,8 +109,8 @@ void run_filter(const FilterVariant& filter, const Recording& recording, const I
                 const std::function<bool(const InertialEstimate&)>& take);
 
 /// Runs the filter over a recording that has truth, cameras and an IMU, from the start on, and
-/// batch estimation from there where it is one; throws InputError where one is missing. A batch
-/// that finds no minimum, or refuses the problem as ill-posed, has diverged.
+/// batch estimation from there, or a window instead, where it is one; throws InputError where one
+/// is missing. A batch or window that finds no minimum, or refuses the problem, has diverged.
 Trial run_trial(const FilterVariant& filter, const Recording& recording,
                 const InertialStart& start);
 

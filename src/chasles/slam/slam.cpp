@@ -32,11 +32,6 @@ State initial_state(const BodyVelocityModel& model) {
 
 }  // namespace
 
-std::string name(Health health) {
-  if (health == Health::kOk) return "ok";
-  return health == Health::kDegraded ? "degraded" : "lost";
-}
-
 Slam::Slam(const Settings& settings, const StereoRig& rig, const Noise& noise)
     : settings_(settings),
       rig_(rig),
@@ -249,18 +244,7 @@ Health Slam::judge(const Estimate& estimate) {
     return Health::kLost;
   }
   if (settings_.mode != "slam") return Health::kOk;
-  last_second_.push_back(
-      {.time = estimate.time, .used = estimate.used, .rejected = estimate.rejected});
-  while (last_second_.front().time < estimate.time - std::chrono::seconds(1)) {
-    last_second_.pop_front();
-  }
-  int used = 0;
-  int rejected = 0;
-  for (const Use& use : last_second_) {
-    used += use.used;
-    rejected += use.rejected;
-  }
-  return used < 3 || rejected > used ? Health::kDegraded : Health::kOk;
+  return recent_.judge(estimate.time, estimate.used, estimate.rejected);
 }
 
 }  // namespace chasles

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -10,18 +9,11 @@
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/slam/health.hpp>
 #include <chasles/slam/noise.hpp>
 #include <chasles/slam/settings.hpp>
 
 namespace chasles {
-
-/// How far an estimate is to be believed.
-enum class Health {
-  kOk,
-  kDegraded,  ///< for a second: fewer than 3 observations used, or more refused than used
-  kLost,      ///< not finite, or a covariance without meaning: nothing after this counts
-};
-std::string name(Health health);
 
 /// What the stages of a filter took for a frame [s]; no result depends on it.
 struct FilterSeconds {
@@ -101,11 +93,7 @@ class Slam {
     int seen = 0, used = 0;  ///< numbers of frames
   };
   std::unordered_map<LandmarkId, Last> last_;  ///< of the landmarks of the state
-  struct Use {
-    Time time{};
-    int used = 0, rejected = 0;
-  };
-  std::deque<Use> last_second_;
+  RecentUse recent_;
   double propagation_seconds_ = 0;  ///< since the last frame
 };
 

@@ -7,6 +7,7 @@
 #include <chasles/camera/triangulation.hpp>
 #include <chasles/error.hpp>
 #include <chasles/smooth/batch_graph_detail.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
@@ -29,6 +30,50 @@ bool is_finite(const ImuSample& s) {
   return s.specific_force_imu.allFinite() && s.angular_rate_imu.allFinite();
 }
 
+InertialState start_state(const InertialStart& start) {
+  return {.world_T_imu = start.nav_T_imu,
+          .v_world = start.v_nav,
+          .accelerometer_bias = start.accelerometer_bias,
+          .gyroscope_bias = start.gyroscope_bias};
+}
+
+// Initial states and links, from one keyframe to the next.
+void add_motion(const BatchInput& input, ImuBuffer& buffer, BatchGraph& graph) {
+  std::vector<BatchKeyframe>& keyframes = graph.keyframes;
+  keyframes.front().state = graph.start;
+  for (std::size_t k = 0; k + 1 < keyframes.size(); ++k) {
+    const InertialState predicted =
+        add_link(input, keyframes[k], keyframes[k + 1].time, buffer, graph);
+    const auto known =
+        std::ranges::lower_bound(input.initial, keyframes[k + 1].time, {}, &TimedMotion::time);
+    const bool is_known = known != input.initial.end() && known->time == keyframes[k + 1].time;
+    keyframes[k + 1].state = is_known ? known->state : predicted;
+  }
+}
+
+std::vector<View> views_of(const BatchInput& input, const BatchGraph& graph,
+                           const BatchPoint& point) {
+  std::vector<View> views;
+  for (const PointView& view : point.views) {
+    const auto k = static_cast<std::size_t>(view.keyframe);
+    views.push_back({.world_T_imu = graph.keyframes[k].state.world_T_imu,
+                     .camera = &input.cameras[static_cast<std::size_t>(view.camera)],
+                     .pixel = view.pixel});
+  }
+  return views;
+}
+
+}  // namespace
+
+void check(const BatchInput& input, const BatchSettings& settings) {
+  if (input.cameras.empty()) throw InputError("batch estimation needs a camera: there is none");
+  if (!(input.pixel_sigma > 0) || !std::isfinite(input.pixel_sigma)) {
+    throw UsageError("pixel_sigma: found " + std::to_string(input.pixel_sigma) +
+                     ", expected a deviation above 0");
+  }
+  check_frames_per_keyframe(settings);
+}
+
 // Of the samples that the buffer uses.
 void check_gaps(const BatchInput& input, Time from, Time to) {
   Time last = from;
@@ -49,13 +94,6 @@ void check_gaps(const BatchInput& input, Time from, Time to) {
   check(to);
 }
 
-InertialState start_state(const InertialStart& start) {
-  return {.world_T_imu = start.nav_T_imu,
-          .v_world = start.v_nav,
-          .accelerometer_bias = start.accelerometer_bias,
-          .gyroscope_bias = start.gyroscope_bias};
-}
-
 void add_start(const BatchInput& input, BatchGraph& graph) {
   graph.start = start_state(input.start);
   Vector15d floor = Vector15d::Constant(kFloor * kFloor);
@@ -71,47 +109,24 @@ void add_start(const BatchInput& input, BatchGraph& graph) {
   graph.start_whitening = cholesky.matrixL().solve(Matrix15d(scale.asDiagonal()));
 }
 
-// Initial states and links, from one keyframe to the next.
-void add_motion(const BatchInput& input, ImuBuffer& buffer, BatchGraph& graph) {
-  std::vector<BatchKeyframe>& keyframes = graph.keyframes;
-  keyframes.front().state = graph.start;
-  for (std::size_t k = 0; k + 1 < keyframes.size(); ++k) {
-    const std::vector<ImuInterval> intervals =
-        buffer.between(keyframes[k].time, keyframes[k + 1].time);
-    graph.links.push_back(imu_link(intervals, keyframes[k].state.biases(), input.noise));
-    const auto known =
-        std::ranges::lower_bound(input.initial, keyframes[k + 1].time, {}, &TimedMotion::time);
-    if (known != input.initial.end() && known->time == keyframes[k + 1].time) {
-      keyframes[k + 1].state = known->state;
-      continue;
-    }
-    InertialState state = keyframes[k].state;
-    for (const ImuInterval& interval : intervals) state = integrate(state, interval, graph.gravity);
-    keyframes[k + 1].state = state;
+InertialState add_link(const BatchInput& input, const BatchKeyframe& from, Time to,
+                       ImuBuffer& buffer, BatchGraph& graph) {
+  graph.links.push_back(imu_link(buffer.between(from.time, to), from.state.biases(), input.noise));
+  InertialState state = from.state;
+  for (const ImuInterval& interval : graph.links.back().intervals) {
+    state = integrate(state, interval, graph.gravity);
   }
+  return state;
 }
 
-std::vector<View> views_of(const BatchInput& input, const BatchGraph& graph,
-                           const BatchPoint& point) {
-  std::vector<View> views;
-  for (const PointView& view : point.views) {
-    const auto k = static_cast<std::size_t>(view.keyframe);
-    views.push_back({.world_T_imu = graph.keyframes[k].state.world_T_imu,
-                     .camera = &input.cameras[static_cast<std::size_t>(view.camera)],
-                     .pixel = view.pixel});
-  }
-  return views;
-}
-
-// Initial parameters; false: the landmark cannot be used in its form.
-bool begin(const BatchInput& input, const BatchSettings& settings, const BatchGraph& graph,
-           BatchPoint& point) {
+bool place(const BatchInput& input, const BatchSettings& settings, bool good_poses,
+           const BatchGraph& graph, BatchPoint& point) {
   const std::vector<View> views = views_of(input, graph, point);
   const auto found = triangulate(views);
   const bool wide = found && found->parallax >= settings.min_parallax;
   // From good poses rays that do not meet are of a wrong track, and a depth that hardly anything
   // tells keeps the search from its end. Of poor poses neither says anything.
-  if (!wide && (!graph.anchored || !input.initial.empty())) return false;
+  if (!wide && (!graph.anchored || good_poses)) return false;
   if (!graph.anchored) {
     point.parameters = found->p_world;
     return true;
@@ -129,20 +144,6 @@ bool begin(const BatchInput& input, const BatchSettings& settings, const BatchGr
   point.parameters << ray->ray.head<2>(), kGuessedInverseDepth;
   return true;
 }
-
-void check(const BatchInput& input, const BatchSettings& settings) {
-  if (input.cameras.empty()) throw InputError("batch estimation needs a camera: there is none");
-  if (!(input.pixel_sigma > 0) || !std::isfinite(input.pixel_sigma)) {
-    throw UsageError("pixel_sigma: found " + std::to_string(input.pixel_sigma) +
-                     ", expected a deviation above 0");
-  }
-  if (settings.frames_per_keyframe < 1) {
-    throw UsageError("batch.frames_per_keyframe: found " +
-                     std::to_string(settings.frames_per_keyframe) + ", expected 1 or more");
-  }
-}
-
-}  // namespace
 
 BatchGraph batch_graph(const BatchInput& input, const BatchSettings& settings,
                        BatchReport& report) {
@@ -162,7 +163,7 @@ BatchGraph batch_graph(const BatchInput& input, const BatchSettings& settings,
   add_start(input, graph);
   add_motion(input, buffer, graph);
   for (BatchPoint& point : tracked.points) {
-    if (!begin(input, settings, graph, point)) {
+    if (!place(input, settings, !input.initial.empty(), graph, point)) {
       ++report.landmarks_left_out;
       continue;
     }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <deque>
+
 #include <chasles/slam/inertial_session.hpp>
 #include <chasles/smooth/batch.hpp>
 #include <chasles/smooth/imu_link.hpp>
@@ -29,7 +31,7 @@ struct BatchKeyframe {
 
 struct BatchGraph {
   std::vector<BatchKeyframe> keyframes;
-  std::vector<ImuLink> links = {};  ///< between a keyframe and the next
+  std::deque<ImuLink> links = {};  ///< between a keyframe and the next; terms point at them
   std::vector<BatchPoint> points = {};
   InertialState start = {};                            ///< the prior's mean
   Matrix15d start_whitening = Matrix15d::Identity();   ///< W^T W = covariance^-1
@@ -40,6 +42,28 @@ struct BatchGraph {
 
 /// Samples that are missing for longer leave open what happened (as for the filter).
 inline constexpr Time kLongestGap = InertialSession::kLongestGap;
+
+/// Which frames become keyframes: those that are not before the start, later than the one before
+/// and near enough to a sample, every batch.frames_per_keyframe-th. Counts those that are dropped.
+class KeyframeChoice {
+ public:
+  KeyframeChoice(const BatchInput& input, const BatchSettings& settings, int& dropped)
+      : input_(input), settings_(settings), dropped_(dropped) {}
+  /// The frame's time by the IMU's clock; none: it is not used.
+  std::optional<Time> take(const FeatureFrame& frame, Time last_sample);
+
+ private:
+  const BatchInput& input_;
+  const BatchSettings& settings_;
+  int& dropped_;
+  std::optional<Time> last_;
+  int frames_ = 0;
+};
+
+/// The pixels of a frame that can be used: finite, of a camera and with a ray, every landmark once
+/// in each camera; by landmark and camera. Counts the others.
+std::vector<PixelObservation> usable(const FeatureFrame& frame, const std::vector<Camera>& cameras,
+                                     int& unusable);
 
 /// The frames that become keyframes, the start before them, without states, and the landmarks that
 /// they see twice, by their first views, without parameters. Counts what is not usable.
@@ -53,6 +77,18 @@ Tracked track(const BatchInput& input, const BatchSettings& settings, Time last_
 /// Keyframes with initial states, links, and landmarks with initial parameters. Counts into the
 /// report; throws as smooth().
 BatchGraph batch_graph(const BatchInput& input, const BatchSettings& settings, BatchReport& report);
+
+/// What batch_graph() is made of. Throw as smooth().
+void check(const BatchInput& input, const BatchSettings& settings);
+void check_gaps(const BatchInput& input, Time from, Time to);
+void add_start(const BatchInput& input, BatchGraph& graph);
+/// Adds a link from that keyframe to one at `to`; returns the state that the samples predict there.
+InertialState add_link(const BatchInput& input, const BatchKeyframe& from, Time to,
+                       ImuBuffer& buffer, BatchGraph& graph);
+/// Initial parameters by the keyframes' states; false: the landmark cannot be used in its form.
+/// From poor poses nothing can be said of an anchored landmark's rays.
+bool place(const BatchInput& input, const BatchSettings& settings, bool good_poses,
+           const BatchGraph& graph, BatchPoint& point);
 
 /// The graph's landmark as the filter's charts and measurements take it.
 Clone anchor_of(const BatchGraph& graph, const BatchPoint& point);

@@ -18,6 +18,7 @@ struct BatchSettings {
   std::string solver = "auto";
   int max_iterations = 50;
   double tolerance = 1e-8;
+  int window_steps = 2;
 };
 
 /// Calls visit(name, value, unit or choices, meaning) for every setting, in order.
@@ -47,6 +48,8 @@ void for_each_batch_setting(SettingsType& s, Visitor&& visit) {
   visit("max_iterations", s.max_iterations, "count", "steps of Levenberg and Marquardt at most");
   visit("tolerance", s.tolerance, "1",
         "it has converged when the cost falls by less than this part");
+  visit("window_steps", s.window_steps, "count",
+        "steps of Gauss and Newton that a window takes a frame at most");
 }
 
 }  // namespace chasles

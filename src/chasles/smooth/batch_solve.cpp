@@ -94,6 +94,12 @@ void check_landmark_form(const BatchSettings& settings) {
                    "', expected cartesian or inverse-depth");
 }
 
+void check_frames_per_keyframe(const BatchSettings& settings) {
+  if (settings.frames_per_keyframe >= 1) return;
+  throw UsageError("batch.frames_per_keyframe: found " +
+                   std::to_string(settings.frames_per_keyframe) + ", expected 1 or more");
+}
+
 void check_left(std::size_t points, const BatchReport& report) {
   if (points > 0) return;
   throw Error(ExitCode::kDiverged,

@@ -25,6 +25,9 @@ void search(const BatchSettings& settings, BatchReport& report,
 /// Throws UsageError where batch.landmarks is none of the forms.
 void check_landmark_form(const BatchSettings& settings);
 
+/// Throws UsageError for batch.frames_per_keyframe below 1.
+void check_frames_per_keyframe(const BatchSettings& settings);
+
 /// Throws Error(kDiverged) where the gate left no landmark.
 void check_left(std::size_t points, const BatchReport& report);
 

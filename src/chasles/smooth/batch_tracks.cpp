@@ -16,21 +16,18 @@ class Collector {
  public:
   Collector(const BatchInput& input, const BatchSettings& settings, Time last_sample,
             BatchReport& report)
-      : input_(input), settings_(settings), last_sample_(last_sample), report_(report) {
+      : input_(input),
+        settings_(settings),
+        last_sample_(last_sample),
+        report_(report),
+        choice_(input, settings, report.dropped_frames) {
     result_.keyframes.push_back({.time = input.start.time});
   }
 
   void add(const FeatureFrame& frame) {
-    const Time time = frame.time + input_.time_offset;
-    if (time < input_.start.time) return;
-    const bool later = !last_ || time > *last_;
-    if (!later || time - last_sample_ > kLongestGap) {
-      ++report_.dropped_frames;
-      return;
-    }
-    last_ = time;
-    if (frames_++ % settings_.frames_per_keyframe != 0) return;
-    if (time > result_.keyframes.back().time) result_.keyframes.push_back({.time = time});
+    const std::optional<Time> time = choice_.take(frame, last_sample_);
+    if (!time) return;
+    if (*time > result_.keyframes.back().time) result_.keyframes.push_back({.time = *time});
     keep(frame);
   }
 
@@ -46,21 +43,7 @@ class Collector {
  private:
   void keep(const FeatureFrame& frame) {
     const int now = static_cast<int>(result_.keyframes.size()) - 1;
-    std::map<std::pair<LandmarkId, int>, int> times;
-    for (const PixelObservation& o : frame.pixels) ++times[{o.landmark, o.camera}];
-    std::vector<PixelObservation> good;
-    for (const PixelObservation& o : frame.pixels) {
-      const bool known = o.camera >= 0 && o.camera < static_cast<int>(input_.cameras.size());
-      if (known && o.pixel.allFinite() && times[{o.landmark, o.camera}] == 1 &&
-          unproject(input_.cameras[static_cast<std::size_t>(o.camera)], o.pixel)) {
-        good.push_back(o);
-      } else {
-        ++report_.unusable;
-      }
-    }
-    std::ranges::sort(good, {},
-                      [](const PixelObservation& o) { return std::tuple(o.landmark, o.camera); });
-    for (const PixelObservation& o : good) {
+    for (const PixelObservation& o : usable(frame, input_.cameras, report_.unusable)) {
       std::vector<PointView>& views = tracks_[o.landmark];
       if (!settings_.loops && !views.empty() && views.back().keyframe < now - 1) {
         finish(o.landmark, views);
@@ -83,12 +66,43 @@ class Collector {
   Time last_sample_;
   BatchReport& report_;
   Tracked result_;
-  std::optional<Time> last_;
-  int frames_ = 0;
+  KeyframeChoice choice_;
   ByLandmark tracks_;
 };
 
 }  // namespace
+
+std::optional<Time> KeyframeChoice::take(const FeatureFrame& frame, Time last_sample) {
+  const Time time = frame.time + input_.time_offset;
+  if (time < input_.start.time) return std::nullopt;
+  const bool later = !last_ || time > *last_;
+  if (!later || time - last_sample > kLongestGap) {
+    ++dropped_;
+    return std::nullopt;
+  }
+  last_ = time;
+  if (frames_++ % settings_.frames_per_keyframe != 0) return std::nullopt;
+  return time;
+}
+
+std::vector<PixelObservation> usable(const FeatureFrame& frame, const std::vector<Camera>& cameras,
+                                     int& unusable) {
+  std::map<std::pair<LandmarkId, int>, int> times;
+  for (const PixelObservation& o : frame.pixels) ++times[{o.landmark, o.camera}];
+  std::vector<PixelObservation> good;
+  for (const PixelObservation& o : frame.pixels) {
+    const bool known = o.camera >= 0 && o.camera < static_cast<int>(cameras.size());
+    if (known && o.pixel.allFinite() && times[{o.landmark, o.camera}] == 1 &&
+        unproject(cameras[static_cast<std::size_t>(o.camera)], o.pixel)) {
+      good.push_back(o);
+    } else {
+      ++unusable;
+    }
+  }
+  std::ranges::sort(good, {},
+                    [](const PixelObservation& o) { return std::tuple(o.landmark, o.camera); });
+  return good;
+}
 
 Tracked track(const BatchInput& input, const BatchSettings& settings, Time last_sample,
               BatchReport& report) {

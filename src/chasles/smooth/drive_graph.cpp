@@ -5,6 +5,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/slam/drive_model.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/drive_graph_detail.hpp>
 
 namespace chasles::smooth_detail {
@@ -41,7 +42,7 @@ class Collector {
  private:
   void keep(const FeatureFrame& frame) {
     const int now = graph_.timeline.add(frame);
-    for (const StereoObservation& o : usable(frame, report_)) {
+    for (const StereoObservation& o : usable(frame, report_.unusable)) {
       DrivePoint& point = tracks_[o.landmark];
       point.id = o.landmark;
       const bool seen = !point.views.empty();
@@ -95,24 +96,11 @@ void take_initial(const std::vector<Estimate>& initial, DriveTimeline& timeline)
 }
 
 void check(const DriveInput& input, const BatchSettings& settings) {
-  if (settings.frames_per_keyframe < 1) {
-    throw UsageError("batch.frames_per_keyframe: found " +
-                     std::to_string(settings.frames_per_keyframe) + ", expected 1 or more");
-  }
+  check_frames_per_keyframe(settings);
   if (input.velocities.empty()) {
     throw InputError("batch estimation needs velocities: the recording has none");
   }
-  for (const StereoNoise* noise : {&input.noise.begin, &input.noise.update}) {
-    for (const double sigma : {noise->u, noise->v, noise->disparity}) {
-      if (sigma > 0 && std::isfinite(sigma)) continue;
-      throw UsageError("pixel_sigma and disparity_sigma: found " + std::to_string(sigma) +
-                       ", expected deviations above 0");
-    }
-  }
-  const Vector6d& sigma = input.noise.motion.sample_sigma;
-  if (sigma.allFinite() && sigma.minCoeff() > 0) return;
-  throw InputError(
-      "a velocity sample without noise: expected velocity_sigma and rate_sigma above 0");
+  check_noise(input);
 }
 
 void count(DriveGraph& graph, BatchReport& report) {
@@ -129,14 +117,28 @@ void count(DriveGraph& graph, BatchReport& report) {
 
 }  // namespace
 
-std::vector<StereoObservation> usable(const FeatureFrame& frame, BatchReport& report) {
+void check_noise(const DriveInput& input) {
+  for (const StereoNoise* noise : {&input.noise.begin, &input.noise.update}) {
+    for (const double sigma : {noise->u, noise->v, noise->disparity}) {
+      if (sigma > 0 && std::isfinite(sigma)) continue;
+      throw UsageError("pixel_sigma and disparity_sigma: found " + std::to_string(sigma) +
+                       ", expected deviations above 0");
+    }
+  }
+  const Vector6d& sigma = input.noise.motion.sample_sigma;
+  if (sigma.allFinite() && sigma.minCoeff() > 0) return;
+  throw InputError(
+      "a velocity sample without noise: expected velocity_sigma and rate_sigma above 0");
+}
+
+std::vector<StereoObservation> usable(const FeatureFrame& frame, int& unusable) {
   std::vector<StereoObservation> good;
   std::set<LandmarkId> seen;
   for (const StereoObservation& o : frame.observations) {
     if (o.pixels.allFinite() && seen.insert(o.landmark).second) {
       good.push_back(o);
     } else {
-      ++report.unusable;
+      ++unusable;
     }
   }
   std::ranges::sort(good, {}, &StereoObservation::landmark);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
 #include <utility>
@@ -48,8 +49,9 @@ class DriveTimeline {
   BodyVelocityModel model;
   DriveStart start;
   std::vector<DriveKeyframe> keyframes = {};
-  std::vector<TwistLink> links = {};  ///< between a keyframe and the next
-  std::vector<DriveSample> samples = {};
+  // Terms point at them.
+  std::deque<TwistLink> links = {};  ///< between a keyframe and the next
+  std::deque<DriveSample> samples = {};
 
  private:
   int advance_to(Time time, const BodyVelocity& held);
@@ -59,8 +61,11 @@ class DriveTimeline {
   std::optional<BodyVelocity> velocity_;
 };
 
+/// Throws UsageError or InputError where something that is measured has no noise.
+void check_noise(const DriveInput& input);
+
 /// The pixels of a frame that can be used: finite, every landmark once; by id. Counts the others.
-std::vector<StereoObservation> usable(const FeatureFrame& frame, BatchReport& report);
+std::vector<StereoObservation> usable(const FeatureFrame& frame, int& unusable);
 
 /// Drops the views before the first one that tells a disparity of at least Settings::min_disparity;
 /// false: there is none.

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <chasles/slam/health.hpp>
+#include <chasles/smooth/batch.hpp>
+#include <chasles/smooth/window.hpp>
+
+namespace chasles {
+
+/// A keyframe's estimate as of the moment when it was the newest; the covariance as NavState has
+/// it, given all that came until then.
+struct WindowMotion : BatchMotion {
+  int rejected = 0;   ///< observations that the gate left out at that moment, of any frame
+  int in_window = 0;  ///< landmarks
+  int landmarks = 0;  ///< of the whole map
+  Health health = Health::kOk;
+};
+
+struct InertialWindowResult {
+  std::vector<WindowMotion> motions;   ///< of all frames that are keyframes
+  std::vector<MapLandmark> landmarks;  ///< as they were when they left the window, then its own
+  std::vector<LandmarkId> in_window;   ///< those that the next frame might still touch
+  WindowReport report;
+};
+
+/// A recording with an IMU through a window of so many keyframes that slides over it: the most
+/// probable motion and landmarks of the last keyframes, relinearised with every frame, given all
+/// samples and frames so far; what has left the window stays as a Gaussian prior (docs/window.md).
+/// The terms are those of smooth() of batch.hpp; `input.initial` is not used. An estimate depends
+/// on nothing that comes later than the first sample at or after its frame.
+///
+/// Recovered and counted: see WindowReport. Throws as that smooth() does, except for what is
+/// ill-posed: then the covariance says so; UsageError for fewer than two keyframes;
+/// Error(kDiverged) where a step finds nothing finite.
+InertialWindowResult slide(const BatchInput& input, const std::string& chart,
+                           const BatchSettings& settings, int keyframes);
+
+}  // namespace chasles
