@@ -9,7 +9,7 @@ import { activeRun } from './runs';
 import { app, listen, setCursor, setCursorTime, throttled } from './store';
 
 const WORDS: Record<Fate, string> = {
-  used: 'used', rejected: 'refused', begun: 'begins a landmark', waiting: 'waits',
+  used: 'used', rejected: 'refused', begun: 'begins a landmark', waiting: 'waiting',
 };
 const ORDER: Fate[] = ['used', 'rejected', 'begun', 'waiting'];
 
