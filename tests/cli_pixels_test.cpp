@@ -52,7 +52,7 @@ INSTANTIATE_TEST_SUITE_P(
     Mh01, RealImages,
     ::testing::Values(Case{"mono", "--cameras mono", 0.008},
                       Case{"stereo", "--cameras stereo", 0.007},
-                      Case{"mono_backwards", "--cameras mono --backwards", 0.008},
+                      Case{"mono_backwards", "--cameras mono --backwards", 0.012},
                       Case{"stereo_backwards", "--cameras stereo --backwards", 0.007}),
     [](const auto& test) { return std::string(test.param.name); });
 

@@ -43,8 +43,9 @@ export class ImagePanel {
     this.showLegend();
   }
 
+  /** None before the first rows of a live run. */
   private images(): CameraImages | undefined {
-    const { images } = activeRun();
+    const images = activeRun()?.images ?? [];
     return images[Math.min(this.select.selectedIndex, images.length - 1)] ?? images[0];
   }
 

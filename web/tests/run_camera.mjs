@@ -35,7 +35,7 @@ export async function camera(page, run) {
     await box.click();
     await until('the legend hides a kind of mark', async () => await picture(view) !== next);
     await box.click();
-    await until('and shows it again', async () => await picture(view) === next);
+    await until('the legend of the camera shows them again', async () => await picture(view) === next);
   }
   await page.selectOption('#camera-enlarged', '1');
   await until('ellipses can be drawn to scale', async () => await picture(view) !== next);

@@ -75,7 +75,7 @@ async function toggles(page) {
   await box.click();
   await until('a legend hides a series', async () => await picture(canvas) !== before);
   await box.click();
-  await until('and shows it again', async () => await picture(canvas) === before);
+  await until('a legend shows the series again', async () => await picture(canvas) === before);
 }
 
 /** Lets the page save a file, and gives its text. */
@@ -147,13 +147,15 @@ async function scene(page) {
 
 /** The legend takes the floor plan away and brings it back. */
 async function planInScene(page) {
-  await settle(page);
-  const before = await sceneShot(page);
   const box = page.locator('#map-legend label', { hasText: 'Floor plan' }).locator('input');
   await box.click();
-  await until('the legend hides the floor plan', async () => await sceneShot(page) !== before);
+  await settle(page);
+  const without = await sceneShot(page);
   await box.click();
-  await until('and shows it again', async () => await sceneShot(page) === before);
+  await until('the legend shows the floor plan', async () => await sceneShot(page) !== without);
+  await box.click();
+  await until('the legend hides the floor plan', async () => await sceneShot(page) === without);
+  await box.click();
 }
 
 async function mapMoves(page) {
