@@ -56,13 +56,15 @@ export class LandmarkDots {
     add('view', 4.5, 1);
   }
 
-  /** Shows what the landmarks are at that time of the run. */
+  /** Shows what the landmarks are at that time of the run. Those that a live run has got since
+   *  these dots were made come with the next ones. */
   setTime(t: number): void {
     const rows = rowsByLife(this.run, t);
     for (const { life, indices, geometry } of this.layers) {
-      (indices.array as Uint32Array).set(rows[life]);
+      const made = rows[life].filter((row) => row < indices.count);
+      (indices.array as Uint32Array).set(made);
       indices.needsUpdate = true;
-      geometry.setDrawRange(0, rows[life].length);
+      geometry.setDrawRange(0, made.length);
     }
   }
 }
