@@ -5,6 +5,7 @@
 #include <chasles/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/drive_oracle_testing.hpp>
+#include <chasles/smooth/exact_settings_testing.hpp>
 
 namespace chasles {
 namespace {
@@ -15,13 +16,7 @@ using test::DriveScene;
 using test::SmallDrive;
 
 BatchSettings exact(const std::string& landmarks = "cartesian") {
-  BatchSettings settings;
-  settings.landmarks = landmarks;
-  settings.loss = "none";
-  settings.gate = 0;
-  settings.tolerance = 1e-15;
-  settings.max_iterations = 200;
-  return settings;
+  return test::exact_settings(landmarks);
 }
 
 std::string refusal(const DriveInput& input, const BatchSettings& settings = {}) {

@@ -6,6 +6,7 @@
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/drive_testing.hpp>
 #include <chasles/smooth/drive_window.hpp>
+#include <chasles/smooth/exact_settings_testing.hpp>
 
 namespace chasles {
 namespace {
@@ -16,13 +17,7 @@ using test::DriveScene;
 using test::SmallDrive;
 
 BatchSettings exact(const std::string& landmarks = "inverse-depth") {
-  BatchSettings settings;
-  settings.landmarks = landmarks;
-  settings.loss = "none";
-  settings.gate = 0;
-  settings.tolerance = 1e-15;
-  settings.max_iterations = settings.window_steps = 200;
-  return settings;
+  return test::exact_settings(landmarks);
 }
 
 struct WindowRun {

@@ -4,6 +4,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/filter/testing.hpp>
+#include <chasles/smooth/exact_settings_testing.hpp>
 #include <chasles/smooth/inertial_window.hpp>
 #include <chasles/smooth/smooth_testing.hpp>
 
@@ -15,13 +16,8 @@ using test::small_scene;
 using test::SmallScene;
 
 BatchSettings exact(const std::string& landmarks = "inverse-depth") {
-  BatchSettings settings;
-  settings.landmarks = landmarks;
+  BatchSettings settings = test::exact_settings(landmarks);
   settings.min_parallax = 0;
-  settings.loss = "none";
-  settings.gate = 0;
-  settings.tolerance = 1e-15;
-  settings.max_iterations = settings.window_steps = 200;
   return settings;
 }
 
