@@ -67,9 +67,8 @@ void for_each_frontend_setting(SettingsType& s, Visitor&& visit) {
       "a track's patch is kept for so many images while it fits, and looked for in every third of "
       "them: errors of single steps do not add up; 1 or 2: each image's in the next one alone");
   visit("max_age", s.max_age, "frames",
-        "a track that has moved in about so many frames goes on as another point: what it drifted "
-        "does "
-        "not add up; 0: never");
+        "a track that was seen in about so many moving images goes on as another point: what it "
+        "drifted does not add up; 0: never");
   visit("reject_outliers", s.reject_outliers, "bool", "two-view check of all tracks together");
   visit("outlier_threshold", s.outlier_threshold, "px", "distance to the epipolar line of motion");
   visit("stereo", s.stereo, "bool", "find each track of camera 0 in the other cameras");
