@@ -215,6 +215,7 @@ Action declare_simulate(CLI::App& parser) {
       ->type_name("FILE");
   parser.add_flag("--real-imu", scene.real_imu,
                   "The IMU samples of the recording at --path instead of simulated ones");
+  parser.add_flag("--agreed-truth", scene.agreed_truth, kAgreedTruthHelp);
   parser.add_flag(
       "--images", o->images,
       "Render images instead of tracks, and write an EuRoC folder (scenes with an IMU)");

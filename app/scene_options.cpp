@@ -6,9 +6,11 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
 
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
+#include <chasles/lab/true_motion.hpp>
 
 #include "run_input.hpp"
 #include "settings_io.hpp"
@@ -58,6 +60,10 @@ void take_path(const SceneChoice& choice, InertialScene& scene) {
   }
   scene.path = read_truth(choice.path);
   if (choice.real_imu) take_real_imu(choice.path, scene);
+  if (choice.agreed_truth && !choice.real_imu) {
+    throw UsageError(
+        "--agreed-truth needs --real-imu: the samples that the truth is to agree with");
+  }
 }
 
 }  // namespace
@@ -81,6 +87,7 @@ void declare_scene(CLI::App& parser, SceneChoice& choice) {
       .add_flag("--real-imu", choice.real_imu,
                 "The IMU samples of the recording at --path instead of simulated ones")
       ->group("Scene");
+  parser.add_flag("--agreed-truth", choice.agreed_truth, kAgreedTruthHelp)->group("Scene");
   add("--seed", choice.seed, "N", "Chooses landmarks and noise");
   add("--scene-config", choice.config, "FILE", "Settings of the scene from a YAML file");
   add("--scene-set", choice.sets, "KEY=VALUE", "One setting of the scene; may be repeated")
@@ -105,6 +112,7 @@ InertialScene scene_from(const SceneChoice& choice) {
                                  scene.settings.geometry, geometry));
   }
   validate(scene.settings);
+  if (choice.agreed_truth) spdlog::info("{}", make_agree(scene));
   return scene;
 }
 

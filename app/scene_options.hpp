@@ -21,10 +21,16 @@ struct SceneChoice {
   std::string name;
   std::filesystem::path path;  ///< for the scene `trajectory`: a TUM file or a recording with truth
   bool real_imu = false;       ///< the samples of the recording at `path` instead of simulated ones
+  bool agreed_truth = false;   ///< with them: the motion that they and the truth agree on
   std::string config, seed;
   std::vector<std::string> sets;     ///< key=value
   std::string set_option = "--set";  ///< for messages
 };
+
+inline constexpr const char* kAgreedTruthHelp =
+    "With --real-imu: move along what truth and samples agree on, in place of the truth alone, "
+    "whose "
+    "poses jitter and lean against the IMU";
 
 /// Declares the options of a scene beside its name: --path, --real-imu, --seed, and the settings as
 /// --scene-set and --scene-config.
