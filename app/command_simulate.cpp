@@ -55,9 +55,10 @@ std::string scenes_help() {
 }
 
 StreetSettings street_settings_from(const SceneChoice& choice) {
-  if (!choice.path.empty() || choice.real_imu) {
-    throw UsageError(
-        fmt::format("--path and --real-imu are for the scene trajectory, not for {}", choice.name));
+  if (!choice.path.empty() || choice.real_imu || choice.agreed_truth) {
+    throw UsageError(fmt::format(
+        "--path, --real-imu and --agreed-truth are for the scene trajectory, not for {}",
+        choice.name));
   }
   StreetSettings settings = street_scene(choice.name);
   const SettingList list = setting_list(settings);

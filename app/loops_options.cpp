@@ -70,8 +70,9 @@ std::vector<std::string> all_charts() {
 bool is_loops(const std::string& name) { return name == kLoops; }
 
 LoopsSettings loops_from(const SceneChoice& choice) {
-  if (!choice.path.empty() || choice.real_imu) {
-    throw UsageError("--path and --real-imu are for the scene trajectory, not for loops");
+  if (!choice.path.empty() || choice.real_imu || choice.agreed_truth) {
+    throw UsageError(
+        "--path, --real-imu and --agreed-truth are for the scene trajectory, not for loops");
   }
   LoopsSettings settings;
   const SettingList list = list_of(settings);

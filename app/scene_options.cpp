@@ -47,6 +47,10 @@ void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
 }
 
 void take_path(const SceneChoice& choice, InertialScene& scene) {
+  if (choice.agreed_truth && !choice.real_imu) {
+    throw UsageError(
+        "--agreed-truth needs --real-imu: the samples that the truth is to agree with");
+  }
   if (choice.name != kTrajectory) {
     if (choice.path.empty() && !choice.real_imu) return;
     throw UsageError(fmt::format("--path and --real-imu are for the scene {}, not for {}",
@@ -60,10 +64,6 @@ void take_path(const SceneChoice& choice, InertialScene& scene) {
   }
   scene.path = read_truth(choice.path);
   if (choice.real_imu) take_real_imu(choice.path, scene);
-  if (choice.agreed_truth && !choice.real_imu) {
-    throw UsageError(
-        "--agreed-truth needs --real-imu: the samples that the truth is to agree with");
-  }
 }
 
 }  // namespace
