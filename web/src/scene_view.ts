@@ -1,5 +1,5 @@
 // From where the scene is seen: orbit, from above, or behind the body.
-import { PerspectiveCamera, Quaternion, Vector3 } from 'three';
+import { type Matrix4, PerspectiveCamera, Quaternion, Vector3 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 import { clamp, type Columns } from './data';
@@ -9,6 +9,10 @@ export interface Box { low: Vector3; high: Vector3 }
 
 /** Half its diameter. */
 export const sizeOf = ({ low, high }: Box): number => Math.max(0.5 * high.distanceTo(low), 0.5);
+
+/** How the world is seen: to clip coordinates, on a canvas of that size [px]. At the depth d a metre
+ *  takes spread / d of half its height. */
+export interface Screen { clip_T_world: Matrix4; width: number; height: number; spread: number }
 
 const UP = new Vector3(0, 0, 1);
 
@@ -120,9 +124,19 @@ export class SceneView {
     this.changed();
   }
 
+  private clip_T_world(): Matrix4 {
+    return this.camera.projectionMatrix.clone().multiply(this.camera.matrixWorldInverse);
+  }
+
+  screen(width: number, height: number): Screen {
+    this.camera.updateMatrixWorld();
+    return { clip_T_world: this.clip_T_world(), width, height,
+      spread: this.camera.projectionMatrix.elements[5] };
+  }
+
   /** Where a row of columns is on a canvas of that size; far away where it is behind the view. */
   onScreen({ x, y, z }: Columns, width: number, height: number): (i: number) => [number, number] {
-    const project = this.camera.projectionMatrix.clone().multiply(this.camera.matrixWorldInverse);
+    const project = this.clip_T_world();
     const p = new Vector3();
     return (i) => {
       p.set(x[i], y[i], z[i]).applyMatrix4(project);
