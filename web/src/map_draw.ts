@@ -70,8 +70,7 @@ export function drawPath(g: Pen, view: MapView, columns: Points, colour: string,
   g.strokeStyle = colour;
   g.lineWidth = width;
   g.setLineDash(dash);
-  polyline(g, a.length, (i) => view.toScreen(a[i] + da, 0)[0],
-    (i) => view.toScreen(0, b[i] + db)[1]);
+  polyline(g, a.length, (i) => view.xOnScreen(a[i] + da), (i) => view.yOnScreen(b[i] + db));
   g.setLineDash([]);
 }
 
