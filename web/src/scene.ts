@@ -12,7 +12,7 @@ import { activeRun, placedColumns, type Run, truthColumns } from './runs';
 import { ellipsoidMatrix, ellipsoids, LandmarkEllipsoids } from './scene_ellipsoids';
 import { LandmarkDots } from './scene_landmarks';
 import { bodyAxes, camerasOf, frustum, groundGrid, LongPath, pathLine, planLines } from './scene_objects';
-import { type Box, SceneView, sizeOf } from './scene_view';
+import { type Box, boxOf, SceneView, sizeOf } from './scene_view';
 import { app, listen, setCursor, throttled } from './store';
 import { SMOOTH } from './webgl';
 
@@ -81,18 +81,8 @@ export class ScenePanel {
     this.fit();
   }
 
-  /** The box of the path and of the landmarks about it. */
   private measureRun(): void {
-    const run = activeRun(), { low, high } = this.box;
-    const spans = (['x', 'y', 'z'] as const).map((axis) => extremes(run.states[axis]));
-    const far = 0.5 * Math.hypot(...spans.map(([a, b]) => Math.max(0, b - a)));
-    (['x', 'y', 'z'] as const).forEach((axis, k) => {
-      const [a, b] = spans[k], marks = run.landmarks[axis];
-      const ends = [a, b, Math.max(a - far, quantile(marks, 0.05)),
-        Math.min(b + far, quantile(marks, 0.95))].filter(Number.isFinite);
-      low.setComponent(k, ends.length ? Math.min(...ends) : -1);
-      high.setComponent(k, ends.length ? Math.max(...ends) : 1);
-    });
+    this.box = boxOf(activeRun());
     this.size = sizeOf(this.box);
   }
 
@@ -133,7 +123,7 @@ export class ScenePanel {
     const { show } = this.options, dash = this.size / 40;
     const fine = !SMOOTH && run.count > MANY;
     const others = (app.subjects as Run[]).map((other, k) => {
-      if (k === app.active || !show[`run-${k}`]) return null;
+      if (k === app.active || show[`run-${k}`] === false) return null;
       const shift = other.origin.map((o, i) => o - run.origin[i]) as Vector;
       return pathLine(pathOf(other.states), this.size, { colour: other.colour, width: 1.8, shift, fine });
     });

@@ -2,10 +2,26 @@
 import { type Matrix4, PerspectiveCamera, Quaternion, Vector3 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
-import { clamp, type Columns } from './data';
+import { AXES, clamp, type Columns, extremes, quantile } from './data';
+import type { Run } from './runs';
 
 /** What of a run is to be seen [m]. */
 export interface Box { low: Vector3; high: Vector3 }
+
+/** The box of a run's path and of the landmarks about it. */
+export function boxOf({ states, landmarks }: Run): Box {
+  const box: Box = { low: new Vector3(), high: new Vector3() };
+  const spans = AXES.map((axis) => extremes(states[axis]));
+  const far = 0.5 * Math.hypot(...spans.map(([a, b]) => Math.max(0, b - a)));
+  AXES.forEach((axis, k) => {
+    const [a, b] = spans[k], marks = landmarks[axis];
+    const ends = [a, b, Math.max(a - far, quantile(marks, 0.05)),
+      Math.min(b + far, quantile(marks, 0.95))].filter(Number.isFinite);
+    box.low.setComponent(k, ends.length ? Math.min(...ends) : -1);
+    box.high.setComponent(k, ends.length ? Math.max(...ends) : 1);
+  });
+  return box;
+}
 
 /** Half its diameter. */
 export const sizeOf = ({ low, high }: Box): number => Math.max(0.5 * high.distanceTo(low), 0.5);

@@ -2,8 +2,14 @@
 import { settle } from './browser.mjs';
 import { check, picture, saved, until } from './checks.mjs';
 
-/** The scene is drawn by WebGL, which keeps no picture: a screenshot of it. */
-const sceneShot = async (page) => (await page.locator('#scene').screenshot()).toString('base64');
+const detail = (page) => page.getAttribute('#scene', 'data-detail');
+
+/** A screenshot of the scene, for WebGL keeps no picture; once it is still. */
+async function sceneShot(page) {
+  await settle(page);
+  await until('a scene at rest is drawn in full', async () => await detail(page) === 'full');
+  return (await page.locator('#scene').screenshot()).toString('base64');
+}
 
 export async function scene(page, { run, folder }) {
   const canvas = page.locator('#scene');
@@ -14,7 +20,7 @@ export async function scene(page, { run, folder }) {
   const first = await sceneShot(page);
   await canvas.press('ArrowLeft');
   await until('an arrow key turns the scene', async () => await sceneShot(page) !== first);
-  await canvas.press('0');
+  await motion(page);
   if (run.plan) await planInScene(page);
   await page.selectOption('#map-view', 'above');
   await until('from above it looks different', async () => await sceneShot(page) !== first);
@@ -27,17 +33,40 @@ export async function scene(page, { run, folder }) {
   check('the scene is saved as a picture', bytes.length > 10000, String(bytes.length));
 }
 
+/** A processor draws a scene in motion with fewer dots; at rest it is the picture that it was. */
+async function motion(page) {
+  const canvas = page.locator('#scene');
+  await canvas.press('0');
+  const still = await sceneShot(page);
+  const details = await canvas.evaluate(async (scene) => {
+    const seen = [];
+    for (let i = 0; i < 12; i++) {
+      scene.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight' }));
+      await new Promise(requestAnimationFrame);
+      await new Promise(requestAnimationFrame);
+      seen.push(scene.dataset.detail);
+    }
+    return seen;
+  });
+  const dots = details.map((told) => /^coarse: (\d+) of (\d+) dots$/.exec(told)).filter(Boolean);
+  check('in motion it is drawn coarsely', dots.length > 8, details.join());
+  check('and none is drawn twice or invented', dots.every(([, n, all]) => Number(n) <= Number(all)));
+  const many = Number(dots[0]?.[2]) >= 2000;
+  check('in motion many dots at one place are one', !many ||
+    dots.every(([, n, all]) => Number(n) < 0.8 * Number(all)), details.join());
+  await canvas.press('0');
+  check('at rest it is what it was', await sceneShot(page) === still);
+}
+
 /** The legend takes the floor plan away and brings it back. */
 async function planInScene(page) {
   const box = page.locator('#map-legend label', { hasText: 'Floor plan' }).locator('input');
+  await box.focus();  // the frame about the scene that has the focus goes
+  const before = await sceneShot(page);
   await box.click();
-  await settle(page);
-  const without = await sceneShot(page);
+  await until('the legend hides the floor plan', async () => await sceneShot(page) !== before);
   await box.click();
-  await until('the legend shows the floor plan', async () => await sceneShot(page) !== without);
-  await box.click();
-  await until('the legend hides the floor plan', async () => await sceneShot(page) === without);
-  await box.click();
+  await until('the legend shows the floor plan', async () => await sceneShot(page) === before);
 }
 
 export async function mapMoves(page) {
