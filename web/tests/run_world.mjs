@@ -33,8 +33,9 @@ export async function scene(page, { run, folder }) {
   check('the scene is saved as a picture', bytes.length > 10000, String(bytes.length));
 }
 
-/** A processor draws a scene in motion with fewer dots; at rest it is the picture that it was. */
-async function motion(page) {
+/** A processor draws a scene in motion with fewer dots; at rest it is the picture that it was. Returns
+ *  how many dots there were in motion, at most. */
+export async function motion(page) {
   const canvas = page.locator('#scene');
   await canvas.press('0');
   const still = await sceneShot(page);
@@ -56,6 +57,7 @@ async function motion(page) {
     dots.every(([, n, all]) => Number(n) < 0.8 * Number(all)), details.join());
   await canvas.press('0');
   check('at rest it is what it was', await sceneShot(page) === still);
+  return Math.max(...dots.map(([, n]) => Number(n)));
 }
 
 /** The legend takes the floor plan away and brings it back. */
