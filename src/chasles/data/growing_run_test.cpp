@@ -46,7 +46,7 @@ TEST(GrowingRun, IsARunFolderOfWhatThereIsSoFar) {
   EXPECT_FALSE(fs::exists(growing_folder(folder) / "summary.json")) << "there is nothing yet";
   for (const int states : {3, 3, 8}) {
     growing.extend(run_of(states), map_of(states - 1));
-    const Run read = read_run(growing_folder(folder)), run = run_of(states);
+    const auto read = read_run(growing_folder(folder)), run = run_of(states);
     EXPECT_EQ(read.name, "walk");
     EXPECT_EQ(read.extra_names, run.extra_names);
     EXPECT_EQ(std::ssize(read.landmarks), states - 1);
