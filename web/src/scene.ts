@@ -45,6 +45,7 @@ export class ScenePanel {
   /** What was drawn before: its shaders serve what is drawn in its place, so it goes after that. */
   private old: Group[] = [];
   private drawnAt = -Infinity;
+  private toldAt = -Infinity;
   private stillTimer = 0;
   /** Of the canvas [css px]; 0 while it is not shown. */
   private width = 0;
@@ -237,9 +238,11 @@ export class ScenePanel {
     this.renderer.render(this.scene, this.view.camera);
     this.clear();
     canvas.dataset.detail = coarse ? `coarse: ${dots} of ${marks} dots` : 'full';
-    const told = `The run in three dimensions: ${run.count} estimated poses and ${marks} landmarks. ` +
-      'Arrow keys turn it.';
-    if (canvas.getAttribute('aria-label') !== told) canvas.setAttribute('aria-label', told);
+    // While it moves it changes with every drawing.
+    if (coarse && performance.now() - this.toldAt < 1000) return;
+    this.toldAt = performance.now();
+    canvas.setAttribute('aria-label', `The run in three dimensions: ${run.count} estimated poses and ` +
+      `${marks} landmarks, ${this.dots?.inView() ?? 0} of them in view. Arrow keys turn it.`);
   }
 
   private listenToInput(): void {

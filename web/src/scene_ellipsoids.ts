@@ -13,7 +13,7 @@ const MOST = { auto: 80, always: 2000, never: 0 } as Record<string, number>;
 /** Half of a landmark's dot [px]: a smaller ellipsoid is hidden by it. */
 const HIDDEN = 1.5;
 /** An ellipsoid that reaches less far [px] looks round with few triangles; in motion, a larger one. */
-const SMALL = 10, SMALL_IN_MOTION = 50;
+const SMALL = 10, SMALL_IN_MOTION = 18;
 /** The share of the screen that a processor fills with ellipsoids of a scene in motion. */
 const FILLED = 0.8;
 

@@ -109,6 +109,10 @@ export class LandmarkDots {
     for (let i = 0; i < this.life.length; i++) this.life[i] = CODES[lifeAt(this.run, i, t)];
   }
 
+  inView(): number {
+    return this.life.reduce((count, life) => count + Number(life === CODES.view), 0);
+  }
+
   /** Shows all of them, or with a screen those in view and of the others one where many are at one
    *  place of it, and none that is beside it. Returns how many dots there are. */
   arrange(screen?: Screen): number {
