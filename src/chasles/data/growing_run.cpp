@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cerrno>
 #include <fcntl.h>
 #include <fstream>
 #include <system_error>
@@ -23,6 +24,11 @@ int open_folder(const fs::path& folder) {
   return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 }
 
+/// Whether somebody else has locked it. A file system that knows no locks has nobody who has.
+bool is_taken(int folder, int lock) {
+  return ::flock(folder, lock | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
 /// Whoever reads it finds the old file or the new one, never half of one.
 void replace_file(const fs::path& file, std::string_view bytes) {
   const fs::path part = file.string() + ".part";
@@ -37,7 +43,7 @@ fs::path growing_folder(const fs::path& run_folder) { return run_folder / "growi
 bool is_growing(const fs::path& run_folder) {
   const int folder = open_folder(growing_folder(run_folder));
   if (folder < 0) return false;
-  const bool held = ::flock(folder, LOCK_SH | LOCK_NB) != 0;
+  const bool held = is_taken(folder, LOCK_SH);
   ::close(folder);
   return held;
 }
@@ -48,8 +54,11 @@ GrowingRun::GrowingRun(const fs::path& run_folder, Pace pace)
     : folder_(growing_folder(run_folder)), pace_(pace) {
   make_folder(folder_);
   lock_ = open_folder(folder_);
-  if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-    if (lock_ >= 0) ::close(lock_);
+  if (lock_ < 0) {
+    throw UsageError(fmt::format("{}: cannot be opened as a folder", folder_.string()));
+  }
+  if (is_taken(lock_, LOCK_EX)) {
+    ::close(lock_);
     throw UsageError(
         fmt::format("{}: another run is being written into it; wait for its end, or "
                     "name another folder",
