@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fstream>
 #include <system_error>
+#include <thread>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -57,7 +58,13 @@ GrowingRun::GrowingRun(const fs::path& run_folder, Pace pace)
   if (lock_ < 0) {
     throw UsageError(fmt::format("{}: cannot be opened as a folder", folder_.string()));
   }
-  if (is_taken(lock_, LOCK_EX)) {
+  bool taken = is_taken(lock_, LOCK_EX);
+  // Who only looks whether it is taken has it for an instant.
+  for (int tries = 0; taken && tries < 5; ++tries) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    taken = is_taken(lock_, LOCK_EX);
+  }
+  if (taken) {
     ::close(lock_);
     throw UsageError(
         fmt::format("{}: another run is being written into it; wait for its end, or "
@@ -79,7 +86,7 @@ GrowingRun::~GrowingRun() {
 void GrowingRun::begin(const Run& header, const nlohmann::ordered_json& summary) {
   nlohmann::ordered_json known = summary;
   known["name"] = header.name;
-  summary_ = known.dump(2) + "\n";
+  summary_ = known.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
   next_ = Clock::now() + pace_.first;
 }
 
