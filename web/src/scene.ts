@@ -219,9 +219,13 @@ export class ScenePanel {
     if (!this.visible()) return;
     const coarse = !SMOOTH && performance.now() - this.drawnAt < STILL;
     this.drawOnce(coarse);
-    this.drawnAt = performance.now();
     clearTimeout(this.stillTimer);
-    if (coarse) this.stillTimer = window.setTimeout(this.draw, STILL + 20);
+    // Counted from when it is on the screen, however long that took.
+    requestAnimationFrame(() => {
+      this.drawnAt = performance.now();
+      clearTimeout(this.stillTimer);
+      if (coarse) this.stillTimer = window.setTimeout(this.draw, STILL + 20);
+    });
   }
 
   /** As it is when it is still. */

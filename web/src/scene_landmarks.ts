@@ -65,6 +65,8 @@ export class LandmarkDots {
   private readonly place: Float32Array;
   private readonly life: Uint8Array;
   private readonly cells = new Cells();
+  /** All of them are shown as they are at the time. */
+  private inFull = false;
   /** Rows of landmarks, one list for all layers of a life. */
   private readonly indices = new Map<Life, BufferAttribute>();
   private readonly layers: { life: Life; geometry: BufferGeometry }[] = [];
@@ -107,6 +109,7 @@ export class LandmarkDots {
    *  these dots were made come with the next ones. */
   setTime(t: number): void {
     for (let i = 0; i < this.life.length; i++) this.life[i] = CODES[lifeAt(this.run, i, t)];
+    this.inFull = false;
   }
 
   inView(): number {
@@ -116,7 +119,9 @@ export class LandmarkDots {
   /** Shows all of them, or with a screen those in view and of the others one where many are at one
    *  place of it, and none that is beside it. Returns how many dots there are. */
   arrange(screen?: Screen): number {
+    if (!screen && this.inFull) return this.life.length;
     if (screen) this.cells.clear(screen.width, screen.height);
+    this.inFull = !screen;
     let dots = 0;
     // Whatever lies on top comes first: it takes the place.
     for (const life of [...LIVES].reverse()) {

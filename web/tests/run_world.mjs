@@ -50,7 +50,7 @@ export async function motion(page) {
     return seen;
   });
   const dots = details.map((told) => /^coarse: (\d+) of (\d+) dots$/.exec(told)).filter(Boolean);
-  check('in motion it is drawn coarsely', dots.length > 8, details.join());
+  check('in motion it is drawn coarsely', dots.length > 6, details.join());
   check('and none is drawn twice or invented', dots.every(([, n, all]) => Number(n) <= Number(all)));
   const many = Number(dots[0]?.[2]) >= 2000;
   check('in motion many dots at one place are one', !many ||
