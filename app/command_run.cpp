@@ -272,7 +272,7 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
   const InertialRunSettings settings = inertial_run_settings_from(o.settings);
   const Interrupt interrupt;
   prepare_outputs(o);
-  LiveView live(o.live, interrupt);
+  LiveView live(o.live, interrupt, o.output);
   InertialDrive result = telling_why_not(live, [&] {
     return drive(recording, settings,
                  {.from_truth = o.begin == "truth",
@@ -313,7 +313,7 @@ int run(const RunOptions& o) {
   check(o, settings.filter);
   const Interrupt interrupt;
   prepare_outputs(o);
-  LiveView live(o.live, interrupt);
+  LiveView live(o.live, interrupt, o.output);
   const Drive result =
       telling_why_not(live, [&] { return estimate(o, settings, recording, interrupt, live); });
   const Json summary = summary_json(result, settings, recording);

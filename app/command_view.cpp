@@ -1,14 +1,17 @@
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <thread>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <chasles/data/growing_run.hpp>
 #include <chasles/error.hpp>
 #include <chasles/report/study.hpp>
 
+#include "follow_run.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
 #include "run_folder.hpp"
@@ -32,28 +35,49 @@ std::vector<ReportRun> read_runs(const std::vector<std::filesystem::path>& folde
       throw UsageError(
           fmt::format("{} is a study: its page is written by `chasles report`", folder.string()));
     }
+    if (is_growing(folder)) {
+      throw UsageError(
+          fmt::format("{}: a run is being written into it; view it alone, or wait for its end",
+                      folder.string()));
+    }
     runs.push_back(read_with_timing(folder));
   }
   return runs;
 }
 
 // Until it is interrupted, which is how it ends.
-int view(const ViewOptions& o) {
-  const std::uint16_t port = port_of("--port", o.port);
-  FinishedRuns feed(read_runs(o.folders));
+int serve(const ViewOptions& o, LiveFeed& feed, const std::function<void()>& work) {
   const Interrupt interrupt;
-  const LiveServer server({.address = o.address, .port = port}, live_page(), feed);
+  const LiveServer server({.address = o.address, .port = port_of("--port", o.port)}, live_page(),
+                          feed);
   for (const std::string& url : urls(server.gate())) fmt::print("{}\n", url);
   std::fflush(stdout);
-  while (!interrupt.requested()) std::this_thread::sleep_for(kBetweenLooks);
+  while (!interrupt.requested()) {
+    work();
+    std::this_thread::sleep_for(kBetweenLooks);
+  }
   return 0;
+}
+
+int view(const ViewOptions& o) {
+  port_of("--port", o.port);
+  if (o.folders.size() == 1 && is_growing(o.folders.front())) {
+    LiveRun run({});
+    FollowedRun followed(o.folders.front(), run);
+    return serve(o, run, [&] { followed.look(); });
+  }
+  FinishedRuns feed(read_runs(o.folders));
+  return serve(o, feed, [] {});
 }
 
 }  // namespace
 
 Action declare_view(CLI::App& parser) {
   const auto o = std::make_shared<ViewOptions>();
-  parser.add_option("RUN", o->folders, "Run folders, as `chasles run -o` writes them")
+  parser
+      .add_option("RUN", o->folders,
+                  "Run folders, as `chasles run -o` writes them; one that is still being written "
+                  "is followed")
       ->required()
       ->type_name("");
   parser.add_option("--port", o->port, "Port to listen on (default: one that is free)")

@@ -45,13 +45,25 @@ struct Estimating {
   std::function<void(const BodyVelocity&)> velocity;
   std::function<std::optional<Estimate>(const FeatureFrame&)> frame;
   std::function<std::vector<MapLandmark>()> map;
+  std::function<std::vector<LandmarkId>()> in_state;
 };
+
+std::vector<LandmarkId> in_state_of(const Slam& slam) {
+  std::vector<LandmarkId> ids;
+  for (const Landmark& l : slam.filter().state().landmarks) ids.push_back(l.id);
+  return ids;
+}
 
 void process_all(const Recording& recording, const Estimating& estimating,
                  const Interrupt& interrupt, bool quiet, LiveView& live, Drive& result) {
   Progress progress(recording.frames.size(), quiet);
   EventStream events(recording);
   Stopwatch frame_time;
+  const auto map_so_far = [&] {
+    std::vector<RunLandmark> map = run_landmarks(estimating.map());
+    result.sightings.tell(estimating.in_state(), map);
+    return map;
+  };
   while (const auto event = events.next()) {
     if (const auto* velocity = std::get_if<BodyVelocity>(&*event)) {
       estimating.velocity(*velocity);
@@ -66,8 +78,7 @@ void process_all(const Recording& recording, const Estimating& estimating,
     result.estimates.push_back(*estimate);
     const double seconds = to_seconds(estimate->time - recording.frames.front().time);
     progress.show(result.run.states.size(), seconds);
-    live.advance(result.run, result.run.states.size(), seconds,
-                 [&] { return run_landmarks(estimating.map()); });
+    live.advance(result.run, result.run.states.size(), seconds, map_so_far);
     result.interrupted = interrupt.requested();
     // Nothing after a lost frame can be believed, and arithmetic on NaN is slow.
     if (result.interrupted || estimate->health == Health::kLost) return;
@@ -102,12 +113,11 @@ Drive drive(const Recording& recording, const Settings& settings, const Interrup
   process_all(recording,
               {.velocity = [&](const BodyVelocity& velocity) { slam.process(velocity); },
                .frame = [&](const FeatureFrame& frame) { return slam.process(frame); },
-               .map = [&] { return slam.filter().map(); }},
+               .map = [&] { return slam.filter().map(); },
+               .in_state = [&] { return in_state_of(slam); }},
               interrupt, quiet, live, result);
   result.run.landmarks = run_landmarks(slam.filter().map());
-  std::vector<LandmarkId> in_state;
-  for (const Landmark& l : slam.filter().state().landmarks) in_state.push_back(l.id);
-  result.sightings.tell(in_state, result.run);
+  result.sightings.tell(in_state_of(slam), result.run.landmarks);
   return result;
 }
 
@@ -125,13 +135,14 @@ Drive slide(const Recording& recording, const Settings& settings, const BatchSet
   process_all(recording,
               {.velocity = [&](const BodyVelocity& velocity) { window.process(velocity); },
                .frame = [&](const FeatureFrame& frame) { return window.process(frame); },
-               .map = [&] { return window.map(); }},
+               .map = [&] { return window.map(); },
+               .in_state = [&] { return window.in_window(); }},
               interrupt, quiet, live, result);
   for (RunState& state : result.run.states) state.stages.clear();
   if (!result.interrupted) window.check();
   result.window = window.report();
   result.run.landmarks = run_landmarks(window.map());
-  result.sightings.tell(window.in_window(), result.run);
+  result.sightings.tell(window.in_window(), result.run.landmarks);
   return result;
 }
 
@@ -154,7 +165,7 @@ void smooth(const Recording& recording, const Settings& settings, const BatchSet
     drive.run.states.back().stages.clear();
   }
   drive.run.landmarks = run_landmarks(result.landmarks);
-  drive.sightings.tell(std::nullopt, drive.run);
+  drive.sightings.tell(std::nullopt, drive.run.landmarks);
   drive.batch = result.report;
 }
 

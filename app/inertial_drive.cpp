@@ -219,7 +219,7 @@ class Loop {
     result_.run.images = keeper_.take();
     if (result_.realtime) result_.realtime->frames = feed_.counts();
     finish(session_, sums_, result_);
-    sightings_.tell(session_.in_state(), result_.run);
+    sightings_.tell(session_.in_state(), result_.run.landmarks);
     if (later_ && !result_.interrupted) replace_run();
     return std::move(result_);
   }
@@ -243,9 +243,14 @@ class Loop {
     }
     const double seconds = to_seconds(frame.time - *first_);
     progress_.show(++frames_, seconds);
-    live_.advance(result_.run, frames_, seconds,
-                  [this] { return run_landmarks(session_.map_nav()); });
+    live_.advance(result_.run, frames_, seconds, [this] { return map_so_far(); });
     frame_time_ = {};
+  }
+
+  std::vector<RunLandmark> map_so_far() const {
+    std::vector<RunLandmark> map = run_landmarks(session_.map_nav());
+    sightings_.tell(session_.in_state(), map);
+    return map;
   }
 
   // In real time, how late it is; else how long it took.
@@ -313,7 +318,7 @@ class Loop {
       e.health = believable(batch.report) ? Health::kOk : Health::kDegraded;
     }
     result_.run.landmarks = run_landmarks(batch.landmarks);
-    sightings_.tell(std::nullopt, result_.run);
+    sightings_.tell(std::nullopt, result_.run.landmarks);
     result_.batch = batch.report;
   }
 
@@ -322,7 +327,7 @@ class Loop {
         slide(batch_problem(), settings_.filter.chart, settings_.batch, options_.estimator.window);
     for (const WindowMotion& motion : window.motions) found.push_back(estimate_of(motion));
     result_.run.landmarks = run_landmarks(window.landmarks);
-    sightings_.tell(window.in_window, result_.run);
+    sightings_.tell(window.in_window, result_.run.landmarks);
     result_.window = window.report;
   }
 

@@ -51,10 +51,12 @@ void declare_live(CLI::App& parser, LiveOptions& o) {
       ->group("Output");
 }
 
-LiveView::LiveView(const LiveOptions& options, const Interrupt& interrupt) {
+LiveView::LiveView(const LiveOptions& options, const Interrupt& interrupt,
+                   const std::filesystem::path& output) {
   if (!options.wanted && options.address != LiveOptions{}.address) {
     throw UsageError("--live-address is for --live");
   }
+  if (!output.empty()) growing_ = std::make_unique<GrowingRun>(output);
   if (!options.wanted) return;
   run_ = std::make_unique<LiveRun>([&interrupt] { interrupt.request(); });
   server_ = std::make_unique<LiveServer>(
@@ -69,7 +71,8 @@ LiveView::~LiveView() {
 }
 
 void LiveView::begin(const Run& header, const nlohmann::ordered_json& known, std::size_t frames) {
-  if (!active()) return;
+  if (growing_) growing_->begin(header, known);
+  if (!run_) return;
   run_->begin({.name = header.name,
                .extra_names = header.extra_names,
                .truth = header.truth,
@@ -80,22 +83,24 @@ void LiveView::begin(const Run& header, const nlohmann::ordered_json& known, std
 
 void LiveView::advance(const Run& run, std::size_t frames, double recorded_seconds,
                        const std::function<std::vector<RunLandmark>()>& map) {
-  if (!active()) return;
+  if (growing_) growing_->extend(run, map);
+  if (!run_) return;
   for (; told_ < run.states.size(); ++told_) run_->add(run.states[told_]);
   run_->progress(frames, recorded_seconds);
   run_->landmarks(map);
 }
 
 void LiveView::smoothing() {
-  if (active()) run_->smoothing();
+  if (run_) run_->smoothing();
 }
 
 void LiveView::finish(const Run& run, std::string summary, bool interrupted) {
-  if (active()) run_->finish({.run = run, .summary = std::move(summary)}, interrupted);
+  growing_.reset();
+  if (run_) run_->finish({.run = run, .summary = std::move(summary)}, interrupted);
 }
 
 void LiveView::fail(const std::string& why) {
-  if (active()) run_->fail(why);
+  if (run_) run_->fail(why);
 }
 
 }  // namespace chasles::app

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <chasles/data/growing_run.hpp>
 #include <chasles/live/live_run.hpp>
 #include <chasles/live/server.hpp>
 
@@ -31,16 +33,17 @@ void declare_live(CLI::App& parser, LiveOptions& options);
 /// A port as it stands on the command line; empty: 0. Throws UsageError that names the option.
 std::uint16_t port_of(const std::string& option, const std::string& text);
 
-/// A run as viewers see it while it goes. Where nobody asked for that, nothing happens.
+/// A run as it is seen from outside while it goes: by viewers, where that was asked for, and in the
+/// folder that it is written to, where there is one.
 class LiveView {
  public:
   /// Serves from now on, and prints the URL to stderr. A viewer's wish to stop is an interrupt.
-  LiveView(const LiveOptions& options, const Interrupt& interrupt);
+  /// `output`: the run folder; empty: none.
+  LiveView(const LiveOptions& options, const Interrupt& interrupt,
+           const std::filesystem::path& output);
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
   ~LiveView();  ///< viewers get what they lack, for some seconds
-
-  bool active() const { return server_ != nullptr; }
 
   /// `known`: what is known of the summary.
   void begin(const Run& header, const nlohmann::ordered_json& known, std::size_t frames);
@@ -48,13 +51,14 @@ class LiveView {
   void advance(const Run& run, std::size_t frames, double recorded_seconds,
                const std::function<std::vector<RunLandmark>()>& map);
   void smoothing();
-  /// `summary`: with the timing.
+  /// The run folder is written. `summary`: with the timing.
   void finish(const Run& run, std::string summary, bool interrupted);
   void fail(const std::string& why);
 
  private:
   std::unique_ptr<LiveRun> run_;
   std::unique_ptr<LiveServer> server_;
+  std::unique_ptr<GrowingRun> growing_;
   std::size_t told_ = 0;  ///< states
 };
 

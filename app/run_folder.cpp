@@ -1,5 +1,7 @@
 #include "run_folder.hpp"
 
+#include <utility>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +12,7 @@
 namespace chasles::app {
 
 ReportRun read_with_timing(const std::filesystem::path& folder) {
+  Run run = read_run(folder);  // which says best what a folder is not
   nlohmann::ordered_json summary = read_summary(folder);
   const std::filesystem::path file = folder / "timing.json";
   std::error_code ignored;
@@ -20,7 +23,7 @@ ReportRun read_with_timing(const std::filesystem::path& folder) {
     }
     summary.update(timing);
   }
-  return {.run = read_run(folder), .summary = summary.dump(), .label = folder_name(folder)};
+  return {.run = std::move(run), .summary = summary.dump(), .label = folder_name(folder)};
 }
 
 }  // namespace chasles::app

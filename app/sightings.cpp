@@ -12,10 +12,11 @@ void Sightings::add(const FeatureFrame& frame) {
   for (const PixelObservation& o : frame.pixels) note(o.landmark);
 }
 
-void Sightings::tell(const std::optional<std::vector<LandmarkId>>& in_state, Run& run) const {
+void Sightings::tell(const std::optional<std::vector<LandmarkId>>& in_state,
+                     std::vector<RunLandmark>& landmarks) const {
   std::unordered_set<LandmarkId> present;
   if (in_state) present.insert(in_state->begin(), in_state->end());
-  for (RunLandmark& l : run.landmarks) {
+  for (RunLandmark& l : landmarks) {
     const auto found = seen_.find(l.id);
     if (found != seen_.end()) {
       l.first_seen = found->second.first;

@@ -14,9 +14,10 @@ class Sightings {
  public:
   void add(const FeatureFrame& frame);
 
-  /// Fills in first_seen, last_seen and in_state of the run's landmarks. Without `in_state` all
-  /// are: batch estimation retires none.
-  void tell(const std::optional<std::vector<LandmarkId>>& in_state, Run& run) const;
+  /// Fills in first_seen, last_seen and in_state of landmarks. Without `in_state` all are: batch
+  /// estimation retires none.
+  void tell(const std::optional<std::vector<LandmarkId>>& in_state,
+            std::vector<RunLandmark>& landmarks) const;
 
  private:
   struct Span {

@@ -51,17 +51,25 @@ export function tickText(v: number, step: number): string {
   return Math.abs(v) >= 1e5 ? number(v) : grouped(Math.abs(v) < step / 1e3 ? 0 : v, decimals);
 }
 
-/** Strokes a polyline; non-finite points break it. */
+/** Strokes a polyline; non-finite points break it. Points within a third of a pixel of the last one
+ *  are left out: nobody sees them, and a long run has hundreds on each pixel. */
 export function polyline(g: Pen, n: number, xOf: (i: number) => number, yOf: (i: number) => number):
     void {
   g.beginPath();
-  let pen = false;
+  let pen = false, skipped = false;
+  let x = 0, y = 0, keptX = 0, keptY = 0;
   for (let i = 0; i < n; i++) {
-    const x = xOf(i), y = yOf(i);
-    if (!Number.isFinite(x) || !Number.isFinite(y)) { pen = false; continue; }
-    if (pen) g.lineTo(x, y); else g.moveTo(x, y);
-    pen = true;
+    const nextX = xOf(i), nextY = yOf(i), known = Number.isFinite(nextX + nextY);
+    if (skipped && !known) g.lineTo(x, y);
+    skipped = known && pen && Math.abs(nextX - keptX) < 0.33 && Math.abs(nextY - keptY) < 0.33;
+    [x, y] = [nextX, nextY];
+    if (known && !skipped) {
+      if (pen) g.lineTo(x, y); else g.moveTo(x, y);
+      [keptX, keptY] = [x, y];
+    }
+    pen = known;
   }
+  if (skipped) g.lineTo(x, y);
   g.stroke();
 }
 

@@ -56,6 +56,11 @@ export function titleCase(name: string): string {
   return words.charAt(0).toUpperCase() + words.slice(1);
 }
 
+/** Puts a text into an element, where it is another: one that stays costs the browser nothing. */
+export function setText(element: Element, text: string): void {
+  if (element.textContent !== text) element.textContent = text;
+}
+
 type Attribute = string | number | null | undefined | (() => void);
 export type Child = Node | string | null | undefined;
 

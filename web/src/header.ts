@@ -1,6 +1,6 @@
 // The line below the name, and the numbers at the time cursor.
 import { AXES, type Columns } from './data';
-import { byId, fixed, grouped, isScalar, make, number } from './format';
+import { byId, fixed, grouped, isScalar, make, number, setText } from './format';
 import { activeRun, chartOf, type Run } from './runs';
 import { app, setActive } from './store';
 
@@ -36,9 +36,18 @@ export function showAtTime(): void {
   if (!run.count) return;
   slider.setAttribute('aria-valuetext', `${fixed(t[i], 2)} seconds`);
   byId('time-text').textContent = `${fixed(t[i], 2)} s`;
-  const rows = atTimeRows(run, i).flatMap(([label, text]) =>
-    [make('dt', {}, label), make('dd', {}, text)]);
-  byId('at-time').replaceChildren(...rows);
+  tell(byId('at-time'), atTimeRows(run, i));
+}
+
+/** Puts rows of a label and a text into a list; as long as the labels stay only texts change. */
+function tell(list: HTMLElement, rows: [string, string][]): void {
+  const held = [...list.children];
+  if (held.length !== 2 * rows.length || rows.some(([label], k) => held[2 * k].textContent !== label)) {
+    list.replaceChildren(...rows.flatMap(([label, text]) =>
+      [make('dt', {}, label), make('dd', {}, text)]));
+    return;
+  }
+  rows.forEach(([, text], k) => setText(held[2 * k + 1], text));
 }
 
 function atTimeRows(run: Run, i: number): [string, string][] {

@@ -8,8 +8,9 @@ export const LIVES: readonly Life[] = ['later', 'retired', 'view'];
 export const LIFE_LABELS: Record<Life, string> =
   { view: 'Landmarks in view', retired: 'retired', later: 'seen later' };
 
-export function lifeAt({ landmarks }: Run, i: number, t: number): Life {
-  if (landmarks.last[i] < t) return 'retired';
+/** What is in view in the last map of a run that goes on is taken to be so until the next one. */
+export function lifeAt({ landmarks, mapTime }: Run, i: number, t: number): Life {
+  if (landmarks.last[i] < Math.min(t, mapTime)) return 'retired';
   return landmarks.first[i] > t ? 'later' : 'view';
 }
 

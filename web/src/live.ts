@@ -15,6 +15,8 @@ interface Progress {
   seconds: number;
   wall: number;
   message: string;
+  /** False where the server only looks on. */
+  stoppable?: boolean;
 }
 
 interface Message extends Partial<RawRows> {
@@ -219,7 +221,8 @@ export class Live {
   private showStop(): void {
     const button = byId<HTMLButtonElement>('live-stop');
     const goes = this.progress?.stage === 'waiting' || this.progress?.stage === 'running';
-    button.hidden = !goes || this.retryAt > 0 || this.socket === null;
+    const may = this.progress?.stoppable !== false;
+    button.hidden = !goes || !may || this.retryAt > 0 || this.socket === null;
     button.disabled = this.stopping;
     const asks = Date.now() - this.asked < STOP_QUESTION;
     button.textContent = this.stopping ? 'Stopping' : asks ? 'Really stop?' : 'Stop the run';

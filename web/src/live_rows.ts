@@ -1,5 +1,5 @@
 // A run that grows: rows are added to its columns, which then are as decodeRun() would have made them.
-import { type Column, type Columns, decodeColumns } from './data';
+import { type Column, type Columns, decodeColumns, extremes } from './data';
 import { decodeRun, eulerAngles, type RawRun, type Run } from './runs';
 
 /** Rows that the server adds. The first `skip` rows of the data are those of the run's first state. */
@@ -83,6 +83,7 @@ export class GrowingRun {
     if (data.nees_coordinates) run.neesCoordinates = data.nees_coordinates;
     if (data.landmarks) {
       run.landmarks = decodeColumns(data.landmarks);
+      run.mapTime = extremes(run.landmarks.last)[1];
       run.landmarksLeftOut = data.landmarks_left_out ?? 0;
     }
   }

@@ -71,6 +71,10 @@ export class MapPanel implements MapHost {
     this.canvas.setAttribute('aria-label', mapDescription(activeRun()));
   }
 
+  drawInFull(): void {
+    this.drawNow();
+  }
+
   print(): void {
     this.resize();
     this.drawNow();

@@ -9,6 +9,7 @@ import { app } from './store';
 import { palette, ramp } from './theme';
 
 export interface MapOptions {
+  /** Layers by their keys; other runs, run-0 and so on, are shown unless they are switched off. */
   show: Record<string, boolean>;
   colour: string;
   ellipses: string;
@@ -26,7 +27,7 @@ export function drawMap(g: Pen, view: MapView, options: MapOptions): void {
   if (options.show.plan) drawPlan(g, view, options);
   drawLandmarks(g, view, options);
   (app.subjects as Run[]).forEach((run, k) => {
-    if (k !== app.active && options.show['run-' + k]) drawOtherRun(g, view, run);
+    if (k !== app.active && options.show['run-' + k] !== false) drawOtherRun(g, view, run);
   });
   const run = activeRun();
   if (options.show.dead && run.deadReckoning) {
@@ -70,8 +71,7 @@ export function drawPath(g: Pen, view: MapView, columns: Points, colour: string,
   g.strokeStyle = colour;
   g.lineWidth = width;
   g.setLineDash(dash);
-  polyline(g, a.length, (i) => view.toScreen(a[i] + da, 0)[0],
-    (i) => view.toScreen(0, b[i] + db)[1]);
+  polyline(g, a.length, (i) => view.xOnScreen(a[i] + da), (i) => view.yOnScreen(b[i] + db));
   g.setLineDash([]);
 }
 

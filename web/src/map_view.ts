@@ -33,8 +33,15 @@ export class Plane {
   }
 
   toScreen(x: number, y: number): [number, number] {
-    return [this.width / 2 + (x - this.centre[0]) * this.scale,
-      this.height / 2 - (y - this.centre[1]) * this.scale];
+    return [this.xOnScreen(x), this.yOnScreen(y)];
+  }
+
+  xOnScreen(x: number): number {
+    return this.width / 2 + (x - this.centre[0]) * this.scale;
+  }
+
+  yOnScreen(y: number): number {
+    return this.height / 2 - (y - this.centre[1]) * this.scale;
   }
 
   toWorld(px: number, py: number): [number, number] {

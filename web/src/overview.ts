@@ -186,7 +186,7 @@ export class Overview implements MapHost {
 }
 
 function drawWay(g: Pen, view: Plane, { x, y }: Way): void {
-  polyline(g, x.length, (i) => view.toScreen(x[i], 0)[0], (i) => view.toScreen(0, y[i])[1]);
+  polyline(g, x.length, (i) => view.xOnScreen(x[i]), (i) => view.yOnScreen(y[i]));
 }
 
 /** A path of closed pieces that NaN separates. */

@@ -1,6 +1,6 @@
 // A plot over time: panels, a legend, buttons, the numbers at the cursor.
 import { downloadCsv, downloadSvg, downloadSvgAsPng, fileName } from './files';
-import { button, fixed, make, swatch, toggle } from './format';
+import { button, fixed, make, setText, swatch, toggle } from './format';
 import { PlotPanel } from './plot_panel';
 import { legendSeries, type Panel, panelTitle, plotColumns, plotDescription, type PlotSpec, valueText }
   from './plot_spec';
@@ -140,9 +140,11 @@ export class TimePlot {
     this.redrawSoon();
   }
 
+  /** Far from the screen nothing is done: show() moves the cursor when the plot comes near. */
   readonly moveCursor = throttled(() => {
+    if (!this.visible) return;
     for (const panel of this.panels) panel.moveCursor();
-    if (this.visible) this.showValues();
+    this.showValues();
   });
 
   private showValues(): void {
@@ -153,7 +155,9 @@ export class TimePlot {
         texts.push(valueText(panel, s, i));
       }
     }
-    this.readout.replaceChildren(...texts.map((text) => make('span', {}, text)));
+    while (this.readout.children.length > texts.length) this.readout.lastChild?.remove();
+    while (this.readout.children.length < texts.length) this.readout.append(make('span'));
+    texts.forEach((text, k) => setText(this.readout.children[k], text));
   }
 
   /** On paper a vector picture stands in for the charts. */

@@ -57,10 +57,13 @@ function logLimits(panel: Panel, drawn: Series[]): Limits {
   return [Math.max(low, high / 1e6, panel.floor ?? 0) / 1.4, high * 1.6];
 }
 
-/** Ticks of a value axis; powers of ten on a logarithmic one, every second or third where there
- *  are many. */
+/** Ticks of a value axis, three or more: one alone gives no scale; powers of ten on a logarithmic one,
+ *  every second or third where there are many. */
 export function valueTicks([low, high]: Limits, log = false): number[] {
-  if (!log) return ticksOf(low, high, 4);
+  if (!log) {
+    const ticks = ticksOf(low, high, 4);
+    return ticks.length > 2 ? ticks : ticksOf(low, high, 8);
+  }
   const first = Math.ceil(Math.log10(low)), last = Math.floor(Math.log10(high));
   const step = Math.ceil((last - first + 1) / 6);
   const ticks = [];

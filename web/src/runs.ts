@@ -19,6 +19,8 @@ export interface Run extends Subject {
   /** What each took [ms]. */
   stages: Column[];
   landmarks: Columns;
+  /** When the landmarks were like that [s]: of a run that goes on they come less often than states. */
+  mapTime: number;
   truth: Columns | null;
   /** Walls and furniture seen from above, placed as the truth is. */
   plan: { wall: Columns; furniture: Columns } | null;
@@ -65,6 +67,7 @@ export function decodeRun(raw: RawRun, bounds: Record<string, number>): Run {
     stageNames: raw.stage_names ?? [],
     stages: (raw.stages ?? []).map(column),
     landmarks: decodeColumns(raw.landmarks),
+    mapTime: Infinity,
     truth: raw.truth ? decodeColumns(raw.truth) : null,
     plan: raw.plan ? { wall: decodeColumns(raw.plan.wall),
       furniture: decodeColumns(raw.plan.furniture) } : null,

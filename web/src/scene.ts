@@ -9,17 +9,18 @@ import { estimateColour, type MapOptions } from './map_draw';
 import { nearestOnScreen } from './map_input';
 import { landmarkScale } from './map_view';
 import { activeRun, placedColumns, type Run, truthColumns } from './runs';
+import { ellipsoidMatrix, ellipsoids, LandmarkEllipsoids } from './scene_ellipsoids';
 import { LandmarkDots } from './scene_landmarks';
-import { bodyAxes, camerasOf, ellipsoidMatrix, ellipsoids, frustum, groundGrid, nearestRows, pathLine,
-  planLines }
-  from './scene_objects';
-import { type Box, SceneView, sizeOf } from './scene_view';
+import { bodyAxes, camerasOf, frustum, groundGrid, LongPath, pathLine, planLines } from './scene_objects';
+import { type Box, boxOf, SceneView, sizeOf } from './scene_view';
 import { app, listen, setCursor, throttled } from './store';
 import { SMOOTH } from './webgl';
 
 /** States of a run that is long. */
 const MANY = 20000;
-const MOST_ELLIPSOIDS = { auto: 80, always: 2000, never: 0 } as Record<string, number>;
+/** Where a processor draws, a scene that was drawn less than so long ago [ms] is in motion: it is drawn
+ *  coarsely, and in full once it is still. */
+const STILL = 250;
 
 // The colours of the page as they are: there is no light to mix.
 ColorManagement.enabled = false;
@@ -34,7 +35,7 @@ export class ScenePanel {
   private readonly scene = new Scene();
   private content = new Group();
   private body = new Group();
-  private marks: InstancedMesh | null = null;
+  private ellipsoids: LandmarkEllipsoids | null = null;
   private dots: LandmarkDots | null = null;
   private pose: InstancedMesh | null = null;
   private box: Box = { low: new Vector3(), high: new Vector3() };
@@ -43,6 +44,12 @@ export class ScenePanel {
   private outdated = false;
   /** What was drawn before: its shaders serve what is drawn in its place, so it goes after that. */
   private old: Group[] = [];
+  private drawnAt = -Infinity;
+  private toldAt = -Infinity;
+  private stillTimer = 0;
+  /** Of the canvas [css px]; 0 while it is not shown. */
+  private width = 0;
+  private height = 0;
 
   constructor(private readonly options: MapOptions, private readonly hint: () => void) {
     this.renderer.outputColorSpace = LinearSRGBColorSpace;
@@ -55,7 +62,7 @@ export class ScenePanel {
   }
 
   private visible(): boolean {
-    return this.canvas.clientWidth > 0 && app.subjects.length > 0;
+    return this.width > 0 && app.subjects.length > 0;
   }
 
   /** A view that shows everything goes on to do so. */
@@ -70,22 +77,13 @@ export class ScenePanel {
 
   setView(view: string): void {
     this.view.choose(view);
+    this.resize();
     if (this.outdated) this.growRun();
     this.fit();
   }
 
-  /** The box of the path and of the landmarks about it. */
   private measureRun(): void {
-    const run = activeRun(), { low, high } = this.box;
-    const spans = (['x', 'y', 'z'] as const).map((axis) => extremes(run.states[axis]));
-    const far = 0.5 * Math.hypot(...spans.map(([a, b]) => Math.max(0, b - a)));
-    (['x', 'y', 'z'] as const).forEach((axis, k) => {
-      const [a, b] = spans[k], marks = run.landmarks[axis];
-      const ends = [a, b, Math.max(a - far, quantile(marks, 0.05)),
-        Math.min(b + far, quantile(marks, 0.95))].filter(Number.isFinite);
-      low.setComponent(k, ends.length ? Math.min(...ends) : -1);
-      high.setComponent(k, ends.length ? Math.max(...ends) : 1);
-    });
+    this.box = boxOf(activeRun());
     this.size = sizeOf(this.box);
   }
 
@@ -108,11 +106,11 @@ export class ScenePanel {
     const run = activeRun();
     const floor = this.floor(run);
     const objects: (Object3D | null)[] = [this.ground(run, floor), ...this.plan(run, floor)];
-    this.dots = this.marks = null;
+    this.dots = this.ellipsoids = null;
     if (run.landmarks.id.length) {
       this.dots = new LandmarkDots(run, this.options);
-      this.marks = ellipsoids(MOST_ELLIPSOIDS[this.options.ellipses], 'landmark', 0.16);
-      objects.push(this.dots.group, this.marks);
+      this.ellipsoids = new LandmarkEllipsoids(run.landmarks, this.options);
+      objects.push(this.dots.group, ...this.ellipsoids.meshes);
     }
     objects.push(...this.paths(run));
     this.content = new Group();
@@ -126,7 +124,7 @@ export class ScenePanel {
     const { show } = this.options, dash = this.size / 40;
     const fine = !SMOOTH && run.count > MANY;
     const others = (app.subjects as Run[]).map((other, k) => {
-      if (k === app.active || !show[`run-${k}`]) return null;
+      if (k === app.active || show[`run-${k}`] === false) return null;
       const shift = other.origin.map((o, i) => o - run.origin[i]) as Vector;
       return pathLine(pathOf(other.states), this.size, { colour: other.colour, width: 1.8, shift, fine });
     });
@@ -181,27 +179,17 @@ export class ScenePanel {
 
   /** Puts the body, and the ellipsoids about it, to where the cursor is. */
   private moveBody(): void {
-    const { states: s, count, landmarks, t } = activeRun(), i = app.cursor;
+    const { states: s, count, t } = activeRun(), i = app.cursor;
     this.dots?.setTime(t[i]);
     this.body.visible = count > 0 && Number.isFinite(s.x[i] + s.y[i] + s.z[i] + s.qw[i]);
     if (!this.body.visible) return;
     this.body.position.set(s.x[i], s.y[i], s.z[i]);
     this.body.quaternion.set(s.qx[i], s.qy[i], s.qz[i], s.qw[i]);
-    const matrix = new Matrix4();
+    this.ellipsoids?.setPlace([s.x[i], s.y[i], s.z[i]], this.size);
     if (this.pose) {
       this.pose.count = 1;
-      this.pose.setMatrixAt(0, ellipsoidMatrix(s, i, matrix));
+      this.pose.setMatrixAt(0, ellipsoidMatrix(s, i, new Matrix4()));
       this.pose.instanceMatrix.needsUpdate = true;
-    }
-    if (this.marks) {
-      const room = MOST_ELLIPSOIDS[this.options.ellipses];
-      const rows = room ? nearestRows(pathOf(landmarks), [s.x[i], s.y[i], s.z[i]], room) : [];
-      // One that is as large as the scene would hide all others.
-      const drawn = rows.filter((k) => landmarks.cxx[k] + landmarks.cyy[k] + landmarks.czz[k] <
-        this.size ** 2 / 64 && landmarkShown(this.options, k));
-      drawn.forEach((k, at) => this.marks?.setMatrixAt(at, ellipsoidMatrix(landmarks, k, matrix)));
-      this.marks.count = drawn.length;
-      this.marks.instanceMatrix.needsUpdate = true;
     }
     if (this.view.follows()) this.view.follow(s, t, i, this.size);
   }
@@ -219,6 +207,8 @@ export class ScenePanel {
 
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas;
+    this.width = width;
+    this.height = height;
     if (!width || !height) return;
     this.renderer.setPixelRatio(SMOOTH ? Math.min(window.devicePixelRatio || 1, 2) : 1);
     this.renderer.setSize(width, height, false);
@@ -227,11 +217,36 @@ export class ScenePanel {
 
   drawNow(): void {
     if (!this.visible()) return;
+    const coarse = !SMOOTH && performance.now() - this.drawnAt < STILL;
+    this.drawOnce(coarse);
+    clearTimeout(this.stillTimer);
+    // Counted from when it is on the screen, however long that took.
+    requestAnimationFrame(() => {
+      this.drawnAt = performance.now();
+      clearTimeout(this.stillTimer);
+      if (coarse) this.stillTimer = window.setTimeout(this.draw, STILL + 20);
+    });
+  }
+
+  /** As it is when it is still. */
+  drawInFull(): void {
+    if (this.visible()) this.drawOnce(false);
+  }
+
+  private drawOnce(coarse: boolean): void {
+    const { canvas } = this, run = activeRun(), marks = run.landmarks.id.length;
+    const screen = this.view.screen(this.width, this.height);
+    const dots = this.dots?.arrange(coarse ? screen : undefined) ?? 0;
+    this.ellipsoids?.arrange(screen, coarse);
+    for (const o of this.content.children) if (o instanceof LongPath) o.setCoarse(coarse);
     this.renderer.render(this.scene, this.view.camera);
     this.clear();
-    const run = activeRun();
-    this.canvas.setAttribute('aria-label', `The run in three dimensions: ${run.count} estimated ` +
-      `poses and ${run.landmarks.id.length} landmarks. Arrow keys turn it.`);
+    canvas.dataset.detail = coarse ? `coarse: ${dots} of ${marks} dots` : 'full';
+    // While it moves it changes with every drawing.
+    if (coarse && performance.now() - this.toldAt < 1000) return;
+    this.toldAt = performance.now();
+    canvas.setAttribute('aria-label', `The run in three dimensions: ${run.count} estimated poses and ` +
+      `${marks} landmarks, ${this.dots?.inView() ?? 0} of them in view. Arrow keys turn it.`);
   }
 
   private listenToInput(): void {
@@ -269,7 +284,7 @@ export class ScenePanel {
 
   /** A landmark tells its numbers, the estimate takes the time cursor. */
   private point(place: { x: number; y: number }): void {
-    const run = activeRun(), { clientWidth: width, clientHeight: height } = this.canvas;
+    const run = activeRun(), { width, height } = this;
     const mark = this.view.onScreen(run.landmarks, width, height);
     const shown = (i: number): [number, number] =>
       (landmarkShown(this.options, i) ? mark(i) : [-1e9, -1e9]);

@@ -1,7 +1,6 @@
-// What stands in the 3-D scene: paths, landmarks, ellipsoids, cameras, the ground.
-import { BufferGeometry, DynamicDrawUsage, Float32BufferAttribute, InstancedMesh, Line,
-  LineBasicMaterial, LineSegments, type Matrix4, MeshBasicMaterial, type Object3D, SphereGeometry }
-  from 'three';
+// What stands in the 3-D scene: paths, cameras, the floor plan, the ground.
+import { BufferGeometry, Float32BufferAttribute, Group, Line, LineBasicMaterial, LineSegments, type Matrix4,
+  type Object3D } from 'three';
 import { Line2 } from 'three/examples/jsm/lines/Line2.js';
 import { LineGeometry } from 'three/examples/jsm/lines/LineGeometry.js';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
@@ -9,14 +8,12 @@ import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 
 import { niceStep } from './canvas';
-import type { Axis, Columns, Vector } from './data';
+import type { Axis, Vector } from './data';
 import type { Run } from './runs';
 import { palette } from './theme';
 
 type Path = Record<Axis, ArrayLike<number>>;
 
-/** The 95 % quantile of chi-square with three degrees of freedom. */
-const CHI2_3 = 7.815;
 /** A path is drawn no better with more points than about this many. */
 const ENOUGH = 2000;
 
@@ -36,6 +33,25 @@ function thinned({ x, y, z }: Path, shift: Vector, step: number): number[] {
   return stride > 1 ? points.filter((_, k) => Math.floor(k / 3) % stride === 0) : points;
 }
 
+/** A path one pixel wide: whole, and with every fourth point for a scene in motion. */
+export class LongPath extends Group {
+  constructor(points: number[], colour: string) {
+    super();
+    const few = points.filter((_, k) => Math.floor(k / 3) % 4 === 0);
+    for (const list of [points, few]) {
+      const geometry = new BufferGeometry();
+      geometry.setAttribute('position', new Float32BufferAttribute(list, 3));
+      this.add(new Line(geometry, new LineBasicMaterial({ color: palette[colour] })));
+    }
+  }
+
+  setCoarse(coarse: boolean): void {
+    const [whole, few] = this.children;
+    whole.visible = !coarse;
+    few.visible = coarse;
+  }
+}
+
 /** `fine`: one pixel wide and whole, for a processor that has to draw a long way. */
 export interface PathLook { colour: string; width: number; dash?: number; shift?: Vector; fine?: boolean }
 
@@ -45,50 +61,13 @@ export function pathLine(path: Path, size: number, { colour, width, dash, shift,
     Object3D | null {
   const points = thinned(path, shift ?? [0, 0, 0], size / ENOUGH);
   if (points.length < 6) return null;
-  if (fine) {
-    const thin = new BufferGeometry();
-    thin.setAttribute('position', new Float32BufferAttribute(points, 3));
-    return new Line(thin, new LineBasicMaterial({ color: palette[colour] }));
-  }
+  if (fine) return new LongPath(points, colour);
   const geometry = new LineGeometry();
   geometry.setPositions(points);
   const line = new Line2(geometry, new LineMaterial({ color: palette[colour], linewidth: width,
     ...(dash === undefined ? {} : { dashed: true, dashSize: dash, gapSize: 0.7 * dash }) }));
   if (dash !== undefined) line.computeLineDistances();
   return line;
-}
-
-/** Maps the unit sphere to the 95 % ellipsoid about row i: the Cholesky factor of its covariance. */
-export function ellipsoidMatrix(c: Columns, i: number, out: Matrix4): Matrix4 {
-  const root = (v: number) => Math.sqrt(Math.max(v, 1e-12));
-  const a = root(c.cxx[i]), b = c.cxy[i] / a, d = c.cxz[i] / a;
-  const e = root(c.cyy[i] - b * b), f = (c.cyz[i] - b * d) / e;
-  const g = root(c.czz[i] - d * d - f * f), k = Math.sqrt(CHI2_3);
-  return out.set(k * a, 0, 0, c.x[i], k * b, k * e, 0, c.y[i], k * d, k * f, k * g, c.z[i],
-    0, 0, 0, 1);
-}
-
-/** Room for that many ellipsoids. */
-export function ellipsoids(room: number, colour: string, opacity: number): InstancedMesh {
-  const mesh = new InstancedMesh(new SphereGeometry(1, 12, 7),
-    new MeshBasicMaterial({ color: palette[colour], transparent: true, opacity, depthWrite: false }),
-    room);
-  mesh.instanceMatrix.setUsage(DynamicDrawUsage);
-  mesh.frustumCulled = false;
-  mesh.count = 0;
-  return mesh;
-}
-
-/** The rows of the `count` landmarks that are nearest to a place. */
-export function nearestRows({ x, y, z }: Path, place: Vector, count: number): number[] {
-  const distance = Float32Array.from(x, (_, i) =>
-    (x[i] - place[0]) ** 2 + (y[i] - place[1]) ** 2 + (z[i] - place[2]) ** 2);
-  const limit = distance.length > count ? distance.slice().sort()[count - 1] : Infinity;
-  const rows: number[] = [];
-  for (let i = 0; i < distance.length && rows.length < count; i++) {
-    if (distance[i] <= limit) rows.push(i);
-  }
-  return rows;
 }
 
 /** Pieces of line between pairs of points, over whatever else is there. */

@@ -1,14 +1,34 @@
 // From where the scene is seen: orbit, from above, or behind the body.
-import { PerspectiveCamera, Quaternion, Vector3 } from 'three';
+import { type Matrix4, PerspectiveCamera, Quaternion, Vector3 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
-import { clamp, type Columns } from './data';
+import { AXES, clamp, type Columns, extremes, quantile } from './data';
+import type { Run } from './runs';
 
 /** What of a run is to be seen [m]. */
 export interface Box { low: Vector3; high: Vector3 }
 
+/** The box of a run's path and of the landmarks about it. */
+export function boxOf({ states, landmarks }: Run): Box {
+  const box: Box = { low: new Vector3(), high: new Vector3() };
+  const spans = AXES.map((axis) => extremes(states[axis]));
+  const far = 0.5 * Math.hypot(...spans.map(([a, b]) => Math.max(0, b - a)));
+  AXES.forEach((axis, k) => {
+    const [a, b] = spans[k], marks = landmarks[axis];
+    const ends = [a, b, Math.max(a - far, quantile(marks, 0.05)),
+      Math.min(b + far, quantile(marks, 0.95))].filter(Number.isFinite);
+    box.low.setComponent(k, ends.length ? Math.min(...ends) : -1);
+    box.high.setComponent(k, ends.length ? Math.max(...ends) : 1);
+  });
+  return box;
+}
+
 /** Half its diameter. */
 export const sizeOf = ({ low, high }: Box): number => Math.max(0.5 * high.distanceTo(low), 0.5);
+
+/** How the world is seen: to clip coordinates, on a canvas of that size [px]. At the depth d a metre
+ *  takes spread / d of half its height. */
+export interface Screen { clip_T_world: Matrix4; width: number; height: number; spread: number }
 
 const UP = new Vector3(0, 0, 1);
 
@@ -120,9 +140,19 @@ export class SceneView {
     this.changed();
   }
 
+  private clip_T_world(): Matrix4 {
+    return this.camera.projectionMatrix.clone().multiply(this.camera.matrixWorldInverse);
+  }
+
+  screen(width: number, height: number): Screen {
+    this.camera.updateMatrixWorld();
+    return { clip_T_world: this.clip_T_world(), width, height,
+      spread: this.camera.projectionMatrix.elements[5] };
+  }
+
   /** Where a row of columns is on a canvas of that size; far away where it is behind the view. */
   onScreen({ x, y, z }: Columns, width: number, height: number): (i: number) => [number, number] {
-    const project = this.camera.projectionMatrix.clone().multiply(this.camera.matrixWorldInverse);
+    const project = this.clip_T_world();
     const p = new Vector3();
     return (i) => {
       p.set(x[i], y[i], z[i]).applyMatrix4(project);

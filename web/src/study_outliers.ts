@@ -34,6 +34,12 @@ function outliersOf(study: Study): Outlier[] {
   return found.sort((a, b) => (b.far === a.far ? a.i - b.i : b.far - a.far));
 }
 
+/** A command, which names all settings, to be opened and copied: a click takes all of it. */
+const commandBox = (command: string): HTMLElement => make('details', {},
+  make('summary', { class: 'muted small' }, 'its command'),
+  make('code', { class: 'command small', tabindex: 0, role: 'region',
+    'aria-label': 'The command of this run' }, command));
+
 export function showOutliers(): void {
   const study = activeStudy();
   byId('outliers-panel').hidden = study.single;
@@ -41,8 +47,8 @@ export function showOutliers(): void {
   const cell = (v: number, digits: number) => make('td', { class: 'figure' }, fixed(v, digits));
   const rows = found.slice(0, MOST_OUTLIERS).map(({ k, i, why }) => make('tr', {},
     make('th', { scope: 'row' }, filterName(k)), make('td', { class: 'figure' }, String(trials.run[i])),
-    make('td', {}, why, make('details', {}, make('summary', { class: 'muted small' }, 'its command'),
-      make('code', { class: 'command small' }, commandOf(study, k, trials.run[i])))), cell(trials.position_error[i], 3), cell(trials.attitude_error[i], 3),
+    make('td', {}, why, commandBox(commandOf(study, k, trials.run[i]))),
+    cell(trials.position_error[i], 3), cell(trials.attitude_error[i], 3),
     cell(trials.nees_pose[i] / DEGREES_OF_POSE, 2)));
   const head = make('tr', {}, ...['filter', 'run', 'far out in', 'position [m]', 'attitude [°]',
     'pose NEES / dof'].map((h) => make('th', { scope: 'col' }, h)));

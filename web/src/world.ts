@@ -81,7 +81,7 @@ export class World {
   private savePicture(): void {
     const { name } = activeRun(), shown = this.shown();
     // What WebGL has drawn can be read only right after it.
-    shown.drawNow();
+    shown.drawInFull();
     downloadPng(fileName(name, 'map'), shown.canvas, `Map – ${name}`, layersText(this.options));
   }
 

@@ -26,6 +26,14 @@ export const coloursOf = (locator) => locator.evaluate((canvas) => {
   return new Set(new Uint32Array(data.buffer).filter((_, i) => i % 7 === 0)).size;
 });
 
+/** Lets the page save a file into the folder, and gives its name and bytes. */
+export async function saved(page, folder, trigger) {
+  const [download] = await Promise.all([page.waitForEvent('download'), trigger()]);
+  const path = `${folder}/${download.suggestedFilename()}`;
+  await download.saveAs(path);
+  return { name: download.suggestedFilename(), bytes: readFileSync(path) };
+}
+
 export const picture = (locator) => locator.evaluate((canvas) => canvas.toDataURL());
 
 /** Scrolls through the page, for what is drawn only when it comes near. */

@@ -51,6 +51,8 @@ async function grows(page) {
   await until('and more arrive', async () => await shownFrames(page) > there + 5, 10);
   check('a cursor that was moved stays', await page.inputValue('#time') === '0');
   await page.locator('#time').press('End');
+  await until('landmarks are in view', async () => /, [1-9]\d* of them in view/.test(
+    await page.getAttribute('#scene', 'aria-label')), 10);
   const box = page.locator('figure.plot .toggle input').first();
   await box.click();
   const before = await shownFrames(page);

@@ -5,7 +5,7 @@ import { check, coloursOf, picture, until } from './checks.mjs';
 const cursor = (page) => page.inputValue('#time').then(Number);
 
 /** What the cameras saw, where the run has kept it. */
-export async function camera(page, run) {
+export async function camera(page, { run }) {
   const images = run.images ?? [];
   check('what the camera saw is there where it was kept',
     await page.isVisible('#camera-panel') === images.length > 0);

@@ -24,7 +24,12 @@ async function looksRight(page, study) {
     (await page.locator('#outliers td').allTextContents()).includes('3'));
   const commands = page.locator('#outliers details');
   await commands.first().locator('summary').click();
-  check('the command of an outlier is shown', await commands.first().locator('code').isVisible());
+  const code = commands.first().locator('code');
+  check('the command of an outlier is shown', await code.isVisible());
+  check('and takes a part of the screen, however long it is', (await code.boundingBox()).height < 200);
+  await code.click();
+  check('a click takes all of it', await page.evaluate(() => String(getSelection()).trim()) ===
+    (await code.textContent()).trim());
   const texts = await commands.locator('code').allTextContents();
   check('and names its run', texts.some((text) => /^chasles compare .* --run 3 /.test(text)), texts[0]);
 }

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/csv.hpp>
+#include <chasles/data/growing_run.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
@@ -152,7 +153,13 @@ Trajectory read_where_present(const std::filesystem::path& file) {
 
 Run read_run(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder / "states.csv")) {
-    throw InputError(fmt::format("{}: is no run folder: it holds no states.csv", folder.string()));
+    const std::filesystem::path growing = growing_folder(folder);
+    throw InputError(
+        fmt::format("{}: is no run folder: it holds no states.csv{}", folder.string(),
+                    !std::filesystem::exists(growing / "states.csv") ? ""
+                    : is_growing(folder)
+                        ? "; a run is being written into it"
+                        : fmt::format("; of a run that was killed there is {}", growing.string())));
   }
   Run run;
   const nlohmann::ordered_json summary = read_summary(folder);

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstring>
+#include <span>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -8,6 +9,7 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/data/run_columns.hpp>
+#include <chasles/data/run_text.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
@@ -46,9 +48,8 @@ void check_sizes(const Run& run) {
   }
 }
 
-std::string states_text(const Run& run) {
-  std::string text = header(state_columns(run.extra_names));
-  for (const RunState& s : run.states) {
+void append_rows(std::string& text, std::span<const RunState> states) {
+  for (const RunState& s : states) {
     const Eigen::Vector3d& p = s.world_T_imu.p;
     const Eigen::Vector4d q = unit_quaternion(s.world_T_imu.R);
     append(text, "{},{},{},{},{},{},{},{}", s.time.count(), p.x(), p.y(), p.z(), q[0], q[1], q[2],
@@ -62,7 +63,6 @@ std::string states_text(const Run& run) {
     append(text, ",{},{},{},{},{},{},{},{},{}\n", s.nis, s.nis_dof, s.observations, s.used,
            s.rejected, s.added, s.in_state, s.landmarks, s.health);
   }
-  return text;
 }
 
 std::string timing_text(const Run& run) {
@@ -79,6 +79,14 @@ double distance_sigma(const RunLandmark& landmark) {
   return std::sqrt(landmark.covariance.trace());
 }
 
+}  // namespace
+
+std::string states_text(const Run& run, std::size_t from) {
+  std::string text = from == 0 ? header(state_columns(run.extra_names)) : "";
+  append_rows(text, std::span(run.states).subspan(from));
+  return text;
+}
+
 std::string landmarks_text(const std::vector<RunLandmark>& landmarks) {
   std::string text = header(landmark_columns());
   for (const RunLandmark& l : landmarks) {
@@ -90,6 +98,8 @@ std::string landmarks_text(const std::vector<RunLandmark>& landmarks) {
   }
   return text;
 }
+
+namespace {
 
 std::string ply_bytes(const std::vector<RunLandmark>& landmarks) {
   std::string bytes = fmt::format(
@@ -119,7 +129,7 @@ void write_run(const Run& run, const nlohmann::ordered_json& summary,
   check_sizes(run);
   make_folder(folder);
   write_tum(trajectory_of(run.states), folder / "trajectory.tum");
-  write_file(folder / "states.csv", states_text(run));
+  write_file(folder / "states.csv", states_text(run, 0));
   write_file(folder / "timing.csv", timing_text(run));
   write_file(folder / "landmarks.csv", landmarks_text(run.landmarks));
   write_file(folder / "map.ply", ply_bytes(run.landmarks));

@@ -31,7 +31,9 @@ PoseError coordinates_of(const std::string& summary) {
 
 }  // namespace
 
-LiveRun::LiveRun(std::function<void()> stop) : id_(random_token()), stop_(std::move(stop)) {}
+LiveRun::LiveRun(std::function<void()> stop) : id_(random_token()), stop_(std::move(stop)) {
+  told_.stoppable = progress_.stoppable = static_cast<bool>(stop_);
+}
 
 void LiveRun::begin(LiveStart start) {
   began_ = Clock::now();

@@ -42,6 +42,7 @@ struct LiveProgress {
   double recorded_seconds = 0;     ///< that the frames cover
   double wall_seconds = 0;         ///< that they took
   std::string message = {};        ///< why it failed
+  bool stoppable = true;           ///< a viewer may ask it to end
 };
 
 /// A run that viewers look at while it goes. The run's thread tells it what happens: that never
@@ -49,7 +50,7 @@ struct LiveProgress {
 /// about the run. The server's thread makes of it what viewers are told.
 class LiveRun final : public LiveFeed {
  public:
-  /// `stop`: asks the run to end, from the server's thread.
+  /// `stop`: asks the run to end, from the server's thread; empty: nobody can.
   explicit LiveRun(std::function<void()> stop);
 
   // The run's thread.
@@ -70,7 +71,9 @@ class LiveRun final : public LiveFeed {
 
   void refresh(std::size_t viewers) override;
   LiveText next(LiveCursor& cursor) override;
-  void stop() override { stop_(); }
+  void stop() override {
+    if (stop_) stop_();
+  }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -30,7 +30,8 @@ const char* name(LiveStage stage) {
 
 Json progress_json(const LiveProgress& p) {
   return {{"stage", name(p.stage)},        {"frames", p.frames},     {"of", p.of},
-          {"seconds", p.recorded_seconds}, {"wall", p.wall_seconds}, {"message", p.message}};
+          {"seconds", p.recorded_seconds}, {"wall", p.wall_seconds}, {"message", p.message},
+          {"stoppable", p.stoppable}};
 }
 
 std::string text_of(const Json& json) {

@@ -12,18 +12,18 @@ namespace {
 
 using test::synthetic_drive;
 
-/// Opens the page in headless Chromium and uses it (web/tests/run_page.mjs). With
+/// Opens the page in headless Chromium and uses it (a script in web/tests). With
 /// CHASLES_PAGES set the pages and their pictures stay in that folder.
-void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::string& name) {
+void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::string& name,
+                               const std::string& script = "run_page.mjs") {
   const char* kept = std::getenv("CHASLES_PAGES");
   const auto folder = kept ? std::filesystem::path(kept)
                            : std::filesystem::temp_directory_path() /
                                  ("chasles_page_test_" + std::to_string(getpid()));
   const auto page = folder / (name + ".html");
   write_page(runs, page);
-  const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR
-                              "/web/tests/run_page.mjs' '" +
-                              page.string() + "' '" + (folder / name).string() + "'";
+  const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR "/web/tests/" + script +
+                              "' '" + page.string() + "' '" + (folder / name).string() + "'";
   const int status = std::system(command.c_str());
   if (!kept) std::filesystem::remove_all(folder);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << "skipped: no Chromium";
@@ -69,6 +69,12 @@ TEST(PageInABrowser, RunsOfOneRecordingAreShownOverItsPlan) {
   // One begins later, and has fewer frames.
   runs[3].run.states.erase(runs[3].run.states.begin(), runs[3].run.states.begin() + 77);
   expect_works_in_a_browser(runs, "overview");
+}
+
+// The page that web/tests/frame_rate.mjs measures (CONTRIBUTING.md).
+TEST(PageInABrowser, ALongRunIsDrawnCoarselyInMotionAndInFullAtRest) {
+  expect_works_in_a_browser({synthetic_drive({.states = 100'000, .landmarks = 20'000})}, "long",
+                            "long_page.mjs");
 }
 
 TEST(PageInABrowser, AbsentTruthDeadReckoningLandmarksAndSummaryLeaveAPage) {

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -95,7 +96,9 @@ class Drawing {
     for (int i = 0; i < 3; ++i) {
       for (int j = i; j < 3; ++j) add_float(v.covariance(i, j));
     }
-    append_little_endian(out, static_cast<std::int32_t>(v.landmark));
+    // PLY has no larger integers: a number beyond them is not told.
+    append_little_endian(
+        out, std::in_range<std::int32_t>(v.landmark) ? static_cast<std::int32_t>(v.landmark) : -1);
     append_little_endian(out, v.observations);
   }
 

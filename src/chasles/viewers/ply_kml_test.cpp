@@ -84,12 +84,14 @@ Ply read_ply(const std::string& file) {
 TEST(PlyOfARun, HasTheMapTheWaysAndTheirUncertainty) {
   ReportRun drive = synthetic_drive({.states = 80, .landmarks = 120});
   drive.run.landmarks[3].covariance(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  drive.run.landmarks[11].id = 1LL << 40;
   const auto& run = drive.run;
   const Ply ply = read_ply(run_ply(run));
   ASSERT_EQ(ply.vertex.rows.size(), 119u + 3 * 80);
   EXPECT_EQ(ply.edge.rows.size(), 3u * 79);
   const RunLandmark& l = run.landmarks[10];  // the tenth that is finite
   EXPECT_EQ(ply.vertex.at(9, "landmark"), static_cast<double>(l.id));
+  EXPECT_EQ(ply.vertex.at(10, "landmark"), -1) << "an id that PLY's integers do not hold";
   EXPECT_EQ(ply.vertex.at(9, "kind"), 0);
   EXPECT_EQ(ply.vertex.at(9, "observations"), l.observations);
   EXPECT_FLOAT_EQ(static_cast<float>(ply.vertex.at(9, "y")), static_cast<float>(l.p_world.y()));

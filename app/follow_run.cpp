@@ -1,0 +1,72 @@
+#include "follow_run.hpp"
+
+#include <algorithm>
+#include <system_error>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/growing_run.hpp>
+#include <chasles/error.hpp>
+
+#include "run_folder.hpp"
+
+namespace chasles::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::chrono::milliseconds kBetweenLooks{500};
+constexpr int kShare = 10;
+
+fs::file_time_type written(const fs::path& file) {
+  std::error_code absent;
+  const auto time = fs::last_write_time(file, absent);
+  return absent ? fs::file_time_type::min() : time;
+}
+
+}  // namespace
+
+FollowedRun::FollowedRun(fs::path folder, LiveRun& run)
+    : folder_(std::move(folder)), run_(run), begun_(written(growing_folder(folder_))) {}
+
+void FollowedRun::look() {
+  const Clock::time_point start = Clock::now();
+  if (ended_ || start < next_) return;
+  try {
+    const bool goes_on = is_growing(folder_);
+    goes_on ? take(read_run(growing_folder(folder_))) : end();
+  } catch (const InputError&) {
+    // Nothing is there yet, or it was read amid a row that is written: the next look will tell.
+  }
+  const Clock::time_point now = Clock::now();
+  next_ = now + std::max<Clock::duration>(kBetweenLooks, kShare * (now - start));
+}
+
+void FollowedRun::take(Run now) {
+  if (now.states.empty()) return;
+  if (!std::exchange(started_, true)) {
+    run_.begin({.name = now.name,
+                .extra_names = now.extra_names,
+                .truth = now.truth,
+                .dead_reckoning = now.dead_reckoning,
+                .summary = read_summary(growing_folder(folder_)).dump()});
+  }
+  for (; told_ < now.states.size(); ++told_) run_.add(now.states[told_]);
+  run_.landmarks([&] { return now.landmarks; });
+  run_.progress(told_, to_seconds(now.states.back().time - now.states.front().time));
+}
+
+void FollowedRun::end() {
+  ended_ = true;
+  if (written(folder_ / "summary.json") < begun_) {
+    return run_.fail("it ended without a result");
+  }
+  try {
+    run_.finish(read_with_timing(folder_), false);
+  } catch (const InputError& error) {
+    run_.fail(error.what());
+  }
+}
+
+}  // namespace chasles::app

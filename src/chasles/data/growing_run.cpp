@@ -1,0 +1,120 @@
+#include <algorithm>
+#include <cerrno>
+#include <fcntl.h>
+#include <fstream>
+#include <system_error>
+#include <thread>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/file.h>
+
+#include <chasles/data/growing_run.hpp>
+#include <chasles/data/readers.hpp>
+#include <chasles/data/run_text.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+int open_folder(const fs::path& folder) {
+  return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
+
+/// Whether somebody else has locked it. A file system that knows no locks has nobody who has.
+bool is_taken(int folder, int lock) {
+  return ::flock(folder, lock | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
+/// Whoever reads it finds the old file or the new one, never half of one.
+void replace_file(const fs::path& file, std::string_view bytes) {
+  const fs::path part = file.string() + ".part";
+  write_file(part, bytes);
+  fs::rename(part, file);
+}
+
+}  // namespace
+
+fs::path growing_folder(const fs::path& run_folder) { return run_folder / "growing"; }
+
+bool is_growing(const fs::path& run_folder) {
+  const int folder = open_folder(growing_folder(run_folder));
+  if (folder < 0) return false;
+  const bool held = is_taken(folder, LOCK_SH);
+  ::close(folder);
+  return held;
+}
+
+GrowingRun::GrowingRun(const fs::path& run_folder) : GrowingRun(run_folder, Pace{}) {}
+
+GrowingRun::GrowingRun(const fs::path& run_folder, Pace pace)
+    : folder_(growing_folder(run_folder)), pace_(pace) {
+  make_folder(folder_);
+  lock_ = open_folder(folder_);
+  if (lock_ < 0) {
+    throw UsageError(fmt::format("{}: cannot be opened as a folder", folder_.string()));
+  }
+  bool taken = is_taken(lock_, LOCK_EX);
+  // Who only looks whether it is taken has it for an instant.
+  for (int tries = 0; taken && tries < 5; ++tries) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    taken = is_taken(lock_, LOCK_EX);
+  }
+  if (taken) {
+    ::close(lock_);
+    throw UsageError(
+        fmt::format("{}: another run is being written into it; wait for its end, or "
+                    "name another folder",
+                    run_folder.string()));
+  }
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
+    fs::remove_all(entry.path(), ignored);
+  }
+}
+
+GrowingRun::~GrowingRun() {
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+  ::close(lock_);
+}
+
+void GrowingRun::begin(const Run& header, const nlohmann::ordered_json& summary) {
+  nlohmann::ordered_json known = summary;
+  known["name"] = header.name;
+  summary_ = known.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  next_ = Clock::now() + pace_.first;
+}
+
+void GrowingRun::extend(const Run& run, const std::function<std::vector<RunLandmark>()>& map) {
+  const Clock::time_point start = Clock::now();
+  if (given_up_ || start < next_ || run.states.size() == written_) return;
+  try {
+    write(run, map());
+  } catch (const std::exception&) {  // a full disk: the run's end will tell
+    given_up_ = true;
+  }
+  const Clock::time_point end = Clock::now();
+  next_ = end + std::max<Clock::duration>(pace_.between, pace_.share * (end - start));
+}
+
+void GrowingRun::write(const Run& run, const std::vector<RunLandmark>& landmarks) {
+  const bool first = written_ == 0;
+  if (first && !run.truth.empty()) write_tum(run.truth, folder_ / "truth.tum");
+  if (first && !run.dead_reckoning.empty()) {
+    write_tum(run.dead_reckoning, folder_ / "dead_reckoning.tum");
+  }
+  std::ofstream states(folder_ / "states.csv", std::ios::binary | std::ios::app);
+  states << states_text(run, written_) << std::flush;
+  if (!states) throw UsageError(fmt::format("{}: cannot be written", folder_.string()));
+  written_ = run.states.size();
+  replace_file(folder_ / "landmarks.csv", landmarks_text(landmarks));
+  // The last one: with it the folder is one that can be read.
+  if (first) replace_file(folder_ / "summary.json", summary_);
+}
+
+}  // namespace chasles

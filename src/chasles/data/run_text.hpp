@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <chasles/data/run.hpp>
+
+namespace chasles {
+
+/// The rows of states.csv of the states `from` and later; from 0 with the names of the columns.
+std::string states_text(const Run& run, std::size_t from);
+
+/// landmarks.csv.
+std::string landmarks_text(const std::vector<RunLandmark>& landmarks);
+
+}  // namespace chasles

@@ -1,0 +1,132 @@
+// The scene and the map of a page of runs, used as a person does.
+import { settle } from './browser.mjs';
+import { check, picture, saved, until } from './checks.mjs';
+
+const detail = (page) => page.getAttribute('#scene', 'data-detail');
+
+/** A screenshot of the scene, for WebGL keeps no picture; once it is still. */
+async function sceneShot(page) {
+  await settle(page);
+  await until('a scene at rest is drawn in full', async () => await detail(page) === 'full');
+  return (await page.locator('#scene').screenshot()).toString('base64');
+}
+
+export async function scene(page, { run, folder }) {
+  const canvas = page.locator('#scene');
+  check('the scene is shown at first', await canvas.isVisible() && !await page.isVisible('#map'));
+  await canvas.scrollIntoViewIfNeeded();
+  await page.mouse.move(2, 2);
+  await settle(page);
+  const first = await sceneShot(page);
+  await canvas.press('ArrowLeft');
+  await until('an arrow key turns the scene', async () => await sceneShot(page) !== first);
+  await motion(page);
+  if (run.plan) await planInScene(page);
+  await page.selectOption('#map-view', 'above');
+  await until('from above it looks different', async () => await sceneShot(page) !== first);
+  await page.selectOption('#map-view', 'follow');
+  await settle(page);
+  const behind = await sceneShot(page);
+  await page.locator('#time').press('Home');
+  await until('the scene follows the cursor', async () => await sceneShot(page) !== behind);
+  const { bytes } = await saved(page, folder, () => page.click('#map-png'));
+  check('the scene is saved as a picture', bytes.length > 10000, String(bytes.length));
+}
+
+/** A processor draws a scene in motion with fewer dots; at rest it is the picture that it was. Returns
+ *  how many dots there were in motion, at most. */
+export async function motion(page) {
+  const canvas = page.locator('#scene');
+  await canvas.press('0');
+  const still = await sceneShot(page);
+  const details = await canvas.evaluate(async (scene) => {
+    const seen = [];
+    for (let i = 0; i < 12; i++) {
+      scene.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight' }));
+      await new Promise(requestAnimationFrame);
+      await new Promise(requestAnimationFrame);
+      seen.push(scene.dataset.detail);
+    }
+    return seen;
+  });
+  const dots = details.map((told) => /^coarse: (\d+) of (\d+) dots$/.exec(told)).filter(Boolean);
+  check('in motion it is drawn coarsely', dots.length > 6, details.join());
+  check('and none is drawn twice or invented', dots.every(([, n, all]) => Number(n) <= Number(all)));
+  const many = Number(dots[0]?.[2]) >= 2000;
+  check('in motion many dots at one place are one', !many ||
+    dots.every(([, n, all]) => Number(n) < 0.8 * Number(all)), details.join());
+  await canvas.press('0');
+  check('at rest it is what it was', await sceneShot(page) === still);
+  return Math.max(...dots.map(([, n]) => Number(n)));
+}
+
+/** The legend takes the floor plan away and brings it back. */
+async function planInScene(page) {
+  const box = page.locator('#map-legend label', { hasText: 'Floor plan' }).locator('input');
+  await box.focus();  // the frame about the scene that has the focus goes
+  const before = await sceneShot(page);
+  await box.click();
+  await until('the legend hides the floor plan', async () => await sceneShot(page) !== before);
+  await box.click();
+  await until('the legend shows the floor plan', async () => await sceneShot(page) === before);
+}
+
+export async function mapMoves(page) {
+  await page.selectOption('#map-view', 'top');
+  const map = page.locator('#map');
+  await map.scrollIntoViewIfNeeded();
+  await settle(page);
+  const box = await map.boundingBox(), before = await picture(map);
+  await page.mouse.move(box.x + 150, box.y + 150);
+  await page.mouse.wheel(0, -100);
+  await until('the wheel scrolls the page at first', () => page.isVisible('#map-hint'));
+  await map.focus();
+  await map.press('+');
+  await until('+ zooms', async () => await picture(map) !== before);
+  await map.press('0');
+  await page.selectOption('#map-view', 'side');
+  await settle(page);
+  check('the side view differs', await picture(map) !== before);
+  await page.selectOption('#map-view', 'top');
+  if (!await page.locator('#map-legend .dots').count()) return;
+  await findTip(page, map);
+}
+
+/** Goes over the map until a landmark answers. */
+async function findTip(page, map) {
+  const box = await map.boundingBox(), tip = page.locator('#map-tip');
+  await map.evaluate((canvas) => {
+    const frame = canvas.getBoundingClientRect(), tipBox = document.getElementById('map-tip');
+    for (let y = 20; y < frame.height && tipBox.hidden; y += 9) {
+      for (let x = 20; x < frame.width && tipBox.hidden; x += 9) {
+        canvas.dispatchEvent(new PointerEvent('pointermove', { pointerType: 'mouse', pointerId: 1,
+          clientX: frame.left + x, clientY: frame.top + y }));
+      }
+    }
+  });
+  const text = await tip.textContent();
+  check('a landmark tells its numbers', await tip.isVisible() && /Landmark \d+/.test(text) &&
+    text.includes('σ'), text);
+  const place = await tip.boundingBox();
+  check('the numbers stay within the map', place && place.x >= box.x &&
+    place.x + place.width <= box.x + box.width + 1);
+}
+
+/** Landmarks in view, retired and seen later differ at the cursor's time, and go one by one. */
+export async function landmarkLives(page) {
+  if (!await page.locator('#map-legend .dots').count()) return;
+  const map = page.locator('#map'), start = await picture(map);
+  await page.locator('#time').focus();
+  await page.locator('#time').press('End');
+  await until('landmarks age with the cursor', async () => await picture(map) !== start);
+  await page.mouse.move(2, 2);
+  await settle(page);
+  for (const name of ['Landmarks in view', 'retired']) {
+    const before = await picture(map);
+    const box = page.locator('#map-legend label', { hasText: name }).locator('input');
+    await box.click();
+    await until(`${name}: the legend hides them`, async () => await picture(map) !== before);
+    await box.click();
+    await until(`${name}: and shows them again`, async () => await picture(map) === before);
+  }
+}
