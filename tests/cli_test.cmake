@@ -1,7 +1,7 @@
 # The command, end to end, and its settings parser.
 chasles_test(cli_test SOURCES cli_test.cpp cli_run_test.cpp cli_settings_test.cpp
     cli_check_test.cpp cli_compare_test.cpp cli_montecarlo_test.cpp cli_images_test.cpp
-    cli_pixels_test.cpp cli_realtime_test.cpp cli_batch_test.cpp cli_live_test.cpp cli_export_test.cpp
+    cli_pixels_test.cpp cli_realtime_test.cpp cli_batch_test.cpp cli_window_test.cpp cli_live_test.cpp cli_export_test.cpp
     cli_keep_images_test.cpp
     ${PROJECT_SOURCE_DIR}/src/chasles/live/testing_test.cpp
   LINKS chasles_app nlohmann_json::nlohmann_json fmt::fmt opencv::core opencv::imgcodecs)
