@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/filter/pixel_sight.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/drive_testing.hpp>
 #include <chasles/smooth/exact_settings_testing.hpp>
