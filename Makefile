@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test bench table study format lint coverage asan fuzz clean
+.PHONY: help deps dev-deps build demo test bench table study convergence format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
 help:     ## this list
@@ -38,6 +38,9 @@ table: build  ## runs all real recordings: fills README.md and docs/results.md
 
 study: build  ## 100 simulated runs of each inertial scene: fills docs/consistency.md
 	@scripts/study
+
+convergence: build  ## the error charts in batch estimation: fills docs/convergence.md
+	@scripts/convergence
 
 format:   ## clang-format over all sources
 	@scripts/format

@@ -13,11 +13,13 @@ constexpr double kDoesNotFit = 2;
 }  // namespace
 
 bool believable(const BatchReport& report) {
-  return report.converged && report.cost_per_dof < kDoesNotFit;
+  return report.converged && !report.stalled && report.cost_per_dof < kDoesNotFit;
 }
 
 nlohmann::ordered_json batch_json(const BatchReport& r) {
   return {{"converged", r.converged},
+          {"stalled", r.stalled},
+          {"decrease_left", r.decrease_left},
           {"iterations", r.iterations},
           {"successful_steps", r.successful},
           {"initial_cost", r.initial_cost},
@@ -61,6 +63,13 @@ void append_remarks(const BatchReport& r, std::vector<std::string>& remarks) {
   if (!r.converged) {
     remarks.push_back(fmt::format(
         "batch estimation had not converged after {} steps (batch.max_iterations)", r.iterations));
+  }
+  if (r.stalled) {
+    remarks.push_back(
+        fmt::format("batch estimation stalled after {} steps: it accepts none any more, but its "
+                    "cost should fall "
+                    "by {:.2g} of itself: wrong pixels, or a beginning that is too far away",
+                    r.iterations, r.decrease_left));
   }
   if (r.cost_per_dof >= kDoesNotFit) {
     remarks.push_back(fmt::format(

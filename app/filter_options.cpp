@@ -145,7 +145,8 @@ SettingList setting_list(BatchSettings& settings) {
   for_each_batch_setting(settings, collector);
   for (Setting& s : collector.settings) {
     s.low = 0;
-    s.above_low = s.name != "min_parallax" && s.name != "gate";
+    s.above_low = s.name != "min_parallax" && s.name != "gate" && s.name != "initial_error" &&
+                  s.name != "seed";
     s.name = "batch." + s.name;
   }
   return collector.settings;

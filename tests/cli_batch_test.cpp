@@ -10,11 +10,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-void simulate_turntable(const Scratch& folder) {
-  const Outcome made = chasles(folder, "simulate turntable -o rec --quiet --set revolutions=0.3");
-  ASSERT_EQ(made.code, 0) << made.err;
-}
-
 TEST(RunBatch, WritesTheFilesOfARunTheSameEveryTime) {
   const Scratch folder;
   simulate_turntable(folder);
@@ -22,9 +17,7 @@ TEST(RunBatch, WritesTheFilesOfARunTheSameEveryTime) {
   const Outcome one = chasles(folder, command + "one");
   ASSERT_EQ(one.code, 0) << one.err;
   ASSERT_EQ(chasles(folder, command + "two").code, 0);
-  for (const char* file : {"states.csv", "trajectory.tum", "landmarks.csv", "summary.json"}) {
-    EXPECT_EQ(slurp(folder / "one" / file), slurp(folder / "two" / file)) << file;
-  }
+  expect_same_runs(folder, "one", "two");
   const chasles::Run run = read_run(folder / "one");
   const Json summary = Json::parse(slurp(folder / "one/summary.json"));
   const Json& batch = summary.at("batch");
@@ -82,6 +75,46 @@ TEST(RunBatch, ARunThatHasNotConvergedSaysSo) {
             std::string::npos);
 }
 
+// Whatever the coordinates, from a bad beginning to the same minimum.
+TEST(RunBatch, BeginsAsBadlyAsItIsTold) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  const auto batch = [&](const std::string& more) {
+    const Outcome outcome = chasles(
+        folder,
+        "run rec --begin truth --estimator batch --json --quiet --set batch.gate=0 " + more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return Json::parse(outcome.out).at("batch");
+  };
+  const Json near = batch("");
+  const Json far = batch("--set batch.initial_error=0.1 --set batch.chart=left-se3");
+  const Json other = batch("--set batch.initial_error=0.1 --set batch.seed=2");
+  EXPECT_GT(far.at("initial_cost"), 1.5 * near.at("initial_cost").get<double>());
+  EXPECT_NE(far.at("initial_cost"), other.at("initial_cost"));
+  for (const Json& one : {far, other}) {
+    EXPECT_NEAR(one.at("final_cost").get<double>() / near.at("final_cost").get<double>(), 1, 1e-5);
+    EXPECT_EQ(one.at("stalled"), false);
+  }
+  const std::string command = "run rec --estimator batch --quiet --set ";
+  EXPECT_EQ(chasles(folder, command + "batch.initial_error=-1").code, 1);
+  EXPECT_EQ(chasles(folder, command + "batch.chart=polar").code, 1);
+}
+
+// A tolerance of all of the cost ends the search where it begins.
+TEST(RunBatch, ASearchThatStalledIsNotCalledOk) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  const Outcome outcome = chasles(folder,
+                                  "run rec --begin truth --estimator batch --json --quiet "
+                                  "--set batch.gate=0 --set batch.tolerance=1");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const Json summary = Json::parse(outcome.out);
+  EXPECT_EQ(summary.at("batch").at("stalled"), true);
+  EXPECT_GT(summary.at("batch").at("decrease_left"), 1e-3);
+  EXPECT_EQ(summary.at("health"), "degraded");
+  EXPECT_NE(summary.at("remarks").dump().find("batch estimation stalled"), std::string::npos);
+}
+
 TEST(CompareBatch, StandsBesideItsFilter) {
   const Scratch folder;
   const std::string command =
@@ -124,9 +157,7 @@ TEST(RunBatch, WithBodyVelocitiesTheSame) {
   const Outcome one = chasles(folder, command + "--estimator batch -o one");
   ASSERT_EQ(one.code, 0) << one.err;
   ASSERT_EQ(chasles(folder, command + "--estimator batch -o two").code, 0);
-  for (const char* file : {"states.csv", "trajectory.tum", "landmarks.csv", "summary.json"}) {
-    EXPECT_EQ(slurp(folder / "one" / file), slurp(folder / "two" / file)) << file;
-  }
+  expect_same_runs(folder, "one", "two");
   const Json filter = Json::parse(chasles(folder, command).out), batch = Json::parse(one.out);
   EXPECT_FALSE(filter.contains("batch"));
   EXPECT_TRUE(batch.at("batch").at("converged").get<bool>());

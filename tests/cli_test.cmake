@@ -1,8 +1,6 @@
 # The command, end to end, and its settings parser.
-chasles_test(cli_test SOURCES cli_test.cpp cli_run_test.cpp cli_settings_test.cpp
-    cli_check_test.cpp cli_compare_test.cpp cli_montecarlo_test.cpp cli_images_test.cpp
-    cli_pixels_test.cpp cli_realtime_test.cpp cli_batch_test.cpp cli_live_test.cpp cli_export_test.cpp
-    cli_keep_images_test.cpp cli_growing_test.cpp
+file(GLOB cli_tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/cli_*test.cpp)
+chasles_test(cli_test SOURCES ${cli_tests}
     ${PROJECT_SOURCE_DIR}/src/chasles/live/testing_test.cpp
   LINKS chasles_app nlohmann_json::nlohmann_json fmt::fmt opencv::core opencv::imgcodecs)
 add_dependencies(cli_test chasles)

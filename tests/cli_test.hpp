@@ -72,6 +72,19 @@ inline void simulate(const Scratch& folder, const std::string& more = "") {
   ASSERT_EQ(made.code, 0) << made.err;
 }
 
+/// The same with an IMU: a third of a turn around the turntable.
+inline void simulate_turntable(const Scratch& folder) {
+  const Outcome made = chasles(folder, "simulate turntable -o rec --quiet --set revolutions=0.3");
+  ASSERT_EQ(made.code, 0) << made.err;
+}
+
+/// Two run folders have the same bytes.
+inline void expect_same_runs(const Scratch& folder, const char* one, const char* other) {
+  for (const char* file : {"states.csv", "trajectory.tum", "landmarks.csv", "summary.json"}) {
+    EXPECT_EQ(slurp(folder / one / file), slurp(folder / other / file)) << file;
+  }
+}
+
 inline void expect_part(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << "no \"" << part << "\" in:\n" << text;
 }

@@ -10,12 +10,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-void expect_same_files(const Scratch& folder) {
-  for (const char* file : {"states.csv", "trajectory.tum", "landmarks.csv", "summary.json"}) {
-    EXPECT_EQ(slurp(folder / "one" / file), slurp(folder / "two" / file)) << file;
-  }
-}
-
 TEST(RunWindow, WithBodyVelocitiesWritesTheFilesOfARun) {
   const Scratch folder;
   simulate(folder);
@@ -23,7 +17,7 @@ TEST(RunWindow, WithBodyVelocitiesWritesTheFilesOfARun) {
   const Outcome one = chasles(folder, command + "window:8 -o one");
   ASSERT_EQ(one.code, 0) << one.err;
   ASSERT_EQ(chasles(folder, command + "window:8 -o two").code, 0);
-  expect_same_files(folder);
+  expect_same_runs(folder, "one", "two");
   const Json window = Json::parse(one.out);
   const Json filter = Json::parse(chasles(folder, command + "filter").out);
   EXPECT_FALSE(filter.contains("window"));
@@ -39,12 +33,12 @@ TEST(RunWindow, WithBodyVelocitiesWritesTheFilesOfARun) {
 
 TEST(RunWindow, WithAnImuTheSame) {
   const Scratch folder;
-  ASSERT_EQ(chasles(folder, "simulate turntable -o rec --quiet --set revolutions=0.3").code, 0);
+  simulate_turntable(folder);
   const std::string command = "run rec --begin truth --json --quiet --estimator window:5 ";
   const Outcome one = chasles(folder, command + "-o one");
   ASSERT_EQ(one.code, 0) << one.err;
   ASSERT_EQ(chasles(folder, command + "-o two").code, 0);
-  expect_same_files(folder);
+  expect_same_runs(folder, "one", "two");
   const Json window = Json::parse(one.out);
   EXPECT_EQ(window.at("window").at("window"), 5);
   EXPECT_EQ(window.at("window").at("keyframes"), read_run(folder / "one").states.size());

@@ -1,44 +1,30 @@
-#include <algorithm>
-#include <cmath>
 #include <memory>
 
-#include <chasles/error.hpp>
 #include <chasles/processor_time.hpp>
 #include <chasles/smooth/batch.hpp>
 #include <chasles/smooth/batch_covariance_detail.hpp>
 #include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/observability.hpp>
+#include <chasles/smooth/position_check_detail.hpp>
 
 namespace chasles {
 namespace {
 
 using namespace smooth_detail;
 
-double way(const BatchResult& result) {
-  double length = 0;
-  for (std::size_t k = 1; k < result.motions.size(); ++k) {
-    length +=
-        (result.motions[k].motion.nav_T_imu.p - result.motions[k - 1].motion.nav_T_imu.p).norm();
-  }
-  return length;
-}
-
 // What is unobservable is a fault only where the estimates suffer from it.
 void check_well_posed(const BatchResult& result) {
   const std::vector<std::string>& names = result.report.unobservable;
-  double variance = 0;
+  if (names.empty()) return;
+  PositionCheck check;
   for (const BatchMotion& m : result.motions) {
-    variance = std::max(variance, m.motion.covariance.block<3, 3>(3, 3).trace());
+    check.add(m.motion.nav_T_imu.p, m.motion.covariance.block<3, 3>(3, 3));
   }
-  const double sigma = std::sqrt(variance), limit = 1 + 0.1 * way(result);
-  if (names.empty() || sigma <= limit) return;
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : "; ") + name;
-  throw InputError("the problem is ill-posed: neither pixels nor IMU tell " + text +
-                   " at the start, and a position is uncertain by " + std::to_string(sigma) +
-                   " m (expected at most " + std::to_string(limit) +
-                   " m): move with turns and changing speed past points near enough to show "
-                   "parallax, use two cameras, or state a better start");
+  check.end("neither pixels nor IMU tell " + text + " at the start",
+            "move with turns and changing speed past points near enough to show parallax, use two "
+            "cameras, or state a better start");
 }
 
 }  // namespace
@@ -60,7 +46,7 @@ BatchResult smooth(const BatchInput& input, const std::string& chart,
   judge(*problem, dof, settings, report);
   const double solved = processor_seconds();
   report.seconds_solve = solved - begun;
-  add_estimates(*problem, input, chart, graph, result);
+  add_estimates(*problem, input, graph, result);
   report.unobservable =
       unobservable_directions(result.motions.front().motion.covariance, graph.start_covariance);
   report.seconds_covariance = processor_seconds() - solved;

@@ -61,6 +61,12 @@ struct BatchReport {
   double cost_per_dof = 0;
   std::vector<double> costs;  ///< after every step that was tried
   bool converged = false;
+  /// The part of the cost by which a whole step of Gauss and Newton from where the search ended
+  /// would lower it, were the problem linear: next to 0 at a minimum.
+  double decrease_left = 0;
+  /// It ended by its tolerance, but not at a minimum: steps were refused until they were too short
+  /// to change the cost.
+  bool stalled = false;
   std::string end;  ///< why it ended, in Ceres's words
   /// What neither pixels nor samples tell to 1 m/s, 0.1 rad, 1 m/s^2 or 0.1 rad/s: directions of
   /// the state at the start, in words. What is said of them comes from the start's covariance.

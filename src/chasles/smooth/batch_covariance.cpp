@@ -1,6 +1,7 @@
 #include <Eigen/LU>
 
 #include <chasles/smooth/batch_covariance_detail.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/chart_manifold_detail.hpp>
 #include <chasles/smooth/selected_inverse.hpp>
 
@@ -16,17 +17,16 @@ Eigen::Matrix<double, 9, 9> to_reference(const ErrorChart& chart, const Inertial
 }
 
 Matrix15d motion_covariance(const ProblemBlocks& problem, const SelectedInverse& inverse,
-                            const ErrorChart& chart, const BatchKeyframe& keyframe, std::size_t k) {
+                            const BatchKeyframe& keyframe, std::size_t k) {
   Matrix15d P = inverse.block(range(problem.keyframe_row(k), 15));
-  const Eigen::Matrix<double, 9, 9> T = to_reference(chart, keyframe.state);
+  const Eigen::Matrix<double, 9, 9> T = to_reference(problem.chart(), keyframe.state);
   P.topRows<9>() = (T * P.topRows<9>()).eval();
   P.leftCols<9>() = (P.leftCols<9>() * T.transpose()).eval();
   return (P + P.transpose()) / 2;
 }
 
 MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInverse& inverse,
-                              const ErrorChart& chart, const BatchInput& input,
-                              const BatchGraph& graph, std::size_t i) {
+                              const BatchInput& input, const BatchGraph& graph, std::size_t i) {
   const BatchPoint& point = graph.points[i];
   const PointView& first = point.views.front();
   const auto k = static_cast<std::size_t>(first.keyframe);
@@ -51,7 +51,7 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
   }
   const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, landmark);
   Eigen::Matrix<double, 3, 12> J;
-  J << d.leftCols<6>() * to_reference(chart, graph.keyframes[k].state).topRows<6>(),
+  J << d.leftCols<6>() * to_reference(problem.chart(), graph.keyframes[k].state).topRows<6>(),
       d.rightCols<3>();
   result.covariance = J * P * J.transpose();
   return result;
@@ -59,24 +59,25 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
 
 }  // namespace
 
-void add_estimates(BatchProblem& problem, const BatchInput& input, const std::string& chart,
-                   const BatchGraph& graph, BatchResult& result) {
-  const ErrorChart& coordinates = error_chart(chart);
-  const SelectedInverse inverse(normal_matrix(problem));
+void add_estimates(BatchProblem& problem, const BatchInput& input, const BatchGraph& graph,
+                   BatchResult& result) {
+  const NormalEquations equations = normal_equations(problem);
+  const SelectedInverse inverse(equations.lower);
+  judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
     const BatchKeyframe& keyframe = graph.keyframes[k];
     BatchMotion motion{.time = keyframe.time, .observations = keyframe.observations};
     motion.motion.nav_T_imu = keyframe.state.world_T_imu;
     motion.motion.v_nav = keyframe.state.v_world;
     motion.motion.biases = keyframe.state.biases();
-    motion.motion.covariance = motion_covariance(problem, inverse, coordinates, keyframe, k);
+    motion.motion.covariance = motion_covariance(problem, inverse, keyframe, k);
     result.motions.push_back(motion);
   }
   for (std::size_t i = 0; i < graph.points.size(); ++i) {
     const BatchPoint& point = graph.points[i];
     if (graph.anchored) {
       if (!(point.parameters.z() > 0)) continue;  // beyond infinity: a direction, no place
-      result.landmarks.push_back(anchored_estimate(problem, inverse, coordinates, input, graph, i));
+      result.landmarks.push_back(anchored_estimate(problem, inverse, input, graph, i));
     } else {
       result.landmarks.push_back({.id = point.id,
                                   .p_world = point.parameters,

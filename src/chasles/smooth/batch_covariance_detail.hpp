@@ -6,7 +6,7 @@ namespace chasles::smooth_detail {
 
 /// Motions and landmarks with their covariances, reference chart, from the problem linearised at
 /// the graph's states, which are the problem's numbers in that chart.
-void add_estimates(BatchProblem& problem, const BatchInput& input, const std::string& chart,
-                   const BatchGraph& graph, BatchResult& result);
+void add_estimates(BatchProblem& problem, const BatchInput& input, const BatchGraph& graph,
+                   BatchResult& result);
 
 }  // namespace chasles::smooth_detail

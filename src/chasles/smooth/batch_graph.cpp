@@ -8,6 +8,7 @@
 #include <chasles/error.hpp>
 #include <chasles/smooth/batch_graph_detail.hpp>
 #include <chasles/smooth/batch_solve_detail.hpp>
+#include <chasles/smooth/initial_error_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
@@ -183,6 +184,7 @@ BatchGraph batch_graph(const BatchInput& input, const BatchSettings& settings,
   report.links = static_cast<int>(graph.links.size());
   report.landmarks = static_cast<int>(graph.points.size());
   report.imu = buffer.counts();
+  add_initial_error(input, settings, graph);
   return graph;
 }
 

@@ -1,10 +1,12 @@
 #include <chasles/smooth/batch_problem_detail.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/cost_functions_detail.hpp>
 
 namespace chasles::smooth_detail {
 BatchProblem::BatchProblem(const BatchInput& input, const std::string& chart,
                            const BatchSettings& settings, const BatchGraph& graph)
-    : ProblemBlocks({.keyframes = graph.keyframes.size(), .points = graph.points.size()}, chart) {
+    : ProblemBlocks({.keyframes = graph.keyframes.size(), .points = graph.points.size()},
+                    chart_of(settings, chart)) {
   for (std::size_t k = 0; k < sizes().keyframes; ++k) {
     const InertialState& state = graph.keyframes[k].state;
     write_motion(state, motion(k));

@@ -18,6 +18,9 @@ struct BatchSettings {
   std::string solver = "auto";
   int max_iterations = 50;
   double tolerance = 1e-8;
+  std::string chart = "filter";
+  double initial_error = 0;
+  int seed = 1;
   int window_steps = 2;
 };
 
@@ -48,6 +51,12 @@ void for_each_batch_setting(SettingsType& s, Visitor&& visit) {
   visit("max_iterations", s.max_iterations, "count", "steps of Levenberg and Marquardt at most");
   visit("tolerance", s.tolerance, "1",
         "it has converged when the cost falls by less than this part");
+  visit("chart", s.chart, "filter|standard|left-se3|right-se3|right-sen3",
+        "coordinates of the steps; filter: those of the filter where the search begins");
+  visit("initial_error", s.initial_error, "1",
+        "what is added to where the search begins, as a part: drift [rad], scale, depths "
+        "(docs/convergence.md)");
+  visit("seed", s.seed, "number", "of that error");
   visit("window_steps", s.window_steps, "count",
         "steps of Gauss and Newton that a window takes a frame at most");
 }

@@ -31,6 +31,10 @@ ceres::LinearSolverType type_of(const std::string& solver) {
                    "', expected auto, sparse-schur, dense-schur or sparse-normal");
 }
 
+bool is_point(ProblemBlocks& problem, const double* block) {
+  return problem.sizes().points > 0 && block >= problem.point(0);
+}
+
 ceres::Solver::Options options_for(ProblemBlocks& problem, const Search& search,
                                    const std::string& solver) {
   ceres::Solver::Options options;
@@ -41,13 +45,20 @@ ceres::Solver::Options options_for(ProblemBlocks& problem, const Search& search,
   options.parameter_tolerance = 1e-2 * search.tolerance;
   options.gradient_tolerance = 0;  // its size depends on the chart
   options.logging_type = ceres::SILENT;
-  if (options.linear_solver_type != ceres::SPARSE_NORMAL_CHOLESKY) {
-    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    const double* points = problem.sizes().points > 0 ? problem.point(0) : nullptr;
-    for (double* block : problem.blocks()) {
-      ordering->AddElementToGroup(block, points != nullptr && block >= points ? 0 : 1);
-    }
-    options.linear_solver_ordering = std::move(ordering);
+  const bool points_first = options.linear_solver_type != ceres::SPARSE_NORMAL_CHOLESKY;
+  if (points_first) {
+    options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  }
+  // After a step each landmark is searched by itself, from the new poses. A step that throws a few
+  // landmarks behind a camera, to where a wrong pixel draws them, makes the cost jump and would be
+  // refused, again and again, until the trust region of all the others had shrunk to nothing. Ceres
+  // leaves that off once it does not help.
+  options.use_inner_iterations = problem.sizes().points > 0;
+  options.inner_iteration_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (double* block : problem.blocks()) {
+    const bool point = is_point(problem, block);
+    if (points_first) options.linear_solver_ordering->AddElementToGroup(block, point ? 0 : 1);
+    if (point) options.inner_iteration_ordering->AddElementToGroup(block, 0);
   }
   return options;
 }
@@ -94,6 +105,10 @@ void check_landmark_form(const BatchSettings& settings) {
                    "', expected cartesian or inverse-depth");
 }
 
+const std::string& chart_of(const BatchSettings& settings, const std::string& of_filter) {
+  return settings.chart == "filter" ? of_filter : settings.chart;
+}
+
 void check_frames_per_keyframe(const BatchSettings& settings) {
   if (settings.frames_per_keyframe >= 1) return;
   throw UsageError("batch.frames_per_keyframe: found " +
@@ -115,6 +130,11 @@ void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
   report.outliers = static_cast<int>(
       std::ranges::count_if(deviations, [&](double d) { return d > settings.loss_width; }));
   report.cost_per_dof = 2 * report.final_cost / std::max(dof, 1);
+}
+
+void judge_end(double squared_distance, BatchReport& report) {
+  report.decrease_left = squared_distance / (2 * report.final_cost);
+  report.stalled = report.converged && report.decrease_left > kRough;
 }
 
 }  // namespace chasles::smooth_detail

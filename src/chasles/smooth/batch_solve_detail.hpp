@@ -25,6 +25,9 @@ void search(const BatchSettings& settings, BatchReport& report,
 /// Throws UsageError where batch.landmarks is none of the forms.
 void check_landmark_form(const BatchSettings& settings);
 
+/// The error chart of the steps: batch.chart, or the filter's.
+const std::string& chart_of(const BatchSettings& settings, const std::string& of_filter);
+
 /// Throws UsageError for batch.frames_per_keyframe below 1.
 void check_frames_per_keyframe(const BatchSettings& settings);
 
@@ -55,5 +58,9 @@ auto at_minimum(Graph& graph, const BatchSettings& settings, BatchReport& report
 /// landmarks. Links tie as many numbers as a keyframe has; the start ties its own.
 void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
            BatchReport& report);
+
+/// What the report says of where the search ended: how far from a minimum, g^T H^-1 g of gradient
+/// and normal matrix there, and whether it stalled.
+void judge_end(double squared_distance, BatchReport& report);
 
 }  // namespace chasles::smooth_detail

@@ -1,11 +1,9 @@
-#include <algorithm>
-#include <cmath>
 #include <memory>
 
-#include <chasles/error.hpp>
 #include <chasles/processor_time.hpp>
 #include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/drive_problem_detail.hpp>
+#include <chasles/smooth/position_check_detail.hpp>
 
 namespace chasles {
 namespace {
@@ -13,19 +11,12 @@ namespace {
 using namespace smooth_detail;
 
 void check_well_posed(const DriveResult& result) {
-  double variance = 0, way = 0;
-  for (std::size_t k = 0; k < result.estimates.size(); ++k) {
-    const Estimate& e = result.estimates[k];
-    variance = std::max(variance, e.pose_covariance.bottomRightCorner<3, 3>().trace());
-    if (k > 0) way += (e.world_T_imu.p - result.estimates[k - 1].world_T_imu.p).norm();
+  PositionCheck check;
+  for (const Estimate& e : result.estimates) {
+    check.add(e.world_T_imu.p, e.pose_covariance.bottomRightCorner<3, 3>());
   }
-  const double sigma = std::sqrt(variance), limit = 1 + 0.1 * way;
-  if (sigma <= limit) return;
-  throw InputError(
-      "the problem is ill-posed: neither pixels nor velocities tell the motion, a "
-      "position is uncertain by " +
-      std::to_string(sigma) + " m (expected at most " + std::to_string(limit) +
-      " m): state the noise of velocities and pixels as it is");
+  check.end("neither pixels nor velocities tell the motion",
+            "state the noise of velocities and pixels as it is");
 }
 
 }  // namespace

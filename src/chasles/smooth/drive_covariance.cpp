@@ -1,6 +1,7 @@
 #include <Eigen/LU>
 
 #include <chasles/filter/pixel_sight.hpp>
+#include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/drive_problem_detail.hpp>
 #include <chasles/smooth/selected_inverse.hpp>
 
@@ -8,14 +9,14 @@ namespace chasles::smooth_detail {
 namespace {
 
 // The reference chart's errors by the chart's, of [rotation, position].
-Matrix6d to_reference(const DriveInput& input, const DriveState& state) {
-  return pose_block(error_chart(input.settings.chart), state.world_T_imu).inverse();
+Matrix6d to_reference(const DriveProblem& problem, const DriveState& state) {
+  return pose_block(problem.chart(), state.world_T_imu).inverse();
 }
 
 Estimate estimate_of(const DriveProblem& problem, const SelectedInverse& inverse,
-                     const DriveInput& input, const DriveKeyframe& keyframe, std::size_t k) {
+                     const DriveKeyframe& keyframe, std::size_t k) {
   const Eigen::MatrixXd P = inverse.block(range(problem.keyframe_row(k), problem.sizes().errors()));
-  const Matrix6d T = to_reference(input, keyframe.state);
+  const Matrix6d T = to_reference(problem, keyframe.state);
   Estimate e;
   e.time = keyframe.time;
   e.world_T_imu = keyframe.state.world_T_imu;
@@ -39,7 +40,7 @@ Eigen::Matrix3d anchored_covariance(const DriveProblem& problem, const SelectedI
   for (const int row : range(problem.point_row(i), 3)) rows.push_back(row);
   const Clone anchor{.id = static_cast<int>(k), .world_T_imu = state.world_T_imu};
   Eigen::Matrix<double, 3, 9> J = anchored_derivative(anchor, landmark_of(input.rig, point));
-  J.leftCols<6>() = (J.leftCols<6>() * to_reference(input, state)).eval();
+  J.leftCols<6>() = (J.leftCols<6>() * to_reference(problem, state)).eval();
   return J * inverse.block(rows) * J.transpose();
 }
 
@@ -47,11 +48,13 @@ Eigen::Matrix3d anchored_covariance(const DriveProblem& problem, const SelectedI
 
 void add_estimates(DriveProblem& problem, const DriveInput& input, const DriveGraph& graph,
                    DriveResult& result) {
-  const SelectedInverse inverse(normal_matrix(problem));
+  const NormalEquations equations = normal_equations(problem);
+  const SelectedInverse inverse(equations.lower);
+  judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   const auto& keyframes = graph.timeline.keyframes;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
     if (!keyframes[k].framed) continue;
-    result.estimates.push_back(estimate_of(problem, inverse, input, keyframes[k], k));
+    result.estimates.push_back(estimate_of(problem, inverse, keyframes[k], k));
     result.estimates.back().landmarks = result.report.landmarks;
   }
   for (std::size_t i = 0; i < graph.points.size(); ++i) {

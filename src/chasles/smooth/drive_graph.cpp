@@ -7,6 +7,7 @@
 #include <chasles/slam/drive_model.hpp>
 #include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/drive_graph_detail.hpp>
+#include <chasles/smooth/initial_error_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
@@ -183,6 +184,7 @@ DriveGraph drive_graph(const DriveInput& input, const BatchSettings& settings,
     place(input.rig, graph.anchored, graph.timeline.keyframes, point);
   }
   count(graph, report);
+  add_initial_error(input, settings, graph);
   return graph;
 }
 

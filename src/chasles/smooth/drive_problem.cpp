@@ -1,3 +1,4 @@
+#include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/drive_problem_detail.hpp>
 
 namespace chasles::smooth_detail {
@@ -14,7 +15,7 @@ BlockSizes sizes_of(const DriveGraph& graph) {
 
 DriveProblem::DriveProblem(const DriveInput& input, const BatchSettings& settings,
                            const DriveGraph& graph)
-    : ProblemBlocks(sizes_of(graph), input.settings.chart) {
+    : ProblemBlocks(sizes_of(graph), chart_of(settings, input.settings.chart)) {
   const DriveTimeline& timeline = graph.timeline;
   for (std::size_t k = 0; k < sizes().keyframes; ++k) {
     write_pose(timeline.keyframes[k].state.world_T_imu, motion(k));

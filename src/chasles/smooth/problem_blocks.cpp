@@ -19,13 +19,13 @@ ceres::Problem::Options problem_options() {
 
 ProblemBlocks::ProblemBlocks(const BlockSizes& sizes, const std::string& chart)
     : sizes_(sizes),
+      chart_(&error_chart(chart)),
       numbers_(stride() * sizes.keyframes + 3 * sizes.points),
       problem_(std::make_unique<ceres::Problem>(problem_options())) {
-  const ErrorChart& coordinates = error_chart(chart);
   for (std::size_t k = 0; k < sizes_.keyframes; ++k) {
     write_pose({}, motion(k));  // a manifold is asked for its derivative at once
     problem_->AddParameterBlock(motion(k), sizes_.motion(),
-                                new ChartManifold(coordinates, sizes_.velocity));
+                                new ChartManifold(*chart_, sizes_.velocity));
     if (sizes_.additive > 0) problem_->AddParameterBlock(additive(k), sizes_.additive);
   }
   for (std::size_t i = 0; i < sizes_.points; ++i) problem_->AddParameterBlock(point(i), 3);
@@ -80,20 +80,22 @@ ceres::LossFunction* loss_of(const BatchSettings& settings) {
   throw UsageError("batch.loss: found '" + settings.loss + "', expected none, huber or cauchy");
 }
 
-Eigen::SparseMatrix<double> normal_matrix(ProblemBlocks& problem) {
+NormalEquations normal_equations(ProblemBlocks& problem) {
   ceres::Problem::EvaluateOptions options;
   options.parameter_blocks = problem.blocks();
   options.apply_loss_function = true;
   options.num_threads = 1;
   ceres::CRSMatrix crs;
-  problem.ceres().Evaluate(options, nullptr, nullptr, nullptr, &crs);
+  std::vector<double> gradient;
+  problem.ceres().Evaluate(options, nullptr, nullptr, &gradient, &crs);
   using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
   const Eigen::Map<const RowMajor> J(crs.num_rows, crs.num_cols,
                                      static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(),
                                      crs.cols.data(), crs.values.data());
   const Eigen::SparseMatrix<double> by_columns = J;
   const Eigen::SparseMatrix<double> H = by_columns.transpose() * by_columns;
-  return H.triangularView<Eigen::Lower>();
+  return {.lower = H.triangularView<Eigen::Lower>(),
+          .gradient = Eigen::Map<const Eigen::VectorXd>(gradient.data(), std::ssize(gradient))};
 }
 
 }  // namespace chasles::smooth_detail

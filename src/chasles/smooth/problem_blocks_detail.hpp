@@ -35,6 +35,7 @@ class ProblemBlocks {
 
   ceres::Problem& ceres() { return *problem_; }
   const BlockSizes& sizes() const { return sizes_; }
+  const ErrorChart& chart() const { return *chart_; }  ///< of the motions
   double* motion(std::size_t keyframe) { return &numbers_[stride() * keyframe]; }
   double* additive(std::size_t keyframe) {
     return motion(keyframe) + static_cast<std::size_t>(sizes_.motion());
@@ -67,6 +68,7 @@ class ProblemBlocks {
   std::size_t stride() const { return static_cast<std::size_t>(sizes_.motion() + sizes_.additive); }
 
   BlockSizes sizes_;
+  const ErrorChart* chart_;
   std::vector<double> numbers_;
   std::unique_ptr<ceres::Problem> problem_;
   std::vector<ceres::ResidualBlockId> views_;
@@ -78,7 +80,12 @@ std::vector<int> range(int first, int count);
 /// batch.loss; null: none. Throws UsageError.
 ceres::LossFunction* loss_of(const BatchSettings& settings);
 
-/// The lower triangle of J^T J at the present numbers, J the whitened and robustified Jacobian.
-Eigen::SparseMatrix<double> normal_matrix(ProblemBlocks& problem);
+/// The problem linearised at the present numbers: residual r and Jacobian J whitened and
+/// robustified.
+struct NormalEquations {
+  Eigen::SparseMatrix<double> lower;  ///< triangle of J^T J
+  Eigen::VectorXd gradient;           ///< J^T r
+};
+NormalEquations normal_equations(ProblemBlocks& problem);
 
 }  // namespace chasles::smooth_detail

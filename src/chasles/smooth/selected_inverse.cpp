@@ -1,7 +1,5 @@
 #include <algorithm>
 
-#include <Eigen/SparseCholesky>
-
 #include <chasles/error.hpp>
 #include <chasles/smooth/selected_inverse.hpp>
 
@@ -9,7 +7,6 @@ namespace chasles {
 namespace {
 
 using Sparse = Eigen::SparseMatrix<double>;
-using Cholesky = Eigen::SimplicialLDLT<Sparse, Eigen::Lower, Eigen::AMDOrdering<int>>;
 
 // Rows of the unit lower triangular factor's column, the diagonal left out; rising.
 std::vector<int> rows_below(const Sparse& L, int column) {
@@ -38,17 +35,17 @@ Eigen::MatrixXd columns_of(const Sparse& L, int first, int width, const std::vec
 
 }  // namespace
 
-SelectedInverse::SelectedInverse(const Sparse& lower) {
-  const Cholesky cholesky(lower);
-  const Eigen::VectorXd D = cholesky.vectorD();
-  if (cholesky.info() != Eigen::Success || !(D.size() == 0 || D.minCoeff() > 0) || !D.allFinite()) {
+SelectedInverse::SelectedInverse(const Sparse& lower) : cholesky_(lower) {
+  const Eigen::VectorXd D = cholesky_.vectorD();
+  if (cholesky_.info() != Eigen::Success || !(D.size() == 0 || D.minCoeff() > 0) ||
+      !D.allFinite()) {
     throw Error(ExitCode::kDiverged,
                 "the normal matrix of the batch is not positive definite: something of the states "
                 "or landmarks is not determined");
   }
-  const Sparse L = cholesky.matrixL();
+  const Sparse L = cholesky_.matrixL();
   const int n = static_cast<int>(L.cols());
-  const auto& permutation = cholesky.permutationP().indices();
+  const auto& permutation = cholesky_.permutationP().indices();
   place_.assign(permutation.data(), permutation.data() + permutation.size());
   if (place_.empty()) {
     place_.resize(static_cast<std::size_t>(n));

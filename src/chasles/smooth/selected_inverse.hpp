@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include <Eigen/SparseCore>
+#include <Eigen/SparseCholesky>
 
 namespace chasles {
 
@@ -15,6 +15,9 @@ class SelectedInverse {
   /// `lower`: the matrix's lower triangle, diagonal included. Throws Error(kDiverged) where it is
   /// not positive definite to working precision.
   explicit SelectedInverse(const Eigen::SparseMatrix<double>& lower);
+
+  /// The inverse times a vector.
+  Eigen::VectorXd times(const Eigen::VectorXd& b) const { return cholesky_.solve(b); }
 
   /// Inverse entry (row, column); it must be one of those that there are.
   double operator()(int row, int column) const;
@@ -31,6 +34,8 @@ class SelectedInverse {
   void invert(const Eigen::SparseMatrix<double>& L, const Eigen::VectorXd& D);
   void gather(const std::vector<int>& rows, int from, Eigen::MatrixXd& Z) const;
 
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::AMDOrdering<int>>
+      cholesky_;
   std::vector<int> place_;      // of a row in the permuted order
   std::vector<int> supernode_;  // of a permuted column
   std::vector<Supernode> nodes_;
