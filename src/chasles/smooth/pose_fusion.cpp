@@ -160,6 +160,11 @@ PoseFusion fuse_poses(const Trajectory& world_T_imu, const std::vector<ImuSample
   FusionProblem problem(poses, graph, settings);
   BatchReport report;
   solve(problem, {.solver = "sparse-normal"}, {}, report);
+  if (!report.converged) {
+    throw Error(ExitCode::kDiverged,
+                "poses and IMU samples: found no motion that both agree on in " +
+                    std::to_string(report.iterations) + " steps");
+  }
   result.iterations = report.iterations;
   // Poses less the first state's own numbers; links tie as many numbers as a state has.
   const double dof = 6 * static_cast<double>(poses.size()) - 15;

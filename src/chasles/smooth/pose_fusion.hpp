@@ -36,7 +36,7 @@ struct PoseFusion {
 /// end is spread evenly. `world_T_imu`: the world's z axis points up.
 ///
 /// Throws InputError where the samples cover less than three seconds of the poses, or where either
-/// has a gap of more than 0.5 s.
+/// has a gap of more than 0.5 s; Error(kDiverged) where no minimum is found.
 PoseFusion fuse_poses(const Trajectory& world_T_imu, const std::vector<ImuSample>& samples,
                       const PoseFusionSettings& settings);
 
