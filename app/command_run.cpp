@@ -144,8 +144,7 @@ void check(const RunOptions& o, const Settings& settings) {
   }
 }
 
-Recording read(const RunOptions& o) {
-  Recording recording = read_input(o.input);
+void announce(const RunOptions& o, const Recording& recording) {
   spdlog::info("{}: {} frames, {} velocities, {} IMU samples", recording.name,
                frame_count(recording), recording.velocities.size(), recording.imu.size());
   const Threshold* threshold = needs_truth(o.thresholds);
@@ -153,7 +152,6 @@ Recording read(const RunOptions& o) {
     throw UsageError(fmt::format("{}: {} has no true trajectory; give one with --truth",
                                  threshold->option, recording.name));
   }
-  return recording;
 }
 
 // What the run itself has to say, for summary.json and the reader.
@@ -255,7 +253,8 @@ auto telling_why_not(LiveView& live, const Work& work) {
 }
 
 // A recording with IMU samples instead of body velocities.
-int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wall) {
+int run_inertial(const RunOptions& o, Recording& recording, const Interrupt& interrupt,
+                 const Stopwatch& wall) {
   if (!o.settings.mode.empty() && o.settings.mode != "slam") {
     throw UsageError("--mode: a recording with an IMU is run with slam alone");
   }
@@ -270,7 +269,6 @@ int run_inertial(const RunOptions& o, Recording& recording, const Stopwatch& wal
     throw UsageError("--realtime is for the filter, not for --estimator " + o.estimator);
   }
   const InertialRunSettings settings = inertial_run_settings_from(o.settings);
-  const Interrupt interrupt;
   prepare_outputs(o);
   LiveView live(o.live, interrupt, o.output);
   InertialDrive result = telling_why_not(live, [&] {
@@ -302,8 +300,10 @@ int run(const RunOptions& o) {
   if (o.keep_images && o.output.empty() && !o.live.wanted) {
     throw UsageError("--keep-images needs -o RUN, to have a place for them");
   }
-  Recording recording = read(o);
-  if (recording.velocities.empty()) return run_inertial(o, recording, wall);
+  Recording recording = read_input(o.input);
+  const Interrupt interrupt;  // before anybody is told that it goes on
+  announce(o, recording);
+  if (recording.velocities.empty()) return run_inertial(o, recording, interrupt, wall);
   if (!estimator.filter() && !o.full_covariance.empty()) {
     throw UsageError("--full-covariance is not kept of --estimator " + o.estimator);
   }
@@ -311,7 +311,6 @@ int run(const RunOptions& o) {
   if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
   DriveRunSettings settings = settings_from(o.settings);
   check(o, settings.filter);
-  const Interrupt interrupt;
   prepare_outputs(o);
   LiveView live(o.live, interrupt, o.output);
   const Drive result =
