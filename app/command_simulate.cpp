@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
 
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
@@ -55,11 +56,7 @@ std::string scenes_help() {
 }
 
 StreetSettings street_settings_from(const SceneChoice& choice) {
-  if (!choice.path.empty() || choice.real_imu || choice.agreed_truth) {
-    throw UsageError(fmt::format(
-        "--path, --real-imu and --agreed-truth are for the scene trajectory, not for {}",
-        choice.name));
-  }
+  refuse_path(choice);
   StreetSettings settings = street_scene(choice.name);
   const SettingList list = setting_list(settings);
   if (!choice.config.empty()) set_from_file(list, choice.config);
@@ -172,6 +169,7 @@ int deliver(const SimulateOptions& o, const Recording& recording, const Json& se
 }
 
 int simulate(const SimulateOptions& o) {
+  if (o.quiet) spdlog::set_level(spdlog::level::err);
   check_known(o.scene.name);
   if (is_inertial_scene(o.scene.name)) {
     InertialScene scene = scene_from(o.scene);
@@ -210,13 +208,7 @@ Action declare_simulate(CLI::App& parser) {
   parser.add_option("--seed", scene.seed, "Chooses all random numbers")->type_name("N");
   parser.add_option("--run", o->run, "Which run of the noise, in scenes with an IMU")
       ->type_name("K");
-  parser
-      .add_option("--path", scene.path,
-                  "For the scene trajectory: a TUM file, or a recording that has the truth")
-      ->type_name("FILE");
-  parser.add_flag("--real-imu", scene.real_imu,
-                  "The IMU samples of the recording at --path instead of simulated ones");
-  parser.add_flag("--agreed-truth", scene.agreed_truth, kAgreedTruthHelp);
+  declare_path(parser, scene, "Options");
   parser.add_flag(
       "--images", o->images,
       "Render images instead of tracks, and write an EuRoC folder (scenes with an IMU)");

@@ -46,10 +46,10 @@ std::vector<ReportRun> read_runs(const std::vector<std::filesystem::path>& folde
 }
 
 // Until it is interrupted, which is how it ends.
-int serve(const ViewOptions& o, LiveFeed& feed, const std::function<void()>& work) {
+int serve(const ViewOptions& o, std::uint16_t port, LiveFeed& feed,
+          const std::function<void()>& work) {
   const Interrupt interrupt;
-  const LiveServer server({.address = o.address, .port = port_of("--port", o.port)}, live_page(),
-                          feed);
+  const LiveServer server({.address = o.address, .port = port}, live_page(), feed);
   for (const std::string& url : urls(server.gate())) fmt::print("{}\n", url);
   std::fflush(stdout);
   while (!interrupt.requested()) {
@@ -60,14 +60,14 @@ int serve(const ViewOptions& o, LiveFeed& feed, const std::function<void()>& wor
 }
 
 int view(const ViewOptions& o) {
-  port_of("--port", o.port);
+  const std::uint16_t port = port_of("--port", o.port);  // before long reading
   if (o.folders.size() == 1 && is_growing(o.folders.front())) {
     LiveRun run({});
     FollowedRun followed(o.folders.front(), run);
-    return serve(o, run, [&] { followed.look(); });
+    return serve(o, port, run, [&] { followed.look(); });
   }
   FinishedRuns feed(read_runs(o.folders));
-  return serve(o, feed, [] {});
+  return serve(o, port, feed, [] {});
 }
 
 }  // namespace

@@ -70,10 +70,7 @@ std::vector<std::string> all_charts() {
 bool is_loops(const std::string& name) { return name == kLoops; }
 
 LoopsSettings loops_from(const SceneChoice& choice) {
-  if (!choice.path.empty() || choice.real_imu || choice.agreed_truth) {
-    throw UsageError(
-        "--path, --real-imu and --agreed-truth are for the scene trajectory, not for loops");
-  }
+  refuse_path(choice);
   LoopsSettings settings;
   const SettingList list = list_of(settings);
   if (!choice.config.empty()) set_from_file(list, choice.config);

@@ -18,7 +18,7 @@ namespace chasles::app {
 /// Whether that is the name of the scene.
 bool is_loops(const std::string& name);
 
-/// Throws UsageError for a setting that does not fit, and for --path and --real-imu.
+/// Throws UsageError for a setting that does not fit, and as refuse_path().
 LoopsSettings loops_from(const SceneChoice& choice);
 
 /// The files and the charts asked for, all four charts where nothing is. Throws UsageError for what

@@ -47,14 +47,10 @@ void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
 }
 
 void take_path(const SceneChoice& choice, InertialScene& scene) {
+  if (choice.name != kTrajectory) return refuse_path(choice);
   if (choice.agreed_truth && !choice.real_imu) {
     throw UsageError(
         "--agreed-truth needs --real-imu: the samples that the truth is to agree with");
-  }
-  if (choice.name != kTrajectory) {
-    if (choice.path.empty() && !choice.real_imu) return;
-    throw UsageError(fmt::format("--path and --real-imu are for the scene {}, not for {}",
-                                 kTrajectory, choice.name));
   }
   if (choice.path.empty()) {
     throw UsageError(
@@ -76,18 +72,36 @@ void assign(const SettingList& list, const std::string& option, const std::strin
   set(list, option, assignment.substr(0, equals), std::string_view(assignment).substr(equals + 1));
 }
 
+void declare_path(CLI::App& parser, SceneChoice& choice, const std::string& group) {
+  parser
+      .add_option("--path", choice.path,
+                  "For the scene trajectory: a TUM file, or a recording that has the truth")
+      ->type_name("FILE")
+      ->group(group);
+  parser
+      .add_flag("--real-imu", choice.real_imu,
+                "The IMU samples of the recording at --path instead of simulated ones")
+      ->group(group);
+  parser
+      .add_flag("--agreed-truth", choice.agreed_truth,
+                "With --real-imu: move along what truth and samples agree on, in place of the "
+                "truth alone, whose poses jitter and lean against the IMU")
+      ->group(group);
+}
+
+void refuse_path(const SceneChoice& choice) {
+  if (choice.path.empty() && !choice.real_imu && !choice.agreed_truth) return;
+  throw UsageError(
+      fmt::format("--path, --real-imu and --agreed-truth are for the scene {}, not for {}",
+                  kTrajectory, choice.name));
+}
+
 void declare_scene(CLI::App& parser, SceneChoice& choice) {
   choice.set_option = "--scene-set";
   const auto add = [&](const char* name, auto& value, const char* type, const char* meaning) {
     return parser.add_option(name, value, meaning)->type_name(type)->group("Scene");
   };
-  add("--path", choice.path, "FILE",
-      "For the scene trajectory: a TUM file, or a recording that has the truth");
-  parser
-      .add_flag("--real-imu", choice.real_imu,
-                "The IMU samples of the recording at --path instead of simulated ones")
-      ->group("Scene");
-  parser.add_flag("--agreed-truth", choice.agreed_truth, kAgreedTruthHelp)->group("Scene");
+  declare_path(parser, choice, "Scene");
   add("--seed", choice.seed, "N", "Chooses landmarks and noise");
   add("--scene-config", choice.config, "FILE", "Settings of the scene from a YAML file");
   add("--scene-set", choice.sets, "KEY=VALUE", "One setting of the scene; may be repeated")

@@ -27,12 +27,12 @@ struct SceneChoice {
   std::string set_option = "--set";  ///< for messages
 };
 
-inline constexpr const char* kAgreedTruthHelp =
-    "With --real-imu: move along what truth and samples agree on, in place of the truth alone, "
-    "whose "
-    "poses jitter and lean against the IMU";
+/// --path, --real-imu and --agreed-truth, in that group of --help.
+void declare_path(CLI::App& parser, SceneChoice& choice, const std::string& group);
+/// Throws UsageError where one of them is given: the choice's scene is not `trajectory`.
+void refuse_path(const SceneChoice& choice);
 
-/// Declares the options of a scene beside its name: --path, --real-imu, --seed, and the settings as
+/// Declares the options of a scene beside its name: those of its path, --seed, and the settings as
 /// --scene-set and --scene-config.
 void declare_scene(CLI::App& parser, SceneChoice& choice);
 

@@ -227,7 +227,10 @@ TEST(Simulate, KnowsTheScenesOfBothKinds) {
   expect_error(chasles(folder, "simulate halway -o x"), 1,
                "unknown scene 'halway'; did you mean 'hallway'? (known scenes: street");
   expect_error(chasles(folder, "simulate street --path x -o x"), 1, "for the scene trajectory");
-  expect_error(chasles(folder, "simulate hallway --agreed-truth -o x"), 1, "needs --real-imu");
+  expect_error(chasles(folder, "simulate hallway --agreed-truth -o x"), 1,
+               "--agreed-truth are for the scene trajectory, not for hallway");
+  expect_error(chasles(folder, "simulate trajectory --path x --agreed-truth -o x"), 1,
+               "needs --real-imu");
   expect_error(chasles(folder, "simulate street --run 1 -o x"), 1, "--run");
   expect_error(chasles(folder, "simulate hallway --set route=L -o x"), 1, "unknown key 'route'");
   const Outcome help = chasles(folder, "simulate --help");

@@ -21,6 +21,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char *kStates = "states.csv", *kLandmarks = "landmarks.csv",
+                     *kSummary = "summary.json", *kTruth = "truth.tum",
+                     *kDeadReckoning = "dead_reckoning.tum";
+
 int open_folder(const fs::path& folder) {
   return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 }
@@ -30,9 +34,11 @@ bool is_taken(int folder, int lock) {
   return ::flock(folder, lock | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
+fs::path part_of(const fs::path& file) { return file.string() + ".part"; }
+
 /// Whoever reads it finds the old file or the new one, never half of one.
 void replace_file(const fs::path& file, std::string_view bytes) {
-  const fs::path part = file.string() + ".part";
+  const fs::path part = part_of(file);
   write_file(part, bytes);
   fs::rename(part, file);
 }
@@ -71,16 +77,23 @@ GrowingRun::GrowingRun(const fs::path& run_folder, Pace pace)
                     "name another folder",
                     run_folder.string()));
   }
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder_, ignored)) {
-    fs::remove_all(entry.path(), ignored);
-  }
+  remove_files();
 }
 
 GrowingRun::~GrowingRun() {
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
+  remove_files();
+  std::error_code not_empty;
+  fs::remove(folder_, not_empty);
   ::close(lock_);
+}
+
+// Its own alone: what else is in the folder is somebody's.
+void GrowingRun::remove_files() const {
+  std::error_code ignored;
+  for (const char* name : {kStates, kLandmarks, kSummary, kTruth, kDeadReckoning}) {
+    fs::remove(folder_ / name, ignored);
+    fs::remove(part_of(folder_ / name), ignored);
+  }
 }
 
 void GrowingRun::begin(const Run& header, const nlohmann::ordered_json& summary) {
@@ -104,17 +117,17 @@ void GrowingRun::extend(const Run& run, const std::function<std::vector<RunLandm
 
 void GrowingRun::write(const Run& run, const std::vector<RunLandmark>& landmarks) {
   const bool first = written_ == 0;
-  if (first && !run.truth.empty()) write_tum(run.truth, folder_ / "truth.tum");
+  if (first && !run.truth.empty()) write_tum(run.truth, folder_ / kTruth);
   if (first && !run.dead_reckoning.empty()) {
-    write_tum(run.dead_reckoning, folder_ / "dead_reckoning.tum");
+    write_tum(run.dead_reckoning, folder_ / kDeadReckoning);
   }
-  std::ofstream states(folder_ / "states.csv", std::ios::binary | std::ios::app);
+  std::ofstream states(folder_ / kStates, std::ios::binary | std::ios::app);
   states << states_text(run, written_) << std::flush;
   if (!states) throw UsageError(fmt::format("{}: cannot be written", folder_.string()));
   written_ = run.states.size();
-  replace_file(folder_ / "landmarks.csv", landmarks_text(landmarks));
+  replace_file(folder_ / kLandmarks, landmarks_text(landmarks));
   // The last one: with it the folder is one that can be read.
-  if (first) replace_file(folder_ / "summary.json", summary_);
+  if (first) replace_file(folder_ / kSummary, summary_);
 }
 
 }  // namespace chasles

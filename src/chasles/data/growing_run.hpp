@@ -23,8 +23,8 @@ class GrowingRun {
     int share = 100;  ///< writing takes at most one part in so many of the time
   };
 
-  /// Makes and locks it; what a killed run has left there is removed. Throws UsageError where
-  /// another run is writing into the folder, or where it cannot be written.
+  /// Makes and locks it; what a killed run has left there is removed, nothing else. Throws
+  /// UsageError where another run is writing into the folder, or where it cannot be written.
   explicit GrowingRun(const std::filesystem::path& run_folder);
   GrowingRun(const std::filesystem::path& run_folder, Pace pace);
   GrowingRun(const GrowingRun&) = delete;
@@ -40,6 +40,7 @@ class GrowingRun {
  private:
   using Clock = std::chrono::steady_clock;
   void write(const Run& run, const std::vector<RunLandmark>& landmarks);
+  void remove_files() const;
 
   std::filesystem::path folder_;
   Pace pace_;

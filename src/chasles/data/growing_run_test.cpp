@@ -89,6 +89,21 @@ TEST(GrowingRun, WhatAKilledRunLeftIsNamedAndThenReplaced) {
   test::expect_parts(test::input_error([&] { read_run(folder); }), {"is being written"});
 }
 
+TEST(GrowingRun, NeverRemovesWhatItDidNotWrite) {
+  const auto folder = test::scratch() / "out";
+  make_folder(growing_folder(folder) / "plants");
+  write_file(growing_folder(folder) / "notes.txt", "of the user\n");
+  {
+    GrowingRun growing(folder, kAtOnce);
+    growing.begin(run_of(0), kSummary);
+    growing.extend(run_of(2), map_of(0));
+    EXPECT_TRUE(fs::exists(growing_folder(folder) / "states.csv"));
+  }
+  EXPECT_FALSE(fs::exists(growing_folder(folder) / "states.csv"));
+  EXPECT_TRUE(fs::exists(growing_folder(folder) / "notes.txt"));
+  EXPECT_TRUE(fs::exists(growing_folder(folder) / "plants"));
+}
+
 TEST(GrowingRun, NothingIsWrittenOfAShortRunAndLittleOfALongOne) {
   const auto root = test::scratch();
   const auto folder = root / "out", other = root / "other";

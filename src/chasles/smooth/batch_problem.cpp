@@ -8,9 +8,7 @@ BatchProblem::BatchProblem(const BatchInput& input, const std::string& chart,
     : ProblemBlocks({.keyframes = graph.keyframes.size(), .points = graph.points.size()},
                     chart_of(settings, chart)) {
   for (std::size_t k = 0; k < sizes().keyframes; ++k) {
-    const InertialState& state = graph.keyframes[k].state;
-    write_motion(state, motion(k));
-    Eigen::Map<Vector6d>{additive(k)} = state.biases();
+    write_state(graph.keyframes[k].state, motion(k), additive(k));
   }
   for (std::size_t i = 0; i < sizes().points; ++i) {
     Eigen::Map<Eigen::Vector3d>{point(i)} = graph.points[i].parameters;
@@ -48,10 +46,7 @@ BatchProblem::BatchProblem(const BatchInput& input, const std::string& chart,
 
 void BatchProblem::write_to(BatchGraph& graph) {
   for (std::size_t k = 0; k < sizes().keyframes; ++k) {
-    InertialState& state = graph.keyframes[k].state;
-    read_motion(motion(k), state);
-    state.accelerometer_bias = Eigen::Map<const Eigen::Vector3d>(additive(k));
-    state.gyroscope_bias = Eigen::Map<const Eigen::Vector3d>(additive(k) + 3);
+    graph.keyframes[k].state = read_state(motion(k), additive(k));
   }
   for (std::size_t i = 0; i < sizes().points; ++i) {
     graph.points[i].parameters = Eigen::Map<const Eigen::Vector3d>(point(i));

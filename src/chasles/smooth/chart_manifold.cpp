@@ -24,9 +24,16 @@ void write_motion(const InertialState& state, double* x) {
   Eigen::Map<Eigen::Vector3d>{x + kPoseNumbers} = state.v_world;
 }
 
-void read_motion(const double* x, InertialState& state) {
-  state.world_T_imu = read_pose(x);
-  state.v_world = Eigen::Map<const Eigen::Vector3d>(x + kPoseNumbers);
+void write_state(const InertialState& state, double* motion, double* biases) {
+  write_motion(state, motion);
+  Eigen::Map<Vector6d>{biases} = state.biases();
+}
+
+InertialState read_state(const double* motion, const double* biases) {
+  return {.world_T_imu = read_pose(motion),
+          .v_world = Eigen::Map<const Eigen::Vector3d>(motion + kPoseNumbers),
+          .accelerometer_bias = Eigen::Map<const Eigen::Vector3d>(biases),
+          .gyroscope_bias = Eigen::Map<const Eigen::Vector3d>(biases + 3)};
 }
 
 State ChartManifold::state_of(const double* x) const {

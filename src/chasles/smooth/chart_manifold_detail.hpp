@@ -16,8 +16,9 @@ inline constexpr int kPoseNumbers = 12, kPoseErrors = 6;
 void write_pose(const SE3& world_T_imu, double* x);
 SE3 read_pose(const double* x);
 void write_motion(const InertialState& state, double* x);
-/// The biases are left as they are.
-void read_motion(const double* x, InertialState& state);
+/// With the biases, six numbers beside the motion's: accelerometer's, gyroscope's.
+void write_state(const InertialState& state, double* motion, double* biases);
+InertialState read_state(const double* motion, const double* biases);
 
 /// Plus and Minus are the chart's retract and local. Cost functions give their derivatives by the
 /// reference chart's nine errors (six of a pose) in the first columns of a block's Jacobian, and

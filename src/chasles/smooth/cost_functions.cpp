@@ -7,14 +7,6 @@ namespace {
 template <int Rows, int Columns>
 using RowMajorMap = Eigen::Map<Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>>;
 
-InertialState state_of(const double* motion, const double* biases) {
-  InertialState state;
-  read_motion(motion, state);
-  state.accelerometer_bias = Eigen::Map<const Eigen::Vector3d>(biases);
-  state.gyroscope_bias = Eigen::Map<const Eigen::Vector3d>(biases + 3);
-  return state;
-}
-
 // The derivative by a keyframe's fifteen errors into its two blocks.
 void write(const Matrix15d& d, double* by_motion, double* by_biases) {
   if (by_motion != nullptr) {
@@ -30,7 +22,7 @@ void write(const Matrix15d& d, double* by_motion, double* by_biases) {
 bool StartCost::Evaluate(const double* const* x, double* residuals, double** jacobians) const {
   Matrix15d J;
   Eigen::Map<Vector15d>{residuals} =
-      start_residual(*graph_, state_of(x[0], x[1]), jacobians != nullptr ? &J : nullptr);
+      start_residual(*graph_, read_state(x[0], x[1]), jacobians != nullptr ? &J : nullptr);
   if (jacobians != nullptr) write(J, jacobians[0], jacobians[1]);
   return true;
 }
@@ -38,7 +30,7 @@ bool StartCost::Evaluate(const double* const* x, double* residuals, double** jac
 bool LinkCost::Evaluate(const double* const* x, double* residuals, double** jacobians) const {
   LinkDerivatives d;
   Eigen::Map<Vector15d>{residuals} =
-      link_residual(*link_, state_of(x[0], x[1]), state_of(x[2], x[3]), gravity_,
+      link_residual(*link_, read_state(x[0], x[1]), read_state(x[2], x[3]), gravity_,
                     jacobians != nullptr ? &d : nullptr);
   if (jacobians != nullptr) {
     write(d.now, jacobians[0], jacobians[1]);

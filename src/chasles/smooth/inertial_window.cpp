@@ -167,11 +167,9 @@ class Run {
   void read_states() {
     const Window& window = sliding_.window;
     for (int k = window.first; k <= window.last(); ++k) {
-      InertialState& state = graph_.keyframes[static_cast<std::size_t>(k)].state;
       const WindowKeyframe& keyframe = window.keyframe(k);
-      read_motion(keyframe.motion.data(), state);
-      state.accelerometer_bias = keyframe.additive.head<3>();
-      state.gyroscope_bias = keyframe.additive.tail<3>();
+      graph_.keyframes[static_cast<std::size_t>(k)].state =
+          read_state(keyframe.motion.data(), keyframe.additive.data());
     }
   }
 

@@ -56,8 +56,7 @@ class FusionProblem final : public ProblemBlocks {
   FusionProblem(const Trajectory& poses, const Graph& graph, const PoseFusionSettings& settings)
       : ProblemBlocks({.keyframes = poses.size()}, "standard") {
     for (std::size_t k = 0; k < poses.size(); ++k) {
-      write_motion(graph.states[k], motion(k));
-      Eigen::Map<Vector6d>{additive(k)} = graph.states[k].biases();
+      write_state(graph.states[k], motion(k), additive(k));
       ceres().AddResidualBlock(new PoseCost(poses[k].pose, settings), new ceres::HuberLoss(kHuber),
                                motion(k));
     }
@@ -67,13 +66,7 @@ class FusionProblem final : public ProblemBlocks {
     }
   }
 
-  InertialState state(std::size_t k) {
-    InertialState state;
-    read_motion(motion(k), state);
-    state.accelerometer_bias = Eigen::Map<const Eigen::Vector3d>(additive(k));
-    state.gyroscope_bias = Eigen::Map<const Eigen::Vector3d>(additive(k) + 3);
-    return state;
-  }
+  InertialState state(std::size_t k) { return read_state(motion(k), additive(k)); }
 };
 
 Trajectory covered(const Trajectory& poses, const std::vector<ImuSample>& samples) {

@@ -28,9 +28,9 @@ struct PoseFusion {
   int iterations = 0;
 };
 
-/// The most probable motion given poses of an outside system (motion capture) and the samples of an
-/// IMU that is fixed to the same body: a truth that both agree on. Poses of motion capture jitter
-/// by a milliradian, which a camera that moves with the gyroscope cannot. Poses and samples are
+/// The most probable motion given poses that an outside system measured and the samples of an
+/// IMU that is fixed to the same body: a truth that both agree on. Measured poses jitter against
+/// the samples, which those of a camera that is fixed to the IMU cannot. Poses and samples are
 /// weighted by their noise, over all of the time at once (terms of the batch estimator); a pose
 /// that is far off counts less (Huber). Between two poses the samples tell, and what is left at the
 /// end is spread evenly. `world_T_imu`: the world's z axis points up.

@@ -43,8 +43,7 @@ void turn(const Window& window, const WindowRows& rows, std::size_t keyframes, b
 
 Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe) {
   if (!window.sizes.velocity) return pose_block(*window.chart, read_pose(keyframe.motion.data()));
-  InertialState motion;
-  read_motion(keyframe.motion.data(), motion);
+  const InertialState motion = read_state(keyframe.motion.data(), keyframe.additive.data());
   State state;
   state.world_T_imu = motion.world_T_imu;
   state.v_world = motion.v_world;
