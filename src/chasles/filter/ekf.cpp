@@ -36,6 +36,12 @@ Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance
   if (options_.keep_map && state_.calibration_size() > 0) {
     throw UsageError("estimated extrinsics and time offset need a filter without keep_map");
   }
+  if (options_.keep_scale && (options_.keep_map || !state_.v_world)) {
+    throw UsageError("keep_scale needs an inertial filter without keep_map");
+  }
+  if (options_.keep_scale && chart.name == kLeftSe3Chart.name) {
+    throw UsageError("keep_scale needs another chart than left-se3, whose pose errors turn");
+  }
 }
 
 MatrixXd Ekf::core_covariance() const {
@@ -162,6 +168,7 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   before = state_;
   correct_mean(delta);
   change_chart(before, record);
+  if (options_.keep_scale) keep_scale(before);
   dense::mirror_lower(covariance_.all());
   if (remembers()) history_.append(std::move(record));
   for (const Measurement* used : accepted) {

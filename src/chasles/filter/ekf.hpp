@@ -61,8 +61,13 @@ class Ekf {
     /// False: a landmark that retires keeps the mean and covariance that it has then, and what is
     /// learnt later does not reach it. Clones, composition and calibration need that.
     bool keep_map = true;
+    /// True: what pixels alone cannot tell, the scale of everything, they cannot tell of later
+    /// means either (docs/filter.md, section 3). Needs v_world, keep_map = false, and a chart in
+    /// which pose errors are not turned by the pose: not left-se3.
+    bool keep_scale = false;
   };
 
+  /// Throws UsageError where the options do not go together.
   Ekf(const ErrorChart& chart, State initial, const Eigen::MatrixXd& core_covariance,
       Options options);
 
@@ -143,6 +148,7 @@ class Ekf {
   void correct_mean(const ErrorRef& delta);
   void change_chart(const State& before, History::Correction& record);
   void change_chart_of_clones(const State& before);
+  void keep_scale(const State& before);
   bool remembers() const { return options_.compress_map && options_.keep_map; }
   const std::vector<int>& renumber_rows();
   MapLandmark as_of_now(const Landmark& landmark) const;

@@ -14,6 +14,7 @@ struct InertialSlamSettings {
   bool nav_attitude = false;
   double composition_interval = 0;
   bool first_estimates = false;
+  bool keep_scale = false;
 
   std::optional<double> pixel_sigma;
   double imu_noise_scale = 1;
@@ -69,6 +70,9 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
         "the world is moved to the IMU so often (needs nav_attitude); 0: never");
   visit("first_estimates", s.first_estimates, "bool",
         "linearise at first estimates instead of the present ones (for the chart standard)");
+  visit("keep_scale", s.keep_scale, "bool",
+        "pixels do not seem to tell the scale when the estimate moves: for one camera and a weak "
+        "accelerometer (docs/filter.md; not with left-se3)");
   visit("pixel_sigma", s.pixel_sigma, "px", "noise of a pixel");
   visit("imu_noise_scale", s.imu_noise_scale, "1", "factor on the IMU's stated noise densities");
   visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial uncertainty of roll and pitch");

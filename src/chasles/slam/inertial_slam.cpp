@@ -65,7 +65,7 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
   return {error_chart(s.chart),
           x,
           initial_covariance(s, start, x, calibration),
-          {.compress_map = true, .keep_map = false}};
+          {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale}};
 }
 
 }  // namespace

@@ -1,0 +1,164 @@
+#include <string>
+
+#include <Eigen/Cholesky>
+
+#include <chasles/error.hpp>
+#include <chasles/filter/inertial_testing.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr Ekf::Options kKept{.keep_map = false, .keep_scale = true};
+constexpr Ekf::Options kPlain{.keep_map = false};
+
+// Where the IMU is: a lever arm is a length that is known.
+Camera camera_at_imu() {
+  Camera camera = test::inertial_cameras()[0];
+  camera.cam_T_imu.p.setZero();
+  return camera;
+}
+
+// One clone with four landmarks, and four Cartesian ones beside them, all of whose errors know of
+// one another, seen from two metres on. `depth_sigma`: of the depths, relative.
+Ekf filter_with_landmarks(const ErrorChart& chart, test::Random& random, Ekf::Options options,
+                          double depth_sigma) {
+  State x = test::random_state(random, {.velocity = true, .additive = 6});
+  Ekf filter(chart, x, test::random_covariance(random, x.core_size(), 0.02), options);
+  filter.clone_pose(0, Time{});
+  for (int i = 0; i < 4; ++i) {
+    test::add_anchored(filter, random, i, camera_at_imu());
+    NewLandmark fresh;
+    fresh.id = 10 + i;
+    const Vector3d ahead = test::point_ahead(random, random.uniform(6, 12));
+    fresh.p_world = filter.state().world_T_imu * ahead;
+    fresh.d_pose << -hat(fresh.p_world - filter.state().world_T_imu.p), Eigen::Matrix3d::Identity();
+    fresh.noise = test::random_covariance(random, 3, depth_sigma * ahead.norm());
+    filter.add({&fresh, 1});
+  }
+  const int n = x.core_size();
+  Prediction step{.world_T_imu = filter.state().world_T_imu,
+                  .v_world = filter.state().v_world,
+                  .additive = filter.state().additive,
+                  .F = MatrixXd::Identity(n, n),
+                  .Q = test::random_covariance(random, n, 0.02)};
+  step.world_T_imu.p += step.world_T_imu.R * Vector3d(0.5, 2, 0.3);
+  filter.propagate(step);
+  return filter;
+}
+
+std::vector<Measurement> sights(const State& x, test::Random& random) {
+  std::vector<Measurement> result;
+  for (int i = 0; i < static_cast<int>(x.landmarks.size()); ++i) {
+    auto z = measure_pixel(camera_at_imu(), 1, x, i, Eigen::Vector2d::Zero(),
+                           Linearisation::kCurrent, 0);
+    if (!z) continue;
+    z->residual = 10 * random.normal_vector(2);
+    result.push_back(*z);
+  }
+  return result;
+}
+
+// All lengths by e^s: d/ds, by hand.
+VectorXd scale_direction(const State& x) {
+  VectorXd s = VectorXd::Zero(x.size());
+  s.segment<3>(3) = x.world_T_imu.p;
+  s.segment<3>(6) = *x.v_world;
+  for (const Clone& clone : x.clones) s.segment<3>(clone.row + 3) = clone.world_T_imu.p;
+  for (const Landmark& l : x.landmarks) {
+    const double w = l.inverse_depth.z();
+    s.segment<3>(l.row) = l.anchor ? Vector3d(0, 0, -w) : l.p_world;
+  }
+  return s;
+}
+
+// What is known along the direction, all else as it is: s^T P^-1 s.
+double information(const Ekf& filter) {
+  const VectorXd s = scale_direction(filter.state());
+  return s.dot(MatrixXd(filter.covariance()).llt().solve(s));
+}
+
+// The information on the scale after three looks over that before.
+double gain(const char* chart, Ekf::Options options, int seed) {
+  test::Random random(seed);
+  Ekf filter = filter_with_landmarks(error_chart(chart), random, options, 0.02);
+  const double before = information(filter);
+  for (int look = 0; look < 3; ++look) {
+    const auto z = sights(filter.state(), random);
+    EXPECT_EQ(z.size(), 8u);
+    EXPECT_FALSE(filter.update(z).failed);
+  }
+  return information(filter) / before;
+}
+
+TEST(EkfScale, PixelsTellNothingOfIt) {
+  for (const char* chart : {"standard", "right-se3", "right-sen3"}) {
+    for (int seed = 0; seed < 5; ++seed) {
+      EXPECT_NEAR(gain(chart, kKept, seed), 1, 1e-6) << chart << seed;
+      EXPECT_GT(gain(chart, kPlain, seed), 1.001) << chart << seed;
+    }
+  }
+}
+
+TEST(EkfScale, MeansAreThoseOfThePlainUpdate) {
+  test::Random random(1), again(1);
+  Ekf kept = filter_with_landmarks(kStandardChart, random, kKept, 0.02);
+  Ekf plain = filter_with_landmarks(kStandardChart, again, kPlain, 0.02);
+  const auto z = sights(kept.state(), random);
+  kept.update(z);
+  plain.update(z);
+  EXPECT_EQ(local(kStandardChart, kept.state(), plain.state()).norm(), 0);
+  const MatrixXd P = kept.covariance();
+  EXPECT_EQ(P, P.transpose());
+  EXPECT_EQ(P.llt().info(), Eigen::Success);
+}
+
+// A guessed depth's error is no error of scale.
+TEST(EkfScale, GuessedDepthsSayNothing) {
+  test::Random random(1), again(1);
+  const auto guessed = [](test::Random& r, Ekf::Options options) {
+    State x = test::random_state(r, {.velocity = true, .additive = 6});
+    Ekf filter(kStandardChart, x, test::random_covariance(r, x.core_size(), 0.02), options);
+    filter.clone_pose(0, Time{});
+    NewLandmark fresh;
+    fresh.id = 1;
+    fresh.anchor = 0;
+    fresh.cam_T_imu = camera_at_imu().cam_T_imu;
+    fresh.inverse_depth << 0.1, 0.1, 0.1;
+    fresh.noise = Vector3d(1e-6, 1e-6, 0.25).asDiagonal();
+    filter.add({&fresh, 1});
+    test::walk_on(filter, r);
+    return filter;
+  };
+  Ekf kept = guessed(random, kKept), plain = guessed(again, kPlain);
+  const auto z = sights(kept.state(), random);
+  ASSERT_EQ(z.size(), 1u);
+  kept.update(z);
+  plain.update(z);
+  EXPECT_EQ(MatrixXd(kept.covariance()), MatrixXd(plain.covariance()));
+}
+
+TEST(EkfScale, RefusesWhatItCannotDo) {
+  test::Random random(1);
+  const State x = test::random_state(random, {.velocity = true, .additive = 6});
+  const State drive = test::random_state(random, {.velocity = false, .additive = 6});
+  const auto message = [&](const ErrorChart& chart, const State& state, Ekf::Options options) {
+    const int n = state.core_size();
+    try {
+      const Ekf filter(chart, state, MatrixXd::Identity(n, n), options);
+    } catch (const UsageError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message(kRightSen3Chart, x, kKept), "");
+  EXPECT_NE(message(kLeftSe3Chart, x, kKept).find("left-se3"), std::string::npos);
+  EXPECT_NE(message(kStandardChart, drive, kKept).find("inertial"), std::string::npos);
+  EXPECT_NE(message(kStandardChart, x, {.keep_scale = true}).find("keep_map"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace chasles
