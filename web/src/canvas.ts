@@ -19,9 +19,10 @@ const context = (canvas: HTMLCanvasElement): Pen => {
 /** Fits the canvas's pixels to its size on the screen; returns its context in css pixels. */
 export function prepareCanvas(canvas: HTMLCanvasElement, width: number, height: number): Pen {
   const ratio = Math.max(window.devicePixelRatio || 1, 2);
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  const g = context(canvas);
+  const g = context(canvas), size = [Math.round(width * ratio), Math.round(height * ratio)];
+  // To be given another size costs more than to be cleared.
+  if (canvas.width === size[0] && canvas.height === size[1] && 'reset' in g) g.reset();
+  else [canvas.width, canvas.height] = size;
   g.setTransform(ratio, 0, 0, ratio, 0, 0);
   g.clearRect(0, 0, width, height);
   g.font = FONT;
