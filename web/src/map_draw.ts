@@ -1,6 +1,6 @@
 // How the map is drawn. `view` maps world metres to pixels: see MapView.
-import { ellipseOf, niceStep, type Pen, polyline } from './canvas';
-import { AXES, type Vector } from './data';
+import { ellipseOf, niceStep, type Pen, polyline, tickText } from './canvas';
+import { AXES, clamp, type Vector } from './data';
 import { number } from './format';
 import type { MapView, Plane, PlaneCovariance } from './map_view';
 import { activeRun, placedColumns, type Run, truthColumns } from './runs';
@@ -107,17 +107,19 @@ function drawStart(g: Pen, view: MapView, run: Run): void {
   drawTag(g, 'start', x + (behind ? -10 : 10), y, behind ? 'right' : 'left');
 }
 
-/** A short text on a piece of ground, so that what lies below does not disturb it. */
+/** A short text that begins or ends at x, moved to where the picture has all of it; on a piece of
+ *  ground, so that what lies below does not disturb it. */
 export function drawTag(g: Pen, text: string, x: number, y: number, align: 'left' | 'right'): void {
-  g.textAlign = align;
+  g.textAlign = 'left';
   g.textBaseline = 'middle';
-  const width = g.measureText(text).width;
+  const { width } = g.measureText(text), picture = g.canvas.width / g.getTransform().a;
+  const left = clamp(align === 'left' ? x : x - width, 4, Math.max(4, picture - width - 4));
   g.globalAlpha = 0.8;
   g.fillStyle = palette.panel;
-  g.fillRect(align === 'left' ? x - 3 : x - width - 3, y - 8, width + 6, 16);
+  g.fillRect(left - 3, y - 8, width + 6, 16);
   g.globalAlpha = 1;
   g.fillStyle = palette.ink;
-  g.fillText(text, x, y);
+  g.fillText(text, left, y);
 }
 
 /** Ellipses of the position about every 70 pixels of the way. */
@@ -199,7 +201,7 @@ export function drawScale(g: Pen, view: Plane): void {
   g.textBaseline = 'alphabetic';
   g.fillStyle = palette.ink;
   g.textAlign = 'left';
-  g.fillText(metres >= 1000 ? `${number(metres / 1000)} km` : `${number(metres)} m`, x + 4, y - 5);
+  g.fillText(metres >= 1000 ? `${number(metres / 1000)} km` : `${tickText(metres, metres)} m`, x + 4, y - 5);
   g.fillStyle = palette.muted;
   if (view.width > 480) g.fillText(`${view.names[0]} →  ${view.names[1]} ↑`, x + length + 10, y);
 }

@@ -1,6 +1,7 @@
 // What stands in the scene of a run: the ground, paths, landmarks, and the body where the cursor is.
 import { Group, InstancedMesh, Matrix4, Mesh, type Object3D } from 'three';
 
+import { tickText } from './canvas';
 import { type Axis, clamp, type Columns, extremes, quantile, type Vector } from './data';
 import { number } from './format';
 import { estimateColour, type MapOptions } from './map_draw';
@@ -32,7 +33,7 @@ export class SceneContent {
   constructor(private readonly run: Run, private readonly options: MapOptions, box: Box) {
     this.size = sizeOf(box);
     const floor = this.floor(), [grid, step] = groundGrid(this.size, box, floor);
-    this.note = `grid: ${number(step)} m${this.colourNote()}`;
+    this.note = `grid: ${tickText(step, step)} m${this.colourNote()}`;
     this.group.add(grid, ...this.plan(floor));
     if (run.landmarks.id.length) {
       this.dots = new LandmarkDots(run, options);
