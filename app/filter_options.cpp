@@ -47,7 +47,8 @@ std::vector<FilterVariant> preset(const std::string& name) {
 }
 
 FilterVariant from_file(const std::string& file) {
-  FilterVariant filter{.name = valid_utf8(std::filesystem::path(file).stem().string()), .settings = {}};
+  FilterVariant filter{.name = valid_utf8(std::filesystem::path(file).stem().string()),
+                       .settings = {}};
   set_from_file(setting_list(filter.settings), file);
   return filter;
 }

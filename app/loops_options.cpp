@@ -49,7 +49,8 @@ void check(const FilterOptions& o) {
 }
 
 FilterVariant from_file(const std::string& file) {
-  FilterVariant filter{.name = valid_utf8(std::filesystem::path(file).stem().string()), .settings = {}};
+  FilterVariant filter{.name = valid_utf8(std::filesystem::path(file).stem().string()),
+                       .settings = {}};
   set_from_file(list_of(filter.settings), file);
   return filter;
 }

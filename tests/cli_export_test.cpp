@@ -32,12 +32,13 @@ TEST(Export, ARunInAFolderWhoseNameIsNotUtf8IsWrittenAndShown) {
   simulate(folder);
   const std::string calibration = slurp(folder / "rec/calibration.yaml");
   const std::size_t name = calibration.find("name:");
-  spill(folder / "rec/calibration.yaml",
-        calibration.substr(0, name) + "name: caf\xe9" + calibration.substr(calibration.find('\n', name)));
+  spill(folder / "rec/calibration.yaml", calibration.substr(0, name) + "name: caf\xe9" +
+                                             calibration.substr(calibration.find('\n', name)));
   const Outcome run = chasles(folder, "run rec -o caf\xe9 --json --quiet");
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(nlohmann::json::parse(run.out).at("name"), "caf\xef\xbf\xbd");
-  for (const char* what : {"report caf\xe9 -o page.html", "export caf\xe9 -o run.mcap -o run.ply"}) {
+  for (const char* what :
+       {"report caf\xe9 -o page.html", "export caf\xe9 -o run.mcap -o run.ply"}) {
     const Outcome outcome = chasles(folder, what);
     EXPECT_EQ(outcome.code, 0) << outcome.err;
   }

@@ -38,13 +38,16 @@ export function niceStep(range: number, wanted: number): number {
   return factor * power;
 }
 
-export function ticksOf(low: number, high: number, wanted: number): number[] {
-  if (!(high > low)) return [];
-  const step = niceStep(high - low, wanted);
-  const ticks = [];
+export const ticksOf = (low: number, high: number, wanted: number): number[] =>
+  (high > low ? multiplesOf(niceStep(high - low, wanted), low, high) : []);
+
+/** The multiples of a step in a range; none so far out that a number does not tell neighbours apart. */
+export function multiplesOf(step: number, low: number, high: number): number[] {
   const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
-  for (let k = first; k <= last; k++) ticks.push(k * step);
-  return ticks;
+  const multiples: number[] = [];
+  if (!Number.isSafeInteger(first) || !Number.isSafeInteger(last)) return multiples;
+  for (let k = first; k <= last; k++) multiples.push(k * step);
+  return multiples;
 }
 
 export function tickText(v: number, step: number): string {

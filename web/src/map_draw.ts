@@ -1,5 +1,5 @@
 // How the map is drawn. `view` maps world metres to pixels: see MapView.
-import { ellipseOf, niceStep, type Pen, polyline, tickText } from './canvas';
+import { ellipseOf, multiplesOf, niceStep, type Pen, polyline, tickText } from './canvas';
 import { AXES, clamp, type Vector } from './data';
 import { number } from './format';
 import type { MapView, Plane, PlaneCovariance } from './map_view';
@@ -46,13 +46,13 @@ export function drawGrid(g: Pen, view: Plane): void {
   g.lineWidth = 1;
   g.beginPath();
   const [left, top] = view.toWorld(0, 0), [right, bottom] = view.toWorld(view.width, view.height);
-  for (let k = Math.ceil(left / step); k * step <= right; k++) {
-    const x = Math.round(view.toScreen(k * step, 0)[0]) + 0.5;
+  for (const at of multiplesOf(step, left, right)) {
+    const x = Math.round(view.xOnScreen(at)) + 0.5;
     g.moveTo(x, 0);
     g.lineTo(x, view.height);
   }
-  for (let k = Math.ceil(bottom / step); k * step <= top; k++) {
-    const y = Math.round(view.toScreen(0, k * step)[1]) + 0.5;
+  for (const at of multiplesOf(step, bottom, top)) {
+    const y = Math.round(view.yOnScreen(at)) + 0.5;
     g.moveTo(0, y);
     g.lineTo(view.width, y);
   }

@@ -7,7 +7,9 @@ namespace chasles {
 namespace {
 
 std::string encoded(unsigned code) {
-  const auto tail = [code](unsigned shift) { return static_cast<char>(0x80 | (code >> shift & 63)); };
+  const auto tail = [code](unsigned shift) {
+    return static_cast<char>(0x80 | (code >> shift & 63));
+  };
   if (code < 0x80) return {static_cast<char>(code)};
   if (code < 0x800) return {static_cast<char>(0xc0 | code >> 6), tail(0)};
   if (code < 0x10000) return {static_cast<char>(0xe0 | code >> 12), tail(6), tail(0)};
