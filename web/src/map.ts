@@ -143,7 +143,7 @@ export function showLandmarkTip(i: number, x: number, y: number, width: number, 
 type Layer = [key: string, label: string, style: string, colour: string];
 
 /** What a map or scene of the active run can show. */
-function layers(): Layer[] {
+function legendLayers(): Layer[] {
   const run = activeRun();
   const list: Layer[] = [['estimate', 'Estimate', 'line', estimateColour()]];
   if (run.truth) list.push(['truth', 'Truth', 'dashed', 'truth']);
@@ -161,15 +161,15 @@ function layers(): Layer[] {
 }
 
 /** Tells one choice of layers from another. */
-export const layersKey = (): string => JSON.stringify(layers());
+export const layersKey = (): string => JSON.stringify(legendLayers());
 
 export function layersText(options: MapOptions): string {
-  return layers().filter(([key]) => options.show[key] !== false)
+  return legendLayers().filter(([key]) => options.show[key] !== false)
     .map(([, label, style]) => `${label} (${style.split(' ')[0]})`).join(' · ');
 }
 
 export function showMapLegend(options: MapOptions, changed: () => void): void {
-  byId('map-legend').replaceChildren(...layers().map(([key, label, style, colour]) => {
+  byId('map-legend').replaceChildren(...legendLayers().map(([key, label, style, colour]) => {
     options.show[key] ??= true;
     return toggle(swatch(style, colour), make('span', { dir: 'auto' }, label), options.show[key],
       (on) => { options.show[key] = on; changed(); });
