@@ -9,6 +9,7 @@
 
 #include <chasles/data/check.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 #include "check_tracks.hpp"
@@ -121,7 +122,8 @@ CheckReport look_at(const Recording& recording, double seconds) {
 int run(const CheckOptions& o) {
   const Recording recording = read_recording(o.recording);
   const CheckReport report = look_at(recording, o.seconds);
-  fmt::print("{}", o.json ? json_of(recording, report).dump(2) + "\n" : text_of(recording, report));
+  fmt::print("{}",
+             o.json ? json_text(json_of(recording, report), 2) + "\n" : text_of(recording, report));
   return static_cast<int>(has_error(report) ? ExitCode::kBadInput : ExitCode::kOk);
 }
 

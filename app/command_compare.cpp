@@ -8,6 +8,7 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/evaluation.hpp>
 
@@ -130,8 +131,8 @@ void write(const CompareOptions& o, const CompareMaterial& material,
   }
   write_tum(material.truth, o.output / "truth.tum");
   write_landmarks(material.landmarks, o.output / "landmarks_truth.csv");
-  write_file(o.output / "summary.json", summary.dump(2) + "\n");
-  write_file(o.output / "timing.json", timing_of(all).dump(2) + "\n");
+  write_file(o.output / "summary.json", json_text(summary, 2) + "\n");
+  write_file(o.output / "timing.json", json_text(timing_of(all), 2) + "\n");
 }
 
 void print(const CompareOptions& o, const CompareMaterial& material,
@@ -141,7 +142,7 @@ void print(const CompareOptions& o, const CompareMaterial& material,
       summary["filters"][i]["seconds_cpu"] = all[i].trial.seconds_cpu;
       summary["filters"][i]["milliseconds_per_frame"] = milliseconds(all[i].trial);
     }
-    fmt::print("{}\n", summary.dump(2));
+    fmt::print("{}\n", json_text(summary, 2));
     return;
   }
   std::vector<FilterSummary> summaries;

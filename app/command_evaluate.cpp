@@ -7,6 +7,7 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/evaluation.hpp>
 
@@ -70,7 +71,7 @@ int run(const EvaluateOptions& o) {
   const Evaluation evaluation =
       evaluate(estimate.trajectory, estimate.truth, estimate.covariances, options);
   const nlohmann::ordered_json json = figures_json(evaluation);
-  fmt::print("{}", o.json       ? json.dump(2) + "\n"
+  fmt::print("{}", o.json       ? json_text(json, 2) + "\n"
                    : o.markdown ? markdown(evaluation)
                                 : to_text(evaluation));
   const std::vector<std::string> sentences = missed(o.thresholds, json);

@@ -7,6 +7,7 @@
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/viewers/kml.hpp>
 #include <chasles/viewers/ply.hpp>
@@ -38,7 +39,7 @@ Writer writer_for(const std::filesystem::path& file) {
 int export_run(const ExportOptions& o) {
   for (const std::filesystem::path& file : o.outputs) writer_for(file);
   const ReportRun run{.run = read_run(o.folder),
-                      .summary = read_summary(o.folder).dump(),
+                      .summary = json_text(read_summary(o.folder)),
                       .label = folder_name(o.folder)};
   for (const std::filesystem::path& file : o.outputs) {
     const std::string bytes = writer_for(file)(run);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 #include "filter_options.hpp"
@@ -123,7 +124,7 @@ bool work(const MonteCarloOptions& o, const LabScene& scene, const std::vector<s
 void print(const MonteCarloOptions& o, const TrialLog& log,
            std::span<const FilterSummary> summaries) {
   if (o.json) {
-    fmt::print("{}\n", log.summary().dump(2));
+    fmt::print("{}\n", json_text(log.summary(), 2));
     return;
   }
   if (!o.markdown) {

@@ -8,6 +8,7 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/filter/error_chart.hpp>
 
@@ -178,7 +179,7 @@ Json with_timing(const Json& summary, const Json& timing) {
 
 void print(const RunOptions& o, const Json& figures) {
   if (o.json) {
-    fmt::print("{}\n", figures.dump(2));
+    fmt::print("{}\n", json_text(figures, 2));
     return;
   }
   fmt::print("{}", summary_text(figures));
@@ -234,7 +235,7 @@ Json deliver(const RunOptions& o, const Drive& result, const Json& summary, cons
       timing_json(summary.at("recorded_seconds").get<double>(), wall.seconds(), cpu_seconds());
   if (result.batch) append_timing(*result.batch, timing);
   if (result.window) append_timing(*result.window, timing);
-  if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
+  if (!o.output.empty()) write_file(o.output / "timing.json", json_text(timing, 2) + "\n");
   if (!o.full_covariance.empty()) {
     write_full_covariance(*result.slam, result.run.landmarks, o.full_covariance);
   }
@@ -286,10 +287,10 @@ int run_inertial(const RunOptions& o, Recording& recording, const Interrupt& int
   if (!o.output.empty()) write_run(result.run, summary, o.output);
   const Json timing = timing_json(result, timing_json(summary.at("recorded_seconds").get<double>(),
                                                       wall.seconds(), cpu_seconds()));
-  if (!o.output.empty()) write_file(o.output / "timing.json", timing.dump(2) + "\n");
+  if (!o.output.empty()) write_file(o.output / "timing.json", json_text(timing, 2) + "\n");
   const Json figures = with_timing(summary, timing);
   print(o, figures);
-  live.finish(result.run, figures.dump(), result.interrupted);
+  live.finish(result.run, json_text(figures), result.interrupted);
   return exit_code(o, result.run, result.interrupted, figures);
 }
 
@@ -318,7 +319,7 @@ int run(const RunOptions& o) {
   const Json summary = summary_json(result, settings, recording);
   const Json figures = deliver(o, result, summary, wall);
   print(o, figures);
-  live.finish(result.run, figures.dump(), result.interrupted);
+  live.finish(result.run, json_text(figures), result.interrupted);
   return exit_code(o, result.run, result.interrupted, figures);
 }
 

@@ -9,6 +9,7 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/data/write_euroc.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/association.hpp>
@@ -122,7 +123,7 @@ int simulate_images(const SimulateOptions& o, const InertialScene& scene) {
   const std::size_t frames = write_images(o, recording, interrupt);
   const Json json = images_description(recording, frames, settings_json(scene.settings));
   if (o.json) {
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json, 2));
   } else if (!o.quiet) {
     fmt::print("{}: {} frames of {} in {:.1f} s, {:.0f} m long\nrecording: {}\n", recording.name,
                frames, recording.cameras.size() == 1 ? "one image" : "two images",
@@ -150,7 +151,7 @@ Json description(const Recording& recording, const Json& settings) {
 
 void print(const SimulateOptions& o, const Recording& recording, const Json& json) {
   if (o.json) {
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}\n", json_text(json, 2));
   } else if (!o.quiet) {
     fmt::print(
         "{}: {} frames in {:.1f} s, {:.0f} m {}, {} landmarks, {} observations\n"

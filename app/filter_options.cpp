@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 #include "estimator.hpp"
@@ -46,7 +47,8 @@ std::vector<FilterVariant> preset(const std::string& name) {
 }
 
 FilterVariant from_file(const std::string& file) {
-  FilterVariant filter{.name = std::filesystem::path(file).stem().string(), .settings = {}};
+  FilterVariant filter{.name = valid_utf8(std::filesystem::path(file).stem().string()),
+                       .settings = {}};
   set_from_file(setting_list(filter.settings), file);
   return filter;
 }

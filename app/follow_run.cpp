@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/growing_run.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 #include "run_folder.hpp"
@@ -50,7 +51,7 @@ void FollowedRun::take(Run now) {
                 .extra_names = now.extra_names,
                 .truth = now.truth,
                 .dead_reckoning = now.dead_reckoning,
-                .summary = read_summary(growing_folder(folder_)).dump()});
+                .summary = json_text(read_summary(growing_folder(folder_)))});
   }
   for (; told_ < now.states.size(); ++told_) run_.add(now.states[told_]);
   run_.landmarks([&] { return now.landmarks; });

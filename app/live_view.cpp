@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 #include "interrupt.hpp"
@@ -77,7 +78,7 @@ void LiveView::begin(const Run& header, const nlohmann::ordered_json& known, std
                .extra_names = header.extra_names,
                .truth = header.truth,
                .dead_reckoning = header.dead_reckoning,
-               .summary = known.dump(),
+               .summary = json_text(known),
                .frames = frames});
 }
 

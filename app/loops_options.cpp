@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/filter/error_chart.hpp>
 
@@ -48,7 +49,8 @@ void check(const FilterOptions& o) {
 }
 
 FilterVariant from_file(const std::string& file) {
-  FilterVariant filter{.name = std::filesystem::path(file).stem().string(), .settings = {}};
+  FilterVariant filter{.name = valid_utf8(std::filesystem::path(file).stem().string()),
+                       .settings = {}};
   set_from_file(list_of(filter.settings), file);
   return filter;
 }

@@ -7,6 +7,7 @@
 
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles::app {
@@ -23,7 +24,7 @@ ReportRun read_with_timing(const std::filesystem::path& folder) {
     }
     summary.update(timing);
   }
-  return {.run = std::move(run), .summary = summary.dump(), .label = folder_name(folder)};
+  return {.run = std::move(run), .summary = json_text(summary), .label = folder_name(folder)};
 }
 
 }  // namespace chasles::app

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 #include "filter_options.hpp"
@@ -229,7 +230,7 @@ std::string to_line(const TrialRecord& record) {
       seconds[name].push_back(number_json(value * unit));
     });
   }
-  return line.dump() + "\n";
+  return json_text(line) + "\n";
 }
 
 TrialRecord from_line(const std::string& text, const std::string& where) {
@@ -262,7 +263,7 @@ TrialLog::TrialLog(fs::path folder, Json plan, Lines lines)
   // Their presence says that the study is complete.
   remove_file(folder_ / "summary.json");
   remove_file(folder_ / "curves.csv");
-  write_file(folder_ / "plan.json", plan_.dump(2) + "\n");
+  write_file(folder_ / "plan.json", json_text(plan_, 2) + "\n");
   write_trials();
 }
 
@@ -324,7 +325,7 @@ std::vector<FilterSummary> TrialLog::finish() {
   std::vector<FilterSummary> summaries = summarize(filters, records);
   write_file(folder_ / "curves.csv", curves_csv(summaries));
   summary_ = summary_of(plan_, filters, summaries, lines_.size());
-  write_file(folder_ / "summary.json", summary_.dump(2) + "\n");
+  write_file(folder_ / "summary.json", json_text(summary_, 2) + "\n");
   return summaries;
 }
 

@@ -1,3 +1,5 @@
+#include <nlohmann/json.hpp>
+
 #include <chasles/data/run.hpp>
 
 #include "cli_test.hpp"
@@ -22,6 +24,25 @@ TEST(Export, WritesWhatTheEndingsAskFor) {
   EXPECT_TRUE(slurp(folder / "run.ply").starts_with("ply\nformat binary_little_endian 1.0\n"));
   ASSERT_EQ(chasles(folder, "export out -o again.mcap --quiet").out, "");
   EXPECT_EQ(slurp(folder / "again.mcap"), mcap);
+}
+
+// A folder's name may be any bytes; Latin-1 here.
+TEST(Export, ARunInAFolderWhoseNameIsNotUtf8IsWrittenAndShown) {
+  const Scratch folder;
+  simulate(folder);
+  const std::string calibration = slurp(folder / "rec/calibration.yaml");
+  const std::size_t name = calibration.find("name:");
+  spill(folder / "rec/calibration.yaml", calibration.substr(0, name) + "name: caf\xe9" +
+                                             calibration.substr(calibration.find('\n', name)));
+  const Outcome run = chasles(folder, "run rec -o caf\xe9 --json --quiet");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(nlohmann::json::parse(run.out).at("name"), "caf\xef\xbf\xbd");
+  for (const char* what :
+       {"report caf\xe9 -o page.html", "export caf\xe9 -o run.mcap -o run.ply"}) {
+    const Outcome outcome = chasles(folder, what);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+  }
+  EXPECT_NE(slurp(folder / "page.html").find("caf\xef\xbf\xbd"), std::string::npos);
 }
 
 TEST(Export, WhatCannotBeDoneIsSaid) {

@@ -19,9 +19,10 @@ const context = (canvas: HTMLCanvasElement): Pen => {
 /** Fits the canvas's pixels to its size on the screen; returns its context in css pixels. */
 export function prepareCanvas(canvas: HTMLCanvasElement, width: number, height: number): Pen {
   const ratio = Math.max(window.devicePixelRatio || 1, 2);
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  const g = context(canvas);
+  const g = context(canvas), size = [Math.round(width * ratio), Math.round(height * ratio)];
+  // To be given another size costs more than to be cleared.
+  if (canvas.width === size[0] && canvas.height === size[1] && 'reset' in g) g.reset();
+  else [canvas.width, canvas.height] = size;
   g.setTransform(ratio, 0, 0, ratio, 0, 0);
   g.clearRect(0, 0, width, height);
   g.font = FONT;
@@ -37,13 +38,16 @@ export function niceStep(range: number, wanted: number): number {
   return factor * power;
 }
 
-export function ticksOf(low: number, high: number, wanted: number): number[] {
-  if (!(high > low)) return [];
-  const step = niceStep(high - low, wanted);
-  const ticks = [];
+export const ticksOf = (low: number, high: number, wanted: number): number[] =>
+  (high > low ? multiplesOf(niceStep(high - low, wanted), low, high) : []);
+
+/** The multiples of a step in a range; none so far out that a number does not tell neighbours apart. */
+export function multiplesOf(step: number, low: number, high: number): number[] {
   const first = Math.ceil(low / step - 1e-9), last = Math.floor(high / step + 1e-9);
-  for (let k = first; k <= last; k++) ticks.push(k * step);
-  return ticks;
+  const multiples: number[] = [];
+  if (!Number.isSafeInteger(first) || !Number.isSafeInteger(last)) return multiples;
+  for (let k = first; k <= last; k++) multiples.push(k * step);
+  return multiples;
 }
 
 export function tickText(v: number, step: number): string {

@@ -54,14 +54,17 @@ function atTimeRows(run: Run, i: number): [string, string][] {
   const s = run.states, e = run.errors, { yaw, pitch, roll } = run.euler;
   const triple = (values: number[], decimals: number) =>
     values.map((v) => fixed(v, decimals)).join(', ');
+  // What is a few millimetres, or less, is told more exactly.
+  const metres = (values: number[]) =>
+    `${triple(values, Math.max(...values.map(Math.abs)) < 0.1 ? 4 : 2)} m`;
   const rows: [string, string][] = [
     ['Time', `${fixed(s.t[i], 2)} s, frame ${i + 1} of ${run.count}`],
     ['Position', `${triple(AXES.map((a, k) => s[a][i] + run.origin[k]), 2)} m`],
-    ['±3σ', `${triple(AXES.map((a) => 3 * s['sigma_p' + a][i]), 2)} m`],
+    ['±3σ', metres(AXES.map((a) => 3 * s['sigma_p' + a][i]))],
     ['Yaw, pitch, roll', `${triple([yaw[i], pitch[i], roll[i]], 1)}°`],
   ];
   if (e && Number.isFinite(e.position_x[i])) {
-    rows.push(['Position error', `${triple(AXES.map((a) => e['position_' + a][i]), 2)} m`]);
+    rows.push(['Position error', metres(AXES.map((a) => e['position_' + a][i]))]);
     rows.push(['NEES of the pose', number(e.nees_pose[i])]);
   }
   const dof = s.nis_dof[i];

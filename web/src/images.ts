@@ -1,5 +1,5 @@
 // What the cameras saw, as the run has kept it: pictures, points, and what became of those.
-import { clamp, type Column, type Columns, column, decodeColumns, nearestIndex } from './data';
+import { clamp, type Column, type Columns, column, decodeColumns, extremes, nearestIndex } from './data';
 
 export const FATES = ['waiting', 'begun', 'used', 'rejected'] as const;
 export type Fate = (typeof FATES)[number];
@@ -38,8 +38,8 @@ export class CameraImages {
     for (const n of column(count as string)) this.first.push(this.first[this.first.length - 1] + n);
     this.points = decodeColumns(columns as Record<string, string>);
     // A camera that does not tell its size is as large as what it shows.
-    this.width = width || Math.max(1, ...this.points.u) / 10;
-    this.height = height || Math.max(1, ...this.points.v) / 10;
+    this.width = width || Math.max(1, extremes(this.points.u)[1]) / 10;
+    this.height = height || Math.max(1, extremes(this.points.v)[1]) / 10;
   }
 
   /** The frame nearest to a time. */

@@ -14,13 +14,6 @@ export function lifeAt({ landmarks, mapTime }: Run, i: number, t: number): Life 
   return landmarks.first[i] > t ? 'later' : 'view';
 }
 
-/** The rows of the landmarks by what they are at that time. */
-export function rowsByLife(run: Run, t: number): Record<Life, number[]> {
-  const rows: Record<Life, number[]> = { view: [], retired: [], later: [] };
-  for (let i = 0; i < run.landmarks.id.length; i++) rows[lifeAt(run, i, t)].push(i);
-  return rows;
-}
-
 /** What the tip of a landmark says of it. */
 export function lifeText(i: number): string {
   const { first, last, in_state: inState } = activeRun().landmarks;

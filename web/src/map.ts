@@ -1,11 +1,11 @@
 // The map: what it shows and how it answers.
-import { prepareCanvas } from './canvas';
 import { AXES } from './data';
 import { downloadCsv, fileName } from './files';
 import { byId, fixed, grouped, make, number, swatch, toggle } from './format';
 import { LIFE_LABELS, lifeAt, lifeText } from './landmark_life';
-import { drawMap, estimateColour, type MapOptions } from './map_draw';
+import { estimateColour, type MapOptions } from './map_draw';
 import { type MapHost, MapInput, nearestOnScreen, placeTip } from './map_input';
+import { MapLayers } from './map_layers';
 import { COVARIANCES, MapView } from './map_view';
 import { activeRun, type Run } from './runs';
 import { app, listen, setCursor, throttled } from './store';
@@ -13,13 +13,15 @@ import { app, listen, setCursor, throttled } from './store';
 export class MapPanel implements MapHost {
   readonly canvas = byId<HTMLCanvasElement>('map');
   readonly view = new MapView();
-  readonly draw = throttled(() => this.drawNow());
+  private readonly layers: MapLayers;
+  private readonly drawSoon = throttled(() => this.drawNow());
   private ready = false;
   private hintTimer = 0;
 
   constructor(private readonly options: MapOptions) {
+    this.layers = new MapLayers(this.view, options);
     new MapInput(this);
-    listen('cursor', this.draw);
+    listen('cursor', this.drawSoon);
     listen('shown', () => { this.view.colourBy(this.options.colour); this.draw(); });
     listen('theme', () => {
       if (this.ready) this.view.colourBy(this.options.colour);
@@ -53,6 +55,12 @@ export class MapPanel implements MapHost {
     if (this.view.measure(this.canvas) && this.ready) this.view.fit(activeRun());
   }
 
+  /** Draws all of it: another view, another choice, more rows. */
+  draw(): void {
+    this.layers.forget();
+    this.drawSoon();
+  }
+
   fit(): void {
     this.view.fit(activeRun());
     this.draw();
@@ -66,8 +74,7 @@ export class MapPanel implements MapHost {
   drawNow(): void {
     // Nothing is drawn while the scene is shown in its place.
     if (!this.ready || this.canvas.clientWidth === 0) return;
-    const g = prepareCanvas(this.canvas, this.view.width, this.view.height);
-    drawMap(g, this.view, this.options);
+    this.layers.draw(this.canvas);
     this.canvas.setAttribute('aria-label', mapDescription(activeRun()));
   }
 
@@ -77,6 +84,7 @@ export class MapPanel implements MapHost {
 
   print(): void {
     this.resize();
+    this.layers.forget();
     this.drawNow();
   }
 
@@ -93,7 +101,7 @@ export class MapPanel implements MapHost {
       (i) => (landmarkShown(this.options, i) ? view.landmarkAt(i) : [-1e9, -1e9]), place, 8) : -1;
     if (found !== view.hovered) {
       view.hovered = found;
-      this.draw();
+      this.drawSoon();
     }
     if (found >= 0) {
       const [x, y] = view.landmarkAt(found);
@@ -135,7 +143,7 @@ export function showLandmarkTip(i: number, x: number, y: number, width: number, 
 type Layer = [key: string, label: string, style: string, colour: string];
 
 /** What a map or scene of the active run can show. */
-function layers(): Layer[] {
+function legendLayers(): Layer[] {
   const run = activeRun();
   const list: Layer[] = [['estimate', 'Estimate', 'line', estimateColour()]];
   if (run.truth) list.push(['truth', 'Truth', 'dashed', 'truth']);
@@ -153,15 +161,15 @@ function layers(): Layer[] {
 }
 
 /** Tells one choice of layers from another. */
-export const layersKey = (): string => JSON.stringify(layers());
+export const layersKey = (): string => JSON.stringify(legendLayers());
 
 export function layersText(options: MapOptions): string {
-  return layers().filter(([key]) => options.show[key] !== false)
+  return legendLayers().filter(([key]) => options.show[key] !== false)
     .map(([, label, style]) => `${label} (${style.split(' ')[0]})`).join(' · ');
 }
 
 export function showMapLegend(options: MapOptions, changed: () => void): void {
-  byId('map-legend').replaceChildren(...layers().map(([key, label, style, colour]) => {
+  byId('map-legend').replaceChildren(...legendLayers().map(([key, label, style, colour]) => {
     options.show[key] ??= true;
     return toggle(swatch(style, colour), make('span', { dir: 'auto' }, label), options.show[key],
       (on) => { options.show[key] = on; changed(); });

@@ -1,8 +1,7 @@
 // How the map is drawn. `view` maps world metres to pixels: see MapView.
-import { ellipseOf, niceStep, type Pen, polyline } from './canvas';
+import { ellipseOf, multiplesOf, niceStep, type Pen, polyline, tickText } from './canvas';
 import { AXES, clamp, type Vector } from './data';
 import { number } from './format';
-import { LIVES, rowsByLife } from './landmark_life';
 import type { MapView, Plane, PlaneCovariance } from './map_view';
 import { activeRun, placedColumns, type Run, truthColumns } from './runs';
 import { app } from './store';
@@ -22,10 +21,8 @@ type Points = Partial<Record<'x' | 'y' | 'z', ArrayLike<number>>>;
 export const estimateColour = (): string =>
   (app.subjects.length > 1 ? activeRun().colour : 'estimate');
 
-export function drawMap(g: Pen, view: MapView, options: MapOptions): void {
-  drawGrid(g, view);
-  if (options.show.plan) drawPlan(g, view, options);
-  drawLandmarks(g, view, options);
+/** What lies over the landmarks and does not follow the cursor: paths, the scale, the key of colours. */
+export function drawPaths(g: Pen, view: MapView, options: MapOptions, ellipses: boolean): void {
   (app.subjects as Run[]).forEach((run, k) => {
     if (k !== app.active && options.show['run-' + k] !== false) drawOtherRun(g, view, run);
   });
@@ -36,8 +33,7 @@ export function drawMap(g: Pen, view: MapView, options: MapOptions): void {
   if (options.show.truth && run.truth) {
     drawPath(g, view, truthColumns(run, options.truth), palette.truth, 1.8, [9, 5]);
   }
-  if (options.show.estimate) drawEstimate(g, view, run, options);
-  drawMarker(g, view, run);
+  if (options.show.estimate) drawEstimate(g, view, run, ellipses);
   drawScale(g, view);
   const coloured = options.show.view || options.show.retired;
   if (coloured && options.colour !== 'plain') drawRamp(g, view, options);
@@ -50,13 +46,13 @@ export function drawGrid(g: Pen, view: Plane): void {
   g.lineWidth = 1;
   g.beginPath();
   const [left, top] = view.toWorld(0, 0), [right, bottom] = view.toWorld(view.width, view.height);
-  for (let k = Math.ceil(left / step); k * step <= right; k++) {
-    const x = Math.round(view.toScreen(k * step, 0)[0]) + 0.5;
+  for (const at of multiplesOf(step, left, right)) {
+    const x = Math.round(view.xOnScreen(at)) + 0.5;
     g.moveTo(x, 0);
     g.lineTo(x, view.height);
   }
-  for (let k = Math.ceil(bottom / step); k * step <= top; k++) {
-    const y = Math.round(view.toScreen(0, k * step)[1]) + 0.5;
+  for (const at of multiplesOf(step, bottom, top)) {
+    const y = Math.round(view.yOnScreen(at)) + 0.5;
     g.moveTo(0, y);
     g.lineTo(view.width, y);
   }
@@ -75,7 +71,7 @@ export function drawPath(g: Pen, view: MapView, columns: Points, colour: string,
   g.setLineDash([]);
 }
 
-function drawPlan(g: Pen, view: MapView, { truth }: MapOptions): void {
+export function drawPlan(g: Pen, view: MapView, { truth }: MapOptions): void {
   const { plan } = activeRun();
   // From the side it would be a line without meaning.
   if (!plan || view.axes.includes('z')) return;
@@ -88,8 +84,8 @@ function drawOtherRun(g: Pen, view: MapView, run: Run): void {
   drawPath(g, view, run.states, palette[run.colour], 1.8, [12, 3, 2, 3], shift);
 }
 
-function drawEstimate(g: Pen, view: MapView, run: Run, options: MapOptions): void {
-  if (ellipsesShown(view, options)) drawPositionEllipses(g, view, run);
+function drawEstimate(g: Pen, view: MapView, run: Run, ellipses: boolean): void {
+  if (ellipses) drawPositionEllipses(g, view, run);
   g.lineCap = 'round';
   drawPath(g, view, run.states, palette.panel, 4.6, []);
   drawPath(g, view, run.states, palette[estimateColour()], 2.4, []);
@@ -111,17 +107,19 @@ function drawStart(g: Pen, view: MapView, run: Run): void {
   drawTag(g, 'start', x + (behind ? -10 : 10), y, behind ? 'right' : 'left');
 }
 
-/** A short text on a piece of ground, so that what lies below does not disturb it. */
+/** A short text that begins or ends at x, moved to where the picture has all of it; on a piece of
+ *  ground, so that what lies below does not disturb it. */
 export function drawTag(g: Pen, text: string, x: number, y: number, align: 'left' | 'right'): void {
-  g.textAlign = align;
+  g.textAlign = 'left';
   g.textBaseline = 'middle';
-  const width = g.measureText(text).width;
+  const { width } = g.measureText(text), picture = g.canvas.width / g.getTransform().a;
+  const left = clamp(align === 'left' ? x : x - width, 4, Math.max(4, picture - width - 4));
   g.globalAlpha = 0.8;
   g.fillStyle = palette.panel;
-  g.fillRect(align === 'left' ? x - 3 : x - width - 3, y - 8, width + 6, 16);
+  g.fillRect(left - 3, y - 8, width + 6, 16);
   g.globalAlpha = 1;
   g.fillStyle = palette.ink;
-  g.fillText(text, x, y);
+  g.fillText(text, left, y);
 }
 
 /** Ellipses of the position about every 70 pixels of the way. */
@@ -137,7 +135,7 @@ function drawPositionEllipses(g: Pen, view: MapView, run: Run): void {
   }
 }
 
-function strokeEllipse(g: Pen, view: MapView, x: number, y: number, covariance: PlaneCovariance,
+export function strokeEllipse(g: Pen, view: MapView, x: number, y: number, covariance: PlaneCovariance,
     fillAlpha: number, strokeAlpha = 0.8): void {
   const e = ellipseOf(...covariance);
   g.beginPath();
@@ -152,49 +150,8 @@ function strokeEllipse(g: Pen, view: MapView, x: number, y: number, covariance: 
   g.globalAlpha = 1;
 }
 
-function ellipsesShown(view: MapView, options: MapOptions): boolean {
-  return options.ellipses === 'always' || (options.ellipses === 'auto' && view.zoomedIn());
-}
-
-/** Those seen later are grey, the retired ones pale, those in view have a rim. */
-function drawLandmarks(g: Pen, view: MapView, options: MapOptions): void {
-  const run = activeRun(), ellipses = ellipsesShown(view, options);
-  const size = clamp(Math.sqrt(view.scale) * 1.2, 1.8, 4);
-  const rows = rowsByLife(run, run.t[app.cursor]);
-  g.lineWidth = 0.8;
-  for (const life of LIVES) {
-    if (!options.show[life]) continue;
-    for (const i of rows[life]) {
-      const [x, y] = view.landmarkAt(i);
-      if (x < -200 || y < -200 || x > view.width + 200 || y > view.height + 200) continue;
-      g.fillStyle = g.strokeStyle = life === 'later' ? palette.muted : view.colours[i];
-      if (ellipses && life !== 'later') {
-        strokeEllipse(g, view, x, y, view.landmarkCovariance(i), 0.06, life === 'view' ? 0.8 : 0.4);
-      }
-      if (life === 'view') drawInView(g, x, y, size);
-      else drawDot(g, x, y, size, life === 'later' ? 0.35 : 0.65);
-    }
-  }
-  g.globalAlpha = 1;
-  if (view.hovered >= 0) drawHovered(g, view);
-}
-
-function drawDot(g: Pen, x: number, y: number, size: number, alpha: number): void {
-  g.globalAlpha = alpha;
-  g.fillRect(x - size / 2, y - size / 2, size, size);
-}
-
-function drawInView(g: Pen, x: number, y: number, size: number): void {
-  const reach = size + 3.5;
-  const { fillStyle } = g;
-  g.globalAlpha = 1;
-  g.fillStyle = palette.ink;
-  g.fillRect(x - reach / 2, y - reach / 2, reach, reach);
-  g.fillStyle = fillStyle;
-  drawDot(g, x, y, size + 1.3, 1);
-}
-
-function drawHovered(g: Pen, view: MapView): void {
+/** The landmark under the pointer. */
+export function drawHovered(g: Pen, view: MapView): void {
   const [x, y] = view.landmarkAt(view.hovered);
   g.strokeStyle = g.fillStyle = palette.cursor;
   g.lineWidth = 1.6;
@@ -205,7 +162,7 @@ function drawHovered(g: Pen, view: MapView): void {
 }
 
 /** The pose at the cursor: an arrow along the body's x axis, with the ellipse of its position. */
-function drawMarker(g: Pen, view: MapView, run: Run): void {
+export function drawMarker(g: Pen, view: MapView, run: Run): void {
   if (!run.count) return;
   const [x, y] = view.stateAt(run, app.cursor);
   g.strokeStyle = g.fillStyle = palette.cursor;
@@ -244,7 +201,7 @@ export function drawScale(g: Pen, view: Plane): void {
   g.textBaseline = 'alphabetic';
   g.fillStyle = palette.ink;
   g.textAlign = 'left';
-  g.fillText(metres >= 1000 ? `${number(metres / 1000)} km` : `${number(metres)} m`, x + 4, y - 5);
+  g.fillText(metres >= 1000 ? `${number(metres / 1000)} km` : `${tickText(metres, metres)} m`, x + 4, y - 5);
   g.fillStyle = palette.muted;
   if (view.width > 480) g.fillText(`${view.names[0]} →  ${view.names[1]} ↑`, x + length + 10, y);
 }

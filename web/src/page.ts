@@ -68,6 +68,7 @@ for (const show of [showRunLine, showCards, showRemarks, showHealth, showHealthK
   listen('run', show);
   listen('rows', show);
 }
+listen('rows', showFigures);
 listen('run', () => showPlots(runPlots(), plotsInColumns));
 listen('rows', () => updatePlots(runPlots(), plotsInColumns));
 listen('cursor', throttled(showAtTime));

@@ -10,6 +10,9 @@ import { faded, palette } from './theme';
 
 const LEFT = 54, RIGHT = 10, AXIS_HEIGHT = 26, FONT = '11px system-ui, sans-serif';
 
+/** Between the ticks of the time axis [s]: steps whose texts are short and exact. */
+const STEPS = Array.from({ length: 42 }, (_, k) => [1, 2, 5][k % 3] * 10 ** (Math.floor(k / 3) - 5));
+
 /** What uPlot draws: gaps are null. */
 const known = (values: Values, n: number): (number | null)[] =>
   Array.from({ length: n }, (_, i) => (isKnown(values, i) ? at(values, i) : null));
@@ -115,7 +118,7 @@ export class PlotPanel {
       scales: { x: { time: false, range: () => app.span },
         y: { distr: this.panel.log ? 3 : 1, range: () => panelLimits(this.panel, this.drawn()) } },
       axes: [
-        { ...axis, show: this.last, size: AXIS_HEIGHT, gap: 4, space: 70,
+        { ...axis, show: this.last, size: AXIS_HEIGHT, gap: 4, space: 70, incrs: STEPS,
           values: (_, ticks) => tickTexts(ticks).map((text, k) =>
             (k === ticks.length - 1 ? text + ' s' : text)) },
         { ...axis, size: LEFT, gap: 6,

@@ -10,6 +10,7 @@ import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeome
 import { niceStep } from './canvas';
 import type { Axis, Vector } from './data';
 import type { Run } from './runs';
+import type { Box } from './scene_view';
 import { palette } from './theme';
 
 type Path = Record<Axis, ArrayLike<number>>;
@@ -136,9 +137,10 @@ export function planLines({ x, y }: Pick<Path, 'x' | 'y'>, z: number, piece: num
   return new LineSegments2(geometry, new LineMaterial({ color: palette[colour], linewidth: width }));
 }
 
-/** A grid on the ground about a place; the distance of its lines [m] is returned too. A piece of
+/** A grid on the ground below a box; the distance of its lines [m] is returned too. A piece of
  *  line a cell: long ones that pass behind the camera are not drawn by every driver. */
-export function groundGrid(size: number, x: number, y: number, z: number): [Object3D, number] {
+export function groundGrid(size: number, { low, high }: Box, z: number): [Object3D, number] {
+  const x = 0.5 * (low.x + high.x), y = 0.5 * (low.y + high.y);
   const step = niceStep(2 * size, 16), half = Math.ceil(1.3 * size / step);
   const [x0, y0] = [Math.round(x / step), Math.round(y / step)], points: number[] = [];
   for (let i = -half; i <= half; i++) {

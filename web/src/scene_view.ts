@@ -110,9 +110,11 @@ export class SceneView {
     let [from, to] = [i, i];
     while (from > 0 && t[i] - t[from] < 0.6) from--;
     while (to + 1 < s.x.length && t[to] - t[i] < 0.6) to++;
+    const place = new Vector3(s.x[i], s.y[i], s.z[i]);
+    if (!Number.isFinite(place.x + place.y + place.z)) return;
     const way = new Vector3(s.x[to] - s.x[from], s.y[to] - s.y[from], 0);
     if (way.length() > 0.02) this.heading.lerp(way.normalize(), 0.25).normalize();
-    const reach = clamp(size / 3, 1, 14), place = new Vector3(s.x[i], s.y[i], s.z[i]);
+    const reach = clamp(size / 3, 1, 14);
     this.controls.target.copy(place).addScaledVector(this.heading, 0.6 * reach);
     this.camera.position.copy(place).addScaledVector(this.heading, -reach);
     this.camera.position.z += 0.55 * reach;

@@ -1,6 +1,6 @@
 // Distributions over the runs: for each filter its runs as dots and a box.
 import { downloadPng, type Pen, prepareCanvas, tickText, ticksOf } from './canvas';
-import { clamp, mean } from './data';
+import { clamp, extremes, mean } from './data';
 import { downloadCsv, fileName, type CsvColumn } from './files';
 import { button, byId, make, number } from './format';
 import { throttled } from './store';
@@ -103,7 +103,7 @@ export class BoxPlot {
   private setScale(boxes: (Box | null)[]): void {
     const values = boxes.flatMap((b) => (b ? b.runs.map((r) => r.value) : []));
     if (this.measure.expected) values.push(this.measure.expected);
-    const low = Math.min(...values), high = Math.max(...values);
+    const [low, high] = extremes(values);
     this.log = low > 0 && high / low > 20;
     const map = this.log ? Math.log10 : (v: number) => v;
     const room = 0.04 * (map(high) - map(low) || Math.abs(map(high)) || 1);

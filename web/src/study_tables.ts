@@ -2,7 +2,7 @@
 import { asNumber, byId, fixed, flattened, grouped, isNumber, make, number, percent } from './format';
 import { activeStudy, type Figures, figuresOf, type Study } from './studies';
 import { filterName } from './study_colours';
-import { remarksIn, showRemarkList } from './tables';
+import { keyTable, remarksIn, showRemarkList } from './tables';
 
 export const DEGREES_OF_POSE = 6;
 const DEGREES_OF_STATE = 15;
@@ -38,11 +38,11 @@ export function showStudyCards(): void {
   const consistent = leastOf(study, distanceFromConsistent), precise = leastOf(study, positionError);
   if (consistent >= 0) {
     cards.push(card('Nearest to consistent', number(figures[consistent].nees_pose_per_dof), '',
-      `pose NEES per degree of freedom of ${study.filters[consistent].label}`));
+      `pose NEES per degree of freedom, filter ${study.filters[consistent].label}`));
   }
   if (precise >= 0) {
     cards.push(card('Smallest position error', number(figures[precise].position_error_m), 'm',
-      `mean of ${study.filters[precise].label}`));
+      `mean, filter ${study.filters[precise].label}`));
   }
   cards.push(card('Diverged', grouped(sum('diverged')), '', `of ${grouped(sum('runs'))} trials`));
   byId('cards').replaceChildren(...cards);
@@ -132,9 +132,11 @@ export function showStudyTables(): void {
     'the true pose.';
 }
 
+const textCell = (text: string) => make('td', { dir: 'auto' }, text);
+
 export function showScene(): void {
   const entries = Object.entries(flattened(activeStudy().summary.scene));
-  byId('scene').replaceChildren(keyTable(entries));
+  byId('scene').replaceChildren(keyTable(entries.map(([key, value]) => [key, textCell(value)])));
   byId('scene-panel').hidden = entries.length === 0;
 }
 
@@ -150,17 +152,12 @@ export function showFilterSettings(): void {
   const head = make('tr', {}, make('th', { scope: 'col' }, 'filter'),
     ...different.map((key) => make('th', { scope: 'col', dir: 'auto' }, key)));
   const rows = all.map((s, k) => make('tr', {}, make('th', { scope: 'row' }, filterName(k)),
-    ...different.map((key) => make('td', { dir: 'auto' }, text(s, key)))));
+    ...different.map((key) => textCell(text(s, key)))));
   byId('settings').replaceChildren(different.length
     ? make('table', {}, make('thead', {}, head), make('tbody', {}, ...rows)) : '');
-  byId('common').replaceChildren(keyTable(common.map((key): [string, string] => [key, text(all[0], key)])));
+  byId('common').replaceChildren(keyTable(common.map((key) => [key, textCell(text(all[0], key))])));
   byId('common-title').textContent = study.filters.length > 1 ? 'All filters alike' : '';
   byId('settings-panel').hidden = keys.length === 0;
-}
-
-function keyTable(entries: [string, string][]): HTMLElement {
-  return make('table', { class: 'key-table' }, make('tbody', {}, ...entries.map(([key, value]) =>
-    make('tr', {}, make('th', { scope: 'row', dir: 'auto' }, key), make('td', { dir: 'auto' }, value)))));
 }
 
 export const showStudyRemarks = (): void => showRemarkList(remarksIn(activeStudy().summary));

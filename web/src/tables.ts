@@ -20,12 +20,28 @@ const FIGURES: [string, string, string, number, string][] = [
   ['nees_pose', 'NEES, pose', '', 3, 'mean; 6 is consistent'],
   ['nees_position', 'NEES, position', '', 3, 'mean; 3 is consistent'],
   ['nees_attitude', 'NEES, attitude', '', 3, 'mean; 3 is consistent'],
+  ['nees_state', 'NEES, whole state', '', 3, 'pose, velocity and biases: 15 is consistent'],
   ['nis_per_dof', 'NIS per degree of freedom', '', 3, '1 is consistent'],
+  ['innovation_correlation', 'Correlation of innovations', '', 3, 'of a pixel’s, with the frame before; 0 if white'],
   ['path_m', 'Path', 'm', 4, 'of the truth'],
   ['duration_s', 'Duration', 's', 4, ''],
+  ['recorded_seconds', 'Recorded', 's', 4, 'from the first frame to the last'],
+  ['start_seconds', 'First estimate', 's', 3, 'after the first frame'],
   ['frames', 'Frames', '', 0, ''],
+  ['frames_not_ok', 'Frames not ok', '', 0, 'by the filter’s own health'],
+  ['still_frames', 'Frames at rest', '', 0, ''],
+  ['dropped_frames', 'Frames dropped', '', 0, 'late, there twice, or without samples near'],
+  ['resets', 'Resets', '', 0, 'how often the filter began anew'],
+  ['observations', 'Observations', '', 0, 'that the recording offered'],
+  ['used', 'Observations used', '', 0, ''],
+  ['rejected', 'Observations refused', '', 0, 'by the χ² gate'],
   ['matched', 'Compared with truth', '', 0, 'stamps'],
   ['landmarks', 'Landmarks', '', 0, 'of the whole map'],
+  ['landmarks_matched', 'Landmarks compared', '', 0, 'with true ones'],
+  ['landmarks_rmse_m', 'Landmark error', 'm', 3, 'rms'],
+  ['landmarks_rmse_aligned_m', 'Landmark error, best fit', 'm', 3, 'rms'],
+  ['frontend_ms_per_frame', 'Front end', 'ms', 3, 'a frame'],
+  ['filter_ms_per_frame', 'Filter', 'ms', 3, 'a frame'],
   ['seconds_wall', 'Wall time', 's', 3, 'the whole run with reading'],
   ['seconds_cpu', 'Processor time', 's', 3, ''],
   ['realtime_factor', 'Times real time', '×', 3, 'duration of the recording over wall time'],
@@ -80,18 +96,24 @@ export function showFigures(): void {
     'settings', 'remarks'));
   for (const [key, label, unit, digits, meaning] of FIGURES) {
     const values = allRuns().map((r) => r.summary[key]);
-    if (values.every((v) => v === undefined || !isScalar(v))) continue;
+    if (values.every((v) => v === undefined || v === null || !isScalar(v))) continue;
     rows.push([label, ...values.map((v) => figureCell(key, v, digits, unit)),
       make('td', { class: 'muted small meaning' }, meaning)]);
   }
-  for (const key of keysOf((r) => r.summary)) {
-    const values = allRuns().map((r) => r.summary[key]);
-    if (known.has(key) || values.some((v) => v !== undefined && !isScalar(v))) continue;
-    rows.push([titleCase(key), ...values.map((v) => figureCell(key, v, 5, '')),
-      make('td', {})]);
-  }
-  byId('figures').replaceChildren(table(headings(['']), rows));
-  byId('figures-panel').hidden = rows.length === 0;
+  const [alike, others] = [allRuns().length === 1, otherFigures(known)];
+  if (!alike) rows.push(...others.map(([label, cells]) => [label, ...cells, make('td', {})]));
+  byId('figures').replaceChildren(table(headings(['']), rows),
+    alike ? keyTable(others.map(([label, [cell]]) => [label, cell])) : '');
+  byId('figures-panel').hidden = rows.length + others.length === 0;
+}
+
+/** What else the summaries have, by its name: a cell a run. */
+function otherFigures(known: ReadonlySet<string>): [string, HTMLElement[]][] {
+  const all = allRuns().map(({ summary }) => leaves(summary, known));
+  const keys = [...new Set(all.flatMap((of) => [...of.keys()]))].filter((key) =>
+    all.some((of) => (of.get(key) ?? null) !== null));
+  return keys.map((key) => [titleCase(key.replaceAll('.', ', ')).replace(/^Imu\b/, 'IMU'),
+    all.map((of) => figureCell(key, of.get(key), 5, ''))]);
 }
 
 function figureCell(key: string, value: unknown, digits: number, unit: string): HTMLElement {
@@ -100,29 +122,33 @@ function figureCell(key: string, value: unknown, digits: number, unit: string): 
     text === '–' || !unit ? text : `${text} ${unit}`);
 }
 
-/** The keys of all runs' objects, each once, in their order. */
-function keysOf(pick: (run: Run) => object): string[] {
-  return [...new Set(allRuns().flatMap((r) => Object.keys(pick(r))))];
-}
-
-/** Settings, and any other object that the summary holds. */
-function settingsOf(run: Run): Record<string, string> {
-  const others = Object.entries(run.summary).filter(([key, v]) =>
-    !['settings', 'remarks', 'cameras'].includes(key) && !isScalar(v));
-  return { ...flattened(run.summary.settings), ...flattened(Object.fromEntries(others)) };
+/** {a: {b: 1}} → 'a.b': 1, without the entries of those names. Lists are left out. */
+function leaves(value: object, without: ReadonlySet<string>, prefix = ''): Map<string, unknown> {
+  const out = new Map<string, unknown>();
+  for (const [key, v] of Object.entries(value)) {
+    if (without.has(prefix + key) || Array.isArray(v)) continue;
+    if (isScalar(v)) out.set(prefix + key, v);
+    else for (const [path, leaf] of leaves(v as object, without, `${prefix}${key}.`)) out.set(path, leaf);
+  }
+  return out;
 }
 
 export function showSettings(): void {
-  const all = allRuns().map(settingsOf);
+  const all = allRuns().map((run) => flattened(run.summary.settings));
   const keys = [...new Set(all.flatMap((s) => Object.keys(s)))];
-  const rows = keys.map((key) => {
-    const values = all.map((s) => s[key] === undefined ? '–' : s[key]);
-    const same = values.every((v) => v === values[0]);
-    const look = { class: same ? '' : 'differs', dir: 'auto' };
-    return [key, ...values.map((v) => make('td', look, v))];
-  });
-  byId('settings').replaceChildren(table(headings(), rows));
-  byId('settings-panel').hidden = rows.length === 0;
+  const cell = (value: string | undefined) => make('td', { dir: 'auto' }, value ?? '–');
+  const same = (key: string) => all.every((s) => s[key] === all[0][key]);
+  const rows = keys.filter((key) => !same(key)).map((key) => [key, ...all.map((s) => cell(s[key]))]);
+  byId('settings').replaceChildren(rows.length ? table(headings(), rows) : '',
+    rows.length ? make('h3', { class: 'alike' }, 'All runs alike') : '',
+    keyTable(keys.filter(same).map((key) => [key, cell(all[0][key])])));
+  byId('settings-panel').hidden = keys.length === 0;
+}
+
+/** Keys and the cells of their values in as many columns as there is room for. */
+export function keyTable(entries: [string, HTMLElement][]): HTMLElement {
+  return make('table', { class: 'key-table' }, make('tbody', {}, ...entries.map(([key, cell]) =>
+    make('tr', {}, make('th', { scope: 'row', dir: 'auto' }, key), cell))));
 }
 
 function remarksOf(run: Run): string[] {

@@ -34,7 +34,7 @@ export function timingPlot(run: Run): PlotSpec | null {
     title: told ? 'Time per stage' : 'Time per frame',
     ...(told ? { height: 160 } : {}),
     caption: 'Wall time that a frame took' + (Number.isFinite(period)
-      ? `; frames arrive every ${number(period)} ms, ${number(period / mean(ms))} times that.`
+      ? `: ${number(mean(ms))} ms on average, and a frame arrives every ${number(period)} ms.`
       : '.') +
       (told ? ' Stages are stacked: the state’s propagation, the update with its gate, landmarks that ' +
         'begin, change or retire. The rest up to the line is reading, waiting and writing.' : '') +

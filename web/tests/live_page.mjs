@@ -44,6 +44,8 @@ async function grows(page) {
     numbers);
   await until('frames arrive', async () => await shownFrames(page) > frames + 5, 10);
   const last = Number(await page.getAttribute('#time', 'max'));
+  const told = () => page.locator('#figures [data-exact^="frames:"]').getAttribute('data-exact');
+  check('the table of figures goes with the run', Number((await told()).split(' ')[1]) >= frames, await told());
   check('the cursor goes with the run', Number(await page.inputValue('#time')) >= last - 2);
   await page.locator('#time').focus();
   await page.locator('#time').press('Home');

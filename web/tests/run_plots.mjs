@@ -59,6 +59,35 @@ export async function timeSpan(page) {
   await until('escape shows all times', async () => !await page.isVisible('#zoom-reset'));
 }
 
+/** What is written at the ticks of a time axis is where they are. */
+export async function timeTicks(page) {
+  const stack = page.locator('.plot-stack').first();
+  await stack.scrollIntoViewIfNeeded();
+  await page.evaluate(() => {
+    const { prototype } = CanvasRenderingContext2D, { fillText } = prototype;
+    window.written = [];
+    prototype.fillText = function write(text, x, y) {
+      if (this.canvas.closest('.plot-stack')) window.written.push([y, x, text]);
+      fillText.call(this, text, x, y);
+    };
+    window.stopWriting = () => { prototype.fillText = fillText; };
+  });
+  for (const key of ['+', '+', '+', '0']) {
+    await page.evaluate(() => { window.written.length = 0; });
+    await stack.press(key);
+    await settle(page);
+    const written = await page.evaluate(() => window.written);
+    const last = written.find(([, , text]) => / s$/.test(text));
+    const ticks = written.filter(([y, x]) => last && y === last[0] && x >= 54)  // right of the other axis
+     
+      .map(([, x, text]) => [x, Number(text.replace(/ s$/, '').replace(/\u202f/g, ''))]).slice(0, 40);
+    const [[x0, t0], [x1, t1]] = [ticks[0], ticks.reduce((a, b) => (b[1] > a[1] ? b : a))];
+    check(`${key}: the time axis tells true times`, ticks.length > 1 && ticks.every(([x, t]) =>
+      Math.abs(x0 + (t - t0) * (x1 - x0) / (t1 - t0) - x) < 2), JSON.stringify(ticks));
+  }
+  await page.evaluate(() => window.stopWriting());
+}
+
 export async function toggles(page) {
   const figure = page.locator('figure.plot', { has: page.locator('.toggle') }).first();
   const canvas = figure.locator('canvas').first(), box = figure.locator('.toggle input').last();

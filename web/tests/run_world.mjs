@@ -4,8 +4,10 @@ import { check, picture, saved, until } from './checks.mjs';
 
 const detail = (page) => page.getAttribute('#scene', 'data-detail');
 
-/** A screenshot of the scene, for WebGL keeps no picture; once it is still. */
+/** A screenshot of the scene, for WebGL keeps no picture; once it is still, and without the frame that
+ *  tells that it has the focus. */
 async function sceneShot(page) {
+  await page.locator('#scene').evaluate((canvas) => canvas.blur());
   await settle(page);
   await until('a scene at rest is drawn in full', async () => await detail(page) === 'full');
   return (await page.locator('#scene').screenshot()).toString('base64');
@@ -21,6 +23,7 @@ export async function scene(page, { run, folder }) {
   await canvas.press('ArrowLeft');
   await until('an arrow key turns the scene', async () => await sceneShot(page) !== first);
   await motion(page);
+  check('at first it shows what 0 makes it show', await sceneShot(page) === first);
   if (run.plan) await planInScene(page);
   await page.selectOption('#map-view', 'above');
   await until('from above it looks different', async () => await sceneShot(page) !== first);
@@ -63,7 +66,6 @@ export async function motion(page) {
 /** The legend takes the floor plan away and brings it back. */
 async function planInScene(page) {
   const box = page.locator('#map-legend label', { hasText: 'Floor plan' }).locator('input');
-  await box.focus();  // the frame about the scene that has the focus goes
   const before = await sceneShot(page);
   await box.click();
   await until('the legend hides the floor plan', async () => await sceneShot(page) !== before);
@@ -120,7 +122,7 @@ export async function landmarkLives(page) {
   await page.locator('#time').press('End');
   await until('landmarks age with the cursor', async () => await picture(map) !== start);
   await page.mouse.move(2, 2);
-  await settle(page);
+  await followed(page, map);
   for (const name of ['Landmarks in view', 'retired']) {
     const before = await picture(map);
     const box = page.locator('#map-legend label', { hasText: name }).locator('input');
@@ -128,5 +130,18 @@ export async function landmarkLives(page) {
     await until(`${name}: the legend hides them`, async () => await picture(map) !== before);
     await box.click();
     await until(`${name}: and shows them again`, async () => await picture(map) === before);
+  }
+}
+
+/** What a step of the cursor draws anew makes the picture that drawing all of it makes. */
+async function followed(page, map) {
+  for (const key of ['Home', 'PageUp', 'ArrowLeft', 'End']) {
+    await page.locator('#time').press(key);
+    await settle(page);
+    const stepped = await picture(map);
+    await page.click('#map-fit');
+    await settle(page);
+    check(`${key}: the map follows the cursor as if drawn anew`, await picture(map) === stepped);
+    await page.locator('#time').focus();
   }
 }

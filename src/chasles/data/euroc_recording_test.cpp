@@ -304,6 +304,14 @@ INSTANTIATE_TEST_SUITE_P(
                       Sequence{"V2_01_easy", 22800, 22401, 0.2, "leans 0.5 deg"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
+TEST(EurocImu, ANameInOtherBytesThanUtf8IsReadAsUtf8) {
+  const auto file = test::scratch() / "caf\xe9_imu.csv";
+  test::spill(file, "#ts,wx,wy,wz,ax,ay,az\n1,2,3,4,5,6,7\n");
+  const Recording r = read_recording(file);
+  EXPECT_EQ(r.name, "caf\xef\xbf\xbd");
+  expect_parts(joined(r.remarks), {"there is no caf\xef\xbf\xbd_gt.csv"});
+}
+
 TEST(EurocImu, ReadsPlainTablesAndWithoutTruth) {
   const auto file = test::scratch() / "walk_imu.csv";
   test::spill(file, "#ts,wx,wy,wz,ax,ay,az\n1,2,3,4,5,6,7\n");

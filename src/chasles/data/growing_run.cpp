@@ -14,6 +14,7 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run_text.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -99,7 +100,7 @@ void GrowingRun::remove_files() const {
 void GrowingRun::begin(const Run& header, const nlohmann::ordered_json& summary) {
   nlohmann::ordered_json known = summary;
   known["name"] = header.name;
-  summary_ = known.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  summary_ = json_text(known, 2) + "\n";
   next_ = Clock::now() + pace_.first;
 }
 

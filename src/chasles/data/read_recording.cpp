@@ -6,6 +6,7 @@
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -48,9 +49,7 @@ Recording read_table(const std::filesystem::path& path) {
   return tracks ? read_klt_tracks_recording(path) : read_euroc_imu_recording(path);
 }
 
-}  // namespace
-
-Recording read_recording(const std::filesystem::path& path) {
+Recording read_whatever(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
     throw InputError(
@@ -72,6 +71,15 @@ Recording read_recording(const std::filesystem::path& path) {
   throw InputError(fmt::format("{}: {}, expected {}", path.string(),
                                bytes.empty() ? "is empty" : "its first bytes are of no known kind",
                                kKnownKinds));
+}
+
+}  // namespace
+
+Recording read_recording(const std::filesystem::path& path) {
+  Recording recording = read_whatever(path);
+  recording.name = valid_utf8(recording.name);
+  for (std::string& remark : recording.remarks) remark = valid_utf8(remark);
+  return recording;
 }
 
 }  // namespace chasles

@@ -7,12 +7,14 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/csv.hpp>
+#include <chasles/data/folder_names.hpp>
 #include <chasles/data/growing_run.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/data/run_columns.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -123,8 +125,7 @@ std::string recording_name(const nlohmann::ordered_json& summary,
                            const std::filesystem::path& folder) {
   const auto name = summary.find("name");
   if (name != summary.end() && name->is_string()) return name->get<std::string>();
-  const std::filesystem::path path = folder.lexically_normal();
-  return (path.has_filename() ? path : path.parent_path()).filename().string();
+  return valid_utf8(folder_name(folder));
 }
 
 std::optional<Georeference> georeference(const nlohmann::ordered_json& summary,

@@ -5,6 +5,7 @@
 #include <chasles/data/calibration.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 
 namespace chasles {
 namespace {
@@ -13,7 +14,7 @@ std::string listed(const Eigen::VectorXd& values) {
   return fmt::format("[{}]", fmt::join(values.begin(), values.end(), ", "));
 }
 
-std::string quoted(const std::string& text) { return nlohmann::json(text).dump(); }
+std::string quoted(const std::string& text) { return json_text(text); }
 
 std::string motion_text(const SE3& T, const std::string& indent) {
   std::string text;

@@ -11,6 +11,7 @@
 #include <chasles/data/run_columns.hpp>
 #include <chasles/data/run_text.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -133,7 +134,7 @@ void write_run(const Run& run, const nlohmann::ordered_json& summary,
   write_file(folder / "timing.csv", timing_text(run));
   write_file(folder / "landmarks.csv", landmarks_text(run.landmarks));
   write_file(folder / "map.ply", ply_bytes(run.landmarks));
-  write_file(folder / "summary.json", summary.dump(2) + "\n");
+  write_file(folder / "summary.json", json_text(summary, 2) + "\n");
   write_or_remove(run.truth, folder / "truth.tum");
   write_or_remove(run.dead_reckoning, folder / "dead_reckoning.tum");
   write_plan_of(run.plan, folder);

@@ -40,7 +40,8 @@ std::optional<SE3> GrowingComparison::true_pose(const RunState& state, Time tole
 
 void GrowingComparison::add(const RunState& state, Time tolerance) {
   const std::optional<SE3> truth = true_pose(state, tolerance);
-  if (!truth) {
+  const bool finite = state.world_T_imu.R.allFinite() && state.world_T_imu.p.allFinite();
+  if (!truth || !finite) {
     error_.push_back(Vector6d::Constant(kNaN));
     nees_.push_back({.position = kNaN, .attitude = kNaN, .pose = kNaN});
     return;

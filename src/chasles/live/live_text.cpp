@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/live/live_text.hpp>
 #include <chasles/report/page_data.hpp>
 
@@ -32,10 +33,6 @@ Json progress_json(const LiveProgress& p) {
   return {{"stage", name(p.stage)},        {"frames", p.frames},     {"of", p.of},
           {"seconds", p.recorded_seconds}, {"wall", p.wall_seconds}, {"message", p.message},
           {"stoppable", p.stoppable}};
-}
-
-std::string text_of(const Json& json) {
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 /// The first state of all, and those of the piece.
@@ -77,16 +74,16 @@ std::string rows_text(const Run& run, const std::string& summary,
                {"rows", rows.to}, {"skip", rows.from > 0 ? 1 : 0},       {"data", std::move(data)}};
   if (rows.landmarks > 0) json["landmarks"] = rows.landmarks;
   if (rows.from == 0) json["bounds"] = page_bounds();
-  return text_of(json);
+  return json_text(json);
 }
 
 std::string progress_text(std::string_view id, const LiveProgress& progress) {
-  return text_of({{"run", id}, {"progress", progress_json(progress)}});
+  return json_text({{"run", id}, {"progress", progress_json(progress)}});
 }
 
 std::string page_text(std::string_view id, const std::vector<ReportRun>& runs,
                       const LiveProgress& progress) {
-  return text_of({{"run", id}, {"progress", progress_json(progress)}, {"all", page_data(runs)}});
+  return json_text({{"run", id}, {"progress", progress_json(progress)}, {"all", page_data(runs)}});
 }
 
 }  // namespace chasles

@@ -36,13 +36,18 @@ AgainstTruth against_truth(const Run& run, PoseError nees_coordinates) {
   out.error.assign(states.size(), Vector6d::Constant(kNaN));
   out.nees_pose = out.nees_attitude = out.nees_position = unknown;
   Trajectory estimate;
+  std::vector<std::size_t> finite;  // a pose that is not would leave nothing of the alignments
   std::vector<Matrix6d> covariances;
-  for (const RunState& state : states) {
-    estimate.push_back({state.time, state.world_T_imu});
-    covariances.push_back(state.pose_covariance);
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    covariances.push_back(states[i].pose_covariance);
+    const SE3& pose = states[i].world_T_imu;
+    if (!pose.R.allFinite() || !pose.p.allFinite()) continue;
+    estimate.push_back({states[i].time, pose});
+    finite.push_back(i);
   }
   try {
     out.matched = associate(estimate, run.truth);
+    for (std::size_t& row : out.matched.estimate_index) row = finite[row];
     compare(out, covariances, nees_coordinates, is_level(run));
   } catch (const InputError& error) {
     // A page without the comparison, which says why, is worth more than none.

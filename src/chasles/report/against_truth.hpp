@@ -26,7 +26,8 @@ struct AgainstTruth {
   std::string problem;
 };
 
-/// The comparison of eval/, by matched row and laid out by state.
+/// The comparison of eval/, by matched row and laid out by state, of the states whose poses are
+/// finite.
 AgainstTruth against_truth(const Run& run, PoseError nees_coordinates = PoseError::kStandard);
 
 }  // namespace chasles

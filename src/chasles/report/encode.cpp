@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/report/encode.hpp>
 
 namespace chasles {
@@ -67,8 +68,7 @@ std::string int_column(const std::vector<int>& values) {
 }
 
 std::string json_for_html(const nlohmann::ordered_json& json) {
-  const std::string text =
-      json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+  const std::string text = json_text(json);
   std::string safe;
   safe.reserve(text.size());
   for (const char c : text) {
@@ -83,6 +83,15 @@ std::string json_for_html(const nlohmann::ordered_json& json) {
       safe += c;
   }
   return safe;
+}
+
+std::string with_data(std::string_view page, const nlohmann::ordered_json& data) {
+  static constexpr std::string_view kPlace = "@PAGE_DATA@";
+  const std::size_t place = page.find(kPlace);
+  std::string filled(page.substr(0, place));
+  filled += json_for_html(data);
+  filled += page.substr(place + kPlace.size());
+  return filled;
 }
 
 }  // namespace chasles

@@ -23,4 +23,7 @@ std::string int_column(const std::vector<int>& values);
 /// element or begin another. Invalid UTF-8 becomes U+FFFD.
 std::string json_for_html(const nlohmann::ordered_json& json);
 
+/// A page of page_template.hpp with that json in its place.
+std::string with_data(std::string_view page, const nlohmann::ordered_json& data);
+
 }  // namespace chasles

@@ -1,10 +1,12 @@
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <string>
 #include <unistd.h>
 
 #include <gtest/gtest.h>
 
+#include <chasles/data/text_file.hpp>
 #include <chasles/report/testing.hpp>
 
 namespace chasles {
@@ -21,7 +23,8 @@ void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::st
                            : std::filesystem::temp_directory_path() /
                                  ("chasles_page_test_" + std::to_string(getpid()));
   const auto page = folder / (name + ".html");
-  write_page(runs, page);
+  make_folder(folder);
+  write_file(page, run_page(runs));
   const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR "/web/tests/" + script +
                               "' '" + page.string() + "' '" + (folder / name).string() + "'";
   const int status = std::system(command.c_str());
@@ -75,6 +78,19 @@ TEST(PageInABrowser, RunsOfOneRecordingAreShownOverItsPlan) {
 TEST(PageInABrowser, ALongRunIsDrawnCoarselyInMotionAndInFullAtRest) {
   expect_works_in_a_browser({synthetic_drive({.states = 100'000, .landmarks = 20'000})}, "long",
                             "long_page.mjs");
+}
+
+TEST(PageInABrowser, NoStateOneStateAndStatesThatAreNotFiniteLeaveAPage) {
+  const ReportRun none = synthetic_drive({.states = 0, .landmarks = 0});
+  const ReportRun one = synthetic_drive({.states = 1, .landmarks = 1});
+  ReportRun lost = synthetic_drive({.states = 60, .landmarks = 20});
+  for (std::size_t i = 20; i < 60; ++i) {
+    lost.run.states[i].world_T_imu.p.setConstant(std::numeric_limits<double>::quiet_NaN());
+    lost.run.states[i].pose_covariance.setConstant(std::numeric_limits<double>::infinity());
+  }
+  ReportRun away = synthetic_drive({.states = 60, .landmarks = 20});
+  for (std::size_t i = 20; i < 60; ++i) away.run.states[i].world_T_imu.p.setConstant(1e30);
+  expect_works_in_a_browser({none, one, lost, away}, "few", "few_page.mjs");
 }
 
 TEST(PageInABrowser, AbsentTruthDeadReckoningLandmarksAndSummaryLeaveAPage) {

@@ -134,6 +134,19 @@ TEST(PageData, TruthThatCannotBeComparedIsShownWithTheReason) {
   EXPECT_FALSE(run["truth_problem"].get<std::string>().empty());
 }
 
+TEST(PageData, StatesThatAreNotFiniteLeaveTheComparisonOfTheOthers) {
+  ReportRun drive = small_drive();
+  const nlohmann::json whole = run_of(drive);
+  drive.run.states[7].world_T_imu.p.x() = kNaN;
+  drive.run.states[8].world_T_imu.R.setConstant(kNaN);
+  const nlohmann::json run = run_of(drive);
+  const auto errors = column(run["errors"]["position_y"]);
+  EXPECT_TRUE(std::isnan(errors[7]) && std::isnan(errors[8]));
+  EXPECT_EQ(errors[9], column(whole["errors"]["position_y"])[9]);
+  EXPECT_EQ(column(run["errors"]["nees_pose"])[30], column(whole["errors"]["nees_pose"])[30]);
+  for (const double x : column(run["truth"]["fit_x"])) EXPECT_TRUE(std::isfinite(x));
+}
+
 TEST(PageData, ALandmarkThatIsNotFiniteIsCountedNotDrawn) {
   ReportRun drive = small_drive();
   drive.run.landmarks[7].p_world.x() = kNaN;

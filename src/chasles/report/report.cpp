@@ -1,7 +1,5 @@
-#include <fstream>
 #include <stdexcept>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/error.hpp>
@@ -12,15 +10,6 @@
 
 namespace chasles {
 namespace {
-
-std::string with_data(const nlohmann::ordered_json& data) {
-  static constexpr std::string_view kPlace = "@PAGE_DATA@";
-  const std::size_t place = page_template.find(kPlace);
-  std::string page(page_template.substr(0, place));
-  page += json_for_html(data);
-  page += page_template.substr(place + kPlace.size());
-  return page;
-}
 
 void insert_behind(std::string_view what, std::string_view text, std::string& page) {
   const std::size_t place = page.find(what);
@@ -34,30 +23,15 @@ std::string run_page(const std::vector<ReportRun>& runs) {
   if (runs.empty()) {
     throw UsageError("a report needs at least one run: name the folder that `chasles run` wrote");
   }
-  return with_data(page_data(runs));
+  return with_data(page_template, page_data(runs));
 }
 
 std::string live_page() {
-  std::string page = with_data({{"live", true}});
+  std::string page = with_data(page_template, {{"live", true}});
   insert_behind("default-src 'none';", " connect-src 'self';", page);
   // A browser asks a server for an icon unless it is told that there is none.
   insert_behind("<head>", "<link rel=\"icon\" href=\"data:,\">", page);
   return page;
-}
-
-void write_page(const std::vector<ReportRun>& runs, const std::filesystem::path& file) {
-  const std::string page = run_page(runs);
-  std::error_code ignored;  // What matters is whether the file can be opened.
-  if (file.has_parent_path()) std::filesystem::create_directories(file.parent_path(), ignored);
-  std::ofstream out(file, std::ios::binary);
-  out << page;
-  out.close();
-  if (!out) {
-    throw InputError(
-        fmt::format("{}: the page cannot be written; is the folder writable, is the "
-                    "disk full?",
-                    file.string()));
-  }
 }
 
 }  // namespace chasles

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -31,8 +30,5 @@ std::string run_page(const std::vector<ReportRun>& runs);
 /// The same page without a run: it asks the server that it comes from, over WebSocket, and may
 /// connect to nothing else (docs/live.md).
 std::string live_page();
-
-/// Writes run_page(runs) to the file; the folder is made where missing. Throws InputError.
-void write_page(const std::vector<ReportRun>& runs, const std::filesystem::path& file);
 
 }  // namespace chasles

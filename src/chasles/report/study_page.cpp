@@ -130,12 +130,7 @@ std::string study_page(const std::vector<Study>& studies) {
   }
   Json data{{"studies", Json::array()}};
   for (const Study& study : studies) data["studies"].push_back(study_json(study));
-  static constexpr std::string_view kPlace = "@PAGE_DATA@";
-  const std::size_t place = study_template.find(kPlace);
-  std::string page(study_template.substr(0, place));
-  page += json_for_html(data);
-  page += study_template.substr(place + kPlace.size());
-  return page;
+  return with_data(study_template, data);
 }
 
 }  // namespace chasles

@@ -1,7 +1,9 @@
 #include <chrono>
+#include <cmath>
 
 #include <fmt/format.h>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/viewers/colours.hpp>
 #include <chasles/viewers/kml.hpp>
@@ -10,10 +12,17 @@
 namespace chasles {
 namespace {
 
-// What may not stand in an XML text: markup is replaced by entities, control characters go.
+// What may stand in an XML text: markup is replaced by entities, what is no UTF-8 and the two codes
+// that are never characters by U+FFFD, control characters go.
 std::string escaped(const std::string& text) {
+  std::string valid = valid_utf8(text);
+  for (const char* none : {"\xef\xbf\xbe", "\xef\xbf\xbf"}) {
+    for (std::size_t at = 0; (at = valid.find(none, at)) != std::string::npos;) {
+      valid.replace(at, 3, "\xef\xbf\xbd");
+    }
+  }
   std::string out;
-  for (const char c : text) {
+  for (const char c : valid) {
     switch (c) {
       case '<':
         out += "&lt;";
@@ -40,8 +49,10 @@ std::string style(const std::string& id, unsigned colour) {
       id, c[2], c[1], c[0]);
 }
 
+// Longitudes from -180 to 180.
 std::string degrees_and_metres(const Geodetic& g, const char* separator) {
-  return fmt::format("{1:.9f}{0}{2:.9f}{0}{3:.3f}", separator, g.longitude, g.latitude, g.altitude);
+  return fmt::format("{1:.9f}{0}{2:.9f}{0}{3:.3f}", separator, std::remainder(g.longitude, 360),
+                     g.latitude, g.altitude);
 }
 
 std::string line(const std::string& name, const std::string& id, const Georeference& earth,
@@ -51,6 +62,7 @@ std::string line(const std::string& name, const std::string& id, const Georefere
       "<altitudeMode>clampToGround</altitudeMode><coordinates>\n",
       name, id);
   for (const StampedPose& s : way) {
+    if (!s.pose.p.allFinite()) continue;
     text += degrees_and_metres(to_geodetic(earth, placed * s.pose.p), ",") + "\n";
   }
   return text + "</coordinates></LineString></Placemark>\n";

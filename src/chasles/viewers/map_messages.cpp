@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Eigenvalues>
@@ -15,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-double sigma(const RunLandmark& l) { return std::sqrt(l.covariance.trace()); }
+double sigma(const RunLandmark& l) { return std::sqrt(std::max(0.0, l.covariance.trace())); }
 
 // NumericType of foxglove.PackedElementField.
 constexpr int kUint8 = 1, kFloat32 = 7;

@@ -102,6 +102,26 @@ TEST(Mcap, FoxgloveReadsWhatTheRunHas) {
   EXPECT_EQ(state.at("sigma_velocity_x_m_s"), last.extra_sigma[0]);
 }
 
+TEST(Mcap, TextsAreUtf8AsProtocolBuffersDemand) {
+  ReportRun drive = synthetic_drive({.states = 20, .landmarks = 3});
+  drive.run.states.back().health = "caf\xe9";
+  drive.run.extra_names[0] = "caf\xe9";
+  const json topics = read_back(run_mcap(drive, "0")).at("topics");
+  EXPECT_EQ(topics.at("/state").at("last").at("health"), "caf\xef\xbf\xbd");
+  EXPECT_EQ(topics.at("/state").at("last").at("caf_"), drive.run.states.back().extra[0]);
+}
+
+TEST(Mcap, ATruthThatCannotBeComparedLeavesTheRest) {
+  ReportRun drive = synthetic_drive({.states = 20, .landmarks = 3});
+  drive.run.georeference = {{.latitude = 49, .longitude = 8.4, .altitude = 110}};
+  for (StampedPose& s : drive.run.truth) s.time += std::chrono::hours(24);
+  const json topics = read_back(run_mcap(drive, "0")).at("topics");
+  EXPECT_EQ(topics.at("/pose").at("count"), 20);
+  EXPECT_FALSE(topics.contains("/location"));
+  EXPECT_EQ(topics.at("/ways").at("last").at("entities").size(), 2u)
+      << "a truth that cannot be compared has no place in this world";
+}
+
 TEST(Mcap, TheMapIsThereAsACloudAndAsEllipsoids) {
   ReportRun drive = synthetic_drive({.states = 50, .landmarks = 300});
   drive.run.landmarks[7].p_world.x() = kNaN;
@@ -184,8 +204,9 @@ TEST(Mcap, PosesThatAreNotFiniteAreLeftOutAndTheFiguresStay) {
   EXPECT_EQ(topics.at("/pose").at("count"), 50);
   EXPECT_EQ(topics.at("/state").at("count"), 60);
   const json& ways = topics.at("/ways").at("last").at("entities");
-  ASSERT_EQ(ways.size(), 1u) << "a truth that cannot be compared has no place in this world";
+  ASSERT_EQ(ways.size(), 2u) << "the truth is placed by the others";
   EXPECT_EQ(ways.at(0).at("lines").at(0).at("points").size(), 50u);
+  EXPECT_EQ(topics.at("/truth/pose").at("count"), 50);
 }
 
 TEST(Mcap, HostileNamesBecomeNamesOfFields) {

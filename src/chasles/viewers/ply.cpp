@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -35,7 +36,9 @@ constexpr const char* kVertexProperties =
     "property float cov_yy\nproperty float cov_yz\nproperty float cov_zz\n"
     "property int landmark\nproperty int observations\n";
 
-double sigma(const Eigen::Matrix3d& covariance) { return std::sqrt(covariance.trace()); }
+double sigma(const Eigen::Matrix3d& covariance) {
+  return std::sqrt(std::max(0.0, covariance.trace()));
+}
 
 std::vector<Vertex> landmark_vertices(const std::vector<RunLandmark>& landmarks) {
   std::vector<Vertex> vertices;

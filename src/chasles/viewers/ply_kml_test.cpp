@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/report/testing.hpp>
@@ -195,6 +196,34 @@ TEST(KmlOfARun, IsWellFormedWhateverTheNameAndHasATimeForEachPlace) {
   EXPECT_EQ(count("<when>"), run.states.size());
   EXPECT_EQ(count("<gx:coord>"), run.states.size());
   EXPECT_NE(kml.find("<when>2011-09-30T12:08:26.000Z</when>"), std::string::npos);
+}
+
+TEST(KmlOfARun, ANameInWhateverBytesLeavesXmlInUtf8) {
+  auto run = drive_on_earth();
+  run.name = "caf\xe9 \xc3\xa9 \xef\xbf\xbe\xef\xbf\xbf \xed\xa0\x80 \xf0\x9f\x9a\x97";
+  const std::string kml = run_kml(run);
+  const std::string r = "\xef\xbf\xbd";
+  EXPECT_NE(kml.find("<name>caf" + r + " \xc3\xa9 " + r + r + " " + r + r + r +
+                     " \xf0\x9f\x9a\x97</name>"),
+            std::string::npos);
+  EXPECT_EQ(valid_utf8(kml), kml);
+}
+
+TEST(KmlOfARun, LongitudesGoOnAcrossTheDateLineAndUnknownPlacesAreLeftOut) {
+  auto run = drive_on_earth();
+  run.georeference->origin.longitude = 179.9999;
+  run.dead_reckoning = run.truth;
+  run.dead_reckoning[3].pose.p.x() = std::numeric_limits<double>::quiet_NaN();
+  const std::string kml = run_kml(run);
+  bool west = false;
+  for (const auto& p : places(kml, "<name>truth", "</coordinates>")) {
+    EXPECT_LE(std::abs(p.x()), 180);
+    west = west || p.x() < 0;
+  }
+  EXPECT_TRUE(west);
+  EXPECT_EQ(places(kml, "<name>dead reckoning", "</coordinates>").size(),
+            run.dead_reckoning.size() - 1);
+  EXPECT_EQ(kml.find("nan"), std::string::npos);
 }
 
 TEST(KmlOfARun, ARunThatIsNowhereOnTheEarthIsRefused) {

@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/viewers/byte_sink.hpp>
 #include <chasles/viewers/protobuf.hpp>
 
@@ -76,7 +77,7 @@ void append_one(std::string& out, const ProtoSchemas& schemas, const ProtoField&
     case ProtoType::kMessage:
       return append_bytes(out, field.number, proto_bytes(schemas, field.of, value));
     case ProtoType::kString:
-      return append_bytes(out, field.number, value.get_ref<const std::string&>());
+      return append_bytes(out, field.number, valid_utf8(value.get_ref<const std::string&>()));
     case ProtoType::kBytes: {
       const auto& bytes = value.get_binary();
       return append_bytes(out, field.number,

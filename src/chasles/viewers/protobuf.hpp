@@ -57,7 +57,8 @@ using ProtoSchemas = std::map<std::string, ProtoMessage>;
 std::string file_descriptor_set(const ProtoSchemas& schemas, const std::string& name);
 
 /// The wire format of a message. `value` is an object with names of its fields (arrays of repeated
-/// ones, binary values of bytes, integers of enumerations); what it does not have is left out.
+/// ones, binary values of bytes, integers of enumerations); what it does not have is left out, and
+/// strings are valid_utf8(), as proto3 demands.
 /// Throws std::invalid_argument for a name that is no field.
 std::string proto_bytes(const ProtoSchemas& schemas, const std::string& name,
                         const nlohmann::json& value);

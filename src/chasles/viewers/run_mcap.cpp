@@ -117,8 +117,8 @@ void add_ways(const Run& run, const AgainstTruth& errors, Time first, Channels& 
   out.add("/ways", "foxglove.SceneUpdate", first, {{"entities", std::move(entities)}});
 }
 
-void add_places(const Run& run, Channels& out) {
-  if (!run.georeference || run.truth.empty()) return;
+void add_places(const Run& run, const AgainstTruth& errors, Channels& out) {
+  if (!run.georeference || !errors.problem.empty()) return;
   const SE3 placed = truth_T_world(run);
   for (const RunState& s : run.states) {
     if (!s.world_T_imu.p.allFinite()) continue;
@@ -165,7 +165,7 @@ std::string run_mcap(const ReportRun& report_run, const std::string& version) {
     add_truth(run, errors, out);
     add_ways(run, errors, first, out);
     add_map(run.landmarks, first, out);
-    add_places(run, out);
+    add_places(run, errors, out);
     add_images(run.images, out);
   }
   return mcap_bytes(out.file());
