@@ -74,6 +74,16 @@ TEST(InertialSlam, IsConsistentInTheHallwayWhereThePapersFiltersAreNot) {
   }
 }
 
+// Tracks alone, none of which enters the state (a filter as of Mourikis & Roumeliotis 2007).
+TEST(InertialSlam, NeedsNoLandmarkInTheState) {
+  FilterVariant tracks = ours();
+  tracks.settings.max_landmarks = tracks.settings.min_landmarks = 0;
+  const auto s = study(inertial_scene("hallway"), {tracks}, 6);
+  EXPECT_EQ(s[0].diverged, 0);
+  EXPECT_LT(s[0].mean.position_error, 0.4);
+  EXPECT_LT(s[0].nees_per_dof, 1.5);
+}
+
 TEST(InertialSlam, FirstEstimatesMakeTheStandardChartConsistent) {
   FilterVariant now = ours();
   now.settings.chart = "standard";
