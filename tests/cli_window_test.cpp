@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/recording.hpp>
+#include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
 
 #include "cli_process.hpp"
