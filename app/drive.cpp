@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/slam/drive_model.hpp>
 #include <chasles/smooth/drive_window.hpp>
 
 #include "batch_report.hpp"
@@ -86,14 +87,14 @@ void process_all(const Recording& recording, const Estimating& estimating,
   }
 }
 
-// What is known before the first event. The filter's additive states are those of any estimator.
+// What is known before the first event. All estimators have the motion model's additive states.
 Drive prepared(const Recording& recording, const Settings& settings, Trajectory velocities_alone) {
   Drive result;
   result.noise =
       choose_noise(settings, recording.velocities, recording.frames,
                    {.velocity = recording.velocity_sigma, .pixels = recording.pixel_sigma});
   result.run.name = recording.name;
-  result.run.extra_names = Slam(settings, recording.rig, result.noise).additive_names();
+  result.run.extra_names = additive_names(model_of(settings));
   result.run.truth = recording.truth;
   result.run.plan = recording.plan;
   result.run.dead_reckoning = std::move(velocities_alone);

@@ -5,19 +5,16 @@
 #include <span>
 #include <utility>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/imu_range.hpp>
 #include <chasles/data/masks.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lab/batch_trial.hpp>
 
 #include "batch_report.hpp"
-#include "calibration_report.hpp"
-#include "filter_stages.hpp"
 #include "frontend_seconds.hpp"
 #include "image_keeper.hpp"
+#include "inertial_estimating.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
 #include "progress.hpp"
@@ -30,68 +27,6 @@
 
 namespace chasles::app {
 namespace {
-
-// What the front end's tracks are worth where nobody says it: measured, docs/pixels.md [px].
-constexpr double kFrontendSigma = 0.5;
-
-// The truth as it is: nothing is drawn.
-InertialStart true_start(const Recording& recording) {
-  if (recording.truth.empty()) {
-    throw Error(
-        ExitCode::kNotInitialised,
-        fmt::format("{}: has no truth to begin at (--truth FILE gives one); without --begin "
-                    "truth the start is found by itself",
-                    recording.name));
-  }
-  InertialSlamSettings exact;
-  exact.initial_tilt_sigma = 0;
-  exact.initial_velocity_sigma = 0;
-  return draw_start(recording, exact, 0, 0);
-}
-
-ImuNoise noise_of(const Recording& recording) {
-  if (recording.imu_noise) return *recording.imu_noise;
-  throw InputError(
-      fmt::format("{}: states no IMU noise: write accelerometer_noise_density, "
-                  "accelerometer_random_walk, gyroscope_noise_density and "
-                  "gyroscope_random_walk into its calibration",
-                  recording.name));
-}
-
-RunState run_state(const InertialEstimate& e, std::span<const Camera> cameras,
-                   double milliseconds) {
-  RunState state{.time = e.time,
-                 .world_T_imu = e.motion.nav_T_imu,
-                 .pose_covariance = e.motion.covariance.topLeftCorner<6, 6>(),
-                 .extra = {e.motion.v_nav.begin(), e.motion.v_nav.end()},
-                 .extra_sigma = {},
-                 .nis = e.nis,
-                 .nis_dof = e.nis_dof,
-                 .observations = e.observations,
-                 .used = e.used,
-                 .rejected = e.rejected,
-                 .added = e.added,
-                 .in_state = e.in_state,
-                 .landmarks = e.landmarks,
-                 .health = name(e.health),
-                 .milliseconds = milliseconds,
-                 .stages = filter_stages(e.seconds)};
-  state.extra.insert(state.extra.end(), e.motion.biases.begin(), e.motion.biases.end());
-  for (int row = 6; row < 15; ++row) {
-    state.extra_sigma.push_back(std::sqrt(e.motion.covariance(row, row)));
-  }
-  if (e.calibration) append_calibration(*e.calibration, cameras, state);
-  return state;
-}
-
-std::vector<std::string> extra_names(const InertialSlamSettings& settings, std::size_t cameras) {
-  std::vector<std::string> names;
-  for (const char* of : {"velocity", "accelerometer_bias", "gyroscope_bias"}) {
-    for (const char* axis : {"_x", "_y", "_z"}) names.push_back(std::string(of) + axis);
-  }
-  for (std::string& name : calibration_columns(settings, cameras)) names.push_back(std::move(name));
-  return names;
-}
 
 void count(const TrackedFrame& tracked, FrontendTotals& totals) {
   const FrontendReport& r = tracked.report;
@@ -121,54 +56,15 @@ struct Sums {
     products += e.innovation_products;
     squares += e.innovation_squares;
   }
-};
 
-ImuBuffer::Options imu_options(const Recording& recording) {
-  ImuBuffer::Options options{.convention = recording.imu_convention};
-  const ImuRange range = range_of(recording);
-  options.accelerometer_range = std::min(options.accelerometer_range, range.accelerometer);
-  options.gyroscope_range = std::min(options.gyroscope_range, range.gyroscope);
-  return options;
-}
-
-InertialSession session_for(const Recording& recording, const InertialRunSettings& settings,
-                            const InertialDrive& result, bool from_truth) {
-  InertialSensors sensors{.cameras = recording.cameras,
-                          .noise = result.imu_noise,
-                          .imu = imu_options(recording),
-                          .pixel_sigma = result.pixel_sigma};
-  std::optional<InertialStart> start;
-  if (from_truth) start = true_start(recording);
-  return {settings.filter, settings.start, std::move(sensors), std::move(start)};
-}
-
-void finish(const InertialSession& session, const Sums& sums, InertialDrive& result) {
-  result.run.landmarks = run_landmarks(session.map_nav());
-  result.imu = session.imu_counts();
-  result.resets = session.resets();
-  result.dropped_frames = session.dropped_frames();
-  if (sums.nees_count > 0) result.nees_state = sums.nees_state / sums.nees_count;
-  if (sums.squares > 0) result.innovation_correlation = sums.products / sums.squares;
-}
-
-InertialDrive prepared(const Recording& recording, const InertialRunSettings& settings,
-                       const InertialDriveOptions& options) {
-  InertialDrive result;
-  if (options.realtime) result.realtime = RealtimeFigures{.speed = *options.realtime};
-  result.imu_noise = noise_of(recording);
-  result.pixel_sigma = settings.filter.pixel_sigma.value_or(
-      recording.single_pixel_sigma.value_or(recording.images ? kFrontendSigma : 1));
-  result.run.name = recording.name;
-  result.run.extra_names = extra_names(settings.filter, recording.cameras.size());
-  result.run.stage_names = filter_stage_names();
-  if (recording.images) {
-    result.run.stage_names.insert(result.run.stage_names.begin(), "front_end");
+  // Without innovations nothing is said of them.
+  void tell(InertialDrive& result) const {
+    result.nees_state.reset();
+    result.innovation_correlation.reset();
+    if (nees_count > 0) result.nees_state = nees_state / nees_count;
+    if (squares > 0) result.innovation_correlation = products / squares;
   }
-  result.run.truth = recording.truth;
-  result.run.plan = recording.plan;
-  result.run.georeference = recording.georeference;
-  return result;
-}
+};
 
 // A recording on its way through front end and filter.
 class Loop {
@@ -181,7 +77,7 @@ class Loop {
         interrupt_(interrupt),
         live_(live),
         result_(prepared(recording, settings, options)),
-        session_(session_for(recording, settings, result_, options.from_truth)),
+        estimating_(recording, settings, options, result_),
         keeper_(recording, options.keep_images),
         feed_(recording, settings.frontend, imu_options(recording),
               read_masks(settings.frontend.mask, recording.cameras),
@@ -190,66 +86,84 @@ class Loop {
                .stop = [&interrupt] { return interrupt.requested(); },
                .see = [this](const ImageFrame& images) { keeper_.see(images); }}),
         progress_(frame_count(recording), options.quiet) {
-    session_.set_witness([this](const FeatureFrame& frame, std::span<const JudgedPixel> judged) {
-      keeper_.judge(frame, judged);
-    });
+    estimating_.session().set_witness(
+        [this](const FeatureFrame& frame, std::span<const JudgedPixel> judged) {
+          keeper_.judge(frame, judged);
+        });
     live_.begin(result_.run, known_json(settings, recording), frame_count(recording));
   }
 
   InertialDrive run() {
     while (auto item = feed_.next()) {
       if (const auto* sample = std::get_if<ImuSample>(&*item)) {
-        session_.process(*sample);
-        if (later_) samples_.push_back(*sample);
+        take(*sample);
       } else {
         const auto* tracked = std::get_if<TrackedFrame>(&*item);
         take(tracked ? tracked->frame : std::get<FeatureFrame>(*item), tracked);
         if (interrupt_.requested()) break;
       }
     }
-    for (const InertialEstimate& e : session_.finish()) keep(e, 0);
+    for (const InertialEstimate& e : estimating_.finish()) keep(e, 0);
     result_.interrupted = interrupt_.requested();
     if (result_.run.states.empty() && !result_.interrupted) {
+      const InertialSession& session = estimating_.session();
       throw Error(
           ExitCode::kNotInitialised,
-          recording_.name + ": " + why_not_initialised(session_.waited(), session_.requirements()));
+          recording_.name + ": " + why_not_initialised(session.waited(), session.requirements()));
     }
     feed_.close();
     result_.frontend.unreadable = feed_.unreadable();
     result_.run.images = keeper_.take();
     if (result_.realtime) result_.realtime->frames = feed_.counts();
-    finish(session_, sums_, result_);
-    sightings_.tell(session_.in_state(), result_.run.landmarks);
-    if (later_ && !result_.interrupted) replace_run();
+    estimating_.report(result_);
+    sums_.tell(result_);
+    sightings_.tell(estimating_.in_state(), result_.run.landmarks);
+    if (options_.estimator.batch && !result_.interrupted) smooth_all();
     return std::move(result_);
   }
 
  private:
+  // A window's estimates come with the samples that its frames wait for.
+  void take(const ImuSample& sample) {
+    if (options_.estimator.batch) samples_.push_back(sample);
+    const Stopwatch time;
+    for (const InertialEstimate& e : estimating_.process(sample)) {
+      keep(e, frame_time_.seconds());
+      show(e.time);
+    }
+    if (options_.estimator.window > 0) result_.filter_seconds += time.seconds();
+  }
+
   void take(const FeatureFrame& frame, const TrackedFrame* tracked) {
     if (!first_) first_ = frame.time;
     if (tracked) count(*tracked, result_.frontend);
     if (tracked) frontend_seconds_.add(frame.time, tracked->seconds);
     sightings_.add(frame);
     keeper_.follow(frame);
-    if (later_) seen_.push_back(frame);
-    const bool running = session_.running();
+    if (options_.estimator.batch) seen_.push_back(frame);
+    const bool running = estimating_.running();
     const Stopwatch filter_time;
-    const std::vector<InertialEstimate> estimates = session_.process(frame);
+    const std::vector<InertialEstimate> estimates = estimating_.process(frame);
     result_.filter_seconds += filter_time.seconds();
-    if (tracked) feed_.learnt(session_.gyroscope_bias());
+    if (tracked) feed_.learnt(estimating_.gyroscope_bias());
     for (const InertialEstimate& e : estimates) {
       keep(e, frame_time_.seconds() / static_cast<double>(estimates.size()));
       if (running) note_latency(e.time);
     }
-    const double seconds = to_seconds(frame.time - *first_);
-    progress_.show(++frames_, seconds);
-    live_.advance(result_.run, frames_, seconds, [this] { return map_so_far(); });
+    ++frames_;
+    show(frame.time);
     frame_time_ = {};
   }
 
+  void show(Time now) {
+    const double seconds = to_seconds(now - *first_);
+    progress_.show(frames_, seconds);
+    live_.advance(result_.run, frames_, seconds, [this] { return map_so_far(); });
+  }
+
   std::vector<RunLandmark> map_so_far() const {
-    std::vector<RunLandmark> map = run_landmarks(session_.map_nav());
-    sightings_.tell(session_.in_state(), map);
+    std::vector<RunLandmark> map = run_landmarks(estimating_.map());
+    sightings_.tell(estimating_.in_state(), map);
     return map;
   }
 
@@ -260,75 +174,41 @@ class Loop {
     sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
     result_.run.states.push_back(
         run_state(e, recording_.cameras, 1e3 * feed_.seconds_since(e.time).value_or(seconds)));
-    if (recording_.images) {
-      std::vector<double>& stages = result_.run.states.back().stages;
+    std::vector<double>& stages = result_.run.states.back().stages;
+    if (options_.estimator.window > 0) {
+      stages.clear();
+    } else if (recording_.images) {
       stages.insert(stages.begin(), 1e3 * frontend_seconds_.at(e.time));
     }
     result_.calibration = e.calibration;
-    if (later_) estimates_.push_back(e);
+    if (options_.estimator.batch) estimates_.push_back(e);
   }
 
-  // The prior is the filter's first estimate, of which no landmark is a part yet.
-  BatchInput batch_problem() const {
-    const InertialEstimate& first = estimates_.front();
-    InertialStart start{.time = first.time,
-                        .nav_T_imu = first.motion.nav_T_imu,
-                        .v_nav = first.motion.v_nav,
-                        .accelerometer_bias = first.motion.biases.head<3>(),
-                        .gyroscope_bias = first.motion.biases.tail<3>(),
-                        .covariance = first.motion.covariance};
-    BatchInput input = batch_input(recording_, settings_.filter, start);
-    input.imu = imu_options(recording_);
-    input.pixel_sigma = result_.pixel_sigma;
-    input.samples = samples_;
-    input.frames = seen_;
-    for (const InertialEstimate& e : estimates_) input.initial.push_back(timed_motion(e));
-    return input;
-  }
-
-  // What the other estimator finds instead of the filter's run.
-  void replace_run() {
+  // What batch estimation finds instead of the filter's run.
+  void smooth_all() {
     live_.smoothing();
     const Stopwatch time;
-    std::vector<InertialEstimate> found;
-    if (options_.estimator.batch) {
-      smooth_all(found);
-    } else {
-      slide_along(found);
-    }
-    const double milliseconds = 1e3 * time.seconds() / static_cast<double>(found.size());
+    BatchInput input = smoothing_input(recording_, settings_, result_, estimates_.front());
+    input.samples = std::move(samples_);
+    input.frames = std::move(seen_);
+    for (const InertialEstimate& e : estimates_) input.initial.push_back(timed_motion(e));
+    const BatchResult batch = smooth(input, settings_.filter.chart, settings_.batch);
+    const double milliseconds = 1e3 * time.seconds() / static_cast<double>(batch.motions.size());
     sums_ = {};
     result_.run.states.clear();
     result_.run.stage_names.clear();
-    for (const InertialEstimate& e : found) {
+    for (const BatchMotion& motion : batch.motions) {
+      InertialEstimate e = estimate_of(motion);
+      e.landmarks = batch.report.landmarks;
+      e.health = believable(batch.report) ? Health::kOk : Health::kDegraded;
       sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
       result_.run.states.push_back(run_state(e, recording_.cameras, milliseconds));
       result_.run.states.back().stages.clear();
     }
-    result_.nees_state.reset();
-    if (sums_.nees_count > 0) result_.nees_state = sums_.nees_state / sums_.nees_count;
-    result_.innovation_correlation.reset();  // there are no innovations
-  }
-
-  void smooth_all(std::vector<InertialEstimate>& found) {
-    const BatchResult batch = smooth(batch_problem(), settings_.filter.chart, settings_.batch);
-    for (const BatchMotion& motion : batch.motions) {
-      InertialEstimate& e = found.emplace_back(estimate_of(motion));
-      e.landmarks = batch.report.landmarks;
-      e.health = believable(batch.report) ? Health::kOk : Health::kDegraded;
-    }
+    sums_.tell(result_);
     result_.run.landmarks = run_landmarks(batch.landmarks);
     sightings_.tell(std::nullopt, result_.run.landmarks);
     result_.batch = batch.report;
-  }
-
-  void slide_along(std::vector<InertialEstimate>& found) {
-    const InertialWindowResult window =
-        slide(batch_problem(), settings_.filter.chart, settings_.batch, options_.estimator.window);
-    for (const WindowMotion& motion : window.motions) found.push_back(estimate_of(motion));
-    result_.run.landmarks = run_landmarks(window.landmarks);
-    sightings_.tell(window.in_window, result_.run.landmarks);
-    result_.window = window.report;
   }
 
   void note_latency(Time time) {
@@ -341,7 +221,7 @@ class Loop {
   const Interrupt& interrupt_;
   LiveView& live_;
   InertialDrive result_;
-  InertialSession session_;
+  InertialEstimating estimating_;
   ImageKeeper keeper_;
   SensorFeed feed_;
   Progress progress_;
@@ -349,8 +229,7 @@ class Loop {
   FrontendSeconds frontend_seconds_;
   Sightings sightings_;
   std::optional<Time> first_;  // frame
-  // For batch estimation and windows.
-  const bool later_ = !options_.estimator.filter();
+  // For batch estimation.
   std::vector<ImuSample> samples_;
   std::vector<FeatureFrame> seen_;
   std::vector<InertialEstimate> estimates_;

@@ -27,8 +27,8 @@ struct InertialDriveOptions {
   /// Recorded seconds in a second: the recording comes at that speed, and frames that come while
   /// too many wait are dropped. None: as fast as it is worked through, and nothing is dropped.
   std::optional<double> realtime;
-  /// The filter's run is where batch estimation begins, or its first estimate where a window does,
-  /// and is replaced by what they find.
+  /// The filter's run is where batch estimation begins, and is replaced by what that finds. A
+  /// window goes through the recording in the filter's stead, from the filter's first estimate on.
   Estimator estimator = {};
   std::optional<int> keep_images;  ///< as for ImageKeeper
 };
@@ -52,7 +52,7 @@ struct InertialDrive {
   int still_frames = 0;                 ///< at rest, which the filter was told
   int dropped_frames = 0;               ///< late, there twice, or without samples near
   FrontendTotals frontend;              ///< of a recording with images
-  double filter_seconds = 0;            ///< that start and filter took
+  double filter_seconds = 0;            ///< that start and filter, or window, took
   std::optional<double> nees_state;     ///< mean; where the truth has velocity and biases
   std::optional<double> innovation_correlation;
   bool interrupted = false;  ///< by a signal: `run` ends early
@@ -63,8 +63,8 @@ struct InertialDrive {
 };
 
 /// Throws Error(kNotInitialised) with what was missing where no start was found, InputError where
-/// cameras or the IMU's noise are missing; what smooth() (smooth/batch.hpp) and slide()
-/// (smooth/inertial_window.hpp) throw.
+/// cameras or the IMU's noise are missing; what smooth() (smooth/batch.hpp) and
+/// InertialWindow (smooth/inertial_window.hpp) throw.
 InertialDrive drive(const Recording& recording, const InertialRunSettings& settings,
                     const InertialDriveOptions& options, const Interrupt& interrupt,
                     LiveView& live);

@@ -1,8 +1,11 @@
+#include <filesystem>
+
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
 
-#include "cli_test.hpp"
+#include "cli_process.hpp"
 
 // What `chasles run --estimator window:N` delivers.
 namespace chasles::test {
@@ -45,6 +48,27 @@ TEST(RunWindow, WithAnImuTheSame) {
   EXPECT_LT(window.at("ate_posyaw_m").get<double>(), 0.2);
   EXPECT_EQ(chasles(folder, command + "--realtime").code, 1);
   EXPECT_EQ(chasles(folder, command + "--set calibrate_extrinsics=true").code, 1);
+}
+
+// The run that is seen from outside is the window's own, not one of the filter that it replaces.
+TEST(RunWindow, WithAnImuIsThereWhileItGoes) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "simulate hallway -o rec --quiet").code, 0);
+  const std::string out = (folder / "out").string();
+  Process run(folder, {"run", (folder / "rec").string(), "--begin", "truth", "--estimator",
+                       "window:12", "-o", out});
+  for (int tries = 0; tries < 10000 && !std::filesystem::exists(out + "/growing/summary.json");
+       ++tries) {
+    ::usleep(2000);
+  }
+  EXPECT_EQ(run.code_after(SIGINT), 130) << run.output();
+  const Json summary = Json::parse(slurp(out + "/summary.json"));
+  EXPECT_NE(summary.at("remarks").dump().find("interrupted after "), std::string::npos);
+  const chasles::Run kept = read_run(out);
+  EXPECT_GT(kept.states.size(), 20u);
+  EXPECT_LT(kept.states.size(), read_recording(folder / "rec").frames.size());
+  EXPECT_EQ(summary.at("window").at("keyframes"), kept.states.size());
+  EXPECT_TRUE(summary.at("nis_per_dof").is_null());
 }
 
 TEST(RunWindow, RefusesWhatIsNoWindow) {

@@ -16,13 +16,17 @@ ImuNoise scaled(ImuNoise noise, double factor) {
 
 }  // namespace
 
-BatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
-                       const InertialStart& start) {
+void check_smoothing(const InertialSlamSettings& settings) {
   if (settings.calibrate_extrinsics || settings.calibrate_time_offset) {
     throw UsageError(
         "batch estimation takes the sensors' arrangement as known: calibrate_extrinsics and "
         "calibrate_time_offset are for the filter; run that first, and state what it found");
   }
+}
+
+BatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
+                       const InertialStart& start) {
+  check_smoothing(settings);
   return {.cameras = recording.cameras,
           .noise = scaled(recording.imu_noise.value_or(ImuNoise{}), settings.imu_noise_scale),
           .imu = {.convention = recording.imu_convention},

@@ -7,9 +7,11 @@
 
 namespace chasles {
 
+/// Throws UsageError for settings that batch estimation and windows do not have: calibration.
+void check_smoothing(const InertialSlamSettings& settings);
+
 /// What batch estimation takes from a recording, with the noise, chart and start of a filter's
-/// settings; no initial states. Throws UsageError for settings that it does not estimate:
-/// calibration.
+/// settings; no initial states. Throws as check_smoothing().
 BatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
                        const InertialStart& start);
 

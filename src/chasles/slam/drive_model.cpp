@@ -16,6 +16,18 @@ BodyVelocityModel model_of(const Settings& s) {
           .scale = slam && s.velocity_scale};
 }
 
+std::vector<std::string> additive_names(const BodyVelocityModel& model) {
+  std::vector<std::string> names;
+  const auto axes = [&](const std::string& of) {
+    for (const char* axis : {"_x", "_y", "_z"}) names.push_back(of + axis);
+  };
+  if (model.velocity_state) axes("angular_velocity");
+  if (model.velocity_state) axes("linear_velocity");
+  if (model.gyro_bias) axes("gyro_bias");
+  if (model.scale) names.push_back("log_velocity_scale");
+  return names;
+}
+
 StereoRows rows_of(const Settings& s) {
   if (s.stereo_rows == "all") return StereoRows::kAll;
   return s.stereo_rows == "mean" ? StereoRows::kMean : StereoRows::kMeanDisparity;

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include <Eigen/Core>
 
 #include <chasles/filter/body_velocity_model.hpp>
@@ -13,6 +16,9 @@ namespace chasles {
 /// batch take them from here.
 BodyVelocityModel model_of(const Settings& settings);
 StereoRows rows_of(const Settings& settings);
+
+/// What the model's additive states are called, in their order.
+std::vector<std::string> additive_names(const BodyVelocityModel& model);
 
 /// What is known before the first event, diagonal, of [rotation, position, additive]. With a
 /// velocity state, of that nothing: the first sample says all.

@@ -43,17 +43,7 @@ Slam::Slam(const Settings& settings, const StereoRig& rig, const Noise& noise)
       filter_(error_chart(settings.chart), initial_state(model_),
               initial_covariance(settings, noise_), {.compress_map = settings.compress_map}) {}
 
-std::vector<std::string> Slam::additive_names() const {
-  std::vector<std::string> names;
-  const auto axes = [&](const std::string& of) {
-    for (const char* axis : {"_x", "_y", "_z"}) names.push_back(of + axis);
-  };
-  if (model_.velocity_state) axes("angular_velocity");
-  if (model_.velocity_state) axes("linear_velocity");
-  if (model_.gyro_bias) axes("gyro_bias");
-  if (model_.scale) names.push_back("log_velocity_scale");
-  return names;
-}
+std::vector<std::string> Slam::additive_names() const { return chasles::additive_names(model_); }
 
 // One frame of the algorithm: what is known is observed, what is gone is let go, what is new
 // begins.

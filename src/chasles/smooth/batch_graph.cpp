@@ -27,10 +27,6 @@ ImuBuffer buffer_of(const BatchInput& input) {
   return buffer;
 }
 
-bool is_finite(const ImuSample& s) {
-  return s.specific_force_imu.allFinite() && s.angular_rate_imu.allFinite();
-}
-
 InertialState start_state(const InertialStart& start) {
   return {.world_T_imu = start.nav_T_imu,
           .v_world = start.v_nav,
@@ -75,16 +71,23 @@ void check(const BatchInput& input, const BatchSettings& settings) {
   check_frames_per_keyframe(settings);
 }
 
+bool is_finite(const ImuSample& s) {
+  return s.specific_force_imu.allFinite() && s.angular_rate_imu.allFinite();
+}
+
+void refuse_gap(Time last, Time next) {
+  throw InputError("the IMU has no sample between " + std::to_string(last.count()) + " ns and " +
+                   std::to_string(next.count()) + " ns: what happened in " +
+                   std::to_string(to_seconds(next - last)) +
+                   " s without samples is not known (expected gaps of at most 0.5 s); estimate "
+                   "what is before or behind by itself (--start, --stop), or use the filter");
+}
+
 // Of the samples that the buffer uses.
 void check_gaps(const BatchInput& input, Time from, Time to) {
   Time last = from;
   const auto check = [&](Time next) {
-    if (next - last <= kLongestGap) return;
-    throw InputError("the IMU has no sample between " + std::to_string(last.count()) + " ns and " +
-                     std::to_string(next.count()) + " ns: what happened in " +
-                     std::to_string(to_seconds(next - last)) +
-                     " s without samples is not known (expected gaps of at most 0.5 s); estimate "
-                     "what is before or behind by itself (--start, --stop), or use the filter");
+    if (next - last > kLongestGap) refuse_gap(last, next);
   };
   for (const ImuSample& sample : input.samples) {
     if (!is_finite(sample) || sample.time <= last) continue;

@@ -80,6 +80,8 @@ BatchGraph batch_graph(const BatchInput& input, const BatchSettings& settings, B
 
 /// What batch_graph() is made of. Throw as smooth().
 void check(const BatchInput& input, const BatchSettings& settings);
+bool is_finite(const ImuSample& sample);
+[[noreturn]] void refuse_gap(Time last, Time next);
 void check_gaps(const BatchInput& input, Time from, Time to);
 void add_start(const BatchInput& input, BatchGraph& graph);
 /// Adds a link from that keyframe to one at `to`; returns the state that the samples predict there.

@@ -85,6 +85,52 @@ TEST(InertialWindowRun, KnowsNothingOfWhatComesLaterAndIsTheSameEveryTime) {
   }
 }
 
+TEST(InertialWindowRun, FedAsItComesIsTheSame) {
+  const SmallScene scene = small_scene({.frames = 12});
+  const InertialWindowResult all = slide(scene.input, "right-sen3", {}, 4);
+  chasles::InertialWindow window(scene.input, "right-sen3", {}, 4);
+  std::vector<WindowMotion> motions;
+  const auto keep = [&](const std::vector<WindowMotion>& some, const auto& when) {
+    for (const WindowMotion& m : some) {
+      EXPECT_LE(m.time, when);  // a sample at its time or later has come
+      motions.push_back(m);
+    }
+  };
+  // The samples of an instant before its frame, but for the third frame, which comes early.
+  auto sample = scene.input.samples.begin();
+  for (std::size_t k = 0; k < scene.input.frames.size(); ++k) {
+    const FeatureFrame& frame = scene.input.frames[k];
+    const bool early = k == 2;
+    for (; sample != scene.input.samples.end() &&
+           (early ? sample->time < frame.time : sample->time <= frame.time);
+         ++sample) {
+      keep(window.process(*sample), sample->time);
+    }
+    keep(window.process(frame), frame.time);
+    EXPECT_EQ(window.waiting(), early);
+    EXPECT_EQ(motions.size(), early ? k : k + 1);
+  }
+  EXPECT_TRUE(window.finish().empty());
+  window.check();
+  ASSERT_EQ(motions.size(), all.motions.size());
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    EXPECT_EQ(motions[k].motion.nav_T_imu.p, all.motions[k].motion.nav_T_imu.p);
+    EXPECT_EQ(motions[k].motion.covariance, all.motions[k].motion.covariance);
+  }
+  EXPECT_EQ(window.map().size(), all.landmarks.size());
+  EXPECT_EQ(window.gyroscope_bias(), motions.back().motion.biases.tail<3>());
+}
+
+TEST(InertialWindowRun, WithoutMoreSamplesAFrameIsTakenAtTheEnd) {
+  SmallScene scene = small_scene({.frames = 6});
+  while (scene.input.samples.back().time >= scene.input.frames.back().time) {
+    scene.input.samples.pop_back();
+  }
+  const InertialWindowResult result = slide(scene.input, "right-sen3", {}, 4);
+  EXPECT_EQ(result.motions.size(), 6u);
+  EXPECT_EQ(result.motions.back().time, scene.input.frames.back().time);
+}
+
 TEST(InertialWindowRun, LeavesWrongPixelsOutAndCountsBadInput) {
   SmallScene scene = small_scene({.frames = 16, .cameras = 2});
   const InertialWindowResult clean = slide(scene.input, "right-sen3", {}, 5);
