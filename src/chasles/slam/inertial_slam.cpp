@@ -223,7 +223,7 @@ Health InertialSlam::judge(const InertialEstimate& e) {
       covariance.diagonal().minCoeff() < -1e-9) {
     return Health::kLost;
   }
-  const bool starves = !e.still && (e.used + e.told < 3 || e.rejected > e.used);
+  const bool starves = !e.still && (e.used < 3 || e.rejected > e.used);
   starved_ = starves ? starved_ + 1 : 0;
   return starved_ > 10 ? Health::kDegraded : Health::kOk;
 }

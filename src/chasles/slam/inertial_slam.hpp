@@ -27,7 +27,6 @@ struct InertialEstimate {
   /// takes all that its observations tell, the products are 0 on average: innovations are white.
   double innovation_products = 0, innovation_squares = 0;
   int observations = 0, used = 0, rejected = 0, added = 0, in_state = 0, landmarks = 0;
-  int told = 0;  ///< tracks that ended outside of the state, and told of the clones
   Health health = Health::kOk;
   bool still = false;                           ///< IMU and tracks say so, and the filter was told
   std::optional<Calibration> calibration = {};  ///< where something of it is estimated

@@ -88,7 +88,7 @@ void InertialSlam::begin_from_tracks(InertialEstimate& e) {
       work_.begun.append() = work_.start.landmark;
       track.ended = true;
     } else if (last_chance) {
-      if (found && is_somewhere(work_.start) && take_rest(work_.start)) ++e.told;
+      if (found && is_somewhere(work_.start)) take_rest(work_.start);
       track.views.clear();
       track.ended = lost;
     }
