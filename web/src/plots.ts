@@ -5,7 +5,16 @@ import type { Panel, PlotSpec, Series } from './plot_spec';
 import type { Run } from './runs';
 import { timingPlot } from './timing_plot';
 
-const FAMILIES: Record<string, string> = { omega: 'Angular velocity', bias: 'Gyroscope bias', scale: 'Velocity scale' };
+/** What is known of the numbers that runs estimate besides the pose: units, and whose axes theirs are. */
+const FAMILIES: [name: RegExp, unit: string, axes: string][] = [
+  [/^velocity$/, 'm/s', 'the world'],
+  [/^linear_velocity$/, 'm/s', 'the IMU'],
+  [/^accelerometer_bias$/, 'm/s²', 'the IMU'],
+  [/^(angular_velocity|gyroscope_bias|gyro_bias)$/, 'rad/s', 'the IMU'],
+  [/^imu_T_cam\d+_turned$/, 'rad', 'the IMU'],
+  [/^imu_T_cam\d+$/, 'm', 'the IMU'],
+  [/^time_offset$/, 's', ''],
+];
 
 export function plotSpecs(run: Run): PlotSpec[] {
   return [
@@ -163,18 +172,20 @@ function landmarkPlot(run: Run): PlotSpec {
 function extraPlots(run: Run): PlotSpec[] {
   const families = new Map<string, Panel[]>();
   run.extraNames.forEach((name, k) => {
-    const match = /^([^]*?)(?:_([xyz]))?(?:_([^_]*\/[^_]*))?$/.exec(name);
-    const [family, axis, unit] = [match?.[1] ?? name, match?.[2] ?? '', match?.[3] ?? ''];
+    const [, family, axis = ''] = /^([^]*?)(?:_([xyz]))?$/.exec(name) as RegExpExecArray;
     const panels = families.get(family) ?? [];
-    panels.push(extraPanel(axis, unit, run.extra[k]));
+    panels.push(extraPanel(axis, knownOf(family)?.[1] ?? '', run.extra[k]));
     families.set(family, panels);
   });
   return [...families].map(([family, panels]) => ({
-    title: FAMILIES[family] || titleCase(family),
-    caption: 'What the filter estimates, with ±3σ; in the axes of the IMU.',
-    panels,
+    title: titleCase(family), caption: extraCaption(knownOf(family)?.[2]), panels,
   }));
 }
+
+const knownOf = (family: string) => FAMILIES.find(([name]) => name.test(family));
+
+const extraCaption = (axes: string | undefined): string =>
+  `What the filter estimates, with ±3σ${axes ? `; in the axes of ${axes}` : ''}.`;
 
 function extraPanel(label: string, unit: string, { value, sigma }: Run['extra'][number]): Panel {
   const low = value.map((v, i) => v - 3 * sigma[i]), high = value.map((v, i) => v + 3 * sigma[i]);
