@@ -122,7 +122,8 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
   visit("gate", s.gate, "probability", "of a right observation to pass the gate; 1: no gate");
   visit("max_refusals", s.max_refusals, "count",
         "a landmark refused by the gate so often in a row leaves the state");
-  visit("max_landmarks", s.max_landmarks, "count", "in the state");
+  visit("max_landmarks", s.max_landmarks, "count",
+        "in the state; a run that uses fewer than 4 thinks that it starves, and begins anew");
   visit("waiting_frames", s.waiting_frames, "count",
         "a landmark out of view waits in the state for so many frames");
 }
