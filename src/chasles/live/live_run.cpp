@@ -57,10 +57,14 @@ void LiveRun::progress(std::size_t frames, double recorded_seconds) {
 }
 
 void LiveRun::tell_progress(LiveStage stage) {
-  told_.stage = stage;
-  told_.wall_seconds = std::chrono::duration<double>(Clock::now() - began_).count();
+  reach(stage);
   const std::lock_guard lock(mutex_);
   inbox_.progress = told_;
+}
+
+void LiveRun::reach(LiveStage stage) {
+  told_.stage = stage;
+  told_.wall_seconds = std::chrono::duration<double>(Clock::now() - began_).count();
 }
 
 void LiveRun::landmarks(const std::function<std::vector<RunLandmark>()>& make) {
@@ -76,9 +80,11 @@ void LiveRun::landmarks(const std::function<std::vector<RunLandmark>()>& make) {
 void LiveRun::smoothing() { tell_progress(LiveStage::kSmoothing); }
 
 void LiveRun::finish(const ReportRun& run, bool interrupted) {
-  tell_progress(interrupted ? LiveStage::kInterrupted : LiveStage::kFinished);
+  // Both at once: a viewer that hears of the end has all of it.
+  reach(interrupted ? LiveStage::kInterrupted : LiveStage::kFinished);
   LiveText all = shared(page_text(id_, {run}, told_));
   const std::lock_guard lock(mutex_);
+  inbox_.progress = told_;
   inbox_.all = std::move(all);
 }
 

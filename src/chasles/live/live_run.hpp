@@ -87,6 +87,7 @@ class LiveRun final : public LiveFeed {
   };
 
   void tell_progress(LiveStage stage);
+  void reach(LiveStage stage);
   void take_start(LiveStart start);
   bool has_news(const LiveCursor& have, const LiveCursor& then) const;
   LiveText rows_text(const LiveCursor& have, const LiveCursor& then);
