@@ -8,7 +8,7 @@
 #include <chasles/smooth/drive_window.hpp>
 
 #include "batch_report.hpp"
-#include "filter_stages.hpp"
+#include "frame_state.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
 #include "progress.hpp"
@@ -20,25 +20,12 @@ namespace chasles::app {
 namespace {
 
 RunState run_state(const Estimate& e, double milliseconds) {
-  const auto numbers = [](const Eigen::VectorXd& v) {
-    return std::vector<double>(v.begin(), v.end());
-  };
-  return {.time = e.time,
-          .world_T_imu = e.world_T_imu,
-          .pose_covariance = e.pose_covariance,
-          .extra = numbers(e.additive),
-          .extra_sigma = numbers(e.additive_sigma),
-          .nis = e.nis,
-          .nis_dof = e.nis_dof,
-          .observations = e.observations,
-          .used = e.used,
-          .rejected = e.rejected,
-          .added = e.added,
-          .in_state = e.in_state,
-          .landmarks = e.landmarks,
-          .health = name(e.health),
-          .milliseconds = milliseconds,
-          .stages = filter_stages(e.seconds)};
+  RunState state = frame_state(e, milliseconds);
+  state.world_T_imu = e.world_T_imu;
+  state.pose_covariance = e.pose_covariance;
+  state.extra = {e.additive.begin(), e.additive.end()};
+  state.extra_sigma = {e.additive_sigma.begin(), e.additive_sigma.end()};
+  return state;
 }
 
 // What goes through a recording, event by event.

@@ -11,7 +11,7 @@
 #include <chasles/lab/trial.hpp>
 
 #include "calibration_report.hpp"
-#include "filter_stages.hpp"
+#include "frame_state.hpp"
 
 namespace chasles::app {
 namespace {
@@ -56,22 +56,10 @@ std::vector<std::string> extra_names(const InertialSlamSettings& settings, std::
 
 RunState run_state(const InertialEstimate& e, std::span<const Camera> cameras,
                    double milliseconds) {
-  RunState state{.time = e.time,
-                 .world_T_imu = e.motion.nav_T_imu,
-                 .pose_covariance = e.motion.covariance.topLeftCorner<6, 6>(),
-                 .extra = {e.motion.v_nav.begin(), e.motion.v_nav.end()},
-                 .extra_sigma = {},
-                 .nis = e.nis,
-                 .nis_dof = e.nis_dof,
-                 .observations = e.observations,
-                 .used = e.used,
-                 .rejected = e.rejected,
-                 .added = e.added,
-                 .in_state = e.in_state,
-                 .landmarks = e.landmarks,
-                 .health = name(e.health),
-                 .milliseconds = milliseconds,
-                 .stages = filter_stages(e.seconds)};
+  RunState state = frame_state(e, milliseconds);
+  state.world_T_imu = e.motion.nav_T_imu;
+  state.pose_covariance = e.motion.covariance.topLeftCorner<6, 6>();
+  state.extra = {e.motion.v_nav.begin(), e.motion.v_nav.end()};
   state.extra.insert(state.extra.end(), e.motion.biases.begin(), e.motion.biases.end());
   for (int row = 6; row < 15; ++row) {
     state.extra_sigma.push_back(std::sqrt(e.motion.covariance(row, row)));

@@ -4,7 +4,8 @@ import { mkdirSync, readFileSync } from 'node:fs';
 import { check, picture, until, verdict, visit } from './checks.mjs';
 import { DESKTOP, findBrowser, launch, PHONE, settle } from './browser.mjs';
 import { camera } from './run_camera.mjs';
-import { exactNumbers, exports, play, stages, timeCursor, timeSpan, timeTicks, toggles } from './run_plots.mjs';
+import { axes, exactNumbers, exports, play, stages, timeCursor, timeSpan, timeTicks, toggles }
+  from './run_plots.mjs';
 import { landmarkLives, mapMoves, scene } from './run_world.mjs';
 
 const [file, folder] = process.argv.slice(2);
@@ -63,7 +64,7 @@ async function print(page, label) {
 }
 
 async function use(page, label) {
-  for (const step of [timeCursor, play, timeSpan, timeTicks, toggles, exports, exactNumbers, scene, mapMoves,
+  for (const step of [axes, timeCursor, play, timeSpan, timeTicks, toggles, exports, exactNumbers, scene, mapMoves,
     landmarkLives, stages, camera, overview, theme, otherRuns]) {
     await step(page, { run, folder }).catch((error) => check(step.name, false, String(error)));
   }

@@ -59,6 +59,28 @@ export async function timeSpan(page) {
   await until('escape shows all times', async () => !await page.isVisible('#zoom-reset'));
 }
 
+/** What else was estimated: by what unit, in whose axes. */
+const KNOWN = {
+  velocity: ['Velocity', 'm/s', 'the world'],
+  linear_velocity: ['Linear velocity', 'm/s', 'the IMU'],
+  gyro_bias: ['Gyro bias', 'rad/s', 'the IMU'],
+  gyroscope_bias: ['Gyroscope bias', 'rad/s', 'the IMU'],
+};
+
+/** Velocities and biases have their units, and say whose axes theirs are. */
+export async function axes(page, { run }) {
+  for (const [family, [title, unit, whose]] of Object.entries(KNOWN)) {
+    if (!run.extra_names.includes(`${family}_x`)) continue;
+    const figure = page.locator('figure.plot', { has: page.getByText(title, { exact: true }) });
+    check(`${family}: a plot of its own`, await figure.count() === 1);
+    check(`${family}: whose axes`,
+      (await figure.locator('figcaption').textContent()).includes(`in the axes of ${whose}`));
+    const labels = await figure.locator('.plot-label > span:first-child').allTextContents();
+    check(`${family}: its axes and unit`, labels.join() === ['x', 'y', 'z'].map((a) => `${a} [${unit}]`).join(),
+      labels.join());
+  }
+}
+
 /** What is written at the ticks of a time axis is where they are. */
 export async function timeTicks(page) {
   const stack = page.locator('.plot-stack').first();

@@ -40,6 +40,8 @@ TEST(PageInABrowser, ADriveIsDrawnAndAnswers) {
 TEST(PageInABrowser, KeptImagesAreShownWithWhatWasSeenInThem) {
   ReportRun run = synthetic_drive({.states = 400, .landmarks = 300});
   test::add_synthetic_images(run.run, 20);
+  run.run.extra_names = {"velocity_x",       "velocity_y",       "velocity_z",
+                         "gyroscope_bias_x", "gyroscope_bias_y", "gyroscope_bias_z"};
   expect_works_in_a_browser({run}, "images");
 }
 

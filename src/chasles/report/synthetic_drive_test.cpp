@@ -132,8 +132,8 @@ ReportRun synthetic_drive(const DriveOptions& options) {
   Run& run = report.run;
   run.stage_names = {"front_end", "propagation", "update", "landmarks"};
   run.name = "Synthetic drive";
-  run.extra_names = {"velocity_x_m/s",         "velocity_y_m/s",         "velocity_z_m/s",
-                     "gyroscope_bias_x_rad/s", "gyroscope_bias_y_rad/s", "gyroscope_bias_z_rad/s"};
+  run.extra_names = {"linear_velocity_x", "linear_velocity_y", "linear_velocity_z",
+                     "gyro_bias_x",       "gyro_bias_y",       "gyro_bias_z"};
   Drift drift, dead;
   dead.error(2) = -0.01;
   for (int i = 0; i < options.states && i < static_cast<int>(poses.size()); ++i) {

@@ -71,8 +71,8 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
   visit("first_estimates", s.first_estimates, "bool",
         "linearise at first estimates instead of the present ones (for the chart standard)");
   visit("keep_scale", s.keep_scale, "bool",
-        "pixels do not seem to tell the scale when the estimate moves: for one camera and a weak "
-        "accelerometer (docs/filter.md; not with left-se3)");
+        "the covariance follows the direction of scale, so that pixels do not seem to tell it: for "
+        "one camera and a weak accelerometer (docs/filter.md; not with left-se3)");
   visit("pixel_sigma", s.pixel_sigma, "px", "noise of a pixel");
   visit("imu_noise_scale", s.imu_noise_scale, "1", "factor on the IMU's stated noise densities");
   visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial uncertainty of roll and pitch");

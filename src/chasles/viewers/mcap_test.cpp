@@ -66,6 +66,7 @@ TEST(Mcap, FoxgloveReadsWhatTheRunHas) {
   drive.summary =
       R"({"chart": "standard", "cameras": [{"imu_T_cam": [[0,0,1,0.5],[-1,0,0,0],[0,-1,0,0.1],
           [0,0,0,1]]}]})";
+  drive.run.extra_names[0] = "velocity_x_m/s";
   const auto& run = drive.run;
   const json found = read_back(run_mcap(drive, "1.2.3"));
   const json& topics = found.at("topics");
