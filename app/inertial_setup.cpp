@@ -9,15 +9,13 @@
 #include <chasles/data/imu_range.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lab/trial.hpp>
+#include <chasles/slam/visual_inertial_slam.hpp>
 
 #include "calibration_report.hpp"
 #include "frame_state.hpp"
 
 namespace chasles::app {
 namespace {
-
-// What the front end's tracks are worth where nobody says it: measured, docs/pixels.md [px].
-constexpr double kFrontendSigma = 0.5;
 
 // The truth as it is: nothing is drawn.
 InertialStart true_start(const Recording& recording) {
@@ -93,7 +91,7 @@ InertialDrive prepared(const Recording& recording, const InertialRunSettings& se
   if (options.realtime) result.realtime = RealtimeFigures{.speed = *options.realtime};
   result.imu_noise = noise_of(recording);
   result.pixel_sigma = settings.filter.pixel_sigma.value_or(
-      recording.single_pixel_sigma.value_or(recording.images ? kFrontendSigma : 1));
+      recording.single_pixel_sigma.value_or(recording.images ? kFrontendPixelSigma : 1));
   result.run.name = recording.name;
   result.run.extra_names = extra_names(settings.filter, recording.cameras.size());
   // A window's steps are not the filter's.

@@ -1,5 +1,5 @@
 # cmake -DBUILD=... -DSOURCE=... -DCONFIG=... -DCXX=... -DFLAGS=... -P: installs the libraries below
-# the build folder, and builds and runs the consumer against what was installed.
+# the build folder, and builds and runs the consumers against what was installed.
 set(prefix ${BUILD}/consumer/prefix)
 set(build ${BUILD}/consumer/build)
 file(REMOVE_RECURSE ${BUILD}/consumer)
@@ -13,4 +13,5 @@ run(${CMAKE_COMMAND} -S ${SOURCE} -B ${build} -G Ninja -DCMAKE_BUILD_TYPE=${CONF
   -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER} -DCMAKE_CXX_FLAGS=${FLAGS}
   -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF)
 run(${CMAKE_COMMAND} --build ${build})
+run(${build}/walk)
 run(${build}/drive)

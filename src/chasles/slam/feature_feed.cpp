@@ -1,4 +1,3 @@
-#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -6,37 +5,16 @@
 #include <thread>
 #include <utility>
 
-#include <chasles/lie/so3.hpp>
 #include <chasles/slam/feature_feed.hpp>
 
 namespace chasles {
-namespace {
-
-// From the IMU's axes at one time to those at a later one.
-RotationPrior rotation_between(ImuBuffer& imu, Time from, Time to, const Eigen::Vector3d& bias) {
-  const std::vector<ImuInterval> intervals = imu.between(from, to);
-  RotationPrior prior;
-  bool measured = !intervals.empty();
-  for (const ImuInterval& interval : intervals) {
-    measured = measured && interval.gyroscope_extra_density == 0;  // not saturated
-    prior.now_R_last_imu =
-        so3::exp(-(interval.angular_rate_imu - bias) * interval.tau) * prior.now_R_last_imu;
-  }
-  prior.now_R_last_imu = so3::normalized(prior.now_R_last_imu);
-  if (!prior.now_R_last_imu.allFinite()) return {};  // absurd rates
-  prior.trusted = measured;
-  return prior;
-}
-
-}  // namespace
 
 struct FeatureFeed::Shared {
   Shared(std::function<std::optional<SensorEvent>()> next, const FrontendSettings& settings,
          std::vector<Camera> cameras, const ImuBuffer::Options& options,
          std::vector<GrayImage> masks)
       : next_event(std::move(next)),
-        frontend(settings, std::move(cameras), std::move(masks)),
-        imu(options),
+        tracker(settings, std::move(cameras), options, std::move(masks)),
         learnt(kLead, Eigen::Vector3d::Zero()) {}
 
   // What one event becomes; none at the end, or when all is to stop.
@@ -44,29 +22,13 @@ struct FeatureFeed::Shared {
     std::optional<SensorEvent> event = next_event();
     if (!event) return std::nullopt;
     if (auto* sample = std::get_if<ImuSample>(&*event)) {
-      imu.add(*sample);
+      tracker.process(*sample);
       return *sample;
     }
     if (auto* frame = std::get_if<FeatureFrame>(&*event)) return std::move(*frame);
     const auto bias = next_bias();
     if (!bias) return std::nullopt;
-    return track(std::get<ImageFrame>(*event), *bias);
-  }
-
-  TrackedFrame track(const ImageFrame& images_now, const Eigen::Vector3d& bias) {
-    const auto started = std::chrono::steady_clock::now();
-    TrackedFrame result;
-    result.frame.time = images_now.time;
-    if (last && images_now.time <= *last) return result;
-    RotationPrior prior;
-    if (last) prior = rotation_between(imu, *last, images_now.time, bias);
-    last = images_now.time;
-    imu.forget_before(images_now.time);
-    result.frame = frontend.process(images_now, prior);
-    result.report = frontend.report();
-    result.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
-    return result;
+    return tracker.process(std::get<ImageFrame>(*event), *bias);
   }
 
   // The bias that counts for the next image; waits for it. None when all is to stop.
@@ -109,9 +71,7 @@ struct FeatureFeed::Shared {
   }
 
   std::function<std::optional<SensorEvent>()> next_event;
-  Frontend frontend;
-  ImuBuffer imu;
-  std::optional<Time> last;
+  ImageTracker tracker;
 
   std::mutex mutex;
   std::condition_variable changed;

@@ -6,29 +6,17 @@
 #include <variant>
 #include <vector>
 
-#include <chasles/camera/camera.hpp>
-#include <chasles/camera/feature_frame.hpp>
-#include <chasles/camera/image_frame.hpp>
-#include <chasles/frontend/frontend.hpp>
-#include <chasles/imu/imu_buffer.hpp>
+#include <chasles/slam/image_tracker.hpp>
 
 namespace chasles {
 
 /// What sensors deliver, in the order of time.
 using SensorEvent = std::variant<ImuSample, FeatureFrame, ImageFrame>;
 
-/// A frame that the front end made, and how.
-struct TrackedFrame {
-  FeatureFrame frame;
-  FrontendReport report;
-  double seconds = 0;  ///< that the front end took
-};
-
 /// Samples and frames for a filter, the images among them turned into frames: on a thread of its
 /// own, up to kLead frames ahead of the filter, or when asked for. The front end is told the
 /// rotation that the gyroscope saw, less the bias that the filter had kLead frames before; so the
-/// frames are the same bytes in both cases. Images that are not later than those before become a
-/// frame without points, of their time; the front end does not see them.
+/// frames are the same bytes in both cases.
 class FeatureFeed {
  public:
   static constexpr std::size_t kLead = 3;

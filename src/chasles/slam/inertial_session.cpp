@@ -66,6 +66,8 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
       start_settings_(start),
       sensors_(std::move(sensors)),
       given_(std::move(given)) {
+  // What the filter refuses it is to refuse now, not when a start is found.
+  InertialSlam(settings_, sensors_.cameras, sensors_.noise, sensors_.imu, sensors_.pixel_sigma, {});
   end_part();
 }
 
@@ -266,7 +268,9 @@ InertialStart InertialSession::continued(InertialStart start) const {
 }
 
 std::vector<Requirement> InertialSession::requirements() const {
-  return initialiser_ ? initialiser_->requirements() : std::vector<Requirement>{};
+  if (!initialiser_) return {};
+  if (!last_sample_) return {at_least("IMU samples", 0, 1, "")};
+  return initialiser_->requirements();
 }
 
 double InertialSession::waited() const {
