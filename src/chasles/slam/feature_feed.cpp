@@ -65,7 +65,7 @@ struct FeatureFeed::Shared {
       if (failure) std::rethrow_exception(std::exchange(failure, nullptr));
       return std::nullopt;
     }
-    Item item = std::move(ready.front());
+    std::optional<Item> item(std::move(ready.front()));
     ready.pop_front();
     return item;
   }
