@@ -36,7 +36,7 @@ InertialState start_state(const InertialStart& start) {
 
 // Initial states and links, from one keyframe to the next.
 void add_motion(const BatchInput& input, ImuBuffer& buffer, BatchGraph& graph) {
-  std::vector<BatchKeyframe>& keyframes = graph.keyframes;
+  Numbered<BatchKeyframe>& keyframes = graph.keyframes;
   keyframes.front().state = graph.start;
   for (std::size_t k = 0; k + 1 < keyframes.size(); ++k) {
     const InertialState predicted =

@@ -1,10 +1,9 @@
 #pragma once
 
-#include <deque>
-
 #include <chasles/slam/inertial_session.hpp>
 #include <chasles/smooth/batch.hpp>
 #include <chasles/smooth/imu_link.hpp>
+#include <chasles/smooth/numbered_detail.hpp>
 
 /// The problem as numbers: for this folder's sources alone.
 namespace chasles::smooth_detail {
@@ -30,8 +29,8 @@ struct BatchKeyframe {
 };
 
 struct BatchGraph {
-  std::vector<BatchKeyframe> keyframes;
-  std::deque<ImuLink> links = {};  ///< between a keyframe and the next; terms point at them
+  Numbered<BatchKeyframe> keyframes;
+  Numbered<ImuLink> links = {};  ///< between a keyframe and the next; terms point at them
   std::vector<BatchPoint> points = {};
   InertialState start = {};                            ///< the prior's mean
   Matrix15d start_whitening = Matrix15d::Identity();   ///< W^T W = covariance^-1
@@ -68,7 +67,7 @@ std::vector<PixelObservation> usable(const FeatureFrame& frame, const std::vecto
 /// The frames that become keyframes, the start before them, without states, and the landmarks that
 /// they see twice, by their first views, without parameters. Counts what is not usable.
 struct Tracked {
-  std::vector<BatchKeyframe> keyframes;
+  Numbered<BatchKeyframe> keyframes;
   std::vector<BatchPoint> points;
 };
 Tracked track(const BatchInput& input, const BatchSettings& settings, Time last_sample,

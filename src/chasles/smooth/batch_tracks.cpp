@@ -42,7 +42,7 @@ class Collector {
 
  private:
   void keep(const FeatureFrame& frame) {
-    const int now = static_cast<int>(result_.keyframes.size()) - 1;
+    const int now = result_.keyframes.last();
     for (const PixelObservation& o : usable(frame, input_.cameras, report_.unusable)) {
       std::vector<PointView>& views = tracks_[o.landmark];
       if (!settings_.loops && !views.empty() && views.back().keyframe < now - 1) {

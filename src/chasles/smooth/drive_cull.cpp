@@ -5,7 +5,7 @@ namespace chasles::smooth_detail {
 namespace {
 
 // The parameters in the left camera of the first view that is left; false: the point is behind it.
-bool hang_on(const StereoRig& rig, const std::vector<DriveKeyframe>& keyframes,
+bool hang_on(const StereoRig& rig, const Numbered<DriveKeyframe>& keyframes,
              const HomogeneousPoint& at, DrivePoint& point) {
   const auto k = static_cast<std::size_t>(point.views.front().keyframe);
   const SE3 cam0_T_world = rig.cam0_T_imu * keyframes[k].state.world_T_imu.inverse();

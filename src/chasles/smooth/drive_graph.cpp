@@ -155,7 +155,7 @@ bool begin_with_disparity(const StereoRig& rig, const Settings& settings, DriveP
   return !point.views.empty();
 }
 
-void place(const StereoRig& rig, bool anchored, const std::vector<DriveKeyframe>& keyframes,
+void place(const StereoRig& rig, bool anchored, const Numbered<DriveKeyframe>& keyframes,
            DrivePoint& point) {
   const StereoView& first = point.views.front();
   const Eigen::Vector3d p_cam0 = triangulate(rig, first.pixels)->p_cam0;

@@ -8,6 +8,7 @@
 
 #include <chasles/smooth/drive_batch.hpp>
 #include <chasles/smooth/drive_costs_detail.hpp>
+#include <chasles/smooth/numbered_detail.hpp>
 
 /// The problem of a recording with body velocities as numbers: for this folder's sources alone.
 namespace chasles::smooth_detail {
@@ -45,12 +46,14 @@ class DriveTimeline {
   /// the keyframe of that instant.
   int add(const BodyVelocity& velocity);
   int add(const FeatureFrame& frame);
+  /// What is older than that keyframe leaves.
+  void forget_before(int keyframe);
 
   BodyVelocityModel model;
   DriveStart start;
-  std::vector<DriveKeyframe> keyframes = {};
+  Numbered<DriveKeyframe> keyframes = {};
   // Terms point at them.
-  std::deque<TwistLink> links = {};  ///< between a keyframe and the next
+  Numbered<TwistLink> links = {};  ///< between a keyframe and the next
   std::deque<DriveSample> samples = {};
 
  private:
@@ -72,7 +75,7 @@ std::vector<StereoObservation> usable(const FeatureFrame& frame, int& unusable);
 bool begin_with_disparity(const StereoRig& rig, const Settings& settings, DrivePoint& point);
 
 /// Parameters as the first view has them; its keyframe's state must be there.
-void place(const StereoRig& rig, bool anchored, const std::vector<DriveKeyframe>& keyframes,
+void place(const StereoRig& rig, bool anchored, const Numbered<DriveKeyframe>& keyframes,
            DrivePoint& point);
 
 struct DriveGraph {

@@ -65,7 +65,7 @@ int DriveTimeline::advance_to(Time time, const BodyVelocity& held) {
         {.time = time,
          .state = {.world_T_imu = x.world_T_imu * se3::exp(xi), .additive = x.additive}});
   }
-  return static_cast<int>(keyframes.size()) - 1;
+  return keyframes.last();
 }
 
 int DriveTimeline::add(const BodyVelocity& u) {
@@ -88,6 +88,12 @@ int DriveTimeline::add(const FeatureFrame& frame) {
   keyframes.back().framed = true;
   keyframes.back().offered += static_cast<int>(frame.observations.size());
   return k;
+}
+
+void DriveTimeline::forget_before(int keyframe) {
+  keyframes.forget_before(keyframe);
+  links.forget_before(keyframe);
+  while (!samples.empty() && samples.front().keyframe < keyframe) samples.pop_front();
 }
 
 }  // namespace chasles::smooth_detail

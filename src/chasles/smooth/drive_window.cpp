@@ -32,6 +32,7 @@ struct DriveWindow::Implementation {
     check_frames_per_keyframe(settings);
   }
 
+  void make_room();
   void take(int keyframe);
   void look(const StereoObservation& observation, int now);
   void begin(Tracks::Track& track);
@@ -61,6 +62,12 @@ WindowView DriveWindow::Implementation::view_of(const StereoView& view, bool fir
   made.keyframe = view.keyframe;
   made.begins = first;
   return made;
+}
+
+void DriveWindow::Implementation::make_room() {
+  if (!sliding.make_room()) return;
+  tracks.forget(sliding.window);
+  timeline.forget_before(sliding.window.first);
 }
 
 // The timeline's keyframe, with the terms that end there, becomes one of the window.
@@ -145,7 +152,7 @@ DriveWindow::~DriveWindow() = default;
 void DriveWindow::process(const BodyVelocity& velocity) {
   Implementation& w = *of_;
   const double begun = processor_seconds();
-  if (w.sliding.make_room()) w.tracks.forget(w.sliding.window);
+  w.make_room();
   const std::size_t samples = w.timeline.samples.size();
   const int k = w.timeline.add(velocity);
   w.take(k);
@@ -162,7 +169,7 @@ std::optional<Estimate> DriveWindow::process(const FeatureFrame& frame) {
   Implementation& w = *of_;
   if (w.frames++ % w.settings.frames_per_keyframe != 0) return std::nullopt;
   const double begun = processor_seconds();
-  if (w.sliding.make_room()) w.tracks.forget(w.sliding.window);
+  w.make_room();
   const int now = w.timeline.add(frame);
   w.take(now);
   Window& window = w.sliding.window;

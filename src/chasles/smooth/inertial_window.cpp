@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <deque>
-#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -45,6 +44,7 @@ struct InertialWindow::Implementation {
   void check_gap(Time frame) const;
   std::vector<WindowMotion> take_held(bool all);
   std::optional<WindowMotion> take(const FeatureFrame& frame);
+  void forget();
   void push_start();
   void push(Time time);
   void push_keyframe();
@@ -58,7 +58,7 @@ struct InertialWindow::Implementation {
   BatchSettings settings;
   WindowReport report;
   SlidingWindow sliding;
-  BatchGraph graph;  // the states of all keyframes, and their links
+  BatchGraph graph;  // the states of the window's keyframes, and their links
   ImuBuffer buffer;
   KeyframeChoice choice;
   std::deque<FeatureFrame> held;  // wait for samples
@@ -96,7 +96,7 @@ std::optional<WindowMotion> InertialWindow::Implementation::take(const FeatureFr
   const std::optional<Time> time = choice.take(frame, *buffer.latest());
   if (!time) return std::nullopt;
   check_gap(*time);
-  if (sliding.make_room()) tracks.forget(sliding.window);
+  if (sliding.make_room()) forget();
   if (sliding.window.keyframes.empty()) push_start();
   if (*time > graph.keyframes.back().time) push(*time);
   sliding.window.keyframes.back().framed = true;
@@ -115,6 +115,13 @@ std::optional<WindowMotion> InertialWindow::Implementation::take(const FeatureFr
   WindowMotion found = motion(*time, static_cast<int>(settled.culled.views.size()));
   report.seconds += processor_seconds() - begun;
   return found;
+}
+
+// What has left the window.
+void InertialWindow::Implementation::forget() {
+  tracks.forget(sliding.window);
+  graph.keyframes.forget_before(sliding.window.first);
+  graph.links.forget_before(sliding.window.first);
 }
 
 void InertialWindow::Implementation::push_start() {
@@ -270,27 +277,6 @@ void InertialWindow::check() const {
       "a window needs landmarks that are seen twice: none of the recording's is, or none with "
       "parallax (" +
       std::to_string(of_->report.unusable) + " observations were not usable)");
-}
-
-InertialWindowResult slide(const BatchInput& input, const std::string& chart,
-                           const BatchSettings& settings, int keyframes) {
-  InertialWindow window(input, chart, settings, keyframes);
-  InertialWindowResult result;
-  const auto keep = [&](std::vector<WindowMotion> motions) {
-    std::ranges::move(motions, std::back_inserter(result.motions));
-  };
-  auto sample = input.samples.begin();
-  for (const FeatureFrame& frame : input.frames) {
-    keep(window.process(frame));
-    for (; sample != input.samples.end() && window.waiting(); ++sample)
-      keep(window.process(*sample));
-  }
-  keep(window.finish());
-  window.check();
-  result.landmarks = window.map();
-  result.in_window = window.in_window();
-  result.report = window.report();
-  return result;
 }
 
 }  // namespace chasles

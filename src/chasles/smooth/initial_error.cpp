@@ -70,7 +70,7 @@ void move_all(const BatchSettings& settings, bool anchored, Keyframes& keyframes
 
 void add_initial_error(const BatchInput& input, const BatchSettings& settings, BatchGraph& graph) {
   if (!(settings.initial_error > 0)) return;
-  const std::vector<BatchKeyframe> before = graph.keyframes;
+  const Numbered<BatchKeyframe> before = graph.keyframes;
   double scale = 1;
   move_all(
       settings, graph.anchored, graph.keyframes, graph.points,

@@ -84,6 +84,8 @@ struct WindowPrior {
   Eigen::VectorXd gradient;
   std::vector<WindowKeyframe> keyframes;  ///< `at`, of those that were there
   std::map<int, Eigen::Vector3d> points;
+  std::map<int, double> scale_weights = {};  ///< of points in what the scale is; empty: it is 1
+  Eigen::VectorXd scale_direction = {};      ///< of xi, if all lengths grow
 };
 
 struct Window {
@@ -196,6 +198,29 @@ double prior_cost(const Window& window);
 
 /// The prior of that system at the present numbers, which has all rows of the window.
 void set_prior(Window& window, const WindowSystem& system);
+
+/// The logarithm of what the present numbers are larger by than those of the prior, by the depths
+/// of its landmarks; and its derivative by the prior's rows, reference chart.
+struct WindowScale {
+  double log = 0;
+  Eigen::VectorXd by_errors;
+};
+WindowScale scale_of(const Window& window, const WindowRows& rows);
+
+/// The present numbers of what the prior has, larger by a factor about where its oldest keyframe
+/// was.
+struct ScaledNumbers {
+  std::vector<WindowKeyframe> keyframes;
+  std::map<int, Eigen::Vector3d> points;
+};
+ScaledNumbers scaled(const Window& window, double log);
+/// The derivative of that by the present numbers, which is diagonal; reference chart.
+Eigen::VectorXd scaling(const Window& window, const WindowRows& rows, double log);
+/// The reference chart's errors by the logarithm, if those numbers grow.
+Eigen::VectorXd scale_direction(const Window& window, const WindowRows& rows,
+                                const ScaledNumbers& numbers);
+/// Says which landmarks tell the scale: those whose depths the system knows.
+void weigh_scale(const Window& window, const WindowSystem& system, WindowPrior& prior);
 
 /// Adds a landmark's linear part to a system; by its own rows where `row` says where they are.
 void add_point(const WindowRows& rows, const PointLinear& linear, std::optional<int> row,
