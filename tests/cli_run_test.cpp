@@ -123,6 +123,18 @@ TEST(Run, SettingsTakeTheLastWord) {
                "--set: chart: found 'no'");
 }
 
+// A filter that keeps no landmark in its state lives on tracks: that is no reason to begin anew.
+TEST(Run, WithTracksAloneGoesThroughInOnePart) {
+  const Scratch folder;
+  simulate_turntable(folder);
+  const Json all = json_of(
+      chasles(folder, "run rec --json --quiet --set max_landmarks=0 --set min_landmarks=0"));
+  EXPECT_EQ(all.at("resets"), 0);
+  EXPECT_EQ(all.at("health"), "ok");
+  EXPECT_LT(all.at("ate_posyaw_m").get<double>(), 0.3);
+  EXPECT_TRUE(all.at("nis_per_dof").is_null());
+}
+
 TEST(Run, StartAndStopCutTheRecording) {
   const Scratch folder;
   simulate(folder);

@@ -76,6 +76,18 @@ TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnew) {
   for (const MapLandmark& landmark : session.map_nav()) EXPECT_TRUE(landmark.p_world.allFinite());
 }
 
+// What tracks tell and what the gate refuses of them is held against the filter as well.
+TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnewWithTracksAlone) {
+  const Recording recording = with_garbage(2, 8);
+  InertialSession session = session_for(recording, std::nullopt, tracks_alone());
+  const Estimates estimates = play(session, recording);
+  expect_sound(estimates);
+  EXPECT_GE(session.resets(), 1);
+  EXPECT_LE(session.resets(), 3);
+  EXPECT_TRUE(session.running());
+  EXPECT_LT(error_from(estimates, recording, after(recording, 15)), 0.5);
+}
+
 // A fifth of the tracks are other points all the time: that is no reason to begin anew.
 TEST(InertialSessionFaults, OutliersAreNoReasonToBeginAnew) {
   InertialScene scene = short_hallway();

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -43,6 +44,26 @@ TEST(InertialSession, WithAGivenStartItIsTheFilterItself) {
     EXPECT_EQ(estimates[k].nis, trial.points[k].nis);
   }
   EXPECT_FALSE(session.map_nav().empty());
+}
+
+std::ptrdiff_t degraded_frames(const Estimates& estimates) {
+  return std::ranges::count(estimates, Health::kDegraded, &InertialEstimate::health);
+}
+
+// A filter that takes all that it learns from tracks is not starved, at the beginning neither,
+// where they have nothing to tell yet. Degraded is it where any is: at the end of a corridor, where
+// there is nothing to see.
+TEST(InertialSession, LivesOnTracksAlone) {
+  for (const InertialScene& scene : {inertial_scene("hallway"), short_turntable()}) {
+    const Recording recording = simulate_inertial(scene, 0);
+    InertialSession usual = session_for(recording);
+    InertialSession session = session_for(recording, std::nullopt, tracks_alone());
+    const Estimates estimates = play(session, recording);
+    EXPECT_EQ(session.resets(), 0) << scene.settings.name;
+    EXPECT_LT(error_from(estimates, recording), 0.5) << scene.settings.name;
+    EXPECT_LE(degraded_frames(estimates), degraded_frames(play(usual, recording)) + 10);
+    expect_sound(estimates);
+  }
 }
 
 TEST(InertialSession, AGivenStartWithoutSamplesIsGivenUp) {

@@ -38,6 +38,13 @@ inline InertialSession session_for(const Recording& recording,
   return {settings, {}, std::move(sensors), start};
 }
 
+/// No landmark ever stands in the state.
+inline InertialSlamSettings tracks_alone() {
+  InertialSlamSettings settings;
+  settings.max_landmarks = settings.min_landmarks = 0;
+  return settings;
+}
+
 using Estimates = std::vector<InertialEstimate>;
 
 inline Estimates play(InertialSession& session, const Recording& recording) {

@@ -88,7 +88,7 @@ TEST(InertialSlam, NeedsNoLandmarkInTheState) {
   tracks.settings.max_landmarks = tracks.settings.min_landmarks = 0;
   const auto s = study(inertial_scene("hallway"), {tracks}, 6);
   EXPECT_EQ(s[0].diverged, 0);
-  EXPECT_LT(s[0].mean.position_error, 0.4);
+  EXPECT_LT(s[0].mean.position_error, 0.3);
   EXPECT_LT(s[0].nees_per_dof, 1.5);
 }
 

@@ -50,10 +50,12 @@ bool is_finite(const InertialEstimate& e) {
 }
 
 bool contradicted(const InertialEstimate& e) {
-  const int compared = e.rejected + e.used;
+  const int used = e.used + e.tracks.told, rejected = e.rejected + e.tracks.refused;
+  const int compared = rejected + used;
   const bool surprised = e.nis > kSurprising * e.nis_dof;
-  const bool refused = compared >= kFewCompared && (surprised ? 5 : 3) * e.rejected > compared;
-  const bool starves = !e.still && e.observations >= kManyObservations && e.used < kFewUsed;
+  const bool refused = compared >= kFewCompared && (surprised ? 5 : 3) * rejected > compared;
+  const bool starves =
+      !e.still && e.observations >= kManyObservations && used + e.tracks.waiting < kFewUsed;
   return refused || starves;
 }
 

@@ -123,7 +123,7 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
   visit("max_refusals", s.max_refusals, "count",
         "a landmark refused by the gate so often in a row leaves the state");
   visit("max_landmarks", s.max_landmarks, "count",
-        "in the state; a run that uses fewer than 4 thinks that it starves, and begins anew");
+        "in the state; fewer than 4, with as few min_landmarks: the filter lives on tracks");
   visit("waiting_frames", s.waiting_frames, "count",
         "a landmark out of view waits in the state for so many frames");
 }

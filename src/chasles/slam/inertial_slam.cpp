@@ -68,6 +68,16 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
           {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale}};
 }
 
+// With so few landmarks in its state at most, a filter lives on tracks.
+constexpr int kFewLandmarks = 4;
+
+std::optional<RecentTracks> recent_tracks(const InertialSlamSettings& s) {
+  if (s.init != "multi-view" || std::max(s.max_landmarks, s.min_landmarks) >= kFewLandmarks) {
+    return std::nullopt;
+  }
+  return RecentTracks(s.frames_per_clone, (s.clones + 1) * s.frames_per_clone);
+}
+
 }  // namespace
 
 InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
@@ -80,7 +90,8 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       imu_(imu),
       filter_(initial_filter(settings, start, cameras_)),
       now_(start.time - clock(Time{})),
-      composed_(now_) {
+      composed_(now_),
+      recent_tracks_(recent_tracks(settings_)) {
   note_prediction();
   if (settings.standstill_velocity_sigma > 0) {
     standstill_.emplace(noise, cameras_.size(), pixel_sigma);
@@ -122,6 +133,7 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   e.calibration = calibration_of(filter_);
   e.in_state = static_cast<int>(filter_.state().landmarks.size());
   e.landmarks = filter_.map_size();
+  e.tracks = use_of_tracks();
   e.health = judge(e);
   return e;
 }
@@ -223,7 +235,9 @@ Health InertialSlam::judge(const InertialEstimate& e) {
       covariance.diagonal().minCoeff() < -1e-9) {
     return Health::kLost;
   }
-  const bool starves = !e.still && (e.used < 3 || e.rejected > e.used);
+  const int used = e.used + e.tracks.told;
+  const bool starves =
+      !e.still && (used + e.tracks.waiting < 3 || e.rejected + e.tracks.refused > used);
   starved_ = starves ? starved_ + 1 : 0;
   return starved_ > 10 ? Health::kDegraded : Health::kOk;
 }

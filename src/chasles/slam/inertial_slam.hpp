@@ -11,6 +11,7 @@
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/inertial_start.hpp>
+#include <chasles/slam/recent_tracks.hpp>
 #include <chasles/slam/slam.hpp>
 #include <chasles/slam/standstill.hpp>
 
@@ -27,6 +28,7 @@ struct InertialEstimate {
   /// takes all that its observations tell, the products are 0 on average: innovations are white.
   double innovation_products = 0, innovation_squares = 0;
   int observations = 0, used = 0, rejected = 0, added = 0, in_state = 0, landmarks = 0;
+  TrackUse tracks;  ///< where the settings leave hardly a landmark in the state; else none
   Health health = Health::kOk;
   bool still = false;                           ///< IMU and tracks say so, and the filter was told
   std::optional<Calibration> calibration = {};  ///< where something of it is estimated
@@ -114,6 +116,7 @@ class InertialSlam {
   void compose_when_due();
   void note_prediction();
   Health judge(const InertialEstimate& e);
+  TrackUse use_of_tracks();
   bool has_room() const;
   static bool has_view(const Track& track, int clone);
 
@@ -130,9 +133,10 @@ class InertialSlam {
   std::optional<int> still_since_;  ///< clone of the pose that the rest began with
   PredictedMotion predicted_;       ///< for first estimates
   int frame_ = 0;
-  std::vector<int> window_;  ///< clones that tracks may have views from
-  bool cloned_ = false;      ///< the present frame's pose is a clone
-  Reused<Track> tracks_;     ///< not in the state; ids rise
+  std::vector<int> window_;                    ///< clones that tracks may have views from
+  bool cloned_ = false;                        ///< the present frame's pose is a clone
+  Reused<Track> tracks_;                       ///< not in the state; ids rise
+  std::optional<RecentTracks> recent_tracks_;  ///< where the filter lives on them
   struct Last {
     int seen = 0;     ///< frame
     int refused = 0;  ///< frames in a row in which the gate refused it

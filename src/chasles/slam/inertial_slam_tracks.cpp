@@ -88,7 +88,10 @@ void InertialSlam::begin_from_tracks(InertialEstimate& e) {
       work_.begun.append() = work_.start.landmark;
       track.ended = true;
     } else if (last_chance) {
-      if (found && is_somewhere(work_.start)) take_rest(work_.start);
+      if (found && is_somewhere(work_.start)) {
+        const bool told = take_rest(work_.start);
+        if (recent_tracks_) recent_tracks_->note(told);
+      }
       track.views.clear();
       track.ended = lost;
     }
@@ -119,6 +122,12 @@ void InertialSlam::begin_what_is_missing(InertialEstimate& e) {
   }
   forget_ended_tracks();
   add_begun(e);
+}
+
+TrackUse InertialSlam::use_of_tracks() {
+  if (!recent_tracks_) return {};
+  return recent_tracks_->end_frame(static_cast<int>(std::ranges::count_if(
+      tracks_, [&](const Track& t) { return t.seen == frame_ && t.views.size() >= 2; })));
 }
 
 // Into work_.start.
