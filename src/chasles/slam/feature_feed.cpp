@@ -59,14 +59,15 @@ struct FeatureFeed::Shared {
   }
 
   std::optional<Item> take() {
+    std::optional<Item> item;
     std::unique_lock lock(mutex);
     changed.wait(lock, [&] { return ended || !ready.empty(); });
-    if (ready.empty()) {
-      if (failure) std::rethrow_exception(std::exchange(failure, nullptr));
-      return std::nullopt;
+    if (!ready.empty()) {
+      item.emplace(std::move(ready.front()));
+      ready.pop_front();
+    } else if (failure) {
+      std::rethrow_exception(std::exchange(failure, nullptr));
     }
-    std::optional<Item> item(std::move(ready.front()));
-    ready.pop_front();
     return item;
   }
 
