@@ -7,6 +7,8 @@ target_compile_options(chasles_options INTERFACE
   # GCC looks for garbage of its own from 1 GB on, not from 128 MB: a tenth less time, a quarter more
   # memory where Eigen is heavy (0.9 to 1.1 GB).
   $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=1048576>
+  # From version 13 on GCC takes what is inside Eigen's decompositions and std::variant for that.
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<VERSION_GREATER_EQUAL:$<CXX_COMPILER_VERSION>,13>>:-Wno-maybe-uninitialized>
   # The same source gives the same bytes: no contraction of a*b+c into one rounding, which would
   # depend on the target and on what the optimiser sees.
   -ffp-contract=off)
