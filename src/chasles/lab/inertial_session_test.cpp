@@ -120,7 +120,8 @@ TEST(InertialSession, OfNothingComesNothing) {
   InertialSession session = session_for(recording);
   EXPECT_EQ(session.waited(), 0);
   EXPECT_TRUE(session.map_nav().empty());
-  EXPECT_TRUE(session.requirements().empty());
+  EXPECT_EQ(why_not_initialised(session.waited(), session.requirements()),
+            "not initialised after 0 s: IMU samples 0 of at least 1");
   for (const FeatureFrame& frame : recording.frames) EXPECT_TRUE(session.process(frame).empty());
   EXPECT_EQ(session.dropped_frames(), static_cast<int>(recording.frames.size()));
   EXPECT_FALSE(session.running());
