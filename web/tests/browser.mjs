@@ -38,7 +38,8 @@ export async function open(browser, file, options = {}) {
     if (!/^(data|blob):/.test(request.url()) && request.url() !== page.url() &&
       !request.isNavigationRequest()) words.push(`request: ${request.url()}`);
   });
-  await page.goto(/^http:/.test(file) ? file : pathToFileURL(file).href);
+  // A machine with other work has been seen to take half a minute.
+  await page.goto(/^http:/.test(file) ? file : pathToFileURL(file).href, { timeout: 120_000 });
   return { page, words, context };
 }
 
