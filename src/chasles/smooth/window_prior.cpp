@@ -1,4 +1,5 @@
 #include <optional>
+#include <vector>
 
 #include <Eigen/LU>
 
@@ -53,9 +54,8 @@ std::optional<Eigen::MatrixXd> turning(const Window& window, const WindowKeyfram
 }
 
 // v <- T^T v over those keyframes, or T v.
-template <typename Keyframes>
-void multiply(const Window& window, const WindowRows& rows, const Keyframes& keyframes,
-              bool transposed, Eigen::VectorXd& v) {
+void multiply(const Window& window, const WindowRows& rows,
+              const std::vector<WindowKeyframe>& keyframes, bool transposed, Eigen::VectorXd& v) {
   int row = rows.begin;
   for (const WindowKeyframe& keyframe : keyframes) {
     if (const auto T = turning(window, keyframe, false)) {
@@ -67,9 +67,9 @@ void multiply(const Window& window, const WindowRows& rows, const Keyframes& key
 }
 
 // M <- T^T M T (or with T's inverses) over those keyframes, v <- T^T v; of M all is used.
-template <typename Keyframes>
-void turn(const Window& window, const WindowRows& rows, const Keyframes& keyframes, bool inverse,
-          Eigen::MatrixXd& M, Eigen::VectorXd& v) {
+void turn(const Window& window, const WindowRows& rows,
+          const std::vector<WindowKeyframe>& keyframes, bool inverse, Eigen::MatrixXd& M,
+          Eigen::VectorXd& v) {
   int row = rows.begin;
   for (const WindowKeyframe& keyframe : keyframes) {
     if (const auto T = turning(window, keyframe, inverse)) {
