@@ -59,7 +59,6 @@ struct Frontend::State {
   void match_others(std::size_t camera);
   void match_other(const StereoViews& views, std::size_t camera, Track& track);
   void age_statistics();
-  void renew_old();
   FeatureFrame features(Time time) const;
 };
 
@@ -101,26 +100,11 @@ void Frontend::State::follow(Time time) {
                             .trusted = rotation_trusted,
                             .seconds = to_seconds(time - last_image)};
     follow_tracks(step, settings, tracks, report);
-    renew_old();
   }
   last_image = time;
   now_R_last_imu.setIdentity();
   rotation_trusted = true;
   waited = 0;
-}
-
-// Not all of one age at once, or a whole map would end with them.
-void Frontend::State::renew_old() {
-  if (settings.max_age == 0) return;
-  constexpr int kShares = 16;
-  for (Track& track : tracks) {
-    const auto share = static_cast<double>(track.id % kShares) / kShares;  // 0 to 1
-    if (track.moved < settings.max_age * (0.5 + share)) continue;
-    track.id = next_id++;
-    track.age = 1;
-    track.moved = 0;
-    ++report.renewed;
-  }
 }
 
 void Frontend::State::add_tracks() {

@@ -27,11 +27,11 @@ struct FrontendReport {
   Time time{};
   int tracked = 0;          ///< went on from the last frame
   int added = 0;            ///< began in this one
-  int renewed = 0;          ///< of the tracked: with a new id for their age
   int lost_left_image = 0;  ///< or where the lens model ends
   int lost_masked = 0;      ///< went behind the mask
   int lost_klt = 0;         ///< were not found again
   int lost_backward = 0;    ///< were found, but did not lead back
+  int lost_changed = 0;     ///< no longer look like the patch that was kept
   int lost_outlier = 0;     ///< moved otherwise than the others
   int lost_merged = 0;      ///< ran into an older track
   int lost_waiting = 0;     ///< outlived too many frames without an image
@@ -50,8 +50,8 @@ struct FrontendReport {
          stereo_seconds = 0;  ///< what the stages took; no result depends on it
 
   int lost() const {
-    return lost_left_image + lost_masked + lost_klt + lost_backward + lost_outlier + lost_merged +
-           lost_waiting;
+    return lost_left_image + lost_masked + lost_klt + lost_backward + lost_changed + lost_outlier +
+           lost_merged + lost_waiting;
   }
 };
 

@@ -25,7 +25,7 @@ struct FrontendSettings {
   double max_backward_error = 0.7;
   int waiting_frames = 5;
   int patch_frames = 30;
-  int max_age = 30;
+  double min_kept_correlation = 0.95;
 
   bool reject_outliers = true;
   double outlier_threshold = 1.0;
@@ -66,9 +66,9 @@ void for_each_frontend_setting(SettingsType& s, Visitor&& visit) {
       "patch_frames", s.patch_frames, "count",
       "a track's patch is kept for so many images while it fits, and looked for in every third of "
       "them: errors of single steps do not add up; 1 or 2: each image's in the next one alone");
-  visit("max_age", s.max_age, "frames",
-        "a track that was seen in about so many moving images goes on as another point: what it "
-        "drifted does not add up; 0: never");
+  visit("min_kept_correlation", s.min_kept_correlation, "1",
+        "of a patch with the one that is kept, or the track ends; less where noise makes it less "
+        "from image to image as well");
   visit("reject_outliers", s.reject_outliers, "bool", "two-view check of all tracks together");
   visit("outlier_threshold", s.outlier_threshold, "px", "distance to the epipolar line of motion");
   visit("stereo", s.stereo, "bool", "find each track of camera 0 in the other cameras");

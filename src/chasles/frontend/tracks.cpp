@@ -14,9 +14,6 @@
 namespace chasles {
 namespace {
 
-// Tracks do not wear out while the image stands still: while the middle one of them moves by less
-// from image to image (noise is a tenth of it) [px].
-constexpr double kMoved = 0.5;
 constexpr double kMergeDistance = 3;  // two tracks nearer than this are one [px]
 
 /// A track in the old image and in the new one.
@@ -27,28 +24,30 @@ struct Pair {
 /// A look costs as much as following, and errors add up slowly: every so many images [count].
 constexpr int kEvery = 3;
 
-/// Where the patch that a track began with, or went on with, lies in the new image, near to where
-/// the last image's patch was found [px]. That place itself in images without a look, and where the
-/// patch no longer fits: then the one there is kept from now on.
-Eigen::Vector2d refine(const TrackingStep& step, const FrontendSettings& settings,
-                       const Eigen::Vector2d& found, PatchAnchor& anchor) {
+/// What a patch must fit the kept one by. Noise makes it fit the last image's worse too: then twice
+/// as much is allowed.
+double least_kept_correlation(const FrontendSettings& settings, const Followed& followed) {
+  return std::min(settings.min_kept_correlation, 1 - 2 * (1 - followed.correlation));
+}
+
+/// Where the patch that is kept lies in the new image, near to where the last image's patch was
+/// found [px]; that place itself in images without a look. None where it no longer fits: there is
+/// another point now, as where edges cover each other, and what it drifts by is told by nobody.
+std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const FrontendSettings& settings,
+                                         const Followed& followed, PatchAnchor& anchor) {
   constexpr double kNear = 1.5;  // [px]
   const int now = step.past.count();
-  if (step.past.has(anchor.image) && (now - anchor.image) % kEvery != 0) return found;
-  if (step.past.has(anchor.image)) {
-    const auto kept =
-        find_again(step.past.at(anchor.image), step.now,
-                   {.from = anchor.pixel, .to = found, .to_A_from = anchor.now_A_then},
-                   follow_settings_of(settings));
-    if (kept && (kept->pixel - found).norm() < kNear) {
-      anchor.now_A_then = kept->to_A_from;
-      if (now - anchor.image >= settings.patch_frames)
-        anchor = {.image = now, .pixel = kept->pixel};
-      return kept->pixel;
-    }
-  }
-  anchor = {.image = now, .pixel = found};
-  return found;
+  const int age = now - anchor.image;
+  if (age % kEvery != 0) return followed.pixel;
+  FollowSettings alike = follow_settings_of(settings);
+  alike.min_correlation = least_kept_correlation(settings, followed);
+  const auto kept =
+      find_again(step.past.at(anchor.image), step.now,
+                 {.from = anchor.pixel, .to = followed.pixel, .to_A_from = anchor.now_A_then}, alike);
+  if (!kept || (kept->pixel - followed.pixel).norm() > kNear) return std::nullopt;
+  anchor.now_A_then = kept->to_A_from;
+  if (age + kEvery > settings.patch_frames) anchor = {.image = now, .pixel = kept->pixel};
+  return kept->pixel;
 }
 
 /// The track in the new image; none, and why is counted, where it ends.
@@ -78,7 +77,14 @@ std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettin
   }
   PatchAnchor anchor = last.anchor;
   anchor.now_A_then = turned->to_A_from * anchor.now_A_then;
-  if (settings.patch_frames >= kEvery) found.pixel = refine(step, settings, found.pixel, anchor);
+  if (settings.patch_frames >= kEvery) {
+    const auto kept = find_kept(step, settings, found, anchor);
+    if (!kept) {
+      ++report.lost_changed;
+      return std::nullopt;
+    }
+    found.pixel = *kept;
+  }
   const auto ray = unproject(step.camera, found.pixel);
   if (!ray || !in_image(step.camera, found.pixel, settings.border)) {
     ++report.lost_left_image;
@@ -150,13 +156,6 @@ double median_parallax(const std::vector<Track>& tracks, double seconds) {
   return median(std::move(lengths));
 }
 
-void wear(std::vector<Pair>& pairs) {
-  std::vector<double> ways;
-  for (const Pair& pair : pairs) ways.push_back((pair.now.pixel - pair.last.pixel).norm());
-  if (median(std::move(ways)) < kMoved) return;
-  for (Pair& pair : pairs) ++pair.now.moved;
-}
-
 }  // namespace
 
 FollowSettings follow_settings_of(const FrontendSettings& settings) {
@@ -178,7 +177,6 @@ void follow_tracks(const TrackingStep& step, const FrontendSettings& settings,
   }
   report.follow_seconds += clock.lap();
   if (settings.reject_outliers) reject_outliers(step, settings, pairs, report);
-  wear(pairs);
   tracks.clear();
   for (Pair& pair : pairs) tracks.push_back(std::move(pair.now));
   merge(tracks, report);

@@ -27,7 +27,7 @@ struct OtherView {
 /// Where a track's patch was taken. From image to image errors add up; against one patch that is
 /// kept for many images they do not.
 struct PatchAnchor {
-  int image = -1;                                            ///< its number; -1: none yet
+  int image = 0;                                             ///< its number
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();           ///< there [px]
   Eigen::Matrix2d now_A_then = Eigen::Matrix2d::Identity();  ///< d pixel now / d pixel there
 };
@@ -39,7 +39,6 @@ struct Track {
   PixelRay ray;                                     ///< of that pixel
   Eigen::Vector2d drift = Eigen::Vector2d::Zero();  ///< motion beyond the rotation [px/s]
   int age = 1;                                      ///< frames in which it was seen
-  int moved = 0;                                    ///< those in which the image moved
   PatchAnchor anchor = {};
   std::vector<OtherView> others = {};  ///< cameras 1, 2, ...
 };
