@@ -47,6 +47,7 @@ void check(const FrontendSettings& s) {
   require("waiting_frames", s.waiting_frames, 0, 10000);
   require("patch_frames", s.patch_frames, 1, 100);
   require("min_kept_correlation", s.min_kept_correlation, -1, 1);
+  require("max_stretch", s.max_stretch, 1, 1000);
   require("outlier_threshold", s.outlier_threshold, 0.01, 1000);
   require("epipolar_threshold", s.epipolar_threshold, 0.01, 1000);
   require("min_stereo_depth", s.min_stereo_depth, 0.01, 1000);

@@ -26,6 +26,7 @@ struct FrontendSettings {
   int waiting_frames = 5;
   int patch_frames = 30;
   double min_kept_correlation = 0.95;
+  double max_stretch = 1.6;
 
   bool reject_outliers = true;
   double outlier_threshold = 1.0;
@@ -69,6 +70,8 @@ void for_each_frontend_setting(SettingsType& s, Visitor&& visit) {
   visit("min_kept_correlation", s.min_kept_correlation, "1",
         "of a patch with the one that is kept, or the track ends; less where noise makes it less "
         "from image to image as well");
+  visit("max_stretch", s.max_stretch, "1",
+        "a track ends whose patch is longer or shorter by this factor than when it began");
   visit("reject_outliers", s.reject_outliers, "bool", "two-view check of all tracks together");
   visit("outlier_threshold", s.outlier_threshold, "px", "distance to the epipolar line of motion");
   visit("stereo", s.stereo, "bool", "find each track of camera 0 in the other cameras");

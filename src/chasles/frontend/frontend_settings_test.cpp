@@ -22,7 +22,7 @@ TEST(FrontendSettings, DefaultsAreUsableAndEachNameIsListedOnce) {
                               EXPECT_EQ(std::string(unit).empty(), std::string(name) == kFree);
                               EXPECT_NE(std::string(meaning), "");
                             });
-  EXPECT_EQ(names.size(), 23U);
+  EXPECT_EQ(names.size(), 24U);
 }
 
 TEST(FrontendSettings, EachOneOutOfItsRangeIsNamed) {

@@ -121,7 +121,7 @@ TEST(Frontend, KeptPatchesDriftLessWhereTheImageGrows) {
   const auto forward = [](int k) {
     return SE3{Eigen::Matrix3d::Identity(), {0.1, -0.05, 0.04 * k - 1}};
   };
-  Walk walk{.path = forward, .frames = 20, .settings = {.max_age = 0}};
+  Walk walk{.path = forward, .frames = 20, .settings = {.max_stretch = 1000}};
   const double kept = median(follow(walk).total_errors);
   walk.settings.patch_frames = 1;
   const double from_image_to_image = median(follow(walk).total_errors);
@@ -165,35 +165,102 @@ TEST(Frontend, KeepsTheBudgetAndNeverReusesAnId) {
   }
 }
 
-// What an old track has drifted does not add up for ever: the place goes on under a new id.
-TEST(Frontend, RenewsOldTracksAtDifferentAges) {
-  Walk walk{.frames = 14, .settings = {}};
-  walk.settings.max_age = 6;
-  const Outcome out = follow(walk);
-  std::map<LandmarkId, int> ages;
-  for (const FeatureFrame& features : out.features) {
-    for (const auto& [id, pixel] : of_camera(features, 0)) ++ages[id];
+/// How much nearer each track's point is in the last frame than in the track's first one.
+std::map<LandmarkId, double> growth(const Walk& walk, const Outcome& out) {
+  const auto depth = [&](int k, const Eigen::Vector2d& pixel) {
+    const SE3 world_T_cam = walk.path(k) * walk.rig[0].cam_T_imu.inverse();
+    const Eigen::Vector3d point = room().hit(world_T_cam, unproject(walk.rig[0], pixel)->ray);
+    return (world_T_cam.inverse() * point).z();
+  };
+  std::map<LandmarkId, double> first, ratios;
+  for (int k = 0; k < walk.frames; ++k) {
+    for (const auto& [id, pixel] : of_camera(out.features[static_cast<std::size_t>(k)], 0)) {
+      first.try_emplace(id, depth(k, pixel));
+      if (k == walk.frames - 1) ratios[id] = first.at(id) / depth(k, pixel);
+    }
   }
-  int renewed = 0, most_at_once = 0;
-  for (const FrontendReport& report : out.reports) {
-    renewed += report.renewed;
-    most_at_once = std::max(most_at_once, report.renewed);
-  }
-  EXPECT_GT(renewed, 100);
-  EXPECT_LT(most_at_once, 100);  // of 150
-  for (const auto& [id, age] : ages) EXPECT_LE(age, 9) << id;
-  EXPECT_GT(out.features.back().pixels.size(), 120U);
+  return ratios;
 }
 
-// At rest nothing drifts, and every point that goes on under a new id would be one whose depth is
-// not known any more.
-TEST(Frontend, AtRestTracksDoNotGrowOld) {
-  Walk walk{.path = [](int) { return walk_pose(0); }, .frames = 14, .settings = {}};
-  walk.settings.max_age = 6;
-  const Outcome out = follow(walk);
-  for (const FrontendReport& report : out.reports) EXPECT_EQ(report.renewed, 0);
-  EXPECT_EQ(out.features.front().pixels.front().landmark,
-            out.features.back().pixels.front().landmark);
+// Seen twice as large, another point of the same place is the corner.
+TEST(Frontend, ATrackEndsWhereItsPatchIsStretched) {
+  const auto forward = [](int k) {
+    return SE3{Eigen::Matrix3d::Identity(), {0.1, -0.05, 0.06 * k - 1}};
+  };
+  const auto longest = [&](double max_stretch, int& ended) {
+    const Walk walk{.path = forward, .frames = 22, .settings = {.max_stretch = max_stretch}};
+    const Outcome out = follow(walk);
+    ended = 0;
+    for (const FrontendReport& report : out.reports) ended += report.lost_changed;
+    double most = 0;
+    for (const auto& [id, ratio] : growth(walk, out)) most = std::max(most, ratio);
+    return most;
+  };
+  int ended = 0, ended_without = 0;
+  EXPECT_LT(longest(1.15, ended), 1.25);  // it is looked at in every third image
+  EXPECT_GT(longest(1000, ended_without), 1.4);
+  EXPECT_GT(ended, ended_without + 50);
+}
+
+// A board slides slowly before the wall: a corner that its edge makes with what is behind it is no
+// point.
+TEST(Frontend, ATrackEndsWhereAnEdgeCoversWhatIsBehindIt) {
+  const GrayImage board = room().render(euroc_rig()[0], spin(3));
+  const auto on_the_edge = [&](double min_kept_correlation) {
+    const Walk walk{.path = [](int) { return walk_pose(0); },
+                    .frames = 25,
+                    .settings = {.max_tracks = 600,
+                                 .min_distance = 6,
+                                 .min_correlation = 0.8,
+                                 .min_kept_correlation = min_kept_correlation,
+                                 .reject_outliers = false}};
+    Frontend frontend(walk.settings, walk.rig);
+    std::map<LandmarkId, int> ages;
+    int count = 0;
+    for (int k = 0; k < walk.frames; ++k) {
+      ImageFrame frame = frame_of(walk, k);
+      const int left = 200 + k / 3;
+      for (int y = 40; y < 440; ++y) {
+        for (int x = left; x < left + 250; ++x) {
+          frame.images[0].pixels[static_cast<std::size_t>(y * 752 + x)] =
+              board.pixels[static_cast<std::size_t>(y * 752 + x - left + 100)];
+        }
+      }
+      const FeatureFrame features = frontend.process(
+          frame, k > 0 ? gyroscope(walk.path(k - 1), walk.path(k)) : RotationPrior{});
+      for (const auto& [id, pixel] : of_camera(features, 0)) {
+        const double to_edge =
+            std::min(std::abs(pixel.x() - left), std::abs(pixel.x() - left - 250));
+        const bool old = ++ages[id] > 12;
+        if (k == walk.frames - 1 && old && to_edge < 4 && pixel.y() > 50 && pixel.y() < 430)
+          ++count;
+      }
+    }
+    return count;
+  };
+  const int followed = on_the_edge(-1);
+  EXPECT_GT(followed, 5);
+  EXPECT_LT(on_the_edge(FrontendSettings{}.min_kept_correlation), followed / 2);
+}
+
+// In a dark room all patches differ from those that were kept, and from the last image's as much.
+TEST(Frontend, NoiseDoesNotEndTracks) {
+  const Walk walk{.path = sideways, .frames = 14};
+  Frontend frontend(walk.settings, walk.rig);
+  int tracked = 0, changed = 0;
+  for (int k = 0; k < walk.frames; ++k) {
+    const SE3 world_T_cam = walk.path(k) * walk.rig[0].cam_T_imu.inverse();
+    ImageFrame frame = frame_of(walk, k);
+    frame.images[0] =
+        room().render(walk.rig[0], world_T_cam, 0.25, 0, 3.5, static_cast<std::uint64_t>(k + 1));
+    frontend.process(frame, k > 0 ? gyroscope(walk.path(k - 1), walk.path(k)) : RotationPrior{});
+    tracked += frontend.report().tracked;
+    changed += frontend.report().lost_changed;
+  }
+  RecordProperty("tracked", tracked);
+  RecordProperty("changed", changed);
+  EXPECT_GT(tracked, 1000);
+  EXPECT_LT(changed, 0.05 * tracked) << tracked;
 }
 
 TEST(Frontend, ReportsWhatBecameOfEachTrack) {

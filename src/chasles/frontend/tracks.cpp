@@ -30,9 +30,19 @@ double least_kept_correlation(const FrontendSettings& settings, const Followed& 
   return std::min(settings.min_kept_correlation, 1 - 2 * (1 - followed.correlation));
 }
 
+/// The factor by which A stretches, or shrinks, lengths at most.
+double stretch(const Eigen::Matrix2d& A) {
+  const double squares = A.squaredNorm();
+  const double area = std::abs(A(0, 0) * A(1, 1) - A(0, 1) * A(1, 0));
+  const double difference = std::sqrt(std::max(0.0, squares * squares - 4 * area * area));
+  const double longest = std::sqrt((squares + difference) / 2);  // the singular values
+  return std::max(longest, longest / area);
+}
+
 /// Where the patch that is kept lies in the new image, near to where the last image's patch was
-/// found [px]; that place itself in images without a look. None where it no longer fits: there is
-/// another point now, as where edges cover each other, and what it drifts by is told by nobody.
+/// found [px]; that place itself in images without a look. None where it no longer fits, as where
+/// edges cover each other, and where it is seen at another scale or slant than the corner that was
+/// found: what is a corner then is another point, and nobody tells by how much it has drifted.
 std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const FrontendSettings& settings,
                                          const Followed& followed, PatchAnchor& anchor) {
   constexpr double kNear = 1.5;  // [px]
@@ -41,12 +51,16 @@ std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const Fronten
   if (age % kEvery != 0) return followed.pixel;
   FollowSettings alike = follow_settings_of(settings);
   alike.min_correlation = least_kept_correlation(settings, followed);
-  const auto kept =
-      find_again(step.past.at(anchor.image), step.now,
-                 {.from = anchor.pixel, .to = followed.pixel, .to_A_from = anchor.now_A_then}, alike);
+  const auto kept = find_again(
+      step.past.at(anchor.image), step.now,
+      {.from = anchor.pixel, .to = followed.pixel, .to_A_from = anchor.now_A_then}, alike);
   if (!kept || (kept->pixel - followed.pixel).norm() > kNear) return std::nullopt;
+  const Eigen::Matrix2d now_A_first = kept->to_A_from * anchor.then_A_first;
+  if (!(stretch(now_A_first) <= settings.max_stretch)) return std::nullopt;
   anchor.now_A_then = kept->to_A_from;
-  if (age + kEvery > settings.patch_frames) anchor = {.image = now, .pixel = kept->pixel};
+  if (age + kEvery > settings.patch_frames) {
+    anchor = {.image = now, .pixel = kept->pixel, .then_A_first = now_A_first};
+  }
   return kept->pixel;
 }
 

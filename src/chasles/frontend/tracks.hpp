@@ -27,9 +27,10 @@ struct OtherView {
 /// Where a track's patch was taken. From image to image errors add up; against one patch that is
 /// kept for many images they do not.
 struct PatchAnchor {
-  int image = 0;                                             ///< its number
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();           ///< there [px]
-  Eigen::Matrix2d now_A_then = Eigen::Matrix2d::Identity();  ///< d pixel now / d pixel there
+  int image = 0;                                               ///< its number
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();             ///< there [px]
+  Eigen::Matrix2d now_A_then = Eigen::Matrix2d::Identity();    ///< d pixel now / d pixel there
+  Eigen::Matrix2d then_A_first = Eigen::Matrix2d::Identity();  ///< since the track began
 };
 
 /// A point of camera 0 that is followed.
