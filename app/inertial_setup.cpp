@@ -82,7 +82,9 @@ InertialSession session_for(const Recording& recording, const InertialRunSetting
                           .pixel_sigma = result.pixel_sigma};
   std::optional<InertialStart> start;
   if (from_truth) start = true_start(recording);
-  return {settings.filter, settings.start, std::move(sensors), std::move(start)};
+  const InertialSlamSettings filter =
+      recording.images ? for_images(settings.filter, recording.cameras.size()) : settings.filter;
+  return {filter, settings.start, std::move(sensors), std::move(start)};
 }
 
 InertialDrive prepared(const Recording& recording, const InertialRunSettings& settings,

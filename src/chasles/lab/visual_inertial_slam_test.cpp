@@ -62,7 +62,7 @@ Estimates play(VisualInertialSlam& slam, const Recording& recording) {
 /// Front end and session as the program has them.
 Estimates as_the_program(const Recording& recording) {
   const ImuBuffer::Options imu{.convention = recording.imu_convention};
-  InertialSession session({}, {},
+  InertialSession session(for_images({}, recording.cameras.size()), {},
                           {.cameras = recording.cameras,
                            .noise = *recording.imu_noise,
                            .imu = imu,
@@ -96,6 +96,17 @@ void expect_the_same(const Estimates& a, const Estimates& b) {
     EXPECT_EQ(a[i].motion.covariance, b[i].motion.covariance) << i;
     EXPECT_EQ(a[i].used, b[i].used) << i;
   }
+}
+
+TEST(VisualInertialSlam, KeepsTheScaleWithOneCameraWhereTheChartCan) {
+  InertialSlamSettings settings;
+  EXPECT_EQ(for_images(settings, 1).keep_scale, "true");
+  EXPECT_EQ(for_images(settings, 2).keep_scale, "auto");
+  settings.chart = "left-se3";
+  EXPECT_EQ(for_images(settings, 1).keep_scale, "auto");
+  settings = {};
+  settings.keep_scale = "false";
+  EXPECT_EQ(for_images(settings, 1).keep_scale, "false");
 }
 
 TEST(VisualInertialSlam, GivesWhatTheProgramGives) {

@@ -14,7 +14,7 @@ struct InertialSlamSettings {
   bool nav_attitude = false;
   double composition_interval = 0;
   bool first_estimates = false;
-  bool keep_scale = false;
+  std::string keep_scale = "auto";
 
   std::optional<double> pixel_sigma;
   double imu_noise_scale = 1;
@@ -70,9 +70,9 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
         "the world is moved to the IMU so often (needs nav_attitude); 0: never");
   visit("first_estimates", s.first_estimates, "bool",
         "linearise at first estimates instead of the present ones (for the chart standard)");
-  visit("keep_scale", s.keep_scale, "bool",
-        "the covariance follows the direction of scale, so that pixels do not seem to tell it: for "
-        "one camera and a weak accelerometer (docs/filter.md; not with left-se3)");
+  visit("keep_scale", s.keep_scale, "auto|true|false",
+        "the covariance follows the direction of scale, so that pixels do not seem to tell it "
+        "(docs/filter.md; not with left-se3); auto: with the images of one camera");
   visit("pixel_sigma", s.pixel_sigma, "px", "noise of a pixel");
   visit("imu_noise_scale", s.imu_noise_scale, "1", "factor on the IMU's stated noise densities");
   visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial uncertainty of roll and pitch");

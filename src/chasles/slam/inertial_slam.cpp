@@ -65,7 +65,7 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
   return {error_chart(s.chart),
           x,
           initial_covariance(s, start, x, calibration),
-          {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale}};
+          {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale == "true"}};
 }
 
 // With so few landmarks in its state at most, a filter lives on tracks.

@@ -1,5 +1,6 @@
 #include <utility>
 
+#include <chasles/filter/error_chart.hpp>
 #include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/slam/feature_feed.hpp>
 #include <chasles/slam/visual_inertial_slam.hpp>
@@ -12,12 +13,18 @@ constexpr std::size_t kMostWaiting = 64;
 
 }  // namespace
 
+InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t cameras) {
+  const bool can = settings.chart != kLeftSe3Chart.name;
+  if (settings.keep_scale == "auto" && cameras == 1 && can) settings.keep_scale = "true";
+  return settings;
+}
+
 VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const ImuNoise& noise,
                                        const VisualInertialSettings& settings,
                                        const ImuBuffer::Options& imu, std::vector<GrayImage> masks)
     : cameras_(cameras),
       tracker_(settings.frontend, cameras, imu, std::move(masks)),
-      session_(settings.filter, settings.start,
+      session_(for_images(settings.filter, cameras.size()), settings.start,
                {.cameras = cameras,
                 .noise = noise,
                 .imu = imu,

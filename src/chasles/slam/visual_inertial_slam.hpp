@@ -14,6 +14,10 @@ namespace chasles {
 /// than they scatter by (docs/pixels.md).
 inline constexpr double kFrontendPixelSigma = 0.5;
 
+/// The settings as a run from the images of so many cameras takes them: where one camera alone has
+/// to find the scale, after a rest with every depth guessed, `keep_scale: auto` is true.
+InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t cameras);
+
 struct VisualInertialSettings {
   FrontendSettings frontend;
   InitialiserSettings start;
