@@ -1,6 +1,6 @@
-#include <array>
 #include <cstdint>
 #include <optional>
+#include <zlib.h>
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
@@ -31,22 +31,10 @@ std::uint32_t number(std::string_view bytes, std::size_t at, std::size_t size) {
   return value;
 }
 
-constexpr std::array<std::uint32_t, 256> crc_table() {
-  std::array<std::uint32_t, 256> table{};
-  for (std::uint32_t n = 0; n < 256; ++n) {
-    std::uint32_t c = n;
-    for (int k = 0; k < 8; ++k) c = (c & 1) != 0 ? 0xedb88320u ^ (c >> 1) : c >> 1;
-    table[n] = c;
-  }
-  return table;
-}
-
-// The check sum of PNG's annex D (that of zlib).
-std::uint32_t crc(std::string_view bytes) {
-  static constexpr auto kTable = crc_table();
-  std::uint32_t c = 0xffffffffu;
-  for (std::size_t i = 0; i < bytes.size(); ++i) c = kTable[(c ^ byte(bytes, i)) & 255] ^ (c >> 8);
-  return ~c;
+// The check sum of PNG's annex D is zlib's.
+std::uint32_t check_sum(std::string_view bytes) {
+  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+  return static_cast<std::uint32_t>(crc32_z(0, data, bytes.size()));
 }
 
 [[noreturn]] void damaged(const std::string& where, const std::string& how) {
@@ -59,7 +47,7 @@ void check_png(std::string_view bytes, const std::string& where) {
     const std::size_t size = number(bytes, at, 4);
     if (size > bytes.size() - at - kFrame) damaged(where, "the PNG file is truncated");
     const std::string_view chunk = bytes.substr(at + 4, size + 4);
-    if (crc(chunk) != number(bytes, at + 8 + size, 4)) {
+    if (check_sum(chunk) != number(bytes, at + 8 + size, 4)) {
       damaged(where, fmt::format("the check sum of the PNG's part at byte {} is wrong", at));
     }
     if (chunk.starts_with("IEND")) return;

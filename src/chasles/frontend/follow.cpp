@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 
+#include <chasles/frontend/deformation.hpp>
 #include <chasles/frontend/follow.hpp>
 
 namespace chasles {

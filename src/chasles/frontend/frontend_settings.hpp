@@ -20,7 +20,7 @@ struct FrontendSettings {
 
   int window = 15;
   int levels = 4;
-  int predicted_levels = 2;
+  int predicted_levels = 1;
   double min_correlation = 0.9;
   double max_backward_error = 0.7;
   int waiting_frames = 5;

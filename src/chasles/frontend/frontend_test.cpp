@@ -1,98 +1,16 @@
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
-#include <numbers>
 #include <set>
 
 #include <gtest/gtest.h>
 #include <opencv2/core/utility.hpp>
 
 #include <chasles/error.hpp>
-#include <chasles/frontend/frontend_testing.hpp>
+#include <chasles/frontend/frontend_walk_testing.hpp>
 
 namespace chasles::test {
 namespace {
-
-using Path = std::function<SE3(int)>;
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 1e9;
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
-/// A path through the room that a front end follows.
-struct Walk {
-  std::vector<Camera> rig = {euroc_rig()[0]};
-  Path path = walk_pose;
-  int frames = 12;
-  bool gyroscope = true;
-  FrontendSettings settings = {};
-};
-
-/// What came of it, held against the truth.
-struct Outcome {
-  std::vector<FeatureFrame> features;
-  std::vector<FrontendReport> reports;
-  std::vector<double> step_errors;   ///< from a frame to the next [px]
-  std::vector<double> total_errors;  ///< from a track's first frame to the last one [px]
-  double tracked_share = 0;          ///< of the points that stay in the image, each step
-};
-
-ImageFrame frame_of(const Walk& walk, int k) {
-  return render_frame(room(), walk.rig, walk.path(k), from_seconds(1 + 0.05 * k));
-}
-
-std::map<LandmarkId, Eigen::Vector2d> of_camera(const FeatureFrame& features, int camera) {
-  std::map<LandmarkId, Eigen::Vector2d> pixels;
-  for (const PixelObservation& o : features.pixels) {
-    if (o.camera == camera) pixels[o.landmark] = o.pixel;
-  }
-  return pixels;
-}
-
-Outcome follow(const Walk& walk) {
-  Outcome out;
-  Frontend frontend(walk.settings, walk.rig);
-  const Camera& camera = walk.rig[0];
-  const auto pose = [&](int k) { return walk.path(k) * camera.cam_T_imu.inverse(); };
-  std::map<LandmarkId, Eigen::Vector2d> last;
-  std::map<LandmarkId, std::pair<int, Eigen::Vector2d>> first;
-  double stayed = 0, tracked = 0;
-  for (int k = 0; k < walk.frames; ++k) {
-    const RotationPrior prior =
-        k > 0 && walk.gyroscope ? gyroscope(walk.path(k - 1), walk.path(k)) : RotationPrior{};
-    out.features.push_back(frontend.process(frame_of(walk, k), prior));
-    out.reports.push_back(frontend.report());
-    const auto now = of_camera(out.features.back(), 0);
-    for (const auto& [id, pixel] : last) {
-      const auto truth = room().true_pixel(camera, pose(k - 1), pixel, camera, pose(k));
-      if (!truth || !in_image(camera, *truth, 12)) continue;
-      stayed += 1;
-      if (!now.contains(id)) continue;
-      tracked += 1;
-      out.step_errors.push_back((now.at(id) - *truth).norm());
-    }
-    for (const auto& [id, pixel] : now) first.try_emplace(id, k, pixel);
-    last = now;
-  }
-  for (const auto& [id, pixel] : last) {
-    const auto& [k, begin] = first.at(id);
-    const auto truth = room().true_pixel(camera, pose(k), begin, camera, pose(walk.frames - 1));
-    if (truth && k < walk.frames - 1) out.total_errors.push_back((pixel - *truth).norm());
-  }
-  out.tracked_share = tracked / std::max(1.0, stayed);
-  return out;
-}
-
-SE3 sideways(int k) { return {Eigen::Matrix3d::Identity(), {0.02 * k, 0.01 * k, 0.01 * k}}; }
-
-/// 30 degrees a frame, about an axis that is none of the camera's; the room has walls all around.
-SE3 spin(int k) {
-  const Eigen::Vector3d axis = Eigen::Vector3d(1, 0.15, 0.5).normalized();
-  return {so3::exp(k * std::numbers::pi / 6 * axis), {0.1, 0.2, -0.1}};
-}
 
 TEST(Frontend, FollowsTranslationToATenthOfAPixel) {
   const Outcome out = follow({.path = sideways});
@@ -114,21 +32,6 @@ TEST(Frontend, FollowsAWalk) {
 TEST(Frontend, DoesNotDriftWhereTheGyroscopeTellsHowPatchesTurn) {
   const auto roll = [](int k) { return SE3{so3::exp(Eigen::Vector3d(0, 0, 0.02 * k)), {0, 0, 0}}; };
   EXPECT_LT(median(follow({.path = roll, .frames = 15}).total_errors), 0.06);
-}
-
-// No gyroscope tells how an image grows on the way forward; a patch that is kept does.
-TEST(Frontend, KeptPatchesDriftLessWhereTheImageGrows) {
-  const auto forward = [](int k) {
-    return SE3{Eigen::Matrix3d::Identity(), {0.1, -0.05, 0.04 * k - 1}};
-  };
-  Walk walk{.path = forward, .frames = 20, .settings = {.max_stretch = 1000}};
-  const double kept = median(follow(walk).total_errors);
-  walk.settings.patch_frames = 1;
-  const double from_image_to_image = median(follow(walk).total_errors);
-  RecordProperty("kept_px", std::to_string(kept));
-  RecordProperty("from_image_to_image_px", std::to_string(from_image_to_image));
-  EXPECT_LT(kept, 0.7 * from_image_to_image) << kept << " " << from_image_to_image;
-  EXPECT_LT(kept, 0.2);
 }
 
 TEST(Frontend, SurvivesThirtyDegreesAFrameWithTheGyroscopeAndNotWithout) {
@@ -163,104 +66,6 @@ TEST(Frontend, KeepsTheBudgetAndNeverReusesAnId) {
     }
     last = now;
   }
-}
-
-/// How much nearer each track's point is in the last frame than in the track's first one.
-std::map<LandmarkId, double> growth(const Walk& walk, const Outcome& out) {
-  const auto depth = [&](int k, const Eigen::Vector2d& pixel) {
-    const SE3 world_T_cam = walk.path(k) * walk.rig[0].cam_T_imu.inverse();
-    const Eigen::Vector3d point = room().hit(world_T_cam, unproject(walk.rig[0], pixel)->ray);
-    return (world_T_cam.inverse() * point).z();
-  };
-  std::map<LandmarkId, double> first, ratios;
-  for (int k = 0; k < walk.frames; ++k) {
-    for (const auto& [id, pixel] : of_camera(out.features[static_cast<std::size_t>(k)], 0)) {
-      first.try_emplace(id, depth(k, pixel));
-      if (k == walk.frames - 1) ratios[id] = first.at(id) / depth(k, pixel);
-    }
-  }
-  return ratios;
-}
-
-// Seen twice as large, another point of the same place is the corner.
-TEST(Frontend, ATrackEndsWhereItsPatchIsStretched) {
-  const auto forward = [](int k) {
-    return SE3{Eigen::Matrix3d::Identity(), {0.1, -0.05, 0.06 * k - 1}};
-  };
-  const auto longest = [&](double max_stretch, int& ended) {
-    const Walk walk{.path = forward, .frames = 22, .settings = {.max_stretch = max_stretch}};
-    const Outcome out = follow(walk);
-    ended = 0;
-    for (const FrontendReport& report : out.reports) ended += report.lost_changed;
-    double most = 0;
-    for (const auto& [id, ratio] : growth(walk, out)) most = std::max(most, ratio);
-    return most;
-  };
-  int ended = 0, ended_without = 0;
-  EXPECT_LT(longest(1.15, ended), 1.25);  // it is looked at in every third image
-  EXPECT_GT(longest(1000, ended_without), 1.4);
-  EXPECT_GT(ended, ended_without + 50);
-}
-
-// A board slides slowly before the wall: a corner that its edge makes with what is behind it is no
-// point.
-TEST(Frontend, ATrackEndsWhereAnEdgeCoversWhatIsBehindIt) {
-  const GrayImage board = room().render(euroc_rig()[0], spin(3));
-  const auto on_the_edge = [&](double min_kept_correlation) {
-    const Walk walk{.path = [](int) { return walk_pose(0); },
-                    .frames = 25,
-                    .settings = {.max_tracks = 600,
-                                 .min_distance = 6,
-                                 .min_correlation = 0.8,
-                                 .min_kept_correlation = min_kept_correlation,
-                                 .reject_outliers = false}};
-    Frontend frontend(walk.settings, walk.rig);
-    std::map<LandmarkId, int> ages;
-    int count = 0;
-    for (int k = 0; k < walk.frames; ++k) {
-      ImageFrame frame = frame_of(walk, k);
-      const int left = 200 + k / 3;
-      for (int y = 40; y < 440; ++y) {
-        for (int x = left; x < left + 250; ++x) {
-          frame.images[0].pixels[static_cast<std::size_t>(y * 752 + x)] =
-              board.pixels[static_cast<std::size_t>(y * 752 + x - left + 100)];
-        }
-      }
-      const FeatureFrame features = frontend.process(
-          frame, k > 0 ? gyroscope(walk.path(k - 1), walk.path(k)) : RotationPrior{});
-      for (const auto& [id, pixel] : of_camera(features, 0)) {
-        const double to_edge =
-            std::min(std::abs(pixel.x() - left), std::abs(pixel.x() - left - 250));
-        const bool old = ++ages[id] > 12;
-        if (k == walk.frames - 1 && old && to_edge < 4 && pixel.y() > 50 && pixel.y() < 430)
-          ++count;
-      }
-    }
-    return count;
-  };
-  const int followed = on_the_edge(-1);
-  EXPECT_GT(followed, 5);
-  EXPECT_LT(on_the_edge(FrontendSettings{}.min_kept_correlation), followed / 2);
-}
-
-// In a dark room all patches differ from those that were kept, and from the last image's as much.
-TEST(Frontend, NoiseDoesNotEndTracks) {
-  const Walk walk{.path = sideways, .frames = 14};
-  Frontend frontend(walk.settings, walk.rig);
-  int tracked = 0, changed = 0;
-  for (int k = 0; k < walk.frames; ++k) {
-    const SE3 world_T_cam = walk.path(k) * walk.rig[0].cam_T_imu.inverse();
-    ImageFrame frame = frame_of(walk, k);
-    frame.images[0] =
-        room().render(walk.rig[0], world_T_cam, 0.25, 0, 3.5, static_cast<std::uint64_t>(k + 1));
-    frontend.process(frame, k > 0 ? gyroscope(walk.path(k - 1), walk.path(k)) : RotationPrior{});
-    tracked += frontend.report().tracked;
-    changed += frontend.report().lost_changed;
-  }
-  RecordProperty("tracked", tracked);
-  RecordProperty("changed", changed);
-  EXPECT_GT(tracked, 1000);
-  EXPECT_LT(changed, 0.05 * tracked) << tracked;
 }
 
 TEST(Frontend, ReportsWhatBecameOfEachTrack) {

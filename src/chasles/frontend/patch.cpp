@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include <chasles/frontend/patch.hpp>
@@ -218,42 +217,6 @@ std::optional<PatchPosition> align(const Patch& patch, const PyramidLevel& level
                                    const Eigen::Vector2f& start, int max_steps, float precision) {
   return patch.side <= 16 ? align_lanes<16>(patch, level, start, max_steps, precision)
                           : align_lanes<24>(patch, level, start, max_steps, precision);
-}
-
-std::optional<Deformation> deformation(const Patch& patch, const PyramidLevel& level,
-                                       const Eigen::Vector2f& centre) {
-  constexpr float kBendSigma = 0.02F, kGreySigma = 5;  // from image to image; of a pixel
-  if (!inside(level, centre)) return std::nullopt;
-  const int half = patch.side / 2;
-  const Bilinear at(centre);
-  Region region;
-  read_region(level, at.x - half, at.y - half, patch.side + 1, region);
-  alignas(16) float image[Patch::kMaxSide * Patch::kLanes];
-  interpolate<Patch::kLanes>(region, 0, 0, at, patch.side, image);
-  // J = gain T + offset - gain (dT/dx, dT/dy) (shift + bend o): linear in eight numbers.
-  using Row = Eigen::Matrix<float, 8, 1>;
-  Eigen::Matrix<float, 8, 8> H = Eigen::Matrix<float, 8, 8>::Zero();
-  Row b = Row::Zero();
-  for (int r = 0; r < patch.side; ++r) {
-    for (int c = 0; c < patch.side; ++c) {
-      const int i = r * Patch::kLanes + c;
-      const float x = static_cast<float>(c - half), y = static_cast<float>(r - half);
-      const float g_x = patch.d_x[i] + patch.mean_x + patch.overlap_x * patch.value[i];
-      const float g_y = patch.d_y[i] + patch.mean_y + patch.overlap_y * patch.value[i];
-      const Row row{patch.value[i], 1, -g_x, -g_y, -g_x * x, -g_x * y, -g_y * x, -g_y * y};
-      H.selfadjointView<Eigen::Lower>().rankUpdate(row);
-      b += row * (image[i] - 128);
-    }
-  }
-  H.diagonal().tail<4>().array() += kGreySigma * kGreySigma / (kBendSigma * kBendSigma);
-  const Row fit = H.selfadjointView<Eigen::Lower>().ldlt().solve(b);
-  const float gain = fit(0);
-  if (!fit.allFinite() || gain < 0.3F) return std::nullopt;
-  Deformation result;
-  result.shift = fit.segment<2>(2) / gain;
-  result.bend << fit(4), fit(5), fit(6), fit(7);
-  result.bend /= gain;
-  return result;
 }
 
 float correlation(const Patch& patch, const PyramidLevel& level, const Eigen::Vector2f& centre) {

@@ -10,7 +10,7 @@
 #include <chasles/frontend/image_pyramid.hpp>
 #include <chasles/frontend/patch.hpp>
 
-/// How the pixels of a patch are read; included by patch.cpp alone.
+/// How the pixels of a patch are read; included by the files that do so alone.
 namespace chasles::sampling {
 
 /// Whole pixels that a patch may move before its region is read again.
@@ -75,30 +75,46 @@ inline void interpolate(const Region& region, int x, int y, const Bilinear& at, 
   }
 }
 
-/// The image at centre + A o for all o of a square of `side` pixels, any A: the slow way.
+/// The image at centre + A o for all o of a square of `side` pixels, any A, rows of `Lanes` floats:
+/// the slow way. Row by row in three loops, because a compiler takes many pixels at a time where
+/// the loop that has to fetch them one by one does nothing else.
+template <int Lanes>
 inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre,
-                        const Eigen::Matrix2f& A, int side, float* out, int lanes) {
+                        const Eigen::Matrix2f& A, int side, float* out) {
   // Coordinates in the padded image are positive there, so that a cast rounds them down.
   constexpr auto pad = static_cast<float>(PyramidLevel::kPad);
   const float x_end = static_cast<float>(level.width) + 2 * pad - 1.01F;
   const float y_end = static_cast<float>(level.height) + 2 * pad - 1.01F;
-  const float half = static_cast<float>(side / 2);
+  const int half = side / 2, stride = level.stride();
+  const float A_xx = A(0, 0), A_xy = A(0, 1), A_yx = A(1, 0), A_yy = A(1, 1);
   const std::uint8_t* first = level.padded.data();
+  alignas(16) int index[Lanes];
+  alignas(16) float u[Lanes], v[Lanes];
+  alignas(16) std::int32_t p[Lanes], p_right[Lanes], q[Lanes], q_right[Lanes];
   for (int r = 0; r < side; ++r) {
-    const float o_y = static_cast<float>(r) - half;
+    const float o_y = static_cast<float>(r - half);
+    const float row_x = centre.x() + pad + A_xy * o_y, row_y = centre.y() + pad + A_yy * o_y;
+    for (int c = 0; c < Lanes; ++c) {
+      const float o_x = static_cast<float>(c - half);
+      const float x = std::min(std::max(row_x + A_xx * o_x, 0.0F), x_end);
+      const float y = std::min(std::max(row_y + A_yx * o_x, 0.0F), y_end);
+      const int i = static_cast<int>(x), j = static_cast<int>(y);
+      u[c] = x - static_cast<float>(i);
+      v[c] = y - static_cast<float>(j);
+      index[c] = j * stride + i;
+    }
     for (int c = 0; c < side; ++c) {
-      const float o_x = static_cast<float>(c) - half;
-      const float x = centre.x() + pad + A(0, 0) * o_x + A(0, 1) * o_y;
-      const float y = centre.y() + pad + A(1, 0) * o_x + A(1, 1) * o_y;
-      const float in_x = std::min(std::max(x, 0.0F), x_end);
-      const float in_y = std::min(std::max(y, 0.0F), y_end);
-      const int i = static_cast<int>(in_x), j = static_cast<int>(in_y);
-      const float u = in_x - static_cast<float>(i), v = in_y - static_cast<float>(j);
-      const std::uint8_t* p = first + static_cast<std::ptrdiff_t>(j) * level.stride() + i;
-      const std::uint8_t* q = p + level.stride();
-      const float above = static_cast<float>(p[0]) + u * static_cast<float>(p[1] - p[0]);
-      const float below = static_cast<float>(q[0]) + u * static_cast<float>(q[1] - q[0]);
-      out[r * lanes + c] = above + v * (below - above);
+      const std::uint8_t* above = first + index[c];
+      const std::uint8_t* below = above + stride;
+      p[c] = above[0];
+      p_right[c] = above[1];
+      q[c] = below[0];
+      q_right[c] = below[1];
+    }
+    for (int c = 0; c < Lanes; ++c) {
+      const float above = static_cast<float>(p[c]) + u[c] * static_cast<float>(p_right[c] - p[c]);
+      const float below = static_cast<float>(q[c]) + u[c] * static_cast<float>(q_right[c] - q[c]);
+      out[r * Lanes + c] = above + v[c] * (below - above);
     }
   }
 }
@@ -109,7 +125,7 @@ inline void sample(const PyramidLevel& level, const Eigen::Vector2f& centre,
                    const Eigen::Matrix2f& A, int side, float* out) {
   const float bend = (A - Eigen::Matrix2f::Identity()).cwiseAbs().maxCoeff();
   if (bend * static_cast<float>(side / 2) > kMaxBend) {
-    sample_bent(level, centre, A, side, out, Lanes);
+    sample_bent<Lanes>(level, centre, A, side, out);
     return;
   }
   const Bilinear at(centre);

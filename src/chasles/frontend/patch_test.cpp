@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include <chasles/frontend/deformation.hpp>
 #include <chasles/frontend/follow.hpp>
 #include <chasles/lie/testing.hpp>
 

@@ -51,6 +51,8 @@ std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const Fronten
   if (age % kEvery != 0) return followed.pixel;
   FollowSettings alike = follow_settings_of(settings);
   alike.min_correlation = least_kept_correlation(settings, followed);
+  // That image is still there: a track is in every image that is pushed, and its anchor moves on
+  // before it is patch_frames old.
   const auto kept = find_again(
       step.past.at(anchor.image), step.now,
       {.from = anchor.pixel, .to = followed.pixel, .to_A_from = anchor.now_A_then}, alike);

@@ -53,9 +53,7 @@ class PastImages {
   /// Takes an image over; `image` gets the memory of one that is forgotten.
   void push(ImagePyramid& image) { std::swap(images_[slot(count_++)], image); }
   int count() const { return count_; }
-  bool has(int number) const {
-    return number >= 0 && number < count_ && count_ - number <= std::ssize(images_);
-  }
+  /// One of those that are kept.
   const ImagePyramid& at(int number) const { return images_[slot(number)]; }
   const ImagePyramid& last() const { return at(count_ - 1); }
 
