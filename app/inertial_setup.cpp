@@ -74,6 +74,11 @@ ImuBuffer::Options imu_options(const Recording& recording) {
   return options;
 }
 
+InertialSlamSettings filter_settings(const Recording& recording,
+                                     const InertialRunSettings& settings) {
+  return recording.images ? for_images(settings.filter, recording.cameras.size()) : settings.filter;
+}
+
 InertialSession session_for(const Recording& recording, const InertialRunSettings& settings,
                             const InertialDrive& result, bool from_truth) {
   InertialSensors sensors{.cameras = recording.cameras,
@@ -82,9 +87,8 @@ InertialSession session_for(const Recording& recording, const InertialRunSetting
                           .pixel_sigma = result.pixel_sigma};
   std::optional<InertialStart> start;
   if (from_truth) start = true_start(recording);
-  const InertialSlamSettings filter =
-      recording.images ? for_images(settings.filter, recording.cameras.size()) : settings.filter;
-  return {filter, settings.start, std::move(sensors), std::move(start)};
+  return {filter_settings(recording, settings), settings.start, std::move(sensors),
+          std::move(start)};
 }
 
 InertialDrive prepared(const Recording& recording, const InertialRunSettings& settings,

@@ -13,6 +13,10 @@ namespace chasles::app {
 InertialDrive prepared(const Recording& recording, const InertialRunSettings& settings,
                        const InertialDriveOptions& options);
 
+/// As the filter takes them: what is "auto" may depend on the recording.
+InertialSlamSettings filter_settings(const Recording& recording,
+                                     const InertialRunSettings& settings);
+
 /// With the recording's noise, which `result` has. Throws Error(kNotInitialised) where it is to
 /// begin at a truth that is not there.
 InertialSession session_for(const Recording& recording, const InertialRunSettings& settings,

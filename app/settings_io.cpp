@@ -105,6 +105,12 @@ std::vector<std::string> names(const SettingList& settings) {
   return result;
 }
 
+std::string known_keys(const std::vector<std::string>& known) {
+  constexpr std::size_t kMost = 40;  // that anybody reads
+  if (known.size() > kMost) return fmt::format("--help lists the {} keys", known.size());
+  return fmt::format("known keys: {}", fmt::join(known, ", "));
+}
+
 }  // namespace
 
 void SettingCollector::add(const char* name, Setting::Value value, std::string_view unit,
@@ -129,8 +135,8 @@ void set(const SettingList& settings, const std::string& where, const std::strin
   const auto setting = std::ranges::find(settings, key, &Setting::name);
   if (setting == settings.end()) {
     const std::vector<std::string> known = names(settings);
-    throw UsageError(fmt::format("{}: unknown key '{}'{} (known keys: {})", where, key,
-                                 did_you_mean(key, known), fmt::join(known, ", ")));
+    throw UsageError(fmt::format("{}: unknown key '{}'{} ({})", where, key,
+                                 did_you_mean(key, known), known_keys(known)));
   }
   if (!std::visit(Assign{*setting, trimmed(value)}, setting->value)) {
     // An option that is named as its setting need not say it twice.

@@ -43,6 +43,8 @@ TEST_P(RealImages, GiveTheTrajectoryFromTheFirstSecond) {
   EXPECT_LT(all.at("start_seconds").get<double>(), 2);
   EXPECT_EQ(all.at("resets"), 0);
   EXPECT_EQ(all.at("health"), "ok");
+  const bool mono = std::string(GetParam().options).find("mono") != std::string::npos;
+  EXPECT_EQ(all.at("keep_scale"), mono);  // what "auto" came to
   EXPECT_GT(all.at("frames").get<int>(), 300);
   // Every run differs from the truth's attitude by about a degree (docs/pixels.md).
   EXPECT_LT(all.at("attitude_deg").get<double>(), 2);

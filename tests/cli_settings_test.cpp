@@ -3,6 +3,7 @@
 #include <chasles/error.hpp>
 
 #include "cli_test.hpp"
+#include "inertial_settings_io.hpp"
 #include "run_settings.hpp"
 #include "settings_io.hpp"
 
@@ -84,6 +85,23 @@ TEST(Settings, NeedAKeyAndAValue) {
   expect_part(refusal("gate"), "--set: found 'gate', expected key=value");
   expect_part(refusal("=1"), "expected key=value");
   expect_part(refusal("gaet=1"), "--set: unknown key 'gaet'; did you mean 'gate'? (known keys: ");
+}
+
+TEST(Settings, OfAGroupAreSuggestedForTheirNameAlone) {
+  const auto refusal_of = [](const std::string& assignment) -> std::string {
+    SettingSources sources;
+    sources.sets = {assignment};
+    try {
+      inertial_run_settings_from(sources);
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "nothing was refused";
+  };
+  const std::string message = refusal_of("predicted_levels=1");
+  expect_part(message, "; did you mean 'frontend.predicted_levels'? (--help lists the ");
+  EXPECT_LT(message.size(), 120U);  // no wall of a hundred names
+  expect_part(refusal_of("max_tracks=1"), "'start.max_tracks' or 'frontend.max_tracks'?");
 }
 
 TEST(SettingsFile, NamesTheLineOfAnUnknownKey) {

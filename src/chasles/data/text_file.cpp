@@ -2,6 +2,7 @@
 #include <cctype>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -92,6 +93,12 @@ void make_folder(const std::filesystem::path& folder) {
 }
 
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known) {
+  std::vector<std::string> in_groups;
+  std::ranges::copy_if(known, std::back_inserter(in_groups), [&](const std::string& candidate) {
+    return candidate.ends_with(fmt::format(".{}", name));
+  });
+  if (!in_groups.empty())
+    return fmt::format("; did you mean '{}'?", fmt::join(in_groups, "' or '"));
   const std::string* nearest = nullptr;
   std::size_t least = std::max<std::size_t>(1, name.size() / 2) + 1;
   for (const std::string& candidate : known) {

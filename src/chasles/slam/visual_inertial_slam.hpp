@@ -15,7 +15,8 @@ namespace chasles {
 inline constexpr double kFrontendPixelSigma = 0.5;
 
 /// The settings as a run from the images of so many cameras takes them: where one camera alone has
-/// to find the scale, after a rest with every depth guessed, `keep_scale: auto` is true.
+/// to find the scale, after a rest with every depth guessed, `keep_scale: auto` is true; not with
+/// the chart left-se3, which cannot.
 InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t cameras);
 
 struct VisualInertialSettings {
