@@ -27,6 +27,16 @@ SettingList list_of(InertialSettings& settings) {
   return collector.settings;
 }
 
+// Knots as far apart as the truth's poses, if that is finer: the samples felt all of the motion, so
+// what coarser knots smooth away would be in them alone.
+double knots_for(const Trajectory& truth, double coarsest) {
+  constexpr double kFinest = 0.02;  // [s]
+  if (truth.size() < 2) return coarsest;
+  const double spacing =
+      to_seconds(truth.back().time - truth.front().time) / static_cast<double>(truth.size() - 1);
+  return std::clamp(spacing, std::min(kFinest, coarsest), coarsest);
+}
+
 // Samples, convention and densities of the recording.
 void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
   const Recording recording = read_recording(path);
@@ -37,6 +47,7 @@ void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
   scene.imu = recording.imu;
   scene.imu_truth = recording.true_motion;
   InertialSettings& s = scene.settings;
+  s.knot_interval = knots_for(scene.path, s.knot_interval);
   s.imu_convention =
       recording.imu_convention == ImuConvention::kIntervalMean ? "interval-mean" : "instant";
   if (!recording.imu_noise) return;

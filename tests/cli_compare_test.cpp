@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/readers.hpp>
@@ -220,6 +221,33 @@ TEST(Compare, RefusesWhatItDoesNotKnow) {
   simulate(folder);
   expect_error(chasles(folder, "compare rec"), 2, "has no camera");
   expect_error(chasles(folder, "compare rec --scene-set sections=1"), 1, "for scenes");
+}
+
+// Real samples felt all of the motion, so the simulated camera has to make all of it too.
+TEST(Simulate, FollowsAQuickTruthThatComesWithItsSamples) {
+  const Scratch folder;
+  std::string shaken = "# time x y z qx qy qz qw\n";
+  for (int k = 0; k < 1000; ++k) {
+    const double t = 0.01 * k;
+    shaken +=
+        fmt::format("{:.2f} {:.6f} {:.6f} 0 0 0 0 1\n", 100 + t, 0.3 * t, 0.01 * std::sin(25 * t));
+  }
+  spill(folder / "shaken.tum", shaken);
+  const auto simulated = [&](const std::string& options) {
+    EXPECT_EQ(chasles(folder, "simulate trajectory --quiet --set frame_rate=50 " + options).code,
+              0);
+  };
+  const auto error = [&](const std::string& recording) {
+    const Outcome outcome =
+        chasles(folder, "evaluate " + recording + "/truth.tum shaken.tum --json");
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out).at("ate_m").get<double>();
+  };
+  simulated("--path shaken.tum --set knot_interval=0.02 -o fine");
+  simulated("--path fine --real-imu -o with_samples");
+  simulated("--path fine -o without");
+  EXPECT_LT(error("with_samples"), 2e-4);
+  EXPECT_GT(error("without"), 1e-3);
 }
 
 TEST(Simulate, KnowsTheScenesOfBothKinds) {
