@@ -79,12 +79,16 @@ std::vector<ImuSample> read_samples(const fs::path& file) {
   return imu;
 }
 
-void read_truth(const fs::path& sensors, Recording& recording) {
-  const fs::path states = sensors / "state_groundtruth_estimate0" / "data.csv";
+void read_truth(const fs::path& folder, Recording& recording) {
+  const fs::path states = sensors_of(folder) / "state_groundtruth_estimate0" / "data.csv";
+  const fs::path poses = folder_of(folder) / "truth.tum";
   if (fs::exists(states)) {
     read_euroc_states(states, recording);
+  } else if (fs::exists(poses)) {
+    recording.truth = read_tum(poses);
   } else {
-    recording.remarks.push_back("no truth: there is no state_groundtruth_estimate0/data.csv");
+    recording.remarks.push_back(
+        "no truth: there is neither state_groundtruth_estimate0/data.csv nor truth.tum");
   }
 }
 
@@ -114,7 +118,7 @@ Recording read_euroc_asl_recording(const fs::path& folder) {
   // The cameras of a rig are triggered together: EuRoC's have the very same times.
   recording.images =
       open_image_files(std::move(images), recording.cameras, kSameInstant, recording.remarks);
-  read_truth(sensors, recording);
+  read_truth(folder, recording);
   recording.plan = read_plan_of(folder_of(folder));
   remark_on_coverage(recording);
   return recording;

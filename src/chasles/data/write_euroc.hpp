@@ -16,7 +16,7 @@ void prepare_euroc_folder(const std::filesystem::path& folder);
 /// Writes IMU, images and truth as an EuRoC recording (Burri et al. 2016): mav0/imu0, mav0/camN
 /// with PNG files named by their times [ns], mav0/state_groundtruth_estimate0. T_BS of a camera is
 /// imu_T_cam. A truth whose velocities and biases are not known goes to truth.tum instead, which
-/// `read_truth` prefers; a plan to plan.csv in the folder. Lists of images are written last: a
+/// the reader takes as well; a plan to plan.csv in the folder. Lists of images are written last: a
 /// folder without cam0/data.csv is incomplete.
 ///
 /// `done`, if any, is called after each frame with the number of frames written; if it returns

@@ -197,6 +197,9 @@ TEST(WriteEuroc, ATruthWithoutVelocitiesIsATrajectory) {
   write_euroc(r, folder);
   EXPECT_FALSE(fs::exists(folder / "mav0/state_groundtruth_estimate0"));
   EXPECT_EQ(read_tum(folder / "truth.tum").size(), 7U);
+  const Recording again = read_recording(folder);
+  EXPECT_EQ(again.truth.size(), 7U);
+  EXPECT_TRUE(again.true_motion.empty());
 }
 
 TEST(WriteEuroc, ASecondWriteLeavesNothingOfTheFirst) {
