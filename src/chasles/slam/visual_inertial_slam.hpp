@@ -12,7 +12,7 @@ namespace chasles {
 
 /// What a point of this front end counts as [px]; its errors are alike from frame to frame, so more
 /// than they scatter by (docs/pixels.md).
-inline constexpr double kFrontendPixelSigma = 0.5;
+inline constexpr double kFrontendPixelSigma = 0.4;
 
 /// The settings as a run from the images of so many cameras takes them: where one camera alone has
 /// to find the scale, after a rest with every depth guessed, `keep_scale: auto` is true; not with
