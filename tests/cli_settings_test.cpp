@@ -101,6 +101,8 @@ TEST(Settings, OfAGroupAreSuggestedForTheirNameAlone) {
   const std::string message = refusal_of("predicted_levels=1");
   expect_part(message, "; did you mean 'frontend.predicted_levels'? (--help lists the ");
   EXPECT_LT(message.size(), 120U);  // no wall of a hundred names
+  expect_part(refusal_of("predicted_level=1"), "did you mean 'frontend.predicted_levels'?");
+  expect_part(refusal_of("frontend.max_track=1"), "did you mean 'frontend.max_tracks'?");
   expect_part(refusal_of("max_tracks=1"), "'start.max_tracks' or 'frontend.max_tracks'?");
 }
 

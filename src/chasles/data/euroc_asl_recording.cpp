@@ -82,10 +82,10 @@ std::vector<ImuSample> read_samples(const fs::path& file) {
 void read_truth(const fs::path& folder, Recording& recording) {
   const fs::path states = sensors_of(folder) / "state_groundtruth_estimate0" / "data.csv";
   const fs::path poses = folder_of(folder) / "truth.tum";
-  if (fs::exists(states)) {
-    read_euroc_states(states, recording);
-  } else if (fs::exists(poses)) {
+  if (fs::exists(poses)) {  // not EuRoC's: put there on purpose
     recording.truth = read_tum(poses);
+  } else if (fs::exists(states)) {
+    read_euroc_states(states, recording);
   } else {
     recording.remarks.push_back(
         "no truth: there is neither state_groundtruth_estimate0/data.csv nor truth.tum");

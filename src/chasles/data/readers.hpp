@@ -33,7 +33,8 @@ Recording read_euroc_imu_recording(const std::filesystem::path& file);
 
 /// An EuRoC recording of images and IMU samples as the ASL writes it: a folder with mav0/, or that
 /// folder itself: camN/sensor.yaml, camN/data.csv, camN/data/, imu0/sensor.yaml, imu0/data.csv, and
-/// where known state_groundtruth_estimate0/data.csv. All cameras are kept.
+/// where known state_groundtruth_estimate0/data.csv, or in its place truth.tum beside mav0. All
+/// cameras are kept.
 Recording read_euroc_asl_recording(const std::filesystem::path& folder);
 /// Whether a folder looks like one.
 bool is_euroc_asl_folder(const std::filesystem::path& folder);

@@ -2,11 +2,11 @@
 #include <cctype>
 #include <cstring>
 #include <fstream>
-#include <iterator>
 #include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -35,6 +35,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     }
   }
   return row.back();
+}
+
+std::string_view without_group(std::string_view name) {
+  return name.substr(name.rfind('.') + 1);  // all of it, where there is no dot
 }
 
 }  // namespace
@@ -93,22 +97,20 @@ void make_folder(const std::filesystem::path& folder) {
 }
 
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known) {
-  std::vector<std::string> in_groups;
-  std::ranges::copy_if(known, std::back_inserter(in_groups), [&](const std::string& candidate) {
-    return candidate.ends_with(fmt::format(".{}", name));
-  });
-  if (!in_groups.empty())
-    return fmt::format("; did you mean '{}'?", fmt::join(in_groups, "' or '"));
-  const std::string* nearest = nullptr;
+  const std::string wanted = lower(name);
+  std::vector<std::string_view> nearest;
   std::size_t least = std::max<std::size_t>(1, name.size() / 2) + 1;
   for (const std::string& candidate : known) {
-    const std::size_t distance = edit_distance(lower(name), lower(candidate));
-    if (distance < least) {
-      least = distance;
-      nearest = &candidate;
-    }
+    const std::size_t distance = std::min(edit_distance(wanted, lower(candidate)),
+                                          edit_distance(wanted, lower(without_group(candidate))));
+    const bool same =
+        !nearest.empty() && without_group(nearest.front()) == without_group(candidate);
+    if (distance < least) nearest.clear();
+    if (distance < least || (distance == least && same)) nearest.push_back(candidate);
+    least = std::min(least, distance);
   }
-  return nearest ? fmt::format("; did you mean '{}'?", *nearest) : std::string();
+  if (nearest.empty()) return {};
+  return fmt::format("; did you mean '{}'?", fmt::join(nearest, "' or '"));
 }
 
 std::string quoted_list(const std::vector<std::string>& names) {

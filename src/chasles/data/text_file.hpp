@@ -23,8 +23,8 @@ void remove_file(const std::filesystem::path& file);
 /// Makes a folder with its parents. Throws UsageError if that is not possible.
 void make_folder(const std::filesystem::path& folder);
 
-/// `; did you mean 'K'?` for the known name nearest to `name`, or nothing where none is near. Names
-/// of groups (`group.name`) that lack nothing but the group are the nearest, all of them.
+/// `; did you mean 'K'?` for the known name nearest to `name`, or nothing where none is near. Of
+/// `group.name` the part behind the dot counts as well; those of all groups are given that have it.
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known);
 
 /// `'a', 'b', 'c'`.

@@ -197,9 +197,21 @@ TEST(WriteEuroc, ATruthWithoutVelocitiesIsATrajectory) {
   write_euroc(r, folder);
   EXPECT_FALSE(fs::exists(folder / "mav0/state_groundtruth_estimate0"));
   EXPECT_EQ(read_tum(folder / "truth.tum").size(), 7U);
-  const Recording again = read_recording(folder);
-  EXPECT_EQ(again.truth.size(), 7U);
-  EXPECT_TRUE(again.true_motion.empty());
+  for (const char* inner : {"", "mav0"}) {
+    const Recording again = read_recording(folder / inner);
+    ASSERT_EQ(again.truth.size(), 7U) << inner;
+    EXPECT_EQ(again.truth[3].time, r.truth[3].time);
+    EXPECT_LT((again.truth[3].pose.p - r.truth[3].pose.p).norm(), 1e-9);
+    EXPECT_TRUE(again.true_motion.empty());
+  }
+}
+
+TEST(WriteEuroc, ATrajectoryBesideTheStatesComesFirst) {
+  const fs::path folder = test::scratch() / "rec";
+  const Recording r = example();
+  write_euroc(r, folder);
+  write_tum({r.truth.begin(), r.truth.begin() + 2}, folder / "truth.tum");
+  EXPECT_EQ(read_recording(folder).truth.size(), 2U);
 }
 
 TEST(WriteEuroc, ASecondWriteLeavesNothingOfTheFirst) {

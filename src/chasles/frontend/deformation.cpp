@@ -85,7 +85,7 @@ std::optional<Deformation> deformation_lanes(const Patch& patch, const PyramidLe
   alignas(16) float image[Patch::kMaxSide * Lanes];
   interpolate<Lanes>(region, 0, 0, at, patch.side, image);
   const FactorProducts<Lanes> products(patch, image);
-  Eigen::Matrix<float, 8, 8> H;
+  Eigen::Matrix<float, 8, 8> H = Eigen::Matrix<float, 8, 8>::Zero();
   Eigen::Matrix<float, 8, 1> b;
   for (std::size_t i = 0; i < kUnknowns.size(); ++i) {
     for (std::size_t j = 0; j <= i; ++j) {

@@ -18,7 +18,8 @@ struct Deformation {
 
 /// One Gauss-Newton step for all six numbers together, from the place that align() found. The bend
 /// is held to be small, as it is from one image to the next, so that a patch that does not tell it
-/// leaves it alone. None if the patch would leave the image.
+/// leaves it alone. None where `centre` is outside the image, or where the patch is hardly there
+/// (its gain is below 0.3).
 std::optional<Deformation> deformation(const Patch& patch, const PyramidLevel& level,
                                        const Eigen::Vector2f& centre);
 

@@ -103,7 +103,7 @@ inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre
       v[c] = y - static_cast<float>(j);
       index[c] = j * stride + i;
     }
-    for (int c = 0; c < side; ++c) {
+    for (int c = 0; c < Lanes; ++c) {
       const std::uint8_t* above = first + index[c];
       const std::uint8_t* below = above + stride;
       p[c] = above[0];

@@ -61,9 +61,7 @@ TEST_P(PatchOfSide, IsFoundToATwentiethOfAPixelWhateverTheGainAndOffset) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Sides, PatchOfSide, ::testing::Values(7, 15, 17, 21, 23));
-
-TEST(Patch, IsFoundInATurnedImageIfBentAlike) {
+TEST_P(PatchOfSide, IsFoundInATurnedImageIfBentAlike) {
   const ImagePyramid first = moved({0, 0}, 1, 0);
   const double angle = 0.6;
   Eigen::Matrix2d now_R_last;
@@ -75,8 +73,9 @@ TEST(Patch, IsFoundInATurnedImageIfBentAlike) {
   });
   Patch bent, straight;
   const Eigen::Matrix2f last_A_now = now_R_last.transpose().cast<float>();
-  ASSERT_TRUE(make_patch(first.levels[0], kCentre, last_A_now, 15, 1, bent));
-  ASSERT_TRUE(make_patch(first.levels[0], kCentre, Eigen::Matrix2f::Identity(), 15, 1, straight));
+  ASSERT_TRUE(make_patch(first.levels[0], kCentre, last_A_now, GetParam(), 1, bent));
+  ASSERT_TRUE(
+      make_patch(first.levels[0], kCentre, Eigen::Matrix2f::Identity(), GetParam(), 1, straight));
   const Eigen::Vector2f start = kCentre + Eigen::Vector2f(0.8F, -0.7F);
   const auto found = align(bent, turned.levels[0], start, 20, 0.005F);
   ASSERT_TRUE(found);
@@ -85,8 +84,10 @@ TEST(Patch, IsFoundInATurnedImageIfBentAlike) {
   EXPECT_LT(correlation(straight, turned.levels[0], kCentre), 0.8F);
 }
 
+class BendOfSide : public PatchOfSide {};
+
 // Look after look, to what reading between pixels bends by itself.
-TEST(Patch, LearnsHowTheImageIsBentUnderIt) {
+TEST_P(BendOfSide, LearnsHowTheImageIsBentUnderIt) {
   const ImagePyramid first = moved({0, 0}, 1, 0);
   const Eigen::Vector2d centre = kCentre.cast<double>(), shift(0.2, -0.15);
   Eigen::Matrix2d bend;
@@ -100,7 +101,7 @@ TEST(Patch, LearnsHowTheImageIsBentUnderIt) {
     });
     Expectation expected{.from = centre, .to = centre};
     for (int look = 0; look < 10; ++look) {
-      const auto found = find_again(first, bent, expected, {});
+      const auto found = find_again(first, bent, expected, {.window = GetParam()});
       ASSERT_TRUE(found);
       expected.to = found->pixel;
       expected.to_A_from = found->to_A_from;
@@ -110,11 +111,15 @@ TEST(Patch, LearnsHowTheImageIsBentUnderIt) {
         << bend;
   }
   Patch patch;
-  ASSERT_TRUE(make_patch(first.levels[0], kCentre, Eigen::Matrix2f::Identity(), 15, 1, patch));
+  ASSERT_TRUE(
+      make_patch(first.levels[0], kCentre, Eigen::Matrix2f::Identity(), GetParam(), 1, patch));
   EXPECT_FALSE(deformation(patch, first.levels[0], {-1, 40}));
   EXPECT_FALSE(deformation(patch, image_of([](double, double) { return 77.0; }).levels[0], kCentre))
       << "nothing is there: no gain";
 }
+
+INSTANTIATE_TEST_SUITE_P(Sides, PatchOfSide, ::testing::Values(7, 15, 17, 21, 23));
+INSTANTIATE_TEST_SUITE_P(Sides, BendOfSide, ::testing::Values(15, 17, 23));
 
 TEST(Patch, WithoutTwoDirectionsOfTextureIsNone) {
   Patch patch;

@@ -52,7 +52,7 @@ std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const Fronten
   FollowSettings alike = follow_settings_of(settings);
   alike.min_correlation = least_kept_correlation(settings, followed);
   // That image is still there: a track is in every image that is pushed, and its anchor moves on
-  // before it is patch_frames old.
+  // when it is patch_frames old at the latest.
   const auto kept = find_again(
       step.past.at(anchor.image), step.now,
       {.from = anchor.pixel, .to = followed.pixel, .to_A_from = anchor.now_A_then}, alike);

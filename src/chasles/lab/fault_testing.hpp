@@ -11,6 +11,7 @@
 #include <chasles/error.hpp>
 #include <chasles/lab/inertial_session_testing.hpp>
 #include <chasles/slam/feature_feed.hpp>
+#include <chasles/slam/visual_inertial_slam.hpp>
 
 // Real recordings with faults put in, and what becomes of the run.
 namespace chasles::test {
@@ -125,11 +126,12 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
   const ImuBuffer::Options imu{.convention = recording.imu_convention,
                                .accelerometer_range = 175,
                                .gyroscope_range = 17.3};  // that of EuRoC's sensor
-  InertialSession session({}, {},
-                          {.cameras = sensors.cameras,
-                           .noise = *recording.imu_noise,
-                           .imu = imu,
-                           .pixel_sigma = recording.single_pixel_sigma.value_or(1)});
+  InertialSession session(
+      for_images({}, sensors.cameras.size()), {},
+      {.cameras = sensors.cameras,
+       .noise = *recording.imu_noise,
+       .imu = imu,
+       .pixel_sigma = recording.single_pixel_sigma.value_or(kFrontendPixelSigma)});
   FeatureFeed feed([&] { return sensors.next(); }, {}, sensors.cameras, imu, false);
   Trajectory own;
   std::optional<Time> before;
