@@ -40,7 +40,7 @@ struct RunOptions {
   SettingSources settings;
   std::filesystem::path trajectory, output, full_covariance;
   std::string begin = "auto", estimator = "filter";
-  int threads = 2;
+  int threads = 3;
   bool realtime = false;
   std::optional<double> realtime_speed;
   bool json = false, quiet = false;
@@ -100,8 +100,9 @@ void declare_method(CLI::App& parser, RunOptions& o) {
       "filter (default); batch: the most probable motion given all of a recording, from the "
       "filter's run on (docs/batch.md); window:N: of the last N frames, with every frame, given "
       "all until then (docs/window.md)");
-  add("--threads", o.threads, "N", "1 or 2: images are worked on ahead of the filter; same bytes")
-      ->check(CLI::Range(1, 2));
+  add("--threads", o.threads, "N",
+      "2: images are followed ahead of the filter, 3: and read before; same bytes")
+      ->check(CLI::Range(1, 3));
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
       ->allow_extra_args(false);
 }
@@ -275,7 +276,7 @@ int run_inertial(const RunOptions& o, Recording& recording, const Interrupt& int
   InertialDrive result = telling_why_not(live, [&] {
     return drive(recording, settings,
                  {.from_truth = o.begin == "truth",
-                  .ahead = o.threads > 1,
+                  .threads = o.threads,
                   .quiet = o.quiet,
                   .realtime = realtime(o),
                   .estimator = estimator,

@@ -81,7 +81,7 @@ class Loop {
         keeper_(recording, options.keep_images),
         feed_(recording, settings.frontend, imu_options(recording),
               read_masks(settings.frontend.mask, recording.cameras),
-              {.ahead = options.ahead,
+              {.threads = options.threads,
                .realtime = options.realtime,
                .stop = [&interrupt] { return interrupt.requested(); },
                .see = [this](const ImageFrame& images) { keeper_.see(images); }}),

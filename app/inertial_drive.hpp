@@ -22,7 +22,7 @@ class LiveView;
 /// How a recording with an IMU is run.
 struct InertialDriveOptions {
   bool from_truth = false;  ///< begin at the true state of the first frame that has one
-  bool ahead = true;        ///< the front end on a thread of its own; the bytes are the same
+  int threads = 3;          ///< as SensorFeedOptions::threads
   bool quiet = false;
   /// Recorded seconds in a second: the recording comes at that speed, and frames that come while
   /// too many wait are dropped. None: as fast as it is worked through, and nothing is dropped.

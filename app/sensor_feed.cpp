@@ -14,15 +14,18 @@ SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& front
                        const ImuBuffer::Options& imu, std::vector<GrayImage> masks,
                        const SensorFeedOptions& options)
     : recording_(&recording), stream_(recording), see_(options.see) {
-  const auto own = [this] { return next_event(); };
-  if (options.realtime) {
-    playback_.emplace(own, PlaybackOptions{.begin = first_event(recording),
-                                           .speed = *options.realtime,
-                                           .stop = options.stop});
+  std::function<std::optional<SensorEvent>()> next = [this] { return next_event(); };
+  const bool images = recording.images != nullptr;
+  if (options.realtime) {  // reads on a thread of its own
+    playback_.emplace(std::move(next), PlaybackOptions{.begin = first_event(recording),
+                                                       .speed = *options.realtime,
+                                                       .stop = options.stop});
+    next = [this] { return playback_->next(); };
+  } else if (images && options.threads > 2) {
+    ahead_.emplace(std::move(next));
+    next = [this] { return ahead_->next(); };
   }
-  const auto played = [this] { return playback_->next(); };
-  feed_.emplace(playback_ ? std::function<std::optional<SensorEvent>()>(played) : own, frontend,
-                recording.cameras, imu, options.ahead && recording.images != nullptr,
+  feed_.emplace(std::move(next), frontend, recording.cameras, imu, images && options.threads > 1,
                 std::move(masks));
 }
 
@@ -35,6 +38,7 @@ std::optional<double> SensorFeed::seconds_since(Time recorded) const {
 void SensorFeed::close() {
   if (playback_) playback_->stop();
   feed_.reset();
+  ahead_.reset();
   if (playback_) counts_ = playback_->counts();
   playback_.reset();
 }

@@ -6,11 +6,14 @@
 
 #include <chasles/data/recording.hpp>
 #include <chasles/slam/playback.hpp>
+#include <chasles/slam/read_ahead.hpp>
 
 namespace chasles::app {
 
 struct SensorFeedOptions {
-  bool ahead = true;  ///< the front end on a thread of its own
+  /// 2: the front end is on a thread of its own; 3: and so is reading the images. The bytes are the
+  /// same.
+  int threads = 3;
   std::optional<double>
       realtime;  ///< recorded seconds in a second; none: as fast as they are taken
   std::function<bool()> stop = [] { return false; };  ///< asked while a live sensor is waited for
@@ -54,6 +57,7 @@ class SensorFeed {
   int unreadable_ = 0;
   Playback::Counts counts_;
   std::optional<Playback> playback_;
+  std::optional<ReadAhead> ahead_;
   std::optional<FeatureFeed> feed_;
 };
 

@@ -25,17 +25,17 @@ std::map<std::string, std::string> files_of(const fs::path& folder) {
   return files;
 }
 
-TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndTwoAndChangeNothingElse) {
+TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, "simulate walk --images --set walk_duration=6 -o walk --quiet").code,
             0);
   for (const char* run : {"--threads 1 -o one --keep-images 7",
-                          "--threads 2 -o two --keep-images 7", "--threads 2 -o none"}) {
+                          "--threads 3 -o three --keep-images 7", "--threads 2 -o none"}) {
     const Outcome outcome = chasles(folder, std::string("run walk --quiet ") + run);
     ASSERT_EQ(outcome.code, 0) << outcome.err;
   }
   const auto one = files_of(folder / "one");
-  EXPECT_EQ(one, files_of(folder / "two"));
+  EXPECT_EQ(one, files_of(folder / "three"));
   for (const auto& [name, bytes] : files_of(folder / "none")) {
     EXPECT_EQ(one.at(name), bytes) << name;
   }
