@@ -24,6 +24,7 @@
 #include <chasles/sim/render_images.hpp>
 #include <chasles/slam/feature_feed.hpp>
 #include <chasles/slam/inertial_session.hpp>
+#include <chasles/slam/visual_inertial_slam.hpp>
 
 #include "plain_klt.hpp"
 
@@ -101,8 +102,11 @@ std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
   InertialSlamSettings settings;
   settings.max_landmarks = 50;
   settings.clones = 10;
-  InertialSession session(settings, {},
-                          {.cameras = used, .noise = *m.recording.imu_noise, .imu = imu});
+  InertialSession session(for_images(settings, cameras), {},
+                          {.cameras = used,
+                           .noise = *m.recording.imu_noise,
+                           .imu = imu,
+                           .pixel_sigma = kFrontendPixelSigma});
   FrontendSettings frontend;
   frontend.max_tracks = kTracks;
   EventStream stream(m.recording);
