@@ -81,7 +81,7 @@ std::optional<Deformation> deformation_lanes(const Patch& patch, const PyramidLe
   const int half = patch.side / 2;
   const Bilinear at(centre);
   Region region;
-  read_region(level, at.x - half, at.y - half, patch.side + 1, region);
+  read_region<Lanes + 1>(level, at.x - half, at.y - half, patch.side + 1, region);
   alignas(16) float image[Patch::kMaxSide * Lanes];
   interpolate<Lanes>(region, 0, 0, at, patch.side, image);
   const FactorProducts<Lanes> products(patch, image);

@@ -11,13 +11,13 @@ namespace {
 
 using namespace sampling;
 
-/// The sum of products of two patches, lane by lane: strict floating point forbids the compiler to
-/// reorder one sum, but not to keep many.
-template <int Lanes>
+/// The sum of products of a patch's rows and others of `Stride` floats, lane by lane: strict
+/// floating point forbids the compiler to reorder one sum, but not to keep many.
+template <int Lanes, int Stride = Patch::kLanes>
 float dot(const float* a, const float* b, int side) {
   alignas(16) float sum[Lanes] = {};
   for (int r = 0; r < side; ++r) {
-    for (int c = 0; c < Lanes; ++c) sum[c] += a[r * Patch::kLanes + c] * b[r * Patch::kLanes + c];
+    for (int c = 0; c < Lanes; ++c) sum[c] += a[r * Patch::kLanes + c] * b[r * Stride + c];
   }
   float total = 0;
   for (const float s : sum) total += s;
@@ -144,11 +144,13 @@ float correlation_of(const Patch& patch, const float* image, float with_value) {
 }
 
 /// The region around a point, read again where the patch left the last one.
+template <int Lanes>
 void look_at(const PyramidLevel& level, const Bilinear& at, int half, int side, bool first,
              Region& region) {
   const int x = at.x - half - region.x, y = at.y - half - region.y;
   if (!first && x >= 0 && y >= 0 && x <= 2 * kSlack && y <= 2 * kSlack) return;
-  read_region(level, at.x - half - kSlack, at.y - half - kSlack, side + 1 + 2 * kSlack, region);
+  read_region<Lanes + 1 + 2 * kSlack>(level, at.x - half - kSlack, at.y - half - kSlack,
+                                      side + 1 + 2 * kSlack, region);
 }
 
 template <int Lanes>
@@ -162,7 +164,7 @@ std::optional<PatchPosition> align_lanes(const Patch& patch, const PyramidLevel&
   for (int step = 0;; ++step) {
     if (!inside(level, found.centre)) return std::nullopt;
     const Bilinear at(found.centre);
-    look_at(level, at, half, patch.side, step == 0, region);
+    look_at<Lanes>(level, at, half, patch.side, step == 0, region);
     interpolate<Lanes>(region, at.x - half - region.x, at.y - half - region.y, at, patch.side,
                        image);
     const Products with = products<Lanes>(patch, image);
@@ -188,10 +190,11 @@ float correlation_lanes(const Patch& patch, const PyramidLevel& level,
                         const Eigen::Vector2f& centre) {
   const Bilinear at(centre);
   Region region;
-  read_region(level, at.x - patch.side / 2, at.y - patch.side / 2, patch.side + 1, region);
+  read_region<Lanes + 1>(level, at.x - patch.side / 2, at.y - patch.side / 2, patch.side + 1,
+                         region);
   alignas(16) float image[Patch::kMaxSide * Lanes];
   interpolate<Lanes>(region, 0, 0, at, patch.side, image);
-  return correlation_of<Lanes>(patch, image, products<Lanes>(patch, image).with_value);
+  return correlation_of<Lanes>(patch, image, dot<Lanes, Lanes>(patch.value, image, patch.side));
 }
 
 template <int Lanes>

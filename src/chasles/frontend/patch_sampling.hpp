@@ -31,13 +31,17 @@ static_assert(Patch::kMaxSide + 2 + 2 * kSlack + 1 <= kRegion);
 // Columns beyond the patch weigh nothing; where they reach behind a row they are the next row's.
 static_assert(Patch::kMaxSide / 2 + 2 + kSlack < PyramidLevel::kPad);
 
+/// `Columns` or a few more, to whole vectors.
+template <int Columns>
 inline void read_region(const PyramidLevel& level, int x, int y, int rows, Region& region) {
+  constexpr int columns = (Columns + 7) / 8 * 8;
+  static_assert(columns <= kRegion);
   region.x = x;
   region.y = y;
   for (int r = 0; r < rows; ++r) {
     const std::uint8_t* from = level.at(x, y + r);
     float* to = region.value + r * kRegion;
-    for (int c = 0; c < kRegion; ++c) to[c] = from[c];
+    for (int c = 0; c < columns; ++c) to[c] = from[c];
   }
 }
 
@@ -130,7 +134,7 @@ inline void sample(const PyramidLevel& level, const Eigen::Vector2f& centre,
   }
   const Bilinear at(centre);
   Region region;
-  read_region(level, at.x - side / 2, at.y - side / 2, side + 1, region);
+  read_region<Lanes + 1>(level, at.x - side / 2, at.y - side / 2, side + 1, region);
   interpolate<Lanes>(region, 0, 0, at, side, out);
 }
 
