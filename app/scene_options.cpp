@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <concepts>
+#include <cstddef>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -31,10 +33,14 @@ SettingList list_of(InertialSettings& settings) {
 // what coarser knots smooth away would be in them alone.
 double knots_for(const Trajectory& truth, double coarsest) {
   constexpr double kFinest = 0.02;  // [s]
-  if (truth.size() < 2) return coarsest;
-  const double spacing =
-      to_seconds(truth.back().time - truth.front().time) / static_cast<double>(truth.size() - 1);
-  return std::clamp(spacing, std::min(kFinest, coarsest), coarsest);
+  std::vector<double> spacings;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    spacings.push_back(to_seconds(truth[i].time - truth[i - 1].time));
+  }
+  if (spacings.empty()) return coarsest;
+  const auto median = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
+  std::nth_element(spacings.begin(), median, spacings.end());  // whatever gaps there are
+  return std::clamp(*median, std::min(kFinest, coarsest), coarsest);
 }
 
 // Samples, convention and densities of the recording.
