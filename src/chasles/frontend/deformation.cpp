@@ -78,12 +78,8 @@ std::optional<Deformation> deformation_lanes(const Patch& patch, const PyramidLe
                                              const Eigen::Vector2f& centre) {
   constexpr float kBendSigma = 0.02F, kGreySigma = 5;  // from image to image; of a pixel
   if (!inside(level, centre)) return std::nullopt;
-  const int half = patch.side / 2;
-  const Bilinear at(centre);
-  Region region;
-  read_region<Lanes + 1>(level, at.x - half, at.y - half, patch.side + 1, region);
   alignas(16) float image[Patch::kMaxSide * Lanes];
-  interpolate<Lanes>(region, 0, 0, at, patch.side, image);
+  sample_straight<Lanes>(level, centre, patch.side, image);
   const FactorProducts<Lanes> products(patch, image);
   Eigen::Matrix<float, 8, 8> H = Eigen::Matrix<float, 8, 8>::Zero();
   Eigen::Matrix<float, 8, 1> b;

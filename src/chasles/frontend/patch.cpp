@@ -188,12 +188,8 @@ std::optional<PatchPosition> align_lanes(const Patch& patch, const PyramidLevel&
 template <int Lanes>
 float correlation_lanes(const Patch& patch, const PyramidLevel& level,
                         const Eigen::Vector2f& centre) {
-  const Bilinear at(centre);
-  Region region;
-  read_region<Lanes + 1>(level, at.x - patch.side / 2, at.y - patch.side / 2, patch.side + 1,
-                         region);
   alignas(16) float image[Patch::kMaxSide * Lanes];
-  interpolate<Lanes>(region, 0, 0, at, patch.side, image);
+  sample_straight<Lanes>(level, centre, patch.side, image);
   return correlation_of<Lanes>(patch, image, dot<Lanes, Lanes>(patch.value, image, patch.side));
 }
 

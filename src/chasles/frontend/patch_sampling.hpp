@@ -79,6 +79,16 @@ inline void interpolate(const Region& region, int x, int y, const Bilinear& at, 
   }
 }
 
+/// The image at centre + o for all o of a square of `side` pixels, rows of `Lanes` floats.
+template <int Lanes>
+inline void sample_straight(const PyramidLevel& level, const Eigen::Vector2f& centre, int side,
+                            float* out) {
+  const Bilinear at(centre);
+  Region region;
+  read_region<Lanes + 1>(level, at.x - side / 2, at.y - side / 2, side + 1, region);
+  interpolate<Lanes>(region, 0, 0, at, side, out);
+}
+
 /// The image at centre + A o for all o of a square of `side` pixels, any A, rows of `Lanes` floats:
 /// the slow way. Row by row in three loops, because a compiler takes many pixels at a time where
 /// the loop that has to fetch them one by one does nothing else.
@@ -130,12 +140,9 @@ inline void sample(const PyramidLevel& level, const Eigen::Vector2f& centre,
   const float bend = (A - Eigen::Matrix2f::Identity()).cwiseAbs().maxCoeff();
   if (bend * static_cast<float>(side / 2) > kMaxBend) {
     sample_bent<Lanes>(level, centre, A, side, out);
-    return;
+  } else {
+    sample_straight<Lanes>(level, centre, side, out);
   }
-  const Bilinear at(centre);
-  Region region;
-  read_region<Lanes + 1>(level, at.x - side / 2, at.y - side / 2, side + 1, region);
-  interpolate<Lanes>(region, 0, 0, at, side, out);
 }
 
 }  // namespace chasles::sampling
