@@ -176,6 +176,8 @@ struct Fault {
   double bound;         ///< of the ATE of all parts together [m]
   double end_bound;     ///< of that of the last third [m]
   int resets;           ///< exactly
+  /// What a point is to count as [px]; 0: what a run takes. With more, more is borne.
+  double pixel_sigma = 0;
   /// More than the filter can bear: what is asked is that it says so.
   bool too_much = false;
 };
@@ -191,7 +193,9 @@ void PrintTo(const Fault& fault, std::ostream* out) { *out << fault.name; }
 FaultOutcome outcome_of(const Fault& fault, double from, double seconds, std::size_t cameras) {
   FaultySensors sensors(flight().recording, *flight().images, from, seconds, cameras);
   if (fault.put_in) fault.put_in(sensors);
-  FaultOutcome outcome = run(sensors, flight().recording, seconds / 3);
+  Recording recording = flight().recording;
+  if (fault.pixel_sigma > 0) recording.single_pixel_sigma = fault.pixel_sigma;
+  FaultOutcome outcome = run(sensors, recording, seconds / 3);
   print(fault.name, cameras, outcome);
   return outcome;
 }
@@ -212,8 +216,10 @@ const Fault kFaults[] = {
     {"a lens covered for 2 s", covered, 2, 0.04, 0.04, 0},
     {"three of ten tracks wander off", outliers, 2, 0.04, 0.04, 0},
     {"extrinsics wrong by 5 degrees", wrong_extrinsics, 2, 0.15, 0.05, 0},
-    {"samples 30 ms late", time_offset, 2, 0, 0, 0, true},
-    {"all together", all_together, 2, 0, 0, 0, true},
+    {"samples 30 ms late, 1 px", time_offset, 2, 0.3, 0.15, 0, 1},
+    {"all together, 1 px", all_together, 2, 0.15, 0.05, 0, 1},
+    {"samples 30 ms late", time_offset, 2, 0, 0, 0, 0, true},
+    {"all together", all_together, 2, 0, 0, 0, 0, true},
 };
 
 // What a live sensor may deliver and a reader does not: the front end never sees it.
