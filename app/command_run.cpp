@@ -101,7 +101,8 @@ void declare_method(CLI::App& parser, RunOptions& o) {
       "filter's run on (docs/batch.md); window:N: of the last N frames, with every frame, given "
       "all until then (docs/window.md)");
   add("--threads", o.threads, "N",
-      "2: images are followed ahead of the filter, 3: and read before; same bytes")
+      "3 (default): images are read, and followed, on threads of their own, ahead of the filter; "
+      "2: followed; 1: neither; the same bytes")
       ->check(CLI::Range(1, 3));
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
       ->allow_extra_args(false);
