@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/constants.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 // Against the recording's own calibration, IMU axes.
 Eigen::Vector3d turned(const SE3& imu_T_camera, const Camera& camera) {

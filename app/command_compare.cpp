@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
@@ -27,8 +28,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
-
-constexpr double kDegrees = 57.29577951308232;
 
 struct CompareOptions {
   SceneChoice scene;

@@ -25,7 +25,7 @@ struct EvaluateOptions {
   std::vector<Threshold> thresholds = truth_thresholds();
 };
 
-struct Estimate {
+struct EvaluatedEstimate {
   Trajectory trajectory;
   std::vector<Matrix6d> covariances;  ///< empty: not known
   Trajectory truth;                   ///< that a run folder brings along
@@ -33,13 +33,13 @@ struct Estimate {
   bool level = false;  ///< its world's z axis is vertical
 };
 
-Estimate read_estimate(const std::filesystem::path& path) {
+EvaluatedEstimate read_estimate(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(path, ignored)) {
     return {.trajectory = read_tum(path), .covariances = {}, .truth = {}};
   }
   const Run run = read_run(path);
-  Estimate estimate{.trajectory = {}, .covariances = {}, .truth = run.truth};
+  EvaluatedEstimate estimate{.trajectory = {}, .covariances = {}, .truth = run.truth};
   estimate.level = is_level(run);
   for (const RunState& s : run.states) {
     estimate.trajectory.push_back({.time = s.time, .pose = s.world_T_imu});
@@ -60,7 +60,7 @@ std::string markdown(const Evaluation& evaluation) {
 }
 
 int run(const EvaluateOptions& o) {
-  Estimate estimate = read_estimate(o.estimate);
+  EvaluatedEstimate estimate = read_estimate(o.estimate);
   if (!o.truth.empty()) estimate.truth = read_truth(o.truth);
   if (estimate.truth.empty()) {
     throw UsageError(fmt::format("{} brings no truth along: give a TRUTH", o.estimate.string()));

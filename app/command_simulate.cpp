@@ -37,7 +37,7 @@ struct SimulateOptions {
   bool json = false, quiet = false;
 };
 
-SettingList setting_list(StreetSettings& settings) {
+SettingList street_setting_list(StreetSettings& settings) {
   SettingCollector collector;
   for_each_field(settings, collector);
   return collector.settings;
@@ -52,14 +52,14 @@ std::string scenes_help() {
   StreetSettings defaults;
   return text +
          "\nSettings of the first, for --set and --config (defaults are those of `street`):\n" +
-         help_text(setting_list(defaults)) +
+         help_text(street_setting_list(defaults)) +
          "\nSettings of the second (defaults are those of `hallway`):\n" + inertial_settings_help();
 }
 
 StreetSettings street_settings_from(const SceneChoice& choice) {
   refuse_path(choice);
   StreetSettings settings = street_scene(choice.name);
-  const SettingList list = setting_list(settings);
+  const SettingList list = street_setting_list(settings);
   if (!choice.config.empty()) set_from_file(list, choice.config);
   for (const std::string& assignment : choice.sets) set(list, assignment);
   if (!choice.seed.empty()) set(list, "--seed", "seed", choice.seed);
@@ -189,7 +189,7 @@ int simulate(const SimulateOptions& o) {
   }
   StreetSettings settings = street_settings_from(o.scene);
   prepare_output(o.output);
-  return deliver(o, simulate_street(settings), to_json(setting_list(settings)));
+  return deliver(o, simulate_street(settings), to_json(street_setting_list(settings)));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@
 namespace chasles::app {
 namespace {
 
-RunState run_state(const Estimate& e, double milliseconds) {
+RunState drive_state(const Estimate& e, double milliseconds) {
   RunState state = frame_state(e, milliseconds);
   state.world_T_imu = e.world_T_imu;
   state.pose_covariance = e.pose_covariance;
@@ -62,7 +62,7 @@ void process_all(const Recording& recording, const Estimating& estimating,
     result.sightings.add(*frame);
     const std::optional<Estimate> estimate = estimating.frame(*frame);
     if (!estimate) continue;
-    result.run.states.push_back(run_state(*estimate, 1e3 * frame_time.seconds()));
+    result.run.states.push_back(drive_state(*estimate, 1e3 * frame_time.seconds()));
     result.estimates.push_back(*estimate);
     const double seconds = to_seconds(estimate->time - recording.frames.front().time);
     progress.show(result.run.states.size(), seconds);
@@ -149,7 +149,7 @@ void smooth(const Recording& recording, const Settings& settings, const BatchSet
   drive.run.stage_names.clear();
   for (Estimate& e : result.estimates) {
     e.health = believable(result.report) ? Health::kOk : Health::kDegraded;
-    drive.run.states.push_back(run_state(e, milliseconds));
+    drive.run.states.push_back(drive_state(e, milliseconds));
     drive.run.states.back().stages.clear();
   }
   drive.run.landmarks = run_landmarks(result.landmarks);

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::chrono::milliseconds kBetweenLooks{500};
+constexpr std::chrono::milliseconds kBetweenReads{500};
 constexpr int kShare = 10;
 
 fs::file_time_type written(const fs::path& file) {
@@ -41,7 +41,7 @@ void FollowedRun::look() {
     // Nothing is there yet, or it was read amid a row that is written: the next look will tell.
   }
   const Clock::time_point now = Clock::now();
-  next_ = now + std::max<Clock::duration>(kBetweenLooks, kShare * (now - start));
+  next_ = now + std::max<Clock::duration>(kBetweenReads, kShare * (now - start));
 }
 
 void FollowedRun::take(Run now) {

@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <initializer_list>
-#include <numbers>
 #include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/constants.hpp>
 #include <chasles/eval/table.hpp>
 
 #include "filter_options.hpp"
@@ -16,8 +16,6 @@ namespace chasles::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 std::size_t counted(const FilterSummary& summary) { return summary.runs - summary.diverged; }
 

@@ -48,7 +48,7 @@ void check(const FilterOptions& o) {
   }
 }
 
-FilterVariant from_file(const std::string& file) {
+FilterVariant loops_from_file(const std::string& file) {
   FilterVariant filter{.name = valid_utf8(std::filesystem::path(file).stem().string()),
                        .settings = {}};
   set_from_file(list_of(filter.settings), file);
@@ -85,7 +85,7 @@ LoopsSettings loops_from(const SceneChoice& choice) {
 std::vector<FilterVariant> loops_filters_from(const FilterOptions& o) {
   check(o);
   std::vector<FilterVariant> filters;
-  for (const std::string& file : o.configs) filters.push_back(from_file(file));
+  for (const std::string& file : o.configs) filters.push_back(loops_from_file(file));
   const bool nothing = o.configs.empty() && o.charts.empty();
   for (const std::string& chart : nothing ? all_charts() : o.charts) {
     filters.push_back(with_chart(chart));

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
@@ -25,8 +25,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 // The columns of a record, the same in its averages and in each of its seconds.
 template <typename Figures, typename Visitor>

@@ -4,7 +4,6 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <chasles/data/csv.hpp>
@@ -14,6 +13,7 @@
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
+#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {
@@ -139,8 +139,7 @@ void make_level(const fs::path& file, Recording& recording) {
         file.string(), size, kStandardGravity, kGravityOff));
   }
   const Eigen::Vector3d up = -fit->gravity_world / size;
-  const Eigen::Matrix3d level_R_board =
-      Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Matrix3d level_R_board = so3::between(up, Eigen::Vector3d::UnitZ());
   const SE3 level_T_board{level_R_board, Eigen::Vector3d::Zero()};
   for (StampedPose& row : recording.truth) row.pose = level_T_board * row.pose;
   for (TrueLandmark& row : recording.true_landmarks) row.p_world = level_T_board * row.p_world;

@@ -4,16 +4,16 @@
 
 #include <fmt/format.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/data/check_calibration.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kRotationOff = 2 * kDegree;
-constexpr double kRotationUnknown = 2 * kDegree;  // a standard deviation beyond it tells nothing
-constexpr double kOffset = 0.005;                 // [s]
+constexpr double kRotationOff = 2 * kRadians;
+constexpr double kRotationUnknown = 2 * kRadians;  // a standard deviation beyond it tells nothing
+constexpr double kOffset = 0.005;                  // [s]
 constexpr double kGainOff = 0.1;
 constexpr double kSigmas = 4;
 
@@ -64,8 +64,8 @@ Finding rotation_finding(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_i
   const double off = angle_between(cam_R_imu, fit.cam_R_imu);
   const double inverted = angle_between(cam_R_imu.transpose(), fit.cam_R_imu);
   Finding finding{.severity = Severity::kError,
-                  .value = off / kDegree,
-                  .threshold = limit / kDegree,
+                  .value = off / kRadians,
+                  .threshold = limit / kRadians,
                   .unit = "deg"};
   if (fit.mirrored) {
     finding.what = "the gyroscope fits the images only as a mirror image";
@@ -73,12 +73,12 @@ Finding rotation_finding(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_i
   } else if (inverted < std::max(limit, off / 3)) {
     finding.what = fmt::format(
         "the extrinsics look inverted: {:.1f} deg off, and {:.1f} deg the other way round",
-        off / kDegree, inverted / kDegree);
+        off / kRadians, inverted / kRadians);
     finding.advice = "give the inverse: cam_T_imu maps IMU coordinates to those of the camera";
   } else {
-    finding.what = fmt::format("its rotation against the IMU is off by {:.1f} deg", off / kDegree);
-    finding.advice = off > 30 * kDegree ? "look at the axes: camera x right, y down, z forward"
-                                        : "calibrate the camera against the IMU again";
+    finding.what = fmt::format("its rotation against the IMU is off by {:.1f} deg", off / kRadians);
+    finding.advice = off > 30 * kRadians ? "look at the axes: camera x right, y down, z forward"
+                                         : "calibrate the camera against the IMU again";
   }
   return finding;
 }
@@ -89,11 +89,11 @@ void report_rotation(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_imu,
     report.not_checked.push_back(fmt::format(
         "the rotation of {} against the IMU: the recording turns too little, or about one axis "
         "only ({:.1f} deg uncertain)",
-        about, fit.rotation_sigma / kDegree));
+        about, fit.rotation_sigma / kRadians));
     return;
   }
   const double off = angle_between(cam_R_imu, fit.cam_R_imu);
-  report.facts.push_back({about, "rotation off", off / kDegree, "deg"});
+  report.facts.push_back({about, "rotation off", off / kRadians, "deg"});
   const double limit = std::max(kRotationOff, kSigmas * fit.rotation_sigma);
   if (off <= limit && !fit.mirrored) return;
   report.findings.push_back(rotation_finding(fit, cam_R_imu, limit));

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kDark = 10, kBright = 250;
 constexpr double kDarkShare = 0.5, kBrightShare = 0.2;
 constexpr double kLeastContrast = 4;  // a covered lens shows its noise alone
-constexpr double kRepeatedShare = 0.02;
+constexpr double kImagesRepeat = 0.02;
 
 // Sums over the frames that were looked at.
 struct CameraSums {
@@ -90,7 +90,7 @@ void report_camera(const std::string& about, const CameraSums& sums, CheckReport
                "expose for a shorter time", report);
   report_share(about, sums.blank / n, 0, "the images show nothing",
                "look whether the lens was covered or the light was off", report);
-  report_share(about, sums.repeated / n, kRepeatedShare, "the images repeat the one before",
+  report_share(about, sums.repeated / n, kImagesRepeat, "the images repeat the one before",
                "look at the camera's driver: a frozen image says that nothing moves", report);
 }
 

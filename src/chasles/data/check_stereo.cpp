@@ -16,7 +16,7 @@ constexpr double kLeastBaseline = 0.005, kMostBaseline = 3;  // [m]
 constexpr double kBehind = 0.5;                              // share of the pairs
 constexpr double kEpipolar = 4;                              // [px]
 constexpr double kParallax = 0.005;  // below it a pair's depth has no sign [rad]
-constexpr std::size_t kFewestPairs = 50, kMostPairs = 20000;
+constexpr std::size_t kFewestMatches = 50, kMostMatches = 20000;
 
 struct RaysSeen {
   Eigen::Vector3d cam0, other;
@@ -35,7 +35,7 @@ std::vector<RaysSeen> seen_by_both(const std::vector<Camera>& cameras, int other
       const auto a = unproject(cameras[0], first[o.landmark]);
       const auto b = unproject(cameras[static_cast<std::size_t>(other)], o.pixel);
       if (a && b) pairs.push_back({a->ray.normalized(), b->ray.normalized()});
-      if (pairs.size() == kMostPairs) return pairs;
+      if (pairs.size() == kMostMatches) return pairs;
     }
   }
   return pairs;
@@ -116,7 +116,7 @@ void report_stereo(const std::vector<Camera>& cameras, const std::vector<Feature
     const double angle = so3::log(other_T_cam0.R).norm() * 180 / std::numbers::pi;
     report.facts.push_back({about, "angle to cam0", angle, "deg"});
     const auto pairs = seen_by_both(cameras, static_cast<int>(c), frames);
-    if (pairs.size() < kFewestPairs || other_T_cam0.p.norm() < kLeastBaseline) continue;
+    if (pairs.size() < kFewestMatches || other_T_cam0.p.norm() < kLeastBaseline) continue;
     report_pairs(check_pairs(pairs, other_T_cam0, cameras[c].fx), about, report);
   }
 }
@@ -131,7 +131,7 @@ void report_rectified(const std::vector<FeatureFrame>& frames, CheckReport& repo
       ++all;
     }
   }
-  if (all < static_cast<double>(kFewestPairs)) return;
+  if (all < static_cast<double>(kFewestMatches)) return;
   const auto middle = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 2);
   std::nth_element(rows.begin(), middle, rows.end());
   report_pairs({.behind = negative / all, .epipolar = *middle}, "stereo", report);

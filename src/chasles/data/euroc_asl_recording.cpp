@@ -22,8 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using Names = std::vector<std::string>;
 
-const Names kImuNames{"timestamp", "w_RS_S_x", "w_RS_S_y", "w_RS_S_z",
-                      "a_RS_S_x",  "a_RS_S_y", "a_RS_S_z"};
+const Names kAslImuNames{"timestamp", "w_RS_S_x", "w_RS_S_y", "w_RS_S_z",
+                         "a_RS_S_x",  "a_RS_S_y", "a_RS_S_z"};
 const std::vector<Names> kImageNames{{"timestamp", "filename"}};
 
 // The sensors' folder: the recording's mav0, or the recording's own.
@@ -36,7 +36,7 @@ fs::path folder_of(const fs::path& folder) {
   return folder_name(folder) == "mav0" ? folder / ".." : folder;
 }
 
-std::string name_of(const fs::path& folder) { return folder_name(folder_of(folder)); }
+std::string sequence_name(const fs::path& folder) { return folder_name(folder_of(folder)); }
 
 Camera read_camera(const fs::path& file) {
   const YamlMap map =
@@ -68,8 +68,8 @@ CameraFiles read_image_list(const fs::path& camera) {
   throw InputError(table.string() + ": lists no image, expected rows `time,file`");
 }
 
-std::vector<ImuSample> read_samples(const fs::path& file) {
-  CsvReader csv(file.string(), read_plain_or_gzip(file), {kImuNames});
+std::vector<ImuSample> read_asl_samples(const fs::path& file) {
+  CsvReader csv(file.string(), read_plain_or_gzip(file), {kAslImuNames});
   std::vector<ImuSample> imu;
   while (csv.next()) {
     imu.push_back({.time = csv.time(0),
@@ -79,7 +79,7 @@ std::vector<ImuSample> read_samples(const fs::path& file) {
   return imu;
 }
 
-void read_truth(const fs::path& folder, Recording& recording) {
+void read_asl_truth(const fs::path& folder, Recording& recording) {
   const fs::path states = sensors_of(folder) / "state_groundtruth_estimate0" / "data.csv";
   const fs::path poses = folder_of(folder) / "truth.tum";
   if (fs::exists(poses)) {  // not EuRoC's: put there on purpose
@@ -104,7 +104,7 @@ bool is_euroc_asl_folder(const fs::path& folder) {
 Recording read_euroc_asl_recording(const fs::path& folder) {
   const fs::path sensors = sensors_of(folder);
   Recording recording;
-  recording.name = name_of(folder);
+  recording.name = sequence_name(folder);
   std::vector<CameraFiles> images;
   for (int c = 0; c == 0 || fs::is_directory(sensors / fmt::format("cam{}", c)); ++c) {
     const fs::path camera = sensors / fmt::format("cam{}", c);
@@ -113,12 +113,12 @@ Recording read_euroc_asl_recording(const fs::path& folder) {
   }
   recording.imu_noise = read_euroc_imu_noise(sensors / "imu0" / "sensor.yaml");
   recording.imu_range = read_euroc_imu_range(sensors / "imu0" / "sensor.yaml");
-  recording.imu = read_samples(sensors / "imu0" / "data.csv");
+  recording.imu = read_asl_samples(sensors / "imu0" / "data.csv");
   tidy_samples(sensors / "imu0" / "data.csv", recording);
   // The cameras of a rig are triggered together: EuRoC's have the very same times.
   recording.images =
       open_image_files(std::move(images), recording.cameras, kSameInstant, recording.remarks);
-  read_truth(folder, recording);
+  read_asl_truth(folder, recording);
   recording.plan = read_plan_of(folder_of(folder));
   remark_on_coverage(recording);
   return recording;

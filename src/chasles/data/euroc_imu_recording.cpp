@@ -48,7 +48,7 @@ void remark_on_gravity(Recording& recording) {
       degrees));
 }
 
-void read_truth(const fs::path& file, Recording& recording) {
+void read_truth_file(const fs::path& file, Recording& recording) {
   const std::string name = file.filename().string();
   if (name.find("_gt.csv") != std::string::npos) {
     read_euroc_states(file, recording);
@@ -77,7 +77,7 @@ Recording read_euroc_imu_recording(const fs::path& file) {
     throw InputError(fmt::format("{}: holds no sample, expected an IMU's", file.string()));
   }
   if (const auto truth = truth_beside(file)) {
-    read_truth(*truth, recording);
+    read_truth_file(*truth, recording);
   } else {
     recording.remarks.push_back(
         fmt::format("no truth: there is no {}_gt.csv (or .txt, .gz) beside", recording.name));

@@ -29,10 +29,6 @@ const std::vector<Names> kStateNames{
     {"time", "px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "bwx", "bwy", "bwz", "bax",
      "bay", "baz"}};
 
-Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column) {
-  return {csv.finite(column), csv.finite(column + 1), csv.finite(column + 2)};
-}
-
 YamlMap read_sensor(const std::filesystem::path& file, const std::string& type, Names needed) {
   needed.insert(needed.begin(), {"sensor_type", "T_BS"});
   const YamlMap map = YamlMap::read(file, {.known = {}, .needed = needed});

@@ -10,12 +10,12 @@ namespace chasles {
 namespace {
 
 constexpr std::size_t kMostSteps = 250;
-constexpr std::size_t kMostPairs = 40;       // of a step
-constexpr double kTurning = 0.1;             // [rad/s]
-constexpr double kPixelSigma = 1;            // [px]
-constexpr double kOutlierFrom = 2;           // where the cost turns from square to logarithm [px]
-constexpr double kLeastAngularSigma = 2e-3;  // [rad/s]
-constexpr double kLeastLinearSigma = 0.05;   // [m/s]
+constexpr std::size_t kMostPairsOfStep = 40;  // of a step
+constexpr double kTurningRate = 0.1;          // [rad/s]
+constexpr double kPixelSigma = 1;             // [px]
+constexpr double kOutlierFrom = 2;            // where the cost turns from square to logarithm [px]
+constexpr double kLeastAngularSigma = 2e-3;   // [rad/s]
+constexpr double kLeastLinearSigma = 0.05;    // [m/s]
 
 /// A point of one frame and where the next one saw it.
 struct Pair {
@@ -66,7 +66,7 @@ std::vector<std::size_t> turning_steps(const std::vector<BodyVelocity>& velociti
   }
   std::vector<std::size_t> steps(rates.size());
   std::iota(steps.begin(), steps.end(), std::size_t{0});
-  std::erase_if(steps, [&](std::size_t k) { return rates[k] < kTurning; });
+  std::erase_if(steps, [&](std::size_t k) { return rates[k] < kTurningRate; });
   std::stable_sort(steps.begin(), steps.end(),
                    [&](std::size_t a, std::size_t b) { return rates[a] > rates[b]; });
   return steps;
@@ -78,7 +78,7 @@ std::vector<Pair> common_points(const StereoRig& rig, const FeatureFrame& now,
   auto seen = next.observations.begin();
   for (const StereoObservation& observation : now.observations) {
     while (seen != next.observations.end() && seen->landmark < observation.landmark) ++seen;
-    if (seen == next.observations.end() || pairs.size() == kMostPairs) break;
+    if (seen == next.observations.end() || pairs.size() == kMostPairsOfStep) break;
     if (seen->landmark != observation.landmark) continue;
     const auto point = triangulate(rig, observation.pixels);
     if (point) pairs.push_back({.p_cam0 = point->p_cam0, .seen = seen->pixels.head<2>()});

@@ -1,19 +1,20 @@
 #include <cmath>
-#include <numbers>
 
+#include <chasles/constants.hpp>
 #include <chasles/data/georeference.hpp>
 
 namespace chasles {
 namespace {
 
 constexpr double kEarthRadius = 6378137;  // [m]
-constexpr double kDegree = std::numbers::pi / 180;
 
-double scale(const Georeference& g) { return std::cos(g.origin.latitude * kDegree) * kEarthRadius; }
+double scale(const Georeference& g) {
+  return std::cos(g.origin.latitude * kRadians) * kEarthRadius;
+}
 
 Eigen::Vector3d project(double scale, const Geodetic& place) {
-  return {scale * place.longitude * kDegree,
-          scale * std::log(std::tan((90 + place.latitude) * kDegree / 2)), place.altitude};
+  return {scale * place.longitude * kRadians,
+          scale * std::log(std::tan((90 + place.latitude) * kRadians / 2)), place.altitude};
 }
 
 }  // namespace
@@ -26,8 +27,8 @@ Eigen::Vector3d to_world(const Georeference& georeference, const Geodetic& place
 Geodetic to_geodetic(const Georeference& georeference, const Eigen::Vector3d& p_world) {
   const double s = scale(georeference);
   const Eigen::Vector3d p = p_world + project(s, georeference.origin);
-  return {.latitude = 2 * std::atan(std::exp(p.y() / s)) / kDegree - 90,
-          .longitude = p.x() / (s * kDegree),
+  return {.latitude = 2 * std::atan(std::exp(p.y() / s)) / kRadians - 90,
+          .longitude = p.x() / (s * kRadians),
           .altitude = p.z()};
 }
 

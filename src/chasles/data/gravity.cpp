@@ -68,7 +68,7 @@ std::optional<Integrals> integrals(const Trajectory& poses, const std::vector<Im
 }
 
 // The normal equations for [bias; gravity].
-struct Equations {
+struct GravityEquations {
   Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
   int windows = 0;
@@ -91,7 +91,7 @@ struct Equations {
 std::optional<GravityFit> fit_gravity(const Trajectory& world_T_imu,
                                       const std::vector<ImuSample>& imu) {
   if (imu.size() < 2) return std::nullopt;
-  Equations equations;
+  GravityEquations equations;
   for (const auto& run : runs_of(world_T_imu)) {
     for (Index i = 2; i < run.size(); ++i) {
       if (world_T_imu[run[i - 2]].time < imu.front().time) continue;

@@ -12,7 +12,7 @@
 namespace chasles {
 namespace {
 
-constexpr std::size_t kHeader = 10, kTrailer = 8;
+constexpr std::size_t kGzipHeader = 10, kGzipTrailer = 8;
 constexpr std::size_t kLargest = 1'000'000'000;
 // Deflate cannot shrink by more than 1032 : 1, so that a file that claims more is lying.
 constexpr std::size_t kMostInflation = 1040;
@@ -45,7 +45,7 @@ std::string_view after_header(std::string_view bytes, const std::string& where) 
   if (byte_at(bytes, 2) != 8 || (flags & kUnknown) != 0) {
     throw InputError(where + ": is a gzip file of an unknown kind, expected one of deflate");
   }
-  std::string_view rest = bytes.substr(kHeader);
+  std::string_view rest = bytes.substr(kGzipHeader);
   const auto skip = [&](std::size_t size) {
     if (rest.size() < size) fail_short(where);
     rest.remove_prefix(size);
@@ -62,10 +62,10 @@ std::string_view after_header(std::string_view bytes, const std::string& where) 
 }
 
 Member parse_member(std::string_view bytes, const std::string& where) {
-  if (bytes.size() < kHeader + kTrailer) fail_short(where);
+  if (bytes.size() < kGzipHeader + kGzipTrailer) fail_short(where);
   const std::string_view rest = after_header(bytes, where);
-  if (rest.size() < kTrailer) fail_short(where);
-  const std::size_t end = rest.size() - kTrailer;
+  if (rest.size() < kGzipTrailer) fail_short(where);
+  const std::size_t end = rest.size() - kGzipTrailer;
   Member member{.deflated = rest.substr(0, end),
                 .check_sum = number_at(rest, end),
                 .size = number_at(rest, end + 4)};

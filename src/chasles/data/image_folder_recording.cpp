@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kTimeColumns{"time_ns", "file"};
-const std::vector<std::string> kImuColumns{"time_ns", "wx", "wy", "wz", "ax", "ay", "az"};
+const std::vector<std::string> kFolderImuColumns{"time_ns", "wx", "wy", "wz", "ax", "ay", "az"};
 
 void take_own_calibration(const fs::path& file, Recording& recording) {
   const FolderCalibration calibration = read_calibration(file);
@@ -80,8 +80,8 @@ std::vector<CameraFiles> list_cameras(const fs::path& images, std::size_t camera
                                next.string(), cameras, cameras == 1 ? "" : "s"));
 }
 
-void read_samples(const fs::path& file, Recording& recording) {
-  CsvReader csv(file, kImuColumns);
+void read_folder_samples(const fs::path& file, Recording& recording) {
+  CsvReader csv(file, kFolderImuColumns);
   while (csv.next()) {
     recording.imu.push_back({.time = csv.time(0),
                              .specific_force_imu = {csv.finite(4), csv.finite(5), csv.finite(6)},
@@ -95,7 +95,7 @@ void read_samples(const fs::path& file, Recording& recording) {
 Recording read_image_folder_recording(const fs::path& folder) {
   Recording recording;
   take_calibration(folder, recording);
-  read_samples(folder / "imu.csv", recording);
+  read_folder_samples(folder / "imu.csv", recording);
   recording.images = open_image_files(list_cameras(folder / "images", recording.cameras.size()),
                                       recording.cameras, kSameInstant, recording.remarks);
   if (fs::exists(folder / "truth.tum")) recording.truth = read_tum(folder / "truth.tum");

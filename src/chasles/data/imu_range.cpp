@@ -12,7 +12,7 @@ namespace {
 constexpr double kLeastForceRange = 19;  // two g [m/s^2]
 constexpr double kLeastRateRange = 2.1;  // 125 deg/s [rad/s]
 constexpr std::size_t kRun = 3;          // successive samples that are the same
-constexpr double kRepeatedShare = 0.05;
+constexpr double kAxisRepeats = 0.05;
 constexpr double kEnds = 1e-3;
 
 using Value = Eigen::Vector3d ImuSample::*;
@@ -21,7 +21,7 @@ using Value = Eigen::Vector3d ImuSample::*;
 bool repeats(const std::vector<ImuSample>& imu, Value value) {
   std::size_t repeated = 0;
   for (std::size_t i = 1; i < imu.size(); ++i) repeated += imu[i].*value == imu[i - 1].*value;
-  return static_cast<double>(repeated) > kRepeatedShare * static_cast<double>(imu.size());
+  return static_cast<double>(repeated) > kAxisRepeats * static_cast<double>(imu.size());
 }
 
 // An axis stays at `largest`, or at its opposite, for a while.

@@ -16,11 +16,11 @@ const std::vector<std::string> kPixelColumns{"time_ns", "camera", "landmark", "u
 const std::vector<std::string> kMotionColumns{"time_ns", "vx",  "vy",  "vz",  "bax",
                                               "bay",     "baz", "bgx", "bgy", "bgz"};
 
+}  // namespace
+
 Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column) {
   return {csv.finite(column), csv.finite(column + 1), csv.finite(column + 2)};
 }
-
-}  // namespace
 
 std::vector<ImuSample> read_imu_rows(CsvReader& csv) {
   std::vector<ImuSample> imu;

@@ -11,6 +11,9 @@ namespace chasles {
 // The tables of a recording folder that an IMU and single cameras need (docs/formats.md). Reading
 // throws InputError with file, line and column.
 
+/// The finite numbers of that column and the two behind it.
+Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column);
+
 /// The rows `time, wx, wy, wz, ax, ay, az` of EuRoC's order; times rise strictly.
 std::vector<ImuSample> read_imu_rows(CsvReader& csv);
 

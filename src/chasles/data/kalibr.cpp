@@ -72,7 +72,7 @@ void read_camera(const YamlMap& map, const std::string& name, KalibrCalibration&
       name, 1e3 * std::abs(shift), shift < 0 ? "late" : "early"));
 }
 
-void read_imu(const YamlMap& map, KalibrCalibration& calibration) {
+void read_imu_noise(const YamlMap& map, KalibrCalibration& calibration) {
   calibration.imu_noise = {
       .accelerometer_noise_density = map.not_negative("accelerometer_noise_density"),
       .accelerometer_random_walk = map.not_negative("accelerometer_random_walk"),
@@ -111,7 +111,7 @@ KalibrCalibration read_kalibr(const KalibrFiles& files) {
                 name, calibration);
   }
   const YamlMap imu = YamlMap::read(files.imu, {.known = {}, .needed = {}});
-  read_imu(imu.has("imu0") ? imu.map("imu0", {.known = {}, .needed = {}}) : imu, calibration);
+  read_imu_noise(imu.has("imu0") ? imu.map("imu0", {.known = {}, .needed = {}}) : imu, calibration);
   return calibration;
 }
 

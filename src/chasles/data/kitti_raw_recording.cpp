@@ -83,7 +83,7 @@ Camera read_camera(const KittiCalibration& cameras, int number, const SE3& cam0_
   return camera;
 }
 
-CameraFiles list_images(const fs::path& camera) {
+CameraFiles list_kitti_images(const fs::path& camera) {
   CameraFiles files{.folder = camera / "data", .images = {}};
   for (const Time time : read_kitti_times(camera / "timestamps.txt")) {
     files.images.push_back({.time = time, .file = fmt::format("{:010}.png", files.images.size())});
@@ -108,7 +108,7 @@ fs::path sibling(const fs::path& folder, const std::string& from, const std::str
   return folder / ".." / name.replace(at, from.size(), to);
 }
 
-void read_samples(const fs::path& synced, Recording& recording) {
+void read_oxts_samples(const fs::path& synced, Recording& recording) {
   const fs::path unsynced = sibling(synced, "_sync", "_extract") / "oxts";
   const bool fast = fs::exists(unsynced / "timestamps.txt");
   std::vector<OxtsPacket> packets = read_oxts(fast ? unsynced : synced / "oxts");
@@ -120,7 +120,7 @@ void read_samples(const fs::path& synced, Recording& recording) {
       "beside the _sync folder");
 }
 
-void read_truth(const fs::path& synced, Recording& recording) {
+void read_oxts_truth(const fs::path& synced, Recording& recording) {
   const std::vector<OxtsPacket> packets = read_oxts(synced / "oxts");
   recording.truth = oxts_trajectory(packets);
   recording.georeference = oxts_georeference(packets);
@@ -152,10 +152,10 @@ Recording read_kitti_raw_recording(const fs::path& folder) {
   std::vector<CameraFiles> images;
   for (const int number : cameras_in(folder)) {
     recording.cameras.push_back(read_camera(calibration, number, cam0_T_imu));
-    images.push_back(list_images(folder / fmt::format("image_{:02}", number)));
+    images.push_back(list_kitti_images(folder / fmt::format("image_{:02}", number)));
   }
-  read_samples(folder, recording);
-  read_truth(folder, recording);
+  read_oxts_samples(folder, recording);
+  read_oxts_truth(folder, recording);
   recording.images =
       open_image_files(std::move(images), recording.cameras, kSameInstant, recording.remarks);
   remark_on_coverage(recording);

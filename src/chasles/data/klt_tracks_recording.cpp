@@ -44,7 +44,7 @@ constexpr ImuNoise kEurocNoise{.accelerometer_noise_density = 2e-3,
                                .gyroscope_random_walk = 1.9393e-5};
 
 // MH_01_easy of MH_01_easy_klt_tracks_cam0.csv.gz.
-std::string sequence_of(const fs::path& file) {
+std::string klt_sequence_of(const fs::path& file) {
   const std::string name = file.filename().string();
   const std::size_t at = name.find(kNameEnding);
   if (at != std::string::npos) return name.substr(0, at);
@@ -99,7 +99,7 @@ std::vector<FeatureFrame> read_tracks(const fs::path& file, const Camera& camera
 bool begins_klt_tracks(std::string_view bytes) { return bytes.starts_with(kFirstColumns); }
 
 Recording read_klt_tracks_recording(const fs::path& file) {
-  const std::string sequence = sequence_of(file);
+  const std::string sequence = klt_sequence_of(file);
   Recording recording = read_euroc_imu_recording(samples_beside(file, sequence));
   recording.name = sequence + "_tracks";
   const fs::path sensor = file.parent_path() / "cam0_sensor.yaml";

@@ -13,10 +13,10 @@
 namespace chasles {
 namespace {
 
-constexpr std::size_t kLargestField = 10'000'000;
+constexpr std::size_t kLargestMatField = 10'000'000;
 // MATLAB compresses with deflate, which cannot shrink by more than 1032 : 1, on top of storing
 // doubles as bytes where they fit, which saves another 8 : 1.
-constexpr std::size_t kMostInflation = 1040 * 8;
+constexpr std::size_t kMostMatInflation = 1040 * 8;
 
 using Variable = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
 
@@ -25,7 +25,7 @@ void check_shape(const matvar_t& variable, std::size_t file_size, const std::str
   std::size_t bytes = sizeof(double);
   for (int axis = 0; axis < variable.rank; ++axis) {
     const std::size_t size = variable.dims[axis];
-    if (size != 0 && bytes > file_size * kMostInflation / size) {
+    if (size != 0 && bytes > file_size * kMostMatInflation / size) {
       throw InputError(fmt::format(
           "{}: claims more numbers than a file of {} bytes can hold: the file is damaged", where,
           file_size));
@@ -208,9 +208,9 @@ NumberArray MatFile::read(const std::string& field) const {
       [&](const std::vector<std::size_t>& shape) {
         std::size_t count = 1;
         for (const std::size_t size : shape) count *= size;
-        if (shape.size() > 2 || count > kLargestField) {
+        if (shape.size() > 2 || count > kLargestMatField) {
           throw InputError(fmt::format("{}: has shape {}, expected a matrix of at most {} numbers",
-                                       where(field), shape_text(shape), kLargestField));
+                                       where(field), shape_text(shape), kLargestMatField));
         }
         array.shape = shape;
       },

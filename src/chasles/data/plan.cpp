@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kColumns = {"line", "kind", "x", "y"};
+const std::vector<std::string> kPlanColumns = {"line", "kind", "x", "y"};
 constexpr const char* kFile = "plan.csv";
 
 const char* name(PlanLine::Kind kind) {
@@ -62,7 +62,7 @@ PlanLine& line_of(const CsvReader& csv, Plan& plan) {
 }  // namespace
 
 Plan read_plan(const fs::path& file) {
-  CsvReader csv(file, kColumns);
+  CsvReader csv(file, kPlanColumns);
   Plan plan;
   while (csv.next()) {
     PlanLine& line = line_of(csv, plan);
@@ -87,7 +87,7 @@ void write_plan_of(const Plan& plan, const fs::path& folder) {
                      p.y());
     }
   }
-  write_table(folder / kFile, kColumns, {rows.data(), rows.size()});
+  write_table(folder / kFile, kPlanColumns, {rows.data(), rows.size()});
 }
 
 }  // namespace chasles

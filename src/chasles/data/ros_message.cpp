@@ -54,7 +54,7 @@ class Fields {
   const std::string* where_;
 };
 
-std::uint32_t byte(std::string_view bytes, std::size_t at) {
+std::uint32_t pixel_byte(std::string_view bytes, std::size_t at) {
   return static_cast<unsigned char>(bytes[at]);
 }
 
@@ -111,9 +111,10 @@ GrayImage ros_image(std::string_view message, const ImageSize& expected, const s
   const std::size_t red = encoding == "rgb8" ? 0 : 2;
   for (std::size_t v = 0; v < height; ++v) {
     for (std::size_t at = v * step; at < v * step + width * channels; at += channels) {
-      image.pixels.push_back(channels == 1 ? static_cast<std::uint8_t>(byte(data, at))
-                                           : grey_of(byte(data, at + red), byte(data, at + 1),
-                                                     byte(data, at + 2 - red)));
+      image.pixels.push_back(channels == 1
+                                 ? static_cast<std::uint8_t>(pixel_byte(data, at))
+                                 : grey_of(pixel_byte(data, at + red), pixel_byte(data, at + 1),
+                                           pixel_byte(data, at + 2 - red)));
     }
   }
   return image;

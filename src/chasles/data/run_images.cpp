@@ -17,11 +17,11 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kImageColumns = {"time_ns", "camera", "width", "height", "image"};
-const std::vector<std::string> kFeatureColumns = {
+const std::vector<std::string> kImageFeatureColumns = {
     "time_ns",  "camera",     "landmark",   "u",      "v",      "age",    "u_before",
     "v_before", "u_expected", "v_expected", "cov_uu", "cov_uv", "cov_vv", "fate"};
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr int kMostPixels = 1'000'000;  // of a side
+constexpr int kLargestSide = 1'000'000;  // of a side
 
 std::string picture_name(const RunImage& image) {
   return fmt::format("images/cam{}_{}.jpg", image.camera, image.time.count());
@@ -87,7 +87,7 @@ std::optional<Eigen::Vector2d> pixel(const CsvReader& csv, std::size_t column) {
 RunFeature read_feature(const CsvReader& csv) {
   RunFeature f;
   f.judged.observation = {.landmark = csv.integer(2),
-                          .camera = whole(csv, 1, kMostPixels),
+                          .camera = whole(csv, 1, kLargestSide),
                           .pixel = {csv.finite(3), csv.finite(4)}};
   f.age = whole(csv, 5, std::numeric_limits<int>::max());
   f.before = pixel(csv, 6);
@@ -111,7 +111,7 @@ bool is_of(const RunImage& image, const CsvReader& csv) {
 
 // The rows of an image follow each other, in the order of images.csv.
 void read_features(const fs::path& file, std::vector<RunImage>& images) {
-  CsvReader csv(file, kFeatureColumns);
+  CsvReader csv(file, kImageFeatureColumns);
   auto image = images.begin();
   while (csv.next()) {
     while (image != images.end() && !is_of(*image, csv)) ++image;
@@ -143,7 +143,7 @@ void write_run_images(const std::vector<RunImage>& images, const fs::path& folde
     write_file(folder / file, image.jpeg);
   }
   write_table(folder / "images.csv", kImageColumns, {rows.data(), rows.size()});
-  write_table(folder / "features.csv", kFeatureColumns, {features.data(), features.size()});
+  write_table(folder / "features.csv", kImageFeatureColumns, {features.data(), features.size()});
 }
 
 std::vector<RunImage> read_run_images(const fs::path& folder) {
@@ -152,9 +152,9 @@ std::vector<RunImage> read_run_images(const fs::path& folder) {
   CsvReader csv(folder / "images.csv", kImageColumns);
   while (csv.next()) {
     RunImage image{.time = csv.time(0),
-                   .camera = whole(csv, 1, kMostPixels),
-                   .width = whole(csv, 2, kMostPixels),
-                   .height = whole(csv, 3, kMostPixels),
+                   .camera = whole(csv, 1, kLargestSide),
+                   .width = whole(csv, 2, kLargestSide),
+                   .height = whole(csv, 3, kLargestSide),
                    .jpeg = {},
                    .features = {}};
     const auto key = [](const RunImage& i) { return std::pair(i.time, i.camera); };

@@ -12,19 +12,19 @@
 namespace chasles {
 namespace {
 
-constexpr std::array<const char*, 8> kColumns{"t", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+constexpr std::array<const char*, 8> kTumColumns{"t", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
 
 // OpenVINS writes six variances behind the pose; they are not read.
 constexpr std::size_t kColumnsOfOpenVins = 14;
 
 StampedPose parse_row(const std::string& where, const std::vector<std::string_view>& words) {
-  if (words.size() != kColumns.size() && words.size() != kColumnsOfOpenVins) {
+  if (words.size() != kTumColumns.size() && words.size() != kColumnsOfOpenVins) {
     throw InputError(fmt::format("{}: has {} columns, expected {}: t tx ty tz qx qy qz qw", where,
-                                 words.size(), kColumns.size()));
+                                 words.size(), kTumColumns.size()));
   }
   std::array<double, 8> numbers{};
-  for (std::size_t i = 1; i < kColumns.size(); ++i) {
-    numbers[i] = parse_finite(where + ": " + kColumns[i], words[i]);
+  for (std::size_t i = 1; i < kTumColumns.size(); ++i) {
+    numbers[i] = parse_finite(where + ": " + kTumColumns[i], words[i]);
   }
   return {.time = parse_seconds(where + ": t", words[0]),
           .pose = {checked_quaternion(where, {numbers[4], numbers[5], numbers[6], numbers[7]}),

@@ -1,16 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
+#include <chasles/constants.hpp>
 #include <chasles/eval/ate.hpp>
 
 namespace chasles {
-namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
-
-}  // namespace
+namespace {}  // namespace
 
 Statistics statistics(std::vector<double> magnitudes) {
   Statistics s;

@@ -1,21 +1,17 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
 
 namespace chasles {
-namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
+namespace {}  // namespace
 
 // P is scaled to unit diagonal first, so that "singular" does not depend on the units: a pivot
 // below the limit is a correlation of 1 within round-off.

@@ -1,15 +1,13 @@
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/rpe.hpp>
 
 namespace chasles {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 struct Piece {
   std::size_t first, last;

@@ -45,7 +45,7 @@ double stretch(const Eigen::Matrix2d& A) {
 /// found: what is a corner then is another point, and nobody tells by how much it has drifted.
 std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const FrontendSettings& settings,
                                          const Followed& followed, PatchAnchor& anchor) {
-  constexpr double kNear = 1.5;  // [px]
+  constexpr double kNearFollowed = 1.5;  // [px]
   const int now = step.past.count();
   const int age = now - anchor.image;
   if (age % kEvery != 0) return followed.pixel;
@@ -56,7 +56,7 @@ std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const Fronten
   const auto kept = find_again(
       step.past.at(anchor.image), step.now,
       {.from = anchor.pixel, .to = followed.pixel, .to_A_from = anchor.now_A_then}, alike);
-  if (!kept || (kept->pixel - followed.pixel).norm() > kNear) return std::nullopt;
+  if (!kept || (kept->pixel - followed.pixel).norm() > kNearFollowed) return std::nullopt;
   const Eigen::Matrix2d now_A_first = kept->to_A_from * anchor.then_A_first;
   if (!(stretch(now_A_first) <= settings.max_stretch)) return std::nullopt;
   anchor.now_A_then = kept->to_A_from;

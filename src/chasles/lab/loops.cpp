@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <unordered_map>
 #include <vector>
 
 #include <Eigen/Geometry>
 
+#include <chasles/constants.hpp>
 #include <chasles/eval/nees.hpp>
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/lab/loops.hpp>
@@ -22,7 +22,6 @@ using Eigen::Vector3d;
 
 // What a component of nothing is uncertain by [m, rad].
 constexpr double kLeastSigma = 1e-4;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 SE3 true_pose(const LoopsSettings& s, int step) {
   const auto at = [&](double k) -> Vector3d {

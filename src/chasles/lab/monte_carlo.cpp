@@ -1,18 +1,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <type_traits>
 #include <utility>
 
+#include <chasles/constants.hpp>
 #include <chasles/lab/monte_carlo.hpp>
 #include <chasles/lab/workers.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 
 namespace chasles {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 double median(std::vector<double> values) {
   std::erase_if(values, [](double v) { return std::isnan(v); });

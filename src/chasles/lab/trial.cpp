@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <limits>
 #include <numbers>
 #include <variant>
 
+#include <chasles/constants.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
@@ -17,7 +17,6 @@
 namespace chasles {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr Time kLongestGap = std::chrono::milliseconds(100);  // of the truth that is bridged
 constexpr double kSlopeReach = 0.5;                           // [s] to both sides
 constexpr double kSlopeKnots = 0.1;                           // [s]

@@ -1,12 +1,12 @@
-#include <numbers>
 #include <utility>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/data/gravity.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lab/true_motion.hpp>
+#include <chasles/lie/so3.hpp>
 #include <chasles/sim/inertial_imu.hpp>
 #include <chasles/smooth/pose_fusion.hpp>
 
@@ -20,9 +20,8 @@ std::string make_agree(InertialScene& scene) {
         "three seconds of both at the same times",
         scene.path.size(), scene.imu.size()));
   }
-  const auto turn =
-      Eigen::Quaterniond::FromTwoVectors(fit->gravity_world, -Eigen::Vector3d::UnitZ());
-  const SE3 upright{turn.toRotationMatrix(), Eigen::Vector3d::Zero()};
+  const SE3 upright{so3::between(fit->gravity_world, -Eigen::Vector3d::UnitZ()),
+                    Eigen::Vector3d::Zero()};
   for (StampedPose& pose : scene.path) pose.pose = upright * pose.pose;
   PoseFusion fused = fuse_poses(scene.path, scene.imu,
                                 {.noise = imu_noise(scene.settings),
@@ -32,8 +31,8 @@ std::string make_agree(InertialScene& scene) {
   return fmt::format(
       "truth: turned upright by {:.2f} deg, then moved by {:.1f} mm and {:.2f} mrad (rms) to what "
       "it and the IMU agree on (cost per degree of freedom {:.2f}, {} steps)",
-      Eigen::AngleAxisd(turn).angle() * 180 / std::numbers::pi, 1e3 * fused.position_moved,
-      1e3 * fused.rotation_moved, fused.cost_per_dof, fused.iterations);
+      so3::log(upright.R).norm() * kDegrees, 1e3 * fused.position_moved, 1e3 * fused.rotation_moved,
+      fused.cost_per_dof, fused.iterations);
 }
 
 }  // namespace chasles

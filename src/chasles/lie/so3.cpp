@@ -21,6 +21,8 @@ namespace {
 // have lost at most one digit.
 constexpr double kSeriesBelow = 2.0;
 
+constexpr double kNearlyOpposite = -0.99;  // cosine of two directions
+
 double series(double t2, int n) {
   double term = 1.0;
   for (int i = 2; i <= n; ++i) term /= i;
@@ -101,6 +103,23 @@ Eigen::Matrix3d gamma2(const Eigen::Vector3d& phi) {
 
 Eigen::Matrix3d normalized(const Eigen::Matrix3d& R) {
   return Eigen::Quaterniond(R).normalized().toRotationMatrix();
+}
+
+Eigen::Matrix3d between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d a = from.normalized(), b = to.normalized(), normal = a.cross(b);
+  const double cosine = b.dot(a);
+  if (cosine < kNearlyOpposite) {
+    // Half a turn takes a to -a, from where it is not far. Below, 1 + cosine would have lost
+    // digits.
+    Eigen::Vector3d axis = normal - a.dot(normal) * a;
+    axis = axis.norm() > 1e-14 ? axis.normalized() : a.unitOrthogonal();
+    return between(-a, b) * (2 * axis * axis.transpose() - Eigen::Matrix3d::Identity());
+  }
+  const double twice_half_cosine = std::sqrt((1 + cosine) * 2);
+  Eigen::Quaterniond turn;
+  turn.vec() = normal * (1 / twice_half_cosine);
+  turn.w() = twice_half_cosine * 0.5;
+  return turn.toRotationMatrix();
 }
 
 Eigen::Matrix3d left_jacobian_coupling(const Eigen::Vector3d& phi, const Eigen::Vector3d& rho) {

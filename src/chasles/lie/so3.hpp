@@ -37,6 +37,10 @@ Eigen::Matrix3d gamma2(const Eigen::Vector3d& phi);
 /// The rotation nearest to R in the direction of round-off: removes what products accumulate.
 Eigen::Matrix3d normalized(const Eigen::Matrix3d& R);
 
+/// The shortest rotation that takes the direction of `from` to that of `to`; of opposite ones,
+/// where every half turn is as short, one about an axis perpendicular to both. Neither may be zero.
+Eigen::Matrix3d between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 /// The block Q(phi, rho) of the SE(3) left Jacobian: d/d(phi) of [Jl(phi) rho] in the group's sense
 /// (Barfoot 2017, eq. 7.86b).
 Eigen::Matrix3d left_jacobian_coupling(const Eigen::Vector3d& phi, const Eigen::Vector3d& rho);

@@ -1,3 +1,5 @@
+#include <numbers>
+
 #include <Eigen/Geometry>
 
 #include <chasles/lie/series.hpp>
@@ -108,6 +110,26 @@ TEST(So3, InverseJacobianIsTheInverseOfTheSeries) {
     const Eigen::Matrix3d expected = test::inverse(test::series(hat(phi), 1));
     EXPECT_TRUE(test::agree(so3::left_jacobian_inverse(phi), expected, 10 * kRoundOff));
   });
+}
+
+TEST(So3, BetweenIsTheShortestRotationFromOneDirectionToAnother) {
+  test::Random random(4);
+  for (const double angle : {0.0, 1e-9, 0.3, 1.5, 2.9, 3.1, std::numbers::pi - 1e-5}) {
+    const Eigen::Vector3d a = random.axis(), normal = random.axis().cross(a).normalized();
+    const Eigen::Matrix3d turn = so3::exp(angle * normal);
+    EXPECT_TRUE(test::agree(so3::between(3 * a, 0.2 * turn * a), turn, 1e-10)) << angle;
+  }
+}
+
+TEST(So3, BetweenTurnsAboutAPerpendicularWhereTheDirectionsAreOpposite) {
+  test::Random random(5);
+  for (const double off : {0.0, 1e-15, 1e-12, 1e-9, 1e-7}) {
+    const Eigen::Vector3d a = random.axis(), b = -a + off * random.axis();
+    const Eigen::Matrix3d R = so3::between(a, b);
+    EXPECT_TRUE(test::agree(R * R.transpose(), Eigen::Matrix3d::Identity(), 1e-14)) << off;
+    EXPECT_GT(R.determinant(), 0);
+    EXPECT_TRUE(test::agree(R * a, b.normalized(), 1e-14)) << off;
+  }
 }
 
 TEST(So3, NormalizedRemovesTheRoundOffOfManyProducts) {

@@ -1,16 +1,12 @@
 #include <algorithm>
-#include <limits>
 #include <utility>
 
+#include <chasles/constants.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/live/comparison.hpp>
 
 namespace chasles {
-namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
+namespace {}  // namespace
 
 GrowingComparison::GrowingComparison(Trajectory truth, PoseError coordinates, bool level)
     : truth_(std::move(truth)),

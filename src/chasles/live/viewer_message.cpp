@@ -5,13 +5,11 @@
 namespace chasles {
 namespace {
 
-using Json = nlohmann::json;
-
 constexpr std::size_t kLongestRun = 64;
 
 /// Takes an entry that is absent or as it should be; false where it is something else.
 template <typename Value, typename Is>
-bool take(const Json& json, const char* key, Value& value, const Is& is) {
+bool take(const nlohmann::json& json, const char* key, Value& value, const Is& is) {
   const auto found = json.find(key);
   if (found == json.end()) return true;
   if (!is(*found)) return false;
@@ -19,10 +17,10 @@ bool take(const Json& json, const char* key, Value& value, const Is& is) {
   return true;
 }
 
-std::optional<LiveCursor> cursor_of(const Json& json) {
-  const auto whole = [](const Json& v) { return v.is_number_unsigned(); };
-  const auto yes_or_no = [](const Json& v) { return v.is_boolean(); };
-  const auto name = [](const Json& v) {
+std::optional<LiveCursor> cursor_of(const nlohmann::json& json) {
+  const auto whole = [](const nlohmann::json& v) { return v.is_number_unsigned(); };
+  const auto yes_or_no = [](const nlohmann::json& v) { return v.is_boolean(); };
+  const auto name = [](const nlohmann::json& v) {
     return v.is_string() && v.get_ref<const std::string&>().size() <= kLongestRun;
   };
   LiveCursor cursor;
@@ -36,7 +34,7 @@ std::optional<LiveCursor> cursor_of(const Json& json) {
 }  // namespace
 
 std::optional<ViewerMessage> parse_viewer_message(std::string_view text) {
-  const Json json = Json::parse(text, nullptr, false);
+  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
   if (!json.is_object() || json.size() != 1) return std::nullopt;
   if (const auto join = json.find("join"); join != json.end()) {
     const std::optional<LiveCursor> cursor = cursor_of(*join);

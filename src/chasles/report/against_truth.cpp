@@ -1,13 +1,11 @@
-#include <limits>
 
+#include <chasles/constants.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/report/against_truth.hpp>
 
 namespace chasles {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 void compare(AgainstTruth& out, const std::vector<Matrix6d>& covariances,
              PoseError nees_coordinates, bool level) {

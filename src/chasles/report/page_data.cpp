@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/constants.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/report/against_truth.hpp>
@@ -21,7 +21,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
 
 /// cxx, cxy, …: the six numbers of a symmetric 3x3 matrix.

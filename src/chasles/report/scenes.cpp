@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/constants.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/report/columns.hpp>
 #include <chasles/report/scenes.hpp>
@@ -14,7 +14,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kEnough = 2500;  // points of a way that is drawn
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// A state of a run, placed on the truth.
 struct PlacedState {

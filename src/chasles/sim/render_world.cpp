@@ -12,9 +12,9 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kLampEvery = 3.5;  // [m], in rooms up to the height of 4 m
-constexpr double kLampBelow = 0.3;  // [m], the ceiling
-constexpr double kClearance = 0.8;  // [m]
+constexpr double kLampEvery = 3.5;        // [m], in rooms up to the height of 4 m
+constexpr double kLampBelow = 0.3;        // [m], the ceiling
+constexpr double kCameraClearance = 0.8;  // [m]
 
 void add_upright(const Vector2d& left, const Vector2d& right, double low, double high,
                  Material material, std::vector<Surface>& surfaces) {
@@ -122,7 +122,7 @@ std::vector<Box> furniture_beside(const std::vector<Vector3d>& points, const Box
   for (int tries = 0; tries < 2000 && boxes.size() < wanted; ++tries) {
     const Box box = drawn(room, dice);
     const bool free = std::ranges::all_of(
-        points, [&](const Vector3d& p) { return distance(box, p) > kClearance; });
+        points, [&](const Vector3d& p) { return distance(box, p) > kCameraClearance; });
     if (free && std::ranges::all_of(boxes, [&](const Box& b) { return apart(box, b); })) {
       boxes.push_back(box);
     }

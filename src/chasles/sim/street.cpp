@@ -12,17 +12,17 @@
 namespace chasles {
 namespace {
 
-constexpr double kMostSamples = 1e6;
+constexpr double kMostStreetSamples = 1e6;
 
 // The number of frames, the first at time 0 and none after the end of the drive.
 std::uint64_t count_frames(const StreetSettings& settings, double duration) {
   const double frames = std::floor(duration * settings.frame_rate) + 1;
   const double samples = frames * settings.velocities_per_frame;
-  if (samples > kMostSamples) {
+  if (samples > kMostStreetSamples) {
     throw UsageError(fmt::format(
         "simulation setting frame_rate = {} Hz: a drive of {:.0f} s with {} velocities a frame has "
         "{:.3g} samples; expected at most {:.0g}",
-        settings.frame_rate, duration, settings.velocities_per_frame, samples, kMostSamples));
+        settings.frame_rate, duration, settings.velocities_per_frame, samples, kMostStreetSamples));
   }
   return static_cast<std::uint64_t>(frames);
 }

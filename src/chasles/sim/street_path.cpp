@@ -13,7 +13,7 @@ namespace chasles {
 namespace {
 
 constexpr double kQuarter = std::numbers::pi / 2;
-constexpr double kClearance =
+constexpr double kStreetClearance =
     1.5;  // from the IMU to the house at the corner [m]: half a car, and air
 
 Eigen::Vector2d direction(double heading) { return {std::cos(heading), std::sin(heading)}; }
@@ -53,11 +53,12 @@ void check_corner(const StreetSettings& settings) {
   }
   const double inward =
       corner_displacement(settings.corner_length / 2, settings.corner_length, kQuarter).y();
-  if (inward + kClearance > settings.street_width / 2) {
+  if (inward + kStreetClearance > settings.street_width / 2) {
     throw UsageError(fmt::format(
         "simulation setting street_width = {} m: a corner of corner_length = {} m comes nearer "
         "than {} m to the house inside it; expected a street of {:.1f} m or a shorter corner",
-        settings.street_width, settings.corner_length, kClearance, 2 * (inward + kClearance)));
+        settings.street_width, settings.corner_length, kStreetClearance,
+        2 * (inward + kStreetClearance)));
   }
 }
 

@@ -15,20 +15,20 @@ namespace {
 
 using Eigen::Vector2d;
 
-constexpr double kClearance = 0.25;  // [m], of the IMU from walls and furniture
+constexpr double kWalkClearance = 0.25;  // [m], of the IMU from walls and furniture
 
-double straight_length(const InertialSettings& s, int section) {
+double walk_straight(const InertialSettings& s, int section) {
   return (section % 2 == 0 ? s.hall_width : s.hall_length) - 2 * turn_reach(s);
 }
 
 // Four turns to the left, +1, round the one loop, then four to the right, -1, round the other.
 int turn_side(int section) { return section % 8 < 4 ? 1 : -1; }
 
-Step walked(const InertialSettings& s, double way) {
+Step walked_loops(const InertialSettings& s, double way) {
   const double turn = turn_length(s), reach = turn_reach(s);
   Step at{Vector2d::Zero(), 0};
   for (int section = 0;; ++section) {
-    const double straight = straight_length(s, section);
+    const double straight = walk_straight(s, section);
     const Eigen::Rotation2Dd heading(at.heading);
     at.p += heading * Vector2d(std::min(way, straight), 0);
     if (way <= straight) return at;
@@ -49,7 +49,7 @@ Step walked(const InertialSettings& s, double way) {
 // [s] on the way: all sections, or as long as the recording may be.
 double way_duration(const InertialSettings& s) {
   double length = s.sections * turn_length(s);
-  for (int i = 0; i < s.sections; ++i) length += straight_length(s, i);
+  for (int i = 0; i < s.sections; ++i) length += walk_straight(s, i);
   const double all = length / s.walking_speed;
   if (s.walk_duration == 0) return all;
   const double before = s.rest_duration + s.start_duration / 2;
@@ -63,20 +63,20 @@ double way_duration(const InertialSettings& s) {
 }
 
 bool touches(const Box& box, const Eigen::Vector3d& p) {
-  return (p.array() > box.low.array() - kClearance).all() &&
-         (p.array() < box.high.array() + kClearance).all();
+  return (p.array() > box.low.array() - kWalkClearance).all() &&
+         (p.array() < box.high.array() + kWalkClearance).all();
 }
 
-void check_clearance(const InertialSettings& s, const Trajectory& path) {
+void check_walk_clearance(const InertialSettings& s, const Trajectory& path) {
   const auto walls = plan_walls(walk_plan(s));
   const auto furniture = walk_furniture(s);
-  const double ceiling = s.corridor_height - s.imu_height - kClearance;
+  const double ceiling = s.corridor_height - s.imu_height - kWalkClearance;
   // The way repeats itself: of a very long one not every pose needs a look.
   constexpr std::size_t kLooks = 100000;
   for (std::size_t i = 0; i < path.size(); i += 1 + path.size() / kLooks) {
     const Eigen::Vector3d& p = path[i].pose.p;
-    const bool free = distance_to_walls(walls, p.head<2>()) > kClearance && p.z() < ceiling &&
-                      p.z() > kClearance - s.imu_height;
+    const bool free = distance_to_walls(walls, p.head<2>()) > kWalkClearance && p.z() < ceiling &&
+                      p.z() > kWalkClearance - s.imu_height;
     if (free && std::ranges::none_of(furniture, [&](const Box& b) { return touches(b, p); })) {
       continue;
     }
@@ -84,7 +84,7 @@ void check_clearance(const InertialSettings& s, const Trajectory& path) {
         "simulation setting corridor_width = {} m: the walk comes nearer than {} m to a wall or a "
         "piece of furniture at {:.1f} s; expected a wider or higher corridor, less sway, or a "
         "shorter turn_duration",
-        s.corridor_width, kClearance, to_seconds(path[i].time)));
+        s.corridor_width, kWalkClearance, to_seconds(path[i].time)));
   }
 }
 
@@ -93,9 +93,9 @@ void check_clearance(const InertialSettings& s, const Trajectory& path) {
 Trajectory walk_path(const InertialSettings& settings) {
   walk_plan(settings);
   Trajectory path = sample_way(settings, way_duration(settings), [&](double time) {
-    return with_gait(settings, walked(settings, settings.walking_speed * time), time);
+    return with_gait(settings, walked_loops(settings, settings.walking_speed * time), time);
   });
-  check_clearance(settings, path);
+  check_walk_clearance(settings, path);
   return path;
 }
 

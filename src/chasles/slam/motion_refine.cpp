@@ -4,9 +4,9 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 
 #include <chasles/eval/chi2.hpp>
+#include <chasles/lie/so3.hpp>
 #include <chasles/slam/motion_refine.hpp>
 
 namespace chasles {
@@ -51,9 +51,7 @@ std::vector<Matrix9d> square_roots_of_information(const std::vector<Preintegrati
 // Nav's z axis against gravity; the heading is that of the shortest rotation.
 InertialState first_state(const LinearMotion& linear, const Vector6d& biases) {
   InertialState state;
-  state.world_T_imu.R =
-      Eigen::Quaterniond::FromTwoVectors(-linear.gravity, Eigen::Vector3d::UnitZ())
-          .toRotationMatrix();
+  state.world_T_imu.R = so3::between(-linear.gravity, Eigen::Vector3d::UnitZ());
   state.v_world = state.world_T_imu.R * linear.v;
   state.accelerometer_bias = biases.head<3>();
   state.gyroscope_bias = biases.tail<3>();

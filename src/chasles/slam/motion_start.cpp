@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
+#include <chasles/constants.hpp>
 #include <chasles/slam/gyroscope_bias.hpp>
 #include <chasles/slam/motion_refine.hpp>
 #include <chasles/slam/motion_start.hpp>
@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kConverged = 0.3;  // posterior deviations
 constexpr double kBiasReach = 4;    // deviations of a bias's prior
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 Vector6d bias_sigma(const InitialiserSettings& s) {
   Vector6d sigma;

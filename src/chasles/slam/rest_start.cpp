@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Geometry>
 
+#include <chasles/lie/so3.hpp>
 #include <chasles/slam/rest_start.hpp>
 
 namespace chasles {
@@ -67,8 +67,7 @@ InertialStart rest_start(Time end, const RestMeans& means, const ImuNoise& noise
       variance_of_mean(noise.gyroscope_noise_density, means.gyroscope_deviation,
                        means.gyroscope_expected, means.seconds);
   const Eigen::Matrix3d nav_R_imu =
-      Eigen::Quaterniond::FromTwoVectors(means.specific_force_imu, Eigen::Vector3d::UnitZ())
-          .toRotationMatrix();
+      so3::between(means.specific_force_imu, Eigen::Vector3d::UnitZ());
   const TiltAndBias fit = tilt_and_bias(means.specific_force_imu.norm(), settings.gravity,
                                         force_variance, settings.accelerometer_bias_sigma);
   const double prior = std::pow(settings.gyroscope_bias_sigma, 2);

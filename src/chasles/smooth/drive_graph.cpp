@@ -14,9 +14,9 @@ namespace {
 
 // Velocities and frames in the order of time, a velocity before a frame of the same instant; the
 // views of every landmark.
-class Collector {
+class DriveCollector {
  public:
-  Collector(const DriveInput& input, const BatchSettings& settings, BatchReport& report)
+  DriveCollector(const DriveInput& input, const BatchSettings& settings, BatchReport& report)
       : input_(input),
         settings_(settings),
         report_(report),
@@ -168,7 +168,7 @@ void place(const StereoRig& rig, bool anchored, const Numbered<DriveKeyframe>& k
 DriveGraph drive_graph(const DriveInput& input, const BatchSettings& settings,
                        BatchReport& report) {
   check(input, settings);
-  DriveGraph graph = Collector(input, settings, report).collect();
+  DriveGraph graph = DriveCollector(input, settings, report).collect();
   if (std::ranges::count_if(graph.timeline.keyframes, &DriveKeyframe::framed) < 2) {
     throw InputError("batch estimation needs two frames: there are " +
                      std::to_string(input.frames.size()));

@@ -9,7 +9,7 @@ namespace chasles::smooth_detail {
 namespace {
 
 // What is known exactly [rad, m, m/s] and [rad/s].
-constexpr double kFloor = 1e-6, kRateFloor = 1e-8;
+constexpr double kDriveFloor = 1e-6, kDriveRateFloor = 1e-8;
 
 void check(const Settings& s) {
   if (s.mode != "slam") {
@@ -26,9 +26,9 @@ DriveStart start_of(const Settings& settings, const Noise& noise, const BodyVelo
   DriveStart start;
   start.mean.additive = Eigen::VectorXd::Zero(model.size());
   Eigen::MatrixXd P = initial_covariance(settings, noise);
-  Eigen::VectorXd floor = Eigen::VectorXd::Constant(P.rows(), kFloor * kFloor);
+  Eigen::VectorXd floor = Eigen::VectorXd::Constant(P.rows(), kDriveFloor * kDriveFloor);
   if (model.gyro_bias)
-    floor.segment<3>(6 + model.bias_index()).setConstant(kRateFloor * kRateFloor);
+    floor.segment<3>(6 + model.bias_index()).setConstant(kDriveRateFloor * kDriveRateFloor);
   P.diagonal() += floor;
   auto whitening = whitening_of(P);
   if (!whitening) throw InputError("the start's covariance is not positive and finite");

@@ -88,10 +88,10 @@ NormalEquations normal_equations(ProblemBlocks& problem) {
   ceres::CRSMatrix crs;
   std::vector<double> gradient;
   problem.ceres().Evaluate(options, nullptr, nullptr, &gradient, &crs);
-  using RowMajor = Eigen::SparseMatrix<double, Eigen::RowMajor>;
-  const Eigen::Map<const RowMajor> J(crs.num_rows, crs.num_cols,
-                                     static_cast<Eigen::Index>(crs.values.size()), crs.rows.data(),
-                                     crs.cols.data(), crs.values.data());
+  using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  const Eigen::Map<const SparseRows> J(crs.num_rows, crs.num_cols,
+                                       static_cast<Eigen::Index>(crs.values.size()),
+                                       crs.rows.data(), crs.cols.data(), crs.values.data());
   const Eigen::SparseMatrix<double> by_columns = J;
   const Eigen::SparseMatrix<double> H = by_columns.transpose() * by_columns;
   return {.lower = H.triangularView<Eigen::Lower>(),

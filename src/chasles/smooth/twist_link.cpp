@@ -22,7 +22,7 @@ std::optional<Eigen::MatrixXd> whitening_of(const Eigen::MatrixXd& covariance) {
 
 namespace {
 
-constexpr double kLeastWalk = 1e-7;
+constexpr double kLeastTwistWalk = 1e-7;
 
 Eigen::MatrixXd covariance(const BodyVelocityModel& model, double tau,
                            const BodyVelocityNoise& noise) {
@@ -37,7 +37,9 @@ Eigen::MatrixXd covariance(const BodyVelocityModel& model, double tau,
   } else {
     Q.topLeftCorner<6, 6>().diagonal() = tau * tau * noise.sample_sigma.cwiseAbs2();
   }
-  const auto walk = [&](double sigma) { return tau * std::pow(std::max(sigma, kLeastWalk), 2); };
+  const auto walk = [&](double sigma) {
+    return tau * std::pow(std::max(sigma, kLeastTwistWalk), 2);
+  };
   if (model.gyro_bias) {
     Q.diagonal().segment<3>(6 + model.bias_index()).setConstant(walk(noise.gyro_bias_walk));
   }

@@ -136,19 +136,19 @@ double evaluate(const Window& window, WindowPoint& point) {
 }
 
 void evaluate(const Window& window, ChainTerm& term) {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  using DenseRows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   const int motion = window.sizes.motion(), additive = window.sizes.additive;
   const int errors = window.sizes.errors(), moved = errors - additive;
   const int rows = term.cost->num_residuals();
   std::vector<const double*> x;
-  std::vector<RowMajor> J;
+  std::vector<DenseRows> J;
   for (int k = term.first; k < term.first + term.keyframes; ++k) {
     const WindowKeyframe& keyframe = window.keyframe(k);
     if (!term.additive_only) x.push_back(keyframe.motion.data()), J.emplace_back(rows, motion);
     if (additive > 0) x.push_back(keyframe.additive.data()), J.emplace_back(rows, additive);
   }
   std::vector<double*> into;
-  for (RowMajor& j : J) into.push_back(j.data());
+  for (DenseRows& j : J) into.push_back(j.data());
   term.residual.resize(rows);
   term.cost->Evaluate(x.data(), term.residual.data(), into.data());
   term.jacobian.setZero(rows, errors * term.keyframes);

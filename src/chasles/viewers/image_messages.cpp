@@ -18,7 +18,7 @@ using Json = nlohmann::json;
 using Points = std::vector<Eigen::Vector2d>;
 
 // Of foxglove.PointsAnnotation.
-enum class Kind { kPoints = 1, kLoop = 2, kLines = 4 };
+enum class MarkKind { kPoints = 1, kLoop = 2, kLines = 4 };
 
 constexpr double kMark = 3;    // half the size of a mark [px]
 constexpr double kSigmas = 3;  // of an ellipse
@@ -39,9 +39,10 @@ class Annotations {
 
   void add(const RunFeature& feature) {
     const Eigen::Vector2d at = feature.judged.observation.pixel;
-    if (feature.before) polygon(Kind::kLines, feature.judged.fate, {at, *feature.before});
+    if (feature.before) polygon(MarkKind::kLines, feature.judged.fate, {at, *feature.before});
     if (feature.judged.expected) {
-      polygon(Kind::kLoop, feature.judged.fate, ellipse_points(*feature.judged.expected, kSigmas));
+      polygon(MarkKind::kLoop, feature.judged.fate,
+              ellipse_points(*feature.judged.expected, kSigmas));
     }
     mark(feature.judged.fate, at);
   }
@@ -67,24 +68,24 @@ class Annotations {
                             {"outline_color", proto_colour(fate_colour(fate), 1)}});
         return;
       case Fate::kRejected:
-        return polygon(Kind::kLines, fate,
+        return polygon(MarkKind::kLines, fate,
                        {corner(-1, -1), corner(1, 1), corner(-1, 1), corner(1, -1)});
       case Fate::kBegun:
-        return polygon(Kind::kLoop, fate,
+        return polygon(MarkKind::kLoop, fate,
                        {corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)});
       case Fate::kWaiting:
-        return polygon(Kind::kPoints, fate, {at});
+        return polygon(MarkKind::kPoints, fate, {at});
     }
   }
 
-  void polygon(Kind kind, Fate fate, const Points& corners) {
+  void polygon(MarkKind kind, Fate fate, const Points& corners) {
     Json points = Json::array();
     for (const Eigen::Vector2d& p : corners) points.push_back(json_of(scale_ * p));
     points_.push_back({{"timestamp", proto_time(time_)},
                        {"type", static_cast<int>(kind)},
                        {"points", std::move(points)},
                        {"outline_color", proto_colour(fate_colour(fate), 1)},
-                       {"thickness", kind == Kind::kPoints ? 2.0 : 1.0}});
+                       {"thickness", kind == MarkKind::kPoints ? 2.0 : 1.0}});
   }
 
   Time time_;

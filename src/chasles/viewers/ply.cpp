@@ -14,12 +14,12 @@
 namespace chasles {
 namespace {
 
-enum class Kind : std::uint8_t { kLandmark, kEstimate, kTruth, kDeadReckoning };
+enum class VertexKind : std::uint8_t { kLandmark, kEstimate, kTruth, kDeadReckoning };
 
 struct Vertex {
   Eigen::Vector3d p;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  Kind kind = Kind::kLandmark;
+  VertexKind kind = VertexKind::kLandmark;
   Rgb colour{};
   std::int64_t landmark = -1;
   int observations = 0;
@@ -63,14 +63,14 @@ class Drawing {
     for (const RunState& s : run.states) {
       add({.p = s.world_T_imu.p,
            .covariance = s.pose_covariance.bottomRightCorner<3, 3>(),
-           .kind = Kind::kEstimate,
+           .kind = VertexKind::kEstimate,
            .colour = rgb(kEstimateColour)});
     }
     const AgainstTruth errors = against_truth(run);
     if (errors.problem.empty()) {
-      add_way(run.truth, errors.world_T_truth_first, Kind::kTruth, kTruthColour);
+      add_way(run.truth, errors.world_T_truth_first, VertexKind::kTruth, kTruthColour);
     }
-    add_way(run.dead_reckoning, {}, Kind::kDeadReckoning, kDeadReckoningColour);
+    add_way(run.dead_reckoning, {}, VertexKind::kDeadReckoning, kDeadReckoningColour);
   }
 
   std::string bytes() const {
@@ -112,7 +112,7 @@ class Drawing {
     vertices_.push_back(vertex);
   }
 
-  void add_way(const Trajectory& way, const SE3& placed, Kind kind, unsigned colour) {
+  void add_way(const Trajectory& way, const SE3& placed, VertexKind kind, unsigned colour) {
     for (const StampedPose& s : way)
       add({.p = placed * s.pose.p, .kind = kind, .colour = rgb(colour)});
   }

@@ -1,10 +1,10 @@
 #include <cmath>
-#include <numbers>
 #include <set>
 #include <string_view>
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/constants.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/state_messages.hpp>
@@ -15,7 +15,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::string_view kTimestamp = "google.protobuf.Timestamp timestamp = 1";
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr int kExtraFields = 40;  // numbers of fields from here on
 
 ProtoMessage state_schema() {
