@@ -9,6 +9,12 @@
 #include "run_input.hpp"
 
 namespace chasles::app {
+namespace {
+
+// To decode an image may take longer than all that is done with it: so many wait at most.
+constexpr std::size_t kImagesReadAhead = 4;
+
+}  // namespace
 
 SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& frontend,
                        const ImuBuffer::Options& imu, std::vector<GrayImage> masks,
@@ -22,7 +28,10 @@ SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& front
                                                        .stop = options.stop});
     next = [this] { return playback_->next(); };
   } else if (images && options.threads > 2) {
-    ahead_.emplace(std::move(next));
+    const auto is_image = [](const SensorEvent& event) {
+      return std::holds_alternative<ImageFrame>(event);
+    };
+    ahead_.emplace(std::move(next), is_image, kImagesReadAhead);
     next = [this] { return ahead_->next(); };
   }
   feed_.emplace(std::move(next), frontend, recording.cameras, imu, images && options.threads > 1,

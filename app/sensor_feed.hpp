@@ -5,8 +5,8 @@
 #include <vector>
 
 #include <chasles/data/recording.hpp>
+#include <chasles/slam/ahead.hpp>
 #include <chasles/slam/playback.hpp>
-#include <chasles/slam/read_ahead.hpp>
 
 namespace chasles::app {
 
@@ -57,7 +57,7 @@ class SensorFeed {
   int unreadable_ = 0;
   Playback::Counts counts_;
   std::optional<Playback> playback_;
-  std::optional<ReadAhead> ahead_;
+  std::optional<Ahead<SensorEvent>> ahead_;
   std::optional<FeatureFeed> feed_;
 };
 

@@ -14,22 +14,40 @@ target_compile_options(chasles_options INTERFACE
   -ffp-contract=off)
 
 # Most of a file's compiling is reading headers: where files of a folder are compiled several at a time,
-# a build from nothing takes two thirds of the time, one after a change a little more. Names in
-# anonymous namespaces must differ within such a folder. (Not filter/ and slam/: what takes the time
-# there is Eigen's expressions, and GCC takes no less for them together.)
+# a build from nothing takes half the time, one after a change a little more. Names in anonymous
+# namespaces must differ within such a folder. Large files of Eigen's expressions are compiled ALONE:
+# GCC keeps all typedefs of double in one list and searches it for every type of an expression, so
+# that they take longer together.
 option(CHASLES_UNITY "Compile several sources of a folder at a time" ON)
 function(chasles_unity target sources)
+  cmake_parse_arguments(ARG "" "" "ALONE" ${ARGN})
   set_target_properties(${target} PROPERTIES
     UNITY_BUILD ${CHASLES_UNITY} UNITY_BUILD_BATCH_SIZE ${sources})
+  get_target_property(of_target ${target} SOURCES)
+  foreach(name ${ARG_ALONE})
+    set(file ${of_target})
+    list(FILTER file INCLUDE REGEX "/${name}\\.cpp$")
+    if(NOT file)
+      message(FATAL_ERROR "${target} has no ${name}.cpp, which is to be compiled alone")
+    endif()
+    set_source_files_properties(${file} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  endforeach()
 endfunction()
 
-# chasles_module(NAME [UNITY sources] [USES folder...] [LINKS library...] [PRIVATE library...])
+# What is in no loop that counts, and large: a quarter less time than with -O3.
+function(chasles_cold target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release,RelWithDebInfo>:-O1>)
+endfunction()
+
+# chasles_module(NAME [COLD] [UNITY sources [ALONE name...]]
+#                [USES folder...] [LINKS library...] [PRIVATE library...])
 #
 # One folder of src/chasles: all its *.cpp are the library chasles_NAME, all its *_test.cpp one test
 # program. USES are the arrows to other folders, LINKS the outside libraries that its headers need,
-# PRIVATE those that only its sources need. UNITY: so many are compiled at a time, see above.
+# PRIVATE those that only its sources need. UNITY: so many are compiled at a time, but for those ALONE;
+# COLD: see above.
 function(chasles_module name)
-  cmake_parse_arguments(ARG "" "UNITY" "USES;LINKS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "COLD" "UNITY" "ALONE;USES;LINKS;PRIVATE" ${ARGN})
   set(dir ${PROJECT_SOURCE_DIR}/src/chasles/${name})
   file(GLOB sources CONFIGURE_DEPENDS ${dir}/*.cpp)
   file(GLOB tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
@@ -39,7 +57,10 @@ function(chasles_module name)
     add_library(chasles_${name} STATIC ${sources})
     set(scope PUBLIC)
     if(ARG_UNITY)
-      chasles_unity(chasles_${name} ${ARG_UNITY})
+      chasles_unity(chasles_${name} ${ARG_UNITY} ALONE ${ARG_ALONE})
+    endif()
+    if(ARG_COLD)
+      chasles_cold(chasles_${name})
     endif()
     target_link_libraries(chasles_${name} PRIVATE $<BUILD_INTERFACE:chasles_options>)
   else()

@@ -7,6 +7,7 @@
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/camera_testing.hpp>
 #include <chasles/camera/stereo.hpp>
+#include <chasles/constants.hpp>
 #include <chasles/lie/testing.hpp>
 
 namespace chasles {
@@ -16,7 +17,6 @@ using test::euroc_camera;
 using test::fisheye_camera;
 using test::pinhole_camera;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Directions (x/z, y/z) on rings about the axis, the axis itself and its closest neighbourhood.

@@ -1,6 +1,5 @@
-#include <limits>
-
 #include <chasles/camera/stereo.hpp>
+#include <chasles/constants.hpp>
 #include <chasles/lie/testing.hpp>
 
 namespace chasles {
@@ -9,8 +8,6 @@ namespace {
 // Different focal lengths, so that a mix-up of the axes shows.
 const StereoRig kRig{
     .fx = 552.6, .fy = 538.2, .cx = 682.1, .cy = 238.8, .baseline = 0.6, .cam0_T_imu = {}};
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Points from just in front of the pair to 200 m away, off the axis on all sides.
 std::vector<Eigen::Vector3d> points() {

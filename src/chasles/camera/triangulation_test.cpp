@@ -7,12 +7,12 @@
 
 #include <chasles/camera/camera_testing.hpp>
 #include <chasles/camera/triangulation.hpp>
+#include <chasles/constants.hpp>
 #include <chasles/lie/testing.hpp>
 
 namespace chasles {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Camera coordinates of an IMU whose x axis is the camera's view axis, with a lever arm.

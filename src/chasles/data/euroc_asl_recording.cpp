@@ -9,6 +9,7 @@
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/image_files.hpp>
 #include <chasles/data/image_recording.hpp>
+#include <chasles/data/inertial_tables.hpp>
 #include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
@@ -73,8 +74,8 @@ std::vector<ImuSample> read_asl_samples(const fs::path& file) {
   std::vector<ImuSample> imu;
   while (csv.next()) {
     imu.push_back({.time = csv.time(0),
-                   .specific_force_imu = {csv.finite(4), csv.finite(5), csv.finite(6)},
-                   .angular_rate_imu = {csv.finite(1), csv.finite(2), csv.finite(3)}});
+                   .specific_force_imu = vector_at(csv, 4),
+                   .angular_rate_imu = vector_at(csv, 1)});
   }
   return imu;
 }

@@ -10,12 +10,12 @@ namespace chasles {
 namespace {
 
 constexpr std::size_t kMostSteps = 250;
-constexpr std::size_t kMostPairsOfStep = 40;  // of a step
-constexpr double kTurningRate = 0.1;          // [rad/s]
-constexpr double kPixelSigma = 1;             // [px]
-constexpr double kOutlierFrom = 2;            // where the cost turns from square to logarithm [px]
-constexpr double kLeastAngularSigma = 2e-3;   // [rad/s]
-constexpr double kLeastLinearSigma = 0.05;    // [m/s]
+constexpr std::size_t kMostPairsOfStep = 40;
+constexpr double kTurningRate = 0.1;         // [rad/s]
+constexpr double kPixelSigma = 1;            // [px]
+constexpr double kOutlierFrom = 2;           // where the cost turns from square to logarithm [px]
+constexpr double kLeastAngularSigma = 2e-3;  // [rad/s]
+constexpr double kLeastLinearSigma = 0.05;   // [m/s]
 
 /// A point of one frame and where the next one saw it.
 struct Pair {

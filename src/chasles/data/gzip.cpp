@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/bytes.hpp>
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -14,8 +15,6 @@ namespace {
 
 constexpr std::size_t kGzipHeader = 10, kGzipTrailer = 8;
 constexpr std::size_t kLargest = 1'000'000'000;
-// Deflate cannot shrink by more than 1032 : 1, so that a file that claims more is lying.
-constexpr std::size_t kMostInflation = 1040;
 
 enum Flag : unsigned { kHeaderSum = 2, kExtra = 4, kName = 8, kComment = 16, kUnknown = 0xe0 };
 
@@ -25,10 +24,6 @@ struct Member {
   std::uint32_t check_sum = 0;
   std::uint32_t size = 0;  // of the content
 };
-
-unsigned byte_at(std::string_view bytes, std::size_t i) {
-  return static_cast<unsigned char>(bytes[i]);
-}
 
 std::uint32_t number_at(std::string_view bytes, std::size_t i) {
   return byte_at(bytes, i) | byte_at(bytes, i + 1) << 8 | byte_at(bytes, i + 2) << 16 |

@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include <chasles/data/bytes.hpp>
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -20,14 +21,10 @@ constexpr std::string_view kJpeg = "\xff\xd8\xff";
 constexpr std::int64_t kMostPixels = 100'000'000;
 constexpr std::size_t kFrame = 12;  // length, name and check sum of a PNG's chunk
 
-std::uint32_t byte(std::string_view bytes, std::size_t at) {
-  return static_cast<unsigned char>(bytes[at]);
-}
-
 // Big-endian.
 std::uint32_t number(std::string_view bytes, std::size_t at, std::size_t size) {
   std::uint32_t value = 0;
-  for (std::size_t i = 0; i < size; ++i) value = value << 8 | byte(bytes, at + i);
+  for (std::size_t i = 0; i < size; ++i) value = value << 8 | byte_at(bytes, at + i);
   return value;
 }
 
@@ -57,8 +54,8 @@ void check_png(std::string_view bytes, const std::string& where) {
 
 // Segments up to the picture itself, by their lengths; the frame header (SOF) tells the size.
 std::optional<ImageSize> jpeg_size(std::string_view bytes) {
-  for (std::size_t at = 2; at + 9 <= bytes.size() && byte(bytes, at) == 0xff;) {
-    const std::uint32_t marker = byte(bytes, at + 1);
+  for (std::size_t at = 2; at + 9 <= bytes.size() && byte_at(bytes, at) == 0xff;) {
+    const std::uint32_t marker = byte_at(bytes, at + 1);
     if (marker == 0xff) {
       ++at;
       continue;

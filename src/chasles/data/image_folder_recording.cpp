@@ -9,6 +9,7 @@
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/image_files.hpp>
 #include <chasles/data/image_recording.hpp>
+#include <chasles/data/inertial_tables.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
@@ -19,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kTimeColumns{"time_ns", "file"};
-const std::vector<std::string> kFolderImuColumns{"time_ns", "wx", "wy", "wz", "ax", "ay", "az"};
 
 void take_own_calibration(const fs::path& file, Recording& recording) {
   const FolderCalibration calibration = read_calibration(file);
@@ -81,11 +81,11 @@ std::vector<CameraFiles> list_cameras(const fs::path& images, std::size_t camera
 }
 
 void read_folder_samples(const fs::path& file, Recording& recording) {
-  CsvReader csv(file, kFolderImuColumns);
+  CsvReader csv(file, kImuColumns);
   while (csv.next()) {
     recording.imu.push_back({.time = csv.time(0),
-                             .specific_force_imu = {csv.finite(4), csv.finite(5), csv.finite(6)},
-                             .angular_rate_imu = {csv.finite(1), csv.finite(2), csv.finite(3)}});
+                             .specific_force_imu = vector_at(csv, 4),
+                             .angular_rate_imu = vector_at(csv, 1)});
   }
   tidy_samples(file, recording);
 }

@@ -11,12 +11,13 @@
 namespace chasles {
 namespace {
 
-const std::vector<std::string> kImuColumns{"time_ns", "wx", "wy", "wz", "ax", "ay", "az"};
 const std::vector<std::string> kPixelColumns{"time_ns", "camera", "landmark", "u", "v"};
 const std::vector<std::string> kMotionColumns{"time_ns", "vx",  "vy",  "vz",  "bax",
                                               "bay",     "baz", "bgx", "bgy", "bgz"};
 
 }  // namespace
+
+const std::vector<std::string> kImuColumns{"time_ns", "wx", "wy", "wz", "ax", "ay", "az"};
 
 Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column) {
   return {csv.finite(column), csv.finite(column + 1), csv.finite(column + 2)};

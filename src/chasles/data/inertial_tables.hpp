@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include <chasles/data/csv.hpp>
@@ -10,6 +11,8 @@ namespace chasles {
 
 // The tables of a recording folder that an IMU and single cameras need (docs/formats.md). Reading
 // throws InputError with file, line and column.
+
+extern const std::vector<std::string> kImuColumns;  ///< of imu.csv
 
 /// The finite numbers of that column and the two behind it.
 Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column);

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/bytes.hpp>
 #include <chasles/data/mat_file.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -13,10 +14,9 @@
 namespace chasles {
 namespace {
 
-constexpr std::size_t kLargestMatField = 10'000'000;
-// MATLAB compresses with deflate, which cannot shrink by more than 1032 : 1, on top of storing
-// doubles as bytes where they fit, which saves another 8 : 1.
-constexpr std::size_t kMostMatInflation = 1040 * 8;
+// MATLAB compresses with deflate, on top of storing doubles as bytes where they fit, which saves
+// another 8 : 1.
+constexpr std::size_t kMostMatInflation = kMostInflation * 8;
 
 using Variable = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
 
@@ -208,9 +208,9 @@ NumberArray MatFile::read(const std::string& field) const {
       [&](const std::vector<std::size_t>& shape) {
         std::size_t count = 1;
         for (const std::size_t size : shape) count *= size;
-        if (shape.size() > 2 || count > kLargestMatField) {
+        if (shape.size() > 2 || count > kLargestField) {
           throw InputError(fmt::format("{}: has shape {}, expected a matrix of at most {} numbers",
-                                       where(field), shape_text(shape), kLargestMatField));
+                                       where(field), shape_text(shape), kLargestField));
         }
         array.shape = shape;
       },

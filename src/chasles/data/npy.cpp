@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/bytes.hpp>
 #include <chasles/data/npy.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -142,10 +143,6 @@ void convert(std::string_view bytes, double* values) {
   }
 }
 
-std::size_t preamble_byte(std::string_view bytes, std::size_t i) {
-  return static_cast<unsigned char>(bytes[i]);
-}
-
 std::size_t text_begin(std::string_view preamble) { return preamble[6] == 1 ? 10 : 12; }
 
 }  // namespace
@@ -162,12 +159,11 @@ std::size_t npy_header_size(std::string_view preamble, const std::string& where)
     throw InputError(where + ": is not an .npy array (its first bytes are not '\\x93NUMPY')");
   }
   if (preamble[6] < 1 || preamble[6] > 3) {
-    fail(where, fmt::format("has version {}.{}, expected 1.0, 2.0 or 3.0",
-                            preamble_byte(preamble, 6), preamble_byte(preamble, 7)));
+    fail(where, fmt::format("has version {}.{}, expected 1.0, 2.0 or 3.0", byte_at(preamble, 6),
+                            byte_at(preamble, 7)));
   }
-  std::size_t length = preamble_byte(preamble, 8) | preamble_byte(preamble, 9) << 8;
-  if (preamble[6] > 1)
-    length |= preamble_byte(preamble, 10) << 16 | preamble_byte(preamble, 11) << 24;
+  std::size_t length = byte_at(preamble, 8) | byte_at(preamble, 9) << 8;
+  if (preamble[6] > 1) length |= byte_at(preamble, 10) << 16 | byte_at(preamble, 11) << 24;
   if (length > kLongestText) {
     fail(where, fmt::format("claims {} bytes, expected at most {}", length, kLongestText));
   }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/bytes.hpp>
 #include <chasles/data/npz_archive.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -10,10 +11,7 @@
 namespace chasles {
 namespace {
 
-constexpr std::size_t kLargestNpzField = 10'000'000;
 constexpr std::size_t kPiece = 32768;  // numbers
-// Deflate cannot shrink by more than 1032 : 1, so that an entry that claims more is lying.
-constexpr std::uint64_t kMostNpzInflation = 1040;
 
 using ZipFile = std::unique_ptr<zip_file_t, decltype(&zip_fclose)>;
 
@@ -84,8 +82,7 @@ std::uint64_t claimed_size(zip* archive, zip_uint64_t index, std::uint64_t file_
       !(stat.valid & ZIP_STAT_COMP_SIZE)) {
     throw InputError(where + ": its entry in the archive is damaged");
   }
-  if (stat.comp_size <= file_size && stat.size / kMostNpzInflation <= stat.comp_size)
-    return stat.size;
+  if (stat.comp_size <= file_size && stat.size / kMostInflation <= stat.comp_size) return stat.size;
   throw InputError(fmt::format(
       "{}: claims {} bytes from {} compressed ones in a file of {}: the archive is damaged", where,
       stat.size, stat.comp_size, file_size));
@@ -175,9 +172,9 @@ NumberArray NpzArchive::read(const std::string& field) const {
   stream(
       field,
       [&](const NpyHeader& header) {
-        if (header.count > kLargestNpzField) {
+        if (header.count > kLargestField) {
           throw InputError(fmt::format("{}: has shape {}, expected at most {} numbers",
-                                       where(field), shape_text(header.shape), kLargestNpzField));
+                                       where(field), shape_text(header.shape), kLargestField));
         }
         array.shape = header.shape;
         transpose = header.fortran_order && header.shape.size() > 1;

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/bytes.hpp>
 #include <chasles/data/ros_message.hpp>
 #include <chasles/error.hpp>
 
@@ -53,10 +54,6 @@ class Fields {
   std::string_view rest_;
   const std::string* where_;
 };
-
-std::uint32_t pixel_byte(std::string_view bytes, std::size_t at) {
-  return static_cast<unsigned char>(bytes[at]);
-}
 
 // Grey of ITU-R BT.601, as in every image library.
 std::uint8_t grey_of(std::uint32_t red, std::uint32_t green, std::uint32_t blue) {
@@ -111,10 +108,9 @@ GrayImage ros_image(std::string_view message, const ImageSize& expected, const s
   const std::size_t red = encoding == "rgb8" ? 0 : 2;
   for (std::size_t v = 0; v < height; ++v) {
     for (std::size_t at = v * step; at < v * step + width * channels; at += channels) {
-      image.pixels.push_back(channels == 1
-                                 ? static_cast<std::uint8_t>(pixel_byte(data, at))
-                                 : grey_of(pixel_byte(data, at + red), pixel_byte(data, at + 1),
-                                           pixel_byte(data, at + 2 - red)));
+      image.pixels.push_back(channels == 1 ? static_cast<std::uint8_t>(byte_at(data, at))
+                                           : grey_of(byte_at(data, at + red), byte_at(data, at + 1),
+                                                     byte_at(data, at + 2 - red)));
     }
   }
   return image;

@@ -6,8 +6,6 @@
 #include <chasles/eval/ate.hpp>
 
 namespace chasles {
-namespace {}  // namespace
-
 Statistics statistics(std::vector<double> magnitudes) {
   Statistics s;
   s.count = magnitudes.size();

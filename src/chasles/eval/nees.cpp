@@ -11,8 +11,6 @@
 #include <chasles/eval/nees.hpp>
 
 namespace chasles {
-namespace {}  // namespace
-
 // P is scaled to unit diagonal first, so that "singular" does not depend on the units: a pivot
 // below the limit is a correlation of 1 within round-off.
 double normalised_square(const Eigen::VectorXd& e, const Eigen::MatrixXd& P) {

@@ -2,6 +2,7 @@
 
 namespace chasles {
 namespace {
+namespace left_se3 {
 
 using namespace chart_detail;
 
@@ -39,14 +40,15 @@ MotionBlock motion_block(const State& x) {
   return T;
 }
 
+}  // namespace left_se3
 }  // namespace
 
 const ErrorChart kLeftSe3Chart{
     .name = "left-se3",
     .summary = "pose error a twist in the body frame, X exp(xi); body velocity; landmarks additive",
-    .retract = retract,
-    .local = local,
-    .motion_block = motion_block,
+    .retract = left_se3::retract,
+    .local = left_se3::local,
+    .motion_block = left_se3::motion_block,
     .landmark_block = nullptr,
 };
 

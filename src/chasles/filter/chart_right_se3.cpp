@@ -2,6 +2,7 @@
 
 namespace chasles {
 namespace {
+namespace right_se3 {
 
 using namespace chart_detail;
 
@@ -24,14 +25,15 @@ MotionBlock motion_block(const State& x) {
   return T;
 }
 
+}  // namespace right_se3
 }  // namespace
 
 const ErrorChart kRightSe3Chart{
     .name = "right-se3",
     .summary = "pose error a twist in the world frame, exp(xi) X; velocity and landmarks additive",
-    .retract = retract,
-    .local = local,
-    .motion_block = motion_block,
+    .retract = right_se3::retract,
+    .local = right_se3::local,
+    .motion_block = right_se3::motion_block,
     .landmark_block = nullptr,
 };
 

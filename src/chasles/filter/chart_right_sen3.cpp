@@ -2,6 +2,7 @@
 
 namespace chasles {
 namespace {
+namespace right_sen3 {
 
 using namespace chart_detail;
 
@@ -52,15 +53,16 @@ MotionBlock motion_block(const State& x) {
 
 Eigen::Matrix3d landmark_block(const Eigen::Vector3d& p_world) { return hat(p_world); }
 
+}  // namespace right_sen3
 }  // namespace
 
 const ErrorChart kRightSen3Chart{
     .name = "right-sen3",
     .summary = "pose, velocity and landmarks one group element, perturbed in the world frame",
-    .retract = retract,
-    .local = local,
-    .motion_block = motion_block,
-    .landmark_block = landmark_block,
+    .retract = right_sen3::retract,
+    .local = right_sen3::local,
+    .motion_block = right_sen3::motion_block,
+    .landmark_block = right_sen3::landmark_block,
 };
 
 }  // namespace chasles

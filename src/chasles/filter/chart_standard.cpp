@@ -2,6 +2,7 @@
 
 namespace chasles {
 namespace {
+namespace standard {
 
 using namespace chart_detail;
 
@@ -22,14 +23,15 @@ Eigen::VectorXd local(const State& x, const State& y) {
 
 MotionBlock motion_block(const State&) { return MotionBlock::Identity(); }
 
+}  // namespace standard
 }  // namespace
 
 const ErrorChart kStandardChart{
     .name = "standard",
     .summary = "rotation in world axes; position, velocity and landmarks additive",
-    .retract = retract,
-    .local = local,
-    .motion_block = motion_block,
+    .retract = standard::retract,
+    .local = standard::local,
+    .motion_block = standard::motion_block,
     .landmark_block = nullptr,
 };
 

@@ -1,15 +1,13 @@
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/error.hpp>
 #include <chasles/frontend/frontend_testing.hpp>
 
 namespace chasles::test {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 GrayImage plain(std::uint8_t grey) {
   return {.width = 752, .height = 480, .pixels = std::vector<std::uint8_t>(752 * 480, grey)};

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <limits>
 
+#include <chasles/constants.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/lie/testing.hpp>
 
@@ -8,8 +9,6 @@ namespace chasles {
 namespace {
 
 using std::chrono::milliseconds;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // f = (x, 2, 3), w = (-x, 1, 10 x): one number tells which sample or what mixture a value is.
 ImuSample sample(Time time, double x) {

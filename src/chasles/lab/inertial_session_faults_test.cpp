@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/lab/inertial_session_testing.hpp>
 #include <chasles/sim/random.hpp>
 
@@ -13,8 +14,6 @@ namespace chasles {
 namespace {
 
 using namespace test;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // The landmarks keep their numbers, their pixels lie anywhere.
 Recording with_garbage(double from, double to) {

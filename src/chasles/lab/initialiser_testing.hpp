@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <iostream>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <variant>
@@ -12,6 +11,7 @@
 
 #include <Eigen/Cholesky>
 
+#include <chasles/constants.hpp>
 #include <chasles/data/recording.hpp>
 #include <chasles/sim/spline.hpp>
 #include <chasles/slam/initialiser.hpp>
@@ -21,8 +21,6 @@ namespace chasles::test {
 
 using Vector11d = Eigen::Matrix<double, 11, 1>;
 using Matrix11d = Eigen::Matrix<double, 11, 11>;
-
-inline constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// What became of an initialisation that began at some time of a recording.
 struct Outcome {

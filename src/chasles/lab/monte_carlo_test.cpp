@@ -3,13 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lab/monte_carlo.hpp>
 
 namespace chasles {
 namespace {
-
-const double kNaN = std::nan("");
 
 TrialRecord record(std::uint64_t run, double position, double nees_pose,
                    std::vector<double> nees_of_seconds = {}) {

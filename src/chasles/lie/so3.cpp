@@ -109,8 +109,7 @@ Eigen::Matrix3d between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) 
   const Eigen::Vector3d a = from.normalized(), b = to.normalized(), normal = a.cross(b);
   const double cosine = b.dot(a);
   if (cosine < kNearlyOpposite) {
-    // Half a turn takes a to -a, from where it is not far. Below, 1 + cosine would have lost
-    // digits.
+    // 1 + cosine has lost digits. Half a turn takes a to -a, from where it is not far.
     Eigen::Vector3d axis = normal - a.dot(normal) * a;
     axis = axis.norm() > 1e-14 ? axis.normalized() : a.unitOrthogonal();
     return between(-a, b) * (2 * axis * axis.transpose() - Eigen::Matrix3d::Identity());

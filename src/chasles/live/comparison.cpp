@@ -6,8 +6,6 @@
 #include <chasles/live/comparison.hpp>
 
 namespace chasles {
-namespace {}  // namespace
-
 GrowingComparison::GrowingComparison(Trajectory truth, PoseError coordinates, bool level)
     : truth_(std::move(truth)),
       coordinates_(coordinates),

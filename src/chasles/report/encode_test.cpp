@@ -1,8 +1,8 @@
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/report/encode.hpp>
 #include <chasles/report/testing.hpp>
 
@@ -11,8 +11,6 @@ namespace {
 
 using test::column;
 using test::planes_of;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::string as_base64(const std::string& text) { return base64({text.begin(), text.end()}); }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/constants.hpp>
 #include <chasles/report/report.hpp>
 #include <chasles/report/testing.hpp>
 
@@ -12,8 +13,6 @@ namespace {
 using test::column;
 using test::data_of;
 using test::synthetic_drive;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 ReportRun small_drive() { return synthetic_drive({.states = 50, .landmarks = 40}); }
 

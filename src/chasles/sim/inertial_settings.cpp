@@ -8,14 +8,10 @@
 
 #include <chasles/error.hpp>
 #include <chasles/sim/inertial_settings.hpp>
+#include <chasles/sim/refuse_setting.hpp>
 
 namespace chasles {
 namespace {
-
-[[noreturn]] void refuse(std::string_view field, std::string_view found,
-                         std::string_view expected) {
-  throw UsageError(fmt::format("simulation setting {} = {}: expected {}", field, found, expected));
-}
 
 void check_ranges(const InertialSettings& settings) {
   for_each_range(settings, [](const char* field, const auto& value, double least, double most,
@@ -25,8 +21,8 @@ void check_ranges(const InertialSettings& settings) {
       // NaN fails both comparisons, so it is refused too.
       if (value >= least && value <= most) return;
       const std::string_view space = unit.empty() ? "" : " ";
-      refuse(field, fmt::format("{}{}{}", value, space, unit),
-             fmt::format("a number from {} to {}{}{}", least, most, space, unit));
+      refuse_setting(field, fmt::format("{}{}{}", value, space, unit),
+                     fmt::format("a number from {} to {}{}{}", least, most, space, unit));
     }
   });
 }
@@ -34,7 +30,8 @@ void check_ranges(const InertialSettings& settings) {
 void check_word(std::string_view field, const std::string& word,
                 std::initializer_list<std::string_view> known) {
   if (std::ranges::find(known, word) != known.end()) return;
-  refuse(field, fmt::format("'{}'", word), fmt::format("one of {}", fmt::join(known, ", ")));
+  refuse_setting(field, fmt::format("'{}'", word),
+                 fmt::format("one of {}", fmt::join(known, ", ")));
 }
 
 InertialScene hallway() {
@@ -109,8 +106,8 @@ void validate(const InertialSettings& settings) {
   const auto above = [](std::string_view high, double high_value, std::string_view low,
                         double low_value) {
     if (high_value > low_value) return;
-    refuse(high, fmt::format("{} m", high_value),
-           fmt::format("more than {}, {} m", low, low_value));
+    refuse_setting(high, fmt::format("{} m", high_value),
+                   fmt::format("more than {}, {} m", low, low_value));
   };
   above("max_range", settings.max_range, "min_range", settings.min_range);
   above("landmark_farthest", settings.landmark_farthest, "landmark_nearest",
@@ -120,13 +117,14 @@ void validate(const InertialSettings& settings) {
   above("hall_width", settings.hall_width, "corridor_width", settings.corridor_width);
   above("circle_radius", settings.circle_radius, "radial_sway", settings.radial_sway);
   if (settings.exposure_time * settings.frame_rate > 1) {
-    refuse("exposure_time", fmt::format("{} s", settings.exposure_time),
-           fmt::format("at most the time between two frames, {} s", 1 / settings.frame_rate));
+    refuse_setting(
+        "exposure_time", fmt::format("{} s", settings.exposure_time),
+        fmt::format("at most the time between two frames, {} s", 1 / settings.frame_rate));
   }
   if (2 * settings.image_border >= std::min(settings.image_width, settings.image_height)) {
-    refuse("image_border", fmt::format("{} px", settings.image_border),
-           fmt::format("less than half of the image of {} x {} px", settings.image_width,
-                       settings.image_height));
+    refuse_setting("image_border", fmt::format("{} px", settings.image_border),
+                   fmt::format("less than half of the image of {} x {} px", settings.image_width,
+                               settings.image_height));
   }
 }
 

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
+#include <chasles/sim/refuse_setting.hpp>
 #include <chasles/sim/street_settings.hpp>
 
 namespace chasles {
@@ -40,17 +41,12 @@ constexpr std::array kRanges = std::to_array<Range>({
     {"moving_fraction", 0, 1},     {"moving_speed", 0, 100},     {"dropped_fraction", 0, 1},
 });
 
-[[noreturn]] void refuse_street(std::string_view field, std::string_view found,
-                                std::string_view expected) {
-  throw UsageError(fmt::format("simulation setting {} = {}: expected {}", field, found, expected));
-}
-
 // NaN fails both comparisons' positive form, so it is refused too.
 void check(const Range& range, double value, const char* unit) {
   if (value >= range.low && value <= range.high) return;
   const std::string space = *unit ? " " : "";
-  refuse_street(range.field, fmt::format("{}{}{}", value, space, unit),
-                fmt::format("a number from {} to {}{}{}", range.low, range.high, space, unit));
+  refuse_setting(range.field, fmt::format("{}{}{}", value, space, unit),
+                 fmt::format("a number from {} to {}{}{}", range.low, range.high, space, unit));
 }
 
 StreetSettings gnss_ins() {
@@ -83,22 +79,22 @@ void validate(const StreetSettings& settings) {
   });
   const auto wrong = settings.route.find_first_not_of("LRS");
   if (wrong != std::string::npos) {
-    refuse_street("route", settings.route,
-                  fmt::format("only the letters L, R and S; letter {} is '{}'", wrong + 1,
-                              settings.route[wrong]));
+    refuse_setting("route", settings.route,
+                   fmt::format("only the letters L, R and S; letter {} is '{}'", wrong + 1,
+                               settings.route[wrong]));
   }
   if (settings.corner_speed > settings.cruise_speed) {
-    refuse_street("corner_speed", fmt::format("{} m/s", settings.corner_speed),
-                  fmt::format("at most cruise_speed, {} m/s", settings.cruise_speed));
+    refuse_setting("corner_speed", fmt::format("{} m/s", settings.corner_speed),
+                   fmt::format("at most cruise_speed, {} m/s", settings.cruise_speed));
   }
   if (settings.max_depth <= settings.min_depth) {
-    refuse_street("max_depth", fmt::format("{} m", settings.max_depth),
-                  fmt::format("more than min_depth, {} m", settings.min_depth));
+    refuse_setting("max_depth", fmt::format("{} m", settings.max_depth),
+                   fmt::format("more than min_depth, {} m", settings.min_depth));
   }
   if (2 * settings.image_border >= std::min(settings.image_width, settings.image_height)) {
-    refuse_street("image_border", fmt::format("{} px", settings.image_border),
-                  fmt::format("less than half of the image of {} x {} px", settings.image_width,
-                              settings.image_height));
+    refuse_setting("image_border", fmt::format("{} px", settings.image_border),
+                   fmt::format("less than half of the image of {} x {} px", settings.image_width,
+                               settings.image_height));
   }
 }
 

@@ -1,10 +1,9 @@
 #include <condition_variable>
 #include <deque>
-#include <exception>
 #include <mutex>
-#include <thread>
 #include <utility>
 
+#include <chasles/slam/ahead.hpp>
 #include <chasles/slam/feature_feed.hpp>
 
 namespace chasles {
@@ -41,46 +40,14 @@ struct FeatureFeed::Shared {
     return bias;
   }
 
-  // The other thread: makes items until the end.
-  void work_ahead() {
-    try {
-      while (auto item = make()) {
-        const std::lock_guard lock(mutex);
-        if (stop) break;
-        ready.push_back(std::move(*item));
-        changed.notify_all();
-      }
-    } catch (...) {
-      failure = std::current_exception();
-    }
-    const std::lock_guard lock(mutex);
-    ended = true;
-    changed.notify_all();
-  }
-
-  std::optional<Item> take() {
-    std::optional<Item> item;
-    std::unique_lock lock(mutex);
-    changed.wait(lock, [&] { return ended || !ready.empty(); });
-    if (!ready.empty()) {
-      item.emplace(std::move(ready.front()));
-      ready.pop_front();
-    } else if (failure) {
-      std::rethrow_exception(std::exchange(failure, nullptr));
-    }
-    return item;
-  }
-
   std::function<std::optional<SensorEvent>()> next_event;
   ImageTracker tracker;
 
   std::mutex mutex;
   std::condition_variable changed;
   std::deque<Eigen::Vector3d> learnt;  // of images to come
-  std::deque<Item> ready;
-  std::exception_ptr failure;
-  bool ended = false, stop = false;
-  std::thread worker;  // the last: it uses all above
+  bool stop = false;
+  std::optional<Ahead<Item>> ahead;  // the last: it uses all above
 };
 
 FeatureFeed::FeatureFeed(std::function<std::optional<SensorEvent>()> next,
@@ -88,21 +55,19 @@ FeatureFeed::FeatureFeed(std::function<std::optional<SensorEvent>()> next,
                          const ImuBuffer::Options& imu, bool ahead, std::vector<GrayImage> masks)
     : shared_(std::make_unique<Shared>(std::move(next), settings, std::move(cameras), imu,
                                        std::move(masks))) {
-  if (ahead) shared_->worker = std::thread([shared = shared_.get()] { shared->work_ahead(); });
+  if (!ahead) return;
+  const auto is_frame = [](const Item& item) { return !std::holds_alternative<ImuSample>(item); };
+  shared_->ahead.emplace([shared = shared_.get()] { return shared->make(); }, is_frame, kLead);
 }
 
 FeatureFeed::~FeatureFeed() {
-  if (!shared_->worker.joinable()) return;
-  {
-    const std::lock_guard lock(shared_->mutex);
-    shared_->stop = true;
-    shared_->changed.notify_all();
-  }
-  shared_->worker.join();
+  const std::lock_guard lock(shared_->mutex);
+  shared_->stop = true;
+  shared_->changed.notify_all();
 }
 
 std::optional<FeatureFeed::Item> FeatureFeed::next() {
-  return shared_->worker.joinable() ? shared_->take() : shared_->make();
+  return shared_->ahead ? shared_->ahead->next() : shared_->make();
 }
 
 void FeatureFeed::learnt(const Eigen::Vector3d& gyroscope_bias) {

@@ -18,8 +18,6 @@ constexpr int kDoubts = 5;  // as many already degrade it
 constexpr int kFewCompared = 6;
 constexpr double kSurprising = 1.5;
 constexpr int kManyObservations = 20, kFewUsed = 4;
-// Samples that a start keeps for a time offset that may yet be set back [s].
-constexpr double kTimeOffsetReach = 0.2;
 // A speed that nothing carried by a person, a car or a drone has [m/s].
 constexpr double kImpossibleSpeed = 150;
 

@@ -5,6 +5,9 @@
 
 namespace chasles {
 
+/// An estimated time offset may yet be set back: samples are kept for so long [s].
+inline constexpr double kTimeOffsetReach = 0.2;
+
 /// Everything that can be set about a run with an IMU. As Settings: the list below feeds files,
 /// --set, --help and summary.json; an empty optional is taken from the recording.
 struct InertialSlamSettings {

@@ -7,8 +7,6 @@
 namespace chasles {
 namespace {
 
-// An update may set the time offset back: samples are kept for so long [s].
-constexpr double kTimeOffsetReach = 0.2;
 // A clock that is wrong by more is not told by pixels [s].
 constexpr double kLongestTimeOffset = 0.5;
 

@@ -190,12 +190,6 @@ std::optional<Certainty> certainty_of(const MotionSystem& system) {
                    .distance = std::sqrt(reduced.b.dot(cholesky.solve(reduced.b)))};
 }
 
-int views_of(const MotionWindow& window) {
-  int views = 0;
-  for (const PlaneTrack& track : window.tracks) views += static_cast<int>(track.size());
-  return views;
-}
-
 }  // namespace
 
 std::optional<RefinedMotion> refine_motion(MotionWindow window, const LinearMotion& linear,

@@ -107,12 +107,6 @@ Matrix15d start_covariance(const RefinedMotion& refined, const InitialiserSettin
   return (full + full.transpose()) / 2;
 }
 
-int views_of(const MotionWindow& window) {
-  int views = 0;
-  for (const PlaneTrack& track : window.tracks) views += static_cast<int>(track.size());
-  return views;
-}
-
 // A bias of the gyroscope and the linear motion with it.
 struct Candidate {
   MotionWindow window;

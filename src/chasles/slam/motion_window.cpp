@@ -77,4 +77,10 @@ MotionWindow make_window(const std::vector<FeatureFrame>& keyframes,
   return window;
 }
 
+int views_of(const MotionWindow& window) {
+  int views = 0;
+  for (const PlaneTrack& track : window.tracks) views += static_cast<int>(track.size());
+  return views;
+}
+
 }  // namespace chasles

@@ -40,4 +40,7 @@ std::vector<std::size_t> choose_keyframes(std::size_t frames, int count);
 MotionWindow make_window(const std::vector<FeatureFrame>& keyframes,
                          const std::vector<Camera>& cameras, double pixel_sigma, int max_tracks);
 
+/// Of all its tracks.
+int views_of(const MotionWindow& window);
+
 }  // namespace chasles

@@ -8,13 +8,12 @@
 #include <chasles/error.hpp>
 #include <chasles/smooth/batch_graph_detail.hpp>
 #include <chasles/smooth/batch_solve_detail.hpp>
+#include <chasles/smooth/floors_detail.hpp>
 #include <chasles/smooth/initial_error_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
 
-// What is known exactly [rad, m, m/s, m/s^2] and [rad/s].
-constexpr double kFloor = 1e-6, kRateFloor = 1e-8;
 // Where the search for an inverse depth begins that its rays do not tell [1/m].
 constexpr double kGuessedInverseDepth = 0.1;
 

@@ -4,12 +4,10 @@
 #include <chasles/error.hpp>
 #include <chasles/slam/drive_model.hpp>
 #include <chasles/smooth/drive_graph_detail.hpp>
+#include <chasles/smooth/floors_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
-
-// What is known exactly [rad, m, m/s] and [rad/s].
-constexpr double kDriveFloor = 1e-6, kDriveRateFloor = 1e-8;
 
 void check(const Settings& s) {
   if (s.mode != "slam") {
@@ -26,9 +24,9 @@ DriveStart start_of(const Settings& settings, const Noise& noise, const BodyVelo
   DriveStart start;
   start.mean.additive = Eigen::VectorXd::Zero(model.size());
   Eigen::MatrixXd P = initial_covariance(settings, noise);
-  Eigen::VectorXd floor = Eigen::VectorXd::Constant(P.rows(), kDriveFloor * kDriveFloor);
+  Eigen::VectorXd floor = Eigen::VectorXd::Constant(P.rows(), kFloor * kFloor);
   if (model.gyro_bias)
-    floor.segment<3>(6 + model.bias_index()).setConstant(kDriveRateFloor * kDriveRateFloor);
+    floor.segment<3>(6 + model.bias_index()).setConstant(kRateFloor * kRateFloor);
   P.diagonal() += floor;
   auto whitening = whitening_of(P);
   if (!whitening) throw InputError("the start's covariance is not positive and finite");

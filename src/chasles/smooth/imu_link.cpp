@@ -4,12 +4,12 @@
 #include <Eigen/Cholesky>
 
 #include <chasles/error.hpp>
+#include <chasles/smooth/floors_detail.hpp>
 #include <chasles/smooth/imu_link.hpp>
 
 namespace chasles {
 namespace {
 
-constexpr double kLeastWalk = 1e-7;
 // The noise of a few samples does not reach all of pose and velocity: position and velocity would
 // be tied to each other exactly. Cut in pieces an interval's noise is white in it.
 constexpr std::size_t kManyIntervals = 6;
@@ -48,8 +48,9 @@ Matrix15d link_covariance(const std::vector<ImuInterval>& intervals, const Vecto
 ImuLink imu_link(std::vector<ImuInterval> intervals, const Vector6d& biases,
                  const ImuNoise& noise) {
   ImuNoise used = noise;
-  used.accelerometer_random_walk = std::max(used.accelerometer_random_walk, kLeastWalk);
-  used.gyroscope_random_walk = std::max(used.gyroscope_random_walk, kLeastWalk);
+  used.accelerometer_random_walk =
+      std::max(used.accelerometer_random_walk, smooth_detail::kLeastWalk);
+  used.gyroscope_random_walk = std::max(used.gyroscope_random_walk, smooth_detail::kLeastWalk);
   const bool few = intervals.size() < kManyIntervals;
   const Matrix15d P = link_covariance(few ? cut(intervals) : intervals, biases, used);
   const bool noisy = noise.accelerometer_noise_density > 0 && noise.gyroscope_noise_density > 0;

@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include <chasles/error.hpp>
+#include <chasles/smooth/floors_detail.hpp>
 #include <chasles/smooth/twist_link.hpp>
 
 namespace chasles {
@@ -22,8 +23,6 @@ std::optional<Eigen::MatrixXd> whitening_of(const Eigen::MatrixXd& covariance) {
 
 namespace {
 
-constexpr double kLeastTwistWalk = 1e-7;
-
 Eigen::MatrixXd covariance(const BodyVelocityModel& model, double tau,
                            const BodyVelocityNoise& noise) {
   const int n = 6 + model.size();
@@ -38,7 +37,7 @@ Eigen::MatrixXd covariance(const BodyVelocityModel& model, double tau,
     Q.topLeftCorner<6, 6>().diagonal() = tau * tau * noise.sample_sigma.cwiseAbs2();
   }
   const auto walk = [&](double sigma) {
-    return tau * std::pow(std::max(sigma, kLeastTwistWalk), 2);
+    return tau * std::pow(std::max(sigma, smooth_detail::kLeastWalk), 2);
   };
   if (model.gyro_bias) {
     Q.diagonal().segment<3>(6 + model.bias_index()).setConstant(walk(noise.gyro_bias_walk));

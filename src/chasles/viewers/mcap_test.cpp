@@ -2,13 +2,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <unistd.h>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/constants.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -23,8 +23,6 @@ namespace {
 
 using nlohmann::json;
 using test::synthetic_drive;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // What Foxglove's own libraries find in the file (web/tests/read_mcap.mjs), which fail where a
 // check sum, an index, a schema or a message is not as it should be.

@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
-#include <chasles/slam/read_ahead.hpp>
+#include <chasles/slam/ahead.hpp>
+#include <chasles/slam/feature_feed.hpp>
 
 namespace chasles {
 namespace {
 
 constexpr Time kSpacing = std::chrono::milliseconds(50);
+constexpr int kMost = 4;  // images that wait
 
 /// `images` images, each after three samples; `read` counts the images.
 std::function<std::optional<SensorEvent>()> sensors(int images, std::atomic<int>& read) {
@@ -26,46 +28,48 @@ Time time_of(const SensorEvent& event) {
   return std::visit([](const auto& e) { return e.time; }, event);
 }
 
-TEST(ReadAhead, GivesTheSameEventsInTheSameOrder) {
+bool is_image(const SensorEvent& event) { return std::holds_alternative<ImageFrame>(event); }
+
+TEST(Ahead, GivesTheSameInTheSameOrder) {
   std::atomic<int> read = 0;
-  ReadAhead ahead(sensors(50, read));
+  Ahead<SensorEvent> ahead(sensors(50, read), is_image, kMost);
   for (int i = 0; i < 200; ++i) {
     const auto event = ahead.next();
     ASSERT_TRUE(event) << i;
     EXPECT_EQ(time_of(*event), i * kSpacing);
-    EXPECT_EQ(std::holds_alternative<ImageFrame>(*event), i % 4 == 3);
+    EXPECT_EQ(is_image(*event), i % 4 == 3);
   }
   EXPECT_FALSE(ahead.next());
   EXPECT_FALSE(ahead.next()) << "the end stays the end";
 }
 
-TEST(ReadAhead, ReadsAFewImagesAheadAndNoMore) {
+TEST(Ahead, MakesAFewAheadAndNoMore) {
   std::atomic<int> read = 0;
-  ReadAhead ahead(sensors(50, read));
-  const int most = static_cast<int>(ReadAhead::kImages);
-  while (read < most) std::this_thread::yield();
+  Ahead<SensorEvent> ahead(sensors(50, read), is_image, kMost);
+  while (read < kMost) std::this_thread::yield();
   int taken = 0;
   while (const auto event = ahead.next()) {
-    taken += std::holds_alternative<ImageFrame>(*event);
-    EXPECT_LE(read, taken + most);
+    taken += is_image(*event);
+    EXPECT_LE(read, taken + kMost);
   }
   EXPECT_EQ(taken, 50);
 }
 
-TEST(ReadAhead, MayEndBeforeItsReader) {
+TEST(Ahead, MayEndBeforeItsMaker) {
   std::atomic<int> read = 0;
-  ReadAhead ahead(sensors(50, read));
+  Ahead<SensorEvent> ahead(sensors(50, read), is_image, kMost);
   EXPECT_TRUE(ahead.next());
-  while (read < static_cast<int>(ReadAhead::kImages)) std::this_thread::yield();
-}  // and now the reader waits for room
+  while (read < kMost) std::this_thread::yield();
+}  // and now the other thread waits for room
 
-TEST(ReadAhead, ThrowsWhatTheReaderThrewAfterWhatCameBefore) {
+TEST(Ahead, ThrowsWhatItsMakerThrewAfterWhatCameBefore) {
   std::atomic<int> read = 0;
-  ReadAhead ahead([&, next = sensors(2, read)]() mutable {
+  const auto torn = [&, next = sensors(2, read)]() mutable {
     auto event = next();
     if (!event) throw InputError("torn");
     return event;
-  });
+  };
+  Ahead<SensorEvent> ahead(torn, is_image, kMost);
   for (int i = 0; i < 8; ++i) EXPECT_TRUE(ahead.next());
   EXPECT_THROW(ahead.next(), InputError);
   EXPECT_FALSE(ahead.next());

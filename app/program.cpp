@@ -1,0 +1,100 @@
+#include "program.hpp"
+
+#include <cstdio>
+#include <new>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+#include <chasles/filter/dense.hpp>
+
+#include "options.hpp"
+#include "subcommands.hpp"
+
+namespace chasles::app {
+namespace {
+
+constexpr int kFault = 70;  // a fault of the program itself: sysexits.h's EX_SOFTWARE
+
+constexpr const char* kExitCodes =
+    "Exit codes: 0 ok, 1 usage, 2 bad input, 3 could not initialise, 4 diverged,\n"
+    "5 an asked-for threshold was missed, 70 a fault of the program, 130 interrupted.";
+
+void log_to_stderr() {
+  spdlog::set_default_logger(spdlog::stderr_color_st("chasles"));
+  spdlog::set_pattern("%n: %^%l%$: %v");
+}
+
+const CLI::App& innermost(const CLI::App& parser) {
+  const auto chosen = parser.get_subcommands();
+  return chosen.empty() ? parser : *chosen.front();
+}
+
+// CLI11 puts an empty line too many before each group of options.
+std::string without_double_gaps(std::string text) {
+  for (std::size_t at; (at = text.find("\n\n\n")) != std::string::npos;) text.erase(at, 1);
+  return text;
+}
+
+std::string complaint(const CLI::App& parser, const CLI::ParseError& error) {
+  const auto rest = parser.remaining(true);
+  if (rest.empty()) return error.what();
+  return fmt::format("'{}' is not known here{}", rest.front(),
+                     did_you_mean(rest.front(), known_words(innermost(parser))));
+}
+
+int refused(const CLI::App& parser, const CLI::ParseError& error) {
+  if (error.get_exit_code() != 0) {
+    const bool top = &innermost(parser) == &parser;
+    spdlog::error("{} (see chasles{}{} --help)", complaint(parser, error), top ? "" : " ",
+                  top ? "" : innermost(parser).get_name());
+    return static_cast<int>(ExitCode::kUsage);
+  }
+  const bool help = dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr;
+  fmt::print("{}\n", help ? without_double_gaps(parser.help()) : error.what());
+  return static_cast<int>(ExitCode::kOk);
+}
+
+int parse_and_run(int argc, char** argv) {
+  CLI::App parser(CHASLES_DESCRIPTION, "chasles");
+  parser.set_version_flag("--version", "chasles " CHASLES_VERSION);
+  parser.footer(kExitCodes);
+  parser.require_subcommand(1);
+  Action action;
+  for (const Subcommand& command : subcommands()) {
+    CLI::App* sub = parser.add_subcommand(command.name, command.description);
+    sub->parse_complete_callback([&action, perform = command.declare(*sub)] { action = perform; });
+  }
+  try {
+    parser.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return refused(parser, error);
+  }
+  const int code = action();
+  if (std::fflush(stdout) != 0) throw UsageError("stdout cannot be written: is the disk full?");
+  return code;
+}
+
+}  // namespace
+
+int program(int argc, char** argv) {
+  log_to_stderr();
+  dense::prepare();
+  try {
+    return parse_and_run(argc, argv);
+  } catch (const Error& error) {
+    spdlog::error("{}", error.what());
+    return static_cast<int>(error.code());
+  } catch (const std::bad_alloc&) {
+    spdlog::error("out of memory");
+  } catch (const std::exception& error) {
+    spdlog::error("a fault of the program, please report it: {}", error.what());
+  }
+  return kFault;
+}
+
+}  // namespace chasles::app

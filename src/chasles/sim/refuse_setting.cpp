@@ -1,0 +1,12 @@
+#include <fmt/format.h>
+
+#include <chasles/error.hpp>
+#include <chasles/sim/refuse_setting.hpp>
+
+namespace chasles {
+
+void refuse_setting(std::string_view field, std::string_view found, std::string_view expected) {
+  throw UsageError(fmt::format("simulation setting {} = {}: expected {}", field, found, expected));
+}
+
+}  // namespace chasles

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string_view>
+
+namespace chasles {
+
+/// Throws UsageError: "simulation setting FIELD = FOUND: expected EXPECTED".
+[[noreturn]] void refuse_setting(std::string_view field, std::string_view found,
+                                 std::string_view expected);
+
+}  // namespace chasles
