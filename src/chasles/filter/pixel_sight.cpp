@@ -1,18 +1,17 @@
 #include <algorithm>
 
-#include <chasles/camera/stereo.hpp>
 #include <chasles/filter/pixel_sight.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
 
 std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
-                        const Eigen::Vector2d& pixel) {
+                        const Eigen::Vector2d& pixel, double least_depth) {
   constexpr double kLeastW = 0.01;  // where there is no depth to be too near: what lies aside
   const Eigen::Matrix3d cam_R_world = camera.cam_T_imu.R * world_T_imu.R.transpose();
   const Eigen::Vector3d from_imu = point.p_world - point.w * world_T_imu.p;
   const Eigen::Vector3d p_cam = cam_R_world * from_imu + point.w * camera.cam_T_imu.p;
-  if (!(p_cam.z() > kMinDepth * std::max(point.w, kLeastW))) return std::nullopt;
+  if (!(p_cam.z() > least_depth * std::max(point.w, kLeastW))) return std::nullopt;
   const auto projection = project(camera, p_cam / p_cam.z());
   if (!projection) return std::nullopt;
   const Eigen::Matrix<double, 2, 3> d_p_cam = projection->d_point / p_cam.z();

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <chasles/camera/camera.hpp>
+#include <chasles/camera/stereo.hpp>
 #include <chasles/filter/state.hpp>
 
 namespace chasles {
@@ -19,9 +20,9 @@ struct Seen {
 };
 
 /// Projections do not depend on a point's scale, and so not on whether w is positive. None where
-/// the camera does not see the point (project).
+/// the camera does not see the point (project), or where that is nearer than least_depth [m].
 std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
-                        const Eigen::Vector2d& pixel);
+                        const Eigen::Vector2d& pixel, double least_depth = kMinDepth);
 
 /// d predicted / d (errors of imu_T_camera) of the same, p_cam = R_ic^T (p_imu - p_ic).
 Eigen::Matrix<double, 2, 6> derivative_by_camera(const Camera& camera, const SE3& world_T_imu,

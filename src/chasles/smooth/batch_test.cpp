@@ -188,6 +188,29 @@ TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
   }
 }
 
+// Tracks of pixels that are nobody's, some of which a point just before the camera explains best.
+TEST(BatchSearch, WrongTracksDoNotHoldItUp) {
+  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    SmallScene scene = small_scene({.frames = 12});
+    BatchSettings settings;
+    settings.landmarks = landmarks;
+    const BatchResult clean = smooth(scene.input, "standard", settings);
+    test::Random random(6);
+    for (int track = 0; track < 40; ++track) {
+      for (std::size_t k = 0; k < 4; ++k) {
+        scene.input.frames[2 * k + static_cast<std::size_t>(track % 5)].pixels.push_back(
+            {.landmark = 1000 + track, .pixel = {random.uniform(0, 640), random.uniform(0, 480)}});
+      }
+    }
+    const BatchResult result = smooth(scene.input, "standard", settings);
+    EXPECT_TRUE(result.report.converged) << landmarks;
+    EXPECT_FALSE(result.report.stalled) << landmarks << ": " << result.report.decrease_left;
+    EXPECT_LT(
+        (result.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p).norm(),
+        0.01);
+  }
+}
+
 // Pixels that agree with nothing: an error, and no crash.
 TEST(BatchGate, WhereNothingAgreesThereIsNoAnswer) {
   SmallScene scene = small_scene({.frames = 8});

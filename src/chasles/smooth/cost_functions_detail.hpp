@@ -42,8 +42,16 @@ struct Sight {
   Eigen::Matrix<double, Rows, 6> d_pose;   ///< by [rotation; position], reference chart
 };
 
-/// What a camera sees of a landmark. A point that it cannot see (behind it, beyond the lens model)
-/// counts as kNotSeen deviations in every row, and tells no way out: the other views do.
+/// A point that a camera cannot see (behind it, beyond the lens model) counts as so many deviations
+/// in every row, and tells no way out: the other views do.
+inline constexpr double kNotSeen = 30;
+
+/// Nearer points are not seen [m]. At the filter's kMinDepth a cost would jump by kNotSeen: a point
+/// that wrong pixels draw nearer would stay there, and none of the steps that take all else on
+/// would be accepted. So near the camera's plane the cost has risen by far more.
+inline constexpr double kLeastDepth = 1e-4;
+
+/// What a camera sees of a landmark.
 struct PixelTerm {
   static constexpr int kRows = 2, kNumbers = kMotionNumbers;  // of the residual; of a motion
   const Camera* camera = nullptr;
@@ -54,7 +62,6 @@ struct PixelTerm {
   std::optional<Sight<2>> see(const SE3& world_T_imu, const HomogeneousPoint& point) const;
   const SE3& anchor_cam_T_imu() const { return anchor_camera->cam_T_imu; }
 };
-inline constexpr double kNotSeen = 30;
 
 /// A Cartesian landmark. Blocks: motion, point.
 template <typename Term>

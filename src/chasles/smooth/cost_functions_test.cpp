@@ -116,6 +116,23 @@ TEST_P(CostFunctions, APointBehindTheCameraCountsAndDoesNotPull) {
   for (const Eigen::MatrixXd& J : jacobians(PointCost(term), behind)) EXPECT_TRUE(J.isZero(0));
 }
 
+// A search in which it jumped, down or up, would end there.
+TEST_P(CostFunctions, APointThatComesNearerCostsMoreAndMore) {
+  Camera camera = test::small_camera(0);
+  camera.cam_T_imu.p.setZero();
+  const PixelTerm term{
+      .camera = &camera, .anchor_camera = &camera, .pixel = {camera.cx, camera.cy}};
+  double before = 0;
+  for (double depth = 1; depth > 2e-4; depth *= 0.8) {
+    const Blocks near{&chart(), {motion_numbers({}), {depth, 0.01, 0}}};
+    const Eigen::Vector2d r = residual(PointCost(term), near);
+    EXPECT_GT(r.norm(), 1.2 * before) << depth << " m";
+    EXPECT_LT(r.norm(), depth < 1 ? 1.3 * before : kNotSeen) << depth << " m";
+    before = r.norm();
+  }
+  EXPECT_GT(before, 100 * kNotSeen);
+}
+
 INSTANTIATE_TEST_SUITE_P(Charts, CostFunctions, ::testing::ValuesIn(test::all_charts()),
                          test::chart_test_name);
 
