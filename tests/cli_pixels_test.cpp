@@ -58,6 +58,22 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"stereo_backwards", "--cameras stereo --backwards", 0.007}),
     [](const auto& test) { return std::string(test.param.name); });
 
+// Some of five thousand tracks are drawn to just before a camera; a search that cannot pass them
+// ends above its minimum, 0.010 m off. Measured: 0.005 m.
+TEST(RealImages, BatchEstimationFindsItsMinimum) {
+  const auto data = recordings();
+  if (!data) GTEST_SKIP() << "skipped: no recordings";
+  const Scratch folder;
+  const auto all =
+      figures(chasles(folder, "run '" + (*data / "euroc/MH_01_easy_17s").string() +
+                                  "' --json --quiet --cameras mono --backwards --estimator batch"));
+  const auto& batch = all.at("batch");
+  EXPECT_TRUE(batch.at("converged").get<bool>());
+  EXPECT_FALSE(batch.at("stalled").get<bool>());
+  EXPECT_LT(batch.at("decrease_left").get<double>(), 1e-6);
+  EXPECT_LT(all.at("ate_m").get<double>(), 0.007);
+}
+
 // 184 s of one camera's tracks, made elsewhere by KLT, 12 % of them grossly wrong.
 TEST(RealTracks, WithGrossOutliersAreSurvived) {
   const auto data = recordings();
