@@ -188,7 +188,7 @@ TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
   }
 }
 
-// Tracks of pixels that are nobody's, some of which a point just before the camera explains best.
+// Tracks of pixels that are nobody's.
 TEST(BatchSearch, WrongTracksDoNotHoldItUp) {
   for (const char* landmarks : {"cartesian", "inverse-depth"}) {
     SmallScene scene = small_scene({.frames = 12});
