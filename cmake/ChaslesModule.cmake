@@ -14,7 +14,7 @@ target_compile_options(chasles_options INTERFACE
   -ffp-contract=off)
 
 # Most of a file's compiling is reading headers: where files of a folder are compiled several at a time,
-# a build from nothing takes half the time, one after a change a little more. Names in anonymous
+# a build from nothing takes about half the time, one after a change a little more. Names in anonymous
 # namespaces must differ within such a folder. Large files of Eigen's expressions are compiled ALONE:
 # GCC keeps all typedefs of double in one list and searches it for every type of an expression, so
 # that they take longer together.
