@@ -40,7 +40,7 @@ BatchResult smooth(const BatchInput& input, const std::string& chart,
       graph, settings, report,
       [&] { return std::make_unique<BatchProblem>(input, chart, settings, graph); },
       [&](const std::vector<double>& deviations) {
-        return cull(input, deviations, settings.gate, graph, report);
+        return cull(input, deviations, settings, graph, report);
       });
   const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
   judge(*problem, dof, settings, report);

@@ -1,5 +1,6 @@
 #include <chasles/filter/pixel_sight.hpp>
 #include <chasles/smooth/batch_problem_detail.hpp>
+#include <chasles/smooth/parts_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
@@ -18,50 +19,33 @@ bool hang_on(const BatchInput& input, const BatchGraph& graph, const Homogeneous
   return true;
 }
 
+HomogeneousPoint place_of(const BatchInput& input, const BatchGraph& graph,
+                          const BatchPoint& point) {
+  if (!graph.anchored) return {.p_world = point.parameters, .w = 1};
+  const Camera& camera = input.cameras[static_cast<std::size_t>(point.views.front().camera)];
+  return homogeneous(anchor_of(graph, point), landmark_of(camera, point));
+}
+
+// Whether the part is a landmark still: hangs it on its own first view.
+bool stands(const BatchInput& input, const BatchGraph& graph, const BatchPoint& whole,
+            BatchPoint& part) {
+  if (part.views.size() < 2) return false;
+  const PointView &before = whole.views.front(), &now = part.views.front();
+  const bool moved = now.keyframe != before.keyframe || now.camera != before.camera;
+  return !moved || !graph.anchored || hang_on(input, graph, place_of(input, graph, whole), part);
+}
+
 }  // namespace
 
-int cull(const BatchInput& input, const std::vector<double>& deviations, double gate,
-         BatchGraph& graph, BatchReport& report) {
-  int gone = 0;
-  auto deviation = deviations.begin();
-  std::vector<BatchPoint> kept;
-  for (BatchPoint& point : graph.points) {
-    const PointView anchor = point.views.front();
-    const HomogeneousPoint at =
-        graph.anchored
-            ? homogeneous(
-                  anchor_of(graph, point),
-                  landmark_of(input.cameras[static_cast<std::size_t>(anchor.camera)], point))
-            : HomogeneousPoint{.p_world = point.parameters, .w = 1};
-    std::vector<PointView> views;
-    for (const PointView& view : point.views) {
-      if (*deviation++ <= gate) {
-        views.push_back(view);
-      } else {
-        --graph.keyframes[static_cast<std::size_t>(view.keyframe)].observations;
-        ++gone;
-      }
-    }
-    const bool moved = views.empty() || views.front().keyframe != anchor.keyframe ||
-                       views.front().camera != anchor.camera;
-    point.views = std::move(views);
-    const bool stays =
-        point.views.size() >= 2 && (!graph.anchored || !moved || hang_on(input, graph, at, point));
-    if (stays) {
-      kept.push_back(std::move(point));
-      continue;
-    }
-    for (const PointView& view : point.views) {
-      --graph.keyframes[static_cast<std::size_t>(view.keyframe)].observations;
-      ++gone;
-    }
-    ++report.landmarks_left_out;
-  }
-  graph.points = std::move(kept);
-  report.gated += gone;
-  report.observations -= gone;
-  report.landmarks = static_cast<int>(graph.points.size());
-  return gone;
+int cull(const BatchInput& input, const std::vector<double>& deviations,
+         const BatchSettings& settings, BatchGraph& graph, BatchReport& report) {
+  for (BatchKeyframe& keyframe : graph.keyframes) keyframe.observations = 0;
+  return keep_what_agrees(
+      graph.points, deviations, settings.gate, settings.max_refusals, report,
+      [&](const BatchPoint& whole, BatchPoint& part) { return stands(input, graph, whole, part); },
+      [&](const PointView& view) {
+        ++graph.keyframes[static_cast<std::size_t>(view.keyframe)].observations;
+      });
 }
 
 }  // namespace chasles::smooth_detail

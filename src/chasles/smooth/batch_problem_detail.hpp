@@ -17,10 +17,11 @@ class BatchProblem final : public ProblemBlocks {
   void write_to(BatchGraph& graph);
 };
 
-/// Takes those views out of the graph whose deviations are more than `gate`; an anchored landmark
-/// that loses its first view hangs on its next one, and one that is left with a single view goes.
-/// Counts into the report; returns how many views went.
-int cull(const BatchInput& input, const std::vector<double>& deviations, double gate,
-         BatchGraph& graph, BatchReport& report);
+/// Takes those views out of the graph whose deviations are more than batch.gate, and parts
+/// landmarks as parts_that_agree(); an anchored landmark that loses its first view hangs on its
+/// next one, and one that is left with a single view goes. Counts into the report; returns how many
+/// views went.
+int cull(const BatchInput& input, const std::vector<double>& deviations,
+         const BatchSettings& settings, BatchGraph& graph, BatchReport& report);
 
 }  // namespace chasles::smooth_detail

@@ -15,6 +15,7 @@ struct BatchSettings {
   std::string loss = "huber";
   double loss_width = 2.5;
   double gate = 5;
+  int max_refusals = 5;
   std::string solver = "auto";
   int max_iterations = 50;
   double tolerance = 1e-8;
@@ -44,6 +45,9 @@ void for_each_batch_setting(SettingsType& s, Visitor&& visit) {
   visit("gate", s.gate, "1",
         "pixels that are farther from their prediction, in deviations, once the search has roughly "
         "ended are left out of the rest of it; 0: none");
+  visit("max_refusals", s.max_refusals, "count",
+        "a landmark whose pixels that gate leaves out in so many keyframes in a row is another one "
+        "when they agree again (with an IMU)");
   visit(
       "solver", s.solver, "auto|sparse-schur|dense-schur|sparse-normal",
       "how the linear system is solved: landmarks first, or whatever fills least (auto, except of "

@@ -175,6 +175,41 @@ TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
   }
 }
 
+// Tracks that slide off and stay on a point beside: the mean of both is right nowhere.
+TEST(BatchGate, ATrackThatSlidesOffIsAnotherPointBehind) {
+  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    SmallScene scene = small_scene({.frames = 24, .landmarks = 40});
+    BatchSettings settings;
+    settings.landmarks = landmarks;
+    const BatchResult clean = smooth(scene.input, "standard", settings);
+    const auto slide = [](std::size_t k) { return k < 9 ? -1.8 : k < 15 ? 25.0 : 1.8; };
+    for (std::size_t k = 0; k < scene.input.frames.size(); ++k) {
+      for (PixelObservation& o : scene.input.frames[k].pixels) {
+        if (o.landmark % 4 != 0) o.pixel.x() += slide(k);
+      }
+    }
+    const auto error = [&](const BatchResult& result) {
+      double sum = 0;
+      for (std::size_t k = 0; k < scene.truth.size(); ++k) {
+        sum += (result.motions[k].motion.nav_T_imu.p - scene.truth[k].state.world_T_imu.p)
+                   .squaredNorm();
+      }
+      return std::sqrt(sum / static_cast<double>(scene.truth.size()));
+    };
+    const BatchResult parted = smooth(scene.input, "standard", settings);
+    settings.max_refusals = 100;
+    const BatchResult whole = smooth(scene.input, "standard", settings);
+    EXPECT_EQ(whole.report.landmarks_parted, 0);
+    EXPECT_EQ(whole.report.landmarks, clean.report.landmarks);
+    EXPECT_GT(parted.report.landmarks_parted, 10) << landmarks;
+    EXPECT_EQ(parted.report.landmarks, clean.report.landmarks + parted.report.landmarks_parted);
+    EXPECT_NEAR(parted.report.cost_per_dof, clean.report.cost_per_dof, 0.1);
+    EXPECT_GT(whole.report.cost_per_dof, 1.2 * clean.report.cost_per_dof);
+    EXPECT_LT(error(parted), 1.4 * error(clean));
+    EXPECT_GT(error(whole), 1.6 * error(parted));
+  }
+}
+
 // Tracks of pixels that are nobody's.
 TEST(BatchSearch, WrongTracksDoNotHoldItUp) {
   for (const char* landmarks : {"cartesian", "inverse-depth"}) {

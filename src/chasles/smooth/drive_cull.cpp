@@ -1,5 +1,6 @@
 #include <chasles/filter/pixel_sight.hpp>
 #include <chasles/smooth/drive_graph_detail.hpp>
+#include <chasles/smooth/parts_detail.hpp>
 
 namespace chasles::smooth_detail {
 namespace {
@@ -15,53 +16,38 @@ bool hang_on(const StereoRig& rig, const Numbered<DriveKeyframe>& keyframes,
   return true;
 }
 
-// Keeps the views that agree; false: the landmark goes.
-bool keep_views(const DriveInput& input, const std::vector<double>& deviations, double gate,
-                const DriveGraph& graph, std::size_t from, DrivePoint& point) {
-  const auto& keyframes = graph.timeline.keyframes;
+HomogeneousPoint place_of(const DriveInput& input, const DriveGraph& graph,
+                          const DrivePoint& point) {
   const int anchor = point.views.front().keyframe;
-  const SE3& world_T_imu = keyframes[static_cast<std::size_t>(anchor)].state.world_T_imu;
-  const HomogeneousPoint at =
-      homogeneous(Clone{.id = anchor, .world_T_imu = world_T_imu}, landmark_of(input.rig, point));
-  std::vector<StereoView> views;
-  for (std::size_t i = 0; i < point.views.size(); ++i) {
-    if (deviations[from + i] <= gate) views.push_back(point.views[i]);
-  }
-  point.views = std::move(views);
-  if (!begin_with_disparity(input.rig, input.settings, point) || point.views.size() < 2) {
-    return false;
-  }
-  const bool moved = point.views.front().keyframe != anchor;
-  return !moved || !graph.anchored || hang_on(input.rig, keyframes, at, point);
+  const auto k = static_cast<std::size_t>(anchor);
+  const SE3& world_T_imu = graph.timeline.keyframes[k].state.world_T_imu;
+  return homogeneous(Clone{.id = anchor, .world_T_imu = world_T_imu},
+                     landmark_of(input.rig, point));
+}
+
+// Whether the part is a landmark still: hangs it on its own first view with a disparity.
+bool stands(const DriveInput& input, const DriveGraph& graph, const DrivePoint& whole,
+            DrivePoint& part) {
+  if (!begin_with_disparity(input.rig, input.settings, part) || part.views.size() < 2) return false;
+  const bool moved = part.views.front().keyframe != whole.views.front().keyframe;
+  return !moved || !graph.anchored ||
+         hang_on(input.rig, graph.timeline.keyframes, place_of(input, graph, whole), part);
 }
 
 }  // namespace
 
 int cull(const DriveInput& input, const std::vector<double>& deviations, double gate,
          DriveGraph& graph, BatchReport& report) {
-  std::size_t from = 0;
-  const int before = report.observations;
-  std::vector<DrivePoint> kept;
   for (DriveKeyframe& keyframe : graph.timeline.keyframes) keyframe.used = 0;
-  report.observations = 0;
-  for (DrivePoint& point : graph.points) {
-    const std::size_t next = from + point.views.size();
-    if (keep_views(input, deviations, gate, graph, from, point)) {
-      for (const StereoView& view : point.views) {
+  // As the filter of drives, which keeps a landmark that it refuses: on 15 drives parting it
+  // changed nothing.
+  constexpr int kNeverParted = 0;
+  return keep_what_agrees(
+      graph.points, deviations, gate, kNeverParted, report,
+      [&](const DrivePoint& whole, DrivePoint& part) { return stands(input, graph, whole, part); },
+      [&](const StereoView& view) {
         ++graph.timeline.keyframes[static_cast<std::size_t>(view.keyframe)].used;
-        ++report.observations;
-      }
-      kept.push_back(std::move(point));
-    } else {
-      ++report.landmarks_left_out;
-    }
-    from = next;
-  }
-  graph.points = std::move(kept);
-  report.landmarks = static_cast<int>(graph.points.size());
-  const int gone = before - report.observations;
-  report.gated += gone;
-  return gone;
+      });
 }
 
 }  // namespace chasles::smooth_detail
