@@ -20,8 +20,8 @@ build: deps  ## build/release/bin/chasles
 	cmake --build --preset release
 
 demo: deps  ## a rendered walk, SLAM from its pixels, a page: out/demo/page.html
-	cmake --preset release
-	cmake --build --preset release --target chasles
+	cmake --preset demo
+	cmake --build --preset demo
 	@scripts/demo
 
 test: build  ## all tests, on the real recordings too where they are at hand

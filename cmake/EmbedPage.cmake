@@ -5,7 +5,8 @@
 # web/node_modules.
 if(CMAKE_SCRIPT_MODE_FILE)
   file(READ ${HTML} page)
-  file(WRITE ${OUT} "#include <chasles/report/page_template.hpp>\n\nnamespace chasles {\n\n"
+  file(WRITE ${OUT} "#include <chasles/report/page_template.hpp>\n\n"
+    "#pragma GCC diagnostic ignored \"-Woverlength-strings\"\n\nnamespace chasles {\n\n"
     "const std::string_view ${PAGE}_template = R\"chasles_page(${page})chasles_page\";\n\n"
     "}  // namespace chasles\n")
   return()

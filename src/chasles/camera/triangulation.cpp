@@ -16,9 +16,9 @@ namespace chasles {
 namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-constexpr int kMaxIterations = 100;
+constexpr int kMaxSteps = 100;
 constexpr double kPixelRoundOff = 1e-11;  // of all residuals together [px]
-constexpr double kConverged = 1e-9;       // step [px]: the root of the predicted fall of the cost
+constexpr double kConvergedStep = 1e-9;   // step [px]: the root of the predicted fall of the cost
 constexpr double kMaxDamping = 1e12;      // a step so short that the start is no better
 constexpr double kSingular = 1e-13;       // information on the inverse depth, of all information
 constexpr double kInfinitelyFar = 1e-12;  // parallax of the baseline [rad]
@@ -170,11 +170,12 @@ struct Minimum {
 std::optional<Minimum> minimise(const Sights& sights, const InverseDepthPoint& from) {
   Minimum at{.point = from, .normal = *normal_equations(sights, from)};
   double damping = 0;
-  for (int i = 0; i < kMaxIterations && damping < kMaxDamping; ++i) {
+  for (int i = 0; i < kMaxSteps && damping < kMaxDamping; ++i) {
     Eigen::Matrix3d damped = at.normal.matrix;
     damped.diagonal() *= 1 + damping;
     const Eigen::Vector3d step = damped.ldlt().solve(at.normal.gradient);
-    const bool converged = damping == 0 && step.dot(at.normal.gradient) < kConverged * kConverged;
+    const bool converged =
+        damping == 0 && step.dot(at.normal.gradient) < kConvergedStep * kConvergedStep;
     const InverseDepthPoint point = at.point + step;
     const std::optional<Normal> normal = normal_equations(sights, point);
     // The cost's round-off must not refuse the last steps.

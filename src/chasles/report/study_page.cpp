@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -33,8 +34,9 @@ template <typename Rows, typename Point>
 Json points(const Rows& rows, std::size_t length, const Eigen::Vector3d& origin,
             const Point& point) {
   Json columns;
-  for (const auto& [name, axis] : {std::pair{"x", 0}, {"y", 1}, {"z", 2}}) {
-    columns[name] =
+  constexpr std::array names{"x", "y", "z"};
+  for (int axis = 0; axis < 3; ++axis) {
+    columns[names[static_cast<std::size_t>(axis)]] =
         floats(rows, length, [&](const auto& row) { return point(row)(axis) - origin(axis); });
   }
   return columns;

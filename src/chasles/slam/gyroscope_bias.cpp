@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array kSteps{1, 2, 4, 8};  // keyframes from one of a pair to the other
 constexpr int kFewestMatches = 6;
-constexpr std::size_t kHypotheses = 24;  // of a pair's direction
+constexpr std::size_t kPairHypotheses = 24;  // of a pair's direction
 // Of the bias, pass by pass [rad/s]: how far the rays may be off because of it.
 constexpr std::array kUncertainties{0.1, 0.03, 0.01, 0.003, 0.001};
 constexpr double kGate = 3;  // standard deviations
@@ -110,7 +110,7 @@ Eigen::Vector3d best_direction(const std::vector<Normal>& normals, double gate) 
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   double least = std::numeric_limits<double>::infinity();
   const std::size_t n = normals.size();
-  for (std::size_t h = 0; h < kHypotheses; ++h) {
+  for (std::size_t h = 0; h < kPairHypotheses; ++h) {
     const std::size_t a = (7 * h + 3) % n, b = (a + 1 + (13 * h + h / 3) % (n - 1)) % n;
     const Eigen::Vector3d t = normals[a].n.cross(normals[b].n);
     if (!(t.norm() > 1e-14)) continue;

@@ -15,12 +15,12 @@ namespace {
 using Unknown = Eigen::Matrix<double, 6, 1>;  // v, g
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-constexpr std::size_t kSubset = 8;       // tracks
-constexpr std::size_t kHypotheses = 40;  // subsets
+constexpr std::size_t kSubset = 8;  // tracks
+constexpr std::size_t kSubsets = 40;
 constexpr double kParallaxOverNoise = 3;
 constexpr double kFits = 6;  // rms of a track
 constexpr int kReweightings = 8;
-constexpr double kNearest = 0.1;  // [m]
+constexpr double kLeastRange = 0.1;  // [m]
 
 // A view in the axes of the first keyframe: from c = t v + t^2/2 g + known, along u.
 struct Sight {
@@ -144,7 +144,7 @@ std::optional<Unknown> best_subset(const std::vector<Sights>& tracks,
   std::iota(all.begin(), all.end(), std::size_t{0});
   std::optional<Unknown> best;
   double least = std::numeric_limits<double>::infinity();
-  for (std::size_t h = 0; h < kHypotheses; ++h) {
+  for (std::size_t h = 0; h < kSubsets; ++h) {
     Matrix6d S = Matrix6d::Zero();
     Unknown s = Unknown::Zero();
     for (const std::size_t i : h == 0 ? all : subset(h, tracks.size())) {
@@ -169,7 +169,7 @@ void reweight(Sights& sights, const TrackEquations& e, const Unknown& y) {
   const Eigen::Vector3d x = e.x0 + e.X * y;
   for (Sight& sight : sights) {
     const double r = residual(sight, x, y);
-    const double range = std::max((x - sight.T() * y - sight.known).norm(), kNearest);
+    const double range = std::max((x - sight.T() * y - sight.known).norm(), kLeastRange);
     const double trust = r < kTruncation ? 1 / std::max(1.0, r / 2) : 1e-6;
     sight.weight = trust / std::pow(sight.sigma * range, 2);
   }

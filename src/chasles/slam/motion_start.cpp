@@ -12,8 +12,7 @@
 namespace chasles {
 namespace {
 
-constexpr double kConverged = 0.3;  // posterior deviations
-constexpr double kBiasReach = 4;    // deviations of a bias's prior
+constexpr double kAtBestFit = 0.3;  // posterior deviations
 
 Vector6d bias_sigma(const InitialiserSettings& s) {
   Vector6d sigma;
@@ -78,7 +77,7 @@ void judge(const RefinedMotion& refined, const LinearMotion& linear, double offe
   requirements.push_back(
       at_most("squared residual per degree of freedom", refined.misfit, s.max_misfit, ""));
   requirements.push_back(
-      at_most("distance from the best fit", refined.distance, kConverged, "sigma"));
+      at_most("distance from the best fit", refined.distance, kAtBestFit, "sigma"));
   requirements.push_back(
       at_most("largest bias against its prior",
               refined.motion.biases.cwiseQuotient(bias_sigma(s)).cwiseAbs().maxCoeff(), kBiasReach,

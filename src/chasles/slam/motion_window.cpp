@@ -23,14 +23,14 @@ std::optional<PlaneView> plane_view(const PixelObservation& o, int keyframe, con
   return view;
 }
 
-int keyframes_of(const PlaneTrack& track) {
+int keyframe_count(const PlaneTrack& track) {
   std::set<int> seen;
   for (const PlaneView& view : track) seen.insert(view.keyframe);
   return static_cast<int>(seen.size());
 }
 
 bool is_stereo(const PlaneTrack& track) {
-  return keyframes_of(track) < static_cast<int>(track.size());
+  return keyframe_count(track) < static_cast<int>(track.size());
 }
 
 }  // namespace
@@ -65,10 +65,10 @@ MotionWindow make_window(const std::vector<FeatureFrame>& keyframes,
     }
   }
   for (auto& [id, track] : by_id) {
-    if (keyframes_of(track) >= 3) window.tracks.push_back(std::move(track));
+    if (keyframe_count(track) >= 3) window.tracks.push_back(std::move(track));
   }
   std::ranges::stable_sort(window.tracks, [](const PlaneTrack& a, const PlaneTrack& b) {
-    return std::pair(keyframes_of(a), a.size()) > std::pair(keyframes_of(b), b.size());
+    return std::pair(keyframe_count(a), a.size()) > std::pair(keyframe_count(b), b.size());
   });
   if (window.tracks.size() > static_cast<std::size_t>(max_tracks)) {
     window.tracks.resize(static_cast<std::size_t>(max_tracks));

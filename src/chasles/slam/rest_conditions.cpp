@@ -10,7 +10,6 @@ namespace chasles {
 namespace {
 
 constexpr double kMedianOfRayleigh = 1.1774;  // of the length of a normal vector in the plane
-constexpr double kBiasReach = 4;              // deviations of a bias's prior, in length
 constexpr double kFullWindow = 0.95;
 
 void collect_looks(std::span<const FeatureFrame> frames, std::size_t cameras, RestScratch& s) {
