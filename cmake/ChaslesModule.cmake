@@ -20,7 +20,7 @@ target_compile_options(chasles_options INTERFACE
 # namespaces must differ within such a folder. Large files of Eigen's expressions are compiled ALONE:
 # GCC keeps all typedefs of double in one list and searches it for every type of an expression, so
 # that they take longer together. Clang has no such list; in the units that it takes least time for, the
-# halves of a folder, it needs 0.6 of g++'s time.
+# halves of a folder, it needs two thirds of g++'s time.
 option(CHASLES_UNITY "Compile several sources of a folder at a time" ON)
 function(chasles_unity target sources)
   cmake_parse_arguments(ARG "" "" "ALONE" ${ARGN})
@@ -44,26 +44,23 @@ function(chasles_unity target sources)
   endforeach()
 endfunction()
 
-# What is in no loop that counts, and large: a quarter less time than with -O3; for the demo, by Clang,
-# half of the time.
-option(CHASLES_DEMO "Do not optimise what the demo spends no time in" OFF)
+# What is in no loop that counts, and large: with -O1 g++ takes a quarter less time than with -O3, with
+# -O0 Clang takes half. Not for more folders: where a template is compiled with and without optimisation
+# the linker takes either, and a run that met such ones took seven times as long.
 function(chasles_cold target)
-  set(level -O1)
-  if(CHASLES_DEMO)
-    set(level -O0)
-  endif()
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release,RelWithDebInfo>:${level}>)
+  target_compile_options(${target} PRIVATE
+    $<$<CONFIG:Release,RelWithDebInfo>:$<IF:$<CXX_COMPILER_ID:Clang>,-O0,-O1>>)
 endfunction()
 
-# chasles_module(NAME [COLD|COLD_IN_DEMO] [UNITY sources [ALONE name...]]
+# chasles_module(NAME [COLD] [UNITY sources [ALONE name...]]
 #                [USES folder...] [LINKS library...] [PRIVATE library...])
 #
 # One folder of src/chasles: all its *.cpp are the library chasles_NAME, all its *_test.cpp one test
 # program. USES are the arrows to other folders, LINKS the outside libraries that its headers need,
 # PRIVATE those that only its sources need. UNITY: so many are compiled at a time, but for those ALONE;
-# COLD: chasles_cold; COLD_IN_DEMO: with CHASLES_DEMO alone.
+# COLD: see above.
 function(chasles_module name)
-  cmake_parse_arguments(ARG "COLD;COLD_IN_DEMO" "UNITY" "ALONE;USES;LINKS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "COLD" "UNITY" "ALONE;USES;LINKS;PRIVATE" ${ARGN})
   set(dir ${PROJECT_SOURCE_DIR}/src/chasles/${name})
   file(GLOB sources CONFIGURE_DEPENDS ${dir}/*.cpp)
   file(GLOB tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
@@ -75,7 +72,7 @@ function(chasles_module name)
     if(ARG_UNITY)
       chasles_unity(chasles_${name} ${ARG_UNITY} ALONE ${ARG_ALONE})
     endif()
-    if(ARG_COLD OR (ARG_COLD_IN_DEMO AND CHASLES_DEMO))
+    if(ARG_COLD)
       chasles_cold(chasles_${name})
     endif()
     target_link_libraries(chasles_${name} PRIVATE $<BUILD_INTERFACE:chasles_options>)
