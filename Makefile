@@ -20,6 +20,7 @@ build: deps  ## build/release/bin/chasles
 	cmake --build --preset release
 
 demo: deps  ## a rendered walk, SLAM from its pixels, a page: out/demo/page.html
+	@scripts/deps demo
 	cmake --preset demo
 	cmake --build --preset demo
 	@scripts/demo

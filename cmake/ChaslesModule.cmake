@@ -4,7 +4,7 @@ target_compile_options(chasles_options INTERFACE
   -Wall -Wextra -Wpedantic -Wnon-virtual-dtor -Wconversion -Wno-sign-conversion
   -Wcast-align -Woverloaded-virtual -Wdouble-promotion -Wimplicit-fallthrough
   $<$<BOOL:${CHASLES_WERROR}>:-Werror>
-  # Clang sees the other files of a unit as well.
+  # In a unit Clang's also reports the names of other files.
   $<$<CXX_COMPILER_ID:GNU>:-Wshadow>
   # GCC looks for garbage of its own from 1 GB on, not from 128 MB: a tenth less time, a quarter more
   # memory where Eigen is heavy (0.9 to 1.1 GB).
@@ -19,21 +19,22 @@ target_compile_options(chasles_options INTERFACE
 # a build from nothing takes about half the time, one after a change a little more. Names in anonymous
 # namespaces must differ within such a folder. Large files of Eigen's expressions are compiled ALONE:
 # GCC keeps all typedefs of double in one list and searches it for every type of an expression, so
-# that they take longer together. Clang has no such list; in the units that it takes least time for, the
-# halves of a folder, it needs two thirds of g++'s time.
+# that they take longer together. Clang has no such list: it takes folders of up to 16 sources whole and
+# larger ones in halves, which memory allows, and two thirds of g++'s time.
 option(CHASLES_UNITY "Compile several sources of a folder at a time" ON)
 function(chasles_unity target sources)
   cmake_parse_arguments(ARG "" "" "ALONE" ${ARGN})
   get_target_property(of_target ${target} SOURCES)
-  if(CMAKE_CXX_COMPILER_ID MATCHES "Clang")
+  set(batch ${sources})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
     set(ARG_ALONE)
-    list(LENGTH of_target sources)
-    if(sources GREATER 16)
-      math(EXPR sources "(${sources} + 1) / 2")
+    list(LENGTH of_target batch)
+    if(batch GREATER 16)
+      math(EXPR batch "(${batch} + 1) / 2")
     endif()
   endif()
   set_target_properties(${target} PROPERTIES
-    UNITY_BUILD ${CHASLES_UNITY} UNITY_BUILD_BATCH_SIZE ${sources})
+    UNITY_BUILD ${CHASLES_UNITY} UNITY_BUILD_BATCH_SIZE ${batch})
   foreach(name ${ARG_ALONE})
     set(file ${of_target})
     list(FILTER file INCLUDE REGEX "/${name}\\.cpp$")
@@ -45,8 +46,8 @@ function(chasles_unity target sources)
 endfunction()
 
 # What is in no loop that counts, and large: with -O1 g++ takes a quarter less time than with -O3, with
-# -O0 Clang takes half. Not for more folders: where a template is compiled with and without optimisation
-# the linker takes either, and a run that met such ones took seven times as long.
+# -O0 Clang takes half. Not for folders that share much with the filter: of a template's copies the linker
+# takes the first one that it meets, and with data/, eval/ and lab/ so too a drive took seven times as long.
 function(chasles_cold target)
   target_compile_options(${target} PRIVATE
     $<$<CONFIG:Release,RelWithDebInfo>:$<IF:$<CXX_COMPILER_ID:Clang>,-O0,-O1>>)
@@ -57,8 +58,8 @@ endfunction()
 #
 # One folder of src/chasles: all its *.cpp are the library chasles_NAME, all its *_test.cpp one test
 # program. USES are the arrows to other folders, LINKS the outside libraries that its headers need,
-# PRIVATE those that only its sources need. UNITY: so many are compiled at a time, but for those ALONE;
-# COLD: see above.
+# PRIVATE those that only its sources need. UNITY: g++ compiles so many at a time, but
+# for those ALONE; COLD: see above.
 function(chasles_module name)
   cmake_parse_arguments(ARG "COLD" "UNITY" "ALONE;USES;LINKS;PRIVATE" ${ARGN})
   set(dir ${PROJECT_SOURCE_DIR}/src/chasles/${name})

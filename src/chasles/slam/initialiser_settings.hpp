@@ -35,6 +35,10 @@ struct InitialiserSettings {
   double min_inliers = 0.35;
 };
 
+/// A start whose bias is more deviations of its prior from 0 is not believed: at rest a bias's
+/// length, in motion each of its components.
+inline constexpr double kBiasReach = 4;
+
 /// Calls visit(name, value, unit, meaning) for every setting, in order.
 template <typename SettingsType, typename Visitor>
 void for_each_initialiser_setting(SettingsType& s, Visitor&& visit) {

@@ -15,7 +15,7 @@ namespace {
 using Unknown = Eigen::Matrix<double, 6, 1>;  // v, g
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-constexpr std::size_t kSubset = 8;  // tracks
+constexpr std::size_t kTracksOfSubset = 8;
 constexpr std::size_t kSubsets = 40;
 constexpr double kParallaxOverNoise = 3;
 constexpr double kFits = 6;  // rms of a track
@@ -130,7 +130,7 @@ double truncated_cost(const Sights& sights, const TrackEquations& e, const Unkno
 // The deterministic subset number h: tracks of the whole list, each once.
 std::vector<std::size_t> subset(std::size_t h, std::size_t tracks) {
   std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; chosen.size() < kSubset; ++i) {
+  for (std::size_t i = 0; chosen.size() < kTracksOfSubset; ++i) {
     std::size_t next = (h * 17 + i * (11 + 2 * h) + i * i * 3) % tracks;
     while (std::ranges::find(chosen, next) != chosen.end()) next = (next + 1) % tracks;
     chosen.push_back(next);
@@ -236,7 +236,7 @@ Unknown on_sphere(const Matrix6d& S, const Unknown& s, Unknown y, double gravity
 std::optional<LinearMotion> linear_motion(const MotionWindow& window,
                                           const std::vector<Preintegration>& between,
                                           double gravity) {
-  if (window.tracks.size() < kSubset) return std::nullopt;
+  if (window.tracks.size() < kTracksOfSubset) return std::nullopt;
   std::vector<Sights> tracks = sights_of(window, between);
   std::vector<TrackEquations> each;
   for (const Sights& sights : tracks) each.push_back(equations(sights));

@@ -23,9 +23,6 @@ Requirement at_least(std::string_view name, double measured, double threshold,
 Requirement at_most(std::string_view name, double measured, double threshold,
                     std::string_view unit);
 
-/// Deviations of a bias's prior beyond which a start does not believe in the bias that it found.
-inline constexpr double kBiasReach = 4;
-
 bool all_met(std::span<const Requirement> requirements);
 
 /// One sentence for a person, of the conditions that were not met: "not initialised after 2.1 s: at

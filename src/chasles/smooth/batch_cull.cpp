@@ -26,10 +26,13 @@ HomogeneousPoint place_of(const BatchInput& input, const BatchGraph& graph,
   return homogeneous(anchor_of(graph, point), landmark_of(camera, point));
 }
 
-// Whether the part is a landmark still: hangs it on its own first view.
-bool stands(const BatchInput& input, const BatchGraph& graph, const BatchPoint& whole,
-            BatchPoint& part) {
+// Whether what agrees is a landmark still: one that was parted by its own rays, one that lost views
+// where it was, on its first view.
+bool stands(const BatchInput& input, const BatchSettings& settings, const BatchGraph& graph,
+            const BatchPoint& whole, bool parted, BatchPoint& part) {
   if (part.views.size() < 2) return false;
+  constexpr bool kGoodPoses = true;  // as the search has them that has roughly ended
+  if (parted) return place(input, settings, kGoodPoses, graph, part);
   const PointView &before = whole.views.front(), &now = part.views.front();
   const bool moved = now.keyframe != before.keyframe || now.camera != before.camera;
   return !moved || !graph.anchored || hang_on(input, graph, place_of(input, graph, whole), part);
@@ -42,7 +45,9 @@ int cull(const BatchInput& input, const std::vector<double>& deviations,
   for (BatchKeyframe& keyframe : graph.keyframes) keyframe.observations = 0;
   return keep_what_agrees(
       graph.points, deviations, settings.gate, settings.max_refusals, report,
-      [&](const BatchPoint& whole, BatchPoint& part) { return stands(input, graph, whole, part); },
+      [&](const BatchPoint& whole, bool parted, BatchPoint& part) {
+        return stands(input, settings, graph, whole, parted, part);
+      },
       [&](const PointView& view) {
         ++graph.keyframes[static_cast<std::size_t>(view.keyframe)].observations;
       });

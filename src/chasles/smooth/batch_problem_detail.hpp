@@ -19,8 +19,8 @@ class BatchProblem final : public ProblemBlocks {
 
 /// Takes those views out of the graph whose deviations are more than batch.gate, and parts
 /// landmarks as parts_that_agree(); an anchored landmark that loses its first view hangs on its
-/// next one, and one that is left with a single view goes. Counts into the report; returns how many
-/// views went.
+/// next one. One that is left with a single view goes, and of a parted one what has no parallax.
+/// Counts into the report; returns how many views went.
 int cull(const BatchInput& input, const std::vector<double>& deviations,
          const BatchSettings& settings, BatchGraph& graph, BatchReport& report);
 

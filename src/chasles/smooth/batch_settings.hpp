@@ -47,7 +47,7 @@ void for_each_batch_setting(SettingsType& s, Visitor&& visit) {
         "ended are left out of the rest of it; 0: none");
   visit("max_refusals", s.max_refusals, "count",
         "a landmark whose pixels that gate leaves out in so many keyframes in a row is another one "
-        "when they agree again (with an IMU)");
+        "when they agree again (batch with an IMU alone)");
   visit(
       "solver", s.solver, "auto|sparse-schur|dense-schur|sparse-normal",
       "how the linear system is solved: landmarks first, or whatever fills least (auto, except of "

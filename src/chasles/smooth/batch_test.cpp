@@ -176,26 +176,30 @@ TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
 }
 
 // Tracks that slide off and stay on a point beside: the mean of both is right nowhere.
+void slide(SmallScene& scene) {
+  for (std::size_t k = 0; k < scene.input.frames.size(); ++k) {
+    for (PixelObservation& o : scene.input.frames[k].pixels) {
+      if (o.landmark % 4 != 0) o.pixel.x() += k < 9 ? -1.8 : k < 15 ? 25.0 : 1.8;
+    }
+  }
+}
+
+double position_error(const SmallScene& scene, const BatchResult& result) {
+  double sum = 0;
+  for (std::size_t k = 0; k < scene.truth.size(); ++k) {
+    sum +=
+        (result.motions[k].motion.nav_T_imu.p - scene.truth[k].state.world_T_imu.p).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(scene.truth.size()));
+}
+
 TEST(BatchGate, ATrackThatSlidesOffIsAnotherPointBehind) {
   for (const char* landmarks : {"cartesian", "inverse-depth"}) {
     SmallScene scene = small_scene({.frames = 24, .landmarks = 40});
     BatchSettings settings;
     settings.landmarks = landmarks;
     const BatchResult clean = smooth(scene.input, "standard", settings);
-    const auto slide = [](std::size_t k) { return k < 9 ? -1.8 : k < 15 ? 25.0 : 1.8; };
-    for (std::size_t k = 0; k < scene.input.frames.size(); ++k) {
-      for (PixelObservation& o : scene.input.frames[k].pixels) {
-        if (o.landmark % 4 != 0) o.pixel.x() += slide(k);
-      }
-    }
-    const auto error = [&](const BatchResult& result) {
-      double sum = 0;
-      for (std::size_t k = 0; k < scene.truth.size(); ++k) {
-        sum += (result.motions[k].motion.nav_T_imu.p - scene.truth[k].state.world_T_imu.p)
-                   .squaredNorm();
-      }
-      return std::sqrt(sum / static_cast<double>(scene.truth.size()));
-    };
+    slide(scene);
     const BatchResult parted = smooth(scene.input, "standard", settings);
     settings.max_refusals = 100;
     const BatchResult whole = smooth(scene.input, "standard", settings);
@@ -205,8 +209,49 @@ TEST(BatchGate, ATrackThatSlidesOffIsAnotherPointBehind) {
     EXPECT_EQ(parted.report.landmarks, clean.report.landmarks + parted.report.landmarks_parted);
     EXPECT_NEAR(parted.report.cost_per_dof, clean.report.cost_per_dof, 0.1);
     EXPECT_GT(whole.report.cost_per_dof, 1.2 * clean.report.cost_per_dof);
-    EXPECT_LT(error(parted), 1.4 * error(clean));
-    EXPECT_GT(error(whole), 1.6 * error(parted));
+    EXPECT_LT(position_error(scene, parted), 1.4 * position_error(scene, clean));
+    EXPECT_GT(position_error(scene, whole), 1.6 * position_error(scene, parted));
+  }
+}
+
+TEST(BatchGate, WithTwoCamerasTooAndNothingIsLostOnTheWay) {
+  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    SmallScene scene = small_scene({.frames = 24, .cameras = 2, .landmarks = 40});
+    BatchSettings settings;
+    settings.landmarks = landmarks;
+    const BatchResult clean = smooth(scene.input, "standard", settings);
+    slide(scene);
+    const BatchResult result = smooth(scene.input, "standard", settings);
+    const BatchReport& report = result.report;
+    EXPECT_GT(report.landmarks_parted, 10) << landmarks;
+    EXPECT_EQ(report.observations + report.gated, clean.report.observations);
+    int of_frames = 0, of_landmarks = 0;
+    for (const BatchMotion& m : result.motions) of_frames += m.observations;
+    for (const MapLandmark& l : result.landmarks) of_landmarks += l.observations;
+    EXPECT_EQ(of_frames, report.observations);
+    EXPECT_EQ(of_landmarks, report.observations);
+    EXPECT_EQ(std::ssize(result.landmarks), report.landmarks);
+    EXPECT_FALSE(report.stalled);
+  }
+}
+
+// A look or two behind it tell no depth: they are no landmark.
+TEST(BatchGate, ATailWithoutParallaxIsNoLandmark) {
+  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    SmallScene scene = small_scene({.frames = 24});
+    for (std::size_t k = 15; k < 22; ++k) {
+      for (PixelObservation& o : scene.input.frames[k].pixels) {
+        if (o.landmark < 105) o.pixel.y() += 30;
+      }
+    }
+    BatchSettings settings;
+    settings.landmarks = landmarks;
+    settings.min_parallax = 0.2;
+    const BatchResult result = smooth(scene.input, "standard", settings);
+    EXPECT_GT(result.report.gated, 20);
+    EXPECT_EQ(result.report.landmarks_parted, 0) << landmarks;
+    EXPECT_FALSE(result.report.stalled);
+    for (const MapLandmark& l : result.landmarks) EXPECT_TRUE(l.covariance.allFinite());
   }
 }
 

@@ -44,7 +44,9 @@ int cull(const DriveInput& input, const std::vector<double>& deviations, double 
   constexpr int kNeverParted = 0;
   return keep_what_agrees(
       graph.points, deviations, gate, kNeverParted, report,
-      [&](const DrivePoint& whole, DrivePoint& part) { return stands(input, graph, whole, part); },
+      [&](const DrivePoint& whole, bool, DrivePoint& part) {
+        return stands(input, graph, whole, part);
+      },
       [&](const StereoView& view) {
         ++graph.timeline.keyframes[static_cast<std::size_t>(view.keyframe)].used;
       });

@@ -25,7 +25,7 @@ std::vector<std::vector<View>> parts_that_agree(const std::vector<View>& views,
       refused = agreed_now ? 0 : refused + 1;
       agreed_now = false;
     }
-    if (deviations[i] > gate) continue;
+    if (!(deviations[i] <= gate)) continue;  // written so that a NaN is refused
     const bool another = max_refusals > 0 && refused >= max_refusals && !agreed_now;
     if (another && !parts.back().empty()) parts.emplace_back();
     parts.back().push_back(views[i]);
@@ -34,27 +34,28 @@ std::vector<std::vector<View>> parts_that_agree(const std::vector<View>& views,
   return parts;
 }
 
-/// Leaves of all landmarks the parts that agree and of which `stands(whole, part)` says, after it
-/// has placed them, that they are landmarks still; `use(view)` hears of all that is left of the
-/// views. `deviations`: of all views, in order. Counts into the report; returns how many views
-/// went.
+/// Leaves of all landmarks the parts that agree and of which `stands(whole, parted, part)` says,
+/// after it has placed them, that they are landmarks still; `use(view)` hears of all that is left
+/// of the views. `deviations`: of all views, in order. Counts into the report; returns how many
+/// views went.
 template <typename Point, typename Stands, typename Use>
 int keep_what_agrees(std::vector<Point>& points, std::span<const double> deviations, double gate,
                      int max_refusals, BatchReport& report, const Stands& stands, const Use& use) {
   std::vector<Point> kept;
   int gone = 0;
   for (const Point& point : points) {
-    int parts = 0, left = 0;
-    for (auto& views : parts_that_agree(point.views, deviations, gate, max_refusals)) {
+    int stood = 0, left = 0;
+    auto parts = parts_that_agree(point.views, deviations, gate, max_refusals);
+    for (auto& views : parts) {
       Point part{.id = point.id, .views = std::move(views), .parameters = point.parameters};
-      if (!stands(point, part)) continue;
-      ++parts;
+      if (!stands(point, parts.size() > 1, part)) continue;
+      ++stood;
       left += static_cast<int>(part.views.size());
       for (const auto& view : part.views) use(view);
       kept.push_back(std::move(part));
     }
-    if (parts == 0) ++report.landmarks_left_out;
-    if (parts > 1) report.landmarks_parted += parts - 1;
+    if (stood == 0) ++report.landmarks_left_out;
+    if (stood > 1) report.landmarks_parted += stood - 1;
     gone += static_cast<int>(point.views.size()) - left;
     deviations = deviations.subspan(point.views.size());
   }

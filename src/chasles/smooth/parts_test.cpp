@@ -1,3 +1,7 @@
+#include <limits>
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include <chasles/smooth/parts_detail.hpp>
@@ -35,6 +39,12 @@ TEST(PartsThatAgree, WhatIsRefusedAtTheEndsPartsNothing) {
   EXPECT_EQ(parts_of("..xxx", 3), (Parts{{{0}, {1}}}));
   EXPECT_EQ(parts_of("xxx", 3), Parts(1));
   EXPECT_EQ(parts_of("", 3), Parts(1));
+}
+
+TEST(PartsThatAgree, NotANumberDoesNot) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(parts_that_agree(std::vector<Seen>{{0}, {1}}, std::vector{nan, 1.0}, 5, 3),
+            (Parts{{{1}}}));
 }
 
 // A keyframe refuses a landmark where none of its cameras agrees; what is between them does not
