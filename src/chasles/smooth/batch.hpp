@@ -51,7 +51,7 @@ struct BatchReport {
   int dropped_frames = 0;  ///< not later than the one before, or without samples near
   int landmarks = 0;
   int landmarks_left_out = 0;  ///< seen once, without parallax, or left with one view by the gate
-  int landmarks_parted = 0;    ///< landmarks more by BatchSettings::max_refusals
+  int landmarks_parted = 0;    ///< how many more BatchSettings::max_refusals made of them
   ImuBuffer::Counts imu;
   std::string solver;                       ///< of the linear system
   int iterations = 0;                       ///< steps that were tried

@@ -19,9 +19,9 @@ bool hang_on(const BatchInput& input, const BatchGraph& graph, const Homogeneous
   return true;
 }
 
+// Where an anchored point is.
 HomogeneousPoint place_of(const BatchInput& input, const BatchGraph& graph,
                           const BatchPoint& point) {
-  if (!graph.anchored) return {.p_world = point.parameters, .w = 1};
   const Camera& camera = input.cameras[static_cast<std::size_t>(point.views.front().camera)];
   return homogeneous(anchor_of(graph, point), landmark_of(camera, point));
 }

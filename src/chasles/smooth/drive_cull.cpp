@@ -16,6 +16,7 @@ bool hang_on(const StereoRig& rig, const Numbered<DriveKeyframe>& keyframes,
   return true;
 }
 
+// Where an anchored point is.
 HomogeneousPoint place_of(const DriveInput& input, const DriveGraph& graph,
                           const DrivePoint& point) {
   const int anchor = point.views.front().keyframe;

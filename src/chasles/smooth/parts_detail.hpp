@@ -9,10 +9,10 @@
 /// What the gate makes of a landmark: for this folder's sources alone.
 namespace chasles::smooth_detail {
 
-/// Those of a landmark's views (`keyframe` rising) whose deviations are at most `gate`, parted
-/// where the landmark was refused in `max_refusals` keyframes in a row that saw it: a track that
-/// has slid off for so long is another point when it agrees again. 0: in one part. At least one
-/// part, which may be empty.
+/// Those of a landmark's views (`keyframe` rising) whose deviations (residual over noise) are at
+/// most `gate`, parted where the landmark was refused in `max_refusals` keyframes in a row that saw
+/// it: a track that has slid off for so long is another point when it agrees again. 0: in one part.
+/// At least one part, which may be empty.
 template <typename View>
 std::vector<std::vector<View>> parts_that_agree(const std::vector<View>& views,
                                                 std::span<const double> deviations, double gate,
