@@ -74,6 +74,28 @@ TEST(BatchTrialCharts, EndInTheSameMinimum) {
   }
 }
 
+// On the way points pass so close before cameras that this search ends elsewhere if they may come
+// as near as in the end. How many such searches get there: docs/convergence.md.
+TEST(BatchTrial, FindsItsWayBackFromAFifthOff) {
+  InertialScene scene = test::short_hallway();
+  scene.settings.sections = 1;
+  const Recording recording = simulate_inertial(scene, 0);
+  const FilterVariant filter{.name = "any", .settings = {}};
+  const InertialStart start = draw_start(recording, filter.settings, scene.settings.seed, 0);
+  const std::vector<TimedMotion> initial = filter_motions(filter, recording, start);
+  BatchSettings settings;
+  settings.loss = "none";
+  settings.gate = 0;
+  const BatchReport near = run_batch_trial(filter, settings, recording, start, initial).report;
+  settings.initial_error = 0.2;
+  settings.seed = 4;
+  const BatchReport far = run_batch_trial(filter, settings, recording, start, initial).report;
+  EXPECT_GT(far.initial_cost, 1e4 * far.final_cost);
+  EXPECT_NEAR(far.final_cost / near.final_cost, 1, 1e-6);
+  EXPECT_TRUE(far.converged);
+  EXPECT_FALSE(far.stalled);
+}
+
 TEST(BatchTrial, CalibrationIsTheFiltersBusiness) {
   const Recording recording = simulate_inertial(quick_turntable(), 0);
   InertialSlamSettings settings;

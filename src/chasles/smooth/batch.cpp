@@ -38,7 +38,9 @@ BatchResult smooth(const BatchInput& input, const std::string& chart,
   BatchGraph graph = batch_graph(input, settings, report);
   const auto problem = at_minimum(
       graph, settings, report,
-      [&] { return std::make_unique<BatchProblem>(input, chart, settings, graph); },
+      [&](double least_depth) {
+        return std::make_unique<BatchProblem>(input, chart, settings, graph, least_depth);
+      },
       [&](const std::vector<double>& deviations) {
         return cull(input, deviations, settings, graph, report);
       });

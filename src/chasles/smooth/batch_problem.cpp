@@ -4,7 +4,8 @@
 
 namespace chasles::smooth_detail {
 BatchProblem::BatchProblem(const BatchInput& input, const std::string& chart,
-                           const BatchSettings& settings, const BatchGraph& graph)
+                           const BatchSettings& settings, const BatchGraph& graph,
+                           double least_depth)
     : ProblemBlocks({.keyframes = graph.keyframes.size(), .points = graph.points.size()},
                     chart_of(settings, chart)) {
   for (std::size_t k = 0; k < sizes().keyframes; ++k) {
@@ -30,7 +31,8 @@ BatchProblem::BatchProblem(const BatchInput& input, const std::string& chart,
       const PixelTerm term{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
                            .anchor_camera = &input.cameras[static_cast<std::size_t>(anchor.camera)],
                            .pixel = view.pixel,
-                           .sigma = input.pixel_sigma};
+                           .sigma = input.pixel_sigma,
+                           .least_depth = least_depth};
       double* at = motion(static_cast<std::size_t>(view.keyframe));
       if (!graph.anchored) {
         add_view(new PointCost(term), loss, {at, point(i)});

@@ -12,7 +12,7 @@ namespace chasles::smooth_detail {
 class BatchProblem final : public ProblemBlocks {
  public:
   BatchProblem(const BatchInput& input, const std::string& chart, const BatchSettings& settings,
-               const BatchGraph& graph);
+               const BatchGraph& graph, double least_depth);
   /// The numbers as states and parameters.
   void write_to(BatchGraph& graph);
 };

@@ -14,9 +14,6 @@ namespace {
 // a way landmarks go first, before a board that is always in view the keyframes do.
 constexpr std::size_t kFewKeyframes = 30;
 
-// When the search has roughly ended: outliers are told from the others.
-constexpr double kRough = 1e-3;
-
 std::string solver_for(const ProblemBlocks& problem, const BatchSettings& settings) {
   if (settings.solver != "auto") return settings.solver;
   if (problem.sizes().keyframes <= kFewKeyframes) return "dense-schur";
@@ -35,14 +32,14 @@ bool is_point(ProblemBlocks& problem, const double* block) {
   return problem.sizes().points > 0 && block >= problem.point(0);
 }
 
-ceres::Solver::Options options_for(ProblemBlocks& problem, const Search& search,
+ceres::Solver::Options options_for(ProblemBlocks& problem, int steps, double tolerance,
                                    const std::string& solver) {
   ceres::Solver::Options options;
   options.linear_solver_type = type_of(solver);
   options.num_threads = 1;
-  options.max_num_iterations = search.steps;
-  options.function_tolerance = search.tolerance;
-  options.parameter_tolerance = 1e-2 * search.tolerance;
+  options.max_num_iterations = steps;
+  options.function_tolerance = tolerance;
+  options.parameter_tolerance = 1e-2 * tolerance;
   options.gradient_tolerance = 0;  // its size depends on the chart
   options.logging_type = ceres::SILENT;
   const bool points_first = options.linear_solver_type != ceres::SPARSE_NORMAL_CHOLESKY;
@@ -65,12 +62,17 @@ ceres::Solver::Options options_for(ProblemBlocks& problem, const Search& search,
 
 }  // namespace
 
-void solve(ProblemBlocks& problem, const BatchSettings& settings, const Search& search,
-           BatchReport& report) {
-  report.solver = solver_for(problem, settings);
-  const ceres::Solver::Options options = options_for(problem, search, report.solver);
+void Search::run(ProblemBlocks& problem, double tolerance) {
+  BatchReport& report = *report_;
+  report.solver = solver_for(problem, *settings_);
+  const int steps = std::max(settings_->max_iterations - report.iterations, 0);
+  ceres::Solver::Options options = options_for(problem, steps, tolerance, report.solver);
+  // As far as before: begun anew, directions of which little is known would take a dozen steps.
+  options.initial_trust_region_radius =
+      std::max(options.initial_trust_region_radius, trust_radius_);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem.ceres(), &summary);
+  if (!summary.iterations.empty()) trust_radius_ = summary.iterations.back().trust_region_radius;
   if (report.costs.empty()) report.initial_cost = summary.initial_cost;
   report.iterations += std::max(static_cast<int>(summary.iterations.size()) - 1, 0);
   report.successful += std::max(summary.num_successful_steps - 1, 0);
@@ -82,21 +84,6 @@ void solve(ProblemBlocks& problem, const BatchSettings& settings, const Search& 
     throw Error(ExitCode::kDiverged,
                 "batch estimation found no finite minimum: " + summary.message);
   }
-}
-
-void search(const BatchSettings& settings, BatchReport& report,
-            const std::function<void(const Search&)>& solve, const std::function<void()>& cull) {
-  const bool gated = settings.gate > 0;
-  solve({.steps = settings.max_iterations,
-         .tolerance = gated ? std::max(kRough, settings.tolerance) : settings.tolerance});
-  if (!gated) return;
-  const int steps_left = settings.max_iterations - report.iterations;
-  if (steps_left < 1) {
-    report.converged = false;
-    return;
-  }
-  cull();
-  solve({.steps = steps_left, .tolerance = settings.tolerance});
 }
 
 void check_landmark_form(const BatchSettings& settings) {

@@ -1,26 +1,34 @@
 #pragma once
 
-#include <functional>
+#include <algorithm>
 
 #include <chasles/smooth/batch.hpp>
+#include <chasles/smooth/cost_functions_detail.hpp>
 #include <chasles/smooth/problem_blocks_detail.hpp>
 
 /// The search for the minimum, whatever moves: for this folder's sources alone.
 namespace chasles::smooth_detail {
 
-/// Searches the minimum from the present numbers, in at most so many steps. Adds its steps to the
-/// report; throws Error(kDiverged).
-struct Search {
-  int steps = 50;
-  double tolerance = 1e-8;
-};
-void solve(ProblemBlocks& problem, const BatchSettings& settings, const Search& search,
-           BatchReport& report);
+/// What a step gains of the cost when the search is no longer on its way from a bad beginning; and
+/// when it has roughly ended, and outliers are told from the others.
+inline constexpr double kArrived = 1e-2, kRough = 1e-3;
 
-/// The whole search: solves roughly, `cull`s what the gate does not let pass, and solves to the
-/// end; without a gate in one go.
-void search(const BatchSettings& settings, BatchReport& report,
-            const std::function<void(const Search&)>& solve, const std::function<void()>& cull);
+/// A search for the minimum, of one problem after the other: in all at most batch.max_iterations
+/// steps, which the report counts.
+class Search {
+ public:
+  /// Keeps both references.
+  Search(const BatchSettings& settings, BatchReport& report)
+      : settings_(&settings), report_(&report) {}
+  /// From the present numbers until a step gains less than `tolerance` of the cost. Throws
+  /// Error(kDiverged).
+  void run(ProblemBlocks& problem, double tolerance);
+
+ private:
+  const BatchSettings* settings_;
+  BatchReport* report_;
+  double trust_radius_ = 0;  ///< how far the last step was trusted
+};
 
 /// Throws UsageError where batch.landmarks is none of the forms.
 void check_landmark_form(const BatchSettings& settings);
@@ -34,23 +42,29 @@ void check_frames_per_keyframe(const BatchSettings& settings);
 /// Throws Error(kDiverged) where the gate left no landmark.
 void check_left(std::size_t points, const BatchReport& report);
 
-/// The problem that `make` makes of the graph, at its minimum, which the graph has as well. `cull`
-/// takes out of the graph what deviates too much and says how many; then the problem is made anew.
+/// The problem that `make` makes of the graph and a least depth, at its minimum, which the graph
+/// has as well. It begins with the least depth for the way, and has the one that holds once it has
+/// arrived. Where there is a gate, `cull` takes out of the graph what deviates too much when the
+/// search has roughly ended, and says how many.
 template <typename Graph, typename Make, typename Cull>
 auto at_minimum(Graph& graph, const BatchSettings& settings, BatchReport& report, const Make& make,
                 const Cull& cull) {
-  auto problem = make();
-  search(
-      settings, report,
-      [&](const Search& steps) {
-        solve(*problem, settings, steps, report);
-        problem->write_to(graph);
-      },
-      [&] {
-        if (cull(problem->deviations()) == 0) return;
-        check_left(graph.points.size(), report);
-        problem = make();
-      });
+  auto problem = make(kLeastDepthOnTheWay);
+  Search search(settings, report);
+  const auto run = [&](double tolerance) {
+    search.run(*problem, tolerance);
+    problem->write_to(graph);
+  };
+  run(std::max(kArrived, settings.tolerance));
+  problem = make(kLeastDepth);
+  if (settings.gate > 0) {
+    run(std::max(kRough, settings.tolerance));
+    if (report.converged && cull(problem->deviations()) > 0) {
+      check_left(graph.points.size(), report);
+      problem = make(kLeastDepth);
+    }
+  }
+  run(settings.tolerance);
   return problem;
 }
 

@@ -51,6 +51,10 @@ inline constexpr double kNotSeen = 30;
 /// would be accepted. So near the camera's plane the cost has risen by far more.
 inline constexpr double kLeastDepth = 1e-4;
 
+/// The same while a search is on its way from a bad beginning: there true points pass close before
+/// cameras, where no step would be worth the residuals that grow beyond all bounds.
+inline constexpr double kLeastDepthOnTheWay = kMinDepth;
+
 /// What a camera sees of a landmark.
 struct PixelTerm {
   static constexpr int kRows = 2, kNumbers = kMotionNumbers;  // of the residual; of a motion
@@ -58,6 +62,7 @@ struct PixelTerm {
   const Camera* anchor_camera = nullptr;  ///< of an anchored landmark
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   double sigma = 1;
+  double least_depth = kLeastDepth;
 
   std::optional<Sight<2>> see(const SE3& world_T_imu, const HomogeneousPoint& point) const;
   const SE3& anchor_cam_T_imu() const { return anchor_camera->cam_T_imu; }

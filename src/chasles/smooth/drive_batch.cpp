@@ -29,7 +29,9 @@ DriveResult smooth(const DriveInput& input, const BatchSettings& settings) {
   DriveGraph graph = drive_graph(input, settings, report);
   const auto problem = at_minimum(
       graph, settings, report,
-      [&] { return std::make_unique<DriveProblem>(input, settings, graph); },
+      [&](double least_depth) {
+        return std::make_unique<DriveProblem>(input, settings, graph, least_depth);
+      },
       [&](const std::vector<double>& deviations) {
         return cull(input, deviations, settings.gate, graph, report);
       });

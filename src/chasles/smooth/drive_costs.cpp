@@ -45,7 +45,7 @@ std::optional<Sight<Rows>> StereoTerm<Rows>::see(const SE3& world_T_imu,
   const Eigen::Vector3d from_imu = point.p_world - point.w * world_T_imu.p;
   const Eigen::Vector3d q = cam_R_world * from_imu + point.w * rig->cam0_T_imu.p;
   const double z = q.z();
-  if (!(z > kLeastDepth * std::max(point.w, kLeastW))) return std::nullopt;
+  if (!(z > least_depth * std::max(point.w, kLeastW))) return std::nullopt;
   const double u = rig->fx * q.x() / z, v = rig->fy * q.y() / z;
   const double per_w = rig->fx * rig->baseline / z, disparity = per_w * point.w;
   Eigen::Matrix<double, 4, 3> d_q;

@@ -21,6 +21,7 @@ struct StereoTerm {
   const StereoRig* rig = nullptr;
   Eigen::Vector4d pixels = Eigen::Vector4d::Zero();
   Eigen::Matrix<double, Rows, 4> whitened_rows = Eigen::Matrix<double, Rows, 4>::Zero();
+  double least_depth = kLeastDepth;
 
   std::optional<Sight<Rows>> see(const SE3& world_T_imu, const HomogeneousPoint& point) const;
   const SE3& anchor_cam_T_imu() const { return rig->cam0_T_imu; }

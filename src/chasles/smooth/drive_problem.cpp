@@ -14,8 +14,9 @@ BlockSizes sizes_of(const DriveGraph& graph) {
 }  // namespace
 
 DriveProblem::DriveProblem(const DriveInput& input, const BatchSettings& settings,
-                           const DriveGraph& graph)
-    : ProblemBlocks(sizes_of(graph), chart_of(settings, input.settings.chart)) {
+                           const DriveGraph& graph, double least_depth)
+    : ProblemBlocks(sizes_of(graph), chart_of(settings, input.settings.chart)),
+      least_depth_(least_depth) {
   const DriveTimeline& timeline = graph.timeline;
   for (std::size_t k = 0; k < sizes().keyframes; ++k) {
     write_pose(timeline.keyframes[k].state.world_T_imu, motion(k));
@@ -58,8 +59,9 @@ void DriveProblem::add_views(const DriveInput& input, const BatchSettings& setti
 }
 
 template <int Rows>
-void DriveProblem::add_view_of(const StereoTerm<Rows>& term, ceres::LossFunction* loss,
+void DriveProblem::add_view_of(StereoTerm<Rows> term, ceres::LossFunction* loss,
                                const DriveGraph& graph, std::size_t i, const StereoView& view) {
+  term.least_depth = least_depth_;
   double* at = motion(static_cast<std::size_t>(view.keyframe));
   const int anchor = graph.points[i].views.front().keyframe;
   if (!graph.anchored) {

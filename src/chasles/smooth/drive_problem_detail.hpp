@@ -12,7 +12,8 @@ namespace chasles::smooth_detail {
 class DriveProblem final : public ProblemBlocks {
  public:
   /// Keeps references into the graph.
-  DriveProblem(const DriveInput& input, const BatchSettings& settings, const DriveGraph& graph);
+  DriveProblem(const DriveInput& input, const BatchSettings& settings, const DriveGraph& graph,
+               double least_depth);
   /// The numbers as states and parameters.
   void write_to(DriveGraph& graph);
   int rows() const { return rows_; }  ///< of all views
@@ -20,9 +21,10 @@ class DriveProblem final : public ProblemBlocks {
  private:
   void add_views(const DriveInput& input, const BatchSettings& settings, const DriveGraph& graph);
   template <int Rows>
-  void add_view_of(const StereoTerm<Rows>& term, ceres::LossFunction* loss, const DriveGraph& graph,
+  void add_view_of(StereoTerm<Rows> term, ceres::LossFunction* loss, const DriveGraph& graph,
                    std::size_t i, const StereoView& view);
 
+  double least_depth_;
   int rows_ = 0;
 };
 

@@ -152,7 +152,8 @@ PoseFusion fuse_poses(const Trajectory& world_T_imu, const std::vector<ImuSample
   Graph graph = graph_of(poses, samples, settings);
   FusionProblem problem(poses, graph, settings);
   BatchReport report;
-  solve(problem, {.solver = "sparse-normal"}, {}, report);
+  const BatchSettings batch{.solver = "sparse-normal"};
+  Search(batch, report).run(problem, batch.tolerance);
   if (!report.converged) {
     throw Error(ExitCode::kDiverged,
                 "poses and IMU samples: found no motion that both agree on in " +
