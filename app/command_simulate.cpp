@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <memory>
+#include <thread>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -33,6 +34,7 @@ struct SimulateOptions {
   SceneChoice scene;
   std::filesystem::path output, cameras;
   std::uint64_t run = 0;
+  int threads = 0;  // as many as the machine has cores
   bool images = false;
   bool json = false, quiet = false;
 };
@@ -110,10 +112,12 @@ std::size_t write_images(const SimulateOptions& o, const Recording& recording,
                          const Interrupt& interrupt) {
   const ImageSource& images = *recording.images;
   Progress progress(images.size(), o.quiet || o.json);
-  return write_euroc(recording, o.output, [&](std::size_t done) {
-    progress.show(done, to_seconds(images.time(done - 1) - images.time(0)));
+  const auto done = [&](std::size_t frames) {
+    progress.show(frames, to_seconds(images.time(frames - 1) - images.time(0)));
     return !interrupt.requested();
-  });
+  };
+  const auto cores = static_cast<int>(std::thread::hardware_concurrency());
+  return write_euroc(recording, o.output, done, o.threads > 0 ? o.threads : cores);
 }
 
 int simulate_images(const SimulateOptions& o, const InertialScene& scene) {
@@ -217,6 +221,11 @@ Action declare_simulate(CLI::App& parser) {
       .add_option("--cameras", o->cameras,
                   "A recording whose cameras are taken instead of the settings'")
       ->type_name("RECORDING");
+  parser
+      .add_option("--threads", o->threads,
+                  "Images rendered at a time (default: as many as there are cores); the same bytes")
+      ->type_name("N")
+      ->check(CLI::Range(1, 256));
   parser.add_flag("--json", o->json, "Print what was simulated as JSON");
   parser.add_flag("--quiet", o->quiet, "Print nothing but errors");
   parser.footer(scenes_help());

@@ -13,11 +13,11 @@ const std::string kSmall =
     "--set walk_duration=6 --set image_width=160 --set image_height=120 --set focal_length=100 "
     "--set center_u=79.5 --set center_v=59.5 --set texel_size=0.05 --set frame_rate=4 ";
 
-TEST(SimulateImages, WritesARecordingThatIsTheSameEachTime) {
+TEST(SimulateImages, WritesARecordingThatIsTheSameWithAnyNumberOfThreads) {
   const Scratch folder;
-  for (const char* name : {"a", "b"}) {
-    const Outcome outcome = chasles(folder, std::string("simulate walk --images --json -o ") +
-                                                name + " --set cameras=2 " + kSmall);
+  for (const char* run : {"a --threads 1 ", "b --threads 3 "}) {
+    const Outcome outcome = chasles(folder, std::string("simulate walk --images --json -o ") + run +
+                                                "--set cameras=2 " + kSmall);
     ASSERT_EQ(outcome.code, 0) << outcome.err;
     const auto json = nlohmann::json::parse(outcome.out);
     EXPECT_EQ(json["frames"], 25);
@@ -58,6 +58,7 @@ TEST(SimulateImages, RefusesWhatCannotBe) {
                "distortion = 'fisheye': expected one of none, radtan, equidistant");
   expect_error(chasles(folder, "simulate walk --images -o x --set exposure_time=0.5"), 1,
                "exposure_time = 0.5 s: expected at most");
+  expect_error(chasles(folder, "simulate walk --images -o x --threads 0"), 1, "--threads");
   EXPECT_EQ(slurp(folder / "mine/notes.txt"), "of years");
 }
 

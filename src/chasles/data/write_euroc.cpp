@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <future>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -167,16 +168,34 @@ void check_images(const Recording& r, const ImageFrame& frame) {
       r.name, frame.time.count(), r.cameras.size()));
 }
 
-// The images of one frame; adds them to the cameras' lists.
-void write_frame(const Recording& r, const ImageFrame& frame, const fs::path& sensors,
-                 std::vector<std::string>& lists) {
+using Lists = std::vector<std::string>;  // of images, one a camera
+
+// The images of one frame, and their lines.
+Lists write_frame(const Recording& r, std::size_t i, const fs::path& sensors) {
+  const ImageFrame frame = r.images->read(i);
   check_images(r, frame);
+  Lists lines(r.cameras.size());
   for (std::size_t c = 0; c < r.cameras.size(); ++c) {
     if (frame.images[c].empty()) continue;
     const std::string name = fmt::format("{}.png", frame.time.count());
     write_file(sensors / fmt::format("cam{}", c) / "data" / name, png_of(frame.images[c]));
-    lists[c] += fmt::format("{},{}\n", frame.time.count(), name);
+    lines[c] = fmt::format("{},{}\n", frame.time.count(), name);
   }
+  return lines;
+}
+
+// The frames from `begin` to before `end`, each on a thread, the first on this one.
+void write_frames(const Recording& r, std::size_t begin, std::size_t end, const fs::path& sensors,
+                  Lists& lists) {
+  std::vector<std::future<Lists>> others;
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    others.push_back(std::async(std::launch::async, [&, i] { return write_frame(r, i, sensors); }));
+  }
+  const auto add = [&](const Lists& lines) {
+    for (std::size_t c = 0; c < lists.size(); ++c) lists[c] += lines[c];
+  };
+  add(write_frame(r, begin, sensors));
+  for (std::future<Lists>& other : others) add(other.get());
 }
 
 void write_calibrations(const Recording& r, const fs::path& sensors) {
@@ -212,7 +231,7 @@ void prepare_euroc_folder(const fs::path& folder) {
 }
 
 std::size_t write_euroc(const Recording& recording, const fs::path& folder,
-                        const std::function<bool(std::size_t)>& done) {
+                        const std::function<bool(std::size_t)>& done, int threads) {
   check(recording);
   prepare_euroc_folder(folder);
   const fs::path sensors = folder / "mav0";
@@ -220,11 +239,13 @@ std::size_t write_euroc(const Recording& recording, const fs::path& folder,
   write_truth(recording, folder);
   write_plan_of(recording.plan, folder);
   write_calibrations(recording, sensors);
-  std::vector<std::string> lists(recording.cameras.size(), "#timestamp [ns],filename\n");
+  Lists lists(recording.cameras.size(), "#timestamp [ns],filename\n");
+  const auto at_a_time = static_cast<std::size_t>(std::max(threads, 1));
   std::size_t frames = 0;
   while (frames < recording.images->size()) {
-    write_frame(recording, recording.images->read(frames), sensors, lists);
-    ++frames;
+    const std::size_t end = std::min(frames + at_a_time, recording.images->size());
+    write_frames(recording, frames, end, sensors, lists);
+    frames = end;
     if (done && !done(frames)) break;
   }
   for (std::size_t c = 0; c < lists.size(); ++c) {

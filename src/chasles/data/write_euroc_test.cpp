@@ -179,15 +179,38 @@ TEST(WriteEuroc, HasTheLayoutOfTheRealRecordings) {
 TEST(WriteEuroc, TheSameRecordingGivesTheSameBytes) {
   const fs::path folder = test::scratch();
   write_euroc(example(), folder / "a");
-  write_euroc(example(), folder / "b");
-  std::size_t files = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(folder / "a")) {
-    if (!entry.is_regular_file()) continue;
-    ++files;
-    const fs::path other = folder / "b" / fs::relative(entry.path(), folder / "a");
-    EXPECT_EQ(test::slurp(entry.path()), test::slurp(other)) << other;
+  for (const int threads : {1, 2, 3, 16}) {
+    write_euroc(example(), folder / "b", {}, threads);
+    std::size_t files = 0;
+    for (const auto& entry : fs::recursive_directory_iterator(folder / "a")) {
+      if (!entry.is_regular_file()) continue;
+      ++files;
+      const fs::path other = folder / "b" / fs::relative(entry.path(), folder / "a");
+      EXPECT_EQ(test::slurp(entry.path()), test::slurp(other)) << other << ", " << threads;
+    }
+    EXPECT_EQ(files, 1U + 2 + 2 + 2 * 2 + 7 + 5);
   }
-  EXPECT_EQ(files, 1U + 2 + 2 + 2 * 2 + 7 + 5);
+}
+
+// Whichever fails first, the earliest frame's is said.
+TEST(WriteEuroc, WhatFailsOnAnotherThreadIsSaid) {
+  class Torn : public Stripes {
+   public:
+    using Stripes::Stripes;
+    ImageFrame read(std::size_t i) const override {
+      ImageFrame frame = Stripes::read(i);
+      if (i == 3 || i == 5) frame.images.clear();
+      return frame;
+    }
+  };
+  Recording r = example();
+  r.images = std::make_shared<Torn>(7);
+  for (const int threads : {1, 2, 16}) {
+    const fs::path folder = test::scratch() / "rec";
+    test::expect_parts(usage_error([&] { write_euroc(r, folder, {}, threads); }),
+                       {"example", "at 1403636584913555584 ns do not fit the cameras"});
+    EXPECT_FALSE(fs::exists(folder / "mav0/cam0/data.csv"));
+  }
 }
 
 TEST(WriteEuroc, ATruthWithoutVelocitiesIsATrajectory) {
@@ -226,6 +249,11 @@ TEST(WriteEuroc, EndsEarlyWhereItIsAskedTo) {
   const fs::path folder = test::scratch() / "rec";
   EXPECT_EQ(write_euroc(example(), folder, [](std::size_t done) { return done < 4; }), 4U);
   EXPECT_EQ(read_recording(folder).images->size(), 4U);
+  // What is written at a time is kept.
+  EXPECT_EQ(write_euroc(
+                example(), folder, [](std::size_t) { return false; }, 3),
+            3U);
+  EXPECT_EQ(read_recording(folder).images->size(), 3U);
 }
 
 TEST(WriteEuroc, NeverReplacesWhatItDidNotWrite) {

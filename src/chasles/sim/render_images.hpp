@@ -14,7 +14,7 @@ namespace chasles {
 /// and the frames' times are the same. The images are rendered when they are read: what the
 /// cameras see in the rooms of `make_render_world`, at the pose of the frame's time, or, with an
 /// exposure_time, as the mean of `blur_samples` instants about it. The same scene, run and frame
-/// give the same bytes, in any order of reading.
+/// give the same bytes, in any order of reading, and from several threads at a time.
 ///
 /// With real samples whose biases are known (`imu_truth`) `true_motion` has those, and the velocity
 /// of the motion. UsageError where the scene cannot be simulated.
