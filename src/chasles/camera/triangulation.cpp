@@ -11,6 +11,7 @@
 #include <chasles/camera/distortion.hpp>
 #include <chasles/camera/stereo.hpp>
 #include <chasles/camera/triangulation.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
 namespace {
@@ -138,7 +139,7 @@ InverseDepthPoint linear_point(const Sights& sights) {
     A += across;
     b += across * (view.centre_world - anchor.centre_world);
   }
-  const Eigen::Vector3d p_anchor = anchor.cam_R_world * A.ldlt().solve(b);
+  const Eigen::Vector3d p_anchor = anchor.cam_R_world * solve_symmetric(A, b);
   return {p_anchor.x() / p_anchor.z(), p_anchor.y() / p_anchor.z(), sights.baseline / p_anchor.z()};
 }
 
@@ -173,7 +174,7 @@ std::optional<Minimum> minimise(const Sights& sights, const InverseDepthPoint& f
   for (int i = 0; i < kMaxSteps && damping < kMaxDamping; ++i) {
     Eigen::Matrix3d damped = at.normal.matrix;
     damped.diagonal() *= 1 + damping;
-    const Eigen::Vector3d step = damped.ldlt().solve(at.normal.gradient);
+    const Eigen::Vector3d step = solve_symmetric(damped, at.normal.gradient);
     const bool converged =
         damping == 0 && step.dot(at.normal.gradient) < kConvergedStep * kConvergedStep;
     const InverseDepthPoint point = at.point + step;

@@ -2,12 +2,11 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
 #include <chasles/data/check_rotation.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -127,7 +126,7 @@ Alignment align(const std::vector<RotationRate>& intervals, const std::vector<Ve
       b.noalias() += weight * J.transpose() * (L * r);
     }
     A.diagonal().array() *= 1 + 1e-6;
-    const Vector7d step = A.ldlt().solve(b);
+    const Vector7d step = solve_symmetric(A, b);
     if (!step.allFinite()) break;
     a.R = so3::exp(step.head<3>()) * a.R;
     a.bias += step.segment<3>(3);
@@ -149,8 +148,7 @@ class Search {
     for (const RotationRate& rate : rates) {
       if (!turned_.covers(rate.begin - margin) || !turned_.covers(rate.end + margin)) continue;
       intervals_.push_back(rate);
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(rate.information);
-      weights_.push_back(std::max(axes.eigenvalues()[0], 1e-6));
+      weights_.push_back(std::max(symmetric_eigen(rate.information).values[0], 1e-6));
     }
   }
   const std::vector<RotationRate>& intervals() const { return intervals_; }
@@ -213,9 +211,9 @@ void add_sigmas(const Search& search, const Alignment& best, GyroscopeFit& fit) 
   }
   const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
   std::nth_element(squares.begin(), middle, squares.end());
-  const Matrix8d P = A.inverse() * (*middle / 2.366 * search.overlap());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(P.topLeftCorner<3, 3>());
-  fit.rotation_sigma = std::sqrt(std::max(axes.eigenvalues()[2], 0.0));
+  const Matrix8d P = inverse_symmetric(A) * (*middle / 2.366 * search.overlap());
+  const double widest = symmetric_eigen(P.topLeftCorner<3, 3>()).values[2];
+  fit.rotation_sigma = std::sqrt(std::max(widest, 0.0));
   fit.gain_sigma = std::sqrt(std::max(P(6, 6), 0.0));
   fit.offset_sigma = std::sqrt(std::max(P(7, 7), 0.0));
 }

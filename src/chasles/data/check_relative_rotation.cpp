@@ -1,12 +1,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include <chasles/data/check_rotation.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -49,7 +48,7 @@ Eigen::Matrix3d rotation_alone(const std::vector<TwoRays>& pairs) {
       A += weight * J.transpose() * J;
       b += weight * J.transpose() * (pairs[i].second - turned);
     }
-    const Eigen::Vector3d step = A.ldlt().solve(b);
+    const Eigen::Vector3d step = solve_symmetric(A, b);
     R = so3::exp(step) * R;
     if (step.norm() < kConverged) break;
   }
@@ -63,7 +62,7 @@ Eigen::Vector3d first_direction(const std::vector<TwoRays>& pairs, const Eigen::
     const Eigen::Vector3d n = (R * pair.first).cross(pair.second);
     M += n * n.transpose() / (n.squaredNorm() + kLeastScale * kLeastScale);
   }
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(M).eigenvectors().col(0);
+  return symmetric_eigen(M).vectors.col(0);
 }
 
 // Two directions across t.
@@ -141,7 +140,7 @@ std::optional<RelativeRotation> relative_rotation(const std::vector<TwoRays>& pa
     }
     const double scale = scale_of(sizes);
     const Equations equations = equations_of(residuals, scale);
-    const Vector5d step = equations.A.ldlt().solve(equations.b);
+    const Vector5d step = solve_symmetric(equations.A, equations.b);
     if (!step.allFinite() || step.head<3>().norm() > 0.5) return std::nullopt;
     result.information = information_of(equations.A, scale, pairs.size());
     R = so3::exp(step.head<3>()) * R;

@@ -2,9 +2,8 @@
 #include <cmath>
 #include <numeric>
 
-#include <Eigen/Cholesky>
-
 #include <chasles/data/extrinsics.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
 namespace {
@@ -114,7 +113,7 @@ double step_cost(const StereoRig& rig, const SE3& cam0_T_imu, const std::vector<
       information.noalias() += weight * J.transpose() * J;
       gradient.noalias() += weight * J.transpose() * residual;
     }
-    d += information.llt().solve(gradient);
+    d += solve_symmetric(information, gradient);
   }
   return cost;
 }

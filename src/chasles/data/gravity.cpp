@@ -1,8 +1,7 @@
 #include <algorithm>
 
-#include <Eigen/Cholesky>
-
 #include <chasles/data/gravity.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -102,7 +101,7 @@ std::optional<GravityFit> fit_gravity(const Trajectory& world_T_imu,
   if (equations.windows < 3) return std::nullopt;
   const double prior = kSlopeSigma / kBiasSigma;
   equations.A.topLeftCorner<3, 3>().diagonal().array() += prior * prior;
-  const Eigen::Matrix<double, 6, 1> x = equations.A.ldlt().solve(equations.b);
+  const Eigen::Matrix<double, 6, 1> x = solve_symmetric(equations.A, equations.b);
   return GravityFit{.gravity_world = x.tail<3>(),
                     .accelerometer_bias = x.head<3>(),
                     .windows = equations.windows};

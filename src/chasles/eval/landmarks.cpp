@@ -1,7 +1,6 @@
 #include <cmath>
 
-#include <Eigen/Geometry>
-
+#include <chasles/eval/alignment.hpp>
 #include <chasles/eval/landmarks.hpp>
 
 namespace chasles {
@@ -16,14 +15,12 @@ double rmse(const std::vector<MatchedPoint>& points, const SE3& truth_T_estimate
 }
 
 SE3 least_squares(const std::vector<MatchedPoint>& points) {
-  const auto n = static_cast<Eigen::Index>(points.size());
-  Eigen::Matrix3Xd from(3, n), to(3, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    from.col(i) = points[static_cast<std::size_t>(i)].p_estimate;
-    to.col(i) = points[static_cast<std::size_t>(i)].p_truth;
+  MatchedTrajectories matched;
+  for (const MatchedPoint& point : points) {
+    matched.estimate.push_back({.pose = {.p = point.p_estimate}});
+    matched.truth.push_back({.pose = {.p = point.p_truth}});
   }
-  const Eigen::Matrix4d T = Eigen::umeyama(from, to, /*with_scaling=*/false);
-  return {T.topLeftCorner<3, 3>(), T.topRightCorner<3, 1>()};
+  return align(matched, Alignment::kRigid).truth_T_estimate;
 }
 
 }  // namespace

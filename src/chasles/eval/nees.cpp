@@ -9,6 +9,7 @@
 #include <chasles/eval/alignment.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
 // P is scaled to unit diagonal first, so that "singular" does not depend on the units: a pivot
@@ -17,8 +18,7 @@ double normalised_square(const Eigen::VectorXd& e, const Eigen::MatrixXd& P) {
   constexpr double kSmallestPivot = 1e-12;
   if (!P.allFinite() || !(P.diagonal().array() > 0).all()) return kNaN;
   const Eigen::VectorXd inverse_sigma = P.diagonal().array().rsqrt();
-  const Eigen::LLT<Eigen::MatrixXd> llt(inverse_sigma.asDiagonal() * P *
-                                        inverse_sigma.asDiagonal());
+  const Eigen::LLT<Eigen::MatrixXd> llt(P.cwiseProduct(inverse_sigma * inverse_sigma.transpose()));
   if (llt.info() != Eigen::Success) return kNaN;
   if (llt.matrixLLT().diagonal().array().square().minCoeff() < kSmallestPivot) return kNaN;
   return llt.matrixL().solve(inverse_sigma.cwiseProduct(e)).squaredNorm();
@@ -64,7 +64,7 @@ PoseNees pose_nees(PoseError definition, const SE3& truth, const SE3& estimate,
                    const Matrix6d& covariance) {
   const Vector6d e = pose_error(definition, truth, estimate);
   const Matrix6d M = pose_error_map(definition, estimate);
-  const Matrix6d P = M * covariance * M.transpose();
+  const Matrix6d P = congruence(M, covariance);
   return {.position = normalised_square(e.tail<3>(), P.bottomRightCorner<3, 3>()),
           .attitude = normalised_square(e.head<3>(), P.topLeftCorner<3, 3>()),
           .pose = normalised_square(e, P)};

@@ -5,12 +5,12 @@
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 
 #include <chasles/error.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/whitening.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
 namespace {
@@ -119,7 +119,8 @@ std::vector<double> Ekf::normalised_squares(std::span<const Measurement> measure
     return result;
   }
   const Innovation known = innovation(*given);
-  const auto S_known = known.S.ldlt();
+  SmallMatrix weight = SmallMatrix::Identity(known.S.rows(), known.S.cols());
+  small::solve_symmetric(known.S, weight);
   const MatrixXd PHt = covariance_.all().middleCols(given->core_column, given->d_core.cols()) *
                        given->d_core.transpose();
   for (const Measurement& z : measurements) {
@@ -132,8 +133,9 @@ std::vector<double> Ekf::normalised_squares(std::span<const Measurement> measure
       cross += clone.d * PHt.middleRows<6>(clone.row);
     }
     Innovation conditional = innovation(z);
-    conditional.residual -= cross * S_known.solve(known.residual);
-    conditional.S -= cross * S_known.solve(cross.transpose());
+    const SmallMatrix gain = cross * weight;
+    conditional.residual -= gain * known.residual;
+    conditional.S -= gain * cross.transpose();
     result.push_back(conditional.normalised_square());
   }
   return result;
@@ -215,7 +217,8 @@ void Ekf::remember(const std::vector<const Measurement*>& used, const ErrorRef& 
   record.landmarks.reserve(used.size());
   for (const Measurement* z : used) {
     const Eigen::Index w = z->d_core.cols();
-    const SmallMatrix weight = z->noise.inverse();
+    SmallMatrix weight = SmallMatrix::Identity(z->noise.rows(), z->noise.cols());
+    small::solve_symmetric(z->noise, weight);
     const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 16, kMaxRows> core =
         z->d_core.transpose() * weight;
     record.core.block(z->core_column, z->core_column, w, w) += core * z->d_core;

@@ -1,7 +1,6 @@
-#include <Eigen/LU>
-
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
 
 // What an update does to the mean, and to the covariance on account of the chart.
@@ -46,8 +45,8 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
   change_chart_of_clones(before);
   const int n = state_.motion_size();
   const MotionMatrix after = chart_->motion_block(state_).topLeftCorner(n, n);
-  const MotionMatrix A =
-      after.partialPivLu().solve(chart_->motion_block(before).topLeftCorner(n, n));
+  MotionMatrix A = chart_->motion_block(before).topLeftCorner(n, n);
+  small::solve(after, A);
   if (A.isIdentity(0)) return;
   const MotionMatrix corner = P.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
   P.topLeftCorner(n, n) = A * corner * A.transpose();
@@ -63,9 +62,8 @@ void Ekf::change_chart_of_clones(const State& before) {
   auto P = covariance_.all();
   for (std::size_t i = 0; i < state_.clones.size(); ++i) {
     const Clone& clone = state_.clones[i];
-    const Matrix6d A = pose_block(*chart_, clone.world_T_imu)
-                           .partialPivLu()
-                           .solve(pose_block(*chart_, before.clones[i].world_T_imu));
+    const Matrix6d A = solve(pose_block(*chart_, clone.world_T_imu),
+                             pose_block(*chart_, before.clones[i].world_T_imu));
     if (A.isIdentity(0)) continue;
     const int r = clone.row;
     const Matrix6d own = P.block<6, 6>(r, r).selfadjointView<Eigen::Lower>();

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include <chasles/filter/ekf.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 // How the filter lets go of landmarks and gives account of the whole map (docs/map.md).
 
@@ -55,7 +56,7 @@ MapLandmark Ekf::as_of_now(const Landmark& landmark) const {
   block.bottomRightCorner<3, 3>() = P.block<3, 3>(landmark.row, landmark.row);
   block.bottomLeftCorner<3, 6>() = P.block<3, 6>(landmark.row, clone.row);
   block.topRightCorner<6, 3>() = block.bottomLeftCorner<3, 6>().transpose();
-  result.covariance = J * block * J.transpose();
+  result.covariance = congruence(J, block);
   if (const auto camera = state_.camera_row(landmark.camera)) {
     const auto J_camera = anchored_derivative_by_camera(clone, landmark);
     const Eigen::Matrix3d cross = (J.leftCols<6>() * P.block<6, 6>(clone.row, *camera) +

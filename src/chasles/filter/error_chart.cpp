@@ -1,10 +1,9 @@
 #include <array>
 #include <string>
 
-#include <Eigen/LU>
-
 #include <chasles/error.hpp>
 #include <chasles/filter/error_chart.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
 namespace {
@@ -123,12 +122,9 @@ void push(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M
 void pull(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M) {
   const int n = x.motion_size();
   const MotionBlock T = chart.motion_block(x);
-  M.topRows(n) = T.topLeftCorner(n, n).partialPivLu().solve(M.topRows(n)).eval();
+  small::solve(T.topLeftCorner(n, n), M.topRows(n));
   for (const Clone& clone : x.clones) {
-    M.middleRows<6>(clone.row) = pose_block(chart, clone.world_T_imu)
-                                     .partialPivLu()
-                                     .solve(M.middleRows<6>(clone.row))
-                                     .eval();
+    small::solve(pose_block(chart, clone.world_T_imu), M.middleRows<6>(clone.row));
   }
   if (chart.landmark_block) {
     for (const Landmark& landmark : x.landmarks) {

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Householder>
 
 #include <chasles/filter/calibration.hpp>
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_sight.hpp>
+#include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
 namespace {
@@ -87,15 +87,14 @@ std::optional<Linear> linearise(const State& x, std::span<const ClonedView> view
 // The distance from the last view, which has the clone of row `last`.
 void find_distance(const Linear& linear, const MultiViewPoint& point, double sigma, int last,
                    MultiViewScratch& s, MultiViewStart& result) {
-  using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
   const Vector3d from_imu = point.p_world - s.views.back().world_T_imu.p;
   const Vector3d along = from_imu.normalized();
   auto right = s.moved.take(3, linear.H_others.cols());
   right.noalias() = linear.H_point.transpose() * linear.H_others;
-  const Normal normal = linear.H_point.transpose() * linear.H_point;
+  const Eigen::Matrix3d normal = linear.H_point.transpose() * linear.H_point;
   auto d_point = s.d_point.take(3, right.cols());
-  d_point = normal.ldlt().solve(right);
-  d_point *= -1;
+  d_point = -right;
+  small::solve_symmetric(normal, d_point);
   result.distance = from_imu.norm();
   result.distance_noise = sigma * sigma * along.dot(point.covariance * along);
   result.d_distance.clear();

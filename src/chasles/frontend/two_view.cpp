@@ -5,10 +5,10 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include <chasles/frontend/two_view.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -157,7 +157,7 @@ void refine(const std::vector<RayPair>& pairs, const TwoViewPrior& prior,
   H.diagonal().head<3>().array() += 1 / (sigma * sigma);
   b.head<3>() -= from_prior / (sigma * sigma);
   H.diagonal().tail<2>().array() += 1;
-  const Vector5 step = H.ldlt().solve(b);
+  const Vector5 step = solve_symmetric(H, b);
   if (!step.allFinite()) return;
   motion.now_R_last = so3::exp(step.head<3>()) * motion.now_R_last;
   motion.t_now = (t + u * step[3] + v * step[4]).normalized();

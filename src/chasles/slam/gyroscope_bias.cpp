@@ -5,9 +5,9 @@
 #include <map>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/slam/gyroscope_bias.hpp>
 
 namespace chasles {
@@ -182,7 +182,7 @@ Eigen::Vector3d gyroscope_bias(const MotionWindow& window, double prior_sigma) {
       H += e.H;
       b += e.b;
     }
-    bias += H.ldlt().solve(b);
+    bias += solve_symmetric(H, b);
   }
   return bias;
 }

@@ -5,6 +5,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
+#include <chasles/filter/dense.hpp>
 #include <chasles/frontend/stage_clock.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_slam.hpp>
@@ -52,7 +53,7 @@ Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const Inertial
     J.block<3, 3>(6, 6) = R.transpose();
     J.block<3, 3>(6, 0) = R.transpose() * hat(start.v_nav);
   }
-  Eigen::MatrixXd P = J * start_covariance(s, start) * J.transpose();
+  Eigen::MatrixXd P = dense::product(J, dense::product(start_covariance(s, start), J.transpose()));
   const int n = x.calibration_size();
   if (calibration) P.bottomRightCorner(n, n) = calibration->covariance;
   return P;

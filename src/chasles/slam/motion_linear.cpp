@@ -3,10 +3,9 @@
 #include <limits>
 #include <numeric>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/slam/motion_linear.hpp>
 
 namespace chasles {
@@ -83,9 +82,7 @@ TrackEquations equations(const Sights& sights) {
     A += sight.weight * (Eigen::Matrix3d::Identity() - along);
     noise += 2 * sight.sigma * sight.sigma * sight.weight * along;
   }
-  const double least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(A, Eigen::EigenvaluesOnly)
-                           .eigenvalues()
-                           .minCoeff();
+  const double least = symmetric_eigen(A).values[0];
   const double correction = least > kParallaxOverNoise * noise.trace() ? 1 : 0;
   A -= correction * noise;
   A.diagonal().array() += 1e-9 * A.trace();
@@ -99,9 +96,8 @@ TrackEquations equations(const Sights& sights) {
     e.S += T.transpose() * across * T;
     e.s -= T.transpose() * (across * sight.known);
   }
-  const Eigen::LDLT<Eigen::Matrix3d> inverse(A);
-  e.x0 = inverse.solve(a);
-  e.X = inverse.solve(B);
+  e.x0 = solve_symmetric(A, a);
+  e.X = solve_symmetric(A, B);
   e.S -= B.transpose() * e.X;
   e.s += B.transpose() * e.x0;
   e.S *= correction;
@@ -151,7 +147,7 @@ std::optional<Unknown> best_subset(const std::vector<Sights>& tracks,
       S += equations[i].S;
       s += equations[i].s;
     }
-    const Unknown y = S.ldlt().solve(s);
+    const Unknown y = solve_symmetric(S, s);
     if (!y.allFinite()) continue;
     double cost = 0;
     for (std::size_t i = 0; i < tracks.size() && cost < least; ++i) {
@@ -225,7 +221,9 @@ Unknown on_sphere(const Matrix6d& S, const Unknown& s, Unknown y, double gravity
     J.topLeftCorner<3, 3>().setIdentity();
     J.block<3, 1>(3, 3) = down.unitOrthogonal();
     J.block<3, 1>(3, 4) = down.cross(down.unitOrthogonal());
-    y += J * (J.transpose() * S * J).ldlt().solve(J.transpose() * (s - S * y));
+    const Eigen::Matrix<double, 5, 5> across = J.transpose() * S * J;
+    const Eigen::Matrix<double, 5, 1> right = J.transpose() * (s - S * y);
+    y += J * solve_symmetric(across, right);
   }
   y.tail<3>() = gravity * y.tail<3>().normalized();
   return y;
@@ -250,13 +248,13 @@ std::optional<LinearMotion> linear_motion(const MotionWindow& window,
       each[k] = equations(tracks[k]);
     }
     const Solution here = equations_at(tracks, each, best.y);
-    const auto better = towards(tracks, each, here, here.S.ldlt().solve(here.s));
+    const auto better = towards(tracks, each, here, solve_symmetric(here.S, here.s));
     if (!better) break;
     best = equations_at(tracks, each, *better);
   }
   LinearMotion result{.fits = best.fits, .cost = best.cost};
   result.free_gravity = best.y.tail<3>().norm();
-  const Matrix6d P = best.S.ldlt().solve(Matrix6d::Identity());
+  const Matrix6d P = inverse_symmetric(best.S);
   const Eigen::Vector3d down = best.y.tail<3>().normalized();
   result.free_gravity_sigma =
       std::sqrt(std::max(0.0, down.dot(P.bottomRightCorner<3, 3>() * down)));

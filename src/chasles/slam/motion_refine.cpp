@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 
 #include <chasles/eval/chi2.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/slam/motion_refine.hpp>
 
@@ -39,13 +40,14 @@ std::vector<Preintegration> preintegrate_all(const MotionWindow& window, const V
   return between;
 }
 
-std::vector<Matrix9d> square_roots_of_information(const std::vector<Preintegration>& between) {
-  std::vector<Matrix9d> roots;
+std::optional<std::vector<Matrix9d>> whitenings_of(const std::vector<Preintegration>& between) {
+  std::vector<Matrix9d> all;
   for (const Preintegration& p : between) {
-    const Matrix9d L = p.Q.llt().matrixL();
-    roots.push_back(L.triangularView<Eigen::Lower>().solve(Matrix9d::Identity()));
+    const std::optional<Eigen::MatrixXd> one = whitening_of(p.Q);
+    if (!one) return std::nullopt;
+    all.emplace_back(*one);
   }
-  return roots;
+  return all;
 }
 
 // Nav's z axis against gravity; the heading is that of the shortest rotation.
@@ -74,7 +76,7 @@ Eigen::Vector3d point_of(const MotionWindow& window, const WindowMotion& motion,
   const SE3 cam_T_world =
       window.cam_T_imu[static_cast<std::size_t>(anchor.camera)] *
       motion.keyframes[static_cast<std::size_t>(anchor.keyframe)].world_T_imu.inverse();
-  const double z = (cam_T_world * A.ldlt().solve(b)).z();
+  const double z = (cam_T_world * solve_symmetric(A, b)).z();
   return {anchor.xy.x(), anchor.xy.y(), z > kNearest ? 1 / z : kFarAway};
 }
 
@@ -202,9 +204,9 @@ std::optional<RefinedMotion> refine_motion(MotionWindow window, const LinearMoti
   from.motion.biases = biases;
   from.motion.keyframes.push_back(first_state(linear, biases));
   from.between = preintegrate_all(window, biases, noise);
-  MotionWeights weights{.imu = square_roots_of_information(from.between),
-                        .bias_sigma = bias_sigma,
-                        .gravity = gravity};
+  const auto imu = whitenings_of(from.between);
+  if (!imu) return std::nullopt;
+  MotionWeights weights{.imu = *imu, .bias_sigma = bias_sigma, .gravity = gravity};
   for (const Preintegration& p : from.between) {
     from.motion.keyframes.push_back(moved(from.motion.keyframes.back(), p, {0, 0, -gravity}));
   }

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 
 #include <chasles/constants.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/slam/gyroscope_bias.hpp>
 #include <chasles/slam/motion_refine.hpp>
 #include <chasles/slam/motion_start.hpp>
@@ -57,8 +57,7 @@ double rms_speed(const WindowMotion& motion) {
 }
 
 double largest_deviation(const Eigen::MatrixXd& covariance) {
-  return std::sqrt(
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(covariance).eigenvalues().maxCoeff());
+  return std::sqrt(symmetric_eigen(covariance).values.maxCoeff());
 }
 
 void judge(const RefinedMotion& refined, const LinearMotion& linear, double offered,
@@ -91,18 +90,18 @@ void judge(const RefinedMotion& refined, const LinearMotion& linear, double offe
 Matrix15d start_covariance(const RefinedMotion& refined, const InitialiserSettings& s) {
   Eigen::Matrix<double, 11, 1> prior = Eigen::Matrix<double, 11, 1>::Zero();
   prior.tail<6>() = bias_sigma(s).cwiseAbs2().cwiseInverse();
-  Matrix11d information = refined.covariance.ldlt().solve(Matrix11d::Identity());
+  Matrix11d information = inverse_symmetric(refined.covariance);
   information.diagonal() -= prior;
   information /= s.inflation;
   prior.head<2>().setConstant(1 / (s.tilt_sigma * s.tilt_sigma));
   prior.segment<3>(2).setConstant(1 / (s.velocity_sigma * s.velocity_sigma));
   information.diagonal() += prior;
   information = (information + information.transpose()).eval() / 2;
-  const Matrix11d P = information.ldlt().solve(Matrix11d::Identity());
+  const Matrix11d P = inverse_symmetric(information);
   Eigen::Matrix<double, 15, 11> J = Eigen::Matrix<double, 15, 11>::Zero();
   J.topLeftCorner<2, 2>().setIdentity();
   J.bottomRightCorner<9, 9>().setIdentity();
-  const Matrix15d full = J * P * J.transpose();
+  const Matrix15d full = congruence(J, P);
   return (full + full.transpose()) / 2;
 }
 

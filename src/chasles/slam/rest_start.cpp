@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/slam/rest_start.hpp>
 
@@ -28,8 +27,7 @@ TiltAndBias tilt_and_bias(double force, double gravity, double noise_variance, d
   H.rightCols<3>().setIdentity();
   Eigen::Matrix<double, 5, 5> information = H.transpose() * H / noise_variance;
   information.diagonal().tail<3>().array() += 1 / (bias_sigma * bias_sigma);
-  const Eigen::Matrix<double, 5, 5> P =
-      information.ldlt().solve(Eigen::Matrix<double, 5, 5>::Identity());
+  const Eigen::Matrix<double, 5, 5> P = inverse_symmetric(information);
   const Eigen::Matrix<double, 5, 1> x =
       P * H.transpose() * Eigen::Vector3d(0, 0, force - gravity) / noise_variance;
   return {.bias_nav = x.tail<3>(), .covariance = (P + P.transpose()) / 2};
@@ -80,7 +78,7 @@ InertialStart rest_start(Time end, const RestMeans& means, const ImuNoise& noise
   Eigen::Matrix<double, 15, 5> J = Eigen::Matrix<double, 15, 5>::Zero();
   J.topLeftCorner<2, 2>().setIdentity();
   J.block<3, 3>(9, 2) = nav_R_imu.transpose();
-  Matrix15d P = J * fit.covariance * J.transpose();
+  Matrix15d P = congruence(J, fit.covariance);
   P = (P + P.transpose()).eval() / 2;
   P.diagonal().segment<3>(6).setConstant(std::pow(settings.rest_velocity_sigma, 2));
   P.diagonal().tail<3>().setConstant(gain * rate_variance);

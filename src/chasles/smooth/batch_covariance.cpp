@@ -1,5 +1,4 @@
-#include <Eigen/LU>
-
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch_covariance_detail.hpp>
 #include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/chart_manifold_detail.hpp>
@@ -13,7 +12,7 @@ Eigen::Matrix<double, 9, 9> to_reference(const ErrorChart& chart, const Inertial
   State x;
   x.world_T_imu = state.world_T_imu;
   x.v_world = state.v_world;
-  return chart.motion_block(x).inverse();
+  return inverse(chart.motion_block(x));
 }
 
 Matrix15d motion_covariance(const ProblemBlocks& problem, const SelectedInverse& inverse,
@@ -53,7 +52,7 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
   Eigen::Matrix<double, 3, 12> J;
   J << d.leftCols<6>() * to_reference(problem.chart(), graph.keyframes[k].state).topRows<6>(),
       d.rightCols<3>();
-  result.covariance = J * P * J.transpose();
+  result.covariance = congruence(J, P);
   return result;
 }
 

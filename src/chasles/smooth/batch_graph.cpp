@@ -2,10 +2,9 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include <chasles/camera/triangulation.hpp>
 #include <chasles/error.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch_graph_detail.hpp>
 #include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/floors_detail.hpp>
@@ -103,13 +102,9 @@ void add_start(const BatchInput& input, BatchGraph& graph) {
   floor.tail<3>().setConstant(kRateFloor * kRateFloor);
   graph.start_covariance = input.start_covariance;
   graph.start_covariance.diagonal() += floor;
-  const Vector15d scale = graph.start_covariance.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Matrix15d> cholesky(scale.asDiagonal() * graph.start_covariance *
-                                       scale.asDiagonal());
-  if (!scale.allFinite() || cholesky.info() != Eigen::Success) {
-    throw InputError("the start's covariance is not positive semidefinite");
-  }
-  graph.start_whitening = cholesky.matrixL().solve(Matrix15d(scale.asDiagonal()));
+  const std::optional<Eigen::MatrixXd> whitening = whitening_of(graph.start_covariance);
+  if (!whitening) throw InputError("the start's covariance is not positive semidefinite");
+  graph.start_whitening = *whitening;
 }
 
 InertialState add_link(const BatchInput& input, const BatchKeyframe& from, Time to,

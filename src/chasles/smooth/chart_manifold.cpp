@@ -1,5 +1,4 @@
-#include <Eigen/LU>
-
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/smooth/chart_manifold_detail.hpp>
 
@@ -56,10 +55,10 @@ bool ChartManifold::PlusJacobian(const double* x, double* jacobian) const {
   Eigen::Map<RowMajor> J(jacobian, AmbientSize(), n);
   J.setZero();
   if (velocity_) {
-    J.topRows<kMotionErrors>() = chart_->motion_block(state_of(x)).inverse();
+    J.topRows<kMotionErrors>() = inverse(chart_->motion_block(state_of(x)));
   } else {
-    J.topRows<kPoseErrors>() =
-        chart_->motion_block(state_of(x)).topLeftCorner<kPoseErrors, kPoseErrors>().inverse();
+    J.topRows<kPoseErrors>() = inverse<kPoseErrors>(
+        chart_->motion_block(state_of(x)).topLeftCorner<kPoseErrors, kPoseErrors>());
   }
   return true;
 }

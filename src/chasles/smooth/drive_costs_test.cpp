@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/cost_testing.hpp>
 #include <chasles/smooth/drive_costs_detail.hpp>
 #include <chasles/smooth/drive_testing.hpp>

@@ -1,6 +1,5 @@
-#include <Eigen/LU>
-
 #include <chasles/filter/pixel_sight.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch_solve_detail.hpp>
 #include <chasles/smooth/drive_problem_detail.hpp>
 #include <chasles/smooth/selected_inverse.hpp>
@@ -10,7 +9,7 @@ namespace {
 
 // The reference chart's errors by the chart's, of [rotation, position].
 Matrix6d to_reference(const DriveProblem& problem, const DriveState& state) {
-  return pose_block(problem.chart(), state.world_T_imu).inverse();
+  return inverse(pose_block(problem.chart(), state.world_T_imu));
 }
 
 Estimate estimate_of(const DriveProblem& problem, const SelectedInverse& inverse,
@@ -20,7 +19,7 @@ Estimate estimate_of(const DriveProblem& problem, const SelectedInverse& inverse
   Estimate e;
   e.time = keyframe.time;
   e.world_T_imu = keyframe.state.world_T_imu;
-  e.pose_covariance = T * P.topLeftCorner<6, 6>() * T.transpose();
+  e.pose_covariance = congruence<6, 6>(T, P.topLeftCorner<6, 6>());
   e.pose_covariance = ((e.pose_covariance + e.pose_covariance.transpose()) / 2).eval();
   e.additive = keyframe.state.additive;
   e.additive_sigma = P.diagonal().tail(e.additive.size()).cwiseSqrt();
@@ -41,7 +40,7 @@ Eigen::Matrix3d anchored_covariance(const DriveProblem& problem, const SelectedI
   const Clone anchor{.id = static_cast<int>(k), .world_T_imu = state.world_T_imu};
   Eigen::Matrix<double, 3, 9> J = anchored_derivative(anchor, landmark_of(input.rig, point));
   J.leftCols<6>() = (J.leftCols<6>() * to_reference(problem, state)).eval();
-  return J * inverse.block(rows) * J.transpose();
+  return congruence<3, 9>(J, inverse.block(rows));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <string>
 
 #include <chasles/error.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/slam/drive_model.hpp>
 #include <chasles/smooth/drive_graph_detail.hpp>
 #include <chasles/smooth/floors_detail.hpp>

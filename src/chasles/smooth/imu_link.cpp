@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include <chasles/error.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/floors_detail.hpp>
 #include <chasles/smooth/imu_link.hpp>
 
@@ -54,18 +53,14 @@ ImuLink imu_link(std::vector<ImuInterval> intervals, const Vector6d& biases,
   const bool few = intervals.size() < kManyIntervals;
   const Matrix15d P = link_covariance(few ? cut(intervals) : intervals, biases, used);
   const bool noisy = noise.accelerometer_noise_density > 0 && noise.gyroscope_noise_density > 0;
-  // In units in which the diagonal is 1: the blocks differ by many powers of ten.
-  const Vector15d scale = P.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::LLT<Matrix15d> cholesky(scale.asDiagonal() * P * scale.asDiagonal());
-  if (!noisy || !scale.allFinite() || cholesky.info() != Eigen::Success) {
+  const std::optional<Eigen::MatrixXd> whitening = whitening_of(P);
+  if (!noisy || !whitening) {
     throw InputError(
         "the IMU's noise has no invertible covariance between two frames: expected "
         "accelerometer_noise_density and gyroscope_noise_density above 0 and finite samples; state "
         "the sensor's noise in the recording's calibration");
   }
-  ImuLink link{.intervals = std::move(intervals)};
-  link.whitening = cholesky.matrixL().solve(Matrix15d(scale.asDiagonal()));
-  return link;
+  return {.intervals = std::move(intervals), .whitening = *whitening};
 }
 
 Vector15d link_residual(const ImuLink& link, const InertialState& now, const InertialState& next,

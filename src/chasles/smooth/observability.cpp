@@ -2,9 +2,7 @@
 #include <array>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/observability.hpp>
 
 namespace chasles {
@@ -32,7 +30,7 @@ using Matrix11d = Eigen::Matrix<double, kSize, kSize>;
 Matrix15d inverse(const Matrix15d& P) {
   const Eigen::Matrix<double, 15, 1> scale = P.diagonal().cwiseSqrt().cwiseInverse();
   const Matrix15d unit = scale.asDiagonal() * P * scale.asDiagonal();
-  return scale.asDiagonal() * unit.ldlt().solve(Matrix15d::Identity()) * scale.asDiagonal();
+  return scale.asDiagonal() * inverse_symmetric(unit) * scale.asDiagonal();
 }
 
 std::string name_of(const Vector11d& direction) {
@@ -60,10 +58,10 @@ std::vector<std::string> unobservable_directions(const Matrix15d& posterior,
       information(i, j) = kUnits[a] * kUnits[b] * data(kRows[a], kRows[b]);
     }
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix11d> eigen((information + information.transpose()) / 2);
+  const SymmetricEigen eigen = symmetric_eigen((information + information.transpose()) / 2);
   std::vector<std::string> names;
   for (int i = 0; i < kSize; ++i) {
-    if (eigen.eigenvalues()[i] < 1) names.push_back(name_of(eigen.eigenvectors().col(i)));
+    if (eigen.values[i] < 1) names.push_back(name_of(eigen.vectors.col(i)));
   }
   return names;
 }

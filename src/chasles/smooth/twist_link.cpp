@@ -2,24 +2,12 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 #include <chasles/error.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/floors_detail.hpp>
 #include <chasles/smooth/twist_link.hpp>
 
 namespace chasles {
-
-std::optional<Eigen::MatrixXd> whitening_of(const Eigen::MatrixXd& covariance) {
-  // In units in which the diagonal is 1: the blocks differ by many powers of ten.
-  const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd unit = covariance.cwiseProduct(scale * scale.transpose());
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(unit);
-  if (!scale.allFinite() || cholesky.info() != Eigen::Success) return std::nullopt;
-  Eigen::MatrixXd whitening = scale.asDiagonal();
-  cholesky.matrixL().solveInPlace(whitening);
-  return whitening;
-}
 
 namespace {
 

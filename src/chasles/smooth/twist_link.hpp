@@ -23,9 +23,6 @@ struct TwistLink {
   int size() const { return 6 + model.size(); }
 };
 
-/// Lower triangular W with W^T W = covariance^-1; none where that is not positive definite.
-std::optional<Eigen::MatrixXd> whitening_of(const Eigen::MatrixXd& covariance);
-
 /// A walk below 1e-7 counts as that. Throws InputError where the noise leaves a pose no freedom: a
 /// walk of a velocity state, or a sample's deviation of an input, that is zero.
 TwistLink twist_link(const BodyVelocityModel& model, double tau, const BodyVelocity& held,

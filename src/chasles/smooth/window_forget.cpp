@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/window_detail.hpp>
 
 // The oldest keyframe of a window goes into the prior.
@@ -152,7 +153,8 @@ void eliminate_point(int row, WindowSystem& system) {
 // keyframe is not lost in the difference of large numbers (an information filter's prediction).
 void eliminate_keyframe(const ChainTerm& link, int row, int n, WindowSystem& system) {
   Eigen::MatrixXd& S = system.S;
-  const Eigen::MatrixXd M = link.jacobian.leftCols(n).inverse();
+  Eigen::MatrixXd M = Eigen::MatrixXd::Identity(n, n);
+  small::solve(link.jacobian.leftCols(n), M);
   const Eigen::MatrixXd K = M * link.jacobian.rightCols(n);
   const int next = row + n;
   const Eigen::MatrixXd columns = S.middleCols(row, n);

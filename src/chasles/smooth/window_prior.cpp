@@ -1,8 +1,7 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/LU>
-
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/window_detail.hpp>
 
 // What a window knows of what has left it.
@@ -49,8 +48,10 @@ std::optional<Eigen::MatrixXd> turning(const Window& window, const WindowKeyfram
                                        bool inverse) {
   Eigen::MatrixXd T = chart_block(window, keyframe);
   if (T.isIdentity(0)) return std::nullopt;
-  if (inverse) T = T.inverse().eval();
-  return T;
+  if (!inverse) return T;
+  Eigen::MatrixXd of_T = Eigen::MatrixXd::Identity(T.rows(), T.cols());
+  small::solve(T, of_T);
+  return of_T;
 }
 
 // v <- T^T v over those keyframes, or T v.

@@ -2,11 +2,11 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Cholesky>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/image_decode.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/viewers/colours.hpp>
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/image_messages.hpp>
@@ -96,10 +96,10 @@ class Annotations {
 }  // namespace
 
 std::vector<Eigen::Vector2d> ellipse_points(const ExpectedPixel& expected, double sigmas) {
-  const Eigen::LLT<Eigen::Matrix2d> root(expected.covariance);
+  const SymmetricEigen eigen = symmetric_eigen(expected.covariance);
   Points points;
-  if (root.info() != Eigen::Success) return points;
-  const Eigen::Matrix2d L = root.matrixL();
+  if (!(eigen.values[0] > 0)) return points;
+  const Eigen::Matrix2d L = eigen.vectors * eigen.values.cwiseSqrt().asDiagonal();
   for (int k = 0; k < kCorners; ++k) {
     const double angle = 2 * std::numbers::pi * k / kCorners;
     points.push_back(expected.pixel +

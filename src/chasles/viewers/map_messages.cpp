@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <nlohmann/json.hpp>
 
 #include <chasles/eval/chi2.hpp>
+#include <chasles/lie/small_matrices.hpp>
 #include <chasles/viewers/byte_sink.hpp>
 #include <chasles/viewers/colours.hpp>
 #include <chasles/viewers/foxglove.hpp>
@@ -58,9 +58,8 @@ Json sphere(const RunLandmark& l, const SigmaColours& colours) {
 
 Ellipsoid ellipsoid_95(const Eigen::Matrix3d& covariance) {
   static const double kReach = std::sqrt(chi2_quantile(0.95, 3));
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
-  Ellipsoid shape{.axes = solver.eigenvectors(),
-                  .radii = kReach * solver.eigenvalues().cwiseMax(0).cwiseSqrt()};
+  const SymmetricEigen eigen = symmetric_eigen(covariance);
+  Ellipsoid shape{.axes = eigen.vectors, .radii = kReach * eigen.values.cwiseMax(0).cwiseSqrt()};
   if (shape.axes.determinant() < 0) shape.axes.col(0) *= -1;
   return shape;
 }

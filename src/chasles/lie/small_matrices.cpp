@@ -1,0 +1,60 @@
+#include <limits>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include <chasles/lie/small_matrices.hpp>
+
+namespace chasles {
+namespace small {
+namespace {
+constexpr int kMost = kMostSmallRows;
+using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
+using SmallColumn = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
+
+// A column at a time: for so few rows the products of blocks are not worth their packing.
+template <typename Decomposition>
+void solve_columns(const Decomposition& A, Matrix X) {
+  for (Eigen::Index column = 0; column < X.cols(); ++column) {
+    const SmallColumn b = X.col(column);
+    X.col(column) = A.solve(b);
+  }
+}
+}  // namespace
+
+void solve_symmetric(const ConstMatrix& A, Matrix X) {
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
+    if (A.col(j).tail(A.rows() - j).allFinite()) continue;
+    X.setConstant(std::numeric_limits<double>::quiet_NaN());  // Eigen's would be a pivot of 0
+    return;
+  }
+  solve_columns(Eigen::LDLT<Small>(A), X);
+}
+
+void solve(const ConstMatrix& A, Matrix X) { solve_columns(Eigen::PartialPivLU<Small>(A), X); }
+
+void congruence(const ConstMatrix& T, const ConstMatrix& P, Matrix result) {
+  const Small TP = T.lazyProduct(P);
+  result = TP.lazyProduct(T.transpose());
+}
+
+}  // namespace small
+
+SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& A) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(A);
+  return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
+}
+
+std::optional<Eigen::MatrixXd> whitening_of(const Eigen::MatrixXd& covariance) {
+  // In units in which the diagonal is 1: the blocks differ by many powers of ten.
+  const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd unit = covariance.cwiseProduct(scale * scale.transpose());
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(unit);
+  if (!scale.allFinite() || cholesky.info() != Eigen::Success) return std::nullopt;
+  Eigen::MatrixXd whitening = scale.asDiagonal();
+  cholesky.matrixL().solveInPlace(whitening);
+  return whitening;
+}
+
+}  // namespace chasles
