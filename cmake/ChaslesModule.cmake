@@ -53,15 +53,15 @@ function(chasles_cold target)
     $<$<CONFIG:Release,RelWithDebInfo>:$<IF:$<CXX_COMPILER_ID:Clang>,-O0,-O1>>)
 endfunction()
 
-# chasles_module(NAME [COLD] [UNITY sources [ALONE name...]]
+# chasles_module(NAME [COLD | HOT] [UNITY sources [ALONE name...]]
 #                [USES folder...] [LINKS library...] [PRIVATE library...])
 #
 # One folder of src/chasles: all its *.cpp are the library chasles_NAME, all its *_test.cpp one test
 # program. USES are the arrows to other folders, LINKS the outside libraries that its headers need,
 # PRIVATE those that only its sources need. UNITY: g++ compiles so many at a time, but
-# for those ALONE; COLD: see above.
+# for those ALONE; COLD: see above; HOT: loops over pixels, with -O3 where a preset asks for less.
 function(chasles_module name)
-  cmake_parse_arguments(ARG "COLD" "UNITY" "ALONE;USES;LINKS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "COLD;HOT" "UNITY" "ALONE;USES;LINKS;PRIVATE" ${ARGN})
   set(dir ${PROJECT_SOURCE_DIR}/src/chasles/${name})
   file(GLOB sources CONFIGURE_DEPENDS ${dir}/*.cpp)
   file(GLOB tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
@@ -75,6 +75,8 @@ function(chasles_module name)
     endif()
     if(ARG_COLD)
       chasles_cold(chasles_${name})
+    elseif(ARG_HOT)
+      target_compile_options(chasles_${name} PRIVATE $<$<CONFIG:Release>:-O3>)
     endif()
     target_link_libraries(chasles_${name} PRIVATE $<BUILD_INTERFACE:chasles_options>)
   else()
