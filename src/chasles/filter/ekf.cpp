@@ -119,8 +119,7 @@ std::vector<double> Ekf::normalised_squares(std::span<const Measurement> measure
     return result;
   }
   const Innovation known = innovation(*given);
-  SmallMatrix weight = SmallMatrix::Identity(known.S.rows(), known.S.cols());
-  small::solve_symmetric(known.S, weight);
+  const SmallMatrix weight = small::inverse_symmetric(known.S);
   const MatrixXd PHt = covariance_.all().middleCols(given->core_column, given->d_core.cols()) *
                        given->d_core.transpose();
   for (const Measurement& z : measurements) {
@@ -217,8 +216,7 @@ void Ekf::remember(const std::vector<const Measurement*>& used, const ErrorRef& 
   record.landmarks.reserve(used.size());
   for (const Measurement* z : used) {
     const Eigen::Index w = z->d_core.cols();
-    SmallMatrix weight = SmallMatrix::Identity(z->noise.rows(), z->noise.cols());
-    small::solve_symmetric(z->noise, weight);
+    const SmallMatrix weight = small::inverse_symmetric(z->noise);
     const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 16, kMaxRows> core =
         z->d_core.transpose() * weight;
     record.core.block(z->core_column, z->core_column, w, w) += core * z->d_core;

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <limits>
+#include <stdexcept>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -7,11 +9,31 @@
 #include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+bool lower_is_finite(const small::ConstMatrix& A) {
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
+    if (!A.col(j).tail(A.rows() - j).allFinite()) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 namespace small {
 namespace {
+
 constexpr int kMost = kMostSmallRows;
 using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
 using SmallColumn = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
+
+void check_size(const ConstMatrix& A) {
+  if (std::max(A.rows(), A.cols()) > kMost) {
+    throw std::invalid_argument("small_matrices: at most 16 rows and columns");
+  }
+}
 
 // A column at a time: for so few rows the products of blocks are not worth their packing.
 template <typename Decomposition>
@@ -24,17 +46,34 @@ void solve_columns(const Decomposition& A, Matrix X) {
 }  // namespace
 
 void solve_symmetric(const ConstMatrix& A, Matrix X) {
-  for (Eigen::Index j = 0; j < A.cols(); ++j) {
-    if (A.col(j).tail(A.rows() - j).allFinite()) continue;
-    X.setConstant(std::numeric_limits<double>::quiet_NaN());  // Eigen's would be a pivot of 0
-    return;
+  check_size(A);
+  if (lower_is_finite(A)) {
+    solve_columns(Eigen::LDLT<Small>(A), X);
+  } else {
+    X.setConstant(kNaN);  // Eigen's would be a pivot of 0
   }
-  solve_columns(Eigen::LDLT<Small>(A), X);
 }
 
-void solve(const ConstMatrix& A, Matrix X) { solve_columns(Eigen::PartialPivLU<Small>(A), X); }
+void solve(const ConstMatrix& A, Matrix X) {
+  check_size(A);
+  solve_columns(Eigen::PartialPivLU<Small>(A), X);
+}
+
+Eigen::MatrixXd inverse_symmetric(const ConstMatrix& A) {
+  Eigen::MatrixXd X = Eigen::MatrixXd::Identity(A.rows(), A.cols());
+  solve_symmetric(A, X);
+  return X;
+}
+
+Eigen::MatrixXd inverse(const ConstMatrix& A) {
+  Eigen::MatrixXd X = Eigen::MatrixXd::Identity(A.rows(), A.cols());
+  solve(A, X);
+  return X;
+}
 
 void congruence(const ConstMatrix& T, const ConstMatrix& P, Matrix result) {
+  check_size(T);
+  check_size(P);
   const Small TP = T.lazyProduct(P);
   result = TP.lazyProduct(T.transpose());
 }
@@ -42,6 +81,10 @@ void congruence(const ConstMatrix& T, const ConstMatrix& P, Matrix result) {
 }  // namespace small
 
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& A) {
+  if (!lower_is_finite(A)) {
+    return {.values = Eigen::VectorXd::Constant(A.rows(), kNaN),
+            .vectors = Eigen::MatrixXd::Constant(A.rows(), A.cols(), kNaN)};
+  }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(A);
   return {.values = solver.eigenvalues(), .vectors = solver.eigenvectors()};
 }

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -33,6 +34,9 @@ TEST(SmallMatrices, AreSolvedInAllSizes) {
     small::solve(G, Y);
     EXPECT_LT((X - test::inverse(A) * B).norm(), kTolerance * (1 + X.norm())) << n;
     EXPECT_LT((Y - test::inverse(G) * B).norm(), kTolerance * (1 + Y.norm())) << n;
+    EXPECT_LT((small::inverse_symmetric(A) * A - Eigen::MatrixXd::Identity(n, n)).norm(), 1e-9)
+        << n;
+    EXPECT_LT((small::inverse(G) * G - Eigen::MatrixXd::Identity(n, n)).norm(), 1e-9) << n;
   }
 }
 
@@ -69,6 +73,16 @@ TEST(SmallMatrices, NotANumberStaysOne) {
   EXPECT_FALSE(solve_symmetric(A, b).allFinite());
   EXPECT_FALSE(solve(A, b).allFinite());
   EXPECT_FALSE(whitening_of(A));
+  const SymmetricEigen eigen = symmetric_eigen(A);
+  EXPECT_TRUE(eigen.values.array().isNaN().all() && eigen.vectors.array().isNaN().all());
+}
+
+TEST(SmallMatrices, RefuseMoreThanTheirRows) {
+  const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(kMostSmallRows + 1, kMostSmallRows + 1);
+  Eigen::MatrixXd X = A;
+  EXPECT_THROW(small::solve_symmetric(A, X), std::invalid_argument);
+  EXPECT_THROW(small::solve(A, X), std::invalid_argument);
+  EXPECT_THROW(small::congruence(A, A, X), std::invalid_argument);
 }
 
 TEST(SmallMatrices, CongruenceIsTheProductOfThree) {

@@ -96,8 +96,11 @@ TrackEquations equations(const Sights& sights) {
     e.S += T.transpose() * across * T;
     e.s -= T.transpose() * (across * sight.known);
   }
-  e.x0 = solve_symmetric(A, a);
-  e.X = solve_symmetric(A, B);
+  Eigen::Matrix<double, 3, 7> solved;
+  solved << a, B;
+  solved = solve_symmetric(A, solved);
+  e.x0 = solved.col(0);
+  e.X = solved.rightCols<6>();
   e.S -= B.transpose() * e.X;
   e.s += B.transpose() * e.x0;
   e.S *= correction;

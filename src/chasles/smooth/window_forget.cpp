@@ -153,8 +153,7 @@ void eliminate_point(int row, WindowSystem& system) {
 // keyframe is not lost in the difference of large numbers (an information filter's prediction).
 void eliminate_keyframe(const ChainTerm& link, int row, int n, WindowSystem& system) {
   Eigen::MatrixXd& S = system.S;
-  Eigen::MatrixXd M = Eigen::MatrixXd::Identity(n, n);
-  small::solve(link.jacobian.leftCols(n), M);
+  const Eigen::MatrixXd M = small::inverse(link.jacobian.leftCols(n));
   const Eigen::MatrixXd K = M * link.jacobian.rightCols(n);
   const int next = row + n;
   const Eigen::MatrixXd columns = S.middleCols(row, n);

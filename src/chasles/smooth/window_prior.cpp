@@ -46,12 +46,9 @@ Offset offset(const Window& window, const WindowRows& rows) {
 // T of a keyframe, or its inverse; none where it is 1.
 std::optional<Eigen::MatrixXd> turning(const Window& window, const WindowKeyframe& keyframe,
                                        bool inverse) {
-  Eigen::MatrixXd T = chart_block(window, keyframe);
+  const Eigen::MatrixXd T = chart_block(window, keyframe);
   if (T.isIdentity(0)) return std::nullopt;
-  if (!inverse) return T;
-  Eigen::MatrixXd of_T = Eigen::MatrixXd::Identity(T.rows(), T.cols());
-  small::solve(T, of_T);
-  return of_T;
+  return inverse ? small::inverse(T) : T;
 }
 
 // v <- T^T v over those keyframes, or T v.
