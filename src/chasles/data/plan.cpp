@@ -40,7 +40,8 @@ void check_over(const std::string& where, const Plan& plan) {
 PlanLine& line_of(const CsvReader& csv, Plan& plan) {
   const std::int64_t line = csv.integer(0);
   const auto last = static_cast<std::int64_t>(plan.size()) - 1;
-  if (line != last && line != last + 1) {
+  const bool follows = plan.empty() ? line == 0 : line == last || line == last + 1;
+  if (!follows) {
     throw InputError(
         plan.empty()
             ? fmt::format("{}: found {}, expected 0: lines are numbered from 0", csv.where(0), line)

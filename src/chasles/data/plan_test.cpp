@@ -55,6 +55,7 @@ TEST(Plan, WhatIsMalformedIsNamedWithItsPlace) {
   expect_parts(error_of(head + "3,wall,0,0\n"), {"plan.csv:4", "found 3", "expected 0 or 1"});
   expect_parts(error_of(head + "1,wall,0,0\n1,wall,1,1\n0,wall,2,2\n"), {"plan.csv:6", "found 0"});
   expect_parts(error_of("line,kind,x,y\n1,wall,0,0\n"), {"plan.csv:2", "found 1", "expected 0"});
+  expect_parts(error_of("line,kind,x,y\n-1,wall,0,0\n"), {"plan.csv:2", "found -1", "expected 0"});
   expect_parts(error_of(head + "0,furniture,0,0\n"), {"plan.csv:4", "'furniture'", "'wall'"});
   expect_parts(error_of(head + "1,wall,0,nan\n"), {"plan.csv:4", "'y'", "nan"});
   expect_parts(error_of(head + "1,wall,0\n"), {"plan.csv:4"});
