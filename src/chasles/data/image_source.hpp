@@ -16,8 +16,8 @@ class ImageSource {
   /// Of the i-th frame; they rise strictly.
   virtual Time time(std::size_t i) const = 0;
   /// Decodes the i-th frame. Throws InputError, with the file's name, where an image is damaged, or
-  /// is not of the size that the calibration says. May be called from one thread at a time,
-  /// where a source does not say more.
+  /// is not of the size that the calibration says. From one thread at a time, unless a source says
+  /// that it may be more.
   virtual ImageFrame read(std::size_t i) const = 0;
 };
 

@@ -19,12 +19,12 @@ void prepare_euroc_folder(const std::filesystem::path& folder);
 /// the reader takes as well; a plan to plan.csv in the folder. Lists of images are written last: a
 /// folder without cam0/data.csv is incomplete.
 ///
-/// So many frames at a time are read and written, each on a thread of its own: with more than one
-/// `recording.images` must allow that. The files are the same. `done`, if any, is called with the
-/// number of frames written whenever so many more are; if it returns false, the recording ends
-/// there. Returns the number of frames. UsageError where a file cannot be written, as for want of
-/// space, where the recording has no images, cameras, samples or noise densities, or where an image
-/// is not of its camera's size.
+/// `threads`: so many frames at a time are read and written, each on a thread of its own; with more
+/// than one `recording.images` must allow that. The files are the same. `done`, if any, is called
+/// with the number of frames written whenever so many more are; if it returns false, the recording
+/// ends there. Returns the number of frames. UsageError where a file cannot be written, as for want
+/// of space, where the recording has no images, cameras, samples or noise densities, or where an
+/// image is not of its camera's size.
 std::size_t write_euroc(const Recording& recording, const std::filesystem::path& folder,
                         const std::function<bool(std::size_t)>& done = {}, int threads = 1);
 

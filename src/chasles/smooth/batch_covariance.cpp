@@ -61,6 +61,7 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
 void add_estimates(BatchProblem& problem, const BatchInput& input, const BatchGraph& graph,
                    BatchResult& result) {
   const NormalEquations equations = normal_equations(problem);
+  check_told(equations, problem, ids_of(graph.points));
   const SelectedInverse inverse(equations.lower);
   judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {

@@ -111,6 +111,22 @@ void check_left(std::size_t points, const BatchReport& report) {
                   "beginning nearer to the truth, or a pixel_sigma as it is");
 }
 
+void check_told(const NormalEquations& equations, const ProblemBlocks& problem,
+                const std::vector<LandmarkId>& ids) {
+  const Eigen::VectorXd told = equations.lower.diagonal();
+  std::vector<LandmarkId> lost;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (!(told.segment<3>(problem.point_row(i)).minCoeff() > 0)) lost.push_back(ids[i]);
+  }
+  if (lost.empty()) return;
+  throw Error(ExitCode::kDiverged,
+              "batch estimation ended where no pixel of landmark " + std::to_string(lost.front()) +
+                  " tells where it is (so it is with " + std::to_string(lost.size()) + " of " +
+                  std::to_string(ids.size()) +
+                  " landmarks): it is behind the cameras that saw it; expected batch.gate above 0, "
+                  "which leaves such pixels out, or a beginning nearer to the truth");
+}
+
 void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
            BatchReport& report) {
   const std::vector<double> deviations = problem.deviations();

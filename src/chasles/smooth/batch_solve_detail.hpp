@@ -42,6 +42,19 @@ void check_frames_per_keyframe(const BatchSettings& settings);
 /// Throws Error(kDiverged) where the gate left no landmark.
 void check_left(std::size_t points, const BatchReport& report);
 
+/// The ids of a graph's landmarks.
+template <typename Point>
+std::vector<LandmarkId> ids_of(const std::vector<Point>& points) {
+  std::vector<LandmarkId> ids;
+  for (const Point& point : points) ids.push_back(point.id);
+  return ids;
+}
+
+/// Throws Error(kDiverged) where a landmark ended where none of its pixels tells of it: behind the
+/// cameras (kNotSeen). `ids`: of all landmarks in order.
+void check_told(const NormalEquations& equations, const ProblemBlocks& problem,
+                const std::vector<LandmarkId>& ids);
+
 /// The problem that `make` makes of the graph and a least depth, at its minimum, which the graph
 /// has as well. It begins with the least depth for the way, and has the one that holds once it has
 /// arrived. Where there is a gate, `cull` takes out of the graph what deviates too much when the

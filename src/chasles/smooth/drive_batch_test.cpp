@@ -5,6 +5,7 @@
 #include <chasles/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/drive_oracle_testing.hpp>
+#include <chasles/smooth/drive_problem_detail.hpp>
 #include <chasles/smooth/exact_settings_testing.hpp>
 
 namespace chasles {
@@ -277,6 +278,27 @@ TEST(DriveBatchIllPosed, IsNamedNotAnswered) {
   s.input.noise.motion.walk.setConstant(1e4);
   s.input.noise.begin = s.input.noise.update = {.u = 1e4, .v = 1e4, .disparity = 1e4};
   EXPECT_NE(refusal(s.input).find("ill-posed"), std::string::npos);
+}
+
+TEST(DriveBatch, NamesALandmarkThatNoPixelTellsOf) {
+  const DriveScene s = drive_scene();
+  const BatchSettings settings = exact();
+  DriveResult result;
+  smooth_detail::DriveGraph graph = smooth_detail::drive_graph(s.input, settings, result.report);
+  ASSERT_EQ(graph.points[3].id, 103);
+  graph.points[3].parameters = {-50, 0, 0};  // metres behind where the drive begins
+  smooth_detail::DriveProblem problem(s.input, settings, graph, smooth_detail::kLeastDepth);
+  try {
+    add_estimates(problem, s.input, graph, result);
+    FAIL() << "nothing was refused";
+  } catch (const Error& e) {
+    EXPECT_EQ(e.code(), ExitCode::kDiverged);
+    EXPECT_NE(
+        std::string(e.what()).find("no pixel of landmark 103 tells where it is (so it is with "
+                                   "1 of 20 landmarks)"),
+        std::string::npos)
+        << e.what();
+  }
 }
 
 }  // namespace

@@ -48,6 +48,7 @@ Eigen::Matrix3d anchored_covariance(const DriveProblem& problem, const SelectedI
 void add_estimates(DriveProblem& problem, const DriveInput& input, const DriveGraph& graph,
                    DriveResult& result) {
   const NormalEquations equations = normal_equations(problem);
+  check_told(equations, problem, ids_of(graph.points));
   const SelectedInverse inverse(equations.lower);
   judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   const auto& keyframes = graph.timeline.keyframes;
