@@ -16,8 +16,8 @@ class ImageSource {
   /// Of the i-th frame; they rise strictly.
   virtual Time time(std::size_t i) const = 0;
   /// Decodes the i-th frame. Throws InputError, with the file's name, where an image is damaged, or
-  /// is not of the size that the calibration says. From one thread at a time, unless a source says
-  /// that it may be more.
+  /// is not of the size that the calibration says. Only one thread may call it at a time, unless
+  /// a source says otherwise.
   virtual ImageFrame read(std::size_t i) const = 0;
 };
 

@@ -123,8 +123,9 @@ void check_told(const NormalEquations& equations, const ProblemBlocks& problem,
               "batch estimation ended where no pixel of landmark " + std::to_string(lost.front()) +
                   " tells where it is (so it is with " + std::to_string(lost.size()) + " of " +
                   std::to_string(ids.size()) +
-                  " landmarks): it is behind the cameras that saw it; expected batch.gate above 0, "
-                  "which leaves such pixels out, or a beginning nearer to the truth");
+                  " landmarks): it is behind the cameras that saw it, or beyond their lens models; "
+                  "expected a beginning nearer to the truth (batch.gate above 0 leaves such pixels "
+                  "out)");
 }
 
 void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,

@@ -50,8 +50,9 @@ std::vector<LandmarkId> ids_of(const std::vector<Point>& points) {
   return ids;
 }
 
-/// Throws Error(kDiverged) where a landmark ended where none of its pixels tells of it: behind the
-/// cameras (kNotSeen). `ids`: of all landmarks in order.
+/// Throws Error(kDiverged) where a landmark ended where none of its pixels tells of it, since no
+/// camera sees it there (kNotSeen). `equations`: the problem's normal_equations; `ids`: of all
+/// landmarks in the problem's order.
 void check_told(const NormalEquations& equations, const ProblemBlocks& problem,
                 const std::vector<LandmarkId>& ids);
 

@@ -280,7 +280,7 @@ TEST(DriveBatchIllPosed, IsNamedNotAnswered) {
   EXPECT_NE(refusal(s.input).find("ill-posed"), std::string::npos);
 }
 
-TEST(DriveBatch, NamesALandmarkThatNoPixelTellsOf) {
+TEST(DriveBatchIllPosed, NamesALandmarkThatNoPixelTellsOf) {
   const DriveScene s = drive_scene();
   const BatchSettings settings = exact();
   DriveResult result;
