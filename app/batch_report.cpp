@@ -33,6 +33,7 @@ nlohmann::ordered_json batch_json(const BatchReport& r) {
           {"observations", r.observations},
           {"observations_unusable", r.unusable},
           {"observations_gated", r.gated},
+          {"loss_width", r.loss_width},
           {"observations_outlying", r.outliers},
           {"dropped_frames", r.dropped_frames},
           {"unobservable", r.unobservable}};

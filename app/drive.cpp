@@ -81,7 +81,7 @@ Drive prepared(const Recording& recording, const Settings& settings, Trajectory 
       choose_noise(settings, recording.velocities, recording.frames,
                    {.velocity = recording.velocity_sigma, .pixels = recording.pixel_sigma});
   result.run.name = recording.name;
-  result.run.extra_names = additive_names(model_of(settings));
+  result.run.extra_names = additive_names(model_of(settings, result.noise));
   result.run.truth = recording.truth;
   result.run.plan = recording.plan;
   result.run.dead_reckoning = std::move(velocities_alone);

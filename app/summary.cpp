@@ -8,6 +8,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/eval/landmarks.hpp>
+#include <chasles/imu/level_axes.hpp>
 
 #include "batch_report.hpp"
 #include "filter_options.hpp"
@@ -34,6 +35,7 @@ Json noise_json(const Noise& noise) {
           {"velocity_walk", numbers(noise.motion.walk.tail<3>())},
           {"gyro_bias_sigma", noise.gyro_bias_sigma},
           {"gyro_bias_walk", noise.motion.gyro_bias_walk},
+          {"velocity_axes", noise.level_velocities ? "level" : "imu"},
           {"begin_landmark", stereo_json(noise.begin)},
           {"update", stereo_json(noise.update)}};
 }
@@ -175,9 +177,21 @@ Json cameras_json(const Recording& recording) {
   return list;
 }
 
+// Where it was found, not said.
+void add_axes(const Drive& drive, const DriveRunSettings& settings, const Recording& recording,
+              std::vector<std::string>& remarks) {
+  if (!drive.noise.level_velocities || settings.filter.velocity_axes != "auto") return;
+  const LevelEvidence evidence = level_evidence(recording.velocities).value();
+  remarks.push_back(fmt::format(
+      "the velocities are along level axes, not the IMU's: they climb by {:.2f} +- {:.2f} of what "
+      "the rates pitch it (0 or less along its own axes); velocity_axes=imu takes them as its own",
+      evidence.slope, evidence.sigma));
+}
+
 Json summary_json(const Drive& drive, const DriveRunSettings& settings,
                   const Recording& recording) {
   std::vector<std::string> remarks = recording.remarks;
+  add_axes(drive, settings, recording, remarks);
   if (drive.batch) append_remarks(*drive.batch, remarks);
   Json summary = run_json(drive.run, settings.filter.mode, settings.filter.chart,
                           recording.true_landmarks, remarks);

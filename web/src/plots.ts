@@ -11,6 +11,7 @@ const FAMILIES: [name: RegExp, unit: string, axes: string][] = [
   [/^linear_velocity$/, 'm/s', 'the IMU'],
   [/^accelerometer_bias$/, 'm/s²', 'the IMU'],
   [/^(angular_velocity|gyroscope_bias|gyro_bias)$/, 'rad/s', 'the IMU'],
+  [/^(tilt|velocity_heading)$/, 'rad', ''],
   [/^imu_T_cam\d+_turned$/, 'rad', 'the IMU'],
   [/^imu_T_cam\d+$/, 'm', 'the IMU'],
   [/^time_offset$/, 's', ''],

@@ -8,6 +8,7 @@
 #include <chasles/data/check_imu.hpp>
 #include <chasles/data/check_times.hpp>
 #include <chasles/data/imu_range.hpp>
+#include <chasles/imu/level_axes.hpp>
 
 namespace chasles {
 namespace {
@@ -84,6 +85,21 @@ void check_streams(const Recording& r, CheckReport& report) {
        .threshold = kSamplesAFrame,
        .unit = "samples",
        .advice = "record the IMU at 100 Hz or more: between two samples the motion is guessed"});
+}
+
+void check_axes(const Recording& r, CheckReport& report) {
+  const std::optional<LevelEvidence> evidence = level_evidence(r.velocities);
+  if (!evidence || !evidence->level()) return;
+  report.findings.push_back(
+      {.severity = Severity::kNote,
+       .about = "velocities",
+       .what = fmt::format("they are along level axes, not the IMU's: they climb by {:.2f} +- "
+                           "{:.2f} of what the rates pitch it",
+                           evidence->slope, evidence->sigma),
+       .value = evidence->slope,
+       .threshold = 0.2,
+       .unit = "",
+       .advice = "a run takes them as such, and estimates which way is up (velocity_axes)"});
 }
 
 // Frames before the first sample and after the last.
@@ -171,6 +187,7 @@ CheckReport check_recording(const Recording& recording) {
 CheckReport check_recording(const Recording& recording, const std::vector<FeatureFrame>& tracks) {
   CheckReport report;
   check_streams(recording, report);
+  check_axes(recording, report);
   check_coverage(recording, report);
   if (!recording.imu.empty()) {
     report_imu(recording.imu, range_of(recording), report);

@@ -1,6 +1,9 @@
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include <chasles/filter/body_velocity_model.hpp>
+#include <chasles/imu/level_axes.hpp>
 
 namespace chasles {
 namespace {
@@ -24,6 +27,44 @@ Matrix6d pose_by_twist(const SE3& world_T_imu, const SE3& step, const Vector6d& 
   rotation.topLeftCorner<3, 3>() = world_T_imu.R;
   rotation.bottomRightCorner<3, 3>() = world_T_imu.R;
   return rotation * to_reference * se3::left_jacobian(xi);
+}
+
+static_assert(6 +
+                  BodyVelocityModel{
+                      .velocity_state = true, .gyro_bias = true, .scale = true, .level = true}
+                      .size() <=
+              Measurement::kMaxCoreColumns);
+
+// What a sample along level axes should be, of what it should be along the IMU's, with the
+// derivatives by pose, velocity, tilt and heading.
+void turn_to_level(const BodyVelocityModel& model, const State& x, int additive_column,
+                   Vector6d& expected, Measurement& z) {
+  const Eigen::Vector3d tilt(x.additive[model.tilt_index()], x.additive[model.tilt_index() + 1], 0);
+  const Eigen::Vector3d up_world = so3::exp(-tilt) * Eigen::Vector3d::UnitZ();
+  const Eigen::Matrix3d imu_R_world = x.world_T_imu.R.transpose();
+  const std::optional<LevelAxes> axes = level_axes(imu_R_world * up_world);
+  if (!axes) {
+    expected.setConstant(std::numeric_limits<double>::quiet_NaN());
+    return;
+  }
+  const double heading = x.additive[model.heading_index()];
+  const Eigen::Matrix3d turn = so3::exp(heading * Eigen::Vector3d::UnitZ());
+  const Eigen::Matrix3d sample_R_imu = turn * axes->level_R_imu;
+  const Eigen::Matrix3d up_by_theta = imu_R_world * hat(up_world);
+  const Eigen::Matrix3d up_by_tilt = up_by_theta * so3::left_jacobian(-tilt);
+  const Eigen::Matrix3d turn_by_up = turn * axes->by_vertical;
+  for (const int row : {0, 3}) {
+    const Eigen::Vector3d w = sample_R_imu * expected.segment<3>(row);
+    const Eigen::Matrix3d by_up = -hat(w) * turn_by_up;
+    z.d_core.block<3, 3>(row, 0) = by_up * up_by_theta;
+    z.d_core.block<3, 2>(row, additive_column + model.tilt_index()) =
+        by_up * up_by_tilt.leftCols<2>();
+    z.d_core.block<3, 1>(row, additive_column + model.heading_index()) =
+        Eigen::Vector3d(-w.y(), w.x(), 0);
+    z.d_core.block<3, 3>(row, additive_column + row) =
+        (row == 0 ? 1.0 : scale_of(model, x)) * sample_R_imu;
+    expected.segment<3>(row) = w;
+  }
 }
 
 }  // namespace
@@ -78,6 +119,11 @@ Prediction predict(const BodyVelocityModel& model, const State& x, const BodyVel
     const int row = at + model.scale_index();
     Q(row, row) = tau * noise.scale_walk * noise.scale_walk;
   }
+  if (model.level) {
+    const int row = at + model.tilt_index();
+    Q.block<2, 2>(row, row).diagonal().setConstant(tau * noise.tilt_walk * noise.tilt_walk);
+    Q(row + 2, row + 2) = tau * noise.heading_walk * noise.heading_walk;
+  }
   return result;
 }
 
@@ -87,14 +133,16 @@ Measurement measure_velocity(const BodyVelocityModel& model, const State& x, con
   Vector6d expected = x.additive.head<6>();
   expected.tail<3>() *= scale;
   Measurement result;
-  result.core_column = x.additive_row();
-  result.d_core.setZero(6, model.size());
-  result.d_core.leftCols<6>().diagonal() << 1, 1, 1, scale, scale, scale;
+  result.core_column = model.level ? 0 : x.additive_row();
+  const int at = x.additive_row() - result.core_column;
+  result.d_core.setZero(6, at + model.size());
+  result.d_core.middleCols<6>(at).diagonal() << 1, 1, 1, scale, scale, scale;
+  if (model.level) turn_to_level(model, x, at, expected, result);
+  if (model.scale) result.d_core.block<3, 1>(3, at + model.scale_index()) = expected.tail<3>();
   if (model.gyro_bias) {
     expected.head<3>() += x.additive.segment<3>(model.bias_index());
-    result.d_core.block<3, 3>(0, model.bias_index()).setIdentity();
+    result.d_core.block<3, 3>(0, at + model.bias_index()).setIdentity();
   }
-  if (model.scale) result.d_core.block<3, 1>(3, model.scale_index()) = expected.tail<3>();
   result.residual = as_vector(u) - expected;
   result.noise = noise.sample_sigma.cwiseAbs2().asDiagonal();
   return result;

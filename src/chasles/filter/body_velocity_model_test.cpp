@@ -1,3 +1,5 @@
+#include <numbers>
+
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/filter/testing.hpp>
 
@@ -14,6 +16,9 @@ std::vector<BodyVelocityModel> all_models() {
       for (const bool scale : {false, true}) {
         models.push_back(
             {.velocity_state = velocity_state, .gyro_bias = gyro_bias, .scale = scale});
+        if (!velocity_state) continue;
+        models.push_back(models.back());
+        models.back().level = true;
       }
     }
   }
@@ -22,7 +27,8 @@ std::vector<BodyVelocityModel> all_models() {
 
 std::string text(const BodyVelocityModel& model) {
   return std::string(model.velocity_state ? "velocity state" : "input") +
-         (model.gyro_bias ? ", bias" : "") + (model.scale ? ", scale" : "");
+         (model.gyro_bias ? ", bias" : "") + (model.scale ? ", scale" : "") +
+         (model.level ? ", level" : "");
 }
 
 State random_state(const BodyVelocityModel& model, test::Random& random) {
@@ -33,8 +39,11 @@ State random_state(const BodyVelocityModel& model, test::Random& random) {
 }
 
 BodyVelocityNoise some_noise() {
-  BodyVelocityNoise noise{
-      .sample_sigma = {}, .walk = {}, .gyro_bias_walk = 0.02, .scale_walk = 0.03};
+  BodyVelocityNoise noise{.sample_sigma = {},
+                          .walk = {},
+                          .gyro_bias_walk = 0.02,
+                          .scale_walk = 0.03,
+                          .tilt_walk = 0.04};
   noise.sample_sigma << 0.02, 0.03, 0.01, 0.2, 0.3, 0.1;
   noise.walk << 0.1, 0.2, 0.3, 2, 1, 0.5;
   return noise;
@@ -189,7 +198,7 @@ TEST(BodyVelocityModel, NoiseOfTheInputIsWhatNoisySamplesDoToTheStep) {
   EXPECT_TRUE(test::has_covariance(samples, step.Q.topLeftCorner<6, 6>()));
 }
 
-TEST(BodyVelocityModel, BiasAndScaleWalkByThemselves) {
+TEST(BodyVelocityModel, BiasScaleAndTiltWalkByThemselves) {
   const BodyVelocityNoise noise = some_noise();
   test::Random random(6);
   for (const BodyVelocityModel& model : all_models()) {
@@ -198,7 +207,8 @@ TEST(BodyVelocityModel, BiasAndScaleWalkByThemselves) {
     const MatrixXd Q = predict(model, x, {}, 0.3, noise).Q;
     for (int i = model.bias_index(); i < model.size(); ++i) {
       const bool scale = model.scale && i == model.scale_index();
-      const double walk = scale ? noise.scale_walk : noise.gyro_bias_walk;
+      const bool tilt = model.level && i >= model.tilt_index();
+      const double walk = scale ? noise.scale_walk : tilt ? noise.tilt_walk : noise.gyro_bias_walk;
       VectorXd expected = VectorXd::Zero(x.core_size());
       expected[6 + i] = 0.3 * walk * walk;
       EXPECT_TRUE(test::agree(Q.col(6 + i), expected, 1e-15, 0));
@@ -234,6 +244,45 @@ TEST(BodyVelocityModel, MeasuredVelocityIsTheTrueOneTimesItsScaleWithTheBiasOnTo
   x.additive << 1, 2, 3, 10, 20, 30, 0.1, 0.2, 0.3, std::log(1.1);
   const BodyVelocity u{.time = {}, .linear_imu = {11, 22, 33}, .angular_imu = {1.1, 2.2, 3.3}};
   EXPECT_LT(measure_velocity(model, x, u, some_noise()).residual.norm(), 1e-14);
+}
+
+TEST(BodyVelocityModel, LevelSampleOfACarOnASlopeClimbsAndTurnsAboutTheVertical) {
+  const BodyVelocityModel model{
+      .velocity_state = true, .gyro_bias = false, .scale = false, .level = true};
+  const double pitch = 0.2, roll = -0.1, tilt = 0.05, heading = 0.03;
+  const auto about = [](double angle, const Eigen::Vector3d& axis) {
+    return so3::exp(angle * axis);
+  };
+  State x;
+  x.additive = VectorXd::Zero(9);
+  x.additive[model.tilt_index()] = tilt;
+  x.additive[model.heading_index()] = heading;
+  // In nav the car heads for 1.2 rad, nose up; the world is nav tilted by -tilt about x.
+  const Eigen::Matrix3d heads = about(1.2, Eigen::Vector3d::UnitZ());
+  x.world_T_imu.R = about(-tilt, Eigen::Vector3d::UnitX()) * heads *
+                    about(-pitch, Eigen::Vector3d::UnitY()) * about(roll, Eigen::Vector3d::UnitX());
+  x.additive.head<3>() = x.world_T_imu.R.transpose() *
+                         (about(-tilt, Eigen::Vector3d::UnitX()) * Eigen::Vector3d(0, 0, 0.4));
+  x.additive[3] = 10;
+  const BodyVelocity u{.time = {},
+                       .linear_imu = about(heading, Eigen::Vector3d::UnitZ()) *
+                                     Eigen::Vector3d(10 * std::cos(pitch), 0, 10 * std::sin(pitch)),
+                       .angular_imu = {0, 0, 0.4}};
+  EXPECT_LT(measure_velocity(model, x, u, some_noise()).residual.norm(), 1e-14);
+}
+
+TEST(BodyVelocityModel, LevelSampleOfABodyThatLooksUpIsRefusedByTheUpdate) {
+  const BodyVelocityModel model{
+      .velocity_state = true, .gyro_bias = false, .scale = false, .level = true};
+  State x;
+  x.additive = VectorXd::Zero(9);
+  x.world_T_imu.R = so3::exp(Eigen::Vector3d(0, -std::numbers::pi / 2, 0));
+  const Measurement z[] = {measure_velocity(model, x, {}, some_noise())};
+  EXPECT_TRUE(z[0].residual.hasNaN());
+  Ekf ekf(kStandardChart, x, MatrixXd::Identity(15, 15), {});
+  const UpdateReport report = ekf.update(z);
+  EXPECT_EQ(report.dof, 0);
+  EXPECT_EQ(ekf.covariance(), MatrixXd::Identity(15, 15));
 }
 
 }  // namespace

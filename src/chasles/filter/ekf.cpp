@@ -91,7 +91,8 @@ Innovation Ekf::innovation(const Measurement& z) const {
   }
   if (z.landmark < 0) {
     const Eigen::Index w = z.d_core.cols();
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, 16> HP;
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, Measurement::kMaxCoreColumns>
+        HP;
     HP.noalias() = z.d_core * P.block(z.core_column, z.core_column, w, w);
     result.S += HP * z.d_core.transpose();
     return result;
@@ -217,8 +218,9 @@ void Ekf::remember(const std::vector<const Measurement*>& used, const ErrorRef& 
   for (const Measurement* z : used) {
     const Eigen::Index w = z->d_core.cols();
     const SmallMatrix weight = small::inverse_symmetric(z->noise);
-    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 16, kMaxRows> core =
-        z->d_core.transpose() * weight;
+    const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Measurement::kMaxCoreColumns,
+                        kMaxRows>
+        core = z->d_core.transpose() * weight;
     record.core.block(z->core_column, z->core_column, w, w) += core * z->d_core;
     record.core_vector.segment(z->core_column, w) += core * z->residual;
     if (z->landmark < 0) continue;

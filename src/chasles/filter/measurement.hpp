@@ -21,10 +21,12 @@ struct Measurement {
     Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 6, 6> d;
   };
 
+  static constexpr int kMaxCoreColumns = 19;
+
   int landmark = -1;    ///< index into State::landmarks; -1: none
   int core_column = 0;  ///< where the columns of d_core stand in the core
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> residual;
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 16> d_core;
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, kMaxCoreColumns> d_core;
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 6, 3> d_landmark;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> noise;
   double gate = std::numeric_limits<double>::infinity();  ///< on residual^T S^-1 residual

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -31,7 +32,8 @@ using SmallColumn = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
 
 void check_size(const ConstMatrix& A) {
   if (std::max(A.rows(), A.cols()) > kMost) {
-    throw std::invalid_argument("small_matrices: at most 16 rows and columns");
+    throw std::invalid_argument("small_matrices: at most " + std::to_string(kMost) +
+                                " rows and columns");
   }
 }
 

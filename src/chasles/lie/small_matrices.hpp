@@ -10,7 +10,7 @@
 /// is better off with Eigen's fixed sizes.
 namespace chasles {
 
-inline constexpr int kMostSmallRows = 16;
+inline constexpr int kMostSmallRows = 20;
 
 /// Of sizes that are told at run time: at most kMostSmallRows rows, of P, A and T too; throws
 /// std::invalid_argument for more.

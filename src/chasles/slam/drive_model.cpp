@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include <chasles/error.hpp>
 #include <chasles/slam/drive_model.hpp>
 
 namespace chasles {
@@ -9,11 +10,16 @@ constexpr double kUnknownVelocity = 100;  // [m/s, rad/s]
 
 }  // namespace
 
-BodyVelocityModel model_of(const Settings& s) {
-  const bool slam = s.mode == "slam";
-  return {.velocity_state = slam && s.velocity == "measured",
+BodyVelocityModel model_of(const Settings& s, const Noise& noise) {
+  const bool slam = s.mode == "slam", state = slam && s.velocity == "measured";
+  if (s.velocity_axes == "level" && !state) {
+    throw UsageError(
+        "velocity_axes=level estimates which way is up: expected mode=slam and velocity=measured");
+  }
+  return {.velocity_state = state,
           .gyro_bias = slam && s.gyro_bias,
-          .scale = slam && s.velocity_scale};
+          .scale = slam && s.velocity_scale,
+          .level = state && noise.level_velocities};
 }
 
 std::vector<std::string> additive_names(const BodyVelocityModel& model) {
@@ -25,6 +31,7 @@ std::vector<std::string> additive_names(const BodyVelocityModel& model) {
   if (model.velocity_state) axes("linear_velocity");
   if (model.gyro_bias) axes("gyro_bias");
   if (model.scale) names.push_back("log_velocity_scale");
+  if (model.level) names.insert(names.end(), {"tilt_x", "tilt_y", "velocity_heading"});
   return names;
 }
 
@@ -34,12 +41,16 @@ StereoRows rows_of(const Settings& s) {
 }
 
 Eigen::MatrixXd initial_covariance(const Settings& s, const Noise& noise) {
-  const BodyVelocityModel model = model_of(s);
+  const BodyVelocityModel model = model_of(s, noise);
   Eigen::VectorXd sigma = Eigen::VectorXd::Zero(6 + model.size());
   if (s.mode != "map") sigma.head<6>().setConstant(s.initial_pose_sigma);
   if (model.velocity_state) sigma.segment<6>(6).setConstant(kUnknownVelocity);
   if (model.gyro_bias) sigma.segment<3>(6 + model.bias_index()).setConstant(noise.gyro_bias_sigma);
   if (model.scale) sigma[6 + model.scale_index()] = s.velocity_scale_sigma;
+  if (model.level) {
+    sigma.segment<2>(6 + model.tilt_index()).setConstant(s.tilt_sigma);
+    sigma[6 + model.heading_index()] = s.velocity_heading_sigma;
+  }
   return sigma.cwiseAbs2().asDiagonal();
 }
 

@@ -14,7 +14,8 @@ namespace chasles {
 
 /// What the settings of a run with body velocities mean for the filter's models: the filter and the
 /// batch take them from here.
-BodyVelocityModel model_of(const Settings& settings);
+/// Throws UsageError where level axes are asked for that it cannot have.
+BodyVelocityModel model_of(const Settings& settings, const Noise& noise);
 StereoRows rows_of(const Settings& settings);
 
 /// What the model's additive states are called, in their order.

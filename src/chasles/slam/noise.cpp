@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include <chasles/imu/level_axes.hpp>
 #include <chasles/slam/noise.hpp>
 
 namespace chasles {
@@ -88,6 +89,8 @@ BodyVelocityNoise motion_noise(const Settings& settings, std::span<const BodyVel
   noise.gyro_bias_walk =
       settings.gyro_bias_walk.value_or(kBiasWalkPerSigma * noise.sample_sigma.head<3>().maxCoeff());
   noise.scale_walk = settings.velocity_scale_walk;
+  noise.tilt_walk = settings.tilt_walk;
+  noise.heading_walk = settings.velocity_heading_walk;
   return noise;
 }
 
@@ -108,6 +111,12 @@ StereoNoise begin_noise(const Settings& settings, std::span<const FeatureFrame> 
   noise.v = settings.pixel_sigma.value_or(noise.v);
   noise.disparity = settings.disparity_sigma.value_or(noise.disparity);
   return noise;
+}
+
+bool are_level(const Settings& settings, std::span<const BodyVelocity> velocities) {
+  if (settings.velocity_axes != "auto") return settings.velocity_axes == "level";
+  const std::optional<LevelEvidence> evidence = level_evidence(velocities);
+  return evidence && evidence->level();
 }
 
 }  // namespace
@@ -150,6 +159,8 @@ Noise choose_noise(const Settings& settings, std::span<const BodyVelocity> veloc
                    std::span<const FeatureFrame> frames, const StatedNoise& stated) {
   Noise noise;
   noise.motion = motion_noise(settings, velocities, stated);
+  noise.pixels_inflated = !stated.pixels && !settings.pixel_sigma;
+  noise.level_velocities = are_level(settings, velocities);
   noise.gyro_bias_sigma = settings.gyro_bias_sigma.value_or(
       kBiasPerSigma * noise.motion.sample_sigma.head<3>().maxCoeff());
   noise.begin = begin_noise(settings, frames, stated);

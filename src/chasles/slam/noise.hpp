@@ -19,6 +19,10 @@ struct Noise {
   double gyro_bias_sigma = 0;  ///< initial [rad/s]
   StereoNoise begin;           ///< of an observation that begins a landmark
   StereoNoise update;          ///< of one that updates it
+  /// That of updates stands for errors that stay along a track, and is larger than what looks
+  /// scatter by: it was measured, not stated.
+  bool pixels_inflated = false;
+  bool level_velocities = false;  ///< along level axes (imu/level_axes.hpp), not the IMU's
 };
 
 /// What a recording itself states of its noise, where it does; taken as white.
@@ -28,7 +32,8 @@ struct StatedNoise {
 };
 
 /// The noise for a run: what the settings say; else what the recording states; else what robust
-/// differences of the recording's own numbers tell (docs/noise.md).
+/// differences of the recording's own numbers tell (docs/noise.md). So it is with the axes of the
+/// velocities.
 Noise choose_noise(const Settings& settings, std::span<const BodyVelocity> velocities,
                    std::span<const FeatureFrame> frames, const StatedNoise& stated);
 

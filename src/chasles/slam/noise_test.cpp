@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <chasles/error.hpp>
 #include <chasles/lie/testing.hpp>
+#include <chasles/slam/drive_model.hpp>
 #include <chasles/slam/noise.hpp>
 
 namespace chasles {
@@ -132,6 +134,30 @@ TEST(ChooseNoise, BelievesTheSettingsBeforeAnything) {
   EXPECT_DOUBLE_EQ(noise.update.disparity, 2.7);
   EXPECT_EQ(noise.gyro_bias_sigma, 0.01);
   EXPECT_EQ(noise.motion.gyro_bias_walk, 1e-4);
+}
+
+TEST(ChooseNoise, FindsOutWhichAxesVelocitiesAreAlongUnlessItIsTold) {
+  std::vector<BodyVelocity> hills;
+  for (int k = 0; k < 300; ++k) {
+    const double t = 0.1 * k, slope = 0.04 * std::sin(t);
+    hills.push_back({.time = from_seconds(t),
+                     .linear_imu = {9 * std::cos(slope), 0, 9 * std::sin(slope)},
+                     .angular_imu = {0, -0.04 * std::cos(t), 0}});
+  }
+  EXPECT_TRUE(choose_noise({}, hills, {}, {}).level_velocities);
+  EXPECT_FALSE(choose_noise({.velocity_axes = "imu"}, hills, {}, {}).level_velocities);
+  EXPECT_FALSE(choose_noise({}, drive(0.5, 0.05), {}, {}).level_velocities);
+  EXPECT_TRUE(choose_noise({.velocity_axes = "level"}, {}, {}, {}).level_velocities);
+}
+
+TEST(ModelOf, LevelAxesNeedAVelocityState) {
+  Noise noise;
+  noise.level_velocities = true;
+  EXPECT_TRUE(model_of({}, noise).level);
+  EXPECT_FALSE(model_of({.mode = "localize"}, noise).level);
+  EXPECT_FALSE(model_of({.velocity = "input"}, noise).level);
+  EXPECT_THROW(model_of({.mode = "localize", .velocity_axes = "level"}, noise), UsageError);
+  EXPECT_THROW(model_of({.velocity = "input", .velocity_axes = "level"}, noise), UsageError);
 }
 
 TEST(ChooseNoise, IsPositiveForAnEmptyRecording) {

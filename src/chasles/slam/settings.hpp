@@ -25,6 +25,11 @@ struct Settings {
   bool velocity_scale = false;
   double velocity_scale_sigma = 0.01;
   double velocity_scale_walk = 0;
+  std::string velocity_axes = "auto";
+  double tilt_sigma = 0.05;
+  double tilt_walk = 0.001;
+  double velocity_heading_sigma = 0.0005;
+  double velocity_heading_walk = 0;
   double initial_pose_sigma = 0;
 
   std::string stereo_rows = "mean";
@@ -68,6 +73,15 @@ void for_each_setting(SettingsType& s, Visitor&& visit) {
   visit("velocity_scale", s.velocity_scale, "bool", "estimate the scale of the velocity");
   visit("velocity_scale_sigma", s.velocity_scale_sigma, "1", "initial uncertainty of that scale");
   visit("velocity_scale_walk", s.velocity_scale_walk, "1/sqrt(s)", "random walk of that scale");
+  visit("velocity_axes", s.velocity_axes, "auto|imu|level",
+        "what velocities are along: the IMU's axes, or level ones with its heading; auto: as they "
+        "climb (docs/noise.md)");
+  visit("tilt_sigma", s.tilt_sigma, "rad",
+        "initial uncertainty of which way is up, where velocities are along level axes");
+  visit("tilt_walk", s.tilt_walk, "rad/sqrt(s)", "random walk of that");
+  visit("velocity_heading_sigma", s.velocity_heading_sigma, "rad",
+        "initial uncertainty of the heading of level axes against the IMU's");
+  visit("velocity_heading_walk", s.velocity_heading_walk, "rad/sqrt(s)", "random walk of that");
   visit("initial_pose_sigma", s.initial_pose_sigma, "rad, m",
         "initial uncertainty of the pose; 0: the world begins at the first pose");
 

@@ -30,13 +30,27 @@ State initial_state(const BodyVelocityModel& model) {
   return x;
 }
 
+// Of a velocity that nothing is known of the mean may be any: with the first sample's, level axes
+// are linearised at a velocity that is about right.
+Prediction begin_at(const BodyVelocityModel& model, const State& x, const BodyVelocity& u) {
+  const BodyVelocityModel as_input{.velocity_state = false, .gyro_bias = false, .scale = false};
+  const int n = x.core_size();
+  Prediction begin{.world_T_imu = x.world_T_imu,
+                   .v_world = x.v_world,
+                   .additive = x.additive,
+                   .F = Eigen::MatrixXd::Identity(n, n),
+                   .Q = Eigen::MatrixXd::Zero(n, n)};
+  begin.additive.head<6>() = corrected_velocity(as_input, x, u);
+  return begin;
+}
+
 }  // namespace
 
 Slam::Slam(const Settings& settings, const StereoRig& rig, const Noise& noise)
     : settings_(settings),
       rig_(rig),
       noise_(noise_of(settings, noise)),
-      model_(model_of(settings)),
+      model_(model_of(settings, noise)),
       rows_(rows_of(settings)),
       gate_(gate_of(settings.gate, rows_)),
       loose_gate_(gate_of(settings.loose_gate, rows_)),
@@ -98,9 +112,11 @@ void Slam::process(const BodyVelocity& u) {
   StageClock clock;
   const BodyVelocity before = velocity_.value_or(u);
   advance_to(u.time, held_velocity(settings_, before, u));
+  const bool first = !velocity_;
   velocity_ = u;
   if (model_.velocity_state) {
     use_sample();
+    if (first && model_.level) filter_.propagate(begin_at(model_, filter_.state(), u));
     sample_ =
         measure_velocity(model_, filter_.state(), u, sample_noise(settings_, noise_.motion, u));
   }

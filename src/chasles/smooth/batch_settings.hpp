@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 namespace chasles {
@@ -13,11 +14,11 @@ struct BatchSettings {
   double inverse_depth_sigma = 10;
   double min_parallax = 0.01;
   std::string loss = "huber";
-  double loss_width = 2.5;
+  std::optional<double> loss_width;
   double gate = 5;
   int max_refusals = 5;
   std::string solver = "auto";
-  int max_iterations = 50;
+  int max_iterations = 100;
   double tolerance = 1e-8;
   std::string chart = "filter";
   double initial_error = 0;
@@ -41,7 +42,9 @@ void for_each_batch_setting(SettingsType& s, Visitor&& visit) {
         "a landmark needs rays that differ by this angle; an anchored one only where the search "
         "begins at the filter's run");
   visit("loss", s.loss, "none|huber|cauchy", "how much a pixel far from its prediction counts");
-  visit("loss_width", s.loss_width, "1", "where that begins, in deviations of a pixel");
+  visit("loss_width", s.loss_width, "1",
+        "where that begins, in deviations of a pixel; auto: 2.5, or 0.5 where a deviation was "
+        "measured from stereo tracks (docs/batch.md)");
   visit("gate", s.gate, "1",
         "pixels that are farther from their prediction, in deviations, once the search has roughly "
         "ended are left out of the rest of it; 0: none");

@@ -131,8 +131,9 @@ void check_told(const NormalEquations& equations, const ProblemBlocks& problem,
 void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
            BatchReport& report) {
   const std::vector<double> deviations = problem.deviations();
-  report.outliers = static_cast<int>(
-      std::ranges::count_if(deviations, [&](double d) { return d > settings.loss_width; }));
+  const double width = report.loss_width = loss_width_of(settings);
+  report.outliers =
+      static_cast<int>(std::ranges::count_if(deviations, [&](double d) { return d > width; }));
   report.cost_per_dof = 2 * report.final_cost / std::max(dof, 1);
 }
 

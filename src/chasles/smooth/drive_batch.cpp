@@ -21,7 +21,8 @@ void check_well_posed(const DriveResult& result) {
 
 }  // namespace
 
-DriveResult smooth(const DriveInput& input, const BatchSettings& settings) {
+DriveResult smooth(const DriveInput& input, const BatchSettings& given) {
+  const BatchSettings settings = with_loss_width(given, input.noise);
   check_landmark_form(settings);
   DriveResult result;
   BatchReport& report = result.report;

@@ -34,6 +34,7 @@ std::vector<SmallDrive> kinds() {
   return {
       {.frames = 5, .landmarks = 10},
       {.frames = 4, .scale = true, .rows = "mean", .landmarks = 8, .seed = 2},
+      {.frames = 4, .scale = true, .level = true, .landmarks = 8, .seed = 4},
       {.frames = 5, .velocity = "input", .scale = true, .rows = "all", .landmarks = 8, .seed = 3}};
 }
 

@@ -115,17 +115,25 @@ bool TwistCost::Evaluate(const double* const* x, double* residuals, double** jac
 SampleCost::SampleCost(const BodyVelocityModel& model, const DriveSample& sample)
     : model_(model), sample_(&sample) {
   set_num_residuals(6);
+  if (model.level) mutable_parameter_block_sizes()->push_back(kPoseNumbers);
   mutable_parameter_block_sizes()->push_back(model.size());
 }
 
 bool SampleCost::Evaluate(const double* const* x, double* residuals, double** jacobians) const {
+  const int additive = model_.level ? 1 : 0;
   State state;
-  state.additive = Eigen::Map<const Eigen::VectorXd>(x[0], model_.size());
+  if (model_.level) state.world_T_imu = read_pose(x[0]);
+  state.additive = Eigen::Map<const Eigen::VectorXd>(x[additive], model_.size());
   const Measurement z = measure_velocity(model_, state, sample_->velocity, sample_->noise);
+  if (!z.residual.allFinite()) return false;
   const Vector6d weight = z.noise.diagonal().cwiseSqrt().cwiseInverse();
   Eigen::Map<Vector6d>{residuals} = -weight.cwiseProduct(z.residual);
-  if (jacobians != nullptr && jacobians[0] != nullptr) {
-    Eigen::Map<RowMajor>(jacobians[0], 6, model_.size()) = weight.asDiagonal() * z.d_core;
+  if (jacobians == nullptr) return true;
+  const Eigen::MatrixXd d = weight.asDiagonal() * z.d_core;
+  if (model_.level) {
+    write(d, jacobians, 0);
+  } else if (jacobians[0] != nullptr) {
+    Eigen::Map<RowMajor>(jacobians[0], 6, model_.size()) = d;
   }
   return true;
 }

@@ -56,7 +56,8 @@ class TwistCost final : public ceres::CostFunction {
   const TwistLink* link_;
 };
 
-/// A sample that measures the velocity state. Block: additive.
+/// A sample that measures the velocity state. Blocks: motion, where the samples' axes are level;
+/// additive.
 struct DriveSample {
   int keyframe = 0;
   BodyVelocity velocity;

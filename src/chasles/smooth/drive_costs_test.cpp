@@ -85,8 +85,28 @@ TEST_P(DriveCosts, OfMotion) {
       const DriveSample sample{.keyframe = 0, .velocity = held, .noise = noise};
       expect_numeric(SampleCost(model, sample), {&chart(), {random_numbers(random, model.size())}},
                      1e-8);
+      BodyVelocityModel level = model;
+      level.level = true;
+      expect_numeric(
+          SampleCost(level, sample),
+          {&chart(), {pose_numbers(near_pose(random)), random_numbers(random, level.size())}},
+          1e-7);
     }
   }
+}
+
+TEST_P(DriveCosts, OfALevelSampleHasNoValueWhereTheBodyLooksUp) {
+  const BodyVelocityModel model{
+      .velocity_state = true, .gyro_bias = false, .scale = false, .level = true};
+  BodyVelocityNoise noise;
+  noise.sample_sigma.setOnes();
+  const DriveSample sample{.keyframe = 0, .velocity = {}, .noise = noise};
+  const std::vector<double> up =
+      pose_numbers({.R = so3::exp(Eigen::Vector3d(0, -std::numbers::pi / 2, 0)), .p = {0, 0, 0}});
+  const std::vector<double> additive(9);
+  const double* x[] = {up.data(), additive.data()};
+  double r[6];
+  EXPECT_FALSE(SampleCost(model, sample).Evaluate(x, r, nullptr));
 }
 
 TEST_P(DriveCosts, OfPixels) {

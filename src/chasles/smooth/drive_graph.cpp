@@ -94,6 +94,13 @@ void take_initial(const std::vector<Estimate>& initial, DriveTimeline& timeline)
           x.world_T_imu * se3::exp(link.tau * corrected_velocity(timeline.model, x, link.held));
     }
   }
+  // What does not change begins everywhere as it was known at last.
+  const BodyVelocityModel& model = timeline.model;
+  if (initial.empty() || !model.level || initial.back().additive.size() != model.size()) return;
+  const auto last = initial.back().additive.segment<3>(model.tilt_index());
+  for (std::size_t k = 0; k < keyframes.size(); ++k) {
+    keyframes[k].state.additive.segment<3>(model.tilt_index()) = last;
+  }
 }
 
 void check(const DriveInput& input, const BatchSettings& settings) {
@@ -186,6 +193,12 @@ DriveGraph drive_graph(const DriveInput& input, const BatchSettings& settings,
   count(graph, report);
   add_initial_error(input, settings, graph);
   return graph;
+}
+
+BatchSettings with_loss_width(BatchSettings settings, const Noise& noise) {
+  constexpr double kOfInflatedNoise = 0.5;
+  if (noise.pixels_inflated && !settings.loss_width) settings.loss_width = kOfInflatedNoise;
+  return settings;
 }
 
 StereoRows view_rows(const Settings& settings, bool first) {

@@ -12,7 +12,7 @@ class DriveOracle {
  public:
   /// Velocities and frames must be of the same instants, frames all of them.
   explicit DriveOracle(const DriveScene& scene)
-      : in_(scene.input), model_(model_of(scene.input.settings)) {
+      : in_(scene.input), model_(model_of(scene.input.settings, scene.input.noise)) {
     for (const TrueDrive& t : scene.truth) states_.push_back(t);  // where the search begins
     for (const auto& [id, p] : scene.landmarks) points_[id] = p;
   }
@@ -98,6 +98,9 @@ class DriveOracle {
     for (int i = 0; i < 3; ++i) {
       all.push_back(change[model_.bias_index() + i] / (noise.gyro_bias_walk * std::sqrt(tau)));
     }
+    for (int i = 0; model_.level && i < 3; ++i) {
+      all.push_back(change[model_.tilt_index() + i] / (noise.tilt_walk * std::sqrt(tau)));
+    }
     if (model_.scale) {
       all.push_back(change[model_.scale_index()] / (noise.scale_walk * std::sqrt(tau)));
     }
@@ -105,8 +108,14 @@ class DriveOracle {
 
   void add_sample(std::size_t k, const TrueDrive& s, std::vector<double>& all) const {
     if (!model_.velocity_state) return;
-    const Eigen::Vector3d w = s.additive.head<3>() + s.additive.segment<3>(model_.bias_index());
-    const Eigen::Vector3d v = scale(s) * s.additive.segment<3>(3);
+    Vector6d u = s.additive.head<6>();
+    u.tail<3>() *= scale(s);
+    if (model_.level) {
+      drive_scene_detail::make_level(s.world_T_imu.R, s.additive.segment<3>(model_.tilt_index()),
+                                     u);
+    }
+    const Eigen::Vector3d w = u.head<3>() + s.additive.segment<3>(model_.bias_index());
+    const Eigen::Vector3d v = u.tail<3>();
     for (int i = 0; i < 3; ++i) {
       const Vector6d& sigma = in_.noise.motion.sample_sigma;
       all.push_back((in_.velocities[k].angular_imu[i] - w[i]) / sigma[i]);

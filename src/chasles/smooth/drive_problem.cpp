@@ -32,8 +32,10 @@ DriveProblem::DriveProblem(const DriveInput& input, const BatchSettings& setting
     ceres().AddResidualBlock(new TwistCost(timeline.links[k]), nullptr, both);
   }
   for (const DriveSample& sample : timeline.samples) {
-    ceres().AddResidualBlock(new SampleCost(timeline.model, sample), nullptr,
-                             additive(static_cast<std::size_t>(sample.keyframe)));
+    const auto k = static_cast<std::size_t>(sample.keyframe);
+    ceres().AddResidualBlock(
+        new SampleCost(timeline.model, sample), nullptr,
+        timeline.model.level ? keyframe(k) : std::vector<double*>{additive(k)});
   }
   add_views(input, settings, graph);
 }

@@ -17,6 +17,7 @@ struct SmallDrive {
   double noise = 1;  ///< factor on what is drawn; the estimator believes in 1
   std::string velocity = "measured";
   bool scale = false;
+  bool level = false;
   std::string rows = "mean+disparity";
   int samples_a_frame = 1;
   int landmarks = 20;
@@ -41,6 +42,7 @@ inline Noise small_drive_noise() {
   noise.motion.walk << 0.1, 0.1, 0.1, 0.5, 0.3, 0.3;
   noise.motion.gyro_bias_walk = 1e-3;
   noise.motion.scale_walk = 1e-3;
+  noise.motion.tilt_walk = 1e-3;
   noise.gyro_bias_sigma = 0.02;
   noise.begin = noise.update = {.u = 0.5, .v = 0.5, .disparity = 0.5};
   noise.update.disparity = 0.7;
@@ -86,6 +88,18 @@ inline void look(const SmallDrive& drive, const SE3& world_T_imu, Time time, Dra
   scene.input.frames.push_back(frame);
 }
 
+// Body axes to level ones, by yaw, pitch and roll.
+inline void make_level(const Eigen::Matrix3d& world_R_imu, const Eigen::Vector3d& tilt_heading,
+                       Vector6d& u) {
+  const Eigen::Matrix3d nav_R_imu =
+      so3::exp(Eigen::Vector3d(tilt_heading[0], tilt_heading[1], 0)) * world_R_imu;
+  const double yaw = std::atan2(nav_R_imu(1, 0), nav_R_imu(0, 0));
+  const Eigen::Matrix3d sample_R_imu =
+      so3::exp((tilt_heading[2] - yaw) * Eigen::Vector3d::UnitZ()) * nav_R_imu;
+  u.head<3>() = (sample_R_imu * u.head<3>()).eval();
+  u.tail<3>() = (sample_R_imu * u.tail<3>()).eval();
+}
+
 }  // namespace drive_scene_detail
 
 inline DriveScene drive_scene(const SmallDrive& drive = {}) {
@@ -102,7 +116,9 @@ inline DriveScene drive_scene(const SmallDrive& drive = {}) {
   in.settings.velocity_relative_sigma = 0;
   in.settings.stereo_rows = drive.rows;
   in.settings.hold = "zero-order";
-  const BodyVelocityModel model = model_of(in.settings);
+  in.settings.tilt_sigma = in.settings.velocity_heading_sigma = 0.05;
+  in.noise.level_velocities = drive.level;
+  const BodyVelocityModel model = model_of(in.settings, in.noise);
   const BodyVelocityNoise& noise = in.noise.motion;
   const double tau = kDriveStep / drive.samples_a_frame;
 
@@ -112,6 +128,8 @@ inline DriveScene drive_scene(const SmallDrive& drive = {}) {
   Eigen::Vector3d bias = draw.normal3(in.noise.gyro_bias_sigma);
   double log_scale =
       drive.scale ? drive.noise * in.settings.velocity_scale_sigma * random.normal() : 0;
+  Eigen::Vector3d tilt_heading = Eigen::Vector3d::Zero();
+  if (drive.level) tilt_heading = draw.normal3(in.settings.tilt_sigma);
   for (int i = 0; i < drive.landmarks; ++i) {
     scene.landmarks[100 + i] = {random.uniform(8, 25), random.uniform(-6, 6),
                                 random.uniform(-2, 3)};
@@ -120,6 +138,7 @@ inline DriveScene drive_scene(const SmallDrive& drive = {}) {
     // What the sample says is that of now; as an input it then moves the pose, with its noise.
     Vector6d u = v;
     u.tail<3>() *= std::exp(log_scale);
+    if (drive.level) make_level(now.world_T_imu.R, tilt_heading, u);
     u.head<3>() += bias;
     const Vector6d sampled = u + draw.normal6(noise.sample_sigma);
     in.velocities.push_back(
@@ -128,6 +147,7 @@ inline DriveScene drive_scene(const SmallDrive& drive = {}) {
     if (model.velocity_state) now.additive.head<6>() = v;
     now.additive.segment<3>(model.bias_index()) = bias;
     if (model.scale) now.additive[model.scale_index()] = log_scale;
+    if (model.level) now.additive.segment<3>(model.tilt_index()) = tilt_heading;
     if (k % drive.samples_a_frame == 0) {
       scene.truth.push_back(now);
       look(drive, now.world_T_imu, now.time, draw, scene);
@@ -142,6 +162,7 @@ inline DriveScene drive_scene(const SmallDrive& drive = {}) {
     now.world_T_imu = now.world_T_imu * se3::exp(xi);
     now.time += from_seconds(tau);
     bias += draw.normal3(std::sqrt(tau) * noise.gyro_bias_walk);
+    if (drive.level) tilt_heading += draw.normal3(std::sqrt(tau) * noise.tilt_walk);
     if (drive.scale) log_scale += drive.noise * std::sqrt(tau) * noise.scale_walk * random.normal();
   }
   return scene;

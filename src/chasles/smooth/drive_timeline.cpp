@@ -38,7 +38,7 @@ DriveStart start_of(const Settings& settings, const Noise& noise, const BodyVelo
 }  // namespace
 
 DriveTimeline::DriveTimeline(const Settings& settings, const Noise& noise)
-    : model(model_of(settings)), settings_(settings), noise_(noise.motion) {
+    : model(model_of(settings, noise)), settings_(settings), noise_(noise.motion) {
   check(settings);
   start = start_of(settings, noise, model);
 }

@@ -21,7 +21,7 @@ struct DriveWindow::Implementation {
               .noise = in.noise,
               .velocities = {},
               .frames = {}},
-        settings(s),
+        settings(with_loss_width(s, in.noise)),
         timeline(input.settings, input.noise),
         sliding(keyframes, settings, error_chart(input.settings.chart),
                 {.velocity = false, .additive = timeline.model.size()}),
@@ -159,7 +159,7 @@ void DriveWindow::process(const BodyVelocity& velocity) {
   if (w.timeline.samples.size() > samples) {
     w.sliding.window.terms.push_back(
         {.first = k,
-         .additive_only = true,
+         .additive_only = !w.timeline.model.level,
          .cost = std::make_unique<SampleCost>(w.timeline.model, w.timeline.samples.back())});
   }
   w.report.seconds += processor_seconds() - begun;

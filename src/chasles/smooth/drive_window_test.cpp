@@ -55,6 +55,7 @@ TEST_P(DriveWindowOver, OfTheWholeRecordingIsTheBatch) {
   const SmallDrive kinds[] = {
       {.frames = 6, .landmarks = 12},
       {.frames = 5, .scale = true, .rows = "mean", .samples_a_frame = 2, .seed = 2},
+      {.frames = 5, .level = true, .landmarks = 12, .seed = 4},
       {.frames = 5, .velocity = "input", .rows = "all", .landmarks = 12, .seed = 3}};
   for (const SmallDrive& kind : kinds) {
     const DriveScene s = scene(kind);

@@ -69,14 +69,20 @@ std::vector<int> range(int first, int count) {
   return rows;
 }
 
+double loss_width_of(const BatchSettings& settings) {
+  constexpr double kOfWhiteNoise = 2.5;
+  return settings.loss_width.value_or(kOfWhiteNoise);
+}
+
 ceres::LossFunction* loss_of(const BatchSettings& settings) {
   if (settings.loss == "none") return nullptr;
-  if (!(settings.loss_width > 0)) {
-    throw UsageError("batch.loss_width: found " + std::to_string(settings.loss_width) +
+  const double width = loss_width_of(settings);
+  if (!(width > 0)) {
+    throw UsageError("batch.loss_width: found " + std::to_string(width) +
                      ", expected a number of deviations above 0");
   }
-  if (settings.loss == "huber") return new ceres::HuberLoss(settings.loss_width);
-  if (settings.loss == "cauchy") return new ceres::CauchyLoss(settings.loss_width);
+  if (settings.loss == "huber") return new ceres::HuberLoss(width);
+  if (settings.loss == "cauchy") return new ceres::CauchyLoss(width);
   throw UsageError("batch.loss: found '" + settings.loss + "', expected none, huber or cauchy");
 }
 

@@ -77,6 +77,9 @@ class ProblemBlocks {
 /// So many rows of the error vector.
 std::vector<int> range(int first, int count);
 
+/// batch.loss_width; auto: of deviations that are as stated.
+double loss_width_of(const BatchSettings& settings);
+
 /// batch.loss; null: none. Throws UsageError.
 ceres::LossFunction* loss_of(const BatchSettings& settings);
 

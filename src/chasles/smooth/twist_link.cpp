@@ -31,6 +31,10 @@ Eigen::MatrixXd covariance(const BodyVelocityModel& model, double tau,
     Q.diagonal().segment<3>(6 + model.bias_index()).setConstant(walk(noise.gyro_bias_walk));
   }
   if (model.scale) Q.diagonal()[6 + model.scale_index()] = walk(noise.scale_walk);
+  if (model.level) {
+    Q.diagonal().segment<2>(6 + model.tilt_index()).setConstant(walk(noise.tilt_walk));
+    Q.diagonal()[6 + model.heading_index()] = walk(noise.heading_walk);
+  }
   return Q;
 }
 

@@ -22,6 +22,9 @@ std::vector<BodyVelocityModel> models() {
     for (const bool bias : {true, false}) {
       for (const bool scale : {true, false}) {
         all.push_back({.velocity_state = state, .gyro_bias = bias, .scale = scale});
+        if (!state) continue;
+        all.push_back(all.back());
+        all.back().level = true;
       }
     }
   }
@@ -70,8 +73,9 @@ TEST(TwistLink, IsTheFiltersPrediction) {
 
 TEST(TwistLink, WithoutWalkTheBiasesAreHeldNotSingular) {
   BodyVelocityNoise noise = test::small_drive_noise().motion;
-  noise.gyro_bias_walk = noise.scale_walk = 0;
-  const BodyVelocityModel model{.velocity_state = true, .gyro_bias = true, .scale = true};
+  noise.gyro_bias_walk = noise.scale_walk = noise.tilt_walk = 0;
+  const BodyVelocityModel model{
+      .velocity_state = true, .gyro_bias = true, .scale = true, .level = true};
   EXPECT_TRUE(twist_link(model, kTau, {}, noise).whitening.allFinite());
 }
 

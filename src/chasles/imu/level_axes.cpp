@@ -1,0 +1,74 @@
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <chasles/imu/level_axes.hpp>
+#include <chasles/lie/so3.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kLeastCosine = 0.05;  // of the x axis's elevation
+constexpr double kLag = 0.5;           // [s]: longer than a sample's noise, shorter than a hill
+constexpr double kLeastSpeed = 2;      // [m/s]
+constexpr int kLeastPairs = 20;
+
+// The pitch [rad] that the rates add up to, nose up, at every sample.
+std::vector<double> pitches(std::span<const BodyVelocity> velocities) {
+  std::vector<double> pitch(velocities.size());
+  for (std::size_t k = 1; k < velocities.size(); ++k) {
+    const double rate = (velocities[k - 1].angular_imu.y() + velocities[k].angular_imu.y()) / 2;
+    pitch[k] = pitch[k - 1] - rate * to_seconds(velocities[k].time - velocities[k - 1].time);
+  }
+  return pitch;
+}
+
+}  // namespace
+
+std::optional<LevelAxes> level_axes(const Eigen::Vector3d& up_imu) {
+  const double sine = up_imu.x(), cosine = std::hypot(up_imu.y(), up_imu.z());
+  if (!(cosine > kLeastCosine)) return std::nullopt;
+  LevelAxes axes;
+  const Eigen::Vector3d forward = (Eigen::Vector3d::UnitX() - sine * up_imu) / cosine;
+  axes.level_R_imu << forward.transpose(), (hat(up_imu) * forward).transpose(), up_imu.transpose();
+  // The vertical moves by a along x and b along y: the axes turn by (b, -a) about these, and about
+  // the vertical by what keeps the body's x axis free of y.
+  Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
+  turn(0, 1) = 1;
+  turn(1, 0) = -1;
+  turn(2, 1) = sine / cosine;
+  axes.by_vertical = turn * axes.level_R_imu;
+  return axes;
+}
+
+std::optional<LevelEvidence> level_evidence(std::span<const BodyVelocity> velocities) {
+  const std::vector<double> pitch = pitches(velocities);
+  double xx = 0, xy = 0, yy = 0, steps = 0;
+  int pairs = 0;
+  for (std::size_t k = 0, later = 0; k < velocities.size(); ++k) {
+    const auto since = [&](std::size_t j) {
+      return to_seconds(velocities[j].time - velocities[k].time);
+    };
+    later = std::max(later, k);
+    while (later < velocities.size() && since(later) < kLag - 1e-6) ++later;
+    if (later == velocities.size()) break;
+    const double before = velocities[k].linear_imu.norm(),
+                 after = velocities[later].linear_imu.norm();
+    if (since(later) > 1.5 * kLag || before < kLeastSpeed || after < kLeastSpeed) continue;
+    const double x = pitch[later] - pitch[k];
+    const double y =
+        velocities[later].linear_imu.z() / after - velocities[k].linear_imu.z() / before;
+    xx += x * x;
+    xy += x * y;
+    yy += y * y;
+    steps += static_cast<double>(later - k);
+    ++pairs;
+  }
+  if (pairs < kLeastPairs || !(xx > 0)) return std::nullopt;
+  // Of pairs that overlap only so many tell something of their own.
+  const double slope = xy / xx, overlap = steps / pairs;
+  const double variance = std::max(0.0, yy - slope * xy) / pairs * overlap / xx;
+  return LevelEvidence{.slope = slope, .sigma = std::sqrt(variance)};
+}
+
+}  // namespace chasles
