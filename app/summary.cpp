@@ -9,6 +9,7 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/landmarks.hpp>
 #include <chasles/imu/level_axes.hpp>
+#include <chasles/slam/drive_model.hpp>
 
 #include "batch_report.hpp"
 #include "filter_options.hpp"
@@ -28,14 +29,14 @@ Json stereo_json(const StereoNoise& noise) {
 }
 
 // Three numbers are those of the IMU's x, y and z.
-Json noise_json(const Noise& noise) {
+Json noise_json(const Noise& noise, bool level) {
   return {{"rate_sigma", numbers(noise.motion.sample_sigma.head<3>())},
           {"velocity_sigma", numbers(noise.motion.sample_sigma.tail<3>())},
           {"rate_walk", numbers(noise.motion.walk.head<3>())},
           {"velocity_walk", numbers(noise.motion.walk.tail<3>())},
           {"gyro_bias_sigma", noise.gyro_bias_sigma},
           {"gyro_bias_walk", noise.motion.gyro_bias_walk},
-          {"velocity_axes", noise.level_velocities ? "level" : "imu"},
+          {"velocity_axes", level ? "level" : "imu"},
           {"begin_landmark", stereo_json(noise.begin)},
           {"update", stereo_json(noise.update)}};
 }
@@ -177,10 +178,15 @@ Json cameras_json(const Recording& recording) {
   return list;
 }
 
+// Taken as such by the run; in other modes and of an input they are not.
+bool are_level(const Drive& drive, const DriveRunSettings& settings) {
+  return model_of(settings.filter, drive.noise).level;
+}
+
 // Where it was found, not said.
 void add_axes(const Drive& drive, const DriveRunSettings& settings, const Recording& recording,
               std::vector<std::string>& remarks) {
-  if (!drive.noise.level_velocities || settings.filter.velocity_axes != "auto") return;
+  if (!are_level(drive, settings) || settings.filter.velocity_axes != "auto") return;
   const LevelEvidence evidence = level_evidence(recording.velocities).value();
   remarks.push_back(fmt::format(
       "the velocities are along level axes, not the IMU's: they climb by {:.2f} +- {:.2f} of what "
@@ -200,7 +206,7 @@ Json summary_json(const Drive& drive, const DriveRunSettings& settings,
   if (drive.window) summary["window"] = window_json(*drive.window);
   summary["settings"] = to_json(setting_list(copy.filter));
   if (drive.batch || drive.window) summary["settings"].update(to_json(setting_list(copy.batch)));
-  summary["noise"] = noise_json(drive.noise);
+  summary["noise"] = noise_json(drive.noise, are_level(drive, settings));
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;
   return summary;

@@ -97,9 +97,10 @@ void check_axes(const Recording& r, CheckReport& report) {
                            "{:.2f} of what the rates pitch it",
                            evidence->slope, evidence->sigma),
        .value = evidence->slope,
-       .threshold = 0.2,
+       .threshold = LevelEvidence::kLeastSlope,
        .unit = "",
-       .advice = "a run takes them as such, and estimates which way is up (velocity_axes)"});
+       .advice = "a run in mode slam takes them as such, and estimates which way is up "
+                 "(velocity_axes)"});
 }
 
 // Frames before the first sample and after the last.

@@ -63,6 +63,24 @@ TEST(Check, ARecordingWithoutFaultGivesNoFinding) {
   EXPECT_LT(fact(report, "cam1", "rotation off"), 0.3);
 }
 
+TEST(Check, VelocitiesAlongLevelAxesAreNoted) {
+  for (const bool level : {true, false}) {
+    Recording r = tracked();
+    for (int k = 0; k < 200; ++k) {
+      const double t = 0.1 * k, slope = 0.04 * std::sin(t), climb = level ? slope : 0;
+      r.velocities.push_back({.time = r.imu.front().time + from_seconds(t),
+                              .linear_imu = {9 * std::cos(climb), 0, 9 * std::sin(climb)},
+                              .angular_imu = {0, -0.04 * std::cos(t), 0}});
+    }
+    const CheckReport report = check_recording(r);
+    EXPECT_EQ(report.findings.size(), level ? 1u : 0u) << findings(report);
+    if (!level) continue;
+    const Finding note = finding(report, "velocities", "along level axes");
+    EXPECT_EQ(note.severity, Severity::kNote);
+    EXPECT_NEAR(note.value, 1, 0.02);
+  }
+}
+
 TEST(Check, ACameraThatIsLateIsNamedWithItsDelay) {
   for (const double delay : {0.030, -0.031, 0.4}) {
     Recording r = tracked();

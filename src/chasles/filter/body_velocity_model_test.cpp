@@ -43,7 +43,8 @@ BodyVelocityNoise some_noise() {
                           .walk = {},
                           .gyro_bias_walk = 0.02,
                           .scale_walk = 0.03,
-                          .tilt_walk = 0.04};
+                          .tilt_walk = 0.04,
+                          .heading_walk = 0.05};
   noise.sample_sigma << 0.02, 0.03, 0.01, 0.2, 0.3, 0.1;
   noise.walk << 0.1, 0.2, 0.3, 2, 1, 0.5;
   return noise;
@@ -198,7 +199,7 @@ TEST(BodyVelocityModel, NoiseOfTheInputIsWhatNoisySamplesDoToTheStep) {
   EXPECT_TRUE(test::has_covariance(samples, step.Q.topLeftCorner<6, 6>()));
 }
 
-TEST(BodyVelocityModel, BiasScaleAndTiltWalkByThemselves) {
+TEST(BodyVelocityModel, BiasScaleTiltAndHeadingWalkByThemselves) {
   const BodyVelocityNoise noise = some_noise();
   test::Random random(6);
   for (const BodyVelocityModel& model : all_models()) {
@@ -208,7 +209,11 @@ TEST(BodyVelocityModel, BiasScaleAndTiltWalkByThemselves) {
     for (int i = model.bias_index(); i < model.size(); ++i) {
       const bool scale = model.scale && i == model.scale_index();
       const bool tilt = model.level && i >= model.tilt_index();
-      const double walk = scale ? noise.scale_walk : tilt ? noise.tilt_walk : noise.gyro_bias_walk;
+      const bool heading = model.level && i == model.heading_index();
+      const double walk = scale     ? noise.scale_walk
+                          : heading ? noise.heading_walk
+                          : tilt    ? noise.tilt_walk
+                                    : noise.gyro_bias_walk;
       VectorXd expected = VectorXd::Zero(x.core_size());
       expected[6 + i] = 0.3 * walk * walk;
       EXPECT_TRUE(test::agree(Q.col(6 + i), expected, 1e-15, 0));

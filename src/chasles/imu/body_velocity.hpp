@@ -8,7 +8,7 @@ namespace chasles {
 
 /// The velocity of the IMU frame against the world, in the IMU frame's own axes (x forward, y left,
 /// z up on a car), at one instant: what wheels, GNSS/INS or an odometer tell (Du, eq. 6: u = [v,
-/// w]).
+/// w]). Some are along level axes instead (level_axes.hpp).
 struct BodyVelocity {
   Time time{};
   Eigen::Vector3d linear_imu = Eigen::Vector3d::Zero();   ///< [m/s]

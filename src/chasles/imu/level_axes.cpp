@@ -11,7 +11,8 @@ namespace {
 constexpr double kLeastCosine = 0.05;  // of the x axis's elevation
 constexpr double kLag = 0.5;           // [s]: longer than a sample's noise, shorter than a hill
 constexpr double kLeastSpeed = 2;      // [m/s]
-constexpr int kLeastPairs = 20;
+constexpr double kLeastPairs = 20;
+constexpr double kLeastPitch = 1e-6;  // [rad]: that of rounding
 
 // The pitch [rad] that the rates add up to, nose up, at every sample.
 std::vector<double> pitches(std::span<const BodyVelocity> velocities) {
@@ -43,8 +44,7 @@ std::optional<LevelAxes> level_axes(const Eigen::Vector3d& up_imu) {
 
 std::optional<LevelEvidence> level_evidence(std::span<const BodyVelocity> velocities) {
   const std::vector<double> pitch = pitches(velocities);
-  double xx = 0, xy = 0, yy = 0, steps = 0;
-  int pairs = 0;
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0, yy = 0, steps = 0;
   for (std::size_t k = 0, later = 0; k < velocities.size(); ++k) {
     const auto since = [&](std::size_t j) {
       return to_seconds(velocities[j].time - velocities[k].time);
@@ -52,22 +52,27 @@ std::optional<LevelEvidence> level_evidence(std::span<const BodyVelocity> veloci
     later = std::max(later, k);
     while (later < velocities.size() && since(later) < kLag - 1e-6) ++later;
     if (later == velocities.size()) break;
-    const double before = velocities[k].linear_imu.norm(),
-                 after = velocities[later].linear_imu.norm();
-    if (since(later) > 1.5 * kLag || before < kLeastSpeed || after < kLeastSpeed) continue;
-    const double x = pitch[later] - pitch[k];
-    const double y =
-        velocities[later].linear_imu.z() / after - velocities[k].linear_imu.z() / before;
-    xx += x * x;
-    xy += x * y;
-    yy += y * y;
+    const Eigen::Vector3d &now = velocities[k].linear_imu, &then = velocities[later].linear_imu;
+    const bool moves = std::abs(now.x()) >= kLeastSpeed && std::abs(then.x()) >= kLeastSpeed;
+    if (since(later) > 1.5 * kLag || !moves) continue;
+    // By the speed forwards, with its sign: a car that drives backwards up a hill is nose down.
+    const double dx = pitch[later] - pitch[k], dy = then.z() / then.x() - now.z() / now.x();
+    n += 1;
+    x += dx;
+    y += dy;
+    xx += dx * dx;
+    xy += dx * dy;
+    yy += dy * dy;
     steps += static_cast<double>(later - k);
-    ++pairs;
   }
-  if (pairs < kLeastPairs || !(xx > 0)) return std::nullopt;
+  // Less their means: a gyroscope's bias is no pitch.
+  xx -= x * x / n;
+  xy -= x * y / n;
+  yy -= y * y / n;
+  if (n < kLeastPairs || !(xx > kLeastPitch * kLeastPitch * n)) return std::nullopt;
   // Of pairs that overlap only so many tell something of their own.
-  const double slope = xy / xx, overlap = steps / pairs;
-  const double variance = std::max(0.0, yy - slope * xy) / pairs * overlap / xx;
+  const double slope = xy / xx, overlap = steps / n;
+  const double variance = std::max(0.0, yy - slope * xy) / n * overlap / xx;
   return LevelEvidence{.slope = slope, .sigma = std::sqrt(variance)};
 }
 

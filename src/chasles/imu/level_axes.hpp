@@ -29,11 +29,12 @@ std::optional<LevelAxes> level_axes(const Eigen::Vector3d& up_imu);
 struct LevelEvidence {
   double slope = 0;  ///< climb by pitch, both from one instant to half a second later
   double sigma = 0;  ///< its standard deviation
-  bool level() const { return slope > 0.2 && slope > 2 * sigma; }
+  static constexpr double kLeastSlope = 0.2;
+  bool level() const { return slope > kLeastSlope && slope > 2 * sigma; }
 };
 
-/// Of all pairs of instants at which the body moves at 2 m/s or more; none where there are fewer
-/// than twenty, or it never pitches.
+/// Of all pairs of instants at which the body moves forwards or backwards at 2 m/s or more; none
+/// where there are fewer than twenty, or it never pitches.
 std::optional<LevelEvidence> level_evidence(std::span<const BodyVelocity> velocities);
 
 }  // namespace chasles

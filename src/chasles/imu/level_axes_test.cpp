@@ -65,7 +65,7 @@ struct Hills {
   double speed = 10;       // [m/s]
   double height = 0.03;    // of the road's slope [rad]
   double springs = 0.003;  // pitch of the body on the road [rad]
-  double rate_sigma = 0.001, velocity_sigma = 0.02;
+  double rate_sigma = 0.001, velocity_sigma = 0.02, rate_bias = 0;
   int samples = 600;
 };
 
@@ -88,7 +88,7 @@ std::vector<BodyVelocity> drive(const Hills& hills) {
         {.time = from_seconds(100 + t),
          .linear_imu = hills.speed * Vector3d(std::cos(climb), 0, std::sin(climb)) +
                        noise(hills.velocity_sigma),
-         .angular_imu = Vector3d(0, -pitch_rate, 0.2) + noise(hills.rate_sigma)});
+         .angular_imu = Vector3d(0, hills.rate_bias - pitch_rate, 0.2) + noise(hills.rate_sigma)});
   }
   return velocities;
 }
@@ -107,6 +107,21 @@ TEST(LevelEvidence, VelocitiesAlongTheBodysAxesDoNotClimb) {
   ASSERT_TRUE(evidence);
   EXPECT_FALSE(evidence->level());
   EXPECT_LT(evidence->slope, 0.05);
+}
+
+TEST(LevelEvidence, IsTheSameOfADriveBackwards) {
+  for (const bool level : {true, false}) {
+    std::vector<BodyVelocity> velocities = drive({.level = level, .springs = 0.01});
+    const LevelEvidence forwards = *level_evidence(velocities);
+    for (BodyVelocity& u : velocities) u.linear_imu = -u.linear_imu;
+    EXPECT_EQ(level_evidence(velocities)->slope, forwards.slope);
+    EXPECT_EQ(forwards.level(), level);
+  }
+}
+
+TEST(LevelEvidence, ABiasOfTheRatesIsNoPitch) {
+  const double unbiased = level_evidence(drive({}))->slope;
+  EXPECT_NEAR(level_evidence(drive({.rate_bias = 0.03}))->slope, unbiased, 1e-3);
 }
 
 TEST(LevelEvidence, SaysNothingWhereNothingCanBeSaid) {
@@ -130,7 +145,8 @@ TEST(LevelEvidence, SaysNothingWhereNothingCanBeSaid) {
 TEST(LevelEvidence, GapsAndTimesThatDoNotRiseAreNoPairs) {
   auto gap = drive({});
   gap.erase(gap.begin() + 200, gap.begin() + 300);
-  EXPECT_TRUE(level_evidence(gap)->level());
+  // Without those that span it what is left says the same.
+  EXPECT_NEAR(level_evidence(gap)->slope, level_evidence(drive({}))->slope, 0.05);
   auto still = drive({});
   for (BodyVelocity& u : still) u.time = still.front().time;
   EXPECT_FALSE(level_evidence(still));

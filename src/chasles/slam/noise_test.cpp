@@ -136,6 +136,12 @@ TEST(ChooseNoise, BelievesTheSettingsBeforeAnything) {
   EXPECT_EQ(noise.motion.gyro_bias_walk, 1e-4);
 }
 
+Settings along(const std::string& axes) {
+  Settings settings;
+  settings.velocity_axes = axes;
+  return settings;
+}
+
 TEST(ChooseNoise, FindsOutWhichAxesVelocitiesAreAlongUnlessItIsTold) {
   std::vector<BodyVelocity> hills;
   for (int k = 0; k < 300; ++k) {
@@ -145,19 +151,27 @@ TEST(ChooseNoise, FindsOutWhichAxesVelocitiesAreAlongUnlessItIsTold) {
                      .angular_imu = {0, -0.04 * std::cos(t), 0}});
   }
   EXPECT_TRUE(choose_noise({}, hills, {}, {}).level_velocities);
-  EXPECT_FALSE(choose_noise({.velocity_axes = "imu"}, hills, {}, {}).level_velocities);
+  EXPECT_FALSE(choose_noise(along("imu"), hills, {}, {}).level_velocities);
   EXPECT_FALSE(choose_noise({}, drive(0.5, 0.05), {}, {}).level_velocities);
-  EXPECT_TRUE(choose_noise({.velocity_axes = "level"}, {}, {}, {}).level_velocities);
+  EXPECT_TRUE(choose_noise(along("level"), {}, {}, {}).level_velocities);
 }
 
 TEST(ModelOf, LevelAxesNeedAVelocityState) {
   Noise noise;
   noise.level_velocities = true;
   EXPECT_TRUE(model_of({}, noise).level);
-  EXPECT_FALSE(model_of({.mode = "localize"}, noise).level);
-  EXPECT_FALSE(model_of({.velocity = "input"}, noise).level);
-  EXPECT_THROW(model_of({.mode = "localize", .velocity_axes = "level"}, noise), UsageError);
-  EXPECT_THROW(model_of({.velocity = "input", .velocity_axes = "level"}, noise), UsageError);
+  for (const bool input : {false, true}) {
+    Settings found, told = along("level");
+    for (Settings* s : {&found, &told}) {
+      if (input) {
+        s->velocity = "input";
+      } else {
+        s->mode = "localize";
+      }
+    }
+    EXPECT_FALSE(model_of(found, noise).level);
+    EXPECT_THROW(model_of(told, noise), UsageError);
+  }
 }
 
 TEST(ChooseNoise, IsPositiveForAnEmptyRecording) {

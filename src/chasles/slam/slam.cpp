@@ -32,15 +32,14 @@ State initial_state(const BodyVelocityModel& model) {
 
 // Of a velocity that nothing is known of the mean may be any: with the first sample's, level axes
 // are linearised at a velocity that is about right.
-Prediction begin_at(const BodyVelocityModel& model, const State& x, const BodyVelocity& u) {
-  const BodyVelocityModel as_input{.velocity_state = false, .gyro_bias = false, .scale = false};
+Prediction begin_at(const State& x, const BodyVelocity& u) {
   const int n = x.core_size();
   Prediction begin{.world_T_imu = x.world_T_imu,
                    .v_world = x.v_world,
                    .additive = x.additive,
                    .F = Eigen::MatrixXd::Identity(n, n),
                    .Q = Eigen::MatrixXd::Zero(n, n)};
-  begin.additive.head<6>() = corrected_velocity(as_input, x, u);
+  begin.additive.head<6>() << u.angular_imu, u.linear_imu;
   return begin;
 }
 
@@ -110,15 +109,16 @@ void Slam::process(const BodyVelocity& u) {
     throw InputError("the velocity at " + std::to_string(u.time.count()) + " ns is not finite");
   }
   StageClock clock;
+  const bool first = !now_;
   const BodyVelocity before = velocity_.value_or(u);
   advance_to(u.time, held_velocity(settings_, before, u));
-  const bool first = !velocity_;
   velocity_ = u;
   if (model_.velocity_state) {
     use_sample();
-    if (first && model_.level) filter_.propagate(begin_at(model_, filter_.state(), u));
-    sample_ =
+    if (first && model_.level) filter_.propagate(begin_at(filter_.state(), u));
+    const Measurement z =
         measure_velocity(model_, filter_.state(), u, sample_noise(settings_, noise_.motion, u));
+    if (z.residual.allFinite()) sample_ = z;
   }
   propagation_seconds_ += clock.lap();
 }

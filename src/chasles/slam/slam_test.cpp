@@ -1,6 +1,9 @@
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
+#include <chasles/slam/drive_model.hpp>
 #include <chasles/slam/slam.hpp>
 
 namespace chasles {
@@ -258,6 +261,59 @@ TEST(Slam, EveryChartAndMotionModelFollowsTheTruth) {
       }
     }
   }
+}
+
+Noise level_noise() {
+  Noise level = noise();
+  level.level_velocities = true;
+  return level;
+}
+
+// A car whose IMU is pitched by 0.05 rad, on a level road: its velocities do not climb, its camera
+// sees that the IMU's x axis does not point where it drives.
+TEST(Slam, LevelVelocitiesTellHowTheImuIsMounted) {
+  Slam slam(Settings{}, rig(), level_noise());
+  const Eigen::Matrix3d nav_R_imu = so3::exp(Eigen::Vector3d(0, -0.05, 0));
+  Estimate e;
+  for (int i = 0; i < 5; ++i) {
+    const double t = 0.1 * i;
+    slam.process(velocity_at(t, 5));
+    const Eigen::Vector3d p_world = nav_R_imu.transpose() * Eigen::Vector3d(5 * t, 0, 0);
+    e = slam.process(frame_at(t, {Eigen::Matrix3d::Identity(), p_world}, 0, 40));
+  }
+  const BodyVelocityModel model = model_of({}, level_noise());
+  ASSERT_EQ(e.additive.size(), model.size());
+  const double sigma = e.additive_sigma[model.tilt_index() + 1];
+  EXPECT_LT(sigma, 0.03);  // of 0.05
+  EXPECT_NEAR(e.additive[model.tilt_index() + 1], -0.05, 3 * sigma);
+  EXPECT_NEAR(e.world_T_imu.p.z(), -std::sin(0.05) * 2, 0.02);
+}
+
+// The body pitches up by a right angle in one step; its camera looks along the axis that it turns
+// about, and sees the same points.
+TEST(Slam, AFrameWithoutLevelAxesKeepsItsPixels) {
+  StereoRig sideways = rig();
+  sideways.cam0_T_imu.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  Slam slam(Settings{}, sideways, level_noise());
+  const double step = -std::numbers::pi / 2;
+  Estimate e;
+  for (int i = 0; i < 2; ++i) {
+    BodyVelocity turning = velocity_at(0.1 * i, 0);
+    turning.angular_imu = {0, step / 0.1, 0};
+    slam.process(turning);
+    FeatureFrame frame{.time = from_seconds(0.1 * i)};
+    for (int id = 0; id < 30; ++id) {
+      const Eigen::Vector3d p_world(0.3 * (id % 6) - 1, 10 + 0.2 * (id % 7), 0.3 * (id % 5) - 0.5);
+      const Eigen::Vector3d p_imu = so3::exp(Eigen::Vector3d(0, -step * i, 0)) * p_world;
+      const auto seen = project(sideways, sideways.cam0_T_imu * p_imu);
+      ASSERT_TRUE(seen);
+      frame.observations.push_back({.landmark = id, .pixels = seen->pixels});
+    }
+    e = slam.process(frame);
+  }
+  EXPECT_EQ(e.used, 30);
+  EXPECT_EQ(e.rejected, 0);
+  EXPECT_NEAR(so3::log(e.world_T_imu.R).y(), step, 0.01);
 }
 
 }  // namespace

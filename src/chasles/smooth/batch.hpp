@@ -44,11 +44,11 @@ struct BatchMotion {
 /// What came out, besides the estimates.
 struct BatchReport {
   int keyframes = 0, links = 0;
-  int observations = 0;    ///< that were used
-  int unusable = 0;        ///< not finite, of an unknown camera, or twice in a frame
-  int gated = 0;           ///< left out by the gate; not among `observations`
-  double loss_width = 0;   ///< that of the settings, or what auto came to
-  int outliers = 0;        ///< of the used ones, beyond loss_width or behind the camera, at the end
+  int observations = 0;   ///< that were used
+  int unusable = 0;       ///< not finite, of an unknown camera, or twice in a frame
+  int gated = 0;          ///< left out by the gate; not among `observations`
+  double loss_width = 0;  ///< that of the settings, or what auto came to
+  int outliers = 0;  ///< of the used ones, beyond 2.5 deviations or behind the camera, at the end
   int dropped_frames = 0;  ///< not later than the one before, or without samples near
   int landmarks = 0;
   int landmarks_left_out = 0;  ///< seen once, without parallax, or left with one view by the gate

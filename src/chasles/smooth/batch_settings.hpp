@@ -14,7 +14,7 @@ struct BatchSettings {
   double inverse_depth_sigma = 10;
   double min_parallax = 0.01;
   std::string loss = "huber";
-  std::optional<double> loss_width;
+  std::optional<double> loss_width = {};
   double gate = 5;
   int max_refusals = 5;
   std::string solver = "auto";

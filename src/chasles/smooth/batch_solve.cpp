@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 
 #include <ceres/ordered_groups.h>
 #include <ceres/solver.h>
@@ -13,6 +15,15 @@ namespace {
 // Fewer keyframes are solved densely. Of more, the fill of the whole normal matrix is least: along
 // a way landmarks go first, before a board that is always in view the keyframes do.
 constexpr std::size_t kFewKeyframes = 30;
+
+// Of a deviation, its square under the loss.
+double loss_at(const ceres::LossFunction* loss, double deviation) {
+  const double square = deviation * deviation;
+  if (loss == nullptr) return square;
+  std::array<double, 3> rho{};
+  loss->Evaluate(square, rho.data());
+  return rho[0];
+}
 
 std::string solver_for(const ProblemBlocks& problem, const BatchSettings& settings) {
   if (settings.solver != "auto") return settings.solver;
@@ -131,10 +142,15 @@ void check_told(const NormalEquations& equations, const ProblemBlocks& problem,
 void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
            BatchReport& report) {
   const std::vector<double> deviations = problem.deviations();
-  const double width = report.loss_width = loss_width_of(settings);
+  report.loss_width = loss_width_of(settings);
   report.outliers =
-      static_cast<int>(std::ranges::count_if(deviations, [&](double d) { return d > width; }));
-  report.cost_per_dof = 2 * report.final_cost / std::max(dof, 1);
+      static_cast<int>(std::ranges::count_if(deviations, [](double d) { return d > kLossWidth; }));
+  // As with the usual width: with a narrow one the cost of anything is small.
+  const std::unique_ptr<ceres::LossFunction> used(loss_of(settings));
+  const std::unique_ptr<ceres::LossFunction> usual(loss_of(settings, kLossWidth));
+  double squares = 2 * report.final_cost;
+  for (const double d : deviations) squares += loss_at(usual.get(), d) - loss_at(used.get(), d);
+  report.cost_per_dof = squares / std::max(dof, 1);
 }
 
 void judge_end(double squared_distance, BatchReport& report) {

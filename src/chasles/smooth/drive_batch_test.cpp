@@ -128,6 +128,21 @@ TEST_P(DriveBatch, KnowsHowWrongItIs) {
   }
 }
 
+TEST_P(DriveBatch, KnowsHowWrongItIsOfLevelVelocities) {
+  double pose = 0, tilt = 0;
+  constexpr int kRuns = 40;
+  for (int run = 0; run < kRuns; ++run) {
+    const DriveScene s = scene({.level = true, .seed = 200 + static_cast<std::uint64_t>(run)});
+    const Estimate e = smooth(s.input, exact("inverse-depth")).estimates.back();
+    const Eigen::VectorXd d = drive_error(s.truth.back(), e);
+    pose += d.head<6>().dot(e.pose_covariance.ldlt().solve(d.head<6>()));
+    const Eigen::Index at = d.size() - 3;
+    tilt += std::pow(d[at] / e.additive_sigma[at - 6], 2);
+  }
+  EXPECT_TRUE(test::is_chi2(pose, 6 * kRuns));
+  EXPECT_TRUE(test::is_chi2(tilt, kRuns));
+}
+
 TEST_P(DriveBatch, TheSameBytesEveryTime) {
   const DriveScene s = scene({.frames = 40});  // of the sparse solver
   const DriveResult a = smooth(s.input, {}), b = smooth(s.input, {});
@@ -273,6 +288,19 @@ TEST(DriveBatchBadInput, UnknownNamesAreRefused) {
 }
 
 // Velocities that say nothing, and pixels too coarse to tell.
+TEST(DriveBatchLoss, IsNarrowWhereTheNoiseOfPixelsWasMeasured) {
+  DriveScene s = drive_scene();
+  EXPECT_EQ(smooth(s.input, {}).report.loss_width, 2.5);
+  s.input.noise.pixels_inflated = true;
+  const BatchReport measured = smooth(s.input, {}).report;
+  EXPECT_EQ(measured.loss_width, 0.5);
+  EXPECT_EQ(smooth(s.input, {.loss_width = 1.5}).report.loss_width, 1.5);
+  // Whether it fits is asked of the usual width.
+  s.input.noise.begin = s.input.noise.update = {.u = 0.05, .v = 0.05, .disparity = 0.05};
+  EXPECT_GT(smooth(s.input, {.gate = 0}).report.cost_per_dof, 2);
+  EXPECT_LT(measured.cost_per_dof, 1.3);
+}
+
 TEST(DriveBatchIllPosed, IsNamedNotAnswered) {
   DriveScene s = drive_scene({.noise = 0});
   s.input.noise.motion.sample_sigma.setConstant(1e4);

@@ -94,7 +94,7 @@ void take_initial(const std::vector<Estimate>& initial, DriveTimeline& timeline)
           x.world_T_imu * se3::exp(link.tau * corrected_velocity(timeline.model, x, link.held));
     }
   }
-  // What does not change begins everywhere as it was known at last.
+  // What hardly changes begins everywhere as it was known at last.
   const BodyVelocityModel& model = timeline.model;
   if (initial.empty() || !model.level || initial.back().additive.size() != model.size()) return;
   const auto last = initial.back().additive.segment<3>(model.tilt_index());

@@ -93,9 +93,9 @@ DriveGraph drive_graph(const DriveInput& input, const BatchSettings& settings, B
 int cull(const DriveInput& input, const std::vector<double>& deviations, double gate,
          DriveGraph& graph, BatchReport& report);
 
-/// With batch.loss_width as it is for this noise where it is auto. Measured noise of pixels stands
-/// for errors that stay, at 2.5 times what looks scatter by (docs/batch.md, section 7):
-/// Huber's 1.345 of the scatter (1964) are 0.5 of it.
+/// With batch.loss_width for this noise where it is auto. Measured noise of pixels stands for
+/// errors that stay along a track and is 2.5 times what later looks scatter by, of which
+/// Huber's 1.345 (1964) are 0.5; docs/batch.md, section 7, has what widths do.
 BatchSettings with_loss_width(BatchSettings settings, const Noise& noise);
 
 /// The rows of a view, the landmark's first or a later one.

@@ -99,7 +99,8 @@ class DriveOracle {
       all.push_back(change[model_.bias_index() + i] / (noise.gyro_bias_walk * std::sqrt(tau)));
     }
     for (int i = 0; model_.level && i < 3; ++i) {
-      all.push_back(change[model_.tilt_index() + i] / (noise.tilt_walk * std::sqrt(tau)));
+      const double walk = i < 2 ? noise.tilt_walk : noise.heading_walk;
+      all.push_back(change[model_.tilt_index() + i] / (walk * std::sqrt(tau)));
     }
     if (model_.scale) {
       all.push_back(change[model_.scale_index()] / (noise.scale_walk * std::sqrt(tau)));

@@ -43,6 +43,7 @@ inline Noise small_drive_noise() {
   noise.motion.gyro_bias_walk = 1e-3;
   noise.motion.scale_walk = 1e-3;
   noise.motion.tilt_walk = 1e-3;
+  noise.motion.heading_walk = 2e-3;
   noise.gyro_bias_sigma = 0.02;
   noise.begin = noise.update = {.u = 0.5, .v = 0.5, .disparity = 0.5};
   noise.update.disparity = 0.7;
@@ -162,7 +163,10 @@ inline DriveScene drive_scene(const SmallDrive& drive = {}) {
     now.world_T_imu = now.world_T_imu * se3::exp(xi);
     now.time += from_seconds(tau);
     bias += draw.normal3(std::sqrt(tau) * noise.gyro_bias_walk);
-    if (drive.level) tilt_heading += draw.normal3(std::sqrt(tau) * noise.tilt_walk);
+    if (drive.level) {
+      const Eigen::Vector3d walk(noise.tilt_walk, noise.tilt_walk, noise.heading_walk);
+      tilt_heading += draw.normal3(std::sqrt(tau)).cwiseProduct(walk);
+    }
     if (drive.scale) log_scale += drive.noise * std::sqrt(tau) * noise.scale_walk * random.normal();
   }
   return scene;

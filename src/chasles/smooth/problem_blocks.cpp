@@ -70,13 +70,15 @@ std::vector<int> range(int first, int count) {
 }
 
 double loss_width_of(const BatchSettings& settings) {
-  constexpr double kOfWhiteNoise = 2.5;
-  return settings.loss_width.value_or(kOfWhiteNoise);
+  return settings.loss_width.value_or(kLossWidth);
 }
 
 ceres::LossFunction* loss_of(const BatchSettings& settings) {
+  return loss_of(settings, loss_width_of(settings));
+}
+
+ceres::LossFunction* loss_of(const BatchSettings& settings, double width) {
   if (settings.loss == "none") return nullptr;
-  const double width = loss_width_of(settings);
   if (!(width > 0)) {
     throw UsageError("batch.loss_width: found " + std::to_string(width) +
                      ", expected a number of deviations above 0");

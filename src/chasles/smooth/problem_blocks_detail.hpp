@@ -77,11 +77,14 @@ class ProblemBlocks {
 /// So many rows of the error vector.
 std::vector<int> range(int first, int count);
 
-/// batch.loss_width; auto: of deviations that are as stated.
+constexpr double kLossWidth = 2.5;  ///< where deviations are as stated
+
+/// batch.loss_width; auto: kLossWidth.
 double loss_width_of(const BatchSettings& settings);
 
-/// batch.loss; null: none. Throws UsageError.
+/// batch.loss, of that width or another; null: none. Throws UsageError.
 ceres::LossFunction* loss_of(const BatchSettings& settings);
+ceres::LossFunction* loss_of(const BatchSettings& settings, double width);
 
 /// The problem linearised at the present numbers: residual r and Jacobian J whitened and
 /// robustified.

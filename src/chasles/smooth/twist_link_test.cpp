@@ -73,7 +73,7 @@ TEST(TwistLink, IsTheFiltersPrediction) {
 
 TEST(TwistLink, WithoutWalkTheBiasesAreHeldNotSingular) {
   BodyVelocityNoise noise = test::small_drive_noise().motion;
-  noise.gyro_bias_walk = noise.scale_walk = noise.tilt_walk = 0;
+  noise.gyro_bias_walk = noise.scale_walk = noise.tilt_walk = noise.heading_walk = 0;
   const BodyVelocityModel model{
       .velocity_state = true, .gyro_bias = true, .scale = true, .level = true};
   EXPECT_TRUE(twist_link(model, kTau, {}, noise).whitening.allFinite());

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <chasles/smooth/window_detail.hpp>
 
@@ -150,7 +151,11 @@ void evaluate(const Window& window, ChainTerm& term) {
   std::vector<double*> into;
   for (DenseRows& j : J) into.push_back(j.data());
   term.residual.resize(rows);
-  term.cost->Evaluate(x.data(), term.residual.data(), into.data());
+  if (!term.cost->Evaluate(x.data(), term.residual.data(), into.data())) {
+    // A cost that is not a number is refused.
+    term.residual.setConstant(std::numeric_limits<double>::quiet_NaN());
+    for (DenseRows& j : J) j.setZero();
+  }
   term.jacobian.setZero(rows, errors * term.keyframes);
   auto block = J.begin();
   for (int column = 0; column < errors * term.keyframes; column += errors) {
