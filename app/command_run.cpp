@@ -83,6 +83,14 @@ void declare_input(CLI::App& parser, RunOptions& o) {
       ->group("Input");
   add_number(parser, "--stop", o.input.stop, "S", "Leave out the recording after this second", 0)
       ->group("Input");
+  add_number(parser, "--tracks", o.input.tracks.part, "PART",
+             "Use a random part of the tracks, from 0 to 1: how much of a run is chance of which "
+             "points were tracked (default: all)",
+             0, 1)
+      ->group("Input");
+  parser.add_option("--tracks-seed", o.input.tracks.seed, "Chooses that part (default: 1)")
+      ->type_name("N")
+      ->group("Input");
 }
 
 void declare_method(CLI::App& parser, RunOptions& o) {
@@ -281,7 +289,8 @@ int run_inertial(const RunOptions& o, Recording& recording, const Interrupt& int
                   .quiet = o.quiet,
                   .realtime = realtime(o),
                   .estimator = estimator,
-                  .keep_images = o.keep_images},
+                  .keep_images = o.keep_images,
+                  .tracks = o.input.tracks},
                  interrupt, live);
   });
   add_remarks(result.run, result.interrupted, frame_count(recording), recording.remarks);

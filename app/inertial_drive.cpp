@@ -98,7 +98,8 @@ class Loop {
       if (const auto* sample = std::get_if<ImuSample>(&*item)) {
         take(*sample);
       } else {
-        const auto* tracked = std::get_if<TrackedFrame>(&*item);
+        auto* tracked = std::get_if<TrackedFrame>(&*item);
+        if (tracked) options_.tracks.thin(tracked->frame);
         take(tracked ? tracked->frame : std::get<FeatureFrame>(*item), tracked);
         if (interrupt_.requested()) break;
       }

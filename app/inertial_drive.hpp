@@ -13,6 +13,7 @@
 #include "estimator.hpp"
 #include "inertial_settings_io.hpp"
 #include "realtime.hpp"
+#include "tracks_part.hpp"
 
 namespace chasles::app {
 
@@ -31,6 +32,7 @@ struct InertialDriveOptions {
   /// window goes through the recording in the filter's stead, from the filter's first estimate on.
   Estimator estimator = {};
   std::optional<int> keep_images;  ///< as for ImageKeeper
+  TracksPart tracks = {};          ///< of those that the front end follows
 };
 
 /// What the front end did, summed over the frames.

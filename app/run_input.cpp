@@ -78,6 +78,13 @@ void choose_cameras(Recording& r, const std::string& choice) {
   if (r.images) r.images = part_of(r.images, Time::min(), Time::max(), count);
 }
 
+void choose_tracks(Recording& r, const TracksPart& tracks) {
+  if (!tracks.part) return;
+  for (FeatureFrame& frame : r.frames) tracks.thin(frame);
+  r.remarks.push_back(fmt::format("a random part of the tracks is used: {:g} of them, seed {}",
+                                  *tracks.part, tracks.seed));
+}
+
 // Finds out now, not after the run, that a truth has nothing to do with the recording.
 void check_truth(const Recording& r, const std::filesystem::path& file) {
   Trajectory stamps;
@@ -166,6 +173,7 @@ Recording read_input(const RunInput& input) {
   check_not_empty(r);
   cut(r, input);
   choose_cameras(r, input.cameras);
+  choose_tracks(r, input.tracks);
   if (input.backwards) r = backwards(std::move(r));
   check_not_empty(r);
   if (!input.truth.empty()) {

@@ -8,6 +8,8 @@
 #include <chasles/slam/noise.hpp>
 #include <chasles/slam/settings.hpp>
 
+#include "tracks_part.hpp"
+
 namespace chasles::app {
 
 /// What a run is given besides its settings.
@@ -17,6 +19,7 @@ struct RunInput {
   std::optional<double> start, stop;  ///< seconds since the recording's first event
   bool backwards = false;             ///< after the cut
   std::string cameras;                ///< "mono", "stereo"; empty: all that there are
+  TracksPart tracks = {};             ///< of images it is the run that leaves out the others
 };
 
 /// The recording that the run works on: cut to start … stop, with the truth of its choice. Throws

@@ -14,6 +14,16 @@ CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bi
 DATA = pathlib.Path(os.environ.get("CHASLES_DATA", ROOT / "../shared/data"))
 OUT = ROOT / "out/runs"
 ESTIMATORS = ["filter", "batch"]
+BLOCK, BLOCKS = 5, 10  # that a recording is cut into: [s] at most; at least so many of them
+EUROC = DATA / "euroc"
+# Name, arguments of `run`, recording that it shares with others, whether its errors add up along the way (a board is always in view: no).
+FLIGHTS = [
+    *[(f"AprilGrid, {cameras}", [EUROC / "imu_april", "--config", "configs/euroc.yaml", "--begin", "truth", "--cameras", cameras], "AprilGrid", False)
+      for cameras in ("stereo", "mono")],
+    *[(f"MH_01, 17 s, {cameras}{way}", [EUROC / "MH_01_easy_17s", "--cameras", cameras, *(["--backwards"] if way else [])], "MH_01", True)
+      for cameras in ("stereo", "mono") for way in ("", " backwards")],
+    ("MH_01, 184 s, KLT tracks", [EUROC / "imu_gt/MH_01_easy_klt_tracks_cam0.csv.gz"], "MH_01", True),
+]
 # The ECE276A archives have no truth of their own.
 TRUTH = {
     "ece276a_2018/0020": "0020_gt_imu_stars.tum",
@@ -73,14 +83,26 @@ def matched(tables):
 
 def runs_of(name, arguments):
     """The truth, and the recording through each estimator, at the same instants."""
-    folders = {e: OUT / re.sub(r"\W+", "-", f"{name}-{e}") for e in ESTIMATORS}
+    return compared(OUT, name, arguments)
+
+
+def compared(where, name, arguments):
+    """The same, with the run folders there; those that are there already are not run again."""
+    folders = {e: where / re.sub(r"\W+", "-", f"{name}-{e}") for e in ESTIMATORS}
     for estimator, folder in folders.items():
         if not (folder / "trajectory.tum").exists():
-            OUT.mkdir(parents=True, exist_ok=True)
+            where.mkdir(parents=True, exist_ok=True)
             chasles("run", *arguments, "--estimator", estimator, "-o", folder)
     tables = [np.loadtxt(folders[e] / "trajectory.tum") for e in ESTIMATORS]
     filter_run, batch, truth = matched([*tables, np.loadtxt(folders["filter"] / "truth.tum")])
     return truth, {"filter": filter_run, "batch": batch}
+
+
+def cuts(truth):
+    """The rows at which a recording is cut into blocks."""
+    duration = truth.t[-1] - truth.t[0]
+    count = max(BLOCKS, math.floor(duration / BLOCK))
+    return np.searchsorted(truth.t, truth.t[0] + np.arange(count + 1) * min(BLOCK, duration / BLOCKS) - 1e-6).clip(max=len(truth.t) - 1)
 
 
 def angle(R):

@@ -28,6 +28,7 @@ enum class Stream : std::uint32_t {
   kTexture = 18,
   kImageNoise = 19,
   kExposure = 20,
+  kTrackKept = 21,
 };
 
 /// 128 random bits as a pure function of a counter and a key: Philox-4x32 with ten rounds (Salmon,

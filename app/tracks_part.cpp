@@ -1,0 +1,19 @@
+#include "tracks_part.hpp"
+
+#include <chasles/sim/random.hpp>
+
+namespace chasles::app {
+
+bool TracksPart::uses(LandmarkId track) const {
+  const auto number = static_cast<std::uint64_t>(track);
+  return !part || Random{.seed = seed}.uniform(Stream::kTrackKept, number) < *part;
+}
+
+void TracksPart::thin(FeatureFrame& frame) const {
+  if (!part) return;
+  const auto unused = [&](const auto& observation) { return !uses(observation.landmark); };
+  std::erase_if(frame.observations, unused);
+  std::erase_if(frame.pixels, unused);
+}
+
+}  // namespace chasles::app
