@@ -13,7 +13,7 @@ namespace {
 // mounting, the filter of the GNSS/INS behind the numbers). Chosen over all recordings at hand
 // (docs/noise.md).
 constexpr double kRateFloor = 0.0005;         // [rad/s]
-constexpr double kVelocityFloor = 0.03;       // [m/s]
+constexpr double kVelocityFloor = 0.1;        // [m/s]
 constexpr double kRateWalkFloor = 0.025;      // [rad/s/sqrt(s)]
 constexpr double kVelocityWalkFloor = 0.013;  // [m/s/sqrt(s)]
 constexpr double kRateWalkPerSigma = 2;       // [1/sqrt(s)]: a noisy gyroscope hides what it misses

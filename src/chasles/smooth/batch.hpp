@@ -62,7 +62,7 @@ struct BatchReport {
   /// where the sensors are as stated and the minimum is the right one.
   double cost_per_dof = 0;
   std::vector<double> costs;  ///< after every step that was tried
-  bool converged = false;
+  bool converged = false;     ///< by its tolerance, or because next to nothing is left to gain
   /// The part of the cost by which a whole step of Gauss and Newton from where the search ended
   /// would lower it, were the problem linear: next to 0 at a minimum.
   double decrease_left = 0;

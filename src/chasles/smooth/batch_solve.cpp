@@ -156,6 +156,7 @@ void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
 void judge_end(double squared_distance, BatchReport& report) {
   // A cost of zero, of data without noise, is as low as costs go.
   report.decrease_left = report.final_cost > 0 ? squared_distance / (2 * report.final_cost) : 0;
+  report.converged = report.converged || report.decrease_left < kAtMinimum;
   report.stalled = report.converged && report.decrease_left > kRough;
 }
 

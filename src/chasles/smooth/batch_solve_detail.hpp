@@ -12,6 +12,8 @@ namespace chasles::smooth_detail {
 /// What a step gains of the cost when the search is no longer on its way from a bad beginning; and
 /// when it has roughly ended, and outliers are told from the others.
 inline constexpr double kArrived = 1e-2, kRough = 1e-3;
+/// Where a whole step should lower the cost by less than this part of it, that is its minimum.
+inline constexpr double kAtMinimum = 1e-7;
 
 /// A search for the minimum, of one problem after the other: in all at most batch.max_iterations
 /// steps, which the report counts.

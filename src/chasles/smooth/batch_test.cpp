@@ -54,6 +54,21 @@ TEST_P(Batch, IsTheMinimumThatADenseGaussNewtonFinds) {
   }
 }
 
+TEST_P(Batch, HasConvergedWhereNothingIsLeftToGainThoughItsStepsAreUsedUp) {
+  const SmallScene scene = small_scene({.frames = 6, .cameras = 2, .landmarks = 14});
+  BatchSettings settings = exact();
+  const BatchReport whole = smooth(scene.input, name(), settings).report;
+  settings.max_iterations = whole.iterations - 1;
+  const BatchReport short_of_its_end = smooth(scene.input, name(), settings).report;
+  EXPECT_EQ(short_of_its_end.iterations, settings.max_iterations);
+  EXPECT_LT(short_of_its_end.decrease_left, 1e-7);
+  EXPECT_TRUE(short_of_its_end.converged);
+  settings.max_iterations = 1;
+  const BatchReport far = smooth(scene.input, name(), settings).report;
+  EXPECT_GT(far.decrease_left, 1e-7);
+  EXPECT_FALSE(far.converged);
+}
+
 TEST_P(Batch, WithoutNoiseFindsTheTruthFromABadBeginning) {
   SmallScene scene = small_scene({.frames = 12, .noise = 0});
   // The prior is right on average; the search begins elsewhere.
