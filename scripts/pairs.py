@@ -1,7 +1,5 @@
 """Paired differences: statistics, words and numbers for scripts/paired and scripts/halves. Needs numpy."""
 
-import math
-
 import numpy as np
 
 from trajectories import ROOT, mean_and_error
@@ -63,11 +61,3 @@ def table(header, rows):
     """`header`: names of the columns, and how they are aligned."""
     lines = [list(header), list(header.values()), *rows]
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
-
-
-def fill(name, text):
-    """Replaces what stands in the page between the markers of that name."""
-    page = PAGE.read_text()
-    begin, end = f"<!-- {name}:begin -->\n", f"<!-- {name}:end -->"
-    head, rest = page.split(begin)
-    PAGE.write_text(head + begin + text + "\n" + end + rest.split(end)[1])

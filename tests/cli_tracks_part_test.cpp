@@ -90,7 +90,8 @@ TEST(TracksPart, OfImagesIsOfWhatTheFrontEndFollows) {
   const std::string run = "run rec --json --quiet --begin truth ";
   const Json all = figures_of(chasles(folder, run)),
              half = figures_of(chasles(folder, run + "--tracks 0.5"));
-  EXPECT_NEAR(observations(half) / observations(all), 0.5, 0.35);  // there are few tracks
+  EXPECT_NEAR(observations(half) / observations(all), 0.5,
+              0.27);  // three deviations of some thirty long tracks
 }
 
 }  // namespace
