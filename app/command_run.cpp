@@ -219,6 +219,7 @@ void prepare_outputs(const RunOptions& o) {
 
 Drive estimate(const RunOptions& o, DriveRunSettings& settings, Recording& recording,
                const Interrupt& interrupt, LiveView& live) {
+  const double time_offset = correct_clock(settings.filter, recording);
   Trajectory velocities_alone = dead_reckoning(recording);
   if (!o.trajectory.empty()) {
     follow(recording, read_tum(o.trajectory));
@@ -234,6 +235,7 @@ Drive estimate(const RunOptions& o, DriveRunSettings& settings, Recording& recor
     live.smoothing();
     smooth(recording, settings.filter, settings.batch, result);
   }
+  result.time_offset = time_offset;
   add_remarks(result.run, result.interrupted, recording.frames.size(), recording.remarks);
   return result;
 }

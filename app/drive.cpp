@@ -1,9 +1,12 @@
 #include "drive.hpp"
 
+#include <cmath>
 #include <functional>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/velocity_clock.hpp>
 #include <chasles/slam/drive_model.hpp>
 #include <chasles/smooth/drive_window.hpp>
 
@@ -90,6 +93,26 @@ Drive prepared(const Recording& recording, const Settings& settings, Trajectory 
 }
 
 }  // namespace
+
+double correct_clock(const Settings& settings, Recording& recording) {
+  double offset = settings.time_offset.value_or(0);
+  if (!settings.time_offset) {
+    const std::optional<VelocityClock> clock = velocity_clock(recording);
+    const bool corrected = clock && clock->stands_out();
+    if (corrected) offset = clock->offset;
+    recording.remarks.push_back(
+        !clock || !clock->believable()
+            ? "time_offset=auto: the tracks do not tell how the velocities' clock stands against "
+              "the frames': their stamps are taken as they are"
+            : fmt::format(
+                  "time_offset=auto: the velocities are stamped {} by {:.0f} +- {:.0f} ms against "
+                  "the frames, as the tracks tell: their stamps are {}",
+                  clock->offset > 0 ? "late" : "early", 1e3 * std::abs(clock->offset),
+                  1e3 * clock->sigma, corrected ? "corrected" : "taken as they are"));
+  }
+  shift_velocities(recording, offset);
+  return offset;
+}
 
 Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
             bool quiet, Trajectory velocities_alone, LiveView& live) {

@@ -24,12 +24,17 @@ struct Drive {
   Run run;
   std::vector<Estimate> estimates;  ///< as they are in `run`
   Noise noise;
+  double time_offset = 0;      ///< by which the velocities' stamps were corrected [s]
   std::unique_ptr<Slam> slam;  ///< the filter, as it is after the last frame
   Sightings sightings;
   bool interrupted = false;            ///< by a signal: `run` ends early
   std::optional<BatchReport> batch;    ///< of batch estimation; run is what it found
   std::optional<WindowReport> window;  ///< where a window went through it
 };
+
+/// Gives the velocities the frames' clock, by the offset that is set, or that the tracks tell where
+/// it is to be found (a remark says what was). Returns it [s].
+double correct_clock(const Settings& settings, Recording& recording);
 
 /// Runs the filter over the whole recording, or until an interrupt. With `quiet` there is no
 /// progress bar. Viewers are shown `velocities_alone` from the beginning.

@@ -29,7 +29,7 @@ Json stereo_json(const StereoNoise& noise) {
 }
 
 // Three numbers are those of the IMU's x, y and z.
-Json noise_json(const Noise& noise, bool level) {
+Json noise_json(const Noise& noise, bool level, double time_offset) {
   return {{"rate_sigma", numbers(noise.motion.sample_sigma.head<3>())},
           {"velocity_sigma", numbers(noise.motion.sample_sigma.tail<3>())},
           {"rate_walk", numbers(noise.motion.walk.head<3>())},
@@ -37,6 +37,7 @@ Json noise_json(const Noise& noise, bool level) {
           {"gyro_bias_sigma", noise.gyro_bias_sigma},
           {"gyro_bias_walk", noise.motion.gyro_bias_walk},
           {"velocity_axes", level ? "level" : "imu"},
+          {"time_offset", time_offset},
           {"begin_landmark", stereo_json(noise.begin)},
           {"update", stereo_json(noise.update)}};
 }
@@ -206,7 +207,7 @@ Json summary_json(const Drive& drive, const DriveRunSettings& settings,
   if (drive.window) summary["window"] = window_json(*drive.window);
   summary["settings"] = to_json(setting_list(copy.filter));
   if (drive.batch || drive.window) summary["settings"].update(to_json(setting_list(copy.batch)));
-  summary["noise"] = noise_json(drive.noise, are_level(drive, settings));
+  summary["noise"] = noise_json(drive.noise, are_level(drive, settings), drive.time_offset);
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;
   return summary;

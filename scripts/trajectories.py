@@ -86,9 +86,13 @@ def runs_of(name, arguments):
     return compared(OUT, name, arguments)
 
 
+def run_folder(where, name, estimator):
+    return where / re.sub(r"\W+", "-", f"{name}-{estimator}")
+
+
 def compared(where, name, arguments):
     """The same, with the run folders there; those that are there already are not run again."""
-    folders = {e: where / re.sub(r"\W+", "-", f"{name}-{e}") for e in ESTIMATORS}
+    folders = {e: run_folder(where, name, e) for e in ESTIMATORS}
     for estimator, folder in folders.items():
         if not (folder / "trajectory.tum").exists():
             where.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -8,6 +9,7 @@
 #include <chasles/data/check_imu.hpp>
 #include <chasles/data/check_times.hpp>
 #include <chasles/data/imu_range.hpp>
+#include <chasles/data/velocity_clock.hpp>
 #include <chasles/imu/level_axes.hpp>
 
 namespace chasles {
@@ -103,6 +105,31 @@ void check_axes(const Recording& r, CheckReport& report) {
                  "(velocity_axes)"});
 }
 
+void check_velocity_clock(const Recording& r, CheckReport& report) {
+  if (r.velocities.empty()) return;
+  const std::optional<VelocityClock> clock = velocity_clock(r);
+  if (!clock || !clock->believable()) {
+    report.not_checked.push_back(
+        clock ? "the clock of the velocities against the frames: their noise hides it"
+              : "the clock of the velocities against the frames: too few seconds of tracks of a "
+                "rectified pair, or too steady a motion");
+    return;
+  }
+  report.facts.push_back({"velocities", "offset of their clock", 1e3 * clock->offset, "ms"});
+  if (!clock->stands_out()) return;
+  report.findings.push_back(
+      {.severity = Severity::kWarning,
+       .about = "velocities",
+       .what = fmt::format("they are stamped {} by {:.0f} +- {:.0f} ms against the frames",
+                           clock->offset > 0 ? "late" : "early", 1e3 * std::abs(clock->offset),
+                           1e3 * clock->sigma),
+       .value = 1e3 * std::abs(clock->offset),
+       .threshold = 1e3 * VelocityClock::kLeastOffset,
+       .unit = "ms",
+       .advice = fmt::format("a run corrects the stamps with --set time_offset={:.3f}, or auto",
+                             clock->offset)});
+}
+
 // Frames before the first sample and after the last.
 void check_coverage(const Recording& r, CheckReport& report) {
   const std::vector<StampedRate> rates = rates_of(r);
@@ -189,6 +216,7 @@ CheckReport check_recording(const Recording& recording, const std::vector<Featur
   CheckReport report;
   check_streams(recording, report);
   check_axes(recording, report);
+  check_velocity_clock(recording, report);
   check_coverage(recording, report);
   if (!recording.imu.empty()) {
     report_imu(recording.imu, range_of(recording), report);

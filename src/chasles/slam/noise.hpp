@@ -9,6 +9,7 @@
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
 #include <chasles/imu/body_velocity.hpp>
+#include <chasles/imu/signal_noise.hpp>
 #include <chasles/slam/settings.hpp>
 
 namespace chasles {
@@ -36,18 +37,6 @@ struct StatedNoise {
 /// velocities.
 Noise choose_noise(const Settings& settings, std::span<const BodyVelocity> velocities,
                    std::span<const FeatureFrame> frames, const StatedNoise& stated);
-
-/// White noise and random walk of a sampled signal, from its differences.
-struct SignalNoise {
-  double white = 0;  ///< of a sample [unit]
-  double walk = 0;   ///< [unit/sqrt(s)]
-};
-
-/// With s1, s2 the robust deviations of first and second differences, white noise of variance R on
-/// a random walk has s1^2 = 2R + q, s2^2 = 6R + 2q; the walk itself is read off at longer lags
-/// (0.25, 0.5 and 1 s, the largest that stands out of the noise), where it outweighs the noise.
-/// `period` is the time between samples [s]. Fewer than 4 samples tell nothing: zeros.
-SignalNoise measure_signal(std::span<const double> samples, double period);
 
 /// Robust deviation [px] of vL - vR, which would be 0 without noise; at least 0.2.
 double row_disagreement(std::span<const FeatureFrame> frames);

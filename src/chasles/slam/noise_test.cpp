@@ -10,18 +10,6 @@ namespace {
 
 constexpr double kPeriod = 0.1;
 
-// A random walk of this density [unit/sqrt(s)] seen through white noise.
-std::vector<double> signal(std::size_t count, double walk, double white, std::uint64_t seed) {
-  test::Random random(seed);
-  std::vector<double> samples;
-  double value = 3;
-  for (std::size_t i = 0; i < count; ++i) {
-    samples.push_back(value + white * random.normal());
-    value += walk * std::sqrt(kPeriod) * random.normal();
-  }
-  return samples;
-}
-
 std::vector<FeatureFrame> frames_with_rows(double sigma, double offset) {
   test::Random random(5);
   std::vector<FeatureFrame> frames(100);
@@ -49,36 +37,6 @@ std::vector<BodyVelocity> drive(double linear_sigma, double angular_sigma) {
   return velocities;
 }
 
-TEST(MeasureSignal, TellsWhiteNoiseFromTheWalkUnderIt) {
-  const SignalNoise noise = measure_signal(signal(5000, 0.3, 0.5, 1), kPeriod);
-  // Three standard errors of a median of 5000 correlated differences: 5 % of s1 and of s2.
-  EXPECT_NEAR(noise.white, 0.5, 0.08);
-  EXPECT_NEAR(noise.walk, 0.3, 0.06);
-}
-
-TEST(MeasureSignal, APureWalkHasHardlyAnyWhiteNoise) {
-  const SignalNoise noise = measure_signal(signal(5000, 1, 0, 2), kPeriod);
-  EXPECT_LT(noise.white, 0.1);
-  EXPECT_NEAR(noise.walk, 1, 0.1);
-}
-
-TEST(MeasureSignal, AConstantHasNoNoise) {
-  const SignalNoise noise = measure_signal(std::vector<double>(100, 2.5), kPeriod);
-  EXPECT_EQ(noise.white, 0);
-  EXPECT_EQ(noise.walk, 0);
-}
-
-TEST(MeasureSignal, GrossErrorsHardlyChangeTheWhiteNoise) {
-  std::vector<double> samples = signal(5000, 0.1, 0.5, 3);
-  for (std::size_t i = 0; i < samples.size(); i += 100) samples[i] += 50;
-  EXPECT_NEAR(measure_signal(samples, kPeriod).white, 0.5, 0.06);
-}
-
-TEST(MeasureSignal, ThreeSamplesTellNothing) {
-  EXPECT_EQ(measure_signal(std::vector<double>{1, 2, 4}, kPeriod).white, 0);
-  EXPECT_EQ(measure_signal({}, kPeriod).walk, 0);
-}
-
 TEST(RowDisagreement, IsTheSpreadOfRowsThatShouldAgreeWhateverTheirConstantDifference) {
   EXPECT_NEAR(row_disagreement(frames_with_rows(0.5, 0)), 0.5 * std::sqrt(2), 0.05);
   EXPECT_NEAR(row_disagreement(frames_with_rows(0.5, 3)), 0.5 * std::sqrt(2), 0.05);
@@ -98,6 +56,13 @@ TEST(ChooseNoise, MeasuresWhatNobodySays) {
   }
   EXPECT_GT(noise.gyro_bias_sigma, 0);
   EXPECT_GT(noise.update.disparity, noise.begin.disparity);
+}
+
+// What looks noise-free errs by what stays (docs/noise.md).
+TEST(ChooseNoise, TakesNoSampleForExact) {
+  const std::vector<BodyVelocity> steady = drive(0, 0);
+  const Vector6d least = (Vector6d() << 5e-4, 5e-4, 5e-4, 0.1, 0.1, 0.1).finished();
+  EXPECT_EQ(choose_noise({}, steady, {}, {}).motion.sample_sigma, least);
 }
 
 TEST(ChooseNoise, BelievesTheRecordingBeforeItMeasures) {

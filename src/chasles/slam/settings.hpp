@@ -26,6 +26,7 @@ struct Settings {
   double velocity_scale_sigma = 0.01;
   double velocity_scale_walk = 0;
   std::string velocity_axes = "auto";
+  std::optional<double> time_offset = 0;
   double tilt_sigma = 0.05;
   double tilt_walk = 0.001;
   double velocity_heading_sigma = 0.0005;
@@ -76,6 +77,9 @@ void for_each_setting(SettingsType& s, Visitor&& visit) {
   visit("velocity_axes", s.velocity_axes, "auto|imu|level",
         "what velocities are along: the IMU's axes, or level ones with its heading; auto: as they "
         "climb (docs/noise.md)");
+  visit("time_offset", s.time_offset, "s",
+        "frames' clock + time_offset = velocities' clock: above 0 where velocities are stamped "
+        "late; auto: as the tracks tell (docs/noise.md)");
   visit("tilt_sigma", s.tilt_sigma, "rad",
         "initial uncertainty of which way is up, where velocities are along level axes");
   visit("tilt_walk", s.tilt_walk, "rad/sqrt(s)", "random walk of that");
