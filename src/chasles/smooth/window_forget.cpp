@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
+#include <chasles/filter/dense.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/window_detail.hpp>
 
@@ -170,7 +171,8 @@ void eliminate_keyframe(const ChainTerm& link, int row, int n, WindowSystem& sys
   const Eigen::LLT<Eigen::MatrixXd> cholesky(S.block(row, row, n, n));
   const Eigen::MatrixXd by_d = S.middleRows(row, n);
   const Eigen::VectorXd g_d = system.g.segment(row, n);
-  S.noalias() -= by_d.transpose() * cholesky.solve(by_d);
+  const Eigen::MatrixXd d_by = by_d.transpose(), told = cholesky.solve(by_d);
+  dense::add_product(-1, d_by, told, S);
   system.g.noalias() -= by_d.transpose() * cholesky.solve(g_d);
 }
 
