@@ -134,10 +134,7 @@ SettingList setting_list(InertialSlamSettings& settings) {
     s.low = s.name == "frames_per_clone" || s.name == "soft_frames" ? 1 : 0;
     s.above_low = is_positive(s);
     if (s.unit == "probability") s.high = 1;
-    if (s.name == "time_offset") {
-      s.low = -0.5;
-      s.high = 0.5;
-    }
+    limit_time_offset(s);
   }
   return collector.settings;
 }

@@ -14,10 +14,7 @@ SettingList setting_list(Settings& settings) {
     s.above_low = s.unit == "probability" || s.name.ends_with("pixel_sigma") ||
                   s.name.ends_with("disparity_sigma");
     if (s.unit == "probability") s.high = 1;
-    if (s.name == "time_offset") {
-      s.low = -0.5;
-      s.high = 0.5;
-    }
+    limit_time_offset(s);
   }
   return collector.settings;
 }

@@ -31,6 +31,13 @@ struct Setting {
 
 using SettingList = std::vector<Setting>;
 
+/// Of all settings that one is from -0.5 s to 0.5 s.
+inline void limit_time_offset(Setting& setting) {
+  if (setting.name != "time_offset") return;
+  setting.low = -0.5;
+  setting.high = 0.5;
+}
+
 /// The settings that a for_each function of the library visits: visit(name, value, unit or
 /// choices separated by |, meaning).
 class SettingCollector {

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include <chasles/data/extrinsics.hpp>
+#include <chasles/data/median.hpp>
 #include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {
@@ -21,12 +22,6 @@ struct Pair {
   Eigen::Vector3d p_cam0;
   Eigen::Vector2d seen;
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 Vector6d as_vector(const BodyVelocity& velocity) {
   Vector6d u;

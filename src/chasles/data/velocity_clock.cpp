@@ -2,8 +2,10 @@
 #include <cmath>
 #include <map>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include <chasles/data/median.hpp>
 #include <chasles/data/velocity_clock.hpp>
 #include <chasles/imu/signal_noise.hpp>
 #include <chasles/lie/se3.hpp>
@@ -12,9 +14,11 @@
 namespace chasles {
 namespace {
 
-constexpr double kApart = 0.4;    // [s] from one look at a landmark to the next
-constexpr double kLargest = 0.3;  // [s]
-constexpr double kCluster = 1;    // [s]: errors of tracks that share it are not independent
+constexpr double kApart = 0.4;     // [s] from one look at a landmark to the next
+constexpr double kSpacing = 0.01;  // [s] by which frames are unevenly spaced
+constexpr double kFarthest = 1e6;  // [m]: disparities of rounding
+constexpr double kLargest = 0.3;   // [s]
+constexpr double kCluster = 1;     // [s]: errors of tracks that share it are not independent
 constexpr std::size_t kFewestClusters = 10;
 constexpr std::size_t kMostIntervals = 1200;  // of a long recording, evenly spread
 constexpr double kSettled = 1e-5;             // [s]
@@ -28,10 +32,11 @@ constexpr int kUnknowns = 8;
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 
-Vector6d twist_of(const BodyVelocity& u) {
-  Vector6d twist;
-  twist << u.angular_imu, u.linear_imu;
-  return twist;
+BodyVelocity interpolated(const BodyVelocity& a, const BodyVelocity& b, Time time) {
+  const double part = to_seconds(time - a.time) / to_seconds(b.time - a.time);
+  return {.time = time,
+          .linear_imu = (1 - part) * a.linear_imu + part * b.linear_imu,
+          .angular_imu = (1 - part) * a.angular_imu + part * b.angular_imu};
 }
 
 // The samples as a continuous motion, piecewise linear.
@@ -55,9 +60,9 @@ class Motion {
     SE3 begin_T_now;
     while (now < last) {
       const Time to = std::min(last, next->time);
-      const Vector6d said = mean(*(next - 1), *next, now, to);
+      const BodyVelocity said = interpolated(*(next - 1), *next, now + (to - now) / 2);
       Vector6d twist;
-      twist << turn * said.head<3>() - x.segment<3>(1), std::exp(x[4]) * (turn * said.tail<3>());
+      twist << turn * said.angular_imu - x.segment<3>(1), std::exp(x[4]) * (turn * said.linear_imu);
       begin_T_now = begin_T_now * se3::exp(to_seconds(to - now) * twist);
       now = to;
       if (now == next->time) ++next;
@@ -66,13 +71,6 @@ class Motion {
   }
 
  private:
-  // Over a part of the step from one sample to the next.
-  static Vector6d mean(const BodyVelocity& a, const BodyVelocity& b, Time from, Time to) {
-    const double middle = (to_seconds(from - a.time) + to_seconds(to - a.time)) / 2;
-    const double part = middle / to_seconds(b.time - a.time);
-    return (1 - part) * twist_of(a) + part * twist_of(b);
-  }
-
   const std::vector<BodyVelocity>& velocities_;
 };
 
@@ -97,7 +95,7 @@ std::vector<Interval> intervals_of(const Recording& r, const Motion& motion) {
   std::vector<Interval> intervals;
   std::size_t later = 0;
   for (const FeatureFrame& frame : r.frames) {
-    const Time due = frame.time + from_seconds(kApart - 0.01);
+    const Time due = frame.time + from_seconds(kApart - kSpacing);
     while (later < r.frames.size() && r.frames[later].time < due) ++later;
     if (later == r.frames.size()) break;
     const FeatureFrame& then = r.frames[later];
@@ -110,7 +108,7 @@ std::vector<Interval> intervals_of(const Recording& r, const Motion& motion) {
       const auto found = seen.find(o.landmark);
       if (found == seen.end() || !o.pixels.allFinite() || !found->second.allFinite()) continue;
       const auto point = triangulate(r.rig, o.pixels);
-      if (!point) continue;
+      if (!point || !(point->p_cam0.norm() < kFarthest)) continue;
       const Eigen::Vector3d by_disparity = point->p_cam0 / (o.pixels[2] - o.pixels[0]);
       interval.pairs.push_back({.p_imu = imu_T_cam0 * point->p_cam0,
                                 .by_disparity = imu_T_cam0.R * by_disparity,
@@ -194,9 +192,7 @@ class Fit {
 double scatter_of(const std::vector<Row>& rows) {
   std::vector<double> lengths;
   for (const Row& row : rows) lengths.push_back(row.residual.norm());
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle / kMedianOfTwo;
+  return median(std::move(lengths)) / kMedianOfTwo;
 }
 
 // Cauchy's: on a road full of cars that drive along, or with disparities that are wrong by tens of
@@ -246,19 +242,11 @@ double noise_in_pixels(const Recording& r, const std::vector<Interval>& interval
       depths.push_back((r.rig.cam0_T_imu * pair.p_imu).z());
     }
   }
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
+  const double depth = median(std::move(depths));
   const double period = to_seconds(r.velocities.back().time - r.velocities.front().time) /
                         static_cast<double>(r.velocities.size() - 1);
   return r.rig.fx * std::sqrt(period * kApart) *
-         std::hypot(sigma.head<3>().maxCoeff(), sigma.tail<3>().maxCoeff() / *middle);
-}
-
-BodyVelocity between(const BodyVelocity& a, const BodyVelocity& b, Time time) {
-  const double part = to_seconds(time - a.time) / to_seconds(b.time - a.time);
-  return {.time = time,
-          .linear_imu = (1 - part) * a.linear_imu + part * b.linear_imu,
-          .angular_imu = (1 - part) * a.angular_imu + part * b.angular_imu};
+         std::hypot(sigma.head<3>().maxCoeff(), sigma.tail<3>().maxCoeff() / depth);
 }
 
 }  // namespace
@@ -307,7 +295,7 @@ void shift_velocities(Recording& r, double offset) {
   const auto after =
       std::ranges::find_if(r.velocities, [&](const BodyVelocity& u) { return u.time >= first; });
   if (after == r.velocities.begin() || after == r.velocities.end()) return;
-  if (after->time > first) *(after - 1) = between(*(after - 1), *after, first);
+  if (after->time > first) *(after - 1) = interpolated(*(after - 1), *after, first);
   r.velocities.erase(r.velocities.begin(), after->time > first ? after - 1 : after);
 }
 

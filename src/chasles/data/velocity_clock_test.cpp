@@ -119,6 +119,21 @@ TEST(VelocityClock, OfNoiseFreeNumbersIsExact) {
   EXPECT_LT(clock->scatter, 0.1);
 }
 
+TEST(VelocityClock, AbsurdPixelsAreLeftOut) {
+  Recording r = drive_past_points({.lag = 0.06});
+  for (std::size_t k = 0; k < r.frames.size(); k += 3) {
+    std::vector<StereoObservation>& all = r.frames[k].observations;
+    for (std::size_t i = 0; i + 1 < all.size(); i += 7) {
+      all[i].pixels = Eigen::Vector4d::Constant(600);
+      all[i].pixels[2] -= 1e-12;  // as far as the stars
+      all[i + 1].pixels.setConstant(1e300);
+    }
+  }
+  const auto clock = velocity_clock(r);
+  ASSERT_TRUE(clock);
+  EXPECT_NEAR(clock->offset, 0.06, 4 * clock->sigma);
+}
+
 // The mean of two noisy samples is less noisy than either, wherever the clock is.
 TEST(VelocityClock, OfNoisySamplesIsNotBelieved) {
   for (const double lag : {0.0, 0.06}) {
