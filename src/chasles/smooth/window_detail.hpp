@@ -77,15 +77,17 @@ struct WindowPoint {
   PointLinear linear = {};
 };
 
-/// What has left the window says of what is in it: 1/2 xi^T information xi + gradient^T xi, xi the
-/// chart's errors of the state against `at`, rows as the window's.
+/// What has left the window says of what is in it: 1/2 y^T information y + gradient^T y. y is T^-1
+/// times the chart's errors of the state against `at`, T being the chart's block there: to first
+/// order about `at` the reference chart's errors, but linear in the chart's. Rows as the window's.
 struct WindowPrior {
-  Eigen::MatrixXd information;
+  Eigen::MatrixXd information;  ///< lower triangle
   Eigen::VectorXd gradient;
-  std::vector<WindowKeyframe> keyframes;  ///< `at`, of those that were there
+  std::vector<WindowKeyframe> keyframes;             ///< `at`, of those that were there
+  std::vector<Eigen::MatrixXd> inverse_blocks = {};  ///< T^-1, of those
   std::map<int, Eigen::Vector3d> points;
   std::map<int, double> scale_weights = {};  ///< of points in what the scale is; empty: it is 1
-  Eigen::VectorXd scale_direction = {};      ///< of xi, if all lengths grow
+  Eigen::VectorXd scale_direction = {};      ///< of y, if all lengths grow
 };
 
 struct Window {
@@ -191,13 +193,14 @@ Clone clone_of(const Window& window, int keyframe);
 /// T(x) of a keyframe's motion: the chart's errors by the reference chart's.
 Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe);
 
-/// Adds the prior's part at the present numbers, reference chart, to the top left of the system;
-/// returns its cost.
-double add_prior(const Window& window, WindowSystem& system);
+/// What the prior says at the present numbers, reference chart: lower triangle, all rows of the
+/// window.
+WindowSystem prior_system(const Window& window);
 double prior_cost(const Window& window);
 
-/// The prior of that system at the present numbers, which has all rows of the window.
-void set_prior(Window& window, const WindowSystem& system);
+/// The prior of that system at the present numbers, which has all rows of the window; its lower
+/// triangle is read.
+void set_prior(Window& window, WindowSystem system);
 
 /// The logarithm of what the present numbers are larger by than those of the prior, by the depths
 /// of its landmarks; and its derivative by the prior's rows, reference chart.
@@ -219,8 +222,8 @@ Eigen::VectorXd scaling(const Window& window, const WindowRows& rows, double log
 /// The reference chart's errors by the logarithm, if those numbers grow.
 Eigen::VectorXd scale_direction(const Window& window, const WindowRows& rows,
                                 const ScaledNumbers& numbers);
-/// Says which landmarks tell the scale: those whose depths the system knows.
-void weigh_scale(const Window& window, const WindowSystem& system, WindowPrior& prior);
+/// Says which landmarks tell the scale: those whose depths the prior knows.
+void weigh_scale(const Window& window, WindowPrior& prior);
 
 /// Adds a landmark's linear part to a system; by its own rows where `row` says where they are.
 void add_point(const WindowRows& rows, const PointLinear& linear, std::optional<int> row,

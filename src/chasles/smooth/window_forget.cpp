@@ -75,32 +75,52 @@ void substitute(const Moved& moved, int row, int old_anchor, int new_anchor, Win
   system.g.segment<3>(row) = old_by_new.transpose() * g;
 }
 
-Eigen::Map<const Eigen::VectorXi> indices(const std::vector<int>& rows) {
-  return {rows.data(), std::ssize(rows)};
-}
+// Rows of one system that are rows of another, in the same order.
+class CommonRows {
+ public:
+  void add(int from, int to, int count) {
+    if (!runs_.empty() && runs_.back().from + runs_.back().count == from &&
+        runs_.back().to + runs_.back().count == to) {
+      runs_.back().count += count;
+    } else {
+      runs_.push_back({from, to, count});
+    }
+  }
 
-// The prior at the present numbers, and after that room for landmarks that join it; all of S.
+  /// A system of that size that has those rows, and zeros else; lower triangles.
+  WindowSystem taken(const WindowSystem& system, int size) const {
+    WindowSystem taken{.S = Eigen::MatrixXd::Zero(size, size), .g = Eigen::VectorXd::Zero(size)};
+    for (const Run& i : runs_) {
+      for (const Run& j : runs_) {
+        if (j.from > i.from) break;
+        taken.S.block(i.to, j.to, i.count, j.count) =
+            system.S.block(i.from, j.from, i.count, j.count);
+      }
+      taken.g.segment(i.to, i.count) = system.g.segment(i.from, i.count);
+    }
+    return taken;
+  }
+
+ private:
+  struct Run {
+    int from, to, count;
+  };
+  std::vector<Run> runs_;
+};
+
+// The prior at the present numbers, with room for landmarks that join it; the lower triangle.
 WindowSystem prior_with(const std::vector<int>& joining, Window& window) {
+  const WindowSystem prior = prior_system(window);
   const WindowRows before(window);
-  WindowSystem prior{.S = Eigen::MatrixXd::Zero(before.size, before.size),
-                     .g = Eigen::VectorXd::Zero(before.size)};
-  add_prior(window, prior);
   for (const int number : joining) window.points.at(number).in_prior = true;
   const WindowRows rows(window);
-  std::vector<int> at;  // rows that the prior had
-  for (const auto& [number, row] : rows.points) {
-    for (int i = 0; i < 3 && before.points.contains(number); ++i) at.push_back(row + i);
-  }
-  for (int row = rows.begin; row < rows.size; ++row) at.push_back(row);
-  WindowSystem system{.S = Eigen::MatrixXd::Zero(rows.size, rows.size),
-                      .g = Eigen::VectorXd::Zero(rows.size)};
-  const auto to = indices(at);
-  system.S(to, to) = prior.S;
-  system.g(to) = prior.g;
-  return system;
+  CommonRows common;
+  for (const auto& [number, row] : before.points) common.add(row, rows.points.at(number), 3);
+  common.add(before.begin, rows.begin, before.size - before.begin);
+  return common.taken(prior, rows.size);
 }
 
-// Landmarks that stay hang on the newest keyframe from now on.
+// Landmarks that stay hang on the newest keyframe from now on; all of S.
 void hang_on_newest(Window& window, WindowSystem& system) {
   const WindowRows rows(window);
   for (auto& [number, point] : window.points) {
@@ -138,15 +158,26 @@ void absorb(const Window& window, const std::vector<int>& ending, WindowSystem& 
   for (const ChainTerm& term : window.terms) {
     if (term.first == window.first && term.keyframes == 1) add_term(rows, term, system);
   }
-  system.S.triangularView<Eigen::StrictlyUpper>() = system.S.transpose();
 }
 
-void eliminate_point(int row, WindowSystem& system) {
-  const Eigen::MatrixXd columns = system.S.middleCols<3>(row);
-  const Eigen::Matrix3d inverse = inverse_on_range(columns.middleRows<3>(row));
-  const Eigen::Vector3d g = system.g.segment<3>(row);
-  system.S.noalias() -= (columns * inverse) * columns.transpose();
-  system.g.noalias() -= columns * (inverse * g);
+// Landmarks one after the other; of S, all of which is read, the lower triangle stays. A product
+// for all of them together takes a fraction of the time of one for each.
+void eliminate_points(const std::vector<int>& rows, WindowSystem& system) {
+  const Eigen::Index n = system.g.size(), width = 3 * std::ssize(rows);
+  Eigen::MatrixXd columns(n, width), told(n, width);  // S = columns * told^T is what goes
+  Eigen::Index done = 0;
+  for (const int row : rows) {
+    auto own = columns.middleCols<3>(done);
+    own = system.S.middleCols<3>(row);
+    own.noalias() -= told.leftCols(done) * columns.block(row, 0, 3, done).transpose();
+    const Eigen::Matrix3d inverse = inverse_on_range(own.middleRows<3>(row));
+    told.middleCols<3>(done).noalias() = own * inverse;
+    const Eigen::Vector3d g = system.g.segment<3>(row);
+    system.g.noalias() -= told.middleCols<3>(done) * g;
+    done += 3;
+  }
+  told *= -1;
+  dense::add_product_lower(columns, told.transpose(), system.S);
 }
 
 // A keyframe is what its link to the next leaves open: in the link's whitened residual d instead of
@@ -171,8 +202,7 @@ void eliminate_keyframe(const ChainTerm& link, int row, int n, WindowSystem& sys
   const Eigen::LLT<Eigen::MatrixXd> cholesky(S.block(row, row, n, n));
   const Eigen::MatrixXd by_d = S.middleRows(row, n);
   const Eigen::VectorXd g_d = system.g.segment(row, n);
-  const Eigen::MatrixXd d_by = by_d.transpose(), told = cholesky.solve(by_d);
-  dense::add_product(-1, d_by, told, S);
+  dense::add_product_lower(-by_d.transpose(), cholesky.solve(by_d), S);
   system.g.noalias() -= by_d.transpose() * cholesky.solve(g_d);
 }
 
@@ -186,14 +216,16 @@ const ChainTerm& first_link(const Window& window) {
 WindowSystem rest(const Window& window, const std::vector<int>& ending,
                   const WindowSystem& system) {
   const WindowRows rows(window);
-  std::vector<int> at;
+  CommonRows common;
+  int to = 0;
   for (const auto& [number, row] : rows.points) {
-    const bool ends = std::ranges::binary_search(ending, number);
-    for (int i = 0; i < 3 && !ends; ++i) at.push_back(row + i);
+    if (std::ranges::binary_search(ending, number)) continue;
+    common.add(row, to, 3);
+    to += 3;
   }
-  for (int row = rows.begin + rows.errors; row < rows.size; ++row) at.push_back(row);
-  const auto from = indices(at);
-  return {.S = system.S(from, from), .g = system.g(from)};
+  const int from = rows.begin + rows.errors, count = rows.size - from;
+  common.add(from, to, count);
+  return common.taken(system, to + count);
 }
 
 void drop_oldest(const std::vector<int>& ending, Window& window) {
@@ -232,16 +264,21 @@ void forget_oldest(Window& window) {
     }
   }
   WindowSystem system = prior_with(joining, window);
+  dense::mirror_lower(system.S);
   hang_on_newest(window, system);
   absorb(window, ending, system);
+  dense::mirror_lower(system.S);
   const WindowRows rows(window);
+  std::vector<int> gone;
   for (const int number : ending) {
-    if (rows.points.contains(number)) eliminate_point(rows.points.at(number), system);
+    if (rows.points.contains(number)) gone.push_back(rows.points.at(number));
   }
+  eliminate_points(gone, system);
+  dense::mirror_lower(system.S);
   eliminate_keyframe(first_link(window), rows.keyframe(window.first), rows.errors, system);
-  const WindowSystem left = rest(window, ending, system);
+  WindowSystem left = rest(window, ending, system);
   drop_oldest(ending, window);
-  set_prior(window, left);
+  set_prior(window, std::move(left));
 }
 
 }  // namespace chasles::smooth_detail

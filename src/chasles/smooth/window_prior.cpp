@@ -1,6 +1,8 @@
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include <chasles/filter/dense.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/window_detail.hpp>
 
@@ -32,71 +34,94 @@ Eigen::VectorXd errors_of(const Window& window, const WindowRows& rows,
 struct Offset {
   WindowScale scale;
   ScaledNumbers numbers;
-  Eigen::VectorXd xi;
+  std::vector<std::optional<Eigen::MatrixXd>> turns;  // y by the reference chart's errors; none: 1
+  Eigen::VectorXd y;
 };
 
 Offset offset(const Window& window, const WindowRows& rows) {
-  Offset at{.scale = scale_of(window, rows), .numbers = {}, .xi = {}};
+  const WindowPrior& prior = window.prior;
+  Offset at{.scale = scale_of(window, rows), .numbers = {}, .turns = {}, .y = {}};
   at.numbers = scaled(window, -at.scale.log);
-  at.xi = errors_of(window, rows, at.numbers);
-  if (!window.prior.scale_weights.empty()) at.xi += at.scale.log * window.prior.scale_direction;
+  at.y = errors_of(window, rows, at.numbers);
+  for (std::size_t k = 0; k < prior.keyframes.size(); ++k) {
+    std::optional<Eigen::MatrixXd>& turn = at.turns.emplace_back();
+    const WindowKeyframe& now = at.numbers.keyframes[k];
+    if (now.motion == prior.keyframes[k].motion) continue;
+    const Eigen::MatrixXd& inverse = prior.inverse_blocks[k];
+    const Eigen::MatrixXd G = inverse * chart_block(window, now);
+    if (!G.isIdentity(0)) turn = G;
+    auto y = at.y.segment(rows.begin + rows.errors * static_cast<int>(k), inverse.rows());
+    y = (inverse * y).eval();
+  }
+  if (!prior.scale_weights.empty()) at.y += at.scale.log * prior.scale_direction;
   return at;
 }
 
-// T of a keyframe, or its inverse; none where it is 1.
-std::optional<Eigen::MatrixXd> turning(const Window& window, const WindowKeyframe& keyframe,
-                                       bool inverse) {
-  const Eigen::MatrixXd T = chart_block(window, keyframe);
-  if (T.isIdentity(0)) return std::nullopt;
-  return inverse ? small::inverse(T) : T;
-}
-
-// v <- T^T v over those keyframes, or T v.
-void multiply(const Window& window, const WindowRows& rows,
-              const std::vector<WindowKeyframe>& keyframes, bool transposed, Eigen::VectorXd& v) {
+// v <- G v, or G^T v, G being 1 but for the keyframes' turns.
+void multiply(const WindowRows& rows, const Offset& at, bool transposed, Eigen::VectorXd& v) {
   int row = rows.begin;
-  for (const WindowKeyframe& keyframe : keyframes) {
-    if (const auto T = turning(window, keyframe, false)) {
-      auto part = v.segment(row, T->rows());
-      part = (transposed ? (T->transpose() * part).eval() : (*T * part).eval());
+  for (const auto& G : at.turns) {
+    if (G) {
+      auto part = v.segment(row, G->rows());
+      part = (transposed ? (G->transpose() * part).eval() : (*G * part).eval());
     }
     row += rows.errors;
   }
 }
 
-// M <- T^T M T (or with T's inverses) over those keyframes, v <- T^T v; of M all is used.
-void turn(const Window& window, const WindowRows& rows,
-          const std::vector<WindowKeyframe>& keyframes, bool inverse, Eigen::MatrixXd& M,
-          Eigen::VectorXd& v) {
+// The same of the lower triangle of a symmetric S <- G^T S G, for one keyframe of n rows.
+template <int N>
+void turn_keyframe(const Eigen::MatrixXd& turn, Eigen::Index row, Eigen::Index n,
+                   Eigen::MatrixXd& S) {
+  const Eigen::Matrix<double, N, N> G = turn, Gt = G.transpose();
+  for (Eigen::Index j = 0; j < row; ++j) {
+    S.block<N, 1>(row, j) = (Gt * S.block<N, 1>(row, j)).eval();
+  }
+  const Eigen::Matrix<double, N, N> D =
+      S.block<N, N>(row, row).template selfadjointView<Eigen::Lower>();
+  S.block<N, N>(row, row) = Gt * D * G;
+  auto below = S.block<Eigen::Dynamic, N>(row + N, row, n - row - N, N);
+  below = below.lazyProduct(G).eval();
+}
+
+void turn(const WindowRows& rows, const Offset& at, Eigen::Index n, Eigen::MatrixXd& S) {
   int row = rows.begin;
-  for (const WindowKeyframe& keyframe : keyframes) {
-    if (const auto T = turning(window, keyframe, inverse)) {
-      const auto n = T->rows();
-      M.middleRows(row, n) = (T->transpose() * M.middleRows(row, n)).eval();
-      M.middleCols(row, n) = (M.middleCols(row, n) * *T).eval();
-      v.segment(row, n) = (T->transpose() * v.segment(row, n)).eval();
-    }
+  for (const auto& G : at.turns) {
+    if (G && G->rows() == kPoseErrors) turn_keyframe<kPoseErrors>(*G, row, n, S);
+    if (G && G->rows() == kMotionErrors) turn_keyframe<kMotionErrors>(*G, row, n, S);
     row += rows.errors;
   }
 }
 
-// The same with the scale among the coordinates: their derivative is T E + d c^T, where E takes the
-// scale off, c is the scale's own derivative, and d how its direction has moved.
-void turn_with_scale(const Window& window, const WindowRows& rows, const Offset& at,
-                     WindowSystem& system) {
+Eigen::VectorXd pull(const WindowPrior& prior, const Eigen::VectorXd& y) {
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(y.size());
+  dense::add_symmetric_product(prior.information, y, gradient);
+  return gradient;
+}
+
+// S and g by the present numbers, with the scale among the prior's coordinates: their derivative is
+// G E + d c^T, where E takes the scale off, c is the scale's own derivative, and d how its
+// direction has moved.
+void turn_with_scale(const Window& window, const WindowRows& rows, const Offset& at, Eigen::Index n,
+                     Eigen::MatrixXd& S, Eigen::VectorXd& g) {
   const Eigen::VectorXd E = scaling(window, rows, -at.scale.log);
   Eigen::VectorXd d = scale_direction(window, rows, at.numbers);
-  multiply(window, rows, at.numbers.keyframes, false, d);
+  multiply(rows, at, false, d);
   d = window.prior.scale_direction - d;
-  Eigen::VectorXd by_d = system.S * d;
-  const double information = d.dot(by_d), gradient = d.dot(system.g);
-  multiply(window, rows, at.numbers.keyframes, true, by_d);
+  Eigen::VectorXd by_d = pull(window.prior, d);
+  const double information = d.dot(by_d), gradient = d.dot(g);
+  multiply(rows, at, true, by_d);
   by_d.array() *= E.array();
-  turn(window, rows, at.numbers.keyframes, false, system.S, system.g);
+  turn(rows, at, n, S);
+  multiply(rows, at, true, g);
   const Eigen::VectorXd& c = at.scale.by_errors;
-  system.S = (E.asDiagonal() * system.S * E.asDiagonal()).eval();
-  system.S += c * by_d.transpose() + by_d * c.transpose() + information * c * c.transpose();
-  system.g = E.cwiseProduct(system.g) + gradient * c;
+  by_d += information / 2 * c;
+  for (Eigen::Index j = 0; j < n; ++j) {
+    auto column = S.col(j).segment(j, n - j);
+    column.array() *= E[j] * E.tail(n - j).array();
+    column += c[j] * by_d.tail(n - j) + by_d[j] * c.tail(n - j);
+  }
+  g = E.cwiseProduct(g) + gradient * c;
 }
 
 }  // namespace
@@ -111,46 +136,49 @@ Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe
 }
 
 double prior_cost(const Window& window) {
-  if (window.prior.gradient.size() == 0) return 0;
-  const Eigen::VectorXd xi = offset(window, WindowRows(window)).xi;
-  return xi.dot(window.prior.information * xi) / 2 + window.prior.gradient.dot(xi);
+  const WindowPrior& prior = window.prior;
+  if (prior.gradient.size() == 0) return 0;
+  const Eigen::VectorXd y = offset(window, WindowRows(window)).y;
+  return y.dot(pull(prior, y)) / 2 + prior.gradient.dot(y);
 }
 
-double add_prior(const Window& window, WindowSystem& system) {
+WindowSystem prior_system(const Window& window) {
+  const WindowRows rows(window);
+  WindowSystem system{.S = Eigen::MatrixXd::Zero(rows.size, rows.size),
+                      .g = Eigen::VectorXd::Zero(rows.size)};
   const WindowPrior& prior = window.prior;
   const Eigen::Index n = prior.gradient.size();
-  if (n == 0) return 0;
-  const WindowRows rows(window);
+  if (n == 0) return system;
   const Offset at = offset(window, rows);
-  const Eigen::VectorXd pull = prior.information * at.xi;
-  WindowSystem turned{.S = prior.information, .g = prior.gradient + pull};
+  system.S.topLeftCorner(n, n) = prior.information;
+  Eigen::VectorXd g = prior.gradient + pull(prior, at.y);
   if (prior.scale_weights.empty()) {
-    turn(window, rows, at.numbers.keyframes, false, turned.S, turned.g);
+    turn(rows, at, n, system.S);
+    multiply(rows, at, true, g);
   } else {
-    turn_with_scale(window, rows, at, turned);
+    turn_with_scale(window, rows, at, n, system.S, g);
   }
-  system.S.topLeftCorner(n, n) += turned.S;
-  system.g.head(n) += turned.g;
-  return at.xi.dot(pull) / 2 + prior.gradient.dot(at.xi);
+  system.g.head(n) = g;
+  return system;
 }
 
-void set_prior(Window& window, const WindowSystem& system) {
-  WindowPrior prior{.information = system.S.selfadjointView<Eigen::Lower>(),
-                    .gradient = system.g,
-                    .keyframes = {window.keyframes.begin(), window.keyframes.end()},
-                    .points = {}};
+void set_prior(Window& window, WindowSystem system) {
+  window.prior = {.information = std::move(system.S),
+                  .gradient = std::move(system.g),
+                  .keyframes = {window.keyframes.begin(), window.keyframes.end()},
+                  .points = {}};
+  WindowPrior& prior = window.prior;
   for (const auto& [number, point] : window.points) {
     if (point.in_prior) prior.points[number] = point.parameters;
   }
-  const WindowRows rows(window);
-  weigh_scale(window, system, prior);
-  turn(window, rows, prior.keyframes, true, prior.information, prior.gradient);
-  window.prior = std::move(prior);
-  if (window.prior.scale_weights.empty()) return;
-  Eigen::VectorXd& s = window.prior.scale_direction;
-  s = scale_direction(window, rows,
-                      {.keyframes = window.prior.keyframes, .points = window.prior.points});
-  multiply(window, rows, window.prior.keyframes, false, s);
+  for (const WindowKeyframe& keyframe : prior.keyframes) {
+    const Eigen::MatrixXd T = chart_block(window, keyframe);
+    prior.inverse_blocks.push_back(small::inverse(T));
+  }
+  weigh_scale(window, prior);
+  if (prior.scale_weights.empty()) return;
+  prior.scale_direction = scale_direction(window, WindowRows(window),
+                                          {.keyframes = prior.keyframes, .points = prior.points});
 }
 
 }  // namespace chasles::smooth_detail

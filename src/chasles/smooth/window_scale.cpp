@@ -43,7 +43,7 @@ LogDepth log_depth(const Window& window, const Vector3d& parameters, const Vecto
 
 }  // namespace
 
-void weigh_scale(const Window& window, const WindowSystem& system, WindowPrior& prior) {
+void weigh_scale(const Window& window, WindowPrior& prior) {
   if (!window.sizes.velocity) return;
   const Vector3d from = position(prior.keyframes.back());
   double sum = 0;
@@ -53,7 +53,9 @@ void weigh_scale(const Window& window, const WindowSystem& system, WindowPrior& 
     const LogDepth depth = log_depth(window, parameters, from);
     // Along the ray, all other parameters given.
     const Vector3d along = depth.by_point / depth.by_point.squaredNorm();
-    const double information = along.dot(system.S.block<3, 3>(row, row) * along);
+    const Eigen::Matrix3d block =
+        prior.information.block<3, 3>(row, row).selfadjointView<Eigen::Lower>();
+    const double information = along.dot(block * along);
     if (!(information * kMostRelativeSigma * kMostRelativeSigma > 1)) continue;
     prior.scale_weights[number] = information;
     sum += information;

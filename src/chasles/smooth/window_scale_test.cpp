@@ -78,10 +78,8 @@ void move(double size, double log, test::Random& random, Window& window) {
 }
 
 WindowSystem system_of(const Window& window) {
-  const int n = WindowRows(window).size;
-  WindowSystem system{.S = MatrixXd::Zero(n, n), .g = VectorXd::Zero(n)};
-  add_prior(window, system);
-  return system;
+  const WindowSystem system = prior_system(window);
+  return {.S = system.S.selfadjointView<Eigen::Lower>(), .g = system.g};
 }
 
 class WindowScale : public test::OverCharts {};

@@ -62,7 +62,7 @@ void move(const Eigen::VectorXd& step, double damping, Window& window) {
 // False: the system is not positive definite.
 bool factorise(double damping, const Window& window, WindowFactor& factor, Eigen::VectorXd& g) {
   WindowSystem system = normal_equations(window, damping);
-  if (!system.S.allFinite() || !dense::cholesky(system.S)) return false;
+  if (!dense::cholesky(system.S)) return false;
   factor.L = std::move(system.S);
   g = std::move(system.g);
   return true;

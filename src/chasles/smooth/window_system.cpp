@@ -93,9 +93,7 @@ void add_term(const WindowRows& rows, const ChainTerm& term, WindowSystem& syste
 
 WindowSystem normal_equations(const Window& window, double damping) {
   const WindowRows rows(window);
-  WindowSystem system{.S = Eigen::MatrixXd::Zero(rows.size, rows.size),
-                      .g = Eigen::VectorXd::Zero(rows.size)};
-  add_prior(window, system);
+  WindowSystem system = prior_system(window);
   for (const ChainTerm& term : window.terms) add_term(rows, term, system);
   Eigen::VectorXd enlarged = system.S.diagonal();
   for (const auto& [number, point] : window.points) {
