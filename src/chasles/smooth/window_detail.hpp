@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <deque>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -73,13 +76,15 @@ struct WindowPoint {
   std::unique_ptr<ceres::CostFunction> alone = nullptr;  ///< a term of the landmark by itself
   int looks = 0;                                         ///< views, those that have left included
   bool in_prior = false;
-  bool stale = true;  ///< `linear` is not of the present numbers and views
+  bool stale = true;  ///< `linear` is not of the present numbers, or of views that have gone
+  std::size_t linearised = 0;  ///< so many of the views are in `linear`
   PointLinear linear = {};
 };
 
 /// What has left the window says of what is in it: 1/2 y^T information y + gradient^T y. y is T^-1
 /// times the chart's errors of the state against `at`, T being the chart's block there: to first
-/// order about `at` the reference chart's errors, but linear in the chart's. Rows as the window's.
+/// order about `at` the reference chart's errors, but linear in the chart's. Of all keyframes but
+/// the oldest what has left saw the poses alone: the others of their errors have no rows.
 struct WindowPrior {
   Eigen::MatrixXd information;  ///< lower triangle
   Eigen::VectorXd gradient;
@@ -112,13 +117,20 @@ struct Window {
   }
 };
 
-/// Where everything stands in the window's errors: the landmarks of the prior, then the keyframes.
+/// Where everything stands in an error vector of the window: the landmarks of the prior, then the
+/// oldest keyframes. Of the first `whole` of them all errors are there, of the others the pose's.
 struct WindowRows {
-  explicit WindowRows(const Window& window);
-  int keyframe(int number) const { return begin + errors * (number - first); }
+  explicit WindowRows(const Window& window)
+      : WindowRows(window, std::ssize(window.keyframes), std::ssize(window.keyframes)) {}
+  WindowRows(const Window& window, std::ptrdiff_t keyframes, std::ptrdiff_t whole);
+  int keyframe(int number) const {
+    const int k = number - first, cut = std::max(k - whole, 0);
+    return begin + errors * (k - cut) + kPoseErrors * cut;
+  }
+  int errors_of(int number) const { return number - first < whole ? errors : kPoseErrors; }
 
   std::map<int, int> points;  ///< by number
-  int begin = 0, errors = 0, first = 0, size = 0;
+  int begin = 0, errors = 0, first = 0, keyframes = 0, whole = 0, size = 0;
 };
 
 /// Half of the weighted squares at the present numbers; makes all linear parts current.
@@ -134,6 +146,8 @@ struct WindowSystem {
   Eigen::MatrixXd S;
   Eigen::VectorXd g;
 };
+/// The same in other rows: without those that are not there any more, zeros where there were none.
+WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to);
 /// Needs current linear parts. Diagonals are enlarged by that part of themselves.
 WindowSystem normal_equations(const Window& window, double damping);
 
@@ -193,12 +207,12 @@ Clone clone_of(const Window& window, int keyframe);
 /// T(x) of a keyframe's motion: the chart's errors by the reference chart's.
 Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe);
 
-/// What the prior says at the present numbers, reference chart: lower triangle, all rows of the
-/// window.
+WindowRows prior_rows(const Window& window);
+/// What the prior says at the present numbers, reference chart: lower triangle, its rows.
 WindowSystem prior_system(const Window& window);
 double prior_cost(const Window& window);
 
-/// The prior of that system at the present numbers, which has all rows of the window; its lower
+/// The prior of that system at the present numbers; rows: (window, all keyframes, 1). Its lower
 /// triangle is read.
 void set_prior(Window& window, WindowSystem system);
 

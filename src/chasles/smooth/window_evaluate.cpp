@@ -119,19 +119,21 @@ void begin(const Window& window, const WindowPoint& point, PointLinear& linear) 
   linear.V.setZero();
   linear.b.setZero();
   linear.cost = 0;
-  linear.seats.reserve(point.views.size() + 1);  // seats are pointed to
+  linear.seats.reserve(point.views.size() + 1);
   if (window.anchored) linear.seats.push_back({.keyframe = point.anchor});
 }
 
 double evaluate(const Window& window, WindowPoint& point) {
   if (point.stale) {
-    Written at;
     begin(window, point, point.linear);
-    for (WindowView& view : point.views) {
-      add_view(window, point, view, at, point.linear, view.deviation);
-    }
     if (point.alone) add_alone(point, point.linear);
+    point.linearised = 0;
     point.stale = false;
+  }
+  Written at;
+  for (; point.linearised < point.views.size(); ++point.linearised) {
+    WindowView& view = point.views[point.linearised];
+    add_view(window, point, view, at, point.linear, view.deviation);
   }
   return point.linear.cost;
 }

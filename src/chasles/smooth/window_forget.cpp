@@ -75,54 +75,8 @@ void substitute(const Moved& moved, int row, int old_anchor, int new_anchor, Win
   system.g.segment<3>(row) = old_by_new.transpose() * g;
 }
 
-// Rows of one system that are rows of another, in the same order.
-class CommonRows {
- public:
-  void add(int from, int to, int count) {
-    if (!runs_.empty() && runs_.back().from + runs_.back().count == from &&
-        runs_.back().to + runs_.back().count == to) {
-      runs_.back().count += count;
-    } else {
-      runs_.push_back({from, to, count});
-    }
-  }
-
-  /// A system of that size that has those rows, and zeros else; lower triangles.
-  WindowSystem taken(const WindowSystem& system, int size) const {
-    WindowSystem taken{.S = Eigen::MatrixXd::Zero(size, size), .g = Eigen::VectorXd::Zero(size)};
-    for (const Run& i : runs_) {
-      for (const Run& j : runs_) {
-        if (j.from > i.from) break;
-        taken.S.block(i.to, j.to, i.count, j.count) =
-            system.S.block(i.from, j.from, i.count, j.count);
-      }
-      taken.g.segment(i.to, i.count) = system.g.segment(i.from, i.count);
-    }
-    return taken;
-  }
-
- private:
-  struct Run {
-    int from, to, count;
-  };
-  std::vector<Run> runs_;
-};
-
-// The prior at the present numbers, with room for landmarks that join it; the lower triangle.
-WindowSystem prior_with(const std::vector<int>& joining, Window& window) {
-  const WindowSystem prior = prior_system(window);
-  const WindowRows before(window);
-  for (const int number : joining) window.points.at(number).in_prior = true;
-  const WindowRows rows(window);
-  CommonRows common;
-  for (const auto& [number, row] : before.points) common.add(row, rows.points.at(number), 3);
-  common.add(before.begin, rows.begin, before.size - before.begin);
-  return common.taken(prior, rows.size);
-}
-
 // Landmarks that stay hang on the newest keyframe from now on; all of S.
-void hang_on_newest(Window& window, WindowSystem& system) {
-  const WindowRows rows(window);
+void hang_on_newest(const WindowRows& rows, Window& window, WindowSystem& system) {
   for (auto& [number, point] : window.points) {
     if (!window.anchored || point.anchor != window.first || !rows.points.contains(number)) continue;
     const auto moved = moved_to(window, point, window.last());
@@ -142,8 +96,8 @@ void hang_on_newest(Window& window, WindowSystem& system) {
 }
 
 // What the oldest keyframe takes with it, linearised; the lower triangle.
-void absorb(const Window& window, const std::vector<int>& ending, WindowSystem& system) {
-  const WindowRows rows(window);
+void absorb(const Window& window, const WindowRows& rows, const std::vector<int>& ending,
+            WindowSystem& system) {
   for (const auto& [number, point] : window.points) {
     const auto row = rows.points.find(number);
     const auto own = row != rows.points.end() ? std::optional(row->second) : std::nullopt;
@@ -160,24 +114,27 @@ void absorb(const Window& window, const std::vector<int>& ending, WindowSystem& 
   }
 }
 
-// Landmarks one after the other; of S, all of which is read, the lower triangle stays. A product
-// for all of them together takes a fraction of the time of one for each.
-void eliminate_points(const std::vector<int>& rows, WindowSystem& system) {
-  const Eigen::Index n = system.g.size(), width = 3 * std::ssize(rows);
-  Eigen::MatrixXd columns(n, width), told(n, width);  // S = columns * told^T is what goes
+// Of S all is read, and the lower triangle stays. Landmarks go one after the other, but one product
+// for all of them takes a fraction of the time of one for each.
+void eliminate_points(const WindowRows& rows, const std::vector<int>& ending,
+                      WindowSystem& system) {
+  std::vector<int> gone;
+  for (const int number : ending) {
+    if (rows.points.contains(number)) gone.push_back(rows.points.at(number));
+  }
+  const Eigen::Index n = rows.size, width = 3 * std::ssize(gone);
+  Eigen::MatrixXd columns(n, width), told(n, width);  // told columns^T goes
   Eigen::Index done = 0;
-  for (const int row : rows) {
+  for (const int row : gone) {
     auto own = columns.middleCols<3>(done);
     own = system.S.middleCols<3>(row);
     own.noalias() -= told.leftCols(done) * columns.block(row, 0, 3, done).transpose();
-    const Eigen::Matrix3d inverse = inverse_on_range(own.middleRows<3>(row));
-    told.middleCols<3>(done).noalias() = own * inverse;
+    told.middleCols<3>(done).noalias() = own * inverse_on_range(own.middleRows<3>(row));
     const Eigen::Vector3d g = system.g.segment<3>(row);
     system.g.noalias() -= told.middleCols<3>(done) * g;
     done += 3;
   }
-  told *= -1;
-  dense::add_product_lower(columns, told.transpose(), system.S);
+  dense::add_product_lower(-told, columns.transpose(), system.S);
 }
 
 // A keyframe is what its link to the next leaves open: in the link's whitened residual d instead of
@@ -210,22 +167,6 @@ const ChainTerm& first_link(const Window& window) {
   return *std::ranges::find_if(window.terms, [&](const ChainTerm& term) {
     return term.first == window.first && term.keyframes == 2;
   });
-}
-
-// The rows of what stays.
-WindowSystem rest(const Window& window, const std::vector<int>& ending,
-                  const WindowSystem& system) {
-  const WindowRows rows(window);
-  CommonRows common;
-  int to = 0;
-  for (const auto& [number, row] : rows.points) {
-    if (std::ranges::binary_search(ending, number)) continue;
-    common.add(row, to, 3);
-    to += 3;
-  }
-  const int from = rows.begin + rows.errors, count = rows.size - from;
-  common.add(from, to, count);
-  return common.taken(system, to + count);
 }
 
 void drop_oldest(const std::vector<int>& ending, Window& window) {
@@ -263,22 +204,21 @@ void forget_oldest(Window& window) {
       joining.push_back(number);
     }
   }
-  WindowSystem system = prior_with(joining, window);
+  const WindowSystem prior = prior_system(window);
+  const WindowRows before = prior_rows(window);
+  for (const int number : joining) window.points.at(number).in_prior = true;
+  const auto keyframes = std::ssize(window.keyframes);
+  const WindowRows rows(window, keyframes, 2);
+  WindowSystem system = in_rows(prior, before, rows);
   dense::mirror_lower(system.S);
-  hang_on_newest(window, system);
-  absorb(window, ending, system);
+  hang_on_newest(rows, window, system);
+  absorb(window, rows, ending, system);
   dense::mirror_lower(system.S);
-  const WindowRows rows(window);
-  std::vector<int> gone;
-  for (const int number : ending) {
-    if (rows.points.contains(number)) gone.push_back(rows.points.at(number));
-  }
-  eliminate_points(gone, system);
+  eliminate_points(rows, ending, system);
   dense::mirror_lower(system.S);
   eliminate_keyframe(first_link(window), rows.keyframe(window.first), rows.errors, system);
-  WindowSystem left = rest(window, ending, system);
   drop_oldest(ending, window);
-  set_prior(window, std::move(left));
+  set_prior(window, in_rows(system, rows, WindowRows(window, keyframes - 1, 1)));
 }
 
 }  // namespace chasles::smooth_detail

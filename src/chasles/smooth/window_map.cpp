@@ -49,8 +49,11 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
     }
     landmark.covariance = by_told * by_point.transpose();
   }
-  dense::solve_lower(factor.L, C);
-  landmark.covariance += C.transpose() * C;
+  // Rows above the first that is not zero stay zero.
+  const int first = point.in_prior ? rows.points.at(number) : rows.begin;
+  const int count = rows.size - first;
+  dense::solve_lower(factor.L.bottomRightCorner(count, count), C.bottomRows(count));
+  landmark.covariance += C.bottomRows(count).transpose() * C.bottomRows(count);
   return landmark;
 }
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -19,12 +20,13 @@ Eigen::VectorXd errors_of(const Window& window, const WindowRows& rows,
     xi.segment<3>(row) = numbers.points.at(number) - prior.points.at(number);
   }
   const ChartManifold manifold(*window.chart, window.sizes.velocity);
-  const int n = window.sizes.errors(), additive = window.sizes.additive;
+  Eigen::VectorXd errors(window.sizes.errors());
   for (std::size_t k = 0; k < prior.keyframes.size(); ++k) {
-    const int row = rows.begin + n * static_cast<int>(k);
     const WindowKeyframe& now = numbers.keyframes[k];
-    manifold.Minus(now.motion.data(), prior.keyframes[k].motion.data(), &xi[row]);
-    xi.segment(row + n - additive, additive) = now.additive - prior.keyframes[k].additive;
+    manifold.Minus(now.motion.data(), prior.keyframes[k].motion.data(), errors.data());
+    errors.tail(window.sizes.additive) = now.additive - prior.keyframes[k].additive;
+    const int number = rows.first + static_cast<int>(k);
+    xi.segment(rows.keyframe(number), rows.errors_of(number)) = errors.head(rows.errors_of(number));
   }
   return xi;
 }
@@ -48,9 +50,10 @@ Offset offset(const Window& window, const WindowRows& rows) {
     const WindowKeyframe& now = at.numbers.keyframes[k];
     if (now.motion == prior.keyframes[k].motion) continue;
     const Eigen::MatrixXd& inverse = prior.inverse_blocks[k];
-    const Eigen::MatrixXd G = inverse * chart_block(window, now);
+    const auto n = inverse.rows();
+    const Eigen::MatrixXd G = inverse * chart_block(window, now).topLeftCorner(n, n);
     if (!G.isIdentity(0)) turn = G;
-    auto y = at.y.segment(rows.begin + rows.errors * static_cast<int>(k), inverse.rows());
+    auto y = at.y.segment(rows.keyframe(rows.first + static_cast<int>(k)), n);
     y = (inverse * y).eval();
   }
   if (!prior.scale_weights.empty()) at.y += at.scale.log * prior.scale_direction;
@@ -59,69 +62,71 @@ Offset offset(const Window& window, const WindowRows& rows) {
 
 // v <- G v, or G^T v, G being 1 but for the keyframes' turns.
 void multiply(const WindowRows& rows, const Offset& at, bool transposed, Eigen::VectorXd& v) {
-  int row = rows.begin;
+  int number = rows.first;
   for (const auto& G : at.turns) {
-    if (G) {
-      auto part = v.segment(row, G->rows());
-      part = (transposed ? (G->transpose() * part).eval() : (*G * part).eval());
-    }
-    row += rows.errors;
+    const int row = rows.keyframe(number++);
+    if (!G) continue;
+    auto part = v.segment(row, G->rows());
+    part = (transposed ? (G->transpose() * part).eval() : (*G * part).eval());
   }
 }
 
-// The same of the lower triangle of a symmetric S <- G^T S G, for one keyframe of n rows.
+// The lower triangle of a symmetric S <- G^T S G, G being 1 but for N rows.
 template <int N>
-void turn_keyframe(const Eigen::MatrixXd& turn, Eigen::Index row, Eigen::Index n,
-                   Eigen::MatrixXd& S) {
-  const Eigen::Matrix<double, N, N> G = turn, Gt = G.transpose();
+void turn_rows(const Eigen::MatrixXd& block, Eigen::Index row, Eigen::MatrixXd& S) {
+  const Eigen::Matrix<double, N, N> G = block, Gt = G.transpose();
   for (Eigen::Index j = 0; j < row; ++j) {
     S.block<N, 1>(row, j) = (Gt * S.block<N, 1>(row, j)).eval();
   }
-  const Eigen::Matrix<double, N, N> D =
+  const Eigen::Matrix<double, N, N> own =
       S.block<N, N>(row, row).template selfadjointView<Eigen::Lower>();
-  S.block<N, N>(row, row) = Gt * D * G;
-  auto below = S.block<Eigen::Dynamic, N>(row + N, row, n - row - N, N);
+  S.block<N, N>(row, row) = Gt * own * G;
+  auto below = S.block<Eigen::Dynamic, N>(row + N, row, S.rows() - row - N, N);
   below = below.lazyProduct(G).eval();
 }
 
-void turn(const WindowRows& rows, const Offset& at, Eigen::Index n, Eigen::MatrixXd& S) {
-  int row = rows.begin;
+void turn(const WindowRows& rows, const Offset& at, Eigen::MatrixXd& S) {
+  int number = rows.first;
   for (const auto& G : at.turns) {
-    if (G && G->rows() == kPoseErrors) turn_keyframe<kPoseErrors>(*G, row, n, S);
-    if (G && G->rows() == kMotionErrors) turn_keyframe<kMotionErrors>(*G, row, n, S);
-    row += rows.errors;
+    const int row = rows.keyframe(number++);
+    if (!G) continue;
+    if (G->rows() == kPoseErrors) {
+      turn_rows<kPoseErrors>(*G, row, S);
+    } else {
+      turn_rows<kMotionErrors>(*G, row, S);
+    }
   }
 }
 
-Eigen::VectorXd pull(const WindowPrior& prior, const Eigen::VectorXd& y) {
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(y.size());
-  dense::add_symmetric_product(prior.information, y, gradient);
-  return gradient;
+Eigen::VectorXd times_information(const WindowPrior& prior, const Eigen::VectorXd& y) {
+  Eigen::VectorXd product = Eigen::VectorXd::Zero(y.size());
+  dense::add_symmetric_product(prior.information, y, product);
+  return product;
 }
 
-// S and g by the present numbers, with the scale among the prior's coordinates: their derivative is
-// G E + d c^T, where E takes the scale off, c is the scale's own derivative, and d how its
+// A system by the present numbers, with the scale among the prior's coordinates: their derivative
+// is G E + d c^T, where E takes the scale off, c is the scale's own derivative, and d how its
 // direction has moved.
-void turn_with_scale(const Window& window, const WindowRows& rows, const Offset& at, Eigen::Index n,
-                     Eigen::MatrixXd& S, Eigen::VectorXd& g) {
+void turn_with_scale(const Window& window, const WindowRows& rows, const Offset& at,
+                     WindowSystem& system) {
   const Eigen::VectorXd E = scaling(window, rows, -at.scale.log);
   Eigen::VectorXd d = scale_direction(window, rows, at.numbers);
   multiply(rows, at, false, d);
   d = window.prior.scale_direction - d;
-  Eigen::VectorXd by_d = pull(window.prior, d);
-  const double information = d.dot(by_d), gradient = d.dot(g);
+  Eigen::VectorXd by_d = times_information(window.prior, d);
+  const double information = d.dot(by_d), gradient = d.dot(system.g);
   multiply(rows, at, true, by_d);
-  by_d.array() *= E.array();
-  turn(rows, at, n, S);
-  multiply(rows, at, true, g);
+  multiply(rows, at, true, system.g);
+  turn(rows, at, system.S);
   const Eigen::VectorXd& c = at.scale.by_errors;
-  by_d += information / 2 * c;
-  for (Eigen::Index j = 0; j < n; ++j) {
-    auto column = S.col(j).segment(j, n - j);
-    column.array() *= E[j] * E.tail(n - j).array();
-    column += c[j] * by_d.tail(n - j) + by_d[j] * c.tail(n - j);
+  by_d = E.cwiseProduct(by_d) + information / 2 * c;
+  system.g = E.cwiseProduct(system.g) + gradient * c;
+  for (Eigen::Index j = 0; j < rows.size; ++j) {
+    const Eigen::Index n = rows.size - j;
+    auto column = system.S.col(j).tail(n);
+    column.array() *= E[j] * E.tail(n).array();
+    column += c[j] * by_d.tail(n) + by_d[j] * c.tail(n);
   }
-  g = E.cwiseProduct(g) + gradient * c;
 }
 
 }  // namespace
@@ -135,30 +140,30 @@ Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe
   return window.chart->motion_block(state);
 }
 
+WindowRows prior_rows(const Window& window) {
+  return {window, std::ssize(window.prior.keyframes), 1};
+}
+
 double prior_cost(const Window& window) {
   const WindowPrior& prior = window.prior;
   if (prior.gradient.size() == 0) return 0;
-  const Eigen::VectorXd y = offset(window, WindowRows(window)).y;
-  return y.dot(pull(prior, y)) / 2 + prior.gradient.dot(y);
+  const Eigen::VectorXd y = offset(window, prior_rows(window)).y;
+  return y.dot(times_information(prior, y)) / 2 + prior.gradient.dot(y);
 }
 
 WindowSystem prior_system(const Window& window) {
-  const WindowRows rows(window);
-  WindowSystem system{.S = Eigen::MatrixXd::Zero(rows.size, rows.size),
-                      .g = Eigen::VectorXd::Zero(rows.size)};
   const WindowPrior& prior = window.prior;
-  const Eigen::Index n = prior.gradient.size();
-  if (n == 0) return system;
+  WindowSystem system{.S = prior.information, .g = prior.gradient};
+  if (prior.gradient.size() == 0) return system;
+  const WindowRows rows = prior_rows(window);
   const Offset at = offset(window, rows);
-  system.S.topLeftCorner(n, n) = prior.information;
-  Eigen::VectorXd g = prior.gradient + pull(prior, at.y);
-  if (prior.scale_weights.empty()) {
-    turn(rows, at, n, system.S);
-    multiply(rows, at, true, g);
-  } else {
-    turn_with_scale(window, rows, at, n, system.S, g);
+  system.g += times_information(prior, at.y);
+  if (!prior.scale_weights.empty()) {
+    turn_with_scale(window, rows, at, system);
+    return system;
   }
-  system.g.head(n) = g;
+  turn(rows, at, system.S);
+  multiply(rows, at, true, system.g);
   return system;
 }
 
@@ -171,14 +176,17 @@ void set_prior(Window& window, WindowSystem system) {
   for (const auto& [number, point] : window.points) {
     if (point.in_prior) prior.points[number] = point.parameters;
   }
+  const WindowRows rows = prior_rows(window);
+  int number = rows.first;
   for (const WindowKeyframe& keyframe : prior.keyframes) {
     const Eigen::MatrixXd T = chart_block(window, keyframe);
-    prior.inverse_blocks.push_back(small::inverse(T));
+    const auto n = std::min<Eigen::Index>(T.rows(), rows.errors_of(number++));
+    prior.inverse_blocks.push_back(small::inverse(T.topLeftCorner(n, n)));
   }
   weigh_scale(window, prior);
   if (prior.scale_weights.empty()) return;
-  prior.scale_direction = scale_direction(window, WindowRows(window),
-                                          {.keyframes = prior.keyframes, .points = prior.points});
+  prior.scale_direction =
+      scale_direction(window, rows, {.keyframes = prior.keyframes, .points = prior.points});
 }
 
 }  // namespace chasles::smooth_detail

@@ -35,7 +35,6 @@ int SlidingWindow::add(WindowPoint point) {
 void SlidingWindow::look(int number, WindowView view) {
   WindowPoint& point = window.points.at(number);
   point.views.push_back(std::move(view));
-  point.stale = true;
   ++point.looks;
 }
 

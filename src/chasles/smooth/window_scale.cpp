@@ -47,7 +47,7 @@ void weigh_scale(const Window& window, WindowPrior& prior) {
   if (!window.sizes.velocity) return;
   const Vector3d from = position(prior.keyframes.back());
   double sum = 0;
-  for (const auto& [number, row] : WindowRows(window).points) {
+  for (const auto& [number, row] : prior_rows(window).points) {
     const Vector3d& parameters = prior.points.at(number);
     if (window.anchored && !(parameters.z() > 0)) continue;
     const LogDepth depth = log_depth(window, parameters, from);
@@ -65,7 +65,7 @@ void weigh_scale(const Window& window, WindowPrior& prior) {
 
 WindowScale scale_of(const Window& window, const WindowRows& rows) {
   const WindowPrior& prior = window.prior;
-  WindowScale scale{.by_errors = Eigen::VectorXd::Zero(prior.gradient.size())};
+  WindowScale scale{.by_errors = Eigen::VectorXd::Zero(rows.size)};
   if (prior.scale_weights.empty()) return scale;
   const auto newest = std::ssize(prior.keyframes) - 1;
   const Vector3d from = position(window.keyframes[static_cast<std::size_t>(newest)]);
@@ -105,13 +105,13 @@ ScaledNumbers scaled(const Window& window, double log) {
 
 Eigen::VectorXd scale_direction(const Window& window, const WindowRows& rows,
                                 const ScaledNumbers& numbers) {
-  Eigen::VectorXd s = Eigen::VectorXd::Zero(window.prior.gradient.size());
+  Eigen::VectorXd s = Eigen::VectorXd::Zero(rows.size);
   const Vector3d about = position(window.prior.keyframes.front());
-  int row = rows.begin;
+  int k = rows.first;
   for (const WindowKeyframe& keyframe : numbers.keyframes) {
+    const int row = rows.keyframe(k);
     s.segment<3>(row + 3) = position(keyframe) - about;
-    s.segment<3>(row + kPoseErrors) = velocity(keyframe);
-    row += rows.errors;
+    if (rows.errors_of(k++) > kPoseErrors) s.segment<3>(row + kPoseErrors) = velocity(keyframe);
   }
   for (const auto& [number, parameters] : numbers.points) {
     if (window.anchored) {
@@ -124,10 +124,11 @@ Eigen::VectorXd scale_direction(const Window& window, const WindowRows& rows,
 }
 
 Eigen::VectorXd scaling(const Window& window, const WindowRows& rows, double log) {
-  Eigen::VectorXd E = Eigen::VectorXd::Ones(window.prior.gradient.size());
+  Eigen::VectorXd E = Eigen::VectorXd::Ones(rows.size);
   const double factor = std::exp(log);
-  for (std::size_t k = 0; k < window.prior.keyframes.size(); ++k) {
-    E.segment<6>(rows.begin + rows.errors * static_cast<int>(k) + 3).setConstant(factor);
+  for (int k = rows.first; k < rows.first + rows.keyframes; ++k) {
+    const int moved = rows.errors_of(k) > kPoseErrors ? 6 : 3;  // the position, and the velocity
+    E.segment(rows.keyframe(k) + 3, moved).setConstant(factor);
   }
   for (const auto& [number, row] : rows.points) {
     if (window.anchored) {

@@ -55,8 +55,7 @@ WindowSystem blind_along(const VectorXd& s, test::Random& random) {
 // A window whose prior is of such a system.
 Window blind_window(const ErrorChart& chart, bool anchored, test::Random& random) {
   Window window = window_of(chart, anchored, random);
-  const WindowRows rows(window);
-  window.prior.gradient = VectorXd::Zero(rows.size);
+  const WindowRows rows(window, 4, 1);
   window.prior.keyframes = numbers_of(window).keyframes;
   const VectorXd s = scale_direction(window, rows, numbers_of(window));
   set_prior(window, blind_along(s, random));
@@ -92,7 +91,7 @@ TEST_P(WindowScale, ThatThePriorWasBlindToItStaysBlindTo) {
       Window window = blind_window(chart(), anchored, random);
       move(0.02, log, random, window);
       const WindowSystem system = system_of(window);
-      const VectorXd s = scale_direction(window, WindowRows(window), numbers_of(window));
+      const VectorXd s = scale_direction(window, prior_rows(window), numbers_of(window));
       const double all = s.dot(system.S.diagonal().asDiagonal() * s);
       EXPECT_LT(s.dot(system.S * s), 1e-9 * all) << anchored << log;
       EXPECT_LT(std::abs(s.dot(system.g)), 1e-9 * s.norm() * system.g.norm()) << anchored << log;
@@ -105,7 +104,7 @@ TEST_P(WindowScale, OfItselfCostsNothing) {
   for (const bool anchored : {false, true}) {
     Window window = blind_window(chart(), anchored, random);
     move(0, 0.3, random, window);
-    EXPECT_NEAR(scale_of(window, WindowRows(window)).log, 0.3, 0.02);
+    EXPECT_NEAR(scale_of(window, prior_rows(window)).log, 0.3, 0.02);
     EXPECT_LT(std::abs(prior_cost(window)), 1e-6);
   }
 }
@@ -120,7 +119,7 @@ TEST(WindowScaleGradient, IsThatOfTheCost) {
     Window window = blind_window(kStandardChart, anchored, random);
     move(0.01, 0.05, random, window);
     const WindowSystem system = system_of(window);
-    const WindowRows rows(window);
+    const WindowRows rows = prior_rows(window);
     const double h = 1e-6;
     const auto check = [&](int row, double* number) {
       const double before = *number;
@@ -133,7 +132,8 @@ TEST(WindowScaleGradient, IsThatOfTheCost) {
     };
     for (int k = 0; k < 4; ++k) {
       double* motion = window.keyframe(k).motion.data();
-      for (int i = 0; i < 6; ++i) check(rows.keyframe(k) + 3 + i, motion + 9 + i);
+      const int count = rows.errors_of(k) > kPoseErrors ? 6 : 3;  // velocities only of the oldest
+      for (int i = 0; i < count; ++i) check(rows.keyframe(k) + 3 + i, motion + 9 + i);
     }
     for (auto& [number, point] : window.points) {
       for (int i = 0; i < 3; ++i) check(rows.points.at(number) + i, &point.parameters[i]);

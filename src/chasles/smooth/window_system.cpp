@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <vector>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
@@ -46,13 +49,54 @@ void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::M
 
 }  // namespace
 
-WindowRows::WindowRows(const Window& window) : errors(window.sizes.errors()), first(window.first) {
+WindowRows::WindowRows(const Window& window, std::ptrdiff_t keyframe_count,
+                       std::ptrdiff_t whole_count)
+    : errors(window.sizes.errors()),
+      first(window.first),
+      keyframes(static_cast<int>(keyframe_count)),
+      whole(static_cast<int>(std::min(whole_count, keyframe_count))) {
   for (const auto& [number, point] : window.points) {
     if (!point.in_prior) continue;
     points[number] = begin;
     begin += 3;
   }
-  size = begin + errors * static_cast<int>(window.keyframes.size());
+  size = keyframe(first + keyframes);
+}
+
+WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to) {
+  // Neighbours that stay neighbours are moved together.
+  struct Run {
+    int from, to, count;
+  };
+  std::vector<Run> runs;
+  const auto add = [&](const Run& run) {
+    const bool joins = !runs.empty() && runs.back().from + runs.back().count == run.from &&
+                       runs.back().to + runs.back().count == run.to;
+    if (joins) {
+      runs.back().count += run.count;
+    } else {
+      runs.push_back(run);
+    }
+  };
+  for (const auto& [number, row] : from.points) {
+    const auto at = to.points.find(number);
+    if (at != to.points.end()) add({.from = row, .to = at->second, .count = 3});
+  }
+  const int end = std::min(from.first + from.keyframes, to.first + to.keyframes);
+  for (int k = std::max(from.first, to.first); k < end; ++k) {
+    const int count = std::min(from.errors_of(k), to.errors_of(k));
+    add({.from = from.keyframe(k), .to = to.keyframe(k), .count = count});
+  }
+  WindowSystem moved{.S = Eigen::MatrixXd::Zero(to.size, to.size),
+                     .g = Eigen::VectorXd::Zero(to.size)};
+  for (auto i = runs.begin(); i != runs.end(); ++i) {
+    for (auto j = runs.begin(); j <= i; ++j) {
+      moved.S.block(i->to, j->to, i->count, j->count) =
+          system.S.block(i->from, j->from, i->count, j->count);
+    }
+    moved.g.segment(i->to, i->count) = system.g.segment(i->from, i->count);
+  }
+  return moved;
 }
 
 Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V) {
@@ -93,7 +137,7 @@ void add_term(const WindowRows& rows, const ChainTerm& term, WindowSystem& syste
 
 WindowSystem normal_equations(const Window& window, double damping) {
   const WindowRows rows(window);
-  WindowSystem system = prior_system(window);
+  WindowSystem system = in_rows(prior_system(window), prior_rows(window), rows);
   for (const ChainTerm& term : window.terms) add_term(rows, term, system);
   Eigen::VectorXd enlarged = system.S.diagonal();
   for (const auto& [number, point] : window.points) {
