@@ -22,8 +22,8 @@ void prepare();
 /// OpenBLAS's name of the kernels in use.
 std::string_view kernels();
 
-/// S = L L^T, L in the lower triangle of S; false if S is not positive definite. The upper triangle
-/// is neither read nor written.
+/// S = L L^T, L in the lower triangle of S; false if S is not positive definite, or not finite. The
+/// upper triangle is neither read nor written.
 bool cholesky(Block S);
 
 /// S = Q^T L L^T Q for a positive semidefinite S of which the lower triangle is read: L (n x rank)

@@ -54,9 +54,17 @@ TEST(Dense, CholeskyRefusesWhatIsNotPositiveDefinite) {
   MatrixXd indefinite = MatrixXd::Identity(3, 3);
   indefinite(2, 2) = -1e-3;
   EXPECT_FALSE(dense::cholesky(indefinite));
-  MatrixXd nan = MatrixXd::Identity(3, 3);
-  nan(1, 1) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(dense::cholesky(nan));
+  for (const double wrong :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+        -std::numeric_limits<double>::infinity()}) {
+    for (int n : {3, 200}) {
+      for (const auto& [i, j] : {std::pair(0, 0), {1, 1}, {n - 1, n - 1}, {1, 0}, {n - 1, n - 2}}) {
+        MatrixXd S = MatrixXd::Identity(n, n);
+        S(i, j) = wrong;
+        EXPECT_FALSE(dense::cholesky(S)) << wrong << " at " << i << ", " << j << " of " << n;
+      }
+    }
+  }
 }
 
 TEST(Dense, PivotedCholeskyTellsTheRankAndTheFactor) {

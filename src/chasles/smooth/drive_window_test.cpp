@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -178,6 +180,39 @@ TEST(DriveWindow, ALandmarkThatComesBackIsTheSameWhileItIsThere) {
   EXPECT_EQ(slide(s.input, settings, 3).report.landmarks, 30);
   settings.loops = false;
   EXPECT_EQ(slide(s.input, settings, 10).report.landmarks, 30);
+}
+
+// Nothing of them is of a frame, but keyframes leave for them, and instants come.
+TEST(DriveWindow, TakesVelocitiesAfterTheLastFrame) {
+  const DriveScene s = drive_scene({.frames = 12});
+  for (const int keyframes : {4, 20}) {
+    DriveWindow window(s.input, exact(), keyframes);
+    const auto last = s.input.frames.back().time;
+    auto velocity = s.input.velocities.begin();
+    for (const FeatureFrame& frame : s.input.frames) {
+      for (; velocity != s.input.velocities.end() && velocity->time <= frame.time; ++velocity) {
+        window.process(*velocity);
+      }
+      window.process(frame);
+    }
+    const std::vector<MapLandmark> before = window.map();
+    ASSERT_GT(before.size(), 5U);
+    for (int i = 1; i <= 5; ++i) {
+      BodyVelocity late = s.input.velocities.back();
+      late.time = last + i * std::chrono::milliseconds(20);
+      window.process(late);
+      const std::vector<MapLandmark> after = window.map();
+      ASSERT_EQ(after.size(), before.size());
+      for (const MapLandmark& l : before) {
+        const auto found = std::ranges::find(after, l.id, &MapLandmark::id);
+        ASSERT_NE(found, after.end());
+        EXPECT_LT((found->p_world - l.p_world).norm(), 1e-6);
+        // They tell a little of the velocity at the last frame.
+        EXPECT_LT(test::covariance_difference(found->covariance, l.covariance), 0.01)
+            << keyframes << ", " << i;
+      }
+    }
+  }
 }
 
 TEST(DriveWindow, TakesEveryNthFrame) {

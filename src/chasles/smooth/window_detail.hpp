@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <deque>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -83,8 +81,9 @@ struct WindowPoint {
 
 /// What has left the window says of what is in it: 1/2 y^T information y + gradient^T y. y is T^-1
 /// times the chart's errors of the state against `at`, T being the chart's block there: to first
-/// order about `at` the reference chart's errors, but linear in the chart's. Of all keyframes but
-/// the oldest what has left saw the poses alone: the others of their errors have no rows.
+/// order about `at` the reference chart's errors, but linear in the chart's; and where there are
+/// scale weights, with the scale among them (window_scale.cpp). Of all keyframes but the oldest,
+/// what has left saw the poses alone: the others of their errors have no rows.
 struct WindowPrior {
   Eigen::MatrixXd information;  ///< lower triangle
   Eigen::VectorXd gradient;
@@ -108,7 +107,8 @@ struct Window {
   WindowPrior prior = {};
   bool stale = true;  ///< the terms' linear parts are not those of the present numbers
 
-  int last() const { return first + static_cast<int>(keyframes.size()) - 1; }
+  int count() const { return static_cast<int>(keyframes.size()); }
+  int last() const { return first + count() - 1; }
   WindowKeyframe& keyframe(int number) {
     return keyframes[static_cast<std::size_t>(number - first)];
   }
@@ -120,9 +120,8 @@ struct Window {
 /// Where everything stands in an error vector of the window: the landmarks of the prior, then the
 /// oldest keyframes. Of the first `whole` of them all errors are there, of the others the pose's.
 struct WindowRows {
-  explicit WindowRows(const Window& window)
-      : WindowRows(window, std::ssize(window.keyframes), std::ssize(window.keyframes)) {}
-  WindowRows(const Window& window, std::ptrdiff_t keyframes, std::ptrdiff_t whole);
+  explicit WindowRows(const Window& window) : WindowRows(window, window.count(), window.count()) {}
+  WindowRows(const Window& window, int keyframes, int whole);
   int keyframe(int number) const {
     const int k = number - first, cut = std::max(k - whole, 0);
     return begin + errors * (k - cut) + kPoseErrors * cut;
@@ -146,18 +145,27 @@ struct WindowSystem {
   Eigen::MatrixXd S;
   Eigen::VectorXd g;
 };
-/// The same in other rows: without those that are not there any more, zeros where there were none.
+/// The lower triangle in other rows: without those that are not there any more, zeros where there
+/// were none.
 WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to);
 /// Needs current linear parts. Diagonals are enlarged by that part of themselves.
-WindowSystem normal_equations(const Window& window, double damping);
+WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping);
 
 /// The inverse of a landmark's V on what it tells; what it does not tell stays as it is.
 Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V);
 
 /// What the last step found of the window's uncertainty.
 struct WindowFactor {
-  Eigen::MatrixXd L;  ///< lower triangle: S = L L^T
+  Eigen::MatrixXd L;                    ///< lower triangle: S = L L^T
+  std::optional<WindowRows> rows = {};  ///< of L; none: the window was not determined
+
+  /// Whether no keyframe has come or gone since.
+  bool fits(const Window& window) const {
+    return rows && rows->first == window.first && rows->keyframes == window.count();
+  }
 };
+/// That of the present numbers, without damping; needs current linear parts.
+WindowFactor factor_of(const Window& window);
 
 struct WindowSteps {
   int steps = 3;            ///< at most
@@ -182,10 +190,11 @@ struct Culled {
 };
 Culled cull(Window& window, double gate);
 
-/// The covariance of a keyframe's errors, reference chart: of the newest, or any.
+/// The covariance of the newest keyframe's errors, reference chart; NaN without a factor.
 Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor);
 
-/// A landmark as the map has it; none where it is beyond infinity.
+/// A landmark as the map has it; none where it is beyond infinity, and without a factor. The factor
+/// fits the window.
 std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor& factor,
                                         int point);
 

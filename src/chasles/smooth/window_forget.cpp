@@ -139,7 +139,8 @@ void eliminate_points(const WindowRows& rows, const std::vector<int>& ending,
 
 // A keyframe is what its link to the next leaves open: in the link's whitened residual d instead of
 // the keyframe's errors the link's information is 1, whatever it is worth, and what is known of the
-// keyframe is not lost in the difference of large numbers (an information filter's prediction).
+// keyframe is not lost in the difference of large numbers (an information filter's prediction). Of
+// S all is read, and the lower triangle stays.
 void eliminate_keyframe(const ChainTerm& link, int row, int n, WindowSystem& system) {
   Eigen::MatrixXd& S = system.S;
   const Eigen::MatrixXd M = small::inverse(link.jacobian.leftCols(n));
@@ -156,11 +157,11 @@ void eliminate_keyframe(const ChainTerm& link, int row, int n, WindowSystem& sys
   system.g.segment(next, n).noalias() -= K.transpose() * g;
   system.g.segment(row, n).noalias() = M.transpose() * g;
   S.block(row, row, n, n).diagonal().array() += 1;
+  // L^-1 of what d has to do with all, S_dd = L L^T.
   const Eigen::LLT<Eigen::MatrixXd> cholesky(S.block(row, row, n, n));
-  const Eigen::MatrixXd by_d = S.middleRows(row, n);
-  const Eigen::VectorXd g_d = system.g.segment(row, n);
-  dense::add_product_lower(-by_d.transpose(), cholesky.solve(by_d), S);
-  system.g.noalias() -= by_d.transpose() * cholesky.solve(g_d);
+  const Eigen::MatrixXd by_d = cholesky.matrixL().solve(S.middleRows(row, n)).transpose();
+  system.g.noalias() -= by_d * cholesky.matrixL().solve(system.g.segment(row, n));
+  dense::downdate_lower(by_d, S);
 }
 
 const ChainTerm& first_link(const Window& window) {
@@ -207,8 +208,7 @@ void forget_oldest(Window& window) {
   const WindowSystem prior = prior_system(window);
   const WindowRows before = prior_rows(window);
   for (const int number : joining) window.points.at(number).in_prior = true;
-  const auto keyframes = std::ssize(window.keyframes);
-  const WindowRows rows(window, keyframes, 2);
+  const WindowRows rows(window, window.count(), 2);
   WindowSystem system = in_rows(prior, before, rows);
   dense::mirror_lower(system.S);
   hang_on_newest(rows, window, system);
@@ -218,7 +218,7 @@ void forget_oldest(Window& window) {
   dense::mirror_lower(system.S);
   eliminate_keyframe(first_link(window), rows.keyframe(window.first), rows.errors, system);
   drop_oldest(ending, window);
-  set_prior(window, in_rows(system, rows, WindowRows(window, keyframes - 1, 1)));
+  set_prior(window, in_rows(system, rows, WindowRows(window, window.count(), 1)));
 }
 
 }  // namespace chasles::smooth_detail

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include <chasles/filter/dense.hpp>
 #include <chasles/smooth/window_detail.hpp>
 
@@ -18,6 +20,7 @@ Clone clone_of(const Window& window, int keyframe) {
 
 Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor) {
   const int n = window.sizes.errors();
+  if (!factor.rows) return Eigen::MatrixXd::Constant(n, n, std::nan(""));
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(n, n);
   factor.L.bottomRightCorner(n, n).triangularView<Eigen::Lower>().solveInPlace(inverse);
   return inverse.transpose() * inverse;
@@ -25,8 +28,9 @@ Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& fact
 
 std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor& factor,
                                         int number) {
+  if (!factor.rows) return std::nullopt;
   const WindowPoint& point = window.points.at(number);
-  const WindowRows rows(window);
+  const WindowRows& rows = *factor.rows;
   MapLandmark landmark{.id = point.id, .p_world = point.parameters, .observations = point.looks};
   Eigen::Matrix3d by_point = Eigen::Matrix3d::Identity();
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(rows.size, 3);  // d p_world / d errors, transposed

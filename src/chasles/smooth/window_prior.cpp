@@ -12,8 +12,8 @@ namespace chasles::smooth_detail {
 namespace {
 
 // The chart's errors of those numbers against those of the prior.
-Eigen::VectorXd errors_of(const Window& window, const WindowRows& rows,
-                          const ScaledNumbers& numbers) {
+Eigen::VectorXd chart_errors(const Window& window, const WindowRows& rows,
+                             const ScaledNumbers& numbers) {
   const WindowPrior& prior = window.prior;
   Eigen::VectorXd xi = Eigen::VectorXd::Zero(prior.gradient.size());
   for (const auto& [number, row] : rows.points) {
@@ -36,38 +36,51 @@ Eigen::VectorXd errors_of(const Window& window, const WindowRows& rows,
 struct Offset {
   WindowScale scale;
   ScaledNumbers numbers;
-  std::vector<std::optional<Eigen::MatrixXd>> turns;  // y by the reference chart's errors; none: 1
   Eigen::VectorXd y;
 };
 
 Offset offset(const Window& window, const WindowRows& rows) {
   const WindowPrior& prior = window.prior;
-  Offset at{.scale = scale_of(window, rows), .numbers = {}, .turns = {}, .y = {}};
+  Offset at{.scale = scale_of(window, rows), .numbers = {}, .y = {}};
   at.numbers = scaled(window, -at.scale.log);
-  at.y = errors_of(window, rows, at.numbers);
-  for (std::size_t k = 0; k < prior.keyframes.size(); ++k) {
-    std::optional<Eigen::MatrixXd>& turn = at.turns.emplace_back();
-    const WindowKeyframe& now = at.numbers.keyframes[k];
-    if (now.motion == prior.keyframes[k].motion) continue;
-    const Eigen::MatrixXd& inverse = prior.inverse_blocks[k];
-    const auto n = inverse.rows();
-    const Eigen::MatrixXd G = inverse * chart_block(window, now).topLeftCorner(n, n);
-    if (!G.isIdentity(0)) turn = G;
-    auto y = at.y.segment(rows.keyframe(rows.first + static_cast<int>(k)), n);
+  at.y = chart_errors(window, rows, at.numbers);
+  int number = rows.first;
+  for (const Eigen::MatrixXd& inverse : prior.inverse_blocks) {
+    auto y = at.y.segment(rows.keyframe(number++), inverse.rows());
     y = (inverse * y).eval();
   }
   if (!prior.scale_weights.empty()) at.y += at.scale.log * prior.scale_direction;
   return at;
 }
 
-// v <- G v, or G^T v, G being 1 but for the keyframes' turns.
-void multiply(const WindowRows& rows, const Offset& at, bool transposed, Eigen::VectorXd& v) {
-  int number = rows.first;
-  for (const auto& G : at.turns) {
-    const int row = rows.keyframe(number++);
-    if (!G) continue;
-    auto part = v.segment(row, G->rows());
-    part = (transposed ? (G->transpose() * part).eval() : (*G * part).eval());
+// y of a keyframe by the reference chart's errors at other numbers than the prior's.
+struct Turn {
+  int row = 0;
+  Eigen::MatrixXd G;
+};
+
+// G is 1 but for these.
+std::vector<Turn> turns_of(const Window& window, const WindowRows& rows,
+                           const ScaledNumbers& numbers) {
+  const WindowPrior& prior = window.prior;
+  std::vector<Turn> turns;
+  for (std::size_t k = 0; k < prior.keyframes.size(); ++k) {
+    const WindowKeyframe& now = numbers.keyframes[k];
+    if (now.motion == prior.keyframes[k].motion) continue;
+    const Eigen::MatrixXd& inverse = prior.inverse_blocks[k];
+    const auto n = inverse.rows();
+    const Eigen::MatrixXd G = inverse * chart_block(window, now).topLeftCorner(n, n);
+    if (G.isIdentity(0)) continue;
+    turns.push_back({.row = rows.keyframe(rows.first + static_cast<int>(k)), .G = G});
+  }
+  return turns;
+}
+
+// v <- G v, or G^T v.
+void multiply(const std::vector<Turn>& turns, bool transposed, Eigen::VectorXd& v) {
+  for (const auto& [row, G] : turns) {
+    auto part = v.segment(row, G.rows());
+    part = (transposed ? (G.transpose() * part).eval() : (G * part).eval());
   }
 }
 
@@ -85,15 +98,12 @@ void turn_rows(const Eigen::MatrixXd& block, Eigen::Index row, Eigen::MatrixXd& 
   below = below.lazyProduct(G).eval();
 }
 
-void turn(const WindowRows& rows, const Offset& at, Eigen::MatrixXd& S) {
-  int number = rows.first;
-  for (const auto& G : at.turns) {
-    const int row = rows.keyframe(number++);
-    if (!G) continue;
-    if (G->rows() == kPoseErrors) {
-      turn_rows<kPoseErrors>(*G, row, S);
+void turn(const std::vector<Turn>& turns, Eigen::MatrixXd& S) {
+  for (const auto& [row, G] : turns) {
+    if (G.rows() == kPoseErrors) {
+      turn_rows<kPoseErrors>(G, row, S);
     } else {
-      turn_rows<kMotionErrors>(*G, row, S);
+      turn_rows<kMotionErrors>(G, row, S);
     }
   }
 }
@@ -108,16 +118,16 @@ Eigen::VectorXd times_information(const WindowPrior& prior, const Eigen::VectorX
 // is G E + d c^T, where E takes the scale off, c is the scale's own derivative, and d how its
 // direction has moved.
 void turn_with_scale(const Window& window, const WindowRows& rows, const Offset& at,
-                     WindowSystem& system) {
+                     const std::vector<Turn>& turns, WindowSystem& system) {
   const Eigen::VectorXd E = scaling(window, rows, -at.scale.log);
   Eigen::VectorXd d = scale_direction(window, rows, at.numbers);
-  multiply(rows, at, false, d);
+  multiply(turns, false, d);
   d = window.prior.scale_direction - d;
   Eigen::VectorXd by_d = times_information(window.prior, d);
   const double information = d.dot(by_d), gradient = d.dot(system.g);
-  multiply(rows, at, true, by_d);
-  multiply(rows, at, true, system.g);
-  turn(rows, at, system.S);
+  multiply(turns, true, by_d);
+  multiply(turns, true, system.g);
+  turn(turns, system.S);
   const Eigen::VectorXd& c = at.scale.by_errors;
   by_d = E.cwiseProduct(by_d) + information / 2 * c;
   system.g = E.cwiseProduct(system.g) + gradient * c;
@@ -141,7 +151,7 @@ Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe
 }
 
 WindowRows prior_rows(const Window& window) {
-  return {window, std::ssize(window.prior.keyframes), 1};
+  return {window, static_cast<int>(window.prior.keyframes.size()), 1};
 }
 
 double prior_cost(const Window& window) {
@@ -157,13 +167,14 @@ WindowSystem prior_system(const Window& window) {
   if (prior.gradient.size() == 0) return system;
   const WindowRows rows = prior_rows(window);
   const Offset at = offset(window, rows);
+  const std::vector<Turn> turns = turns_of(window, rows, at.numbers);
   system.g += times_information(prior, at.y);
   if (!prior.scale_weights.empty()) {
-    turn_with_scale(window, rows, at, system);
+    turn_with_scale(window, rows, at, turns, system);
     return system;
   }
-  turn(rows, at, system.S);
-  multiply(rows, at, true, system.g);
+  turn(turns, system.S);
+  multiply(turns, true, system.g);
   return system;
 }
 

@@ -40,7 +40,7 @@ void SlidingWindow::look(int number, WindowView view) {
 
 bool SlidingWindow::make_room() {
   if (std::ranges::count_if(window.keyframes, &WindowKeyframe::framed) < keyframes_) return false;
-  evaluate(window);  // what the gate left
+  refresh();
   const auto oldest = std::ranges::find_if(window.keyframes, &WindowKeyframe::framed);
   const int until = window.first + static_cast<int>(oldest - window.keyframes.begin());
   for (const int number : ending_points(window, until)) {
@@ -48,6 +48,11 @@ bool SlidingWindow::make_room() {
   }
   while (window.first <= until) forget_oldest(window);
   return true;
+}
+
+void SlidingWindow::refresh() {
+  evaluate(window);                                        // what the gate left
+  if (!factor_.fits(window)) factor_ = factor_of(window);  // velocities after the last frame
 }
 
 SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
@@ -63,7 +68,8 @@ SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
   return settled;
 }
 
-std::vector<MapLandmark> SlidingWindow::map() const {
+std::vector<MapLandmark> SlidingWindow::map() {
+  refresh();
   std::vector<MapLandmark> all = left_;
   for (const auto& [number, point] : window.points) {
     if (const auto landmark = map_landmark(window, factor_, number)) all.push_back(*landmark);

@@ -35,11 +35,13 @@ class SlidingWindow {
   Eigen::MatrixXd newest_covariance() const {
     return smooth_detail::newest_covariance(window, factor_);
   }
-  /// All that have left, and those that are there.
-  std::vector<MapLandmark> map() const;
+  /// All that have left, and those that are there (without a finite minimum: the former alone).
+  std::vector<MapLandmark> map();
   int map_size() const { return static_cast<int>(left_.size() + window.points.size()); }
 
  private:
+  void refresh();  // linear parts and factor are those of the window
+
   int keyframes_;
   BatchSettings settings_;
   WindowFactor factor_;

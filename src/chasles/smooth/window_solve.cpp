@@ -29,8 +29,7 @@ void restore(const Numbers& numbers, Window& window) {
   window.stale = true;
 }
 
-void move(const Eigen::VectorXd& step, double damping, Window& window) {
-  const WindowRows rows(window);
+void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, Window& window) {
   // Landmarks first: their equations are those of the present poses.
   for (auto& [number, point] : window.points) {
     const auto row = rows.points.find(number);
@@ -61,9 +60,11 @@ void move(const Eigen::VectorXd& step, double damping, Window& window) {
 
 // False: the system is not positive definite.
 bool factorise(double damping, const Window& window, WindowFactor& factor, Eigen::VectorXd& g) {
-  WindowSystem system = normal_equations(window, damping);
+  const WindowRows rows(window);
+  WindowSystem system = normal_equations(window, rows, damping);
+  factor.rows.reset();
   if (!dense::cholesky(system.S)) return false;
-  factor.L = std::move(system.S);
+  factor = {.L = std::move(system.S), .rows = rows};
   g = std::move(system.g);
   return true;
 }
@@ -75,7 +76,7 @@ bool step(double damping, Window& window, WindowFactor& factor) {
   Eigen::VectorXd x = -g;
   factor.L.triangularView<Eigen::Lower>().solveInPlace(x);
   factor.L.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
-  move(x, damping, window);
+  move(*factor.rows, x, damping, window);
   return true;
 }
 
@@ -104,9 +105,16 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
     }
   }
   // The uncertainty is that without damping.
-  Eigen::VectorXd g;
-  progress.finite = std::isfinite(progress.cost) && (!damped || factorise(0, window, factor, g));
+  if (damped) factor = factor_of(window);
+  progress.finite = std::isfinite(progress.cost) && factor.rows.has_value();
   return progress;
+}
+
+WindowFactor factor_of(const Window& window) {
+  WindowFactor factor;
+  Eigen::VectorXd g;
+  factorise(0, window, factor, g);
+  return factor;
 }
 
 Culled cull(Window& window, double gate) {

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cassert>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -49,12 +50,11 @@ void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::M
 
 }  // namespace
 
-WindowRows::WindowRows(const Window& window, std::ptrdiff_t keyframe_count,
-                       std::ptrdiff_t whole_count)
+WindowRows::WindowRows(const Window& window, int keyframe_count, int whole_count)
     : errors(window.sizes.errors()),
       first(window.first),
-      keyframes(static_cast<int>(keyframe_count)),
-      whole(static_cast<int>(std::min(whole_count, keyframe_count))) {
+      keyframes(keyframe_count),
+      whole(std::min(whole_count, keyframe_count)) {
   for (const auto& [number, point] : window.points) {
     if (!point.in_prior) continue;
     points[number] = begin;
@@ -129,14 +129,14 @@ void add_point(const WindowRows& rows, const PointLinear& linear, std::optional<
 }
 
 void add_term(const WindowRows& rows, const ChainTerm& term, WindowSystem& system) {
+  assert(term.first + term.keyframes <= rows.first + rows.whole);
   const int row = rows.keyframe(term.first);
   const auto n = static_cast<int>(term.jacobian.cols());
   system.S.block(row, row, n, n).noalias() += term.jacobian.transpose() * term.jacobian;
   system.g.segment(row, n).noalias() += term.jacobian.transpose() * term.residual;
 }
 
-WindowSystem normal_equations(const Window& window, double damping) {
-  const WindowRows rows(window);
+WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping) {
   WindowSystem system = in_rows(prior_system(window), prior_rows(window), rows);
   for (const ChainTerm& term : window.terms) add_term(rows, term, system);
   Eigen::VectorXd enlarged = system.S.diagonal();

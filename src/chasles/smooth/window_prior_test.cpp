@@ -1,9 +1,14 @@
+#include <algorithm>
+#include <deque>
+
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/window_detail.hpp>
 
-// What a window's prior knows of scale, which pixels do not tell.
+// What a window's prior says at other numbers than its own, and that it does not know the scale,
+// which pixels do not tell.
 namespace chasles::smooth_detail {
 namespace {
 
@@ -62,6 +67,11 @@ Window blind_window(const ErrorChart& chart, bool anchored, test::Random& random
   return window;
 }
 
+WindowSystem system_of(const Window& window) {
+  const WindowSystem system = prior_system(window);
+  return {.S = system.S.selfadjointView<Eigen::Lower>(), .g = system.g};
+}
+
 // Everything moves, and grows by the exponential of `log`.
 void move(double size, double log, test::Random& random, Window& window) {
   const ScaledNumbers grown = scaled(window, log);
@@ -76,10 +86,59 @@ void move(double size, double log, test::Random& random, Window& window) {
   window.stale = true;
 }
 
-WindowSystem system_of(const Window& window) {
-  const WindowSystem system = prior_system(window);
-  return {.S = system.S.selfadjointView<Eigen::Lower>(), .g = system.g};
+// A prior that knows everything, but nothing of what has no rows.
+Window informed_window(const ErrorChart& chart, bool anchored, test::Random& random) {
+  Window window = window_of(chart, anchored, random);
+  const int n = WindowRows(window, window.count(), 1).size;
+  const MatrixXd A = MatrixXd::NullaryExpr(2 * n, n, [&] { return random.normal(); });
+  set_prior(window, {.S = A.transpose() * A, .g = random.normal_vector(n)});
+  return window;
 }
+
+class WindowPriorOver : public test::OverCharts {};
+
+TEST_P(WindowPriorOver, IsAsItWasSetAtTheNumbersOfThen) {
+  test::Random random(1);
+  for (const bool anchored : {false, true}) {
+    const Window window = informed_window(chart(), anchored, random);
+    const WindowSystem system = prior_system(window);
+    EXPECT_EQ(system.S, window.prior.information);
+    EXPECT_TRUE(test::agree(system.g, window.prior.gradient, 1e-12));
+    EXPECT_NEAR(prior_cost(window), 0, 1e-12);
+  }
+}
+
+TEST_P(WindowPriorOver, TurnsAsTheChartDoes) {
+  test::Random random(2);
+  for (const bool anchored : {false, true}) {
+    Window window = informed_window(chart(), anchored, random);
+    window.prior.scale_weights.clear();
+    const WindowSystem prior{.S = window.prior.information.selfadjointView<Eigen::Lower>(),
+                             .g = window.prior.gradient};
+    const WindowRows rows = prior_rows(window);
+    const std::deque<WindowKeyframe> at = window.keyframes;
+    move(0.1, 0, random, window);
+    MatrixXd G = MatrixXd::Identity(rows.size, rows.size);
+    for (int k = 0; k < window.count(); ++k) {
+      const auto n = std::min(rows.errors_of(k), kMotionErrors);
+      const auto block = [&](const WindowKeyframe& keyframe) -> MatrixXd {
+        return chart_block(window, keyframe).topLeftCorner(n, n);
+      };
+      G.block(rows.keyframe(k), rows.keyframe(k), n, n) =
+          block(at[static_cast<std::size_t>(k)]).inverse() * block(window.keyframe(k));
+    }
+    const WindowSystem system = prior_system(window);
+    const MatrixXd S = system.S.selfadjointView<Eigen::Lower>();
+    EXPECT_TRUE(test::agree(S, G.transpose() * prior.S * G, 1e-10));
+    // y from the gradient gives the cost.
+    const VectorXd y = prior.S.inverse() * (G.transpose().inverse() * system.g - prior.g);
+    EXPECT_NEAR(prior_cost(window), y.dot(prior.S * y) / 2 + prior.g.dot(y),
+                1e-8 * y.dot(prior.S * y));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Charts, WindowPriorOver, ::testing::ValuesIn(test::all_charts()),
+                         test::chart_test_name);
 
 class WindowScale : public test::OverCharts {};
 
