@@ -1,3 +1,4 @@
+#include <charconv>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -88,7 +89,14 @@ void declare_input(CLI::App& parser, RunOptions& o) {
              "points were tracked (default: all)",
              0, 1)
       ->group("Input");
-  parser.add_option("--tracks-seed", o.input.tracks.seed, "Chooses that part (default: 1)")
+  const auto read_seed = [&seed = o.input.tracks.seed](const std::string& text) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+    if (error == std::errc() && end == text.data() + text.size()) return;
+    throw UsageError("--tracks-seed: found " + text + ", expected a whole number from 0 on");
+  };
+  parser
+      .add_option_function<std::string>("--tracks-seed", read_seed,
+                                        "Chooses that part (default: 1)")
       ->type_name("N")
       ->group("Input");
 }

@@ -76,6 +76,10 @@ TEST(TracksPart, IsWhatARunSeesAndSays) {
     EXPECT_NE(other.at("ate_m"), half.at("ate_m")) << estimator;
   }
   expect_error(chasles(folder, "run rec --tracks 1.5"), 1, "--tracks: found 1.5, expected");
+  for (const std::string wrong : {"-1", "1.5", "many"}) {
+    expect_error(chasles(folder, "run rec --tracks 0.5 --tracks-seed=" + wrong), 1,
+                 "--tracks-seed: found " + wrong + ", expected a whole number from 0 on");
+  }
 }
 
 // A front end's tracks are thinned behind it.
