@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include <ceres/ordered_groups.h>
 #include <ceres/solver.h>
@@ -9,8 +10,34 @@
 #include <chasles/error.hpp>
 #include <chasles/smooth/batch_solve_detail.hpp>
 
+extern "C" {
+// Where something in this process uses OpenMP.
+[[gnu::weak]] int omp_get_max_active_levels();
+[[gnu::weak]] void omp_set_max_active_levels(int levels);
+}
+
 namespace chasles::smooth_detail {
 namespace {
+
+// While it is there, what this thread calls makes no threads by OpenMP. CHOLMOD asks for four
+// wherever it can, in parts that are too small for it: a third of a batch's processor time went
+// into their waiting for each other.
+class WithoutOpenMp {
+ public:
+  WithoutOpenMp() {
+    if (!omp_get_max_active_levels || !omp_set_max_active_levels) return;
+    before_ = omp_get_max_active_levels();
+    omp_set_max_active_levels(0);
+  }
+  ~WithoutOpenMp() {
+    if (before_) omp_set_max_active_levels(*before_);
+  }
+  WithoutOpenMp(const WithoutOpenMp&) = delete;
+  WithoutOpenMp& operator=(const WithoutOpenMp&) = delete;
+
+ private:
+  std::optional<int> before_;
+};
 
 // Fewer keyframes are solved densely. Of more, the fill of the whole normal matrix is least: along
 // a way landmarks go first, before a board that is always in view the keyframes do.
@@ -82,6 +109,7 @@ void Search::run(ProblemBlocks& problem, double tolerance) {
   options.initial_trust_region_radius =
       std::max(options.initial_trust_region_radius, trust_radius_);
   ceres::Solver::Summary summary;
+  const WithoutOpenMp one_thread;
   ceres::Solve(options, &problem.ceres(), &summary);
   if (!summary.iterations.empty()) trust_radius_ = summary.iterations.back().trust_region_radius;
   if (report.costs.empty()) report.initial_cost = summary.initial_cost;

@@ -1,4 +1,6 @@
 #include <cmath>
+#include <filesystem>
+#include <iterator>
 
 #include <gtest/gtest.h>
 
@@ -241,6 +243,18 @@ TEST(DriveBatchKeyframes, EveryNthFrame) {
   ASSERT_EQ(result.estimates.size(), 4u);
   EXPECT_EQ(result.estimates[2].time, s.input.frames[8].time);
   EXPECT_LT(drive_error(s.truth[12], result.estimates[3]).segment<3>(3).norm(), 0.2);
+}
+
+// CHOLMOD would have three more, where it is OpenMP's.
+TEST(DriveBatchThreads, NoneAreMade) {
+  const auto threads = [] {
+    return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
+  };
+  const DriveScene s = drive_scene({.frames = 60, .landmarks = 60});
+  const auto before = threads();
+  const DriveResult result = smooth(s.input, {});
+  EXPECT_EQ(result.report.solver, "sparse-normal");
+  EXPECT_EQ(threads(), before);
 }
 
 TEST(DriveBatchBadInput, IsRecoveredAndCounted) {

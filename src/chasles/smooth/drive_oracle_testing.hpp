@@ -28,6 +28,7 @@ class DriveOracle {
 
   const std::vector<TrueDrive>& states() const { return states_; }
   const std::map<LandmarkId, Eigen::Vector3d>& points() const { return points_; }
+  const Eigen::MatrixXd& jacobian() const { return J_; }  ///< of the last step
   Eigen::MatrixXd inverse() const { return covariance_of(J_); }
   double cost() { return residual(Eigen::VectorXd::Zero(size())).squaredNorm() / 2; }
   int state_size() const { return 6 + model_.size(); }

@@ -1,0 +1,143 @@
+// What relinearising costs. First, small drives through batch estimation against the dense
+// Gauss-Newton oracle of the tests (drive_oracle_testing.hpp: all derivatives numeric), and against
+// the algebra alone of a dense step, as if its derivatives cost nothing: exit 1 where the batch is
+// not at the oracle's minimum. Then filter, window and batch over 2020/0027 of the KITTI tracks,
+// where it is at hand ($CHASLES_DATA, ../shared/data), reading and writing excluded. Times are the
+// processor's, of all threads (there is one), the least of the repetitions.
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <limits>
+#include <vector>
+
+#include <chasles/data/readers.hpp>
+#include <chasles/data/recording.hpp>
+#include <chasles/filter/dense.hpp>
+#include <chasles/slam/noise.hpp>
+#include <chasles/slam/slam.hpp>
+#include <chasles/smooth/drive_oracle_testing.hpp>
+#include <chasles/smooth/drive_window.hpp>
+#include <chasles/smooth/exact_settings_testing.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr int kRepetitions = 3;
+constexpr double kSame = 1e-6;
+
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+template <typename Function>
+double seconds_of(const Function& function, int repetitions = kRepetitions) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < repetitions; ++i) {
+    const double begun = cpu_seconds();
+    function();
+    least = std::min(least, cpu_seconds() - begun);
+  }
+  return least;
+}
+
+// A step of dense Gauss-Newton whose Jacobian is there: normal equations, factor, solution.
+void dense_step(const Eigen::MatrixXd& J, Eigen::MatrixXd& S) {
+  dense::square_lower(J, S);
+  Eigen::MatrixXd g = J.transpose().rowwise().sum();
+  if (!dense::cholesky(S)) std::abort();
+  dense::solve_lower(S, g);
+}
+
+// Whether the batch found the oracle's minimum.
+bool small_drive(int frames) {
+  const test::DriveScene scene = test::drive_scene({.frames = frames});
+  const BatchSettings settings = test::exact_settings("inverse-depth");
+  const DriveResult batch = smooth(scene.input, settings);
+  const double of_batch = seconds_of([&] { smooth(scene.input, settings); });
+  test::DriveOracle oracle(scene);
+  const int steps = batch.report.iterations;
+  const double of_oracle = seconds_of([&] { oracle.solve(steps); }, 1);
+  double difference = 0;
+  for (std::size_t k = 0; k < batch.estimates.size(); ++k) {
+    const Eigen::VectorXd d = test::drive_error(oracle.states()[k], batch.estimates[k]);
+    difference = std::max(difference, d.cwiseAbs().maxCoeff());
+  }
+  const Eigen::MatrixXd& J = oracle.jacobian();
+  Eigen::MatrixXd S(J.cols(), J.cols());
+  const double of_algebra = steps * seconds_of([&] { dense_step(J, S); });
+  std::printf("%6d %9ld %6d %10.2f %12.1f %8.0f %12.2f %8.2f %11.1e\n", frames,
+              static_cast<long>(J.cols()), steps, 1e3 * of_batch, 1e3 * of_oracle,
+              of_oracle / of_batch, 1e3 * of_algebra, of_algebra / of_batch, difference);
+  return difference < kSame;
+}
+
+template <typename Estimator>
+std::vector<Estimate> through(const Recording& recording, Estimator&& estimator) {
+  std::vector<Estimate> estimates;
+  EventStream events(recording);
+  while (const auto event = events.next()) {
+    if (const auto* velocity = std::get_if<BodyVelocity>(&*event)) {
+      estimator.process(*velocity);
+    } else if (const auto* frame = std::get_if<FeatureFrame>(&*event)) {
+      const std::optional<Estimate> e = estimator.process(*frame);
+      if (e) estimates.push_back(*e);
+    }
+  }
+  return estimates;
+}
+
+void long_drive(const Recording& recording) {
+  const Settings settings;
+  const Noise noise =
+      choose_noise(settings, recording.velocities, recording.frames,
+                   {.velocity = recording.velocity_sigma, .pixels = recording.pixel_sigma});
+  DriveInput input{.rig = recording.rig,
+                   .settings = settings,
+                   .noise = noise,
+                   .velocities = recording.velocities,
+                   .frames = recording.frames};
+  const double length = to_seconds(recording.frames.back().time - recording.frames.front().time);
+  std::printf("\n%s: %zu frames, %.0f s\n%-12s %8s %8s %12s\n", recording.name.c_str(),
+              recording.frames.size(), length, "", "s", "ratio", "x real time");
+  double of_filter = 0;
+  const auto say = [&](const char* name, double seconds) {
+    if (of_filter == 0) of_filter = seconds;
+    std::printf("%-12s %8.2f %8.2f %12.1f\n", name, seconds, seconds / of_filter, length / seconds);
+  };
+  say("filter", seconds_of([&] {
+        input.initial = through(recording, Slam(settings, recording.rig, noise));
+      }));
+  for (const int keyframes : {10, 20, 40}) {
+    const std::string name = "window:" + std::to_string(keyframes);
+    say(name.c_str(),
+        seconds_of([&] { through(recording, DriveWindow(input, BatchSettings{}, keyframes)); }));
+  }
+  // It begins where the filter was.
+  say("batch", of_filter + seconds_of([&] { smooth(input, BatchSettings{}); }, 1));
+}
+
+}  // namespace
+}  // namespace chasles
+
+int main() {
+  chasles::dense::prepare();
+  std::printf("%6s %9s %6s %10s %12s %8s %12s %8s %11s\n", "frames", "unknowns", "steps",
+              "batch, ms", "oracle, ms", "ratio", "algebra, ms", "ratio", "difference");
+  bool same = true;
+  for (const int frames : {5, 10, 20, 40}) same = chasles::small_drive(frames) && same;
+  if (!same) std::printf("the batch is not at the oracle's minimum\n");
+  const char* given = std::getenv("CHASLES_DATA");
+  const std::filesystem::path data = given ? given : CHASLES_SOURCE_DIR "/../shared/data";
+  const auto tracks = data / "kitti_tracks/ece276a_2020/0027.npz";
+  if (std::filesystem::exists(tracks)) {
+    chasles::long_drive(chasles::read_recording(tracks));
+  } else {
+    std::printf("%s is not there\n", tracks.c_str());
+  }
+  return same ? 0 : 1;
+}
