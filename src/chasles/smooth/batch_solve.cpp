@@ -20,7 +20,7 @@ namespace chasles::smooth_detail {
 namespace {
 
 // While it is there, what this thread calls makes no threads by OpenMP. CHOLMOD asks for four
-// wherever it can, in parts that are too small for it: a third of a batch's processor time went
+// wherever it can, in parts that are too small for it: up to half of a batch's processor time went
 // into their waiting for each other.
 class WithoutOpenMp {
  public:
