@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <filesystem>
 #include <numeric>
 #include <vector>
@@ -26,6 +25,7 @@
 #include <chasles/slam/inertial_session.hpp>
 #include <chasles/slam/visual_inertial_slam.hpp>
 
+#include "cpu_time.hpp"
 #include "plain_klt.hpp"
 
 namespace chasles {
@@ -34,11 +34,7 @@ namespace {
 constexpr int kRepetitions = 7;
 constexpr int kTracks = 150;
 
-double cpu_ms() {  // of all threads: there is one
-  timespec t{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return 1e3 * static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_nsec);
-}
+double cpu_ms() { return 1e3 * bench::cpu_seconds(); }  // of all threads: there is one
 
 struct Footage {
   Recording recording;

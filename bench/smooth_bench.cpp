@@ -3,12 +3,12 @@
 // the algebra alone of a dense step, as if its derivatives cost nothing: exit 1 where the batch is
 // not at the oracle's minimum. Then filter, window and batch over 2020/0027 of the KITTI tracks,
 // where it is at hand ($CHASLES_DATA, ../shared/data), reading and writing excluded. Times are the
-// processor's, of all threads (there is one), the least of the repetitions.
+// processor's, of all threads (there is one), the least of the repetitions; the oracle and the
+// batch over the recording run once.
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <limits>
 #include <vector>
@@ -22,17 +22,15 @@
 #include <chasles/smooth/drive_window.hpp>
 #include <chasles/smooth/exact_settings_testing.hpp>
 
+#include "cpu_time.hpp"
+
 namespace chasles {
 namespace {
 
 constexpr int kRepetitions = 3;
 constexpr double kSame = 1e-6;
 
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
+using bench::cpu_seconds;
 
 template <typename Function>
 double seconds_of(const Function& function, int repetitions = kRepetitions) {
@@ -48,9 +46,10 @@ double seconds_of(const Function& function, int repetitions = kRepetitions) {
 // A step of dense Gauss-Newton whose Jacobian is there: normal equations, factor, solution.
 void dense_step(const Eigen::MatrixXd& J, Eigen::MatrixXd& S) {
   dense::square_lower(J, S);
-  Eigen::MatrixXd g = J.transpose().rowwise().sum();
+  Eigen::VectorXd x = J.transpose() * Eigen::VectorXd::Ones(J.rows());  // of whatever residual
   if (!dense::cholesky(S)) std::abort();
-  dense::solve_lower(S, g);
+  S.triangularView<Eigen::Lower>().solveInPlace(x);
+  S.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
 }
 
 // Whether the batch found the oracle's minimum.

@@ -216,6 +216,7 @@ Clone clone_of(const Window& window, int keyframe);
 /// T(x) of a keyframe's motion: the chart's errors by the reference chart's.
 Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe);
 
+/// Where everything stands in the prior.
 WindowRows prior_rows(const Window& window);
 /// What the prior says at the present numbers, reference chart: lower triangle, its rows.
 WindowSystem prior_system(const Window& window);

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <ctime>
+
+namespace chasles::bench {
+
+/// Processor time of all threads of this process so far [s].
+inline double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+}  // namespace chasles::bench
