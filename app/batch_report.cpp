@@ -29,7 +29,7 @@ nlohmann::ordered_json batch_json(const BatchReport& r) {
           {"keyframes", r.keyframes},
           {"landmarks", r.landmarks},
           {"landmarks_left_out", r.landmarks_left_out},
-          {"landmarks_parted", r.landmarks_parted},
+          {"landmarks_split", r.landmarks_split},
           {"observations", r.observations},
           {"observations_unusable", r.unusable},
           {"observations_gated", r.gated},

@@ -5,8 +5,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/smooth/batch.hpp>
-#include <chasles/smooth/window.hpp>
+#include <chasles/smooth/batch/batch.hpp>
+#include <chasles/smooth/window/window.hpp>
 
 namespace chasles::app {
 

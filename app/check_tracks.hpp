@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chasles/data/check_report.hpp>
+#include <chasles/check/check_report.hpp>
 #include <chasles/data/recording.hpp>
 
 namespace chasles::app {

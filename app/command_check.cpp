@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/check.hpp>
+#include <chasles/check/check.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>

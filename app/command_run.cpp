@@ -51,7 +51,7 @@ struct RunOptions {
 };
 
 std::string settings_help() {
-  Settings defaults;
+  VelocitySlamSettings defaults;
   return "Settings, for --set and --config (auto: measured from the recording):\n" +
          help_text(setting_list(defaults)) + "\n" + filter_settings_help() + "\n" +
          inertial_run_settings_help();
@@ -157,7 +157,7 @@ void declare_output(CLI::App& parser, RunOptions& o) {
   parser.add_flag("--quiet", o.quiet, "No progress and no log, only errors")->group("Output");
 }
 
-void check(const RunOptions& o, const Settings& settings) {
+void check(const RunOptions& o, const VelocitySlamSettings& settings) {
   if (!o.trajectory.empty() && settings.mode != "map") {
     throw UsageError(fmt::format("--trajectory is for --mode map, the mode is {}", settings.mode));
   }

@@ -6,9 +6,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/velocity_clock.hpp>
-#include <chasles/slam/drive_model.hpp>
-#include <chasles/smooth/drive_window.hpp>
+#include <chasles/check/velocity_clock.hpp>
+#include <chasles/slam/velocity_model.hpp>
+#include <chasles/smooth/window/velocity_window.hpp>
 
 #include "batch_report.hpp"
 #include "frame_state.hpp"
@@ -39,7 +39,7 @@ struct Estimating {
   std::function<std::vector<LandmarkId>()> in_state;
 };
 
-std::vector<LandmarkId> in_state_of(const Slam& slam) {
+std::vector<LandmarkId> in_state_of(const VelocitySlam& slam) {
   std::vector<LandmarkId> ids;
   for (const Landmark& l : slam.filter().state().landmarks) ids.push_back(l.id);
   return ids;
@@ -52,7 +52,7 @@ void process_all(const Recording& recording, const Estimating& estimating,
   Stopwatch frame_time;
   const auto map_so_far = [&] {
     std::vector<RunLandmark> map = run_landmarks(estimating.map());
-    result.sightings.tell(estimating.in_state(), map);
+    result.observation_spans.tell(estimating.in_state(), map);
     return map;
   };
   while (const auto event = events.next()) {
@@ -62,7 +62,7 @@ void process_all(const Recording& recording, const Estimating& estimating,
     }
     const auto* frame = std::get_if<FeatureFrame>(&*event);
     if (!frame) continue;  // an IMU sample beside the velocities
-    result.sightings.add(*frame);
+    result.observation_spans.add(*frame);
     const std::optional<Estimate> estimate = estimating.frame(*frame);
     if (!estimate) continue;
     result.run.states.push_back(drive_state(*estimate, 1e3 * frame_time.seconds()));
@@ -78,7 +78,8 @@ void process_all(const Recording& recording, const Estimating& estimating,
 }
 
 // What is known before the first event. All estimators have the motion model's additive states.
-Drive prepared(const Recording& recording, const Settings& settings, Trajectory velocities_alone) {
+Drive prepared(const Recording& recording, const VelocitySlamSettings& settings,
+               Trajectory velocities_alone) {
   Drive result;
   result.noise =
       choose_noise(settings, recording.velocities, recording.frames,
@@ -94,7 +95,7 @@ Drive prepared(const Recording& recording, const Settings& settings, Trajectory 
 
 }  // namespace
 
-double correct_clock(const Settings& settings, Recording& recording) {
+double correct_clock(const VelocitySlamSettings& settings, Recording& recording) {
   double offset = settings.time_offset.value_or(0);
   if (!settings.time_offset) {
     const std::optional<VelocityClock> clock = velocity_clock(recording);
@@ -114,11 +115,11 @@ double correct_clock(const Settings& settings, Recording& recording) {
   return offset;
 }
 
-Drive drive(const Recording& recording, const Settings& settings, const Interrupt& interrupt,
-            bool quiet, Trajectory velocities_alone, LiveView& live) {
+Drive drive(const Recording& recording, const VelocitySlamSettings& settings,
+            const Interrupt& interrupt, bool quiet, Trajectory velocities_alone, LiveView& live) {
   Drive result = prepared(recording, settings, std::move(velocities_alone));
-  result.slam = std::make_unique<Slam>(settings, recording.rig, result.noise);
-  Slam& slam = *result.slam;
+  result.slam = std::make_unique<VelocitySlam>(settings, recording.rig, result.noise);
+  VelocitySlam& slam = *result.slam;
   result.run.stage_names = filter_stage_names();
   live.begin(result.run, known_json(settings, recording), recording.frames.size());
   process_all(recording,
@@ -128,20 +129,20 @@ Drive drive(const Recording& recording, const Settings& settings, const Interrup
                .in_state = [&] { return in_state_of(slam); }},
               interrupt, quiet, live, result);
   result.run.landmarks = run_landmarks(slam.filter().map());
-  result.sightings.tell(in_state_of(slam), result.run.landmarks);
+  result.observation_spans.tell(in_state_of(slam), result.run.landmarks);
   return result;
 }
 
-Drive slide(const Recording& recording, const Settings& settings, const BatchSettings& batch,
-            int keyframes, const Interrupt& interrupt, bool quiet, Trajectory velocities_alone,
-            LiveView& live) {
+Drive slide(const Recording& recording, const VelocitySlamSettings& settings,
+            const BatchSettings& batch, int keyframes, const Interrupt& interrupt, bool quiet,
+            Trajectory velocities_alone, LiveView& live) {
   Drive result = prepared(recording, settings, std::move(velocities_alone));
-  DriveWindow window({.rig = recording.rig,
-                      .settings = settings,
-                      .noise = result.noise,
-                      .velocities = {},
-                      .frames = {}},
-                     batch, keyframes);
+  VelocityWindow window({.rig = recording.rig,
+                         .settings = settings,
+                         .noise = result.noise,
+                         .velocities = {},
+                         .frames = {}},
+                        batch, keyframes);
   live.begin(result.run, known_json(settings, recording), recording.frames.size());
   process_all(recording,
               {.velocity = [&](const BodyVelocity& velocity) { window.process(velocity); },
@@ -153,20 +154,20 @@ Drive slide(const Recording& recording, const Settings& settings, const BatchSet
   if (!result.interrupted) window.check();
   result.window = window.report();
   result.run.landmarks = run_landmarks(window.map());
-  result.sightings.tell(window.in_window(), result.run.landmarks);
+  result.observation_spans.tell(window.in_window(), result.run.landmarks);
   return result;
 }
 
-void smooth(const Recording& recording, const Settings& settings, const BatchSettings& batch,
-            Drive& drive) {
+void smooth(const Recording& recording, const VelocitySlamSettings& settings,
+            const BatchSettings& batch, Drive& drive) {
   const Stopwatch time;
-  DriveResult result = chasles::smooth({.rig = recording.rig,
-                                        .settings = settings,
-                                        .noise = drive.noise,
-                                        .velocities = recording.velocities,
-                                        .frames = recording.frames,
-                                        .initial = drive.estimates},
-                                       batch);
+  VelocityBatchResult result = chasles::smooth({.rig = recording.rig,
+                                                .settings = settings,
+                                                .noise = drive.noise,
+                                                .velocities = recording.velocities,
+                                                .frames = recording.frames,
+                                                .initial = drive.estimates},
+                                               batch);
   const double milliseconds = 1e3 * time.seconds() / static_cast<double>(result.estimates.size());
   drive.run.states.clear();
   drive.run.stage_names.clear();
@@ -176,16 +177,16 @@ void smooth(const Recording& recording, const Settings& settings, const BatchSet
     drive.run.states.back().stages.clear();
   }
   drive.run.landmarks = run_landmarks(result.landmarks);
-  drive.sightings.tell(std::nullopt, drive.run.landmarks);
+  drive.observation_spans.tell(std::nullopt, drive.run.landmarks);
   drive.batch = result.report;
 }
 
 Trajectory dead_reckoning(const Recording& recording) {
-  Settings settings;
+  VelocitySlamSettings settings;
   settings.mode = "localize";
   settings.velocity = "input";
   settings.hold = "midpoint";
-  Slam slam(settings, recording.rig, Noise{});
+  VelocitySlam slam(settings, recording.rig, VelocitySlamNoise{});
   Trajectory trajectory;
   EventStream events(recording);
   while (const auto event = events.next()) {

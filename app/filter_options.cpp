@@ -129,9 +129,9 @@ void set_for_all(const std::string& assignment, std::vector<FilterVariant>& filt
 
 SettingList setting_list(InertialSlamSettings& settings) {
   SettingCollector collector;
-  for_each_inertial_setting(settings, collector);
+  for_each_setting(settings, collector);
   for (Setting& s : collector.settings) {
-    s.low = s.name == "frames_per_clone" || s.name == "soft_frames" ? 1 : 0;
+    s.low = s.name == "frames_per_clone" || s.name == "noise_inflation_frames" ? 1 : 0;
     s.above_low = is_positive(s);
     if (s.unit == "probability") s.high = 1;
     limit_time_offset(s);
@@ -141,7 +141,7 @@ SettingList setting_list(InertialSlamSettings& settings) {
 
 SettingList setting_list(BatchSettings& settings) {
   SettingCollector collector;
-  for_each_batch_setting(settings, collector);
+  for_each_setting(settings, collector);
   for (Setting& s : collector.settings) {
     s.low = 0;
     s.above_low = s.name != "min_parallax" && s.name != "gate" && s.name != "initial_error" &&

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include <chasles/data/run.hpp>
-#include <chasles/slam/slam.hpp>
+#include <chasles/slam/velocity_slam.hpp>
 
 namespace chasles::app {
 

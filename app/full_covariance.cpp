@@ -27,7 +27,7 @@ std::string npy_header(std::uintmax_t count) {
   return header + text;
 }
 
-std::string row_names(const Slam& slam, const std::vector<RunLandmark>& landmarks) {
+std::string row_names(const VelocitySlam& slam, const std::vector<RunLandmark>& landmarks) {
   std::string text = "row,of,component\n";
   int row = 0;
   const auto append = [&](const std::string& of, const std::string& component) {
@@ -60,7 +60,7 @@ std::ofstream opened(const std::filesystem::path& file) {
   return stream;
 }
 
-void write_triangle(const Slam& slam, std::uintmax_t rows, std::ofstream& stream,
+void write_triangle(const VelocitySlam& slam, std::uintmax_t rows, std::ofstream& stream,
                     const std::filesystem::path& file) {
   const std::uintmax_t count = rows * (rows + 1) / 2;
   check_room(file, 8 * count + 128);
@@ -89,7 +89,7 @@ void check_full_covariance(const std::filesystem::path& file) {
   if (!there) remove_file(file);
 }
 
-void write_full_covariance(const Slam& slam, const std::vector<RunLandmark>& landmarks,
+void write_full_covariance(const VelocitySlam& slam, const std::vector<RunLandmark>& landmarks,
                            const std::filesystem::path& file) {
   const auto rows = static_cast<std::uintmax_t>(3 * slam.filter().map_size() +
                                                 slam.filter().core_covariance().rows());

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include <chasles/data/run.hpp>
-#include <chasles/slam/slam.hpp>
+#include <chasles/slam/velocity_slam.hpp>
 
 namespace chasles::app {
 
@@ -16,7 +16,7 @@ void check_full_covariance(const std::filesystem::path& file);
 /// what each of the N rows is; `landmarks` are those of slam.filter().map(), in its order. The
 /// matrix is never in memory as a whole. Throws UsageError where the disk has no room for it or
 /// writing fails; then no part of it is left behind.
-void write_full_covariance(const Slam& slam, const std::vector<RunLandmark>& landmarks,
+void write_full_covariance(const VelocitySlam& slam, const std::vector<RunLandmark>& landmarks,
                            const std::filesystem::path& file);
 
 }  // namespace chasles::app

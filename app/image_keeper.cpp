@@ -88,10 +88,10 @@ RunFeature ImageKeeper::feature(const PixelObservation& seen, const Trail& trail
   return feature;
 }
 
-void ImageKeeper::judge(const FeatureFrame& frame, std::span<const JudgedPixel> judged) {
+void ImageKeeper::judge(const FeatureFrame& frame, std::span<const PixelOutcome> judged) {
   const auto features = features_.find(frame.time);
   if (features == features_.end()) return;
-  for (const JudgedPixel& one : judged) {
+  for (const PixelOutcome& one : judged) {
     const auto found = features->second.find({one.observation.camera, one.observation.landmark});
     if (found != features->second.end()) found->second.judged = one;
   }

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <chasles/camera/image_frame.hpp>
-#include <chasles/camera/judged_pixel.hpp>
+#include <chasles/camera/pixel_outcome.hpp>
 #include <chasles/data/recording.hpp>
 #include <chasles/data/run_images.hpp>
 
@@ -39,7 +39,7 @@ class ImageKeeper {
   /// Every frame, in the order of time.
   void follow(const FeatureFrame& frame);
   /// What the filter made of a frame.
-  void judge(const FeatureFrame& frame, std::span<const JudgedPixel> judged);
+  void judge(const FeatureFrame& frame, std::span<const PixelOutcome> judged);
 
   /// What was kept. Nobody may see() any more.
   std::vector<RunImage> take();

@@ -17,11 +17,11 @@
 #include "inertial_estimating.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
+#include "observation_spans.hpp"
 #include "progress.hpp"
 #include "run_input.hpp"
 #include "run_landmarks.hpp"
 #include "sensor_feed.hpp"
-#include "sightings.hpp"
 #include "stopwatch.hpp"
 #include "summary.hpp"
 
@@ -86,8 +86,8 @@ class Loop {
                .stop = [&interrupt] { return interrupt.requested(); },
                .see = [this](const ImageFrame& images) { keeper_.see(images); }}),
         progress_(frame_count(recording), options.quiet) {
-    estimating_.session().set_witness(
-        [this](const FeatureFrame& frame, std::span<const JudgedPixel> judged) {
+    estimating_.session().set_observer(
+        [this](const FeatureFrame& frame, std::span<const PixelOutcome> judged) {
           keeper_.judge(frame, judged);
         });
     live_.begin(result_.run, known_json(settings, recording), frame_count(recording));
@@ -118,7 +118,7 @@ class Loop {
     if (result_.realtime) result_.realtime->frames = feed_.counts();
     estimating_.report(result_);
     sums_.tell(result_);
-    sightings_.tell(estimating_.in_state(), result_.run.landmarks);
+    observation_spans_.tell(estimating_.in_state(), result_.run.landmarks);
     if (options_.estimator.batch && !result_.interrupted) smooth_all();
     return std::move(result_);
   }
@@ -139,7 +139,7 @@ class Loop {
     if (!first_) first_ = frame.time;
     if (tracked) count(*tracked, result_.frontend);
     if (tracked) frontend_seconds_.add(frame.time, tracked->seconds);
-    sightings_.add(frame);
+    observation_spans_.add(frame);
     keeper_.follow(frame);
     if (options_.estimator.batch) seen_.push_back(frame);
     const bool running = estimating_.running();
@@ -164,13 +164,13 @@ class Loop {
 
   std::vector<RunLandmark> map_so_far() const {
     std::vector<RunLandmark> map = run_landmarks(estimating_.map());
-    sightings_.tell(estimating_.in_state(), map);
+    observation_spans_.tell(estimating_.in_state(), map);
     return map;
   }
 
   // In real time, how late it is; else how long it took.
   void keep(const InertialEstimate& e, double seconds) {
-    result_.still_frames += e.still ? 1 : 0;
+    result_.zupt_frames += e.still ? 1 : 0;
     if (!result_.start_seconds) result_.start_seconds = to_seconds(e.time - *first_);
     sums_.add(e, settings_.filter.chart, recording_, options_.from_truth);
     result_.run.states.push_back(
@@ -189,11 +189,11 @@ class Loop {
   void smooth_all() {
     live_.smoothing();
     const Stopwatch time;
-    BatchInput input = smoothing_input(recording_, settings_, result_, estimates_.front());
+    InertialBatchInput input = smoothing_input(recording_, settings_, result_, estimates_.front());
     input.samples = std::move(samples_);
     input.frames = std::move(seen_);
     for (const InertialEstimate& e : estimates_) input.initial.push_back(timed_motion(e));
-    const BatchResult batch = smooth(input, settings_.filter.chart, settings_.batch);
+    const InertialBatchResult batch = smooth(input, settings_.filter.chart, settings_.batch);
     const double milliseconds = 1e3 * time.seconds() / static_cast<double>(batch.motions.size());
     sums_ = {};
     result_.run.states.clear();
@@ -208,7 +208,7 @@ class Loop {
     }
     sums_.tell(result_);
     result_.run.landmarks = run_landmarks(batch.landmarks);
-    sightings_.tell(std::nullopt, result_.run.landmarks);
+    observation_spans_.tell(std::nullopt, result_.run.landmarks);
     result_.batch = batch.report;
   }
 
@@ -228,7 +228,7 @@ class Loop {
   Progress progress_;
   Sums sums_;
   FrontendSeconds frontend_seconds_;
-  Sightings sightings_;
+  ObservationSpans observation_spans_;
   std::optional<Time> first_;  // frame
   // For batch estimation.
   std::vector<ImuSample> samples_;

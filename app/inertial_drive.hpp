@@ -7,8 +7,8 @@
 #include <chasles/data/recording.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/slam/inertial_session.hpp>
-#include <chasles/smooth/batch.hpp>
-#include <chasles/smooth/window.hpp>
+#include <chasles/smooth/batch/batch.hpp>
+#include <chasles/smooth/window/window.hpp>
 
 #include "estimator.hpp"
 #include "inertial_settings_io.hpp"
@@ -51,7 +51,7 @@ struct InertialDrive {
   double pixel_sigma = 0;               ///< [px]
   std::optional<double> start_seconds;  ///< of the first estimate, since the first frame
   int resets = 0;                       ///< of a lost filter
-  int still_frames = 0;                 ///< at rest, which the filter was told
+  int zupt_frames = 0;                  ///< at rest, which the filter was told
   int dropped_frames = 0;               ///< late, there twice, or without samples near
   FrontendTotals frontend;              ///< of a recording with images
   double filter_seconds = 0;            ///< that start and filter, or window, took

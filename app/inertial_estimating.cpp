@@ -21,15 +21,15 @@ std::vector<InertialEstimate> estimates_of(const std::vector<WindowMotion>& moti
 
 }  // namespace
 
-BatchInput smoothing_input(const Recording& recording, const InertialRunSettings& settings,
-                           const InertialDrive& drive, const InertialEstimate& first) {
+InertialBatchInput smoothing_input(const Recording& recording, const InertialRunSettings& settings,
+                                   const InertialDrive& drive, const InertialEstimate& first) {
   const InertialStart start{.time = first.time,
                             .nav_T_imu = first.motion.nav_T_imu,
                             .v_nav = first.motion.v_nav,
                             .accelerometer_bias = first.motion.biases.head<3>(),
                             .gyroscope_bias = first.motion.biases.tail<3>(),
                             .covariance = first.motion.covariance};
-  BatchInput input = batch_input(recording, settings.filter, start);
+  InertialBatchInput input = batch_input(recording, settings.filter, start);
   input.imu = imu_options(recording);
   input.pixel_sigma = drive.pixel_sigma;
   input.samples.clear();

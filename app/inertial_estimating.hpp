@@ -5,7 +5,7 @@
 #include <vector>
 
 #include <chasles/slam/inertial_session.hpp>
-#include <chasles/smooth/inertial_window.hpp>
+#include <chasles/smooth/window/inertial_window.hpp>
 
 #include "inertial_setup.hpp"
 
@@ -13,8 +13,8 @@ namespace chasles::app {
 
 /// What batch estimation and windows begin with: the first estimate, of which no landmark is a part
 /// yet. Without samples and frames.
-BatchInput smoothing_input(const Recording& recording, const InertialRunSettings& settings,
-                           const InertialDrive& drive, const InertialEstimate& first);
+InertialBatchInput smoothing_input(const Recording& recording, const InertialRunSettings& settings,
+                                   const InertialDrive& drive, const InertialEstimate& first);
 
 /// What goes through a recording with an IMU, event by event: the filter from its start to its end,
 /// or a window, for which the filter's session only finds the start.

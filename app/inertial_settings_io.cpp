@@ -16,7 +16,7 @@ void append(SettingList more, const std::string& prefix, SettingList& list) {
 
 SettingList list_of(InitialiserSettings& settings) {
   SettingCollector collector;
-  for_each_initialiser_setting(settings, collector);
+  for_each_setting(settings, collector);
   for (Setting& s : collector.settings) {
     s.low = 0;
     s.above_low = true;
@@ -26,7 +26,7 @@ SettingList list_of(InitialiserSettings& settings) {
 
 SettingList list_of(FrontendSettings& settings) {
   SettingCollector collector;
-  for_each_frontend_setting(settings, collector);
+  for_each_setting(settings, collector);
   return collector.settings;  // Frontend itself refuses what cannot be used
 }
 

@@ -7,7 +7,7 @@
 #include <chasles/frontend/frontend_settings.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/initialiser_settings.hpp>
-#include <chasles/smooth/batch_settings.hpp>
+#include <chasles/smooth/batch/batch_settings.hpp>
 
 #include "run_settings.hpp"
 

@@ -9,7 +9,7 @@
 #include <chasles/data/imu_range.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lab/trial.hpp>
-#include <chasles/slam/visual_inertial_slam.hpp>
+#include <chasles/pipeline/visual_inertial_slam.hpp>
 
 #include "calibration_report.hpp"
 #include "frame_state.hpp"

@@ -75,7 +75,7 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
       drive.innovation_correlation ? Json(*drive.innovation_correlation) : Json();
   summary["start_seconds"] = drive.start_seconds ? Json(*drive.start_seconds) : Json();
   summary["resets"] = drive.resets;
-  summary["still_frames"] = drive.still_frames;
+  summary["zupt_frames"] = drive.zupt_frames;
   summary["dropped_frames"] = drive.dropped_frames;
   if (recording.images) summary["frontend"] = frontend_json(drive.frontend);
   if (drive.batch) summary["batch"] = batch_json(*drive.batch);

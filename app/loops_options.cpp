@@ -25,7 +25,7 @@ SettingList list_of(LoopsSettings& settings) {
 // What of a filter's settings counts where there are no cameras and no IMU.
 SettingList list_of(InertialSlamSettings& settings) {
   SettingCollector collector;
-  for_each_inertial_setting(settings, collector);
+  for_each_setting(settings, collector);
   std::erase_if(collector.settings, [](const Setting& setting) {
     return setting.name != "chart" && setting.name != "first_estimates";
   });

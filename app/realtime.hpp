@@ -6,7 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include <chasles/slam/playback.hpp>
+#include <chasles/pipeline/playback.hpp>
 
 namespace chasles::app {
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include <chasles/data/recording.hpp>
-#include <chasles/slam/noise.hpp>
-#include <chasles/slam/settings.hpp>
+#include <chasles/slam/velocity_noise.hpp>
+#include <chasles/slam/velocity_settings.hpp>
 
 #include "tracks_part.hpp"
 

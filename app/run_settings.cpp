@@ -6,7 +6,7 @@
 
 namespace chasles::app {
 
-SettingList setting_list(Settings& settings) {
+SettingList setting_list(VelocitySlamSettings& settings) {
   SettingCollector collector;
   for_each_setting(settings, collector);
   for (Setting& s : collector.settings) {

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include <chasles/slam/settings.hpp>
-#include <chasles/smooth/batch_settings.hpp>
+#include <chasles/slam/velocity_settings.hpp>
+#include <chasles/smooth/batch/batch_settings.hpp>
 
 #include "settings_io.hpp"
 
@@ -12,7 +12,7 @@ namespace chasles::app {
 
 /// The settings of a run with the range of each: what is a noise or a number of things is not
 /// negative, what divides by is positive.
-SettingList setting_list(Settings& settings);
+SettingList setting_list(VelocitySlamSettings& settings);
 
 /// Where the settings come from, the later before the earlier: the program's defaults, the file of
 /// --config, each --set in turn, the options that name a setting (--chart, --mode).
@@ -25,7 +25,7 @@ struct SettingSources {
 /// All that can be set about a run with body velocities: keys of the filter as they are, of batch
 /// estimation behind "batch.".
 struct DriveRunSettings {
-  Settings filter;
+  VelocitySlamSettings filter;
   BatchSettings batch;
 };
 

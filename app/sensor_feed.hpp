@@ -5,8 +5,8 @@
 #include <vector>
 
 #include <chasles/data/recording.hpp>
-#include <chasles/slam/ahead.hpp>
-#include <chasles/slam/playback.hpp>
+#include <chasles/pipeline/ahead.hpp>
+#include <chasles/pipeline/playback.hpp>
 
 namespace chasles::app {
 

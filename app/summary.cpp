@@ -9,7 +9,7 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/landmarks.hpp>
 #include <chasles/imu/level_axes.hpp>
-#include <chasles/slam/drive_model.hpp>
+#include <chasles/slam/velocity_model.hpp>
 
 #include "batch_report.hpp"
 #include "filter_options.hpp"
@@ -29,7 +29,7 @@ Json stereo_json(const StereoNoise& noise) {
 }
 
 // Three numbers are those of the IMU's x, y and z.
-Json noise_json(const Noise& noise, bool level, double time_offset) {
+Json noise_json(const VelocitySlamNoise& noise, bool level, double time_offset) {
   return {{"rate_sigma", numbers(noise.motion.sample_sigma.head<3>())},
           {"velocity_sigma", numbers(noise.motion.sample_sigma.tail<3>())},
           {"rate_walk", numbers(noise.motion.walk.head<3>())},
@@ -213,8 +213,8 @@ Json summary_json(const Drive& drive, const DriveRunSettings& settings,
   return summary;
 }
 
-Json known_json(const Settings& settings, const Recording& recording) {
-  Settings copy = settings;
+Json known_json(const VelocitySlamSettings& settings, const Recording& recording) {
+  VelocitySlamSettings copy = settings;
   return {{"version", CHASLES_VERSION},
           {"mode", settings.mode},
           {"chart", settings.chart},

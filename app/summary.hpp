@@ -41,7 +41,7 @@ nlohmann::ordered_json summary_json(const Drive& drive, const DriveRunSettings& 
                                     const Recording& recording);
 
 /// What of summary.json is known before the run: version, mode, chart, settings, cameras.
-nlohmann::ordered_json known_json(const Settings& settings, const Recording& recording);
+nlohmann::ordered_json known_json(const VelocitySlamSettings& settings, const Recording& recording);
 
 /// seconds_wall, seconds_cpu and realtime_factor: what differs from run to run.
 nlohmann::ordered_json timing_json(double recorded_seconds, double wall_seconds,

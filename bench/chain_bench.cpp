@@ -19,11 +19,11 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/filter/dense.hpp>
+#include <chasles/pipeline/feature_feed.hpp>
+#include <chasles/pipeline/visual_inertial_slam.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>
-#include <chasles/slam/feature_feed.hpp>
 #include <chasles/slam/inertial_session.hpp>
-#include <chasles/slam/visual_inertial_slam.hpp>
 
 #include "cpu_time.hpp"
 #include "plain_klt.hpp"

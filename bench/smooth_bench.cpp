@@ -1,10 +1,10 @@
 // What relinearising costs. First, small drives through batch estimation against the dense
-// Gauss-Newton oracle of the tests (drive_oracle_testing.hpp: all derivatives numeric), and against
-// the algebra alone of a dense step, as if its derivatives cost nothing: exit 1 where the batch is
-// not at the oracle's minimum. Then filter, window and batch over 2020/0027 of the KITTI tracks,
-// where it is at hand ($CHASLES_DATA, ../shared/data), reading and writing excluded. Times are the
-// processor's, of all threads (there is one), the least of the repetitions; the oracle and the
-// batch over the recording run once.
+// Gauss-Newton oracle of the tests (velocity_oracle_testing.hpp: all derivatives numeric), and
+// against the algebra alone of a dense step, as if its derivatives cost nothing: exit 1 where the
+// batch is not at the oracle's minimum. Then filter, window and batch over 2020/0027 of the KITTI
+// tracks, where it is at hand ($CHASLES_DATA, ../shared/data), reading and writing excluded. Times
+// are the processor's, of all threads (there is one), the least of the repetitions; the oracle and
+// the batch over the recording run once.
 
 #include <algorithm>
 #include <cstdio>
@@ -16,11 +16,11 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/data/recording.hpp>
 #include <chasles/filter/dense.hpp>
-#include <chasles/slam/noise.hpp>
-#include <chasles/slam/slam.hpp>
-#include <chasles/smooth/drive_oracle_testing.hpp>
-#include <chasles/smooth/drive_window.hpp>
-#include <chasles/smooth/exact_settings_testing.hpp>
+#include <chasles/slam/velocity_noise.hpp>
+#include <chasles/slam/velocity_slam.hpp>
+#include <chasles/smooth/batch/exact_settings_testing.hpp>
+#include <chasles/smooth/batch/velocity_oracle_testing.hpp>
+#include <chasles/smooth/window/velocity_window.hpp>
 
 #include "cpu_time.hpp"
 
@@ -56,7 +56,7 @@ void dense_step(const Eigen::MatrixXd& J, Eigen::MatrixXd& S) {
 bool small_drive(int frames) {
   const test::DriveScene scene = test::drive_scene({.frames = frames});
   const BatchSettings settings = test::exact_settings("inverse-depth");
-  const DriveResult batch = smooth(scene.input, settings);
+  const VelocityBatchResult batch = smooth(scene.input, settings);
   const double of_batch = seconds_of([&] { smooth(scene.input, settings); });
   test::DriveOracle oracle(scene);
   const int steps = batch.report.iterations;
@@ -91,15 +91,15 @@ std::vector<Estimate> through(const Recording& recording, Estimator&& estimator)
 }
 
 void long_drive(const Recording& recording) {
-  const Settings settings;
-  const Noise noise =
+  const VelocitySlamSettings settings;
+  const VelocitySlamNoise noise =
       choose_noise(settings, recording.velocities, recording.frames,
                    {.velocity = recording.velocity_sigma, .pixels = recording.pixel_sigma});
-  DriveInput input{.rig = recording.rig,
-                   .settings = settings,
-                   .noise = noise,
-                   .velocities = recording.velocities,
-                   .frames = recording.frames};
+  VelocityBatchInput input{.rig = recording.rig,
+                           .settings = settings,
+                           .noise = noise,
+                           .velocities = recording.velocities,
+                           .frames = recording.frames};
   const double length = to_seconds(recording.frames.back().time - recording.frames.front().time);
   std::printf("\n%s: %zu frames, %.0f s\n%-12s %8s %8s %12s\n", recording.name.c_str(),
               recording.frames.size(), length, "", "s", "ratio", "x real time");
@@ -109,12 +109,12 @@ void long_drive(const Recording& recording) {
     std::printf("%-12s %8.2f %8.2f %12.1f\n", name, seconds, seconds / of_filter, length / seconds);
   };
   say("filter", seconds_of([&] {
-        input.initial = through(recording, Slam(settings, recording.rig, noise));
+        input.initial = through(recording, VelocitySlam(settings, recording.rig, noise));
       }));
   for (const int keyframes : {10, 20, 40}) {
     const std::string name = "window:" + std::to_string(keyframes);
     say(name.c_str(),
-        seconds_of([&] { through(recording, DriveWindow(input, BatchSettings{}, keyframes)); }));
+        seconds_of([&] { through(recording, VelocityWindow(input, BatchSettings{}, keyframes)); }));
   }
   // It begins where the filter was.
   say("batch", of_filter + seconds_of([&] { smooth(input, BatchSettings{}); }, 1));

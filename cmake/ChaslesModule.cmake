@@ -54,17 +54,17 @@ function(chasles_cold target)
 endfunction()
 
 # chasles_module(NAME [COLD | HOT] [UNITY sources [ALONE name...]]
-#                [USES folder...] [LINKS library...] [PRIVATE library...])
+#                [USES folder...] [LINKS library...] [PRIVATE library...] [TESTS_USE folder...])
 #
-# One folder of src/chasles: all its *.cpp are the library chasles_NAME, all its *_test.cpp one test
+# One folder of src/chasles: all *.cpp below it are the library chasles_NAME, all *_test.cpp one test
 # program. USES are the arrows to other folders, LINKS the outside libraries that its headers need,
-# PRIVATE those that only its sources need. UNITY: g++ compiles so many at a time, but
+# PRIVATE those that only its sources need, TESTS_USE the folders that its tests alone use. UNITY: g++ compiles so many at a time, but
 # for those ALONE; COLD: see above; HOT: loops over pixels, with -O3 where a preset asks for less.
 function(chasles_module name)
-  cmake_parse_arguments(ARG "COLD;HOT" "UNITY" "ALONE;USES;LINKS;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "COLD;HOT" "UNITY" "ALONE;USES;LINKS;PRIVATE;TESTS_USE" ${ARGN})
   set(dir ${PROJECT_SOURCE_DIR}/src/chasles/${name})
-  file(GLOB sources CONFIGURE_DEPENDS ${dir}/*.cpp)
-  file(GLOB tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${dir}/*.cpp)
+  file(GLOB_RECURSE tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
   list(REMOVE_ITEM sources ${tests})
   list(TRANSFORM ARG_USES PREPEND chasles_ OUTPUT_VARIABLE uses)
   if(sources)
@@ -94,7 +94,8 @@ function(chasles_module name)
     target_link_libraries(chasles_${name} PRIVATE ${ARG_PRIVATE})
   endif()
   if(CHASLES_TESTS AND tests)
-    chasles_test(${name}_test SOURCES ${tests} LINKS chasles_${name})
+    list(TRANSFORM ARG_TESTS_USE PREPEND chasles_ OUTPUT_VARIABLE tests_use)
+    chasles_test(${name}_test SOURCES ${tests} LINKS chasles_${name} ${tests_use})
   endif()
 endfunction()
 

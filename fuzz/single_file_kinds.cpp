@@ -80,7 +80,7 @@ void read_settings(const fs::path& scratch, std::string_view bytes) {
   test::spill(scratch / "run.yaml", std::string(bytes));
   InertialSlamSettings settings;
   app::SettingCollector collector;
-  for_each_inertial_setting(settings, collector);
+  for_each_setting(settings, collector);
   try {
     app::set_from_file(collector.settings, scratch / "run.yaml");
   } catch (const UsageError& error) {

@@ -1,6 +1,6 @@
 #include "use_recording.hpp"
 
-#include <chasles/data/check.hpp>
+#include <chasles/check/check.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles::fuzz {

@@ -19,10 +19,14 @@ const Arrows kArrows = {
     {"filter", {"imu", "camera"}},
     {"frontend", {"camera"}},
     // The gates are quantiles of chi2.
-    {"slam", {"filter", "frontend", "eval"}},
+    {"slam", {"filter", "eval"}},
     // The same start, frames and noise as the filter.
     {"smooth", {"slam"}},
     {"data", {"lie", "imu", "camera"}},
+    // Diagnoses a recording; estimates nothing.
+    {"check", {"data"}},
+    // The loop: sensors in, estimates out.
+    {"pipeline", {"smooth", "frontend", "data"}},
     // The simulator gives the very type that the readers give.
     {"sim", {"data"}},
     // Experiments: estimators over simulated scenes.

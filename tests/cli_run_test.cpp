@@ -10,7 +10,7 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
-#include <chasles/slam/settings.hpp>
+#include <chasles/slam/velocity_settings.hpp>
 
 #include "cli_test.hpp"
 
@@ -60,7 +60,7 @@ TEST(Run, SummaryHasEveryNameOfTheDesign) {
   Json stored = Json::parse(slurp(folder / "out/summary.json"));
   stored.update(Json::parse(slurp(folder / "out/timing.json")));
   EXPECT_EQ(stored, printed);
-  const Settings settings;
+  const VelocitySlamSettings settings;
   for_each_setting(settings, [&](const char* name, const auto&, const char*, const char*) {
     EXPECT_TRUE(printed.at("settings").contains(name)) << name;
   });

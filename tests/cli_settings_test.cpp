@@ -15,7 +15,7 @@ using test::Scratch;
 using test::spill;
 
 std::string refusal(const std::string& assignment) {
-  Settings settings;
+  VelocitySlamSettings settings;
   try {
     set(setting_list(settings), assignment);
   } catch (const UsageError& error) {
@@ -27,7 +27,7 @@ std::string refusal(const std::string& assignment) {
 std::string refusal_of_file(const std::string& yaml) {
   const Scratch folder;
   spill(folder / "c.yaml", yaml);
-  Settings settings;
+  VelocitySlamSettings settings;
   try {
     set_from_file(setting_list(settings), folder / "c.yaml");
   } catch (const UsageError& error) {
@@ -37,7 +37,7 @@ std::string refusal_of_file(const std::string& yaml) {
 }
 
 TEST(Settings, EveryDefaultIsAcceptedAsItIsPrinted) {
-  Settings settings;
+  VelocitySlamSettings settings;
   const SettingList list = setting_list(settings);
   const auto before = to_json(list);
   for (const Setting& s : list) EXPECT_NO_THROW(set(list, s.name + "=" + value_text(s))) << s.name;
@@ -45,7 +45,7 @@ TEST(Settings, EveryDefaultIsAcceptedAsItIsPrinted) {
 }
 
 TEST(Settings, AreReadInEveryNotationOfANumber) {
-  Settings settings;
+  VelocitySlamSettings settings;
   const SettingList list = setting_list(settings);
   for (const char* text : {"2e-3", "0.002", ".002", "+2E-3", " 0.002 "}) {
     settings.velocity_sigma.reset();
@@ -131,19 +131,20 @@ TEST(SettingsFile, MayBeEmpty) {
 }
 
 TEST(SettingsFile, ThatIsMissingIsABadInput) {
-  Settings settings;
+  VelocitySlamSettings settings;
   EXPECT_THROW(set_from_file(setting_list(settings), "/nonexistent/c.yaml"), InputError);
 }
 
 TEST(SettingsSources, LaterOnesWin) {
   const Scratch folder;
   spill(folder / "c.yaml", "gate: 0.5\nchart: standard\nmin_disparity: 3\nmode: localize\n");
-  const Settings settings = settings_from({.config = (folder / "c.yaml").string(),
-                                           .sets = {"gate=0.6", "chart=right-se3", "gate=0.7"},
-                                           .chart = "left-se3",
-                                           .mode = ""})
-                                .filter;
-  EXPECT_EQ(settings.waiting_landmarks, Settings{}.waiting_landmarks);
+  const VelocitySlamSettings settings =
+      settings_from({.config = (folder / "c.yaml").string(),
+                     .sets = {"gate=0.6", "chart=right-se3", "gate=0.7"},
+                     .chart = "left-se3",
+                     .mode = ""})
+          .filter;
+  EXPECT_EQ(settings.waiting_landmarks, VelocitySlamSettings{}.waiting_landmarks);
   EXPECT_EQ(settings.min_disparity, 3);
   EXPECT_EQ(settings.gate, 0.7);
   EXPECT_EQ(settings.chart, "left-se3");
@@ -152,15 +153,15 @@ TEST(SettingsSources, LaterOnesWin) {
 
 TEST(SettingsSources, ThePapersParameterSetsAreRead) {
   const std::string configs = CHASLES_SOURCE_DIR "/configs/";
-  const Settings one =
+  const VelocitySlamSettings one =
       settings_from({.config = configs + "du-set1.yaml", .sets = {}, .chart = "", .mode = ""})
           .filter;
-  const Settings two =
+  const VelocitySlamSettings two =
       settings_from({.config = configs + "du-set2.yaml", .sets = {}, .chart = "", .mode = ""})
           .filter;
   EXPECT_NEAR(*one.pixel_sigma * *one.pixel_sigma, 1e5, 1e-9);  // Du, Table 1
   EXPECT_NEAR(*two.pixel_sigma * *two.pixel_sigma, 1e3, 1e-9);  // Du, Table 2
-  for (const Settings& s : {one, two}) {
+  for (const VelocitySlamSettings& s : {one, two}) {
     EXPECT_NEAR(*s.velocity_sigma * *s.velocity_sigma, 1e-6, 1e-18);
     EXPECT_NEAR(*s.rate_sigma * *s.rate_sigma, 1e-6, 1e-18);
     EXPECT_NEAR(s.initial_pose_sigma * s.initial_pose_sigma, 1e-2, 1e-12);

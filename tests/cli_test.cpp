@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <chasles/slam/settings.hpp>
+#include <chasles/slam/velocity_settings.hpp>
 
 // The command's face: help, errors and their exit codes.
 namespace chasles::test {
@@ -29,7 +29,7 @@ TEST(Command, HelpOfRunListsEverySettingWithItsMeaning) {
   const Scratch folder;
   const Outcome outcome = chasles(folder, "run --help");
   EXPECT_EQ(outcome.code, 0);
-  const Settings settings;
+  const VelocitySlamSettings settings;
   for_each_setting(settings, [&](const char* name, const auto&, const char*, const char* meaning) {
     expect_part(outcome.out, std::string("\n  ") + name + " ");
     expect_part(outcome.out, meaning);

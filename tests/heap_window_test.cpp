@@ -7,8 +7,8 @@
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/street.hpp>
-#include <chasles/slam/noise.hpp>
-#include <chasles/smooth/drive_window.hpp>
+#include <chasles/slam/velocity_noise.hpp>
+#include <chasles/smooth/window/velocity_window.hpp>
 
 #include "heap_count.hpp"
 
@@ -78,11 +78,11 @@ TEST(WindowHeap, WithBodyVelocitiesGrowsByTheMapAlone) {
   street.features_per_frame = 20;
   street.velocities_per_frame = 4;
   const Recording recording = simulate_street(street);
-  const Settings settings;
-  const Noise noise =
+  const VelocitySlamSettings settings;
+  const VelocitySlamNoise noise =
       choose_noise(settings, recording.velocities, recording.frames,
                    {.velocity = recording.velocity_sigma, .pixels = recording.pixel_sigma});
-  DriveWindow window(
+  VelocityWindow window(
       {.rig = recording.rig, .settings = settings, .noise = noise, .velocities = {}, .frames = {}},
       {}, 3);
   Growth growth;

@@ -10,7 +10,7 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/filter/dense.hpp>
-#include <chasles/slam/slam.hpp>
+#include <chasles/slam/velocity_slam.hpp>
 
 namespace chasles {
 namespace {
@@ -43,10 +43,10 @@ struct Result {
   std::vector<MapLandmark> map;
 };
 
-Result run(const Recording& recording, const Settings& settings) {
-  const Noise noise = choose_noise(settings, recording.velocities, recording.frames,
-                                   {recording.velocity_sigma, recording.pixel_sigma});
-  Slam slam(settings, recording.rig, noise);
+Result run(const Recording& recording, const VelocitySlamSettings& settings) {
+  const VelocitySlamNoise noise = choose_noise(settings, recording.velocities, recording.frames,
+                                               {recording.velocity_sigma, recording.pixel_sigma});
+  VelocitySlam slam(settings, recording.rig, noise);
   Result result;
   EventStream events(recording);
   while (const auto event = events.next()) {
@@ -158,7 +158,7 @@ class LongRecording : public RealRecording {};
 
 TEST_P(LongRecording, LandmarksInTheGroupHaveATenthOfThePoseNees) {
   const Recording recording = read(GetParam());
-  Settings standard;
+  VelocitySlamSettings standard;
   standard.chart = "standard";
   const Evaluation group = judge(recording, run(recording, {}).estimates, PoseError::kWorldTwist);
   const Evaluation other =
@@ -194,7 +194,7 @@ TEST_F(RealRecording, TheCompressedMapIsThatOfTheDenseFilterInEveryChart) {
   recording.frames.resize(60);
   recording.velocities.resize(60);
   for (const ErrorChart& chart : error_charts()) {
-    Settings settings;
+    VelocitySlamSettings settings;
     settings.chart = chart.name;
     const Result compressed = run(recording, settings);
     settings.compress_map = false;
@@ -214,9 +214,9 @@ TEST_F(RealRecording, TheCompressedMapIsThatOfTheDenseFilterInEveryChart) {
 // docs/noise.md: KITTI's velocities are along level axes, and the files call them the vehicle's.
 TEST_F(RealRecording, LevelVelocitiesAreFoundAndWorthHalfOfTheErrors) {
   const Recording drive = read(k2018_0020);
-  Settings own;
+  VelocitySlamSettings own;
   own.velocity_axes = "imu";
-  const auto errors = [&](const Settings& settings) {
+  const auto errors = [&](const VelocitySlamSettings& settings) {
     return judge(drive, run(drive, settings).estimates, PoseError::kWorldTwist);
   };
   const Evaluation level = errors({}), taken_as_own = errors(own);

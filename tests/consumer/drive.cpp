@@ -3,15 +3,15 @@
 
 #include <chasles/data/recording.hpp>
 #include <chasles/sim/street.hpp>
-#include <chasles/slam/slam.hpp>
+#include <chasles/slam/velocity_slam.hpp>
 
 /// SLAM over a simulated drive; succeeds if the end is where the truth says, to within 5 m.
 int main() {
   const chasles::Recording drive = chasles::simulate_street({.route = "LS"});
 
-  const chasles::Settings settings;
+  const chasles::VelocitySlamSettings settings;
   const auto noise = chasles::choose_noise(settings, drive.velocities, drive.frames, {});
-  chasles::Slam slam(settings, drive.rig, noise);
+  chasles::VelocitySlam slam(settings, drive.rig, noise);
   chasles::Estimate estimate;
   chasles::EventStream events(drive);
   while (const auto event = events.next()) {

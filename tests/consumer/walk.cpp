@@ -3,8 +3,8 @@
 #include <vector>
 
 #include <chasles/eval/ate.hpp>
+#include <chasles/pipeline/visual_inertial_slam.hpp>
 #include <chasles/sim/render_images.hpp>
-#include <chasles/slam/visual_inertial_slam.hpp>
 
 /// SLAM from the images and the IMU of a simulated walk; succeeds if it is where the truth says, to
 /// within 10 cm.

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 const std::vector<std::string> kImageColumns = {"time_ns", "camera", "width", "height", "image"};
 const std::vector<std::string> kImageFeatureColumns = {
     "time_ns",  "camera",     "landmark",   "u",      "v",      "age",    "u_before",
-    "v_before", "u_expected", "v_expected", "cov_uu", "cov_uv", "cov_vv", "fate"};
+    "v_before", "u_expected", "v_expected", "cov_uu", "cov_uv", "cov_vv", "outcome"};
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr int kLargestSide = 1'000'000;  // of a side
 
@@ -40,7 +40,7 @@ void append_features(const RunImage& image, fmt::memory_buffer& rows) {
                    "{}\n",
                    image.time.count(), image.camera, seen.landmark, seen.pixel.x(), seen.pixel.y(),
                    f.age, before.x(), before.y(), expected.pixel.x(), expected.pixel.y(), S(0, 0),
-                   S(0, 1), S(1, 1), name(f.judged.fate));
+                   S(0, 1), S(1, 1), name(f.judged.outcome));
   }
 }
 
@@ -96,12 +96,12 @@ RunFeature read_feature(const CsvReader& csv) {
     f.judged.expected = ExpectedPixel{.pixel = *expected, .covariance = Eigen::Matrix2d::Zero()};
     f.judged.expected->covariance << csv.number(10), uv, uv, csv.number(12);
   }
-  const auto fate = fate_of(csv.text(13));
-  if (!fate) {
+  const auto outcome = outcome_of(csv.text(13));
+  if (!outcome) {
     throw InputError(fmt::format("{}: found '{:.40}', expected waiting, begun, used or rejected",
                                  csv.where(13), csv.text(13)));
   }
-  f.judged.fate = *fate;
+  f.judged.outcome = *outcome;
   return f;
 }
 

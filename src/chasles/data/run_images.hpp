@@ -5,14 +5,14 @@
 #include <string>
 #include <vector>
 
-#include <chasles/camera/judged_pixel.hpp>
+#include <chasles/camera/pixel_outcome.hpp>
 
 namespace chasles {
 
 /// A point that was followed into a kept image. Numbers are those of the camera's own pixels,
 /// whatever the size of the picture.
 struct RunFeature {
-  JudgedPixel judged;
+  PixelOutcome judged;
   int age = 1;                                 ///< frames in which that camera has seen it
   std::optional<Eigen::Vector2d> before = {};  ///< where it was some frames ago [px]
 };

@@ -9,11 +9,11 @@ namespace fs = std::filesystem;
 using test::expect_parts;
 using test::input_error;
 
-RunFeature feature(LandmarkId id, int camera, Fate fate) {
+RunFeature feature(LandmarkId id, int camera, Outcome outcome) {
   RunFeature f{.judged = {.observation = {.landmark = id, .camera = camera, .pixel = {3.25, 4.5}},
-                          .fate = fate},
+                          .outcome = outcome},
                .age = 7};
-  if (fate == Fate::kWaiting) return f;
+  if (outcome == Outcome::kWaiting) return f;
   f.before = Eigen::Vector2d(1.5, 2.75);
   f.judged.expected = ExpectedPixel{.pixel = {3.5, 4.25}, .covariance = Eigen::Matrix2d::Zero()};
   f.judged.expected->covariance << 0.5, -0.125, -0.125, 0.25;
@@ -36,9 +36,9 @@ std::vector<RunImage> example() {
                         .features = {}});
     }
   }
-  images[0].features = {feature(5, 0, Fate::kUsed), feature(9, 0, Fate::kWaiting)};
-  images[1].features = {feature(5, 1, Fate::kRejected)};
-  images[3].features = {feature(11, 1, Fate::kBegun)};
+  images[0].features = {feature(5, 0, Outcome::kUsed), feature(9, 0, Outcome::kWaiting)};
+  images[1].features = {feature(5, 1, Outcome::kRejected)};
+  images[3].features = {feature(11, 1, Outcome::kBegun)};
   return images;
 }
 
@@ -59,7 +59,7 @@ TEST(RunImages, AreReadAgainAsTheyWereWritten) {
       EXPECT_EQ(a.judged.observation.landmark, b.judged.observation.landmark);
       EXPECT_EQ(a.judged.observation.camera, b.judged.observation.camera);
       EXPECT_EQ(a.judged.observation.pixel, b.judged.observation.pixel);
-      EXPECT_EQ(a.judged.fate, b.judged.fate);
+      EXPECT_EQ(a.judged.outcome, b.judged.outcome);
       EXPECT_EQ(a.age, b.age);
       EXPECT_EQ(a.before, b.before);
       ASSERT_EQ(a.judged.expected.has_value(), b.judged.expected.has_value());
@@ -105,7 +105,7 @@ TEST(RunImages, WhatIsWrongIsToldWithItsPlace) {
   expect_parts(error("images.csv", ",8,6,", ",-8,6,"), {"images.csv:2", "width", "-8"});
   expect_parts(error("images.csv", ",8,6,", ",7,6,"), {"cam0_1000000007.jpg", "wider", "7 px"});
   expect_parts(error("images/cam0_1000000007.jpg", "\xff\xd8", "no"), {"cam0_1000000007.jpg"});
-  expect_parts(error("features.csv", "used", "lost"), {"features.csv:2", "fate", "'lost'"});
+  expect_parts(error("features.csv", "used", "lost"), {"features.csv:2", "outcome", "'lost'"});
   expect_parts(error("features.csv", "1000000007,1,", "1000000009,1,"),
                {"features.csv:4", "order"});
   expect_parts(error("features.csv", "3.25", "nan"), {"features.csv:2", "'u'"});

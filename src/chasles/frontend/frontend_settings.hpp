@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include <chasles/settings.hpp>
+
 namespace chasles {
 
 /// Everything that can be set about the image front end. The list below feeds files, --set, --help
@@ -37,8 +39,8 @@ struct FrontendSettings {
 };
 
 /// Calls visit(name, value, unit or choices, meaning) for every setting, in order.
-template <typename SettingsType, typename Visitor>
-void for_each_frontend_setting(SettingsType& s, Visitor&& visit) {
+template <SettingsOf<FrontendSettings> S, typename Visitor>
+void for_each_setting(S& s, Visitor&& visit) {
   visit("corners", s.corners, "harris|shi-tomasi", "the measure that ranks corners");
   visit("equalisation", s.equalisation, "none|histogram|clahe",
         "of the grey levels before anything else; tracking itself does not mind gain and offset");

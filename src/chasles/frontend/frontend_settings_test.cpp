@@ -16,24 +16,22 @@ TEST(FrontendSettings, DefaultsAreUsableAndEachNameIsListedOnce) {
   FrontendSettings settings;
   EXPECT_NO_THROW(check(settings));
   std::set<std::string> names;
-  for_each_frontend_setting(settings,
-                            [&](const char* name, auto&, const char* unit, const char* meaning) {
-                              EXPECT_TRUE(names.insert(name).second) << name;
-                              EXPECT_EQ(std::string(unit).empty(), std::string(name) == kFree);
-                              EXPECT_NE(std::string(meaning), "");
-                            });
+  for_each_setting(settings, [&](const char* name, auto&, const char* unit, const char* meaning) {
+    EXPECT_TRUE(names.insert(name).second) << name;
+    EXPECT_EQ(std::string(unit).empty(), std::string(name) == kFree);
+    EXPECT_NE(std::string(meaning), "");
+  });
   EXPECT_EQ(names.size(), 24U);
 }
 
 TEST(FrontendSettings, EachOneOutOfItsRangeIsNamed) {
   const FrontendSettings good;
-  for_each_frontend_setting(good, [](const char* name, const auto& value, const char*,
-                                     const char*) {
+  for_each_setting(good, [](const char* name, const auto& value, const char*, const char*) {
     using Value = std::decay_t<decltype(value)>;
     if constexpr (!std::is_same_v<Value, bool>) {
       if (std::string(name) == kFree) return;
       FrontendSettings bad;
-      for_each_frontend_setting(bad, [&](const char* other, auto& field, const char*, const char*) {
+      for_each_setting(bad, [&](const char* other, auto& field, const char*, const char*) {
         if (std::string(other) != name) return;
         using Field = std::decay_t<decltype(field)>;
         if constexpr (std::is_same_v<Field, std::string>) {

@@ -24,8 +24,8 @@ void check_smoothing(const InertialSlamSettings& settings) {
   }
 }
 
-BatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
-                       const InertialStart& start) {
+InertialBatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
+                               const InertialStart& start) {
   check_smoothing(settings);
   return {.cameras = recording.cameras,
           .noise = scaled(recording.imu_noise.value_or(ImuNoise{}), settings.imu_noise_scale),
@@ -58,9 +58,9 @@ InertialEstimate estimate_of(const WindowMotion& motion) {
 BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& settings,
                            const Recording& recording, const InertialStart& start,
                            std::vector<TimedMotion> initial) {
-  BatchInput input = batch_input(recording, filter.settings, start);
+  InertialBatchInput input = batch_input(recording, filter.settings, start);
   input.initial = std::move(initial);
-  const BatchResult result = smooth(input, filter.settings.chart, settings);
+  const InertialBatchResult result = smooth(input, filter.settings.chart, settings);
   BatchTrial batch{.trial = {.filter = filter.name}, .report = result.report};
   for (const BatchMotion& motion : result.motions) {
     InertialEstimate e = estimate_of(motion);

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include <chasles/lab/trial.hpp>
-#include <chasles/smooth/inertial_window.hpp>
+#include <chasles/smooth/window/inertial_window.hpp>
 
 namespace chasles {
 
@@ -12,8 +12,8 @@ void check_smoothing(const InertialSlamSettings& settings);
 
 /// What batch estimation takes from a recording, with the noise, chart and start of a filter's
 /// settings; no initial states. Throws as check_smoothing().
-BatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
-                       const InertialStart& start);
+InertialBatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
+                               const InertialStart& start);
 
 /// A keyframe's estimate, as the filter would have said it.
 InertialEstimate estimate_of(const BatchMotion& motion);

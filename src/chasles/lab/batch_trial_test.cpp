@@ -3,7 +3,7 @@
 #include <chasles/error.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/lab/batch_trial.hpp>
-#include <chasles/lab/inertial_session_testing.hpp>
+#include <chasles/slam/inertial_session_testing.hpp>
 
 namespace chasles {
 namespace {

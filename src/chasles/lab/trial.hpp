@@ -9,7 +9,7 @@
 
 #include <chasles/data/recording.hpp>
 #include <chasles/slam/inertial_slam.hpp>
-#include <chasles/smooth/batch_settings.hpp>
+#include <chasles/smooth/batch/batch_settings.hpp>
 
 namespace chasles {
 

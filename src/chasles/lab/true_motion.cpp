@@ -8,7 +8,7 @@
 #include <chasles/lab/true_motion.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/sim/inertial_imu.hpp>
-#include <chasles/smooth/pose_fusion.hpp>
+#include <chasles/smooth/batch/pose_fusion.hpp>
 
 namespace chasles {
 

@@ -63,7 +63,7 @@ void add_features(Json& json, const std::vector<const RunFeature*>& features) {
     return static_cast<double>(f->judged.observation.landmark);
   }));
   add("age", [](const RunFeature& f) { return f.age; });
-  add("fate", [](const RunFeature& f) { return static_cast<int>(f.judged.fate); });
+  add("outcome", [](const RunFeature& f) { return static_cast<int>(f.judged.outcome); });
   for (const auto& [axis, k] : {std::pair{"u", 0}, {"v", 1}}) {
     const auto to = [&pixel, k = k](const RunFeature& f, const Eigen::Vector2d& p) {
       return whole(p(k) - pixel(f)(k), 0.01);

@@ -40,7 +40,7 @@ TEST(PageImages, HoldWhatWasKept) {
   };
   is("id", 2, 0);
   is("age", 3, 0);
-  is("fate", static_cast<int>(Fate::kUsed), 0);
+  is("outcome", static_cast<int>(Outcome::kUsed), 0);
   is("u", 10 * f.judged.observation.pixel.x(), 0.5);
   is("v", 10 * f.judged.observation.pixel.y(), 0.5);
   is("before_u", -600, 0.5);

@@ -22,11 +22,11 @@ std::string picture(int frame) {
 RunFeature feature(int id, int camera, int frame) {
   const Eigen::Vector2d pixel(10 + 14 * id + 0.25 * (frame % 20), 12 + 8 * id);
   RunFeature f{.judged = {.observation = {.landmark = id, .camera = camera, .pixel = pixel},
-                          .fate = static_cast<Fate>(id % 4)},
+                          .outcome = static_cast<Outcome>(id % 4)},
                .age = frame + 1};
   if (frame > 0) f.before = pixel - Eigen::Vector2d(6, 1.5);
-  if (f.judged.fate != Fate::kUsed && f.judged.fate != Fate::kRejected) return f;
-  const double far = f.judged.fate == Fate::kUsed ? 0.5 : 9;
+  if (f.judged.outcome != Outcome::kUsed && f.judged.outcome != Outcome::kRejected) return f;
+  const double far = f.judged.outcome == Outcome::kUsed ? 0.5 : 9;
   f.judged.expected =
       ExpectedPixel{.pixel = pixel + Eigen::Vector2d(far, -far),
                     .covariance = (Eigen::Matrix2d() << 1.5, 0.4, 0.4, 0.75).finished()};

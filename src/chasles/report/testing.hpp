@@ -25,8 +25,8 @@ struct DriveOptions {
 ReportRun synthetic_drive(const DriveOptions& options = {});
 
 /// Gives the run images of two cameras, every `every` states, of 96 x 60 px and half as wide as
-/// their cameras: in each a dozen points of every fate, that move to the right. The second camera
-/// has no pictures.
+/// their cameras: in each a dozen points of every outcome, that move to the right. The second
+/// camera has no pictures.
 void add_synthetic_images(Run& run, int every);
 
 /// The json inside a page, as a browser's parser finds it.

@@ -41,7 +41,7 @@ std::vector<BodyVelocity> measure_velocities(const StreetSettings& settings,
   velocities.reserve(count);
   for (std::uint64_t i = 0; i < count; ++i) {
     const Time time = from_seconds(static_cast<double>(i) / rate);
-    const DriveState state = state_at(drive, to_seconds(time));
+    const VelocityState state = state_at(drive, to_seconds(time));
     velocities.push_back(
         {.time = time,
          .linear_imu = settings.velocity_scale * state.linear_imu +

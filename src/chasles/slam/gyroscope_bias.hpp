@@ -1,6 +1,6 @@
 #pragma once
 
-#include <chasles/slam/motion_window.hpp>
+#include <chasles/slam/dynamic_window.hpp>
 
 namespace chasles {
 

@@ -194,7 +194,7 @@ std::vector<InertialEstimate> InertialSession::begin(InertialStart start) {
 // What is not finite is not handed on: the last estimate that was believed stands in for it.
 std::optional<InertialEstimate> InertialSession::step(const FeatureFrame& frame) {
   InertialEstimate e = slam_->process(frame);
-  if (witness_) witness_(frame, slam_->judged());
+  if (observer_) observer_(frame, slam_->outcomes());
   // A time offset that falls, or begins anew, does not turn time back.
   if (last_told_) e.time = std::max(e.time, *last_told_ + Time(1));
   last_told_ = e.time;

@@ -43,8 +43,8 @@ class InertialSession {
 
   /// Told of every frame that the filter takes, with what became of its observations, before its
   /// estimate comes.
-  using Witness = std::function<void(const FeatureFrame&, std::span<const JudgedPixel>)>;
-  void set_witness(Witness witness) { witness_ = std::move(witness); }
+  using OutcomeObserver = std::function<void(const FeatureFrame&, std::span<const PixelOutcome>)>;
+  void set_observer(OutcomeObserver observer) { observer_ = std::move(observer); }
 
   void process(const ImuSample& sample);
   /// The estimates that this frame brings: none before there is a start; with the start, those of
@@ -87,7 +87,7 @@ class InertialSession {
   InertialSlamSettings settings_;
   InitialiserSettings start_settings_;
   InertialSensors sensors_;
-  Witness witness_;
+  OutcomeObserver observer_;
   std::unique_ptr<InertialSlam> slam_;
   std::unique_ptr<Initialiser> initialiser_;
   std::optional<InertialStart> given_;

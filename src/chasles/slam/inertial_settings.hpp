@@ -3,12 +3,15 @@
 #include <optional>
 #include <string>
 
+#include <chasles/settings.hpp>
+
 namespace chasles {
 
 /// An estimated time offset may yet be set back: samples are kept for so long [s].
 inline constexpr double kTimeOffsetReach = 0.2;
 
-/// Everything that can be set about a run with an IMU. As Settings: the list below feeds files,
+/// Everything that can be set about a run with an IMU. As VelocitySlamSettings: the list below
+/// feeds files,
 /// --set, --help and summary.json; an empty optional is taken from the recording.
 struct InertialSlamSettings {
   std::string chart = "right-sen3";
@@ -37,7 +40,7 @@ struct InertialSlamSettings {
   double fixed_depth_sigma = 3;
   double inverse_depth = 0.1;
   double inverse_depth_sigma = 0.5;
-  int guessed_depth_looks = 0;
+  int guessed_depth_observations = 0;
 
   int clones = 15;
   int frames_per_clone = 4;
@@ -47,20 +50,20 @@ struct InertialSlamSettings {
   int min_landmarks = 12;
   double settled_depth_sigma = 0.03;
 
-  double standstill_velocity_sigma = 0.01;
+  double zupt_velocity_sigma = 0.01;
 
-  double soft_start = 0;
-  int soft_frames = 20;
+  double noise_inflation = 0;
+  int noise_inflation_frames = 20;
 
   double gate = 0.999;
-  int max_refusals = 5;
+  int max_rejections = 5;
   int max_landmarks = 50;
   int waiting_frames = 0;
 };
 
 /// Calls visit(name, value, unit or choices, meaning) for every setting, in order.
-template <typename SettingsType, typename Visitor>
-void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
+template <SettingsOf<InertialSlamSettings> S, typename Visitor>
+void for_each_setting(S& s, Visitor&& visit) {
   visit("chart", s.chart, "standard|left-se3|right-se3|right-sen3",
         "what the numbers of the error mean (docs/charts.md)");
   visit("landmarks", s.landmarks, "cartesian|inverse-depth", "form of a landmark in the state");
@@ -101,7 +104,7 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
   visit("fixed_depth_sigma", s.fixed_depth_sigma, "m", "its uncertainty along the ray");
   visit("inverse_depth", s.inverse_depth, "1/m", "the same for inverse depth");
   visit("inverse_depth_sigma", s.inverse_depth_sigma, "1/m", "its uncertainty");
-  visit("guessed_depth_looks", s.guessed_depth_looks, "count",
+  visit("guessed_depth_observations", s.guessed_depth_observations, "count",
         "the error of a guessed depth times that of the way counts as noise, as often as the "
         "landmark was seen, up to so many times; 0: not at all");
   visit("clones", s.clones, "count", "past poses that are kept for multi-view beginnings");
@@ -116,14 +119,14 @@ void for_each_inertial_setting(SettingsType& s, Visitor&& visit) {
   visit(
       "settled_depth_sigma", s.settled_depth_sigma, "1",
       "an anchored landmark becomes Cartesian when its relative depth is known so well; 0: never");
-  visit("standstill_velocity_sigma", s.standstill_velocity_sigma, "m/s",
+  visit("zupt_velocity_sigma", s.zupt_velocity_sigma, "m/s",
         "what one second of standing still tells of the velocity; 0: standing still is not used");
-  visit(
-      "soft_start", s.soft_start, "1",
-      "a young landmark's pixel noise is larger by 1 + soft_start, falling to 1 over soft_frames");
-  visit("soft_frames", s.soft_frames, "count", "see soft_start");
+  visit("noise_inflation", s.noise_inflation, "1",
+        "a young landmark's pixel noise is larger by 1 + noise_inflation, falling to 1 over "
+        "noise_inflation_frames");
+  visit("noise_inflation_frames", s.noise_inflation_frames, "count", "see noise_inflation");
   visit("gate", s.gate, "probability", "of a right observation to pass the gate; 1: no gate");
-  visit("max_refusals", s.max_refusals, "count",
+  visit("max_rejections", s.max_rejections, "count",
         "a landmark refused by the gate so often in a row leaves the state");
   visit("max_landmarks", s.max_landmarks, "count",
         "in the state; fewer than 4, with as few min_landmarks: the filter lives on tracks");

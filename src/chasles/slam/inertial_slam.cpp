@@ -94,7 +94,7 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       composed_(now_),
       recent_tracks_(recent_tracks(settings_)) {
   note_prediction();
-  if (settings.standstill_velocity_sigma > 0) {
+  if (settings.zupt_velocity_sigma > 0) {
     standstill_.emplace(noise, cameras_.size(), pixel_sigma);
   }
   if (settings.composition_interval > 0 && !settings.nav_attitude) {
@@ -112,7 +112,7 @@ InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
   compose_when_due();
   const auto& observations = usable(frame);
   e.seconds.propagation = stages.lap();
-  e.still = hold_still(frame, since);
+  e.still = zero_velocity_update(frame, since);
   // At rest one pose is all poses, and a pixel errs by the same in all of them.
   cloned_ =
       settings_.init == "multi-view" && !e.still && (frame_ - 1) % settings_.frames_per_clone == 0;
@@ -164,7 +164,7 @@ void InertialSlam::keep_pose(Time time) {
 }
 
 // Whether the filter was told that it stands still. `since` the last frame.
-bool InertialSlam::hold_still(const FeatureFrame& frame, Time since) {
+bool InertialSlam::zero_velocity_update(const FeatureFrame& frame, Time since) {
   if (!standstill_) return false;
   if (!standstill_->at_rest(frame)) {
     still_since_.reset();
@@ -177,8 +177,8 @@ bool InertialSlam::hold_still(const FeatureFrame& frame, Time since) {
   }
   const State& x = filter_.state();
   auto& both = work_.rest;
-  rest_measurements(x, x.clone(*still_since_), to_seconds(since),
-                    settings_.standstill_velocity_sigma, both);
+  rest_measurements(x, x.clone(*still_since_), to_seconds(since), settings_.zupt_velocity_sigma,
+                    both);
   if (!(filter_.joint_normalised_square(both) < gate_square(9))) return false;
   return !filter_.update(both).failed;
 }
@@ -203,7 +203,7 @@ void InertialSlam::retire_unseen() {
   const auto& landmarks = filter_.state().landmarks;
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
     const Last& last = last_[static_cast<std::size_t>(i)];
-    const bool believed = last.refused < settings_.max_refusals;
+    const bool believed = last.refused < settings_.max_rejections;
     if (believed && frame_ - last.seen <= settings_.waiting_frames) continue;
     indices.push_back(i);
   }

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include <chasles/camera/judged_pixel.hpp>
+#include <chasles/camera/pixel_outcome.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
@@ -12,8 +12,8 @@
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/inertial_start.hpp>
 #include <chasles/slam/recent_tracks.hpp>
-#include <chasles/slam/slam.hpp>
 #include <chasles/slam/standstill.hpp>
+#include <chasles/slam/velocity_slam.hpp>
 
 namespace chasles {
 
@@ -64,7 +64,7 @@ class InertialSlam {
   /// landmarks' covariances.
   std::vector<MapLandmark> map_nav() const;
   /// What became of the observations of the last frame, those that can be used, in its order.
-  std::span<const JudgedPixel> judged() const { return judged_; }
+  std::span<const PixelOutcome> outcomes() const { return outcomes_; }
   const ImuBuffer::Counts& imu_counts() const { return imu_.counts(); }
 
  private:
@@ -96,18 +96,18 @@ class InertialSlam {
   bool is_somewhere(const MultiViewStart& start) const;
   bool take_rest(const MultiViewStart& start);
   void add_begun(InertialEstimate& e);
-  void tell_tracks(InertialEstimate& e);
+  void null_space_update(InertialEstimate& e);
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
   void keep_pose(Time time);
-  bool hold_still(const FeatureFrame& frame, Time since);
-  double softness(int landmark) const;
+  bool zero_velocity_update(const FeatureFrame& frame, Time since);
+  double noise_inflation(int landmark) const;
   bool cannot_be(const Landmark& landmark) const;
   double gate_square(int dof) const;  ///< what a squared innovation may be
   void settle();
   void note_refusals(std::span<const Measurement> known, const std::vector<bool>& accepted);
-  void note_judgement(std::span<const Measurement> known, const UpdateReport& report);
+  void note_outcomes(std::span<const Measurement> known, const UpdateReport& report);
   void note_begun(int added);
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
                            const UpdateReport& report, InertialEstimate& e);
@@ -147,7 +147,7 @@ class InertialSlam {
     int camera = 0;
     Eigen::Vector2d innovation = Eigen::Vector2d::Zero();
   };
-  std::vector<JudgedPixel> judged_;         ///< of the last frame
+  std::vector<PixelOutcome> outcomes_;      ///< of the last frame
   std::vector<WhitenedPixel> innovations_;  ///< of the last frame; landmark and camera rise
   int starved_ = 0;                         ///< frames in a row with hardly an observation
 

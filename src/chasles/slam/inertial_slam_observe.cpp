@@ -46,11 +46,11 @@ std::optional<int> InertialSlam::number_of(LandmarkId id) const {
 }
 
 // The first linearisations are the worst: they count less (math.md §7, "soft start").
-double InertialSlam::softness(int landmark) const {
-  if (settings_.soft_start <= 0 || settings_.soft_frames <= 0) return 1;
+double InertialSlam::noise_inflation(int landmark) const {
+  if (settings_.noise_inflation <= 0 || settings_.noise_inflation_frames <= 0) return 1;
   const auto& l = filter_.state().landmarks[static_cast<std::size_t>(landmark)];
-  const double age = static_cast<double>(l.observations) / settings_.soft_frames;
-  return 1 + settings_.soft_start * std::max(0.0, 1 - age);
+  const double age = static_cast<double>(l.observations) / settings_.noise_inflation_frames;
+  return 1 + settings_.noise_inflation * std::max(0.0, 1 - age);
 }
 
 // Noise may take the inverse depth of a point that is far through zero; where it takes it further,
@@ -72,12 +72,12 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   known.clear();
   predicted.clear();
   fresh.clear();
-  judged_.clear();
+  outcomes_.clear();
   work_.judged.clear();
   const double gate = gate_square(2);
   int refused = 0;
   for (const PixelObservation* o : observations) {
-    judged_.push_back({.observation = *o});
+    outcomes_.push_back({.observation = *o});
     const auto number = number_of(o->landmark);
     if (!number) {
       fresh.push_back(o);
@@ -86,7 +86,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     Last& last = last_[static_cast<std::size_t>(*number)];
     last.seen = frame_;
     if (e.still) continue;
-    judged_.back().fate = Fate::kRejected;  // until it is used
+    outcomes_.back().outcome = Outcome::kRejected;  // until it is used
     const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(*number)];
     if (cannot_be(landmark)) {
       ++last.refused;
@@ -95,8 +95,8 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     }
     const Camera& camera = cameras_[static_cast<std::size_t>(o->camera)];
     Measurement& z = known.append();
-    if (!measure_pixel(camera, pixel_sigma_ * softness(*number), filter_.state(), *number, o->pixel,
-                       linearisation(), o->camera, z)) {
+    if (!measure_pixel(camera, pixel_sigma_ * noise_inflation(*number), filter_.state(), *number,
+                       o->pixel, linearisation(), o->camera, z)) {
       known.remove_last();  // where it is thought to be, it could not be seen
       ++last.refused;
       ++refused;
@@ -104,11 +104,11 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     }
     // The product of two errors is nearly the same in image after image: all looks together may
     // tell no more than a few.
-    const int looks = std::min(landmark.observations, settings_.guessed_depth_looks);
+    const int looks = std::min(landmark.observations, settings_.guessed_depth_observations);
     if (looks > 0) z.noise += looks * bilinear_noise(camera, filter_, *number, o->camera);
     z.gate = gate;
     predicted.push_back(o);
-    work_.judged.push_back(judged_.size() - 1);
+    work_.judged.push_back(outcomes_.size() - 1);
   }
   const UpdateReport& report = filter_.update(known);
   e.nis = report.nis;
@@ -116,7 +116,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   e.used = static_cast<int>(std::count(report.accepted.begin(), report.accepted.end(), true));
   e.rejected = refused + static_cast<int>(known.size()) - e.used;
   note_refusals(known, report.accepted);
-  note_judgement(known, report);
+  note_outcomes(known, report);
   compare_innovations(predicted, report, e);
   if (settings_.init == "fixed-depth") {
     begin_at_once(fresh, e);
@@ -141,10 +141,10 @@ void InertialSlam::note_refusals(std::span<const Measurement> known,
   }
 }
 
-void InertialSlam::note_judgement(std::span<const Measurement> known, const UpdateReport& report) {
+void InertialSlam::note_outcomes(std::span<const Measurement> known, const UpdateReport& report) {
   for (std::size_t i = 0; i < known.size(); ++i) {
-    JudgedPixel& judged = judged_[work_.judged[i]];
-    if (report.accepted[i]) judged.fate = Fate::kUsed;
+    PixelOutcome& judged = outcomes_[work_.judged[i]];
+    if (report.accepted[i]) judged.outcome = Outcome::kUsed;
     judged.expected = {.pixel = judged.observation.pixel - known[i].residual,
                        .covariance = report.covariances[i]};
   }
@@ -154,8 +154,8 @@ void InertialSlam::note_judgement(std::span<const Measurement> known, const Upda
 void InertialSlam::note_begun(int added) {
   const auto& landmarks = filter_.state().landmarks;
   for (auto begun = landmarks.end() - added; begun != landmarks.end(); ++begun) {
-    for (JudgedPixel& judged : judged_) {
-      if (judged.observation.landmark == begun->id) judged.fate = Fate::kBegun;
+    for (PixelOutcome& judged : outcomes_) {
+      if (judged.observation.landmark == begun->id) judged.outcome = Outcome::kBegun;
     }
   }
 }

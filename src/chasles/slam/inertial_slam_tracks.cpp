@@ -67,7 +67,7 @@ void InertialSlam::add_begun(InertialEstimate& e) {
 }
 
 // To the filter: the landmarks that begin, then what their tracks and others say of the poses.
-void InertialSlam::tell_tracks(InertialEstimate& e) {
+void InertialSlam::null_space_update(InertialEstimate& e) {
   add_begun(e);
   filter_.update(work_.rests);
   work_.rests.clear();
@@ -95,9 +95,9 @@ void InertialSlam::begin_from_tracks(InertialEstimate& e) {
       track.views.clear();
       track.ended = lost;
     }
-    if (work_.rests.size() >= many) tell_tracks(e);
+    if (work_.rests.size() >= many) null_space_update(e);
   }
-  tell_tracks(e);
+  null_space_update(e);
   forget_ended_tracks();
   if (!cloned_) return;
   if (full) window_.erase(window_.begin());

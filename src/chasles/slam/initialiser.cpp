@@ -4,10 +4,10 @@
 #include <utility>
 
 #include <chasles/error.hpp>
+#include <chasles/slam/dynamic_start.hpp>
 #include <chasles/slam/initialiser.hpp>
-#include <chasles/slam/motion_start.hpp>
-#include <chasles/slam/rest_conditions.hpp>
-#include <chasles/slam/rest_start.hpp>
+#include <chasles/slam/static_conditions.hpp>
+#include <chasles/slam/static_start.hpp>
 
 namespace chasles {
 namespace {
@@ -23,11 +23,10 @@ template <typename Value>
 }
 
 void validate(const InitialiserSettings& settings) {
-  for_each_initialiser_setting(settings,
-                               [](const char* name, auto value, const char*, const char*) {
-                                 if (std::isfinite(static_cast<double>(value)) && value > 0) return;
-                                 refuse(name, value, "a positive number");
-                               });
+  for_each_setting(settings, [](const char* name, auto value, const char*, const char*) {
+    if (std::isfinite(static_cast<double>(value)) && value > 0) return;
+    refuse(name, value, "a positive number");
+  });
   if (settings.keyframes < 4) refuse("keyframes", settings.keyframes, "at least 4");
   if (settings.max_window < std::max(settings.min_window, settings.min_stereo_window)) {
     refuse("max_window", settings.max_window, "at least min_window and min_stereo_window");
@@ -69,7 +68,7 @@ void Initialiser::add(const ImuSample& sample) {
   if (imu_.counts().used == before.used) return;
   if (imu_.counts().gaps > before.gaps) restart();
   samples_.push_back(sample);
-  const Time from = sample.time - from_seconds(2 * settings_.rest_window);
+  const Time from = sample.time - from_seconds(2 * settings_.static_window);
   while (samples_.front().time < from) samples_.pop_front();
 }
 
@@ -102,7 +101,7 @@ std::optional<InertialStart> Initialiser::add(const FeatureFrame& frame) {
   since_attempt_ = 0;
   ++counts_.attempts;
   requirements_.clear();
-  if (auto start = try_at_rest()) return start;
+  if (auto start = try_static()) return start;
   return try_in_motion();
 }
 
@@ -113,8 +112,8 @@ void Initialiser::note(const char* way, std::vector<Requirement> requirements) {
   }
 }
 
-std::optional<InertialStart> Initialiser::try_at_rest() {
-  const Time end = window_.back().time, from = end - from_seconds(settings_.rest_window);
+std::optional<InertialStart> Initialiser::try_static() {
+  const Time end = window_.back().time, from = end - from_seconds(settings_.static_window);
   std::vector<ImuSample> samples;
   for (const ImuSample& sample : samples_) {
     if (sample.time >= from && sample.time <= end) samples.push_back(sample);
@@ -125,11 +124,11 @@ std::optional<InertialStart> Initialiser::try_at_rest() {
   }
   RestScratch scratch;
   const auto& requirements =
-      rest_conditions(samples, frames, cameras_.size(), noise_, pixel_sigma_, settings_, scratch);
+      static_conditions(samples, frames, cameras_.size(), noise_, pixel_sigma_, settings_, scratch);
   const bool at_rest = all_met(requirements);
   note("at rest", requirements);
   if (!at_rest) return std::nullopt;
-  return rest_start(end, rest_means(samples, noise_), noise_, settings_);
+  return static_start(end, rest_means(samples, noise_), noise_, settings_);
 }
 
 std::optional<InertialStart> Initialiser::try_in_motion() {
@@ -141,7 +140,7 @@ std::optional<InertialStart> Initialiser::try_in_motion() {
   for (std::size_t k = 0; k + 1 < window.times.size(); ++k) {
     window.intervals.push_back(imu_.between(window.times[k], window.times[k + 1]));
   }
-  StartAttempt attempt = motion_start(window, noise_, settings_);
+  StartAttempt attempt = dynamic_start(window, noise_, settings_);
   note("in motion", std::move(attempt.requirements));
   return attempt.start;
 }

@@ -51,7 +51,7 @@ class Initialiser {
 
  private:
   bool take(const FeatureFrame& frame);
-  std::optional<InertialStart> try_at_rest();
+  std::optional<InertialStart> try_static();
   std::optional<InertialStart> try_in_motion();
   void note(const char* way, std::vector<Requirement> requirements);
   void restart();

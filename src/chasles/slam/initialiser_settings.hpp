@@ -1,5 +1,7 @@
 #pragma once
 
+#include <chasles/settings.hpp>
+
 namespace chasles {
 
 /// When an inertial run may begin. As InertialSlamSettings: the list below feeds files, --set,
@@ -12,10 +14,10 @@ struct InitialiserSettings {
   double gravity = 9.80665;
   double inflation = 10;
 
-  double rest_window = 0.75;
-  double rest_noise_factor = 6;
-  double rest_displacement = 0.5;
-  double rest_velocity_sigma = 0.02;
+  double static_window = 0.75;
+  double static_noise_factor = 6;
+  double static_displacement = 0.5;
+  double static_velocity_sigma = 0.02;
 
   double min_window = 1;
   double min_stereo_window = 0.6;
@@ -40,8 +42,8 @@ struct InitialiserSettings {
 inline constexpr double kBiasReach = 4;
 
 /// Calls visit(name, value, unit, meaning) for every setting, in order.
-template <typename SettingsType, typename Visitor>
-void for_each_initialiser_setting(SettingsType& s, Visitor&& visit) {
+template <SettingsOf<InitialiserSettings> S, typename Visitor>
+void for_each_setting(S& s, Visitor&& visit) {
   visit("tilt_sigma", s.tilt_sigma, "rad", "a start's roll and pitch are never less certain");
   visit("velocity_sigma", s.velocity_sigma, "m/s", "a start's velocity is never less certain");
   visit("accelerometer_bias_sigma", s.accelerometer_bias_sigma, "m/s^2",
@@ -51,12 +53,12 @@ void for_each_initialiser_setting(SettingsType& s, Visitor&& visit) {
   visit("gravity", s.gravity, "m/s^2", "its magnitude");
   visit("inflation", s.inflation, "1",
         "a start in motion counts its window's data so many times less, for the filter uses them");
-  visit("rest_window", s.rest_window, "s", "at rest for so long: a start at rest");
-  visit("rest_noise_factor", s.rest_noise_factor, "1",
+  visit("static_window", s.static_window, "s", "at rest for so long: a start at rest");
+  visit("static_noise_factor", s.static_noise_factor, "1",
         "at rest the samples deviate by at most so many times the stated noise");
-  visit("rest_displacement", s.rest_displacement, "px",
+  visit("static_displacement", s.static_displacement, "px",
         "and half of the tracks move by less than this, beyond noise");
-  visit("rest_velocity_sigma", s.rest_velocity_sigma, "m/s", "uncertainty of the velocity 0");
+  visit("static_velocity_sigma", s.static_velocity_sigma, "m/s", "uncertainty of the velocity 0");
   visit("min_window", s.min_window, "s", "a start in motion needs so much, with one camera");
   visit("min_stereo_window", s.min_stereo_window, "s", "and so much where two see the same tracks");
   visit("max_window", s.max_window, "s", "older data are given up");

@@ -10,8 +10,8 @@
 #include <chasles/eval/chi2.hpp>
 #include <chasles/slam/initialiser.hpp>
 #include <chasles/slam/initialiser_testing.hpp>
-#include <chasles/slam/rest_conditions.hpp>
-#include <chasles/slam/rest_start.hpp>
+#include <chasles/slam/static_conditions.hpp>
+#include <chasles/slam/static_start.hpp>
 
 // What of the initialisation needs no simulator; the whole of it: lab/initialiser_test.cpp.
 
@@ -48,7 +48,7 @@ TEST(RestStart, IsWrongByWhatItSays) {
     const Eigen::Vector3d ba = normal.vector(s.accelerometer_bias_sigma);
     const Eigen::Vector3d bg = normal.vector(s.gyroscope_bias_sigma);
     const auto samples = resting(normal, 0.75, R, ba, bg);
-    const InertialStart start = rest_start({}, rest_means(samples, kNoise), kNoise, s);
+    const InertialStart start = static_start({}, rest_means(samples, kNoise), kNoise, s);
     // Exp(theta) takes the estimated up to the true one, z = up + theta x up; the heading is free.
     const Eigen::Vector3d up = start.nav_T_imu.R * R.transpose() * Eigen::Vector3d::UnitZ();
     Eigen::Matrix<double, 8, 1> error;
@@ -66,7 +66,7 @@ TEST(RestStart, TiltAndHorizontalBiasCannotBeToldApart) {
   Normal normal(2);
   InitialiserSettings s;
   const auto samples = resting(normal, 1, Eigen::Matrix3d::Identity(), {0, 0, 0.03}, {0, 0, 0});
-  const InertialStart start = rest_start({}, rest_means(samples, kNoise), kNoise, s);
+  const InertialStart start = static_start({}, rest_means(samples, kNoise), kNoise, s);
   const Matrix15d& P = *start.covariance;
   EXPECT_NEAR(std::sqrt(P(0, 0)), s.accelerometer_bias_sigma / s.gravity, 1e-4);
   EXPECT_GT(std::abs(P(0, 10)) / std::sqrt(P(0, 0) * P(10, 10)), 0.99);
@@ -88,22 +88,22 @@ TEST(RestConditions, MotionInSamplesOrPixelsIsSaidWithItsMeasure) {
     }
   }
   RestScratch scratch;
-  EXPECT_TRUE(all_met(rest_conditions(samples, frames, 1, kNoise, 1, s, scratch)));
+  EXPECT_TRUE(all_met(static_conditions(samples, frames, 1, kNoise, 1, s, scratch)));
   auto drifting = frames;
   for (std::size_t k = 0; k < drifting.size(); ++k) {
     for (auto& o : drifting[k].pixels) o.pixel.x() += 0.25 * static_cast<double>(k);
   }
-  auto found = rest_conditions(samples, drifting, 1, kNoise, 1, s, scratch);
+  auto found = static_conditions(samples, drifting, 1, kNoise, 1, s, scratch);
   EXPECT_FALSE(found.back().met);
   EXPECT_EQ(found.back().name, "displacement of the tracks");
   EXPECT_NEAR(found.back().measured, 2.5, 0.5);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     samples[i].specific_force_imu.x() += 4 * std::sin(0.2 * static_cast<double>(i));
   }
-  found = rest_conditions(samples, frames, 1, kNoise, 1, s, scratch);
+  found = static_conditions(samples, frames, 1, kNoise, 1, s, scratch);
   EXPECT_EQ(found[2].name, "accelerometer deviation");
   EXPECT_FALSE(found[2].met);
-  EXPECT_FALSE(rest_conditions({}, frames, 1, kNoise, 1, s, scratch).front().met);
+  EXPECT_FALSE(static_conditions({}, frames, 1, kNoise, 1, s, scratch).front().met);
 }
 
 TEST(Requirements, MakeASentenceOfWhatIsNotMet) {

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <vector>
 
-#include <chasles/slam/rest_conditions.hpp>
 #include <chasles/slam/standstill.hpp>
+#include <chasles/slam/static_conditions.hpp>
 
 namespace chasles {
 namespace {
@@ -19,7 +19,7 @@ constexpr double kRateReach = 0.002;  // [rad/s]
 
 Standstill::Standstill(const ImuNoise& noise, std::size_t cameras, double pixel_sigma)
     : noise_(noise), cameras_(cameras), pixel_sigma_(pixel_sigma) {
-  thresholds_.rest_window = kWindow;
+  thresholds_.static_window = kWindow;
 }
 
 void Standstill::add(const ImuSample& sample) {
@@ -37,7 +37,7 @@ bool Standstill::at_rest(const FeatureFrame& frame) {
   kept.time = frame.time;
   kept.pixels = frame.pixels;
   const auto& conditions =
-      rest_conditions(samples_, frames_, cameras_, noise_, pixel_sigma_, thresholds_, scratch_);
+      static_conditions(samples_, frames_, cameras_, noise_, pixel_sigma_, thresholds_, scratch_);
   const bool blind = !conditions.back().met && conditions.back().name == kTracks;
   if (!all_met(conditions) && !(began_ && blind)) {
     began_.reset();

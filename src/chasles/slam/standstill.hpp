@@ -9,13 +9,13 @@
 #include <chasles/filter/scratch.hpp>
 #include <chasles/imu/imu_sample.hpp>
 #include <chasles/slam/initialiser_settings.hpp>
-#include <chasles/slam/rest_conditions.hpp>
-#include <chasles/slam/rest_start.hpp>
+#include <chasles/slam/static_conditions.hpp>
+#include <chasles/slam/static_start.hpp>
 
 namespace chasles {
 
 /// Tells whether IMU and cameras stand still, from the last half second of both. A rest begins when
-/// both say so (rest_conditions, with the thresholds of a start at rest): samples that deviate as
+/// both say so (static_conditions, with the thresholds of a start at rest): samples that deviate as
 /// their noise does, and tracks that stay where they are. It ends when one of them says otherwise;
 /// where there are no tracks any more, as with a covered lens, the samples alone carry it on, as
 /// long as their mean stays what it was when the rest began.

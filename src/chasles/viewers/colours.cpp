@@ -12,13 +12,13 @@ constexpr std::array<std::array<double, 3>, 6> kRamp = {
 
 }  // namespace
 
-unsigned fate_colour(Fate fate) {
-  switch (fate) {
-    case Fate::kUsed:
+unsigned fate_colour(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kUsed:
       return 0x4fc6ff;
-    case Fate::kRejected:
+    case Outcome::kRejected:
       return 0xff7b3d;
-    case Fate::kBegun:
+    case Outcome::kBegun:
       return 0xffe24a;
     default:
       return 0xf4f4f4;

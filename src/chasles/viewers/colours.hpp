@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <chasles/camera/judged_pixel.hpp>
+#include <chasles/camera/pixel_outcome.hpp>
 
 namespace chasles {
 
@@ -14,7 +14,7 @@ inline constexpr unsigned kTruthColour = 0x8a8f98;
 inline constexpr unsigned kDeadReckoningColour = 0xcf4f00;
 
 /// Of a point in an image, as on the page: on dark and on bright ground.
-unsigned fate_colour(Fate fate);
+unsigned fate_colour(Outcome outcome);
 
 using Rgb = std::array<std::uint8_t, 3>;
 

@@ -39,12 +39,12 @@ class Annotations {
 
   void add(const RunFeature& feature) {
     const Eigen::Vector2d at = feature.judged.observation.pixel;
-    if (feature.before) polygon(MarkKind::kLines, feature.judged.fate, {at, *feature.before});
+    if (feature.before) polygon(MarkKind::kLines, feature.judged.outcome, {at, *feature.before});
     if (feature.judged.expected) {
-      polygon(MarkKind::kLoop, feature.judged.fate,
+      polygon(MarkKind::kLoop, feature.judged.outcome,
               ellipse_points(*feature.judged.expected, kSigmas));
     }
-    mark(feature.judged.fate, at);
+    mark(feature.judged.outcome, at);
   }
 
   Json json() && {
@@ -54,37 +54,37 @@ class Annotations {
   }
 
  private:
-  void mark(Fate fate, const Eigen::Vector2d& at) {
+  void mark(Outcome outcome, const Eigen::Vector2d& at) {
     const double h = kMark / scale_;
     const auto corner = [&](double x, double y) -> Eigen::Vector2d {
       return at + h * Eigen::Vector2d(x, y);
     };
-    switch (fate) {
-      case Fate::kUsed:
+    switch (outcome) {
+      case Outcome::kUsed:
         circles_.push_back({{"timestamp", proto_time(time_)},
                             {"position", json_of(scale_ * at)},
                             {"diameter", 2 * kMark},
                             {"thickness", 1.0},
-                            {"outline_color", proto_colour(fate_colour(fate), 1)}});
+                            {"outline_color", proto_colour(fate_colour(outcome), 1)}});
         return;
-      case Fate::kRejected:
-        return polygon(MarkKind::kLines, fate,
+      case Outcome::kRejected:
+        return polygon(MarkKind::kLines, outcome,
                        {corner(-1, -1), corner(1, 1), corner(-1, 1), corner(1, -1)});
-      case Fate::kBegun:
-        return polygon(MarkKind::kLoop, fate,
+      case Outcome::kBegun:
+        return polygon(MarkKind::kLoop, outcome,
                        {corner(-1, -1), corner(1, -1), corner(1, 1), corner(-1, 1)});
-      case Fate::kWaiting:
-        return polygon(MarkKind::kPoints, fate, {at});
+      case Outcome::kWaiting:
+        return polygon(MarkKind::kPoints, outcome, {at});
     }
   }
 
-  void polygon(MarkKind kind, Fate fate, const Points& corners) {
+  void polygon(MarkKind kind, Outcome outcome, const Points& corners) {
     Json points = Json::array();
     for (const Eigen::Vector2d& p : corners) points.push_back(json_of(scale_ * p));
     points_.push_back({{"timestamp", proto_time(time_)},
                        {"type", static_cast<int>(kind)},
                        {"points", std::move(points)},
-                       {"outline_color", proto_colour(fate_colour(fate), 1)},
+                       {"outline_color", proto_colour(fate_colour(outcome), 1)},
                        {"thickness", kind == MarkKind::kPoints ? 2.0 : 1.0}});
   }
 

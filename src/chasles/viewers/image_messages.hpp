@@ -10,8 +10,8 @@
 namespace chasles {
 
 /// The kept images on /camN/image, and on /camN/annotations, in the pictures' own pixels: a mark
-/// for each point by its fate (circle: used, cross: rejected, square: begun, dot: waiting), a line
-/// to where it was some frames before, and the 3 sigma ellipse about where it was expected.
+/// for each point by its outcome (circle: used, cross: rejected, square: begun, dot: waiting), a
+/// line to where it was some frames before, and the 3 sigma ellipse about where it was expected.
 void add_images(const std::vector<RunImage>& images, Channels& out);
 
 /// The corners of a polygon on the ellipse of that many sigma about a point; none where the

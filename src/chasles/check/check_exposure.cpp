@@ -1,0 +1,135 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include <chasles/check/check_exposure.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr std::size_t kDark = 10, kBright = 250;
+constexpr double kDarkShare = 0.5, kBrightShare = 0.2;
+constexpr double kLeastContrast = 4;  // a covered lens shows its noise alone
+constexpr double kImagesRepeat = 0.02;
+
+// Sums over the frames that were looked at.
+struct CameraSums {
+  double mean = 0, dark = 0, bright = 0;
+  int images = 0, blank = 0, repeated = 0, missing = 0;
+
+  void add(const GrayImage& image) {
+    if (image.empty()) {
+      ++missing;
+      return;
+    }
+    const ImageExposure exposure = exposure_of(image);
+    mean += exposure.mean;
+    dark += exposure.dark;
+    bright += exposure.bright;
+    blank += exposure.contrast < kLeastContrast ? 1 : 0;
+    ++images;
+  }
+};
+
+class Damages {
+ public:
+  explicit Damages(const ImageSource& images) : images_(&images) {}
+  // The frame; none, and remembered, where it cannot be read.
+  std::optional<ImageFrame> read(std::size_t i) {
+    ++tried_;
+    try {
+      return images_->read(i);
+    } catch (const InputError& error) {
+      if (damaged_++ == 0) first_ = error.what();
+      return std::nullopt;
+    }
+  }
+  void report(CheckReport& report) const {
+    if (damaged_ == 0) return;
+    report.findings.push_back(
+        {.severity = Severity::kError,
+         .about = "images",
+         .what = fmt::format("{} of the {} frames looked at cannot be read; the first: {}",
+                             damaged_, tried_, first_),
+         .value = static_cast<double>(damaged_),
+         .threshold = 0,
+         .unit = "frames",
+         .advice = "copy the recording again, or take these images out of its table"});
+  }
+
+ private:
+  const ImageSource* images_;
+  int tried_ = 0, damaged_ = 0;
+  std::string first_;
+};
+
+void report_share(const std::string& about, double share, double limit, const std::string& what,
+                  const std::string& advice, CheckReport& report) {
+  if (share <= limit) return;
+  report.findings.push_back({.severity = Severity::kWarning,
+                             .about = about,
+                             .what = fmt::format("{:.0f} % of {}", 100 * share, what),
+                             .value = 100 * share,
+                             .threshold = 100 * limit,
+                             .unit = "%",
+                             .advice = advice});
+}
+
+void report_camera(const std::string& about, const CameraSums& sums, CheckReport& report) {
+  if (sums.images == 0) return;
+  const double n = sums.images;
+  report.facts.push_back({about, "brightness", sums.mean / n, "of 255"});
+  report.facts.push_back({about, "dark", 100 * sums.dark / n, "%"});
+  report.facts.push_back({about, "saturated", 100 * sums.bright / n, "%"});
+  report_share(about, sums.dark / n, kDarkShare, "the pixels are dark", "expose longer", report);
+  report_share(about, sums.bright / n, kBrightShare, "the pixels are saturated",
+               "expose for a shorter time", report);
+  report_share(about, sums.blank / n, 0, "the images show nothing",
+               "look whether the lens was covered or the light was off", report);
+  report_share(about, sums.repeated / n, kImagesRepeat, "the images repeat the one before",
+               "look at the camera's driver: a frozen image says that nothing moves", report);
+}
+
+}  // namespace
+
+ImageExposure exposure_of(const GrayImage& image) {
+  std::array<std::size_t, 256> histogram{};
+  for (const std::uint8_t pixel : image.pixels) ++histogram[pixel];
+  ImageExposure exposure;
+  double square = 0;
+  for (std::size_t shade = 0; shade < histogram.size(); ++shade) {
+    const double share =
+        static_cast<double>(histogram[shade]) / static_cast<double>(image.pixels.size());
+    const auto value = static_cast<double>(shade);
+    exposure.mean += share * value;
+    square += share * value * value;
+    exposure.dark += shade <= kDark ? share : 0;
+    exposure.bright += shade >= kBright ? share : 0;
+  }
+  exposure.contrast = std::sqrt(std::max(0.0, square - exposure.mean * exposure.mean));
+  return exposure;
+}
+
+void report_exposure(const ImageSource& images, std::size_t cameras, std::size_t most,
+                     CheckReport& report) {
+  const std::size_t pairs = std::min(most, images.size() - std::min<std::size_t>(images.size(), 1));
+  std::vector<CameraSums> sums(cameras);
+  Damages files(images);
+  for (std::size_t n = 0; n < pairs; ++n) {
+    const std::size_t k = n * (images.size() - 1) / pairs;
+    const auto first = files.read(k), second = files.read(k + 1);
+    for (std::size_t c = 0; first && c < cameras; ++c) {
+      sums[c].add(first->images[c]);
+      if (!second || first->images[c].empty()) continue;
+      sums[c].repeated += first->images[c].pixels == second->images[c].pixels ? 1 : 0;
+    }
+  }
+  files.report(report);
+  for (std::size_t c = 0; c < cameras; ++c) report_camera(fmt::format("cam{}", c), sums[c], report);
+}
+
+}  // namespace chasles

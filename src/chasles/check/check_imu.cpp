@@ -1,0 +1,197 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <chasles/check/check_imu.hpp>
+#include <chasles/data/gravity.hpp>
+#include <chasles/data/imu_range.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kWindow = 0.5;        // [s]
+constexpr double kShortestRest = 1.0;  // [s]
+constexpr double kForceScatter = 0.2;  // [m/s^2]
+constexpr double kRateScatter = 0.02;  // [rad/s]
+constexpr double kRestRate = 0.2;      // [rad/s]
+constexpr double kRepeatedShare = 0.05;
+constexpr double kGravityOffAtRest = 0.3;  // [m/s^2]
+constexpr double kGravityOffMoving = 1.5;  // [m/s^2]
+constexpr double kGravityLean = 3;         // [deg]
+
+using Six = Eigen::Matrix<double, 6, 1>;
+
+Six as_vector(const ImuSample& s) {
+  Six x;
+  x << s.specific_force_imu, s.angular_rate_imu;
+  return x;
+}
+
+// The samples [begin, end) as a rest, if they are at rest.
+bool at_rest(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end, Rest& rest) {
+  const auto n = static_cast<double>(end - begin);
+  Six mean = Six::Zero(), scatter = Six::Zero();
+  for (std::size_t i = begin; i < end; ++i) mean += as_vector(imu[i]) / n;
+  for (std::size_t i = begin; i < end; ++i) scatter += (as_vector(imu[i]) - mean).cwiseAbs2() / n;
+  rest = {.begin = imu[begin].time,
+          .end = imu[end - 1].time,
+          .specific_force_imu = mean.head<3>(),
+          .angular_rate_imu = mean.tail<3>()};
+  return std::sqrt(scatter.head<3>().sum()) < kForceScatter &&
+         std::sqrt(scatter.tail<3>().sum()) < kRateScatter && mean.tail<3>().norm() < kRestRate;
+}
+
+void join(Rest& rest, const Rest& next) {
+  const double a = to_seconds(rest.end - rest.begin), b = to_seconds(next.end - next.begin);
+  rest.specific_force_imu = (a * rest.specific_force_imu + b * next.specific_force_imu) / (a + b);
+  rest.angular_rate_imu = (a * rest.angular_rate_imu + b * next.angular_rate_imu) / (a + b);
+  rest.end = next.end;
+}
+
+// The longest one; null without any.
+const Rest* longest(const std::vector<Rest>& rests) {
+  const auto found = std::max_element(rests.begin(), rests.end(), [](const Rest& a, const Rest& b) {
+    return a.end - a.begin < b.end - b.begin;
+  });
+  return found == rests.end() ? nullptr : &*found;
+}
+
+double median_force(const std::vector<ImuSample>& imu) {
+  std::vector<double> sizes;
+  for (const ImuSample& s : imu) sizes.push_back(s.specific_force_imu.norm());
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  return *middle;
+}
+
+std::string gravity_advice(double size) {
+  if (std::abs(size - 1) < 0.2) return "it looks like g: multiply the accelerometer by 9.81";
+  if (size < 1) return "it looks as if gravity were taken out: record the raw specific force";
+  return "look at the accelerometer's unit (m/s^2) and scale";
+}
+
+void report_gravity_size(const std::vector<ImuSample>& imu, const Rest* rest, CheckReport& report) {
+  const double size = rest ? rest->specific_force_imu.norm() : median_force(imu);
+  const double limit = rest ? kGravityOffAtRest : kGravityOffMoving;
+  const char* when = rest ? "at rest" : "in the median of all samples";
+  report.facts.push_back({"imu", rest ? "force at rest" : "median force", size, "m/s^2"});
+  if (std::abs(size - kStandardGravity) <= limit) return;
+  report.findings.push_back(
+      {.severity = std::abs(size - kStandardGravity) > 2 ? Severity::kError : Severity::kWarning,
+       .about = "imu",
+       .what = fmt::format("the accelerometer shows {:.2f} m/s^2 {}, and gravity is {:.2f}", size,
+                           when, kStandardGravity),
+       .value = std::abs(size - kStandardGravity),
+       .threshold = limit,
+       .unit = "m/s^2",
+       .advice = gravity_advice(size)});
+}
+
+void report_saturation(const std::vector<ImuSample>& imu, const ImuRange& range,
+                       CheckReport& report) {
+  if (std::isfinite(range.accelerometer)) {
+    report.facts.push_back({"imu", "force range", range.accelerometer, "m/s^2"});
+  }
+  if (std::isfinite(range.gyroscope)) {
+    report.facts.push_back({"imu", "rate range", range.gyroscope, "rad/s"});
+  }
+  const std::size_t saturated = count_saturated(imu, range);
+  if (saturated == 0) return;
+  report.findings.push_back(
+      {.severity = Severity::kWarning,
+       .about = "imu",
+       .what = fmt::format("{} samples are at the edge of the sensor's range", saturated),
+       .value = static_cast<double>(saturated),
+       .threshold = 0,
+       .unit = "samples",
+       .advice = "choose a larger range, or mount the sensor softer"});
+}
+
+void report_repeats(const std::vector<ImuSample>& imu, CheckReport& report) {
+  std::size_t repeats = 0;
+  for (std::size_t i = 1; i < imu.size(); ++i) {
+    repeats += as_vector(imu[i]) == as_vector(imu[i - 1]) ? 1 : 0;
+  }
+  const double share = static_cast<double>(repeats) / static_cast<double>(imu.size());
+  if (share <= kRepeatedShare) return;
+  report.findings.push_back(
+      {.severity = Severity::kNote,
+       .about = "imu",
+       .what = fmt::format("{:.0f} % of the samples are the same as the one before", 100 * share),
+       .value = 100 * share,
+       .threshold = 100 * kRepeatedShare,
+       .unit = "%",
+       .advice = "the sensor is read faster than it measures: read it at its own rate"});
+}
+
+}  // namespace
+
+std::vector<Rest> find_rests(const std::vector<ImuSample>& imu) {
+  std::vector<Rest> rests;
+  bool resting = false;
+  for (std::size_t begin = 0, end = 0; begin < imu.size(); begin = end) {
+    while (end < imu.size() && to_seconds(imu[end].time - imu[begin].time) < kWindow) ++end;
+    Rest rest;
+    if (end - begin < 5 || !at_rest(imu, begin, end, rest)) {
+      resting = false;
+    } else if (resting) {
+      join(rests.back(), rest);
+    } else {
+      rests.push_back(rest);
+      resting = true;
+    }
+  }
+  // A window ends a sample before the next one begins.
+  std::erase_if(rests,
+                [](const Rest& r) { return to_seconds(r.end - r.begin) < 0.95 * kShortestRest; });
+  return rests;
+}
+
+void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckReport& report) {
+  const std::vector<Rest> rests = find_rests(imu);
+  double seconds = 0;
+  for (const Rest& rest : rests) seconds += to_seconds(rest.end - rest.begin);
+  report.facts.push_back({"imu", "at rest", seconds, "s"});
+  if (const Rest* rest = longest(rests)) {
+    report.facts.push_back({"imu", "rate at rest", rest->angular_rate_imu.norm(), "rad/s"});
+  }
+  report_gravity_size(imu, longest(rests), report);
+  report_saturation(imu, range, report);
+  report_repeats(imu, report);
+}
+
+void report_true_gravity(const Recording& recording, CheckReport& report) {
+  const auto fit = fit_gravity(recording.truth, recording.imu);
+  if (!fit) return;
+  const double cosine = -fit->gravity_world.normalized().z();
+  const double lean = std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
+  report.facts.push_back({"truth", "gravity", fit->gravity_world.norm(), "m/s^2"});
+  report.facts.push_back({"truth", "lean of gravity", lean, "deg"});
+  if (lean <= kGravityLean) return;
+  report.findings.push_back(
+      {.severity = Severity::kWarning,
+       .about = "truth",
+       .what = fmt::format("gravity leans {:.1f} deg from the truth's z axis", lean),
+       .value = lean,
+       .threshold = kGravityLean,
+       .unit = "deg",
+       .advice = "look at the truth's frames: it has to be of the IMU, in a world with z up"});
+}
+
+void report_camera_upright(const Recording& recording, int index, CheckReport& report) {
+  const std::vector<Rest> rests = find_rests(recording.imu);
+  const Rest* rest = longest(rests);
+  if (!rest) return;
+  const Camera& camera = recording.cameras[static_cast<std::size_t>(index)];
+  const Eigen::Vector3d up = (camera.cam_T_imu.R * rest->specific_force_imu).normalized();
+  const double roll = std::atan2(up.x(), -up.y()) * 180 / std::numbers::pi;
+  const double pitch = std::asin(std::clamp(up.z(), -1.0, 1.0)) * 180 / std::numbers::pi;
+  const std::string about = fmt::format("cam{}", index);
+  report.facts.push_back({about, "roll at rest", roll, "deg"});
+  report.facts.push_back({about, "pitch at rest", pitch, "deg"});
+}
+
+}  // namespace chasles

@@ -1,0 +1,140 @@
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <chasles/check/check_calibration.hpp>
+#include <chasles/lie/so3.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr double kLeastBaseline = 0.005, kMostBaseline = 3;  // [m]
+constexpr double kBehind = 0.5;                              // share of the pairs
+constexpr double kEpipolar = 4;                              // [px]
+constexpr double kParallax = 0.005;  // below it a pair's depth has no sign [rad]
+constexpr std::size_t kFewestMatches = 50, kMostMatches = 20000;
+
+struct RaysSeen {
+  Eigen::Vector3d cam0, other;
+};
+
+std::vector<RaysSeen> seen_by_both(const std::vector<Camera>& cameras, int other,
+                                   const std::vector<FeatureFrame>& frames) {
+  std::vector<RaysSeen> pairs;
+  for (const FeatureFrame& frame : frames) {
+    std::map<LandmarkId, Eigen::Vector2d> first;
+    for (const PixelObservation& o : frame.pixels) {
+      if (o.camera == 0) first[o.landmark] = o.pixel;
+    }
+    for (const PixelObservation& o : frame.pixels) {
+      if (o.camera != other || !first.contains(o.landmark)) continue;
+      const auto a = unproject(cameras[0], first[o.landmark]);
+      const auto b = unproject(cameras[static_cast<std::size_t>(other)], o.pixel);
+      if (a && b) pairs.push_back({a->ray.normalized(), b->ray.normalized()});
+      if (pairs.size() == kMostMatches) return pairs;
+    }
+  }
+  return pairs;
+}
+
+struct PairsCheck {
+  double behind = 0;    // share of the pairs with parallax that lie behind a camera
+  double epipolar = 0;  // median distance from the epipolar line [px]
+};
+
+PairsCheck check_pairs(const std::vector<RaysSeen>& pairs, const SE3& other_T_cam0, double focal) {
+  std::vector<double> distances;
+  double behind = 0, counted = 0;
+  for (const RaysSeen& pair : pairs) {
+    const Eigen::Vector3d a = other_T_cam0.R * pair.cam0;
+    const Eigen::Vector3d normal = other_T_cam0.p.cross(a);
+    distances.push_back(focal * std::abs(normal.normalized().dot(pair.other)));
+    const Eigen::Vector3d across = a.cross(pair.other);
+    if (across.norm() < kParallax) continue;
+    // depth a + p = depth' b: crossed with either ray, both depths.
+    const double depth0 = -other_T_cam0.p.cross(pair.other).dot(across);
+    const double depth1 = -other_T_cam0.p.cross(a).dot(across);
+    behind += depth0 < 0 || depth1 < 0 ? 1 : 0;
+    ++counted;
+  }
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return {.behind = counted > 0 ? behind / counted : 0, .epipolar = *middle};
+}
+
+void report_pairs(const PairsCheck& check, const std::string& about, CheckReport& report) {
+  report.facts.push_back({about, "off the epipolar line", check.epipolar, "px"});
+  if (check.behind > kBehind) {
+    report.findings.push_back(
+        {.severity = Severity::kError,
+         .about = about,
+         .what = fmt::format("{:.0f} % of what both see would lie behind the cameras",
+                             100 * check.behind),
+         .value = 100 * check.behind,
+         .threshold = 100 * kBehind,
+         .unit = "%",
+         .advice = "the images are swapped, or the baseline has the wrong sign"});
+  }
+  if (check.epipolar <= kEpipolar) return;
+  report.findings.push_back(
+      {.severity = Severity::kError,
+       .about = about,
+       .what = fmt::format("what both see lies {:.1f} px off the epipolar lines", check.epipolar),
+       .value = check.epipolar,
+       .threshold = kEpipolar,
+       .unit = "px",
+       .advice = "calibrate the cameras against each other again"});
+}
+
+void report_baseline(double baseline, const std::string& about, CheckReport& report) {
+  report.facts.push_back({about, "baseline", baseline, "m"});
+  if (baseline >= kLeastBaseline && baseline <= kMostBaseline) return;
+  const bool small = baseline < kLeastBaseline;
+  report.findings.push_back(
+      {.severity = Severity::kWarning,
+       .about = about,
+       .what = fmt::format("it stands {:.4g} m from cam0", baseline),
+       .value = baseline,
+       .threshold = small ? kLeastBaseline : kMostBaseline,
+       .unit = "m",
+       .advice = small ? "expected an own place: was cam0's calibration copied?"
+                       : "expected metres: is the translation in millimetres?"});
+}
+
+}  // namespace
+
+void report_stereo(const std::vector<Camera>& cameras, const std::vector<FeatureFrame>& frames,
+                   CheckReport& report) {
+  for (std::size_t c = 1; c < cameras.size(); ++c) {
+    const std::string about = fmt::format("cam{}", c);
+    const SE3 other_T_cam0 = cameras[c].cam_T_imu * cameras[0].cam_T_imu.inverse();
+    report_baseline(other_T_cam0.p.norm(), about, report);
+    const double angle = so3::log(other_T_cam0.R).norm() * 180 / std::numbers::pi;
+    report.facts.push_back({about, "angle to cam0", angle, "deg"});
+    const auto pairs = seen_by_both(cameras, static_cast<int>(c), frames);
+    if (pairs.size() < kFewestMatches || other_T_cam0.p.norm() < kLeastBaseline) continue;
+    report_pairs(check_pairs(pairs, other_T_cam0, cameras[c].fx), about, report);
+  }
+}
+
+void report_rectified(const std::vector<FeatureFrame>& frames, CheckReport& report) {
+  std::vector<double> rows;
+  double all = 0, negative = 0;
+  for (const FeatureFrame& frame : frames) {
+    for (const StereoObservation& o : frame.observations) {
+      rows.push_back(std::abs(o.pixels[1] - o.pixels[3]));
+      negative += o.pixels[0] < o.pixels[2] ? 1 : 0;
+      ++all;
+    }
+  }
+  if (all < static_cast<double>(kFewestMatches)) return;
+  const auto middle = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 2);
+  std::nth_element(rows.begin(), middle, rows.end());
+  report_pairs({.behind = negative / all, .epipolar = *middle}, "stereo", report);
+}
+
+}  // namespace chasles

@@ -1,0 +1,168 @@
+#pragma once
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <chasles/data/recording.hpp>
+#include <chasles/error.hpp>
+#include <chasles/pipeline/feature_feed.hpp>
+#include <chasles/pipeline/visual_inertial_slam.hpp>
+#include <chasles/slam/inertial_session_testing.hpp>
+
+// Real recordings with faults put in, and what becomes of the run.
+namespace chasles::test {
+
+/// The images of a source, decoded once.
+class DecodedImages {
+ public:
+  explicit DecodedImages(std::shared_ptr<const ImageSource> images) : images_(std::move(images)) {}
+
+  const ImageSource& source() const { return *images_; }
+  ImageFrame read(std::size_t i) const {
+    auto found = decoded_.find(i);
+    if (found == decoded_.end()) found = decoded_.emplace(i, images_->read(i)).first;
+    return found->second;
+  }
+
+ private:
+  std::shared_ptr<const ImageSource> images_;
+  mutable std::map<std::size_t, ImageFrame> decoded_;
+};
+
+/// A cut of a recording as lists that a fault may change as it likes, out of order too; what comes
+/// out of it are the events of a sensor.
+class FaultySensors {
+ public:
+  struct Due {
+    Time time{};
+    std::size_t index = 0;                         ///< of the images
+    std::function<void(ImageFrame&)> change = {};  ///< none: as they are
+    bool unreadable = false;                       ///< reading throws InputError
+  };
+
+  /// From `from` seconds after the first frame on.
+  FaultySensors(const Recording& recording, const DecodedImages& images, double from,
+                double seconds, std::size_t rig)
+      : cameras(recording.cameras.begin(), recording.cameras.begin() + static_cast<long>(rig)),
+        images_(&images),
+        begin_(images.source().time(0) + from_seconds(from)) {
+    const Time end = begin_ + from_seconds(seconds);
+    for (std::size_t i = 0; i < images.source().size(); ++i) {
+      const Time time = images.source().time(i);
+      if (time >= begin_ && time <= end) frames.push_back({.time = time, .index = i});
+    }
+    for (const ImuSample& sample : recording.imu) {
+      const Time slack = std::chrono::milliseconds(50);
+      if (sample.time >= begin_ - slack && sample.time <= end + slack) imu.push_back(sample);
+    }
+  }
+
+  std::vector<Camera> cameras;
+  std::vector<ImuSample> imu;
+  std::vector<Due> frames;
+  std::function<void(FeatureFrame&)> spoil;  ///< of what the front end found; none: nothing
+
+  double seconds(Time time) const { return to_seconds(time - begin_); }
+  Time at(double seconds) const { return begin_ + from_seconds(seconds); }
+  bool within(Time time, double from, double to) const {
+    return seconds(time) >= from && seconds(time) < to;
+  }
+
+  /// In the order of the lists, samples up to the first that is not earlier than a frame before it.
+  std::optional<SensorEvent> next() {
+    if (frame_ == frames.size()) return std::nullopt;
+    const Due& due = frames[frame_];
+    if (imu_ < imu.size() && (imu_ == 0 || imu[imu_ - 1].time < due.time)) return imu[imu_++];
+    ++frame_;
+    return read(due);
+  }
+  int unreadable() const { return unreadable_; }
+
+ private:
+  // As the program does: images that cannot be read are missing ones.
+  ImageFrame read(const Due& due) {
+    ImageFrame frame;
+    try {
+      if (due.unreadable) throw InputError("torn");
+      frame = images_->read(due.index);
+      frame.images.resize(cameras.size());
+      if (due.change) due.change(frame);
+    } catch (const InputError&) {
+      ++unreadable_;
+      frame.images.assign(cameras.size(), {});
+    }
+    frame.time = due.time;
+    return frame;
+  }
+
+  const DecodedImages* images_;
+  Time begin_;
+  std::size_t frame_ = 0, imu_ = 0;
+  int unreadable_ = 0;
+};
+
+/// What became of a run.
+struct FaultOutcome {
+  int frames = 0, estimates = 0, resets = 0, dropped = 0, unreadable = 0;
+  int degraded = 0, lost = 0;      ///< estimates that say so
+  bool sound = true;               ///< all finite, times rising, variances not negative
+  bool running = false;            ///< at the end
+  double started = std::nan("");   ///< [s]
+  double ate = std::nan("");       ///< aligned by position and heading, of all parts together [m]
+  double last_ate = std::nan("");  ///< of the end of the run alone [m]
+  double latest = std::nan("");    ///< time of the last estimate [s]
+  std::vector<Requirement> requirements;
+  ImuBuffer::Counts imu;
+};
+
+/// Front end and session over the sensors, as the program runs them; `recording` for its noise and
+/// its truth; `end`: how much of the run counts as its end [s].
+inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, double end) {
+  FaultOutcome outcome;
+  const ImuBuffer::Options imu{.convention = recording.imu_convention,
+                               .accelerometer_range = 175,
+                               .gyroscope_range = 17.3};  // that of EuRoC's sensor
+  InertialSession session(
+      for_images({}, sensors.cameras.size()), {},
+      {.cameras = sensors.cameras,
+       .noise = *recording.imu_noise,
+       .imu = imu,
+       .pixel_sigma = recording.single_pixel_sigma.value_or(kFrontendPixelSigma)});
+  FeatureFeed feed([&] { return sensors.next(); }, {}, sensors.cameras, imu, false);
+  Trajectory own;
+  std::optional<Time> before;
+  while (auto item = feed.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*item)) session.process(*sample);
+    auto* tracked = std::get_if<TrackedFrame>(&*item);
+    if (!tracked) continue;
+    ++outcome.frames;
+    if (sensors.spoil) sensors.spoil(tracked->frame);
+    for (const InertialEstimate& e : session.process(tracked->frame)) {
+      ++outcome.estimates;
+      outcome.degraded += e.health == Health::kDegraded;
+      outcome.lost += e.health == Health::kLost;
+      outcome.sound = outcome.sound && is_sound(e, before);
+      if (!before) outcome.started = sensors.seconds(e.time);
+      before = e.time;
+      own.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
+    }
+    feed.learnt(session.gyroscope_bias());
+  }
+  outcome.resets = session.resets();
+  outcome.dropped = session.dropped_frames();
+  outcome.unreadable = sensors.unreadable();
+  outcome.running = session.running();
+  outcome.requirements = session.requirements();
+  outcome.imu = session.imu_counts();
+  if (!before) return outcome;
+  outcome.latest = sensors.seconds(*before);
+  outcome.ate = error_from(own, recording.truth);
+  outcome.last_ate = error_from(own, recording.truth, *before - from_seconds(end));
+  return outcome;
+}
+
+}  // namespace chasles::test

@@ -1,0 +1,79 @@
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <utility>
+
+#include <chasles/pipeline/ahead.hpp>
+#include <chasles/pipeline/feature_feed.hpp>
+
+namespace chasles {
+
+struct FeatureFeed::Shared {
+  Shared(std::function<std::optional<SensorEvent>()> next, const FrontendSettings& settings,
+         std::vector<Camera> cameras, const ImuBuffer::Options& options,
+         std::vector<GrayImage> masks)
+      : next_event(std::move(next)),
+        tracker(settings, std::move(cameras), options, std::move(masks)),
+        learnt(kLead, Eigen::Vector3d::Zero()) {}
+
+  // What one event becomes; none at the end, or when all is to stop.
+  std::optional<Item> make() {
+    std::optional<SensorEvent> event = next_event();
+    if (!event) return std::nullopt;
+    if (auto* sample = std::get_if<ImuSample>(&*event)) {
+      tracker.process(*sample);
+      return *sample;
+    }
+    if (auto* frame = std::get_if<FeatureFrame>(&*event)) return std::move(*frame);
+    const auto bias = next_bias();
+    if (!bias) return std::nullopt;
+    return tracker.process(std::get<ImageFrame>(*event), *bias);
+  }
+
+  // The bias that counts for the next image; waits for it. None when all is to stop.
+  std::optional<Eigen::Vector3d> next_bias() {
+    std::unique_lock lock(mutex);
+    changed.wait(lock, [&] { return stop || !learnt.empty(); });
+    if (stop) return std::nullopt;
+    const Eigen::Vector3d bias = learnt.front();
+    learnt.pop_front();
+    return bias;
+  }
+
+  std::function<std::optional<SensorEvent>()> next_event;
+  ImageTracker tracker;
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::deque<Eigen::Vector3d> learnt;  // of images to come
+  bool stop = false;
+  std::optional<Ahead<Item>> ahead;  // the last: it uses all above
+};
+
+FeatureFeed::FeatureFeed(std::function<std::optional<SensorEvent>()> next,
+                         const FrontendSettings& settings, std::vector<Camera> cameras,
+                         const ImuBuffer::Options& imu, bool ahead, std::vector<GrayImage> masks)
+    : shared_(std::make_unique<Shared>(std::move(next), settings, std::move(cameras), imu,
+                                       std::move(masks))) {
+  if (!ahead) return;
+  const auto is_frame = [](const Item& item) { return !std::holds_alternative<ImuSample>(item); };
+  shared_->ahead.emplace([shared = shared_.get()] { return shared->make(); }, is_frame, kLead);
+}
+
+FeatureFeed::~FeatureFeed() {
+  const std::lock_guard lock(shared_->mutex);
+  shared_->stop = true;
+  shared_->changed.notify_all();
+}
+
+std::optional<FeatureFeed::Item> FeatureFeed::next() {
+  return shared_->ahead ? shared_->ahead->next() : shared_->make();
+}
+
+void FeatureFeed::learnt(const Eigen::Vector3d& gyroscope_bias) {
+  const std::lock_guard lock(shared_->mutex);
+  shared_->learnt.push_back(gyroscope_bias);
+  shared_->changed.notify_all();
+}
+
+}  // namespace chasles

@@ -1,0 +1,201 @@
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/pipeline/feature_feed.hpp>
+#include <chasles/pipeline/visual_inertial_slam.hpp>
+#include <chasles/sim/render_images.hpp>
+#include <chasles/slam/inertial_session_testing.hpp>
+
+namespace chasles {
+namespace {
+
+using test::error_from;
+using test::Estimates;
+
+InertialScene small_walk() {
+  InertialScene scene = inertial_scene("hallway");
+  InertialSettings& s = scene.settings;
+  s.hall_length = 8;
+  s.hall_width = 6;
+  s.sections = 1;
+  s.rest_duration = 1;
+  s.start_duration = 0.5;
+  s.frame_rate = 15;
+  s.focal_length = 200;
+  s.image_width = 320;
+  s.image_height = 240;
+  s.center_u = 159.5;
+  s.center_v = 119.5;
+  return scene;
+}
+
+const Recording& walk() {
+  static const Recording recording = render_inertial(small_walk());
+  return recording;
+}
+
+VisualInertialSlam slam_for(const Recording& recording) {
+  return {recording.cameras, *recording.imu_noise, {}, {.convention = recording.imu_convention}};
+}
+
+void append(Estimates some, Estimates& all) {
+  for (InertialEstimate& e : some) all.push_back(std::move(e));
+}
+
+/// Events in the order of a recording.
+Estimates play(VisualInertialSlam& slam, const Recording& recording) {
+  Estimates all;
+  EventStream events(recording);
+  while (const auto event = events.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) append(slam.process(*sample), all);
+    const auto* due = std::get_if<ImagesDue>(&*event);
+    if (due) append(slam.process(recording.images->read(due->index)), all);
+  }
+  append(slam.finish(), all);
+  return all;
+}
+
+/// Front end and session as the program has them.
+Estimates as_the_program(const Recording& recording) {
+  const ImuBuffer::Options imu{.convention = recording.imu_convention};
+  InertialSession session(for_images({}, recording.cameras.size()), {},
+                          {.cameras = recording.cameras,
+                           .noise = *recording.imu_noise,
+                           .imu = imu,
+                           .pixel_sigma = kFrontendPixelSigma});
+  EventStream events(recording);
+  const auto next = [&]() -> std::optional<SensorEvent> {
+    const auto event = events.next();
+    if (!event) return std::nullopt;
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) return *sample;
+    return recording.images->read(std::get<ImagesDue>(*event).index);
+  };
+  FeatureFeed feed(next, {}, recording.cameras, imu, true);
+  Estimates all;
+  while (auto item = feed.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*item)) session.process(*sample);
+    const auto* tracked = std::get_if<TrackedFrame>(&*item);
+    if (!tracked) continue;
+    append(session.process(tracked->frame), all);
+    feed.learnt(session.gyroscope_bias());
+  }
+  append(session.finish(), all);
+  return all;
+}
+
+void expect_the_same(const Estimates& a, const Estimates& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    EXPECT_EQ(a[i].time, b[i].time);
+    EXPECT_EQ(a[i].motion.nav_T_imu.p, b[i].motion.nav_T_imu.p) << i;
+    EXPECT_EQ(a[i].motion.nav_T_imu.R, b[i].motion.nav_T_imu.R) << i;
+    EXPECT_EQ(a[i].motion.covariance, b[i].motion.covariance) << i;
+    EXPECT_EQ(a[i].used, b[i].used) << i;
+  }
+}
+
+TEST(VisualInertialSlam, KeepsTheScaleWithOneCameraWhereTheChartCan) {
+  InertialSlamSettings settings;
+  EXPECT_EQ(for_images(settings, 1).keep_scale, "true");
+  EXPECT_EQ(for_images(settings, 2).keep_scale, "auto");
+  settings.chart = "left-se3";
+  EXPECT_EQ(for_images(settings, 1).keep_scale, "auto");
+  settings = {};
+  settings.keep_scale = "false";
+  EXPECT_EQ(for_images(settings, 1).keep_scale, "false");
+}
+
+TEST(VisualInertialSlam, GivesWhatTheProgramGives) {
+  VisualInertialSlam slam = slam_for(walk());
+  const Estimates own = play(slam, walk());
+  ASSERT_GT(own.size(), 80u);
+  expect_the_same(own, as_the_program(walk()));
+  EXPECT_LT(error_from(own, walk()), 0.05);
+  EXPECT_EQ(slam.session().resets(), 0);
+  EXPECT_GT(slam.report().tracked, 30);
+  EXPECT_EQ(slam.waiting(), 0u);
+}
+
+TEST(VisualInertialSlam, ImagesMayComeBeforeTheirSamples) {
+  VisualInertialSlam in_order = slam_for(walk()), ahead = slam_for(walk());
+  Estimates all;
+  std::size_t next = 0, most = 0;
+  for (const ImuSample& sample : walk().imu) {
+    for (; next < walk().images->size() &&
+           walk().images->time(next) <= sample.time + std::chrono::milliseconds(150);
+         ++next) {
+      append(ahead.process(walk().images->read(next)), all);
+    }
+    most = std::max(most, ahead.waiting());
+    append(ahead.process(sample), all);
+  }
+  append(ahead.finish(), all);
+  EXPECT_GE(most, 2u);
+  expect_the_same(all, play(in_order, walk()));
+}
+
+TEST(VisualInertialSlam, ImagesWithoutSamplesDoNotPileUp) {
+  VisualInertialSlam slam = slam_for(walk());
+  ImageFrame images = walk().images->read(0);
+  std::size_t most = 0;
+  for (int k = 0; k < 100; ++k) {
+    images.time += std::chrono::milliseconds(50);
+    EXPECT_TRUE(slam.process(images).empty());
+    most = std::max(most, slam.waiting());
+  }
+  EXPECT_LE(most, 12u);
+  for (int k = 0; k < 200; ++k) slam.process(images);  // a clock that stands
+  EXPECT_LE(slam.waiting(), 64u);
+  EXPECT_GT(slam.session().dropped_frames(), 80);
+  EXPECT_EQ(why_not_initialised(0, slam.session().requirements()),
+            "not initialised after 0 s: IMU samples 0 of at least 1");
+}
+
+TEST(VisualInertialSlam, ASampleThatIsNotFiniteOrLateEndsNoWait) {
+  VisualInertialSlam slam = slam_for(walk());
+  slam.process(walk().imu[0]);
+  slam.process(ImageFrame{.time = walk().imu[2].time, .images = walk().images->read(0).images});
+  ASSERT_EQ(slam.waiting(), 1u);
+  ImuSample broken = walk().imu[3];
+  broken.angular_rate_imu.x() = std::numeric_limits<double>::quiet_NaN();
+  slam.process(broken);
+  slam.process(walk().imu[0]);
+  EXPECT_EQ(slam.waiting(), 1u);
+  slam.process(walk().imu[2]);
+  EXPECT_EQ(slam.waiting(), 0u);
+}
+
+TEST(VisualInertialSlam, AnImageOfAnotherSizeIsLeftOutWithAnError) {
+  VisualInertialSlam clean = slam_for(walk()), disturbed = slam_for(walk());
+  Estimates all;
+  EventStream events(walk());
+  while (const auto event = events.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) {
+      append(disturbed.process(*sample), all);
+      continue;
+    }
+    const ImageFrame images = walk().images->read(std::get<ImagesDue>(*event).index);
+    ImageFrame torn = images;
+    torn.images[0].height /= 2;
+    torn.images[0].pixels.resize(torn.images[0].pixels.size() / 2);
+    EXPECT_THROW(disturbed.process(torn), InputError);
+    EXPECT_THROW(disturbed.process(ImageFrame{.time = images.time, .images = {}}), InputError);
+    append(disturbed.process(images), all);
+  }
+  append(disturbed.finish(), all);
+  expect_the_same(all, play(clean, walk()));
+}
+
+TEST(VisualInertialSlam, SettingsThatCannotBeUsedAreRefused) {
+  EXPECT_THROW(VisualInertialSlam({}, *walk().imu_noise), UsageError);
+  VisualInertialSettings wrong;
+  wrong.filter.chart = "none";
+  EXPECT_THROW(VisualInertialSlam(walk().cameras, *walk().imu_noise, wrong), UsageError);
+}
+
+}  // namespace
+}  // namespace chasles

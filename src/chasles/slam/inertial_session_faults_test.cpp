@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include <chasles/constants.hpp>
+#include <chasles/sim/random.hpp>
+#include <chasles/slam/inertial_session_testing.hpp>
+
+// A run whose sensors fail, on simulated tracks.
+
+namespace chasles {
+namespace {
+
+using namespace test;
+
+// The landmarks keep their numbers, their pixels lie anywhere.
+Recording with_garbage(double from, double to) {
+  Recording recording = simulate_inertial(short_hallway(), 0);
+  const Random random = random_of_run(7, 0);
+  std::uint64_t frames = 0;
+  change_frames(recording, from, to, [&](FeatureFrame& frame) {
+    std::uint32_t i = 0;
+    ++frames;
+    for (PixelObservation& o : frame.pixels) {
+      o.pixel = {350 + 150 * random.normal(Stream::kOutlier, frames, i),
+                 270 + 120 * random.normal(Stream::kOutlier, frames, i + 1)};
+      i += 2;
+    }
+  });
+  return recording;
+}
+
+TEST(InertialSessionFaults, GarbageForASecondIsRefusedAndDegrades) {
+  const Recording recording = with_garbage(4, 5);
+  InertialSession session = session_for(recording);
+  const Estimates estimates = play(session, recording);
+  expect_sound(estimates);
+  EXPECT_EQ(session.resets(), 0);
+  int used = 0, refused = 0;
+  for (const InertialEstimate& e : estimates) {
+    if (e.time < after(recording, 4) || e.time >= after(recording, 5)) continue;
+    used += e.used;
+    refused += e.rejected;
+    if (e.time > after(recording, 4.5)) {
+      EXPECT_EQ(e.health, Health::kDegraded);
+    }
+  }
+  EXPECT_LT(used, 0.05 * refused);
+  EXPECT_LT(error_from(estimates, recording), 0.3);
+}
+
+TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnew) {
+  const Recording recording = with_garbage(2, 6);
+  InertialSession session = session_for(recording);
+  const Estimates estimates = play(session, recording);
+  expect_sound(estimates);
+  // A start may be found in a window that still has garbage in it, and does not last.
+  EXPECT_GE(session.resets(), 1);
+  EXPECT_LE(session.resets(), 2);
+  EXPECT_TRUE(session.running());
+  EXPECT_EQ(estimates.back().time, recording.frames.back().time);
+  EXPECT_EQ(session.resets(), std::ranges::count_if(estimates, [](const InertialEstimate& e) {
+              return e.health == Health::kLost;
+            }));
+  const auto lost = std::ranges::find(estimates, Health::kLost, &InertialEstimate::health);
+  const auto next = std::next(lost);
+  ASSERT_NE(next, estimates.end());
+  // It begins where it last knew to be, give or take the way of the time in between.
+  const double way = (next->motion.nav_T_imu.p - estimates.front().motion.nav_T_imu.p).norm();
+  EXPECT_NEAR(way, 1.2 * 2, 0.5);
+  EXPECT_GT(position_sigma(*next), 1.2 * 2);
+  EXPECT_LT(error_from(estimates, recording, after(recording, 13)), 0.3);
+  for (const MapLandmark& landmark : session.map_nav()) EXPECT_TRUE(landmark.p_world.allFinite());
+}
+
+// What tracks tell and what the gate refuses of them is held against the filter as well.
+TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnewWithTracksAlone) {
+  const Recording recording = with_garbage(2, 8);
+  InertialSession session = session_for(recording, std::nullopt, tracks_alone());
+  const Estimates estimates = play(session, recording);
+  expect_sound(estimates);
+  EXPECT_GE(session.resets(), 1);
+  EXPECT_LE(session.resets(), 3);
+  EXPECT_TRUE(session.running());
+  EXPECT_LT(error_from(estimates, recording, after(recording, 15)), 0.5);
+}
+
+// A fifth of the tracks are other points all the time: that is no reason to begin anew.
+TEST(InertialSessionFaults, OutliersAreNoReasonToBeginAnew) {
+  InertialScene scene = short_hallway();
+  scene.settings.outlier_fraction = 0.2;
+  const Recording recording = simulate_inertial(scene, 0);
+  InertialSession session = session_for(recording);
+  const Estimates estimates = play(session, recording);
+  expect_sound(estimates);
+  EXPECT_EQ(session.resets(), 0);
+  EXPECT_LT(error_from(estimates, recording), 0.5);
+}
+
+TEST(InertialSessionFaults, FramesThatAreNotLaterAreDroppedAndCounted) {
+  const Recording recording = simulate_inertial(short_hallway(), 0);
+  Recording disordered = recording;
+  FeatureFrame late = recording.frames[100];
+  disordered.frames.insert(disordered.frames.begin() + 201, late);                   // backwards
+  disordered.frames.insert(disordered.frames.begin() + 302, recording.frames[300]);  // twice
+  InertialSession plain = session_for(recording), session = session_for(disordered);
+  const Estimates expected = play(plain, recording), estimates = play(session, disordered);
+  EXPECT_EQ(session.dropped_frames(), 2);
+  EXPECT_EQ(session.resets(), 0);
+  ASSERT_EQ(estimates.size(), expected.size());
+  EXPECT_EQ(estimates.back().motion.nav_T_imu.p, expected.back().motion.nav_T_imu.p);
+}
+
+TEST(InertialSessionFaults, AFrameFromTheFutureIsDroppedAndTheNextIsNot) {
+  Recording recording = simulate_inertial(short_hallway(), 0);
+  InertialSession session = session_for(recording);
+  for (const ImuSample& sample : recording.imu) session.process(sample);
+  EXPECT_TRUE(session.process(FeatureFrame{.time = recording.imu.back().time + from_seconds(3600)})
+                  .empty());
+  EXPECT_EQ(session.dropped_frames(), 1);
+  session.process(recording.frames.back());
+  EXPECT_EQ(session.dropped_frames(), 1);
+}
+
+TEST(InertialSessionFaults, AShortGapOfSamplesIsBridgedAndOnesThatAreNotNumbersAreLeftOut) {
+  Recording recording = simulate_inertial(short_hallway(), 0);
+  remove_samples(recording, 5, 5.2);
+  recording.imu[700].specific_force_imu.y() = kNaN;
+  recording.imu[900].angular_rate_imu.x() = std::numeric_limits<double>::infinity();
+  InertialSession session = session_for(recording);
+  const Estimates estimates = play(session, recording);
+  expect_sound(estimates);
+  EXPECT_EQ(session.resets(), 0);
+  EXPECT_EQ(session.imu_counts().gaps, 1);
+  EXPECT_EQ(session.imu_counts().not_finite, 2);
+  EXPECT_LT(error_from(estimates, recording), 0.3);
+}
+
+TEST(InertialSessionFaults, WithoutSamplesForASecondItBeginsAnew) {
+  Recording recording = simulate_inertial(short_hallway(), 0);
+  remove_samples(recording, 6, 7);
+  InertialSession session = session_for(recording);
+  const Estimates estimates = play(session, recording);
+  expect_sound(estimates);
+  EXPECT_EQ(session.resets(), 1);
+  EXPECT_TRUE(session.running());
+  EXPECT_EQ(estimates.back().time, recording.frames.back().time);
+  // A start in motion is new knowledge of scale and tilt, from one second: decimetres on this way.
+  EXPECT_LT(error_from(estimates, recording, after(recording, 9)), 0.8);
+  // It goes on where it was, give or take the way of the time in between.
+  const auto next = std::ranges::find_if(
+      estimates, [&](const InertialEstimate& e) { return e.time >= after(recording, 6.8); });
+  ASSERT_NE(next, estimates.end());
+  const auto last = std::prev(next);
+  EXPECT_LT((next->motion.nav_T_imu.p - last->motion.nav_T_imu.p).norm(), 3);
+  EXPECT_GT(position_sigma(*next), position_sigma(*last));
+}
+
+// A live sensor that dies: no sample ever follows.
+TEST(InertialSessionFaults, WhenTheSamplesEndTheFramesAreDropped) {
+  Recording recording = simulate_inertial(short_hallway(), 0);
+  remove_samples(recording, 6, 1e6);
+  InertialSession session = session_for(recording);
+  const Estimates estimates = play(session, recording);
+  expect_sound(estimates);
+  EXPECT_LE(estimates.back().time, after(recording, 6.5));
+  EXPECT_GT(session.dropped_frames(), 100);
+}
+
+TEST(InertialSessionFaults, AnAbsurdSampleEndsThePartAndNotTheRun) {
+  for (const double absurd : {1e5, 1e160, 1e308}) {
+    Recording recording = simulate_inertial(short_hallway(), 0);
+    recording.imu[700].specific_force_imu.setConstant(absurd);
+    recording.imu[700].angular_rate_imu.setConstant(absurd);
+    InertialSession session = session_for(recording);
+    const Estimates estimates = play(session, recording);
+    expect_sound(estimates);
+    EXPECT_GE(session.resets(), 1) << absurd;
+    EXPECT_TRUE(session.running()) << absurd;
+    EXPECT_EQ(estimates.back().time, recording.frames.back().time);
+    EXPECT_LT(error_from(estimates, recording, after(recording, 14)), 0.3) << absurd;
+  }
+}
+
+}  // namespace
+}  // namespace chasles

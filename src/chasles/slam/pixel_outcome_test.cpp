@@ -1,0 +1,99 @@
+#include <cmath>
+#include <map>
+#include <set>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+#include <chasles/eval/chi2.hpp>
+#include <chasles/lab/trial.hpp>
+#include <chasles/sim/inertial_sim.hpp>
+#include <chasles/slam/inertial_session.hpp>
+
+// What the filter says of single observations, on a simulated scene.
+namespace chasles {
+namespace {
+
+struct Seen {
+  std::map<Outcome, int> fates;
+  int expected = 0;    ///< observations with a prediction
+  double squares = 0;  ///< of their innovations, by their own covariance; of those that were used
+  int outside = 0;     ///< used, and yet beyond the gate
+  int frames = 0, estimates_used = 0, estimates_rejected = 0, estimates_added = 0;
+  std::set<LandmarkId> begun;
+};
+
+void count(std::span<const PixelOutcome> judged, Seen& seen) {
+  static const double kGate = chi2_quantile(InertialSlamSettings{}.gate, 2);
+  ++seen.frames;
+  for (const PixelOutcome& one : judged) {
+    ++seen.fates[one.outcome];
+    if (one.outcome == Outcome::kBegun) seen.begun.insert(one.observation.landmark);
+    EXPECT_FALSE(one.expected && one.outcome == Outcome::kWaiting);
+    EXPECT_TRUE(one.expected || one.outcome != Outcome::kUsed);
+    if (!one.expected) continue;
+    ++seen.expected;
+    const Eigen::Vector2d r = one.observation.pixel - one.expected->pixel;
+    const double square = r.dot(one.expected->covariance.inverse() * r);
+    if (one.outcome != Outcome::kUsed) continue;
+    seen.squares += square;
+    seen.outside += square > kGate ? 1 : 0;
+  }
+}
+
+// With every tenth frame's observations of one landmark moved away from where it is.
+Seen watch(double push) {
+  InertialScene scene = inertial_scene("turntable");
+  Recording recording = simulate_inertial(scene, 3);
+  const InertialSlamSettings settings;
+  InertialSession session(settings, {},
+                          {.cameras = recording.cameras,
+                           .noise = *recording.imu_noise,
+                           .imu = {.convention = recording.imu_convention},
+                           .pixel_sigma = recording.single_pixel_sigma.value_or(1)},
+                          draw_start(recording, settings, 1, 3));
+  Seen seen;
+  session.set_observer(
+      [&](const FeatureFrame&, std::span<const PixelOutcome> judged) { count(judged, seen); });
+  EventStream events(recording);
+  int number = 0;
+  while (auto event = events.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) session.process(*sample);
+    auto* frame = std::get_if<FeatureFrame>(&*event);
+    if (!frame) continue;
+    if (++number % 10 == 0 && !frame->pixels.empty()) frame->pixels.front().pixel.x() += push;
+    for (const InertialEstimate& e : session.process(*frame)) {
+      seen.estimates_used += e.used;
+      seen.estimates_rejected += e.rejected;
+      seen.estimates_added += e.added;
+    }
+  }
+  return seen;
+}
+
+TEST(JudgedPixels, AreThoseOfTheEstimates) {
+  Seen seen = watch(0);
+  EXPECT_GT(seen.frames, 100);
+  EXPECT_EQ(seen.fates[Outcome::kUsed], seen.estimates_used);
+  EXPECT_EQ(seen.fates[Outcome::kRejected], seen.estimates_rejected);
+  EXPECT_EQ(std::ssize(seen.begun), seen.estimates_added) << "one camera, each begins once";
+  EXPECT_GT(seen.fates[Outcome::kWaiting], 0);
+  EXPECT_EQ(seen.outside, 0);
+}
+
+// Squares are those of two numbers of unit variance each, of a filter that is consistent: their
+// mean is 2, within what some thousands, alike from frame to frame, leave.
+TEST(JudgedPixels, TheirCovariancesAreThoseOfTheirInnovations) {
+  Seen seen = watch(0);
+  ASSERT_GT(seen.fates[Outcome::kUsed], 2000);
+  EXPECT_NEAR(seen.squares / seen.fates[Outcome::kUsed], 2, 0.15);
+}
+
+TEST(JudgedPixels, AGrossErrorIsRejectedWhereItWasExpected) {
+  const Seen clean = watch(0), pushed = watch(60);
+  EXPECT_GT(pushed.fates.at(Outcome::kRejected),
+            clean.fates.at(Outcome::kRejected) + pushed.frames / 40);
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,120 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <chasles/settings.hpp>
+
+namespace chasles {
+
+/// Everything that can be set about a run. An empty optional ("auto") is taken from the recording
+/// (velocity_noise.hpp). Units, choices and meanings stand in for_each_setting, the only list: it
+/// feeds the configuration files, --set, --help and summary.json.
+struct VelocitySlamSettings {
+  std::string mode = "slam";
+  std::string chart = "right-sen3";
+
+  std::string velocity = "measured";
+  std::string hold = "midpoint";
+  std::optional<double> velocity_sigma;
+  std::optional<double> rate_sigma;
+  double velocity_relative_sigma = 0.004;
+  std::optional<double> velocity_walk;
+  std::optional<double> rate_walk;
+  bool gyro_bias = true;
+  std::optional<double> gyro_bias_sigma;
+  std::optional<double> gyro_bias_walk;
+  bool velocity_scale = false;
+  double velocity_scale_sigma = 0.01;
+  double velocity_scale_walk = 0;
+  std::string velocity_axes = "auto";
+  std::optional<double> time_offset = 0;
+  double tilt_sigma = 0.05;
+  double tilt_walk = 0.001;
+  double velocity_heading_sigma = 0.0005;
+  double velocity_heading_walk = 0;
+  double initial_pose_sigma = 0;
+
+  std::string stereo_rows = "mean";
+  std::optional<double> pixel_sigma;
+  std::optional<double> disparity_sigma;
+  std::optional<double> disparity_inflation;
+
+  double gate = 0.8;
+  double loose_gate = 0.99;
+  int gate_quorum = 15;
+  int updates_per_frame = 50;
+  double min_disparity = 1;
+  int waiting_landmarks = 24;
+  bool update_with_first_observation = false;
+  std::optional<double> initial_landmark_sigma;
+
+  bool compress_map = true;
+};
+
+/// Calls visit(name, value, unit or choices, meaning) for every setting, in order.
+template <SettingsOf<VelocitySlamSettings> S, typename Visitor>
+void for_each_setting(S& s, Visitor&& visit) {
+  visit("mode", s.mode, "localize|map|slam",
+        "predict only; map along the predicted trajectory, taken as true; or both jointly");
+  visit("chart", s.chart, "standard|left-se3|right-se3|right-sen3",
+        "what the numbers of the error mean (docs/charts.md)");
+
+  visit("velocity", s.velocity, "measured|input",
+        "a body velocity measures a velocity in the state, or is the input that is integrated");
+  visit("hold", s.hold, "midpoint|zero-order",
+        "an input velocity over its step: mean of both ends, or the first");
+  visit("velocity_sigma", s.velocity_sigma, "m/s", "white noise of a velocity sample");
+  visit("rate_sigma", s.rate_sigma, "rad/s", "white noise of an angular velocity sample");
+  visit("velocity_relative_sigma", s.velocity_relative_sigma, "1",
+        "further error of a velocity sample, as a part of the speed");
+  visit("velocity_walk", s.velocity_walk, "m/s/sqrt(s)", "random walk of the true velocity");
+  visit("rate_walk", s.rate_walk, "rad/s/sqrt(s)", "random walk of the true angular velocity");
+  visit("gyro_bias", s.gyro_bias, "bool", "estimate the bias of the angular velocity");
+  visit("gyro_bias_sigma", s.gyro_bias_sigma, "rad/s", "initial uncertainty of that bias");
+  visit("gyro_bias_walk", s.gyro_bias_walk, "rad/s/sqrt(s)", "random walk of that bias");
+  visit("velocity_scale", s.velocity_scale, "bool", "estimate the scale of the velocity");
+  visit("velocity_scale_sigma", s.velocity_scale_sigma, "1", "initial uncertainty of that scale");
+  visit("velocity_scale_walk", s.velocity_scale_walk, "1/sqrt(s)", "random walk of that scale");
+  visit("velocity_axes", s.velocity_axes, "auto|imu|level",
+        "what velocities are along: the IMU's axes, or level ones with its heading; auto: as they "
+        "climb (docs/noise.md)");
+  visit("time_offset", s.time_offset, "s",
+        "frames' clock + time_offset = velocities' clock: above 0 where velocities are stamped "
+        "late; auto: as the tracks tell (docs/noise.md)");
+  visit("tilt_sigma", s.tilt_sigma, "rad",
+        "initial uncertainty of which way is up, where velocities are along level axes");
+  visit("tilt_walk", s.tilt_walk, "rad/sqrt(s)", "random walk of that");
+  visit("velocity_heading_sigma", s.velocity_heading_sigma, "rad",
+        "initial uncertainty of the heading of level axes against the IMU's");
+  visit("velocity_heading_walk", s.velocity_heading_walk, "rad/sqrt(s)", "random walk of that");
+  visit("initial_pose_sigma", s.initial_pose_sigma, "rad, m",
+        "initial uncertainty of the pose; 0: the world begins at the first pose");
+
+  visit("stereo_rows", s.stereo_rows, "all|mean+disparity|mean",
+        "what of (uL, vL, uR, vR) updates the state: all four, means and disparity, or means");
+  visit("pixel_sigma", s.pixel_sigma, "px",
+        "noise of a row (uL + uR)/2, (vL + vR)/2, or of each pixel where all four are used");
+  visit("disparity_sigma", s.disparity_sigma, "px", "noise of a disparity");
+  visit("disparity_inflation", s.disparity_inflation, "1",
+        "of that noise in updates, since a disparity's error hardly changes along a track");
+
+  visit("gate", s.gate, "probability", "of a right observation to pass the gate; 1: no gate");
+  visit("loose_gate", s.loose_gate, "probability",
+        "gate for a frame where fewer than gate_quorum observations pass the other");
+  visit("gate_quorum", s.gate_quorum, "count", "see loose_gate");
+  visit("updates_per_frame", s.updates_per_frame, "count",
+        "observations that may update the state, longest unused landmarks first; 0: all");
+  visit("min_disparity", s.min_disparity, "px", "below it no landmark is begun");
+  visit("waiting_landmarks", s.waiting_landmarks, "count",
+        "landmarks out of view wait in the state for their return while it holds fewer in all");
+  visit("update_with_first_observation", s.update_with_first_observation, "bool",
+        "use the observation that begins a landmark for an update as well (Du; counts it twice)");
+  visit("initial_landmark_sigma", s.initial_landmark_sigma, "m",
+        "fixed and uncorrelated (Du); auto: what the observation and the pose say");
+
+  visit("compress_map", s.compress_map, "bool",
+        "false: one dense covariance over the whole map, whose cost grows with it");
+}
+
+}  // namespace chasles

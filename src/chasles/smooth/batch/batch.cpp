@@ -1,0 +1,59 @@
+#include <memory>
+
+#include <chasles/processor_time.hpp>
+#include <chasles/smooth/batch/batch.hpp>
+#include <chasles/smooth/batch/batch_covariance_detail.hpp>
+#include <chasles/smooth/batch/batch_solve_detail.hpp>
+#include <chasles/smooth/batch/observability.hpp>
+#include <chasles/smooth/batch/position_check_detail.hpp>
+
+namespace chasles {
+namespace {
+
+using namespace smooth_detail;
+
+// What is unobservable is a fault only where the estimates suffer from it.
+void check_well_posed(const InertialBatchResult& result) {
+  const std::vector<std::string>& names = result.report.unobservable;
+  if (names.empty()) return;
+  PositionCheck check;
+  for (const BatchMotion& m : result.motions) {
+    check.add(m.motion.nav_T_imu.p, m.motion.covariance.block<3, 3>(3, 3));
+  }
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : "; ") + name;
+  check.end("neither pixels nor IMU tell " + text + " at the start",
+            "move with turns and changing speed past points near enough to show parallax, use two "
+            "cameras, or state a better start");
+}
+
+}  // namespace
+
+InertialBatchResult smooth(const InertialBatchInput& input, const std::string& chart,
+                           const BatchSettings& settings) {
+  check_landmark_form(settings);
+  InertialBatchResult result;
+  BatchReport& report = result.report;
+  const double begun = processor_seconds();
+  BatchGraph graph = batch_graph(input, settings, report);
+  const auto problem = at_minimum(
+      graph, settings, report,
+      [&](double least_depth) {
+        return std::make_unique<BatchProblem>(input, chart, settings, graph, least_depth);
+      },
+      [&](const std::vector<double>& deviations) {
+        return cull(input, deviations, settings, graph, report);
+      });
+  const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
+  judge(*problem, dof, settings, report);
+  const double solved = processor_seconds();
+  report.seconds_solve = solved - begun;
+  add_estimates(*problem, input, graph, result);
+  report.unobservable =
+      unobservable_directions(result.motions.front().motion.covariance, graph.start_covariance);
+  report.seconds_covariance = processor_seconds() - solved;
+  check_well_posed(result);
+  return result;
+}
+
+}  // namespace chasles

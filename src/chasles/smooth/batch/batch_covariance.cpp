@@ -1,0 +1,91 @@
+#include <chasles/lie/small_matrices.hpp>
+#include <chasles/smooth/batch/batch_covariance_detail.hpp>
+#include <chasles/smooth/batch/batch_solve_detail.hpp>
+#include <chasles/smooth/batch/selected_inverse.hpp>
+#include <chasles/smooth/terms/chart_manifold_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+// The reference chart's errors by the chart's, of [rotation, position, velocity].
+Eigen::Matrix<double, 9, 9> to_reference(const ErrorChart& chart, const InertialState& state) {
+  State x;
+  x.world_T_imu = state.world_T_imu;
+  x.v_world = state.v_world;
+  return inverse(chart.motion_block(x));
+}
+
+Matrix15d motion_covariance(const ProblemBlocks& problem, const SelectedInverse& inverse,
+                            const BatchKeyframe& keyframe, std::size_t k) {
+  Matrix15d P = inverse.block(range(problem.keyframe_row(k), 15));
+  const Eigen::Matrix<double, 9, 9> T = to_reference(problem.chart(), keyframe.state);
+  P.topRows<9>() = (T * P.topRows<9>()).eval();
+  P.leftCols<9>() = (P.leftCols<9>() * T.transpose()).eval();
+  return (P + P.transpose()) / 2;
+}
+
+MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInverse& inverse,
+                              const InertialBatchInput& input, const BatchGraph& graph,
+                              std::size_t i) {
+  const BatchPoint& point = graph.points[i];
+  const PointView& first = point.views.front();
+  const auto k = static_cast<std::size_t>(first.keyframe);
+  const Landmark landmark =
+      landmark_of(input.cameras[static_cast<std::size_t>(first.camera)], point);
+  const Clone anchor = anchor_of(graph, point);
+  State x;
+  x.clones = {anchor};
+  MapLandmark result{.id = point.id, .p_world = x.p_world(landmark)};
+  // The landmark hangs on its anchor's pose, not on its velocity; but a landmark that only the
+  // anchor has seen is not tied to it in the problem at all.
+  const bool tied = point.views.back().keyframe != first.keyframe;
+  std::vector<int> rows = range(problem.keyframe_row(k), 9);
+  const std::vector<int> own = range(problem.point_row(i), 3);
+  Eigen::Matrix<double, 12, 12> P = Eigen::Matrix<double, 12, 12>::Zero();
+  if (tied) {
+    rows.insert(rows.end(), own.begin(), own.end());
+    P = inverse.block(rows);
+  } else {
+    P.topLeftCorner<9, 9>() = inverse.block(rows);
+    P.bottomRightCorner<3, 3>() = inverse.block(own);
+  }
+  const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, landmark);
+  Eigen::Matrix<double, 3, 12> J;
+  J << d.leftCols<6>() * to_reference(problem.chart(), graph.keyframes[k].state).topRows<6>(),
+      d.rightCols<3>();
+  result.covariance = congruence(J, P);
+  return result;
+}
+
+}  // namespace
+
+void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const BatchGraph& graph,
+                   InertialBatchResult& result) {
+  const NormalEquations equations = normal_equations(problem);
+  check_told(equations, problem, ids_of(graph.points));
+  const SelectedInverse inverse(equations.lower);
+  judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
+  for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
+    const BatchKeyframe& keyframe = graph.keyframes[k];
+    BatchMotion motion{.time = keyframe.time, .observations = keyframe.observations};
+    motion.motion.nav_T_imu = keyframe.state.world_T_imu;
+    motion.motion.v_nav = keyframe.state.v_world;
+    motion.motion.biases = keyframe.state.biases();
+    motion.motion.covariance = motion_covariance(problem, inverse, keyframe, k);
+    result.motions.push_back(motion);
+  }
+  for (std::size_t i = 0; i < graph.points.size(); ++i) {
+    const BatchPoint& point = graph.points[i];
+    if (graph.anchored) {
+      if (!(point.parameters.z() > 0)) continue;  // beyond infinity: a direction, no place
+      result.landmarks.push_back(anchored_estimate(problem, inverse, input, graph, i));
+    } else {
+      result.landmarks.push_back({.id = point.id,
+                                  .p_world = point.parameters,
+                                  .covariance = inverse.block(range(problem.point_row(i), 3))});
+    }
+    result.landmarks.back().observations = static_cast<int>(point.views.size());
+  }
+}
+
+}  // namespace chasles::smooth_detail

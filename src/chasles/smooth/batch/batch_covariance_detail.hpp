@@ -1,0 +1,12 @@
+#pragma once
+
+#include <chasles/smooth/batch/batch_problem_detail.hpp>
+
+namespace chasles::smooth_detail {
+
+/// Motions and landmarks with their covariances, reference chart, from the problem linearised at
+/// the graph's states, which are the problem's numbers in that chart.
+void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const BatchGraph& graph,
+                   InertialBatchResult& result);
+
+}  // namespace chasles::smooth_detail

@@ -1,0 +1,56 @@
+#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/smooth/batch/batch_problem_detail.hpp>
+#include <chasles/smooth/batch/parts_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+// The parameters in the camera of the first view that is left; false: the point is behind it.
+bool hang_on(const InertialBatchInput& input, const BatchGraph& graph, const HomogeneousPoint& at,
+             BatchPoint& point) {
+  const PointView& first = point.views.front();
+  const SE3& cam_T_imu = input.cameras[static_cast<std::size_t>(first.camera)].cam_T_imu;
+  const SE3 imu_T_nav =
+      graph.keyframes[static_cast<std::size_t>(first.keyframe)].state.world_T_imu.inverse();
+  const SE3 cam_T_nav = cam_T_imu * imu_T_nav;
+  const Eigen::Vector3d q = cam_T_nav.R * at.p_world + at.w * cam_T_nav.p;
+  if (!(q.z() > 1e-6 * q.norm())) return false;
+  point.parameters = Eigen::Vector3d(q.x(), q.y(), at.w) / q.z();
+  return true;
+}
+
+// Where an anchored point is.
+HomogeneousPoint place_of(const InertialBatchInput& input, const BatchGraph& graph,
+                          const BatchPoint& point) {
+  const Camera& camera = input.cameras[static_cast<std::size_t>(point.views.front().camera)];
+  return homogeneous(anchor_of(graph, point), landmark_of(camera, point));
+}
+
+// Whether what agrees is a landmark still: one that was parted by its own rays, one that lost views
+// where it was, on its first view.
+bool stands(const InertialBatchInput& input, const BatchSettings& settings, const BatchGraph& graph,
+            const BatchPoint& whole, bool parted, BatchPoint& part) {
+  if (part.views.size() < 2) return false;
+  constexpr bool kGoodPoses = true;  // as the search has them that has roughly ended
+  if (parted) return place(input, settings, kGoodPoses, graph, part);
+  const PointView &before = whole.views.front(), &now = part.views.front();
+  const bool moved = now.keyframe != before.keyframe || now.camera != before.camera;
+  return !moved || !graph.anchored || hang_on(input, graph, place_of(input, graph, whole), part);
+}
+
+}  // namespace
+
+int cull(const InertialBatchInput& input, const std::vector<double>& deviations,
+         const BatchSettings& settings, BatchGraph& graph, BatchReport& report) {
+  for (BatchKeyframe& keyframe : graph.keyframes) keyframe.observations = 0;
+  return keep_what_agrees(
+      graph.points, deviations, settings.gate, settings.max_rejections, report,
+      [&](const BatchPoint& whole, bool parted, BatchPoint& part) {
+        return stands(input, settings, graph, whole, parted, part);
+      },
+      [&](const PointView& view) {
+        ++graph.keyframes[static_cast<std::size_t>(view.keyframe)].observations;
+      });
+}
+
+}  // namespace chasles::smooth_detail

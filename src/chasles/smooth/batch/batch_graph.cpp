@@ -1,0 +1,216 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <chasles/camera/triangulation.hpp>
+#include <chasles/error.hpp>
+#include <chasles/lie/small_matrices.hpp>
+#include <chasles/smooth/batch/batch_graph_detail.hpp>
+#include <chasles/smooth/batch/batch_solve_detail.hpp>
+#include <chasles/smooth/batch/floors_detail.hpp>
+#include <chasles/smooth/batch/initial_error_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+// Where the search for an inverse depth begins that its rays do not tell [1/m].
+constexpr double kGuessedInverseDepth = 0.1;
+
+ImuBuffer buffer_of(const InertialBatchInput& input) {
+  ImuBuffer buffer(input.imu);
+  for (const ImuSample& sample : input.samples) buffer.add(sample);
+  if (!buffer.latest()) {
+    throw InputError("batch estimation needs IMU samples: none of the recording's is finite");
+  }
+  return buffer;
+}
+
+InertialState start_state(const InertialStart& start) {
+  return {.world_T_imu = start.nav_T_imu,
+          .v_world = start.v_nav,
+          .accelerometer_bias = start.accelerometer_bias,
+          .gyroscope_bias = start.gyroscope_bias};
+}
+
+// Initial states and links, from one keyframe to the next.
+void add_motion(const InertialBatchInput& input, ImuBuffer& buffer, BatchGraph& graph) {
+  Numbered<BatchKeyframe>& keyframes = graph.keyframes;
+  keyframes.front().state = graph.start;
+  for (std::size_t k = 0; k + 1 < keyframes.size(); ++k) {
+    const InertialState predicted =
+        add_link(input, keyframes[k], keyframes[k + 1].time, buffer, graph);
+    const auto known =
+        std::ranges::lower_bound(input.initial, keyframes[k + 1].time, {}, &TimedMotion::time);
+    const bool is_known = known != input.initial.end() && known->time == keyframes[k + 1].time;
+    keyframes[k + 1].state = is_known ? known->state : predicted;
+  }
+}
+
+std::vector<View> views_of(const InertialBatchInput& input, const BatchGraph& graph,
+                           const BatchPoint& point) {
+  std::vector<View> views;
+  for (const PointView& view : point.views) {
+    const auto k = static_cast<std::size_t>(view.keyframe);
+    views.push_back({.world_T_imu = graph.keyframes[k].state.world_T_imu,
+                     .camera = &input.cameras[static_cast<std::size_t>(view.camera)],
+                     .pixel = view.pixel});
+  }
+  return views;
+}
+
+}  // namespace
+
+void check(const InertialBatchInput& input, const BatchSettings& settings) {
+  if (input.cameras.empty()) throw InputError("batch estimation needs a camera: there is none");
+  if (!(input.pixel_sigma > 0) || !std::isfinite(input.pixel_sigma)) {
+    throw UsageError("pixel_sigma: found " + std::to_string(input.pixel_sigma) +
+                     ", expected a deviation above 0");
+  }
+  check_frames_per_keyframe(settings);
+}
+
+bool is_finite(const ImuSample& s) {
+  return s.specific_force_imu.allFinite() && s.angular_rate_imu.allFinite();
+}
+
+void refuse_gap(Time last, Time next) {
+  throw InputError("the IMU has no sample between " + std::to_string(last.count()) + " ns and " +
+                   std::to_string(next.count()) + " ns: what happened in " +
+                   std::to_string(to_seconds(next - last)) +
+                   " s without samples is not known (expected gaps of at most 0.5 s); estimate "
+                   "what is before or behind by itself (--start, --stop), or use the filter");
+}
+
+// Of the samples that the buffer uses.
+void check_gaps(const InertialBatchInput& input, Time from, Time to) {
+  Time last = from;
+  const auto check = [&](Time next) {
+    if (next - last > kLongestGap) refuse_gap(last, next);
+  };
+  for (const ImuSample& sample : input.samples) {
+    if (!is_finite(sample) || sample.time <= last) continue;
+    if (sample.time >= to) break;
+    check(sample.time);
+    last = sample.time;
+  }
+  check(to);
+}
+
+void add_start(const InertialBatchInput& input, BatchGraph& graph) {
+  graph.start = start_state(input.start);
+  Vector15d floor = Vector15d::Constant(kFloor * kFloor);
+  floor.tail<3>().setConstant(kRateFloor * kRateFloor);
+  graph.start_covariance = input.start_covariance;
+  graph.start_covariance.diagonal() += floor;
+  const std::optional<Eigen::MatrixXd> whitening = whitening_of(graph.start_covariance);
+  if (!whitening) throw InputError("the start's covariance is not positive semidefinite");
+  graph.start_whitening = *whitening;
+}
+
+InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& from, Time to,
+                       ImuBuffer& buffer, BatchGraph& graph) {
+  graph.links.push_back(imu_link(buffer.between(from.time, to), from.state.biases(), input.noise));
+  InertialState state = from.state;
+  for (const ImuInterval& interval : graph.links.back().intervals) {
+    state = integrate(state, interval, graph.gravity);
+  }
+  return state;
+}
+
+bool place(const InertialBatchInput& input, const BatchSettings& settings, bool good_poses,
+           const BatchGraph& graph, BatchPoint& point) {
+  const std::vector<View> views = views_of(input, graph, point);
+  const auto found = triangulate(views);
+  const bool wide = found && found->parallax >= settings.min_parallax;
+  // From good poses rays that do not meet are of a wrong track, and a depth that hardly anything
+  // tells keeps the search from its end. Of poor poses neither says anything.
+  if (!wide && (!graph.anchored || good_poses)) return false;
+  if (!graph.anchored) {
+    point.parameters = found->p_world;
+    return true;
+  }
+  const PointView& first = point.views.front();
+  const Camera& camera = input.cameras[static_cast<std::size_t>(first.camera)];
+  if (found) {
+    const Eigen::Vector3d p_cam =
+        camera.cam_T_imu * (views.front().world_T_imu.inverse() * found->p_world);
+    point.parameters = Eigen::Vector3d(p_cam.x(), p_cam.y(), 1) / p_cam.z();
+    return true;
+  }
+  const auto ray = unproject(camera, first.pixel);
+  if (!ray) return false;
+  point.parameters << ray->ray.head<2>(), kGuessedInverseDepth;
+  return true;
+}
+
+BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& settings,
+                       BatchReport& report) {
+  check(input, settings);
+  ImuBuffer buffer = buffer_of(input);
+  Tracked tracked = track(input, settings, *buffer.latest(), report);
+  BatchGraph graph{.keyframes = std::move(tracked.keyframes)};
+  if (graph.keyframes.size() < 2) {
+    throw InputError("batch estimation needs two frames with samples between them: there are " +
+                     std::to_string(input.frames.size()) + " frames, " +
+                     std::to_string(report.dropped_frames) +
+                     " of them late, there twice or without samples near, none later than the "
+                     "start's time");
+  }
+  check_gaps(input, graph.keyframes.front().time, graph.keyframes.back().time);
+  graph.anchored = settings.landmarks == "inverse-depth";
+  add_start(input, graph);
+  add_motion(input, buffer, graph);
+  for (BatchPoint& point : tracked.points) {
+    if (!place(input, settings, !input.initial.empty(), graph, point)) {
+      ++report.landmarks_left_out;
+      continue;
+    }
+    for (const PointView& view : point.views) {
+      ++graph.keyframes[static_cast<std::size_t>(view.keyframe)].observations;
+      ++report.observations;
+    }
+    graph.points.push_back(std::move(point));
+  }
+  if (graph.points.empty()) {
+    throw InputError("batch estimation needs landmarks that are seen twice: of " +
+                     std::to_string(report.landmarks_left_out) +
+                     " landmarks none is, or none with parallax (" +
+                     std::to_string(report.unusable) + " observations were not usable)");
+  }
+  report.keyframes = static_cast<int>(graph.keyframes.size());
+  report.links = static_cast<int>(graph.links.size());
+  report.landmarks = static_cast<int>(graph.points.size());
+  report.imu = buffer.counts();
+  add_initial_error(input, settings, graph);
+  return graph;
+}
+
+Clone anchor_of(const BatchGraph& graph, const BatchPoint& point) {
+  const int k = point.views.front().keyframe;
+  return {.id = k, .world_T_imu = graph.keyframes[static_cast<std::size_t>(k)].state.world_T_imu};
+}
+
+Landmark landmark_of(const Camera& anchor_camera, const BatchPoint& point) {
+  Landmark landmark{.id = point.id};
+  landmark.anchor = point.views.front().keyframe;
+  landmark.camera = point.views.front().camera;
+  landmark.cam_T_imu = anchor_camera.cam_T_imu;
+  landmark.inverse_depth = point.parameters;
+  return landmark;
+}
+
+Vector15d start_residual(const BatchGraph& graph, const InertialState& state,
+                         Matrix15d* derivative) {
+  const InertialState& from = graph.start;
+  Vector15d e;
+  e << so3::log(state.world_T_imu.R * from.world_T_imu.R.transpose()),
+      state.world_T_imu.p - from.world_T_imu.p, state.v_world - from.v_world,
+      state.biases() - from.biases();
+  if (derivative != nullptr) {
+    *derivative = graph.start_whitening;
+    derivative->leftCols<3>() *= so3::left_jacobian_inverse(e.head<3>());
+  }
+  return graph.start_whitening * e;
+}
+
+}  // namespace chasles::smooth_detail

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <chasles/slam/inertial_session.hpp>
+#include <chasles/smooth/batch/batch.hpp>
+#include <chasles/smooth/batch/numbered_detail.hpp>
+#include <chasles/smooth/terms/imu_link.hpp>
+
+/// The problem as numbers: for this folder's sources alone.
+namespace chasles::smooth_detail {
+
+/// A look at a landmark.
+struct PointView {
+  int keyframe = 0, camera = 0;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+};
+
+/// A landmark: its views, keyframe and camera rising. Anchored in the camera of the first view,
+/// parameters (x/z, y/z, 1/z), or a point of nav.
+struct BatchPoint {
+  LandmarkId id = 0;
+  std::vector<PointView> views;
+  Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
+};
+
+struct BatchKeyframe {
+  Time time{};  ///< of the IMU's clock
+  InertialState state = {};
+  int observations = 0;
+};
+
+struct BatchGraph {
+  Numbered<BatchKeyframe> keyframes;
+  Numbered<ImuLink> links = {};  ///< between a keyframe and the next; terms point at them
+  std::vector<BatchPoint> points = {};
+  InertialState start = {};                            ///< the prior's mean
+  Matrix15d start_whitening = Matrix15d::Identity();   ///< W^T W = covariance^-1
+  Matrix15d start_covariance = Matrix15d::Identity();  ///< with the floors of InertialBatchInput
+  Eigen::Vector3d gravity = {0, 0, -kStandardGravity};
+  bool anchored = true;
+};
+
+/// Samples that are missing for longer leave open what happened (as for the filter).
+inline constexpr Time kLongestGap = InertialSession::kLongestGap;
+
+/// Which frames become keyframes: those that are not before the start, later than the one before
+/// and near enough to a sample, every batch.frames_per_keyframe-th. Counts those that are dropped.
+class KeyframeChoice {
+ public:
+  KeyframeChoice(const InertialBatchInput& input, const BatchSettings& settings, int& dropped)
+      : input_(input), settings_(settings), dropped_(dropped) {}
+  /// The frame's time by the IMU's clock; none: it is not used.
+  std::optional<Time> take(const FeatureFrame& frame, Time last_sample);
+
+ private:
+  const InertialBatchInput& input_;
+  const BatchSettings& settings_;
+  int& dropped_;
+  std::optional<Time> last_;
+  int frames_ = 0;
+};
+
+/// The pixels of a frame that can be used: finite, of a camera and with a ray, every landmark once
+/// in each camera; by landmark and camera. Counts the others.
+std::vector<PixelObservation> usable(const FeatureFrame& frame, const std::vector<Camera>& cameras,
+                                     int& unusable);
+
+/// The frames that become keyframes, the start before them, without states, and the landmarks that
+/// they see twice, by their first views, without parameters. Counts what is not usable.
+struct Tracked {
+  Numbered<BatchKeyframe> keyframes;
+  std::vector<BatchPoint> points;
+};
+Tracked track(const InertialBatchInput& input, const BatchSettings& settings, Time last_sample,
+              BatchReport& report);
+
+/// Keyframes with initial states, links, and landmarks with initial parameters. Counts into the
+/// report; throws as smooth().
+BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& settings,
+                       BatchReport& report);
+
+/// What batch_graph() is made of. Throw as smooth().
+void check(const InertialBatchInput& input, const BatchSettings& settings);
+bool is_finite(const ImuSample& sample);
+[[noreturn]] void refuse_gap(Time last, Time next);
+void check_gaps(const InertialBatchInput& input, Time from, Time to);
+void add_start(const InertialBatchInput& input, BatchGraph& graph);
+/// Adds a link from that keyframe to one at `to`; returns the state that the samples predict there.
+InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& from, Time to,
+                       ImuBuffer& buffer, BatchGraph& graph);
+/// Initial parameters by the keyframes' states; false: the landmark cannot be used in its form.
+/// From poor poses nothing can be said of an anchored landmark's rays.
+bool place(const InertialBatchInput& input, const BatchSettings& settings, bool good_poses,
+           const BatchGraph& graph, BatchPoint& point);
+
+/// The graph's landmark as the filter's charts and measurements take it.
+Clone anchor_of(const BatchGraph& graph, const BatchPoint& point);
+Landmark landmark_of(const Camera& anchor_camera, const BatchPoint& point);
+
+/// The errors [rotation, position, velocity, biases] of a state against the prior's mean, reference
+/// chart, whitened; and the derivative by the state's own errors.
+Vector15d start_residual(const BatchGraph& graph, const InertialState& state,
+                         Matrix15d* derivative);
+
+}  // namespace chasles::smooth_detail

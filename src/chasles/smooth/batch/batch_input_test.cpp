@@ -1,0 +1,161 @@
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/smooth/batch/batch.hpp>
+#include <chasles/smooth/batch/smooth_testing.hpp>
+
+// What a batch recovers from, refuses, or has no answer to.
+namespace chasles {
+namespace {
+
+using test::motion_error;
+using test::small_scene;
+using test::SmallScene;
+
+std::string refusal(const InertialBatchInput& input, const BatchSettings& settings = {},
+                    const std::string& chart = "standard") {
+  try {
+    smooth(input, chart, settings);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "nothing was refused";
+}
+
+// Pixels that agree with nothing: an error, and no crash.
+TEST(BatchGate, WhereNothingAgreesThereIsNoAnswer) {
+  SmallScene scene = small_scene({.frames = 8});
+  test::Random random(5);
+  for (FeatureFrame& frame : scene.input.frames) {
+    for (PixelObservation& o : frame.pixels) {
+      o.pixel = {random.uniform(0, 640), random.uniform(0, 480)};
+    }
+  }
+  BatchSettings settings;
+  settings.gate = 0.01;
+  EXPECT_NE(refusal(scene.input, settings).find("batch.gate"), std::string::npos);
+}
+
+TEST(BatchBadInput, IsRecoveredAndCounted) {
+  SmallScene scene = small_scene({.frames = 12});
+  auto& frames = scene.input.frames;
+  frames[3].pixels[0].pixel.x() = std::nan("");
+  frames[4].pixels[0].camera = 7;
+  frames[4].pixels[1].camera = -1;
+  frames[5].pixels.push_back(frames[5].pixels[2]);  // twice: neither is believed
+  frames.insert(frames.begin() + 8, frames[2]);     // out of time
+  frames.push_back({.time = frames.back().time + std::chrono::seconds(5)});
+  scene.input.samples[5].angular_rate_imu.y() = std::nan("");
+  scene.input.samples.insert(scene.input.samples.begin() + 20, scene.input.samples[3]);
+  const InertialBatchResult result = smooth(scene.input, "standard", {});
+  EXPECT_EQ(result.report.unusable, 5);
+  EXPECT_EQ(result.report.dropped_frames, 2);
+  EXPECT_EQ(result.report.imu.not_finite, 1);
+  EXPECT_EQ(result.report.imu.not_later, 1);
+  EXPECT_LT(
+      motion_error(scene.truth.back().state, result.motions.back().motion).segment<3>(3).norm(),
+      0.1);
+}
+
+TEST(BatchBadInput, NothingToEstimateFromIsRefused) {
+  const SmallScene scene = small_scene();
+  InertialBatchInput input = scene.input;
+  input.frames.clear();
+  EXPECT_NE(refusal(input).find("two frames"), std::string::npos);
+  input = scene.input;
+  for (FeatureFrame& frame : input.frames) frame.pixels.clear();
+  EXPECT_NE(refusal(input).find("landmarks that are seen twice"), std::string::npos);
+  input = scene.input;
+  input.samples.clear();
+  EXPECT_NE(refusal(input).find("IMU samples"), std::string::npos);
+  input = scene.input;
+  input.cameras.clear();
+  EXPECT_NE(refusal(input).find("camera"), std::string::npos);
+  input = scene.input;
+  input.noise = {};
+  EXPECT_NE(refusal(input).find("noise"), std::string::npos);
+  input = scene.input;
+  input.pixel_sigma = 0;
+  EXPECT_NE(refusal(input).find("pixel_sigma"), std::string::npos);
+  input = scene.input;
+  input.start_covariance(7, 7) = -1;
+  EXPECT_NE(refusal(input).find("covariance"), std::string::npos);
+}
+
+// Neither parallax nor a landmark that could be begun.
+TEST(BatchIllPosed, ACartesianLandmarkNeedsParallax) {
+  const SmallScene scene = small_scene({.frames = 20, .noise = 0, .speed = 0, .turning = 0});
+  BatchSettings settings;
+  settings.landmarks = "cartesian";
+  EXPECT_NE(refusal(scene.input, settings).find("parallax"), std::string::npos);
+}
+
+TEST(BatchBadInput, AGapOfTheImuIsNamed) {
+  SmallScene scene = small_scene({.frames = 15});
+  const Time from = scene.input.samples[30].time;
+  std::erase_if(scene.input.samples, [&](const ImuSample& s) {
+    return s.time > from && s.time < from + std::chrono::milliseconds(700);
+  });
+  EXPECT_NE(refusal(scene.input).find("no sample between"), std::string::npos);
+}
+
+TEST(BatchBadInput, UnknownNamesAreRefused) {
+  const SmallScene scene = small_scene();
+  EXPECT_NE(refusal(scene.input, {}, "polar").find("polar"), std::string::npos);
+  const auto refused = [&](std::string BatchSettings::*setting) {
+    BatchSettings settings;
+    settings.*setting = "other";
+    return refusal(scene.input, settings).find("other") != std::string::npos;
+  };
+  EXPECT_TRUE(refused(&BatchSettings::landmarks));
+  EXPECT_TRUE(refused(&BatchSettings::loss));
+  EXPECT_TRUE(refused(&BatchSettings::solver));
+  BatchSettings settings;
+  settings.frames_per_keyframe = 0;
+  EXPECT_NE(refusal(scene.input, settings).find("frames_per_keyframe"), std::string::npos);
+}
+
+// One camera straight on at a constant speed: nobody tells how fast.
+TEST(BatchIllPosed, NoExcitationIsNamedNotAnswered) {
+  SmallScene scene = small_scene({.frames = 15, .shaking = 0, .turning = 0});
+  scene.input.start_covariance.diagonal().segment<3>(6).setConstant(4);
+  scene.input.start_covariance.diagonal().segment<3>(9).setConstant(0.16);
+  scene.input.initial = scene.truth;
+  const std::string text = refusal(scene.input);
+  EXPECT_NE(text.find("ill-posed"), std::string::npos) << text;
+  EXPECT_NE(text.find("velocity x with velocity y"), std::string::npos) << text;
+  // What the start knows by itself is an answer.
+  scene.input.start_covariance = small_scene().input.start_covariance;
+  EXPECT_EQ(smooth(scene.input, "standard", {}).motions.size(), 15u);
+}
+
+// One camera on the spot: points may be anywhere, and so nothing tells what the velocity was.
+TEST(BatchIllPosed, NoParallaxIsNamedNotAnswered) {
+  SmallScene scene = small_scene({.frames = 100, .speed = 0, .turning = 0});
+  scene.input.start_covariance.diagonal().segment<3>(9).setConstant(0.04);
+  const std::string text = refusal(scene.input);
+  EXPECT_NE(text.find("ill-posed"), std::string::npos) << text;
+  EXPECT_NE(text.find("velocity"), std::string::npos) << text;
+}
+
+TEST(BatchFit, AMinimumThatDoesNotFitShows) {
+  SmallScene scene = small_scene({.frames = 15, .cameras = 2});
+  EXPECT_NEAR(smooth(scene.input, "standard", {}).report.cost_per_dof, 1, 0.2);
+  scene.input.cameras[1].cam_T_imu.p.z() += 0.2;  // not where it is said to be
+  EXPECT_GT(smooth(scene.input, "standard", {}).report.cost_per_dof, 3);
+}
+
+TEST(BatchIllPosed, IsOnlyReportedWhereTheEstimatesDoNotSuffer) {
+  // Two cameras tell that it stands still, but not gravity from the accelerometer's bias.
+  const SmallScene scene = small_scene({.frames = 30, .cameras = 2, .speed = 0, .turning = 0});
+  const InertialBatchResult result = smooth(scene.input, "standard", {});
+  ASSERT_FALSE(result.report.unobservable.empty());
+  for (const std::string& name : result.report.unobservable) {
+    EXPECT_EQ(name.find("velocity"), std::string::npos) << name;
+  }
+  EXPECT_TRUE(smooth(small_scene({.frames = 30, .cameras = 2}).input, "standard", {})
+                  .report.unobservable.empty());
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <chasles/settings.hpp>
+
+namespace chasles {
+
+/// Everything that can be set about batch estimation; chart, noise and start are the filter's
+/// (InertialSlamSettings). The list below feeds files, --set, --help and summary.json.
+struct BatchSettings {
+  std::string landmarks = "inverse-depth";
+  int frames_per_keyframe = 1;
+  bool loops = true;
+  double inverse_depth_sigma = 10;
+  double min_parallax = 0.01;
+  std::string loss = "huber";
+  std::optional<double> loss_width = {};
+  double gate = 5;
+  int max_rejections = 5;
+  std::string solver = "auto";
+  int max_iterations = 100;
+  double tolerance = 1e-8;
+  std::string chart = "filter";
+  double initial_error = 0;
+  int seed = 1;
+  int window_steps = 2;
+};
+
+/// Calls visit(name, value, unit or choices, meaning) for every setting, in order.
+template <SettingsOf<BatchSettings> S, typename Visitor>
+void for_each_setting(S& s, Visitor&& visit) {
+  visit("landmarks", s.landmarks, "cartesian|inverse-depth",
+        "form of a landmark: a point of the world, or a ray and an inverse depth in the first "
+        "keyframe that saw it");
+  visit("frames_per_keyframe", s.frames_per_keyframe, "count",
+        "every n-th frame is a keyframe; the others are not used");
+  visit("loops", s.loops, "bool",
+        "a landmark that comes back into view is the same; false: a new one, as in the filter");
+  visit("inverse_depth_sigma", s.inverse_depth_sigma, "1/m",
+        "what is known of an inverse depth beforehand: 0 with this deviation");
+  visit("min_parallax", s.min_parallax, "rad",
+        "a landmark needs rays that differ by this angle; an anchored one only where the search "
+        "begins at the filter's run");
+  visit("loss", s.loss, "none|huber|cauchy", "how much a pixel far from its prediction counts");
+  visit("loss_width", s.loss_width, "1",
+        "where that begins, in deviations of a pixel; auto: 2.5, or 0.5 where a deviation was "
+        "measured from stereo tracks (docs/batch.md)");
+  visit("gate", s.gate, "1",
+        "pixels that are farther from their prediction, in deviations, once the search has roughly "
+        "ended are left out of the rest of it; 0: none");
+  visit("max_rejections", s.max_rejections, "count",
+        "a landmark whose pixels that gate leaves out in so many keyframes in a row is another one "
+        "when they agree again (batch with an IMU alone)");
+  visit(
+      "solver", s.solver, "auto|sparse-schur|dense-schur|sparse-normal",
+      "how the linear system is solved: landmarks first, or whatever fills least (auto, except of "
+      "few keyframes)");
+  visit("max_iterations", s.max_iterations, "count", "steps of Levenberg and Marquardt at most");
+  visit("tolerance", s.tolerance, "1",
+        "it has converged when the cost falls by less than this part");
+  visit("chart", s.chart, "filter|standard|left-se3|right-se3|right-sen3",
+        "coordinates of the steps; filter: those of the filter where the search begins");
+  visit("initial_error", s.initial_error, "1",
+        "what is added to where the search begins, as a part: drift [rad], scale, depths "
+        "(docs/convergence.md)");
+  visit("seed", s.seed, "number", "of that error");
+  visit("window_steps", s.window_steps, "count",
+        "steps of Gauss and Newton that a window takes a frame at most");
+}
+
+}  // namespace chasles

@@ -1,0 +1,191 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include <ceres/ordered_groups.h>
+#include <ceres/solver.h>
+
+#include <chasles/error.hpp>
+#include <chasles/smooth/batch/batch_solve_detail.hpp>
+
+extern "C" {
+// Where something in this process uses OpenMP.
+[[gnu::weak]] int omp_get_max_active_levels();
+[[gnu::weak]] void omp_set_max_active_levels(int levels);
+}
+
+namespace chasles::smooth_detail {
+namespace {
+
+// While it is there, what this thread calls makes no threads by OpenMP. CHOLMOD asks for four
+// wherever it can, in parts that are too small for it: up to half of a batch's processor time went
+// into their waiting for each other.
+class WithoutOpenMp {
+ public:
+  WithoutOpenMp() {
+    if (!omp_get_max_active_levels || !omp_set_max_active_levels) return;
+    before_ = omp_get_max_active_levels();
+    omp_set_max_active_levels(0);
+  }
+  ~WithoutOpenMp() {
+    if (before_) omp_set_max_active_levels(*before_);
+  }
+  WithoutOpenMp(const WithoutOpenMp&) = delete;
+  WithoutOpenMp& operator=(const WithoutOpenMp&) = delete;
+
+ private:
+  std::optional<int> before_;
+};
+
+// Fewer keyframes are solved densely. Of more, the fill of the whole normal matrix is least: along
+// a way landmarks go first, before a board that is always in view the keyframes do.
+constexpr std::size_t kFewKeyframes = 30;
+
+// Of a deviation, its square under the loss.
+double loss_at(const ceres::LossFunction* loss, double deviation) {
+  const double square = deviation * deviation;
+  if (loss == nullptr) return square;
+  std::array<double, 3> rho{};
+  loss->Evaluate(square, rho.data());
+  return rho[0];
+}
+
+std::string solver_for(const ProblemBlocks& problem, const BatchSettings& settings) {
+  if (settings.solver != "auto") return settings.solver;
+  if (problem.sizes().keyframes <= kFewKeyframes) return "dense-schur";
+  return "sparse-normal";
+}
+
+ceres::LinearSolverType type_of(const std::string& solver) {
+  if (solver == "dense-schur") return ceres::DENSE_SCHUR;
+  if (solver == "sparse-schur") return ceres::SPARSE_SCHUR;
+  if (solver == "sparse-normal") return ceres::SPARSE_NORMAL_CHOLESKY;
+  throw UsageError("batch.solver: found '" + solver +
+                   "', expected auto, sparse-schur, dense-schur or sparse-normal");
+}
+
+bool is_point(ProblemBlocks& problem, const double* block) {
+  return problem.sizes().points > 0 && block >= problem.point(0);
+}
+
+ceres::Solver::Options options_for(ProblemBlocks& problem, int steps, double tolerance,
+                                   const std::string& solver) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = type_of(solver);
+  options.num_threads = 1;
+  options.max_num_iterations = steps;
+  options.function_tolerance = tolerance;
+  options.parameter_tolerance = 1e-2 * tolerance;
+  options.gradient_tolerance = 0;  // its size depends on the chart
+  options.logging_type = ceres::SILENT;
+  const bool points_first = options.linear_solver_type != ceres::SPARSE_NORMAL_CHOLESKY;
+  if (points_first) {
+    options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  }
+  // After a step each landmark is searched by itself, from the new poses. A step that throws a few
+  // landmarks behind a camera, to where a wrong pixel draws them, makes the cost jump and would be
+  // refused, again and again, until the trust region of all the others had shrunk to nothing. Ceres
+  // leaves that off once it does not help.
+  options.use_inner_iterations = problem.sizes().points > 0;
+  options.inner_iteration_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (double* block : problem.blocks()) {
+    const bool point = is_point(problem, block);
+    if (points_first) options.linear_solver_ordering->AddElementToGroup(block, point ? 0 : 1);
+    if (point) options.inner_iteration_ordering->AddElementToGroup(block, 0);
+  }
+  return options;
+}
+
+}  // namespace
+
+void Search::run(ProblemBlocks& problem, double tolerance) {
+  BatchReport& report = *report_;
+  report.solver = solver_for(problem, *settings_);
+  const int steps = std::max(settings_->max_iterations - report.iterations, 0);
+  ceres::Solver::Options options = options_for(problem, steps, tolerance, report.solver);
+  // As far as before: begun anew, directions of which little is known would take a dozen steps.
+  options.initial_trust_region_radius =
+      std::max(options.initial_trust_region_radius, trust_radius_);
+  ceres::Solver::Summary summary;
+  const WithoutOpenMp one_thread;
+  ceres::Solve(options, &problem.ceres(), &summary);
+  if (!summary.iterations.empty()) trust_radius_ = summary.iterations.back().trust_region_radius;
+  if (report.costs.empty()) report.initial_cost = summary.initial_cost;
+  report.iterations += std::max(static_cast<int>(summary.iterations.size()) - 1, 0);
+  report.successful += std::max(summary.num_successful_steps - 1, 0);
+  report.final_cost = summary.final_cost;
+  for (const ceres::IterationSummary& i : summary.iterations) report.costs.push_back(i.cost);
+  report.converged = summary.termination_type == ceres::CONVERGENCE;
+  report.end = summary.message;
+  if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost)) {
+    throw Error(ExitCode::kDiverged,
+                "batch estimation found no finite minimum: " + summary.message);
+  }
+}
+
+void check_landmark_form(const BatchSettings& settings) {
+  if (settings.landmarks == "inverse-depth" || settings.landmarks == "cartesian") return;
+  throw UsageError("batch.landmarks: found '" + settings.landmarks +
+                   "', expected cartesian or inverse-depth");
+}
+
+const std::string& chart_of(const BatchSettings& settings, const std::string& of_filter) {
+  return settings.chart == "filter" ? of_filter : settings.chart;
+}
+
+void check_frames_per_keyframe(const BatchSettings& settings) {
+  if (settings.frames_per_keyframe >= 1) return;
+  throw UsageError("batch.frames_per_keyframe: found " +
+                   std::to_string(settings.frames_per_keyframe) + ", expected 1 or more");
+}
+
+void check_left(std::size_t points, const BatchReport& report) {
+  if (points > 0) return;
+  throw Error(ExitCode::kDiverged,
+              "batch estimation ended where no landmark agrees with its pixels: " +
+                  std::to_string(report.gated) +
+                  " observations are farther than batch.gate from their prediction; expected a "
+                  "beginning nearer to the truth, or a pixel_sigma as it is");
+}
+
+void check_told(const NormalEquations& equations, const ProblemBlocks& problem,
+                const std::vector<LandmarkId>& ids) {
+  const Eigen::VectorXd told = equations.lower.diagonal();
+  std::vector<LandmarkId> lost;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    if (!(told.segment<3>(problem.point_row(i)).minCoeff() > 0)) lost.push_back(ids[i]);
+  }
+  if (lost.empty()) return;
+  throw Error(ExitCode::kDiverged,
+              "batch estimation ended where no pixel of landmark " + std::to_string(lost.front()) +
+                  " tells where it is (so it is with " + std::to_string(lost.size()) + " of " +
+                  std::to_string(ids.size()) +
+                  " landmarks): it is behind the cameras that saw it, or beyond their lens models; "
+                  "expected a beginning nearer to the truth (batch.gate above 0 leaves such pixels "
+                  "out)");
+}
+
+void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
+           BatchReport& report) {
+  const std::vector<double> deviations = problem.deviations();
+  report.loss_width = loss_width_of(settings);
+  report.outliers =
+      static_cast<int>(std::ranges::count_if(deviations, [](double d) { return d > kLossWidth; }));
+  // As with the usual width: with a narrow one the cost of anything is small.
+  const std::unique_ptr<ceres::LossFunction> used(loss_of(settings));
+  const std::unique_ptr<ceres::LossFunction> usual(loss_of(settings, kLossWidth));
+  double squares = 2 * report.final_cost;
+  for (const double d : deviations) squares += loss_at(usual.get(), d) - loss_at(used.get(), d);
+  report.cost_per_dof = squares / std::max(dof, 1);
+}
+
+void judge_end(double squared_distance, BatchReport& report) {
+  // A cost of zero, of data without noise, is as low as costs go.
+  report.decrease_left = report.final_cost > 0 ? squared_distance / (2 * report.final_cost) : 0;
+  report.converged = report.converged || report.decrease_left < kAtMinimum;
+  report.stalled = report.converged && report.decrease_left > kRough;
+}
+
+}  // namespace chasles::smooth_detail

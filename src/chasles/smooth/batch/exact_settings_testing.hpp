@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include <chasles/smooth/batch/batch_settings.hpp>
+
+namespace chasles::test {
+
+/// Least squares and nothing else, to the last digit: no loss, no gate, steps until none helps.
+inline BatchSettings exact_settings(const std::string& landmarks) {
+  BatchSettings settings;
+  settings.landmarks = landmarks;
+  settings.loss = "none";
+  settings.gate = 0;
+  settings.tolerance = 1e-15;
+  settings.max_iterations = settings.window_steps = 200;
+  return settings;
+}
+
+}  // namespace chasles::test

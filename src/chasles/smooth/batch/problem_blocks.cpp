@@ -1,0 +1,109 @@
+#include <numeric>
+
+#include <Eigen/Core>
+#include <ceres/crs_matrix.h>
+
+#include <chasles/error.hpp>
+#include <chasles/smooth/batch/problem_blocks_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+ceres::Problem::Options problem_options() {
+  ceres::Problem::Options options;
+  options.enable_fast_removal = false;
+  return options;
+}
+
+}  // namespace
+
+ProblemBlocks::ProblemBlocks(const BlockSizes& sizes, const std::string& chart)
+    : sizes_(sizes),
+      chart_(&error_chart(chart)),
+      numbers_(stride() * sizes.keyframes + 3 * sizes.points),
+      problem_(std::make_unique<ceres::Problem>(problem_options())) {
+  for (std::size_t k = 0; k < sizes_.keyframes; ++k) {
+    write_pose({}, motion(k));  // a manifold is asked for its derivative at once
+    problem_->AddParameterBlock(motion(k), sizes_.motion(),
+                                new ChartManifold(*chart_, sizes_.velocity));
+    if (sizes_.additive > 0) problem_->AddParameterBlock(additive(k), sizes_.additive);
+  }
+  for (std::size_t i = 0; i < sizes_.points; ++i) problem_->AddParameterBlock(point(i), 3);
+}
+
+std::vector<double*> ProblemBlocks::keyframe(std::size_t k) {
+  if (sizes_.additive == 0) return {motion(k)};
+  return {motion(k), additive(k)};
+}
+
+std::vector<double*> ProblemBlocks::blocks() {
+  std::vector<double*> all;
+  for (std::size_t k = 0; k < sizes_.keyframes; ++k) {
+    for (double* block : keyframe(k)) all.push_back(block);
+  }
+  for (std::size_t i = 0; i < sizes_.points; ++i) all.push_back(point(i));
+  return all;
+}
+
+void ProblemBlocks::add_view(ceres::CostFunction* cost, ceres::LossFunction* loss,
+                             const std::vector<double*>& of) {
+  views_.push_back(problem_->AddResidualBlock(cost, loss, of));
+}
+
+std::vector<double> ProblemBlocks::deviations() const {
+  std::vector<double> all;
+  all.reserve(views_.size());
+  for (const ceres::ResidualBlockId id : views_) {
+    Eigen::Vector4d residual = Eigen::Vector4d::Zero();  // of two rows or more
+    double cost = 0;
+    problem_->EvaluateResidualBlockAssumingParametersUnchanged(id, false, &cost, residual.data(),
+                                                               nullptr);
+    all.push_back(residual.norm());
+  }
+  return all;
+}
+
+std::vector<int> range(int first, int count) {
+  std::vector<int> rows(static_cast<std::size_t>(count));
+  std::iota(rows.begin(), rows.end(), first);
+  return rows;
+}
+
+double loss_width_of(const BatchSettings& settings) {
+  return settings.loss_width.value_or(kLossWidth);
+}
+
+ceres::LossFunction* loss_of(const BatchSettings& settings) {
+  return loss_of(settings, loss_width_of(settings));
+}
+
+ceres::LossFunction* loss_of(const BatchSettings& settings, double width) {
+  if (settings.loss == "none") return nullptr;
+  if (!(width > 0)) {
+    throw UsageError("batch.loss_width: found " + std::to_string(width) +
+                     ", expected a number of deviations above 0");
+  }
+  if (settings.loss == "huber") return new ceres::HuberLoss(width);
+  if (settings.loss == "cauchy") return new ceres::CauchyLoss(width);
+  throw UsageError("batch.loss: found '" + settings.loss + "', expected none, huber or cauchy");
+}
+
+NormalEquations normal_equations(ProblemBlocks& problem) {
+  ceres::Problem::EvaluateOptions options;
+  options.parameter_blocks = problem.blocks();
+  options.apply_loss_function = true;
+  options.num_threads = 1;
+  ceres::CRSMatrix crs;
+  std::vector<double> gradient;
+  problem.ceres().Evaluate(options, nullptr, nullptr, &gradient, &crs);
+  using SparseRows = Eigen::SparseMatrix<double, Eigen::RowMajor>;
+  const Eigen::Map<const SparseRows> J(crs.num_rows, crs.num_cols,
+                                       static_cast<Eigen::Index>(crs.values.size()),
+                                       crs.rows.data(), crs.cols.data(), crs.values.data());
+  const Eigen::SparseMatrix<double> by_columns = J;
+  const Eigen::SparseMatrix<double> H = by_columns.transpose() * by_columns;
+  return {.lower = H.triangularView<Eigen::Lower>(),
+          .gradient = Eigen::Map<const Eigen::VectorXd>(gradient.data(), std::ssize(gradient))};
+}
+
+}  // namespace chasles::smooth_detail

@@ -1,0 +1,48 @@
+#include <memory>
+
+#include <chasles/processor_time.hpp>
+#include <chasles/smooth/batch/batch_solve_detail.hpp>
+#include <chasles/smooth/batch/position_check_detail.hpp>
+#include <chasles/smooth/batch/velocity_problem_detail.hpp>
+
+namespace chasles {
+namespace {
+
+using namespace smooth_detail;
+
+void check_well_posed(const VelocityBatchResult& result) {
+  PositionCheck check;
+  for (const Estimate& e : result.estimates) {
+    check.add(e.world_T_imu.p, e.pose_covariance.bottomRightCorner<3, 3>());
+  }
+  check.end("neither pixels nor velocities tell the motion",
+            "state the noise of velocities and pixels as it is");
+}
+
+}  // namespace
+
+VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings& given) {
+  const BatchSettings settings = with_loss_width(given, input.noise);
+  check_landmark_form(settings);
+  VelocityBatchResult result;
+  BatchReport& report = result.report;
+  const double begun = processor_seconds();
+  VelocityGraph graph = velocity_graph(input, settings, report);
+  const auto problem = at_minimum(
+      graph, settings, report,
+      [&](double least_depth) {
+        return std::make_unique<VelocityProblem>(input, settings, graph, least_depth);
+      },
+      [&](const std::vector<double>& deviations) {
+        return cull(input, deviations, settings.gate, graph, report);
+      });
+  judge(*problem, problem->rows() - 3 * report.landmarks, settings, report);
+  const double solved = processor_seconds();
+  report.seconds_solve = solved - begun;
+  add_estimates(*problem, input, graph, result);
+  report.seconds_covariance = processor_seconds() - solved;
+  check_well_posed(result);
+  return result;
+}
+
+}  // namespace chasles

@@ -1,0 +1,100 @@
+#include <algorithm>
+#include <string>
+
+#include <chasles/error.hpp>
+#include <chasles/lie/small_matrices.hpp>
+#include <chasles/slam/velocity_model.hpp>
+#include <chasles/smooth/batch/floors_detail.hpp>
+#include <chasles/smooth/batch/velocity_graph_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+void check(const VelocitySlamSettings& s) {
+  if (s.mode != "slam") {
+    throw UsageError("batch estimation is for --mode slam, the mode is " + s.mode);
+  }
+  if (s.update_with_first_observation || s.initial_landmark_sigma) {
+    throw UsageError(
+        "batch estimation uses each observation once, with what it says: expected "
+        "update_with_first_observation=false and initial_landmark_sigma=auto");
+  }
+}
+
+DriveStart start_of(const VelocitySlamSettings& settings, const VelocitySlamNoise& noise,
+                    const BodyVelocityModel& model) {
+  DriveStart start;
+  start.mean.additive = Eigen::VectorXd::Zero(model.size());
+  Eigen::MatrixXd P = initial_covariance(settings, noise);
+  Eigen::VectorXd floor = Eigen::VectorXd::Constant(P.rows(), kFloor * kFloor);
+  if (model.gyro_bias)
+    floor.segment<3>(6 + model.bias_index()).setConstant(kRateFloor * kRateFloor);
+  P.diagonal() += floor;
+  auto whitening = whitening_of(P);
+  if (!whitening) throw InputError("the start's covariance is not positive and finite");
+  start.whitening = std::move(*whitening);
+  return start;
+}
+
+}  // namespace
+
+VelocityTimeline::VelocityTimeline(const VelocitySlamSettings& settings,
+                                   const VelocitySlamNoise& noise)
+    : model(model_of(settings, noise)), settings_(settings), noise_(noise.motion) {
+  check(settings);
+  start = start_of(settings, noise, model);
+}
+
+// The state there is what the one before and the velocity make of it.
+int VelocityTimeline::advance_to(Time time, const BodyVelocity& held) {
+  if (keyframes.empty()) {
+    keyframes.push_back({.time = time, .state = start.mean});
+    return 0;
+  }
+  const VelocityKeyframe& last = keyframes.back();
+  if (time < last.time) {
+    throw InputError("time runs backwards: " + std::to_string(time.count()) + " ns after " +
+                     std::to_string(last.time.count()) + " ns");
+  }
+  if (time > last.time) {
+    links.push_back(twist_link(model, to_seconds(time - last.time), held, noise_));
+    State x;
+    x.world_T_imu = last.state.world_T_imu;
+    x.additive = last.state.additive;
+    const Vector6d xi = links.back().tau * corrected_velocity(model, x, held);
+    keyframes.push_back(
+        {.time = time,
+         .state = {.world_T_imu = x.world_T_imu * se3::exp(xi), .additive = x.additive}});
+  }
+  return keyframes.last();
+}
+
+int VelocityTimeline::add(const BodyVelocity& u) {
+  if (!u.linear_imu.allFinite() || !u.angular_imu.allFinite()) {
+    throw InputError("the velocity at " + std::to_string(u.time.count()) + " ns is not finite");
+  }
+  const int k = advance_to(u.time, held_velocity(settings_, velocity_.value_or(u), u));
+  velocity_ = u;
+  if (!model.velocity_state) return k;
+  samples.push_back({.keyframe = k, .velocity = u, .noise = sample_noise(settings_, noise_, u)});
+  State x;
+  x.additive = keyframes.back().state.additive;
+  const BodyVelocityModel as_input{.velocity_state = false, .gyro_bias = false, .scale = false};
+  keyframes.back().state.additive.head<6>() = corrected_velocity(as_input, x, u);
+  return k;
+}
+
+int VelocityTimeline::add(const FeatureFrame& frame) {
+  const int k = advance_to(frame.time, velocity_.value_or(BodyVelocity{}));
+  keyframes.back().framed = true;
+  keyframes.back().offered += static_cast<int>(frame.observations.size());
+  return k;
+}
+
+void VelocityTimeline::forget_before(int keyframe) {
+  keyframes.forget_before(keyframe);
+  links.forget_before(keyframe);
+  while (!samples.empty() && samples.front().keyframe < keyframe) samples.pop_front();
+}
+
+}  // namespace chasles::smooth_detail

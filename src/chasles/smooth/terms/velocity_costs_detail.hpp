@@ -1,0 +1,76 @@
+#pragma once
+
+#include <optional>
+
+#include <ceres/cost_function.h>
+
+#include <chasles/camera/stereo.hpp>
+#include <chasles/filter/stereo_measurement.hpp>
+#include <chasles/smooth/terms/cost_functions_detail.hpp>
+#include <chasles/smooth/terms/twist_link.hpp>
+
+/// The terms of a recording with body velocities, over blocks motion (12 numbers: a pose), additive
+/// (as many as the model has; left out where it has none) and point (3).
+namespace chasles::smooth_detail {
+
+/// What a rectified pair sees of a landmark: as filter/stereo_measurement.hpp, of points that may
+/// be as far as they like. An anchored landmark hangs on the left camera.
+template <int Rows>
+struct StereoTerm {
+  static constexpr int kRows = Rows, kNumbers = kPoseNumbers;
+  const StereoRig* rig = nullptr;
+  Eigen::Vector4d pixels = Eigen::Vector4d::Zero();
+  Eigen::Matrix<double, Rows, 4> whitened_rows = Eigen::Matrix<double, Rows, 4>::Zero();
+  double least_depth = kLeastDepth;
+
+  std::optional<Sight<Rows>> see(const SE3& world_T_imu, const HomogeneousPoint& point) const;
+  const SE3& anchor_cam_T_imu() const { return rig->cam0_T_imu; }
+};
+
+/// The term of those rows, of which there must be so many.
+template <int Rows>
+StereoTerm<Rows> stereo_term(const StereoRig& rig, StereoRows rows, const StereoNoise& noise,
+                             const Eigen::Vector4d& pixels);
+
+/// What is known at the start. Blocks: motion, additive.
+struct DriveStart {
+  VelocityState mean;
+  Eigen::MatrixXd whitening;  ///< of [rotation, position, additive], reference chart
+};
+class VelocityStartCost final : public ceres::CostFunction {
+ public:
+  explicit VelocityStartCost(const DriveStart& start);
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  const DriveStart* start_;
+};
+
+/// Blocks: motion, additive of a keyframe; of the next.
+class TwistCost final : public ceres::CostFunction {
+ public:
+  explicit TwistCost(const TwistLink& link);
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  const TwistLink* link_;
+};
+
+/// A sample that measures the velocity state. Blocks: motion, where the samples' axes are level;
+/// additive.
+struct DriveSample {
+  int keyframe = 0;
+  BodyVelocity velocity;
+  BodyVelocityNoise noise;
+};
+class SampleCost final : public ceres::CostFunction {
+ public:
+  SampleCost(const BodyVelocityModel& model, const DriveSample& sample);
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
+
+ private:
+  BodyVelocityModel model_;
+  const DriveSample* sample_;
+};
+
+}  // namespace chasles::smooth_detail

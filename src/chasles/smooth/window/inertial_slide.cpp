@@ -1,0 +1,29 @@
+#include <algorithm>
+#include <iterator>
+
+#include <chasles/smooth/window/inertial_window.hpp>
+
+namespace chasles {
+
+InertialWindowResult slide(const InertialBatchInput& input, const std::string& chart,
+                           const BatchSettings& settings, int keyframes) {
+  InertialWindow window(input, chart, settings, keyframes);
+  InertialWindowResult result;
+  const auto keep = [&](std::vector<WindowMotion> motions) {
+    std::ranges::move(motions, std::back_inserter(result.motions));
+  };
+  auto sample = input.samples.begin();
+  for (const FeatureFrame& frame : input.frames) {
+    keep(window.process(frame));
+    for (; sample != input.samples.end() && window.waiting(); ++sample)
+      keep(window.process(*sample));
+  }
+  keep(window.finish());
+  window.check();
+  result.landmarks = window.map();
+  result.in_window = window.in_window();
+  result.report = window.report();
+  return result;
+}
+
+}  // namespace chasles

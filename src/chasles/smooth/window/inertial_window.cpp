@@ -1,0 +1,282 @@
+#include <algorithm>
+#include <deque>
+#include <optional>
+#include <utility>
+
+#include <chasles/error.hpp>
+#include <chasles/processor_time.hpp>
+#include <chasles/smooth/batch/batch_solve_detail.hpp>
+#include <chasles/smooth/window/inertial_window.hpp>
+#include <chasles/smooth/window/window_tracks_detail.hpp>
+
+namespace chasles {
+
+using namespace smooth_detail;
+
+struct InertialWindow::Implementation {
+  using Tracks = WindowTracks<BatchPoint>;
+
+  Implementation(const InertialBatchInput& in, const std::string& chart, const BatchSettings& s,
+                 int keyframes)
+      : input(sensors_of(in)),
+        settings(s),
+        report(),
+        sliding(keyframes, settings, error_chart(chart), BlockSizes{}),
+        buffer(input.imu),
+        choice(input, settings, report.dropped_frames),
+        covered_until(input.start.time) {
+    check_landmark_form(settings);
+    smooth_detail::check(input, settings);
+    report.window = keyframes;
+    graph.anchored = sliding.window.anchored;
+    add_start(input, graph);
+    graph.keyframes.push_back({.time = input.start.time, .state = graph.start});
+  }
+
+  static InertialBatchInput sensors_of(InertialBatchInput input) {
+    input.samples.clear();
+    input.frames.clear();
+    input.initial.clear();
+    return input;
+  }
+
+  void note_gap(const ImuSample& sample);
+  void check_gap(Time frame) const;
+  std::vector<WindowMotion> take_held(bool all);
+  std::optional<WindowMotion> take(const FeatureFrame& frame);
+  void forget();
+  void push_start();
+  void push(Time time);
+  void push_keyframe();
+  void look(const PixelObservation& observation, int now);
+  WindowView view_of(const PointView& view, int anchor_camera) const;
+  void begin_landmarks();
+  void read_states();
+  WindowMotion motion(Time time, int rejected);
+
+  InertialBatchInput input;  // without samples and frames
+  BatchSettings settings;
+  WindowReport report;
+  SlidingWindow sliding;
+  BatchGraph graph;  // the states of the window's keyframes, and their links
+  ImuBuffer buffer;
+  KeyframeChoice choice;
+  std::deque<FeatureFrame> held;  // wait for samples
+  Time covered_until;             // by samples, from the start on
+  std::optional<std::pair<Time, Time>> gap;
+  Tracks tracks;
+  std::vector<LandmarkId> seen;  // of the present frame, not in the window
+  int last_frame = -1;
+  RecentUse recent;
+};
+
+// What happened in it is not known: a frame that is later cannot be tied to those before.
+void InertialWindow::Implementation::note_gap(const ImuSample& sample) {
+  if (!is_finite(sample) || sample.time <= covered_until) return;
+  if (!gap && sample.time - covered_until > kLongestGap) gap = {covered_until, sample.time};
+  covered_until = sample.time;
+}
+
+void InertialWindow::Implementation::check_gap(Time frame) const {
+  if (gap && frame - gap->first > kLongestGap) refuse_gap(gap->first, std::min(frame, gap->second));
+}
+
+std::vector<WindowMotion> InertialWindow::Implementation::take_held(bool all) {
+  std::vector<WindowMotion> motions;
+  while (!held.empty() && (all || buffer.latest() >= held.front().time + input.time_offset)) {
+    const FeatureFrame frame = std::move(held.front());
+    held.pop_front();
+    if (auto found = take(frame)) motions.push_back(std::move(*found));
+  }
+  return motions;
+}
+
+std::optional<WindowMotion> InertialWindow::Implementation::take(const FeatureFrame& frame) {
+  const double begun = processor_seconds();
+  const std::optional<Time> time = choice.take(frame, *buffer.latest());
+  if (!time) return std::nullopt;
+  check_gap(*time);
+  if (sliding.make_room()) forget();
+  if (sliding.window.keyframes.empty()) push_start();
+  if (*time > graph.keyframes.back().time) push(*time);
+  sliding.window.keyframes.back().framed = true;
+  const int now = sliding.window.last();
+  for (const PixelObservation& o : usable(frame, input.cameras, report.unusable)) look(o, now);
+  begin_landmarks();
+  last_frame = now;
+  const SlidingWindow::Settled settled = sliding.settle(report);
+  if (!settled.finite) {
+    throw Error(ExitCode::kDiverged, "the window found no finite minimum at the frame at " +
+                                         std::to_string(frame.time.count()) + " ns");
+  }
+  tracks.forget(settled.culled, report);
+  read_states();
+  report.imu = buffer.counts();
+  WindowMotion found = motion(*time, static_cast<int>(settled.culled.views.size()));
+  report.seconds += processor_seconds() - begun;
+  return found;
+}
+
+// What has left the window.
+void InertialWindow::Implementation::forget() {
+  tracks.forget(sliding.window);
+  graph.keyframes.forget_before(sliding.window.first);
+  graph.links.forget_before(sliding.window.first);
+}
+
+void InertialWindow::Implementation::push_start() {
+  push_keyframe();
+  sliding.window.terms.push_back({.cost = std::make_unique<StartCost>(graph)});
+}
+
+void InertialWindow::Implementation::push(Time time) {
+  const Time from = graph.keyframes.back().time;
+  const InertialState state = add_link(input, graph.keyframes.back(), time, buffer, graph);
+  buffer.forget_before(from);
+  graph.keyframes.push_back({.time = time, .state = state});
+  push_keyframe();
+  sliding.window.terms.push_back(
+      {.first = sliding.window.last() - 1,
+       .keyframes = 2,
+       .cost = std::make_unique<LinkCost>(graph.links.back(), graph.gravity)});
+}
+
+void InertialWindow::Implementation::push_keyframe() {
+  const BatchKeyframe& keyframe = graph.keyframes.back();
+  std::array<double, kMotionNumbers> motion{};
+  write_motion(keyframe.state, motion.data());
+  sliding.push(keyframe.time, motion.data(), keyframe.state.biases());
+  ++report.keyframes;
+}
+
+void InertialWindow::Implementation::look(const PixelObservation& o, int now) {
+  Tracks::Track& track = tracks.of(o.landmark);
+  std::vector<PointView>& views = track.of.views;
+  if (!settings.loops && !views.empty() && views.back().keyframe < last_frame) {
+    track = {.of = {.id = o.landmark, .views = {}}};
+  }
+  views.push_back({.keyframe = now, .camera = o.camera, .pixel = o.pixel});
+  if (!track.point) {
+    seen.push_back(o.landmark);
+    return;
+  }
+  const int anchor_camera = sliding.window.points.at(*track.point).camera;
+  sliding.look(*track.point, view_of(views.back(), anchor_camera));
+  ++report.observations;
+}
+
+WindowView InertialWindow::Implementation::view_of(const PointView& view, int anchor_camera) const {
+  const auto camera = [&](int i) { return &input.cameras[static_cast<std::size_t>(i)]; };
+  WindowView made = window_view(PixelTerm{.camera = camera(view.camera),
+                                          .anchor_camera = camera(anchor_camera),
+                                          .pixel = view.pixel,
+                                          .sigma = input.pixel_sigma},
+                                graph.anchored);
+  made.keyframe = view.keyframe;
+  made.camera = view.camera;
+  return made;
+}
+
+// After all views of a frame are there.
+void InertialWindow::Implementation::begin_landmarks() {
+  for (const LandmarkId id : std::exchange(seen, {})) {
+    Tracks::Track& track = tracks.of(id);
+    if (track.point || track.of.views.size() < 2) continue;
+    BatchPoint point = track.of;
+    if (!place(input, settings, true, graph, point)) continue;
+    const PointView& first = point.views.front();
+    WindowPoint made{.id = id,
+                     .anchor = first.keyframe,
+                     .camera = first.camera,
+                     .cam_T_imu = input.cameras[static_cast<std::size_t>(first.camera)].cam_T_imu,
+                     .parameters = point.parameters};
+    for (const PointView& view : point.views) made.views.push_back(view_of(view, first.camera));
+    if (graph.anchored) {
+      made.alone = std::make_unique<InverseDepthCost>(settings.inverse_depth_sigma);
+    }
+    tracks.begin(track, sliding.add(std::move(made)));
+    ++report.landmarks;
+    report.observations += static_cast<int>(point.views.size());
+  }
+}
+
+void InertialWindow::Implementation::read_states() {
+  const Window& window = sliding.window;
+  for (int k = window.first; k <= window.last(); ++k) {
+    const WindowKeyframe& keyframe = window.keyframe(k);
+    graph.keyframes[static_cast<std::size_t>(k)].state =
+        read_state(keyframe.motion.data(), keyframe.additive.data());
+  }
+}
+
+WindowMotion InertialWindow::Implementation::motion(Time time, int rejected) {
+  const InertialState& state = graph.keyframes.back().state;
+  const Window& window = sliding.window;
+  WindowMotion m;
+  m.time = time;
+  m.motion.nav_T_imu = state.world_T_imu;
+  m.motion.v_nav = state.v_world;
+  m.motion.biases = state.biases();
+  m.motion.covariance = sliding.newest_covariance();
+  for (const auto& [number, point] : window.points) {
+    m.observations += static_cast<int>(std::ranges::count_if(
+        point.views, [&](const WindowView& view) { return view.keyframe == window.last(); }));
+  }
+  m.rejected = rejected;
+  m.in_window = static_cast<int>(window.points.size());
+  m.landmarks = sliding.map_size();
+  m.health = recent.judge(time, m.observations, rejected);
+  return m;
+}
+
+InertialWindow::InertialWindow(const InertialBatchInput& input, const std::string& chart,
+                               const BatchSettings& settings, int keyframes)
+    : of_(std::make_unique<Implementation>(input, chart, settings, keyframes)) {}
+
+InertialWindow::~InertialWindow() = default;
+
+std::vector<WindowMotion> InertialWindow::process(const ImuSample& sample) {
+  of_->note_gap(sample);
+  of_->buffer.add(sample);
+  return of_->take_held(false);
+}
+
+std::vector<WindowMotion> InertialWindow::process(const FeatureFrame& frame) {
+  of_->held.push_back(frame);
+  return of_->take_held(false);
+}
+
+std::vector<WindowMotion> InertialWindow::finish() {
+  if (!of_->held.empty() && !of_->buffer.latest()) {
+    throw InputError("a window needs IMU samples: none of the recording's is finite");
+  }
+  std::vector<WindowMotion> motions = of_->take_held(true);
+  of_->report.imu = of_->buffer.counts();
+  return motions;
+}
+
+bool InertialWindow::waiting() const { return !of_->held.empty(); }
+
+std::vector<MapLandmark> InertialWindow::map() const { return of_->sliding.map(); }
+
+std::vector<LandmarkId> InertialWindow::in_window() const {
+  std::vector<LandmarkId> ids;
+  for (const auto& [number, point] : of_->sliding.window.points) ids.push_back(point.id);
+  return ids;
+}
+
+Eigen::Vector3d InertialWindow::gyroscope_bias() const {
+  return of_->graph.keyframes.back().state.gyroscope_bias;
+}
+
+const WindowReport& InertialWindow::report() const { return of_->report; }
+
+void InertialWindow::check() const {
+  if (of_->report.landmarks > 0) return;
+  throw InputError(
+      "a window needs landmarks that are seen twice: none of the recording's is, or none with "
+      "parallax (" +
+      std::to_string(of_->report.unusable) + " observations were not usable)");
+}
+
+}  // namespace chasles

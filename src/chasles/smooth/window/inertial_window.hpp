@@ -1,0 +1,71 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <chasles/slam/health.hpp>
+#include <chasles/smooth/batch/batch.hpp>
+#include <chasles/smooth/window/window.hpp>
+
+namespace chasles {
+
+/// A keyframe's estimate as of the moment when it was the newest; the covariance as NavState has
+/// it, given all that came until then.
+struct WindowMotion : BatchMotion {
+  int rejected = 0;   ///< observations that the gate left out at that moment, of any frame
+  int in_window = 0;  ///< landmarks
+  int landmarks = 0;  ///< of the whole map
+  Health health = Health::kOk;
+};
+
+struct InertialWindowResult {
+  std::vector<WindowMotion> motions;   ///< of all frames that are keyframes
+  std::vector<MapLandmark> landmarks;  ///< as they were when they left the window, then its own
+  std::vector<LandmarkId> in_window;   ///< those that the next frame might still touch
+  WindowReport report;
+};
+
+/// A recording with an IMU through a window of so many keyframes that slides over it: the most
+/// probable motion and landmarks of the last keyframes, relinearised with every frame, given all
+/// samples and frames so far; what has left the window stays as a Gaussian prior (docs/window.md).
+/// The terms are those of smooth() of batch.hpp. An estimate depends on nothing that comes later
+/// than the first sample at or after its frame.
+///
+/// Of `input` all but samples, frames and initial states is taken. Recovered and counted: see
+/// WindowReport. Throws as that smooth() does, except for what is ill-posed: then the covariance
+/// says so; UsageError for fewer than two keyframes; Error(kDiverged) where a step finds nothing
+/// finite.
+class InertialWindow {
+ public:
+  InertialWindow(const InertialBatchInput& input, const std::string& chart,
+                 const BatchSettings& settings, int keyframes);
+  ~InertialWindow();
+
+  /// The estimates of the frames that waited for this sample, or that waited for none. A frame
+  /// waits until there is a sample at its time or later.
+  std::vector<WindowMotion> process(const ImuSample& sample);
+  std::vector<WindowMotion> process(const FeatureFrame& frame);
+  /// Those of the frames that still wait: no more samples will come.
+  std::vector<WindowMotion> finish();
+  bool waiting() const;  ///< a frame does
+
+  /// Landmarks as they were when they left the window, then those that are in it.
+  std::vector<MapLandmark> map() const;
+  /// The landmarks that the next frame may still touch.
+  std::vector<LandmarkId> in_window() const;
+  Eigen::Vector3d gyroscope_bias() const;  ///< the newest keyframe's [rad/s]
+  const WindowReport& report() const;
+  /// At the end: throws InputError where no landmark was seen twice.
+  void check() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> of_;
+};
+
+/// All of a recording through such a window.
+InertialWindowResult slide(const InertialBatchInput& input, const std::string& chart,
+                           const BatchSettings& settings, int keyframes);
+
+}  // namespace chasles

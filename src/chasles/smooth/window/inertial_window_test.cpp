@@ -1,0 +1,187 @@
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/filter/testing.hpp>
+#include <chasles/smooth/batch/exact_settings_testing.hpp>
+#include <chasles/smooth/batch/smooth_testing.hpp>
+#include <chasles/smooth/window/inertial_window.hpp>
+
+namespace chasles {
+namespace {
+
+using test::motion_error;
+using test::small_scene;
+using test::SmallScene;
+
+BatchSettings exact(const std::string& landmarks = "inverse-depth") {
+  BatchSettings settings = test::exact_settings(landmarks);
+  settings.min_parallax = 0;
+  return settings;
+}
+
+class InertialWindow : public test::OverCharts {
+ protected:
+  std::string name() const { return std::string(chart().name); }
+};
+
+TEST_P(InertialWindow, OfTheWholeRecordingIsTheBatch) {
+  for (const int cameras : {1, 2}) {
+    const SmallScene scene = small_scene({.frames = 8, .cameras = cameras, .landmarks = 16});
+    for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+      const InertialBatchResult batch = smooth(scene.input, name(), exact(landmarks));
+      const InertialWindowResult window = slide(scene.input, name(), exact(landmarks), 8);
+      ASSERT_EQ(window.motions.size(), batch.motions.size());
+      const NavState &w = window.motions.back().motion, &b = batch.motions.back().motion;
+      EXPECT_LT((w.nav_T_imu.p - b.nav_T_imu.p).norm(), 1e-6);
+      EXPECT_LT(so3::log(w.nav_T_imu.R * b.nav_T_imu.R.transpose()).norm(), 1e-6);
+      EXPECT_LT((w.v_nav - b.v_nav).norm(), 1e-6);
+      EXPECT_LT((w.biases - b.biases).norm(), 1e-6);
+      EXPECT_LT(test::covariance_difference(w.covariance, b.covariance), 1e-4);
+      ASSERT_EQ(window.landmarks.size(), batch.landmarks.size());
+      for (const MapLandmark& l : batch.landmarks) {
+        const auto found = std::ranges::find(window.landmarks, l.id, &MapLandmark::id);
+        ASSERT_NE(found, window.landmarks.end());
+        EXPECT_LT((found->p_world - l.p_world).norm(), 1e-5);
+        EXPECT_LT(test::covariance_difference(found->covariance, l.covariance), 1e-4);
+      }
+    }
+  }
+}
+
+TEST_P(InertialWindow, KnowsHowWrongItIs) {
+  double poses = 0, states = 0;
+  int runs = 0;
+  for (; runs < 30; ++runs) {
+    const SmallScene scene =
+        small_scene({.frames = 16, .seed = 500 + static_cast<std::uint64_t>(runs)});
+    BatchSettings settings;
+    settings.loss = "none";
+    const InertialWindowResult window = slide(scene.input, name(), settings, 6);
+    const NavState& m = window.motions.back().motion;
+    const Eigen::VectorXd e = motion_error(scene.truth.back().state, m);
+    poses += e.head<6>().dot(m.covariance.topLeftCorner<6, 6>().ldlt().solve(e.head<6>()));
+    states += e.dot(m.covariance.ldlt().solve(e));
+  }
+  EXPECT_TRUE(test::is_chi2(poses, 6 * runs));
+  EXPECT_TRUE(test::is_chi2(states, 15 * runs));
+}
+
+INSTANTIATE_TEST_SUITE_P(Charts, InertialWindow, ::testing::ValuesIn(test::all_charts()),
+                         test::chart_test_name);
+
+TEST(InertialWindowRun, KnowsNothingOfWhatComesLaterAndIsTheSameEveryTime) {
+  const SmallScene scene = small_scene({.frames = 12});
+  InertialBatchInput cut = scene.input;
+  cut.frames.resize(8);
+  cut.samples.resize(71);  // to the eighth frame
+  const InertialWindowResult all = slide(scene.input, "right-sen3", {}, 4);
+  const InertialWindowResult half = slide(cut, "right-sen3", {}, 4);
+  ASSERT_EQ(half.motions.size(), 8u);
+  for (std::size_t k = 0; k < half.motions.size(); ++k) {
+    EXPECT_EQ(all.motions[k].motion.nav_T_imu.p, half.motions[k].motion.nav_T_imu.p);
+    EXPECT_EQ(all.motions[k].motion.covariance, half.motions[k].motion.covariance);
+  }
+}
+
+TEST(InertialWindowRun, FedAsItComesIsTheSame) {
+  const SmallScene scene = small_scene({.frames = 12});
+  const InertialWindowResult all = slide(scene.input, "right-sen3", {}, 4);
+  chasles::InertialWindow window(scene.input, "right-sen3", {}, 4);
+  std::vector<WindowMotion> motions;
+  const auto keep = [&](const std::vector<WindowMotion>& some, const auto& when) {
+    for (const WindowMotion& m : some) {
+      EXPECT_LE(m.time, when);  // a sample at its time or later has come
+      motions.push_back(m);
+    }
+  };
+  // The samples of an instant before its frame, but for the third frame, which comes early.
+  auto sample = scene.input.samples.begin();
+  for (std::size_t k = 0; k < scene.input.frames.size(); ++k) {
+    const FeatureFrame& frame = scene.input.frames[k];
+    const bool early = k == 2;
+    for (; sample != scene.input.samples.end() &&
+           (early ? sample->time < frame.time : sample->time <= frame.time);
+         ++sample) {
+      keep(window.process(*sample), sample->time);
+    }
+    keep(window.process(frame), frame.time);
+    EXPECT_EQ(window.waiting(), early);
+    EXPECT_EQ(motions.size(), early ? k : k + 1);
+  }
+  EXPECT_TRUE(window.finish().empty());
+  window.check();
+  ASSERT_EQ(motions.size(), all.motions.size());
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    EXPECT_EQ(motions[k].motion.nav_T_imu.p, all.motions[k].motion.nav_T_imu.p);
+    EXPECT_EQ(motions[k].motion.covariance, all.motions[k].motion.covariance);
+  }
+  EXPECT_EQ(window.map().size(), all.landmarks.size());
+  EXPECT_EQ(window.gyroscope_bias(), motions.back().motion.biases.tail<3>());
+}
+
+TEST(InertialWindowRun, WithoutMoreSamplesAFrameIsTakenAtTheEnd) {
+  SmallScene scene = small_scene({.frames = 6});
+  while (scene.input.samples.back().time >= scene.input.frames.back().time) {
+    scene.input.samples.pop_back();
+  }
+  const InertialWindowResult result = slide(scene.input, "right-sen3", {}, 4);
+  EXPECT_EQ(result.motions.size(), 6u);
+  EXPECT_EQ(result.motions.back().time, scene.input.frames.back().time);
+}
+
+TEST(InertialWindowRun, LeavesWrongPixelsOutAndCountsBadInput) {
+  SmallScene scene = small_scene({.frames = 16, .cameras = 2});
+  const InertialWindowResult clean = slide(scene.input, "right-sen3", {}, 5);
+  EXPECT_EQ(clean.report.gated, 0);
+  for (const std::size_t k : {4u, 7u, 9u}) {
+    scene.input.frames[k].pixels[3].pixel += Eigen::Vector2d(30, -25);
+  }
+  scene.input.frames[5].pixels[0].pixel[1] = std::nan("");
+  scene.input.frames[6].pixels[1].camera = 7;
+  std::swap(scene.input.frames[12], scene.input.frames[13]);  // the earlier one comes late
+  const InertialWindowResult window = slide(scene.input, "right-sen3", {}, 5);
+  EXPECT_GE(window.report.gated, 3);
+  EXPECT_LT(window.report.gated, 10);
+  EXPECT_EQ(window.report.unusable, 2);
+  EXPECT_EQ(window.report.dropped_frames, 1);
+  EXPECT_LT(
+      (window.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p).norm(),
+      0.03);
+}
+
+TEST(InertialWindowRun, RefusesWhatItCannotUse) {
+  const SmallScene scene = small_scene({.frames = 12});
+  const auto refused = [&](const char* words, const auto& spoil) {
+    InertialBatchInput input = scene.input;
+    BatchSettings settings;
+    int keyframes = 4;
+    spoil(input, settings, keyframes);
+    std::string text = "nothing was refused";
+    try {
+      slide(input, "standard", settings, keyframes);
+    } catch (const Error& e) {
+      text = e.what();
+    }
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  refused("2 or more", [](auto&, auto&, int& n) { n = 1; });
+  refused("seen twice", [](InertialBatchInput& in, auto&, int&) { in.frames.clear(); });
+  refused("seen twice", [](InertialBatchInput& in, auto&, int&) {
+    for (FeatureFrame& frame : in.frames) frame.pixels.clear();
+  });
+  refused("IMU samples", [](InertialBatchInput& in, auto&, int&) { in.samples.clear(); });
+  refused("IMU has no sample", [](InertialBatchInput& in, auto&, int&) {
+    in.samples.erase(in.samples.begin() + 20, in.samples.begin() + 80);
+  });
+  refused("camera", [](InertialBatchInput& in, auto&, int&) { in.cameras.clear(); });
+  refused("pixel_sigma", [](InertialBatchInput& in, auto&, int&) { in.pixel_sigma = 0; });
+  refused("noise_density",
+          [](InertialBatchInput& in, auto&, int&) { in.noise.gyroscope_noise_density = 0; });
+  refused("other", [](auto&, BatchSettings& settings, int&) { settings.loss = "other"; });
+  refused("other", [](auto&, BatchSettings& settings, int&) { settings.landmarks = "other"; });
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,213 @@
+#include <algorithm>
+
+#include <chasles/error.hpp>
+#include <chasles/processor_time.hpp>
+#include <chasles/slam/health.hpp>
+#include <chasles/smooth/batch/batch_solve_detail.hpp>
+#include <chasles/smooth/batch/velocity_problem_detail.hpp>
+#include <chasles/smooth/window/velocity_window.hpp>
+#include <chasles/smooth/window/window_tracks_detail.hpp>
+
+namespace chasles {
+
+using namespace smooth_detail;
+
+struct VelocityWindow::Implementation {
+  using Tracks = WindowTracks<VelocityPoint>;
+
+  Implementation(const VelocityBatchInput& in, const BatchSettings& s, int keyframes)
+      : input{.rig = in.rig,
+              .settings = in.settings,
+              .noise = in.noise,
+              .velocities = {},
+              .frames = {}},
+        settings(with_loss_width(s, in.noise)),
+        timeline(input.settings, input.noise),
+        sliding(keyframes, settings, error_chart(input.settings.chart),
+                {.velocity = false, .additive = timeline.model.size()}),
+        report() {
+    report.window = keyframes;
+    check_landmark_form(settings);
+    check_noise(input);
+    check_frames_per_keyframe(settings);
+  }
+
+  void make_room();
+  void take(int keyframe);
+  void look(const StereoObservation& observation, int now);
+  void begin(Tracks::Track& track);
+  WindowView view_of(const StereoView& view, bool first) const;
+  Estimate estimate(const FeatureFrame& frame, bool finite);
+
+  VelocityBatchInput input;
+  BatchSettings settings;
+  VelocityTimeline timeline;
+  SlidingWindow sliding;
+  WindowReport report;
+  Tracks tracks;
+  RecentUse recent;
+  int frames = 0, last_frame = -1, fresh = 0, gated = 0;
+};
+
+WindowView VelocityWindow::Implementation::view_of(const StereoView& view, bool first) const {
+  const StereoRows rows = view_rows(input.settings, first);
+  const StereoNoise& noise = first ? input.noise.begin : input.noise.update;
+  const bool anchored = sliding.window.anchored;
+  WindowView made =
+      rows == StereoRows::kMean
+          ? window_view(stereo_term<2>(input.rig, rows, noise, view.pixels), anchored)
+      : rows == StereoRows::kMeanDisparity
+          ? window_view(stereo_term<3>(input.rig, rows, noise, view.pixels), anchored)
+          : window_view(stereo_term<4>(input.rig, rows, noise, view.pixels), anchored);
+  made.keyframe = view.keyframe;
+  made.begins = first;
+  return made;
+}
+
+void VelocityWindow::Implementation::make_room() {
+  if (!sliding.make_room()) return;
+  tracks.forget(sliding.window);
+  timeline.forget_before(sliding.window.first);
+}
+
+// The timeline's keyframe, with the terms that end there, becomes one of the window.
+void VelocityWindow::Implementation::take(int k) {
+  Window& window = sliding.window;
+  if (!window.keyframes.empty() && k <= window.last()) return;
+  const VelocityKeyframe& keyframe = timeline.keyframes[static_cast<std::size_t>(k)];
+  std::array<double, kPoseNumbers> motion{};
+  write_pose(keyframe.state.world_T_imu, motion.data());
+  sliding.push(keyframe.time, motion.data(), keyframe.state.additive);
+  ++report.keyframes;
+  if (k == 0) {
+    window.terms.push_back({.cost = std::make_unique<VelocityStartCost>(timeline.start)});
+  } else {
+    window.terms.push_back({.first = k - 1,
+                            .keyframes = 2,
+                            .cost = std::make_unique<TwistCost>(timeline.links.back())});
+  }
+}
+
+void VelocityWindow::Implementation::look(const StereoObservation& o, int now) {
+  Tracks::Track& track = tracks.of(o.landmark);
+  std::vector<StereoView>& views = track.of.views;
+  if (!views.empty() && views.back().keyframe == now) {  // two frames of one instant
+    ++report.unusable;
+    return;
+  }
+  if (!settings.loops && !views.empty() && views.back().keyframe < last_frame) {
+    track = {.of = {.id = o.landmark, .views = {}}};
+  }
+  views.push_back({.keyframe = now, .pixels = o.pixels});
+  if (!track.point) return begin(track);
+  sliding.look(*track.point, view_of(views.back(), false));
+  ++report.observations;
+}
+
+void VelocityWindow::Implementation::begin(Tracks::Track& track) {
+  VelocityPoint point = track.of;
+  if (!begin_with_disparity(input.rig, input.settings, point) || point.views.size() < 2) return;
+  place(input.rig, sliding.window.anchored, timeline.keyframes, point);
+  WindowPoint made{.id = point.id,
+                   .anchor = point.views.front().keyframe,
+                   .cam_T_imu = input.rig.cam0_T_imu,
+                   .parameters = point.parameters};
+  for (const StereoView& view : point.views) {
+    made.views.push_back(view_of(view, &view == &point.views.front()));
+  }
+  track.of.views = point.views;
+  tracks.begin(track, sliding.add(std::move(made)));
+  ++report.landmarks;
+  report.observations += static_cast<int>(point.views.size());
+}
+
+Estimate VelocityWindow::Implementation::estimate(const FeatureFrame& frame, bool finite) {
+  const Window& window = sliding.window;
+  const WindowKeyframe& newest = window.keyframes.back();
+  Estimate e;
+  e.time = frame.time;
+  e.world_T_imu = read_pose(newest.motion.data());
+  const Eigen::MatrixXd P = sliding.newest_covariance();
+  e.pose_covariance = P.topLeftCorner<6, 6>();
+  e.additive = newest.additive;
+  e.additive_sigma = P.diagonal().tail(e.additive.size()).cwiseSqrt();
+  e.observations = static_cast<int>(frame.observations.size());
+  e.rejected = gated;
+  e.added = fresh;
+  for (const auto& [number, point] : window.points) {
+    e.used += !point.views.empty() && point.views.back().keyframe == window.last() ? 1 : 0;
+  }
+  e.in_state = static_cast<int>(window.points.size());
+  e.landmarks = sliding.map_size();
+  const bool sane = finite && e.world_T_imu.p.allFinite() && e.pose_covariance.allFinite();
+  e.health = sane ? recent.judge(frame.time, e.used, e.rejected) : Health::kLost;
+  return e;
+}
+
+VelocityWindow::VelocityWindow(const VelocityBatchInput& input, const BatchSettings& settings,
+                               int keyframes)
+    : of_(std::make_unique<Implementation>(input, settings, keyframes)) {}
+
+VelocityWindow::~VelocityWindow() = default;
+
+void VelocityWindow::process(const BodyVelocity& velocity) {
+  Implementation& w = *of_;
+  const double begun = processor_seconds();
+  w.make_room();
+  const std::size_t samples = w.timeline.samples.size();
+  const int k = w.timeline.add(velocity);
+  w.take(k);
+  if (w.timeline.samples.size() > samples) {
+    w.sliding.window.terms.push_back(
+        {.first = k,
+         .additive_only = !w.timeline.model.level,
+         .cost = std::make_unique<SampleCost>(w.timeline.model, w.timeline.samples.back())});
+  }
+  w.report.seconds += processor_seconds() - begun;
+}
+
+std::optional<Estimate> VelocityWindow::process(const FeatureFrame& frame) {
+  Implementation& w = *of_;
+  if (w.frames++ % w.settings.frames_per_keyframe != 0) return std::nullopt;
+  const double begun = processor_seconds();
+  w.make_room();
+  const int now = w.timeline.add(frame);
+  w.take(now);
+  Window& window = w.sliding.window;
+  window.keyframe(now).framed = true;
+  const int landmarks = w.report.landmarks;
+  for (const StereoObservation& o : usable(frame, w.report.unusable)) w.look(o, now);
+  w.fresh = w.report.landmarks - landmarks;
+  w.last_frame = now;
+  const SlidingWindow::Settled settled = w.sliding.settle(w.report);
+  w.gated = static_cast<int>(std::ranges::count(settled.culled.views, now, &CulledView::keyframe));
+  w.tracks.forget(settled.culled, w.report);
+  for (int k = window.first; k <= window.last(); ++k) {
+    VelocityState& state = w.timeline.keyframes[static_cast<std::size_t>(k)].state;
+    state.world_T_imu = read_pose(window.keyframe(k).motion.data());
+    state.additive = window.keyframe(k).additive;
+  }
+  const Estimate e = w.estimate(frame, settled.finite);
+  w.report.seconds += processor_seconds() - begun;
+  return e;
+}
+
+std::vector<MapLandmark> VelocityWindow::map() const { return of_->sliding.map(); }
+
+std::vector<LandmarkId> VelocityWindow::in_window() const {
+  std::vector<LandmarkId> ids;
+  for (const auto& [number, point] : of_->sliding.window.points) ids.push_back(point.id);
+  return ids;
+}
+
+const WindowReport& VelocityWindow::report() const { return of_->report; }
+
+void VelocityWindow::check() const {
+  if (of_->report.landmarks > 0) return;
+  throw InputError(
+      "a window needs landmarks that are seen twice: none of the recording's is, or none with a "
+      "disparity (" +
+      std::to_string(of_->report.unusable) + " observations were not usable)");
+}
+
+}  // namespace chasles

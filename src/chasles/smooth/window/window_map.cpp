@@ -1,0 +1,64 @@
+#include <cmath>
+
+#include <chasles/filter/dense.hpp>
+#include <chasles/smooth/window/window_detail.hpp>
+
+// What the factor of a window's last step says of its uncertainty.
+namespace chasles::smooth_detail {
+
+Landmark landmark_of(const WindowPoint& point) {
+  Landmark landmark{.id = point.id};
+  landmark.anchor = point.anchor;
+  landmark.cam_T_imu = point.cam_T_imu;
+  landmark.inverse_depth = point.parameters;
+  return landmark;
+}
+
+Clone clone_of(const Window& window, int keyframe) {
+  return {.id = keyframe, .world_T_imu = read_pose(window.keyframe(keyframe).motion.data())};
+}
+
+Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor) {
+  const int n = window.sizes.errors();
+  if (!factor.rows) return Eigen::MatrixXd::Constant(n, n, std::nan(""));
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(n, n);
+  factor.L.bottomRightCorner(n, n).triangularView<Eigen::Lower>().solveInPlace(inverse);
+  return inverse.transpose() * inverse;
+}
+
+std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor& factor,
+                                        int number) {
+  if (!factor.rows) return std::nullopt;
+  const WindowPoint& point = window.points.at(number);
+  const WindowRows& rows = *factor.rows;
+  MapLandmark landmark{.id = point.id, .p_world = point.parameters, .observations = point.looks};
+  Eigen::Matrix3d by_point = Eigen::Matrix3d::Identity();
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(rows.size, 3);  // d p_world / d errors, transposed
+  if (window.anchored) {
+    if (!(point.parameters.z() > 0)) return std::nullopt;
+    const Clone anchor = clone_of(window, point.anchor);
+    const HomogeneousPoint at = homogeneous(anchor, landmark_of(point));
+    landmark.p_world = at.p_world / at.w;
+    const Eigen::Matrix<double, 3, 9> d = anchored_derivative(anchor, landmark_of(point));
+    by_point = d.rightCols<3>();
+    C.middleRows<6>(rows.keyframe(point.anchor)) = d.leftCols<6>().transpose();
+  }
+  landmark.covariance.setZero();
+  if (point.in_prior) {
+    C.middleRows<3>(rows.points.at(number)) = by_point.transpose();
+  } else {
+    const Eigen::Matrix3d by_told = by_point * inverse_on_range(point.linear.V);
+    for (const PointLinear::Seat& seat : point.linear.seats) {
+      C.middleRows<6>(rows.keyframe(seat.keyframe)) -= seat.W * by_told.transpose();
+    }
+    landmark.covariance = by_told * by_point.transpose();
+  }
+  // Rows above the first that is not zero stay zero.
+  const int first = point.in_prior ? rows.points.at(number) : rows.begin;
+  const int count = rows.size - first;
+  dense::solve_lower(factor.L.bottomRightCorner(count, count), C.bottomRows(count));
+  landmark.covariance += C.bottomRows(count).transpose() * C.bottomRows(count);
+  return landmark;
+}
+
+}  // namespace chasles::smooth_detail

@@ -1,0 +1,202 @@
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include <chasles/filter/dense.hpp>
+#include <chasles/lie/small_matrices.hpp>
+#include <chasles/smooth/window/window_detail.hpp>
+
+// What a window knows of what has left it.
+namespace chasles::smooth_detail {
+namespace {
+
+// The chart's errors of those numbers against those of the prior.
+Eigen::VectorXd chart_errors(const Window& window, const WindowRows& rows,
+                             const ScaledNumbers& numbers) {
+  const WindowPrior& prior = window.prior;
+  Eigen::VectorXd xi = Eigen::VectorXd::Zero(prior.gradient.size());
+  for (const auto& [number, row] : rows.points) {
+    xi.segment<3>(row) = numbers.points.at(number) - prior.points.at(number);
+  }
+  const ChartManifold manifold(*window.chart, window.sizes.velocity);
+  Eigen::VectorXd errors(window.sizes.errors());
+  for (std::size_t k = 0; k < prior.keyframes.size(); ++k) {
+    const WindowKeyframe& now = numbers.keyframes[k];
+    manifold.Minus(now.motion.data(), prior.keyframes[k].motion.data(), errors.data());
+    errors.tail(window.sizes.additive) = now.additive - prior.keyframes[k].additive;
+    const int number = rows.first + static_cast<int>(k);
+    xi.segment(rows.keyframe(number), rows.errors_of(number)) = errors.head(rows.errors_of(number));
+  }
+  return xi;
+}
+
+// The prior's coordinates of the present numbers: those of the numbers without what they are larger
+// by, and that.
+struct Offset {
+  WindowScale scale;
+  ScaledNumbers numbers;
+  Eigen::VectorXd y;
+};
+
+Offset offset(const Window& window, const WindowRows& rows) {
+  const WindowPrior& prior = window.prior;
+  Offset at{.scale = scale_of(window, rows), .numbers = {}, .y = {}};
+  at.numbers = scaled(window, -at.scale.log);
+  at.y = chart_errors(window, rows, at.numbers);
+  int number = rows.first;
+  for (const Eigen::MatrixXd& inverse : prior.inverse_blocks) {
+    auto y = at.y.segment(rows.keyframe(number++), inverse.rows());
+    y = (inverse * y).eval();
+  }
+  if (!prior.scale_weights.empty()) at.y += at.scale.log * prior.scale_direction;
+  return at;
+}
+
+// y of a keyframe by the reference chart's errors at other numbers than the prior's.
+struct Turn {
+  int row = 0;
+  Eigen::MatrixXd G;
+};
+
+// G is 1 but for these.
+std::vector<Turn> turns_of(const Window& window, const WindowRows& rows,
+                           const ScaledNumbers& numbers) {
+  const WindowPrior& prior = window.prior;
+  std::vector<Turn> turns;
+  for (std::size_t k = 0; k < prior.keyframes.size(); ++k) {
+    const WindowKeyframe& now = numbers.keyframes[k];
+    if (now.motion == prior.keyframes[k].motion) continue;
+    const Eigen::MatrixXd& inverse = prior.inverse_blocks[k];
+    const auto n = inverse.rows();
+    const Eigen::MatrixXd G = inverse * chart_block(window, now).topLeftCorner(n, n);
+    if (G.isIdentity(0)) continue;
+    turns.push_back({.row = rows.keyframe(rows.first + static_cast<int>(k)), .G = G});
+  }
+  return turns;
+}
+
+// v <- G v, or G^T v.
+void multiply(const std::vector<Turn>& turns, bool transposed, Eigen::VectorXd& v) {
+  for (const auto& [row, G] : turns) {
+    auto part = v.segment(row, G.rows());
+    part = (transposed ? (G.transpose() * part).eval() : (G * part).eval());
+  }
+}
+
+// The lower triangle of a symmetric S <- G^T S G, G being 1 but for N rows.
+template <int N>
+void turn_rows(const Eigen::MatrixXd& block, Eigen::Index row, Eigen::MatrixXd& S) {
+  const Eigen::Matrix<double, N, N> G = block, Gt = G.transpose();
+  for (Eigen::Index j = 0; j < row; ++j) {
+    S.block<N, 1>(row, j) = (Gt * S.block<N, 1>(row, j)).eval();
+  }
+  const Eigen::Matrix<double, N, N> own =
+      S.block<N, N>(row, row).template selfadjointView<Eigen::Lower>();
+  S.block<N, N>(row, row) = Gt * own * G;
+  auto below = S.block<Eigen::Dynamic, N>(row + N, row, S.rows() - row - N, N);
+  below = below.lazyProduct(G).eval();
+}
+
+void turn(const std::vector<Turn>& turns, Eigen::MatrixXd& S) {
+  for (const auto& [row, G] : turns) {
+    if (G.rows() == kPoseErrors) {
+      turn_rows<kPoseErrors>(G, row, S);
+    } else {
+      turn_rows<kMotionErrors>(G, row, S);
+    }
+  }
+}
+
+Eigen::VectorXd times_information(const WindowPrior& prior, const Eigen::VectorXd& y) {
+  Eigen::VectorXd product = Eigen::VectorXd::Zero(y.size());
+  dense::add_symmetric_product(prior.information, y, product);
+  return product;
+}
+
+// A system by the present numbers, with the scale among the prior's coordinates: their derivative
+// is G E + d c^T, where E takes the scale off, c is the scale's own derivative, and d how its
+// direction has moved.
+void turn_with_scale(const Window& window, const WindowRows& rows, const Offset& at,
+                     const std::vector<Turn>& turns, WindowSystem& system) {
+  const Eigen::VectorXd E = scaling(window, rows, -at.scale.log);
+  Eigen::VectorXd d = scale_direction(window, rows, at.numbers);
+  multiply(turns, false, d);
+  d = window.prior.scale_direction - d;
+  Eigen::VectorXd by_d = times_information(window.prior, d);
+  const double information = d.dot(by_d), gradient = d.dot(system.g);
+  multiply(turns, true, by_d);
+  multiply(turns, true, system.g);
+  turn(turns, system.S);
+  const Eigen::VectorXd& c = at.scale.by_errors;
+  by_d = E.cwiseProduct(by_d) + information / 2 * c;
+  system.g = E.cwiseProduct(system.g) + gradient * c;
+  for (Eigen::Index j = 0; j < rows.size; ++j) {
+    const Eigen::Index n = rows.size - j;
+    auto column = system.S.col(j).tail(n);
+    column.array() *= E[j] * E.tail(n).array();
+    column += c[j] * by_d.tail(n) + by_d[j] * c.tail(n);
+  }
+}
+
+}  // namespace
+
+Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe) {
+  if (!window.sizes.velocity) return pose_block(*window.chart, read_pose(keyframe.motion.data()));
+  const InertialState motion = read_state(keyframe.motion.data(), keyframe.additive.data());
+  State state;
+  state.world_T_imu = motion.world_T_imu;
+  state.v_world = motion.v_world;
+  return window.chart->motion_block(state);
+}
+
+WindowRows prior_rows(const Window& window) {
+  return {window, static_cast<int>(window.prior.keyframes.size()), 1};
+}
+
+double prior_cost(const Window& window) {
+  const WindowPrior& prior = window.prior;
+  if (prior.gradient.size() == 0) return 0;
+  const Eigen::VectorXd y = offset(window, prior_rows(window)).y;
+  return y.dot(times_information(prior, y)) / 2 + prior.gradient.dot(y);
+}
+
+WindowSystem prior_system(const Window& window) {
+  const WindowPrior& prior = window.prior;
+  WindowSystem system{.S = prior.information, .g = prior.gradient};
+  if (prior.gradient.size() == 0) return system;
+  const WindowRows rows = prior_rows(window);
+  const Offset at = offset(window, rows);
+  const std::vector<Turn> turns = turns_of(window, rows, at.numbers);
+  system.g += times_information(prior, at.y);
+  if (!prior.scale_weights.empty()) {
+    turn_with_scale(window, rows, at, turns, system);
+    return system;
+  }
+  turn(turns, system.S);
+  multiply(turns, true, system.g);
+  return system;
+}
+
+void set_prior(Window& window, WindowSystem system) {
+  window.prior = {.information = std::move(system.S),
+                  .gradient = std::move(system.g),
+                  .keyframes = {window.keyframes.begin(), window.keyframes.end()},
+                  .points = {}};
+  WindowPrior& prior = window.prior;
+  for (const auto& [number, point] : window.points) {
+    if (point.in_prior) prior.points[number] = point.parameters;
+  }
+  const WindowRows rows = prior_rows(window);
+  int number = rows.first;
+  for (const WindowKeyframe& keyframe : prior.keyframes) {
+    const Eigen::MatrixXd T = chart_block(window, keyframe);
+    const auto n = std::min<Eigen::Index>(T.rows(), rows.errors_of(number++));
+    prior.inverse_blocks.push_back(small::inverse(T.topLeftCorner(n, n)));
+  }
+  weigh_scale(window, prior);
+  if (prior.scale_weights.empty()) return;
+  prior.scale_direction =
+      scale_direction(window, rows, {.keyframes = prior.keyframes, .points = prior.points});
+}
+
+}  // namespace chasles::smooth_detail

@@ -1,0 +1,80 @@
+#include <algorithm>
+#include <utility>
+
+#include <chasles/error.hpp>
+#include <chasles/smooth/window/window_run_detail.hpp>
+
+namespace chasles::smooth_detail {
+
+SlidingWindow::SlidingWindow(int keyframes, const BatchSettings& settings, const ErrorChart& chart,
+                             const BlockSizes& sizes)
+    : keyframes_(keyframes), settings_(settings) {
+  if (keyframes < 2) {
+    throw UsageError("a window of " + std::to_string(keyframes) +
+                     " keyframes: expected window:N with N of 2 or more");
+  }
+  window.sizes = sizes;
+  window.chart = &chart;
+  window.loss.reset(loss_of(settings));
+  window.anchored = settings.landmarks == "inverse-depth";
+}
+
+int SlidingWindow::push(Time time, const double* motion, const Eigen::VectorXd& additive) {
+  WindowKeyframe keyframe{.time = time, .additive = additive};
+  std::copy_n(motion, window.sizes.motion(), keyframe.motion.begin());
+  window.keyframes.push_back(std::move(keyframe));
+  return window.last();
+}
+
+int SlidingWindow::add(WindowPoint point) {
+  point.looks = static_cast<int>(point.views.size());
+  window.points.emplace(next_point_, std::move(point));
+  return next_point_++;
+}
+
+void SlidingWindow::look(int number, WindowView view) {
+  WindowPoint& point = window.points.at(number);
+  point.views.push_back(std::move(view));
+  ++point.looks;
+}
+
+bool SlidingWindow::make_room() {
+  if (std::ranges::count_if(window.keyframes, &WindowKeyframe::framed) < keyframes_) return false;
+  refresh();
+  const auto oldest = std::ranges::find_if(window.keyframes, &WindowKeyframe::framed);
+  const int until = window.first + static_cast<int>(oldest - window.keyframes.begin());
+  for (const int number : ending_points(window, until)) {
+    if (const auto landmark = map_landmark(window, factor_, number)) left_.push_back(*landmark);
+  }
+  while (window.first <= until) marginalise_oldest(window);
+  return true;
+}
+
+void SlidingWindow::refresh() {
+  evaluate(window);                                        // what the gate left
+  if (!factor_.fits(window)) factor_ = factor_of(window);  // velocities after the last frame
+}
+
+SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
+  const WindowProgress progress =
+      improve(window, {.steps = settings_.window_steps, .tolerance = settings_.tolerance}, factor_);
+  report.steps += progress.tried;
+  report.steps_refused += progress.tried - progress.successful;
+  report.frames_not_converged += progress.converged ? 0 : 1;
+  Settled settled{.culled = {}, .finite = progress.finite};
+  if (settings_.gate > 0 && progress.finite) settled.culled = cull(window, settings_.gate);
+  for (const CulledView& view : settled.culled.views) --window.points.at(view.point).looks;
+  for (const int number : settled.culled.points) window.points.erase(number);
+  return settled;
+}
+
+std::vector<MapLandmark> SlidingWindow::map() {
+  refresh();
+  std::vector<MapLandmark> all = left_;
+  for (const auto& [number, point] : window.points) {
+    if (const auto landmark = map_landmark(window, factor_, number)) all.push_back(*landmark);
+  }
+  return all;
+}
+
+}  // namespace chasles::smooth_detail

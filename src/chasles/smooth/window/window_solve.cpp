@@ -1,0 +1,139 @@
+#include <algorithm>
+#include <cmath>
+
+#include <chasles/filter/dense.hpp>
+#include <chasles/smooth/window/window_detail.hpp>
+
+// Steps to a window's minimum, and what its Schur complement says there.
+namespace chasles::smooth_detail {
+namespace {
+
+constexpr double kFirstDamping = 1e-4, kMostDamping = 1e4;
+
+// The numbers of a window, to go back to.
+struct Numbers {
+  std::deque<WindowKeyframe> keyframes;
+  std::vector<Eigen::Vector3d> points;
+};
+
+Numbers numbers_of(const Window& window) {
+  Numbers numbers{.keyframes = window.keyframes, .points = {}};
+  for (const auto& [number, point] : window.points) numbers.points.push_back(point.parameters);
+  return numbers;
+}
+
+void restore(const Numbers& numbers, Window& window) {
+  window.keyframes = numbers.keyframes;
+  auto parameters = numbers.points.begin();
+  for (auto& [number, point] : window.points) point.parameters = *parameters++;
+  window.stale = true;
+}
+
+void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, Window& window) {
+  // Landmarks first: their equations are those of the present poses.
+  for (auto& [number, point] : window.points) {
+    const auto row = rows.points.find(number);
+    if (row != rows.points.end()) {
+      point.parameters += step.segment<3>(row->second);
+      continue;
+    }
+    Eigen::Vector3d right = -point.linear.b;
+    for (const PointLinear::Seat& seat : point.linear.seats) {
+      right -= seat.W.transpose() * step.segment<6>(rows.keyframe(seat.keyframe));
+    }
+    Eigen::Matrix3d V = point.linear.V;
+    V.diagonal() *= 1 + damping;
+    point.parameters += inverse_on_range(V) * right;
+  }
+  const ChartManifold manifold(*window.chart, window.sizes.velocity);
+  const int additive = window.sizes.additive, moved = rows.errors - additive;
+  int row = rows.begin;
+  for (WindowKeyframe& keyframe : window.keyframes) {
+    const Eigen::VectorXd xi = chart_block(window, keyframe) * step.segment(row, moved);
+    const auto from = keyframe.motion;
+    manifold.Plus(from.data(), xi.data(), keyframe.motion.data());
+    keyframe.additive += step.segment(row + moved, additive);
+    row += rows.errors;
+  }
+  window.stale = true;
+}
+
+// False: the system is not positive definite.
+bool factorise(double damping, const Window& window, WindowFactor& factor, Eigen::VectorXd& g) {
+  const WindowRows rows(window);
+  WindowSystem system = normal_equations(window, rows, damping);
+  factor.rows.reset();
+  if (!dense::cholesky(system.S)) return false;
+  factor = {.L = std::move(system.S), .rows = rows};
+  g = std::move(system.g);
+  return true;
+}
+
+// One step from the present numbers.
+bool step(double damping, Window& window, WindowFactor& factor) {
+  Eigen::VectorXd g;
+  if (!factorise(damping, window, factor, g)) return false;
+  Eigen::VectorXd x = -g;
+  factor.L.triangularView<Eigen::Lower>().solveInPlace(x);
+  factor.L.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
+  move(*factor.rows, x, damping, window);
+  return true;
+}
+
+}  // namespace
+
+WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& factor) {
+  WindowProgress progress{.cost = evaluate(window)};
+  double damping = 0;
+  bool damped = false;
+  while (progress.successful < steps.steps && !progress.converged && damping <= kMostDamping) {
+    const Numbers before = numbers_of(window);
+    ++progress.tried;
+    const bool moved = step(damping, window, factor);
+    damped = damping > 0 || !moved;
+    const double cost = moved ? evaluate(window) : std::nan("");
+    const double gain = progress.cost - cost, least = steps.tolerance * std::abs(progress.cost);
+    if (gain >= -least) {
+      ++progress.successful;
+      progress.converged = gain <= least;
+      progress.cost = cost;
+      damping = damping > kFirstDamping ? damping / 10 : 0;
+    } else {
+      restore(before, window);
+      evaluate(window);
+      damping = damping > 0 ? 10 * damping : kFirstDamping;
+    }
+  }
+  // The uncertainty is that without damping.
+  if (damped) factor = factor_of(window);
+  progress.finite = std::isfinite(progress.cost) && factor.rows.has_value();
+  return progress;
+}
+
+WindowFactor factor_of(const Window& window) {
+  WindowFactor factor;
+  Eigen::VectorXd g;
+  factorise(0, window, factor, g);
+  return factor;
+}
+
+Culled cull(Window& window, double gate) {
+  Culled culled;
+  for (auto& [number, point] : window.points) {
+    const bool began = std::ranges::any_of(point.views, &WindowView::begins);
+    const auto wrong = [&](const WindowView& view) { return view.deviation > gate; };
+    for (const WindowView& view : point.views) {
+      if (!wrong(view)) continue;
+      culled.views.push_back({.point = number, .keyframe = view.keyframe, .camera = view.camera});
+    }
+    if (std::erase_if(point.views, wrong) == 0) continue;
+    point.stale = true;
+    const bool begins = std::ranges::any_of(point.views, &WindowView::begins);
+    if (!point.in_prior && (point.views.size() < 2 || began != begins)) {
+      culled.points.push_back(number);
+    }
+  }
+  return culled;
+}
+
+}  // namespace chasles::smooth_detail

@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <cassert>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+#include <chasles/smooth/window/window_detail.hpp>
+
+// The quadratic form of a window: prior, terms, landmarks by their Schur complements.
+namespace chasles::smooth_detail {
+namespace {
+
+// What a landmark's views do not tell, in parts of what they tell best; above the second,
+// Cholesky's pivots tell that all is told.
+constexpr double kNotTold = 1e-12, kCertainlyTold = 1e-8;
+
+// The lower triangle of the block at rows i and columns j, i and j where poses begin.
+void add_block(int i, int j, const Matrix6d& block, Eigen::MatrixXd& S) {
+  if (i >= j) {
+    S.block<6, 6>(i, j) += block;
+  } else {
+    S.block<6, 6>(j, i) += block.transpose();
+  }
+}
+
+void add_seats(const WindowRows& rows, const PointLinear& linear, WindowSystem& system) {
+  for (const PointLinear::Seat& seat : linear.seats) {
+    const int i = rows.keyframe(seat.keyframe);
+    system.S.block<6, 6>(i, i) += seat.H;
+    system.g.segment<6>(i) += seat.g;
+    if (&seat == &linear.seats.front()) continue;
+    const int a = rows.keyframe(linear.seats.front().keyframe);
+    add_block(i, a, seat.by_anchor, system.S);
+  }
+}
+
+void eliminate(const WindowRows& rows, const PointLinear& linear, const Eigen::Matrix3d& V_inverse,
+               WindowSystem& system) {
+  for (const PointLinear::Seat& of : linear.seats) {
+    const int i = rows.keyframe(of.keyframe);
+    const Matrix63d Y = of.W * V_inverse;
+    system.g.segment<6>(i).noalias() -= Y * linear.b;
+    for (const PointLinear::Seat& by : linear.seats) {
+      const int j = rows.keyframe(by.keyframe);
+      if (j <= i) system.S.block<6, 6>(i, j).noalias() -= Y * by.W.transpose();
+    }
+  }
+}
+
+}  // namespace
+
+WindowRows::WindowRows(const Window& window, int keyframe_count, int whole_count)
+    : errors(window.sizes.errors()),
+      first(window.first),
+      keyframes(keyframe_count),
+      whole(std::min(whole_count, keyframe_count)) {
+  for (const auto& [number, point] : window.points) {
+    if (!point.in_prior) continue;
+    points[number] = begin;
+    begin += 3;
+  }
+  size = keyframe(first + keyframes);
+}
+
+WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to) {
+  // Neighbours that stay neighbours are moved together.
+  struct Run {
+    int from, to, count;
+  };
+  std::vector<Run> runs;
+  const auto add = [&](const Run& run) {
+    const bool joins = !runs.empty() && runs.back().from + runs.back().count == run.from &&
+                       runs.back().to + runs.back().count == run.to;
+    if (joins) {
+      runs.back().count += run.count;
+    } else {
+      runs.push_back(run);
+    }
+  };
+  for (const auto& [number, row] : from.points) {
+    const auto at = to.points.find(number);
+    if (at != to.points.end()) add({.from = row, .to = at->second, .count = 3});
+  }
+  const int end = std::min(from.first + from.keyframes, to.first + to.keyframes);
+  for (int k = std::max(from.first, to.first); k < end; ++k) {
+    const int count = std::min(from.errors_of(k), to.errors_of(k));
+    add({.from = from.keyframe(k), .to = to.keyframe(k), .count = count});
+  }
+  WindowSystem moved{.S = Eigen::MatrixXd::Zero(to.size, to.size),
+                     .g = Eigen::VectorXd::Zero(to.size)};
+  for (auto i = runs.begin(); i != runs.end(); ++i) {
+    for (auto j = runs.begin(); j <= i; ++j) {
+      moved.S.block(i->to, j->to, i->count, j->count) =
+          system.S.block(i->from, j->from, i->count, j->count);
+    }
+    moved.g.segment(i->to, i->count) = system.g.segment(i->from, i->count);
+  }
+  return moved;
+}
+
+Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V) {
+  const Eigen::LLT<Eigen::Matrix3d> cholesky(V);
+  const double least = cholesky.matrixLLT().diagonal().cwiseAbs2().minCoeff();
+  if (cholesky.info() == Eigen::Success && least > kCertainlyTold * V.diagonal().maxCoeff()) {
+    return cholesky.solve(Eigen::Matrix3d::Identity());
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(V);
+  const Eigen::Vector3d& told = eigen.eigenvalues();
+  Eigen::Vector3d inverse = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 3; ++i) {
+    if (told[i] > kNotTold * told[2]) inverse[i] = 1 / told[i];
+  }
+  return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
+}
+
+void add_point(const WindowRows& rows, const PointLinear& linear, std::optional<int> row,
+               const Eigen::Matrix3d& V_inverse, WindowSystem& system) {
+  add_seats(rows, linear, system);
+  if (!row) {
+    eliminate(rows, linear, V_inverse, system);
+    return;
+  }
+  system.S.block<3, 3>(*row, *row) += linear.V;
+  system.g.segment<3>(*row) += linear.b;
+  for (const PointLinear::Seat& seat : linear.seats) {
+    system.S.block<6, 3>(rows.keyframe(seat.keyframe), *row) += seat.W;
+  }
+}
+
+void add_term(const WindowRows& rows, const ChainTerm& term, WindowSystem& system) {
+  assert(term.first + term.keyframes <= rows.first + rows.whole);
+  const int row = rows.keyframe(term.first);
+  const auto n = static_cast<int>(term.jacobian.cols());
+  system.S.block(row, row, n, n).noalias() += term.jacobian.transpose() * term.jacobian;
+  system.g.segment(row, n).noalias() += term.jacobian.transpose() * term.residual;
+}
+
+WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping) {
+  WindowSystem system = in_rows(prior_system(window), prior_rows(window), rows);
+  for (const ChainTerm& term : window.terms) add_term(rows, term, system);
+  Eigen::VectorXd enlarged = system.S.diagonal();
+  for (const auto& [number, point] : window.points) {
+    const auto row = rows.points.find(number);
+    const bool own = row != rows.points.end();
+    Eigen::Matrix3d V = point.linear.V;
+    V.diagonal() *= 1 + damping;
+    add_point(rows, point.linear, own ? std::optional(row->second) : std::nullopt,
+              own ? V : inverse_on_range(V), system);
+    for (const PointLinear::Seat& seat : point.linear.seats) {
+      enlarged.segment<6>(rows.keyframe(seat.keyframe)) += seat.H.diagonal();
+    }
+    if (own) enlarged.segment<3>(row->second) += point.linear.V.diagonal();
+  }
+  system.S.diagonal() += damping * enlarged;
+  return system;
+}
+
+}  // namespace chasles::smooth_detail
