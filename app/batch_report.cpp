@@ -4,18 +4,6 @@
 #include <nlohmann/json.hpp>
 
 namespace chasles::app {
-namespace {
-
-// Twice the cost over its degrees of freedom, above which the sensors are not as stated or the
-// minimum is a wrong one.
-constexpr double kDoesNotFit = 2;
-
-}  // namespace
-
-bool believable(const BatchReport& report) {
-  return report.converged && !report.stalled && report.cost_per_dof < kDoesNotFit;
-}
-
 nlohmann::ordered_json batch_json(const BatchReport& r) {
   return {{"converged", r.converged},
           {"stalled", r.stalled},
@@ -73,7 +61,7 @@ void append_remarks(const BatchReport& r, std::vector<std::string>& remarks) {
                     "by {:.2g} of itself: wrong pixels, or a beginning that is too far away",
                     r.iterations, r.decrease_left));
   }
-  if (r.cost_per_dof >= kDoesNotFit) {
+  if (r.cost_per_dof >= kMostCostPerDof) {
     remarks.push_back(fmt::format(
         "batch estimation ended where its residuals are {:.1f} times what the sensors' noise makes "
         "(squared): a wrong minimum, or noise and calibration that are not as stated",

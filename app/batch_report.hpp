@@ -10,9 +10,6 @@
 
 namespace chasles::app {
 
-/// Whether the search converged at a minimum that fits the data.
-bool believable(const BatchReport& report);
-
 /// summary.json's "batch": how the minimum was found. Nothing in it differs from run to run.
 nlohmann::ordered_json batch_json(const BatchReport& report);
 

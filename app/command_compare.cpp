@@ -19,6 +19,7 @@
 #include "lab_scene.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
+#include "run_figures.hpp"
 #include "scene_options.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"

@@ -11,9 +11,9 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/evaluation.hpp>
 
+#include "run_figures.hpp"
 #include "run_input.hpp"
 #include "subcommands.hpp"
-#include "summary.hpp"
 #include "thresholds.hpp"
 
 namespace chasles::app {

@@ -1,4 +1,5 @@
 #include <charconv>
+#include <functional>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -12,21 +13,22 @@
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/filter/error_chart.hpp>
+#include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/pipeline/truth.hpp>
+#include <chasles/stopwatch.hpp>
 
-#include "batch_report.hpp"
-#include "drive.hpp"
-#include "estimator.hpp"
+#include "calibration_report.hpp"
 #include "filter_options.hpp"
 #include "full_covariance.hpp"
 #include "image_keeper.hpp"
-#include "inertial_drive.hpp"
+#include "inertial_settings_io.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
 #include "options.hpp"
 #include "output_folder.hpp"
 #include "run_input.hpp"
+#include "run_recording.hpp"
 #include "run_settings.hpp"
-#include "stopwatch.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "thresholds.hpp"
@@ -225,39 +227,99 @@ void prepare_outputs(const RunOptions& o) {
   if (!o.full_covariance.empty()) check_full_covariance(o.full_covariance);
 }
 
-Drive estimate(const RunOptions& o, DriveRunSettings& settings, Recording& recording,
-               const Interrupt& interrupt, LiveView& live) {
-  const double time_offset = correct_clock(settings.filter, recording);
-  Trajectory velocities_alone = dead_reckoning(recording);
+// The truth as it is: nothing is drawn.
+InertialStart start_at_truth(const Recording& recording) {
+  if (recording.truth.empty()) {
+    throw Error(
+        ExitCode::kNotInitialised,
+        fmt::format("{}: has no truth to begin at (--truth FILE gives one); without --begin "
+                    "truth the start is found by itself",
+                    recording.name));
+  }
+  return true_start(recording);
+}
+
+// A recording on its way to a run: what is common to both kinds.
+struct Prepared {
+  std::unique_ptr<Estimator> estimator;
+  RunRecordingOptions options;
+  std::function<Json(const RecordedRun&)> summary;
+};
+
+Prepared prepare_inertial(const RunOptions& o, const EstimatorChoice& choice,
+                          const Recording& recording) {
+  if (!o.settings.mode.empty() && o.settings.mode != "slam") {
+    throw UsageError("--mode: a recording with an IMU is run with slam alone");
+  }
+  if (!o.full_covariance.empty()) {
+    throw UsageError("--full-covariance is not kept of a recording with an IMU");
+  }
+  if (o.begin != "auto" && o.begin != "truth") {
+    throw UsageError(fmt::format("--begin: found '{}', expected auto or truth", o.begin));
+  }
+  if (!choice.is_filter() && realtime(o)) {
+    throw UsageError("--realtime is for the filter, not for --estimator " + o.estimator);
+  }
+  InertialRunSettings settings = inertial_run_settings_from(o.settings);
+  settings.estimator = choice;
+  prepare_outputs(o);
+  const bool from_truth = o.begin == "truth";
+  Prepared prepared;
+  prepared.options.frontend = settings.frontend;
+  prepared.options.run.realtime = realtime(o);
+  prepared.options.run.tracks = o.input.tracks;
+  prepared.options.known = known_json(settings, recording);
+  prepared.options.calibration_columns =
+      calibration_columns(settings.filter, recording.cameras.size());
+  if (from_truth) prepared.options.truth_chart = settings.filter.chart;
+  const InertialSensors sensors = inertial_sensors(recording, settings);
+  prepared.estimator = make_estimator(
+      settings, recording, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt);
+  prepared.summary = [settings, sensors, &recording](const RecordedRun& run) {
+    return summary_json(run, settings, sensors, recording);
+  };
+  return prepared;
+}
+
+Prepared prepare_velocity(const RunOptions& o, const EstimatorChoice& choice,
+                          Recording& recording) {
+  if (!choice.is_filter() && !o.full_covariance.empty()) {
+    throw UsageError("--full-covariance is not kept of --estimator " + o.estimator);
+  }
+  if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
+  if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
+  VelocityRunSettings settings = settings_from(o.settings);
+  settings.estimator = choice;
+  check(o, settings.filter);
+  prepare_outputs(o);
+  const ClockCorrection clock = correct_clock(settings.filter, recording);
+  if (!clock.remark.empty()) recording.remarks.push_back(clock.remark);
+  Prepared prepared;
+  prepared.options.dead_reckoning = dead_reckoning(recording);
   if (!o.trajectory.empty()) {
     follow(recording, read_tum(o.trajectory));
     settings.filter.hold = "zero-order";
   }
-  const Estimator estimator = estimator_from("--estimator", o.estimator);
-  Drive result = estimator.window > 0
-                     ? slide(recording, settings.filter, settings.batch, estimator.window,
-                             interrupt, o.quiet, std::move(velocities_alone), live)
-                     : drive(recording, settings.filter, interrupt, o.quiet,
-                             std::move(velocities_alone), live);
-  if (estimator.batch && !result.interrupted) {
-    live.smoothing();
-    smooth(recording, settings.filter, settings.batch, result);
-  }
-  result.time_offset = time_offset;
-  add_remarks(result.run, result.interrupted, recording.frames.size(), recording.remarks);
-  return result;
+  prepared.options.known = known_json(settings, recording);
+  const VelocitySensors sensors = velocity_sensors(recording, settings);
+  prepared.estimator = make_estimator(settings, sensors);
+  prepared.summary = [settings, sensors, clock, &recording](const RecordedRun& run) {
+    return summary_json(run, settings, sensors, clock.offset, recording);
+  };
+  return prepared;
 }
 
 // Writes what there is to write, and returns all figures.
-Json deliver(const RunOptions& o, const Drive& result, const Json& summary, const Stopwatch& wall) {
+Json deliver(const RunOptions& o, const Prepared& prepared, const RecordedRun& result,
+             const Stopwatch& wall) {
+  const Json summary = prepared.summary(result);
   if (!o.output.empty()) write_run(result.run, summary, o.output);
-  Json timing =
-      timing_json(summary.at("recorded_seconds").get<double>(), wall.seconds(), cpu_seconds());
-  if (result.batch) append_timing(*result.batch, timing);
-  if (result.window) append_timing(*result.window, timing);
+  const Json timing = timing_json(result, summary.at("recorded_seconds").get<double>(),
+                                  wall.seconds(), cpu_seconds());
   if (!o.output.empty()) write_file(o.output / "timing.json", json_text(timing, 2) + "\n");
   if (!o.full_covariance.empty()) {
-    write_full_covariance(*result.slam, result.run.landmarks, o.full_covariance);
+    write_full_covariance(*prepared.estimator->filter(), prepared.estimator->state_names(),
+                          result.run.landmarks, o.full_covariance);
   }
   return with_timing(summary, timing);
 }
@@ -273,75 +335,32 @@ auto telling_why_not(LiveView& live, const Work& work) {
   }
 }
 
-// A recording with IMU samples instead of body velocities.
-int run_inertial(const RunOptions& o, Recording& recording, const Interrupt& interrupt,
-                 const Stopwatch& wall) {
-  if (!o.settings.mode.empty() && o.settings.mode != "slam") {
-    throw UsageError("--mode: a recording with an IMU is run with slam alone");
-  }
-  if (!o.full_covariance.empty()) {
-    throw UsageError("--full-covariance is not kept of a recording with an IMU");
-  }
-  if (o.begin != "auto" && o.begin != "truth") {
-    throw UsageError(fmt::format("--begin: found '{}', expected auto or truth", o.begin));
-  }
-  const Estimator estimator = estimator_from("--estimator", o.estimator);
-  if (!estimator.filter() && realtime(o)) {
-    throw UsageError("--realtime is for the filter, not for --estimator " + o.estimator);
-  }
-  const InertialRunSettings settings = inertial_run_settings_from(o.settings);
-  prepare_outputs(o);
-  LiveView live(o.live, interrupt, o.output);
-  InertialDrive result = telling_why_not(live, [&] {
-    return drive(recording, settings,
-                 {.from_truth = o.begin == "truth",
-                  .threads = o.threads,
-                  .quiet = o.quiet,
-                  .realtime = realtime(o),
-                  .estimator = estimator,
-                  .keep_images = o.keep_images,
-                  .tracks = o.input.tracks},
-                 interrupt, live);
-  });
-  add_remarks(result.run, result.interrupted, frame_count(recording), recording.remarks);
-  const Json summary = summary_json(result, settings, recording);
-  if (!o.output.empty()) write_run(result.run, summary, o.output);
-  const Json timing = timing_json(result, timing_json(summary.at("recorded_seconds").get<double>(),
-                                                      wall.seconds(), cpu_seconds()));
-  if (!o.output.empty()) write_file(o.output / "timing.json", json_text(timing, 2) + "\n");
-  const Json figures = with_timing(summary, timing);
-  print(o, figures);
-  live.finish(result.run, json_text(figures), result.interrupted);
-  return exit_code(o, result.run, result.interrupted, figures);
-}
-
 int run(const RunOptions& o) {
   const Stopwatch wall;
   if (o.quiet) spdlog::set_level(spdlog::level::err);
-  const Estimator estimator = estimator_from("--estimator", o.estimator);
+  const EstimatorChoice choice = estimator_choice(o.estimator, "--estimator");
   if (o.keep_images && o.output.empty() && !o.live.wanted) {
     throw UsageError("--keep-images needs -o RUN, to have a place for them");
   }
   Recording recording = read_input(o.input);
   const Interrupt interrupt;  // before anybody is told that it goes on
   announce(o, recording);
-  if (recording.velocities.empty()) return run_inertial(o, recording, interrupt, wall);
-  if (!estimator.filter() && !o.full_covariance.empty()) {
-    throw UsageError("--full-covariance is not kept of --estimator " + o.estimator);
-  }
-  if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
-  if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
-  DriveRunSettings settings = settings_from(o.settings);
-  check(o, settings.filter);
-  prepare_outputs(o);
+  Prepared prepared = recording.velocities.empty() ? prepare_inertial(o, choice, recording)
+                                                   : prepare_velocity(o, choice, recording);
+  prepared.options.estimator = choice;
+  prepared.options.run.threads = o.threads;
+  prepared.options.quiet = o.quiet;
+  prepared.options.keep_images = o.keep_images;
   LiveView live(o.live, interrupt, o.output);
-  const Drive result =
-      telling_why_not(live, [&] { return estimate(o, settings, recording, interrupt, live); });
-  const Json summary = summary_json(result, settings, recording);
-  const Json figures = deliver(o, result, summary, wall);
+  const RecordedRun result = telling_why_not(live, [&] {
+    return run_recording(recording, *prepared.estimator, prepared.options, interrupt, live);
+  });
+  const bool interrupted = result.report.interrupted;
+  add_remarks(result.run, interrupted, frame_count(recording), recording.remarks);
+  const Json figures = deliver(o, prepared, result, wall);
   print(o, figures);
-  live.finish(result.run, json_text(figures), result.interrupted);
-  return exit_code(o, result.run, result.interrupted, figures);
+  live.finish(result.run, json_text(figures), interrupted);
+  return exit_code(o, result.run, interrupted, figures);
 }
 
 }  // namespace

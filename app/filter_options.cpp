@@ -10,7 +10,6 @@
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
-#include "estimator.hpp"
 #include "settings_io.hpp"
 
 namespace chasles::app {
@@ -99,12 +98,12 @@ std::vector<FilterVariant> with_estimators(const std::vector<FilterVariant>& fil
                                            const std::vector<std::string>& estimators) {
   std::vector<FilterVariant> all;
   for (const std::string& estimator : or_default(estimators, "filter")) {
-    const Estimator one = estimator_from("--estimators", estimator);
+    const EstimatorChoice one = estimator_choice(estimator, "--estimators");
     for (FilterVariant filter : filters) {
-      if (one.batch) filter.name += "+batch";
-      if (one.window > 0) filter.name += fmt::format("+window{}", one.window);
-      if (!one.filter()) filter.batch.emplace();
-      filter.window = one.window;
+      if (one.is_batch()) filter.name += "+batch";
+      if (one.is_window()) filter.name += fmt::format("+window{}", one.keyframes);
+      if (!one.is_filter()) filter.batch.emplace();
+      filter.window = one.keyframes;
       all.push_back(std::move(filter));
     }
   }

@@ -27,7 +27,8 @@ std::string npy_header(std::uintmax_t count) {
   return header + text;
 }
 
-std::string row_names(const VelocitySlam& slam, const std::vector<RunLandmark>& landmarks) {
+std::string row_names(const std::vector<std::string>& names,
+                      const std::vector<RunLandmark>& landmarks) {
   std::string text = "row,of,component\n";
   int row = 0;
   const auto append = [&](const std::string& of, const std::string& component) {
@@ -37,7 +38,7 @@ std::string row_names(const VelocitySlam& slam, const std::vector<RunLandmark>& 
     for (const char* axis : {"x", "y", "z"}) append(fmt::format("{}", l.id), axis);
   }
   for (const char* part : {"rx", "ry", "rz", "x", "y", "z"}) append("pose", part);
-  for (const std::string& name : slam.additive_names()) append("additive", name);
+  for (const std::string& name : names) append("additive", name);
   return text;
 }
 
@@ -60,14 +61,14 @@ std::ofstream opened(const std::filesystem::path& file) {
   return stream;
 }
 
-void write_triangle(const VelocitySlam& slam, std::uintmax_t rows, std::ofstream& stream,
+void write_triangle(const Ekf& filter, std::uintmax_t rows, std::ofstream& stream,
                     const std::filesystem::path& file) {
   const std::uintmax_t count = rows * (rows + 1) / 2;
   check_room(file, 8 * count + 128);
   const std::string header = npy_header(count);
   stream.write(header.data(), static_cast<std::streamsize>(header.size()));
   Eigen::VectorXd values;
-  slam.filter().visit_map_covariance([&](Eigen::Index first, const Eigen::MatrixXd& block) {
+  filter.visit_map_covariance([&](Eigen::Index first, const Eigen::MatrixXd& block) {
     for (Eigen::Index i = 0; i < block.rows(); ++i) {
       const Eigen::Index width = first + i + 1;
       values = block.row(i).head(width);
@@ -89,16 +90,17 @@ void check_full_covariance(const std::filesystem::path& file) {
   if (!there) remove_file(file);
 }
 
-void write_full_covariance(const VelocitySlam& slam, const std::vector<RunLandmark>& landmarks,
+void write_full_covariance(const Ekf& filter, const std::vector<std::string>& additive_names,
+                           const std::vector<RunLandmark>& landmarks,
                            const std::filesystem::path& file) {
-  const auto rows = static_cast<std::uintmax_t>(3 * slam.filter().map_size() +
-                                                slam.filter().core_covariance().rows());
+  const auto rows =
+      static_cast<std::uintmax_t>(3 * filter.map_size() + filter.core_covariance().rows());
   std::filesystem::path names = file;
   names.replace_extension(".csv");
   std::ofstream stream = opened(file);
   try {
-    write_triangle(slam, rows, stream, file);
-    write_file(names, row_names(slam, landmarks));
+    write_triangle(filter, rows, stream, file);
+    write_file(names, row_names(additive_names, landmarks));
   } catch (const Error&) {
     std::error_code ignored;  // The first error is the one to tell.
     if (std::filesystem::is_regular_file(file, ignored)) std::filesystem::remove(file, ignored);

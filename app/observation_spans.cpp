@@ -1,6 +1,6 @@
-#include <unordered_set>
-
 #include "observation_spans.hpp"
+
+#include <unordered_set>
 
 namespace chasles::app {
 

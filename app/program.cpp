@@ -10,7 +10,6 @@
 
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
-#include <chasles/filter/dense.hpp>
 
 #include "options.hpp"
 #include "subcommands.hpp"
@@ -83,7 +82,6 @@ int parse_and_run(int argc, char** argv) {
 
 int program(int argc, char** argv) {
   log_to_stderr();
-  dense::prepare();
   try {
     return parse_and_run(argc, argv);
   } catch (const Error& error) {

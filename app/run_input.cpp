@@ -115,19 +115,6 @@ bool is_text(const std::filesystem::path& file) {
 
 }  // namespace
 
-std::size_t frame_count(const Recording& r) {
-  return r.frames.size() + (r.images ? r.images->size() : 0);
-}
-
-Time first_event(const Recording& r) {
-  Time first = Time::max();
-  if (!r.frames.empty()) first = std::min(first, r.frames.front().time);
-  if (!r.velocities.empty()) first = std::min(first, r.velocities.front().time);
-  if (!r.imu.empty()) first = std::min(first, r.imu.front().time);
-  if (r.images && r.images->size() > 0) first = std::min(first, r.images->time(0));
-  return first;
-}
-
 Trajectory read_truth(const std::filesystem::path& path) {
   std::error_code ignored;
   const bool folder = std::filesystem::is_directory(path, ignored);

@@ -5,10 +5,9 @@
 #include <string>
 
 #include <chasles/data/recording.hpp>
+#include <chasles/pipeline/tracks_part.hpp>
 #include <chasles/slam/velocity_noise.hpp>
 #include <chasles/slam/velocity_settings.hpp>
-
-#include "tracks_part.hpp"
 
 namespace chasles::app {
 
@@ -30,12 +29,6 @@ Recording read_input(const RunInput& input);
 
 /// The truth of a TUM file, or of a recording of any kind that has one. InputError where not.
 Trajectory read_truth(const std::filesystem::path& path);
-
-/// How many frames there are, of numbered points or of images.
-std::size_t frame_count(const Recording& recording);
-
-/// The earliest time of a frame, an image, a velocity or an IMU sample.
-Time first_event(const Recording& recording);
 
 /// Replaces the velocities by those that, each held until the next (hold `zero-order`), move the
 /// pose exactly along the trajectory, from its first pose on, which becomes the world. Frames

@@ -19,8 +19,8 @@ SettingList setting_list(VelocitySlamSettings& settings) {
   return collector.settings;
 }
 
-DriveRunSettings settings_from(const SettingSources& sources) {
-  DriveRunSettings settings;
+VelocityRunSettings settings_from(const SettingSources& sources) {
+  VelocityRunSettings settings;
   SettingList list = setting_list(settings.filter);
   for (Setting& s : setting_list(settings.batch)) list.push_back(std::move(s));
   if (!sources.config.empty()) set_from_file(list, sources.config);

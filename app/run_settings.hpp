@@ -3,8 +3,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/slam/velocity_settings.hpp>
-#include <chasles/smooth/batch/batch_settings.hpp>
+#include <chasles/pipeline/run_settings.hpp>
 
 #include "settings_io.hpp"
 
@@ -22,14 +21,8 @@ struct SettingSources {
   std::string chart, mode;        ///< empty: not given
 };
 
-/// All that can be set about a run with body velocities: keys of the filter as they are, of batch
-/// estimation behind "batch.".
-struct DriveRunSettings {
-  VelocitySlamSettings filter;
-  BatchSettings batch;
-};
-
-/// Throws UsageError or InputError as set() and set_from_file() do.
-DriveRunSettings settings_from(const SettingSources& sources);
+/// Keys of the filter as they are, of batch estimation behind "batch.". Throws UsageError or
+/// InputError as set() and set_from_file() do.
+VelocityRunSettings settings_from(const SettingSources& sources);
 
 }  // namespace chasles::app

@@ -1,18 +1,17 @@
 #include "summary.hpp"
 
-#include <algorithm>
-#include <unordered_map>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/error.hpp>
-#include <chasles/eval/landmarks.hpp>
 #include <chasles/imu/level_axes.hpp>
+#include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/slam/velocity_model.hpp>
 
 #include "batch_report.hpp"
+#include "calibration_report.hpp"
 #include "filter_options.hpp"
+#include "inertial_settings_io.hpp"
+#include "run_figures.hpp"
 
 namespace chasles::app {
 namespace {
@@ -42,34 +41,31 @@ Json noise_json(const VelocitySlamNoise& noise, bool level, double time_offset) 
           {"update", stereo_json(noise.update)}};
 }
 
-Json counts_json(const Run& run) {
-  long observations = 0, used = 0, rejected = 0, dof = 0, degraded = 0;
-  double nis = 0;
-  for (const RunState& s : run.states) {
-    observations += s.observations;
-    used += s.used;
-    rejected += s.rejected;
-    dof += s.nis_dof;
-    nis += s.nis;
-    degraded += s.health != "ok";
-  }
-  const double length =
-      run.states.empty() ? 0 : to_seconds(run.states.back().time - run.states.front().time);
-  return {{"health", run_health(run.states)},
-          {"frames", run.states.size()},
-          {"frames_not_ok", degraded},
-          {"recorded_seconds", length},
-          {"landmarks", run.landmarks.size()},
-          {"observations", observations},
-          {"used", used},
-          {"rejected", rejected},
-          {"nis_per_dof", dof > 0 ? Json(nis / static_cast<double>(dof)) : Json()}};
+Json frontend_json(const FrontendTotals& t) {
+  return {{"frames", t.frames},
+          {"unreadable", t.unreadable},
+          {"tracked", t.tracked},
+          {"added", t.added},
+          {"lost", t.lost},
+          {"outliers", t.outliers},
+          {"stereo_tried", t.stereo_tried},
+          {"stereo_matched", t.stereo_matched}};
 }
 
-Json no_evaluation() {
-  Json json = Json::object();
-  for (const auto& [name, value] : figures(Evaluation{})) json[name] = nullptr;
-  return json;
+// Taken as such by the run; in other modes and of an input they are not.
+bool are_level(const VelocitySensors& sensors, const VelocityRunSettings& settings) {
+  return model_of(settings.filter, sensors.noise).level;
+}
+
+// Where it was found, not said.
+void add_axes(const VelocitySensors& sensors, const VelocityRunSettings& settings,
+              const Recording& recording, std::vector<std::string>& remarks) {
+  if (!are_level(sensors, settings) || settings.filter.velocity_axes != "auto") return;
+  const LevelEvidence evidence = level_evidence(recording.velocities).value();
+  remarks.push_back(fmt::format(
+      "the velocities are along level axes, not the IMU's: they climb by {:.2f} +- {:.2f} of what "
+      "the rates pitch it (0 or less along its own axes); velocity_axes=imu takes them as its own",
+      evidence.slope, evidence.sigma));
 }
 
 std::string line(const Json& summary, const char* label, const char* figure, const char* unit,
@@ -81,151 +77,114 @@ std::string line(const Json& summary, const char* label, const char* figure, con
 
 }  // namespace
 
-std::string run_health(const std::vector<RunState>& states) {
-  const auto count = [&](const char* health) {
-    return static_cast<std::size_t>(std::ranges::count(states, health, &RunState::health));
-  };
-  if (!states.empty() && states.back().health == "lost") return "lost";
-  return count("lost") > 0 || 10 * count("degraded") > states.size() ? "degraded" : "ok";
-}
-
-Json figures_json(const Evaluation& evaluation) {
-  Json json = Json::object();
-  for (const auto& [name, value] : figures(evaluation)) json[name] = value ? Json(*value) : Json();
-  return json;
-}
-
-// The true landmarks among the map's, by id; null where there are none, or where the trajectories
-// are not comparable.
-Json landmarks_json(const Run& run, const std::vector<TrueLandmark>& truths, bool comparable) {
-  std::unordered_map<LandmarkId, Eigen::Vector3d> p_truth;
-  for (const TrueLandmark& truth : truths) p_truth.emplace(truth.id, truth.p_world);
-  std::vector<MatchedPoint> points;
-  for (const RunLandmark& landmark : run.landmarks) {
-    const auto truth = p_truth.find(landmark.id);
-    if (truth != p_truth.end()) {
-      points.push_back({.p_estimate = landmark.p_world, .p_truth = truth->second});
-    }
-  }
-  Json json{{"landmarks_matched", points.size()},
-            {"landmarks_rmse_m", nullptr},
-            {"landmarks_rmse_aligned_m", nullptr}};
-  if (points.empty() || !comparable) return json;
-  Trajectory estimate;
-  for (const RunState& s : run.states) estimate.push_back({.time = s.time, .pose = s.world_T_imu});
-  const LandmarkError error = landmark_error(
-      points, align(associate(estimate, run.truth), Alignment::kFirstPose).truth_T_estimate);
-  json["landmarks_rmse_m"] = error.rmse_first_pose_m;
-  if (error.rmse_aligned_m) json["landmarks_rmse_aligned_m"] = *error.rmse_aligned_m;
-  return json;
-}
-
-Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::string>& remarks) {
-  if (run.truth.empty() || run.states.empty()) return no_evaluation();
-  Trajectory estimate;
-  std::vector<Matrix6d> covariances;
-  for (const RunState& s : run.states) {
-    estimate.push_back({.time = s.time, .pose = s.world_T_imu});
-    covariances.push_back(s.pose_covariance);
-  }
-  EvaluationOptions options;
-  options.pose_error = pose_error_of(chart);
-  options.level = is_level(run);
-  try {
-    return figures_json(evaluate(estimate, run.truth, covariances, options));
-  } catch (const InputError& error) {
-    remarks.push_back(fmt::format("not evaluated: {}", error.what()));
-    return no_evaluation();
-  }
-}
-
-Json run_json(const Run& run, const std::string& mode, const std::string& chart,
-              const std::vector<TrueLandmark>& true_landmarks, std::vector<std::string>& remarks) {
-  Json json = {{"name", run.name}, {"version", CHASLES_VERSION}, {"mode", mode}, {"chart", chart}};
-  json.update(counts_json(run));
-  json.update(evaluation_json(run, chart, remarks));
-  json.update(landmarks_json(run, true_landmarks, !json["ate_m"].is_null()));
-  if (run.georeference) {
-    const Geodetic& origin = run.georeference->origin;
-    json["georeference"] = {{"latitude", origin.latitude},
-                            {"longitude", origin.longitude},
-                            {"altitude", origin.altitude}};
-  }
-  return json;
-}
-
-Json cameras_json(const Recording& recording) {
-  Json list = Json::array();
-  const auto add = [&](const SE3& cam_T_imu, const auto& camera) -> Json& {
-    const SE3 imu_T_cam = cam_T_imu.inverse();
-    Json rows = Json::array();
-    for (int i = 0; i < 3; ++i) {
-      rows.push_back({imu_T_cam.R(i, 0), imu_T_cam.R(i, 1), imu_T_cam.R(i, 2), imu_T_cam.p(i)});
-    }
-    rows.push_back({0, 0, 0, 1});
-    list.push_back(
-        {{"imu_T_cam", rows}, {"intrinsics", {camera.fx, camera.fy, camera.cx, camera.cy}}});
-    return list.back();
-  };
-  for (const Camera& camera : recording.cameras) {
-    add(camera.cam_T_imu, camera)["resolution"] = {camera.width, camera.height};
-  }
-  if (recording.cameras.empty()) {
-    const StereoRig& rig = recording.rig;
-    const SE3 cam1_T_cam0{Eigen::Matrix3d::Identity(), {-rig.baseline, 0, 0}};
-    add(rig.cam0_T_imu, rig);
-    add(cam1_T_cam0 * rig.cam0_T_imu, rig);
-  }
-  return list;
-}
-
-// Taken as such by the run; in other modes and of an input they are not.
-bool are_level(const Drive& drive, const DriveRunSettings& settings) {
-  return model_of(settings.filter, drive.noise).level;
-}
-
-// Where it was found, not said.
-void add_axes(const Drive& drive, const DriveRunSettings& settings, const Recording& recording,
-              std::vector<std::string>& remarks) {
-  if (!are_level(drive, settings) || settings.filter.velocity_axes != "auto") return;
-  const LevelEvidence evidence = level_evidence(recording.velocities).value();
-  remarks.push_back(fmt::format(
-      "the velocities are along level axes, not the IMU's: they climb by {:.2f} +- {:.2f} of what "
-      "the rates pitch it (0 or less along its own axes); velocity_axes=imu takes them as its own",
-      evidence.slope, evidence.sigma));
-}
-
-Json summary_json(const Drive& drive, const DriveRunSettings& settings,
-                  const Recording& recording) {
+Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
+                  const InertialSensors& sensors, const Recording& recording) {
+  const RunReport& report = run.report;
+  const EstimatorReport& own = report.estimator;
   std::vector<std::string> remarks = recording.remarks;
-  add_axes(drive, settings, recording, remarks);
-  if (drive.batch) append_remarks(*drive.batch, remarks);
-  Json summary = run_json(drive.run, settings.filter.mode, settings.filter.chart,
-                          recording.true_landmarks, remarks);
-  DriveRunSettings copy = settings;
-  if (drive.batch) summary["batch"] = batch_json(*drive.batch);
-  if (drive.window) summary["window"] = window_json(*drive.window);
-  summary["settings"] = to_json(setting_list(copy.filter));
-  if (drive.batch || drive.window) summary["settings"].update(to_json(setting_list(copy.batch)));
-  summary["noise"] = noise_json(drive.noise, are_level(drive, settings), drive.time_offset);
+  if (report.frontend.unreadable > 0) {
+    remarks.push_back(fmt::format("{} frames with an image that cannot be read: taken as missing",
+                                  report.frontend.unreadable));
+  }
+  if (own.dropped_frames > 0) {
+    remarks.push_back(fmt::format("{} frames late, there twice, or without IMU samples: dropped",
+                                  own.dropped_frames));
+  }
+  if (own.imu.saturated > 0) {
+    remarks.push_back(
+        fmt::format("{} IMU samples at the edge of the sensor's range: bridged, with more noise",
+                    own.imu.saturated));
+  }
+  if (own.batch) append_remarks(*own.batch, remarks);
+  if (own.resets > 0) {
+    remarks.push_back(fmt::format("the filter was lost and began anew {} times", own.resets));
+  }
+  Json summary =
+      run_json(run.run, "slam", settings.filter.chart, recording.true_landmarks, remarks);
+  summary["nees_state"] = run.nees_state ? Json(*run.nees_state) : Json();
+  summary["innovation_correlation"] =
+      run.innovation_correlation ? Json(*run.innovation_correlation) : Json();
+  summary["start_seconds"] = run.start_seconds ? Json(*run.start_seconds) : Json();
+  summary["resets"] = own.resets;
+  summary["zupt_frames"] = run.zupt_frames;
+  summary["dropped_frames"] = own.dropped_frames;
+  if (recording.images) summary["frontend"] = frontend_json(report.frontend);
+  if (own.batch) summary["batch"] = batch_json(*own.batch);
+  if (own.window) summary["window"] = window_json(*own.window);
+  summary["settings"] = settings_json(settings);
+  summary["keep_scale"] = filter_settings(recording, settings.filter).keep_scale == "true";
+  if (run.calibration) {
+    summary["calibration"] =
+        calibration_json(*run.calibration, recording.cameras, settings.filter.time_offset);
+  }
+  const ImuNoise& noise = sensors.noise;
+  summary["noise"] = {{"pixel_sigma", sensors.pixel_sigma},
+                      {"accelerometer_noise_density", noise.accelerometer_noise_density},
+                      {"accelerometer_random_walk", noise.accelerometer_random_walk},
+                      {"gyroscope_noise_density", noise.gyroscope_noise_density},
+                      {"gyroscope_random_walk", noise.gyroscope_random_walk}};
+  const ImuBuffer::Counts& imu = own.imu;
+  summary["imu"] = {{"used", imu.used},           {"not_finite", imu.not_finite},
+                    {"not_later", imu.not_later}, {"gaps", imu.gaps},
+                    {"saturated", imu.saturated}, {"extrapolated", imu.extrapolated}};
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;
   return summary;
 }
 
-Json known_json(const VelocitySlamSettings& settings, const Recording& recording) {
-  VelocitySlamSettings copy = settings;
+Json summary_json(const RecordedRun& run, const VelocityRunSettings& settings,
+                  const VelocitySensors& sensors, double time_offset, const Recording& recording) {
+  const EstimatorReport& report = run.report.estimator;
+  std::vector<std::string> remarks = recording.remarks;
+  add_axes(sensors, settings, recording, remarks);
+  if (report.batch) append_remarks(*report.batch, remarks);
+  Json summary = run_json(run.run, settings.filter.mode, settings.filter.chart,
+                          recording.true_landmarks, remarks);
+  VelocityRunSettings copy = settings;
+  if (report.batch) summary["batch"] = batch_json(*report.batch);
+  if (report.window) summary["window"] = window_json(*report.window);
+  summary["settings"] = to_json(setting_list(copy.filter));
+  if (!settings.estimator.is_filter()) {
+    summary["settings"].update(to_json(setting_list(copy.batch)));
+  }
+  summary["noise"] = noise_json(sensors.noise, are_level(sensors, settings), time_offset);
+  summary["cameras"] = cameras_json(recording);
+  summary["remarks"] = remarks;
+  return summary;
+}
+
+Json known_json(const InertialRunSettings& settings, const Recording& recording) {
   return {{"version", CHASLES_VERSION},
-          {"mode", settings.mode},
-          {"chart", settings.chart},
+          {"mode", "slam"},
+          {"chart", settings.filter.chart},
+          {"settings", settings_json(settings)},
+          {"cameras", cameras_json(recording)}};
+}
+
+Json known_json(const VelocityRunSettings& settings, const Recording& recording) {
+  VelocitySlamSettings copy = settings.filter;
+  return {{"version", CHASLES_VERSION},
+          {"mode", settings.filter.mode},
+          {"chart", settings.filter.chart},
           {"settings", to_json(setting_list(copy))},
           {"cameras", cameras_json(recording)}};
 }
 
-Json timing_json(double recorded_seconds, double wall_seconds, double cpu) {
-  return {{"seconds_wall", wall_seconds},
-          {"seconds_cpu", cpu},
-          {"realtime_factor", recorded_seconds / wall_seconds}};
+Json timing_json(const RecordedRun& run, double recorded_seconds, double wall_seconds, double cpu) {
+  Json timing = {{"seconds_wall", wall_seconds},
+                 {"seconds_cpu", cpu},
+                 {"realtime_factor", recorded_seconds / wall_seconds}};
+  const RunReport& report = run.report;
+  const auto frames = static_cast<double>(run.run.states.size());
+  if (report.frontend.frames > 0) {
+    timing["frontend_ms_per_frame"] = 1e3 * report.frontend.seconds / report.frontend.frames;
+  }
+  timing["filter_ms_per_frame"] =
+      frames > 0 ? Json(1e3 * report.estimator_seconds / frames) : Json();
+  if (report.estimator.batch) append_timing(*report.estimator.batch, timing);
+  if (report.estimator.window) append_timing(*report.estimator.window, timing);
+  if (run.realtime) timing["realtime"] = realtime_json(*run.realtime);
+  return timing;
 }
 
 std::string summary_text(const Json& summary) {

@@ -72,7 +72,7 @@ Footage footage() {
 struct Cost {
   double frontend = 0, filter = 0;
   FrontendReport report;
-  InertialEstimate estimate;
+  Estimate estimate;
   double all() const { return frontend + filter; }
 };
 
@@ -163,7 +163,7 @@ void print_slow(std::vector<Cost> costs) {
   std::puts(
       "      ms  front end: tracked, added    filter: pixels used, landmarks begun, in the state");
   for (std::size_t i = 0; i < 8 && i < costs.size(); ++i) {
-    const InertialEstimate& e = costs[i].estimate;
+    const Estimate& e = costs[i].estimate;
     std::printf("  %6.2f  %9.2f: %4d, %3d     %12.2f: %3d, %2d, %2d\n", costs[i].all(),
                 costs[i].frontend, costs[i].report.tracked, costs[i].report.added, costs[i].filter,
                 e.used, e.added, e.in_state);

@@ -14,6 +14,8 @@ namespace fs = std::filesystem;
 
 const Arrows kArrows = {
     {"lie", {}},
+    // Random numbers, splines.
+    {"numeric", {"lie"}},
     {"imu", {"lie"}},
     {"camera", {"lie"}},
     {"filter", {"imu", "camera"}},
@@ -26,11 +28,11 @@ const Arrows kArrows = {
     // Diagnoses a recording; estimates nothing.
     {"check", {"data"}},
     // The loop: sensors in, estimates out.
-    {"pipeline", {"smooth", "frontend", "data"}},
+    {"pipeline", {"smooth", "frontend", "check", "numeric"}},
     // The simulator gives the very type that the readers give.
-    {"sim", {"data"}},
+    {"sim", {"data", "numeric"}},
     // Experiments: estimators over simulated scenes.
-    {"lab", {"smooth", "sim"}},
+    {"lab", {"pipeline", "sim"}},
     {"eval", {"lie"}},
     {"report", {"data", "eval"}},
     {"live", {"report"}},

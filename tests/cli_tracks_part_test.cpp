@@ -5,8 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include <chasles/pipeline/tracks_part.hpp>
+
 #include "cli_test.hpp"
-#include "tracks_part.hpp"
 
 // Runs on a random part of the tracks.
 namespace chasles::test {

@@ -96,7 +96,7 @@ TEST(Docs, EveryMakeCommandIsATarget) {
 TEST(Docs, TheExamplesOfTheReadmeAreThoseThatAreTested) {
   const std::string readme = slurp(kRoot / "README.md");
   const std::string opening = "```cpp\n";
-  for (const char* program : {"walk.cpp", "drive.cpp"}) {
+  for (const char* program : {"velocity.cpp", "run.cpp"}) {
     const std::string tested = slurp(kRoot / "tests" / "consumer" / program);
     bool shown = false;
     for (auto at = readme.find(opening); at != std::string::npos; at = readme.find(opening, at)) {

@@ -279,7 +279,7 @@ Asked asked_in(const char* scene, double warm_up) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) slam.process(*sample);
     const auto* frame = std::get_if<FeatureFrame>(&*event);
     if (!frame) continue;
-    InertialEstimate e;
+    Estimate e;
     const long calls = allocations_of([&] { e = slam.process(*frame); });
     const bool quiet = e.added == 0 && e.in_state == in_state;
     in_state = e.in_state;

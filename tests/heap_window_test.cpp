@@ -60,8 +60,8 @@ TEST(WindowHeap, WithAnImuGrowsByTheMapAlone) {
   InertialWindow window(batch_input(recording, settings, draw_start(recording, settings, 0, 0)),
                         settings.chart, BatchSettings{}, 5);
   Growth growth;
-  const auto take = [&](const std::vector<WindowMotion>& motions) {
-    for (const WindowMotion& motion : motions) growth.frame(motion.landmarks);
+  const auto take = [&](const std::vector<Estimate>& motions) {
+    for (const Estimate& motion : motions) growth.frame(motion.landmarks);
   };
   EventStream stream(recording);
   while (auto event = stream.next()) {

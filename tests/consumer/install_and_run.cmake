@@ -14,4 +14,14 @@ run(${CMAKE_COMMAND} -S ${SOURCE} -B ${build} -G Ninja -DCMAKE_BUILD_TYPE=${CONF
   -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF)
 run(${CMAKE_COMMAND} --build ${build})
 run(${build}/walk)
-run(${build}/drive)
+run(${build}/velocity)
+
+# The library's numbers are the command's, to the bit, with each estimator.
+set(walk ${BUILD}/consumer/walk)
+run(${BUILD}/bin/chasles simulate hallway --images --quiet -o ${walk} --set hall_length=8
+  --set sections=1 --set rest_duration=1 --set frame_rate=15)
+foreach(estimator filter window:20 batch)
+  string(REPLACE ":" "_" name ${estimator})
+  run(${BUILD}/bin/chasles run ${walk} --quiet --estimator ${estimator} -o ${BUILD}/consumer/${name})
+  run(${build}/run ${walk} ${estimator} ${BUILD}/consumer/${name}/trajectory.tum)
+endforeach()

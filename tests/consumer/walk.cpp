@@ -1,13 +1,11 @@
 #include <cstdio>
-#include <variant>
-#include <vector>
 
 #include <chasles/eval/ate.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
 #include <chasles/sim/render_images.hpp>
 
-/// SLAM from the images and the IMU of a simulated walk; succeeds if it is where the truth says, to
-/// within 10 cm.
+/// SLAM from the images and the IMU of a simulated walk, as they come; succeeds if it is where the
+/// truth says, to within 10 cm.
 int main() {
   chasles::InertialScene scene = chasles::inertial_scene("hallway");
   scene.settings.hall_length = 8;
@@ -18,8 +16,8 @@ int main() {
 
   chasles::VisualInertialSlam slam(walk.cameras, *walk.imu_noise);
   chasles::Trajectory trajectory;
-  const auto take = [&](const std::vector<chasles::InertialEstimate>& estimates) {
-    for (const auto& e : estimates) trajectory.push_back({e.time, e.motion.nav_T_imu});
+  const auto take = [&](const std::vector<chasles::Estimate>& estimates) {
+    for (const auto& e : estimates) trajectory.push_back({e.time, e.world_T_imu});
   };
   chasles::EventStream events(walk);  // of a robot: what its drivers deliver, as it comes
   while (const auto event = events.next()) {
@@ -30,10 +28,7 @@ int main() {
     }
   }
   take(slam.finish());
-  if (!slam.session().running()) {
-    const auto& session = slam.session();
-    std::puts(chasles::why_not_initialised(session.waited(), session.requirements()).c_str());
-  }
+  if (trajectory.empty()) std::puts(slam.estimator().why_not_started().c_str());
 
   const auto matched = chasles::associate(trajectory, walk.truth, chasles::Time(0));
   const double error =

@@ -21,7 +21,7 @@ constexpr double kLargest = 0.3;   // [s]
 constexpr double kCluster = 1;     // [s]: errors of tracks that share it are not independent
 constexpr std::size_t kFewestClusters = 10;
 constexpr std::size_t kMostIntervals = 1200;  // of a long recording, evenly spread
-constexpr double kSettled = 1e-5;             // [s]
+constexpr double kClockSettled = 1e-5;        // [s]
 constexpr int kMostSteps = 30;
 constexpr double kWidth = 2;             // of the loss, in deviations
 constexpr double kMedianOfTwo = 1.1774;  // median length of two normal numbers
@@ -277,7 +277,7 @@ std::optional<VelocityClock> velocity_clock(const Recording& r) {
     if (!step.allFinite()) return std::nullopt;
     x += step;
     if (std::abs(x[0]) > kLargest) return std::nullopt;
-    settled = std::abs(step[0]) < kSettled;
+    settled = std::abs(step[0]) < kClockSettled;
   }
   std::size_t clusters = 0;
   clock.offset = x[0];

@@ -4,6 +4,19 @@
 
 namespace chasles {
 
+std::size_t frame_count(const Recording& r) {
+  return r.frames.size() + (r.images ? r.images->size() : 0);
+}
+
+Time first_event(const Recording& r) {
+  Time first = Time::max();
+  if (!r.frames.empty()) first = std::min(first, r.frames.front().time);
+  if (!r.velocities.empty()) first = std::min(first, r.velocities.front().time);
+  if (!r.imu.empty()) first = std::min(first, r.imu.front().time);
+  if (r.images && r.images->size() > 0) first = std::min(first, r.images->time(0));
+  return first;
+}
+
 std::optional<Event> EventStream::next() {
   const auto& velocities = recording_->velocities;
   const auto& imu = recording_->imu;

@@ -62,6 +62,12 @@ struct Recording {
   std::vector<std::string> remarks;
 };
 
+/// How many frames there are, of tracks or of images.
+std::size_t frame_count(const Recording& recording);
+
+/// The earliest time of a frame, an image, a velocity or an IMU sample.
+Time first_event(const Recording& recording);
+
 /// There are images to read: recording.images->read(index).
 struct ImagesDue {
   Time time{};

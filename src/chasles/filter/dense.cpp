@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cblas.h>
 #include <cstdlib>
+#include <mutex>
 
 #include <chasles/filter/dense.hpp>
 
@@ -27,9 +28,7 @@ void multiply(double alpha, const ConstBlock& A, const ConstBlock& B, double bet
               as_int(B.outerStride()), beta, C.data(), as_int(C.outerStride()));
 }
 
-}  // namespace
-
-void prepare() {
+void prepare_once() {
   openblas_set_num_threads(1);
 #if defined(__x86_64__)
   // OpenBLAS before 0.3.25 gives an Intel processor that it does not know by number the kernels of
@@ -45,6 +44,13 @@ void prepare() {
   gotoblas_dynamic_init();
   unsetenv("OPENBLAS_CORETYPE");
 #endif
+}
+
+}  // namespace
+
+void prepare() {
+  static std::once_flag done;
+  std::call_once(done, prepare_once);
 }
 
 std::string_view kernels() { return openblas_get_corename(); }

@@ -14,9 +14,10 @@ namespace chasles::dense {
 using Block = Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 using ConstBlock = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
-/// To be called once, before the rest: one thread for all of BLAS in this process, so that results
-/// do not depend on the machine's load; and the kernels that fit the processor, where OpenBLAS does
-/// not know it. The environment's OPENBLAS_CORETYPE, where set, is obeyed.
+/// One thread for all of BLAS in this process, so that results do not depend on the machine's load;
+/// and the kernels that fit the processor, where OpenBLAS does not know it. The environment's
+/// OPENBLAS_CORETYPE, where set, is obeyed. Only the first call does something. Filters, windows
+/// and batch estimation call it themselves: a program gets the bytes of the command.
 void prepare();
 
 /// OpenBLAS's name of the kernels in use.

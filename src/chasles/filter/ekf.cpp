@@ -33,6 +33,7 @@ Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance
       state_(std::move(initial)),
       covariance_(core_covariance),
       history_(core_covariance) {
+  dense::prepare();
   if (options_.keep_map && state_.calibration_size() > 0) {
     throw UsageError("estimated extrinsics and time offset need a filter without keep_map");
   }

@@ -8,9 +8,9 @@
 #include <chasles/frontend/frontend.hpp>
 #include <chasles/frontend/frontend_checks.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
-#include <chasles/frontend/stage_clock.hpp>
 #include <chasles/frontend/stereo_match.hpp>
 #include <chasles/frontend/tracks.hpp>
+#include <chasles/stage_clock.hpp>
 
 namespace chasles {
 namespace {

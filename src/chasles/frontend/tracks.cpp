@@ -5,11 +5,11 @@
 #include <utility>
 
 #include <chasles/frontend/coverage.hpp>
-#include <chasles/frontend/stage_clock.hpp>
 #include <chasles/frontend/tracks.hpp>
 #include <chasles/frontend/two_view.hpp>
 #include <chasles/frontend/view_transfer.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/stage_clock.hpp>
 
 namespace chasles {
 namespace {

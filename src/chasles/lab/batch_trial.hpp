@@ -3,24 +3,15 @@
 #include <vector>
 
 #include <chasles/lab/trial.hpp>
+#include <chasles/pipeline/batch_input.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 
 namespace chasles {
 
-/// Throws UsageError for settings that batch estimation and windows do not have: calibration.
-void check_smoothing(const InertialSlamSettings& settings);
-
-/// What batch estimation takes from a recording, with the noise, chart and start of a filter's
-/// settings; no initial states. Throws as check_smoothing().
+/// What batch estimation takes from a recording of tracks, with the noise, chart and start of a
+/// filter's settings; no initial states. Throws as check_smoothing() (pipeline/batch_input.hpp).
 InertialBatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
                                const InertialStart& start);
-
-/// A keyframe's estimate, as the filter would have said it.
-InertialEstimate estimate_of(const BatchMotion& motion);
-InertialEstimate estimate_of(const WindowMotion& motion);
-
-/// The other way round: where batch estimation may begin.
-TimedMotion timed_motion(const InertialEstimate& e);
 
 /// Batch estimation over a recording with truth, as run_trial: one point a keyframe.
 struct BatchTrial {

@@ -11,8 +11,8 @@
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/lab/loops.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/processor_time.hpp>
-#include <chasles/sim/random.hpp>
 
 namespace chasles {
 namespace {

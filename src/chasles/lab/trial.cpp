@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <numbers>
 #include <variant>
 
@@ -10,16 +9,13 @@
 #include <chasles/eval/nees.hpp>
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/numeric/random.hpp>
+#include <chasles/overloaded.hpp>
 #include <chasles/processor_time.hpp>
-#include <chasles/sim/random.hpp>
-#include <chasles/sim/spline.hpp>
+#include <chasles/slam/waiting_frames.hpp>
 
 namespace chasles {
 namespace {
-
-constexpr Time kLongestGap = std::chrono::milliseconds(100);  // of the truth that is bridged
-constexpr double kSlopeReach = 0.5;                           // [s] to both sides
-constexpr double kSlopeKnots = 0.1;                           // [s]
 
 void require(const Recording& recording, bool present, const char* what) {
   if (!present) throw InputError("recording '" + recording.name + "' has no " + what);
@@ -40,32 +36,7 @@ class Mean {
   std::size_t count_ = 0;
 };
 
-// The velocity at that time by a spline through the true positions around it.
-Eigen::Vector3d slope(const Trajectory& truth, Time time) {
-  Trajectory near;
-  for (const StampedPose& pose : truth) {
-    if (std::abs(to_seconds(pose.time - time)) <= kSlopeReach) near.push_back(pose);
-  }
-  const Spline spline = fit_spline(near, kSlopeKnots);
-  return motion_at(spline, to_seconds(time - spline.start)).v_world;
-}
-
-Eigen::Vector3d true_velocity(const Recording& recording, Time time) {
-  const auto known = std::ranges::find(recording.true_motion, time, &TrueMotion::time);
-  return known != recording.true_motion.end() ? known->v_world : slope(recording.truth, time);
-}
-
-std::vector<Time> frame_times(const Recording& recording) {
-  std::vector<Time> times;
-  for (const FeatureFrame& frame : recording.frames) times.push_back(frame.time);
-  for (std::size_t i = 0; recording.images && i < recording.images->size(); ++i) {
-    times.push_back(recording.images->time(i));
-  }
-  return times;
-}
-
-TrialPoint point_of(const InertialEstimate& e, const std::optional<SE3>& truth,
-                    PoseError coordinates) {
+TrialPoint point_of(const Estimate& e, const std::optional<SE3>& truth, PoseError coordinates) {
   TrialPoint point{.position_error = kNaN,
                    .attitude_error = kNaN,
                    .nees_position = kNaN,
@@ -77,9 +48,8 @@ TrialPoint point_of(const InertialEstimate& e, const std::optional<SE3>& truth,
                    .innovation_products = e.innovation_products,
                    .innovation_squares = e.innovation_squares};
   if (!truth) return point;
-  const SE3& pose = e.motion.nav_T_imu;
-  const PoseNees nees =
-      pose_nees(coordinates, *truth, pose, e.motion.covariance.topLeftCorner<6, 6>());
+  const SE3& pose = e.world_T_imu;
+  const PoseNees nees = pose_nees(coordinates, *truth, pose, e.pose_covariance());
   point.position_error = (truth->p - pose.p).norm();
   point.attitude_error = so3::log(truth->R * pose.R.transpose()).norm();
   point.nees_position = nees.position;
@@ -100,27 +70,27 @@ InertialSlam slam_for(const FilterVariant& filter, const Recording& recording,
           start};
 }
 
-// The frames, each when the samples reach up to it by the filter's own clock.
-class FramesInTime {
+// The frames, each when the samples reach its time by the filter's own clock.
+class CoveredFrames {
  public:
-  explicit FramesInTime(const Recording& recording) : events_(recording) {}
+  explicit CoveredFrames(const Recording& recording) : events_(recording) {}
 
   std::optional<FeatureFrame> next(InertialSlam& slam) {
-    while (waiting_.empty() || !slam.covers(waiting_.front().time)) {
-      auto event = events_.next();
-      if (!event) break;
-      if (const auto* sample = std::get_if<ImuSample>(&*event)) slam.process(*sample);
-      if (auto* frame = std::get_if<FeatureFrame>(&*event)) waiting_.push_back(std::move(*frame));
+    const auto covered = [&](const FeatureFrame& frame) { return slam.covers(frame.time); };
+    for (;;) {
+      if (auto frame = waiting_.next(covered)) return frame;
+      const auto event = events_.next();
+      if (!event) return waiting_.next();
+      std::visit(Overloaded{[&](const ImuSample& sample) { slam.process(sample); },
+                            [&](const FeatureFrame& frame) { waiting_.add(frame); },
+                            [](const BodyVelocity&) {}, [](const ImagesDue&) {}},
+                 *event);
     }
-    if (waiting_.empty()) return std::nullopt;
-    FeatureFrame frame = std::move(waiting_.front());
-    waiting_.pop_front();
-    return frame;
   }
 
  private:
   EventStream events_;
-  std::deque<FeatureFrame> waiting_;
+  WaitingFrames<FeatureFrame> waiting_;
 };
 
 // With too little in common an alignment means nothing.
@@ -183,62 +153,24 @@ TrialAverages averages(const Trial& trial) {
           .landmarks = static_cast<double>(trial.landmarks)};
 }
 
-double state_nees(const std::string& chart, const Recording& recording, Time time,
-                  const NavState& motion) {
-  const auto known = std::ranges::lower_bound(recording.true_motion, time, {}, &TrueMotion::time);
-  const auto pose = truth_at(recording.truth, time);
-  if (known == recording.true_motion.end() || known->time != time || !pose) return kNaN;
-  State truth{.world_T_imu = *pose, .v_world = known->v_world, .additive = Eigen::VectorXd(6)};
-  truth.additive << known->accelerometer_bias, known->gyroscope_bias;
-  const State estimate{
-      .world_T_imu = motion.nav_T_imu, .v_world = motion.v_nav, .additive = motion.biases};
-  const ErrorChart& coordinates = error_chart(chart);
-  Eigen::MatrixXd P = motion.covariance;
-  for (int side = 0; side < 2; ++side) {
-    push(coordinates, estimate, P);
-    P.transposeInPlace();
-  }
-  return normalised_square(local(coordinates, estimate, truth), P);
-}
-
-std::optional<SE3> truth_at(const Trajectory& truth, Time time) {
-  const auto next = std::ranges::lower_bound(truth, time, {}, &StampedPose::time);
-  if (next == truth.end()) return std::nullopt;
-  if (next->time == time) return next->pose;
-  if (next == truth.begin()) return std::nullopt;
-  const StampedPose& before = *std::prev(next);
-  if (next->time - before.time > kLongestGap) return std::nullopt;
-  const double part = to_seconds(time - before.time) / to_seconds(next->time - before.time);
-  SE3 pose;
-  pose.p = before.pose.p + part * (next->pose.p - before.pose.p);
-  pose.R = before.pose.R * so3::exp(part * so3::log(before.pose.R.transpose() * next->pose.R));
-  return pose;
-}
-
 InertialStart draw_start(const Recording& recording, const InertialSlamSettings& settings,
                          std::uint64_t seed, std::uint64_t run) {
-  require(recording, !recording.truth.empty(), "truth");
-  const std::vector<Time> times = frame_times(recording);
-  const auto first = std::ranges::find_if(
-      times, [&](Time time) { return truth_at(recording.truth, time).has_value(); });
-  require(recording, first != times.end(), "frame at whose time its truth is known");
+  InertialStart start = true_start(recording);
   const Random random = random_of_run(seed, run);
   const auto draw = [&](std::uint32_t i) { return random.normal(Stream::kStart, 0, i); };
   const Eigen::Vector3d tilt = settings.initial_tilt_sigma * Eigen::Vector3d(draw(0), draw(1), 0);
-  InertialStart start{.time = *first, .nav_T_imu = *truth_at(recording.truth, *first)};
   start.nav_T_imu.R = so3::exp(-tilt) * start.nav_T_imu.R;
-  start.v_nav = true_velocity(recording, *first) -
-                settings.initial_velocity_sigma * Eigen::Vector3d(draw(2), draw(3), draw(4));
+  start.v_nav -= settings.initial_velocity_sigma * Eigen::Vector3d(draw(2), draw(3), draw(4));
   return start;
 }
 
 bool add_to_trial(const std::string& chart, const Recording& recording, Time start,
-                  const InertialEstimate& e, Trial& trial) {
+                  const Estimate& e, Trial& trial) {
   TrialPoint point = point_of(e, truth_at(recording.truth, e.time), pose_error_of(chart));
   point.seconds = to_seconds(e.time - start);
-  point.nees_state = state_nees(chart, recording, e.time, e.motion);
+  point.nees_state = state_nees(chart, recording, e);
   trial.points.push_back(point);
-  trial.estimate.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
+  trial.estimate.push_back({.time = e.time, .pose = e.world_T_imu});
   trial.landmarks = e.landmarks;
   trial.calibration = e.calibration;
   trial.diverged = e.health == Health::kLost || point.position_error >= kDivergedAt;
@@ -248,12 +180,12 @@ bool add_to_trial(const std::string& chart, const Recording& recording, Time sta
 void end_trial(const Recording& recording, Trial& trial) { align_to(recording.truth, trial); }
 
 void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
-                const std::function<bool(const InertialEstimate&)>& take) {
+                const std::function<bool(const Estimate&)>& take) {
   require(recording, !recording.cameras.empty(), "camera");
   require(recording, !recording.imu.empty(), "IMU samples");
   require(recording, !recording.frames.empty(), "frames");
   InertialSlam slam = slam_for(filter, recording, start);
-  FramesInTime frames(recording);
+  CoveredFrames frames(recording);
   while (const auto seen = frames.next(slam)) {
     if (slam.clock(seen->time) < start.time) continue;
     if (!take(slam.process(*seen))) break;
@@ -270,7 +202,7 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording,
     trial.seconds_cpu = processor_seconds() - started;
     return trial;
   }
-  run_filter(filter, recording, start, [&](const InertialEstimate& e) {
+  run_filter(filter, recording, start, [&](const Estimate& e) {
     return add_to_trial(filter.settings.chart, recording, start.time, e, trial);
   });
   trial.seconds_cpu = processor_seconds() - started;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <chasles/data/recording.hpp>
+#include <chasles/pipeline/truth.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 #include <chasles/smooth/batch/batch_settings.hpp>
 
@@ -34,7 +35,7 @@ struct TrialPoint {
   double nees_state = 0;  ///< pose, velocity and biases, where all are known; expected: 15
   double nis = 0;
   int nis_dof = 0;
-  double innovation_products = 0, innovation_squares = 0;  ///< as in InertialEstimate
+  double innovation_products = 0, innovation_squares = 0;  ///< as in Estimate
 };
 
 /// One filter over one recording.
@@ -80,33 +81,22 @@ void for_each_average(Visitor&& visit) {
   }
 }
 
-/// The NEES of pose, velocity and biases together, in the coordinates of the filter's chart; NaN
-/// where the recording does not tell velocity and biases at that time, or where the covariance is
-/// singular.
-double state_nees(const std::string& chart, const Recording& recording, Time time,
-                  const NavState& motion);
-
-/// The true pose world_T_imu at that time: of the stamp, or on the way between two that are at most
-/// 0.1 s apart; none elsewhere.
-std::optional<SE3> truth_at(const Trajectory& truth, Time time);
-
-/// A start for the filter: the truth at the first frame that has one, with the errors that the
-/// settings say drawn from their own distribution (tilt, velocity; biases are unknown and begin at
-/// 0). The true velocity is the recording's, or the slope of its true positions. The same seed and
-/// run give the same draw for every filter. Throws InputError where there is no truth.
+/// A start for the filter: true_start() (pipeline/truth.hpp) with the errors that the settings say
+/// drawn from their own distribution (tilt, velocity; biases are unknown and begin at 0). The same
+/// seed and run give the same draw for every filter. Throws InputError where there is no truth.
 InertialStart draw_start(const Recording& recording, const InertialSlamSettings& settings,
                          std::uint64_t seed, std::uint64_t run);
 
 /// Adds an estimate to a trial, in the order of time, and ends a trial that has all of them; false
 /// once it has diverged. Errors are in the coordinates of that chart.
 bool add_to_trial(const std::string& chart, const Recording& recording, Time start,
-                  const InertialEstimate& estimate, Trial& trial);
+                  const Estimate& estimate, Trial& trial);
 void end_trial(const Recording& recording, Trial& trial);
 
 /// Runs the filter over a recording, from the start on, as long as `take` returns true; throws
 /// InputError where cameras, samples or frames are missing.
 void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
-                const std::function<bool(const InertialEstimate&)>& take);
+                const std::function<bool(const Estimate&)>& take);
 
 /// Runs the filter over a recording that has truth, cameras and an IMU, from the start on, and
 /// batch estimation from there, or a window instead, where it is one; throws InputError where one

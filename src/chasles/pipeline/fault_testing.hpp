@@ -10,7 +10,7 @@
 #include <chasles/data/recording.hpp>
 #include <chasles/error.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
-#include <chasles/pipeline/visual_inertial_slam.hpp>
+#include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
 // Real recordings with faults put in, and what becomes of the run.
@@ -141,14 +141,14 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
     if (!tracked) continue;
     ++outcome.frames;
     if (sensors.spoil) sensors.spoil(tracked->frame);
-    for (const InertialEstimate& e : session.process(tracked->frame)) {
+    for (const Estimate& e : session.process(tracked->frame)) {
       ++outcome.estimates;
       outcome.degraded += e.health == Health::kDegraded;
       outcome.lost += e.health == Health::kLost;
       outcome.sound = outcome.sound && is_sound(e, before);
       if (!before) outcome.started = sensors.seconds(e.time);
       before = e.time;
-      own.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
+      own.push_back({.time = e.time, .pose = e.world_T_imu});
     }
     feed.learnt(session.gyroscope_bias());
   }

@@ -15,8 +15,8 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/pipeline/fault_testing.hpp>
-#include <chasles/sim/random.hpp>
 
 // A real flight with faults put in (docs/robustness.md): front end, start, filter.
 

@@ -12,22 +12,29 @@ struct FeatureFeed::Shared {
   Shared(std::function<std::optional<SensorEvent>()> next, const FrontendSettings& settings,
          std::vector<Camera> cameras, const ImuBuffer::Options& options,
          std::vector<GrayImage> masks)
-      : next_event(std::move(next)),
-        tracker(settings, std::move(cameras), options, std::move(masks)),
-        learnt(kLead, Eigen::Vector3d::Zero()) {}
+      : next_event(std::move(next)), learnt(kLead, Eigen::Vector3d::Zero()) {
+    if (!cameras.empty()) tracker.emplace(settings, std::move(cameras), options, std::move(masks));
+  }
 
   // What one event becomes; none at the end, or when all is to stop.
   std::optional<Item> make() {
     std::optional<SensorEvent> event = next_event();
     if (!event) return std::nullopt;
-    if (auto* sample = std::get_if<ImuSample>(&*event)) {
-      tracker.process(*sample);
-      return *sample;
-    }
-    if (auto* frame = std::get_if<FeatureFrame>(&*event)) return std::move(*frame);
+    return std::visit(Overloaded{[&](ImageFrame&& images) { return track(images); },
+                                 [&](ImuSample&& sample) {
+                                   if (tracker) tracker->process(sample);
+                                   return std::optional<Item>(sample);
+                                 },
+                                 [](auto&& other) {
+                                   return std::optional<Item>(std::forward<decltype(other)>(other));
+                                 }},
+                      std::move(*event));
+  }
+
+  std::optional<Item> track(const ImageFrame& images) {
     const auto bias = next_bias();
     if (!bias) return std::nullopt;
-    return tracker.process(std::get<ImageFrame>(*event), *bias);
+    return tracker.value().process(images, *bias);
   }
 
   // The bias that counts for the next image; waits for it. None when all is to stop.
@@ -41,7 +48,7 @@ struct FeatureFeed::Shared {
   }
 
   std::function<std::optional<SensorEvent>()> next_event;
-  ImageTracker tracker;
+  std::optional<ImageTracker> tracker;  // none without cameras
 
   std::mutex mutex;
   std::condition_variable changed;
@@ -56,8 +63,14 @@ FeatureFeed::FeatureFeed(std::function<std::optional<SensorEvent>()> next,
     : shared_(std::make_unique<Shared>(std::move(next), settings, std::move(cameras), imu,
                                        std::move(masks))) {
   if (!ahead) return;
-  const auto is_frame = [](const Item& item) { return !std::holds_alternative<ImuSample>(item); };
-  shared_->ahead.emplace([shared = shared_.get()] { return shared->make(); }, is_frame, kLead);
+  const auto counted = [](const Item& item) {
+    return std::visit(
+        Overloaded{[](const BodyVelocity&) { return false; },
+                   [](const ImuSample&) { return false; }, [](const FeatureFrame&) { return true; },
+                   [](const TrackedFrame&) { return true; }},
+        item);
+  };
+  shared_->ahead.emplace([shared = shared_.get()] { return shared->make(); }, counted, kLead);
 }
 
 FeatureFeed::~FeatureFeed() {

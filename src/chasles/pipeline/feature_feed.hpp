@@ -7,16 +7,14 @@
 #include <vector>
 
 #include <chasles/pipeline/image_tracker.hpp>
+#include <chasles/pipeline/sensor_event.hpp>
 
 namespace chasles {
 
-/// What sensors deliver, in the order of time.
-using SensorEvent = std::variant<ImuSample, FeatureFrame, ImageFrame>;
-
-/// Samples and frames for a filter, the images among them turned into frames: on a thread of its
-/// own, up to kLead frames ahead of the filter, or when asked for. The front end is told the
-/// rotation that the gyroscope saw, less the bias that the filter had kLead frames before; so the
-/// frames are the same bytes in both cases.
+/// Events for an estimator, images turned into frames of tracks: on a thread of its own, up to
+/// kLead frames ahead of the estimator, or when asked for. The front end predicts rotations from
+/// the gyroscope, with the bias that the estimator had kLead frames before; so the frames are the
+/// same bytes in both cases. Without cameras there is no front end, and an image is an error.
 class FeatureFeed {
  public:
   static constexpr std::size_t kLead = 3;
@@ -28,8 +26,8 @@ class FeatureFeed {
               std::vector<GrayImage> masks = {});
   ~FeatureFeed();
 
-  /// FeatureFrames that came as such, and those of images as TrackedFrame.
-  using Item = std::variant<ImuSample, FeatureFrame, TrackedFrame>;
+  /// Images become TrackedFrames; other events stay as they are.
+  using Item = std::variant<BodyVelocity, ImuSample, FeatureFrame, TrackedFrame>;
   std::optional<Item> next();
 
   /// To be called once after every TrackedFrame: what the filter thinks of the gyroscope's bias by

@@ -66,7 +66,7 @@ struct Playback::Shared {
   }
 
   void offer(SensorEvent event) {
-    const bool counted = !std::holds_alternative<ImuSample>(event);
+    const bool counted = is_frame(event);
     const std::lock_guard lock(mutex);
     if (stopped) return;
     counts.came += counted;
@@ -88,7 +88,7 @@ struct Playback::Shared {
     }
     SensorEvent event = std::move(ready.front());
     ready.pop_front();
-    if (!std::holds_alternative<ImuSample>(event)) {
+    if (is_frame(event)) {
       --frames_ready;
       ++counts.taken;
     }

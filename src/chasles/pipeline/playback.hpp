@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include <chasles/pipeline/feature_feed.hpp>
+#include <chasles/pipeline/sensor_event.hpp>
 #include <chasles/time.hpp>
 
 namespace chasles {

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_imu.hpp>
-#include <chasles/sim/random.hpp>
 
 namespace chasles {
 namespace {

@@ -3,8 +3,8 @@
 #include <vector>
 
 #include <chasles/data/recording.hpp>
+#include <chasles/numeric/spline.hpp>
 #include <chasles/sim/inertial_settings.hpp>
-#include <chasles/sim/spline.hpp>
 
 namespace chasles {
 

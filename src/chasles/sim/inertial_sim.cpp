@@ -5,12 +5,12 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_imu.hpp>
 #include <chasles/sim/inertial_path.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/inertial_tracks.hpp>
 #include <chasles/sim/inertial_world.hpp>
-#include <chasles/sim/random.hpp>
 #include <chasles/sim/walk_path.hpp>
 
 namespace chasles {

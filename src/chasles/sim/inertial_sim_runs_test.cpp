@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_sim_testing.hpp>
-#include <chasles/sim/random.hpp>
 
 // The same bytes for the same scene and run, other errors for another.
 namespace chasles {

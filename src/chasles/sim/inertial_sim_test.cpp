@@ -8,11 +8,11 @@
 
 #include <chasles/error.hpp>
 #include <chasles/lie/testing.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_imu.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/inertial_sim_testing.hpp>
 #include <chasles/sim/inertial_world.hpp>
-#include <chasles/sim/random.hpp>
 
 namespace chasles {
 namespace {

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_world.hpp>
-#include <chasles/sim/random.hpp>
 #include <chasles/sim/walk_path.hpp>
 
 namespace chasles {

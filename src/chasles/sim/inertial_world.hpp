@@ -4,9 +4,9 @@
 #include <vector>
 
 #include <chasles/camera/camera.hpp>
+#include <chasles/numeric/spline.hpp>
 #include <chasles/sim/inertial_path.hpp>
 #include <chasles/sim/inertial_settings.hpp>
-#include <chasles/sim/spline.hpp>
 
 namespace chasles {
 

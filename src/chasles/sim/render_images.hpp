@@ -4,9 +4,9 @@
 #include <memory>
 
 #include <chasles/data/recording.hpp>
+#include <chasles/numeric/spline.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 #include <chasles/sim/render_world.hpp>
-#include <chasles/sim/spline.hpp>
 
 namespace chasles {
 

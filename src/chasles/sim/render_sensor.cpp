@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <chasles/sim/random.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/render_sensor.hpp>
 
 namespace chasles {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <chasles/sim/random.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/render_world.hpp>
 #include <chasles/sim/texture_paint.hpp>
 #include <chasles/sim/walk_path.hpp>

@@ -3,9 +3,9 @@
 #include <cstdint>
 #include <vector>
 
+#include <chasles/numeric/spline.hpp>
 #include <chasles/sim/floor_plan.hpp>
 #include <chasles/sim/inertial_path.hpp>
-#include <chasles/sim/spline.hpp>
 #include <chasles/sim/texture.hpp>
 #include <chasles/sim/texture_materials.hpp>
 

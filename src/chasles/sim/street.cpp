@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
-#include <chasles/sim/random.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/street.hpp>
 #include <chasles/sim/street_drive.hpp>
 #include <chasles/sim/street_tracks.hpp>

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <optional>
 
-#include <chasles/sim/random.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/street_tracks.hpp>
 
 namespace chasles {

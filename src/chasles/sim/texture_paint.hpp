@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include <chasles/sim/random.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/sim/texture.hpp>
 
 namespace chasles {

@@ -171,9 +171,9 @@ TEST(CalibratingSession, FindsItsStartAndKeepsWhatItLearntWhenItBeginsAnew) {
   EXPECT_FALSE(last.empty());  // frames are stamped early: they wait for samples
   estimates.insert(estimates.end(), last.begin(), last.end());
   expect_sound(estimates);
-  const InertialEstimate* before = nullptr;
-  const InertialEstimate* anew = nullptr;
-  for (const InertialEstimate& e : estimates) {
+  const Estimate* before = nullptr;
+  const Estimate* anew = nullptr;
+  for (const Estimate& e : estimates) {
     ASSERT_TRUE(e.calibration);
     if (e.time < after(m.recording, 6)) before = &e;
     if (!anew && e.time > after(m.recording, 6.7)) anew = &e;
@@ -198,7 +198,7 @@ TEST(CalibratingSession, SurvivesAnAbsurdSample) {
     expect_sound(estimates);
     EXPECT_GE(session.resets(), 1) << absurd;
     EXPECT_TRUE(session.running()) << absurd;
-    for (const InertialEstimate& e : estimates) EXPECT_TRUE(e.calibration);
+    for (const Estimate& e : estimates) EXPECT_TRUE(e.calibration);
   }
 }
 
@@ -220,7 +220,7 @@ TEST(CalibratingSession, SurvivesGarbage) {
   expect_sound(estimates);
   ASSERT_FALSE(estimates.empty());
   EXPECT_GT(estimates.back().time, after(m.recording, 12));
-  for (const InertialEstimate& e : estimates) {
+  for (const Estimate& e : estimates) {
     ASSERT_TRUE(e.calibration);
     if (e.health == Health::kLost) continue;
     EXPECT_LT(std::abs(*e.calibration->time_offset), 0.1);

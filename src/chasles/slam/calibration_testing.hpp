@@ -1,8 +1,8 @@
 #pragma once
 
 #include <chasles/eval/nees.hpp>
-#include <chasles/sim/random.hpp>
-#include <chasles/sim/spline.hpp>
+#include <chasles/numeric/random.hpp>
+#include <chasles/numeric/spline.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 

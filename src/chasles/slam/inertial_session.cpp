@@ -39,21 +39,20 @@ bool is_finite(const Calibration& c) {
          });
 }
 
-bool is_finite(const InertialEstimate& e) {
+bool is_finite(const Estimate& e) {
   if (e.calibration && !is_finite(*e.calibration)) return false;
-  const NavState& m = e.motion;
-  return m.nav_T_imu.R.allFinite() && m.nav_T_imu.p.allFinite() && m.v_nav.allFinite() &&
-         m.biases.allFinite() && m.covariance.allFinite() && std::isfinite(e.nis) &&
+  return e.world_T_imu.R.allFinite() && e.world_T_imu.p.allFinite() && e.v_world->allFinite() &&
+         e.additive.allFinite() && e.covariance.allFinite() && std::isfinite(e.nis) &&
          std::isfinite(e.innovation_products) && std::isfinite(e.innovation_squares);
 }
 
-bool contradicted(const InertialEstimate& e) {
-  const int used = e.used + e.tracks.told, rejected = e.rejected + e.tracks.refused;
+bool contradicted(const Estimate& e) {
+  const int used = e.used + e.tracks.used, rejected = e.rejected + e.tracks.rejected;
   const int compared = rejected + used;
   const bool surprised = e.nis > kSurprising * e.nis_dof;
   const bool refused = compared >= kFewCompared && (surprised ? 5 : 3) * rejected > compared;
   const bool starves =
-      !e.still && e.observations >= kManyObservations && used + e.tracks.waiting < kFewUsed;
+      !e.zero_velocity && e.observations >= kManyObservations && used + e.tracks.waiting < kFewUsed;
   return refused || starves;
 }
 
@@ -95,7 +94,7 @@ bool InertialSession::usable(const FeatureFrame& frame) const {
          frame.time - *last_sample_ <= kLongestGap;
 }
 
-std::vector<InertialEstimate> InertialSession::process(const FeatureFrame& frame) {
+std::vector<Estimate> InertialSession::process(const FeatureFrame& frame) {
   if (!waiting_since_ && !slam_) waiting_since_ = now_ = frame.time;
   if (!usable(frame)) {
     ++dropped_frames_;
@@ -103,24 +102,19 @@ std::vector<InertialEstimate> InertialSession::process(const FeatureFrame& frame
   }
   now_ = frame.time;
   last_frame_ = frame.time;
-  if (held_.empty() && covered(frame)) return take(frame);
-  held_.push_back(frame);
-  std::vector<InertialEstimate> estimates;
-  while (!held_.empty() && covered(held_.front())) take_held(estimates);
+  if (waiting_.empty() && covered(frame)) return take(frame);
+  waiting_.add(frame);
+  std::vector<Estimate> estimates;
+  while (const auto next = waiting_.next([&](const auto& f) { return covered(f); })) {
+    append(take(*next), estimates);
+  }
   return estimates;
 }
 
-std::vector<InertialEstimate> InertialSession::finish() {
-  std::vector<InertialEstimate> estimates;
-  while (!held_.empty()) take_held(estimates);
+std::vector<Estimate> InertialSession::finish() {
+  std::vector<Estimate> estimates;
+  while (const auto frame = waiting_.next()) append(take(*frame), estimates);
   return estimates;
-}
-
-void InertialSession::take_held(std::vector<InertialEstimate>& estimates) {
-  const FeatureFrame frame = std::move(held_.front());
-  held_.pop_front();
-  const std::vector<InertialEstimate> some = take(frame);
-  estimates.insert(estimates.end(), some.begin(), some.end());
 }
 
 // By the filter's offset, else by the one that was learnt, else by the one that is stated.
@@ -138,10 +132,10 @@ bool InertialSession::covered(const FeatureFrame& frame) const {
   return !shifted || clock(frame.time) <= *last_sample_;
 }
 
-std::vector<InertialEstimate> InertialSession::take(const FeatureFrame& frame) {
+std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
   if (slam_) {
     const auto estimate = step(frame);
-    return estimate ? std::vector{*estimate} : std::vector<InertialEstimate>{};
+    return estimate ? std::vector{*estimate} : std::vector<Estimate>{};
   }
   if (given_) return wait_for_given(frame);
   frames_.push_back(frame);
@@ -163,7 +157,7 @@ std::vector<InertialEstimate> InertialSession::take(const FeatureFrame& frame) {
   return {};
 }
 
-std::vector<InertialEstimate> InertialSession::wait_for_given(const FeatureFrame& frame) {
+std::vector<Estimate> InertialSession::wait_for_given(const FeatureFrame& frame) {
   if (clock(frame.time) < given_->time) return {};
   const auto start = std::exchange(given_, std::nullopt);
   if (std::ranges::none_of(samples_, [&](const ImuSample& sample) {
@@ -176,13 +170,13 @@ std::vector<InertialEstimate> InertialSession::wait_for_given(const FeatureFrame
   return begin(*start);
 }
 
-std::vector<InertialEstimate> InertialSession::begin(InertialStart start) {
+std::vector<Estimate> InertialSession::begin(InertialStart start) {
   slam_ = std::make_unique<InertialSlam>(settings_, sensors_.cameras, sensors_.noise, sensors_.imu,
                                          sensors_.pixel_sigma, start);
   initialiser_.reset();
   waiting_since_.reset();
   for (const ImuSample& sample : samples_) slam_->process(sample);
-  std::vector<InertialEstimate> estimates;
+  std::vector<Estimate> estimates;
   for (const FeatureFrame& frame : std::exchange(frames_, {})) {
     if (!slam_ || clock(frame.time) < start.time) continue;
     if (const auto estimate = step(frame)) estimates.push_back(*estimate);
@@ -192,12 +186,12 @@ std::vector<InertialEstimate> InertialSession::begin(InertialStart start) {
 }
 
 // What is not finite is not handed on: the last estimate that was believed stands in for it.
-std::optional<InertialEstimate> InertialSession::step(const FeatureFrame& frame) {
-  InertialEstimate e = slam_->process(frame);
+std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
+  Estimate e = slam_->process(frame);
   if (observer_) observer_(frame, slam_->outcomes());
   // A time offset that falls, or begins anew, does not turn time back.
-  if (last_told_) e.time = std::max(e.time, *last_told_ + Time(1));
-  last_told_ = e.time;
+  if (last_time_) e.time = std::max(e.time, *last_time_ + Time(1));
+  last_time_ = e.time;
   if (believed(e)) {
     if (contradictions_ > kDoubts && e.health == Health::kOk) e.health = Health::kDegraded;
     last_ = e;
@@ -208,7 +202,10 @@ std::optional<InertialEstimate> InertialSession::step(const FeatureFrame& frame)
   reset();
   if (is_finite(e)) return e;
   if (!last_) return std::nullopt;
-  e.motion = last_->motion;
+  e.world_T_imu = last_->world_T_imu;
+  e.v_world = last_->v_world;
+  e.additive = last_->additive;
+  e.covariance = last_->covariance;
   e.calibration = last_->calibration;
   e.nis = e.innovation_products = e.innovation_squares = 0;
   e.nis_dof = 0;
@@ -220,10 +217,10 @@ void InertialSession::reset() {
   ++resets_;
 }
 
-bool InertialSession::believed(const InertialEstimate& e) {
+bool InertialSession::believed(const Estimate& e) {
   contradictions_ = std::max(0, contradictions_ + (contradicted(e) ? 1 : -1));
   return e.health != Health::kLost && is_finite(e) && contradictions_ < kContradictions &&
-         e.motion.v_nav.norm() < kImpossibleSpeed;
+         e.v_world->norm() < kImpossibleSpeed;
 }
 
 void InertialSession::end_part() {
@@ -236,8 +233,8 @@ void InertialSession::end_part() {
     slam_.reset();
   }
   contradictions_ = 0;
-  dropped_frames_ += static_cast<int>(held_.size());
-  held_.clear();
+  dropped_frames_ += static_cast<int>(waiting_.size());
+  waiting_.clear();
   initialiser_ = std::make_unique<Initialiser>(
       start_settings_, calibrated(sensors_.cameras, agreed_ ? agreed_->calibration : std::nullopt),
       sensors_.noise, sensors_.imu, sensors_.pixel_sigma);
@@ -248,18 +245,18 @@ InertialStart InertialSession::continued(InertialStart start) const {
   if (!agreed_) return start;
   start.calibration = agreed_->calibration;
   const double gap = to_seconds(start.time - agreed_->time);
-  const NavState& before = agreed_->motion;
+  const Estimate& before = *agreed_;
   const Eigen::Matrix3d turn =
-      so3::exp(Eigen::Vector3d(0, 0, heading(before.nav_T_imu.R) - heading(start.nav_T_imu.R)));
+      so3::exp(Eigen::Vector3d(0, 0, heading(before.world_T_imu.R) - heading(start.nav_T_imu.R)));
   start.nav_T_imu.R = turn * start.nav_T_imu.R;
-  start.nav_T_imu.p = before.nav_T_imu.p;
+  start.nav_T_imu.p = before.world_T_imu.p;
   start.v_nav = turn * start.v_nav;
   Matrix15d P = start.covariance.value_or(Matrix15d::Zero());
   for (const int row : {0, 6}) {
     P.middleRows<3>(row) = (turn * P.middleRows<3>(row)).eval();
     P.middleCols<3>(row) = (P.middleCols<3>(row) * turn.transpose()).eval();
   }
-  const double way = std::max({1.0, before.v_nav.norm(), start.v_nav.norm()}) * gap;
+  const double way = std::max({1.0, before.v_world->norm(), start.v_nav.norm()}) * gap;
   P.block<3, 3>(3, 3) = before.covariance.block<3, 3>(3, 3);
   P.block<3, 3>(3, 3).diagonal().array() += way * way;
   P(2, 2) += before.covariance(2, 2) + std::min(gap * gap, M_PI * M_PI);  // 1 rad/s
@@ -284,7 +281,7 @@ ImuBuffer::Counts InertialSession::imu_counts() const {
 }
 
 Eigen::Vector3d InertialSession::gyroscope_bias() const {
-  return slam_ && last_ ? Eigen::Vector3d(last_->motion.biases.tail<3>()) : Eigen::Vector3d::Zero();
+  return slam_ && last_ ? Eigen::Vector3d(last_->additive.tail<3>()) : Eigen::Vector3d::Zero();
 }
 
 std::vector<MapLandmark> InertialSession::map_nav() const {

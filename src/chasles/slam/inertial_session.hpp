@@ -11,6 +11,7 @@
 
 #include <chasles/slam/inertial_slam.hpp>
 #include <chasles/slam/initialiser.hpp>
+#include <chasles/slam/waiting_frames.hpp>
 
 namespace chasles {
 
@@ -51,9 +52,9 @@ class InertialSession {
   /// all frames since the time that it is for. Where images are late by the IMU's clock (settings:
   /// time_offset, calibrate_time_offset) a frame waits until the samples reach up to it; its
   /// estimate comes with a later frame, or from finish().
-  std::vector<InertialEstimate> process(const FeatureFrame& frame);
+  std::vector<Estimate> process(const FeatureFrame& frame);
   /// The estimates of the frames that still wait: no more samples will come.
-  std::vector<InertialEstimate> finish();
+  std::vector<Estimate> finish();
 
   bool running() const { return slam_ != nullptr; }
   /// What a start still needs.
@@ -70,11 +71,10 @@ class InertialSession {
   std::vector<LandmarkId> in_state() const;
 
  private:
-  std::vector<InertialEstimate> take(const FeatureFrame& frame);
-  void take_held(std::vector<InertialEstimate>& estimates);
-  std::vector<InertialEstimate> begin(InertialStart start);
-  std::vector<InertialEstimate> wait_for_given(const FeatureFrame& frame);
-  std::optional<InertialEstimate> step(const FeatureFrame& frame);
+  std::vector<Estimate> take(const FeatureFrame& frame);
+  std::vector<Estimate> begin(InertialStart start);
+  std::vector<Estimate> wait_for_given(const FeatureFrame& frame);
+  std::optional<Estimate> step(const FeatureFrame& frame);
   void note_time(const ImuSample& sample);
   bool usable(const FeatureFrame& frame) const;
   Time clock(Time of_cameras) const;
@@ -82,7 +82,7 @@ class InertialSession {
   void reset();
   void end_part();
   InertialStart continued(InertialStart start) const;
-  bool believed(const InertialEstimate& e);
+  bool believed(const Estimate& e);
 
   InertialSlamSettings settings_;
   InitialiserSettings start_settings_;
@@ -93,13 +93,13 @@ class InertialSession {
   std::optional<InertialStart> given_;
   std::deque<ImuSample> samples_;  ///< since the oldest frame that may begin the run
   std::deque<FeatureFrame> frames_;
-  std::deque<FeatureFrame> held_;  ///< wait for samples
+  WaitingFrames<FeatureFrame> waiting_;
   std::optional<Time> waiting_since_;
   Time now_{};
   std::optional<Time> last_frame_, last_sample_;
-  std::optional<Time> last_told_;           ///< the last estimate's
-  std::optional<InertialEstimate> last_;    ///< that was believed
-  std::optional<InertialEstimate> agreed_;  ///< and that the frames did not contradict
+  std::optional<Time> last_time_;   ///< of the last estimate
+  std::optional<Estimate> last_;    ///< that was believed
+  std::optional<Estimate> agreed_;  ///< and that the frames did not contradict
   std::vector<MapLandmark> earlier_map_;
   ImuBuffer::Counts earlier_counts_;
   int resets_ = 0, dropped_frames_ = 0;

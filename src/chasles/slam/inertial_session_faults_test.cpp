@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/constants.hpp>
-#include <chasles/sim/random.hpp>
+#include <chasles/numeric/random.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
 // A run whose sensors fail, on simulated tracks.
@@ -39,7 +39,7 @@ TEST(InertialSessionFaults, GarbageForASecondIsRefusedAndDegrades) {
   expect_sound(estimates);
   EXPECT_EQ(session.resets(), 0);
   int used = 0, refused = 0;
-  for (const InertialEstimate& e : estimates) {
+  for (const Estimate& e : estimates) {
     if (e.time < after(recording, 4) || e.time >= after(recording, 5)) continue;
     used += e.used;
     refused += e.rejected;
@@ -61,14 +61,14 @@ TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnew) {
   EXPECT_LE(session.resets(), 2);
   EXPECT_TRUE(session.running());
   EXPECT_EQ(estimates.back().time, recording.frames.back().time);
-  EXPECT_EQ(session.resets(), std::ranges::count_if(estimates, [](const InertialEstimate& e) {
+  EXPECT_EQ(session.resets(), std::ranges::count_if(estimates, [](const Estimate& e) {
               return e.health == Health::kLost;
             }));
-  const auto lost = std::ranges::find(estimates, Health::kLost, &InertialEstimate::health);
+  const auto lost = std::ranges::find(estimates, Health::kLost, &Estimate::health);
   const auto next = std::next(lost);
   ASSERT_NE(next, estimates.end());
   // It begins where it last knew to be, give or take the way of the time in between.
-  const double way = (next->motion.nav_T_imu.p - estimates.front().motion.nav_T_imu.p).norm();
+  const double way = (next->motion.nav_T_imu.p - estimates.front().world_T_imu.p).norm();
   EXPECT_NEAR(way, 1.2 * 2, 0.5);
   EXPECT_GT(position_sigma(*next), 1.2 * 2);
   EXPECT_LT(error_from(estimates, recording, after(recording, 13)), 0.3);
@@ -110,7 +110,7 @@ TEST(InertialSessionFaults, FramesThatAreNotLaterAreDroppedAndCounted) {
   EXPECT_EQ(session.dropped_frames(), 2);
   EXPECT_EQ(session.resets(), 0);
   ASSERT_EQ(estimates.size(), expected.size());
-  EXPECT_EQ(estimates.back().motion.nav_T_imu.p, expected.back().motion.nav_T_imu.p);
+  EXPECT_EQ(estimates.back().world_T_imu.p, expected.back().world_T_imu.p);
 }
 
 TEST(InertialSessionFaults, AFrameFromTheFutureIsDroppedAndTheNextIsNot) {
@@ -151,7 +151,7 @@ TEST(InertialSessionFaults, WithoutSamplesForASecondItBeginsAnew) {
   EXPECT_LT(error_from(estimates, recording, after(recording, 9)), 0.8);
   // It goes on where it was, give or take the way of the time in between.
   const auto next = std::ranges::find_if(
-      estimates, [&](const InertialEstimate& e) { return e.time >= after(recording, 6.8); });
+      estimates, [&](const Estimate& e) { return e.time >= after(recording, 6.8); });
   ASSERT_NE(next, estimates.end());
   const auto last = std::prev(next);
   EXPECT_LT((next->motion.nav_T_imu.p - last->motion.nav_T_imu.p).norm(), 3);

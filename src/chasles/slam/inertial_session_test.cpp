@@ -39,15 +39,15 @@ TEST(InertialSession, WithAGivenStartItIsTheFilterItself) {
   ASSERT_EQ(estimates.size(), trial.estimate.size());
   for (std::size_t k = 0; k < estimates.size(); ++k) {
     EXPECT_EQ(estimates[k].time, trial.estimate[k].time);
-    EXPECT_EQ(estimates[k].motion.nav_T_imu.p, trial.estimate[k].pose.p);
-    EXPECT_EQ(estimates[k].motion.nav_T_imu.R, trial.estimate[k].pose.R);
+    EXPECT_EQ(estimates[k].world_T_imu.p, trial.estimate[k].pose.p);
+    EXPECT_EQ(estimates[k].world_T_imu.R, trial.estimate[k].pose.R);
     EXPECT_EQ(estimates[k].nis, trial.points[k].nis);
   }
   EXPECT_FALSE(session.map_nav().empty());
 }
 
 std::ptrdiff_t degraded_frames(const Estimates& estimates) {
-  return std::ranges::count(estimates, Health::kDegraded, &InertialEstimate::health);
+  return std::ranges::count(estimates, Health::kDegraded, &Estimate::health);
 }
 
 // A filter that takes all that it learns from tracks is not starved, at the beginning neither,
@@ -84,7 +84,7 @@ TEST(InertialSession, WithoutObservationsItIsDegradedAndLessCertainAndRecovers) 
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
   double before = 0, latest = 0;
-  for (const InertialEstimate& e : estimates) {
+  for (const Estimate& e : estimates) {
     if (e.time < after(recording, 5)) before = position_sigma(e);
     if (e.time > after(recording, 6) && e.time < after(recording, 8)) {
       EXPECT_EQ(e.health, Health::kDegraded);

@@ -45,7 +45,7 @@ inline InertialSlamSettings tracks_alone() {
   return settings;
 }
 
-using Estimates = std::vector<InertialEstimate>;
+using Estimates = std::vector<Estimate>;
 
 inline Estimates play(InertialSession& session, const Recording& recording) {
   Estimates all;
@@ -76,8 +76,8 @@ inline double error_from(const Trajectory& poses, const Trajectory& truth, Time 
 inline double error_from(const Estimates& estimates, const Recording& recording,
                          Time from = Time(0)) {
   Trajectory own;
-  for (const InertialEstimate& e : estimates) {
-    own.push_back({.time = e.time, .pose = e.motion.nav_T_imu});
+  for (const Estimate& e : estimates) {
+    own.push_back({.time = e.time, .pose = e.world_T_imu});
   }
   return error_from(own, recording.truth, from);
 }
@@ -92,17 +92,16 @@ inline bool is_finite(const Calibration& calibration) {
 }
 
 /// All finite, variances not negative, later than what came before.
-inline bool is_sound(const InertialEstimate& e, const std::optional<Time>& before) {
-  const NavState& m = e.motion;
-  return m.nav_T_imu.p.allFinite() && m.nav_T_imu.R.allFinite() && m.v_nav.allFinite() &&
-         m.biases.allFinite() && m.covariance.allFinite() &&
-         m.covariance.diagonal().minCoeff() > -1e-9 &&
+inline bool is_sound(const Estimate& e, const std::optional<Time>& before) {
+  return e.world_T_imu.p.allFinite() && e.world_T_imu.R.allFinite() && e.v_world->allFinite() &&
+         e.additive.allFinite() && e.covariance.allFinite() &&
+         e.covariance.diagonal().minCoeff() > -1e-9 &&
          (!e.calibration || is_finite(*e.calibration)) && (!before || e.time > *before);
 }
 
 inline void expect_sound(const Estimates& estimates) {
   std::optional<Time> before;
-  for (const InertialEstimate& e : estimates) {
+  for (const Estimate& e : estimates) {
     EXPECT_TRUE(is_sound(e, before)) << "the estimate of " << e.time.count() << " ns";
     before = e.time;
   }
@@ -125,8 +124,8 @@ inline void remove_samples(Recording& recording, double from, double to) {
   });
 }
 
-inline double position_sigma(const InertialEstimate& e) {
-  return std::sqrt(e.motion.covariance.block<3, 3>(3, 3).trace());
+inline double position_sigma(const Estimate& e) {
+  return std::sqrt(e.covariance.block<3, 3>(3, 3).trace());
 }
 
 }  // namespace chasles::test

@@ -6,9 +6,9 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/filter/dense.hpp>
-#include <chasles/frontend/stage_clock.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_slam.hpp>
+#include <chasles/stage_clock.hpp>
 
 namespace chasles {
 namespace {
@@ -102,35 +102,40 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
   }
 }
 
-InertialEstimate InertialSlam::process(const FeatureFrame& frame) {
+Estimate InertialSlam::process(const FeatureFrame& frame) {
   const Time since = frame.time - now_;
   StageClock stages;
   advance_to(frame.time);
   ++frame_;
-  InertialEstimate e;
+  Estimate e;
+  StageSeconds& seconds = e.seconds.emplace();
   e.observations = static_cast<int>(frame.pixels.size());
   compose_when_due();
   const auto& observations = usable(frame);
-  e.seconds.propagation = stages.lap();
-  e.still = zero_velocity_update(frame, since);
+  seconds.propagation = stages.lap();
+  e.zero_velocity = zero_velocity_update(frame, since);
   // At rest one pose is all poses, and a pixel errs by the same in all of them.
-  cloned_ =
-      settings_.init == "multi-view" && !e.still && (frame_ - 1) % settings_.frames_per_clone == 0;
+  cloned_ = settings_.init == "multi-view" && !e.zero_velocity &&
+            (frame_ - 1) % settings_.frames_per_clone == 0;
   if (cloned_) {
     keep_pose(frame.time);
     window_.push_back(frame_);
   }
   observe(observations, e);
-  e.seconds.update = stages.lap();
+  seconds.update = stages.lap();
   settle();
   retire_unseen();
   if (settings_.init == "multi-view") begin_from_tracks(e);
   forget_unused_clones();
   note_begun(e.added);
-  e.seconds.landmarks = stages.lap();
+  seconds.landmarks = stages.lap();
 
   e.time = clock(frame.time);
-  e.motion = motion();
+  const NavState now = motion();
+  e.world_T_imu = now.nav_T_imu;
+  e.v_world = now.v_nav;
+  e.additive = now.biases;
+  e.covariance = now.covariance;
   e.calibration = calibration_of(filter_);
   e.in_state = static_cast<int>(filter_.state().landmarks.size());
   e.landmarks = filter_.map_size();
@@ -229,16 +234,16 @@ void InertialSlam::forget_unused_clones() {
   filter_.forget_clones(unused);
 }
 
-Health InertialSlam::judge(const InertialEstimate& e) {
-  const auto& [pose, v, biases, covariance] = e.motion;
+Health InertialSlam::judge(const Estimate& e) {
+  const SE3& pose = e.world_T_imu;
   if (!has_sane_clock()) return Health::kLost;
-  if (!pose.R.allFinite() || !pose.p.allFinite() || !v.allFinite() || !covariance.allFinite() ||
-      covariance.diagonal().minCoeff() < -1e-9) {
+  if (!pose.R.allFinite() || !pose.p.allFinite() || !e.v_world->allFinite() ||
+      !e.covariance.allFinite() || e.covariance.diagonal().minCoeff() < -1e-9) {
     return Health::kLost;
   }
-  const int used = e.used + e.tracks.told;
+  const int used = e.used + e.tracks.used;
   const bool starves =
-      !e.still && (used + e.tracks.waiting < 3 || e.rejected + e.tracks.refused > used);
+      !e.zero_velocity && (used + e.tracks.waiting < 3 || e.rejected + e.tracks.rejected > used);
   starved_ = starves ? starved_ + 1 : 0;
   return starved_ > 10 ? Health::kDegraded : Health::kOk;
 }

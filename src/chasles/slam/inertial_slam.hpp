@@ -9,31 +9,13 @@
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/imu/imu_buffer.hpp>
+#include <chasles/slam/estimate.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/inertial_start.hpp>
 #include <chasles/slam/recent_tracks.hpp>
 #include <chasles/slam/standstill.hpp>
-#include <chasles/slam/velocity_slam.hpp>
 
 namespace chasles {
-
-/// What the filter believes after a frame, and how its observations agreed.
-struct InertialEstimate {
-  Time time{};  ///< of the IMU's clock: of the image, plus the time offset
-  NavState motion;
-  double nis = 0;   ///< of the frame's observations of landmarks in the state, together
-  int nis_dof = 0;  ///< its degrees of freedom
-  /// Of the pixels that were used in this frame and in the one before, each whitened by its own
-  /// innovation covariance: the sum of their products, and of their mean squares. Of a filter that
-  /// takes all that its observations tell, the products are 0 on average: innovations are white.
-  double innovation_products = 0, innovation_squares = 0;
-  int observations = 0, used = 0, rejected = 0, added = 0, in_state = 0, landmarks = 0;
-  TrackUse tracks;  ///< where the settings leave hardly a landmark in the state; else none
-  Health health = Health::kOk;
-  bool still = false;                           ///< IMU and tracks say so, and the filter was told
-  std::optional<Calibration> calibration = {};  ///< where something of it is estimated
-  FilterSeconds seconds = {};
-};
 
 /// SLAM from an IMU and cameras: feed it samples and frames in the order of time, the samples up to
 /// a frame (by its time and the time offset, `covers`) before the frame. Every observation is used
@@ -51,7 +33,7 @@ class InertialSlam {
     imu_.add(sample);
     if (standstill_) standstill_->add(sample);
   }
-  InertialEstimate process(const FeatureFrame& frame);
+  Estimate process(const FeatureFrame& frame);
 
   /// What the IMU's clock showed at a time of the cameras', as far as is known.
   Time clock(Time of_cameras) const;
@@ -85,18 +67,18 @@ class InertialSlam {
   const std::vector<const PixelObservation*>& usable(const FeatureFrame& frame);
   void number_landmarks();
   std::optional<int> number_of(LandmarkId id) const;
-  void observe(const std::vector<const PixelObservation*>& observations, InertialEstimate& e);
-  void begin_at_once(const std::vector<const PixelObservation*>& fresh, InertialEstimate& e);
-  void begin_from_tracks(InertialEstimate& e);
-  void begin_what_is_missing(InertialEstimate& e);
+  void observe(const std::vector<const PixelObservation*>& observations, Estimate& e);
+  void begin_at_once(const std::vector<const PixelObservation*>& fresh, Estimate& e);
+  void begin_from_tracks(Estimate& e);
+  void begin_what_is_missing(Estimate& e);
   Track& track_of(LandmarkId id);
   void forget_ended_tracks();
   bool find_start(LandmarkId id, const Views& views);
   bool is_certain(const MultiViewStart& start) const;
   bool is_somewhere(const MultiViewStart& start) const;
   bool take_rest(const MultiViewStart& start);
-  void add_begun(InertialEstimate& e);
-  void null_space_update(InertialEstimate& e);
+  void add_begun(Estimate& e);
+  void null_space_update(Estimate& e);
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
@@ -110,12 +92,12 @@ class InertialSlam {
   void note_outcomes(std::span<const Measurement> known, const UpdateReport& report);
   void note_begun(int added);
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
-                           const UpdateReport& report, InertialEstimate& e);
+                           const UpdateReport& report, Estimate& e);
   void retire_unseen();
   void forget_unused_clones();
   void compose_when_due();
   void note_prediction();
-  Health judge(const InertialEstimate& e);
+  Health judge(const Estimate& e);
   TrackUse use_of_tracks();
   bool has_room() const;
   static bool has_view(const Track& track, int clone);

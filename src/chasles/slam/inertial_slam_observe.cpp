@@ -63,8 +63,7 @@ bool InertialSlam::cannot_be(const Landmark& landmark) const {
 
 // At rest a pixel errs by the same in every image: the looks of a rest are one, not many, and the
 // rest itself tells more.
-void InertialSlam::observe(const std::vector<const PixelObservation*>& observations,
-                           InertialEstimate& e) {
+void InertialSlam::observe(const std::vector<const PixelObservation*>& observations, Estimate& e) {
   number_landmarks();
   auto& known = work_.known;
   auto& predicted = work_.predicted;
@@ -85,7 +84,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     }
     Last& last = last_[static_cast<std::size_t>(*number)];
     last.seen = frame_;
-    if (e.still) continue;
+    if (e.zero_velocity) continue;
     outcomes_.back().outcome = Outcome::kRejected;  // until it is used
     const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(*number)];
     if (cannot_be(landmark)) {
@@ -161,7 +160,7 @@ void InertialSlam::note_begun(int added) {
 }
 
 void InertialSlam::compare_innovations(const std::vector<const PixelObservation*>& observations,
-                                       const UpdateReport& report, InertialEstimate& e) {
+                                       const UpdateReport& report, Estimate& e) {
   const auto by_key = [](const WhitenedPixel& a, const WhitenedPixel& b) {
     return std::tie(a.landmark, a.camera) < std::tie(b.landmark, b.camera);
   };

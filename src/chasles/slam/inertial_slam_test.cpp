@@ -212,7 +212,7 @@ TEST(InertialSlam, WhatCannotBeUsedIsRefusedOrLeftOut) {
                   {.landmark = 2, .camera = 0, .pixel = {std::nan(""), 10}},
                   {.landmark = 3, .camera = 0, .pixel = {300, 200}},
                   {.landmark = 3, .camera = 0, .pixel = {301, 200}}};
-  const InertialEstimate e = slam.process(frame);
+  const Estimate e = slam.process(frame);
   EXPECT_EQ(e.observations, 4);
   EXPECT_EQ(e.added, 1);
   frame.time = start.time;

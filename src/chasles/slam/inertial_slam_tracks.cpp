@@ -22,8 +22,7 @@ void InertialSlam::forget_ended_tracks() {
   tracks_.remove_if([](const Track& track) { return track.ended; });
 }
 
-void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fresh,
-                                 InertialEstimate& e) {
+void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fresh, Estimate& e) {
   const bool anchored = settings_.landmarks == "inverse-depth";
   int room = settings_.max_landmarks - static_cast<int>(filter_.state().landmarks.size());
   Reused<NewLandmark>& landmarks = work_.begun;
@@ -58,7 +57,7 @@ bool InertialSlam::has_view(const Track& track, int clone) {
                      [&](const ClonedView& view) { return view.clone == clone; });
 }
 
-void InertialSlam::add_begun(InertialEstimate& e) {
+void InertialSlam::add_begun(Estimate& e) {
   const Reused<NewLandmark>& landmarks = work_.begun;
   filter_.add(landmarks);
   last_.resize(last_.size() + landmarks.size(), {.seen = frame_});
@@ -67,7 +66,7 @@ void InertialSlam::add_begun(InertialEstimate& e) {
 }
 
 // To the filter: the landmarks that begin, then what their tracks and others say of the poses.
-void InertialSlam::null_space_update(InertialEstimate& e) {
+void InertialSlam::null_space_update(Estimate& e) {
   add_begun(e);
   filter_.update(work_.rests);
   work_.rests.clear();
@@ -75,7 +74,7 @@ void InertialSlam::null_space_update(InertialEstimate& e) {
 
 // Many tracks are told at a time, which costs less than one by one. But not all: those that come
 // later are linearised at a better state, which counts where a window of a start's tracks ends.
-void InertialSlam::begin_from_tracks(InertialEstimate& e) {
+void InertialSlam::begin_from_tracks(Estimate& e) {
   const bool full = static_cast<int>(window_.size()) >= settings_.clones;
   const auto many = static_cast<std::size_t>(2 * settings_.clones);  // twice the clones' rows
   for (Track& track : tracks_) {
@@ -101,11 +100,11 @@ void InertialSlam::begin_from_tracks(InertialEstimate& e) {
   forget_ended_tracks();
   if (!cloned_) return;
   if (full) window_.erase(window_.begin());
-  if (!e.still) begin_what_is_missing(e);
+  if (!e.zero_velocity) begin_what_is_missing(e);
 }
 
 // Where there is hardly a landmark, as at the start or after a sharp turn, one cannot wait.
-void InertialSlam::begin_what_is_missing(InertialEstimate& e) {
+void InertialSlam::begin_what_is_missing(Estimate& e) {
   int missing = settings_.min_landmarks - static_cast<int>(filter_.state().landmarks.size());
   Reused<NewLandmark>& landmarks = work_.begun;
   for (Track& track : tracks_) {

@@ -13,7 +13,7 @@
 
 #include <chasles/constants.hpp>
 #include <chasles/data/recording.hpp>
-#include <chasles/sim/spline.hpp>
+#include <chasles/numeric/spline.hpp>
 #include <chasles/slam/initialiser.hpp>
 
 // What the tests of the initialisation share.

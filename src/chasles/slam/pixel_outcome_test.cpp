@@ -62,7 +62,7 @@ Seen watch(double push) {
     auto* frame = std::get_if<FeatureFrame>(&*event);
     if (!frame) continue;
     if (++number % 10 == 0 && !frame->pixels.empty()) frame->pixels.front().pixel.x() += push;
-    for (const InertialEstimate& e : session.process(*frame)) {
+    for (const Estimate& e : session.process(*frame)) {
       seen.estimates_used += e.used;
       seen.estimates_rejected += e.rejected;
       seen.estimates_added += e.added;

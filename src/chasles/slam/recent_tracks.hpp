@@ -4,33 +4,33 @@
 
 namespace chasles {
 
-/// What tracks outside of the state have done for the filter of late.
+/// Null-space updates with tracks whose points are not in the state.
 struct TrackUse {
-  int told = 0;     ///< of the clones, in the last frames
-  int refused = 0;  ///< by the gate, in the same
-  int waiting = 0;  ///< in view with two views and more: they will tell
+  int used = 0;      ///< tracks, in the last frames
+  int rejected = 0;  ///< by the gate, in the same frames
+  int waiting = 0;   ///< in view, with two observations and more: an update is still to come
 };
 
-/// Counts it. A track tells when it ends, or when its oldest clone has to go: not in every frame,
-/// and at the beginning not for a whole window of clones. So those that wait count as well, but
-/// only for that long: where a window has passed and none of them could tell, they tell nothing.
+/// Counts them. A track makes an update when it ends, or when its oldest clone is removed: not in
+/// every frame, and at the beginning not before a whole window of clones. So waiting tracks count
+/// as well, but only for the length of a window: if none of them made an update by then, none will.
 class RecentTracks {
  public:
   /// `frames`: that count as the last ones. `window`: frames that a track waits at most.
   RecentTracks(int frames, int window);
 
-  void note(bool told);
+  void note(bool used);
   /// With the frame that ends now.
   TrackUse end_frame(int waiting);
 
  private:
   struct Ended {
-    int told = 0, refused = 0;
+    int used = 0, rejected = 0;
   };
   std::vector<Ended> last_;  ///< of the last frames, the present one at `now_`
   std::size_t now_ = 0;
   int window_;
-  int in_vain_ = 0;  ///< frames since a track told or none waited
+  int in_vain_ = 0;  ///< frames since a track made an update or none waited
 };
 
 }  // namespace chasles

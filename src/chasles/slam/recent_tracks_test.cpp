@@ -5,25 +5,25 @@
 namespace chasles {
 namespace {
 
-TEST(RecentTracks, WhatTheyToldCountsForTheLastFrames) {
+TEST(RecentTracks, UpdatesCountForTheLastFrames) {
   RecentTracks tracks(3, 100);
   tracks.note(true);
   tracks.note(true);
   tracks.note(false);
   for (int frame = 0; frame < 3; ++frame) {
     const TrackUse use = tracks.end_frame(5);
-    EXPECT_EQ(use.told, 2) << frame;
-    EXPECT_EQ(use.refused, 1) << frame;
+    EXPECT_EQ(use.used, 2) << frame;
+    EXPECT_EQ(use.rejected, 1) << frame;
     EXPECT_EQ(use.waiting, 5) << frame;
   }
-  EXPECT_EQ(tracks.end_frame(5).told, 0);
-  EXPECT_EQ(tracks.end_frame(5).refused, 0);
+  EXPECT_EQ(tracks.end_frame(5).used, 0);
+  EXPECT_EQ(tracks.end_frame(5).rejected, 0);
 }
 
-TEST(RecentTracks, ThoseThatWaitLongerThanAWindowTellNothing) {
+TEST(RecentTracks, TracksThatWaitLongerThanAWindowDoNotCount) {
   RecentTracks tracks(1, 10);
   for (int frame = 0; frame < 10; ++frame) EXPECT_EQ(tracks.end_frame(7).waiting, 7) << frame;
-  tracks.note(false);  // what is refused is not told
+  tracks.note(false);  // rejected, so no update
   EXPECT_EQ(tracks.end_frame(7).waiting, 0);
   tracks.note(true);
   EXPECT_EQ(tracks.end_frame(7).waiting, 7);

@@ -5,9 +5,9 @@
 
 #include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
-#include <chasles/frontend/stage_clock.hpp>
 #include <chasles/slam/velocity_model.hpp>
 #include <chasles/slam/velocity_slam.hpp>
+#include <chasles/stage_clock.hpp>
 
 namespace chasles {
 namespace {
@@ -68,16 +68,15 @@ Estimate VelocitySlam::process(const FeatureFrame& frame) {
   advance_to(frame.time, velocity_.value_or(BodyVelocity{}));
   ++frame_;
   Estimate estimate;
-  estimate.seconds.propagation = std::exchange(propagation_seconds_, 0) + clock.lap();
+  estimate.seconds = {.propagation = std::exchange(propagation_seconds_, 0) + clock.lap()};
   estimate.time = frame.time;
   if (settings_.mode != "localize") see(frame, estimate);
 
   const State& x = filter_.state();
   const Eigen::MatrixXd P = filter_.core_covariance();
   estimate.world_T_imu = x.world_T_imu;
-  estimate.pose_covariance = P.topLeftCorner<6, 6>();
   estimate.additive = x.additive;
-  estimate.additive_sigma = P.diagonal().tail(x.additive.size()).cwiseSqrt();
+  estimate.covariance = P;
   estimate.observations = static_cast<int>(frame.observations.size());
   estimate.in_state = static_cast<int>(x.landmarks.size());
   estimate.landmarks = filter_.map_size();
@@ -100,11 +99,11 @@ void VelocitySlam::see(const FeatureFrame& frame, Estimate& estimate) {
   const UpdateReport report = filter_.update(matched.known);
   estimate.nis = report.nis;
   estimate.nis_dof = report.dof;
-  estimate.seconds.update = clock.lap();
+  estimate.seconds->update = clock.lap();
   retire_unseen();
   // After the update: an observation either begins a landmark or updates the state, never both.
   if (!settings_.update_with_first_observation) estimate.added = begin(matched.fresh);
-  estimate.seconds.landmarks = clock.lap();
+  estimate.seconds->landmarks = clock.lap();
 }
 
 void VelocitySlam::process(const BodyVelocity& u) {
@@ -249,7 +248,8 @@ void VelocitySlam::retire_unseen() {
 
 Health VelocitySlam::judge(const Estimate& estimate) {
   if (!estimate.world_T_imu.R.allFinite() || !estimate.world_T_imu.p.allFinite() ||
-      !estimate.pose_covariance.allFinite() || estimate.pose_covariance.diagonal().minCoeff() < 0) {
+      !estimate.pose_covariance().allFinite() ||
+      estimate.pose_covariance().diagonal().minCoeff() < 0) {
     return Health::kLost;
   }
   if (settings_.mode != "slam") return Health::kOk;

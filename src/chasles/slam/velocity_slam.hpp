@@ -9,38 +9,11 @@
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
-#include <chasles/slam/health.hpp>
+#include <chasles/slam/estimate.hpp>
 #include <chasles/slam/velocity_noise.hpp>
 #include <chasles/slam/velocity_settings.hpp>
 
 namespace chasles {
-
-/// What the stages of a filter took for a frame [s]; no result depends on it.
-struct FilterSeconds {
-  double propagation = 0;  ///< of the state, since the frame before
-  double update = 0;       ///< association, gate and update
-  double landmarks = 0;    ///< that begin, change their form or retire
-};
-
-/// What the filter believes after a frame.
-struct Estimate {
-  Time time{};
-  SE3 world_T_imu;
-  Matrix6d pose_covariance =
-      Matrix6d::Zero();  ///< [theta; dp], world axes [rad, m] (docs/charts.md)
-  Eigen::VectorXd additive,
-      additive_sigma;    ///< the motion's own states: VelocitySlam::additive_names
-  double nis = 0;        ///< of the frame's observations and velocity, together
-  int nis_dof = 0;       ///< its degrees of freedom; 0: nothing was updated
-  int observations = 0;  ///< offered by the frame
-  int used = 0;          ///< that updated the state
-  int rejected = 0;      ///< of landmarks in the state, refused by the gate
-  int added = 0;         ///< landmarks that the frame began
-  int in_state = 0;      ///< landmarks of the state after the frame
-  int landmarks = 0;     ///< landmarks of the whole map
-  Health health = Health::kOk;
-  FilterSeconds seconds = {};
-};
 
 /// The SLAM loop: feed it velocities and frames in the order of time. The world is the IMU frame at
 /// the first event.

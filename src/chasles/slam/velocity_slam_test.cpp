@@ -117,7 +117,7 @@ TEST(VelocitySlam, MappingTakesTheTrajectoryForTheTruth) {
   settings.mode = "map";
   VelocitySlam slam = make(settings);
   const Estimate estimate = drive(slam, 20);
-  EXPECT_EQ(estimate.pose_covariance.norm(), 0);
+  EXPECT_EQ(estimate.pose_covariance().norm(), 0);
   EXPECT_NEAR(estimate.world_T_imu.p.x(), 1.9, 1e-9);
   const auto map = slam.filter().map();
   ASSERT_EQ(map.size(), 30u);
@@ -183,7 +183,7 @@ TEST(VelocitySlam, WithoutObservationsItSaysDegradedAndItsUncertaintyGrows) {
   }
   EXPECT_EQ(good.health, Health::kOk);
   EXPECT_EQ(blind.health, Health::kDegraded);
-  EXPECT_GT(blind.pose_covariance.trace(), 10 * good.pose_covariance.trace());
+  EXPECT_GT(blind.pose_covariance().trace(), 10 * good.pose_covariance().trace());
 }
 
 TEST(VelocitySlam, AfterAGapOfSecondsItRecovers) {
@@ -243,7 +243,7 @@ TEST(VelocitySlam, TwoRunsGiveTheSameNumbers) {
   const Estimate first = drive(a, 30, 1.05);
   const Estimate second = drive(b, 30, 1.05);
   EXPECT_EQ(first.world_T_imu.p, second.world_T_imu.p);
-  EXPECT_EQ(first.pose_covariance, second.pose_covariance);
+  EXPECT_EQ(first.pose_covariance(), second.pose_covariance());
 }
 
 TEST(VelocitySlam, EveryChartAndMotionModelFollowsTheTruth) {
@@ -285,7 +285,7 @@ TEST(VelocitySlam, LevelVelocitiesTellHowTheImuIsMounted) {
   }
   const BodyVelocityModel model = model_of({}, level_noise());
   ASSERT_EQ(e.additive.size(), model.size());
-  const double sigma = e.additive_sigma[model.tilt_index() + 1];
+  const double sigma = e.additive_sigma()[model.tilt_index() + 1];
   EXPECT_LT(sigma, 0.03);  // of 0.05
   EXPECT_NEAR(e.additive[model.tilt_index() + 1], -0.05, 3 * sigma);
   EXPECT_NEAR(e.world_T_imu.p.z(), -std::sin(0.05) * 2, 0.02);

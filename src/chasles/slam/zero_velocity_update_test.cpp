@@ -22,7 +22,7 @@ Recording resting_hallway(std::uint64_t run) {
 
 struct Ending {
   double position_error = 0, position_sigma = 0, yaw_sigma = 0;
-  int still = 0;
+  int zero_velocity = 0;
 };
 
 // The last estimate before the walk begins, of a run whose lens is covered from 3 s on.
@@ -39,12 +39,12 @@ Ending covered(const InertialSlamSettings& settings) {
     const auto* frame = std::get_if<FeatureFrame>(&*event);
     if (!frame || frame->time < start.time) continue;
     if (frame->time > after(recording, kRest - 0.1)) break;
-    const InertialEstimate e = slam.process(*frame);
+    const Estimate e = slam.process(*frame);
     const auto truth = truth_at(recording.truth, e.time);
-    ending.position_error = (e.motion.nav_T_imu.p - truth->p).norm();
+    ending.position_error = (e.world_T_imu.p - truth->p).norm();
     ending.position_sigma = position_sigma(e);
-    ending.yaw_sigma = std::sqrt(e.motion.covariance(2, 2));
-    ending.still += e.still ? 1 : 0;
+    ending.yaw_sigma = std::sqrt(e.covariance(2, 2));
+    ending.zero_velocity += e.zero_velocity ? 1 : 0;
   }
   return ending;
 }
@@ -54,8 +54,8 @@ TEST(Standstill, HoldsThePoseThroughACoveredLens) {
   InertialSlamSettings without;
   without.zupt_velocity_sigma = 0;
   const Ending adrift = covered(without);
-  EXPECT_GT(held.still, 300);
-  EXPECT_EQ(adrift.still, 0);
+  EXPECT_GT(held.zero_velocity, 300);
+  EXPECT_EQ(adrift.zero_velocity, 0);
   EXPECT_LT(held.position_error, 0.02);
   EXPECT_LT(held.position_sigma, 0.03);
   EXPECT_GT(adrift.position_error, 10 * held.position_error);
@@ -70,7 +70,7 @@ TEST(Standstill, LosesNoLandmarkWhoseDepthIsGuessed) {
   unaware.zupt_velocity_sigma = 0;
   InertialSession session = session_for(recording, std::nullopt, unaware);
   int frames = 0;
-  for (const InertialEstimate& e : play(session, recording)) {
+  for (const Estimate& e : play(session, recording)) {
     if (e.time < after(recording, 5) || e.time > after(recording, kRest - 0.5)) continue;
     ++frames;
     EXPECT_GE(e.used, e.in_state - 2) << to_seconds(e.time);
@@ -134,7 +134,7 @@ TEST(Standstill, DoesNotCountTheSameErrorAgainAndAgain) {
 TEST(Standstill, IsNeverSaidOfAWalk) {
   const Recording recording = simulate_inertial(short_hallway(), 0);
   InertialSession session = session_for(recording);
-  for (const InertialEstimate& e : play(session, recording)) EXPECT_FALSE(e.still);
+  for (const Estimate& e : play(session, recording)) EXPECT_FALSE(e.zero_velocity);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include <chasles/filter/dense.hpp>
 #include <chasles/processor_time.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/batch_covariance_detail.hpp>
@@ -17,8 +18,8 @@ void check_well_posed(const InertialBatchResult& result) {
   const std::vector<std::string>& names = result.report.unobservable;
   if (names.empty()) return;
   PositionCheck check;
-  for (const BatchMotion& m : result.motions) {
-    check.add(m.motion.nav_T_imu.p, m.motion.covariance.block<3, 3>(3, 3));
+  for (const Estimate& m : result.estimates) {
+    check.add(m.world_T_imu.p, m.covariance.block<3, 3>(3, 3));
   }
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : "; ") + name;
@@ -29,8 +30,13 @@ void check_well_posed(const InertialBatchResult& result) {
 
 }  // namespace
 
+bool fits_the_data(const BatchReport& report) {
+  return report.converged && !report.stalled && report.cost_per_dof < kMostCostPerDof;
+}
+
 InertialBatchResult smooth(const InertialBatchInput& input, const std::string& chart,
                            const BatchSettings& settings) {
+  dense::prepare();
   check_landmark_form(settings);
   InertialBatchResult result;
   BatchReport& report = result.report;
@@ -50,7 +56,7 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   report.seconds_solve = solved - begun;
   add_estimates(*problem, input, graph, result);
   report.unobservable =
-      unobservable_directions(result.motions.front().motion.covariance, graph.start_covariance);
+      unobservable_directions(result.estimates.front().covariance, graph.start_covariance);
   report.seconds_covariance = processor_seconds() - solved;
   check_well_posed(result);
   return result;

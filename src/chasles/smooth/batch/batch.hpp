@@ -5,6 +5,7 @@
 
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/imu/imu_buffer.hpp>
+#include <chasles/slam/estimate.hpp>
 #include <chasles/slam/inertial_start.hpp>
 #include <chasles/smooth/batch/batch_settings.hpp>
 
@@ -32,13 +33,6 @@ struct InertialBatchInput {
   /// Where to begin the search, times rising, as the filter's estimates; a keyframe without one is
   /// predicted from the keyframe before by the samples. Empty: all of them are.
   std::vector<TimedMotion> initial = {};
-};
-
-/// A keyframe's estimate; the covariance as NavState has it, given all frames.
-struct BatchMotion {
-  Time time{};
-  NavState motion = {};
-  int observations = 0;  ///< of the frame that were used
 };
 
 /// What came out, besides the estimates.
@@ -76,8 +70,15 @@ struct BatchReport {
   double seconds_solve = 0, seconds_covariance = 0;  ///< of the processor; differ from run to run
 };
 
+/// Above this BatchReport::cost_per_dof the sensors are not as stated, or the minimum is a wrong
+/// one.
+inline constexpr double kMostCostPerDof = 2;
+
+/// Whether the search converged, at a minimum that fits the data.
+bool fits_the_data(const BatchReport& report);
+
 struct InertialBatchResult {
-  std::vector<BatchMotion> motions;    ///< of all keyframes, the first of them the start
+  std::vector<Estimate> estimates;     ///< of all keyframes, the first of them the start
   std::vector<MapLandmark> landmarks;  ///< in nav
   BatchReport report;
 };

@@ -67,12 +67,14 @@ void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const
   judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
     const BatchKeyframe& keyframe = graph.keyframes[k];
-    BatchMotion motion{.time = keyframe.time, .observations = keyframe.observations};
-    motion.motion.nav_T_imu = keyframe.state.world_T_imu;
-    motion.motion.v_nav = keyframe.state.v_world;
-    motion.motion.biases = keyframe.state.biases();
-    motion.motion.covariance = motion_covariance(problem, inverse, keyframe, k);
-    result.motions.push_back(motion);
+    Estimate& e = result.estimates.emplace_back();
+    e.time = keyframe.time;
+    e.world_T_imu = keyframe.state.world_T_imu;
+    e.v_world = keyframe.state.v_world;
+    e.additive = keyframe.state.biases();
+    e.covariance = motion_covariance(problem, inverse, keyframe, k);
+    e.observations = e.used = keyframe.observations;
+    e.landmarks = result.report.landmarks;
   }
   for (std::size_t i = 0; i < graph.points.size(); ++i) {
     const BatchPoint& point = graph.points[i];

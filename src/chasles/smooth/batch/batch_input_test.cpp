@@ -52,9 +52,8 @@ TEST(BatchBadInput, IsRecoveredAndCounted) {
   EXPECT_EQ(result.report.dropped_frames, 2);
   EXPECT_EQ(result.report.imu.not_finite, 1);
   EXPECT_EQ(result.report.imu.not_later, 1);
-  EXPECT_LT(
-      motion_error(scene.truth.back().state, result.motions.back().motion).segment<3>(3).norm(),
-      0.1);
+  EXPECT_LT(motion_error(scene.truth.back().state, result.estimates.back()).segment<3>(3).norm(),
+            0.1);
 }
 
 TEST(BatchBadInput, NothingToEstimateFromIsRefused) {
@@ -126,7 +125,7 @@ TEST(BatchIllPosed, NoExcitationIsNamedNotAnswered) {
   EXPECT_NE(text.find("velocity x with velocity y"), std::string::npos) << text;
   // What the start knows by itself is an answer.
   scene.input.start_covariance = small_scene().input.start_covariance;
-  EXPECT_EQ(smooth(scene.input, "standard", {}).motions.size(), 15u);
+  EXPECT_EQ(smooth(scene.input, "standard", {}).estimates.size(), 15u);
 }
 
 // One camera on the spot: points may be anywhere, and so nothing tells what the velocity was.

@@ -34,16 +34,16 @@ TEST_P(Batch, IsTheMinimumThatADenseGaussNewtonFinds) {
   const Eigen::MatrixXd P = oracle.covariance();
   for (const char* landmarks : {"cartesian", "inverse-depth"}) {
     const InertialBatchResult result = smooth(scene.input, name(), exact(landmarks));
-    ASSERT_EQ(result.motions.size(), oracle.states().size());
+    ASSERT_EQ(result.estimates.size(), oracle.states().size());
     EXPECT_NEAR(result.report.final_cost / oracle.cost(), 1, 1e-6);
-    for (std::size_t k = 0; k < result.motions.size(); ++k) {
-      const NavState& m = result.motions[k].motion;
+    for (std::size_t k = 0; k < result.estimates.size(); ++k) {
+      const Estimate& m = result.estimates[k];
       EXPECT_LT(motion_error(oracle.states()[k], m).cwiseAbs().maxCoeff(), 1e-6)
           << "keyframe " << k;
       const auto at = 15 * static_cast<Eigen::Index>(k);
       EXPECT_LT(test::covariance_difference(m.covariance, P.block(at, at, 15, 15)), 1e-4);
     }
-    Eigen::Index at = 15 * std::ssize(result.motions);
+    Eigen::Index at = 15 * std::ssize(result.estimates);
     for (const auto& [id, p] : oracle.points()) {
       const auto found = std::ranges::find(result.landmarks, id, &MapLandmark::id);
       ASSERT_NE(found, result.landmarks.end());
@@ -84,8 +84,8 @@ TEST_P(Batch, WithoutNoiseFindsTheTruthFromABadBeginning) {
   for (const char* landmarks : {"cartesian", "inverse-depth"}) {
     const InertialBatchResult result = smooth(scene.input, name(), exact(landmarks));
     EXPECT_TRUE(result.report.converged) << result.report.end;
-    for (std::size_t k = 0; k < result.motions.size(); ++k) {
-      EXPECT_LT(motion_error(scene.truth[k].state, result.motions[k].motion).norm(), 1e-5);
+    for (std::size_t k = 0; k < result.estimates.size(); ++k) {
+      EXPECT_LT(motion_error(scene.truth[k].state, result.estimates[k]).norm(), 1e-5);
     }
     for (const MapLandmark& l : result.landmarks) {
       EXPECT_LT((l.p_world - scene.landmarks.at(l.id)).norm(), 1e-4);
@@ -102,7 +102,7 @@ TEST_P(Batch, KnowsHowWrongItIs) {
     BatchSettings settings;
     settings.loss = "none";
     const InertialBatchResult result = smooth(scene.input, name(), settings);
-    const NavState& m = result.motions.back().motion;
+    const Estimate& m = result.estimates.back();
     const Eigen::VectorXd e = motion_error(scene.truth.back().state, m);
     poses += e.head<6>().dot(m.covariance.topLeftCorner<6, 6>().ldlt().solve(e.head<6>()));
     states += e.dot(m.covariance.ldlt().solve(e));
@@ -115,10 +115,10 @@ TEST_P(Batch, TheSameBytesEveryTime) {
   const SmallScene scene = small_scene({.frames = 40});  // of the sparse solver
   const InertialBatchResult a = smooth(scene.input, name(), {}),
                             b = smooth(scene.input, name(), {});
-  ASSERT_EQ(a.motions.size(), b.motions.size());
-  for (std::size_t k = 0; k < a.motions.size(); ++k) {
-    EXPECT_EQ(a.motions[k].motion.nav_T_imu.p, b.motions[k].motion.nav_T_imu.p);
-    EXPECT_EQ(a.motions[k].motion.covariance, b.motions[k].motion.covariance);
+  ASSERT_EQ(a.estimates.size(), b.estimates.size());
+  for (std::size_t k = 0; k < a.estimates.size(); ++k) {
+    EXPECT_EQ(a.estimates[k].world_T_imu.p, b.estimates[k].world_T_imu.p);
+    EXPECT_EQ(a.estimates[k].covariance, b.estimates[k].covariance);
   }
   EXPECT_EQ(a.report.costs, b.report.costs);
 }
@@ -134,11 +134,11 @@ TEST(BatchSolvers, FindTheSame) {
     settings.solver = solver;
     results.push_back(smooth(scene.input, "standard", settings));
     EXPECT_EQ(results.back().report.solver, solver);
-    for (std::size_t k = 0; k < results.front().motions.size(); ++k) {
-      EXPECT_LT((results.back().motions[k].motion.nav_T_imu.p -
-                 results.front().motions[k].motion.nav_T_imu.p)
-                    .norm(),
-                1e-7);
+    for (std::size_t k = 0; k < results.front().estimates.size(); ++k) {
+      EXPECT_LT(
+          (results.back().estimates[k].world_T_imu.p - results.front().estimates[k].world_T_imu.p)
+              .norm(),
+          1e-7);
     }
   }
 }
@@ -150,8 +150,7 @@ TEST(BatchLoss, WrongPixelsHardlyMatter) {
     scene.input.frames[k].pixels[k].pixel += Eigen::Vector2d(40, -25);
   }
   const auto distance = [&](const InertialBatchResult& result) {
-    return (result.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p)
-        .norm();
+    return (result.estimates.back().world_T_imu.p - clean.estimates.back().world_T_imu.p).norm();
   };
   BatchSettings trusting;
   trusting.loss = "none";
@@ -185,9 +184,8 @@ TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
     EXPECT_NEAR(result.report.cost_per_dof, clean.report.cost_per_dof, 0.05);
     EXPECT_EQ(result.report.landmarks, clean.report.landmarks);
     EXPECT_EQ(result.report.observations + result.report.gated, clean.report.observations);
-    EXPECT_LT(
-        (result.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p).norm(),
-        0.003);
+    EXPECT_LT((result.estimates.back().world_T_imu.p - clean.estimates.back().world_T_imu.p).norm(),
+              0.003);
   }
 }
 
@@ -203,8 +201,7 @@ void slide(SmallScene& scene) {
 double position_error(const SmallScene& scene, const InertialBatchResult& result) {
   double sum = 0;
   for (std::size_t k = 0; k < scene.truth.size(); ++k) {
-    sum +=
-        (result.motions[k].motion.nav_T_imu.p - scene.truth[k].state.world_T_imu.p).squaredNorm();
+    sum += (result.estimates[k].world_T_imu.p - scene.truth[k].state.world_T_imu.p).squaredNorm();
   }
   return std::sqrt(sum / static_cast<double>(scene.truth.size()));
 }
@@ -242,7 +239,7 @@ TEST(BatchGate, WithTwoCamerasTooAndNothingIsLostOnTheWay) {
     EXPECT_GT(report.landmarks_split, 10) << landmarks;
     EXPECT_EQ(report.observations + report.gated, clean.report.observations);
     int of_frames = 0, of_landmarks = 0;
-    for (const BatchMotion& m : result.motions) of_frames += m.observations;
+    for (const Estimate& m : result.estimates) of_frames += m.observations;
     for (const MapLandmark& l : result.landmarks) of_landmarks += l.observations;
     EXPECT_EQ(of_frames, report.observations);
     EXPECT_EQ(of_landmarks, report.observations);
@@ -288,9 +285,8 @@ TEST(BatchSearch, WrongTracksDoNotHoldItUp) {
     const InertialBatchResult result = smooth(scene.input, "standard", settings);
     EXPECT_TRUE(result.report.converged) << landmarks;
     EXPECT_FALSE(result.report.stalled) << landmarks << ": " << result.report.decrease_left;
-    EXPECT_LT(
-        (result.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p).norm(),
-        0.01);
+    EXPECT_LT((result.estimates.back().world_T_imu.p - clean.estimates.back().world_T_imu.p).norm(),
+              0.01);
   }
 }
 
@@ -299,10 +295,9 @@ TEST(BatchKeyframes, EveryNthFrame) {
   BatchSettings settings;
   settings.frames_per_keyframe = 4;
   const InertialBatchResult result = smooth(scene.input, "right-sen3", settings);
-  ASSERT_EQ(result.motions.size(), 4u);
-  EXPECT_EQ(result.motions[2].time, scene.input.frames[8].time);
-  EXPECT_LT(motion_error(scene.truth[12].state, result.motions[3].motion).segment<3>(3).norm(),
-            0.1);
+  ASSERT_EQ(result.estimates.size(), 4u);
+  EXPECT_EQ(result.estimates[2].time, scene.input.frames[8].time);
+  EXPECT_LT(motion_error(scene.truth[12].state, result.estimates[3]).segment<3>(3).norm(), 0.1);
 }
 
 TEST(BatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
@@ -354,9 +349,8 @@ TEST(BatchTracks, DirectionsBeyondInfinityHaveNoPlace) {
   EXPECT_EQ(result.report.landmarks, near + 20);
   EXPECT_GT(stars, 2);
   EXPECT_LT(stars, 18);
-  EXPECT_LT(
-      motion_error(scene.truth.back().state, result.motions.back().motion).segment<3>(3).norm(),
-      0.1);
+  EXPECT_LT(motion_error(scene.truth.back().state, result.estimates.back()).segment<3>(3).norm(),
+            0.1);
 }
 
 }  // namespace

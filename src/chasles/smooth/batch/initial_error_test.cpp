@@ -124,9 +124,9 @@ TEST_P(InitialErrorSearch, EndsInTheSameMinimum) {
     EXPECT_NEAR(far.report.final_cost / near.report.final_cost, 1, 1e-9);
     EXPECT_LT(far.report.decrease_left, 1e-9);
     EXPECT_FALSE(far.report.stalled);
-    for (std::size_t k = 0; k < near.motions.size(); ++k) {
-      const NavState &a = near.motions[k].motion, &b = far.motions[k].motion;
-      EXPECT_LT((a.nav_T_imu.p - b.nav_T_imu.p).norm(), 1e-5);
+    for (std::size_t k = 0; k < near.estimates.size(); ++k) {
+      const Estimate &a = near.estimates[k], &b = far.estimates[k];
+      EXPECT_LT((a.world_T_imu.p - b.world_T_imu.p).norm(), 1e-5);
       EXPECT_LT(test::covariance_difference(b.covariance, a.covariance), 1e-3);
     }
   }
@@ -143,7 +143,7 @@ TEST_P(InitialErrorSearch, WithBodyVelocitiesTheSame) {
     for (std::size_t k = 0; k < near.estimates.size(); ++k) {
       const Estimate &a = near.estimates[k], &b = far.estimates[k];
       EXPECT_LT((a.world_T_imu.p - b.world_T_imu.p).norm(), 1e-5);
-      EXPECT_LT(test::covariance_difference(b.pose_covariance, a.pose_covariance), 1e-3);
+      EXPECT_LT(test::covariance_difference(b.pose_covariance(), a.pose_covariance()), 1e-3);
     }
   }
 }

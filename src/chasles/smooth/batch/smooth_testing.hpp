@@ -151,11 +151,11 @@ inline SmallScene small_scene(const SmallFlight& flight = {}) {
 
 /// The errors [rotation, position, velocity, biases] of a truth against an estimate, reference
 /// chart.
-inline Eigen::Matrix<double, 15, 1> motion_error(const InertialState& truth, const NavState& m) {
+inline Eigen::Matrix<double, 15, 1> motion_error(const InertialState& truth, const Estimate& m) {
   Eigen::Matrix<double, 15, 1> e;
-  e << so3::log(truth.world_T_imu.R * m.nav_T_imu.R.transpose()),
-      truth.world_T_imu.p - m.nav_T_imu.p, truth.v_world - m.v_nav,
-      truth.accelerometer_bias - m.biases.head<3>(), truth.gyroscope_bias - m.biases.tail<3>();
+  e << so3::log(truth.world_T_imu.R * m.world_T_imu.R.transpose()),
+      truth.world_T_imu.p - m.world_T_imu.p, truth.v_world - *m.v_world,
+      truth.accelerometer_bias - m.additive.head<3>(), truth.gyroscope_bias - m.additive.tail<3>();
   return e;
 }
 

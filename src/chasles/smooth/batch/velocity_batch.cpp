@@ -1,5 +1,6 @@
 #include <memory>
 
+#include <chasles/filter/dense.hpp>
 #include <chasles/processor_time.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/position_check_detail.hpp>
@@ -13,7 +14,7 @@ using namespace smooth_detail;
 void check_well_posed(const VelocityBatchResult& result) {
   PositionCheck check;
   for (const Estimate& e : result.estimates) {
-    check.add(e.world_T_imu.p, e.pose_covariance.bottomRightCorner<3, 3>());
+    check.add(e.world_T_imu.p, e.pose_covariance().bottomRightCorner<3, 3>());
   }
   check.end("neither pixels nor velocities tell the motion",
             "state the noise of velocities and pixels as it is");
@@ -23,6 +24,7 @@ void check_well_posed(const VelocityBatchResult& result) {
 
 VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings& given) {
   const BatchSettings settings = with_loss_width(given, input.noise);
+  dense::prepare();
   check_landmark_form(settings);
   VelocityBatchResult result;
   BatchReport& report = result.report;

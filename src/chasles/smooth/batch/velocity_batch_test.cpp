@@ -64,9 +64,9 @@ TEST_P(DriveBatch, IsTheMinimumThatADenseGaussNewtonFinds) {
         const Estimate& e = result.estimates[k];
         EXPECT_LT(drive_error(oracle.states()[k], e).cwiseAbs().maxCoeff(), 1e-6) << k;
         const Eigen::MatrixXd Pk = P.block(n * static_cast<int>(k), n * static_cast<int>(k), n, n);
-        EXPECT_LT(test::covariance_difference(e.pose_covariance, Pk.topLeftCorner(6, 6)), 1e-4);
+        EXPECT_LT(test::covariance_difference(e.pose_covariance(), Pk.topLeftCorner(6, 6)), 1e-4);
         const Eigen::VectorXd sigma = Pk.diagonal().tail(n - 6).cwiseSqrt();
-        EXPECT_LT((e.additive_sigma.cwiseQuotient(sigma).array() - 1).abs().maxCoeff(), 1e-4);
+        EXPECT_LT((e.additive_sigma().cwiseQuotient(sigma).array() - 1).abs().maxCoeff(), 1e-4);
       }
       Eigen::Index at = n * std::ssize(result.estimates);
       for (const auto& [id, p] : oracle.points()) {
@@ -115,13 +115,13 @@ TEST_P(DriveBatch, KnowsHowWrongItIs) {
       const auto nees = [&](std::size_t k) {
         const Estimate& e = result.estimates[k];
         const Eigen::VectorXd d = drive_error(s.truth[k], e);
-        return d.head<6>().dot(e.pose_covariance.ldlt().solve(d.head<6>()));
+        return d.head<6>().dot(e.pose_covariance().ldlt().solve(d.head<6>()));
       };
       first += nees(1);
       last += nees(s.truth.size() - 1);
       const Estimate& e = result.estimates.back();
       const Eigen::VectorXd d = drive_error(s.truth.back(), e);
-      additive += std::pow(d[6] / e.additive_sigma[0], 2);  // one of them: they are correlated
+      additive += std::pow(d[6] / e.additive_sigma()[0], 2);  // one of them: they are correlated
       ++additive_dof;
     }
     EXPECT_TRUE(test::is_chi2(first, 6 * runs));
@@ -137,9 +137,9 @@ TEST_P(DriveBatch, KnowsHowWrongItIsOfLevelVelocities) {
     const DriveScene s = scene({.level = true, .seed = 200 + static_cast<std::uint64_t>(run)});
     const Estimate e = smooth(s.input, exact("inverse-depth")).estimates.back();
     const Eigen::VectorXd d = drive_error(s.truth.back(), e);
-    pose += d.head<6>().dot(e.pose_covariance.ldlt().solve(d.head<6>()));
+    pose += d.head<6>().dot(e.pose_covariance().ldlt().solve(d.head<6>()));
     const Eigen::Index at = d.size() - 3;
-    tilt += std::pow(d[at] / e.additive_sigma[at - 6], 2);
+    tilt += std::pow(d[at] / e.additive_sigma()[at - 6], 2);
   }
   EXPECT_TRUE(test::is_chi2(pose, 6 * kRuns));
   EXPECT_TRUE(test::is_chi2(tilt, kRuns));
@@ -151,7 +151,7 @@ TEST_P(DriveBatch, TheSameBytesEveryTime) {
   ASSERT_EQ(a.estimates.size(), b.estimates.size());
   for (std::size_t k = 0; k < a.estimates.size(); ++k) {
     EXPECT_EQ(a.estimates[k].world_T_imu.p, b.estimates[k].world_T_imu.p);
-    EXPECT_EQ(a.estimates[k].pose_covariance, b.estimates[k].pose_covariance);
+    EXPECT_EQ(a.estimates[k].pose_covariance(), b.estimates[k].pose_covariance());
   }
   EXPECT_EQ(a.report.costs, b.report.costs);
 }

@@ -19,10 +19,13 @@ Estimate estimate_of(const VelocityProblem& problem, const SelectedInverse& inve
   Estimate e;
   e.time = keyframe.time;
   e.world_T_imu = keyframe.state.world_T_imu;
-  e.pose_covariance = congruence<6, 6>(T, P.topLeftCorner<6, 6>());
-  e.pose_covariance = ((e.pose_covariance + e.pose_covariance.transpose()) / 2).eval();
+  const Matrix6d pose = congruence<6, 6>(T, P.topLeftCorner<6, 6>());
+  const auto more = P.cols() - 6;
   e.additive = keyframe.state.additive;
-  e.additive_sigma = P.diagonal().tail(e.additive.size()).cwiseSqrt();
+  e.covariance = P;
+  e.covariance.topLeftCorner<6, 6>() = (pose + pose.transpose()) / 2;
+  e.covariance.topRightCorner(6, more) = T * P.topRightCorner(6, more);
+  e.covariance.bottomLeftCorner(more, 6) = e.covariance.topRightCorner(6, more).transpose();
   e.observations = keyframe.offered;
   e.used = keyframe.used;
   return e;

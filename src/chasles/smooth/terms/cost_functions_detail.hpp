@@ -4,6 +4,7 @@
 
 #include <ceres/sized_cost_function.h>
 
+#include <chasles/camera/stereo.hpp>
 #include <chasles/smooth/batch/batch_graph_detail.hpp>
 #include <chasles/smooth/terms/chart_manifold_detail.hpp>
 

@@ -9,8 +9,8 @@ InertialWindowResult slide(const InertialBatchInput& input, const std::string& c
                            const BatchSettings& settings, int keyframes) {
   InertialWindow window(input, chart, settings, keyframes);
   InertialWindowResult result;
-  const auto keep = [&](std::vector<WindowMotion> motions) {
-    std::ranges::move(motions, std::back_inserter(result.motions));
+  const auto keep = [&](std::vector<Estimate> some) {
+    std::ranges::move(some, std::back_inserter(result.estimates));
   };
   auto sample = input.samples.begin();
   for (const FeatureFrame& frame : input.frames) {

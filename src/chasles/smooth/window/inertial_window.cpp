@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <deque>
 #include <optional>
 #include <utility>
 
 #include <chasles/error.hpp>
 #include <chasles/processor_time.hpp>
+#include <chasles/slam/waiting_frames.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 #include <chasles/smooth/window/window_tracks_detail.hpp>
@@ -42,8 +42,8 @@ struct InertialWindow::Implementation {
 
   void note_gap(const ImuSample& sample);
   void check_gap(Time frame) const;
-  std::vector<WindowMotion> take_held(bool all);
-  std::optional<WindowMotion> take(const FeatureFrame& frame);
+  std::vector<Estimate> take_covered(bool all);
+  std::optional<Estimate> take(const FeatureFrame& frame);
   void forget();
   void push_start();
   void push(Time time);
@@ -52,7 +52,7 @@ struct InertialWindow::Implementation {
   WindowView view_of(const PointView& view, int anchor_camera) const;
   void begin_landmarks();
   void read_states();
-  WindowMotion motion(Time time, int rejected);
+  Estimate estimate(Time time, int rejected);
 
   InertialBatchInput input;  // without samples and frames
   BatchSettings settings;
@@ -61,8 +61,8 @@ struct InertialWindow::Implementation {
   BatchGraph graph;  // the states of the window's keyframes, and their links
   ImuBuffer buffer;
   KeyframeChoice choice;
-  std::deque<FeatureFrame> held;  // wait for samples
-  Time covered_until;             // by samples, from the start on
+  WaitingFrames<FeatureFrame> waiting;
+  Time covered_until;  // by samples, from the start on
   std::optional<std::pair<Time, Time>> gap;
   Tracks tracks;
   std::vector<LandmarkId> seen;  // of the present frame, not in the window
@@ -81,17 +81,18 @@ void InertialWindow::Implementation::check_gap(Time frame) const {
   if (gap && frame - gap->first > kLongestGap) refuse_gap(gap->first, std::min(frame, gap->second));
 }
 
-std::vector<WindowMotion> InertialWindow::Implementation::take_held(bool all) {
-  std::vector<WindowMotion> motions;
-  while (!held.empty() && (all || buffer.latest() >= held.front().time + input.time_offset)) {
-    const FeatureFrame frame = std::move(held.front());
-    held.pop_front();
-    if (auto found = take(frame)) motions.push_back(std::move(*found));
+std::vector<Estimate> InertialWindow::Implementation::take_covered(bool all) {
+  std::vector<Estimate> estimates;
+  const auto covered = [&](const FeatureFrame& frame) {
+    return all || buffer.latest() >= frame.time + input.time_offset;
+  };
+  while (const auto frame = waiting.next(covered)) {
+    if (auto found = take(*frame)) estimates.push_back(std::move(*found));
   }
-  return motions;
+  return estimates;
 }
 
-std::optional<WindowMotion> InertialWindow::Implementation::take(const FeatureFrame& frame) {
+std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame& frame) {
   const double begun = processor_seconds();
   const std::optional<Time> time = choice.take(frame, *buffer.latest());
   if (!time) return std::nullopt;
@@ -112,7 +113,7 @@ std::optional<WindowMotion> InertialWindow::Implementation::take(const FeatureFr
   tracks.forget(settled.culled, report);
   read_states();
   report.imu = buffer.counts();
-  WindowMotion found = motion(*time, static_cast<int>(settled.culled.views.size()));
+  Estimate found = estimate(*time, static_cast<int>(settled.culled.views.size()));
   report.seconds += processor_seconds() - begun;
   return found;
 }
@@ -209,24 +210,25 @@ void InertialWindow::Implementation::read_states() {
   }
 }
 
-WindowMotion InertialWindow::Implementation::motion(Time time, int rejected) {
+Estimate InertialWindow::Implementation::estimate(Time time, int rejected) {
   const InertialState& state = graph.keyframes.back().state;
   const Window& window = sliding.window;
-  WindowMotion m;
-  m.time = time;
-  m.motion.nav_T_imu = state.world_T_imu;
-  m.motion.v_nav = state.v_world;
-  m.motion.biases = state.biases();
-  m.motion.covariance = sliding.newest_covariance();
+  Estimate e;
+  e.time = time;
+  e.world_T_imu = state.world_T_imu;
+  e.v_world = state.v_world;
+  e.additive = state.biases();
+  e.covariance = sliding.newest_covariance();
   for (const auto& [number, point] : window.points) {
-    m.observations += static_cast<int>(std::ranges::count_if(
+    e.used += static_cast<int>(std::ranges::count_if(
         point.views, [&](const WindowView& view) { return view.keyframe == window.last(); }));
   }
-  m.rejected = rejected;
-  m.in_window = static_cast<int>(window.points.size());
-  m.landmarks = sliding.map_size();
-  m.health = recent.judge(time, m.observations, rejected);
-  return m;
+  e.observations = e.used;
+  e.rejected = rejected;
+  e.in_state = static_cast<int>(window.points.size());
+  e.landmarks = sliding.map_size();
+  e.health = recent.judge(time, e.used, rejected);
+  return e;
 }
 
 InertialWindow::InertialWindow(const InertialBatchInput& input, const std::string& chart,
@@ -235,27 +237,27 @@ InertialWindow::InertialWindow(const InertialBatchInput& input, const std::strin
 
 InertialWindow::~InertialWindow() = default;
 
-std::vector<WindowMotion> InertialWindow::process(const ImuSample& sample) {
+std::vector<Estimate> InertialWindow::process(const ImuSample& sample) {
   of_->note_gap(sample);
   of_->buffer.add(sample);
-  return of_->take_held(false);
+  return of_->take_covered(false);
 }
 
-std::vector<WindowMotion> InertialWindow::process(const FeatureFrame& frame) {
-  of_->held.push_back(frame);
-  return of_->take_held(false);
+std::vector<Estimate> InertialWindow::process(const FeatureFrame& frame) {
+  of_->waiting.add(frame);
+  return of_->take_covered(false);
 }
 
-std::vector<WindowMotion> InertialWindow::finish() {
-  if (!of_->held.empty() && !of_->buffer.latest()) {
+std::vector<Estimate> InertialWindow::finish() {
+  if (!of_->waiting.empty() && !of_->buffer.latest()) {
     throw InputError("a window needs IMU samples: none of the recording's is finite");
   }
-  std::vector<WindowMotion> motions = of_->take_held(true);
+  std::vector<Estimate> estimates = of_->take_covered(true);
   of_->report.imu = of_->buffer.counts();
-  return motions;
+  return estimates;
 }
 
-bool InertialWindow::waiting() const { return !of_->held.empty(); }
+bool InertialWindow::waiting() const { return !of_->waiting.empty(); }
 
 std::vector<MapLandmark> InertialWindow::map() const { return of_->sliding.map(); }
 

@@ -10,17 +10,8 @@
 
 namespace chasles {
 
-/// A keyframe's estimate as of the moment when it was the newest; the covariance as NavState has
-/// it, given all that came until then.
-struct WindowMotion : BatchMotion {
-  int rejected = 0;   ///< observations that the gate left out at that moment, of any frame
-  int in_window = 0;  ///< landmarks
-  int landmarks = 0;  ///< of the whole map
-  Health health = Health::kOk;
-};
-
 struct InertialWindowResult {
-  std::vector<WindowMotion> motions;   ///< of all frames that are keyframes
+  std::vector<Estimate> estimates;     ///< of all frames that are keyframes
   std::vector<MapLandmark> landmarks;  ///< as they were when they left the window, then its own
   std::vector<LandmarkId> in_window;   ///< those that the next frame might still touch
   WindowReport report;
@@ -44,10 +35,10 @@ class InertialWindow {
 
   /// The estimates of the frames that waited for this sample, or that waited for none. A frame
   /// waits until there is a sample at its time or later.
-  std::vector<WindowMotion> process(const ImuSample& sample);
-  std::vector<WindowMotion> process(const FeatureFrame& frame);
+  std::vector<Estimate> process(const ImuSample& sample);
+  std::vector<Estimate> process(const FeatureFrame& frame);
   /// Those of the frames that still wait: no more samples will come.
-  std::vector<WindowMotion> finish();
+  std::vector<Estimate> finish();
   bool waiting() const;  ///< a frame does
 
   /// Landmarks as they were when they left the window, then those that are in it.

@@ -32,12 +32,12 @@ TEST_P(InertialWindow, OfTheWholeRecordingIsTheBatch) {
     for (const char* landmarks : {"cartesian", "inverse-depth"}) {
       const InertialBatchResult batch = smooth(scene.input, name(), exact(landmarks));
       const InertialWindowResult window = slide(scene.input, name(), exact(landmarks), 8);
-      ASSERT_EQ(window.motions.size(), batch.motions.size());
-      const NavState &w = window.motions.back().motion, &b = batch.motions.back().motion;
-      EXPECT_LT((w.nav_T_imu.p - b.nav_T_imu.p).norm(), 1e-6);
-      EXPECT_LT(so3::log(w.nav_T_imu.R * b.nav_T_imu.R.transpose()).norm(), 1e-6);
-      EXPECT_LT((w.v_nav - b.v_nav).norm(), 1e-6);
-      EXPECT_LT((w.biases - b.biases).norm(), 1e-6);
+      ASSERT_EQ(window.estimates.size(), batch.estimates.size());
+      const Estimate &w = window.estimates.back(), &b = batch.estimates.back();
+      EXPECT_LT((w.world_T_imu.p - b.world_T_imu.p).norm(), 1e-6);
+      EXPECT_LT(so3::log(w.world_T_imu.R * b.world_T_imu.R.transpose()).norm(), 1e-6);
+      EXPECT_LT((*w.v_world - *b.v_world).norm(), 1e-6);
+      EXPECT_LT((w.additive - b.additive).norm(), 1e-6);
       EXPECT_LT(test::covariance_difference(w.covariance, b.covariance), 1e-4);
       ASSERT_EQ(window.landmarks.size(), batch.landmarks.size());
       for (const MapLandmark& l : batch.landmarks) {
@@ -59,7 +59,7 @@ TEST_P(InertialWindow, KnowsHowWrongItIs) {
     BatchSettings settings;
     settings.loss = "none";
     const InertialWindowResult window = slide(scene.input, name(), settings, 6);
-    const NavState& m = window.motions.back().motion;
+    const Estimate& m = window.estimates.back();
     const Eigen::VectorXd e = motion_error(scene.truth.back().state, m);
     poses += e.head<6>().dot(m.covariance.topLeftCorner<6, 6>().ldlt().solve(e.head<6>()));
     states += e.dot(m.covariance.ldlt().solve(e));
@@ -78,10 +78,10 @@ TEST(InertialWindowRun, KnowsNothingOfWhatComesLaterAndIsTheSameEveryTime) {
   cut.samples.resize(71);  // to the eighth frame
   const InertialWindowResult all = slide(scene.input, "right-sen3", {}, 4);
   const InertialWindowResult half = slide(cut, "right-sen3", {}, 4);
-  ASSERT_EQ(half.motions.size(), 8u);
-  for (std::size_t k = 0; k < half.motions.size(); ++k) {
-    EXPECT_EQ(all.motions[k].motion.nav_T_imu.p, half.motions[k].motion.nav_T_imu.p);
-    EXPECT_EQ(all.motions[k].motion.covariance, half.motions[k].motion.covariance);
+  ASSERT_EQ(half.estimates.size(), 8u);
+  for (std::size_t k = 0; k < half.estimates.size(); ++k) {
+    EXPECT_EQ(all.estimates[k].world_T_imu.p, half.estimates[k].world_T_imu.p);
+    EXPECT_EQ(all.estimates[k].covariance, half.estimates[k].covariance);
   }
 }
 
@@ -89,9 +89,9 @@ TEST(InertialWindowRun, FedAsItComesIsTheSame) {
   const SmallScene scene = small_scene({.frames = 12});
   const InertialWindowResult all = slide(scene.input, "right-sen3", {}, 4);
   chasles::InertialWindow window(scene.input, "right-sen3", {}, 4);
-  std::vector<WindowMotion> motions;
-  const auto keep = [&](const std::vector<WindowMotion>& some, const auto& when) {
-    for (const WindowMotion& m : some) {
+  std::vector<Estimate> motions;
+  const auto keep = [&](const std::vector<Estimate>& some, const auto& when) {
+    for (const Estimate& m : some) {
       EXPECT_LE(m.time, when);  // a sample at its time or later has come
       motions.push_back(m);
     }
@@ -112,13 +112,13 @@ TEST(InertialWindowRun, FedAsItComesIsTheSame) {
   }
   EXPECT_TRUE(window.finish().empty());
   window.check();
-  ASSERT_EQ(motions.size(), all.motions.size());
+  ASSERT_EQ(motions.size(), all.estimates.size());
   for (std::size_t k = 0; k < motions.size(); ++k) {
-    EXPECT_EQ(motions[k].motion.nav_T_imu.p, all.motions[k].motion.nav_T_imu.p);
-    EXPECT_EQ(motions[k].motion.covariance, all.motions[k].motion.covariance);
+    EXPECT_EQ(motions[k].world_T_imu.p, all.estimates[k].world_T_imu.p);
+    EXPECT_EQ(motions[k].covariance, all.estimates[k].covariance);
   }
   EXPECT_EQ(window.map().size(), all.landmarks.size());
-  EXPECT_EQ(window.gyroscope_bias(), motions.back().motion.biases.tail<3>());
+  EXPECT_EQ(window.gyroscope_bias(), motions.back().additive.tail<3>());
 }
 
 TEST(InertialWindowRun, WithoutMoreSamplesAFrameIsTakenAtTheEnd) {
@@ -127,8 +127,8 @@ TEST(InertialWindowRun, WithoutMoreSamplesAFrameIsTakenAtTheEnd) {
     scene.input.samples.pop_back();
   }
   const InertialWindowResult result = slide(scene.input, "right-sen3", {}, 4);
-  EXPECT_EQ(result.motions.size(), 6u);
-  EXPECT_EQ(result.motions.back().time, scene.input.frames.back().time);
+  EXPECT_EQ(result.estimates.size(), 6u);
+  EXPECT_EQ(result.estimates.back().time, scene.input.frames.back().time);
 }
 
 TEST(InertialWindowRun, LeavesWrongPixelsOutAndCountsBadInput) {
@@ -146,9 +146,8 @@ TEST(InertialWindowRun, LeavesWrongPixelsOutAndCountsBadInput) {
   EXPECT_LT(window.report.gated, 10);
   EXPECT_EQ(window.report.unusable, 2);
   EXPECT_EQ(window.report.dropped_frames, 1);
-  EXPECT_LT(
-      (window.motions.back().motion.nav_T_imu.p - clean.motions.back().motion.nav_T_imu.p).norm(),
-      0.03);
+  EXPECT_LT((window.estimates.back().world_T_imu.p - clean.estimates.back().world_T_imu.p).norm(),
+            0.03);
 }
 
 TEST(InertialWindowRun, RefusesWhatItCannotUse) {

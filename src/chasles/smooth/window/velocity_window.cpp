@@ -127,10 +127,8 @@ Estimate VelocityWindow::Implementation::estimate(const FeatureFrame& frame, boo
   Estimate e;
   e.time = frame.time;
   e.world_T_imu = read_pose(newest.motion.data());
-  const Eigen::MatrixXd P = sliding.newest_covariance();
-  e.pose_covariance = P.topLeftCorner<6, 6>();
   e.additive = newest.additive;
-  e.additive_sigma = P.diagonal().tail(e.additive.size()).cwiseSqrt();
+  e.covariance = sliding.newest_covariance();
   e.observations = static_cast<int>(frame.observations.size());
   e.rejected = gated;
   e.added = fresh;
@@ -139,7 +137,7 @@ Estimate VelocityWindow::Implementation::estimate(const FeatureFrame& frame, boo
   }
   e.in_state = static_cast<int>(window.points.size());
   e.landmarks = sliding.map_size();
-  const bool sane = finite && e.world_T_imu.p.allFinite() && e.pose_covariance.allFinite();
+  const bool sane = finite && e.world_T_imu.p.allFinite() && e.pose_covariance().allFinite();
   e.health = sane ? recent.judge(frame.time, e.used, e.rejected) : Health::kLost;
   return e;
 }

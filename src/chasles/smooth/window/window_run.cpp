@@ -2,6 +2,7 @@
 #include <utility>
 
 #include <chasles/error.hpp>
+#include <chasles/filter/dense.hpp>
 #include <chasles/smooth/window/window_run_detail.hpp>
 
 namespace chasles::smooth_detail {
@@ -9,6 +10,7 @@ namespace chasles::smooth_detail {
 SlidingWindow::SlidingWindow(int keyframes, const BatchSettings& settings, const ErrorChart& chart,
                              const BlockSizes& sizes)
     : keyframes_(keyframes), settings_(settings) {
+  dense::prepare();
   if (keyframes < 2) {
     throw UsageError("a window of " + std::to_string(keyframes) +
                      " keyframes: expected window:N with N of 2 or more");

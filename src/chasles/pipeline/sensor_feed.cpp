@@ -1,14 +1,8 @@
-#include "sensor_feed.hpp"
-
 #include <utility>
 
-#include <spdlog/spdlog.h>
+#include <chasles/pipeline/sensor_feed.hpp>
 
-#include <chasles/error.hpp>
-
-#include "run_input.hpp"
-
-namespace chasles::app {
+namespace chasles {
 namespace {
 
 // To decode an image may take longer than all that is done with it: so many wait at most.
@@ -19,7 +13,10 @@ constexpr std::size_t kImagesReadAhead = 4;
 SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& frontend,
                        const ImuBuffer::Options& imu, std::vector<GrayImage> masks,
                        const SensorFeedOptions& options)
-    : recording_(&recording), stream_(recording), see_(options.see) {
+    : recording_(&recording),
+      stream_(recording),
+      see_(options.see),
+      told_unreadable_(options.unreadable) {
   std::function<std::optional<SensorEvent>()> next = [this] { return next_event(); };
   const bool images = recording.images != nullptr;
   if (options.realtime) {  // reads on a thread of its own
@@ -28,10 +25,7 @@ SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& front
                                                        .stop = options.stop});
     next = [this] { return playback_->next(); };
   } else if (images && options.threads > 2) {
-    const auto is_image = [](const SensorEvent& event) {
-      return std::holds_alternative<ImageFrame>(event);
-    };
-    ahead_.emplace(std::move(next), is_image, kImagesReadAhead);
+    ahead_.emplace(std::move(next), is_frame, kImagesReadAhead);
     next = [this] { return ahead_->next(); };
   }
   feed_.emplace(std::move(next), frontend, recording.cameras, imu, images && options.threads > 1,
@@ -53,12 +47,12 @@ void SensorFeed::close() {
 }
 
 std::optional<SensorEvent> SensorFeed::next_event() {
-  while (auto event = stream_.next()) {
-    if (auto* sample = std::get_if<ImuSample>(&*event)) return *sample;
-    if (auto* frame = std::get_if<FeatureFrame>(&*event)) return std::move(*frame);
-    if (const auto* due = std::get_if<ImagesDue>(&*event)) return read(*due);
-  }
-  return std::nullopt;
+  std::optional<Event> event = stream_.next();
+  if (!event) return std::nullopt;
+  return std::visit(
+      Overloaded{[&](ImagesDue&& due) { return SensorEvent(read(due)); },
+                 [](auto&& other) { return SensorEvent(std::forward<decltype(other)>(other)); }},
+      std::move(*event));
 }
 
 ImageFrame SensorFeed::read(const ImagesDue& due) {
@@ -68,9 +62,9 @@ ImageFrame SensorFeed::read(const ImagesDue& due) {
     return frame;
   } catch (const InputError& error) {
     ++unreadable_;
-    spdlog::warn("{}", error.what());
+    told_unreadable_(error);
     return {.time = due.time, .images = std::vector<GrayImage>(recording_->cameras.size())};
   }
 }
 
-}  // namespace chasles::app
+}  // namespace chasles

@@ -1,8 +1,7 @@
-#include "tracks_part.hpp"
+#include <chasles/numeric/random.hpp>
+#include <chasles/pipeline/tracks_part.hpp>
 
-#include <chasles/sim/random.hpp>
-
-namespace chasles::app {
+namespace chasles {
 
 bool TracksPart::uses(LandmarkId track) const {
   const auto number = static_cast<std::uint64_t>(track);
@@ -16,4 +15,4 @@ void TracksPart::thin(FeatureFrame& frame) const {
   std::erase_if(frame.pixels, unused);
 }
 
-}  // namespace chasles::app
+}  // namespace chasles

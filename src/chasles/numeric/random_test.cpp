@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/sim/random.hpp>
+#include <chasles/numeric/random.hpp>
 
 namespace chasles {
 namespace {

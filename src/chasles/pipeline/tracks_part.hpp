@@ -5,11 +5,11 @@
 
 #include <chasles/camera/feature_frame.hpp>
 
-namespace chasles::app {
+namespace chasles {
 
-/// Which tracks a run uses: all, or a random part of them. A track is used from its first look to
-/// its last or not at all, and whether it is depends on its number and the seed alone. What runs
-/// with other seeds differ by is the chance of which points were tracked.
+/// Which tracks a run uses: all, or a random part of them. A track is used from its first
+/// observation to its last or not at all, and whether it is depends on its number and the seed
+/// alone. Runs with other seeds show how much of a result is chance of which points were tracked.
 struct TracksPart {
   std::optional<double> part = {};  ///< how likely a track is used; none: all are
   std::uint64_t seed = 1;           ///< chooses them
@@ -19,4 +19,4 @@ struct TracksPart {
   void thin(FeatureFrame& frame) const;
 };
 
-}  // namespace chasles::app
+}  // namespace chasles

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <chasles/sim/random.hpp>
+#include <chasles/numeric/random.hpp>
 
 namespace chasles {
 namespace {

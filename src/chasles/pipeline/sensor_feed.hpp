@@ -5,10 +5,12 @@
 #include <vector>
 
 #include <chasles/data/recording.hpp>
+#include <chasles/error.hpp>
 #include <chasles/pipeline/ahead.hpp>
+#include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/playback.hpp>
 
-namespace chasles::app {
+namespace chasles {
 
 struct SensorFeedOptions {
   /// 2: the front end is on a thread of its own; 3: and so is reading the images. The bytes are the
@@ -17,13 +19,15 @@ struct SensorFeedOptions {
   std::optional<double>
       realtime;  ///< recorded seconds in a second; none: as fast as they are taken
   std::function<bool()> stop = [] { return false; };  ///< asked while a live sensor is waited for
-  /// Shown all images that are read, perhaps from another thread, until close().
+  /// Called with all images that are read, perhaps from another thread, until close().
   std::function<void(const ImageFrame&)> see = [](const ImageFrame&) {};
+  /// The same with the error of an image that cannot be read, and is taken for missing.
+  std::function<void(const InputError&)> unreadable = [](const InputError&) {};
 };
 
-/// What the filter takes from a recording: its samples and frames, its images through the front
-/// end; as fast as they are taken, or at the recording's own speed, and then some may be dropped.
-/// An image that cannot be read counts as missing.
+/// The events of a recording as an estimator takes them: its samples and frames, its images through
+/// the front end; as fast as they are taken, or at the recording's own speed, and then some may be
+/// dropped. An image that cannot be read counts as missing.
 class SensorFeed {
  public:
   /// The recording must outlive the feed.
@@ -54,6 +58,7 @@ class SensorFeed {
   const Recording* recording_;
   EventStream stream_;
   std::function<void(const ImageFrame&)> see_;
+  std::function<void(const InputError&)> told_unreadable_;
   int unreadable_ = 0;
   Playback::Counts counts_;
   std::optional<Playback> playback_;
@@ -61,4 +66,4 @@ class SensorFeed {
   std::optional<FeatureFeed> feed_;
 };
 
-}  // namespace chasles::app
+}  // namespace chasles

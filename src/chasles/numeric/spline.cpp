@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
-#include <chasles/sim/spline.hpp>
+#include <chasles/numeric/spline.hpp>
 
 namespace chasles {
 namespace {

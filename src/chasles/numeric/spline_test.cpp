@@ -4,7 +4,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/lie/testing.hpp>
-#include <chasles/sim/spline.hpp>
+#include <chasles/numeric/spline.hpp>
 
 namespace chasles {
 namespace {

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <ctime>
 
-namespace chasles::app {
+namespace chasles {
 
 /// Time since it was made.
 class Stopwatch {
@@ -19,4 +19,4 @@ class Stopwatch {
 /// Processor time of the whole process so far [s].
 inline double cpu_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-}  // namespace chasles::app
+}  // namespace chasles

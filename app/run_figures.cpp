@@ -1,0 +1,147 @@
+#include "run_figures.hpp"
+
+#include <algorithm>
+#include <unordered_map>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/error.hpp>
+#include <chasles/eval/landmarks.hpp>
+
+namespace chasles::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json counts_json(const Run& run) {
+  long observations = 0, used = 0, rejected = 0, dof = 0, degraded = 0;
+  double nis = 0;
+  for (const RunState& s : run.states) {
+    observations += s.observations;
+    used += s.used;
+    rejected += s.rejected;
+    dof += s.nis_dof;
+    nis += s.nis;
+    degraded += s.health != "ok";
+  }
+  const double length =
+      run.states.empty() ? 0 : to_seconds(run.states.back().time - run.states.front().time);
+  return {{"health", run_health(run.states)},
+          {"frames", run.states.size()},
+          {"frames_not_ok", degraded},
+          {"recorded_seconds", length},
+          {"landmarks", run.landmarks.size()},
+          {"observations", observations},
+          {"used", used},
+          {"rejected", rejected},
+          {"nis_per_dof", dof > 0 ? Json(nis / static_cast<double>(dof)) : Json()}};
+}
+
+Json no_evaluation() {
+  Json json = Json::object();
+  for (const auto& [name, value] : figures(Evaluation{})) json[name] = nullptr;
+  return json;
+}
+
+// The true landmarks among the map's, by id; null where there are none, or where the trajectories
+// are not comparable.
+Json landmarks_json(const Run& run, const std::vector<TrueLandmark>& truths, bool comparable) {
+  std::unordered_map<LandmarkId, Eigen::Vector3d> p_truth;
+  for (const TrueLandmark& truth : truths) p_truth.emplace(truth.id, truth.p_world);
+  std::vector<MatchedPoint> points;
+  for (const RunLandmark& landmark : run.landmarks) {
+    const auto truth = p_truth.find(landmark.id);
+    if (truth != p_truth.end()) {
+      points.push_back({.p_estimate = landmark.p_world, .p_truth = truth->second});
+    }
+  }
+  Json json{{"landmarks_matched", points.size()},
+            {"landmarks_rmse_m", nullptr},
+            {"landmarks_rmse_aligned_m", nullptr}};
+  if (points.empty() || !comparable) return json;
+  Trajectory estimate;
+  for (const RunState& s : run.states) estimate.push_back({.time = s.time, .pose = s.world_T_imu});
+  const LandmarkError error = landmark_error(
+      points, align(associate(estimate, run.truth), Alignment::kFirstPose).truth_T_estimate);
+  json["landmarks_rmse_m"] = error.rmse_first_pose_m;
+  if (error.rmse_aligned_m) json["landmarks_rmse_aligned_m"] = *error.rmse_aligned_m;
+  return json;
+}
+
+}  // namespace
+
+std::string run_health(const std::vector<RunState>& states) {
+  const auto count = [&](const char* health) {
+    return static_cast<std::size_t>(std::ranges::count(states, health, &RunState::health));
+  };
+  if (!states.empty() && states.back().health == "lost") return "lost";
+  return count("lost") > 0 || 10 * count("degraded") > states.size() ? "degraded" : "ok";
+}
+
+Json figures_json(const Evaluation& evaluation) {
+  Json json = Json::object();
+  for (const auto& [name, value] : figures(evaluation)) json[name] = value ? Json(*value) : Json();
+  return json;
+}
+
+Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::string>& remarks) {
+  if (run.truth.empty() || run.states.empty()) return no_evaluation();
+  Trajectory estimate;
+  std::vector<Matrix6d> covariances;
+  for (const RunState& s : run.states) {
+    estimate.push_back({.time = s.time, .pose = s.world_T_imu});
+    covariances.push_back(s.pose_covariance);
+  }
+  EvaluationOptions options;
+  options.pose_error = pose_error_of(chart);
+  options.level = is_level(run);
+  try {
+    return figures_json(evaluate(estimate, run.truth, covariances, options));
+  } catch (const InputError& error) {
+    remarks.push_back(fmt::format("not evaluated: {}", error.what()));
+    return no_evaluation();
+  }
+}
+
+Json run_json(const Run& run, const std::string& mode, const std::string& chart,
+              const std::vector<TrueLandmark>& true_landmarks, std::vector<std::string>& remarks) {
+  Json json = {{"name", run.name}, {"version", CHASLES_VERSION}, {"mode", mode}, {"chart", chart}};
+  json.update(counts_json(run));
+  json.update(evaluation_json(run, chart, remarks));
+  json.update(landmarks_json(run, true_landmarks, !json["ate_m"].is_null()));
+  if (run.georeference) {
+    const Geodetic& origin = run.georeference->origin;
+    json["georeference"] = {{"latitude", origin.latitude},
+                            {"longitude", origin.longitude},
+                            {"altitude", origin.altitude}};
+  }
+  return json;
+}
+
+Json cameras_json(const Recording& recording) {
+  Json list = Json::array();
+  const auto add = [&](const SE3& cam_T_imu, const auto& camera) -> Json& {
+    const SE3 imu_T_cam = cam_T_imu.inverse();
+    Json rows = Json::array();
+    for (int i = 0; i < 3; ++i) {
+      rows.push_back({imu_T_cam.R(i, 0), imu_T_cam.R(i, 1), imu_T_cam.R(i, 2), imu_T_cam.p(i)});
+    }
+    rows.push_back({0, 0, 0, 1});
+    list.push_back(
+        {{"imu_T_cam", rows}, {"intrinsics", {camera.fx, camera.fy, camera.cx, camera.cy}}});
+    return list.back();
+  };
+  for (const Camera& camera : recording.cameras) {
+    add(camera.cam_T_imu, camera)["resolution"] = {camera.width, camera.height};
+  }
+  if (recording.cameras.empty()) {
+    const StereoRig& rig = recording.rig;
+    const SE3 cam1_T_cam0{Eigen::Matrix3d::Identity(), {-rig.baseline, 0, 0}};
+    add(rig.cam0_T_imu, rig);
+    add(cam1_T_cam0 * rig.cam0_T_imu, rig);
+  }
+  return list;
+}
+
+}  // namespace chasles::app

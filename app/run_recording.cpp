@@ -1,0 +1,213 @@
+#include "run_recording.hpp"
+
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include <spdlog/spdlog.h>
+
+#include <chasles/pipeline/truth.hpp>
+#include <chasles/slam/velocity_slam.hpp>
+
+#include "calibration_report.hpp"
+#include "image_keeper.hpp"
+#include "interrupt.hpp"
+#include "live_view.hpp"
+#include "observation_spans.hpp"
+#include "progress.hpp"
+#include "run_input.hpp"
+#include "run_landmarks.hpp"
+
+namespace chasles::app {
+namespace {
+
+RunState run_state(const Estimate& e, std::span<const Camera> cameras) {
+  RunState state;
+  state.time = e.time;
+  state.world_T_imu = e.world_T_imu;
+  state.pose_covariance = e.pose_covariance();
+  if (e.v_world) state.extra = {e.v_world->begin(), e.v_world->end()};
+  state.extra.insert(state.extra.end(), e.additive.begin(), e.additive.end());
+  for (Eigen::Index row = 6; row < e.covariance.rows(); ++row) {
+    state.extra_sigma.push_back(std::sqrt(e.covariance(row, row)));
+  }
+  if (e.calibration) append_calibration(*e.calibration, cameras, state);
+  state.nis = e.nis;
+  state.nis_dof = e.nis_dof;
+  state.observations = e.observations;
+  state.used = e.used;
+  state.rejected = e.rejected;
+  state.added = e.added;
+  state.in_state = e.in_state;
+  state.landmarks = e.landmarks;
+  state.health = name(e.health);
+  return state;
+}
+
+std::vector<double> stages(const StageSeconds& s) {
+  return {1e3 * s.propagation, 1e3 * s.update, 1e3 * s.landmarks};
+}
+
+// The figures that are sums over the frames.
+struct Sums {
+  double nees_state = 0, products = 0, squares = 0;
+  int nees_count = 0;
+
+  // The world of a run that found its start is not the truth's.
+  void add(const Estimate& e, const Recording& recording,
+           const std::optional<std::string>& truth_chart) {
+    const double nees =
+        truth_chart && e.v_world ? state_nees(*truth_chart, recording, e) : std::nan("");
+    if (std::isfinite(nees)) {
+      nees_state += nees;
+      ++nees_count;
+    }
+    products += e.innovation_products;
+    squares += e.innovation_squares;
+  }
+
+  void report(RecordedRun& result) const {
+    if (nees_count > 0) result.nees_state = nees_state / nees_count;
+    if (squares > 0) result.innovation_correlation = products / squares;
+  }
+};
+
+// Makes a run folder's numbers of a run, and shows how it goes.
+class Recorder : public RunObserver {
+ public:
+  Recorder(const Recording& recording, Estimator& estimator, const RunRecordingOptions& options,
+           const Interrupt& interrupt, LiveView& live)
+      : recording_(recording),
+        estimator_(estimator),
+        options_(options),
+        interrupt_(interrupt),
+        live_(live),
+        keeper_(recording, options.keep_images),
+        progress_(frame_count(recording), options.quiet) {
+    Run& run = result_.run;
+    run.name = recording.name;
+    run.extra_names = estimator.state_names();
+    run.extra_names.insert(run.extra_names.end(), options.calibration_columns.begin(),
+                           options.calibration_columns.end());
+    if (!options.estimator.is_window()) {
+      if (recording.images) run.stage_names = {"front_end"};
+      for (const char* stage : {"propagation", "update", "landmarks"}) {
+        run.stage_names.emplace_back(stage);
+      }
+    }
+    run.truth = recording.truth;
+    run.plan = recording.plan;
+    run.georeference = recording.georeference;
+    run.dead_reckoning = options.dead_reckoning;
+    if (options.run.realtime) result_.realtime = RealtimeFigures{.speed = *options.run.realtime};
+    live.begin(run, options.known, frame_count(recording));
+  }
+
+  RecordedRun finish(RunReport report) {
+    if (result_.realtime) result_.realtime->frames = report.played;
+    result_.report = std::move(report);
+    result_.run.landmarks = map();
+    result_.run.images = keeper_.take();
+    sums_.report(result_);
+    return std::move(result_);
+  }
+
+  bool stop() override { return interrupt_.requested(); }
+  void on_images(const ImageFrame& images) override { keeper_.see(images); }
+  void on_unreadable(const InputError& error) override { spdlog::warn("{}", error.what()); }
+  void on_frame(const FeatureFrame& frame) override {
+    if (!first_) first_ = frame.time;
+    spans_.add(frame);
+    keeper_.follow(frame);
+  }
+  void on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) override {
+    keeper_.judge(frame, outcomes);
+  }
+
+  void on_estimate(const Estimate& e, const EstimateTiming& timing) override {
+    if (!result_.start_seconds) result_.start_seconds = to_seconds(e.time - *first_);
+    result_.zupt_frames += e.zero_velocity ? 1 : 0;
+    result_.calibration = e.calibration;
+    if (result_.realtime && timing.latency) result_.realtime->latency.push_back(*timing.latency);
+    RunState& state = add(e, timing.seconds);
+    if (!e.seconds) return;
+    state.stages = stages(*e.seconds);
+    if (recording_.images) {
+      state.stages.insert(state.stages.begin(), 1e3 * timing.frontend_seconds);
+    }
+  }
+
+  void on_progress(std::size_t frames, Time now) override {
+    const double seconds = to_seconds(now - *first_);
+    progress_.show(frames, seconds);
+    live_.advance(result_.run, frames, seconds, [this] { return map(); });
+  }
+
+  void on_smoothing() override { live_.smoothing(); }
+  void on_smoothed(std::span<const Estimate> estimates, double seconds) override {
+    result_.run.states.clear();
+    result_.run.stage_names.clear();
+    sums_ = {};
+    for (const Estimate& e : estimates) add(e, seconds / static_cast<double>(estimates.size()));
+  }
+
+ private:
+  RunState& add(const Estimate& e, double seconds) {
+    sums_.add(e, recording_, options_.truth_chart);
+    result_.run.states.push_back(run_state(e, recording_.cameras));
+    result_.run.states.back().milliseconds = 1e3 * seconds;
+    return result_.run.states.back();
+  }
+
+  std::vector<RunLandmark> map() const {
+    std::vector<RunLandmark> map = run_landmarks(estimator_.map());
+    spans_.tell(estimator_.in_state(), map);
+    return map;
+  }
+
+  const Recording& recording_;
+  Estimator& estimator_;
+  const RunRecordingOptions& options_;
+  const Interrupt& interrupt_;
+  LiveView& live_;
+  RecordedRun result_;
+  ImageKeeper keeper_;
+  Progress progress_;
+  Sums sums_;
+  ObservationSpans spans_;
+  std::optional<Time> first_;  // frame
+};
+
+}  // namespace
+
+RecordedRun run_recording(const Recording& recording, Estimator& estimator,
+                          const RunRecordingOptions& options, const Interrupt& interrupt,
+                          LiveView& live) {
+  Recorder recorder(recording, estimator, options, interrupt, live);
+  return recorder.finish(run(recording, estimator, options.frontend, options.run, recorder));
+}
+
+Trajectory dead_reckoning(const Recording& recording) {
+  VelocitySlamSettings settings;
+  settings.mode = "localize";
+  settings.velocity = "input";
+  settings.hold = "midpoint";
+  VelocitySlam slam(settings, recording.rig, VelocitySlamNoise{});
+  Trajectory trajectory;
+  EventStream events(recording);
+  bool lost = false;
+  while (const auto event = lost ? std::nullopt : events.next()) {
+    std::visit(Overloaded{[&](const BodyVelocity& velocity) { slam.process(velocity); },
+                          [&](const FeatureFrame& frame) {
+                            const Estimate e = slam.process(frame);
+                            lost = e.health == Health::kLost;
+                            if (!lost)
+                              trajectory.push_back({.time = e.time, .pose = e.world_T_imu});
+                          },
+                          [](const ImuSample&) {}, [](const ImagesDue&) {}},
+               *event);
+  }
+  return trajectory;
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,96 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <chasles/check/velocity_clock.hpp>
+#include <chasles/data/imu_range.hpp>
+#include <chasles/error.hpp>
+#include <chasles/filter/error_chart.hpp>
+#include <chasles/pipeline/recording_sensors.hpp>
+
+namespace chasles {
+namespace {
+
+ImuNoise noise_of(const Recording& recording) {
+  if (recording.imu_noise) return *recording.imu_noise;
+  throw InputError(
+      fmt::format("{}: states no IMU noise: write accelerometer_noise_density, "
+                  "accelerometer_random_walk, gyroscope_noise_density and "
+                  "gyroscope_random_walk into its calibration",
+                  recording.name));
+}
+
+}  // namespace
+
+ImuBuffer::Options imu_options(const Recording& recording) {
+  ImuBuffer::Options options{.convention = recording.imu_convention};
+  const ImuRange range = range_of(recording);
+  options.accelerometer_range = std::min(options.accelerometer_range, range.accelerometer);
+  options.gyroscope_range = std::min(options.gyroscope_range, range.gyroscope);
+  return options;
+}
+
+InertialSensors inertial_sensors(const Recording& recording, const InertialRunSettings& settings) {
+  if (recording.cameras.empty()) throw InputError(recording.name + ": has no camera");
+  const double otherwise = recording.images ? kFrontendPixelSigma : 1;
+  return {.cameras = recording.cameras,
+          .noise = noise_of(recording),
+          .imu = imu_options(recording),
+          .pixel_sigma = settings.filter.pixel_sigma.value_or(
+              recording.single_pixel_sigma.value_or(otherwise))};
+}
+
+InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t cameras) {
+  const bool can = settings.chart != kLeftSe3Chart.name;
+  if (settings.keep_scale == "auto" && cameras == 1 && can) settings.keep_scale = "true";
+  return settings;
+}
+
+InertialSlamSettings filter_settings(const Recording& recording,
+                                     const InertialSlamSettings& settings) {
+  return recording.images ? for_images(settings, recording.cameras.size()) : settings;
+}
+
+VelocitySensors velocity_sensors(const Recording& recording, const VelocityRunSettings& settings) {
+  return {.rig = recording.rig,
+          .noise = choose_noise(
+              settings.filter, recording.velocities, recording.frames,
+              {.velocity = recording.velocity_sigma, .pixels = recording.pixel_sigma})};
+}
+
+ClockCorrection correct_clock(const VelocitySlamSettings& settings, Recording& recording) {
+  ClockCorrection correction{.offset = settings.time_offset.value_or(0), .remark = {}};
+  if (!settings.time_offset) {
+    const std::optional<VelocityClock> clock = velocity_clock(recording);
+    const bool corrected = clock && clock->stands_out();
+    if (corrected) correction.offset = clock->offset;
+    correction.remark =
+        !clock || !clock->believable()
+            ? "time_offset=auto: the tracks do not tell how the velocities' clock stands against "
+              "the frames': their stamps are taken as they are"
+            : fmt::format(
+                  "time_offset=auto: the velocities are stamped {} by {:.0f} +- {:.0f} ms against "
+                  "the frames, as the tracks tell: their stamps are {}",
+                  clock->offset > 0 ? "late" : "early", 1e3 * std::abs(clock->offset),
+                  1e3 * clock->sigma, corrected ? "corrected" : "taken as they are");
+  }
+  shift_velocities(recording, correction.offset);
+  return correction;
+}
+
+std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
+                                          const Recording& recording,
+                                          std::optional<InertialStart> start) {
+  InertialRunSettings decided = settings;
+  decided.filter = filter_settings(recording, settings.filter);
+  return make_estimator(decided, inertial_sensors(recording, settings), std::move(start));
+}
+
+std::unique_ptr<Estimator> make_estimator(const VelocityRunSettings& settings,
+                                          const Recording& recording) {
+  return make_estimator(settings, velocity_sensors(recording, settings));
+}
+
+}  // namespace chasles

@@ -1,0 +1,191 @@
+#include <iterator>
+#include <map>
+#include <utility>
+
+#include <chasles/data/masks.hpp>
+#include <chasles/error.hpp>
+#include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/pipeline/run.hpp>
+#include <chasles/stopwatch.hpp>
+
+namespace chasles {
+namespace {
+
+void count(const TrackedFrame& tracked, FrontendTotals& totals) {
+  const FrontendReport& r = tracked.report;
+  ++totals.frames;
+  totals.tracked += r.tracked;
+  totals.added += r.added;
+  totals.lost += r.lost();
+  totals.outliers += r.lost_outlier;
+  totals.stereo_tried += r.stereo_tried;
+  totals.stereo_matched += r.stereo_matched;
+  totals.seconds += tracked.seconds;
+}
+
+// What the front end took for each frame, by the cameras' clock; an estimate's is the IMU's.
+class FrontendSeconds {
+ public:
+  void add(Time time, double seconds) { all_.emplace(time, seconds); }
+  double nearest(Time time) const {
+    if (all_.empty()) return 0;
+    auto found = all_.lower_bound(time);
+    if (found == all_.end()) return all_.rbegin()->second;
+    const bool before =
+        found != all_.begin() && time - std::prev(found)->first < found->first - time;
+    return before ? std::prev(found)->second : found->second;
+  }
+
+ private:
+  std::map<Time, double> all_;
+};
+
+// A recording on its way through front end and estimator.
+class Player {
+ public:
+  Player(const Recording& recording, Estimator& estimator, const FrontendSettings& frontend,
+         const RunOptions& options, RunObserver& observer)
+      : recording_(recording),
+        estimator_(estimator),
+        options_(options),
+        observer_(observer),
+        feed_(recording, frontend, imu_options(recording),
+              read_masks(frontend.mask, recording.cameras),
+              {.threads = options.threads,
+               .realtime = options.realtime,
+               .stop = [&observer] { return observer.stop(); },
+               .see = [&observer](const ImageFrame& images) { observer.on_images(images); },
+               .unreadable = [&observer](const InputError& e) { observer.on_unreadable(e); }}) {
+    estimator.set_observer(
+        [&observer](const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) {
+          observer.on_outcomes(frame, outcomes);
+        });
+  }
+
+  RunReport run() {
+    while (auto item = feed_.next()) {
+      const bool was_frame =
+          std::visit(Overloaded{[&](const BodyVelocity& velocity) { return take(velocity); },
+                                [&](const ImuSample& sample) { return take(sample); },
+                                [&](const FeatureFrame& frame) { return take(frame, nullptr); },
+                                [&](TrackedFrame& tracked) {
+                                  options_.tracks.thin(tracked.frame);
+                                  return take(tracked.frame, &tracked);
+                                }},
+                     *item);
+      if (estimator_.ended() || (was_frame && observer_.stop())) break;
+    }
+    for (const Estimate& e : estimator_.finish()) keep(e, {});
+    report_.interrupted = observer_.stop();
+    feed_.close();
+    report_.frontend.unreadable = feed_.unreadable();
+    report_.played = feed_.counts();
+    if (!report_.interrupted) complete();
+    report_.estimator = estimator_.report();
+    return report_;
+  }
+
+ private:
+  // A window's estimates come with the samples that its frames wait for.
+  template <typename Sample>
+  bool take(const Sample& sample) {
+    const Stopwatch time;
+    const std::vector<Estimate> estimates = estimator_.process(sample);
+    report_.estimator_seconds += time.seconds();
+    for (const Estimate& e : estimates) {
+      keep(e, {.seconds = frame_time_.seconds(), .latency = {}});
+      observer_.on_progress(frames_, e.time);
+    }
+    return false;
+  }
+
+  bool take(const FeatureFrame& frame, const TrackedFrame* tracked) {
+    if (tracked != nullptr) {
+      count(*tracked, report_.frontend);
+      frontend_seconds_.add(frame.time, tracked->seconds);
+    }
+    observer_.on_frame(frame);
+    const bool started = estimator_.started();
+    const Stopwatch time;
+    const std::vector<Estimate> estimates = estimator_.process(frame);
+    report_.estimator_seconds += time.seconds();
+    if (tracked != nullptr) feed_.learnt(estimator_.gyroscope_bias());
+    const double each = frame_time_.seconds() / static_cast<double>(estimates.size());
+    for (const Estimate& e : estimates) {
+      keep(e, {.seconds = each, .latency = started ? feed_.seconds_since(e.time) : std::nullopt});
+    }
+    observer_.on_progress(++frames_, frame.time);
+    frame_time_ = {};
+    return true;
+  }
+
+  void keep(const Estimate& e, EstimateTiming timing) {
+    any_ = true;
+    timing.seconds = feed_.seconds_since(e.time).value_or(timing.seconds);
+    timing.frontend_seconds = frontend_seconds_.nearest(e.time);
+    observer_.on_estimate(e, timing);
+  }
+
+  void complete() {
+    if (!any_) {
+      throw Error(ExitCode::kNotInitialised, recording_.name + ": " + estimator_.why_not_started());
+    }
+    estimator_.check();
+    if (!estimator_.smooths()) return;
+    observer_.on_smoothing();
+    const Stopwatch time;
+    const std::vector<Estimate> estimates = estimator_.smooth();
+    observer_.on_smoothed(estimates, time.seconds());
+  }
+
+  const Recording& recording_;
+  Estimator& estimator_;
+  RunOptions options_;
+  RunObserver& observer_;
+  SensorFeed feed_;
+  RunReport report_;
+  FrontendSeconds frontend_seconds_;
+  bool any_ = false;  // estimate
+  std::size_t frames_ = 0;
+  Stopwatch frame_time_;
+};
+
+class Collector : public RunObserver {
+ public:
+  void on_estimate(const Estimate& e, const EstimateTiming&) override { all.push_back(e); }
+  void on_smoothed(std::span<const Estimate> estimates, double) override {
+    all.assign(estimates.begin(), estimates.end());
+  }
+  std::vector<Estimate> all;
+};
+
+RunResult collected(const Recording& recording, Estimator& estimator,
+                    const FrontendSettings& frontend, const RunOptions& options) {
+  Collector collector;
+  RunReport report = run(recording, estimator, frontend, options, collector);
+  return {.estimates = std::move(collector.all),
+          .landmarks = estimator.map(),
+          .state_names = estimator.state_names(),
+          .report = std::move(report)};
+}
+
+}  // namespace
+
+RunReport run(const Recording& recording, Estimator& estimator, const FrontendSettings& frontend,
+              const RunOptions& options, RunObserver& observer) {
+  return Player(recording, estimator, frontend, options, observer).run();
+}
+
+RunResult run(const Recording& recording, const InertialRunSettings& settings,
+              const RunOptions& options) {
+  const auto estimator = make_estimator(settings, recording);
+  return collected(recording, *estimator, settings.frontend, options);
+}
+
+RunResult run(Recording recording, const VelocityRunSettings& settings) {
+  correct_clock(settings.filter, recording);
+  const auto estimator = make_estimator(settings, recording);
+  return collected(recording, *estimator, {}, {});
+}
+
+}  // namespace chasles

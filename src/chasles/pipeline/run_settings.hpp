@@ -1,0 +1,43 @@
+#pragma once
+
+#include <string_view>
+
+#include <chasles/frontend/frontend_settings.hpp>
+#include <chasles/slam/inertial_settings.hpp>
+#include <chasles/slam/initialiser_settings.hpp>
+#include <chasles/slam/velocity_settings.hpp>
+#include <chasles/smooth/batch/batch_settings.hpp>
+
+namespace chasles {
+
+/// Which estimator runs: the filter, batch estimation, or a sliding window of so many keyframes.
+struct EstimatorChoice {
+  enum class Kind { kFilter, kBatch, kWindow };
+  Kind kind = Kind::kFilter;
+  int keyframes = 0;  ///< of the window
+
+  bool is_filter() const { return kind == Kind::kFilter; }
+  bool is_batch() const { return kind == Kind::kBatch; }
+  bool is_window() const { return kind == Kind::kWindow; }
+};
+
+/// "filter", "batch" or "window:N" with N of 2 or more. Throws UsageError that names `setting`.
+EstimatorChoice estimator_choice(std::string_view text, std::string_view setting = "estimator");
+
+/// All that can be set about a visual-inertial run.
+struct InertialRunSettings {
+  EstimatorChoice estimator;
+  InertialSlamSettings filter;  ///< pixel_sigma: pixel_sigma_of() where none is given
+  InitialiserSettings start;
+  FrontendSettings frontend;
+  BatchSettings batch;  ///< of batch and window
+};
+
+/// All that can be set about a stereo-velocity run.
+struct VelocityRunSettings {
+  EstimatorChoice estimator;
+  VelocitySlamSettings filter;
+  BatchSettings batch;  ///< of batch and window
+};
+
+}  // namespace chasles

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include <chasles/data/recording.hpp>
+#include <chasles/slam/estimate.hpp>
+#include <chasles/slam/inertial_start.hpp>
+
+// A recording's truth, for runs that begin at it or are held against it.
+namespace chasles {
+
+/// The true pose world_T_imu at that time: of the stamp, or interpolated between two that are at
+/// most 0.1 s apart; none elsewhere.
+std::optional<SE3> truth_at(const Trajectory& truth, Time time);
+
+/// The truth at the first frame that has one; biases are 0. The true velocity is the recording's,
+/// or the slope of its true positions. The covariance is absent: the settings' initial sigmas.
+/// Throws InputError where there is no truth.
+InertialStart true_start(const Recording& recording);
+
+/// The NEES of pose, velocity and biases together, in the coordinates of the filter's chart
+/// [expected: 15]; NaN where the recording has no true velocity and biases at that time, or where
+/// the covariance is singular.
+double state_nees(const std::string& chart, const Recording& recording, const Estimate& estimate);
+
+}  // namespace chasles

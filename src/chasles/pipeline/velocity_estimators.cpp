@@ -1,0 +1,179 @@
+#include <utility>
+
+#include <chasles/pipeline/estimator.hpp>
+#include <chasles/slam/velocity_model.hpp>
+#include <chasles/slam/velocity_slam.hpp>
+#include <chasles/smooth/batch/velocity_batch.hpp>
+#include <chasles/smooth/window/velocity_window.hpp>
+
+// The estimators of stereo-velocity runs.
+namespace chasles {
+namespace {
+
+class VelocityEstimator : public Estimator {
+ public:
+  VelocityEstimator(const VelocityRunSettings& settings, const VelocitySensors& sensors)
+      : settings_(settings), sensors_(sensors) {}
+
+  std::vector<Estimate> process(const EstimatorEvent& event) override {
+    return std::visit(Overloaded{[&](const BodyVelocity& velocity) {
+                                   take(velocity);
+                                   return std::vector<Estimate>();
+                                 },
+                                 [&](const FeatureFrame& frame) { return take(frame); },
+                                 // The body velocities measure the motion.
+                                 [](const ImuSample&) { return std::vector<Estimate>(); }},
+                      event);
+  }
+  std::vector<std::string> state_names() const override {
+    return additive_names(model_of(settings_.filter, sensors_.noise));
+  }
+  EstimatorReport report() const override { return {}; }
+
+ protected:
+  virtual void take(const BodyVelocity& velocity) = 0;
+  virtual std::vector<Estimate> take(const FeatureFrame& frame) = 0;
+
+  VelocityBatchInput input() const {
+    return {.rig = sensors_.rig,
+            .settings = settings_.filter,
+            .noise = sensors_.noise,
+            .velocities = {},
+            .frames = {}};
+  }
+
+  VelocityRunSettings settings_;
+  VelocitySensors sensors_;
+};
+
+class VelocityFilter : public VelocityEstimator {
+ public:
+  VelocityFilter(const VelocityRunSettings& settings, const VelocitySensors& sensors)
+      : VelocityEstimator(settings, sensors), slam_(settings.filter, sensors.rig, sensors.noise) {}
+
+  // Arithmetic on what is not finite is slow, and no estimate after it counts.
+  bool ended() const override { return lost_; }
+  std::vector<MapLandmark> map() const override { return slam_.filter().map(); }
+  std::optional<std::vector<LandmarkId>> in_state() const override {
+    std::vector<LandmarkId> ids;
+    for (const Landmark& l : slam_.filter().state().landmarks) ids.push_back(l.id);
+    return ids;
+  }
+  const Ekf* filter() const override { return &slam_.filter(); }
+
+ protected:
+  void take(const BodyVelocity& velocity) override {
+    if (!lost_) slam_.process(velocity);
+  }
+  std::vector<Estimate> take(const FeatureFrame& frame) override {
+    if (lost_) return {};
+    Estimate e = slam_.process(frame);
+    lost_ = e.health == Health::kLost;
+    return {std::move(e)};
+  }
+
+ private:
+  VelocitySlam slam_;
+  bool lost_ = false;
+};
+
+// The filter, and at the end batch estimation that begins at the filter's estimates.
+class VelocityBatch : public VelocityFilter {
+ public:
+  using VelocityFilter::VelocityFilter;
+
+  bool ended() const override { return false; }  // batch estimation takes all of the recording
+  const Ekf* filter() const override { return nullptr; }
+
+  bool smooths() const override { return true; }
+  std::vector<Estimate> smooth() override {
+    VelocityBatchInput in = input();
+    in.velocities = std::move(velocities_);
+    in.frames = std::move(frames_);
+    in.initial = std::move(initial_);
+    result_ = chasles::smooth(in, settings_.batch);
+    const Health health = fits_the_data(result_->report) ? Health::kOk : Health::kDegraded;
+    for (Estimate& e : result_->estimates) e.health = health;
+    return std::exchange(result_->estimates, {});
+  }
+  std::vector<MapLandmark> map() const override {
+    return result_ ? result_->landmarks : VelocityFilter::map();
+  }
+  std::optional<std::vector<LandmarkId>> in_state() const override {
+    return result_ ? std::nullopt : VelocityFilter::in_state();
+  }
+  EstimatorReport report() const override {
+    EstimatorReport report;
+    if (result_) report.batch = result_->report;
+    return report;
+  }
+
+ protected:
+  void take(const BodyVelocity& velocity) override {
+    velocities_.push_back(velocity);
+    VelocityFilter::take(velocity);
+  }
+  std::vector<Estimate> take(const FeatureFrame& frame) override {
+    frames_.push_back(frame);
+    std::vector<Estimate> estimates = VelocityFilter::take(frame);
+    initial_.insert(initial_.end(), estimates.begin(), estimates.end());
+    return estimates;
+  }
+
+ private:
+  std::vector<BodyVelocity> velocities_;
+  std::vector<FeatureFrame> frames_;
+  std::vector<Estimate> initial_;
+  std::optional<VelocityBatchResult> result_;
+};
+
+class VelocityWindowEstimator : public VelocityEstimator {
+ public:
+  VelocityWindowEstimator(const VelocityRunSettings& settings, const VelocitySensors& sensors)
+      : VelocityEstimator(settings, sensors),
+        window_(input(), settings.batch, settings.estimator.keyframes) {}
+
+  void check() const override { window_.check(); }
+  bool ended() const override { return lost_; }
+  std::vector<MapLandmark> map() const override { return window_.map(); }
+  std::optional<std::vector<LandmarkId>> in_state() const override { return window_.in_window(); }
+  EstimatorReport report() const override {
+    EstimatorReport report;
+    report.window = window_.report();
+    return report;
+  }
+
+ protected:
+  void take(const BodyVelocity& velocity) override {
+    if (!lost_) window_.process(velocity);
+  }
+  std::vector<Estimate> take(const FeatureFrame& frame) override {
+    if (lost_) return {};
+    std::optional<Estimate> e = window_.process(frame);
+    if (!e) return {};
+    lost_ = e->health == Health::kLost;
+    return {std::move(*e)};
+  }
+
+ private:
+  VelocityWindow window_;
+  bool lost_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Estimator> make_estimator(const VelocityRunSettings& settings,
+                                          const VelocitySensors& sensors) {
+  using Kind = EstimatorChoice::Kind;
+  switch (settings.estimator.kind) {
+    case Kind::kBatch:
+      return std::make_unique<VelocityBatch>(settings, sensors);
+    case Kind::kWindow:
+      return std::make_unique<VelocityWindowEstimator>(settings, sensors);
+    case Kind::kFilter:
+      break;
+  }
+  return std::make_unique<VelocityFilter>(settings, sensors);
+}
+
+}  // namespace chasles
