@@ -3,7 +3,8 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test bench table study convergence format lint coverage asan fuzz clean
+.PHONY: help deps dev-deps build demo test bench table study convergence docs prose format lint \
+  coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
 help:     ## this list
@@ -42,6 +43,14 @@ study: build  ## 100 simulated runs of each inertial scene: fills docs/consisten
 
 convergence: build  ## the error charts in batch estimation: fills docs/convergence.md
 	@scripts/convergence
+
+docs:     ## the documentation site: out/docs/index.html
+	@scripts/deps docs
+	@scripts/docs
+
+prose:    ## checks the prose of all pages: sentences, lines, the passive, the glossary's words
+	@scripts/deps prose
+	@scripts/prose
 
 format:   ## clang-format over all sources
 	@scripts/format

@@ -42,7 +42,7 @@ def holm(p):
 def verdict(difference, p, adjusted):
     if p >= 0.05:
         return "no difference"
-    return ("**{}**" if adjusted < 0.05 else "{}, by itself").format("better" if difference < 0 else "worse")
+    return ("**{}**" if adjusted < 0.05 else "{} (uncorrected p)").format("better" if difference < 0 else "worse")
 
 
 def small(p):

@@ -1,5 +1,6 @@
-"""Runs of `chasles` against their truth, for scripts/drift and scripts/paired: motions over spans of time, and what the errors of
-a run's blocks make of its ATE. Needs numpy. out/runs keeps the runs: remove it to begin anew."""
+"""Runs of `chasles` against their truth, for scripts/drift and scripts/paired: motions over time
+spans, and the effect of a run's block errors on its ATE. Needs numpy. out/runs keeps the runs: remove
+it to start again."""
 
 import math
 import os
@@ -14,9 +15,10 @@ CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bi
 DATA = pathlib.Path(os.environ.get("CHASLES_DATA", ROOT / "../shared/data"))
 OUT = ROOT / "out/runs"
 ESTIMATORS = ["filter", "batch"]
-BLOCK, BLOCKS = 5, 10  # that a recording is cut into: [s] at most; at least so many of them
+BLOCK, BLOCKS = 5, 10  # of a recording: longest block [s], least number of blocks
 EUROC = DATA / "euroc"
-# Name, arguments of `run`, recording that it shares with others, whether its errors add up along the way (a board is always in view: no).
+# Name, arguments of `run`, recording that it shares with others, and whether its errors accumulate
+# along the path (not with a board that is always in view).
 FLIGHTS = [
     *[(f"AprilGrid, {cameras}", [EUROC / "imu_april", "--config", "configs/euroc.yaml", "--begin", "truth", "--cameras", cameras], "AprilGrid", False)
       for cameras in ("stereo", "mono")],
@@ -59,7 +61,7 @@ class Trajectory:
         self.t, self.p, self.R = rows[:, 0], rows[:, 1:4], rotations(rows[:, 4:8])
 
     def steps(self, begin, end):
-        """The motions from those rows to those, in the axes of the first."""
+        """The motions from rows `begin` to rows `end`, in the axes of the first."""
         at = np.swapaxes(self.R[begin], 1, 2)
         return at @ self.R[end], (at @ (self.p[end] - self.p[begin])[:, :, None])[:, :, 0]
 
@@ -70,7 +72,8 @@ def nearest(times, wanted):
 
 
 def matched(tables):
-    """The rows of all tables at the instants of the first that each of them has: the nearest, half a spacing off at most."""
+    """The rows of all tables at the times of the first table that each of them has: the nearest
+    row, at most half a spacing away."""
     wanted, rows = tables[0][:, 0], []
     keep = np.ones(len(wanted), bool)
     for table in tables:
@@ -82,7 +85,7 @@ def matched(tables):
 
 
 def runs_of(name, arguments):
-    """The truth, and the recording through each estimator, at the same instants."""
+    """The truth, and the recording's run with each estimator, at the same times."""
     return compared(OUT, name, arguments)
 
 
@@ -91,7 +94,7 @@ def run_folder(where, name, estimator):
 
 
 def compared(where, name, arguments):
-    """The same, with the run folders there; those that are there already are not run again."""
+    """The same, with the run folders in `where`; runs that exist are not repeated."""
     folders = {e: run_folder(where, name, e) for e in ESTIMATORS}
     for estimator, folder in folders.items():
         if not (folder / "trajectory.tum").exists():
@@ -103,7 +106,7 @@ def compared(where, name, arguments):
 
 
 def cuts(truth):
-    """The rows at which a recording is cut into blocks."""
+    """The rows that divide a recording into blocks."""
     duration = truth.t[-1] - truth.t[0]
     count = max(BLOCKS, math.floor(duration / BLOCK))
     return np.searchsorted(truth.t, truth.t[0] + np.arange(count + 1) * min(BLOCK, duration / BLOCKS) - 1e-6).clip(max=len(truth.t) - 1)
@@ -114,13 +117,13 @@ def angle(R):
 
 
 def errors(estimate, truth, begin, end):
-    """Rotation and translation by which the estimate's motions differ from the true ones."""
+    """Differences in rotation and translation between the estimated and the true motions."""
     (R, p), (R_true, p_true) = estimate.steps(begin, end), truth.steps(begin, end)
     return np.swapaxes(R_true, 1, 2) @ R, p - p_true
 
 
 def ate(p, p_true):
-    """Of many trajectories (..., points, 3) at once, after SE(3) alignment."""
+    """The ATE of many trajectories (..., points, 3) at once, after SE(3) alignment."""
     a, b = p - p.mean(-2, keepdims=True), p_true - p_true.mean(-2, keepdims=True)
     U, _, Vt = np.linalg.svd(np.swapaxes(b - np.zeros_like(a), -1, -2) @ a)
     U[..., 2] *= np.linalg.det(U @ Vt)[..., None]
@@ -128,7 +131,8 @@ def ate(p, p_true):
 
 
 def walks(truth, at, R_error, p_error, signs):
-    """Positions of the true blocks, each with its error or, where a draw's sign is negative, its inverse: draws, blocks + 1, 3."""
+    """Positions of the true blocks, each with its error, or with the inverse error if the draw's
+    sign is negative: draws, blocks + 1, 3."""
     R_true, p_true = truth.steps(at[:-1], at[1:])
     draws = len(signs)
     R, p = np.broadcast_to(np.eye(3), (draws, 3, 3)), np.zeros((draws, 3))
