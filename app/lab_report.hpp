@@ -9,8 +9,8 @@
 
 namespace chasles::app {
 
-/// The figures of a filter by name (docs/command-line.md): those of design.md sec. 6, with runs and
-/// band. What is not finite is null.
+/// The figures of a filter by name (docs/command-line.md): those of docs/evaluation.md, with runs
+/// and band. What is not finite is null.
 nlohmann::ordered_json figures_json(const FilterVariant& filter, const FilterSummary& summary);
 
 /// How a table is printed.

@@ -69,7 +69,7 @@ function atTimeRows(run: Run, i: number): [string, string][] {
   }
   const dof = s.nis_dof[i];
   rows.push(['NIS / dof', dof > 0 ? `${number(s.nis[i] / dof)} (${dof} dof)` : '–'],
-    ['Observations', `${s.used[i]} used, ${s.rejected[i]} refused of ${s.observations[i]}`],
+    ['Observations', `${s.used[i]} used, ${s.rejected[i]} rejected of ${s.observations[i]}`],
     ['Landmarks', `${s.in_state[i]} in the state, ${grouped(s.landmarks[i])} in all`],
     ['Health', run.healthNames[s.health[i]] || '–']);
   if (s.milliseconds[i] > 0) rows.push(['Time taken', `${number(s.milliseconds[i])} ms`]);

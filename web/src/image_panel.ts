@@ -2,16 +2,16 @@
 import { downloadPng, prepareCanvas } from './canvas';
 import { fileName } from './files';
 import { byId, fixed, make, number, toggle } from './format';
-import { drawImage, drawMark, FATE_COLOURS, type ImageOptions } from './image_draw';
-import { type CameraImages, type Fate, Pictures, type Point, surprise } from './images';
+import { drawImage, drawMark, OUTCOME_COLOURS, type ImageOptions } from './image_draw';
+import { type CameraImages, type Outcome, Pictures, type Point, surprise } from './images';
 import { nearestOnScreen, placeTip } from './map_input';
 import { activeRun } from './runs';
 import { app, listen, setCursor, setCursorTime, throttled } from './store';
 
-const WORDS: Record<Fate, string> = {
-  used: 'used', rejected: 'refused', begun: 'begins a landmark', waiting: 'waiting',
+const WORDS: Record<Outcome, string> = {
+  used: 'used', rejected: 'rejected', begun: 'initialises a landmark', waiting: 'waiting',
 };
-const ORDER: Fate[] = ['used', 'rejected', 'begun', 'waiting'];
+const ORDER: Outcome[] = ['used', 'rejected', 'begun', 'waiting'];
 
 export class ImagePanel {
   private readonly canvas = byId<HTMLCanvasElement>('camera');
@@ -66,15 +66,15 @@ export class ImagePanel {
         this.draw();
       });
     byId('camera-legend').replaceChildren(
-      ...ORDER.map((fate) => entry(fate, signOf((g) => drawMark(g, fate, 9, 7)), WORDS[fate])),
+      ...ORDER.map((outcome) => entry(outcome, signOf((g) => drawMark(g, outcome, 9, 7)), WORDS[outcome])),
       entry('ellipses', signOf((g) => {
-        g.strokeStyle = FATE_COLOURS.used;
+        g.strokeStyle = OUTCOME_COLOURS.used;
         g.beginPath();
         g.ellipse(9, 7, 6.5, 4, -0.4, 0, 2 * Math.PI);
         g.stroke();
       }), 'expected, 3σ'),
       entry('tails', signOf((g) => {
-        g.strokeStyle = FATE_COLOURS.used;
+        g.strokeStyle = OUTCOME_COLOURS.used;
         g.beginPath();
         g.moveTo(3, 10);
         g.lineTo(15, 4);
@@ -99,9 +99,9 @@ export class ImagePanel {
   }
 
   private told(images: CameraImages, k: number): string {
-    const count = (fate: Fate) => this.points.filter((p) => p.fate === fate).length;
-    return [`${fixed(images.t[k], 2)} s`, ...ORDER.map((fate) => `${count(fate)} ${
-      fate === 'begun' ? 'begin' : WORDS[fate]}`)].join(' · ');
+    const count = (outcome: Outcome) => this.points.filter((p) => p.outcome === outcome).length;
+    return [`${fixed(images.t[k], 2)} s`, ...ORDER.map((outcome) => `${count(outcome)} ${
+      outcome === 'begun' ? 'initialise' : WORDS[outcome]}`)].join(' · ');
   }
 
   private savePicture(): void {
@@ -131,14 +131,14 @@ export class ImagePanel {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     if (!images) return;
     const at = (i: number): [number, number] => {
-      const { u, v, fate } = this.points[i], scale = width / images.width;
-      return this.options.show[fate] ? [u * scale, v * scale] : [-1e9, -1e9];
+      const { u, v, outcome } = this.points[i], scale = width / images.width;
+      return this.options.show[outcome] ? [u * scale, v * scale] : [-1e9, -1e9];
     };
     const found = nearestOnScreen(this.points.length, at, place, 9);
     tip.hidden = found < 0;
     if (found < 0) return;
     const p = this.points[found], away = surprise(p);
-    tip.replaceChildren(...[`Point ${p.id}: ${WORDS[p.fate]}`, `seen ${p.age} times`,
+    tip.replaceChildren(...[`Point ${p.id}: ${WORDS[p.outcome]}`, `seen ${p.age} times`,
       Number.isFinite(away) ? `${number(away, 2)} σ from where it was expected` : '']
       .filter(Boolean).map((line) => make('div', {}, line)));
     placeTip(tip, ...at(found), width, height);

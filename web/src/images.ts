@@ -1,8 +1,8 @@
 // What the cameras saw, as the run has kept it: pictures, points, and what became of those.
 import { clamp, type Column, type Columns, column, decodeColumns, extremes, nearestIndex } from './data';
 
-export const FATES = ['waiting', 'begun', 'used', 'rejected'] as const;
-export type Fate = (typeof FATES)[number];
+export const OUTCOMES = ['waiting', 'begun', 'used', 'rejected'] as const;
+export type Outcome = (typeof OUTCOMES)[number];
 
 interface RawImages {
   width: number; height: number; camera: number; jpeg: string[];
@@ -13,7 +13,7 @@ interface RawImages {
 export interface Point {
   id: number;
   age: number;
-  fate: Fate;
+  outcome: Outcome;
   u: number;
   v: number;
   /** Where it was some frames before. */
@@ -56,7 +56,7 @@ export class CameraImages {
     const c = this.points, [u, v] = [c.u[i] / 10, c.v[i] / 10];
     const [su, sv] = [c.sigma_u[i] / 100, c.sigma_v[i] / 100];
     return {
-      id: c.id[i], age: c.age[i], fate: FATES[clamp(c.fate[i], 0, 3)], u, v,
+      id: c.id[i], age: c.age[i], outcome: OUTCOMES[clamp(c.outcome[i], 0, 3)], u, v,
       before: c.before_u[i] || c.before_v[i]
         ? [u + c.before_u[i] / 100, v + c.before_v[i] / 100] : null,
       expected: su > 0 && sv > 0 ? { u: u + c.expected_u[i] / 100, v: v + c.expected_v[i] / 100,

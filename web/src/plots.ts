@@ -142,14 +142,14 @@ function observationPlot(run: Run): PlotSpec {
   return {
     title: 'Observations',
     caption: 'Landmark observations of each frame: offered by the recording, used in the update, ' +
-      'refused by the χ² gate. What is neither began a landmark or was not usable.',
+      'rejected by the χ² gate. The others initialised a landmark or were not usable.',
     panels: [{
       label: '', zero: true,
-      summary: `${grouped(sum(s.used))} used, ${grouped(sum(s.rejected))} refused`,
+      summary: `${grouped(sum(s.used))} used, ${grouped(sum(s.rejected))} rejected`,
       series: [
         { label: 'offered', style: 'area', values: s.observations, colour: 'muted' },
         { label: 'used', style: 'area', values: s.used, colour: 'estimate' },
-        { label: 'refused', style: 'line', values: s.rejected, colour: 'dead' },
+        { label: 'rejected', style: 'line', values: s.rejected, colour: 'dead' },
       ],
     }],
   };

@@ -16,7 +16,7 @@ export async function camera(page, { run }) {
   await page.locator('#time').press('Home');
   await until('the picture is that of the cursor', async () => (await text()).startsWith('0.00 s'));
   check('the picture is told in words', (await view.getAttribute('aria-label')).startsWith('cam0: 0.00 s') &&
-    /\d+ used · \d+ refused/.test(await text()), await text());
+    /\d+ used · \d+ rejected/.test(await text()), await text());
   const first = await picture(view), colours = await coloursOf(view);
   check('the picture is a photograph and not an empty ground', colours > 60, String(colours));
   await view.focus();

@@ -45,9 +45,9 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& truth,
 /// The absolute error after that alignment, or null if it was not asked for.
 const AbsoluteError* find(const Evaluation& evaluation, Alignment alignment);
 
-/// The figures with the names of design.md §6 (ate_m, ate_posyaw_m, ate_first_pose_m, attitude_deg,
-/// rpe_100m_percent, nees_position, nees_attitude, nees_pose) and some more, in a fixed order; what
-/// does not apply has no value.
+/// The figures with the names of docs/evaluation.md (ate_m, ate_posyaw_m, ate_first_pose_m,
+/// attitude_deg, rpe_100m_percent, nees_position, nees_attitude, nees_pose) and some more, in a
+/// fixed order; what does not apply has no value.
 std::vector<std::pair<std::string, std::optional<double>>> figures(const Evaluation& evaluation);
 
 /// One row an alignment: position and attitude errors.

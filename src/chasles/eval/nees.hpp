@@ -14,7 +14,7 @@ namespace chasles {
 double normalised_square(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance);
 
 /// In which coordinates the error of a pose is measured. X is the truth, Xhat the estimate; all are
-/// [rotation; translation]. (math.md §0: std, li, ri.)
+/// [rotation; translation]. (docs/derivations.md, D9 to D11.)
 enum class PoseError {
   kStandard,    ///< [Log(R Rhat^T); p - phat], world axes
   kBodyTwist,   ///< Log(Xhat^-1 X), body axes at the estimate
@@ -30,8 +30,8 @@ PoseError pose_error_of(std::string_view chart);
 /// The error in these coordinates.
 Vector6d pose_error(PoseError definition, const SE3& truth, const SE3& estimate);
 
-/// d(error in these coordinates) / d(standard error) at a zero error (math.md §2.4): what turns a
-/// covariance of [theta; dp] into one of these coordinates, M P M^T.
+/// d(error in these coordinates) / d(standard error) at a zero error (docs/derivations.md, D14):
+/// what turns a covariance of [theta; dp] into one of these coordinates, M P M^T.
 Matrix6d pose_error_map(PoseError definition, const SE3& estimate);
 
 /// e^T P^-1 e of a pose; NaN where P is singular.

@@ -49,7 +49,7 @@ Vector6d corrected_velocity(const BodyVelocityModel& model, const State& x, cons
 /// One step of tau seconds. `u` is the velocity held over the step; used where it is not a state.
 /// F is the exact derivative of the step. Q holds, for a velocity state, the integrals of its
 /// random walk, exact at rest and of first order in tau |u| otherwise; otherwise the sample's noise
-/// held over the step (Du, eq. 12, with the missing Jacobian: math.md §6).
+/// held over the step (Du, eq. 12, with the missing Jacobian: docs/derivations.md, D62).
 Prediction predict(const BodyVelocityModel& model, const State& x, const BodyVelocity& u,
                    double tau, const BodyVelocityNoise& noise);
 

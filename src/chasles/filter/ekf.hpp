@@ -110,7 +110,8 @@ class Ekf {
 
   /// Kleinert & Stilla's composition step: the world's frame is moved to the present IMU frame,
   /// exactly; what was known of the pose goes to nav_T_world, which the state must have, and to all
-  /// that stands in the world (math.md §3). No measurement's prediction or NIS is changed.
+  /// that stands in the world (docs/derivations.md, D52). No measurement's prediction or NIS is
+  /// changed.
   void compose();
 
   void add(std::span<const NewLandmark> landmarks);

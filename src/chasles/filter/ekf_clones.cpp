@@ -5,7 +5,7 @@
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 
-// Past poses in the state, and the world's frame moved (math.md §3).
+// Past poses in the state, and the world's frame moved (docs/derivations.md, D51 and D52).
 
 namespace chasles {
 

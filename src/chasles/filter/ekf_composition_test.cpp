@@ -3,7 +3,7 @@
 #include <chasles/error.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 
-// Ekf::compose, against the definition of the composition step (math.md section 3).
+// Ekf::compose, against the definition of the composition step (docs/derivations.md, D51).
 
 namespace chasles {
 namespace {

@@ -15,7 +15,7 @@ using ErrorRef = Eigen::Ref<const Eigen::VectorXd>;
 /// An error chart says what the numbers of the filter's error vector mean: how an error xi moves
 /// the mean (retract) and which error leads from one mean to another (local). The filter itself is
 /// written once, in the reference chart (`standard`); another chart enters through T(x) alone, the
-/// derivative of its coordinates by the reference ones (math.md §2.4, docs/charts.md):
+/// derivative of its coordinates by the reference ones (docs/derivations.md, D14; docs/charts.md):
 ///
 ///   after an update   x+ = retract(x, T(x) delta),   P <- T(x+)^-1 T(x) P T(x)^T T(x+)^-T
 ///
@@ -43,7 +43,7 @@ struct ErrorChart {
   Eigen::Matrix3d (*landmark_block)(const Eigen::Vector3d& p_world);
 };
 
-/// All charts; the command line, the bindings and the tests read this list.
+/// All charts; the command line and the tests read this list.
 std::span<const ErrorChart> error_charts();
 
 /// The chart of that name; throws UsageError that lists the names.

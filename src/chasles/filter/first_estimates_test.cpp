@@ -8,7 +8,7 @@
 
 // What no sensor can tell, heading and position of the world, must stay unknown at estimates that
 // have moved: the directions N of the errors with H N = 0 and F N = N+ are written with the first
-// estimates (math.md §5).
+// estimates (docs/derivations.md, D54 to D57).
 
 namespace chasles {
 namespace {

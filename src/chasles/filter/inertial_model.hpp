@@ -22,8 +22,7 @@ struct InertialModel {
 Eigen::Vector3d gravity_world(const InertialModel& model, const State& x);
 
 /// Position and velocity as they were predicted: with them, instead of what an update made of them,
-/// the transition of first estimates is written (math.md §5: p<-Psi = -[p+ - p - v T - g T^2/2],
-/// v<-Psi = -[v+ - v - g T]).
+/// the transition of first estimates is written (docs/derivations.md, D57).
 struct PredictedMotion {
   Eigen::Vector3d p_world, v_world;
 };
@@ -40,8 +39,8 @@ void predict(const InertialModel& model, const State& x, std::span<const ImuInte
              Prediction& result);
 
 /// The motion in nav's axes, whatever the world's frame is, with the covariance of [rotation,
-/// position, velocity, accelerometer bias, gyroscope bias], standard error (math.md §3, the
-/// composition's last two columns).
+/// position, velocity, accelerometer bias, gyroscope bias], standard error (docs/derivations.md,
+/// D53).
 struct NavState {
   SE3 nav_T_imu;
   Eigen::Vector3d v_nav = Eigen::Vector3d::Zero();  ///< [m/s]

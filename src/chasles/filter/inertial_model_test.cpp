@@ -88,7 +88,7 @@ TEST(InertialModel, NoIntervalChangesNothing) {
 // Columns and rows of the errors of some_state with nav_T_world.
 enum Row { kPsi = 0, kXi = 3, kV = 6, kNav = 9, kBa = 15, kBg = 18, kZeta = 30, kRows = 33 };
 
-// What a chart's matrices are made of: the names of math.md section 2.1.
+// What a chart's matrices are made of: docs/derivations.md, D19 to D22.
 struct Continuous {
   MatrixXd F = MatrixXd::Zero(kRows, kRows);
   MatrixXd G = MatrixXd::Zero(kRows, 6);  // by noise of accelerometer and gyroscope
@@ -151,7 +151,8 @@ MatrixXd rate(const Function& f) {
   return (D(kTau) - 14 * D(kTau / 2) + 56 * D(kTau / 4) - 64 * D(kTau / 8)) / -21;
 }
 
-// Kleinert & Stilla (23)-(29), (39)-(41) with (40'), (47)-(49), as math.md section 2.1 has them.
+// Kleinert & Stilla (23)-(29), (39)-(41) with (40'), (47)-(49), as docs/derivations.md has them,
+// D19 to D22.
 TEST_P(InertialModelTest, TransitionOfAShortTimeIsThePapersMatrix) {
   test::Random random(4);
   const State x = some_state(random, true);

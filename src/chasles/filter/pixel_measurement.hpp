@@ -11,8 +11,8 @@ namespace chasles {
 // A camera whose place on the IMU is estimated (State::imu_T_camera) is taken to be where the state
 // has it, whatever its cam_T_imu says; `index` is its number there.
 
-/// A landmark of the state seen by a camera: residual, derivatives (reference chart, math.md §3),
-/// noise sigma^2 I [px^2]. None if the landmark has no projection.
+/// A landmark of the state seen by a camera: residual, derivatives (reference chart;
+/// docs/derivations.md, D38), noise sigma^2 I [px^2]. None if the landmark has no projection.
 std::optional<Measurement> measure_pixel(const Camera& camera, double sigma, const State& x,
                                          int landmark, const Eigen::Vector2d& pixel,
                                          Linearisation at = Linearisation::kCurrent, int index = 0);

@@ -11,7 +11,7 @@
 namespace chasles {
 
 /// A projection from a pose and its derivatives by the point (p_world and w) and by the pose,
-/// [p - w p_imu]x and -w I behind d_point (reference chart, math.md §3, "std").
+/// [p - w p_imu]x and -w I behind d_point (reference chart; docs/derivations.md, D38).
 struct Seen {
   Eigen::Vector2d residual;             ///< measured less predicted [px]
   Eigen::Matrix<double, 2, 3> d_point;  ///< d predicted / d p_world [px/m]

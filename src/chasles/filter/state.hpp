@@ -46,8 +46,8 @@ struct Landmark {
 enum class Linearisation {
   kCurrent,  ///< the present estimates
   /// The first estimate of every landmark and clone, the prediction of the pose: what nothing can
-  /// observe then stays so (Huang, Mourikis & Roumeliotis, "first-estimates Jacobians"; math.md
-  /// §5).
+  /// observe then stays so (Huang, Mourikis & Roumeliotis, "first-estimates Jacobians";
+  /// docs/derivations.md, D57).
   kFirstEstimates,
 };
 
@@ -126,7 +126,8 @@ Eigen::Matrix<double, 3, 9> homogeneous_derivative(const Clone& anchor, const La
 Eigen::Matrix<double, 3, 6> homogeneous_derivative_by_camera(const Clone& anchor,
                                                              const Landmark& landmark);
 
-/// The same two of p_world(landmark), whose inverse depth must not be zero (math.md §3, "AID").
+/// The same two of p_world(landmark), whose inverse depth must not be zero (docs/derivations.md,
+/// D47).
 Eigen::Matrix<double, 3, 9> anchored_derivative(const Clone& anchor, const Landmark& landmark);
 Eigen::Matrix<double, 3, 6> anchored_derivative_by_camera(const Clone& anchor,
                                                           const Landmark& landmark);

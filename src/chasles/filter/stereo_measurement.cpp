@@ -31,7 +31,7 @@ std::optional<Measurement> measure_stereo(const StereoRig& rig, StereoRows rows,
   Measurement result;
   result.landmark = index;
   result.residual = A * (observation.pixels - projection->pixels);
-  // math.md §3: d y_b = C^T (dY - dp + [Y - p] theta)
+  // docs/derivations.md, D38: d y_b = C^T (dY - dp + [Y - p] theta)
   result.d_landmark = A * projection->d_point * cam0_R_world;
   result.d_core.resize(A.rows(), 6);
   result.d_core.leftCols<3>() = result.d_landmark * hat(from_imu_world);

@@ -35,7 +35,7 @@ std::optional<Measurement> measure_stereo(const StereoRig& rig, StereoRows rows,
                                           const StereoObservation& observation);
 
 /// A landmark from its first observation (Du, eq. 17-19), with the exact covariance of inverse
-/// projection (math.md §3); none where the disparity is not positive.
+/// projection (docs/derivations.md, D42 to D44); none where the disparity is not positive.
 std::optional<NewLandmark> begin_landmark(const StereoRig& rig, const StereoNoise& noise,
                                           const State& x, const StereoObservation& observation);
 

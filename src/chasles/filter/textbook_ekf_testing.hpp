@@ -15,9 +15,10 @@
 #include <chasles/lie/sek3.hpp>
 
 /// An extended Kalman filter as a textbook has it, in the coordinates of each chart by itself: the
-/// transition, noise and measurement matrices of math.md §2 and §3 chart by chart, dense, the gain
-/// by an explicit inverse, Joseph's form, the chart's own retraction, and no reset of the
-/// covariance. It shares nothing with the filter but the State. Included by tests only.
+/// transition, noise and measurement matrices of docs/derivations.md, D24 to D28 and D38, chart by
+/// chart, dense, the gain by an explicit inverse, Joseph's form, the chart's own retraction, and no
+/// reset of the covariance. It shares nothing with the filter but the State. Included by tests
+/// only.
 namespace chasles::test {
 
 class TextbookEkf {
@@ -81,7 +82,8 @@ class TextbookEkf {
     P_ = F * P_ * F.transpose() + Q;
   }
 
-  /// math.md §2.2; rows here: rotation 0, position 3, velocity 6, biases 9 and 12.
+  /// docs/derivations.md, D24 to D28; rows here: rotation 0, position 3, velocity 6, biases 9 and
+  /// 12.
   void propagate(const Inertial& model, const InertialSample& u, double tau) {
     const Eigen::Matrix3d C = x_.world_T_imu.R;
     const Eigen::Vector3d f = u.f_imu - x_.additive.head<3>();

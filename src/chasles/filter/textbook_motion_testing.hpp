@@ -30,7 +30,7 @@ struct Inertial {
     return x;
   }
 
-  /// The step and its derivative in the standard chart (math.md §2.2).
+  /// The step and its derivative in the standard chart (docs/derivations.md, D24).
   Prediction predict(const State& x, const InertialSample& u, double tau) const {
     const State next = step(x, u, tau);
     const Eigen::Matrix3d C = x.world_T_imu.R;

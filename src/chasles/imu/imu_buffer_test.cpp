@@ -257,8 +257,8 @@ double dead_reckoning_error(ImuConvention device, ImuConvention told, int rate) 
   return (x.world_T_imu.p - position(kSeconds)).norm();
 }
 
-// math.md section 4: matched, the error is of second order in the sample period; mismatched, every
-// sample is half a period off, which is of first order and hundreds of times larger.
+// docs/derivations.md, D36: matched, the error is of second order in the sample period; mismatched,
+// every sample is half a period off, which is of first order and hundreds of times larger.
 TEST(ImuBuffer, TheRightConventionClosesAndTheWrongOneDoesNot) {
   using enum ImuConvention;
   for (const ImuConvention device : {kInstant, kIntervalMean}) {

@@ -17,7 +17,7 @@ struct ImuSample {
 };
 
 /// What a sample stands for; to be matched with the device, or the error looks like a bias that
-/// turns with it (math.md §4).
+/// turns with it (docs/derivations.md, D36).
 enum class ImuConvention {
   kInstant,       ///< the value at `time`; between two samples their mean is used
   kIntervalMean,  ///< the mean since the sample before: velocity and angle increments over the time

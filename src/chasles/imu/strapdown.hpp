@@ -43,7 +43,7 @@ struct StrapdownStep {
   Eigen::Matrix<double, 15, 3> d_gravity = Eigen::Matrix<double, 15, 3>::Zero();
 };
 
-/// The exact integral over an interval (math.md §2.2, "better integrator"): with f and w the
+/// The exact integral over an interval (docs/derivations.md, D29): with f and w the
 /// unbiased specific force and rate,
 ///   R+ = R Exp(w tau),  v+ = v + R Jl(w tau) f tau + g tau,  p+ = p + v tau + R Gamma2(w tau) f
 ///   tau^2 + g tau^2 / 2.

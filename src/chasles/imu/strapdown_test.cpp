@@ -202,7 +202,7 @@ TEST(Strapdown, GravityColumnsAreTheDerivativeByGravity) {
                           test::numeric_derivative(f, kTiltedGravity), 1e-11));
 }
 
-// Kleinert & Stilla (19)-(22) as math.md §2.2 prints their exact derivative, row "std".
+// Kleinert & Stilla (19)-(22) with their exact derivative of docs/derivations.md, D24.
 Matrix15d kleinert_stilla(const InertialState& x, const ImuInterval& interval) {
   const double tau = interval.tau;
   const Eigen::Matrix3d& C = x.world_T_imu.R;

@@ -60,8 +60,9 @@ Vector3d sigma_of(const LoopsSettings& s, const Vector3d& value) {
   return (s.sigma * value.cwiseAbs()).cwiseMax(kLeastSigma);
 }
 
-// z = R^T (Y - p) + n (math.md §3, with the identity for a camera). With first estimates the place
-// of the landmark in the Jacobian is where it began; the pose is the prediction in any case.
+// z = R^T (Y - p) + n (docs/derivations.md, D38, with the identity for a camera). With first
+// estimates the place of the landmark in the Jacobian is where it began; the pose is the prediction
+// in any case.
 Measurement measure_point(const State& x, int index, const Vector3d& z, const Vector3d& sigma,
                           Linearisation at) {
   const Matrix3d Rt = x.world_T_imu.R.transpose();

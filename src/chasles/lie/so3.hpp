@@ -31,7 +31,7 @@ Eigen::Matrix3d left_jacobian_inverse(const Eigen::Vector3d& phi);
 Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& phi);
 Eigen::Matrix3d right_jacobian_inverse(const Eigen::Vector3d& phi);
 
-/// sum of hat(phi)^k / (k+2)!: the second integral of the exponential (math.md §2.2, "Gam2").
+/// sum of hat(phi)^k / (k+2)!: the second integral of the exponential (docs/derivations.md, D2).
 Eigen::Matrix3d gamma2(const Eigen::Vector3d& phi);
 
 /// The rotation nearest to R in the direction of round-off: removes what products accumulate.

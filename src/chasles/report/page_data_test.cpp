@@ -74,7 +74,7 @@ TEST(PageData, TheNeesIsMeasuredInTheCoordinatesOfTheChart) {
   const SE3 estimate = state.world_T_imu;
   state.pose_covariance = 1e-2 * Matrix6d::Identity();
   // A turn about the world's origin moves the position by hat(p) theta: taken back, the twist has
-  // the standard error's covariance (math.md 2.4).
+  // the standard error's covariance (docs/derivations.md, D14).
   Matrix6d M = Matrix6d::Identity();
   M.bottomLeftCorner<3, 3>() = -hat(estimate.p);
   const Vector6d twist = se3::log(drive.run.truth[20].pose * estimate.inverse());

@@ -26,8 +26,8 @@ Hallway make_hallway(const InertialSettings& settings);
 Trajectory hallway_path(const InertialSettings& settings);
 
 /// The poses world_T_imu on a circle around the cube at the origin, with some sway (a uniform
-/// circle makes scale look like an accelerometer bias, math.md sec. 7); the IMU's x axis points at
-/// the cube's centre but for `gaze_sway`.
+/// circle makes scale look like an accelerometer bias, docs/derivations.md, D58); the IMU's x axis
+/// points at the cube's centre but for `gaze_sway`.
 Trajectory turntable_path(const InertialSettings& settings);
 
 }  // namespace chasles

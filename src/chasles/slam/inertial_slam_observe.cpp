@@ -45,7 +45,7 @@ std::optional<int> InertialSlam::number_of(LandmarkId id) const {
   return found->second;
 }
 
-// The first linearisations are the worst: they count less (math.md §7, "soft start").
+// The first linearisations are the worst: they count less (docs/derivations.md, D50).
 double InertialSlam::noise_inflation(int landmark) const {
   if (settings_.noise_inflation <= 0 || settings_.noise_inflation_frames <= 0) return 1;
   const auto& l = filter_.state().landmarks[static_cast<std::size_t>(landmark)];
