@@ -18,12 +18,10 @@
 #include <opencv2/core/utility.hpp>
 
 #include <chasles/data/readers.hpp>
-#include <chasles/filter/dense.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
-#include <chasles/pipeline/visual_inertial_slam.hpp>
+#include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>
-#include <chasles/slam/inertial_session.hpp>
 
 #include "cpu_time.hpp"
 #include "plain_klt.hpp"
@@ -98,11 +96,11 @@ std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
   InertialSlamSettings settings;
   settings.max_landmarks = 50;
   settings.clones = 10;
-  InertialSession session(for_images(settings, cameras), {},
-                          {.cameras = used,
-                           .noise = *m.recording.imu_noise,
-                           .imu = imu,
-                           .pixel_sigma = kFrontendPixelSigma});
+  const auto estimator =
+      make_estimator({.filter = for_images(settings, cameras)}, {.cameras = used,
+                                                                 .noise = *m.recording.imu_noise,
+                                                                 .imu = imu,
+                                                                 .pixel_sigma = kFrontendPixelSigma});
   FrontendSettings frontend;
   frontend.max_tracks = kTracks;
   EventStream stream(m.recording);
@@ -114,12 +112,12 @@ std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
     const double tracked_at = cpu_ms();
     if (!item) return costs;
     cost.frontend += tracked_at - before;
-    const bool running = session.running();
-    if (const auto* sample = std::get_if<ImuSample>(&*item)) session.process(*sample);
+    const bool running = estimator->started();
+    if (const auto* sample = std::get_if<ImuSample>(&*item)) estimator->process(*sample);
     if (const auto* tracked = std::get_if<TrackedFrame>(&*item)) {
       cost.report = tracked->report;
-      const auto estimates = session.process(tracked->frame);
-      feed.learnt(session.gyroscope_bias());
+      const auto estimates = estimator->process(tracked->frame);
+      feed.learnt(estimator->gyroscope_bias());
       if (!estimates.empty()) cost.estimate = estimates.back();
     }
     before = cpu_ms();
@@ -211,7 +209,6 @@ void measure(const Footage& m, bool stereo, bool slow) {
 }  // namespace chasles
 
 int main(int argc, char** argv) {
-  chasles::dense::prepare();
   cv::setNumThreads(1);
   double load[1] = {};
   const chasles::Footage m = chasles::footage();

@@ -67,18 +67,18 @@ TEST(Check, ALateCameraIsNamedWithItsDelay) {
   });
   const Outcome outcome = chasles(folder, "check bad --json");
   EXPECT_EQ(outcome.code, 2);
-  const Json late = finding(outcome, "looks late by");
+  const Json late = finding(outcome, "is stamped late by");
   EXPECT_EQ(late["severity"], "error");
   EXPECT_EQ(late["about"], "cam0");
   EXPECT_NEAR(late["value"].get<double>(), 30, 5);
-  expect_part(chasles(folder, "check bad").out, "error    cam0: the camera looks late by");
+  expect_part(chasles(folder, "check bad").out, "error    cam0: the camera is stamped late by");
 }
 
 TEST(Check, InvertedAndTurnedExtrinsicsAreNamed) {
   const Scratch folder;
   simulate_walk(folder);
   spoil(folder, [](Recording& r) { r.cameras[0].cam_T_imu = r.cameras[0].cam_T_imu.inverse(); });
-  finding(chasles(folder, "check bad --json"), "the extrinsics look inverted");
+  finding(chasles(folder, "check bad --json"), "the extrinsics seem to be inverted");
   spoil(folder, [](Recording& r) {
     Eigen::Matrix3d& R = r.cameras[0].cam_T_imu.R;
     R = so3::exp(Eigen::Vector3d(0.6, 0.8, 0) * 5 * M_PI / 180) * R;
@@ -184,7 +184,7 @@ TEST(CheckImages, ALateCameraIsNamedWithItsDelay) {
   spill(*own / "cam0/data.csv", table);
   const Outcome outcome = chasles(folder, "check flight --json");
   EXPECT_EQ(outcome.code, 2);
-  EXPECT_NEAR(finding(outcome, "looks late by")["value"].get<double>(), 31, 3);
+  EXPECT_NEAR(finding(outcome, "is stamped late by")["value"].get<double>(), 31, 3);
 }
 
 /// Writes a camera's place into its sensor.yaml.
@@ -208,7 +208,7 @@ TEST(CheckImages, InvertedExtrinsicsAreNamed) {
   place(*own / "cam0", read_recording(*own / "..").cameras[0].cam_T_imu);
   const Outcome outcome = chasles(folder, "check flight --json --seconds 10");
   EXPECT_EQ(outcome.code, 2);
-  finding(outcome, "the extrinsics look inverted");
+  finding(outcome, "the extrinsics seem to be inverted");
 }
 
 TEST(CheckImages, ABaselineOfTheWrongSignIsNamed) {

@@ -5,8 +5,8 @@
 
 namespace chasles {
 
-inline constexpr double kDegrees = 180 / std::numbers::pi;                ///< of a radian
-inline constexpr double kRadians = std::numbers::pi / 180;                ///< of a degree
-inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();  ///< not known
+inline constexpr double kDegrees = 180 / std::numbers::pi;                ///< degrees per radian
+inline constexpr double kRadians = std::numbers::pi / 180;                ///< radians per degree
+inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();  ///< unknown value
 
 }  // namespace chasles

@@ -5,18 +5,18 @@
 
 namespace chasles {
 
-/// What a process that ends with an error tells its caller (design: "Exit codes").
+/// Exit codes of a process (design: "Exit codes").
 enum class ExitCode {
   kOk = 0,
   kUsage = 1,            ///< the command line or a setting is wrong
   kBadInput = 2,         ///< a file is missing, malformed or inconsistent
-  kNotInitialised = 3,   ///< the recording never allowed the filter to start
-  kDiverged = 4,         ///< the estimate is no longer finite or no longer believable
-  kThresholdMissed = 5,  ///< an asked-for threshold was missed
+  kNotInitialised = 3,   ///< the filter could not be initialised from the recording
+  kDiverged = 4,         ///< the estimate is no longer finite or no longer plausible
+  kThresholdMissed = 5,  ///< a requested threshold was missed
 };
 
-/// An error with the exit code that it means. The message names the file or the setting, what was
-/// found, what was expected, and what to do.
+/// An error with its exit code. The message names the file or the setting, the value found, the
+/// value expected, and a remedy.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

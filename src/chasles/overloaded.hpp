@@ -2,8 +2,7 @@
 
 namespace chasles {
 
-/// A visitor of several lambdas, for std::visit: one a type. A type without its lambda does not
-/// compile.
+/// A visitor for std::visit with one lambda per type. A type without a lambda does not compile.
 template <typename... Lambdas>
 struct Overloaded : Lambdas... {
   using Lambdas::operator()...;

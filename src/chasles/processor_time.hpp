@@ -4,7 +4,7 @@
 
 namespace chasles {
 
-/// What this thread has had of the processor so far [s].
+/// Processor time of this thread so far [s].
 inline double processor_seconds() {
   timespec t{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);

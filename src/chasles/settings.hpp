@@ -5,7 +5,7 @@
 
 namespace chasles {
 
-/// A settings struct of that type, const or not: what its for_each_setting takes.
+/// The settings struct `Type`, const or not: the argument of its for_each_setting.
 template <typename S, typename Type>
 concept SettingsOf = std::same_as<std::remove_const_t<S>, Type>;
 

@@ -4,10 +4,10 @@
 
 namespace chasles {
 
-/// Tells what the stages of a frame took.
+/// Measures the durations of the stages of a frame.
 class StageClock {
  public:
-  /// Seconds since the last lap, or since the beginning.
+  /// Seconds since the last lap, or since construction.
   double lap() {
     const auto now = std::chrono::steady_clock::now();
     const double seconds = std::chrono::duration<double>(now - last_).count();

@@ -5,7 +5,7 @@
 
 namespace chasles {
 
-/// Time since it was made.
+/// Wall-clock time since construction [s].
 class Stopwatch {
  public:
   double seconds() const {

@@ -7,11 +7,11 @@ namespace chasles {
 /// A time stamp or a duration: integer nanoseconds, so that equal stamps compare equal.
 using Time = std::chrono::nanoseconds;
 
-/// Seconds as a floating-point number, for arithmetic on durations (a stamp of today keeps only
-/// about 0.2 µs: subtract first, convert afterwards).
+/// Seconds as a floating-point number, for arithmetic on durations. The resolution of a present-day
+/// stamp is only about 0.2 µs: subtract first, convert afterwards.
 inline double to_seconds(Time time) { return std::chrono::duration<double>(time).count(); }
 
-/// The nearest nanosecond to a number of seconds.
+/// A number of seconds, rounded to the nearest nanosecond.
 inline Time from_seconds(double seconds) {
   const auto whole = static_cast<double>(static_cast<long long>(seconds));
   const auto fraction =

@@ -9,7 +9,7 @@
 
 namespace chasles {
 
-/// How a lens bends the pinhole's image; the four coefficients are those of Kalibr and OpenCV.
+/// Lens distortion model; the four coefficients are those of Kalibr and OpenCV.
 enum class Distortion {
   kNone,
   kRadtan,       ///< Brown-Conrady: k1, k2, p1, p2
@@ -32,8 +32,8 @@ struct PixelProjection {
   Eigen::Matrix<double, 2, 3> d_point;  ///< d pixel / d p_cam  [px/m]
 };
 
-/// The pixel of a point in the camera's frame [m]; none if it lies behind the camera or nearer than
-/// kMinDepth (stereo.hpp), or where the lens model folds over (its derivative along the radius is
+/// The pixel of a point in the camera's frame [m]. None if the point lies behind the camera or
+/// nearer than kMinDepth (stereo.hpp), or where the lens model folds over (its radial derivative is
 /// not positive). The pixel may lie outside the image: see in_image.
 std::optional<PixelProjection> project(const Camera& camera, const Eigen::Vector3d& p_cam);
 
@@ -43,12 +43,12 @@ struct PixelRay {
   Eigen::Matrix<double, 2, 2> d_pixel;  ///< d (x/z, y/z) / d pixel  [1/px]
 };
 
-/// The ray that a pixel means: the inverse of project, by Newton's method to round-off; none where
-/// it does not converge (outside the lens model's range), as where a fisheye looks 90 degrees or
-/// more off its axis.
+/// The ray of a pixel: the inverse of project, by Newton's method to round-off. None where it does
+/// not converge (outside the range of the lens model), for example 90 degrees or more off the axis
+/// of a fisheye camera.
 std::optional<PixelRay> unproject(const Camera& camera, const Eigen::Vector2d& pixel);
 
-/// Whether a pixel lies in the image, `border` pixels from its edge.
+/// Whether a pixel lies in the image, at least `border` pixels from its edge.
 bool in_image(const Camera& camera, const Eigen::Vector2d& pixel, double border = 0);
 
 }  // namespace chasles

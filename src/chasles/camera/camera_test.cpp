@@ -19,7 +19,7 @@ using test::pinhole_camera;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Directions (x/z, y/z) on rings about the axis, the axis itself and its closest neighbourhood.
+// Directions (x/z, y/z) on rings about the axis, on the axis and close to it.
 std::vector<Eigen::Vector2d> directions(double largest_angle) {
   std::vector<Eigen::Vector2d> all = {{0, 0}};
   for (const double angle :
@@ -107,7 +107,7 @@ TEST(Camera, UnprojectionInvertsProjectionOverTheWholeImage) {
   }
 }
 
-// A ray (x/z, y/z, 1) reaches 90 degrees at most: the corners of a fisheye image look further.
+// A ray (x/z, y/z, 1) covers less than 90 degrees; the corners of a fisheye image lie beyond.
 TEST(Camera, AFisheyePixelHasARayExactlyWhereItLooksForward) {
   const Camera camera = fisheye_camera();
   const auto& k = camera.coefficients;

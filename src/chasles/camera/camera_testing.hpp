@@ -5,7 +5,8 @@
 /// Cameras of public data sets, one of each lens model. Included by tests only.
 namespace chasles::test {
 
-/// KITTI's focal length on an image of its size; fx and fy differ, so that a mix-up shows.
+/// KITTI's focal length and image size. fx and fy differ, so that tests detect a confusion of the
+/// two.
 inline Camera pinhole_camera() {
   return {.width = 1241,
           .height = 376,
@@ -29,7 +30,7 @@ inline Camera euroc_camera() {
           .cam_T_imu = {}};
 }
 
-/// As cam0 of TUM-VI; its corners look backward.
+/// As cam0 of TUM-VI; the rays of its image corners point backward.
 inline Camera fisheye_camera() {
   return {.width = 512,
           .height = 512,

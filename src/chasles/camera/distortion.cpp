@@ -11,15 +11,15 @@ namespace chasles {
 namespace {
 
 constexpr int kMaxIterations = 50;
-// Of the residual, in focal lengths: 1e-10 px for any lens.
+// Of the residual, in units of the focal length: 1e-10 px for any lens.
 constexpr double kConverged = 1e-14;
 
-// Coefficients of a quartic: of a polynomial in powers of t, or of Bernstein's on an interval.
+// Coefficients of a quartic: in powers of t, or in the Bernstein basis of an interval.
 using Quartic = std::array<double, 5>;
 
-// Whether a quartic in Bernstein's form is positive on its whole interval. It lies in the hull of
-// its coefficients; where that does not decide, the halves do (de Casteljau). A polynomial that
-// only just stays positive counts as one that does not.
+// Whether a quartic in Bernstein form is positive on its whole interval. It lies in the convex hull
+// of its coefficients. If that does not decide, the interval is halved (de Casteljau). A polynomial
+// that is barely positive counts as not positive.
 bool bernstein_positive(Quartic b, int halvings) {
   if (!(b.front() > 0 && b.back() > 0)) return false;
   if (std::ranges::all_of(b, [](double x) { return x > 0; })) return true;
@@ -58,7 +58,7 @@ std::optional<DistortedPoint> distort_radtan(const Eigen::Vector4d& c, const Eig
   bent.d_xy(1, 1) += scale + 6 * c[2] * y + 2 * c[3] * x;
   bent.d_xy(0, 1) += cross;
   bent.d_xy(1, 0) += cross;
-  // The tangential terms may fold the plane too.
+  // The tangential terms may also fold the plane.
   if (!(bent.d_xy.determinant() > 0)) return std::nullopt;
   return bent;
 }
@@ -91,8 +91,8 @@ std::optional<DistortedPoint> distort_equidistant(const Eigen::Vector4d& c,
   return bent;
 }
 
-// Newton on the plane from the axis, a step halved until it stays before the fold and helps. The
-// last step is the one that round-off keeps from helping.
+// Newton's method on the plane, starting from the axis. A step is halved until it stays before the
+// fold and reduces the residual. The iteration ends when round-off prevents a reduction.
 std::optional<Eigen::Vector2d> undistort_radtan(const Eigen::Vector4d& c,
                                                 const Eigen::Vector2d& target) {
   Eigen::Vector2d xy = Eigen::Vector2d::Zero();
@@ -118,7 +118,7 @@ std::optional<Eigen::Vector2d> undistort_radtan(const Eigen::Vector4d& c,
   return std::nullopt;
 }
 
-// Newton in theta, kept inside the bracket that the signs of the residual leave: theta_d rises up
+// Newton's method in theta, within the bracket given by the signs of the residual: theta_d rises up
 // to the fold.
 std::optional<Eigen::Vector2d> undistort_equidistant(const Eigen::Vector4d& c,
                                                      const Eigen::Vector2d& target) {

@@ -9,24 +9,23 @@
 
 namespace chasles {
 
-/// Names a landmark: the same physical point has the same number in every frame that sees it.
+/// Identifies a landmark: the same physical point has the same number in every frame.
 using LandmarkId = std::int64_t;
 
-/// One landmark seen by a rectified stereo pair: pixels (uL, vL, uR, vR).
+/// Observation of a landmark by a rectified stereo pair: pixels (uL, vL, uR, vR).
 struct StereoObservation {
   LandmarkId landmark = 0;
   Eigen::Vector4d pixels = Eigen::Vector4d::Zero();
 };
 
-/// One landmark seen by one camera of a rig.
+/// Observation of a landmark by one camera of a rig.
 struct PixelObservation {
   LandmarkId landmark = 0;
   int camera = 0;                                   ///< index into the rig
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< as in the image, not undistorted
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< in the image, not undistorted [px]
 };
 
-/// All that the cameras saw at one instant, as numbered points: what the filter takes instead of
-/// images. An empty frame is a valid one.
+/// All observations of the cameras at one instant: the input of the filter. A frame may be empty.
 struct FeatureFrame {
   Time time{};
   std::vector<StereoObservation> observations = {};  ///< of a rectified pair

@@ -7,7 +7,7 @@
 
 namespace chasles {
 
-/// An image in shades of grey: 8 bits a pixel, row after row, without gaps.
+/// A grey image: 8 bits per pixel, row by row, without gaps.
 struct GrayImage {
   int width = 0, height = 0;         ///< [px]
   std::vector<std::uint8_t> pixels;  ///< height x width
@@ -15,8 +15,8 @@ struct GrayImage {
   bool empty() const { return pixels.empty(); }
 };
 
-/// What the cameras of a rig saw at one instant: one image a camera, in the order of the rig; an
-/// empty one where a camera has none.
+/// The images of a rig at one instant: one per camera, in the order of the rig. An image is empty
+/// if its camera has none.
 struct ImageFrame {
   Time time{};
   std::vector<GrayImage> images;

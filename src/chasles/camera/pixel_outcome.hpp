@@ -9,29 +9,30 @@
 
 namespace chasles {
 
-/// What became of an observation that a filter was offered.
+/// What the filter did with an observation.
 enum class Outcome {
-  kWaiting,   ///< its point is not in the state (the filter may come back to it), or all is at rest
-  kBegun,     ///< its point came into the state with this frame
+  kWaiting,   ///< its point is not in the state (the filter may use it later), or there is a
+              ///< standstill
+  kBegun,     ///< its landmark was initialised in this frame
   kUsed,      ///< it updated the state
-  kRejected,  ///< of a point in the state, but not where that could be
+  kRejected,  ///< its landmark is in the state, but the observation was not accepted
 };
 
 const char* name(Outcome outcome);
-/// The outcome of that name, if there is one.
+/// The outcome with this name; none for an unknown name.
 std::optional<Outcome> outcome_of(std::string_view name);
 
-/// Where a filter expected a point to be seen.
+/// Predicted pixel of a landmark.
 struct ExpectedPixel {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();       ///< [px]
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of the innovation [px^2]
 };
 
-/// An observation, and what the filter made of it.
+/// An observation and its outcome.
 struct PixelOutcome {
   PixelObservation observation;
   Outcome outcome = Outcome::kWaiting;
-  /// Before the update. None where the point is not in the state, or has no projection.
+  /// Prediction before the update. None if the point is not in the state, or has no projection.
   std::optional<ExpectedPixel> expected = {};
 };
 

@@ -5,7 +5,7 @@
 namespace chasles {
 namespace {
 
-// Different focal lengths, so that a mix-up of the axes shows.
+// Different focal lengths, so that the tests detect a confusion of the axes.
 const StereoRig kRig{
     .fx = 552.6, .fy = 538.2, .cx = 682.1, .cy = 238.8, .baseline = 0.6, .cam0_T_imu = {}};
 

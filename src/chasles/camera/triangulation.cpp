@@ -18,13 +18,14 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr int kMaxSteps = 100;
-constexpr double kPixelRoundOff = 1e-11;  // of all residuals together [px]
-constexpr double kConvergedStep = 1e-9;   // step [px]: the root of the predicted fall of the cost
-constexpr double kMaxDamping = 1e12;      // a step so short that the start is no better
-constexpr double kSingular = 1e-13;       // information on the inverse depth, of all information
+constexpr double kPixelRoundOff = 1e-11;  // norm of all residuals [px]
+constexpr double kConvergedStep =
+    1e-9;  // step [px]: square root of the predicted decrease of the cost
+constexpr double kMaxDamping = 1e12;      // the step is too short to improve the start
+constexpr double kSingular = 1e-13;       // share of the inverse depth in the information
 constexpr double kInfinitelyFar = 1e-12;  // parallax of the baseline [rad]
 
-// A view with respect to the anchor. Lengths are in units of the baseline.
+// A view relative to the anchor. Lengths are in units of the baseline.
 struct Sight {
   const Camera* camera = nullptr;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
@@ -41,18 +42,19 @@ struct Sights {
   double baseline = 0;  // from the anchor to the view farthest from it [m]
 };
 
-// (alpha, beta, rho): the point is baseline / rho (alpha, beta, 1) in the anchor's camera. What a
-// view sees of it, R (alpha, beta, 1) + rho t, is smooth through rho = 0, the points at infinity.
+// (alpha, beta, rho): the point is baseline / rho (alpha, beta, 1) in the anchor's camera. Its
+// direction in a view, R (alpha, beta, 1) + rho t, is smooth through rho = 0, the points at
+// infinity.
 using InverseDepthPoint = Eigen::Vector3d;
 
-// The normal equations of the reprojection residuals at a point.
+// The normal equations of the reprojection errors at a point.
 struct Normal {
   double cost = 0;                                     // sum of squares [px^2]
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();    // J^T J
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  // J^T (measured - projected)
 };
 
-// As many views, and their rays, need nothing from the heap.
+// Up to this number of views, no heap memory is allocated.
 constexpr std::size_t kUsualViews = 64;
 using Room = std::array<std::byte, kUsualViews*(sizeof(Sight) + sizeof(Eigen::Vector3d))>;
 
@@ -76,10 +78,10 @@ std::optional<Sights> sights_of(std::span<const View> views, std::pmr::memory_re
   return sights;
 }
 
-// Chooses the anchor; false if all views are from one place, to the round-off of their positions.
+// Chooses the anchor; false if all views have the same position, to round-off.
 bool set_anchor(Sights& sights) {
   std::pmr::vector<Sight>& views = sights.views;
-  // The mean relative to the first view: nothing is lost far from the world's origin.
+  // The mean is relative to the first view: no loss of precision far from the world's origin.
   const Eigen::Vector3d first = views[0].centre_world;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Sight& view : views) middle += view.centre_world - first;
@@ -143,8 +145,8 @@ InverseDepthPoint linear_point(const Sights& sights) {
   return {p_anchor.x() / p_anchor.z(), p_anchor.y() / p_anchor.z(), sights.baseline / p_anchor.z()};
 }
 
-// The best of the linear point and of some on the anchor's ray: little parallax and noise may put
-// the first behind the cameras.
+// The best of the linear point and of some points on the anchor's ray. With little parallax, noise
+// may move the linear point behind the cameras.
 std::optional<InverseDepthPoint> start(const Sights& sights) {
   const Sight& anchor = sights.views[sights.anchor];
   const Eigen::Vector3d ray = anchor.cam_R_world * anchor.ray_world;
@@ -167,7 +169,7 @@ struct Minimum {
   Normal normal;
 };
 
-// Gauss-Newton; damped only while a full step does not help.
+// Gauss-Newton; damped only while a full step does not reduce the cost.
 std::optional<Minimum> minimise(const Sights& sights, const InverseDepthPoint& from) {
   Minimum at{.point = from, .normal = *normal_equations(sights, from)};
   double damping = 0;
@@ -179,8 +181,8 @@ std::optional<Minimum> minimise(const Sights& sights, const InverseDepthPoint& f
         damping == 0 && step.dot(at.normal.gradient) < kConvergedStep * kConvergedStep;
     const InverseDepthPoint point = at.point + step;
     const std::optional<Normal> normal = normal_equations(sights, point);
-    // The cost's round-off must not refuse the last steps.
-    // It comes from the residuals' own, which is that of pixel coordinates however small they are.
+    // Round-off of the cost must not reject the last steps. It comes from the round-off of the
+    // residuals, which is that of pixel coordinates, however small the residuals are.
     const double bound = std::pow(std::sqrt(at.normal.cost) * (1 + 1e-12) + kPixelRoundOff, 2);
     if (normal && normal->cost <= bound) {
       at = {.point = point, .normal = *normal};

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Camera coordinates of an IMU whose x axis is the camera's view axis, with a lever arm.
+// Camera coordinates of an IMU whose x axis is the optical axis of the camera, with a lever arm.
 SE3 mounted(const Eigen::Vector3d& p_imu_cam) {
   Eigen::Matrix3d cam_R_imu;
   cam_R_imu << 0, -1, 0, 0, 0, -1, 1, 0, 0;
@@ -36,7 +36,7 @@ const std::vector<Camera>& rig() {
   return cameras;
 }
 
-// Poses along a path of the given length about `middle`, looking roughly along x.
+// Poses along a path of the given length about `middle`, oriented roughly along x.
 std::vector<SE3> path(test::Random& random, const Eigen::Vector3d& middle,
                       const Eigen::Vector3d& direction, int count) {
   std::vector<SE3> poses;
@@ -47,7 +47,7 @@ std::vector<SE3> path(test::Random& random, const Eigen::Vector3d& middle,
   return poses;
 }
 
-// The exact views of a point, cameras in turn out of those named.
+// The exact views of a point, with the named cameras in turn.
 std::vector<View> views_of(const Eigen::Vector3d& p_world, const std::vector<SE3>& poses,
                            const std::vector<std::size_t>& cameras) {
   std::vector<View> views;
@@ -135,7 +135,7 @@ TEST(Triangulation, NoisyViewsGiveTheLeastSquaresPointAndItsNormalMatrix) {
     const Eigen::MatrixXd J = test::numeric_derivative(error, found->p_world);
     const Eigen::Matrix3d information = J.transpose() * J;
     const Eigen::VectorXd e = residuals(views, found->p_world);
-    // The step that is left, in standard deviations.
+    // The remaining step, in standard deviations.
     const Eigen::Vector3d left = information.ldlt().solve(J.transpose() * e);
     EXPECT_LT(std::sqrt(left.dot(information * left)), 1e-7);
     const Eigen::Matrix3d product = found->covariance * information;
@@ -176,13 +176,13 @@ TEST(Triangulation, ParallaxIsTheLargestAngleAtThePoint) {
   const Eigen::Vector3d lever = rig()[2].cam_T_imu.inverse().p;
   const double expected =
       std::atan2(1 - lever.y(), 5 - lever.x()) + std::atan2(1 + lever.y(), 5 - lever.x());
-  // The lever arm's height tilts the plane of the two rays: below 1e-4 of the angle.
+  // The height of the lever arm tilts the plane of the two rays, by less than 1e-4 of the angle.
   EXPECT_NEAR(triangulate(views)->parallax, expected, 1e-4 * expected);
   std::swap(views[0], views[1]);
   EXPECT_NEAR(triangulate(views)->parallax, expected, 1e-4 * expected);
 }
 
-// The camera turns about its own centre: the direction is known, the distance is not.
+// The camera rotates about its own centre: the direction is observable, the distance is not.
 TEST(Triangulation, APureRotationMeansNoPoint) {
   test::Random random(45);
   for (const double noise : {0.0, 1.0}) {
@@ -221,7 +221,7 @@ TEST(Triangulation, AFarPointIsNoneOrUncertain) {
     const double depth = point->p_world.norm();
     EXPECT_GT(std::sqrt(point->covariance.trace()), 0.1 * depth);
   }
-  // Half of the trials see the rays diverge.
+  // The rays diverge in half of the trials.
   EXPECT_NEAR(found, 100, 4 * std::sqrt(50.0));
 }
 
@@ -235,7 +235,7 @@ TEST(Triangulation, ParallelRaysMeanNoPoint) {
   EXPECT_FALSE(triangulate(views));
 }
 
-// Pixels that only a point behind both cameras explains: the rays diverge.
+// Pixels of a point behind both cameras: the rays diverge.
 TEST(Triangulation, APointBehindTheCamerasIsNone) {
   test::Random random(47);
   auto views = views_of({5, 0, 0}, path(random, {0, 0, 0}, {0, 1, 0}, 4), {0});

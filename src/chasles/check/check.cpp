@@ -44,7 +44,7 @@ std::vector<StampedRate> rates_of(const Recording& r) {
   return rates;
 }
 
-// A rectified pair's left camera and what it saw.
+// The left camera of a rectified pair and its pixels.
 Camera left_camera(const StereoRig& rig) {
   return {.width = 0,
           .height = 0,
@@ -86,7 +86,7 @@ void check_streams(const Recording& r, CheckReport& report) {
        .value = samples,
        .threshold = kSamplesAFrame,
        .unit = "samples",
-       .advice = "record the IMU at 100 Hz or more: between two samples the motion is guessed"});
+       .advice = "record the IMU at 100 Hz or more: the motion between samples is interpolated"});
 }
 
 void check_axes(const Recording& r, CheckReport& report) {
@@ -95,13 +95,13 @@ void check_axes(const Recording& r, CheckReport& report) {
   report.findings.push_back(
       {.severity = Severity::kNote,
        .about = "velocities",
-       .what = fmt::format("they are along level axes, not the IMU's: they climb by {:.2f} +- "
-                           "{:.2f} of what the rates pitch it",
+       .what = fmt::format("they are along level axes, not the IMU's: their slope is {:.2f} +- "
+                           "{:.2f} of that of the pitch from the rates",
                            evidence->slope, evidence->sigma),
        .value = evidence->slope,
        .threshold = LevelEvidence::kLeastSlope,
        .unit = "",
-       .advice = "a run in mode slam takes them as such, and estimates which way is up "
+       .advice = "a run in mode slam treats them so, and estimates the vertical "
                  "(velocity_axes)"});
 }
 
@@ -130,7 +130,7 @@ void check_velocity_clock(const Recording& r, CheckReport& report) {
                              clock->offset)});
 }
 
-// Frames before the first sample and after the last.
+// Reports frames before the first sample and after the last.
 void check_coverage(const Recording& r, CheckReport& report) {
   const std::vector<StampedRate> rates = rates_of(r);
   if (rates.empty()) return;
@@ -138,7 +138,7 @@ void check_coverage(const Recording& r, CheckReport& report) {
   const auto outside = std::count_if(frames.begin(), frames.end(), [&](Time time) {
     return time < rates.front().time || time > rates.back().time;
   });
-  // One at either end is how recordings are.
+  // One at either end is normal.
   if (outside <= 2) return;
   report.findings.push_back(
       {.severity = Severity::kWarning,
@@ -148,10 +148,10 @@ void check_coverage(const Recording& r, CheckReport& report) {
        .value = static_cast<double>(outside),
        .threshold = 2,
        .unit = "frames",
-       .advice = "look at the two clocks, or cut the recording (--start, --stop)"});
+       .advice = "check the two clocks, or cut the recording (--start, --stop)"});
 }
 
-// What keeps a camera's turning from being held against the gyroscope.
+// The reason why the rotation of a camera cannot be compared with the gyroscope.
 std::string hindrance(const std::vector<FeatureFrame>& frames,
                       const std::vector<StampedRate>& rates) {
   const double interval = check_times(times_of(rates)).interval;

@@ -5,16 +5,15 @@
 
 namespace chasles {
 
-/// Looks at a recording before a filter does: stamps of IMU, frames and images; exposure; what the
-/// accelerometer says of gravity; and whether calibration, clocks and units agree with how the
-/// cameras turned, as the tracks show it.
+/// Checks a recording before a filter runs: time stamps of IMU, frames and images; exposure; the
+/// gravity that the accelerometer measures; and whether calibration, clocks and units agree with
+/// the rotation of the cameras, which the tracks determine.
 CheckReport check_recording(const Recording& recording);
 
-/// The same with `tracks` instead of the recording's own: those that a front end made of its
-/// images.
+/// The same with `tracks`, from a front end, instead of the recording's own tracks.
 CheckReport check_recording(const Recording& recording, const std::vector<FeatureFrame>& tracks);
 
-/// The worst severity among the findings is an error.
+/// Whether any finding is an error.
 bool has_error(const CheckReport& report);
 
 }  // namespace chasles

@@ -12,7 +12,7 @@ namespace chasles {
 namespace {
 
 constexpr double kRotationOff = 2 * kRadians;
-constexpr double kRotationUnknown = 2 * kRadians;  // a standard deviation beyond it tells nothing
+constexpr double kRotationUnknown = 2 * kRadians;  // a larger standard deviation is no information
 constexpr double kOffset = 0.005;                  // [s]
 constexpr double kGainOff = 0.1;
 constexpr double kSigmas = 4;
@@ -25,11 +25,11 @@ void report_offset(const GyroscopeFit& fit, const std::string& about, CheckRepor
   report.facts.push_back({about, "offset to the gyroscope", 1e3 * fit.offset, "ms"});
   const double limit = std::max(kOffset, kSigmas * fit.offset_sigma);
   if (std::abs(fit.offset) <= limit) return;
-  // A stamp t that means the gyroscope's earlier time t + offset was given too late.
+  // A negative offset means that the camera's stamp is too late.
   report.findings.push_back(
       {.severity = Severity::kError,
        .about = about,
-       .what = fmt::format("the camera looks {} by {:.0f} ms against the gyroscope",
+       .what = fmt::format("the camera is stamped {} by {:.0f} ms against the gyroscope",
                            fit.offset < 0 ? "late" : "early", 1e3 * std::abs(fit.offset)),
        .value = 1e3 * std::abs(fit.offset),
        .threshold = 1e3 * limit,
@@ -41,9 +41,9 @@ void report_offset(const GyroscopeFit& fit, const std::string& about, CheckRepor
 
 std::string gain_advice(double gain) {
   if (std::abs(gain * 180 / std::numbers::pi - 1) < 0.2) {
-    return "the gyroscope looks like deg/s: convert it to rad/s";
+    return "the gyroscope seems to be in deg/s: convert it to rad/s";
   }
-  return "look at the gyroscope's unit (rad/s) and at the focal length";
+  return "check the gyroscope's unit (rad/s) and the focal length";
 }
 
 void report_gain(const GyroscopeFit& fit, const std::string& about, CheckReport& report) {
@@ -53,7 +53,7 @@ void report_gain(const GyroscopeFit& fit, const std::string& about, CheckReport&
   report.findings.push_back(
       {.severity = Severity::kError,
        .about = about,
-       .what = fmt::format("the images turn {:.3g} times as fast as the gyroscope says", fit.gain),
+       .what = fmt::format("the images rotate {:.3g} times as fast as the gyroscope measures", fit.gain),
        .value = std::abs(fit.gain - 1),
        .threshold = limit,
        .unit = "",
@@ -72,12 +72,12 @@ Finding rotation_finding(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_i
     finding.advice = "one axis of the IMU or of the camera is flipped: frames are right-handed";
   } else if (inverted < std::max(limit, off / 3)) {
     finding.what = fmt::format(
-        "the extrinsics look inverted: {:.1f} deg off, and {:.1f} deg the other way round",
+        "the extrinsics seem to be inverted: {:.1f} deg off, and {:.1f} deg the other way round",
         off / kRadians, inverted / kRadians);
     finding.advice = "give the inverse: cam_T_imu maps IMU coordinates to those of the camera";
   } else {
     finding.what = fmt::format("its rotation against the IMU is off by {:.1f} deg", off / kRadians);
-    finding.advice = off > 30 * kRadians ? "look at the axes: camera x right, y down, z forward"
+    finding.advice = off > 30 * kRadians ? "check the axes: camera x right, y down, z forward"
                                          : "calibrate the camera against the IMU again";
   }
   return finding;
@@ -87,7 +87,7 @@ void report_rotation(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_imu,
                      const std::string& about, CheckReport& report) {
   if (fit.rotation_sigma > kRotationUnknown && !fit.mirrored) {
     report.not_checked.push_back(fmt::format(
-        "the rotation of {} against the IMU: the recording turns too little, or about one axis "
+        "the rotation of {} against the IMU: the recording rotates too little, or about one axis "
         "only ({:.1f} deg uncertain)",
         about, fit.rotation_sigma / kRadians));
     return;

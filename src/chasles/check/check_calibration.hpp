@@ -8,18 +8,18 @@
 
 namespace chasles {
 
-/// Findings about where a camera is against the IMU, and how its clock and the gyroscope's scale
-/// agree: what a fit says against what the calibration says.
+/// Findings about the rotation of a camera relative to the IMU, the time offset between them, and
+/// the scale of the gyroscope: the fit compared with the calibration.
 void report_gyroscope_fit(const GyroscopeFit& fit, const SE3& cam_T_imu, const std::string& about,
                           CheckReport& report);
 
-/// Facts and findings about the second and further cameras against the first: baseline and angle
-/// and, where tracks are seen by both, whether these lie in front of the cameras and on each
-/// other's epipolar lines.
+/// Facts and findings about the second and further cameras relative to the first: baseline and
+/// angle. For tracks that both observe: whether the points lie in front of the cameras, and their
+/// distances from the epipolar lines.
 void report_stereo(const std::vector<Camera>& cameras, const std::vector<FeatureFrame>& frames,
                    CheckReport& report);
 
-/// Whether disparities are positive and rows agree for a rectified pair.
+/// Checks that the disparities of a rectified pair are positive and its rows agree.
 void report_rectified(const std::vector<FeatureFrame>& frames, CheckReport& report);
 
 }  // namespace chasles

@@ -13,10 +13,10 @@ namespace {
 
 constexpr std::size_t kDark = 10, kBright = 250;
 constexpr double kDarkShare = 0.5, kBrightShare = 0.2;
-constexpr double kLeastContrast = 4;  // a covered lens shows its noise alone
+constexpr double kLeastContrast = 4;  // a covered lens has only noise
 constexpr double kImagesRepeat = 0.02;
 
-// Sums over the frames that were looked at.
+// Sums over the frames examined.
 struct CameraSums {
   double mean = 0, dark = 0, bright = 0;
   int images = 0, blank = 0, repeated = 0, missing = 0;
@@ -38,7 +38,7 @@ struct CameraSums {
 class Damages {
  public:
   explicit Damages(const ImageSource& images) : images_(&images) {}
-  // The frame; none, and remembered, where it cannot be read.
+  // The frame; nothing if it cannot be read, which is counted.
   std::optional<ImageFrame> read(std::size_t i) {
     ++tried_;
     try {
@@ -53,12 +53,12 @@ class Damages {
     report.findings.push_back(
         {.severity = Severity::kError,
          .about = "images",
-         .what = fmt::format("{} of the {} frames looked at cannot be read; the first: {}",
+         .what = fmt::format("{} of the {} frames examined cannot be read; the first: {}",
                              damaged_, tried_, first_),
          .value = static_cast<double>(damaged_),
          .threshold = 0,
          .unit = "frames",
-         .advice = "copy the recording again, or take these images out of its table"});
+         .advice = "copy the recording again, or remove these images from its table"});
   }
 
  private:
@@ -89,9 +89,9 @@ void report_camera(const std::string& about, const CameraSums& sums, CheckReport
   report_share(about, sums.bright / n, kBrightShare, "the pixels are saturated",
                "expose for a shorter time", report);
   report_share(about, sums.blank / n, 0, "the images show nothing",
-               "look whether the lens was covered or the light was off", report);
+               "check whether the lens was covered or the light was off", report);
   report_share(about, sums.repeated / n, kImagesRepeat, "the images repeat the one before",
-               "look at the camera's driver: a frozen image says that nothing moves", report);
+               "check the camera's driver: a filter takes a frozen image as no motion", report);
 }
 
 }  // namespace

@@ -15,10 +15,10 @@ namespace {
 constexpr std::size_t kFewestIntervals = 20;
 constexpr double kLargestOffset = 0.5;           // [s]
 constexpr double kCoarse = 0.01, kFine = 0.001;  // steps of the offset [s]
-constexpr double kTurning = 0.02;                // rates that vary less tell nothing [rad/s]
+constexpr double kTurning = 0.02;                // rates that vary less give no information [rad/s]
 constexpr int kMostPasses = 8;
 constexpr double kSettled = 1e-3;  // [rad]
-constexpr double kOtherUnit = 10;  // a gain beyond it is not an error of scale
+constexpr double kOtherUnit = 10;  // a larger gain is another unit, not an error of scale
 constexpr double kMirror = 0.2;    // third over first singular value
 
 using Vector3 = Eigen::Vector3d;
@@ -26,8 +26,8 @@ using Vector7d = Eigen::Matrix<double, 7, 1>;
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 using Matrix8d = Eigen::Matrix<double, 8, 8>;
 
-// The integral of the gyroscope's rate from its first sample on: piecewise linear, each interval
-// with the mean of its two samples.
+// The integral of the gyroscope's rate from its first sample on: piecewise linear, with the mean of
+// the two samples in each interval.
 class Turned {
  public:
   explicit Turned(const std::vector<StampedRate>& rates) : rates_(&rates), sums_(rates.size()) {
@@ -73,7 +73,7 @@ struct Alignment {
   }
 };
 
-// Kabsch and Umeyama, each interval by the information of its weakest axis.
+// Kabsch and Umeyama, with each interval weighted by the information of its weakest axis.
 Alignment first_alignment(const std::vector<RotationRate>& intervals,
                           const std::vector<Vector3>& imu, const std::vector<double>& weights) {
   Vector3 cam_mean = Vector3::Zero(), imu_mean = Vector3::Zero();
@@ -103,14 +103,14 @@ Alignment first_alignment(const std::vector<RotationRate>& intervals,
   return first;
 }
 
-// By the derivatives of the prediction: rotation (Exp(delta) R), bias, gain.
+// Derivatives of the prediction by rotation (Exp(delta) R), bias and gain.
 Eigen::Matrix<double, 3, 7> derivative(const Alignment& a, const Vector3& imu) {
   Eigen::Matrix<double, 3, 7> J;
   J << -hat(a.gain * (a.R * imu)), Eigen::Matrix3d::Identity(), a.R * imu;
   return J;
 }
 
-// Gauss-Newton, each interval by its whole information and a pseudo-Huber weight.
+// Gauss-Newton with each interval's full information matrix and a pseudo-Huber weight.
 Alignment align(const std::vector<RotationRate>& intervals, const std::vector<Vector3>& imu,
                 const std::vector<double>& weights, int iterations) {
   Alignment a = first_alignment(intervals, imu, weights);
@@ -162,7 +162,7 @@ class Search {
   Alignment at(double offset, int iterations = 8) const {
     return align(intervals_, gyroscope(offset), weights_, iterations);
   }
-  // The best of the offsets from `first` on.
+  // The best offset from `first` on.
   double best(double first, double step, int count, int iterations) const {
     double least = std::numeric_limits<double>::infinity(), found = first;
     for (int k = 0; k < count; ++k) {
@@ -173,7 +173,7 @@ class Search {
     }
     return found;
   }
-  // Through three costs a step apart: where the parabola is least.
+  // The minimum of the parabola through three costs one step apart.
   double refined(double offset) const {
     const double before = at(offset - kFine).cost, here = at(offset).cost,
                  after = at(offset + kFine).cost;
@@ -181,7 +181,7 @@ class Search {
     return bend > 0 ? offset + std::clamp((before - after) / (2 * bend), -1.0, 1.0) * kFine
                     : offset;
   }
-  // How many intervals cover the same time: their noise is not independent.
+  // The number of intervals that cover the same time: their noise is not independent.
   double overlap() const {
     double sum = 0;
     for (const RotationRate& rate : intervals_) sum += to_seconds(rate.end - rate.begin);
@@ -194,8 +194,8 @@ class Search {
   std::vector<double> weights_;
 };
 
-// Standard deviations of rotation, gain and offset together, scaled by the median of the
-// Mahalanobis distances (2.366 for three components that are as their information says).
+// Joint standard deviations of rotation, gain and offset, scaled by the median of the Mahalanobis
+// distances (2.366 for three components that match their information).
 void add_sigmas(const Search& search, const Alignment& best, GyroscopeFit& fit) {
   const auto imu = search.gyroscope(fit.offset), later = search.gyroscope(fit.offset + kFine),
              earlier = search.gyroscope(fit.offset - kFine);
@@ -230,7 +230,7 @@ double variation(const std::vector<Vector3>& rates) {
   return std::sqrt(std::max(0.0, square - mean.squaredNorm()));
 }
 
-// second_R_first of the camera, as the gyroscope and a fit tell it.
+// second_R_first of the camera, predicted by the gyroscope and a fit.
 std::optional<Eigen::Matrix3d> guessed(const Turned& turned, const GyroscopeFit& fit, Time begin,
                                        Time end) {
   const Time offset = from_seconds(fit.offset);

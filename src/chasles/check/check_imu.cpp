@@ -30,7 +30,7 @@ Six as_vector(const ImuSample& s) {
   return x;
 }
 
-// The samples [begin, end) as a rest, if they are at rest.
+// The samples [begin, end) as a standstill, if they are one.
 bool at_rest(const std::vector<ImuSample>& imu, std::size_t begin, std::size_t end, Rest& rest) {
   const auto n = static_cast<double>(end - begin);
   Six mean = Six::Zero(), scatter = Six::Zero();
@@ -51,7 +51,7 @@ void join(Rest& rest, const Rest& next) {
   rest.end = next.end;
 }
 
-// The longest one; null without any.
+// The longest standstill; null without any.
 const Rest* longest(const std::vector<Rest>& rests) {
   const auto found = std::max_element(rests.begin(), rests.end(), [](const Rest& a, const Rest& b) {
     return a.end - a.begin < b.end - b.begin;
@@ -68,15 +68,15 @@ double median_force(const std::vector<ImuSample>& imu) {
 }
 
 std::string gravity_advice(double size) {
-  if (std::abs(size - 1) < 0.2) return "it looks like g: multiply the accelerometer by 9.81";
-  if (size < 1) return "it looks as if gravity were taken out: record the raw specific force";
-  return "look at the accelerometer's unit (m/s^2) and scale";
+  if (std::abs(size - 1) < 0.2) return "the unit seems to be g: multiply the accelerometer by 9.81";
+  if (size < 1) return "gravity seems to be removed: record the raw specific force";
+  return "check the accelerometer's unit (m/s^2) and scale";
 }
 
 void report_gravity_size(const std::vector<ImuSample>& imu, const Rest* rest, CheckReport& report) {
   const double size = rest ? rest->specific_force_imu.norm() : median_force(imu);
   const double limit = rest ? kGravityOffAtRest : kGravityOffMoving;
-  const char* when = rest ? "at rest" : "in the median of all samples";
+  const char* when = rest ? "at a standstill" : "in the median of all samples";
   report.facts.push_back({"imu", rest ? "force at rest" : "median force", size, "m/s^2"});
   if (std::abs(size - kStandardGravity) <= limit) return;
   report.findings.push_back(
@@ -107,7 +107,7 @@ void report_saturation(const std::vector<ImuSample>& imu, const ImuRange& range,
        .value = static_cast<double>(saturated),
        .threshold = 0,
        .unit = "samples",
-       .advice = "choose a larger range, or mount the sensor softer"});
+       .advice = "choose a larger range, or damp the sensor's mount"});
 }
 
 void report_repeats(const std::vector<ImuSample>& imu, CheckReport& report) {
@@ -144,7 +144,7 @@ std::vector<Rest> find_rests(const std::vector<ImuSample>& imu) {
       resting = true;
     }
   }
-  // A window ends a sample before the next one begins.
+  // A window ends one sample before the next one starts.
   std::erase_if(rests,
                 [](const Rest& r) { return to_seconds(r.end - r.begin) < 0.95 * kShortestRest; });
   return rests;
@@ -178,7 +178,7 @@ void report_true_gravity(const Recording& recording, CheckReport& report) {
        .value = lean,
        .threshold = kGravityLean,
        .unit = "deg",
-       .advice = "look at the truth's frames: it has to be of the IMU, in a world with z up"});
+       .advice = "check the truth's frames: it must be the IMU's pose in a world with z up"});
 }
 
 void report_camera_upright(const Recording& recording, int index, CheckReport& report) {

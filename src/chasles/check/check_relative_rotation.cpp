@@ -19,7 +19,7 @@ constexpr double kConverged = 1e-7;   // [rad]
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
-// Where the Cauchy cost turns from square to logarithm: a robust standard deviation of the sizes.
+// The residual at which the Cauchy cost changes from square to logarithm: a robust sigma.
 double scale_of(std::vector<double> sizes) {
   const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
   std::nth_element(sizes.begin(), middle, sizes.end());
@@ -30,7 +30,7 @@ double cauchy_weight(double error, double scale) {
   return 1 / (1 + error * error / (scale * scale));
 }
 
-// The rotation that turns the first rays into the second ones, as if nothing had moved.
+// The rotation that best maps the first rays to the second ones, without translation.
 Eigen::Matrix3d rotation_alone(const std::vector<TwoRays>& pairs) {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   std::vector<double> sizes(pairs.size());
@@ -55,7 +55,7 @@ Eigen::Matrix3d rotation_alone(const std::vector<TwoRays>& pairs) {
   return R;
 }
 
-// The direction that lies in most epipolar planes.
+// The direction nearest to all epipolar planes.
 Eigen::Vector3d first_direction(const std::vector<TwoRays>& pairs, const Eigen::Matrix3d& R) {
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
   for (const TwoRays& pair : pairs) {
@@ -65,7 +65,7 @@ Eigen::Vector3d first_direction(const std::vector<TwoRays>& pairs, const Eigen::
   return symmetric_eigen(M).vectors.col(0);
 }
 
-// Two directions across t.
+// Two directions perpendicular to t.
 Eigen::Matrix<double, 3, 2> across(const Eigen::Vector3d& t) {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
   if (std::abs(t.x()) > 0.7) axis = Eigen::Vector3d::UnitY();
@@ -105,19 +105,19 @@ Equations equations_of(const std::vector<Residual>& residuals, double scale) {
     equations.A += weight * r.J * r.J.transpose();
     equations.b -= weight * r.angle * r.J;
   }
-  // Without a translation its direction is nowhere: a step of a radian costs what the scale is.
+  // Without a translation its direction is undetermined: the prior costs one scale per radian.
   equations.A.diagonal().tail<2>().array() += scale * scale;
   equations.A.diagonal().head<3>().array() += 1e-9;
   return equations;
 }
 
-// Of the rotation, the direction of the translation being whatever it is.
+// The information of the rotation, with the direction of the translation marginalised.
 Eigen::Matrix3d information_of(const Matrix5d& A, double scale, std::size_t pairs) {
   const Eigen::Matrix<double, 3, 2> mixed = A.topRightCorner<3, 2>();
   const Eigen::Matrix2d direction = A.bottomRightCorner<2, 2>();
   const Eigen::Matrix3d schur =
       A.topLeftCorner<3, 3>() - mixed * direction.inverse() * mixed.transpose();
-  // Five parameters were fitted to the very residuals that tell the scale, 1.5 medians.
+  // The same residuals fitted five parameters and determine the scale, 1.5 medians.
   const double left = static_cast<double>(pairs - 5) / static_cast<double>(pairs);
   return schur * left / (scale * scale);
 }

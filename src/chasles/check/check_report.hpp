@@ -5,28 +5,28 @@
 
 namespace chasles {
 
-/// How much a finding matters to a filter.
+/// The effect of a finding on a filter.
 enum class Severity {
-  kNote,     ///< worth knowing
-  kWarning,  ///< the estimate will be worse
+  kNote,     ///< for information
+  kWarning,  ///< the estimate will be less accurate
   kError,    ///< the estimate will be wrong
 };
 
 /// "note", "warning" or "error".
 const char* severity_name(Severity severity);
 
-/// Something about a recording that is not as it should be.
+/// A deficiency of a recording.
 struct Finding {
   Severity severity = Severity::kNote;
   std::string about = {};  ///< "imu", "images", "cam0", ...
-  std::string what = {};   ///< a sentence with the measured number
-  double value = 0;        ///< what was measured
-  double threshold = 0;    ///< from where on it is a finding
+  std::string what = {};   ///< one sentence with the measured value
+  double value = 0;        ///< the measured value
+  double threshold = 0;    ///< the limit beyond which it is a finding
   std::string unit = {};
-  std::string advice = {};  ///< what to do
+  std::string advice = {};  ///< recommended action
 };
 
-/// A number that was measured and is neither good nor bad by itself.
+/// A measured value that is neither good nor bad by itself.
 struct Fact {
   std::string about;
   std::string name;
@@ -34,11 +34,11 @@ struct Fact {
   std::string unit = {};
 };
 
-/// What a look at a recording gave, in a fixed order.
+/// The results of check_recording(), in a fixed order.
 struct CheckReport {
   std::vector<Fact> facts;
   std::vector<Finding> findings;
-  /// Sentences: what could not be looked at, and why.
+  /// One sentence for each check that was not possible, with the reason.
   std::vector<std::string> not_checked;
 };
 

@@ -43,7 +43,7 @@ std::vector<TwoRays> common(const std::vector<Ray>& first, const std::vector<Ray
   return pairs;
 }
 
-// Rays close to each other do not tell a turn from a step aside.
+// Rays in similar directions do not distinguish a rotation from a sideways translation.
 bool spread(const std::vector<TwoRays>& pairs) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const TwoRays& pair : pairs) sum += pair.first;

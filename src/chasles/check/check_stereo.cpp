@@ -55,7 +55,7 @@ PairsCheck check_pairs(const std::vector<RaysSeen>& pairs, const SE3& other_T_ca
     distances.push_back(focal * std::abs(normal.normalized().dot(pair.other)));
     const Eigen::Vector3d across = a.cross(pair.other);
     if (across.norm() < kParallax) continue;
-    // depth a + p = depth' b: crossed with either ray, both depths.
+    // depth a + p = depth' b: the cross products with the two rays give both depths.
     const double depth0 = -other_T_cam0.p.cross(pair.other).dot(across);
     const double depth1 = -other_T_cam0.p.cross(a).dot(across);
     behind += depth0 < 0 || depth1 < 0 ? 1 : 0;
@@ -72,7 +72,7 @@ void report_pairs(const PairsCheck& check, const std::string& about, CheckReport
     report.findings.push_back(
         {.severity = Severity::kError,
          .about = about,
-         .what = fmt::format("{:.0f} % of what both see would lie behind the cameras",
+         .what = fmt::format("{:.0f} % of the points that both see would lie behind the cameras",
                              100 * check.behind),
          .value = 100 * check.behind,
          .threshold = 100 * kBehind,
@@ -83,7 +83,7 @@ void report_pairs(const PairsCheck& check, const std::string& about, CheckReport
   report.findings.push_back(
       {.severity = Severity::kError,
        .about = about,
-       .what = fmt::format("what both see lies {:.1f} px off the epipolar lines", check.epipolar),
+       .what = fmt::format("points that both see lie {:.1f} px off the epipolar lines", check.epipolar),
        .value = check.epipolar,
        .threshold = kEpipolar,
        .unit = "px",
@@ -97,11 +97,11 @@ void report_baseline(double baseline, const std::string& about, CheckReport& rep
   report.findings.push_back(
       {.severity = Severity::kWarning,
        .about = about,
-       .what = fmt::format("it stands {:.4g} m from cam0", baseline),
+       .what = fmt::format("it is {:.4g} m from cam0", baseline),
        .value = baseline,
        .threshold = small ? kLeastBaseline : kMostBaseline,
        .unit = "m",
-       .advice = small ? "expected an own place: was cam0's calibration copied?"
+       .advice = small ? "expected a different position: was cam0's calibration copied?"
                        : "expected metres: is the translation in millimetres?"});
 }
 

@@ -86,10 +86,10 @@ TEST(Check, ACameraThatIsLateIsNamedWithItsDelay) {
     Recording r = tracked();
     for (FeatureFrame& frame : r.frames) frame.time += from_seconds(delay);
     const CheckReport report = check_recording(r);
-    const Finding late = finding(report, "cam0", delay > 0 ? "looks late by" : "looks early by");
+    const Finding late = finding(report, "cam0", delay > 0 ? "is stamped late by" : "is stamped early by");
     EXPECT_NEAR(late.value, 1e3 * std::abs(delay), 1);
     EXPECT_EQ(late.severity, Severity::kError);
-    finding(report, "cam1", delay > 0 ? "looks late by" : "looks early by");
+    finding(report, "cam1", delay > 0 ? "is stamped late by" : "is stamped early by");
     if (std::abs(delay) > 0.1) continue;  // then frames lie outside the samples, too
     EXPECT_EQ(report.findings.size(), 2u) << findings(report);
   }
@@ -99,8 +99,8 @@ TEST(Check, InvertedExtrinsicsAreNamed) {
   Recording r = tracked();
   for (Camera& camera : r.cameras) camera.cam_T_imu = camera.cam_T_imu.inverse();
   const CheckReport report = check_recording(r);
-  finding(report, "cam0", "look inverted");
-  finding(report, "cam1", "look inverted");
+  finding(report, "cam0", "seem to be inverted");
+  finding(report, "cam1", "seem to be inverted");
 }
 
 TEST(Check, ARotationOfFiveDegreesIsMeasured) {
@@ -118,7 +118,7 @@ TEST(Check, OutliersAndAWallDoNotMislead) {
     Recording r = tracked(settings);
     for (FeatureFrame& frame : r.frames) frame.time += from_seconds(0.02);
     const CheckReport report = check_recording(r);
-    EXPECT_NEAR(finding(report, "cam0", "looks late by").value, 20, 2.5);
+    EXPECT_NEAR(finding(report, "cam0", "is stamped late by").value, 20, 2.5);
     EXPECT_LT(fact(report, "cam0", "rotation off"), 1.2);
   }
 }
@@ -159,9 +159,9 @@ TEST(Check, ATurnedSecondCameraLeavesTheEpipolarLines) {
 TEST(Check, ABaselineInMillimetresOrOfNothingIsNamed) {
   Recording r = tracked();
   r.cameras[1].cam_T_imu.p *= 1000;
-  test::expect_parts(finding(check_recording(r), "cam1", "it stands").advice, {"millimetres"});
+  test::expect_parts(finding(check_recording(r), "cam1", "it is ").advice, {"millimetres"});
   r.cameras[1] = r.cameras[0];
-  test::expect_parts(finding(check_recording(r), "cam1", "it stands").advice, {"copied"});
+  test::expect_parts(finding(check_recording(r), "cam1", "it is ").advice, {"copied"});
 }
 
 TEST(Check, GapsDisorderAndMissingSamplesAreNamed) {
@@ -229,9 +229,9 @@ TEST(CheckImu, GravityAtRestMustBeThatOfTheEarth) {
   report_imu(rest_and_swing(9.81), {}, good);
   EXPECT_EQ(findings(good), "");
   report_imu(rest_and_swing(9.4), {}, weak);
-  EXPECT_EQ(finding(weak, "imu", "9.40 m/s^2 at rest").severity, Severity::kWarning);
+  EXPECT_EQ(finding(weak, "imu", "9.40 m/s^2 at a standstill").severity, Severity::kWarning);
   report_imu(rest_and_swing(0), {}, none);
-  EXPECT_EQ(finding(none, "imu", "0.01 m/s^2 at rest").severity, Severity::kError);
+  EXPECT_EQ(finding(none, "imu", "0.01 m/s^2 at a standstill").severity, Severity::kError);
 }
 
 TEST(CheckImu, SamplesAtTheEdgeOfTheRangeAreCounted) {

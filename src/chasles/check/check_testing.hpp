@@ -6,18 +6,18 @@
 #include <chasles/check/check_report.hpp>
 #include <chasles/data/inertial_testing.hpp>
 
-// A recording without any fault, for the tests of the check; they put one in each.
+// A recording without any deficiency; the tests of the check add one each.
 namespace chasles::test {
 
 struct TrackedSettings {
   double seconds = 20;
   double pixel_sigma = 0.5;  ///< [px]
-  double outliers = 0;       ///< share of the observations that lie anywhere
+  double outliers = 0;       ///< share of observations at random pixels
   bool wall = false;         ///< all points in one plane
 };
 
-/// A pair of cameras 0.12 m apart, turned and swung about as `swung`, that see points 2 to 6 m
-/// away at 20 Hz; IMU at 200 Hz.
+/// A pair of cameras 0.12 m apart, with the motion of `swung`, that observe points 2 to 6 m away at
+/// 20 Hz; IMU at 200 Hz.
 inline Recording tracked(const TrackedSettings& settings = {}) {
   Random random(11);
   Recording r = swung({0, 0, -kStandardGravity}, settings.seconds);
@@ -65,7 +65,7 @@ inline Recording tracked(const TrackedSettings& settings = {}) {
   return r;
 }
 
-/// The one finding about `about` whose sentence holds `part`; fails the test where there is none.
+/// The finding about `about` whose sentence contains `part`. The test fails if there is none.
 inline Finding finding(const CheckReport& report, const std::string& about,
                        const std::string& part) {
   std::string all;

@@ -27,7 +27,7 @@ void report_disorder(const TimesCheck& times, const std::string& about, CheckRep
                                .value = static_cast<double>(found),
                                .threshold = 0,
                                .unit = "stamps",
-                               .advice = "look at the driver: a filter drops what comes late"});
+                               .advice = "check the driver: a filter drops late data"});
   };
   count(times.late, "lie before an earlier one");
   count(times.repeated, "repeat the one before");
@@ -69,7 +69,7 @@ void report_jitter(const TimesCheck& times, const std::string& about, CheckRepor
        .value = 1e3 * times.jitter,
        .threshold = 1e3 * kJitter * times.interval,
        .unit = "ms",
-       .advice = "take the device's own stamps instead of those of their arrival"});
+       .advice = "use the device's own stamps instead of arrival times"});
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace chasles {
 namespace {
 
-constexpr double kApart = 0.4;     // [s] from one look at a landmark to the next
+constexpr double kApart = 0.4;     // [s] between two observations of a landmark
 constexpr double kSpacing = 0.01;  // [s] by which frames are unevenly spaced
 constexpr double kFarthest = 1e6;  // [m]: disparities of rounding
 constexpr double kLargest = 0.3;   // [s]
@@ -23,11 +23,11 @@ constexpr std::size_t kFewestClusters = 10;
 constexpr std::size_t kMostIntervals = 1200;  // of a long recording, evenly spread
 constexpr double kClockSettled = 1e-5;        // [s]
 constexpr int kMostSteps = 30;
-constexpr double kWidth = 2;             // of the loss, in deviations
+constexpr double kWidth = 2;             // of the loss, in sigmas
 constexpr double kMedianOfTwo = 1.1774;  // median length of two normal numbers
 
-// What is asked for: offset, bias of the rates, logarithm of the scale of the velocities, and how
-// their axes are turned against the IMU's.
+// The unknowns: offset, bias of the rates, logarithm of the scale of the velocities, and the
+// rotation between their axes and the IMU's.
 constexpr int kUnknowns = 8;
 using Unknowns = Eigen::Matrix<double, kUnknowns, 1>;
 using Normal = Eigen::Matrix<double, kUnknowns, kUnknowns>;
@@ -45,11 +45,11 @@ class Motion {
   explicit Motion(const std::vector<BodyVelocity>& velocities) : velocities_(velocities) {}
 
   bool covers(Time begin, Time end) const {
-    const Time margin = from_seconds(kLargest + 0.01);  // derivatives look beyond
+    const Time margin = from_seconds(kLargest + 0.01);  // derivatives need a margin
     return begin - margin >= velocities_.front().time && end + margin <= velocities_.back().time;
   }
 
-  // From end to begin, of the frames' clock: the midpoint of each piece.
+  // The motion from end to begin, in the frames' clock: the midpoint of each piece.
   SE3 between(Time begin, Time end, const Unknowns& x) const {
     const Time offset = from_seconds(x[0]);
     const Time last = end + offset;
@@ -75,12 +75,12 @@ class Motion {
 };
 
 struct Pair {
-  Eigen::Vector3d p_imu;         // the landmark, as the first frame saw it
-  Eigen::Vector3d by_disparity;  // how p_imu moves with its disparity [m/px]
+  Eigen::Vector3d p_imu;         // the landmark, from the first frame's observation
+  Eigen::Vector3d by_disparity;  // derivative of p_imu by its disparity [m/px]
   Eigen::Vector2d centred;       // mean of both cameras' pixels in the later frame
 };
 
-// Two frames with the landmarks that both saw.
+// Two frames with their common landmarks.
 struct Interval {
   Time begin{}, end{};
   std::vector<Pair> pairs;
@@ -126,15 +126,15 @@ std::vector<Interval> intervals_of(const Recording& r, const Motion& motion) {
   return intervals;
 }
 
-// A pixel's error and how it moves with the unknowns.
+// A pixel's error and its derivative by the unknowns.
 struct Row {
   std::size_t cluster;
   Eigen::Vector2d residual;
   Eigen::Matrix<double, 2, kUnknowns> J;
 };
 
-// Of a pixel that moves by g with the disparity of the first look, where that is as uncertain as
-// the pixel is: (I + g g^T)^(-1/2).
+// The weight of a pixel that moves by g with the disparity of the first observation, if that
+// disparity has the uncertainty of the pixel: (I + g g^T)^(-1/2).
 Eigen::Matrix2d whitening(const Eigen::Vector2d& g) {
   const double square = g.squaredNorm();
   if (square < 1e-12) return Eigen::Matrix2d::Identity();
@@ -195,8 +195,8 @@ double scatter_of(const std::vector<Row>& rows) {
   return median(std::move(lengths)) / kMedianOfTwo;
 }
 
-// Cauchy's: on a road full of cars that drive along, or with disparities that are wrong by tens of
-// pixels, what does not fit must not pull.
+// Cauchy weight: moving cars, and disparities that are wrong by tens of pixels, must not affect the
+// fit.
 double weight_of(const Row& row, double scatter) {
   return 1 / (1 + row.residual.squaredNorm() / (kWidth * kWidth * scatter * scatter));
 }
@@ -227,7 +227,7 @@ double sigma_of(const std::vector<Row>& rows, double scatter, std::size_t& clust
   return std::sqrt((inverse * middle * inverse)(0, 0));
 }
 
-// What white noise of the samples moves a pixel by within an interval.
+// The effect of the samples' white noise on a pixel within an interval.
 double noise_in_pixels(const Recording& r, const std::vector<Interval>& intervals) {
   Vector6d sigma;
   if (r.velocity_sigma) {

@@ -26,7 +26,7 @@ const std::vector<Names> kLandmarkNames{{"corner_id", "x", "y", "z"}};
 const std::vector<Names> kPoseNames{{"timestamp", "p_WB_x", "p_WB_y", "p_WB_z", "q_WB_w", "q_WB_x",
                                      "q_WB_y", "q_WB_z", "n_corners", "rms_px"}};
 
-// A pose from fewer corners, or that fits them worse, jumps by centimetres.
+// Poses from fewer corners, or with a larger residual, jump by centimetres.
 constexpr std::int64_t kFewestCorners = 64;
 constexpr double kWorstFit = 1.0;    // [px]
 constexpr double kOutage = 0.5;      // without a frame [s]
@@ -105,7 +105,7 @@ Trajectory read_poses(const fs::path& file, std::vector<std::string>& remarks) {
   }
   if (left_out > 0) {
     remarks.push_back(fmt::format(
-        "{} of {} poses of the truth rest on fewer than {} corners or fit them worse than {} px: "
+        "{} of {} poses of the truth use fewer than {} corners or fit them worse than {} px: "
         "left out of the truth",
         left_out, rows, kFewestCorners, kWorstFit));
   }
@@ -122,13 +122,13 @@ std::vector<TrueLandmark> read_corners(const fs::path& file) {
   return corners;
 }
 
-// The board hangs as it was put: turns what is known in its frame so that z points up, by the
-// gravity that truth and IMU together show.
+// The board has an arbitrary attitude. Rotates everything in its frame so that z points up, by the
+// gravity that truth and IMU together determine.
 void make_level(const fs::path& file, Recording& recording) {
   const auto fit = fit_gravity(recording.truth, recording.imu);
   if (!fit) {
     throw InputError(file.string() +
-                     ": too few poses during the IMU's samples to tell where up is, expected at "
+                     ": too few poses during the IMU's samples to determine the vertical, expected at "
                      "least 5 s of them");
   }
   const double size = fit->gravity_world.norm();
@@ -153,7 +153,7 @@ void remark_on_times(Recording& r) {
   for (std::size_t k = 1; k < r.frames.size(); ++k) {
     const double gap = to_seconds(r.frames[k].time - r.frames[k - 1].time);
     if (gap < kOutage) continue;
-    r.remarks.push_back(fmt::format("no frame for {:.2f} s, from {:.2f} s on: the IMU alone tells",
+    r.remarks.push_back(fmt::format("no frame for {:.2f} s, from {:.2f} s on: no image data",
                                     gap, to_seconds(r.frames[k - 1].time - r.frames.front().time)));
   }
   const auto outside = std::count_if(r.frames.begin(), r.frames.end(), [&](const auto& frame) {

@@ -24,7 +24,7 @@ class Reversed : public ImageSource {
   Time sum_;
 };
 
-// The first and the last time of all, added.
+// The sum of the first and the last time of all.
 Time first_plus_last(const Recording& r) {
   Time first = Time::max(), last = Time::min();
   const auto take = [&](Time time) {
@@ -55,7 +55,7 @@ void turn(Events& events, Time sum) {
 
 void turn_imu(Recording& r, Time sum) {
   if (r.imu_convention == ImuConvention::kIntervalMean) {
-    // A sample holds since the one before: backwards, until then.
+    // A sample holds from the one before to its own time; in reverse, from its own time on.
     for (std::size_t k = r.imu.size(); k-- > 1;) r.imu[k].time = r.imu[k - 1].time;
     if (!r.imu.empty()) r.imu.erase(r.imu.begin());
   }

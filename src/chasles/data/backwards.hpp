@@ -4,9 +4,9 @@
 
 namespace chasles {
 
-/// The same recording as it would be if all motion ran backwards: times t become first + last - t,
-/// velocities and angular rates change their sign, specific forces do not (accelerations are even
-/// in time). A recording that ends at rest then begins so.
+/// The recording with its motion reversed in time. Time t becomes first + last - t. Velocities and
+/// angular rates change their sign; specific forces do not, because accelerations are even in time.
+/// A recording that ends at a standstill then starts at one.
 Recording backwards(Recording recording);
 
 }  // namespace chasles

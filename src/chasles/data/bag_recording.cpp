@@ -37,7 +37,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Whatever the library throws of a damaged bag becomes an InputError with the file's name.
+// Converts every exception of the library on a damaged bag to an InputError with the file's name.
 template <typename Call>
 auto guarded(const fs::path& file, Call&& call) {
   try {
@@ -69,13 +69,13 @@ std::vector<BagTopic> topics_of(const rosbag::Bag& bag) {
   return topics;
 }
 
-// An image's own stamp, and where the bag keeps it.
+// An image's own stamp, and its place in the bag.
 struct BagImage {
   Time time{};
   ros::Time recorded;
 };
 
-/// The images of a bag: each is looked up by when it was recorded.
+/// The images of a bag; each is found by its recording time.
 class BagImages : public ImageSource {
  public:
   BagImages(const fs::path& file, std::vector<std::string> topics, std::vector<ImageSize> sizes)
@@ -156,7 +156,7 @@ KalibrCalibration calibration_beside(const fs::path& file) {
 Recording read_bag(const fs::path& file) {
   const KalibrCalibration calibration = calibration_beside(file);
   check_bag_structure(file);
-  rosbag::Bag bag;  // opened afterwards: a constructor that throws leaks what was read
+  rosbag::Bag bag;  // opened later, because a constructor that throws leaks memory
   bag.open(file.string(), rosbag::bagmode::Read);
   const std::vector<BagTopic> topics = topics_of(bag);
   const ChosenTopics chosen = choose_topics(file, topics, calibration);

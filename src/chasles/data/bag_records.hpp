@@ -10,17 +10,17 @@
 
 namespace chasles {
 
-/// A record of the format 2.0: a header of fields, and data.
+/// A record of the bag format 2.0: header fields and data.
 struct BagRecord {
-  std::uint64_t at = 0;  ///< where it begins
+  std::uint64_t at = 0;  ///< offset of its first byte
   std::map<std::string, std::string> fields = {};
   std::uint8_t op = 0;
-  std::uint64_t data = 0;  ///< where they begin
-  std::uint32_t size = 0;  ///< of the data
+  std::uint64_t data = 0;  ///< offset of its first byte
+  std::uint32_t size = 0;  ///< size of the data [bytes]
 };
 
-/// Where records are read from: the file, or the bytes of a chunk. All throw InputError, which
-/// names the place, for what lies outside.
+/// The source of records: the file, or the bytes of a chunk. A read outside the source throws
+/// InputError with the place.
 class BagBytes {
  public:
   BagBytes(std::istream& stream, std::uint64_t size, std::string where)
@@ -37,7 +37,7 @@ class BagBytes {
     return value;
   }
   BagRecord record(std::uint64_t at) const;
-  /// "name=value" entries, each with its length before it.
+  /// "name=value" entries, each preceded by its length.
   std::map<std::string, std::string> fields(std::uint64_t at, std::uint32_t size) const;
 
  private:
@@ -46,7 +46,7 @@ class BagBytes {
   std::string where_;
 };
 
-/// A field of a record that is a number of just that size.
+/// A numeric field of a record. Throws InputError if the field is missing or has another size.
 template <typename Number>
 Number number_in(const BagBytes& source, const BagRecord& record, const std::string& name) {
   const auto field = record.fields.find(name);

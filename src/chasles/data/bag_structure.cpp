@@ -30,11 +30,11 @@ enum Op : std::uint8_t {
   kConnection = 7
 };
 
-// What the index may lead to.
+// The valid targets of the index.
 struct Chunk {
   bool open = false;                 // not compressed
-  std::set<std::uint64_t> messages;  // where they begin in it
-  std::uint32_t indices = 0;         // records of the index behind it
+  std::set<std::uint64_t> messages;  // their offsets in the chunk
+  std::uint32_t indices = 0;         // number of index records after it
 };
 
 class Walk {

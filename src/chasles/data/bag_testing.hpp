@@ -10,7 +10,7 @@
 #include <rosbag/bag.h>
 #endif
 
-// Messages of a ROS 1 bag, and a small bag of them.
+// Messages of a ROS 1 bag, and a small bag with them.
 namespace chasles::test {
 
 template <typename Number>
@@ -89,7 +89,7 @@ inline const char* const kKalibrImu =
     "accelerometer_noise_density: 0.01\naccelerometer_random_walk: 0.0002\n"
     "gyroscope_noise_density: 0.005\ngyroscope_random_walk: 4.0e-06\n";
 
-/// Kalibr's two files, as they stand beside a bag.
+/// Writes Kalibr's two files, as they are beside a bag.
 inline void write_kalibr(const std::filesystem::path& folder) {
   spill(folder / "camchain-imucam.yaml", kChain);
   spill(folder / "imu.yaml", kKalibrImu);
@@ -97,7 +97,7 @@ inline void write_kalibr(const std::filesystem::path& folder) {
 
 #ifdef CHASLES_HAS_ROSBAG
 
-/// The bytes of a message of a type that is named at run time.
+/// The bytes of a message whose type is named at run time.
 struct RawMessage {
   std::string type;
   std::string bytes;
@@ -140,8 +140,8 @@ struct Serializer<chasles::test::RawMessage> {
 
 namespace chasles::test {
 
-/// Five samples, three raw images of cam0, two compressed ones of cam1; recorded later than
-/// stamped.
+/// Five samples, three raw images of cam0, two compressed ones of cam1. Recording times are later
+/// than the stamps.
 inline void write_bag(const std::filesystem::path& file) {
   rosbag::Bag bag(file.string(), rosbag::bagmode::Write);
   const auto add = [&](const std::string& topic, const std::string& type, Time time,

@@ -20,10 +20,14 @@ struct ChosenTopics {
   std::vector<std::string> cameras;  ///< one for each camera of the calibration
 };
 
-/// Chooses them. First comes topics.yaml beside the bag, `imu: /TOPIC` and `cameras: [/TOPIC, …]`;
-/// then the topics that Kalibr's files name, where the bag has them all; then the bag's only
-/// sensor_msgs/Imu and its images in order of name, if there are as many as cameras (of a topic and
-/// its /compressed the raw one). Throws InputError with what the bag has.
+/// Chooses the topics, in this order of preference:
+///
+/// 1. topics.yaml beside the bag: `imu: /TOPIC` and `cameras: [/TOPIC, …]`; 2. the topics that
+/// Kalibr's files name, if the bag has all of them; 3. the only sensor_msgs/Imu topic, and the
+/// image topics in order of name, if there are as many as cameras. The raw topic has precedence
+/// over its /compressed one.
+///
+/// Throws InputError with the topics of the bag.
 ChosenTopics choose_topics(const std::filesystem::path& bag, const std::vector<BagTopic>& topics,
                            const KalibrCalibration& calibration);
 

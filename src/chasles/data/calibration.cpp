@@ -37,13 +37,13 @@ YamlMap::Keys camera_keys() {
       .needed = {"resolution", "intrinsics", "distortion_model", "cam_T_imu"}};
 }
 
-// One of these keys is there.
+// Whether one of these keys is present.
 bool any(const YamlMap& map, const Names& keys) {
   return std::any_of(keys.begin(), keys.end(), [&](const auto& key) { return map.has(key); });
 }
 
 std::optional<StereoRig> read_rig(const YamlMap& map) {
-  // A recording of neither an IMU nor cameras is one of a rig.
+  // Without IMU and cameras it is a recording of a rig.
   if (!any(map, kRigKeys) && any(map, {"cameras", "imu_convention"})) return std::nullopt;
   for (const std::string& key : kRigKeys) map.need(key);
   return StereoRig{.fx = map.positive("fx"),

@@ -12,7 +12,7 @@
 
 namespace chasles {
 
-/// What calibration.yaml of a recording folder holds (docs/formats.md).
+/// The content of calibration.yaml of a recording folder (docs/formats.md).
 struct FolderCalibration {
   std::string name;
   std::optional<StereoRig> rig = {};

@@ -22,7 +22,7 @@ void split_commas(std::string_view line, std::vector<std::string_view>& values) 
   values.push_back(trimmed(line));
 }
 
-// Leaves out "[m]" and "(a remark)".
+// Removes "[m]" and "(a remark)".
 std::string without_brackets(std::string_view line) {
   std::string text;
   int depth = 0;

@@ -10,26 +10,26 @@
 
 namespace chasles {
 
-/// Reads a table of comma-separated values row by row: a line with the names of the columns, then
-/// the rows; empty lines and lines that begin with # are skipped. No quoting. The last line ends
-/// with a line end: where it has none the file is truncated. Errors name file, line and column.
+/// Reads a table of comma-separated values row by row. The first line has the names of the columns.
+/// Empty lines and lines that start with # are skipped. There is no quoting. A last line without a
+/// line end means that the file is truncated. Errors name file, line and column.
 class CsvReader {
  public:
-  /// Takes whatever columns the file has. Throws InputError for a file without a first line, or
-  /// whose last line does not end.
+  /// Accepts any columns. Throws InputError for a file without a first line, or without a line end
+  /// at its end.
   explicit CsvReader(const std::filesystem::path& file);
   /// Throws InputError unless the columns are exactly these.
   CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns);
 
-  /// A table whose first line is a comment with the names of the columns, as EuRoC's are; units in
-  /// brackets are no part of a name. Throws InputError unless the names are one of the `known`
+  /// A table whose first line is a comment with the names of the columns, as in EuRoC files. Units
+  /// in brackets are not part of a name. Throws InputError unless the names are one of the `known`
   /// lists. `file` names the table in messages.
   CsvReader(std::string file, std::string bytes,
             const std::vector<std::vector<std::string>>& known);
 
   const std::vector<std::string>& columns() const { return columns_; }
 
-  /// Moves to the next row; false at the end. Throws InputError if it has too few or too many
+  /// Moves to the next row; false at the end. Throws InputError if the row has too few or too many
   /// values.
   bool next();
 

@@ -27,12 +27,12 @@ const Names kAslImuNames{"timestamp", "w_RS_S_x", "w_RS_S_y", "w_RS_S_z",
                          "a_RS_S_x",  "a_RS_S_y", "a_RS_S_z"};
 const std::vector<Names> kImageNames{{"timestamp", "filename"}};
 
-// The sensors' folder: the recording's mav0, or the recording's own.
+// The folder of the sensors: mav0 in the recording, or the recording itself.
 fs::path sensors_of(const fs::path& folder) {
   return fs::is_directory(folder / "mav0") ? folder / "mav0" : folder;
 }
 
-// Where what is not EuRoC's stands: beside mav0, also where mav0 itself was named.
+// The folder of files that are not EuRoC's: beside mav0, also if the user named mav0 itself.
 fs::path folder_of(const fs::path& folder) {
   return folder_name(folder) == "mav0" ? folder / ".." : folder;
 }
@@ -83,7 +83,7 @@ std::vector<ImuSample> read_asl_samples(const fs::path& file) {
 void read_asl_truth(const fs::path& folder, Recording& recording) {
   const fs::path states = sensors_of(folder) / "state_groundtruth_estimate0" / "data.csv";
   const fs::path poses = folder_of(folder) / "truth.tum";
-  if (fs::exists(poses)) {  // not EuRoC's: put there on purpose
+  if (fs::exists(poses)) {  // not EuRoC's: placed there on purpose
     recording.truth = read_tum(poses);
   } else if (fs::exists(states)) {
     read_euroc_states(states, recording);
@@ -116,7 +116,7 @@ Recording read_euroc_asl_recording(const fs::path& folder) {
   recording.imu_range = read_euroc_imu_range(sensors / "imu0" / "sensor.yaml");
   recording.imu = read_asl_samples(sensors / "imu0" / "data.csv");
   tidy_samples(sensors / "imu0" / "data.csv", recording);
-  // The cameras of a rig are triggered together: EuRoC's have the very same times.
+  // The cameras of a rig are triggered together: EuRoC's have identical times.
   recording.images =
       open_image_files(std::move(images), recording.cameras, kSameInstant, recording.remarks);
   read_asl_truth(folder, recording);

@@ -14,15 +14,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLevel = 0.1;  // [deg], what the fit can tell
+constexpr double kLevel = 0.1;  // [deg], accuracy of the fit
 
-// Without an ending that is there.
+// Removes an ending if present.
 std::string without(std::string text, const std::string& ending) {
   if (text.ends_with(ending)) text.resize(text.size() - ending.size());
   return text;
 }
 
-// V1_01_easy of V1_01_easy_imu.csv.gz.
+// V1_01_easy from V1_01_easy_imu.csv.gz.
 std::string sequence_of(const fs::path& file) {
   return without(without(without(file.filename().string(), ".gz"), ".csv"), "_imu");
 }
@@ -35,7 +35,7 @@ std::optional<fs::path> truth_beside(const fs::path& file) {
   return std::nullopt;
 }
 
-// The truth is left as it is: the reader is told how level its world is.
+// The truth is not changed; a remark reports how level its world is.
 void remark_on_gravity(Recording& recording) {
   const auto fit = fit_gravity(recording.truth, recording.imu);
   if (!fit) return;

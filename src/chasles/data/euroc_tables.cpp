@@ -17,8 +17,8 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// The real part of a quaternion comes first, and the gyroscope's bias before the accelerometer's:
-// other orders would be read as well, so that the names are held against these.
+// The real part of a quaternion comes first, and the gyroscope bias before the accelerometer bias.
+// Other orders would be read without an error, so the names are checked against these.
 const std::vector<Names> kImuNames{
     {"timestamp", "w_RS_S_x", "w_RS_S_y", "w_RS_S_z", "a_RS_S_x", "a_RS_S_y", "a_RS_S_z"},
     {"ts", "wx", "wy", "wz", "ax", "ay", "az"}};

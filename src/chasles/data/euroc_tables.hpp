@@ -9,10 +9,10 @@
 
 namespace chasles {
 
-// The files of an EuRoC recording (Burri et al. 2016), plain or compressed with gzip: tables whose
-// first line is a comment with the names of the columns, and sensor.yaml. Throw InputError.
+// The files of an EuRoC recording (Burri et al. 2016), plain or gzip-compressed: tables whose first
+// line is a comment with the names of the columns, and sensor.yaml. All throw InputError.
 
-/// Whether a file's first bytes are those of an IMU table.
+/// Whether these first bytes are those of an IMU table.
 bool begins_euroc_imu(std::string_view bytes);
 
 /// imu0/data.csv: time [ns], angular rate [rad/s], specific force [m/s^2].
@@ -22,12 +22,13 @@ std::vector<ImuSample> read_euroc_imu(const std::filesystem::path& file);
 /// appended to the recording's truth and true motion.
 void read_euroc_states(const std::filesystem::path& file, Recording& recording);
 
-/// cam0/sensor.yaml, whose T_BS maps camera coordinates to those of the body, the IMU.
+/// cam0/sensor.yaml. Its T_BS maps camera coordinates to those of the body, which is the IMU.
 Camera read_euroc_camera(const std::filesystem::path& file);
 
 /// imu0/sensor.yaml; its T_BS must be the identity.
 ImuNoise read_euroc_imu_noise(const std::filesystem::path& file);
-/// Its ranges, where somebody has written them there: accelerometer_range, gyroscope_range.
+/// The optional keys accelerometer_range and gyroscope_range of imu0/sensor.yaml. EuRoC's own files
+/// do not have them.
 ImuRange read_euroc_imu_range(const std::filesystem::path& file);
 
 }  // namespace chasles

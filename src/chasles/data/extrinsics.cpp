@@ -13,11 +13,11 @@ constexpr std::size_t kMostSteps = 250;
 constexpr std::size_t kMostPairsOfStep = 40;
 constexpr double kTurningRate = 0.1;         // [rad/s]
 constexpr double kPixelSigma = 1;            // [px]
-constexpr double kOutlierFrom = 2;           // where the cost turns from square to logarithm [px]
+constexpr double kOutlierFrom = 2;           // where the cost changes from square to logarithm [px]
 constexpr double kLeastAngularSigma = 2e-3;  // [rad/s]
 constexpr double kLeastLinearSigma = 0.05;   // [m/s]
 
-/// A point of one frame and where the next one saw it.
+/// A point in one frame and its pixel in the next.
 struct Pair {
   Eigen::Vector3d p_cam0;
   Eigen::Vector2d seen;
@@ -29,8 +29,8 @@ Vector6d as_vector(const BodyVelocity& velocity) {
   return u;
 }
 
-// White noise of the velocities: the second difference of a smooth signal in noise of deviation s
-// has deviation sqrt(6) s, and 1.4826 times the median of its size estimates that.
+// White noise of the velocities. The second difference of a smooth signal in noise of sigma s has
+// sigma sqrt(6) s, and 1.4826 times the median of its magnitude estimates that.
 Vector6d noise_sigma(const std::vector<BodyVelocity>& velocities) {
   Vector6d sigma;
   sigma << Eigen::Vector3d::Constant(kLeastAngularSigma),
@@ -48,8 +48,8 @@ Vector6d noise_sigma(const std::vector<BodyVelocity>& velocities) {
   return sigma;
 }
 
-// The steps k -> k+1 in turns, the strongest rotation first, averaged over six samples against the
-// noise.
+// The steps k -> k+1 in turns, strongest rotation first. The rate is averaged over six samples to
+// reduce noise.
 std::vector<std::size_t> turning_steps(const std::vector<BodyVelocity>& velocities) {
   std::vector<double> rates;
   for (std::size_t k = 0; k + 1 < velocities.size(); ++k) {

@@ -7,12 +7,12 @@ namespace chasles {
 /// A place on the Earth.
 struct Geodetic {
   double latitude = 0, longitude = 0;  ///< [deg], north and east
-  double altitude = 0;                 ///< [m], as the recording counts it
+  double altitude = 0;                 ///< [m], above the recording's reference
 };
 
-/// Where a world's origin is on the Earth; its x axis points east, y north, z up, by Mercator's
-/// projection of a sphere (radius 6378137 m) at the scale of the origin's latitude: KITTI's own
-/// convention (Geiger et al. 2013).
+/// The place of a world's origin on the Earth. The world's x axis points east, y north, z up, in
+/// the Mercator projection of a sphere (radius 6378137 m) at the scale of the origin's latitude.
+/// This is KITTI's convention (Geiger et al. 2013).
 struct Georeference {
   Geodetic origin;
 };

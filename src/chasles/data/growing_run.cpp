@@ -30,14 +30,14 @@ int open_folder(const fs::path& folder) {
   return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 }
 
-/// Whether somebody else has locked it. A file system that knows no locks has nobody who has.
+/// Whether another process has locked it. On a file system without locks: false.
 bool is_taken(int folder, int lock) {
   return ::flock(folder, lock | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
 fs::path part_of(const fs::path& file) { return file.string() + ".part"; }
 
-/// Whoever reads it finds the old file or the new one, never half of one.
+/// Replaces the file atomically: a reader finds the old file or the new one.
 void replace_file(const fs::path& file, std::string_view bytes) {
   const fs::path part = part_of(file);
   write_file(part, bytes);
@@ -66,7 +66,7 @@ GrowingRun::GrowingRun(const fs::path& run_folder, Pace pace)
     throw UsageError(fmt::format("{}: cannot be opened as a folder", folder_.string()));
   }
   bool taken = is_taken(lock_, LOCK_EX);
-  // Who only looks whether it is taken has it for an instant.
+  // A process that only checks the lock holds it for an instant.
   for (int tries = 0; taken && tries < 5; ++tries) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     taken = is_taken(lock_, LOCK_EX);
@@ -88,7 +88,7 @@ GrowingRun::~GrowingRun() {
   ::close(lock_);
 }
 
-// Its own alone: what else is in the folder is somebody's.
+// Removes its own files only; other files in the folder are kept.
 void GrowingRun::remove_files() const {
   std::error_code ignored;
   for (const char* name : {kStates, kLandmarks, kSummary, kTruth, kDeadReckoning}) {
@@ -109,7 +109,7 @@ void GrowingRun::extend(const Run& run, const std::function<std::vector<RunLandm
   if (given_up_ || start < next_ || run.states.size() == written_) return;
   try {
     write(run, map());
-  } catch (const std::exception&) {  // a full disk: the run's end will tell
+  } catch (const std::exception&) {  // a full disk: the end of the run reports it
     given_up_ = true;
   }
   const Clock::time_point end = Clock::now();
@@ -127,7 +127,7 @@ void GrowingRun::write(const Run& run, const std::vector<RunLandmark>& landmarks
   if (!states) throw UsageError(fmt::format("{}: cannot be written", folder_.string()));
   written_ = run.states.size();
   replace_file(folder_ / kLandmarks, landmarks_text(landmarks));
-  // The last one: with it the folder is one that can be read.
+  // The last file: with it the folder is readable.
   if (first) replace_file(folder_ / kSummary, summary_);
 }
 

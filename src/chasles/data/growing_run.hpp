@@ -12,29 +12,30 @@
 
 namespace chasles {
 
-/// The folder `growing` inside a run folder, while the run goes on: itself a run folder, of what
-/// has been estimated so far, for those who look on and for the case that the run is killed. It is
-/// locked (flock) as long as the run goes on, and removed at its end.
+/// The folder `growing` inside a run folder while the run goes on. It is itself a run folder with
+/// the estimates so far, for readers of a running run and in case the run is killed. It is locked
+/// (flock) during the run and removed at its end.
 class GrowingRun {
  public:
   struct Pace {
-    std::chrono::milliseconds first{2000};    ///< nothing is written of a run that is over before
-    std::chrono::milliseconds between{1000};  ///< from one writing to the next, at least
-    int share = 100;  ///< writing takes at most one part in so many of the time
+    std::chrono::milliseconds first{2000};    ///< shorter runs write nothing
+    std::chrono::milliseconds between{1000};  ///< minimum time between two writes
+    int share = 100;  ///< writing takes at most 1/share of the time
   };
 
-  /// Makes and locks it; what a killed run has left there is removed, nothing else. Throws
-  /// UsageError where another run is writing into the folder, or where it cannot be written.
+  /// Creates and locks the folder. Removes the files of a killed run, and nothing else. Throws
+  /// UsageError if another run writes into the folder, or if it cannot be written.
   explicit GrowingRun(const std::filesystem::path& run_folder);
   GrowingRun(const std::filesystem::path& run_folder, Pace pace);
   GrowingRun(const GrowingRun&) = delete;
   GrowingRun& operator=(const GrowingRun&) = delete;
-  ~GrowingRun();  ///< removes it
+  ~GrowingRun();  ///< removes the folder
 
-  /// `header`: the run before its first state. `summary`: what is known of summary.json.
+  /// `header`: the run before its first state. `summary`: the entries of summary.json that are
+  /// already available.
   void begin(const Run& header, const nlohmann::ordered_json& summary);
-  /// Writes those of the run's states that are new, and the map that `map` makes, when it is time.
-  /// Where that fails nothing more is written: the run is worth more.
+  /// If a write is due: appends the new states and writes the map that `map` returns. After a
+  /// failed write nothing more is written, so that the run itself continues.
   void extend(const Run& run, const std::function<std::vector<RunLandmark>()>& map);
 
  private:
@@ -51,7 +52,7 @@ class GrowingRun {
   bool given_up_ = false;
 };
 
-/// Where a run folder's growing run is.
+/// The path of a run folder's growing run.
 std::filesystem::path growing_folder(const std::filesystem::path& run_folder);
 
 /// Whether a run is writing into the run folder.

@@ -18,7 +18,7 @@ constexpr std::size_t kLargest = 1'000'000'000;
 
 enum Flag : unsigned { kHeaderSum = 2, kExtra = 4, kName = 8, kComment = 16, kUnknown = 0xe0 };
 
-// A gzip file's parts.
+// The parts of a gzip file.
 struct Member {
   std::string_view deflated;
   std::uint32_t check_sum = 0;
@@ -74,7 +74,7 @@ void append_number(std::string& bytes, std::size_t value, int size) {
   for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i) & 255);
 }
 
-// What a zip archive's two headers of an entry share, from the version to the name's length.
+// The fields that the two headers of a zip entry share, from the version to the length of the name.
 std::string entry_fields(const Member& member) {
   std::string bytes;
   append_number(bytes, 20, 2);  // version that can extract it
@@ -90,7 +90,7 @@ std::string entry_fields(const Member& member) {
   return bytes;
 }
 
-// The same deflated bytes as a zip archive of one entry: libzip, which the .npz files need anyway,
+// The same deflated bytes as a zip archive of one entry. libzip, which the .npz files need anyway,
 // then decompresses and checks them.
 std::string as_zip(const Member& member) {
   const std::string fields = entry_fields(member);
@@ -141,7 +141,7 @@ std::string gunzip(std::string_view bytes, const std::string& where) {
   const std::string zipped = as_zip(member);
   const Archive archive = open_bytes(zipped, where);
   const Entry entry(zip_fopen_index(archive.get(), 0, 0), &zip_fclose);
-  // One byte more than there should be: libzip compares the check sum when the end is met.
+  // One byte more than expected: libzip compares the check sum at the end.
   std::string content(std::size_t{member.size} + 1, '\0');
   std::size_t done = 0;
   for (zip_int64_t got = 1; entry && done < content.size() && got > 0;) {

@@ -11,8 +11,8 @@
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
-// A decoder hands out a grey lower half for half a JPEG, and prints what it finds wrong with a PNG.
-// So the files are held against their own structure first.
+// A decoder returns a grey lower half for half a JPEG, and prints its findings about a PNG.
+// Therefore the structure of the files is checked first.
 namespace chasles {
 namespace {
 
@@ -28,7 +28,7 @@ std::uint32_t number(std::string_view bytes, std::size_t at, std::size_t size) {
   return value;
 }
 
-// The check sum of PNG's annex D is zlib's.
+// The check sum of PNG's annex D is that of zlib.
 std::uint32_t check_sum(std::string_view bytes) {
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   return static_cast<std::uint32_t>(crc32_z(0, data, bytes.size()));
@@ -52,7 +52,8 @@ void check_png(std::string_view bytes, const std::string& where) {
   }
 }
 
-// Segments up to the picture itself, by their lengths; the frame header (SOF) tells the size.
+// Walks through the segments up to the picture itself by their lengths; the frame header (SOF)
+// contains the size.
 std::optional<ImageSize> jpeg_size(std::string_view bytes) {
   for (std::size_t at = 2; at + 9 <= bytes.size() && byte_at(bytes, at) == 0xff;) {
     const std::uint32_t marker = byte_at(bytes, at + 1);
@@ -109,7 +110,7 @@ GrayImage decode_image(std::string_view bytes, const ImageSize& expected,
                        const std::string& where) {
   const ImageSize size = stated_size(bytes, where);
   if (size != expected) {
-    throw InputError(fmt::format("{}: is {} x {} pixels, expected {} x {} as the calibration says",
+    throw InputError(fmt::format("{}: is {} x {} pixels, expected {} x {} as in the calibration",
                                  where, size.width, size.height, expected.width, expected.height));
   }
   if (std::int64_t{size.width} * size.height > kMostPixels) {

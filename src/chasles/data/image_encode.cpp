@@ -18,7 +18,7 @@ constexpr int kQuality = 50;
 
 std::string jpeg_bytes(const GrayImage& image, int most_width) {
   if (image.empty()) return {};
-  // OpenCV has no view of bytes that are const; nothing writes to these.
+  // OpenCV has no view of const bytes; nothing writes to these.
   cv::Mat picture(image.height, image.width, CV_8UC1,
                   const_cast<std::uint8_t*>(image.pixels.data()));
   if (image.width > most_width) {

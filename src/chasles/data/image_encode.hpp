@@ -6,8 +6,8 @@
 
 namespace chasles {
 
-/// A JPEG of the image, for people to look at: no wider than `most_width` [px], made smaller by
-/// averaging where it is. The same image gives the same bytes. Nothing for an empty image.
+/// A JPEG of the image for display, at most `most_width` [px] wide. Wider images are reduced by
+/// averaging. The same image gives the same bytes. Empty for an empty image.
 std::string jpeg_bytes(const GrayImage& image, int most_width);
 
 }  // namespace chasles

@@ -60,7 +60,7 @@ class ImageFiles : public ImageSource {
 
 std::string camera_name(std::size_t camera) { return fmt::format("cam{}", camera); }
 
-// In order, and only what is there.
+// Sorts the images and keeps those whose files exist.
 void tidy(CameraFiles& camera, std::size_t index, std::vector<std::string>& remarks) {
   bring_into_order(camera.images, "images of " + camera_name(index), remarks);
   const std::set<std::string> there = names_in(camera.folder);

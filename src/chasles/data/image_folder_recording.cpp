@@ -68,7 +68,7 @@ CameraFiles list_images(const fs::path& folder) {
   return files;
 }
 
-// As many folders as cameras, and no folder that no camera is calibrated for.
+// Checks that there are as many folders as calibrated cameras.
 std::vector<CameraFiles> list_cameras(const fs::path& images, std::size_t cameras) {
   std::vector<CameraFiles> all;
   for (std::size_t c = 0; c < cameras; ++c) {

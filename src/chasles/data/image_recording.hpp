@@ -6,15 +6,16 @@
 
 namespace chasles {
 
-// What the readers of images and IMU samples share.
+// Shared by the readers of images and IMU samples.
 
-/// Images of a rig whose times differ by less are of one instant.
+/// Images of a rig whose times differ by less belong to one frame.
 inline constexpr Time kSameInstant = std::chrono::milliseconds(2);
 
-/// Brings the samples into order, with remarks. `file` is named where there are none: InputError.
+/// Sorts the samples by time, with remarks. Throws InputError, with the name `file`, if there are
+/// none.
 void tidy_samples(const std::filesystem::path& file, Recording& recording);
 
-/// A remark on the frames that no IMU sample surrounds.
+/// Adds a remark on frames before the first IMU sample or after the last.
 void remark_on_coverage(Recording& recording);
 
 }  // namespace chasles

@@ -6,18 +6,18 @@
 
 namespace chasles {
 
-/// The images of a recording, in the order of time: read when they are asked for, since all of them
+/// The images of a recording in order of time. They are read on request, because all of them
 /// together may be larger than the memory.
 class ImageSource {
  public:
   virtual ~ImageSource() = default;
 
   virtual std::size_t size() const = 0;
-  /// Of the i-th frame; they rise strictly.
+  /// The time of the i-th frame; times rise strictly.
   virtual Time time(std::size_t i) const = 0;
-  /// Decodes the i-th frame. Throws InputError, with the file's name, where an image is damaged, or
-  /// is not of the size that the calibration says. Only one thread may call it at a time, unless
-  /// a source says otherwise.
+  /// Decodes the i-th frame. Throws InputError with the file's name if an image is damaged or its
+  /// size differs from the calibration. Only one thread at a time may call it, unless the source
+  /// documents otherwise.
   virtual ImageFrame read(std::size_t i) const = 0;
 };
 

@@ -17,14 +17,14 @@ constexpr double kEnds = 1e-3;
 
 using Value = Eigen::Vector3d ImuSample::*;
 
-// The samples are read faster than they are measured.
+// Whether the samples are read faster than they are measured.
 bool repeats(const std::vector<ImuSample>& imu, Value value) {
   std::size_t repeated = 0;
   for (std::size_t i = 1; i < imu.size(); ++i) repeated += imu[i].*value == imu[i - 1].*value;
   return static_cast<double>(repeated) > kAxisRepeats * static_cast<double>(imu.size());
 }
 
-// An axis stays at `largest`, or at its opposite, for a while.
+// Whether an axis stays at `largest`, or at its negative, for several samples.
 bool stays_at(const std::vector<ImuSample>& imu, Value value, int axis, double largest) {
   std::size_t run = 0;
   for (std::size_t i = 0; i < imu.size() && run < kRun; ++i) {

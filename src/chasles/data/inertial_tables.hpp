@@ -9,27 +9,27 @@
 
 namespace chasles {
 
-// The tables of a recording folder that an IMU and single cameras need (docs/formats.md). Reading
-// throws InputError with file, line and column.
+// The tables of a recording folder for an IMU and single cameras (docs/formats.md). Reading throws
+// InputError with file, line and column.
 
 extern const std::vector<std::string> kImuColumns;  ///< of imu.csv
 
-/// The finite numbers of that column and the two behind it.
+/// The finite numbers of that column and the two columns after it.
 Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column);
 
-/// The rows `time, wx, wy, wz, ax, ay, az` of EuRoC's order; times rise strictly.
+/// The rows `time, wx, wy, wz, ax, ay, az`, in EuRoC's order of columns; times rise strictly.
 std::vector<ImuSample> read_imu_rows(CsvReader& csv);
 
 std::vector<ImuSample> read_imu(const std::filesystem::path& file);
 void write_imu(const std::vector<ImuSample>& imu, const std::filesystem::path& file);
 
-/// Puts the rows of pixels.csv, which are in order of time, into the frames. `cameras`: how many
-/// the calibration has.
+/// Adds the rows of pixels.csv, which are in order of time, to the frames. `cameras`: the number of
+/// calibrated cameras.
 void read_pixels(const std::filesystem::path& file, std::size_t cameras,
                  std::vector<FeatureFrame>& frames);
 void write_pixels(const std::vector<FeatureFrame>& frames, const std::filesystem::path& file);
 
-/// A row for each pose of the truth, at its time.
+/// One row for each pose of the truth, at its time.
 std::vector<TrueMotion> read_true_motion(const std::filesystem::path& file,
                                          const Trajectory& truth);
 void write_true_motion(const std::vector<TrueMotion>& motion, const std::filesystem::path& file);

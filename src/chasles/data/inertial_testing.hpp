@@ -6,12 +6,12 @@
 #include <chasles/data/testing.hpp>
 #include <chasles/lie/so3.hpp>
 
-// An IMU that is turned and swung about, known in closed form.
+// An IMU in rotation and translation, in closed form.
 namespace chasles::test {
 
 inline const Eigen::Vector3d kBias(0.1, -0.2, 0.15);  ///< of the accelerometer [m/s^2]
 
-/// R = Exp(a sin) Exp(b sin): every axis is turned by about a radian.
+/// R = Exp(a sin) Exp(b sin): every axis rotates by about a radian.
 inline Eigen::Matrix3d swung_rotation(double t) {
   return so3::exp({0.9 * std::sin(1.1 * t), 0, 0.4}) *
          so3::exp({0, 0.8 * std::sin(0.7 * t + 1), 0.5 * std::sin(1.7 * t)});
@@ -23,8 +23,8 @@ inline StampedPose swung_pose(double t) {
           .pose = {swung_rotation(t), Eigen::Vector3d(0.5, 0.3, -0.2) * std::sin(1.3 * t)}};
 }
 
-/// Truth every 50 ms and IMU samples every 5 ms, which begin before and end after it; without
-/// error but for the bias.
+/// Truth every 50 ms and IMU samples every 5 ms, from before the truth to after it. The only error
+/// is the bias.
 inline Recording swung(const Eigen::Vector3d& gravity_world, double seconds) {
   Recording r;
   r.name = "swung";

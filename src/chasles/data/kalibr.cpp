@@ -24,7 +24,7 @@ bool is_imu_file(const std::string& name) {
   return name.starts_with("imu") || name == "kalibr_imu_chain.yaml";
 }
 
-// The one file that is asked for; none where there is none.
+// The one matching file; nothing if there is none.
 std::optional<fs::path> only_file(const fs::path& folder, bool (*wanted)(const std::string&)) {
   std::vector<fs::path> found;
   std::error_code ignored;
@@ -40,7 +40,7 @@ std::optional<fs::path> only_file(const fs::path& folder, bool (*wanted)(const s
                                found[1].filename().string()));
 }
 
-// Where camera `index` is: by the key that names the direction.
+// The extrinsics of camera `index`, by the key that names the direction.
 SE3 cam_T_imu_of(const YamlMap& map, const std::vector<Camera>& before) {
   if (map.has("T_cam_imu") && map.has("T_imu_cam")) {
     throw InputError(map.where("T_imu_cam") + ": is there beside T_cam_imu, expected one of them");

@@ -10,7 +10,7 @@
 
 namespace chasles {
 
-/// What Kalibr's two files say of a rig.
+/// The content of Kalibr's two files.
 struct KalibrCalibration {
   std::vector<Camera> cameras = {};
   std::vector<std::string> camera_topics = {};  ///< of a ROS bag; empty where the file has none
@@ -26,15 +26,15 @@ struct KalibrFiles {
   std::filesystem::path imu;      ///< imu.yaml
 };
 
-/// Finds them by name: `*camchain-imucam*.yaml` or OpenVINS's `kalibr_imucam_chain.yaml`, and
-/// `imu*.yaml` or `kalibr_imu_chain.yaml`. None where there is no file of cameras. Throws
-/// InputError where there are two of a kind, or no file of the IMU.
+/// Finds the files by name: `*camchain-imucam*.yaml` or OpenVINS's `kalibr_imucam_chain.yaml`, and
+/// `imu*.yaml` or `kalibr_imu_chain.yaml`. Nothing if there is no camera file. Throws InputError if
+/// there are two of a kind, or no IMU file.
 std::optional<KalibrFiles> find_kalibr(const std::filesystem::path& folder);
 
-/// Reads them: pinhole cameras with radtan, equidistant or no distortion. The camera's place is
-/// T_cam_imu (Kalibr: p_cam = T_cam_imu p_imu), or its inverse T_imu_cam (OpenVINS); a later camera
-/// may have T_cn_cnm1 instead, from the camera before it. imu.yaml has the noise at its top, or
-/// below the key imu0. Throws InputError.
+/// Reads pinhole cameras with radtan, equidistant or no distortion. The extrinsics are T_cam_imu
+/// (Kalibr: p_cam = T_cam_imu p_imu) or the inverse, T_imu_cam (OpenVINS). A later camera may have
+/// T_cn_cnm1, the transform from the camera before it, instead. imu.yaml has the noise at its top
+/// level, or below the key imu0. Throws InputError.
 KalibrCalibration read_kalibr(const KalibrFiles& files);
 
 }  // namespace chasles

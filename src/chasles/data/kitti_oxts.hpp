@@ -10,10 +10,10 @@
 
 namespace chasles {
 
-// The folder oxts/ of a KITTI raw drive (Geiger et al. 2013): timestamps.txt with a line a packet,
-// data/NNNNNNNNNN.txt with its thirty numbers. Throw InputError with file and line.
+// The folder oxts/ of a KITTI raw recording (Geiger et al. 2013): timestamps.txt with one line per
+// packet, data/NNNNNNNNNN.txt with thirty numbers each. Errors are InputError with file and line.
 
-/// A line a time: "2011-09-26 13:02:25.964389445", as nanoseconds since 1970 (UTC).
+/// One time per line, "2011-09-26 13:02:25.964389445", in nanoseconds since 1970 (UTC).
 std::vector<Time> read_kitti_times(const std::filesystem::path& file);
 
 /// One packet of the GNSS/INS.
@@ -26,11 +26,11 @@ struct OxtsPacket {
 /// All packets, in the order of their files.
 std::vector<OxtsPacket> read_oxts(const std::filesystem::path& folder);
 
-/// world_T_imu by KITTI's own convention: Mercator's projection at the first packet's latitude, x
-/// to the east, y to the north, z up, with the first position as the origin.
+/// world_T_imu in KITTI's convention: the Mercator projection at the first packet's latitude. x
+/// points east, y north, z up; the first position is the origin.
 Trajectory oxts_trajectory(const std::vector<OxtsPacket>& packets);
 
-/// Where that world is; there is a packet.
+/// The georeference of that world. Presumes at least one packet.
 Georeference oxts_georeference(const std::vector<OxtsPacket>& packets);
 
 }  // namespace chasles

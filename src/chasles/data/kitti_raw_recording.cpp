@@ -61,7 +61,7 @@ class KittiCalibration {
   std::map<std::string, std::string> rows_;
 };
 
-// The rectified camera `number` (0 to 3): P = K [I | t], behind R_rect_00.
+// The rectified camera `number` (0 to 3): P = K [I | t], after R_rect_00.
 Camera read_camera(const KittiCalibration& cameras, int number, const SE3& cam0_T_imu) {
   const std::string key = fmt::format("P_rect_{:02}", number);
   const Eigen::VectorXd P = cameras.numbers(key, 12);
@@ -91,7 +91,7 @@ CameraFiles list_kitti_images(const fs::path& camera) {
   return files;
 }
 
-// The grey pair, or the coloured one where there is no grey one; one camera where there is no pair.
+// The grey pair, or the colour pair if there is no grey one; one camera if there is no pair.
 std::vector<int> cameras_in(const fs::path& folder) {
   for (const auto& [left, right] : {std::pair{0, 1}, std::pair{2, 3}}) {
     const auto there = [&](int n) { return fs::exists(folder / fmt::format("image_{:02}", n)); };

@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kFirstColumns = "#timestamp [ns],track_id,u";
 constexpr std::string_view kNameEnding = "_klt_tracks_cam0";
 
-// cam0 of EuRoC's sensor, which took all eleven recordings, as their cam0/sensor.yaml says
-// (Burri et al. 2016).
+// cam0 of EuRoC's sensor, which recorded all eleven sequences, from their cam0/sensor.yaml (Burri
+// et al. 2016).
 Camera euroc_cam0() {
   Eigen::Matrix3d R;
   R << 0.0148655429818, -0.999880929698, 0.00414029679422,  //
@@ -43,14 +43,14 @@ constexpr ImuNoise kEurocNoise{.accelerometer_noise_density = 2e-3,
                                .gyroscope_noise_density = 1.6968e-4,
                                .gyroscope_random_walk = 1.9393e-5};
 
-// MH_01_easy of MH_01_easy_klt_tracks_cam0.csv.gz.
+// MH_01_easy from MH_01_easy_klt_tracks_cam0.csv.gz.
 std::string klt_sequence_of(const fs::path& file) {
   const std::string name = file.filename().string();
   const std::size_t at = name.find(kNameEnding);
   if (at != std::string::npos) return name.substr(0, at);
   throw InputError(
-      fmt::format("{}: expected a name SEQUENCE{}.csv, which tells where the samples "
-                  "are: SEQUENCE_imu.csv",
+      fmt::format("{}: expected a name SEQUENCE{}.csv, which determines the name of the samples "
+                  "beside it: SEQUENCE_imu.csv",
                   file.string(), kNameEnding));
 }
 
@@ -66,7 +66,7 @@ fs::path samples_beside(const fs::path& file, const std::string& sequence) {
 }
 
 void check_in_image(const CsvReader& csv, const Camera& camera, const Eigen::Vector2d& pixel) {
-  if (in_image(camera, pixel, -1)) return;  // a tracker follows what is half over the edge
+  if (in_image(camera, pixel, -1)) return;  // a tracker may follow a patch that is half outside
   throw InputError(fmt::format("{}: pixel ({}, {}) lies outside the image of {} x {} px",
                                csv.where(2), pixel.x(), pixel.y(), camera.width, camera.height));
 }

@@ -8,11 +8,11 @@
 
 namespace chasles {
 
-/// The masks that a setting names: PNG or JPEG files, one a camera in their order, separated by
-/// commas. One image a camera, empty where there is none (an empty name, or fewer names than
-/// cameras); none at all for an empty text. Black (0) is what is not looked at. Throws UsageError
-/// for more names than cameras, InputError for a file that cannot be read or is not of its camera's
-/// size.
+/// The masks that a setting names: PNG or JPEG files separated by commas, one per camera in order.
+/// Returns one image per camera, empty where there is no mask (an empty name, or fewer names than
+/// cameras), and an empty list for an empty text. The front end ignores black pixels (0). Throws
+/// UsageError for more names than cameras, and InputError for a file that cannot be read or has
+/// another size than its camera.
 std::vector<GrayImage> read_masks(const std::string& names, const std::vector<Camera>& cameras);
 
 }  // namespace chasles

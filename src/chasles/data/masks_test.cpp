@@ -40,7 +40,7 @@ TEST(Masks, WhatIsNoMaskOfTheCameraIsRefused) {
   test::spill(large, test::encoded(test::picture(0, 9, 6)));
   test::spill(text, "of years");
   expect_parts(input_error([&] { read_masks(large, {small()}); }),
-               {"large.png: is 9 x 6 pixels, expected 8 x 6 as the calibration says"});
+               {"large.png: is 9 x 6 pixels, expected 8 x 6 as in the calibration"});
   expect_parts(input_error([&] { read_masks(text, {small()}); }), {"text", "PNG or JPEG"});
   expect_parts(input_error([&] { read_masks("none.png", {small()}); }), {"none.png"});
   try {

@@ -14,13 +14,13 @@
 namespace chasles {
 namespace {
 
-// MATLAB compresses with deflate, on top of storing doubles as bytes where they fit, which saves
-// another 8 : 1.
+// MATLAB compresses with deflate. It also stores doubles as bytes if they fit, which saves another
+// 8 : 1.
 constexpr std::size_t kMostMatInflation = kMostInflation * 8;
 
 using Variable = std::unique_ptr<matvar_t, decltype(&Mat_VarFree)>;
 
-// Refuses, before memory is taken, what cannot be held by a file of this size.
+// Rejects, before memory is allocated, an array that a file of this size cannot hold.
 void check_shape(const matvar_t& variable, std::size_t file_size, const std::string& where) {
   std::size_t bytes = sizeof(double);
   for (int axis = 0; axis < variable.rank; ++axis) {
@@ -75,10 +75,10 @@ std::size_t number_at(const unsigned char* bytes, bool big_endian) {
   return value;
 }
 
-// libmatio takes memory for whatever an array's header says: its flags (8 bytes), the sizes of two
-// to 32 dimensions, and its name, in a tag of its own or, up to four bytes, within the tag; cells
-// and structs hold an element of at least a tag for each of their numbers. Inside compressed
-// elements this cannot be looked at.
+// libmatio allocates memory for any size in an array's header: its flags (8 bytes), the sizes of
+// two to 32 dimensions, and its name, in a tag of its own or, up to four bytes, within the tag.
+// Cells and structs hold an element of at least a tag for each of their numbers. Compressed
+// elements cannot be checked in this way.
 bool is_plausible_array(std::istream& stream, std::size_t size, bool big_endian) {
   constexpr std::size_t kHead = 24, kTag = 8, kMostDimensions = 32, kLongestName = 256, kText = 1;
   if (size == 0) return true;
@@ -104,9 +104,9 @@ bool is_plausible_array(std::istream& stream, std::size_t size, bool big_endian)
   return apart || within;
 }
 
-// libmatio takes what a truncated version 5 file still holds for the whole, and zeros for the rest.
-// So the elements of the file are walked through first: after a header of 128 bytes each has a tag
-// (type, size) and its bytes.
+// libmatio reads a truncated version 5 file as complete, with zeros for the rest. So the elements
+// of the file are checked first: after a header of 128 bytes each has a tag (type, size) and its
+// bytes.
 void check_complete(const std::filesystem::path& file) {
   constexpr std::size_t kHeader = 128, kTag = 8;
   std::ifstream stream(file, std::ios::binary);
@@ -115,9 +115,9 @@ void check_complete(const std::filesystem::path& file) {
   const std::size_t got = static_cast<std::size_t>(stream.gcount());
   const std::string_view text(header.data(), got);
   const bool big_endian = header[126] == 'M';
-  // libmatio goes by this number and not by the text.
+  // libmatio uses this number and not the text.
   const char version = header[big_endian ? 124 : 125];
-  if (text.starts_with("MATLAB 7.3") && version == 2) return;  // HDF5, which guards itself
+  if (text.starts_with("MATLAB 7.3") && version == 2) return;  // HDF5, which has its own checks
   if (!text.starts_with("MATLAB 5.0") || version != 1) throw not_a_mat_file(file);
   const std::size_t file_size = std::filesystem::file_size(file);
   std::size_t position = kHeader;

@@ -16,7 +16,7 @@ namespace chasles {
 /// A MATLAB .mat file with real numeric variables.
 class MatFile {
  public:
-  /// Throws InputError if the file is missing or no .mat file.
+  /// Throws InputError if the file is missing or not a .mat file.
   explicit MatFile(const std::filesystem::path& file);
 
   const std::vector<std::string>& fields() const { return fields_; }
@@ -25,12 +25,12 @@ class MatFile {
   /// "FILE: field 'NAME'".
   std::string where(const std::string& field) const;
 
-  /// A variable of at most ten million numbers, last index fastest. Throws InputError, for a
-  /// missing one with those that are present and the one most like it.
+  /// A variable of at most ten million numbers, last index fastest. Throws InputError; for a
+  /// missing variable it lists those present and the most similar name.
   NumberArray read(const std::string& field) const;
 
-  /// Gives a variable's shape (which may be refused by throwing) and then its numbers in the order
-  /// of the file, first index fastest.
+  /// Passes a variable's shape to `begin`, which may throw to reject it, and then its numbers to
+  /// `values` in the order of the file, first index fastest.
   void visit(const std::string& field,
              const std::function<void(const std::vector<std::size_t>&)>& begin,
              const std::function<void(std::span<const double>)>& values) const;

@@ -67,7 +67,7 @@ void read_true_landmarks(const MatFile& file, std::size_t tracks, Recording& rec
   }
 }
 
-// The files state variances (`y_var` and so on); what is not there is not stated.
+// The files state variances (`y_var` and so on); absent ones stay unstated.
 void read_stated_noise(const MatFile& file, Recording& recording) {
   const auto sigma = [&](const std::string& field, std::size_t rows) -> Eigen::VectorXd {
     const auto variances = checked_matrix(file.read(field), rows, 1, "variances");
@@ -96,7 +96,7 @@ Recording read_mat_recording(const std::filesystem::path& path) {
   std::vector<Time> times = checked_times(file.read("t"));
   recording.rig = read_rig(file);
   TrackTable table = read_tracks(file, times.size());
-  // Some drives were tracked in part only: what lasts longer than the tracks is left out.
+  // Some recordings have tracks in a part only: the rest is left out.
   const std::size_t frames = std::min(times.size(), table.frames);
   if (times.size() != table.frames) {
     recording.remarks.push_back(fmt::format("{} time stamps and {} frames: the first {} are used",

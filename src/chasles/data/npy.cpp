@@ -50,7 +50,7 @@ NpyType type_named(std::string_view descr, const std::string& where) {
       descr));
 }
 
-// The Python dictionary that the text of the header is.
+// Parser of the header text, a Python dictionary.
 class DictParser {
  public:
   DictParser(std::string_view text, const std::string& where) : text_(text), where_(where) {}

@@ -32,7 +32,7 @@ struct NpyHeader {
   std::size_t count = 1;           ///< the product of the shape
 };
 
-/// What precedes the text of the header: 10 bytes (version 1) or 12 (versions 2, 3).
+/// The length of the preamble before the header text: 10 bytes (version 1) or 12 (versions 2, 3).
 inline constexpr std::size_t kNpyPreamble = 12;
 
 /// The length of preamble and text together, from the first kNpyPreamble bytes.
@@ -42,7 +42,7 @@ std::size_t npy_header_size(std::string_view preamble, const std::string& where)
 /// Reads preamble and text: little-endian real numbers only. Throws InputError with what was found.
 NpyHeader parse_npy_header(std::string_view header, const std::string& where);
 
-/// Turns numbers of the type into doubles: `bytes` holds a whole number of them.
+/// Converts numbers of the type to doubles. `bytes` holds a whole number of them.
 void npy_to_double(NpyType type, std::string_view bytes, double* values);
 
 }  // namespace chasles

@@ -31,7 +31,7 @@ void read_exactly(const ZipFile& entry, char* bytes, std::size_t size, const std
   }
 }
 
-// libzip compares the check sum when the end is met, not before.
+// libzip compares the check sum only at the end.
 void check_end(const ZipFile& entry, const std::string& where) {
   char byte = 0;
   const zip_int64_t got = zip_fread(entry.get(), &byte, 1);
@@ -74,7 +74,7 @@ void read_values(const ZipFile& entry, const NpyHeader& header, const std::strin
   }
 }
 
-// The bytes of an entry, as the archive's directory has them, if the file can hold them.
+// The size of an entry in the archive's directory, if the file can hold it.
 std::uint64_t claimed_size(zip* archive, zip_uint64_t index, std::uint64_t file_size,
                            const std::string& where) {
   zip_stat_t stat;
@@ -88,7 +88,7 @@ std::uint64_t claimed_size(zip* archive, zip_uint64_t index, std::uint64_t file_
       stat.size, stat.comp_size, file_size));
 }
 
-// Numbers with the first index fastest, in the order with the last one fastest.
+// Reorders numbers with the first index fastest to the last index fastest.
 std::vector<double> last_index_fastest(const std::vector<double>& values,
                                        const std::vector<std::size_t>& shape) {
   std::vector<double> result(values.size());
@@ -116,8 +116,8 @@ zip* open_archive(const std::filesystem::path& file) {
   const std::string reason = zip_error_strerror(&error);
   zip_error_fini(&error);
   throw InputError(fmt::format(
-      "{}: cannot be opened as a zip archive ({}), expected an .npz file; a truncated copy looks "
-      "like this too",
+      "{}: cannot be opened as a zip archive ({}), expected an .npz file; a truncated copy gives "
+      "the same error",
       file.string(), reason));
 }
 

@@ -14,11 +14,12 @@ struct zip;
 
 namespace chasles {
 
-/// A numpy .npz file: a zip archive of .npy arrays. Nothing in it is believed: sizes are held
-/// against the file's own size before memory is taken, and every entry is read to its check sum.
+/// A numpy .npz file: a zip archive of .npy arrays. The reader trusts nothing in it: it checks
+/// sizes against the file's own size before it allocates memory, and it verifies the check sum of
+/// every entry.
 class NpzArchive {
  public:
-  /// Throws InputError if the file is missing, no zip archive, or truncated.
+  /// Throws InputError if the file is missing, not a zip archive, or truncated.
   explicit NpzArchive(const std::filesystem::path& file);
   ~NpzArchive();
   NpzArchive(const NpzArchive&) = delete;
@@ -30,12 +31,12 @@ class NpzArchive {
   /// "FILE: field 'NAME'".
   std::string where(const std::string& field) const;
 
-  /// A field of at most ten million numbers. Throws InputError, for a missing field with those
-  /// that are present and the one most like it.
+  /// A field of at most ten million numbers. Throws InputError; for a missing field it lists those
+  /// present and the most similar name.
   NumberArray read(const std::string& field) const;
 
-  /// Gives the numbers of a field piece by piece in the order of the file, never all at once:
-  /// first the header (which may refuse by throwing), then the values.
+  /// Passes a field to the callbacks piece by piece in the order of the file, never all at once:
+  /// first the header to `begin`, which may throw to reject it, then the values.
   void stream(const std::string& field, const std::function<void(const NpyHeader&)>& begin,
               const std::function<void(std::span<const double>)>& values) const;
 

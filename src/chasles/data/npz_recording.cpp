@@ -11,14 +11,14 @@
 namespace chasles {
 namespace {
 
-// Every known file holds the second reading, so that little evidence for it is enough, and only
-// much evidence speaks against it.
+// Every known file uses the second interpretation. Little evidence for it is enough, and only
+// strong evidence counts against it.
 constexpr int kEnoughSteps = 20;
 constexpr double kSigmasInFavour = 2;
 constexpr double kSigmasAgainst = 5;
 
-// The name under which the archive holds a field: the first of the alternatives that it has, else
-// the first, which reading then reports as missing.
+// The name of a field in the archive: the first of the alternatives that it has, else the first,
+// which the reader then reports as missing.
 std::string present(const NpzArchive& archive, const std::vector<std::string>& alternatives) {
   for (const std::string& name : alternatives) {
     if (archive.has(name)) return name;
@@ -81,14 +81,14 @@ TrackTable read_tracks(const NpzArchive& archive, std::size_t frames) {
   return std::move(*collector).finish();
 }
 
-/// A reading of the numbers that the file gives for the camera's pose on the body.
+/// An interpretation of the file's numbers for the camera's pose on the body.
 struct Reading {
   std::string formula;
   SE3 cam0_T_imu;
 };
 
-// cam_T_imu as printed and as every archive known means it (data/README.md, trap 1); imu_T_cam
-// taken for its inverse, and as printed.
+// cam_T_imu as printed, and as every known archive means it (data/README.md, trap 1); imu_T_cam
+// interpreted as its inverse, and as printed.
 std::pair<Reading, Reading> readings(const std::string& field, const std::string& where,
                                      const Eigen::Matrix4d& M) {
   const SE3 printed = checked_motion(where, M);
@@ -100,7 +100,7 @@ std::pair<Reading, Reading> readings(const std::string& field, const std::string
           {.formula = "imu_T_cam", .cam0_T_imu = printed.inverse()}};
 }
 
-// Chooses the reading of cam0_T_imu that the data agree with, and says so.
+// Chooses the interpretation of cam0_T_imu that agrees with the data, and adds a remark.
 void read_extrinsics(const NpzArchive& archive, Recording& recording) {
   const std::string field = present(archive, {"cam_T_imu", "imu_T_cam"});
   const Eigen::Matrix4d M =
@@ -119,7 +119,7 @@ void read_extrinsics(const NpzArchive& archive, Recording& recording) {
       "{} is taken as {}, not as {}{}: over {} steps in turns the mean reprojection cost is {:.2f} "
       "instead of {:.2f} ({:.1f} sigmas)",
       field, taken.formula, left.formula,
-      told ? "" : ", as in every known file of this kind, for these data cannot tell",
+      told ? "" : ", as in every known file of this kind, because these data do not decide",
       verdict.steps, take_second ? verdict.second_cost : verdict.first_cost,
       take_second ? verdict.first_cost : verdict.second_cost,
       take_second ? verdict.sigmas : -verdict.sigmas));

@@ -108,7 +108,7 @@ TEST_F(NpzRecording, WhereADriveCannotTellTheKnownReadingIsTakenAndThatIsSaid) {
   fields = test::npz_fields(truth, kTracks);
   const Recording r = read();
   EXPECT_LT((r.rig.cam0_T_imu.p - truth.rig.cam0_T_imu.p).norm(), 1e-12);
-  expect_parts(r.remarks.at(0), {"these data cannot tell"});
+  expect_parts(r.remarks.at(0), {"these data do not decide"});
 }
 
 TEST_F(NpzRecording, TheNamesOfLaterArchivesAreKnown) {

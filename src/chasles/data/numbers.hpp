@@ -11,7 +11,7 @@
 
 namespace chasles {
 
-/// Numbers with a shape, as a field of a file holds them.
+/// An array of numbers with a shape: a field of a file.
 struct NumberArray {
   std::string where;               ///< "FILE: field 'NAME'", for messages
   std::vector<std::size_t> shape;  ///< empty: a single number
@@ -21,24 +21,26 @@ struct NumberArray {
 /// "(3, 1104)".
 std::string shape_text(const std::vector<std::size_t>& shape);
 
-/// The checks below throw InputError with the field, the index, what was found and what expected.
+/// The checks below throw InputError with the field, the index, the value found and the value
+/// expected.
 
-/// The only number of the array (of shape (), (1), (1, 1), …), finite.
+/// The only number of the array (shape (), (1), (1, 1), …), finite.
 double checked_scalar(const NumberArray& array);
 
-/// A matrix of exactly rows x cols finite numbers. `why` says where the sizes come from.
+/// A matrix of exactly rows x cols finite numbers. `why` states the reason for the sizes.
 Eigen::MatrixXd checked_matrix(const NumberArray& array, std::size_t rows, std::size_t cols,
                                const std::string& why);
 
-/// A matrix with the given number of rows and at least `least` columns; the first `least` of them.
+/// The first `least` columns of a matrix with the given number of rows and at least `least`
+/// columns.
 Eigen::MatrixXd checked_columns(const NumberArray& array, std::size_t rows, std::size_t least,
                                 const std::string& why);
 
 /// Times from seconds, of shape (T), (1, T) or (T, 1); they must rise strictly.
 std::vector<Time> checked_times(const NumberArray& array);
 
-/// Throws unless R is a rotation within 1e-3 (a matrix that was printed with few digits); returns
-/// it with round-off removed. `where` names the field.
+/// Throws unless R is a rotation within 1e-3 (a matrix may be printed with few digits). Returns it
+/// with round-off removed. `where` names the field.
 Eigen::Matrix3d checked_rotation(const std::string& where, const Eigen::Matrix3d& R);
 
 /// Throws unless M is a rigid motion [R | p; 0 0 0 1].
@@ -53,7 +55,7 @@ Eigen::Matrix3d checked_quaternion(const std::string& where, const Eigen::Vector
 /// Throws unless the number is positive and finite.
 double checked_positive(const std::string& where, double value);
 
-/// Throws unless the time comes after the one before it. `where` names the row.
+/// Throws unless `time` is later than `before`. `where` names the row.
 void check_rises(const std::string& where, Time before, Time time);
 
 }  // namespace chasles

@@ -8,7 +8,7 @@
 namespace chasles {
 namespace {
 
-// Takes the earliest images that are not taken yet, one a camera, into one frame.
+// Combines the earliest remaining images, one per camera, into one frame.
 std::optional<PairedFrame> next_frame(const std::vector<std::vector<Time>>& stamps,
                                       std::vector<std::size_t>& taken, Time tolerance) {
   Time first = Time::max();

@@ -29,14 +29,14 @@ PlanLine::Kind kind_of(const CsvReader& csv) {
       fmt::format("{}: found '{:.40}', expected wall or furniture", csv.where(1), csv.text(1)));
 }
 
-// A line of one point can only be told when it is over: `where` is then the row after it.
+// A line of one point is detected at its end: `where` is then the row after it.
 void check_over(const std::string& where, const Plan& plan) {
   if (plan.empty() || plan.back().points.size() >= 2) return;
   throw InputError(
       fmt::format("{}: line {} ends with one point, expected two or more", where, plan.size() - 1));
 }
 
-// The line that the row belongs to: the last one, or the next.
+// The line of the row: the last one, or a new one.
 PlanLine& line_of(const CsvReader& csv, Plan& plan) {
   const std::int64_t line = csv.integer(0);
   const auto last = static_cast<std::int64_t>(plan.size()) - 1;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr const char* kKnownKinds =
     "an ECE276A .npz archive, a STARS .mat file, an EuRoC folder (mav0), IMU table or table of "
-    "tracks, a folder of AprilGrid tracks (tracks.csv), a KITTI raw drive (image_00, oxts), a ROS "
+    "tracks, a folder of AprilGrid tracks (tracks.csv), a KITTI raw recording (image_00, oxts), a ROS "
     "1 "
     ".bag, a folder of images (images/cam0, imu.csv), or a recording folder with calibration.yaml "
     "(docs/formats.md)";
@@ -38,12 +38,12 @@ Recording read_folder(const std::filesystem::path& folder) {
   if (holds("calibration.yaml")) return read_folder_recording(folder);
   if (holds("tracks.csv") || holds("tracks.csv.gz")) return read_april_recording(folder);
   throw InputError(fmt::format(
-      "{}: the folder holds no calibration.yaml nor anything else that a recording begins with, "
+      "{}: the folder holds no calibration.yaml nor any other first file of a recording, "
       "expected {}",
       folder.string(), kKnownKinds));
 }
 
-// A table whose first line tells what it is, plain or compressed.
+// A table whose first line identifies it, plain or compressed.
 Recording read_table(const std::filesystem::path& path) {
   const bool tracks = begins_klt_tracks(read_plain_or_gzip(path));
   return tracks ? read_klt_tracks_recording(path) : read_euroc_imu_recording(path);

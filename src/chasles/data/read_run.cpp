@@ -20,7 +20,7 @@
 namespace chasles {
 namespace {
 
-// The names between the fixed head and tail of the columns of states.csv.
+// The names between the fixed first and last columns of states.csv.
 std::vector<std::string> extra_names(const CsvReader& csv) {
   const auto& columns = csv.columns();
   const std::size_t fixed = state_head_columns().size() + state_tail_columns().size();
@@ -75,7 +75,7 @@ void read_states(const std::filesystem::path& file, Run& run) {
   }
 }
 
-// Of the columns of timing.csv those after the wall time, without their unit.
+// The columns of timing.csv after the wall time, without their unit.
 std::vector<std::string> stage_names(const CsvReader& csv) {
   std::vector<std::string> names;
   for (std::size_t k = 2; k < csv.columns().size(); ++k) {
@@ -120,7 +120,7 @@ std::vector<RunLandmark> read_landmarks(const std::filesystem::path& file) {
   return landmarks;
 }
 
-// As the summary has it, else as the folder is called.
+// The name in the summary, else that of the folder.
 std::string recording_name(const nlohmann::ordered_json& summary,
                            const std::filesystem::path& folder) {
   const auto name = summary.find("name");
@@ -140,7 +140,7 @@ std::optional<Georeference> georeference(const nlohmann::ordered_json& summary,
     throw InputError(fmt::format("{}: georeference: expected '{}', a number of at most {}",
                                  (folder / "summary.json").string(), key, most));
   };
-  // Mercator's projection ends before the poles.
+  // The Mercator projection does not reach the poles.
   return Georeference{{.latitude = number("latitude", 89),
                        .longitude = number("longitude", 360),
                        .altitude = number("altitude", 1e6)}};

@@ -18,13 +18,14 @@
 
 namespace chasles {
 
-/// A landmark whose position is known.
+/// A landmark with a known position.
 struct TrueLandmark {
   LandmarkId id = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< [m], in the frame of the true trajectory
 };
 
-/// The true motion at an instant, with what only an inertial filter estimates besides the pose.
+/// The true motion at an instant, with the states that only an inertial filter estimates besides
+/// the pose.
 struct TrueMotion {
   Time time{};
   Eigen::Vector3d v_world = Eigen::Vector3d::Zero();             ///< [m/s]
@@ -32,8 +33,9 @@ struct TrueMotion {
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
 };
 
-/// What sensors delivered, and, where known, the truth. Times rise strictly within velocities, IMU
-/// samples, frames and truth; every number is finite. The readers and the simulator see to that.
+/// The measurements of the sensors and, where known, the truth. Times rise strictly within
+/// velocities, IMU samples, frames and truth; every number is finite. The readers and the simulator
+/// guarantee this.
 ///
 /// There are two kinds: body velocities with a rectified stereo pair, and IMU samples with any
 /// cameras.
@@ -45,41 +47,41 @@ struct Recording {
   std::vector<ImuSample> imu;
   ImuConvention imu_convention = ImuConvention::kInstant;
   std::optional<ImuNoise> imu_noise;  ///< as the recording states it
-  ImuRange imu_range;                 ///< as the recording states it; infinite: it does not
+  ImuRange imu_range;                 ///< as the recording states it; infinite: not stated
   std::vector<FeatureFrame> frames;
   std::shared_ptr<const ImageSource>
-      images;        ///< instead of `frames`: what a front end makes them of
+      images;        ///< the input of a front end, instead of `frames`
   Trajectory truth;  ///< world_T_imu; empty where unknown. With an IMU the world's z axis points up
   std::vector<TrueMotion> true_motion;       ///< at the times of `truth`; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown
   Plan plan;                                 ///< of the place, in the truth's world
   std::optional<Georeference> georeference;  ///< of the truth's world, where known
-  /// Standard deviations that the recording itself states; none where it does not.
+  /// Standard deviations that the recording states; none if it does not.
   std::optional<BodyVelocitySigma> velocity_sigma;
   std::optional<Eigen::Vector4d> pixel_sigma;  ///< of (uL, vL, uR, vR) [px]
   std::optional<double> single_pixel_sigma;    ///< of u and of v of a PixelObservation [px]
-  /// What the reader corrected, dropped or counted, a sentence each, for the user to read.
+  /// One sentence for the user on each correction, omission or count of the reader.
   std::vector<std::string> remarks;
 };
 
-/// How many frames there are, of tracks or of images.
+/// The number of frames, of tracks or of images.
 std::size_t frame_count(const Recording& recording);
 
 /// The earliest time of a frame, an image, a velocity or an IMU sample.
 Time first_event(const Recording& recording);
 
-/// There are images to read: recording.images->read(index).
+/// Images are due for reading: recording.images->read(index).
 struct ImagesDue {
   Time time{};
   std::size_t index = 0;
 };
 
-/// One thing that happened at a time.
+/// One measurement of any sensor.
 using Event = std::variant<BodyVelocity, ImuSample, FeatureFrame, ImagesDue>;
 
-/// The recording in the order of time: a velocity comes before a frame of the same instant, a
-/// frame before images; of the IMU all samples up to the first that is not earlier come before
-/// them, so that the motion up to the frame can be interpolated and need not be extrapolated.
+/// The recording in order of time. At the same instant, a velocity precedes a frame and a frame
+/// precedes images. Of the IMU, all samples up to the first one that is not earlier precede the
+/// frame, so that the motion up to the frame can be interpolated and need not be extrapolated.
 class EventStream {
  public:
   /// The recording must outlive the stream.

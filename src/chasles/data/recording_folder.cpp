@@ -38,7 +38,7 @@ std::vector<BodyVelocity> read_velocities(const fs::path& file) {
   return velocities;
 }
 
-// What frames.csv says that a frame holds.
+// The counts of a frame in frames.csv.
 struct Counts {
   std::int64_t observations = 0, pixels = 0;
 };
@@ -56,7 +56,7 @@ std::vector<FeatureFrame> read_frame_times(const fs::path& file, bool with_pixel
   return frames;
 }
 
-// Puts the rows of features.csv, which are in order of time, into the frames.
+// Adds the rows of features.csv, which are in order of time, to the frames.
 void read_features(const fs::path& file, std::vector<FeatureFrame>& frames) {
   CsvReader csv(file, kFeatureColumns);
   auto frame = frames.begin();
@@ -78,12 +78,12 @@ void read_features(const fs::path& file, std::vector<FeatureFrame>& frames) {
 void check_count(const fs::path& file, Time time, std::size_t found, std::int64_t expected) {
   if (std::cmp_equal(found, expected)) return;
   throw InputError(fmt::format(
-      "{}: holds {} observations of the frame at {} ns, expected {} as frames.csv says (is the "
+      "{}: holds {} observations of the frame at {} ns, expected {} as in frames.csv (is the "
       "file truncated?)",
       file.string(), found, time.count(), expected));
 }
 
-// A landmark is seen at most once in a frame by a camera.
+// Checks that a camera observes a landmark at most once in a frame.
 void check_once(const fs::path& file, Time time, std::vector<std::pair<int, LandmarkId>>& seen) {
   std::sort(seen.begin(), seen.end());
   const auto twice = std::adjacent_find(seen.begin(), seen.end());
@@ -94,7 +94,7 @@ void check_once(const fs::path& file, Time time, std::vector<std::pair<int, Land
                   twice->first < 0 ? std::string() : fmt::format(" in camera {}", twice->first)));
 }
 
-// No row was lost, and no landmark is there twice.
+// Checks that no row is missing, and that no landmark is repeated.
 void check_frames(const fs::path& folder, const std::vector<FeatureFrame>& frames,
                   const std::vector<Counts>& counts) {
   const fs::path features = folder / "features.csv", pixels = folder / "pixels.csv";
@@ -163,7 +163,7 @@ void write_true_landmarks(const std::vector<TrueLandmark>& landmarks, const fs::
   write_table(file, kLandmarkColumns, {rows.data(), rows.size()});
 }
 
-// A file that the calibration says nothing of would silently be left out.
+// Rejects a file that the calibration does not mention; it would be ignored silently.
 void refuse(const fs::path& file, const std::string& missing) {
   if (!fs::exists(file)) return;
   throw InputError(

@@ -156,7 +156,7 @@ TEST_F(InertialFolder, ThePixelTableIsChecked) {
                {"pixels.csv: landmark 0 is there twice at 25000000 ns", "in camera 0"});
   expect_parts(error(file, "\n25000000,", "\n25000001,"), {"25000001 is no frame of frames.csv"});
   expect_parts(error("frames.csv", "\n25000000,0,6", "\n25000000,0,7"),
-               {"pixels.csv: holds 6 observations", "expected 7 as frames.csv says"});
+               {"pixels.csv: holds 6 observations", "expected 7 as in frames.csv"});
   expect_parts(error("frames.csv", "\n25000000,0,6", "\n25000000,2,6"),
                {"features.csv: holds 0 observations", "expected 2"});
   recording.frames[2].pixels[1].pixel.y() = std::numeric_limits<double>::infinity();

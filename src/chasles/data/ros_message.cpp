@@ -12,7 +12,7 @@
 namespace chasles {
 namespace {
 
-// Takes fields from the front of a message.
+// Reads fields from the front of a message.
 class Fields {
  public:
   Fields(std::string_view bytes, const std::string& where) : rest_(bytes), where_(&where) {}
@@ -96,7 +96,7 @@ GrayImage ros_image(std::string_view message, const ImageSize& expected, const s
   const std::size_t step = fields.number<std::uint32_t>();
   const std::string_view data = fields.text();
   if (std::cmp_not_equal(width, expected.width) || std::cmp_not_equal(height, expected.height)) {
-    throw InputError(fmt::format("{}: is {} x {} pixels, expected {} x {} as the calibration says",
+    throw InputError(fmt::format("{}: is {} x {} pixels, expected {} x {} as in the calibration",
                                  where, width, height, expected.width, expected.height));
   }
   if (step < width * channels || data.size() != step * height) {

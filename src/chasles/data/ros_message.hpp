@@ -9,11 +9,11 @@
 
 namespace chasles {
 
-// The messages of ROS 1 that a recording needs, by their bytes as a bag holds them: little-endian,
-// fields in order, texts and arrays behind their length (wiki.ros.org/msg). Every length is held
-// against what is there: InputError that begins with `where`.
+// The ROS 1 message types that a recording needs, decoded from the bytes in a bag: little-endian,
+// fields in order, strings and arrays preceded by their length (wiki.ros.org/msg). Every length is
+// checked against the bytes available; InputError starts with `where`.
 
-/// The stamp of a message that begins with a std_msgs/Header.
+/// The stamp of a message that starts with a std_msgs/Header.
 Time ros_stamp(std::string_view message, const std::string& where);
 
 /// sensor_msgs/Imu, without orientation and covariances.

@@ -21,7 +21,7 @@ const std::vector<std::string> kImageFeatureColumns = {
     "time_ns",  "camera",     "landmark",   "u",      "v",      "age",    "u_before",
     "v_before", "u_expected", "v_expected", "cov_uu", "cov_uv", "cov_vv", "outcome"};
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr int kLargestSide = 1'000'000;  // of a side
+constexpr int kLargestSide = 1'000'000;  // of an image [px]
 
 std::string picture_name(const RunImage& image) {
   return fmt::format("images/cam{}_{}.jpg", image.camera, image.time.count());
@@ -44,7 +44,7 @@ void append_features(const RunImage& image, fmt::memory_buffer& rows) {
   }
 }
 
-// Those of an earlier run; nothing else that is in the folder.
+// Removes the images of an earlier run; nothing else in the folder.
 void remove_pictures(const fs::path& folder) {
   std::error_code none;
   std::vector<fs::path> old;
@@ -109,7 +109,7 @@ bool is_of(const RunImage& image, const CsvReader& csv) {
   return image.time == csv.time(0) && image.camera == csv.integer(1);
 }
 
-// The rows of an image follow each other, in the order of images.csv.
+// Rows of one image are consecutive, in the order of images.csv.
 void read_features(const fs::path& file, std::vector<RunImage>& images) {
   CsvReader csv(file, kImageFeatureColumns);
   auto image = images.begin();

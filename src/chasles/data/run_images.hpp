@@ -9,30 +9,29 @@
 
 namespace chasles {
 
-/// A point that was followed into a kept image. Numbers are those of the camera's own pixels,
-/// whatever the size of the picture.
+/// A tracked feature in a kept image. Pixels refer to the camera's resolution, whatever the size of
+/// the stored picture.
 struct RunFeature {
   PixelOutcome judged;
-  int age = 1;                                 ///< frames in which that camera has seen it
-  std::optional<Eigen::Vector2d> before = {};  ///< where it was some frames ago [px]
+  int age = 1;                                 ///< number of frames in which the camera observed it
+  std::optional<Eigen::Vector2d> before = {};  ///< pixel some frames ago [px]
 };
 
-/// What one camera saw in a frame that was kept to be looked at, and what became of it.
+/// An image that was kept for display: its features and their outcomes.
 struct RunImage {
   Time time{};                ///< of the frame, by the cameras' clock
   int camera = 0;             ///< index into the rig
   int width = 0, height = 0;  ///< of the camera [px]
-  std::string jpeg;           ///< the picture, perhaps smaller; empty where there is none
+  std::string jpeg;           ///< the picture, possibly smaller; empty if not stored
   std::vector<RunFeature> features;
 };
 
 /// Writes images.csv, features.csv and images/camC_TIME.jpg of a run folder (docs/formats.md), or
-/// removes those that are there where there are no images. Throws UsageError if that is not
-/// possible.
+/// removes them if there are no images. Throws UsageError if that is not possible.
 void write_run_images(const std::vector<RunImage>& images, const std::filesystem::path& folder);
 
-/// Reads them again, nothing where there is no images.csv. Throws InputError with file, line and
-/// column.
+/// Reads the images of a run folder; empty if there is no images.csv. Throws InputError with file,
+/// line and column.
 std::vector<RunImage> read_run_images(const std::filesystem::path& folder);
 
 }  // namespace chasles

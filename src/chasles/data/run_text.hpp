@@ -8,7 +8,7 @@
 
 namespace chasles {
 
-/// The rows of states.csv of the states `from` and later; from 0 with the names of the columns.
+/// The rows of states.csv from index `from` on; with the names of the columns if `from` is 0.
 std::string states_text(const Run& run, std::size_t from);
 
 /// landmarks.csv.

@@ -20,10 +20,10 @@
 #include <chasles/error.hpp>
 #include <chasles/lie/testing.hpp>
 
-// What the tests of this folder share.
+// Shared by the tests of this folder.
 namespace chasles::test {
 
-/// A folder of its own for the running test, empty at first.
+/// An empty folder for the running test alone.
 inline std::filesystem::path scratch() {
   const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) /
@@ -33,7 +33,7 @@ inline std::filesystem::path scratch() {
   return folder;
 }
 
-/// The real recordings, where they are.
+/// The folder of the real recordings, if available.
 inline std::optional<std::filesystem::path> recordings() {
   const char* given = std::getenv("CHASLES_DATA");
   const std::filesystem::path folder =
@@ -53,7 +53,7 @@ inline void spill(const std::filesystem::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
 
-/// The message of the InputError that the call throws; fails the test if it throws none.
+/// The message of the InputError that the call throws. The test fails if it throws none.
 template <typename Call>
 std::string input_error(Call call) {
   try {
@@ -72,7 +72,7 @@ inline void expect_parts(const std::string& message, const std::vector<std::stri
   }
 }
 
-/// A field of an .npz file: its values last index fastest, and how they are to be stored.
+/// A field of an .npz file: values with the last index fastest, and their storage format.
 struct NpyField {
   std::vector<std::size_t> shape;
   std::vector<double> values;
@@ -165,13 +165,13 @@ inline SE3 proper_cam0_T_imu(const Eigen::Vector3d& rho) {
 
 inline const Eigen::Vector3d kRho(1.1, -0.3, 0.7);
 
-/// A car that drives with constant velocities past landmarks, and sees them without error.
+/// A car with constant velocities that observes landmarks without error.
 struct Drive {
   double speed = 8;         ///< [m/s]
   double yaw_rate = 0.4;    ///< [rad/s]
-  std::size_t frames = 60;  ///< ten a second
+  std::size_t frames = 60;  ///< at 10 Hz
   std::size_t tracks = 200;
-  double speed_noise = 0;  ///< of the velocities told, each axis [m/s]
+  double speed_noise = 0;  ///< of the measured velocities, each axis [m/s]
   double rate_noise = 0;   ///< [rad/s]
 };
 
@@ -218,7 +218,7 @@ inline Recording drive(const Drive& settings) {
   return r;
 }
 
-/// Where feature number `pixel` of a track in a frame lies in an array (4, tracks, frames).
+/// The index of component `pixel` of a track in a frame, in an array (4, tracks, frames).
 inline std::size_t feature_at(const NpyField& features, std::size_t pixel, std::size_t track,
                               std::size_t frame) {
   return (pixel * features.shape[1] + track) * features.shape[2] + frame;

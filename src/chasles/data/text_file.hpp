@@ -13,27 +13,28 @@ std::string read_file(const std::filesystem::path& file);
 /// Writes the bytes, replacing the file. Throws UsageError if that is not possible.
 void write_file(const std::filesystem::path& file, std::string_view bytes);
 
-/// Writes a table: a line with the names of the columns, then the rows.
+/// Writes a table: one line with the names of the columns, then the rows.
 void write_table(const std::filesystem::path& file, const std::vector<std::string>& columns,
                  std::string_view rows);
 
-/// Removes a file that an earlier run may have left. Throws UsageError if it is there and stays.
+/// Removes a file if it exists. Throws UsageError if that is not possible.
 void remove_file(const std::filesystem::path& file);
 
-/// Makes a folder with its parents. Throws UsageError if that is not possible.
+/// Creates a folder with its parents. Throws UsageError if that is not possible.
 void make_folder(const std::filesystem::path& folder);
 
-/// `; did you mean 'K'?` for the known name nearest to `name`, or nothing where none is near. Of
-/// `group.name` the part behind the dot counts as well; those of all groups are given that have it.
+/// `; did you mean 'K'?` for the known name most similar to `name`; empty if none is similar. For
+/// `group.name` the part after the dot is compared as well; the result then lists the name in every
+/// group that has it.
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known);
 
 /// `'a', 'b', 'c'`.
 std::string quoted_list(const std::vector<std::string>& names);
 
-/// Takes the next line, without its end (\n or \r\n), from the front of `text`.
+/// Removes the next line from the front of `text` and returns it without its end (\n or \r\n).
 std::string_view take_line(std::string_view& text);
 
-/// Without blanks at both ends.
+/// The text without blanks at both ends.
 std::string_view trimmed(std::string_view text);
 
 /// The words between blanks.

@@ -11,14 +11,14 @@
 
 namespace chasles {
 
-/// What was not in order.
+/// Counts of rows that were not in order.
 struct OrderCounts {
-  std::size_t late = 0;      ///< rows whose time lies before that of a row above them
-  std::size_t repeated = 0;  ///< rows whose time was there already: left out
+  std::size_t late = 0;      ///< rows with an earlier time than a row above them
+  std::size_t repeated = 0;  ///< rows with the time of another row: left out
 };
 
-/// Sorts rows by their `time`; of rows of the same time the first stays. A recording's times rise
-/// strictly, whatever the driver wrote.
+/// Sorts rows by their `time`. Of rows with the same time the first stays. Times then rise
+/// strictly, as Recording requires.
 template <typename Row>
 OrderCounts bring_into_order(std::vector<Row>& rows) {
   OrderCounts counts;
@@ -38,8 +38,7 @@ OrderCounts bring_into_order(std::vector<Row>& rows) {
   return counts;
 }
 
-/// The same, with a sentence for each thing that was not in order; `what` names the rows: "IMU
-/// samples".
+/// The same, with a remark on each kind of disorder. `what` names the rows: "IMU samples".
 template <typename Row>
 void bring_into_order(std::vector<Row>& rows, const std::string& what,
                       std::vector<std::string>& remarks) {

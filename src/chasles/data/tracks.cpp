@@ -22,7 +22,7 @@ bool repeats(const TrackPoint& point, const TrackPoint& before) {
          point.pixels == before.pixels;
 }
 
-// Whether point i is a repetition that stands alone.
+// Whether point i is an isolated repetition.
 bool is_stale(const std::vector<TrackPoint>& points, std::size_t i) {
   if (i == 0 || !repeats(points[i], points[i - 1])) return false;
   const bool before = i >= 2 && repeats(points[i - 1], points[i - 2]);
@@ -30,7 +30,7 @@ bool is_stale(const std::vector<TrackPoint>& points, std::size_t i) {
   return !before && !after;
 }
 
-/// What make_frames left out.
+/// Counts of what make_frames() left out.
 struct LeftOut {
   std::size_t stale = 0;         // observations
   std::size_t not_positive = 0;  // disparities
@@ -74,7 +74,7 @@ void TrackCollector::fail_not_finite(std::size_t pixel, std::size_t track, std::
   const bool frame_first = order_ == Order::kTrackFramePixel;
   throw InputError(fmt::format(
       "{}: value {} at index [{}, {}, {}] (number {} of track {} in frame {}), expected finite "
-      "pixels, or -1 for what is not seen",
+      "pixels, or -1 without an observation",
       where_, value, pixel, frame_first ? frame : track, frame_first ? track : frame, pixel, track,
       frame));
 }
@@ -92,7 +92,8 @@ void TrackCollector::keep(std::size_t track, std::size_t frame, const Eigen::Vec
                            .pixels = pixels});
 }
 
-// The numbers belong to one or more of the four planes, of which the first tells what was seen.
+// The numbers belong to one or more of the four planes; the first plane determines which points
+// exist.
 void TrackCollector::add_plane(std::span<const double> values) {
   const std::size_t plane_size = table_.tracks * table_.frames;
   while (!values.empty()) {

@@ -12,23 +12,23 @@
 
 namespace chasles {
 
-/// One observation of a table of tracks: column `track`, row `frame`, pixels (uL, vL, uR, vR).
+/// One observation in a table of tracks: column `track`, row `frame`, pixels (uL, vL, uR, vR).
 struct TrackPoint {
   std::uint32_t track = 0;
   std::uint32_t frame = 0;
   Eigen::Vector4d pixels = Eigen::Vector4d::Zero();
 };
 
-/// Stereo tracks as the recordings of others store them: 4 numbers for every track and frame, -1
-/// where nothing was seen. Only what was seen is kept (one entry in a hundred).
+/// Stereo tracks in the layout of third-party recordings: 4 numbers for every track and frame, -1
+/// without an observation. Only the observations are kept (one entry in a hundred).
 struct TrackTable {
   std::size_t tracks = 0;
   std::size_t frames = 0;
   std::vector<TrackPoint> points;
-  std::size_t partial = 0;  ///< entries with some, not all, of the four numbers missing; left out
+  std::size_t partial = 0;  ///< left out: entries with some, not all, of the four numbers missing
 };
 
-/// Fills a TrackTable from the numbers of an array that arrive in the order of the file.
+/// Builds a TrackTable from the numbers of an array, which arrive in the order of the file.
 class TrackCollector {
  public:
   /// The order of the numbers, the fastest index last.
@@ -41,7 +41,7 @@ class TrackCollector {
   /// `where` names the field in messages.
   TrackCollector(std::size_t tracks, std::size_t frames, Order order, std::string where);
 
-  /// The next numbers. Throws InputError at one that is not finite.
+  /// Adds the next numbers. Throws InputError for a number that is not finite.
   void add(std::span<const double> values);
 
   /// The table, its points in order of track, then frame.
@@ -64,17 +64,17 @@ class TrackCollector {
   Eigen::Vector4d pixels_ = Eigen::Vector4d::Zero();
 };
 
-/// What becomes of repeated pixels.
+/// Treatment of repeated pixels.
 enum class Repeats {
   kKeep,
-  /// An observation whose four numbers equal those of the frame before is stale: it is dropped, and
-  /// what its track shows afterwards is another physical point (data/README.md, trap 5). Equal
-  /// numbers in three or more frames running are a camera at rest and stay.
+  /// An observation whose four numbers equal those of the frame before is stale and is dropped.
+  /// Later observations of its track belong to another physical point (data/README.md, trap 5).
+  /// Equal numbers in three or more successive frames mean a static camera, and stay.
   kCut,
 };
 
-/// The frames of a table; frames without observations stay, as empty ones. Left out and counted in
-/// `remarks`: stale observations, and those whose disparity uL - uR is not positive.
+/// The frames of a table. Frames without observations stay, as empty ones. Left out and counted in
+/// `remarks`: stale observations, and observations whose disparity uL - uR is not positive.
 ///
 /// The landmark number is `track + segment * table.tracks`, where the segment counts the cuts of
 /// the track so far. Observations are in order of landmark number.

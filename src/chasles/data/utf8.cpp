@@ -9,8 +9,8 @@ namespace {
 
 constexpr std::string_view kReplacement = "\xef\xbf\xbd";
 
-// Bytes of the character that the text begins with; 0: it begins with none. RFC 3629, section 4:
-// no byte says in more bytes what fewer can say, nor half of a surrogate pair, nor beyond U+10FFFF.
+// The length of the UTF-8 character at the start of the text; 0 if there is none. RFC 3629, section
+// 4, forbids overlong encodings, surrogates and code points beyond U+10FFFF.
 std::size_t character_length(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned first = byte(0);

@@ -41,7 +41,7 @@ std::string sensor_text(const char* type, const std::string& comment, const SE3&
                      type, comment, yaml_motion(imu_T_sensor));
 }
 
-// Of the middle time between two.
+// The rate from the median interval.
 template <typename Times>
 double rate_of(const Times& times) {
   std::vector<double> gaps;
@@ -130,7 +130,7 @@ void write_truth(const Recording& recording, const fs::path& folder) {
 }
 
 std::string png_of(const GrayImage& image) {
-  // The pixels are not changed; cv::Mat knows no constant ones.
+  // The pixels are not changed; cv::Mat has no const view.
   const cv::Mat view(image.height, image.width, CV_8UC1,
                      const_cast<std::uint8_t*>(image.pixels.data()));
   std::vector<std::uint8_t> bytes;
@@ -170,7 +170,7 @@ void check_images(const Recording& r, const ImageFrame& frame) {
 
 using Lists = std::vector<std::string>;  // of images, one a camera
 
-// The images of one frame, and their lines.
+// Writes the images of one frame, and their lines.
 Lists write_frame(const Recording& r, std::size_t i, const fs::path& sensors) {
   const ImageFrame frame = r.images->read(i);
   check_images(r, frame);
@@ -184,7 +184,7 @@ Lists write_frame(const Recording& r, std::size_t i, const fs::path& sensors) {
   return lines;
 }
 
-// The frames from `begin` to before `end`, each on a thread, the first on this one.
+// Writes the frames [begin, end), each on a thread, the first on this one.
 void write_frames(const Recording& r, std::size_t begin, std::size_t end, const fs::path& sensors,
                   Lists& lists) {
   std::vector<std::future<Lists>> others;

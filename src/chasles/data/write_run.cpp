@@ -42,7 +42,7 @@ void check_sizes(const Run& run) {
       continue;
     }
     throw std::invalid_argument(fmt::format(
-        "write_run: a state has {} extra numbers, {} deviations and {} stages, expected {} as "
+        "write_run: a state has {} extra numbers, {} sigmas and {} stages, expected {} as "
         "extra_names and {} as stage_names",
         state.extra.size(), state.extra_sigma.size(), state.stages.size(), run.extra_names.size(),
         run.stage_names.size()));

@@ -15,11 +15,11 @@ class Node;
 
 namespace chasles {
 
-/// The keys of a YAML map and their checked values. Everything throws InputError with file, line
-/// and key, what was found and what was expected.
+/// The keys of a YAML map and their checked values. All functions throw InputError with file, line
+/// and key, the value found and the value expected.
 class YamlMap {
  public:
-  /// Which keys a map may have; with no known ones it may have any.
+  /// The keys that a map may have and must have. An empty `known` allows any key.
   struct Keys {
     std::vector<std::string> known;
     std::vector<std::string> needed;
@@ -43,7 +43,7 @@ class YamlMap {
   SE3 motion(const std::string& key) const;
   /// A list of texts; empty where the key is missing.
   std::vector<std::string> texts(const std::string& key) const;
-  /// A map below this one.
+  /// A nested map.
   YamlMap map(const std::string& key, const Keys& keys) const;
   /// A list of maps.
   std::vector<YamlMap> maps(const std::string& key, const Keys& keys) const;
@@ -58,7 +58,7 @@ class YamlMap {
   void check_keys(const Keys& keys) const;
 
   std::string file_;
-  std::string begin_;  // "FILE", or "FILE:LINE" of a map below
+  std::string begin_;  // "FILE", or "FILE:LINE" of a nested map
   std::shared_ptr<const YAML::Node> map_;
   std::vector<std::string> found_;
   std::vector<std::string> named_;

@@ -13,7 +13,7 @@ namespace {
 constexpr double kLine = 1e-13;
 constexpr double kPoint = 1e-12;
 
-// The sums that every least-squares alignment is made of. Positions relative to their means.
+// The sums of all least-squares alignments. Positions are relative to their means.
 struct Moments {
   Eigen::Vector3d mean_estimate = Eigen::Vector3d::Zero();
   Eigen::Vector3d mean_truth = Eigen::Vector3d::Zero();
@@ -46,8 +46,8 @@ Moments moments(const MatchedTrajectories& matched) {
   return m;
 }
 
-// The rotation R that maximises trace(R^T M), and the singular values that it was found from, the
-// last one negative where M's nearest orthogonal matrix is a reflection (Umeyama, eq. 40-43).
+// The rotation R that maximises trace(R^T M), and the singular values. The last one is negative if
+// M's nearest orthogonal matrix is a reflection (Umeyama, eq. 40-43).
 struct Procrustes {
   Eigen::Matrix3d R;
   Eigen::Vector3d values;
@@ -62,7 +62,7 @@ Procrustes procrustes(const Eigen::Matrix3d& M) {
           svd.singularValues().cwiseProduct(sign), svd.matrixU().col(0)};
 }
 
-// The turn about the unit vector `axis` that maximises trace(Exp(angle axis)^T M).
+// The rotation about the unit vector `axis` that maximises trace(Exp(angle axis)^T M).
 Eigen::Matrix3d best_turn(const Eigen::Vector3d& axis, const Eigen::Matrix3d& M) {
   const double sine = (hat(axis).transpose() * M).trace();
   const double cosine = M.trace() - axis.dot(M * axis);

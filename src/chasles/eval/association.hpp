@@ -8,20 +8,20 @@
 
 namespace chasles {
 
-/// An estimate and the truth at the same instants: two trajectories of equal size, row i of one
-/// belonging to row i of the other.
+/// An estimate and the truth at the same instants: two trajectories of equal size. Row i of one
+/// corresponds to row i of the other.
 struct MatchedTrajectories {
   Trajectory estimate;                      ///< world_T_imu, in the estimate's world
   Trajectory truth;                         ///< world_T_imu, in the truth's world
-  std::vector<std::size_t> estimate_index;  ///< row i is that row of the whole estimate
-  Time tolerance{};                         ///< largest difference of stamps that was allowed
+  std::vector<std::size_t> estimate_index;  ///< index of row i in the whole estimate
+  Time tolerance{};                         ///< largest accepted difference of stamps
 };
 
 /// The median difference of consecutive stamps; zero for fewer than two poses.
 Time median_spacing(const Trajectory& trajectory);
 
-/// Pairs the poses that are nearest in time to each other (each is the other's nearest, so none is
-/// used twice) and not further apart than the tolerance, by default half the smaller of the two
+/// Pairs the poses that are nearest in time to each other. Each is the other's nearest, so none is
+/// used twice. Their times differ by at most the tolerance, by default half the smaller of the two
 /// median spacings. O(n).
 ///
 /// Throws InputError for stamps that do not increase, for a pose that is not finite, and for fewer

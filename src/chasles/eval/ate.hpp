@@ -20,8 +20,8 @@ struct Statistics {
 
 Statistics statistics(std::vector<double> magnitudes);
 
-/// Truth minus estimate at one stamp, the estimate aligned: attitude Log(R R_hat^T) [rad] and
-/// position p - p_hat [m], both in the axes of the truth's world.
+/// Truth minus aligned estimate at one stamp: attitude Log(R R_hat^T) [rad] and position p - p_hat
+/// [m], both in the axes of the truth's world.
 struct StampedError {
   Time time{};
   Eigen::Vector3d attitude;
@@ -31,11 +31,11 @@ struct StampedError {
 std::vector<StampedError> pose_errors(const MatchedTrajectories& matched,
                                       const WorldAlignment& alignment);
 
-/// Absolute trajectory error (Sturm et al. 2012): how far the estimate is from the truth after the
-/// alignment, over all matched stamps.
+/// Absolute trajectory error (Sturm et al. 2012): the difference between aligned estimate and truth
+/// over all matched stamps.
 struct AbsoluteError {
   Alignment alignment = Alignment::kNone;
-  WorldAlignment transform;  ///< what was applied to the estimate
+  WorldAlignment transform;  ///< the alignment applied to the estimate
   Statistics position_m;
   Statistics attitude_deg;  ///< with the rotation of the same alignment
 };

@@ -58,7 +58,7 @@ struct Tails {
   double lower, upper;
 };
 
-// Both tails, so that neither is lost as a difference from 1.
+// Both tails, so that neither loses precision as a difference from 1.
 Tails tails(double x, double dof) {
   if (std::isnan(x)) return {x, x};
   if (!(x > 0)) return {0, 1};
@@ -96,7 +96,7 @@ double chi2_quantile(double probability, double dof) {
   double low = 0;
   double high = std::numeric_limits<double>::infinity();
   double x = dof;
-  // Newton's step, kept inside the bracket that every evaluation narrows.
+  // A Newton step, limited to the bracket that every evaluation narrows.
   for (int i = 0; i < 200; ++i) {
     const Tails at = tails(x, dof);
     const double excess = probability < 0.5 ? at.lower - probability : (1 - probability) - at.upper;

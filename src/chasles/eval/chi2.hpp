@@ -21,9 +21,10 @@ struct Band {
   bool contains(double x) const { return low <= x && x <= high; }
 };
 
-/// Where the mean of n independent chi-square variables of `dof` degrees of freedom lies with the
-/// given probability, two-sided with equal tails (Bar-Shalom, Li, Kirubarajan 2001, §5.4.2). n = 1
-/// is the interval of one of them. Throws UsageError for n = 0 or probability outside (0, 1).
+/// The interval that contains the mean of n independent chi-square variables of `dof` degrees of
+/// freedom with the given probability, two-sided with equal tails (Bar-Shalom, Li, Kirubarajan
+/// 2001, §5.4.2). n = 1 is the interval of one variable. Throws UsageError for n = 0 or probability
+/// outside (0, 1).
 Band chi2_band(double dof, std::size_t n, double probability = 0.95);
 
 /// The normalised innovation squared of one update and the degrees of freedom of its innovation.

@@ -20,10 +20,10 @@ struct EvaluationOptions {
                                        Alignment::kFirstPose};
   RelativeErrorOptions relative;
   PoseError pose_error = PoseError::kStandard;
-  bool level = false;  ///< gravity makes z point up in the estimate's world: as in nees()
+  bool level = false;  ///< z points up in the estimate's world: as in nees()
 };
 
-/// An estimate held against the truth (docs/evaluation.md defines each figure).
+/// An estimate compared with the truth (docs/evaluation.md defines each figure).
 struct Evaluation {
   std::size_t matched = 0;    ///< stamps compared
   std::size_t estimates = 0;  ///< poses of the estimate
@@ -42,25 +42,25 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& truth,
                     std::span<const Matrix6d> covariances = {},
                     const EvaluationOptions& options = {});
 
-/// The absolute error after that alignment, or null if it was not asked for.
+/// The absolute error after that alignment, or null if it was not computed.
 const AbsoluteError* find(const Evaluation& evaluation, Alignment alignment);
 
 /// The figures with the names of docs/evaluation.md (ate_m, ate_posyaw_m, ate_first_pose_m,
 /// attitude_deg, rpe_100m_percent, nees_position, nees_attitude, nees_pose) and some more, in a
-/// fixed order; what does not apply has no value.
+/// fixed order. Figures that do not apply have no value.
 std::vector<std::pair<std::string, std::optional<double>>> figures(const Evaluation& evaluation);
 
-/// One row an alignment: position and attitude errors.
+/// One row per alignment: position and attitude errors.
 Table absolute_table(const Evaluation& evaluation);
 
-/// One row a length: relative errors. Lengths without a piece are left out.
+/// One row per length: relative errors. Lengths without a piece are left out.
 Table distance_table(const Evaluation& evaluation);
 Table time_table(const Evaluation& evaluation);
 
 /// One row each for position, attitude and pose; empty without covariances.
 Table nees_table(const Evaluation& evaluation);
 
-/// All of it, for a person to read.
+/// All tables as text.
 std::string to_text(const Evaluation& evaluation);
 
 }  // namespace chasles

@@ -8,17 +8,17 @@
 
 namespace chasles {
 
-/// A landmark as it was estimated and as it is.
+/// The estimated and the true position of a landmark.
 struct MatchedPoint {
   Eigen::Vector3d p_estimate = Eigen::Vector3d::Zero();  ///< in the estimate's world [m]
   Eigen::Vector3d p_truth = Eigen::Vector3d::Zero();     ///< in the truth's world [m]
 };
 
-/// How far landmarks are from where they should be.
+/// The position error of the landmarks.
 struct LandmarkError {
   std::size_t count = 0;
-  double rmse_first_pose_m = 0;          ///< the worlds brought together by the first poses
-  std::optional<double> rmse_aligned_m;  ///< by least squares over the landmarks; from 3 on
+  double rmse_first_pose_m = 0;          ///< with the worlds aligned by the first poses
+  std::optional<double> rmse_aligned_m;  ///< with alignment by least squares over the landmarks; from 3 landmarks on
 };
 
 /// `truth_T_estimate` relates the worlds by the first poses; without points all is zero.

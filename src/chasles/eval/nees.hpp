@@ -13,8 +13,8 @@ namespace chasles {
 /// e^T P^-1 e of an error and its covariance; NaN where P is singular or not finite.
 double normalised_square(const Eigen::VectorXd& error, const Eigen::MatrixXd& covariance);
 
-/// In which coordinates the error of a pose is measured. X is the truth, Xhat the estimate; all are
-/// [rotation; translation]. (docs/derivations.md, D9 to D11.)
+/// The coordinates of a pose error. X is the truth, Xhat the estimate; all are [rotation;
+/// translation] (docs/derivations.md, D9 to D11).
 enum class PoseError {
   kStandard,    ///< [Log(R Rhat^T); p - phat], world axes
   kBodyTwist,   ///< Log(Xhat^-1 X), body axes at the estimate
@@ -24,14 +24,15 @@ enum class PoseError {
 /// "standard", "body-twist", "world-twist".
 std::string_view name(PoseError definition);
 
-/// The coordinates in which the filter's chart of that name (filter/error_chart.hpp) has its error.
+/// The coordinates in which the filter's chart of that name (filter/error_chart.hpp) represents its
+/// error.
 PoseError pose_error_of(std::string_view chart);
 
 /// The error in these coordinates.
 Vector6d pose_error(PoseError definition, const SE3& truth, const SE3& estimate);
 
-/// d(error in these coordinates) / d(standard error) at a zero error (docs/derivations.md, D14):
-/// what turns a covariance of [theta; dp] into one of these coordinates, M P M^T.
+/// d(error in these coordinates) / d(standard error) at a zero error (docs/derivations.md, D14).
+/// With it as M, M P M^T transforms a covariance of [theta; dp] to these coordinates.
 Matrix6d pose_error_map(PoseError definition, const SE3& estimate);
 
 /// e^T P^-1 e of a pose; NaN where P is singular.
@@ -51,7 +52,7 @@ struct ConsistencySummary {
   double mean = 0;          ///< dof for a consistent filter; NaN without values
   double median = 0;
   double inside = 0;  ///< fraction within the two-sided 95 % interval of one variable
-  Band band;          ///< 95 % band of the mean if the values were independent
+  Band band;          ///< 95 % band of the mean for independent values
 };
 
 /// NaN entries count as skipped.
@@ -68,11 +69,12 @@ struct Nees {
 /// `covariances[i]` belongs to row i of the whole estimate (matched.estimate_index refers to it):
 /// 6x6, of the standard error [theta; dp] in the axes of the estimate's world [rad, m].
 ///
-/// The truth is brought to the estimate's world by the first matched pose alone: a filter that
-/// starts with a certain pose claims errors relative to that pose, and a fit would hide them.
-/// `level`: by position and heading of that pose, for both worlds' z axes point up: a filter that
-/// feels gravity claims to know its tilt by itself, from the first pose on. Throws InputError where
-/// the number of covariances differs from the estimate's poses.
+/// The first matched pose alone aligns the truth with the estimate's world. The covariance of a
+/// filter that starts from a given pose describes errors relative to that pose; a fit would hide
+/// them. `level`: only position and heading of that pose are aligned, because the z axes of both
+/// worlds point up. An inertial filter estimates its tilt from gravity, so its tilt error counts
+/// from the first pose on. Throws InputError where the number of covariances differs from the
+/// estimate's poses.
 Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
           PoseError definition = PoseError::kStandard, bool level = false);
 

@@ -6,12 +6,12 @@
 
 namespace chasles {
 
-/// Which pieces of the trajectory the relative errors are measured over.
+/// The pieces of the trajectory over which the relative errors are measured.
 struct RelativeErrorOptions {
   std::vector<double> distances_m = {100, 200, 300, 400, 500, 600, 700, 800};
   std::vector<double> intervals_s = {1, 10};
-  /// A piece starts at every step-th matched pose. 10 is the KITTI benchmark's, which the figures
-  /// of others are made with; 1 uses all of the data.
+  /// A piece starts at every step-th matched pose. 10 is the value of the KITTI benchmark and of
+  /// published figures; 1 uses all data.
   int step = 10;
 };
 

@@ -11,7 +11,7 @@ namespace {
 constexpr const char* kNoValue = "-";
 
 std::size_t width(const std::string& text) {
-  // Bytes that continue a UTF-8 character take no column.
+  // Continuation bytes of a UTF-8 character take no column.
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xc0) != 0x80;
   }));

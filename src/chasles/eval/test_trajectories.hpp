@@ -11,7 +11,7 @@ namespace chasles::test {
 /// A pose every 0.1 s.
 inline Time stamp(std::size_t i) { return Time(100'000'000LL * static_cast<long long>(i)); }
 
-/// A rising helix of radius 50 m with a rocking attitude; 5 m a pose.
+/// A rising helix of radius 50 m with oscillating attitude; 5 m per pose.
 inline Trajectory helix(std::size_t n) {
   Trajectory trajectory;
   for (std::size_t i = 0; i < n; ++i) {
@@ -24,7 +24,7 @@ inline Trajectory helix(std::size_t n) {
   return trajectory;
 }
 
-/// Along x without turning.
+/// Motion along x without rotation.
 inline Trajectory straight(std::size_t n, double spacing) {
   Trajectory trajectory;
   for (std::size_t i = 0; i < n; ++i) {
@@ -35,7 +35,7 @@ inline Trajectory straight(std::size_t n, double spacing) {
   return trajectory;
 }
 
-/// Every pose moved to another world.
+/// The trajectory in another world.
 inline Trajectory moved(const SE3& transform, Trajectory trajectory) {
   for (StampedPose& row : trajectory) row.pose = transform * row.pose;
   return trajectory;

@@ -18,8 +18,8 @@ double scale_of(const BodyVelocityModel& model, const State& x) {
   return model.scale ? std::exp(x.additive[model.scale_index()]) : 1.0;
 }
 
-// d (pose errors, reference chart) / d (twist tau * u): the pose turns by Exp(Jl(xi) d) in front of
-// Exp(xi), and the reference chart takes that apart into world axes.
+// d (pose errors, reference chart) / d (twist tau * u): the pose moves by Exp(Jl(xi) d) in front of
+// Exp(xi), expressed in world axes for the reference chart.
 Matrix6d pose_by_twist(const SE3& world_T_imu, const SE3& step, const Vector6d& xi) {
   Matrix6d to_reference = Matrix6d::Identity();
   to_reference.block<3, 3>(3, 0) = -hat(step.p);
@@ -35,8 +35,8 @@ static_assert(6 +
                       .size() <=
               Measurement::kMaxCoreColumns);
 
-// What a sample along level axes should be, of what it should be along the IMU's, with the
-// derivatives by pose, velocity, tilt and heading.
+// Predicted sample in level axes, from the prediction in IMU axes, with the derivatives by pose,
+// velocity, tilt and heading.
 void turn_to_level(const BodyVelocityModel& model, const State& x, int additive_column,
                    Vector6d& expected, Measurement& z) {
   const Eigen::Vector3d tilt(x.additive[model.tilt_index()], x.additive[model.tilt_index() + 1], 0);

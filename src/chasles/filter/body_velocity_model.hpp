@@ -7,8 +7,8 @@
 
 namespace chasles {
 
-/// Densities and per-sample deviations of the body velocities; each Vector6 is [angular; linear],
-/// as the pose's errors are ordered.
+/// Noise densities and per-sample standard deviations of the body velocities. Each Vector6d is
+/// [angular; linear], in the order of the pose errors.
 struct BodyVelocityNoise {
   Vector6d sample_sigma = Vector6d::Zero();  ///< white noise of one sample [rad/s, m/s]
   Vector6d walk = Vector6d::Zero();          ///< random walk of the velocity state [unit/sqrt(s)]
@@ -18,18 +18,19 @@ struct BodyVelocityNoise {
   double heading_walk = 0;                   ///< [rad/sqrt(s)]
 };
 
-/// How body velocities move the pose (Du, eq. 6: T+ = T exp(tau u), exactly), and which states the
-/// motion adds to the core's `additive` part:
+/// Propagation of the pose by body velocities (Du, eq. 6: T+ = T exp(tau u), exact), and the states
+/// that the model adds to the core's `additive` part:
 ///
 ///   [ velocity 6: angular, linear (imu axes) | gyroscope bias 3 | log of the velocity's scale 1 |
 ///     tilt 2 | heading 1 ]
 ///
-/// With the velocity in the state, a sample is a noisy measurement of a slowly varying velocity;
-/// without, it is the input that is integrated over the step, and its noise drives the pose.
+/// With the velocity in the state, a sample is a noisy measurement of a slowly varying velocity.
+/// Without, the sample is the input that is integrated over the step, and its noise enters the
+/// pose.
 ///
-/// With `level`, the samples are along level axes (imu/level_axes.hpp) turned by `heading`,
-/// sample_R_imu = Rz(heading) level_R_imu, all in rad. Which way is up is estimated too:
-/// nav_R_world = Exp([tilt, 0]). Only with a velocity state.
+/// With `level`, the samples are in level axes (imu/level_axes.hpp) rotated by `heading`,
+/// sample_R_imu = Rz(heading) level_R_imu. The direction of the vertical is estimated too:
+/// nav_R_world = Exp([tilt, 0]). Tilt and heading are in rad. Requires a velocity state.
 struct BodyVelocityModel {
   bool velocity_state = true;
   bool gyro_bias = true;
@@ -43,18 +44,19 @@ struct BodyVelocityModel {
   constexpr int size() const { return tilt_index() + (level ? 3 : 0); }
 };
 
-/// The velocity [angular; linear] in IMU axes that the state and the sample together stand for.
+/// The velocity [angular; linear] in IMU axes [rad/s, m/s], from the state and the sample.
 Vector6d corrected_velocity(const BodyVelocityModel& model, const State& x, const BodyVelocity& u);
 
-/// One step of tau seconds. `u` is the velocity held over the step; used where it is not a state.
-/// F is the exact derivative of the step. Q holds, for a velocity state, the integrals of its
-/// random walk, exact at rest and of first order in tau |u| otherwise; otherwise the sample's noise
-/// held over the step (Du, eq. 12, with the missing Jacobian: docs/derivations.md, D62).
+/// One step of tau seconds. `u` is the velocity held over the step; it is used without a velocity
+/// state. F is the exact derivative of the step. With a velocity state, Q contains the integrals of
+/// its random walk: exact at a standstill, and of first order in tau |u| otherwise. Without, Q
+/// contains the sample's noise held over the step (Du, eq. 12, with the missing Jacobian:
+/// docs/derivations.md, D62).
 Prediction predict(const BodyVelocityModel& model, const State& x, const BodyVelocity& u,
                    double tau, const BodyVelocityNoise& noise);
 
-/// The sample as a measurement of the velocity state. Where the pose has no level axes the residual
-/// is not a number, which an update refuses.
+/// The sample as a measurement of the velocity state. If the pose has no level axes, the residual
+/// is NaN and the update rejects it.
 Measurement measure_velocity(const BodyVelocityModel& model, const State& x, const BodyVelocity& u,
                              const BodyVelocityNoise& noise);
 

@@ -165,7 +165,7 @@ TEST(BodyVelocityModel, WalkOfTheVelocityOnTheMoveIsTheIntegralToFirstOrderInThe
   test::Random random(4);
   State x = random_state(model, random);
   x.additive << 0.2, -0.3, 0.6, 5, 0.4, -0.3;
-  // Each entry in units of its two deviations: the largest difference over a step.
+  // Each entry in units of its two standard deviations: the largest difference over a step.
   const auto error = [&](double tau) {
     return test::covariance_difference(
         predict(model, x, {}, tau, noise).Q,
@@ -262,7 +262,7 @@ TEST(BodyVelocityModel, LevelSampleOfACarOnASlopeClimbsAndTurnsAboutTheVertical)
   x.additive = VectorXd::Zero(9);
   x.additive[model.tilt_index()] = tilt;
   x.additive[model.heading_index()] = heading;
-  // In nav the car heads for 1.2 rad, nose up; the world is nav tilted by -tilt about x.
+  // In nav the heading of the car is 1.2 rad, nose up; the world is nav tilted by -tilt about x.
   const Eigen::Matrix3d heads = about(1.2, Eigen::Vector3d::UnitZ());
   x.world_T_imu.R = about(-tilt, Eigen::Vector3d::UnitX()) * heads *
                     about(-pitch, Eigen::Vector3d::UnitY()) * about(roll, Eigen::Vector3d::UnitX());

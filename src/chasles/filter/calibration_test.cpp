@@ -6,7 +6,7 @@
 #include <chasles/filter/inertial_testing.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 
-// The places of the cameras and the time offset as part of the state.
+// Extrinsics and time offset as part of the state.
 
 namespace chasles {
 namespace {
@@ -42,7 +42,7 @@ TEST_P(CalibrationTest, ErrorsAreThoseThatAreDocumented) {
   }
   EXPECT_DOUBLE_EQ(*y.time_offset, *x.time_offset + xi[x.time_offset_row()]);
   EXPECT_FALSE(x.camera_row(3));
-  // An anchored landmark stands in its camera, wherever that is.
+  // An anchored landmark uses the extrinsics of its camera.
   int anchored = 0;
   for (const Landmark& landmark : y.landmarks) {
     if (!landmark.anchor) continue;
@@ -70,7 +70,7 @@ TEST_P(CalibrationTest, AnAnchoredLandmarksPositionDependsOnItsCamera) {
     Ekf retired = ekf;
     ekf.make_cartesian(i);
     EXPECT_LT(test::covariance_difference(ekf.covariance(), J * P * J.transpose()), 1e-7);
-    // As of a landmark that leaves the state.
+    // As for a landmark that leaves the state.
     const int gone[] = {i};
     retired.retire(gone);
     EXPECT_TRUE(test::agree(retired.map().front().covariance, D * P * D.transpose(), 1e-7, 0));
@@ -132,7 +132,7 @@ TEST(Calibration, OfAFilterWithoutAnyThereIsNone) {
   EXPECT_THROW(Ekf(kStandardChart, x, MatrixXd::Identity(16, 16), {.keep_map = true}), UsageError);
 }
 
-// A hand that shakes: smooth samples, many of them.
+// Hand-held motion: smooth samples at a high rate.
 ImuBuffer shaken() {
   ImuBuffer buffer({});
   for (int k = 0; k <= 4000; ++k) {
@@ -182,7 +182,7 @@ TEST(TimeOffset, ItsColumnIsTheDerivativeByAShiftOfTheSamples) {
   }
 }
 
-// The state is of the image's instant; the IMU's clock shows its estimate.
+// The state refers to the instant of the image; the IMU's clock shows its estimate.
 TEST(TimeOffset, ByTheClockItsErrorIsAnErrorOfTheMotion) {
   test::Random random(8);
   const Ekf ekf = test::inertial_filter(kStandardChart, random, false, true);

@@ -3,7 +3,7 @@
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/lie/so3.hpp>
 
-/// What the charts have in common: for their .cpp files alone.
+/// Shared by the .cpp files of the charts; not included elsewhere.
 namespace chasles::chart_detail {
 
 using MotionBlock = Eigen::Matrix<double, 9, 9>;
@@ -16,7 +16,7 @@ inline void add_landmarks(State& x, const ErrorRef& xi) {
   for (Landmark& landmark : x.landmarks) landmark.parameters() += xi.segment<3>(landmark.row);
 }
 
-/// y - x for everything that subtracts; the rotation's rows are left zero.
+/// y - x for all additive parts; the rows of the rotation are zero.
 inline Eigen::VectorXd differences(const State& x, const State& y) {
   Eigen::VectorXd xi = Eigen::VectorXd::Zero(x.size());
   xi.segment<3>(3) = y.world_T_imu.p - x.world_T_imu.p;

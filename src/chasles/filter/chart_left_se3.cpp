@@ -6,7 +6,7 @@ namespace left_se3 {
 
 using namespace chart_detail;
 
-// The velocity's error is that of the body velocity R^T v (Kleinert & Stilla, eq. 31).
+// The velocity error is that of the body velocity R^T v (Kleinert & Stilla, eq. 31).
 void retract(State& x, const ErrorRef& xi) {
   const Eigen::Vector3d theta = xi.head<3>();
   SE3& T = x.world_T_imu;

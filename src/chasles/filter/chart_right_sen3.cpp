@@ -6,8 +6,8 @@ namespace right_sen3 {
 
 using namespace chart_detail;
 
-// Pose, velocity and landmarks move together as one element of SE_{2+N}(3): the exponential's
-// rotation turns them all about the world's origin (docs/derivations.md, D12).
+// Pose, velocity and landmarks move together as one element of SE_{2+N}(3): the rotation of the
+// exponential moves them all about the world's origin (docs/derivations.md, D12).
 void retract(State& x, const ErrorRef& xi) {
   const Eigen::Vector3d theta = xi.head<3>();
   const Eigen::Matrix3d R = so3::exp(theta);

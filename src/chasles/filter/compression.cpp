@@ -15,7 +15,7 @@ using Map = Eigen::Map<Matrix, Eigen::AlignedMax>;
 
 bool is_of_clones(const Measurement& z) { return z.landmark < 0 && z.d_core.cols() == 0; }
 
-// The first rows of the sixes that the measurements depend on, each once, rising.
+// The first rows of the blocks of six that the measurements depend on, each once, rising.
 void find_rows(Measurements measurements, std::vector<int>& rows) {
   rows.clear();
   for (const Measurement* z : measurements) {
@@ -48,10 +48,10 @@ bool stack(Measurements measurements, const std::vector<int>& rows, Map<MatrixXd
 struct Compressed {
   Map<MatrixXd> Lt;  // rank x c
   Map<VectorXd> z;
-  double outside;  // square of the part of r that is outside of H's range
+  double outside;  // squared norm of the part of r outside the range of H
 };
 
-// L and z of the header; none where a number is not finite.
+// L and z of the header; none if a number is not finite.
 std::optional<Compressed> compress(const Map<MatrixXd>& H, const Map<VectorXd>& r,
                                    WhiteningScratch& scratch) {
   const Index c = H.cols();

@@ -18,8 +18,8 @@ MatrixXd random_matrix(test::Random& random, Index rows, Index cols) {
   return M;
 }
 
-// Of some clones each, with correlated noise. Their common part of rank `rank` is all that the
-// residuals depend on: like a camera alone, that knows neither scale nor place.
+// Measurements of some clones each, with correlated noise. The residuals depend only on a common
+// part of rank `rank`, as with a single camera, which observes neither scale nor position.
 std::vector<Measurement> of_clones(test::Random& random, const State& x, int count, Index rank) {
   const auto clones = static_cast<Index>(x.clones.size());
   const MatrixXd common = random_matrix(random, rank, 6 * clones);
@@ -36,7 +36,7 @@ std::vector<Measurement> of_clones(test::Random& random, const State& x, int cou
       z.clones.push_back(
           {.row = x.clones[static_cast<std::size_t>(c)].row, .d = d.middleCols<6>(6 * c)});
     }
-    // The same six twice.
+    // The same six errors twice.
     z.clones.push_back(z.clones.front());
     z.clones.front().d.setZero();
     result.push_back(z);
@@ -61,7 +61,7 @@ std::vector<const Measurement*> pointers(const std::vector<Measurement>& all) {
   return result;
 }
 
-// Against the textbook's matrices, with the whole of H and without it.
+// Compared with the textbook matrices, with the full H and with the compressed one.
 TEST(Compression, CorrectionCovarianceAndNisAreThoseOfAllRows) {
   test::Random random(1);
   for (const Index rank : {1, 17, 24}) {

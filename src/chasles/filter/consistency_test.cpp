@@ -13,8 +13,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Does the filter know how wrong it is? Truth is drawn from what the filter believes at the start
-// and moved by the filter's own model, so that what is left to see is the filter.
+// Consistency of the filter. The truth is drawn from the filter's initial distribution and
+// propagated by the filter's model, so that the test covers only the filter.
 
 constexpr int kRuns = 120;
 constexpr int kFrames = 10;
@@ -49,7 +49,7 @@ State advanced(const BodyVelocityModel& model, const State& x, test::Random& ran
   State next = x;
   next.world_T_imu = step.world_T_imu;
   next.additive = step.additive;
-  // Q couples pose and velocity so closely that it needs a root that may be singular.
+  // Q correlates pose and velocity so strongly that it needs a square root that may be singular.
   const Eigen::LDLT<MatrixXd> ldlt(step.Q);
   VectorXd w =
       ldlt.vectorD().cwiseMax(0).cwiseSqrt().cwiseProduct(random.normal_vector(step.Q.rows()));
@@ -87,7 +87,7 @@ StereoObservation seen(const State& truth, int landmark, test::Random& random) {
                     Eigen::Vector4d(n[0] + n[2] / 2, n[1], n[0] - n[2] / 2, n[1])};
 }
 
-// The filter's first belief: moving forward at 1 m/s.
+// The filter's initial mean: forward motion at 1 m/s.
 State first_belief(const BodyVelocityModel& model) {
   State x;
   x.additive.setZero(model.size());
@@ -102,7 +102,7 @@ VectorXd first_sigma(const BodyVelocityModel& model) {
   return sigma;
 }
 
-// One run; `uses` is how often each observation is given to the update.
+// One run; `uses` is the number of times each observation is used in the update.
 void drive(const BodyVelocityModel& model, const ErrorChart& chart, test::Random& random, int uses,
            Squares& squares) {
   const int core = 6 + model.size();

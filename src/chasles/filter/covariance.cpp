@@ -6,11 +6,11 @@
 namespace chasles {
 namespace {
 
-// Room for pose, velocities, biases and 80 landmarks in view: enough for most recordings.
+// Capacity for pose, velocities, biases and 80 landmarks in view: enough for most recordings.
 constexpr int kInitialRoom = 256;
 
-// Columns a power of two apart would share a few sets of the cache: an odd number of cache lines
-// each spreads them over all.
+// Columns a power of two apart would share a few cache sets. An odd number of cache lines per
+// column uses all sets.
 Eigen::Index stride(Eigen::Index room) { return 8 * ((room / 8 + 1) | 1); }
 
 }  // namespace
@@ -51,7 +51,7 @@ int Covariance::append(int rows) {
 }
 
 void Covariance::keep(const std::vector<int>& rows) {
-  // Rows rise, so every number moves towards the origin and none is overwritten before it is read.
+  // Rows rise, so every number moves towards the origin, and none is overwritten before it is read.
   find_runs(rows);
   const int n = static_cast<int>(rows.size());
   for (int j = 0; j < n; ++j) {

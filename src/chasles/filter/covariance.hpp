@@ -6,9 +6,9 @@
 
 namespace chasles {
 
-/// A symmetric matrix (a covariance, or the information that is its counterpart) with room to grow
-/// in place: rows come and go without moving the storage until the room runs out, when it doubles.
-/// Both triangles are kept.
+/// A symmetric matrix (a covariance or an information matrix) that can grow in place. Rows are
+/// added and removed without reallocation until the capacity is exhausted; then it doubles. Both
+/// triangles are stored.
 class Covariance {
  public:
   using Block = Eigen::Block<Eigen::MatrixXd>;
@@ -20,22 +20,22 @@ class Covariance {
   Block all() { return storage_.topLeftCorner(size_, size_); }
   ConstBlock all() const { return storage_.topLeftCorner(size_, size_); }
 
-  /// Appends rows of zeros; returns the first of them.
+  /// Appends rows (and columns) of zeros; returns the index of the first.
   int append(int rows);
 
-  /// Keeps these rows, which must rise, in this order, and drops the others.
+  /// Keeps these rows and removes the others. The indices must rise.
   void keep(const std::vector<int>& rows);
 
-  /// Drops all rows from `size` on.
+  /// Removes all rows from `size` on.
   void truncate(int size) { size_ = size; }
 
-  /// The reverse of keep: grows to `size`, with row i now at rows[i], which must rise, and zeros
-  /// elsewhere.
+  /// The reverse of keep: grows to `size` and moves row i to rows[i], with zeros elsewhere. The
+  /// indices must rise.
   void spread(const std::vector<int>& rows, int size);
 
  private:
-  /// Neighbours that stay neighbours: size rows from `dense` on are, in the larger matrix, at
-  /// `sparse`.
+  /// Contiguous rows that stay contiguous: `size` rows from `dense` on are at `sparse` in the
+  /// larger matrix.
   struct Run {
     int dense, sparse, size;
   };
@@ -45,7 +45,7 @@ class Covariance {
 
   Eigen::MatrixXd storage_;
   int size_ = 0;
-  std::vector<Run> runs_;  ///< of the call that is at work
+  std::vector<Run> runs_;  ///< of the current call
 };
 
 }  // namespace chasles

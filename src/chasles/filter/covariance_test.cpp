@@ -43,7 +43,7 @@ TEST(Covariance, SpreadPutsRowsWhereTheyWereBeforeAndZerosBetween) {
       {}, {19}, {0}, {0, 1, 2}, {3, 4, 7, 12, 18}, {1, 3, 5, 7, 9, 11, 13, 15, 17, 19}};
   for (const int size : {20, 300}) {
     for (const std::vector<int>& rows : choices) {
-      Covariance P(test::random_covariance(random, 20, 1));  // leaves its numbers behind
+      Covariance P(test::random_covariance(random, 20, 1));  // leaves values in the memory
       P.keep(rows);
       MatrixXd expected = MatrixXd::Zero(size, size);
       expected(rows, rows) = P.all();

@@ -11,7 +11,7 @@ void dpstrf_(const char* uplo, const int* n, double* a, const int* lda, int* piv
              const double* tolerance, double* work, int* info);
 void openblas_set_num_threads(int threads);
 char* openblas_get_corename();
-// How OpenBLAS chooses its kernels; only where it has a choice.
+// OpenBLAS's selection of kernels; only in builds with run-time selection.
 [[gnu::weak]] void gotoblas_dynamic_init();
 [[gnu::weak]] void gotoblas_dynamic_quit();
 }
@@ -31,12 +31,12 @@ void multiply(double alpha, const ConstBlock& A, const ConstBlock& B, double bet
 void prepare_once() {
   openblas_set_num_threads(1);
 #if defined(__x86_64__)
-  // OpenBLAS before 0.3.25 gives an Intel processor that it does not know by number the kernels of
-  // 2004 (https://github.com/OpenMathLib/OpenBLAS/pull/4268): half the speed or less.
+  // OpenBLAS before 0.3.25 uses the kernels of 2004 for an Intel processor with an unknown model
+  // number (https://github.com/OpenMathLib/OpenBLAS/pull/4268): half the speed or less.
   const bool misjudged = std::string_view(openblas_get_corename()) == "Prescott" &&
                          __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
   if (!misjudged || !gotoblas_dynamic_init || !gotoblas_dynamic_quit) return;
-  if (std::getenv("OPENBLAS_CORETYPE")) return;  // so it was asked for
+  if (std::getenv("OPENBLAS_CORETYPE")) return;  // set by the user
   const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                     __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
   setenv("OPENBLAS_CORETYPE", wide ? "SkylakeX" : "Haswell", 1);
@@ -60,7 +60,7 @@ bool cholesky(Block S) {
   const int stride = as_int(S.outerStride());
   int info = 0;
   if (n > 0) dpotrf_("L", &n, S.data(), &stride, &info);
-  // OpenBLAS reports no error for a NaN, but carries it to the diagonal.
+  // OpenBLAS reports no error for a NaN, but propagates it to the diagonal.
   return info == 0 && S.diagonal().allFinite();
 }
 

@@ -7,20 +7,21 @@
 
 #include <chasles/filter/scratch.hpp>
 
-/// The dense operations that take the filter's time, on OpenBLAS: it chooses its kernels for the
-/// processor at run time, so that the packages' plain x86-64 build is fast where AVX is there.
+/// The filter's expensive dense operations, on OpenBLAS. OpenBLAS selects its kernels for the
+/// processor at run time, so that a generic x86-64 build uses AVX where available.
 namespace chasles::dense {
 
 using Block = Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 using ConstBlock = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
-/// One thread for all of BLAS in this process, so that results do not depend on the machine's load;
-/// and the kernels that fit the processor, where OpenBLAS does not know it. The environment's
-/// OPENBLAS_CORETYPE, where set, is obeyed. Only the first call does something. Filters, windows
-/// and batch estimation call it themselves: a program gets the bytes of the command.
+/// Restricts BLAS to one thread in this process, so that results do not depend on the machine's
+/// load. Selects suitable kernels if OpenBLAS does not recognise the processor. The environment
+/// variable OPENBLAS_CORETYPE takes precedence. Only the first call has an effect. Filters, windows
+/// and batch estimation call it themselves, so that a program and the command give identical
+/// results.
 void prepare();
 
-/// OpenBLAS's name of the kernels in use.
+/// OpenBLAS's name for the kernels in use.
 std::string_view kernels();
 
 /// S = L L^T, L in the lower triangle of S; false if S is not positive definite, or not finite. The
@@ -28,8 +29,7 @@ std::string_view kernels();
 bool cholesky(Block S);
 
 /// S = Q^T L L^T Q for a positive semidefinite S of which the lower triangle is read: L (n x rank)
-/// in that triangle, order[k] the row of S that is L's row k. The rank, as far as rounding lets it
-/// be told.
+/// in that triangle, order[k] the row of S that is row k of L. Returns the numerical rank.
 Eigen::Index pivoted_cholesky(Block S, std::vector<int>& order, Scratch& workspace);
 
 /// X <- L^-1 X.
@@ -44,13 +44,13 @@ void square_lower(const ConstBlock& A, Block S);
 /// The lower triangle of P <- P - W W^T.
 void downdate_lower(const ConstBlock& W, Block P);
 
-/// The lower triangle of P <- P + A B, for a symmetric A B; the upper one is spoilt.
+/// The lower triangle of P <- P + A B, for a symmetric A B; the upper one is overwritten.
 void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block P);
 
 /// y <- y + P x, from the lower triangle of P.
 void add_symmetric_product(const ConstBlock& P, const Eigen::VectorXd& x, Eigen::VectorXd& y);
 
-/// P B for the symmetric P of that lower triangle.
+/// P B for the symmetric matrix whose lower triangle is P's.
 Eigen::MatrixXd symmetric_product(const ConstBlock& P, const Eigen::MatrixXd& B);
 
 /// Rows first … first + count of the symmetric matrix whose lower triangle is P's: count x n.

@@ -13,7 +13,7 @@ using Eigen::Lower;
 using Eigen::MatrixXd;
 
 constexpr double kTolerance = 1e-12;
-constexpr double kUntouched = 1e30;  // stands where an operation must neither read nor write
+constexpr double kUntouched = 1e30;  // marks entries that an operation must neither read nor write
 
 MatrixXd random_matrix(test::Random& random, Eigen::Index rows, Eigen::Index cols) {
   MatrixXd M(rows, cols);

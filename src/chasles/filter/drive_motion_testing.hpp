@@ -8,8 +8,8 @@
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/filter/simulated_drive_testing.hpp>
 
-/// The motions that the filter's tests drive with: what begins, moves and measures the core.
-/// Included by tests only.
+/// The motion models of the filter's tests: initialisation, propagation and measurement of the
+/// core. Included by tests only.
 namespace chasles::test {
 
 enum class Motion { kVelocityState, kVelocityInput, kInertial };
@@ -48,7 +48,7 @@ inline State initial_state(Motion motion, const DriveFrame& first) {
   return x;
 }
 
-/// Diagonal; the pose is known to `pose_sigma`.
+/// Diagonal; `pose_sigma`: standard deviation of the pose.
 inline Eigen::MatrixXd initial_covariance(Motion motion, double pose_sigma) {
   Eigen::VectorXd sigma(motion == Motion::kInertial ? 15 : 6 + velocity_model(motion).size());
   sigma.head<6>().setConstant(pose_sigma);

@@ -18,11 +18,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Landmarks that begin together are remembered in parts: the work of reading the history grows with
-// the square of a part's size, and many small parts are slow for another reason.
+// Simultaneously initialised landmarks are recorded in parts. The cost of evaluating the history
+// grows with the square of the size of a part, but many small parts are slow too.
 constexpr int kRowsOfAnAddition = 30;
 
-constexpr int kMaxRows = 6;  // of one measurement, as its types say
+constexpr int kMaxRows = 6;  // of one measurement, given by its types
 using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxRows, kMaxRows>;
 
 }  // namespace
@@ -41,7 +41,8 @@ Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance
     throw UsageError("keep_scale needs an inertial filter without keep_map");
   }
   if (options_.keep_scale && chart.name == kLeftSe3Chart.name) {
-    throw UsageError("keep_scale needs another chart than left-se3, whose pose errors turn");
+    throw UsageError(
+        "keep_scale needs a chart other than left-se3, whose pose errors rotate with the body");
   }
 }
 
@@ -182,7 +183,7 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   return report;
 }
 
-// Into the report and the list of those that pass.
+// Fills the report and the list of accepted measurements.
 void Ekf::gate(std::span<const Measurement> measurements) {
   UpdateReport& report = work_.report;
   report.nis = 0;
@@ -193,7 +194,7 @@ void Ekf::gate(std::span<const Measurement> measurements) {
   report.failed = false;
   work_.accepted.clear();
   for (const Measurement& z : measurements) {
-    const bool gated = !std::isinf(z.gate);  // no gate costs nothing
+    const bool gated = !std::isinf(z.gate);  // without a gate, no test is computed
     report.whitened.emplace_back();
     report.covariances.emplace_back();
     if (gated) {
@@ -201,7 +202,7 @@ void Ekf::gate(std::span<const Measurement> measurements) {
       report.whitened.back() = own.whitened();
       report.covariances.back() = own.S;
     }
-    // Written so that a NaN is refused.
+    // Written so that a NaN is rejected.
     const bool inside =
         gated ? report.whitened.back().squaredNorm() < z.gate : z.residual.allFinite();
     report.accepted.push_back(inside);

@@ -14,21 +14,21 @@
 
 namespace chasles {
 
-/// What an update did.
+/// Result of an update.
 struct UpdateReport {
-  double nis = 0;              ///< r^T S^-1 r of all that was used, together
+  double nis = 0;              ///< r^T S^-1 r of all accepted measurements together
   int dof = 0;                 ///< rows of r
   std::vector<bool> accepted;  ///< by the gate, for each measurement
-  /// L^-1 r of each measurement by itself, S = L L^T: of unit variance if the filter is
-  /// consistent. Empty for a measurement without a gate.
+  /// L^-1 r of each measurement separately, S = L L^T: unit variance if the filter is consistent.
+  /// Empty for a measurement without a gate.
   std::vector<Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>> whitened;
-  /// S of each measurement by itself; empty for one without a gate.
+  /// S of each measurement separately; empty for one without a gate.
   std::vector<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>> covariances;
-  bool failed = false;  ///< S was not positive definite: nothing was changed
+  bool failed = false;  ///< S was not positive definite: the state is unchanged
 };
 
-/// The mean of the core a step ahead and its linearisation: d next = F d now + noise of covariance
-/// Q (reference chart; core_size x core_size).
+/// The predicted mean of the core and its linearisation: d next = F d now + noise of covariance Q
+/// (reference chart; F and Q are core_size x core_size).
 struct Prediction {
   SE3 world_T_imu;
   std::optional<Eigen::Vector3d> v_world;
@@ -47,27 +47,27 @@ struct Innovation {
 };
 
 /// The extended Kalman filter over the core and the map, in any error chart. A retired landmark
-/// leaves the state and costs nothing more; the history of the filter's own steps tells, when
-/// asked, its mean and covariance as a filter over the whole map would have them (docs/map.md).
-/// Charts act on what is in the state: a retired landmark's error is additive. What it writes on
-/// the way it keeps, so that a filter of a constant state asks nothing of the heap; one filter is
-/// therefore for one thread at a time, its const functions too.
+/// leaves the state and causes no further cost. The history of the filter's steps gives its mean
+/// and covariance on request, equal to those of a filter over the whole map (docs/map.md). Charts
+/// act on the state only: the error of a retired landmark is additive. The filter keeps its
+/// workspace: with a constant state size it allocates no heap memory. Use a filter from one thread
+/// at a time, including its const functions.
 class Ekf {
  public:
   struct Options {
-    /// False: retired landmarks stay in one dense covariance, at a cost that grows with the map:
-    /// the oracle of the history.
+    /// False: retired landmarks stay in one dense covariance, at a cost that grows with the map. It
+    /// is the reference for tests of the history.
     bool compress_map = true;
-    /// False: a landmark that retires keeps the mean and covariance that it has then, and what is
-    /// learnt later does not reach it. Clones, composition and calibration need that.
+    /// False: a retired landmark keeps its mean and covariance at retirement; later measurements do
+    /// not change them. Clones, composition and calibration require false.
     bool keep_map = true;
-    /// True: what pixels alone cannot tell, the scale of everything, they cannot tell of later
-    /// means either (docs/filter.md, section 3). Needs v_world, keep_map = false, and a chart in
-    /// which pose errors are not turned by the pose: not left-se3.
+    /// True: the scale, which pixels alone cannot observe, stays unobservable to them when the mean
+    /// changes (docs/filter.md, section 3). Requires v_world, keep_map = false, and a chart whose
+    /// pose errors do not rotate with the pose: not left-se3.
     bool keep_scale = false;
   };
 
-  /// Throws UsageError where the options do not go together.
+  /// Throws UsageError for incompatible options.
   Ekf(const ErrorChart& chart, State initial, const Eigen::MatrixXd& core_covariance,
       Options options);
 
@@ -76,65 +76,66 @@ class Ekf {
 
   /// Covariance of the core's errors, reference chart.
   Eigen::MatrixXd core_covariance() const;
-  /// Covariance of all errors of the state, row by row as State says, reference chart. Without
-  /// compress_map also the rows of retired landmarks.
+  /// Covariance of all errors of the state, in the row order of State, reference chart. Without
+  /// compress_map it includes the rows of retired landmarks.
   Covariance::ConstBlock covariance() const { return covariance_.all(); }
 
   void propagate(const Prediction& prediction);
 
-  /// residual^T S^-1 residual of a measurement by itself: what its gate is held against.
+  /// residual^T S^-1 residual of a single measurement: the value that its gate tests.
   double normalised_square(const Measurement& measurement) const;
 
-  /// The same for many, each as it would be if `given`, of the core alone, had been applied before:
-  /// a precise velocity narrows what an image may show. Null: as they are.
+  /// The same for many measurements, each as if `given`, which depends on the core only, had been
+  /// applied before: a precise velocity reduces S. Null: without it.
   std::vector<double> normalised_squares(std::span<const Measurement> measurements,
                                          const Measurement* given) const;
 
-  /// Gates each measurement by itself, then applies all that pass in one block. A measurement of a
-  /// landmark may depend on the landmark and the pose alone. The report is of the last update.
+  /// Gates each measurement separately, then applies all accepted ones in one block. A measurement
+  /// of a landmark may depend on the landmark and the pose only. The report is valid until the next
+  /// update.
   const UpdateReport& update(std::span<const Measurement> measurements);
 
   /// r^T S^-1 r of some measurements together; infinite where S is not positive definite.
   double joint_normalised_square(std::span<const Measurement> measurements) const;
 
-  /// Keeps a copy of the present pose as a clone.
+  /// Adds a copy of the current pose as a clone. Throws UsageError with keep_map.
   void clone_pose(int id, Time time);
-  /// Lets clones go; no landmark may hang on them.
+  /// Removes clones; no landmark may be anchored on them.
   void forget_clones(std::span<const int> ids);
 
-  /// An anchored landmark (index into State::landmarks) goes over to the Cartesian form: a change
-  /// of coordinates. Worth it once its depth is well known: it no longer needs its clone.
+  /// Converts an anchored landmark (index into State::landmarks) to the Cartesian form: a change of
+  /// coordinates. Useful once its depth is accurate: it then no longer needs its clone.
   void make_cartesian(int index);
-  /// Of an anchored landmark [1/m].
+  /// Standard deviation of the inverse depth of an anchored landmark [1/m].
   double inverse_depth_sigma(const Landmark& landmark) const;
 
-  /// Kleinert & Stilla's composition step: the world's frame is moved to the present IMU frame,
-  /// exactly; what was known of the pose goes to nav_T_world, which the state must have, and to all
-  /// that stands in the world (docs/derivations.md, D52). No measurement's prediction or NIS is
-  /// changed.
+  /// Kleinert & Stilla's composition step: moves the world frame to the current IMU frame, exactly.
+  /// The information on the pose goes to nav_T_world and to all states in world coordinates
+  /// (docs/derivations.md, D52). No predicted measurement or NIS changes. Throws UsageError with
+  /// keep_map or without nav_T_world.
   void compose();
 
   void add(std::span<const NewLandmark> landmarks);
 
-  /// Takes landmarks out of the state (indices into State::landmarks, rising) and into the map.
+  /// Moves landmarks (indices into State::landmarks, rising) from the state to the map.
   void retire(std::span<const int> indices);
 
-  /// Landmarks of the whole map: retired and in the state. Those whose inverse depth is not
-  /// positive have no place and are none.
+  /// Number of landmarks in the whole map: retired ones and those in the state. Landmarks with a
+  /// non-positive inverse depth have no position and do not count.
   int map_size() const;
 
-  /// The whole map as known now: in the order of retirement, those of the state last. Takes time in
-  /// proportion to the filter's past.
+  /// The current estimate of the whole map: retired landmarks in the order of retirement, then
+  /// those of the state. The computing time is proportional to the length of the history.
   std::vector<MapLandmark> map() const;
 
-  /// The covariance of the whole map in the order of map(), 3 rows each, and of the core behind it,
-  /// by block rows of the lower triangle: visit(r, block) has rows r … r + block.rows() of the
-  /// columns 0 … r + block.rows(). Storing them is the visitor's affair:
-  /// the lower triangle for 8,000 landmarks takes 2.3 GB.
+  /// The covariance of the whole map in the order of map(), 3 rows each, followed by the core, by
+  /// block rows of the lower triangle: visit(r, block) has rows r … r + block.rows() of the columns
+  /// 0 … r + block.rows(). The visitor decides what to store: the lower triangle for 8,000
+  /// landmarks takes 2.3 GB.
   void visit_map_covariance(const History::RowVisitor& visit) const;
 
  private:
-  // Of no meaning between two calls, but for the report.
+  // Has no meaning between two calls, except for the report.
   struct Workspace {
     UpdateReport report;
     std::vector<const Measurement*> accepted;

@@ -5,7 +5,7 @@
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 
-// Past poses in the state, and the world's frame moved (docs/derivations.md, D51 and D52).
+// Clones, and the change of the world frame (docs/derivations.md, D51 and D52).
 
 namespace chasles {
 
@@ -83,7 +83,7 @@ void Ekf::compose() {
   auto J = work_.B.take(covariance_.size(), covariance_.size());
   J.setIdentity();
   J.topRows<6>().setZero();
-  // A vector x of the world goes to R^T (x - p) or, a velocity, to R^T x.
+  // A point x of the world goes to R^T (x - p), a velocity v to R^T v.
   const auto move = [&](int row, const Vector3d& x, bool is_point) {
     J.block<3, 3>(row, 0) = Rt * hat(is_point ? Vector3d(x - p) : x);
     if (is_point) J.block<3, 3>(row, 3) = -Rt;

@@ -13,7 +13,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-// Of numeric derivatives: an inverse depth of 0.1 1/m bears no more.
+// Step of numeric derivatives, limited by an inverse depth of 0.1 1/m.
 constexpr double kNumericStep = 3e-4;
 
 using EkfClonesTest = test::OverCharts;
@@ -37,7 +37,7 @@ MatrixXd position_derivative(const State& x, int index) {
   return test::numeric_derivative(position, VectorXd::Zero(x.size()), kNumericStep);
 }
 
-// The rows of all clones and landmarks are where the state's list says, rise and leave no gap.
+// The rows of all clones and landmarks match the lists of the state, rise and leave no gap.
 void expect_rows_without_gaps(const Ekf& filter) {
   const State& x = filter.state();
   std::vector<std::pair<int, int>> taken;
@@ -59,7 +59,7 @@ void expect_rows_without_gaps(const Ekf& filter) {
   EXPECT_EQ(filter.covariance().rows(), row);
 }
 
-// Rows in `before` of all that is in `after`, in the order of after.
+// Rows in `before` of all states in `after`, in the order of `after`.
 std::vector<int> rows_of_the_same(const State& before, const State& after) {
   std::vector<int> rows(static_cast<std::size_t>(after.size()), -1);
   const auto take = [&](int from, int to, int width) {
@@ -91,7 +91,7 @@ TEST_P(EkfClonesTest, CloneIsThePoseAgain) {
   EXPECT_EQ(clone.row, n);
   EXPECT_EQ(test::distance(clone.world_T_imu, before.world_T_imu), 0);
 
-  // It stays where it is, and remembers how it stood to the rest.
+  // It is constant, and keeps its correlations.
   const MatrixXd P_cloned = filter.covariance();
   test::walk_on(filter, random);
   EXPECT_EQ(test::distance(clone.world_T_imu, before.world_T_imu), 0);
@@ -104,7 +104,7 @@ TEST_P(EkfClonesTest, ForgottenClonesLeaveTheRestAsItWas) {
   test::Random random(2);
   Ekf filter = test::inertial_filter(chart(), random);
   expect_rows_without_gaps(filter);
-  filter.make_cartesian(index_of(filter.state(), 101));  // hangs on clone 0
+  filter.make_cartesian(index_of(filter.state(), 101));  // anchored on clone 0
   filter.make_cartesian(index_of(filter.state(), 105));  // on clone 2
   const MatrixXd P = filter.covariance();
   const State before = filter.state();
@@ -132,7 +132,7 @@ TEST_P(EkfClonesTest, RetiredLandmarksKeepWhatTheyHad) {
   const std::vector<int> rows = rows_of_the_same(before, filter.state());
   EXPECT_EQ(MatrixXd(filter.covariance()), MatrixXd(P(rows, rows)));
 
-  // What comes later does not reach them: nor may their clones be needed.
+  // Later updates do not change them, and their clones are not needed.
   filter.update(test::pixel_measurements(filter.state(), random));
   const int unused[] = {1, 2};
   filter.forget_clones(unused);
@@ -170,7 +170,7 @@ TEST_P(EkfClonesTest, CartesianFormHasThePositionAndItsCorrelations) {
   const MatrixXd after = filter.covariance();
   EXPECT_LT(test::covariance_difference(after, J * P * J.transpose()), 1e-8);
   EXPECT_LT(test::covariance_difference(after, after.transpose()), 1e-15);
-  filter.make_cartesian(index);  // it is
+  filter.make_cartesian(index);  // already Cartesian
   EXPECT_EQ(MatrixXd(filter.covariance()), after);
 }
 
@@ -189,7 +189,7 @@ TEST_P(EkfClonesTest, LandmarksBeyondInfinityAreNotOfTheMap) {
   const State before = filter.state();
   const int index = index_of(before, 101);
   const Landmark& anchored = before.landmarks[static_cast<std::size_t>(index)];
-  Measurement z;  // pulls the inverse depth through zero
+  Measurement z;  // moves the inverse depth through zero
   z.landmark = index;
   z.residual = Eigen::VectorXd::Constant(1, -2 * anchored.inverse_depth.z());
   z.d_core = MatrixXd::Zero(1, 6);
@@ -209,7 +209,7 @@ TEST_P(EkfClonesTest, LandmarksBeyondInfinityAreNotOfTheMap) {
   EXPECT_FALSE(has_it(filter.map()));
 }
 
-// Of pixels of both forms, of clones alone and of the core.
+// Measurements of landmarks of both forms, of clones only, and of the core.
 std::vector<Measurement> some_measurements(const State& x, test::Random& random) {
   std::vector<Measurement> result = test::pixel_measurements(x, random);
   Measurement of_clones;
@@ -231,7 +231,7 @@ std::vector<Measurement> some_measurements(const State& x, test::Random& random)
   return result;
 }
 
-// x+ and P+ by definition, in the chart's own coordinates throughout.
+// x+ and P+ by definition, in the coordinates of the chart.
 TEST_P(EkfClonesTest, UpdateIsTheTextbooksInTheChart) {
   test::Random random(6);
   Ekf filter = test::inertial_filter(chart(), random);

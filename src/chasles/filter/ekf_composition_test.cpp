@@ -15,7 +15,7 @@ using EkfCompositionTest = test::OverCharts;
 INSTANTIATE_TEST_SUITE_P(Charts, EkfCompositionTest, ::testing::ValuesIn(test::all_charts()),
                          test::chart_test_name);
 
-// The same state told in the axes of its own IMU.
+// The same state in the frame of its own IMU.
 State composed(State x) {
   const SE3 imu_T_world = x.world_T_imu.inverse();
   x.nav_T_world = *x.nav_T_world * x.world_T_imu;
@@ -102,8 +102,8 @@ TEST_P(EkfCompositionTest, CommutesWithPropagation) {
   EXPECT_LT(test::covariance_difference(early.covariance(), late.covariance()), 1e-10);
 }
 
-// The update of a composed filter is that of one that was not, in a chart that turns with the pose
-// or does not: to first order alone, so for a small correction.
+// The update of a composed filter equals that of one without composition, whether or not the chart
+// rotates with the pose. This holds to first order only, hence the small correction.
 TEST_P(EkfCompositionTest, CorrectionIsTheSameToFirstOrder) {
   test::Random random(5);
   Ekf late = test::inertial_filter(chart(), random);

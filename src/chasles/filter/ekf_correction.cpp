@@ -3,7 +3,7 @@
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
 
-// What an update does to the mean, and to the covariance on account of the chart.
+// Correction of the mean, and of the covariance for the change of the chart.
 
 namespace chasles {
 
@@ -57,7 +57,7 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
   if (remembers()) record.A_motion = A;
 }
 
-// The clones' blocks of the same, each by itself.
+// The blocks of the clones in the same transformation, one by one.
 void Ekf::change_chart_of_clones(const State& before) {
   auto P = covariance_.all();
   for (std::size_t i = 0; i < state_.clones.size(); ++i) {

@@ -5,7 +5,7 @@
 #include <chasles/filter/ekf.hpp>
 #include <chasles/lie/small_matrices.hpp>
 
-// How the filter lets go of landmarks and gives account of the whole map (docs/map.md).
+// Retirement of landmarks and access to the whole map (docs/map.md).
 
 namespace chasles {
 namespace {
@@ -21,7 +21,8 @@ std::vector<int> rows_of(int core, const std::vector<Landmark>& landmarks) {
 
 }  // namespace
 
-// The rows of all that is in the state, rising; the state's own are numbered anew, without gaps.
+// Returns the rows of the core, the clones and the landmarks, rising, and renumbers them without
+// gaps.
 const std::vector<int>& Ekf::renumber_rows() {
   std::vector<int>& rows = work_.rows;
   rows.resize(static_cast<std::size_t>(state_.core_size()));
@@ -40,7 +41,7 @@ const std::vector<int>& Ekf::renumber_rows() {
   return rows;
 }
 
-// An anchored landmark's position depends on its anchor as well.
+// The position of an anchored landmark also depends on its anchor.
 MapLandmark Ekf::as_of_now(const Landmark& landmark) const {
   const auto P = covariance_.all();
   MapLandmark result{.id = landmark.id,

@@ -1,7 +1,7 @@
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 
-// What an update does to the covariance on account of scale (docs/filter.md, section 3).
+// Correction of the covariance for the change of scale in an update (docs/filter.md, section 3).
 
 namespace chasles {
 namespace {
@@ -10,8 +10,8 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Vector = Eigen::Map<VectorXd, Eigen::AlignedMax>;
 
-// How the state's errors grow if all lengths do (d/ds at s = 0 of lengths e^s long, about the
-// world's origin).
+// Direction of scale in the error state: d/ds at s = 0 if all lengths are scaled by e^s about the
+// world's origin.
 void scale_direction(const State& x, Vector s) {
   s.setZero();
   s.segment<3>(3) = x.world_T_imu.p;
@@ -27,12 +27,12 @@ void scale_direction(const State& x, Vector s) {
 }
 
 // c with c^T error = an error of scale: the mean of the landmarks' relative errors of distance from
-// the IMU, or of depth, weighted by their variances. False where no landmark is known well enough
-// for its error to be one of scale.
+// the IMU, or of depth, weighted by their variances. False if no landmark is accurate enough for
+// its error to be an error of scale.
 bool scale_functional(const State& x, const Covariance& covariance, Vector c) {
-  // Of the relative error. A guessed depth's may be several times the depth. Simulated flights had
-  // a NEES per degree of freedom of 2.3 without a limit, 1.5 with 0.3, and 1.2 with 0.1, as without
-  // keep_scale.
+  // Of the relative error. The error of an assumed depth may be several times the depth. Simulated
+  // flights had a NEES per degree of freedom of 2.3 without a limit, 1.5 with 0.3, and 1.2 with
+  // 0.1, which is the value without keep_scale.
   constexpr double kMostVariance = 0.1 * 0.1;
   const auto P = covariance.all();
   c.setZero();
@@ -64,8 +64,8 @@ bool scale_functional(const State& x, const Covariance& covariance, Vector c) {
 
 }  // namespace
 
-// P <- A P A^T with A = I + (s(x+) - s(x)) c^T, on the lower triangle: an error along s(x), which
-// the pixels did not see, becomes one along s(x+), which those to come will not see.
+// P <- A P A^T with A = I + (s(x+) - s(x)) c^T, on the lower triangle: an error along s(x),
+// unobservable to the pixels so far, becomes one along s(x+), unobservable to later pixels.
 void Ekf::keep_scale(const State& before) {
   auto P = covariance_.all();
   auto c = work_.xi.take<VectorXd>(P.rows());

@@ -15,15 +15,15 @@ using Eigen::VectorXd;
 constexpr Ekf::Options kKept{.keep_map = false, .keep_scale = true};
 constexpr Ekf::Options kPlain{.keep_map = false};
 
-// Where the IMU is: a lever arm is a length that is known.
+// At the IMU: a lever arm would be a known length.
 Camera camera_at_imu() {
   Camera camera = test::inertial_cameras()[0];
   camera.cam_T_imu.p.setZero();
   return camera;
 }
 
-// One clone with four landmarks, and four Cartesian ones beside them, all of whose errors know of
-// one another, seen from two metres on. `depth_sigma`: of the depths, relative.
+// One clone with four landmarks, and four Cartesian ones, all correlated, observed after a motion
+// of two metres. `depth_sigma`: relative standard deviation of the depths.
 Ekf filter_with_landmarks(const ErrorChart& chart, test::Random& random, Ekf::Options options,
                           double depth_sigma) {
   State x = test::random_state(random, {.velocity = true, .additive = 6});
@@ -62,7 +62,7 @@ std::vector<Measurement> sights(const State& x, test::Random& random) {
   return result;
 }
 
-// All lengths by e^s: d/ds, by hand.
+// d/ds of all lengths scaled by e^s, by hand.
 VectorXd scale_direction(const State& x) {
   VectorXd s = VectorXd::Zero(x.size());
   s.segment<3>(3) = x.world_T_imu.p;
@@ -75,13 +75,13 @@ VectorXd scale_direction(const State& x) {
   return s;
 }
 
-// What is known along the direction, all else as it is: s^T P^-1 s.
+// Information along the direction, all else fixed: s^T P^-1 s.
 double information(const Ekf& filter) {
   const VectorXd s = scale_direction(filter.state());
   return s.dot(MatrixXd(filter.covariance()).llt().solve(s));
 }
 
-// The information on the scale after three looks over that before.
+// The information on the scale after three updates, divided by that before.
 double gain(const char* chart, Ekf::Options options, int seed) {
   test::Random random(seed);
   Ekf filter = filter_with_landmarks(error_chart(chart), random, options, 0.02);
@@ -116,7 +116,7 @@ TEST(EkfScale, MeansAreThoseOfThePlainUpdate) {
   EXPECT_EQ(P.llt().info(), Eigen::Success);
 }
 
-// A guessed depth's error is no error of scale.
+// The error of an assumed depth is not an error of scale.
 TEST(EkfScale, GuessedDepthsSayNothing) {
   test::Random random(1), again(1);
   const auto guessed = [](test::Random& r, Ekf::Options options) {

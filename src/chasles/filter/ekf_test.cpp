@@ -23,7 +23,7 @@ MatrixXd random_matrix(test::Random& random, Eigen::Index rows, Eigen::Index col
   return M;
 }
 
-// A filter with a velocity, six additive states and landmarks that know of the core.
+// A filter with a velocity, six additive states and landmarks that are correlated with the core.
 Ekf some_filter(const ErrorChart& chart, test::Random& random, int landmarks) {
   const State x = test::random_state(random, {true, 6, 0, 0});
   Ekf ekf(chart, x, test::random_covariance(random, 15, 0.1), {});
@@ -56,7 +56,7 @@ Measurement some_core_measurement(test::Random& random, int column, Eigen::Index
   return z;
 }
 
-// One linear measurement of all errors, as a textbook would write it.
+// One linear measurement of all errors, in textbook form.
 struct Stacked {
   MatrixXd H, R;
   VectorXd r;
@@ -85,7 +85,7 @@ MatrixXd innovation(const Ekf& ekf, const Stacked& all) {
   return all.H * ekf.covariance() * all.H.transpose() + all.R;
 }
 
-// To the last digit but one: a failed update takes the covariance's one triangle from the other.
+// Up to round-off: a failed update copies one triangle of the covariance from the other.
 void expect_unchanged(const Ekf& ekf, const Ekf& before) {
   EXPECT_EQ(test::distance(ekf.state(), before.state()), 0);
   EXPECT_TRUE(test::agree(ekf.covariance(), before.covariance(), 1e-15));
@@ -135,7 +135,7 @@ TEST_P(EkfTest, UpdateIsKalmansInTheCoordinatesOfTheChart) {
     EXPECT_LT(test::distance(ekf.state(), test::moved(chart(), before, xi)), 1e-12);
     MatrixXd actual = ekf.covariance();
     EXPECT_TRUE(actual == actual.transpose());
-    for (MatrixXd* M : {&actual, &expected}) {  // both in the coordinates of the chart
+    for (MatrixXd* M : {&actual, &expected}) {  // both in chart coordinates
       const State& at = M == &actual ? ekf.state() : before;
       push(chart(), at, *M);
       M->transposeInPlace();
@@ -223,7 +223,7 @@ TEST_P(EkfTest, NothingThatIsNotANumberComesIn) {
       EXPECT_EQ(ekf.update(std::vector<Measurement>{z}).dof, 0);
       expect_unchanged(ekf, before);
     }
-    // A residual that is none does not keep the others out.
+    // A residual that is not finite does not prevent the update by the others.
     bad[1] = some_measurement(random, 2, 3);
     bad.resize(2);
     Ekf ekf = before;
@@ -246,7 +246,7 @@ TEST_P(EkfTest, InnovationThatIsNotPositiveDefiniteFailsAndChangesNothing) {
     EXPECT_EQ(report.dof, 0);
     expect_unchanged(ekf, before);
   }
-  // Nor does it come back with the map.
+  // The map does not contain it either.
   Ekf clean = before;
   const int indices[] = {0, 1};
   for (Ekf* filter : {&ekf, &clean}) {
@@ -388,7 +388,7 @@ TEST_P(EkfTest, CovarianceStaysSymmetricAndPositiveDefiniteThroughADrive) {
       ASSERT_LT(test::covariance_difference(P, P.transpose()), 1e-13) << i;
       ASSERT_EQ(P.llt().info(), Eigen::Success) << i;
     }
-    // A few metres of the 96 driven.
+    // A few metres over a distance of 96 m.
     EXPECT_LT((filter.ekf().state().world_T_imu.p - drive.frames.back().world_T_imu.p).norm(), 5);
   }
 }

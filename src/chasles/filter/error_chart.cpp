@@ -10,15 +10,15 @@ namespace {
 
 using MotionBlock = Eigen::Matrix<double, 9, 9>;
 
-// The state of a pose alone.
+// A state that consists of a pose only.
 State pose_only(const SE3& world_T_imu) {
   State x;
   x.world_T_imu = world_T_imu;
   return x;
 }
 
-// The sensors' arrangement, in all charts alike. An anchored landmark stands in its camera,
-// wherever that is.
+// The calibration errors, the same in all charts. An anchored landmark uses the extrinsics of its
+// camera.
 void retract_calibration(State& x, const ErrorRef& xi) {
   for (std::size_t i = 0; i < x.imu_T_camera.size(); ++i) {
     const int row = *x.camera_row(static_cast<int>(i));
@@ -33,7 +33,7 @@ void retract_calibration(State& x, const ErrorRef& xi) {
   }
 }
 
-// One column, an error vector, needs nothing from the heap.
+// One column, an error vector, needs no heap memory.
 template <int Columns>
 void push_columns(const ErrorChart& chart, const State& x,
                   Eigen::Ref<Eigen::Matrix<double, Eigen::Dynamic, Columns>> M) {
@@ -70,7 +70,7 @@ const ErrorChart& error_chart(std::string_view name) {
     if (chart.name == name) return chart;
     names += (names.empty() ? "" : ", ") + std::string(chart.name);
   }
-  throw UsageError("no error chart is called '" + std::string(name) + "'; there are " + names);
+  throw UsageError("unknown error chart '" + std::string(name) + "'; expected one of: " + names);
 }
 
 void retract(const ErrorChart& chart, State& x, const ErrorRef& xi) {

@@ -9,13 +9,13 @@
 
 namespace chasles {
 
-/// An error vector, or a piece of one.
+/// An error vector, or a segment of one.
 using ErrorRef = Eigen::Ref<const Eigen::VectorXd>;
 
-/// An error chart says what the numbers of the filter's error vector mean: how an error xi moves
-/// the mean (retract) and which error leads from one mean to another (local). The filter itself is
-/// written once, in the reference chart (`standard`); another chart enters through T(x) alone, the
-/// derivative of its coordinates by the reference ones (docs/derivations.md, D14; docs/charts.md):
+/// An error chart defines how an error xi acts on the mean (retract) and which error leads from one
+/// mean to another (local). The filter is implemented once, in the reference chart (`standard`).
+/// Another chart enters only through T(x), the derivative of its coordinates by the reference ones
+/// (docs/derivations.md, D14; docs/charts.md):
 ///
 ///   after an update   x+ = retract(x, T(x) delta),   P <- T(x+)^-1 T(x) P T(x)^T T(x+)^-T
 ///
@@ -32,37 +32,40 @@ struct ErrorChart {
   std::string_view name;
   std::string_view summary;  ///< one line for --help
 
-  /// x (+) xi for pose, v_world, additive states and landmarks; xi has an entry for every row of
-  /// the state. See the function retract for the whole.
+  /// x (+) xi for pose, v_world, additive states and landmarks. xi has an entry for every row of
+  /// the state. The function retract covers the whole state.
   void (*retract)(State& x, const ErrorRef& xi);
-  /// The xi with retract(x, xi) = y, for the same; both have the same landmarks in the same rows.
+  /// The xi with retract(x, xi) = y for the same parts. Both have the same landmarks in the same
+  /// rows.
   Eigen::VectorXd (*local)(const State& x, const State& y);
-  /// T's block for [rotation, position, v_world]: 9x9; its top left 6x6 where there is no v_world.
+  /// T's block for [rotation, position, v_world]: 9x9; only its top left 6x6 is used without
+  /// v_world.
   Eigen::Matrix<double, 9, 9> (*motion_block)(const State& x);
   /// T's block for (Cartesian landmark, rotation); null where landmarks are additive.
   Eigen::Matrix3d (*landmark_block)(const Eigen::Vector3d& p_world);
 };
 
-/// All charts; the command line and the tests read this list.
+/// All charts, for the command line and the tests.
 std::span<const ErrorChart> error_charts();
 
-/// The chart of that name; throws UsageError that lists the names.
+/// The chart with this name. Throws UsageError for an unknown name; the message lists the names.
 const ErrorChart& error_chart(std::string_view name);
 
-/// x (+) xi and its inverse for the whole state. A clone's pose has the chart's own pose error, by
-/// itself; nav_T_world's error, those of calibration and an anchored landmark's are the same in all
+/// x (+) xi and its inverse for the whole state. The pose of a clone has the chart's pose error.
+/// The errors of nav_T_world, of the calibration and of anchored landmarks are the same in all
 /// charts.
 void retract(const ErrorChart& chart, State& x, const ErrorRef& xi);
 Eigen::VectorXd local(const ErrorChart& chart, const State& x, const State& y);
 
-/// T's block for a pose alone: that of a clone.
+/// T's block for a single pose, as for a clone.
 Matrix6d pose_block(const ErrorChart& chart, const SE3& world_T_imu);
 
 /// M <- T(x) M and M <- T(x)^-1 M, for a matrix with a row for every error of the state.
 void push(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M);
 void pull(const ErrorChart& chart, const State& x, Eigen::Ref<Eigen::MatrixXd> M);
 
-/// A transition F of the reference chart from x to next, seen in the chart: T(next) F T(x)^-1.
+/// A transition F of the reference chart from x to next, in the coordinates of the chart: T(next) F
+/// T(x)^-1.
 Eigen::MatrixXd in_chart(const ErrorChart& chart, const Eigen::MatrixXd& F, const State& x,
                          const State& next);
 

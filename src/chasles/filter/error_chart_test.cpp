@@ -50,7 +50,7 @@ void for_each_state(Check check) {
   }
 }
 
-// An error whose rotations have this angle; nothing in rows that belong to no landmark.
+// An error whose rotations have this angle; zero in rows that belong to no landmark.
 VectorXd error_of(const State& x, test::Random& random, double angle, double size) {
   const int rows = test::error_rows(x);
   VectorXd xi = VectorXd::Zero(rows);
@@ -147,7 +147,7 @@ TEST_P(ErrorChartTest, TransitionSeenInTheChartIsTheDerivativeInItsOwnCoordinate
                           test::numeric_derivative(mapped, VectorXd::Zero(n)), 1e-9));
 }
 
-// F of the whole state for a step without bias, seen in the chart.
+// F of the whole state for a step without bias, in the coordinates of the chart.
 MatrixXd body_velocity_transition(const ErrorChart& chart, const State& x) {
   const BodyVelocityModel model{.velocity_state = false, .gyro_bias = false, .scale = false};
   const BodyVelocity u{.time = {}, .linear_imu = {9, 0.4, -0.2}, .angular_imu = {0.1, -0.2, 0.8}};

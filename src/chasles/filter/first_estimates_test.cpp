@@ -6,9 +6,9 @@
 #include <chasles/lie/so3.hpp>
 #include <chasles/lie/testing.hpp>
 
-// What no sensor can tell, heading and position of the world, must stay unknown at estimates that
-// have moved: the directions N of the errors with H N = 0 and F N = N+ are written with the first
-// estimates (docs/derivations.md, D54 to D57).
+// Heading and position of the world are unobservable and must stay so when the estimates change.
+// The directions N of the errors with H N = 0 and F N = N+ use the first estimates
+// (docs/derivations.md, D54 to D57).
 
 namespace chasles {
 namespace {
@@ -26,7 +26,7 @@ Camera camera() {
   return camera;
 }
 
-// A clone, an anchored and a Cartesian landmark, all moved by updates since they began.
+// A clone, an anchored and a Cartesian landmark, all changed by updates since their initialisation.
 State moved_state() {
   State x;
   x.v_world = Vector3d(1.1, 0.2, -0.1);
@@ -54,7 +54,7 @@ State moved_state() {
   return x;
 }
 
-// Columns: the world turned about the vertical, and shifted.
+// Columns: rotation of the world about the vertical, and translation.
 MatrixXd unobservable(const State& x) {
   MatrixXd N = MatrixXd::Zero(27, 4);
   const Vector3d up = Vector3d::UnitZ();

@@ -17,22 +17,22 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Correction = History::Correction;
 
-// What later measurements say of the errors d at some instant: exp(-d^T M d / 2 + y^T d). Of M only
-// the lower triangle is kept.
+// Information of later measurements on the errors d at some instant: exp(-d^T M d / 2 + y^T d).
+// Only the lower triangle of M is stored.
 struct Information {
   Covariance M;
   VectorXd y;
 };
 
-// How some rows of d+ follow from all of d, once later measurements are known: A d + g + noise of
-// covariance G.
+// Some rows of d+ as a function of d, given the later measurements: A d + g + noise of covariance
+// G.
 struct KnownNoise {
   MatrixXd A;
   VectorXd g;
   MatrixXd G;
 };
 
-// One backward sweep leaves these, for the steps that have noise.
+// Result of a backward sweep, for the steps with noise.
 using Sweep = std::vector<KnownNoise>;
 
 MatrixXd symmetric(const MatrixXd& M) { return (M + M.transpose()) / 2; }
@@ -43,8 +43,8 @@ MatrixXd informed_covariance(const MatrixXd& Q, const MatrixXd& M) {
   return symmetric((identity + Q * M).partialPivLu().solve(Q));
 }
 
-// The same for a Q of regular 3x3 blocks, which may be many: with Q = C C^T it is
-// C (I + C^T M C)^-1 C^T, and the inverse is a Cholesky factorisation away.
+// The same for a Q of regular 3x3 blocks, which may be many: with Q = C C^T it is C (I + C^T M
+// C)^-1 C^T, computed by a Cholesky factorisation.
 MatrixXd informed_block_covariance(const MatrixXd& blocks, MatrixXd M) {
   const Index n = blocks.cols();
   MatrixXd Ct = MatrixXd::Zero(n, n);
@@ -64,8 +64,9 @@ MatrixXd informed_block_covariance(const MatrixXd& blocks, MatrixXd M) {
   return dense::product(Ct.transpose().eval(), Ct);
 }
 
-// Rows [first, first + k) of d+ have noise, whose covariance, known what is later known, is G: that
-// is told of d+ without the noise, and the noise of d+ without it. `rows` are those rows of M.
+// Rows [first, first + k) of d+ have noise, with the covariance G given the later measurements.
+// Changes `later` to the information on d+ without the noise, and returns the noise as a function
+// of d+ without it. `rows` are those rows of M.
 KnownNoise take_out_noise(Information& later, Index first, const MatrixXd& rows, MatrixXd G) {
   KnownNoise known;
   known.G = std::move(G);
@@ -78,7 +79,7 @@ KnownNoise take_out_noise(Information& later, Index first, const MatrixXd& rows,
   return known;
 }
 
-// The rows, before a removal, of the errors that survive it.
+// The rows, before a removal, of the errors that remain.
 std::vector<int> surviving_rows(const History::Removal& step, int core, int size_before) {
   std::vector<int> rows(static_cast<std::size_t>(core));
   std::iota(rows.begin(), rows.end(), 0);
@@ -93,7 +94,7 @@ std::vector<int> surviving_rows(const History::Removal& step, int core, int size
   return rows;
 }
 
-// One step back in time: `later` holds for the errors after the step and becomes what holds before.
+// One step back in time: changes `later` from the errors after the step to those before it.
 class Backward {
  public:
   Backward(int core, Information& later, Sweep& sweep)
@@ -119,7 +120,7 @@ class Backward {
         take_out_noise(later_, n, rows, informed_block_covariance(step.noise, rows.rightCols(k)));
     known.A.leftCols<6>() += dense::product(known.A.rightCols(k), J) + J;
     known.A.conservativeResize(Eigen::NoChange, n);
-    // The new rows are now J times those of the pose.
+    // The new rows are J times those of the pose.
     auto M = later_.M.all();
     rows = dense::symmetric_rows(M, n, k);
     const MatrixXd MJ = dense::product(rows.transpose().eval(), J);
@@ -156,7 +157,7 @@ class Backward {
   }
 
  private:
-  // M <- A^T M A, y <- A^T y for an A that is the identity but for its first rows and columns.
+  // M <- A^T M A, y <- A^T y for an A that is the identity except for its first rows and columns.
   void change_leading(const MatrixXd& A) {
     const Index n = A.rows();
     auto M = later_.M.all();
@@ -189,16 +190,16 @@ class Backward {
   Sweep& sweep_;
 };
 
-// One step forward in time, with everything known: the mean and covariance of the errors d, and the
-// cross-covariance of the landmarks that have gone with them.
+// One step forward in time, given all measurements: the mean and covariance of the errors d, and
+// their cross-covariance with the removed landmarks.
 class Forward {
  public:
-  // Called at a removal and at the end: the removed landmarks' errors (rows of `removal`; all rows
-  // where it is null), before they go.
+  // Called at a removal and at the end, before the rows are removed: the errors of the removed
+  // landmarks (rows of `removal`; all rows if it is null).
   struct Reader {
     std::function<void(const History::Removal&, const VectorXd& d, Covariance::ConstBlock& P)>
         landmarks;
-    History::RowVisitor covariance;  // null: not asked for
+    History::RowVisitor covariance;  // null: not requested
   };
 
   Forward(int core, VectorXd d, const MatrixXd& P, const Sweep& sweep, const Reader& reader)
@@ -270,7 +271,7 @@ class Forward {
     P_.keep(rows);
   }
 
-  // The state itself, behind all that has gone: its landmarks, then the core.
+  // The state itself, after all removed landmarks: its landmarks, then the core.
   void finish() const {
     if (!reader_.covariance) return;
     std::vector<int> rows(static_cast<std::size_t>(P_.size()));
@@ -305,7 +306,7 @@ class Forward {
   Covariance P_;
   Sweep::const_reverse_iterator known_;
   const Reader& reader_;
-  MatrixXd gone_;  // cov(errors of the landmarks that have gone, d)
+  MatrixXd gone_;  // cov(errors of the removed landmarks, d)
 };
 
 void read(const MatrixXd& initial, const std::vector<History::Step>& steps, Index size_now,

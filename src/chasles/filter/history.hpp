@@ -15,22 +15,22 @@ struct MapLandmark {
   LandmarkId id = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();     ///< [m]
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< additive error, world axes [m^2]
-  int observations = 0;                                  ///< used, the first included
+  int observations = 0;                                  ///< used, including the first
 };
 
-/// What a filter did, as the linear maps of its errors: enough to tell afterwards what all
-/// measurements together say of a landmark that has left the state. One entry costs memory in
-/// proportion to the landmarks in view, never to the map (docs/map.md).
+/// The steps of a filter as linear maps of its errors. From them, the estimate of a removed
+/// landmark given all measurements can be computed afterwards. The memory of one step is
+/// proportional to the landmarks in view, not to the map (docs/map.md).
 ///
-/// An error is true minus estimated, in the reference chart, with the core's rows first and three
+/// An error is true minus estimated, in the reference chart. The core's rows come first, then three
 /// rows for every landmark of the state, in order.
 class History {
  public:
-  /// The errors of the core moved: d+ = F d + w, w of covariance Q.
+  /// Propagation of the core's errors: d+ = F d + w, w of covariance Q.
   struct Propagation {
     Eigen::MatrixXd F, Q;
   };
-  /// Measurements of errors d, and the step d+ = A (d - delta) that the filter made on them.
+  /// Measurements of the errors d, and the filter's correction d+ = A (d - delta).
   struct Correction {
     struct OfLandmark {
       int index = 0;                          ///< in the state
@@ -45,12 +45,12 @@ class History {
     Eigen::MatrixXd A_motion;     ///< A's block on the rows of pose and v_world; empty: identity
     Eigen::MatrixXd A_landmarks;  ///< A's columns of the rotation in the landmarks' rows: 3n x 3
   };
-  /// Landmarks began: their errors are d_pose times the pose's, plus noise.
+  /// Landmarks were initialised: their errors are d_pose times the pose's, plus noise.
   struct Addition {
     Eigen::MatrixXd d_pose;  ///< 3k x 6
     Eigen::MatrixXd noise;   ///< 3 x 3k, block by block
   };
-  /// Landmarks left the state.
+  /// Landmarks were removed from the state.
   struct Removal {
     std::vector<int> indices;  ///< in the state, rising
     std::vector<Landmark> landmarks;
@@ -62,7 +62,7 @@ class History {
   void append(Step step);
   int removed() const { return removed_; }
 
-  /// All removed landmarks, in the order of removal, as all measurements up to now have them.
+  /// All removed landmarks, in the order of removal, estimated from all measurements so far.
   std::vector<MapLandmark> landmarks() const;
 
   /// The covariance of all removed landmarks, of the landmarks of the state and, last, of the core,

@@ -17,7 +17,7 @@ using HistoryTest = test::OverCharts;
 INSTANTIATE_TEST_SUITE_P(Charts, HistoryTest, ::testing::ValuesIn(test::all_charts()),
                          test::chart_test_name);
 
-// The filter that keeps a history, and the one that keeps every landmark in its covariance.
+// A filter with a history, and one with every landmark in its covariance.
 struct Both {
   DrivenFilter compressed, dense;
 
@@ -40,7 +40,7 @@ struct Both {
   }
 };
 
-// Everything that the two can be asked for: every number in units of its deviation.
+// All results of the two filters, each in units of its standard deviation.
 void expect_same_map(const Both& filters) {
   const Ekf& a = filters.compressed.ekf();
   const Ekf& b = filters.dense.ekf();
@@ -118,7 +118,7 @@ TEST_P(HistoryTest, TellsTheMapWhereNothingButTheLandmarksIsUncertain) {
   filters.run();
   expect_same_map(filters);
   EXPECT_TRUE(filters.compressed.ekf().core_covariance().isZero(0));
-  // With the poses given, landmarks know nothing of each other.
+  // Given the poses, landmarks are independent.
   const MatrixXd P = test::whole_covariance(filters.compressed.ekf());
   EXPECT_TRUE((P.block<3, 3>(3, 0).isZero(0)));
 }
@@ -135,7 +135,7 @@ TEST_P(HistoryTest, TellsTheMapWithoutProcessNoise) {
 TEST_P(HistoryTest, TellsOfLandmarksThatWereSeenOnce) {
   test::Drive drive =
       test::simulate_drive({.frames = 12, .begin_with = 6, .points_a_frame = 1, .seed = 11});
-  // New names in every third frame: nothing seen there is ever seen again.
+  // New ids in every third frame: its landmarks are never observed again.
   for (std::size_t i = 0; i < drive.frames.size(); i += 3) {
     for (StereoObservation& seen : drive.frames[i].observations) {
       seen.landmark += 1000 * static_cast<LandmarkId>(i + 1);
@@ -190,8 +190,8 @@ TEST_P(HistoryTest, OfAFilterThatSawNothingIsTheCoreAlone) {
 TEST_P(HistoryTest, LaterMeasurementsBetterARetiredLandmark) {
   const test::Drive drive =
       test::simulate_drive({.frames = 20, .begin_with = 8, .points_a_frame = 1, .seed = 14});
-  // The youngest landmark leaves at once; those that stay tell better and better where the pose
-  // was that it was seen from.
+  // The latest landmark leaves at once. The remaining ones increasingly constrain the pose from
+  // which it was observed.
   DrivenFilter filter(chart(), drive, {.patience = 100},
                       test::initial_covariance(Motion::kVelocityState, 0.01), true);
   for (int i = 0; i < 6; ++i) filter.step();

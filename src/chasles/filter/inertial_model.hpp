@@ -9,9 +9,9 @@
 
 namespace chasles {
 
-/// The motion of a body that carries an IMU: the state has v_world, and `additive` is
-/// [accelerometer bias 3, gyroscope bias 3]. Where the state has nav_T_world, gravity is turned by
-/// its attitude; else the world's z axis points up and gravity is known in it.
+/// The motion of a body with an IMU. The state has v_world, and `additive` is [accelerometer bias
+/// 3, gyroscope bias 3]. If the state has nav_T_world, its attitude rotates gravity into the world.
+/// Otherwise the world's z axis points up and gravity is known.
 struct InertialModel {
   static constexpr int kSize = 6;                           ///< additive states
   Eigen::Vector3d gravity_nav = {0, 0, -kStandardGravity};  ///< [m/s^2]
@@ -21,26 +21,27 @@ struct InertialModel {
 /// Gravity in the world's axes [m/s^2].
 Eigen::Vector3d gravity_world(const InertialModel& model, const State& x);
 
-/// Position and velocity as they were predicted: with them, instead of what an update made of them,
-/// the transition of first estimates is written (docs/derivations.md, D57).
+/// Predicted position and velocity [m, m/s]. The first-estimates transition uses them instead of
+/// the updated values (docs/derivations.md, D57).
 struct PredictedMotion {
   Eigen::Vector3d p_world, v_world;
 };
 void use_first_estimates(const InertialModel& model, const State& x, double duration,
                          const PredictedMotion& before, Prediction& prediction);
 
-/// The mean after some intervals and their linearisation as one step: the landmarks and their
-/// correlations are touched once, however many samples there are. F and Q are the exact products of
-/// strapdown's; the world's attitude psi moves gravity by R_nav^T [g]x psi (K&S, eq. 24).
+/// The mean after some intervals and its linearisation as one step, so that the correlations of the
+/// landmarks are updated once, regardless of the number of samples. F and Q are the exact products
+/// of those of strapdown(). An error psi of the world's attitude changes gravity by R_nav^T [g]x
+/// psi (K&S, eq. 24).
 Prediction predict(const InertialModel& model, const State& x,
                    std::span<const ImuInterval> intervals);
-/// The same into a prediction that there is: of the heap it needs nothing if that has the size.
+/// The same into an existing prediction; allocates no heap memory if it has the right size.
 void predict(const InertialModel& model, const State& x, std::span<const ImuInterval> intervals,
              Prediction& result);
 
-/// The motion in nav's axes, whatever the world's frame is, with the covariance of [rotation,
-/// position, velocity, accelerometer bias, gyroscope bias], standard error (docs/derivations.md,
-/// D53).
+/// The motion in the nav frame, independent of the world frame, with the covariance of [rotation,
+/// position, velocity, accelerometer bias, gyroscope bias] in the standard chart
+/// (docs/derivations.md, D53).
 struct NavState {
   SE3 nav_T_imu;
   Eigen::Vector3d v_nav = Eigen::Vector3d::Zero();  ///< [m/s]
@@ -49,13 +50,13 @@ struct NavState {
 };
 NavState nav_state(const Ekf& filter);
 
-/// What nav_state writes on the way.
+/// Workspace of nav_state.
 struct NavScratch {
   Eigen::MatrixXd derivative;  ///< d (NavState's errors) / d (errors of the core): 15 x core_size
   Eigen::MatrixXd product;
 };
 void find_nav_derivative(const State& x, NavScratch& scratch);
-/// The motion with the covariance that the scratch's derivative makes.
+/// The same, with the covariance from the derivative in `scratch`.
 NavState nav_state(const Ekf& filter, NavScratch& scratch);
 
 }  // namespace chasles

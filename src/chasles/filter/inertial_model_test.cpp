@@ -88,13 +88,13 @@ TEST(InertialModel, NoIntervalChangesNothing) {
 // Columns and rows of the errors of some_state with nav_T_world.
 enum Row { kPsi = 0, kXi = 3, kV = 6, kNav = 9, kBa = 15, kBg = 18, kZeta = 30, kRows = 33 };
 
-// What a chart's matrices are made of: docs/derivations.md, D19 to D22.
+// Terms of the matrices of a chart: docs/derivations.md, D19 to D22.
 struct Continuous {
   MatrixXd F = MatrixXd::Zero(kRows, kRows);
   MatrixXd G = MatrixXd::Zero(kRows, 6);  // by noise of accelerometer and gyroscope
 
   void set(int row, int column, const Matrix3d& block) { F.block<3, 3>(row, column) = block; }
-  // A column of a bias, which that of the sensor's noise equals.
+  // The column of a bias, equal to that of the sensor's noise.
   void bias(int row, int column, const Matrix3d& block) {
     set(row, column, block);
     G.block<3, 3>(row, column == kBa ? 0 : 3) = block;
@@ -151,7 +151,7 @@ MatrixXd rate(const Function& f) {
   return (D(kTau) - 14 * D(kTau / 2) + 56 * D(kTau / 4) - 64 * D(kTau / 8)) / -21;
 }
 
-// Kleinert & Stilla (23)-(29), (39)-(41) with (40'), (47)-(49), as docs/derivations.md has them,
+// Kleinert & Stilla (23)-(29), (39)-(41) with (40'), (47)-(49), in the form of docs/derivations.md,
 // D19 to D22.
 TEST_P(InertialModelTest, TransitionOfAShortTimeIsThePapersMatrix) {
   test::Random random(4);
@@ -186,7 +186,7 @@ TEST_P(InertialModelTest, TransitionOfAShortTimeIsThePapersMatrix) {
   EXPECT_TRUE(test::agree(Q, Q_expected, 1e-8, 0));
 }
 
-// Of two states the transitions for the same samples, less the columns of the biases.
+// The transitions of two states for the same samples, without the columns of the biases.
 MatrixXd spread_of_transitions(const ErrorChart& chart) {
   test::Random random(5);
   const std::vector<ImuInterval> intervals = test::imu_intervals(random, 4);

@@ -4,7 +4,7 @@
 namespace chasles {
 
 namespace test {
-// What GoogleTest prints of a case.
+// GoogleTest's output for a case.
 void PrintTo(const InertialOracleCase& oracle, std::ostream* out) { *out << oracle.chart; }
 }  // namespace test
 
@@ -14,7 +14,7 @@ using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// What an independent implementation in numpy says (inertial_oracle_numbers_testing.hpp).
+// Comparison with an independent implementation in numpy (inertial_oracle_numbers_testing.hpp).
 constexpr double kTolerance = 1e-9;
 constexpr int kRows = 27;
 constexpr int kCore = 21;
@@ -70,7 +70,7 @@ TEST_P(InertialOracleTest, ErrorMovesTheStateToTheSamePlace) {
   EXPECT_LT(test::distance(moved, state_of(oracle().retracted)), kTolerance);
 }
 
-// Theirs is continuous: ours is the limit of short times.
+// The numpy model is continuous in time: the comparison uses the limit of short times.
 TEST_P(InertialOracleTest, DynamicsAreTheSameMatrices) {
   InertialModel model;
   model.gravity_nav = matrix<3, 1>(oracle().sample, 6);
@@ -91,7 +91,7 @@ TEST_P(InertialOracleTest, DynamicsAreTheSameMatrices) {
     Q += weight / tau * T * to.Q * T.transpose();
   };
   F = Q = MatrixXd::Zero(kRows, kRows);
-  constexpr double kTau = 1e-3;  // the weights take tau's first three powers away
+  constexpr double kTau = 1e-3;  // the weights cancel the first three powers of tau
   at(kTau, -1. / 21);
   at(kTau / 2, 14. / 21);
   at(kTau / 4, -56. / 21);
@@ -107,7 +107,7 @@ TEST_P(InertialOracleTest, PixelsHaveTheSameDerivative) {
   const State x = state();
   const MatrixXd T = test::change_of_chart(chart(), x);
   for (int i = 0; i < 2; ++i) {
-    // Seen at the image's origin, the residual is minus the projection.
+    // With an observation at the image's origin, the residual is minus the projection.
     const auto z = measure_pixel(camera(), 1, x, i, Vector2d::Zero());
     ASSERT_TRUE(z);
     EXPECT_TRUE(test::agree(-z->residual, (matrix<2, 1>(oracle().pixels, 2 * i)), kTolerance));

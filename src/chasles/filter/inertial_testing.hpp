@@ -8,11 +8,11 @@
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/filter/testing.hpp>
 
-/// What the tests of the inertial filter share: cameras beside the IMU, samples, and a filter with
-/// all that its state may have. Included by tests only.
+/// Shared by the tests of the inertial filter: cameras with a lever arm, samples, and a filter with
+/// all optional states. Included by tests only.
 namespace chasles::test {
 
-/// A camera of each lens model, none of them at the IMU nor in its axes.
+/// A camera of each lens model, displaced from the IMU and rotated against it.
 inline std::vector<Camera> inertial_cameras() {
   Eigen::Matrix3d axes;  // z forward, x right, y down, of an IMU with x forward
   axes << 0, -1, 0, 0, 0, -1, 1, 0, 0;
@@ -35,12 +35,12 @@ inline ImuNoise imu_noise() {
           .gyroscope_random_walk = 2e-4};
 }
 
-/// Gravity with all axes, of a nav frame that is not level.
+/// Gravity with three components, for a nav frame that is not level.
 inline InertialModel inertial_model_askew() {
   return {.gravity_nav = {1, -2, -9.5}, .noise = imu_noise()};
 }
 
-/// Walking with a hand-held device, some intervals of different lengths.
+/// Samples of a hand-held device while walking, intervals of different lengths.
 inline std::vector<ImuInterval> imu_intervals(Random& random, int count) {
   std::vector<ImuInterval> result;
   for (int i = 0; i < count; ++i) {
@@ -52,7 +52,7 @@ inline std::vector<ImuInterval> imu_intervals(Random& random, int count) {
   return result;
 }
 
-/// The state after a prediction: landmarks and clones stay.
+/// The state after a prediction: landmarks and clones are unchanged.
 inline State predicted(State x, const Prediction& prediction) {
   x.world_T_imu = prediction.world_T_imu;
   x.v_world = prediction.v_world;
@@ -60,7 +60,7 @@ inline State predicted(State x, const Prediction& prediction) {
   return x;
 }
 
-/// A core's matrix in one for all errors of the state: the identity for the others.
+/// Extends a matrix of the core to all errors of the state, by the identity.
 inline Eigen::MatrixXd with_the_others(const Eigen::MatrixXd& core, const State& x) {
   Eigen::MatrixXd result = Eigen::MatrixXd::Identity(x.size(), x.size());
   result.topLeftCorner(core.rows(), core.cols()) = core;
@@ -74,7 +74,7 @@ inline Eigen::MatrixXd change_of_chart(const ErrorChart& chart, const State& x) 
   return T;
 }
 
-/// Measurements as a textbook has them: one H for all errors of the state.
+/// Measurements in textbook form: one H for all errors of the state.
 struct DenseMeasurement {
   Eigen::MatrixXd H, R;
   Eigen::VectorXd r;
@@ -103,7 +103,7 @@ inline DenseMeasurement dense_measurement(const State& x, const std::vector<Meas
   return result;
 }
 
-/// Moves a filter a little, and lets noise into every error of its core.
+/// Propagates a filter by a small motion, with noise on every error of its core.
 inline void walk_on(Ekf& filter, Random& random) {
   const State& x = filter.state();
   const int n = x.core_size();
@@ -127,7 +127,7 @@ inline void add_cartesian(Ekf& filter, Random& random, LandmarkId id) {
   filter.add({&fresh, 1});
 }
 
-/// On the latest clone.
+/// Anchored on the latest clone.
 inline void add_anchored(Ekf& filter, Random& random, LandmarkId id, const Camera& known,
                          int index = 0) {
   const Camera camera = as_estimated(known, filter.state(), index);
@@ -143,9 +143,9 @@ inline void add_anchored(Ekf& filter, Random& random, LandmarkId id, const Camer
 }
 
 /// A filter with a core of pose, velocity, biases and, if so, nav_T_world; clones 0, 1, 2 and
-/// landmarks of both forms stand in turn, and every error knows of every other. The landmarks are
-/// 100 (Cartesian), 101 (anchored on 0), 102, 103 (1), 104 and 105 (2). `calibrating`: the places
-/// of the three cameras, not quite as inertial_cameras() has them, and a time offset are estimated.
+/// landmarks of both forms alternate, and all errors are correlated. The landmarks are 100
+/// (Cartesian), 101 (anchored on 0), 102, 103 (1), 104 and 105 (2). `calibrating`: the extrinsics
+/// of the three cameras, with errors against inertial_cameras(), and a time offset are estimated.
 inline Ekf inertial_filter(const ErrorChart& chart, Random& random, bool nav = true,
                            bool calibrating = false) {
   State x = random_state(random, {.velocity = true, .additive = 6, .nav = nav});
@@ -169,7 +169,7 @@ inline Ekf inertial_filter(const ErrorChart& chart, Random& random, bool nav = t
   return filter;
 }
 
-/// Every landmark of the state seen with every camera, some pixels from where it is expected.
+/// Every landmark of the state observed by every camera, some pixels from its prediction.
 inline std::vector<Measurement> pixel_measurements(const State& x, Random& random) {
   std::vector<Measurement> result;
   int index = -1;

@@ -11,11 +11,12 @@
 
 namespace chasles {
 
-/// One observation, linearised at the current mean in the reference chart: residual = z - h(x),
-/// which the errors of a range of core columns and of one landmark explain. `noise` must be
-/// regular.
+/// One measurement, linearised at the current mean in the reference chart: residual = z - h(x). It
+/// depends on the errors of a range of core columns, of one landmark, and of `clones`. `noise` must
+/// be regular.
 struct Measurement {
-  /// How the residual depends on six further errors: those of a clone, or of an imu_T_camera.
+  /// Derivative of the predicted measurement by six further errors: those of a clone, or of an
+  /// imu_T_camera.
   struct OfClone {
     int row = 0;  ///< of the six
     Eigen::Matrix<double, Eigen::Dynamic, 6, 0, 6, 6> d;
@@ -24,13 +25,13 @@ struct Measurement {
   static constexpr int kMaxCoreColumns = 19;
 
   int landmark = -1;    ///< index into State::landmarks; -1: none
-  int core_column = 0;  ///< where the columns of d_core stand in the core
+  int core_column = 0;  ///< first column of d_core in the core
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> residual;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, kMaxCoreColumns> d_core;
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 6, 3> d_landmark;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> noise;
   double gate = std::numeric_limits<double>::infinity();  ///< on residual^T S^-1 residual
-  std::vector<OfClone> clones = {};                       ///< the same six may be there twice
+  std::vector<OfClone> clones = {};                       ///< the same six errors may occur twice
 
   /// As new, but that `clones` keep their room.
   void clear() {
@@ -41,9 +42,9 @@ struct Measurement {
   }
 };
 
-/// A landmark to begin, with the derivative of its position (of its inverse depth, if it is
+/// A landmark to initialise, with the derivative of its position (of its inverse depth, if it is
 /// anchored) by the errors of pose, clones and imu_T_camera (reference chart), and the covariance
-/// that its own observations add.
+/// from the noise of its own observations.
 struct NewLandmark {
   struct OfClone {
     int row = 0;  ///< of the six

@@ -28,7 +28,7 @@ struct Linear {
   Map<MatrixXd> H_others;  // six columns for each of the scratch's rows
 };
 
-// The views with cameras and poses as estimated, and the rows that they depend on.
+// The views with the estimated cameras and poses, and the rows that they depend on.
 void look_up(std::span<const Camera> cameras, const State& x, std::span<const ClonedView> views,
              MultiViewScratch& s) {
   s.cameras.clear();
@@ -55,7 +55,7 @@ Index column_of(int row, const MultiViewScratch& s) {
   return 6 * (std::find(s.rows.begin(), s.rows.end(), row) - s.rows.begin());
 }
 
-// None where a camera does not see the point.
+// None if the point has no projection in a camera.
 std::optional<Linear> linearise(const State& x, std::span<const ClonedView> views,
                                 const Vector3d& p_world, Linearisation at, MultiViewScratch& s) {
   const HomogeneousPoint point{p_world};
@@ -113,7 +113,7 @@ void set_point(LandmarkId id, const Vector3d& p_world, int observations, NewLand
   landmark.observations = observations;
 }
 
-// Anchored in the last view, and linearised so.
+// Anchored in the last view, and linearised in this form.
 void hang_on_anchor(const State& x, const ClonedView& last, Linearisation at, MultiViewScratch& s,
                     Linear& linear, NewLandmark& landmark) {
   Clone anchor = x.clone(last.clone);
@@ -139,8 +139,8 @@ void hang_on_anchor(const State& x, const ClonedView& last, Linearisation at, Mu
   linear.H_point = moved;
 }
 
-// M <- H M with the reflection H = I - tau v v^T, v = (1, tail): Eigen's own asks the heap for
-// room.
+// M <- H M with the reflection H = I - tau v v^T, v = (1, tail): Eigen's own function allocates
+// heap memory.
 template <class Tail, class Block>
 void reflect(const Tail& tail, double tau, Block M, MultiViewScratch& s) {
   auto bottom = M.bottomRows(M.rows() - 1);
@@ -153,8 +153,8 @@ void reflect(const Tail& tail, double tau, Block M, MultiViewScratch& s) {
   for (Index j = 0; j < M.cols(); ++j) bottom.col(j) -= v_M[j] * tau_tail;
 }
 
-// Turns the rows so that three of them alone know the point, by Householder's QR of H_point;
-// returns its R.
+// Rotates the rows so that only the first three depend on the point, by a Householder QR of
+// H_point; returns its R.
 Matrix3d separate(Linear& linear, MultiViewScratch& s) {
   auto& [r, H_point, H_others] = linear;
   for (Index k = 0; k < 3; ++k) {
@@ -177,7 +177,7 @@ void solve_for_point(const Linear& linear, const Matrix3d& R, double sigma, Line
   const Matrix3d R_inverse = R.triangularView<Eigen::Upper>().solve(Matrix3d::Identity());
   landmark.noise = sigma * sigma * R_inverse * R_inverse.transpose();
   if (at == Linearisation::kFirstEstimates) {
-    // At other values than the least-squares point's own r_1 is not zero.
+    // r_1 is zero only if linearised at the least-squares point.
     const Vector3d step = R_inverse * linear.r.head<3>();
     (landmark.anchor ? landmark.inverse_depth : landmark.p_world) += step;
   }
@@ -188,7 +188,7 @@ void solve_for_point(const Linear& linear, const Matrix3d& R, double sigma, Line
   }
 }
 
-// The rows that do not know the point.
+// The rows that do not depend on the point.
 void keep_rest(const Linear& linear, double sigma, const MultiViewScratch& s,
                MultiViewStart& result) {
   result.rest.clear();

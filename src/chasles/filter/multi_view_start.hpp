@@ -11,16 +11,16 @@
 
 namespace chasles {
 
-/// A landmark seen from a clone.
+/// Observation of a landmark from a clone.
 struct ClonedView {
   int clone = 0;  ///< id
   int camera = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 
-/// A point that several clones have seen, taken apart into what determines the point and what is
-/// left: 2 rows a view, 3 go to the landmark, the others say something of the clones (and of the
-/// imu_T_camera that are estimated) alone.
+/// A point observed from several clones, separated into the rows that determine the point and the
+/// rest. Each view gives 2 rows. 3 rows go to the landmark; the others constrain only the clones
+/// (and the estimated imu_T_camera).
 struct MultiViewStart {
   NewLandmark landmark;
   Reused<Measurement> rest;  ///< independent of the landmark and its noise
@@ -28,7 +28,7 @@ struct MultiViewStart {
   double parallax = 0;  ///< largest angle between two rays [rad]
 
   /// The distance of the point from the last view's IMU [m], its derivative by the same errors, and
-  /// the variance that the pixels leave it.
+  /// its variance due to the pixel noise.
   double distance = 0;
   struct OfClone {
     int row = 0;  ///< of the six
@@ -38,11 +38,11 @@ struct MultiViewStart {
   double distance_noise = 0;  ///< [m^2]
 };
 
-/// Deviation of that distance over the distance, with what the filter does not know of the clones
-/// and cameras: how good the first linearisation is.
+/// Standard deviation of that distance divided by the distance, including the uncertainty of the
+/// clones and cameras. It measures the quality of the first linearisation.
 double relative_depth_sigma(const MultiViewStart& start, const Ekf& filter);
 
-/// What begin_multi_view writes on the way.
+/// Workspace of begin_multi_view.
 struct MultiViewScratch {
   std::vector<Camera> cameras;  ///< as estimated
   std::vector<View> views;
@@ -50,15 +50,16 @@ struct MultiViewScratch {
   Scratch r, H_point, H_others, moved, d_point, workspace;
 };
 
-/// Triangulates and linearises all views at the least-squares point. An orthogonal change of rows
-/// separates the point from the rest, so that each observation counts once: the landmark's noise
-/// and the rest's are independent. An anchored landmark hangs on the last view's clone. None where
-/// the views do not meet in a point in front of all.
+/// Triangulates the point and linearises all views there. An orthogonal transformation of the rows
+/// separates the point from the rest. The noise of the landmark and that of the rest are
+/// independent, so that each observation counts once. `sigma` is the pixel noise [px]. An anchored
+/// landmark is anchored on the last view's clone. None if the views do not meet in a point in front
+/// of all cameras.
 std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, double sigma,
                                                const State& x, LandmarkId id,
                                                std::span<const ClonedView> views, bool anchored,
                                                Linearisation at = Linearisation::kCurrent);
-/// The same into a start that there is; false for none, and then the start has no meaning.
+/// The same into an existing result; false for none, and then the result has no meaning.
 bool begin_multi_view(std::span<const Camera> cameras, double sigma, const State& x, LandmarkId id,
                       std::span<const ClonedView> views, bool anchored, Linearisation at,
                       MultiViewScratch& scratch, MultiViewStart& result);

@@ -17,11 +17,12 @@ using test::kPixelStep;
 using test::pixel_of;
 using test::some_filter;
 
-// Of known cameras, and of cameras whose places are estimated.
+// With known and with estimated extrinsics.
 class MultiViewStartTest : public testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(Cameras, MultiViewStartTest, testing::Bool(), test::how_known);
 
-// A point seen from all clones, with the first camera, and with the third from the last clone too.
+// A point observed from all clones by the first camera, and from the last clone by the third one
+// too.
 struct Tracked {
   Ekf filter;
   std::vector<ClonedView> views;
@@ -49,7 +50,7 @@ std::optional<MultiViewStart> begin(const Tracked& t, bool anchored, double sigm
   return begin_multi_view(kCameras, sigma, t.filter.state(), 7, t.views, anchored);
 }
 
-// The state with the landmark of a start behind it.
+// The state with the landmark of a start appended.
 State with_landmark(const State& x, const NewLandmark& fresh) {
   State result = x;
   result.landmarks.push_back({.id = fresh.id,
@@ -62,7 +63,7 @@ State with_landmark(const State& x, const NewLandmark& fresh) {
   return result;
 }
 
-// All views' residuals, and their H by all errors with the landmark's last: numerically.
+// Residuals of all views and their numeric H by all errors, the landmark's last.
 struct Batch {
   VectorXd r;
   MatrixXd H;
@@ -100,7 +101,7 @@ TEST_P(MultiViewStartTest, RestSaysNothingOfTheLandmarkAndAllThatIsLeftOfTheClon
       EXPECT_EQ(rest.r.size(), start->rest_rows);
       EXPECT_TRUE(
           test::agree(rest.R, 0.64 * MatrixXd::Identity(rest.R.rows(), rest.R.cols()), 1e-15));
-      // What projects the landmark out of all rows.
+      // Projects the landmark out of all rows.
       const MatrixXd H_f = batch.H.rightCols<3>();
       const MatrixXd H_x = batch.H.leftCols(n);
       const MatrixXd out = MatrixXd::Identity(H_f.rows(), H_f.rows()) -
@@ -112,8 +113,8 @@ TEST_P(MultiViewStartTest, RestSaysNothingOfTheLandmarkAndAllThatIsLeftOfTheClon
   }
 }
 
-// Each observation counts once, and none is lost: added and updated, the filter is where batch
-// least squares of all rows with a flat prior of the landmark is.
+// Each observation counts exactly once: after addition and update, the filter equals batch least
+// squares of all rows with a flat prior of the landmark.
 TEST_P(MultiViewStartTest, LandmarkAndRestTogetherAreTheBatchSolution) {
   test::Random random(6);
   constexpr double kSigma = 0.8;
@@ -139,7 +140,7 @@ TEST_P(MultiViewStartTest, LandmarkAndRestTogetherAreTheBatchSolution) {
   }
 }
 
-// The least-squares point of the views, by Gauss and Newton from nearby.
+// The least-squares point of the views, by Gauss-Newton from a nearby point.
 Vector3d least_squares_point(const State& x, const std::vector<ClonedView>& views, Vector3d point) {
   for (int i = 0; i < 8; ++i) {
     Matrix3d N = Matrix3d::Zero();
@@ -157,7 +158,7 @@ Vector3d least_squares_point(const State& x, const std::vector<ClonedView>& view
   return point;
 }
 
-// Where all views meet in the point, Gauss and Newton's derivatives are the exact ones.
+// If all views meet in the point, the Gauss-Newton derivatives are exact.
 TEST_P(MultiViewStartTest, DerivativesAreThoseOfTheLeastSquaresPoint) {
   test::Random random(7);
   const Tracked t = tracked(random, GetParam(), 0);
@@ -208,7 +209,7 @@ TEST_P(MultiViewStartTest, AnchoredIsTheSamePointOnTheLastViewsClone) {
   const State x = with_landmark(t.filter.state(), anchored->landmark);
   EXPECT_LT((x.p_world(x.landmarks.back()) - cartesian->landmark.p_world).norm(), 1e-11);
 
-  // The same joint covariance of clones and position, whichever form begins.
+  // The joint covariance of clones and position does not depend on the form of the new landmark.
   Ekf one = t.filter;
   Ekf other = t.filter;
   one.add({&cartesian->landmark, 1});

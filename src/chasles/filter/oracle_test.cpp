@@ -7,7 +7,7 @@
 namespace chasles {
 
 namespace test {
-// What GoogleTest prints of a case.
+// GoogleTest's output for a case.
 void PrintTo(const OracleCase& oracle, std::ostream* out) { *out << oracle.chart; }
 }  // namespace test
 
@@ -16,7 +16,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// What an independent implementation in numpy says (oracle_numbers_testing.hpp).
+// Comparison with an independent implementation in numpy (oracle_numbers_testing.hpp).
 constexpr double kTolerance = 1e-9;
 
 template <int kRows, int kCols, std::size_t kSize>
@@ -104,7 +104,7 @@ TEST_P(OracleTest, InertialTransitionSeenInTheChartIsTheSameMatrix) {
 TEST_P(OracleTest, PixelsHaveTheSameDerivative) {
   const MatrixXd T = change_of_chart(chart(), state());
   for (int i = 0; i < 2; ++i) {
-    // Seen at the image's origin, the residual is minus the projection.
+    // With an observation at the image's origin, the residual is minus the projection.
     const auto z = measure_stereo(rig_of(oracle()), StereoRows::kAll, {}, state(), i, {});
     ASSERT_TRUE(z);
     EXPECT_TRUE(

@@ -28,7 +28,8 @@ bool measure_pixel(const Camera& known, double sigma, const State& x, int number
   const bool first = at == Linearisation::kFirstEstimates;
   const HomogeneousPoint point = x.homogeneous(landmark);
   const auto now = see(camera, x.world_T_imu, point, pixel);
-  // An anchored landmark's own parameters may be anything at first: the poses alone are kept.
+  // The parameters of an anchored landmark may be arbitrary at first: only the poses use first
+  // estimates.
   Clone anchor;
   if (landmark.anchor) anchor = x.clone(*landmark.anchor);
   if (first) anchor.world_T_imu = anchor.first;

@@ -16,7 +16,7 @@ using test::kPixelStep;
 using test::pixel_of;
 using test::some_filter;
 
-// Of known cameras, and of cameras whose places are estimated.
+// With known and with estimated extrinsics.
 class PixelMeasurement : public testing::TestWithParam<bool> {};
 class NewPixelLandmark : public testing::TestWithParam<bool> {};
 INSTANTIATE_TEST_SUITE_P(Cameras, PixelMeasurement, testing::Bool(), test::how_known);
@@ -52,7 +52,7 @@ TEST_P(PixelMeasurement, HasTheDerivativeOfItsResidual) {
   EXPECT_EQ(anchored, 9);
 }
 
-// A guessed depth that noise takes to infinity or beyond: the direction is seen all the same.
+// Noise may move an assumed depth to infinity or beyond: the direction still has a projection.
 TEST_P(PixelMeasurement, NeedsNoDepth) {
   test::Random random(8);
   for (const double inverse_depth : {1e-9, 0.0, -0.02}) {
@@ -70,7 +70,7 @@ TEST_P(PixelMeasurement, NeedsNoDepth) {
                                Linearisation::kCurrent, index);
         };
         const auto z = measure(zero);
-        if (!z) continue;  // does not look there
+        if (!z) continue;  // outside the camera's view
         ++seen;
         const auto residual = [&](const VectorXd& e) -> VectorXd { return measure(e)->residual; };
         const MatrixXd H = test::dense_measurement(x, {*z}).H;
@@ -81,7 +81,7 @@ TEST_P(PixelMeasurement, NeedsNoDepth) {
   }
 }
 
-// Against drawn errors: what a pixel differs by from its linear prediction.
+// Difference of a pixel from its linear prediction, for random errors.
 TEST_P(PixelMeasurement, BilinearNoiseIsTheCovarianceOfWhatIsNotLinear) {
   test::Random random(9);
   const Ekf filter = some_filter(random, GetParam());
@@ -108,13 +108,14 @@ TEST_P(PixelMeasurement, BilinearNoiseIsTheCovarianceOfWhatIsNotLinear) {
     constexpr int kDraws = 4000;
     for (int draw = 0; draw < kDraws; ++draw) {
       const VectorXd e = L * random.normal_vector(7);
-      VectorXd way = e, depth = e;  // the error of one alone
+      VectorXd way = e, depth = e;  // the error of one only
       way[6] = 0;
       depth.head<6>().setZero();
       const Vector2d product = pixel(e) - pixel(way) - pixel(depth) + pixel(VectorXd::Zero(7));
       sum += product * product.transpose() / kDraws;
     }
-    // That the derivative by the point changes along the way is left out: some tenths.
+    // bilinear_noise neglects the change of the derivative by the point along the displacement: a
+    // few tenths.
     const Matrix2d seen = sum / std::pow(0.02, 4);
     EXPECT_LT((seen - noise).norm(), 0.4 * noise.norm()) << seen << "\n" << noise;
     EXPECT_GT(seen.trace(), 0.7 * noise.trace());
@@ -172,7 +173,7 @@ TEST_P(NewPixelLandmark, AnchoredIsTheRayAndTheInverseDepthThatItIsTold) {
     ASSERT_TRUE(begun->anchor);
     EXPECT_EQ(*begun->anchor, x.clones.back().id);
     EXPECT_EQ(begun->cam_T_imu.p, camera_of(x, index).cam_T_imu.p);
-    EXPECT_TRUE(begun->d_pose.isZero(0));  // it hangs on the clone
+    EXPECT_TRUE(begun->d_pose.isZero(0));  // it depends on the clone
     EXPECT_TRUE(begun->clones.empty());
 
     State with = x;
@@ -182,7 +183,8 @@ TEST_P(NewPixelLandmark, AnchoredIsTheRayAndTheInverseDepthThatItIsTold) {
                               .cam_T_imu = begun->cam_T_imu,
                               .inverse_depth = begun->inverse_depth,
                               .camera = begun->camera});
-    // The camera that saw it sees it there wherever it is: its own error does not matter.
+    // In the anchor's camera, the projection does not depend on the extrinsics: their error
+    // cancels.
     const auto seen_again = [&](const VectorXd& e) -> VectorXd {
       const State y = test::moved(kStandardChart, with, e);
       return pixel_of(camera_of(y, index), y.clones.back().world_T_imu,

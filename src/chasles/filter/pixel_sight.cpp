@@ -7,7 +7,8 @@ namespace chasles {
 
 std::optional<Seen> see(const Camera& camera, const SE3& world_T_imu, const HomogeneousPoint& point,
                         const Eigen::Vector2d& pixel, double least_depth) {
-  constexpr double kLeastW = 0.01;  // where there is no depth to be too near: what lies aside
+  constexpr double kLeastW =
+      0.01;  // limits the angle from the axis for points at or beyond infinity
   const Eigen::Matrix3d cam_R_world = camera.cam_T_imu.R * world_T_imu.R.transpose();
   const Eigen::Vector3d from_imu = point.p_world - point.w * world_T_imu.p;
   const Eigen::Vector3d p_cam = cam_R_world * from_imu + point.w * camera.cam_T_imu.p;

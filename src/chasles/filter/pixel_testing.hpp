@@ -3,10 +3,11 @@
 #include <chasles/camera/triangulation.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 
-// A filter with landmarks of both forms and clones, and its cameras, known or estimated.
+// A filter with landmarks of both forms and clones, and its cameras, with known or estimated
+// extrinsics.
 namespace chasles::test {
 
-/// Pixels vary by hundreds over a radian: a smaller step for the numeric derivative.
+/// Pixels vary by hundreds per radian: the numeric derivative needs a smaller step.
 inline constexpr double kPixelStep = 1e-4;
 
 inline const std::vector<Camera> kCameras = inertial_cameras();
@@ -15,7 +16,7 @@ inline Ekf some_filter(Random& random, bool calibrating) {
   return inertial_filter(kStandardChart, random, true, calibrating);
 }
 
-/// A camera of the rig, where the state has it.
+/// A camera of the rig, with the extrinsics of the state.
 inline Camera camera_of(const State& x, int index) {
   return as_estimated(kCameras[static_cast<std::size_t>(index)], x, index);
 }

@@ -10,13 +10,13 @@
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
 
-/// A filter through a simulated drive, in few lines. Included by tests only.
+/// Runs a filter on a simulated stereo-velocity run. Included by tests only.
 namespace chasles::test {
 
 struct DriveOptions {
   Motion motion = Motion::kVelocityState;
   double gate = std::numeric_limits<double>::infinity();
-  int patience = 2;          ///< frames that an unseen landmark stays in the state
+  int patience = 2;          ///< frames that an unobserved landmark stays in the state
   double process_noise = 1;  ///< factor on Q
 };
 
@@ -112,7 +112,7 @@ class DrivenFilter {
   int refused_ = 0;
 };
 
-/// visit_map_covariance as one symmetric matrix; its blocks must come in order and without a gap.
+/// visit_map_covariance as one symmetric matrix; its blocks must be in order and without gaps.
 inline Eigen::MatrixXd whole_covariance(const Ekf& ekf) {
   const Eigen::Index n = 3 * ekf.map_size() + ekf.state().core_size();
   Eigen::MatrixXd P = Eigen::MatrixXd::Zero(n, n);

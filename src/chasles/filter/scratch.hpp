@@ -9,8 +9,8 @@
 
 namespace chasles {
 
-/// Storage for numbers that are needed for a moment, again and again, in sizes that vary. It only
-/// grows: after a while the heap is not asked any more. Of its contents nothing is copied.
+/// Reusable storage for temporary matrices of varying size. It only grows, so that heap allocations
+/// cease after some time. Copying a Scratch does not copy its contents.
 class Scratch {
  public:
   Scratch() = default;
@@ -20,7 +20,7 @@ class Scratch {
   Scratch& operator=(Scratch&&) = default;
   ~Scratch() = default;
 
-  /// A matrix whose coefficients are yet to be written; it ends with the next call.
+  /// An uninitialised matrix; it becomes invalid with the next call.
   template <class Matrix = Eigen::MatrixXd>
   Eigen::Map<Matrix, Eigen::AlignedMax> take(Eigen::Index rows, Eigen::Index cols = 1) {
     const Eigen::Index size = rows * cols;
@@ -32,8 +32,8 @@ class Scratch {
   Eigen::VectorXd storage_;
 };
 
-/// A list whose elements, when they go, leave what they hold of the heap to those that come: after
-/// a while it is not asked any more. What comes is therefore not empty, but to be written anew.
+/// A list that keeps removed elements, with their heap memory, for reuse by later ones. A new
+/// element is therefore not empty; the caller must overwrite it.
 template <class T>
 class Reused {
  public:
@@ -50,7 +50,7 @@ class Reused {
     if (size_ == items_.size()) items_.emplace_back();
     return items_[size_++];
   }
-  /// One more, before `place`.
+  /// Inserts an element before `place`.
   T& insert(const T* place) {
     const auto at = place - begin();
     append();
@@ -59,7 +59,7 @@ class Reused {
   }
   void remove_last() { --size_; }
   void clear() { size_ = 0; }
-  /// The others keep their order.
+  /// Removes all matching elements; the others keep their order.
   template <class Predicate>
   void remove_if(const Predicate& goes) {
     std::size_t kept = 0;
@@ -76,14 +76,14 @@ class Reused {
   std::size_t size_ = 0;
 };
 
-/// What the algebra of an update writes on the way (whitening.hpp).
+/// Workspace for the algebra of an update (whitening.hpp).
 struct WhiteningScratch {
   Scratch core, clones, transposed;  ///< a Jacobian's columns of the core and of clones
-  Scratch gathered;                  ///< what those of the clones are multiplied with
-  std::vector<int> clone_rows;       ///< the first of each six, rising
+  Scratch gathered;                  ///< factor of the clones' columns
+  std::vector<int> clone_rows;       ///< the first row of each block of six, rising
   Scratch S, HW, HW_transposed;
-  Scratch residual, information;  ///< of measurements that are compressed
-  std::vector<int> order;         ///< of its pivots
+  Scratch residual, information;  ///< of compressed measurements
+  std::vector<int> order;         ///< of the pivots
   Scratch W, w;                   ///< the result
 };
 

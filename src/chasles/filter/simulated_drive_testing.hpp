@@ -11,21 +11,22 @@
 #include <chasles/imu/body_velocity.hpp>
 #include <chasles/lie/testing.hpp>
 
-/// A short winding drive past random points, with what a car's sensors would tell of it: food for
-/// the filter's tests, which may not use the simulator of sim/. Included by tests only.
+/// A short winding stereo-velocity run past random points, with the measurements of a car's
+/// sensors. For the filter's tests, which may not use the simulator of sim/. Included by tests
+/// only.
 namespace chasles::test {
 
 struct DriveSettings {
   int frames = 100;
-  int begin_with = 8;         ///< points in front of the start
-  int points_a_frame = 1;     ///< that come into view
-  int frames_between = 1;     ///< two frames that bring points
+  int begin_with = 8;         ///< initial number of points, in front of the start
+  int points_a_frame = 1;     ///< new points per frame
+  int frames_between = 1;     ///< number of frames between frames with new points
   double outlier_share = 0;   ///< of the observations: 30 px away
   double velocity_noise = 1;  ///< factor on the samples' noise
   std::uint64_t seed = 1;
 };
 
-/// One instant, and the samples that hold until the next.
+/// One instant, and the samples held until the next.
 struct DriveFrame {
   SE3 world_T_imu;                              ///< true
   BodyVelocity velocity;                        ///< measured
@@ -34,7 +35,7 @@ struct DriveFrame {
 };
 
 inline constexpr double kDriveStep = 0.1;        ///< [s]
-inline constexpr double kDrivePixelNoise = 0.5;  ///< of mean u, mean v; disparity: the same
+inline constexpr double kDrivePixelNoise = 0.5;  ///< of mean u, mean v and disparity [px]
 
 struct Drive {
   StereoRig rig;

@@ -11,48 +11,49 @@
 
 namespace chasles {
 
-/// A past pose that the filter keeps, because observations made from it are still to be used or an
-/// anchored landmark hangs on it. It does not move, but it is estimated with all else.
+/// A past pose in the state, kept for observations still to be used or as the anchor of landmarks.
+/// It is constant in time and estimated together with all other states.
 struct Clone {
   int id = 0;
   Time time{};
   SE3 world_T_imu;
-  int row = 0;     ///< where its six errors [rotation; position] stand in the error vector
-  SE3 first = {};  ///< the pose as it was when it was cloned
+  int row = 0;     ///< first row of its six errors [rotation; position] in the error vector
+  SE3 first = {};  ///< the pose when it was cloned
 };
 
-/// A point of the map that the filter may still observe, in one of two forms: Cartesian, or
-/// anchored inverse depth, (x/z, y/z, 1/z) in a camera of a clone.
+/// A point of the map in the state, in one of two forms: Cartesian, or anchored inverse depth,
+/// (x/z, y/z, 1/z) in a camera of a clone.
 struct Landmark {
   LandmarkId id = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< [m]; Cartesian form
-  int row = 0;                     ///< where its three errors stand in the error vector
-  int observations = 0;            ///< used so far, the one that began it included
+  int row = 0;                     ///< first row of its three errors in the error vector
+  int observations = 0;            ///< used so far, including the one of its initialisation
   std::optional<int> anchor = {};  ///< the clone's id; none: the Cartesian form
-  SE3 cam_T_imu = {};              ///< of the anchor's camera, as estimated where it is
+  SE3 cam_T_imu = {};              ///< of the anchor's camera; the estimate, if estimated
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< [1, 1, 1/m]; anchored form
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();          ///< where it was when it began [m]
-  int camera = 0;  ///< the anchor's, an index into State::imu_T_camera where those are estimated
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();  ///< world position at initialisation [m]
+  int camera = 0;  ///< the anchor's; index into State::imu_T_camera if those are estimated
 
-  /// Whether its depth is one: noise may take an inverse depth through zero.
+  /// Whether its depth is positive: noise may move an inverse depth through zero.
   bool has_place() const { return !anchor || inverse_depth.z() > 0; }
 
-  /// What its three errors change.
+  /// The three parameters that its errors change.
   Eigen::Vector3d& parameters() { return anchor ? inverse_depth : p_world; }
   const Eigen::Vector3d& parameters() const { return anchor ? inverse_depth : p_world; }
 };
 
-/// At which values a measurement is linearised.
+/// Linearisation point of a measurement.
 enum class Linearisation {
-  kCurrent,  ///< the present estimates
-  /// The first estimate of every landmark and clone, the prediction of the pose: what nothing can
-  /// observe then stays so (Huang, Mourikis & Roumeliotis, "first-estimates Jacobians";
+  kCurrent,  ///< the current estimates
+  /// The first estimate of every landmark and clone, and the predicted pose: unobservable
+  /// directions then stay unobservable (Huang, Mourikis & Roumeliotis, "first-estimates Jacobians";
   /// docs/derivations.md, D57).
   kFirstEstimates,
 };
 
-/// The point p_world / w [m]. Noise may take the inverse depth of a point that is far, or guessed
-/// to be, through zero: such a point has no place, but a direction, in which cameras see it.
+/// The point p_world / w [m]. Noise may move the inverse depth w of a distant point, or of one with
+/// an assumed depth, through zero. Such a point has no position, but a direction, and therefore a
+/// projection.
 struct HomogeneousPoint {
   Eigen::Vector3d p_world;
   double w = 1;
@@ -60,25 +61,25 @@ struct HomogeneousPoint {
 
 /// The mean of the filter. Its error vector is
 ///
-///   [ pose: rotation 3, position 3 | v_world 3, if there is one | nav_T_world 6, if there is one:
-///     rotation, position | additive | imu_T_camera 6 each, if there are any: rotation, position |
-///     time_offset 1, if there is one | landmarks, 3 each, and clones, 6 each, as they came ]
+///   [ pose: rotation 3, position 3 | v_world 3, if present | nav_T_world 6, if present:
+///     rotation, position | additive | imu_T_camera 6 each, if present: rotation, position |
+///     time_offset 1, if present | landmarks, 3 each, and clones, 6 each, in order of addition ]
 ///
-/// where the part before the landmarks is called the core. What the numbers of the error mean is
-/// the business of the error chart (error_chart.hpp). In all charts `additive` states, biases and
-/// the time offset are additive, and the errors of nav_T_world and of each imu_T_camera are
-/// R = Exp(psi) Rhat, p = phat + dp (Kleinert & Stilla, eq. 17), in nav's and the IMU's axes.
+/// where the part before the landmarks is called the core. The error chart (error_chart.hpp)
+/// defines the error coordinates. In all charts the errors of `additive` and of the time offset are
+/// additive. The errors of nav_T_world and of each imu_T_camera are R = Exp(psi) Rhat, p = phat +
+/// dp (Kleinert & Stilla, eq. 17), in nav axes and IMU axes respectively.
 ///
-/// With a time_offset, world_T_imu, v_world and the clones are those of the instants at which the
-/// images were taken, whatever the offset is (calibration.hpp).
+/// With a time_offset, world_T_imu, v_world and the clones refer to the instants at which the
+/// images were taken, regardless of the offset (calibration.hpp).
 struct State {
   SE3 world_T_imu;
-  std::optional<Eigen::Vector3d> v_world;  ///< [m/s]; only the inertial motion model has it
-  std::optional<SE3> nav_T_world = {};     ///< where the world's own attitude is estimated
-  Eigen::VectorXd additive;                ///< the motion model's own: body velocity, biases, scale
-  std::vector<SE3> imu_T_camera = {};      ///< of every camera; empty: they are known
+  std::optional<Eigen::Vector3d> v_world;  ///< [m/s]; only in the inertial motion model
+  std::optional<SE3> nav_T_world = {};     ///< if the attitude of the world is estimated
+  Eigen::VectorXd additive;            ///< states of the motion model: body velocity, biases, scale
+  std::vector<SE3> imu_T_camera = {};  ///< of every camera; empty: not estimated
   std::optional<double> time_offset = {};  ///< camera clock + time_offset = IMU clock [s]
-  std::vector<Landmark> landmarks = {};    ///< in view or kept waiting; rows rise
+  std::vector<Landmark> landmarks = {};    ///< not retired; rows rise
   std::vector<Clone> clones = {};          ///< rows rise
 
   int motion_size() const { return v_world ? 9 : 6; }  ///< rows of pose and v_world
@@ -88,7 +89,7 @@ struct State {
   int calibration_size() const {
     return 6 * static_cast<int>(imu_T_camera.size()) + (time_offset ? 1 : 0);
   }
-  /// Of a camera's six errors; none where they are not estimated.
+  /// First row of a camera's six errors; none if they are not estimated.
   std::optional<int> camera_row(int camera) const {
     if (camera >= static_cast<int>(imu_T_camera.size())) return std::nullopt;
     return calibration_row() + 6 * camera;
@@ -105,12 +106,12 @@ struct State {
     return rows;
   }
 
-  /// The clone of that id, which must be there.
+  /// The clone with this id, which must exist.
   const Clone& clone(int id) const {
     return *std::find_if(clones.begin(), clones.end(), [&](const Clone& c) { return c.id == id; });
   }
   HomogeneousPoint homogeneous(const Landmark& landmark) const;
-  /// Where a landmark of either form is [m].
+  /// World position of a landmark of either form [m].
   Eigen::Vector3d p_world(const Landmark& landmark) const {
     if (!landmark.anchor) return landmark.p_world;
     const HomogeneousPoint point = homogeneous(landmark);
@@ -119,15 +120,15 @@ struct State {
 };
 
 /// d homogeneous(landmark).p_world / d (errors of the anchor, reference chart; inverse depth) of an
-/// anchored landmark; w is the last of the nine itself.
+/// anchored landmark; w is the last of these nine coordinates.
 Eigen::Matrix<double, 3, 9> homogeneous_derivative(const Clone& anchor, const Landmark& landmark);
 
 /// d homogeneous(landmark).p_world / d (errors of the anchor's imu_T_camera) of the same.
 Eigen::Matrix<double, 3, 6> homogeneous_derivative_by_camera(const Clone& anchor,
                                                              const Landmark& landmark);
 
-/// The same two of p_world(landmark), whose inverse depth must not be zero (docs/derivations.md,
-/// D47).
+/// The same two derivatives of p_world(landmark). The inverse depth must not be zero
+/// (docs/derivations.md, D47).
 Eigen::Matrix<double, 3, 9> anchored_derivative(const Clone& anchor, const Landmark& landmark);
 Eigen::Matrix<double, 3, 6> anchored_derivative_by_camera(const Clone& anchor,
                                                           const Landmark& landmark);

@@ -35,7 +35,7 @@ Eigen::Vector4d projected(const State& x) {
   return project(rig(), cam0_T_world * x.landmarks[0].p_world)->pixels;
 }
 
-// Pixels whose mean u, mean v and disparity are these.
+// Pixels with these mean u, mean v and disparity.
 StereoObservation observation(const Eigen::Vector3d& rows) {
   return {.landmark = 7,
           .pixels = {rows[0] + rows[2] / 2, rows[1], rows[0] - rows[2] / 2, rows[1]}};
@@ -145,7 +145,8 @@ TEST(NewLandmark, ErrorOfANearOneIsDistributedAsToldTogetherWithThePose) {
   P.bottomLeftCorner<3, 6>() = begun->d_pose * P_pose;
   P.topRightCorner<6, 3>() = P.bottomLeftCorner<3, 6>().transpose();
   P.bottomRightCorner<3, 3>() = begun->d_pose * P_pose * begun->d_pose.transpose() + begun->noise;
-  // Truth and estimate change places: true pose and pixels scatter around what the filter believes.
+  // Truth and estimate are exchanged: true pose and pixels scatter around the estimate of the
+  // filter.
   MatrixXd samples(9, 4000);
   const Eigen::Vector3d sigma(kNoise.u, kNoise.v, kNoise.disparity);
   for (auto sample : samples.colwise()) {

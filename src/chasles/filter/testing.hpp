@@ -14,8 +14,8 @@
 #include <chasles/filter/ekf.hpp>
 #include <chasles/lie/testing.hpp>
 
-/// What the filter's tests share: every chart, random states, and statistics with bounds. Included
-/// by tests only.
+/// Shared by the filter's tests: all charts, random states, and statistics with bounds. Included by
+/// tests only.
 namespace chasles::test {
 
 /// A test over all charts of error_charts().
@@ -41,9 +41,9 @@ inline SE3 random_pose(Random& random, double metres) {
   return {so3::exp(random.uniform(0, 3) * random.axis()), metres * random.normal_vector(3)};
 }
 
-/// What a random state is made of. `gap` rows of nothing stand before every landmark, as the rows
-/// of retired ones do in a filter that does not compress its map. Clones and landmarks come in
-/// turn, a clone first; with `anchored`, every second landmark hangs on the clone before it.
+/// Parts of a random state. `gap` unused rows precede every landmark, like the rows of retired ones
+/// in a filter that does not compress its map. Clones and landmarks alternate, a clone first; with
+/// `anchored`, every second landmark is anchored on the clone before it.
 struct StateShape {
   bool velocity = false;
   int additive = 0;
@@ -57,7 +57,7 @@ struct StateShape {
 /// An anchored landmark some metres in front of a camera that is not at the IMU.
 inline Landmark random_anchored(Random& random, LandmarkId id, int anchor) {
   return {.id = id,
-          .p_world = random.normal_vector(3),  // means nothing in this form
+          .p_world = random.normal_vector(3),  // without meaning in this form
           .observations = 1,
           .anchor = anchor,
           .cam_T_imu = random_pose(random, 0.2),
@@ -91,7 +91,7 @@ inline State random_state(Random& random, const StateShape& shape) {
   return x;
 }
 
-/// Rows of the error vector of a state that no rows follow.
+/// Rows of the error vector of a state without further rows.
 inline int error_rows(const State& x) { return x.size(); }
 
 inline State moved(const ErrorChart& chart, State x, const Eigen::VectorXd& xi) {
@@ -103,7 +103,7 @@ inline double distance(const SE3& x, const SE3& y) {
   return std::max((x.R - y.R).cwiseAbs().maxCoeff(), (x.p - y.p).cwiseAbs().maxCoeff());
 }
 
-/// The largest distance of two states, of any number in them.
+/// The largest difference of two states over all their components.
 inline double distance(const State& x, const State& y) {
   double d = distance(x.world_T_imu, y.world_T_imu);
   if (x.v_world) d = std::max(d, (*x.v_world - *y.v_world).cwiseAbs().maxCoeff());
@@ -135,8 +135,8 @@ inline Eigen::VectorXd normal_of(Random& random, const Eigen::MatrixXd& covarian
   return covariance.llt().matrixL() * random.normal_vector(covariance.rows());
 }
 
-/// Where a chi-square variable lies with probability 0.999 (Wilson & Hilferty 1931; at 6 degrees of
-/// freedom and more its bounds are good to 1 %).
+/// Interval of a chi-square variable with probability 0.999 (Wilson & Hilferty 1931; at 6 degrees
+/// of freedom and more its bounds are good to 1 %).
 struct Chi2Bounds {
   double low, high;
   explicit Chi2Bounds(double dof) {
@@ -157,8 +157,8 @@ inline ::testing::AssertionResult is_chi2(double sum, double dof) {
          << bounds.low / dof << " and " << bounds.high / dof;
 }
 
-/// The columns of `samples` have mean 0 and this covariance, as far as so many samples can tell
-/// (5 deviations in every number of the whitened moments).
+/// Whether the columns of `samples` have mean 0 and this covariance, within the statistical
+/// uncertainty (5 standard deviations in every component of the whitened moments).
 inline ::testing::AssertionResult has_covariance(const Eigen::MatrixXd& samples,
                                                  const Eigen::MatrixXd& covariance) {
   const double n = static_cast<double>(samples.cols());
@@ -170,12 +170,12 @@ inline ::testing::AssertionResult has_covariance(const Eigen::MatrixXd& samples,
   const double spread = excess.cwiseAbs().maxCoeff() * std::sqrt(n);
   if (mean < 5 && spread < 5) return ::testing::AssertionSuccess();
   return ::testing::AssertionFailure() << "the mean is " << mean << ", the second moments are "
-                                       << spread << " deviations away; whitened moments\n"
+                                       << spread << " standard deviations away; whitened moments\n"
                                        << second;
 }
 
-/// Largest difference of two covariances, every entry in units of its two deviations (of a
-/// millionth of the largest deviation where they are less: errors known to be zero).
+/// Largest difference of two covariances, every entry in units of its two standard deviations.
+/// Their lower limit is a millionth of the largest standard deviation, for errors known to be zero.
 inline double covariance_difference(const Eigen::MatrixXd& actual,
                                     const Eigen::MatrixXd& expected) {
   const double least = 1e-12 * expected.diagonal().maxCoeff();

@@ -35,7 +35,7 @@ INSTANTIATE_TEST_SUITE_P(Charts, TextbookEkfTest,
                                                               Motion::kInertial)),
                          case_name);
 
-// Both filters through the same drive; landmarks that are no longer seen are retired.
+// Both filters run on the same trajectory; landmarks that are no longer observed are retired.
 class Pair {
  public:
   Pair(const ErrorChart& chart, Motion motion, const test::Drive& drive)
@@ -53,7 +53,7 @@ class Pair {
     observe(drive_.frames[frame].observations);
   }
 
-  // The filter's covariance in the coordinates that the textbook has.
+  // The filter's covariance in the coordinates of the textbook filter.
   MatrixXd in_chart_coordinates() const {
     MatrixXd P = ekf_.covariance();
     push(ekf_.chart(), ekf_.state(), P);
@@ -122,7 +122,7 @@ class Pair {
     ekf_.add(begun);
   }
 
-  // The index of the textbook's landmark, which it never forgets: the youngest of that name.
+  // The index of the textbook's landmark, which it never removes: the latest with that id.
   int all_along(LandmarkId id) const {
     const auto& landmarks = textbook_.state().landmarks;
     for (int i = static_cast<int>(landmarks.size()) - 1;; --i) {
@@ -136,7 +136,7 @@ class Pair {
   TextbookEkf textbook_;
 };
 
-// Of the means of what is in the filter's state.
+// Of the means of the filter's state.
 double mean_difference(const Ekf& ekf, const TextbookEkf& textbook) {
   State y = textbook.state();
   y.landmarks.clear();
@@ -146,7 +146,7 @@ double mean_difference(const Ekf& ekf, const TextbookEkf& textbook) {
   return test::distance(ekf.state(), y);
 }
 
-// The retired ones, by name (a landmark seen again is a new one).
+// The retired ones, by id (a landmark that is observed again is a new one).
 double map_difference(const Ekf& ekf, const TextbookEkf& textbook) {
   double difference = 0;
   for (const MapLandmark& landmark : ekf.map()) {
@@ -171,13 +171,13 @@ TEST_P(TextbookEkfTest, FilterInTheReferenceChartIsTheOneInItsOwnCoordinates) {
     covariance = std::max(covariance, test::covariance_difference(filters.in_chart_coordinates(),
                                                                   filters.textbook().covariance()));
   }
-  // Metres, radians; the drive is 240 m long, so that 1e-9 of it would be 2e-7.
+  // Metres, radians; the trajectory is 240 m long, so that 1e-9 of it is 2e-7.
   EXPECT_LT(mean, kTolerance);
   EXPECT_LT(covariance, kTolerance);
   EXPECT_LT(map_difference(filters.ekf(), filters.textbook()), kTolerance);
   EXPECT_GE(filters.ekf().map_size(), 40);
   EXPECT_LT(filters.ekf().state().landmarks.size(), 20u);
-  // The drive was followed: the linearisation points were those of a working filter.
+  // The filter tracked the trajectory: its linearisation points are realistic.
   const SE3 error = filters.ekf().state().world_T_imu * drive.frames.back().world_T_imu.inverse();
   EXPECT_LT(so3::log(error.R).norm(), 0.5);
 }

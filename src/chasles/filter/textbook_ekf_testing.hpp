@@ -14,11 +14,11 @@
 #include <chasles/filter/textbook_motion_testing.hpp>
 #include <chasles/lie/sek3.hpp>
 
-/// An extended Kalman filter as a textbook has it, in the coordinates of each chart by itself: the
+/// A textbook extended Kalman filter in the coordinates of each chart. It uses the dense
 /// transition, noise and measurement matrices of docs/derivations.md, D24 to D28 and D38, chart by
-/// chart, dense, the gain by an explicit inverse, Joseph's form, the chart's own retraction, and no
-/// reset of the covariance. It shares nothing with the filter but the State. Included by tests
-/// only.
+/// chart. The gain comes from an explicit inverse, the covariance from Joseph's form, with the
+/// retraction of the chart and no reset of the covariance. It shares only the State with the
+/// filter. Included by tests only.
 namespace chasles::test {
 
 class TextbookEkf {
@@ -57,7 +57,7 @@ class TextbookEkf {
     Matrix F = Matrix::Identity(P_.rows(), P_.rows());
     pose_by_pose(step, F);
     x_.world_T_imu = x_.world_T_imu * step;
-    // B: what a change of the velocity does to the errors, over tau.
+    // B: effect of a change of the velocity on the errors, over tau.
     const Matrix B = errors_by_body_twist() * se3::right_jacobian(tau * velocity);
     Matrix Q = Matrix::Zero(P_.rows(), P_.rows());
     if (model.velocity_state) {
@@ -164,7 +164,7 @@ class TextbookEkf {
     correct(H, r, sigma.cwiseAbs2().asDiagonal());
   }
 
-  /// Mean u, mean v and disparity of landmarks of the state, each of this deviation.
+  /// Mean u, mean v and disparity of landmarks of the state, each with this standard deviation.
   void measure(const StereoRig& rig, double sigma,
                const std::vector<std::pair<int, StereoObservation>>& observations) {
     const Eigen::Index m = 3 * static_cast<Eigen::Index>(observations.size());
@@ -226,7 +226,7 @@ class TextbookEkf {
     retired_.push_back(false);
   }
 
-  /// From now on the landmark's error is additive.
+  /// Makes the landmark's error additive from now on.
   void retire(int index) {
     const std::size_t i = static_cast<std::size_t>(index);
     if (turns_with_pose(i)) {
@@ -243,7 +243,7 @@ class TextbookEkf {
   int row(std::size_t i) const { return x_.landmarks[i].row; }
   bool turns_with_pose(std::size_t i) const { return error_ == Error::kRightSen3 && !retired_[i]; }
 
-  // The errors after a step by those before: the pose's block, velocities held.
+  // Transition of the errors over a step: the block of the pose, with constant velocities.
   void pose_by_pose(const SE3& step, Matrix& F) const {
     if (error_ == Error::kStandard) F.block<3, 3>(3, 0) = -hat(x_.world_T_imu.R * step.p);
     if (error_ == Error::kLeftSe3) {
@@ -253,7 +253,7 @@ class TextbookEkf {
     }
   }
 
-  // The errors of T Exp(eta), for the pose T reached.
+  // The errors of T Exp(eta) at the predicted pose T.
   Matrix errors_by_body_twist() const {
     const SE3& T = x_.world_T_imu;
     Matrix B = Matrix::Zero(P_.rows(), 6);

@@ -4,8 +4,7 @@
 
 #include <chasles/filter/ekf.hpp>
 
-/// An inertial motion model for the tests: the filter's states with a velocity need one. Included
-/// by tests only.
+/// An inertial motion model for tests of filter states with a velocity. Included by tests only.
 namespace chasles::test {
 
 /// Specific force and angular rate as measured, held over a step.
@@ -14,7 +13,7 @@ struct InertialSample {
   Eigen::Vector3d w_imu = Eigen::Vector3d::Zero();  ///< [rad/s]
 };
 
-/// Kleinert & Stilla (19)-(22): the attitude at the start of the step turns the specific force.
+/// Kleinert & Stilla (19)-(22): the attitude at the start of the step rotates the specific force.
 /// State::additive is [accelerometer bias; gyroscope bias].
 struct Inertial {
   Eigen::Vector3d g_world{0, 0, -9.81};

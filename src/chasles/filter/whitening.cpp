@@ -29,8 +29,9 @@ void for_each_clone(Measurements measurements, const Visitor& visit) {
   }
 }
 
-// The rows of the clones, in the scratch, and their number where at least half of the blocks of a
-// dense matrix are there: then fast products outweigh what is gathered for them. Else zero.
+// Collects the rows of the clones in the scratch. Returns their number if at least half of the
+// blocks of a dense matrix exist: fast products then outweigh the cost of gathering. Otherwise
+// zero.
 Eigen::Index dense_clones(Measurements measurements, WhiteningScratch& scratch) {
   std::vector<int>& rows = scratch.clone_rows;
   rows.clear();
@@ -46,12 +47,12 @@ Eigen::Index dense_clones(Measurements measurements, WhiteningScratch& scratch) 
   return sparse ? 0 : static_cast<Eigen::Index>(rows.size());
 }
 
-// Rows that are factorised together: with fewer, BLAS's kernels would not be filled; with more, the
-// slow triangular solution would take what the fast products can do.
+// Number of rows factorised together. With fewer, BLAS's kernels would not be filled. With more,
+// slow triangular solutions would replace fast products.
 constexpr Eigen::Index kLeafRows = 32;
 
-// From P H^T and r to W and w, by halves: what the first half has told is taken out of the second.
-// False where S is not positive definite.
+// From P H^T and r to W and w, recursively by halves: the information of the first half is removed
+// from the second. False if S is not positive definite.
 bool whiten(Measurements z, const State& x, dense::Block W, Eigen::Ref<VectorXd> w,
             WhiteningScratch& scratch) {
   if (z.size() == 1 || w.size() <= kLeafRows) {

@@ -13,8 +13,8 @@ constexpr int kHalf = 3;  // of the window over which gradients are summed
 constexpr int kSide = 2 * kHalf + 1;
 
 /// Rows of sums of gradient products, over kSide rows above and below the present one. All numbers
-/// are integers below 2^24, so that floats hold them exactly and adding and taking away leaves
-/// nothing behind.
+/// are integers below 2^24, so that floats represent them exactly, and adding and subtracting has
+/// no round-off.
 struct ColumnSums {
   explicit ColumnSums(std::size_t columns) : xx(columns), yy(columns), xy(columns) {}
   std::vector<float> xx, yy, xy;
@@ -24,7 +24,7 @@ struct ColumnSums {
     const std::uint8_t *row = image.at(x, y), *above = image.at(x, y - 1),
                        *below = image.at(x, y + 1);
     const std::size_t columns = xx.size();
-    // The compiler is told that nothing overlaps, so that it takes several columns at a time.
+    // The qualifiers exclude aliasing, so that the compiler vectorises the loop.
     float* __restrict to_xx = xx.data(), * __restrict to_yy = yy.data(), * __restrict to_xy = xy.data();
     for (std::size_t c = 0; c < columns; ++c) {
       const auto d_x = static_cast<float>(row[c + 1] - row[static_cast<std::ptrdiff_t>(c) - 1]);
@@ -47,13 +47,13 @@ void sum_along(const float* __restrict from, std::size_t columns, float* __restr
   }
 }
 
-/// Rows of a box's width that the measure is made from.
+/// Rows of a box's width from which the measure is computed.
 struct MeanRows {
   explicit MeanRows(std::size_t columns) : xx(columns), yy(columns), xy(columns) {}
   std::vector<float> xx, yy, xy;
 };
 
-/// The measure along a row; 0 where it is no corner.
+/// The measure along a row; 0 where there is no corner.
 void measure_row(const ColumnSums& sums, CornerMeasure measure, float min_eigenvalue,
                  MeanRows& means, float* __restrict out) {
   const std::size_t columns = means.xx.size();
@@ -65,7 +65,8 @@ void measure_row(const ColumnSums& sums, CornerMeasure measure, float min_eigenv
   for (std::size_t c = 0; c < columns; ++c) {
     const float trace = xx[c] + yy[c];
     const float score = xx[c] * yy[c] - xy[c] * xy[c] - 0.04F * trace * trace;
-    // Both eigenvalues are at least m where M - m I has neither a negative trace nor determinant.
+    // Both eigenvalues are at least m if M - m I has neither a negative trace nor a negative
+    // determinant.
     const float a = xx[c] - min_eigenvalue, b = yy[c] - min_eigenvalue;
     const float smallest = std::min({a * b - xy[c] * xy[c], a + b, score});
     out[c] = smallest >= 0 ? score : 0.0F;
@@ -78,14 +79,15 @@ void measure_row(const ColumnSums& sums, CornerMeasure measure, float min_eigenv
   }
 }
 
-/// Whether the middle row's element is above the eight around it; of equal ones the first counts.
+/// Whether the element of the middle row exceeds its eight neighbours; of equal ones the first
+/// counts.
 bool is_peak(const float* above, const float* row, const float* below, std::size_t c) {
   const float s = row[c];
   return s > above[c - 1] && s > above[c] && s > above[c + 1] && s > row[c - 1] &&
          s >= row[c + 1] && s >= below[c - 1] && s >= below[c] && s >= below[c + 1];
 }
 
-/// The middle row, 0 where something around is larger: few are left for is_peak to look at.
+/// The middle row, set to 0 where a neighbour is larger: few candidates remain for is_peak.
 void keep_largest(const float* __restrict above, const float* __restrict row,
                   const float* __restrict below, std::size_t columns, float* __restrict out) {
   for (std::size_t c = 1; c + 1 < columns; ++c) {
@@ -96,10 +98,10 @@ void keep_largest(const float* __restrict above, const float* __restrict row,
   }
 }
 
-constexpr int kReach = 4;  // of the surroundings that refine a corner [px]
+constexpr int kReach = 4;  // half side of the window for refinement [px]
 
-/// The point that the lines across the gradients around `centre` come nearest to; not finite where
-/// they are all parallel.
+/// The point nearest to the lines perpendicular to the gradients around `centre`; not finite if all
+/// are parallel.
 Eigen::Vector2d gradient_intersection(const PyramidLevel& image, const Eigen::Vector2d& centre) {
   constexpr int side = 2 * kReach + 3;
   const int i = static_cast<int>(std::floor(centre.x())),
@@ -121,7 +123,7 @@ Eigen::Vector2d gradient_intersection(const PyramidLevel& image, const Eigen::Ve
       const Eigen::Vector2f offset(static_cast<float>(c - kReach - 1),
                                    static_cast<float>(r - kReach - 1));
       const Eigen::Vector2f g(grey[r][c + 1] - grey[r][c - 1], grey[r + 1][c] - grey[r - 1][c]);
-      // The middle counts most: where a corner ends, another one may begin.
+      // The centre has the largest weight, because another corner may be near.
       const float weight = 1 / (1 + offset.squaredNorm() / (kReach * kReach / 4.0F));
       A += weight * g * g.transpose();
       b += weight * g.dot(offset) * g;
@@ -137,7 +139,7 @@ std::vector<Corner> find_corners(const PyramidLevel& image, const PixelBox& box,
                                  CornerMeasure measure, double min_gradient) {
   std::vector<Corner> corners;
   if (box.empty()) return corners;
-  // One more column and row at each side, for the maxima.
+  // One more column and row on each side, for the test of maxima.
   const auto columns = static_cast<std::size_t>(box.x1 - box.x0 + 2);
   const auto min_eigenvalue = static_cast<float>(min_gradient * min_gradient);
   ColumnSums sums(columns + 2 * kHalf);

@@ -23,17 +23,18 @@ enum class CornerMeasure {
 /// A pixel where the image has texture in two directions.
 struct Corner {
   Eigen::Vector2d pixel;  ///< [px]
-  float score = 0;        ///< its measure, to be compared within one image only
+  float score = 0;        ///< value of the measure; comparable within one image only
 };
 
 /// The corners in a box of the image: local maxima (3 x 3 pixels) of the measure over windows of 7
-/// x 7, where the mean squared gradient in the weakest direction is at least min_gradient squared
-/// [grey levels/px]. Best first; those of equal score from top to bottom, left to right.
+/// x 7 pixels. The rms gradient in the weakest direction is at least min_gradient [grey levels/px].
+/// Best first; corners of equal score from top to bottom, left to right.
 std::vector<Corner> find_corners(const PyramidLevel& image, const PixelBox& box,
                                  CornerMeasure measure, double min_gradient);
 
-/// The corner's place to a fraction of a pixel (Förstner's: where the gradients of its surroundings
-/// point to); the given one where that does not converge within 4 pixels (half the window).
+/// The sub-pixel position of a corner [px] (Förstner: the point nearest to the lines across the
+/// gradients around it). Returns the given position if this does not converge within 4 pixels (half
+/// the window).
 Eigen::Vector2d refine_corner(const PyramidLevel& image, const Eigen::Vector2d& pixel);
 
 }  // namespace chasles

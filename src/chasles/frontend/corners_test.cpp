@@ -9,7 +9,7 @@
 namespace chasles::test {
 namespace {
 
-/// A chess board whose fields meet at (x0 + 40 i, y0 + 40 j), each pixel the mean over its area.
+/// A chess board with corners at (x0 + 40 i, y0 + 40 j); each pixel is the mean over its area.
 ImagePyramid chess_board(double x0, double y0) {
   GrayImage image{.width = 240, .height = 200, .pixels = {}};
   constexpr int kFine = 16;
@@ -101,7 +101,7 @@ TEST_F(CoverageOfARoom, FillsTheBudgetEvenlyAndKeepsDistances) {
     EXPECT_EQ(static_cast<int>(pixels.size()), budget);
     std::vector<int> quarter(4, 0);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-      EXPECT_TRUE(in_image(camera, pixels[i], 6));  // the border, less what refining moves
+      EXPECT_TRUE(in_image(camera, pixels[i], 6));  // the border minus the shift of the refinement
       ++quarter[(pixels[i].x() > 376 ? 1 : 0) + (pixels[i].y() > 240 ? 2 : 0)];
       for (std::size_t j = 0; j < i; ++j) EXPECT_GE((pixels[i] - pixels[j]).norm(), 15);
     }

@@ -9,7 +9,7 @@ namespace chasles {
 namespace {
 
 constexpr int kRests = 5;                    // searches, after one without a corner
-constexpr std::size_t kCornersPerCell = 24;  // candidates that are looked at
+constexpr std::size_t kCornersPerCell = 24;  // candidates to consider
 
 bool far_from_all(const std::vector<Eigen::Vector2d>& pixels, const Eigen::Vector2d& pixel,
                   double distance) {
@@ -60,7 +60,8 @@ std::vector<std::size_t> Coverage::cells_to_search(std::size_t tracks) const {
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return cells_[a].tracks < cells_[b].tracks;
   });
-  // Each cell searched gives a corner or two: more of them are not needed than tracks are missing.
+  // Each searched cell gives one or two corners, so that no more cells than missing tracks are
+  // needed.
   order.resize(std::min(
       {order.size(), static_cast<std::size_t>(settings_.cells_per_search), max_tracks - tracks}));
   return order;
@@ -86,9 +87,9 @@ std::vector<Eigen::Vector2d> Coverage::refill(const PyramidLevel& image, const G
     });
     if (cell.corners.size() > kCornersPerCell) cell.corners.resize(kCornersPerCell);
     if (cell.corners.empty()) cell.rests = kRests;
-    std::reverse(cell.corners.begin(), cell.corners.end());  // the best one at the end
+    std::reverse(cell.corners.begin(), cell.corners.end());  // best one last
   }
-  // Of cells with as many tracks, the one with the best corner.
+  // Among cells with equally many tracks, the one with the best corner.
   const auto emptier = [&](std::size_t i, std::size_t j) {
     const Cell &a = cells_[i], &b = cells_[j];
     if (a.tracks != b.tracks) return a.tracks < b.tracks;

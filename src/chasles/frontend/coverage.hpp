@@ -11,26 +11,26 @@
 
 namespace chasles {
 
-/// How tracks are spread over an image.
+/// Settings for the distribution of tracks over an image.
 struct CoverageSettings {
   CornerMeasure measure = CornerMeasure::kHarris;
   int max_tracks = 150;
-  int columns = 10, rows = 6;  ///< of cells
-  int cells_per_search = 15;   ///< unless half of the tracks are gone
+  int columns = 10, rows = 6;  ///< of the grid of cells
+  int cells_per_search = 15;   ///< unless half of the tracks are lost
   double min_distance = 15;    ///< of a new corner to every track and corner [px]
-  double border = 8;           ///< without corners [px]
+  double border = 8;           ///< margin without corners [px]
   double min_gradient = 3;     ///< of a corner in its weakest direction [grey levels/px]
 };
 
-/// Finds new corners where tracks are fewest. It remembers only which cells had none to offer, and
-/// lets them rest for some searches.
+/// Finds new corners where tracks are fewest. Its only memory is of cells without corners, which it
+/// skips for some searches.
 class Coverage {
  public:
   Coverage(const CoverageSettings& settings, int width, int height);
 
-  /// New corners for an image in which `tracks` are followed, so that all together are at most
-  /// max_tracks: again and again the cell with the fewest gives its best corner. None where `mask`
-  /// (empty, or as large as the image) is 0.
+  /// New corners for an image with the pixels `tracks`, so that the total is at most max_tracks.
+  /// Repeatedly, the cell with the fewest tracks contributes its best corner. No corners where
+  /// `mask` (empty, or as large as the image) is 0.
   std::vector<Eigen::Vector2d> refill(const PyramidLevel& image, const GrayImage& mask,
                                       const std::vector<Eigen::Vector2d>& tracks);
 
@@ -38,7 +38,7 @@ class Coverage {
   struct Cell {
     PixelBox box;
     int tracks = 0;
-    int rests = 0;  // searches that it still sits out
+    int rests = 0;  // searches for which it is still skipped
     std::vector<Corner> corners = {};
   };
 
@@ -50,7 +50,7 @@ class Coverage {
   std::vector<Cell> cells_;
 };
 
-/// Whether the mask (empty: none) forbids a pixel.
+/// Whether the mask (empty: none) excludes a pixel.
 bool masked(const GrayImage& mask, const Eigen::Vector2d& pixel);
 
 }  // namespace chasles

@@ -12,9 +12,9 @@ namespace {
 
 using namespace sampling;
 
-/// What the image under a patch is made of where it differs in gain, offset, shift and bend:
-/// J = gain T + offset - gain (dT/dx, dT/dy) (shift + bend o), linear in eight numbers. Each one's
-/// factor is one of these, some times the pixel's x, which is the same in all rows.
+/// Model of the image under a patch with gain, offset, shift and bend: J = gain T + offset - gain
+/// (dT/dx, dT/dy) (shift + bend o), linear in eight unknowns. The factor of each unknown is one of
+/// these, for some multiplied by the pixel's x, which is the same in all rows.
 enum Factor { kValue, kOne, kGradientX, kGradientY, kGradientXTimesY, kGradientYTimesY, kImage };
 constexpr int kFactors = kImage + 1;
 
@@ -34,7 +34,7 @@ constexpr std::array<Unknown, 8> kUnknowns{{{kValue},
 /// Sums over the rows of the products of two factors, lane by lane.
 template <int Lanes>
 struct FactorProducts {
-  alignas(16) float sum[kFactors][kFactors][Lanes] = {};  // second index up to the first
+  alignas(16) float sum[kFactors][kFactors][Lanes] = {};  // second index at most the first
 
   FactorProducts(const Patch& patch, const float* image) {
     alignas(16) float f[kFactors][Lanes];
@@ -49,7 +49,7 @@ struct FactorProducts {
         f[kGradientY][c] = patch.d_y[row + c] + in * patch.mean_y + patch.overlap_y * T;
         f[kGradientXTimesY][c] = y * f[kGradientX][c];
         f[kGradientYTimesY][c] = y * f[kGradientY][c];
-        f[kImage][c] = in * (image[r * Lanes + c] - 128);  // smaller numbers round less
+        f[kImage][c] = in * (image[r * Lanes + c] - 128);  // smaller numbers have less round-off
       }
       for (int i = 0; i < kFactors; ++i) {
         for (int j = 0; j <= i; ++j) {
@@ -76,7 +76,7 @@ struct FactorProducts {
 template <int Lanes>
 std::optional<Deformation> deformation_lanes(const Patch& patch, const PyramidLevel& level,
                                              const Eigen::Vector2f& centre) {
-  constexpr float kBendSigma = 0.02F, kGreySigma = 5;  // from image to image; of a pixel
+  constexpr float kBendSigma = 0.02F, kGreySigma = 5;  // from image to image; of one pixel
   if (!inside(level, centre)) return std::nullopt;
   alignas(16) float image[Patch::kMaxSide * Lanes];
   sample_straight<Lanes>(level, centre, patch.side, image);

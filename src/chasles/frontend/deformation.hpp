@@ -9,17 +9,17 @@
 
 namespace chasles {
 
-/// How an image near a place where a patch was found differs from the patch beyond gain and offset:
-/// its pixel at centre + shift + (1 + bend) o is the patch's at o.
+/// Deformation of a patch in an image, besides gain and offset: the image at centre + shift + (1 +
+/// bend) o corresponds to the patch at o.
 struct Deformation {
   Eigen::Vector2f shift = Eigen::Vector2f::Zero();  ///< [px]
   Eigen::Matrix2f bend = Eigen::Matrix2f::Zero();
 };
 
-/// One Gauss-Newton step for all six numbers together, from the place that align() found. The bend
-/// is held to be small, as it is from one image to the next, so that a patch that does not tell it
-/// leaves it alone. None where `centre` is outside the image, or where the patch is hardly there
-/// (its gain is below 0.3).
+/// One Gauss-Newton step for all six parameters, from the position that align() found. A prior
+/// keeps the bend small, as it is from one image to the next, so that a patch that does not
+/// constrain it leaves it unchanged. None if `centre` is outside the image, or if the gain of the
+/// patch is below 0.3.
 std::optional<Deformation> deformation(const Patch& patch, const PyramidLevel& level,
                                        const Eigen::Vector2f& centre);
 

@@ -8,13 +8,13 @@
 namespace chasles {
 namespace {
 
-/// How a level of the pyramid is worked through.
+/// Settings for one level of the pyramid.
 struct Pass {
   int level = 0;
   int max_steps = 10;
   float precision = 0.015F;      // [px of the level]
   float min_gradient = 0;        // [grey levels/px of the level]
-  float min_correlation = 0.3F;  // a coarse level only has to give a start
+  float min_correlation = 0.3F;  // a coarse level only provides a start
 };
 
 Pass coarse_pass(int level) {
@@ -26,14 +26,15 @@ Pass fine_pass(const FollowSettings& settings) {
           .min_correlation = static_cast<float>(settings.min_correlation)};
 }
 
-/// Beyond a bend that a rotation or a lens can mean, the expectation is worth nothing.
+/// A prediction with a larger deformation than a rotation or a lens can cause is not used.
 Eigen::Matrix2f usable_bend(const Eigen::Matrix2d& from_A_to) {
   const bool usable = from_A_to.allFinite() && from_A_to.cwiseAbs().maxCoeff() < 3;
   if (!usable) return Eigen::Matrix2f::Identity();
   return from_A_to.cast<float>();
 }
 
-/// Looks for the patch of `from`, given on level 0, around `estimate`; leaves the patch in `patch`.
+/// Searches for the patch of `from`, given on level 0, around `estimate`; stores the patch in
+/// `patch`.
 std::optional<PatchPosition> look(const ImagePyramid& from, const ImagePyramid& to,
                                   const Expectation& expected, const Eigen::Vector2f& estimate,
                                   int window, const Pass& pass, Patch& patch) {
@@ -48,7 +49,7 @@ std::optional<PatchPosition> look(const ImagePyramid& from, const ImagePyramid& 
   return found;
 }
 
-constexpr double kNear = 2.5;  // so near, level 0 finds a patch without the coarser ones [px]
+constexpr double kNear = 2.5;  // up to this distance, level 0 suffices [px]
 
 Expectation backward(const Expectation& forth, const Eigen::Vector2d& found) {
   const Eigen::Matrix2d from_A_to = forth.to_A_from.inverse();
@@ -66,7 +67,7 @@ std::optional<PatchPosition> follow_forth(const ImagePyramid& from, const ImageP
   const auto available = static_cast<int>(std::min(from.levels.size(), to.levels.size()));
   Eigen::Vector2f estimate = expected.to.cast<float>();
   Patch patch;
-  // A coarse level that fails is passed over: the finer ones may do.
+  // A coarse level that fails is skipped: the finer ones may succeed.
   for (int l = std::min(expected.levels, available) - 1; l > 0; --l) {
     const auto found = look(from, to, expected, estimate, settings.window, coarse_pass(l), patch);
     if (found) estimate = found->centre * static_cast<float>(1 << l);
@@ -90,7 +91,7 @@ Followed follow(const ImagePyramid& from, const ImagePyramid& to, const Expectat
 
 std::optional<Refound> find_again(const ImagePyramid& from, const ImagePyramid& to,
                                   const Expectation& expected, const FollowSettings& settings) {
-  constexpr float kFurthest = 0.5F;  // [px], beyond what align() found
+  constexpr float kFurthest = 0.5F;  // [px], from the position that align() found
   Patch patch;
   const auto found = look(from, to, expected, expected.to.cast<float>(), settings.window,
                           fine_pass(settings), patch);

@@ -26,7 +26,7 @@ void check_camera(const Camera& camera, std::size_t index) {
                    size_text(camera.width, camera.height) + " pixels, focal lengths " +
                    std::to_string(camera.fx) + ", " + std::to_string(camera.fy) +
                    "; expected finite numbers, focal lengths above 0, and more than " +
-                   std::to_string(PyramidLevel::kPad) + " pixels a side");
+                   std::to_string(PyramidLevel::kPad) + " pixels per side");
 }
 
 void check_mask(const GrayImage& mask, const Camera& camera, std::size_t index) {
@@ -53,15 +53,15 @@ void check_image(const GrayImage& image, const Camera& camera, std::size_t index
                    std::to_string(time.count()) + " ns: found " +
                    size_text(image.width, image.height) + " (" +
                    std::to_string(image.pixels.size()) + " bytes), expected " +
-                   size_text(camera.width, camera.height) + " as its calibration says");
+                   size_text(camera.width, camera.height) + " as in its calibration");
 }
 
 void check_rotation(const Eigen::Matrix3d& R, Time time) {
   const double error = (R * R.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (R.allFinite() && error < 1e-6 && R.determinant() > 0) return;
   throw InputError("predicted rotation at " + std::to_string(time.count()) +
-                   " ns: found a matrix that is " + std::to_string(error) +
-                   " off orthogonal, expected a rotation; look for NaN in the gyroscope's samples");
+                   " ns: found a matrix with an orthogonality error of " + std::to_string(error) +
+                   ", expected a rotation; check the gyroscope's samples for NaN");
 }
 
 }  // namespace
@@ -70,7 +70,7 @@ void check_rig(const std::vector<Camera>& cameras, const std::vector<GrayImage>&
   if (cameras.empty()) throw UsageError("cameras: found none, expected at least one");
   if (masks.size() != cameras.size()) {
     throw UsageError("masks: found " + std::to_string(masks.size()) + ", expected none or " +
-                     std::to_string(cameras.size()) + ", one a camera");
+                     std::to_string(cameras.size()) + ", one per camera");
   }
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     check_camera(cameras[i], i);
@@ -89,7 +89,7 @@ void check_frame(const ImageFrame& frame, const RotationPrior& rotation, std::op
     throw InputError("image frame at " + std::to_string(frame.time.count()) + " ns: found " +
                      std::to_string(frame.images.size()) + " images, expected " +
                      std::to_string(cameras.size()) +
-                     ", one a camera (an empty one where a camera has none)");
+                     ", one per camera (empty if a camera has none)");
   }
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     check_image(frame.images[i], cameras[i], i, frame.time);

@@ -9,11 +9,11 @@
 
 namespace chasles {
 
-/// Throws UsageError, naming the camera, where a camera or a mask (empty: none) cannot be used.
+/// Throws UsageError, naming the camera, if a camera or a mask (empty: none) cannot be used.
 void check_rig(const std::vector<Camera>& cameras, const std::vector<GrayImage>& masks);
 
-/// Throws InputError where a frame cannot follow one at the time `last`, or does not fit the rig,
-/// or its rotation is none.
+/// Throws InputError if a frame is not later than `last`, does not match the rig, or its predicted
+/// rotation is not a rotation.
 void check_frame(const ImageFrame& frame, const RotationPrior& rotation, std::optional<Time> last,
                  const std::vector<Camera>& cameras);
 

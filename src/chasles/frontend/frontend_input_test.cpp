@@ -13,7 +13,7 @@ GrayImage plain(std::uint8_t grey) {
   return {.width = 752, .height = 480, .pixels = std::vector<std::uint8_t>(752 * 480, grey)};
 }
 
-/// A front end that has seen the first frame of a walk.
+/// A front end after the first frame of a walk.
 class FrontendInput : public ::testing::Test {
  protected:
   FrontendInput() { frontend.process(frame(0)); }
@@ -40,7 +40,7 @@ class FrontendInput : public ::testing::Test {
       }
     }
     frontend.process(frame(1), gyroscope(walk_pose(0), walk_pose(1)));
-    EXPECT_GT(frontend.report().tracked, 120) << "it was to remain as it was";
+    EXPECT_GT(frontend.report().tracked, 120) << "the state must not change";
   }
 
   std::vector<Camera> rig = euroc_rig();
@@ -48,7 +48,7 @@ class FrontendInput : public ::testing::Test {
 };
 
 TEST_F(FrontendInput, WithoutAnImageTracksWaitAndAreFoundAgain) {
-  // black, saturated, missing: the rotation goes on meanwhile.
+  // black, saturated, missing: the rotation is accumulated meanwhile.
   for (const auto& [k, image] : {std::pair{1, plain(0)}, {2, plain(255)}, {3, GrayImage{}}}) {
     EXPECT_TRUE(process(frame(k, image), k - 1, k).pixels.empty());
     EXPECT_EQ(frontend.report().lost() + frontend.report().added, 0);

@@ -23,7 +23,7 @@ GrayImage read_image(const fs::path& file) {
   return image;
 }
 
-/// Rows of numbers; what is no number ends its row.
+/// Rows of numbers; a row ends at the first non-number.
 std::vector<std::vector<double>> read_csv(const fs::path& file) {
   std::vector<std::vector<double>> rows;
   std::ifstream stream(file);
@@ -61,7 +61,7 @@ class MachineHall : public ::testing::Test {
             {r[1], r[2], r[3]}};
   }
 
-  /// What the gyroscope says about the time between two frames, its bias left in or taken out.
+  /// Integrated gyroscope between two frames, with or without its bias.
   RotationPrior gyroscope_between(std::int64_t last, std::int64_t now, bool biased) const {
     Eigen::Matrix3d last_R_now = Eigen::Matrix3d::Identity();
     const Eigen::Vector3d bias =
@@ -87,8 +87,8 @@ class MachineHall : public ::testing::Test {
   std::vector<std::vector<double>> truth, imu;
 };
 
-/// A point from the pixels of camera 0 alone and the true poses: least squares over their rays;
-/// with how far the rays differ [rad] and its parallax [rad].
+/// A point from the pixels of camera 0 and the true poses, by least squares over their rays; with
+/// the residual of the rays [rad] and the parallax [rad].
 struct ViewedPoint {
   Eigen::Vector3d p_world;
   double worst_ray = 0, parallax = 0;
@@ -189,7 +189,7 @@ TEST_F(MachineHall, StereoMatchesAgreeWithPointsFromCameraZeroAndTheTruth) {
 
 TEST_F(MachineHall, TracksAgreeWithTheTruthEvenWithABiasedGyroscopeOrNone) {
   const Camera camera = euroc_rig()[0];
-  for (const int kind : {0, 1, 2}) {  // gyroscope with bias taken out, left in, not there
+  for (const int kind : {0, 1, 2}) {  // gyroscope without bias, with bias, absent
     Frontend frontend({}, {camera});
     std::map<LandmarkId, Eigen::Vector3d> last;
     SE3 last_pose;
@@ -251,7 +251,7 @@ TEST(ViconRoom, StereoMatchesOfSinglePairsLieOnTheEpipolarLines) {
       return static_cast<double>(frontend.report().added);
     };
     corners += count({}, [&](const Eigen::Vector2d&, const Eigen::Vector2d&) { matched += 1; });
-    // Without the geometric check, patches that follow the image alone land on the line anyway.
+    // Without the geometric check, patches that follow the image only still end on the line.
     count({.epipolar_threshold = 15}, [&](const Eigen::Vector2d& p, const Eigen::Vector2d& q) {
       const Eigen::Vector3d r = cam1_T_cam0.R * unproject(rig[0], p)->ray;
       const Eigen::Vector3d f = unproject(rig[1], q)->ray.normalized();

@@ -109,14 +109,14 @@ TEST(Frontend, FindsTheSamePointsInTheOtherCamera) {
 }
 
 TEST(Frontend, ThrowsOutWhatMovesOnItsOwn) {
-  // A textured board that moves across the image while the rig moves on.
+  // A textured board that moves across the image while the rig moves.
   const Walk walk{.path = sideways, .frames = 8};
   Frontend frontend(walk.settings, walk.rig);
   const GrayImage board = room().render(walk.rig[0], spin(3));
   int on_board = 0, outliers = 0;
   for (int k = 0; k < walk.frames; ++k) {
     ImageFrame frame = frame_of(walk, k);
-    const int x0 = 250 + 9 * k, y0 = 120 + 7 * k;  // across what the walls do
+    const int x0 = 250 + 9 * k, y0 = 120 + 7 * k;  // across the motion of the walls
     for (int y = y0; y < y0 + 160; ++y) {
       for (int x = x0; x < x0 + 200; ++x) {
         const int source = (y - y0 + 100) * 752 + x - x0 + 200;

@@ -19,12 +19,12 @@
 #include <chasles/lie/so3.hpp>
 #include <chasles/lie/testing.hpp>
 
-/// A room whose walls carry a smooth random texture, seen from inside through any camera: where a
-/// pixel's point is, and where another view sees it, is known exactly. Included by tests and the
+/// A room whose walls have a smooth random texture, rendered from inside for any camera. The point
+/// of a pixel, and its projection into another view, are known exactly. Included by tests and the
 /// bench only.
 namespace chasles::test {
 
-/// A square grey texture that repeats, smooth over a few texels, with strong contrast.
+/// A square periodic grey texture, smooth over a few texels, with strong contrast.
 class Texture {
  public:
   static constexpr int kSide = 1024;
@@ -37,7 +37,7 @@ class Texture {
     for (float& v : values_) v = std::min(250.0F, std::max(5.0F, v + 128));
   }
 
-  /// At (x, y) texels, interpolated.
+  /// Interpolated value at (x, y) [texels].
   float at(double x, double y) const {
     const double x0 = std::floor(x), y0 = std::floor(y);
     const auto u = static_cast<float>(x - x0), v = static_cast<float>(y - y0);
@@ -53,7 +53,7 @@ class Texture {
                    static_cast<std::size_t>(i & (kSide - 1))];
   }
 
-  /// Random numbers on a lattice of so many texels, joined smoothly.
+  /// Random numbers on a lattice with this spacing [texels], interpolated smoothly.
   void add_noise(int texels, float amplitude, Random& random) {
     const int cells = kSide / texels;
     std::vector<float> lattice(static_cast<std::size_t>(cells) * static_cast<std::size_t>(cells));
@@ -84,7 +84,7 @@ class Room {
   explicit Room(Eigen::Vector3d half = {3, 3, 3}, std::uint64_t seed = 1)
       : half_(std::move(half)), texture_(seed) {}
 
-  /// What a camera at this pose sees; grey = gain * texture + offset + noise.
+  /// The image of a camera at this pose; grey = gain * texture + offset + noise.
   GrayImage render(const Camera& camera, const SE3& world_T_cam, double gain = 1, double offset = 0,
                    double noise = 0, std::uint64_t noise_seed = 1) const {
     GrayImage image{.width = camera.width, .height = camera.height, .pixels = {}};
@@ -112,7 +112,7 @@ class Room {
     return world_T_cam.p + nearest * d;
   }
 
-  /// Where another view has the point that this one has at `pixel`; none if out of its image.
+  /// The pixel in another view of the point at `pixel` in this one; none if outside its image.
   std::optional<Eigen::Vector2d> true_pixel(const Camera& from, const SE3& world_T_from,
                                             const Eigen::Vector2d& pixel, const Camera& to,
                                             const SE3& world_T_to) const {
@@ -130,7 +130,7 @@ class Room {
       if (std::abs(p[a]) / half_[a] > std::abs(p[wall]) / half_[wall]) wall = a;
     }
     const double side = p[wall] > 0 ? 331 : 0;
-    constexpr double kTexels = 170;  // a metre
+    constexpr double kTexels = 170;  // per metre
     return texture_.at(kTexels * p[(wall + 1) % 3] + 117 * wall + side,
                        kTexels * p[(wall + 2) % 3] + side);
   }
@@ -173,8 +173,7 @@ inline const Room& room() {
   return shared;
 }
 
-/// EuRoC's stereo rig, from its calibration: a camera and its neighbour 11 cm beside it, both
-/// turned against the IMU.
+/// EuRoC's stereo rig, from its calibration: two cameras 11 cm apart, both rotated against the IMU.
 inline std::vector<Camera> euroc_rig() {
   Camera cam0 = euroc_camera(), cam1 = euroc_camera();
   cam1.fx = 457.587;
@@ -196,12 +195,12 @@ inline std::vector<Camera> euroc_rig() {
   return {cam0, cam1};
 }
 
-/// The rotation that a perfect gyroscope tells between two poses of the IMU.
+/// The rotation that a perfect gyroscope measures between two poses of the IMU.
 inline RotationPrior gyroscope(const SE3& world_T_last, const SE3& world_T_now) {
   return {.now_R_last_imu = world_T_now.R.transpose() * world_T_last.R, .trusted = true};
 }
 
-/// A walk through the room: sways, turns and nods, at 20 frames a second.
+/// A walk through the room with sway, yaw and pitch, at 20 frames per second.
 inline SE3 walk_pose(int frame) {
   const double t = 0.05 * frame;
   SE3 world_T_imu;
@@ -212,7 +211,7 @@ inline SE3 walk_pose(int frame) {
   return world_T_imu;
 }
 
-/// One image a camera from a pose of the IMU.
+/// One image per camera from a pose of the IMU.
 inline ImageFrame render_frame(const Room& in, const std::vector<Camera>& rig,
                                const SE3& world_T_imu, Time time) {
   ImageFrame frame{.time = time, .images = {}};
@@ -222,7 +221,7 @@ inline ImageFrame render_frame(const Room& in, const std::vector<Camera>& rig,
   return frame;
 }
 
-/// EuRoC's folder of the recordings, where it is.
+/// The folder of the EuRoC recordings, if present.
 inline std::optional<std::filesystem::path> euroc_folder() {
   const char* given = std::getenv("CHASLES_DATA");
   const std::filesystem::path folder =

@@ -12,7 +12,7 @@
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/frontend/frontend_testing.hpp>
 
-/// Walks through the room that a front end follows, held against the truth. Included by tests only.
+/// Walks through the room with a front end, compared with the truth. Included by tests only.
 namespace chasles::test {
 
 using Path = std::function<SE3(int)>;
@@ -23,7 +23,7 @@ inline double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-/// A path through the room that a front end follows.
+/// A path through the room as input of a front end.
 struct Walk {
   std::vector<Camera> rig = {euroc_rig()[0]};
   Path path = walk_pose;
@@ -32,7 +32,7 @@ struct Walk {
   FrontendSettings settings = {};
 };
 
-/// What came of it, held against the truth.
+/// The results, compared with the truth.
 struct Outcome {
   std::vector<FeatureFrame> features;
   std::vector<FrontendReport> reports;
@@ -89,7 +89,8 @@ inline Outcome follow(const Walk& walk) {
 
 inline SE3 sideways(int k) { return {Eigen::Matrix3d::Identity(), {0.02 * k, 0.01 * k, 0.01 * k}}; }
 
-/// 30 degrees a frame, about an axis that is none of the camera's; the room has walls all around.
+/// 30 degrees a frame, about an axis that differs from the camera's axes; the room has walls on all
+/// sides.
 inline SE3 spin(int k) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 0.15, 0.5).normalized();
   return {so3::exp(k * std::numbers::pi / 6 * axis), {0.1, 0.2, -0.1}};

@@ -70,7 +70,7 @@ void build_pyramid(const GrayImage& image, Equalisation equalisation, int levels
     PyramidLevel& level = pyramid.levels[l];
     if (l == 0) {
       resize(level, image.width, image.height);
-      // OpenCV's Mat takes a pointer to mutable pixels, and only reads them here.
+      // OpenCV's Mat requires a pointer to mutable pixels, but only reads them here.
       const cv::Mat pixels(image.height, image.width, CV_8UC1,
                            const_cast<std::uint8_t*>(image.pixels.data()));
       copy_equalised(pixels, equalisation, without_padding(level));

@@ -10,7 +10,7 @@
 namespace chasles::test {
 namespace {
 
-// No gyroscope tells how an image grows on the way forward; a patch that is kept does.
+// A gyroscope does not measure the growth of the image in forward motion; a kept patch does.
 TEST(KeptPatches, DriftLessWhereTheImageGrows) {
   const auto forward = [](int k) {
     return SE3{Eigen::Matrix3d::Identity(), {0.1, -0.05, 0.04 * k - 1}};
@@ -42,7 +42,7 @@ std::map<LandmarkId, double> growth(const Walk& walk, const Outcome& out) {
   return ratios;
 }
 
-// Seen twice as large, another point of the same place is the corner.
+// At twice the scale, another point near the same place is the corner.
 TEST(KeptPatches, ATrackEndsWhereItsPatchIsStretched) {
   const auto forward = [](int k) {
     return SE3{Eigen::Matrix3d::Identity(), {0.1, -0.05, 0.06 * k - 1}};
@@ -57,12 +57,12 @@ TEST(KeptPatches, ATrackEndsWhereItsPatchIsStretched) {
     return most;
   };
   int ended = 0, ended_without = 0;
-  EXPECT_LT(longest(1.15, ended), 1.25);  // it is looked at in every third image
+  EXPECT_LT(longest(1.15, ended), 1.25);  // it is checked in every third image
   EXPECT_GT(longest(1000, ended_without), 1.4);
   EXPECT_GT(ended, ended_without + 50);
 }
 
-// A board slides slowly before the wall: a corner that its edge makes with what is behind it is no
+// A board slides slowly in front of the wall: a corner of its edge with the background is not a
 // point.
 TEST(KeptPatches, ATrackEndsWhereAnEdgeCoversWhatIsBehindIt) {
   const GrayImage board = room().render(euroc_rig()[0], spin(3));
@@ -103,7 +103,7 @@ TEST(KeptPatches, ATrackEndsWhereAnEdgeCoversWhatIsBehindIt) {
   EXPECT_LT(on_the_edge(FrontendSettings{}.min_kept_correlation), followed / 2);
 }
 
-// In a dark room all patches differ from those that were kept, and from the last image's as much.
+// In a dark room all patches differ from the kept ones, and equally from those of the last image.
 TEST(KeptPatches, NoiseDoesNotEndTracks) {
   const Walk walk{.path = sideways, .frames = 14};
   Frontend frontend(walk.settings, walk.rig);

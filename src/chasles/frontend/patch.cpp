@@ -12,7 +12,7 @@ namespace {
 using namespace sampling;
 
 /// The sum of products of a patch's rows and others of `Stride` floats, lane by lane: strict
-/// floating point forbids the compiler to reorder one sum, but not to keep many.
+/// floating point forbids reordering of one sum, but allows one sum per lane.
 template <int Lanes, int Stride = Patch::kLanes>
 float dot(const float* a, const float* b, int side) {
   alignas(16) float sum[Lanes] = {};
@@ -24,7 +24,7 @@ float dot(const float* a, const float* b, int side) {
   return total;
 }
 
-/// Scharr's derivatives of the ringed patch, and its values, in the patch's rows.
+/// Writes Scharr's derivatives and the values of the patch with its ring into the patch's rows.
 template <int Lanes>
 void fill(const float* ringed, Patch& patch) {
   constexpr int ring = Lanes + 4;
@@ -70,7 +70,7 @@ void reduce(const Patch& patch, float mean, float share, float* rows) {
   }
 }
 
-/// Makes values and gradients what the struct says; false where there is no texture.
+/// Normalises values and gradients as the struct defines; false without texture.
 template <int Lanes>
 bool orthogonalise(float min_gradient, Patch& patch) {
   const int side = patch.side;
@@ -96,7 +96,7 @@ bool orthogonalise(float min_gradient, Patch& patch) {
   return true;
 }
 
-/// What a step needs to know of the image under the patch: its products with the patch's rows.
+/// Products of the image under the patch with the patch's rows, as needed for a step.
 struct Products {
   float with_d_x = 0, with_d_y = 0, with_value = 0;
 };
@@ -127,7 +127,7 @@ float correlation_of(const Patch& patch, const float* image, float with_value) {
   alignas(16) float sums[Lanes] = {}, more[Lanes] = {};
   for (int r = 0; r < patch.side; ++r) {
     for (int c = 0; c < Lanes; ++c) {
-      const float J = image[r * Lanes + c] - 128;  // smaller squares round less
+      const float J = image[r * Lanes + c] - 128;  // smaller squares have less round-off
       sums[c] += patch.inside[c] * J;
       more[c] += patch.inside[c] * J * J;
     }
@@ -143,7 +143,7 @@ float correlation_of(const Patch& patch, const float* image, float with_value) {
   return std::clamp(with_value / std::sqrt(energy * patch.energy), -1.0F, 1.0F);
 }
 
-/// The region around a point, read again where the patch left the last one.
+/// The region around a point; it is read again if the patch leaves the last one.
 template <int Lanes>
 void look_at(const PyramidLevel& level, const Bilinear& at, int half, int side, bool first,
              Region& region) {
@@ -170,7 +170,7 @@ std::optional<PatchPosition> align_lanes(const Patch& patch, const PyramidLevel&
     const Products with = products<Lanes>(patch, image);
     const Eigen::Vector2f scaled =
         patch.inverse_hessian * Eigen::Vector2f(with.with_d_x, with.with_d_y);
-    // The gain, bounded away from 0 so that a bad start makes no leap.
+    // The gain is bounded away from 0, so that a bad start causes no large step.
     const float gain =
         std::max(0.3F, with.with_value / patch.energy - patch.overlap_x * scaled.x() -
                            patch.overlap_y * scaled.y());

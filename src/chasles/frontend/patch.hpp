@@ -8,47 +8,47 @@
 
 namespace chasles {
 
-/// A square patch of an image, prepared for being found in another one by Lucas & Kanade's method
-/// with the roles of the images exchanged (Baker & Matthews, IJCV 2004: inverse compositional), for
-/// a shift under unknown gain and offset of the grey levels.
+/// A square patch of an image, prepared for the inverse compositional Lucas & Kanade method (Baker
+/// & Matthews, IJCV 2004). It estimates a shift under unknown gain and offset of the grey levels.
 ///
 /// The other image is J(p + o) = gain * T(o + p - p_true) + offset. The gradients are made
-/// orthogonal to T and to 1 once, so that gain and offset drop out of the normal equations: a step
-/// is three dot products of J with fixed patches.
+/// orthogonal to T and to 1 once. Gain and offset then drop out of the normal equations, and a step
+/// needs three dot products of J with fixed patches.
 struct Patch {
   static constexpr int kMaxSide = 23;
-  static constexpr int kLanes = 24;  ///< floats in a row, those behind the side weigh nothing
+  static constexpr int kLanes = 24;  ///< floats in a row; those beyond the side have weight 0
   using Rows = float[kMaxSide * kLanes];
 
   int side = 0;                        ///< [px], odd
-  alignas(16) float inside[kLanes];    ///< 1 up to the side, 0 behind it
+  alignas(16) float inside[kLanes];    ///< 1 up to the side, 0 beyond it
   alignas(16) Rows value;              ///< T, without its mean
   alignas(16) Rows d_x;                ///< dT/dx, orthogonal to T and 1
   alignas(16) Rows d_y;                ///< dT/dy, likewise
   float energy = 0;                    ///< sum of T squared
-  float overlap_x = 0, overlap_y = 0;  ///< share of T in the plain dT/dx, dT/dy
+  float overlap_x = 0, overlap_y = 0;  ///< component of the plain dT/dx, dT/dy along T
   float mean_x = 0, mean_y = 0;        ///< of the plain dT/dx, dT/dy
   Eigen::Matrix2f inverse_hessian;     ///< of the sum of squares, in the shift
 };
 
-/// The patch around `centre` (pixels of this level, inside the image) with `side` pixels: its pixel
-/// at offset o is the image at centre + last_A_now * o. False where the patch shows no corner: its
-/// rms gradient in the weakest direction is below `min_gradient` [grey levels/px].
+/// Builds the patch of `side` x `side` pixels around `centre` (pixels of this level, inside the
+/// image). Its pixel at offset o is the image at centre + last_A_now * o. False if the patch has no
+/// corner: its rms gradient in the weakest direction is below `min_gradient` [grey levels/px].
 bool make_patch(const PyramidLevel& level, const Eigen::Vector2f& centre,
                 const Eigen::Matrix2f& last_A_now, int side, float min_gradient, Patch& patch);
 
-/// Where a patch was found.
+/// Position of a patch in an image.
 struct PatchPosition {
   Eigen::Vector2f centre;  ///< [px of the level]
   float correlation = 0;   ///< normalised, -1 to 1
 };
 
-/// Moves the patch from `start` to where it fits best; none if it leaves the image, or moves
-/// further than its own side.
+/// Moves the patch from `start` to the best fit [px of the level], in at most `max_steps` steps,
+/// until a step is below `precision` [px]. None if it leaves the image, or moves further than its
+/// own side.
 std::optional<PatchPosition> align(const Patch& patch, const PyramidLevel& level,
                                    const Eigen::Vector2f& start, int max_steps, float precision);
 
-/// The normalised correlation of the patch with the image around `centre`, which must be in it.
+/// The normalised correlation of the patch with the image around `centre`, which must be inside it.
 float correlation(const Patch& patch, const PyramidLevel& level, const Eigen::Vector2f& centre);
 
 }  // namespace chasles

@@ -10,17 +10,17 @@
 #include <chasles/frontend/image_pyramid.hpp>
 #include <chasles/frontend/patch.hpp>
 
-/// How the pixels of a patch are read; included by the files that do so alone.
+/// Sampling of the pixels of a patch; included only by the files that sample patches.
 namespace chasles::sampling {
 
 /// Whole pixels that a patch may move before its region is read again.
 inline constexpr int kSlack = 2;
-/// Bends below this at a patch's edge are left out [px].
+/// Deformations below this at a patch's edge are neglected [px].
 inline constexpr float kMaxBend = 0.1F;
 /// Floats in a row of a region.
 inline constexpr int kRegion = 32;
 
-/// A part of an image as floats: what the steps of one alignment look at.
+/// A part of an image as floats, read by the steps of one alignment.
 struct Region {
   int x = 0, y = 0;  // of its first pixel in the image
   alignas(16) float value[kRegion * kRegion];
@@ -28,10 +28,10 @@ struct Region {
 
 // A patch of side 23 with ring, slack and the pixel for interpolation.
 static_assert(Patch::kMaxSide + 2 + 2 * kSlack + 1 <= kRegion);
-// Columns beyond the patch weigh nothing; where they reach behind a row they are the next row's.
+// Columns beyond the patch have weight 0; those beyond the end of a row are the next row's.
 static_assert(Patch::kMaxSide / 2 + 2 + kSlack < PyramidLevel::kPad);
 
-/// `Columns` or a few more, to whole vectors.
+/// Reads `Columns` columns, rounded up to whole vectors.
 template <int Columns>
 inline void read_region(const PyramidLevel& level, int x, int y, int rows, Region& region) {
   constexpr int columns = (Columns + 7) / 8 * 8;
@@ -50,7 +50,7 @@ inline bool inside(const PyramidLevel& level, const Eigen::Vector2f& p) {
          p.y() <= static_cast<float>(level.height - 1);
 }
 
-/// Bilinear weights of the four pixels around a point, and where the first of them lies.
+/// Bilinear weights of the four pixels around a point, and the position of the first of them.
 struct Bilinear {
   explicit Bilinear(const Eigen::Vector2f& p)
       : x(static_cast<int>(std::floor(p.x()))),
@@ -90,12 +90,12 @@ inline void sample_straight(const PyramidLevel& level, const Eigen::Vector2f& ce
 }
 
 /// The image at centre + A o for all o of a square of `side` pixels, any A, rows of `Lanes` floats:
-/// the slow way. Row by row in three loops, because a compiler takes many pixels at a time where
-/// the loop that has to fetch them one by one does nothing else.
+/// the slow path. It uses three loops per row: a separate loop for the scalar loads lets the
+/// compiler vectorise the other two.
 template <int Lanes>
 inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre,
                         const Eigen::Matrix2f& A, int side, float* out) {
-  // Coordinates in the padded image are positive there, so that a cast rounds them down.
+  // Coordinates in the padded image are positive, so that a cast rounds down.
   constexpr auto pad = static_cast<float>(PyramidLevel::kPad);
   const float x_end = static_cast<float>(level.width) + 2 * pad - 1.01F;
   const float y_end = static_cast<float>(level.height) + 2 * pad - 1.01F;
@@ -133,7 +133,8 @@ inline void sample_bent(const PyramidLevel& level, const Eigen::Vector2f& centre
   }
 }
 
-/// The same, rows of `Lanes` floats; quickly where A bends the patch by less than kMaxBend.
+/// The same, rows of `Lanes` floats; uses the fast path if A deforms the patch by less than
+/// kMaxBend.
 template <int Lanes>
 inline void sample(const PyramidLevel& level, const Eigen::Vector2f& centre,
                    const Eigen::Matrix2f& A, int side, float* out) {

@@ -86,7 +86,7 @@ TEST_P(PatchOfSide, IsFoundInATurnedImageIfBentAlike) {
 
 class BendOfSide : public PatchOfSide {};
 
-// Look after look, to what reading between pixels bends by itself.
+// Repeated, down to the error of the interpolation between pixels.
 TEST_P(BendOfSide, LearnsHowTheImageIsBentUnderIt) {
   const ImagePyramid first = moved({0, 0}, 1, 0);
   const Eigen::Vector2d centre = kCentre.cast<double>(), shift(0.2, -0.15);
@@ -115,7 +115,7 @@ TEST_P(BendOfSide, LearnsHowTheImageIsBentUnderIt) {
       make_patch(first.levels[0], kCentre, Eigen::Matrix2f::Identity(), GetParam(), 1, patch));
   EXPECT_FALSE(deformation(patch, first.levels[0], {-1, 40}));
   EXPECT_FALSE(deformation(patch, image_of([](double, double) { return 77.0; }).levels[0], kCentre))
-      << "nothing is there: no gain";
+      << "no patch there, so no gain";
 }
 
 INSTANTIATE_TEST_SUITE_P(Sides, PatchOfSide, ::testing::Values(7, 15, 17, 21, 23));

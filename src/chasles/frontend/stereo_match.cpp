@@ -13,7 +13,7 @@ namespace {
 constexpr int kSearchLevel = 1;
 constexpr double kSearchStep = 1.25;  // [px of that level]
 constexpr float kSearchCorrelation = 0.5F;
-constexpr double kClearlyBetter = 0.03;  // in correlation, of two places that both pass
+constexpr double kClearlyBetter = 0.03;  // difference in correlation of two candidates that pass
 constexpr int kMaxSearch = 400;          // steps
 
 double focal(const Camera& camera) { return std::sqrt(camera.fx * camera.fy); }
@@ -87,7 +87,7 @@ std::array<Candidate, 2> search(const StereoViews& views, const StereoQuery& que
   return best.take();
 }
 
-/// Follows the query's patch from where it would be at this depth, and checks what it comes to.
+/// Follows the query's patch from its position at this depth, and checks the result.
 std::optional<Scored> try_depth(const StereoViews& views, const StereoQuery& query,
                                 double inverse_depth, int levels,
                                 const StereoMatchSettings& settings) {
@@ -123,7 +123,7 @@ std::optional<StereoMatch> triangulate_match(const StereoViews& views, const Pix
   const Eigen::Vector3d f_r = f.cross(r), f_t = f.cross(t);
   const double inverse_depth = -f_r.dot(f_t) / f_t.squaredNorm();
   if (!std::isfinite(inverse_depth)) return std::nullopt;
-  // How far beyond infinity the ray points: an angle, to be compared with the noise.
+  // Angle by which the ray points beyond infinity, to be compared with the noise.
   const bool beyond = inverse_depth < 0 && r.normalized().cross(f).norm() > threshold;
   if (beyond || r.dot(f) + inverse_depth * t.dot(f) <= 0) return std::nullopt;
   return StereoMatch{.pixel = other_pixel, .inverse_depth = inverse_depth};

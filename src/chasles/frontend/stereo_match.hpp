@@ -10,7 +10,7 @@
 
 namespace chasles {
 
-/// Two cameras of a rig with what they saw at one instant.
+/// Two cameras of a rig and their images at one instant.
 struct StereoViews {
   const Camera& first;
   const ImagePyramid& first_image;
@@ -30,32 +30,32 @@ struct StereoViews {
 struct StereoMatchSettings {
   FollowSettings follow;
   double epipolar_threshold = 1.0;  ///< [px]
-  double min_depth = 0.3;           ///< nearest point that is looked for [m]
+  double min_depth = 0.3;           ///< depth of the nearest point of the search [m]
 };
 
-/// A pixel of the first camera: with its ray, and its inverse depth if one is known.
+/// A pixel of the first camera with its ray, and its predicted inverse depth if known.
 struct StereoQuery {
   Eigen::Vector2d pixel;
   PixelRay ray;
-  std::optional<double> inverse_depth = {};  ///< expected, along the camera's axis [1/m]
+  std::optional<double> inverse_depth = {};  ///< predicted, along the camera's axis [1/m]
 };
 
 /// The same point in the other camera.
 struct StereoMatch {
   Eigen::Vector2d pixel;     ///< in the other image [px]
-  double inverse_depth = 0;  ///< along the first camera's axis [1/m]; at infinity 0, give or take
+  double inverse_depth = 0;  ///< along the first camera's axis [1/m]; about 0 at infinity
 };
 
-/// Finds a pixel of the first camera in the other one. With an expected depth it starts there; if
-/// that fails or there is none, it looks along the whole epipolar curve on a coarse level, and
-/// follows the two best places down. A match lies on the curve, in front of both cameras,
-/// correlates well, and is followed back to where it came from; where two different places pass,
-/// the better one must be clearly better.
+/// Finds a pixel of the first camera in the other one. The search starts at the predicted depth. If
+/// that fails, or without a prediction, it searches the whole epipolar curve on a coarse level and
+/// refines the two best candidates. A match must lie on the curve, be in front of both cameras,
+/// correlate well, and pass the backward check. If two different candidates pass, the better one
+/// must be clearly better.
 std::optional<StereoMatch> match_stereo(const StereoViews& views, const StereoQuery& query,
                                         const StereoMatchSettings& settings);
 
-/// Checks one pair of pixels against the rig's geometry alone; none if it is off the epipolar curve
-/// by more than `threshold` [rad], or before the cameras' infinity by more than that.
+/// Checks a pair of pixels against the rig's geometry only. None if it is off the epipolar curve,
+/// or beyond infinity, by more than `threshold` [rad].
 std::optional<StereoMatch> triangulate_match(const StereoViews& views, const PixelRay& first,
                                              const Eigen::Vector2d& other_pixel, double threshold);
 

@@ -11,7 +11,7 @@
 namespace chasles::test {
 namespace {
 
-/// A rig in a room, and how well the corners of its first camera are found in the other one.
+/// A rig in a room, and statistics of the matches of its first camera's corners in the other one.
 class StereoInARoom {
  public:
   StereoInARoom(std::vector<Camera> rig, const SE3& world_T_imu, const Room& in = room())
@@ -24,12 +24,12 @@ class StereoInARoom {
   }
 
   struct Score {
-    int visible = 0;          ///< corners whose point the other camera sees
+    int visible = 0;          ///< corners whose point is visible in the other camera
     int found = 0;            ///< matches
     int right = 0;            ///< matches within a pixel of the truth
-    double median_error = 0;  ///< of the right ones [px]
+    double median_error = 0;  ///< of the correct ones [px]
     double worst_depth =
-        0;  ///< largest relative error of a right one's inverse depth, beyond noise
+        0;  ///< largest relative error of a correct match's inverse depth, beyond noise
   };
 
   Score score(std::optional<double> inverse_depth = {}) const {

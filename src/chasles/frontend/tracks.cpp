@@ -21,16 +21,17 @@ struct Pair {
   Track last, now;
 };
 
-/// A look costs as much as following, and errors add up slowly: every so many images [count].
+/// Interval of the search for the kept patch [images]. The search costs as much as following, and
+/// errors accumulate slowly.
 constexpr int kEvery = 3;
 
-/// What a patch must fit the kept one by. Noise makes it fit the last image's worse too: then twice
-/// as much is allowed.
+/// Minimum correlation with the kept patch. Noise also lowers the correlation with the last image;
+/// up to twice its loss is allowed.
 double least_kept_correlation(const FrontendSettings& settings, const Followed& followed) {
   return std::min(settings.min_kept_correlation, 1 - 2 * (1 - followed.correlation));
 }
 
-/// The factor by which A stretches, or shrinks, lengths at most.
+/// The largest factor by which A stretches or shrinks lengths.
 double stretch(const Eigen::Matrix2d& A) {
   const double squares = A.squaredNorm();
   const double area = std::abs(A(0, 0) * A(1, 1) - A(0, 1) * A(1, 0));
@@ -39,10 +40,10 @@ double stretch(const Eigen::Matrix2d& A) {
   return std::max(longest, longest / area);
 }
 
-/// Where the patch that is kept lies in the new image, near to where the last image's patch was
-/// found [px]; that place itself in images without a look. None where it no longer fits, as where
-/// edges cover each other, and where it is seen at another scale or slant than the corner that was
-/// found: what is a corner then is another point, and nobody tells by how much it has drifted.
+/// The position of the kept patch in the new image [px], near the position of the last image's
+/// patch; in images without this search, that position itself. None if the patch no longer fits,
+/// for example where edges occlude each other. None if its scale or slant differs from that of the
+/// original corner: the corner is then another point, and its drift is unknown.
 std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const FrontendSettings& settings,
                                          const Followed& followed, PatchAnchor& anchor) {
   constexpr double kNearFollowed = 1.5;  // [px]
@@ -51,8 +52,8 @@ std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const Fronten
   if (age % kEvery != 0) return followed.pixel;
   FollowSettings alike = follow_settings_of(settings);
   alike.min_correlation = least_kept_correlation(settings, followed);
-  // That image is still there: a track is in every image that is pushed, and its anchor moves on
-  // when it is patch_frames old at the latest.
+  // That image is still stored: a track is in every pushed image, and its anchor is replaced when
+  // it is at most patch_frames old.
   const auto kept = find_again(
       step.past.at(anchor.image), step.now,
       {.from = anchor.pixel, .to = followed.pixel, .to_A_from = anchor.now_A_then}, alike);
@@ -66,7 +67,7 @@ std::optional<Eigen::Vector2d> find_kept(const TrackingStep& step, const Fronten
   return kept->pixel;
 }
 
-/// The track in the new image; none, and why is counted, where it ends.
+/// The track in the new image; none if it ends, and the reason is counted.
 std::optional<Track> follow_track(const TrackingStep& step, const FrontendSettings& settings,
                                   const Track& last, FrontendReport& report) {
   const auto turned =
@@ -142,7 +143,7 @@ void reject_outliers(const TrackingStep& step, const FrontendSettings& settings,
   pairs = std::move(right);
 }
 
-/// Of two tracks at one place the younger ends; tracks are in the order of their ids.
+/// Of two tracks at the same position the younger ends; tracks are in the order of their ids.
 void merge(std::vector<Track>& tracks, FrontendReport& report) {
   std::vector<Track> apart;
   for (Track& track : tracks) {
@@ -158,7 +159,7 @@ void merge(std::vector<Track>& tracks, FrontendReport& report) {
   tracks = std::move(apart);
 }
 
-/// Zero of nothing.
+/// Zero for an empty list.
 double median(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -175,7 +176,8 @@ double median_parallax(const std::vector<Track>& tracks, double seconds) {
 }  // namespace
 
 FollowSettings follow_settings_of(const FrontendSettings& settings) {
-  // A patch that was a corner may fade to a third before it is given up.
+  // The gradient of a patch may fall to a third of that required of a new corner before the track
+  // ends.
   return {.window = settings.window,
           .min_correlation = settings.min_correlation,
           .max_backward_error = settings.max_backward_error,

@@ -17,43 +17,43 @@
 
 namespace chasles {
 
-/// What is known of a track's point in another camera.
+/// A track's point in another camera.
 struct OtherView {
   std::optional<Eigen::Vector2d> pixel = {};  ///< in this frame [px]
-  std::optional<double> inverse_depth = {};   ///< when it was last seen there [1/m]
-  int rests = 0;                              ///< frames in which it is not looked for
+  std::optional<double> inverse_depth = {};   ///< at its last match there [1/m]
+  int rests = 0;                              ///< frames for which the search is skipped
 };
 
-/// Where a track's patch was taken. From image to image errors add up; against one patch that is
-/// kept for many images they do not.
+/// The origin of a track's patch. Errors accumulate when following from image to image; they do not
+/// against one patch that is kept for many images.
 struct PatchAnchor {
-  int image = 0;                                               ///< its number
-  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();             ///< there [px]
-  Eigen::Matrix2d now_A_then = Eigen::Matrix2d::Identity();    ///< d pixel now / d pixel there
-  Eigen::Matrix2d then_A_first = Eigen::Matrix2d::Identity();  ///< since the track began
+  int image = 0;                                               ///< number of the image
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();             ///< in that image [px]
+  Eigen::Matrix2d now_A_then = Eigen::Matrix2d::Identity();    ///< d pixel now / d pixel then
+  Eigen::Matrix2d then_A_first = Eigen::Matrix2d::Identity();  ///< since the start of the track
 };
 
-/// A point of camera 0 that is followed.
+/// A feature of camera 0 that is followed.
 struct Track {
   LandmarkId id = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< [px]
-  PixelRay ray;                                     ///< of that pixel
+  PixelRay ray;                                     ///< of the pixel
   Eigen::Vector2d drift = Eigen::Vector2d::Zero();  ///< motion beyond the rotation [px/s]
-  int age = 1;                                      ///< frames in which it was seen
+  int age = 1;                                      ///< frames with an observation
   PatchAnchor anchor = {};
   std::vector<OtherView> others = {};  ///< cameras 1, 2, ...
 };
 
-/// The latest images of camera 0, by their numbers 0, 1, 2, ...
+/// The latest images of camera 0, numbered 0, 1, 2, ...
 class PastImages {
  public:
-  /// So many of the latest are kept; at least the last one.
+  /// `count`: number of images to keep, at least one.
   explicit PastImages(int count) : images_(static_cast<std::size_t>(std::max(count, 1))) {}
 
-  /// Takes an image over; `image` gets the memory of one that is forgotten.
+  /// Stores an image by swap; `image` receives the memory of a removed one.
   void push(ImagePyramid& image) { std::swap(images_[slot(count_++)], image); }
   int count() const { return count_; }
-  /// One of those that are kept.
+  /// The image with this number, which must be among those kept.
   const ImagePyramid& at(int number) const { return images_[slot(number)]; }
   const ImagePyramid& last() const { return at(count_ - 1); }
 
@@ -64,21 +64,21 @@ class PastImages {
   int count_ = 0;
 };
 
-/// From one image of camera 0 to the next.
+/// Input of tracking from one image of camera 0 to the next.
 struct TrackingStep {
   const Camera& camera;
   const PastImages& past;
   const ImagePyramid& now;
   const GrayImage& mask;
   Eigen::Matrix3d now_R_last;  ///< of the camera
-  bool trusted = false;        ///< that rotation is more than a guess
+  bool trusted = false;        ///< the rotation is measured, not assumed
   double seconds = 0;          ///< between the images
 };
 
-/// What the settings mean for a single patch.
+/// The settings for a single patch.
 FollowSettings follow_settings_of(const FrontendSettings& settings);
 
-/// Moves each track to the new image; those that end are taken out and counted in the report.
+/// Moves each track to the new image. Tracks that end are removed and counted in the report.
 void follow_tracks(const TrackingStep& step, const FrontendSettings& settings,
                    std::vector<Track>& tracks, FrontendReport& report);
 

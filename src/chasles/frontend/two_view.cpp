@@ -15,13 +15,13 @@ namespace chasles {
 namespace {
 
 constexpr std::size_t kMinPairs = 8;
-constexpr int kSamples = 60;  // 30 % wrong: all samples bad with probability 1e-17
+constexpr int kSamples = 60;  // with 30 % outliers, all samples are bad with probability 1e-17
 constexpr int kRotationSamples = 60, kPoseSamples = 80;
-constexpr double kMinAgreement = 0.3;                      // of the pairs, for a decision
-constexpr double kDoubtfulAgreement = 0.5;                 // below it, a trusted rotation is not
-constexpr double kTrustedSigma = 5e-3, kGuessSigma = 0.1;  // of the rotation given [rad]
+constexpr double kMinAgreement = 0.3;       // of the pairs, for a decision
+constexpr double kDoubtfulAgreement = 0.5;  // below it, a trusted rotation is doubted
+constexpr double kTrustedSigma = 5e-3, kGuessSigma = 0.1;  // of the prior rotation [rad]
 
-/// splitmix64 (Steele, Lea, Flood 2014): the same numbers everywhere.
+/// splitmix64 (Steele, Lea, Flood 2014): the same numbers on all platforms.
 class Samples {
  public:
   explicit Samples(std::uint64_t seed) : state_(seed) {}
@@ -92,8 +92,8 @@ Eigen::Vector3d best_direction(const std::vector<RayPair>& turned, double thresh
   return best;
 }
 
-/// The rotation that takes two rays to two others as well as one can: axes from their sum,
-/// difference and cross product.
+/// The rotation that best maps two rays to two others: axes from their sum, difference and cross
+/// product.
 std::optional<Eigen::Matrix3d> rotation_of(const RayPair& a, const RayPair& b) {
   const auto axes = [](const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
     Eigen::Matrix3d result;
@@ -106,7 +106,7 @@ std::optional<Eigen::Matrix3d> rotation_of(const RayPair& a, const RayPair& b) {
   return axes(a.now, b.now) * axes(a.last, b.last).transpose();
 }
 
-/// The rotation alone that explains most: tracks' parallax counts as noise, hence the wide limit.
+/// The pure rotation that explains most tracks. Parallax counts as noise, hence the wide limit.
 Eigen::Matrix3d best_rotation(const std::vector<RayPair>& pairs, const TwoViewPrior& prior,
                               Samples& samples) {
   const double limit = std::pow(10 * prior.threshold, 2);
@@ -129,8 +129,8 @@ Eigen::Matrix3d best_rotation(const std::vector<RayPair>& pairs, const TwoViewPr
   return best;
 }
 
-/// One Gauss-Newton step in (rotation, direction): residual f . (t x r) / |t x r|, the rotation
-/// held by its prior. The direction moves in the plane across t.
+/// One Gauss-Newton step in (rotation, direction): residual f . (t x r) / |t x r|, with a prior on
+/// the rotation. The direction moves in the plane perpendicular to t.
 void refine(const std::vector<RayPair>& pairs, const TwoViewPrior& prior,
             const Eigen::Matrix3d& R_prior, double scale, TwoView& motion) {
   const Eigen::Vector3d& t = motion.t_now;
@@ -143,7 +143,7 @@ void refine(const std::vector<RayPair>& pairs, const TwoViewPrior& prior,
   for (const RayPair& pair : pairs) {
     const Eigen::Vector3d r = motion.now_R_last * pair.last, &f = pair.now;
     const double sine = t.cross(r).norm();
-    if (sine < 0.02) continue;  // beside the epipole every direction fits
+    if (sine < 0.02) continue;  // near the epipole every direction fits
     const double residual = f.dot(t.cross(r)) / sine;
     const double ratio = distances(r, f, t).forward / scale;
     const double weight = 1 / (1 + ratio * ratio) / (noise * noise);
@@ -174,8 +174,8 @@ double cost_of(const std::vector<RayPair>& pairs, const TwoView& motion, double 
   return sum;
 }
 
-/// Without a gyroscope, parallax bends the rotation that seems best. From there, samples of six
-/// pairs are solved for rotation and direction together; the motion that most agree on is kept.
+/// Without a gyroscope, parallax biases the best pure rotation. Starting from it, samples of six
+/// pairs are solved for rotation and direction together. The motion with the most support is kept.
 void search_both(const std::vector<RayPair>& pairs, const TwoViewPrior& prior, Samples& samples,
                  TwoView& motion) {
   const Eigen::Matrix3d R_start = motion.now_R_last;
@@ -200,7 +200,7 @@ void search_both(const std::vector<RayPair>& pairs, const TwoViewPrior& prior, S
   motion = best;
 }
 
-/// Marks the pairs that are right by the motion, and gives their share.
+/// Marks the inliers of the motion, and returns their share.
 double mark(const std::vector<RayPair>& pairs, double threshold, TwoView& motion) {
   double agreeing = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kPixel = 1 / 458.0;  // [rad]
 
-/// Points in front of a camera that moves; some of them go elsewhere.
+/// Points in front of a moving camera; some of them are outliers.
 struct Scene {
   int points = 150;
   double wrong = 0;  ///< share of pairs whose second ray is moved at random
@@ -54,7 +54,7 @@ Drawn draw(const Scene& scene) {
   return drawn;
 }
 
-/// Shares of the right pairs that are kept, and of the wrong ones that are thrown out.
+/// Shares of the inliers that are kept, and of the outliers that are removed.
 struct Shares {
   double kept = 0, thrown = 0;
 };

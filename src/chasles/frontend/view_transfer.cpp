@@ -4,7 +4,8 @@ namespace chasles {
 
 std::optional<Transfer> transfer(const PixelRay& from, double inverse_depth, const SE3& to_T_from,
                                  const Camera& to) {
-  // A pixel does not change along the ray: far out, where no point is too near to be projected.
+  // A pixel does not change along the ray: uses a distant point, which is not below the minimum
+  // depth.
   constexpr double kFar = 1000;
   const Eigen::Vector3d p_to = kFar * (to_T_from.R * from.ray + inverse_depth * to_T_from.p);
   const std::optional<PixelProjection> seen = project(to, p_to);

@@ -6,9 +6,9 @@
 
 namespace chasles {
 
-/// The velocity of the IMU frame against the world, in the IMU frame's own axes (x forward, y left,
-/// z up on a car), at one instant: what wheels, GNSS/INS or an odometer tell (Du, eq. 6: u = [v,
-/// w]). Some are along level axes instead (level_axes.hpp).
+/// The velocity of the IMU frame relative to the world, in the axes of the IMU frame (x forward, y
+/// left, z up on a car), at one instant, as measured by wheels, GNSS/INS or an odometer (Du, eq. 6:
+/// u = [v, w]). Some sources use level axes instead (level_axes.hpp).
 struct BodyVelocity {
   Time time{};
   Eigen::Vector3d linear_imu = Eigen::Vector3d::Zero();   ///< [m/s]

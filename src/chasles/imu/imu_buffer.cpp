@@ -8,12 +8,12 @@
 namespace chasles {
 namespace {
 
-// Of a sensor's range: what it might have missed.
+// Assumed sigma of the unmeasured excess, as a fraction of the sensor's range.
 constexpr double kMissed = 0.5;
-// A sensor that stays saturated for longer has no neighbours any more [s].
+// Beyond this time, a saturated sensor has no usable neighbours.
 constexpr Time kLongestBridge = std::chrono::seconds(1);
 
-// Where the middle of [start, end] lies between the two samples: 0 to 1.
+// Position of the middle of [start, end] between the two samples, 0 to 1.
 double middle_between(const ImuSample& before, const ImuSample& after, Time start, Time end) {
   const double at = (to_seconds(start - before.time) + to_seconds(end - before.time)) / 2;
   return at / to_seconds(after.time - before.time);
@@ -146,7 +146,7 @@ void ImuBuffer::forget_before(Time time) {
   };
   auto first = std::ranges::upper_bound(std::as_const(samples_), time, {}, &ImuSample::time);
   if (first != samples_.begin()) --first;
-  // The last one before that is not saturated begins the bridge.
+  // The bridge starts at the last unsaturated sample before that.
   while (first != samples_.begin() && !good(*first) && time - first->time <= kLongestBridge) {
     --first;
   }

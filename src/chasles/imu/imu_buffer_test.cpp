@@ -10,7 +10,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// f = (x, 2, 3), w = (-x, 1, 10 x): one number tells which sample or what mixture a value is.
+// f = (x, 2, 3), w = (-x, 1, 10 x): x identifies the sample, or the mixture of samples, of a value.
 ImuSample sample(Time time, double x) {
   return {.time = time, .specific_force_imu = {x, 2, 3}, .angular_rate_imu = {-x, 1, 10 * x}};
 }
@@ -101,7 +101,7 @@ TEST(ImuBuffer, OutsideItsSamplesTheNearestIsHeldAndCounted) {
     EXPECT_EQ(buffer.counts().extrapolated, 2);
     EXPECT_EQ(buffer.between(milliseconds(0), milliseconds(60)).size(), 5U);
     EXPECT_EQ(buffer.counts().extrapolated, 3);
-    // The longer it is held, the less it says: 110 and 200 ms against the 50 ms that are no gap.
+    // The variance grows with the time of holding: 110 and 200 ms, compared with the 50 ms limit.
     expect_intervals(buffer.between(milliseconds(-100), milliseconds(10)), {{0.11, 1, 2.2}});
     expect_intervals(buffer.between(milliseconds(-100), milliseconds(-60)), {{0.04, 1, 2.2}});
     expect_intervals(buffer.between(milliseconds(140), milliseconds(240)), {{0.1, 8, 4}});
@@ -149,7 +149,7 @@ TEST(ImuBuffer, SamplesThatRepeatOrGoBackAreDropped) {
   EXPECT_EQ(buffer.counts().used, 4);
   expect_intervals(buffer.between(milliseconds(20), milliseconds(40)), {{0.01, 3}, {0.01, 6}});
   buffer.forget_before(milliseconds(1000));
-  buffer.add(sample(milliseconds(30), 100));  // also after what it precedes has gone
+  buffer.add(sample(milliseconds(30), 100));  // also after the later samples are removed
   EXPECT_EQ(buffer.counts().not_later, 3);
 }
 
@@ -158,7 +158,7 @@ TEST(ImuBuffer, GapsAreBridgedWithMoreNoise) {
   ImuBuffer means({.convention = ImuConvention::kIntervalMean, .max_interval = 0.02});
   for (ImuBuffer* buffer : {&instants, &means}) {
     buffer->add(sample(milliseconds(0), 1));
-    buffer->add(sample(milliseconds(20), 2));  // just no gap
+    buffer->add(sample(milliseconds(20), 2));  // just below the limit of a gap
     buffer->add(sample(milliseconds(120), 12));
     buffer->add(sample(milliseconds(130), 14));
     buffer->add(sample(milliseconds(160), 18));
@@ -167,7 +167,7 @@ TEST(ImuBuffer, GapsAreBridgedWithMoreNoise) {
   }
   expect_intervals(instants.between(milliseconds(0), milliseconds(160)),
                    {{0.02, 1.5}, {0.1, 7, 5}, {0.01, 13}, {0.03, 16, 1.5}});
-  // A part of the gap is as uncertain, second by second, as the whole.
+  // Per second, a part of the gap is as uncertain as the whole.
   expect_intervals(instants.between(milliseconds(40), milliseconds(60)), {{0.02, 5, 5}});
   expect_intervals(means.between(milliseconds(0), milliseconds(160)),
                    {{0.02, 2}, {0.1, 12, 5}, {0.01, 14}, {0.03, 18, 1.5}});
@@ -190,7 +190,7 @@ TEST(ImuBuffer, ForgettingKeepsWhatLaterIntervalsNeed) {
     }
   }
   ImuBuffer buffer = four_samples(ImuConvention::kInstant);
-  buffer.forget_before(milliseconds(35));  // what came before is gone: 30 ms is now the first
+  buffer.forget_before(milliseconds(35));  // removes the earlier samples: 30 ms is now the first
   expect_intervals(buffer.between(milliseconds(12), milliseconds(25)), {{0.013, 4}});
   EXPECT_EQ(buffer.counts().extrapolated, 1);
 }
@@ -257,8 +257,9 @@ double dead_reckoning_error(ImuConvention device, ImuConvention told, int rate) 
   return (x.world_T_imu.p - position(kSeconds)).norm();
 }
 
-// docs/derivations.md, D36: matched, the error is of second order in the sample period; mismatched,
-// every sample is half a period off, which is of first order and hundreds of times larger.
+// docs/derivations.md, D36: with the matching convention the error is of second order in the sample
+// period. With the other one every sample is half a period off: an error of first order, hundreds
+// of times larger.
 TEST(ImuBuffer, TheRightConventionClosesAndTheWrongOneDoesNot) {
   using enum ImuConvention;
   for (const ImuConvention device : {kInstant, kIntervalMean}) {

@@ -9,18 +9,19 @@
 namespace chasles {
 
 /// One sample of an inertial measurement unit, in its own axes. The accelerometer measures the
-/// specific force f = R^T (a - g): at rest, with z up, (0, 0, +9.81).
+/// specific force f = R^T (a - g): at a standstill, with z up, (0, 0, +9.81).
 struct ImuSample {
   Time time{};
   Eigen::Vector3d specific_force_imu = Eigen::Vector3d::Zero();  ///< [m/s^2]
   Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();    ///< [rad/s]
 };
 
-/// What a sample stands for; to be matched with the device, or the error looks like a bias that
-/// turns with it (docs/derivations.md, D36).
+/// The meaning of a sample. It must match the device: a mismatch acts like a bias that rotates with
+/// the device (docs/derivations.md, D36).
 enum class ImuConvention {
   kInstant,       ///< the value at `time`; between two samples their mean is used
-  kIntervalMean,  ///< the mean since the sample before: velocity and angle increments over the time
+  kIntervalMean,  ///< the mean since the previous sample: velocity and angle increments over the
+                  ///< time
 };
 
 /// Continuous-time noise of an IMU, by Kalibr's names and units. A discrete sample at rate f has
@@ -32,13 +33,13 @@ struct ImuNoise {
   double gyroscope_random_walk = 0;        ///< [rad/s^2/sqrt(Hz)]
 };
 
-/// What a sensor can show at most, each axis either way; beyond, it is saturated.
+/// Range of each sensor, per axis and sign; at or beyond it a sample is saturated.
 struct ImuRange {
   double accelerometer = std::numeric_limits<double>::infinity();  ///< [m/s^2]
   double gyroscope = std::numeric_limits<double>::infinity();      ///< [rad/s]
 };
 
-/// Gravity in nav, whose z axis points up [m/s^2].
+/// Magnitude of standard gravity [m/s^2]; the nav frame's z axis points up.
 inline constexpr double kStandardGravity = 9.80665;
 
 }  // namespace chasles

@@ -3,7 +3,7 @@
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/lie/testing.hpp>
 
-// What ImuBuffer makes of samples at the edge of a sensor's range.
+// ImuBuffer with samples at the edge of a sensor's range.
 namespace chasles {
 namespace {
 
@@ -61,7 +61,7 @@ TEST(ImuSaturation, ASaturatedSensorHoldsItsLastValueUntilItIsBack) {
   const ImuInterval held = buffer.between(milliseconds(20), milliseconds(30)).at(0);
   EXPECT_EQ(held.angular_rate_imu.z(), 1);
   EXPECT_NEAR(held.gyroscope_extra_density, (2 + 3) * std::sqrt(0.02), 1e-12);
-  // What is forgotten leaves where the bridge begins.
+  // Removing samples keeps the start of the bridge.
   buffer.forget_before(milliseconds(30));
   buffer.add(of_two(40, 2, 2));
   const ImuInterval back = buffer.between(milliseconds(30), milliseconds(40)).at(0);
@@ -79,13 +79,13 @@ TEST(ImuSaturation, ASensorThatStaysSaturatedDoesNotFillTheMemory) {
   buffer.add(of_two(0, 0, 0));
   for (int ms = 5; ms < 20'000; ms += 5) buffer.add(of_two(ms, 16, 0));
   buffer.forget_before(milliseconds(19'990));
-  // Of the first second nothing is left: a call there is held from the front.
+  // Nothing of the first second remains: a call there holds the first sample.
   buffer.between(milliseconds(18'000), milliseconds(18'001));
   EXPECT_EQ(buffer.counts().extrapolated, 1);
 }
 
-// The error of a velocity over a time with saturation, against what the intervals claim. The signal
-// either swings smoothly over the range, or shows the range in a blow that was none.
+// NEES of a velocity over a time with saturation. The signal either exceeds the range smoothly, or
+// reports the range without any true shock.
 double saturation_nees(double peak, bool false_blow) {
   test::Random random(5);
   double sum = 0;
@@ -114,7 +114,8 @@ double saturation_nees(double peak, bool false_blow) {
   return sum / kTrials;
 }
 
-// At most one, so that the filter is not too sure, and not so little that the samples are wasted.
+// At most one, so that the filter is not overconfident, and not so small that the samples are
+// wasted.
 TEST(ImuSaturation, WhatSaturationHidesIsWithinTheNoiseThatIsClaimed) {
   for (const double peak : {24., 32.}) {
     const double nees = saturation_nees(peak, false);

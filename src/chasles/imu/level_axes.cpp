@@ -8,13 +8,13 @@
 namespace chasles {
 namespace {
 
-constexpr double kLeastCosine = 0.05;  // of the x axis's elevation
+constexpr double kLeastCosine = 0.05;  // of the elevation of the x axis
 constexpr double kLag = 0.5;           // [s]: longer than a sample's noise, shorter than a hill
 constexpr double kLeastSpeed = 2;      // [m/s]
 constexpr double kLeastPairs = 20;
-constexpr double kLeastPitch = 1e-6;  // [rad]: that of rounding
+constexpr double kLeastPitch = 1e-6;  // [rad]: round-off
 
-// The pitch [rad] that the rates add up to, nose up, at every sample.
+// The pitch [rad] at every sample, integrated from the rates; nose up is positive.
 std::vector<double> pitches(std::span<const BodyVelocity> velocities) {
   std::vector<double> pitch(velocities.size());
   for (std::size_t k = 1; k < velocities.size(); ++k) {
@@ -32,8 +32,8 @@ std::optional<LevelAxes> level_axes(const Eigen::Vector3d& up_imu) {
   LevelAxes axes;
   const Eigen::Vector3d forward = (Eigen::Vector3d::UnitX() - sine * up_imu) / cosine;
   axes.level_R_imu << forward.transpose(), (hat(up_imu) * forward).transpose(), up_imu.transpose();
-  // The vertical moves by a along x and b along y: the axes turn by (b, -a) about these, and about
-  // the vertical by what keeps the body's x axis free of y.
+  // If the vertical moves by a along x and b along y, the axes rotate by (b, -a) about these. They
+  // rotate about the vertical such that the body's x axis has no y component.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
   turn(0, 1) = 1;
   turn(1, 0) = -1;
@@ -55,7 +55,7 @@ std::optional<LevelEvidence> level_evidence(std::span<const BodyVelocity> veloci
     const Eigen::Vector3d &now = velocities[k].linear_imu, &then = velocities[later].linear_imu;
     const bool moves = std::abs(now.x()) >= kLeastSpeed && std::abs(then.x()) >= kLeastSpeed;
     if (since(later) > 1.5 * kLag || !moves) continue;
-    // By the speed forwards, with its sign: a car that drives backwards up a hill is nose down.
+    // Divided by the signed forward speed: a car that drives backwards up a hill is nose down.
     const double dx = pitch[later] - pitch[k], dy = then.z() / then.x() - now.z() / now.x();
     n += 1;
     x += dx;
@@ -65,12 +65,12 @@ std::optional<LevelEvidence> level_evidence(std::span<const BodyVelocity> veloci
     yy += dy * dy;
     steps += static_cast<double>(later - k);
   }
-  // Less their means: a gyroscope's bias is no pitch.
+  // The means are subtracted: a gyroscope bias is not pitch motion.
   xx -= x * x / n;
   xy -= x * y / n;
   yy -= y * y / n;
   if (n < kLeastPairs || !(xx > kLeastPitch * kLeastPitch * n)) return std::nullopt;
-  // Of pairs that overlap only so many tell something of their own.
+  // Number of independent pairs among the overlapping ones.
   const double slope = xy / xx, overlap = steps / n;
   const double variance = std::max(0.0, yy - slope * xy) / n * overlap / xx;
   return LevelEvidence{.slope = slope, .sigma = std::sqrt(variance)};

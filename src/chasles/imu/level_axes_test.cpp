@@ -69,7 +69,7 @@ struct Hills {
   int samples = 600;
 };
 
-// A car on hills of 8 s, that pitches on its springs every 1.3 s.
+// A car on hills with a period of 8 s; its suspension pitches with a period of 1.3 s.
 std::vector<BodyVelocity> drive(const Hills& hills) {
   std::mt19937_64 generator(1);
   std::normal_distribution<double> normal;
@@ -98,7 +98,7 @@ TEST(LevelEvidence, LevelVelocitiesClimbAsTheBodyPitches) {
   ASSERT_TRUE(evidence);
   EXPECT_TRUE(evidence->level());
   EXPECT_GT(evidence->slope, 0.5);
-  EXPECT_LT(evidence->slope, 1);  // springs pitch it, and do not make it climb
+  EXPECT_LT(evidence->slope, 1);  // the suspension pitches it without climbing
   EXPECT_NEAR(level_evidence(drive({.springs = 0}))->slope, 1, 0.05);
 }
 
@@ -145,7 +145,7 @@ TEST(LevelEvidence, SaysNothingWhereNothingCanBeSaid) {
 TEST(LevelEvidence, GapsAndTimesThatDoNotRiseAreNoPairs) {
   auto gap = drive({});
   gap.erase(gap.begin() + 200, gap.begin() + 300);
-  // Without those that span it what is left says the same.
+  // Without the pairs that span it, the remaining ones give the same result.
   EXPECT_NEAR(level_evidence(gap)->slope, level_evidence(drive({}))->slope, 0.05);
   auto still = drive({});
   for (BodyVelocity& u : still) u.time = still.front().time;

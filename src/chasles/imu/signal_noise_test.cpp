@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kPeriod = 0.1;
 
-// A random walk of this density [unit/sqrt(s)] seen through white noise.
+// A random walk of this density [unit/sqrt(s)] plus white noise.
 std::vector<double> signal(std::size_t count, double walk, double white, std::uint64_t seed) {
   test::Random random(seed);
   std::vector<double> samples;

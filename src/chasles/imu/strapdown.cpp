@@ -5,7 +5,7 @@
 namespace chasles {
 namespace {
 
-// Where the blocks of StrapdownStep begin.
+// First rows of the blocks of StrapdownStep.
 constexpr int kRotation = 0, kPosition = 3, kVelocity = 6, kAccelerometer = 9, kGyroscope = 12;
 
 // s_n = sum over k of (-t^2)^k / (2k+n)!, in which the integrals of the exponential are
@@ -64,8 +64,8 @@ RotationDerivatives rotation_derivatives(const Eigen::Vector3d& phi, const Eigen
           .gamma2 = derivative(phi, f, s3, 3 * s5 - s4, s4, 4 * s6 - s5)};
 }
 
-// What mean and transition share. Without gravity the sensors change v_world by tau R_left_jacobian
-// f and p_world by tau^2 R_gamma2 f.
+// Quantities shared by mean and transition. Without gravity, the sensors change v_world by tau
+// R_left_jacobian f and p_world by tau^2 R_gamma2 f.
 struct Motion {
   Eigen::Vector3d f;    // unbiased specific force, IMU axes
   Eigen::Vector3d phi;  // unbiased rotation vector of the interval, IMU axes
@@ -110,7 +110,7 @@ double white_sigma(double density, double extra_density, const ImuInterval& inte
                    interval.tau);
 }
 
-// A sample's noise moves pose and velocity as its bias does (the sign does not matter).
+// The noise of a sample acts on pose and velocity like its bias (the sign does not matter).
 Matrix15d noise_covariance(const Matrix15d& F, const ImuInterval& interval, const ImuNoise& noise) {
   Matrix15d Q = Matrix15d::Zero();
   const double tau = interval.tau;

@@ -15,7 +15,7 @@ using Vector15d = Eigen::Matrix<double, 15, 1>;
 constexpr int kRotation = 0, kPosition = 3, kVelocity = 6, kAccelerometer = 9, kGyroscope = 12;
 
 const Eigen::Vector3d kGravity(0, 0, -kStandardGravity);
-// Not along an axis, so that no component can hide.
+// Not along an axis, so that every component is tested.
 const Eigen::Vector3d kTiltedGravity(2.1, -3.3, -8.9);
 const ImuNoise kNoise{.accelerometer_noise_density = 2e-3,
                       .accelerometer_random_walk = 3e-3,
@@ -35,7 +35,7 @@ ImuInterval random_interval(test::Random& random, double tau, double rate) {
           .angular_rate_imu = rate * random.axis()};
 }
 
-// The error d put into a state, and the one that two states have: the reference chart.
+// Adds the error d to a state, and the error between two states: the reference chart.
 InertialState retract(const InertialState& x, const Vector15d& d) {
   return {.world_T_imu = {so3::exp(d.segment<3>(kRotation)) * x.world_T_imu.R,
                           x.world_T_imu.p + d.segment<3>(kPosition)},
@@ -89,8 +89,8 @@ TEST(Strapdown, ConstantRateTurnsAboutItsAxis) {
   EXPECT_TRUE(test::agree(end.world_T_imu.R, start.world_T_imu.R * so3::exp(5 * rate), 1e-12));
 }
 
-// Round a circle with the nose along the velocity, specific force and rate are constant in the
-// IMU's own axes: the map has no discretisation error at all, however few the steps.
+// On a circle with the nose along the velocity, specific force and rate are constant in IMU axes.
+// The map then has no discretisation error, regardless of the number of steps.
 TEST(Strapdown, CircleIsExactForAnyStep) {
   constexpr double kRadius = 5, kRate = 2, kPeriod = 2 * std::numbers::pi / kRate;
   const Eigen::Matrix3d axes = so3::exp(Eigen::Vector3d(0.3, -0.2, 0.9));  // of the IMU in the car
@@ -140,8 +140,8 @@ TEST(Strapdown, StepAndIntegrateGiveTheSameBits) {
   EXPECT_EQ(mean.v_world, step.v_world);
 }
 
-// Derivative of integrate() by the three coordinates that begin at `column`; `step` makes all of
-// them turn by about 2e-3 rad or change an affine argument by 1.
+// Derivative of integrate() by the three coordinates from `column` on. `step` corresponds to a
+// rotation of about 2e-3 rad, or to a change of 1 of an affine argument.
 Eigen::MatrixXd numeric_columns(const InertialState& x, const ImuInterval& interval, int column) {
   const InertialState at = integrate(x, interval, kTiltedGravity);
   const auto f = [&](const Eigen::Vector3d& part) {
@@ -153,8 +153,8 @@ Eigen::MatrixXd numeric_columns(const InertialState& x, const ImuInterval& inter
   return test::numeric_derivative(f, Eigen::Vector3d::Zero(), step);
 }
 
-// Block by block, each relative to its own size (down to tau^3 / 6): starts in the origin at rest,
-// as otherwise the round-off of the position hides the smallest.
+// Block by block, each relative to its own size (down to tau^3 / 6). The start is a standstill at
+// the origin: otherwise the round-off of the position hides the smallest blocks.
 TEST(Strapdown, TransitionIsTheDerivativeOfTheMean) {
   test::Random random(6);
   for (const double tau : {1e-4, 2.5e-3, 1e-2, 0.1, 0.5}) {
@@ -232,7 +232,7 @@ TEST(Strapdown, TransitionIsKleinertAndStillasToFirstOrder) {
   }
 }
 
-// The covariance of a step, by differentiating the mean by the samples instead of the biases.
+// The covariance of a step, from the derivative of the mean by the samples instead of the biases.
 TEST(Strapdown, NoiseEntersThroughTheSamples) {
   test::Random random(10);
   for (const double tau : {0.0025, 0.1}) {
@@ -256,15 +256,16 @@ TEST(Strapdown, NoiseEntersThroughTheSamples) {
       expected(kGyroscope + i, kGyroscope + i) = tau * 9e-10;
     }
     const Matrix15d Q = strapdown(x, interval, kTiltedGravity, kNoise).Q;
-    // Rotation, position, velocity and biases differ by orders of magnitude: compare scaled.
+    // Rotation, position, velocity and biases differ by orders of magnitude: the comparison is
+    // scaled.
     const Vector15d scale = expected.diagonal().cwiseSqrt().cwiseInverse();
     EXPECT_TRUE(test::agree(scale.asDiagonal() * Q * scale.asDiagonal(),
                             scale.asDiagonal() * expected * scale.asDiagonal(), 1e-8));
   }
 }
 
-// Standing still, the stationary random processes have closed forms (white noise integrated once
-// and twice, and random walks integrated up to thrice); many short steps approach them.
+// At a standstill the covariances have closed forms: white noise integrated once and twice, and
+// random walks integrated up to three times. Many short steps converge to them.
 TEST(Strapdown, CovarianceOfManyStepsIsThatOfTheContinuousProcesses) {
   constexpr double kSeconds = 2;
   constexpr int kSteps = 2000;

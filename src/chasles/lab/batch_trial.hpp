@@ -8,12 +8,13 @@
 
 namespace chasles {
 
-/// What batch estimation takes from a recording of tracks, with the noise, chart and start of a
-/// filter's settings; no initial states. Throws as check_smoothing() (pipeline/batch_input.hpp).
+/// The input of batch estimation from a recording of tracks, with the noise, chart and start of a
+/// filter's settings, without initial states. Throws as check_smoothing()
+/// (pipeline/batch_input.hpp).
 InertialBatchInput batch_input(const Recording& recording, const InertialSlamSettings& settings,
                                const InertialStart& start);
 
-/// Batch estimation over a recording with truth, as run_trial: one point a keyframe.
+/// Batch estimation over a recording with truth, as run_trial(): one point per keyframe.
 struct BatchTrial {
   Trial trial;
   BatchReport report;
@@ -22,11 +23,11 @@ BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& set
                            const Recording& recording, const InertialStart& start,
                            std::vector<TimedMotion> initial);
 
-/// A window over a recording with truth, as run_trial: one point a keyframe.
+/// A window over a recording with truth, as run_trial(): one point per keyframe.
 Trial run_window_trial(const FilterVariant& filter, const BatchSettings& settings,
                        const Recording& recording, const InertialStart& start);
 
-/// The filter's own estimates, where batch estimation may begin.
+/// The filter's estimates, as initial values of batch estimation.
 std::vector<TimedMotion> filter_motions(const FilterVariant& filter, const Recording& recording,
                                         const InertialStart& start);
 

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// What a component of nothing is uncertain by [m, rad].
+// The sigma of a component without motion [m, rad].
 constexpr double kLeastSigma = 1e-4;
 
 SE3 true_pose(const LoopsSettings& s, int step) {
@@ -61,8 +61,7 @@ Vector3d sigma_of(const LoopsSettings& s, const Vector3d& value) {
 }
 
 // z = R^T (Y - p) + n (docs/derivations.md, D38, with the identity for a camera). With first
-// estimates the place of the landmark in the Jacobian is where it began; the pose is the prediction
-// in any case.
+// estimates the Jacobian uses the landmark's initial position; the pose is always the prediction.
 Measurement measure_point(const State& x, int index, const Vector3d& z, const Vector3d& sigma,
                           Linearisation at) {
   const Matrix3d Rt = x.world_T_imu.R.transpose();
@@ -90,7 +89,7 @@ NewLandmark begin_point(const State& x, LandmarkId id, const Vector3d& z, const 
   return result;
 }
 
-// What is seen of a landmark at a step.
+// The measurement of a landmark at a step.
 struct Sight {
   LandmarkId id = 0;
   Vector3d z, sigma;  // [m], in IMU axes
@@ -129,7 +128,7 @@ class Loops {
     filter_.propagate(next);
   }
 
-  // Landmarks that are new begin at the updated pose.
+  // New landmarks are initialised at the updated pose.
   UpdateReport look(int step) {
     std::vector<Measurement> known;
     std::vector<Sight> fresh;
@@ -209,7 +208,7 @@ TrialPoint point_of(const Loops& loops, PoseError coordinates, const SE3& truth)
   point.nees_position = nees.position;
   point.nees_attitude = nees.attitude;
   point.nees_pose = nees.pose;
-  point.nees_state = kNaN;  // the pose is all that there is
+  point.nees_state = kNaN;  // the state has only the pose
   return point;
 }
 

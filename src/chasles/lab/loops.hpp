@@ -9,16 +9,16 @@
 
 namespace chasles {
 
-/// The true poses world_T_imu at the steps 0 ... steps, a second apart, from 0 on.
+/// The true poses world_T_imu at the steps 0 ... steps, one second apart, from time 0 on.
 Trajectory loops_truth(const LoopsSettings& settings);
 
-/// The points that there are to see.
+/// The landmarks of the scene.
 std::vector<TrueLandmark> loops_landmarks(const LoopsSettings& settings);
 
-/// One run of the scene, whose published NEES are an outside check of the error charts: the filter
-/// starts at the truth with no uncertainty. Of the variant's settings only `chart` and
-/// `first_estimates` count. Position error, attitude error and NEES at every step; the noise of a
-/// run is the same for every filter.
+/// One run of the scene. Its published NEES are an external check of the error charts. The filter
+/// starts at the truth with zero covariance. Of the variant's settings only `chart` and
+/// `first_estimates` have an effect. The trial has position error, attitude error and NEES at every
+/// step; all filters get the same noise in a run.
 Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std::uint64_t run);
 
 }  // namespace chasles

@@ -52,7 +52,7 @@ constexpr int kPoseDof = 6;
 
 using Records = std::vector<const TrialRecord*>;
 
-// In the order of the runs, so that sums are the same bytes.
+// In the order of the runs, so that sums are reproducible to the byte.
 Records records_of(const FilterVariant& filter, std::span<const TrialRecord> records) {
   Records own;
   for (const TrialRecord& record : records) {
@@ -107,7 +107,7 @@ std::vector<TrialRecord> records_of_run(const MonteCarloPlan& plan, std::uint64_
   return records;
 }
 
-// Records between processes of this program on this machine: numbers as they lie in memory.
+// Records sent between processes of this program on this machine, in the memory layout of numbers.
 class Bytes {
  public:
   explicit Bytes(std::string bytes = {}) : bytes_(std::move(bytes)) {}

@@ -21,7 +21,7 @@ void require(const Recording& recording, bool present, const char* what) {
   if (!present) throw InputError("recording '" + recording.name + "' has no " + what);
 }
 
-// A mean that skips NaN; NaN where nothing is left.
+// A mean without NaN entries; NaN without any entry.
 class Mean {
  public:
   void add(double value) {
@@ -93,7 +93,7 @@ class CoveredFrames {
   WaitingFrames<FeatureFrame> waiting_;
 };
 
-// With too little in common an alignment means nothing.
+// With too few common poses an alignment is meaningless.
 void align_to(const Trajectory& truth, Trial& trial) {
   Trajectory own;
   for (const StampedPose& pose : trial.estimate) {

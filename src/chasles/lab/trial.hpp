@@ -14,8 +14,8 @@
 
 namespace chasles {
 
-/// An estimator under test: a filter, or batch estimation that begins at that filter's run, or a
-/// window that begins where the filter does.
+/// An estimator under test: a filter, or batch estimation initialised by that filter's run, or a
+/// window with the filter's start.
 struct FilterVariant {
   std::string name;
   InertialSlamSettings settings;
@@ -23,16 +23,15 @@ struct FilterVariant {
   int window = 0;                           ///< keyframes; 0: no window
 };
 
-/// What a filter was wrong by at a frame, and by how much it said it might be. NEES are those of
-/// nav_T_imu in the coordinates of the filter's chart (pose_error_of); NaN where the covariance is
-/// singular, as at the start, where position and heading are known. Errors and NEES are NaN where
-/// the truth is not known.
+/// The error of a filter at a frame and its NEES. NEES are those of nav_T_imu in the coordinates of
+/// the filter's chart (pose_error_of). They are NaN where the covariance is singular, as at the
+/// start, where position and heading are given. Errors and NEES are NaN where the truth is unknown.
 struct TrialPoint {
   double seconds = 0;                                          ///< since the start
   double position_error = 0;                                   ///< [m]
   double attitude_error = 0;                                   ///< [rad]
   double nees_position = 0, nees_attitude = 0, nees_pose = 0;  ///< expected: 3, 3, 6
-  double nees_state = 0;  ///< pose, velocity and biases, where all are known; expected: 15
+  double nees_state = 0;  ///< pose, velocity and biases, if all have a truth; expected: 15
   double nis = 0;
   int nis_dof = 0;
   double innovation_products = 0, innovation_squares = 0;  ///< as in Estimate
@@ -54,7 +53,7 @@ struct Trial {
 
 inline constexpr double kDivergedAt = 20;  ///< [m]
 
-/// Averages over a trial's frames; NaN entries do not count, and what has no entry is NaN.
+/// Averages over a trial's frames. NaN entries do not count; without any entry the average is NaN.
 struct TrialAverages {
   double position_error = 0, attitude_error = 0;  ///< means [m, rad]
   double position_rms = 0;                        ///< [m]
@@ -63,13 +62,13 @@ struct TrialAverages {
   double attitude_posyaw = 0;                     ///< rms with that alignment [rad]
   double nees_position = 0, nees_attitude = 0, nees_pose = 0, nees_state = 0;
   double nis_per_dof = 0;  ///< sum of NIS over sum of its degrees of freedom
-  /// Correlation of a pixel's innovation with that of the frame before: 0 if they are white.
+  /// Correlation of a pixel's innovation with that in the previous frame: 0 for white innovations.
   double innovation_correlation = 0;
   double landmarks = 0;  ///< of the whole map
 };
 TrialAverages averages(const Trial& trial);
 
-/// Calls visit(pointer to member) for each of them.
+/// Calls visit(pointer to member) for each member.
 template <typename Visitor>
 void for_each_average(Visitor&& visit) {
   using A = TrialAverages;
@@ -81,26 +80,27 @@ void for_each_average(Visitor&& visit) {
   }
 }
 
-/// A start for the filter: true_start() (pipeline/truth.hpp) with the errors that the settings say
-/// drawn from their own distribution (tilt, velocity; biases are unknown and begin at 0). The same
-/// seed and run give the same draw for every filter. Throws InputError where there is no truth.
+/// A start for the filter: true_start() (pipeline/truth.hpp) with initial errors of tilt and
+/// velocity, drawn from the distribution that the settings define; biases are unknown and start at
+/// 0. The same seed and run give the same draw for every filter. Throws InputError without a truth.
 InertialStart draw_start(const Recording& recording, const InertialSlamSettings& settings,
                          std::uint64_t seed, std::uint64_t run);
 
-/// Adds an estimate to a trial, in the order of time, and ends a trial that has all of them; false
-/// once it has diverged. Errors are in the coordinates of that chart.
+/// add_to_trial() adds an estimate to a trial, in order of time, and returns false once the trial
+/// has diverged; end_trial() completes the trial. Errors are in the coordinates of that chart.
 bool add_to_trial(const std::string& chart, const Recording& recording, Time start,
                   const Estimate& estimate, Trial& trial);
 void end_trial(const Recording& recording, Trial& trial);
 
-/// Runs the filter over a recording, from the start on, as long as `take` returns true; throws
-/// InputError where cameras, samples or frames are missing.
+/// Runs the filter over a recording from the start on, as long as `take` returns true. Throws
+/// InputError if cameras, samples or frames are missing.
 void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
                 const std::function<bool(const Estimate&)>& take);
 
-/// Runs the filter over a recording that has truth, cameras and an IMU, from the start on, and
-/// batch estimation from there, or a window instead, where it is one; throws InputError where one
-/// is missing. A batch or window that finds no minimum, or refuses the problem, has diverged.
+/// Runs the filter over a recording that has truth, cameras and an IMU, from the start on; then
+/// batch estimation initialised by it, or a window instead, if the variant has one. Throws
+/// InputError if one of the inputs is missing. A batch or window that finds no minimum, or cannot
+/// solve the problem, counts as diverged.
 Trial run_trial(const FilterVariant& filter, const Recording& recording,
                 const InertialStart& start);
 

@@ -16,7 +16,7 @@ std::string make_agree(InertialScene& scene) {
   const auto fit = fit_gravity(scene.path, scene.imu);
   if (!fit) {
     throw InputError(fmt::format(
-        "truth and IMU samples tell no gravity: found {} poses and {} samples, expected "
+        "truth and IMU samples do not determine gravity: found {} poses and {} samples, expected "
         "three seconds of both at the same times",
         scene.path.size(), scene.imu.size()));
   }
@@ -29,7 +29,7 @@ std::string make_agree(InertialScene& scene) {
                                  .accelerometer_bias = fit->accelerometer_bias});
   scene.path = std::move(fused.world_T_imu);
   return fmt::format(
-      "truth: turned upright by {:.2f} deg, then moved by {:.1f} mm and {:.2f} mrad (rms) to what "
+      "truth: rotated upright by {:.2f} deg, then moved by {:.1f} mm and {:.2f} mrad (rms) to what "
       "it and the IMU agree on (cost per degree of freedom {:.2f}, {} steps)",
       so3::log(upright.R).norm() * kDegrees, 1e3 * fused.position_moved, 1e3 * fused.rotation_moved,
       fused.cost_per_dof, fused.iterations);

@@ -6,11 +6,11 @@
 
 namespace chasles {
 
-/// Puts what the path of a scene and its real samples agree on in the place of the path: turned
-/// upright (fit_gravity) and fused with the samples (fuse_poses), which are weighted by the
-/// settings' noise. So images and samples are of one motion, as those of a camera and an IMU on one
-/// body. Returns what was moved by how much, a sentence for the user to read. Throws InputError
-/// where poses and samples tell no gravity, or where fuse_poses does.
+/// Replaces the path of a scene by one that is consistent with its real IMU samples. The path is
+/// rotated upright (fit_gravity) and fused with the samples (fuse_poses), which are weighted by the
+/// settings' noise. Images and samples then have one motion, as for a camera and an IMU on one
+/// body. Returns a sentence for the user on the size of the change. Throws InputError if poses and
+/// samples do not determine gravity, or as fuse_poses() does.
 std::string make_agree(InertialScene& scene);
 
 }  // namespace chasles

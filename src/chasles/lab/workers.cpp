@@ -20,7 +20,7 @@
 namespace chasles {
 namespace {
 
-// A message: this, and then `size` bytes.
+// The header of a message, followed by `size` bytes.
 struct Header {
   std::uint64_t item = 0;
   std::uint64_t size = 0;
@@ -82,7 +82,7 @@ std::string how_it_ended(int status) {
   return "with exit status " + std::to_string(WEXITSTATUS(status));
 }
 
-// What a worker does until nothing is left; returns its exit status.
+// The loop of a worker until no item is left; returns its exit status.
 int serve(std::span<const std::uint64_t> items, SharedCounter& counter, int out,
           const std::function<std::string(std::uint64_t)>& work) {
   for (std::size_t i = counter.next(); i < items.size(); i = counter.next()) {
@@ -106,11 +106,11 @@ int serve(std::span<const std::uint64_t> items, SharedCounter& counter, int out,
 
 struct Worker {
   pid_t process = -1;
-  int in = -1;         // our end of its pipe; -1: closed
-  std::string buffer;  // of a message that is not complete
+  int in = -1;         // this process's end of its pipe; -1: closed
+  std::string buffer;  // part of an incomplete message
 };
 
-// The messages of the workers as they come. Ends all workers when it goes, whatever happened.
+// Receives the messages of the workers as they arrive. Its destructor ends all workers.
 class Pool {
  public:
   Pool(std::span<const std::uint64_t> items, int workers,
@@ -125,7 +125,7 @@ class Pool {
       if (process < 0) {
         close(ends[0]);
         close(ends[1]);
-        // What was started does all the work.
+        // The workers started so far do all the work.
         if (workers_.empty()) fail("no process for a worker");
         return;
       }

@@ -19,9 +19,9 @@ struct SE3 {
   SE3 inverse() const { return {R.transpose(), -(R.transpose() * p)}; }
 };
 
-/// The group of rigid motions. A tangent vector (a twist) is [phi; rho]: rotation first,
-/// translation second, as Kleinert & Stilla (2) and as every error state of this project; Du (7)
-/// has the opposite order.
+/// The group of rigid motions. A tangent vector (a twist) is [phi; rho]: rotation first [rad],
+/// translation second [m]. Kleinert & Stilla (2) and all error states of this project use this
+/// order. Du (7) uses the opposite order.
 ///
 /// Invariants (asserted in se3_test.cpp, same angles as SO(3)):
 ///   1. exp(xi) = sum of the 4x4 hat(xi)^k / k!

@@ -6,8 +6,8 @@
 
 namespace chasles {
 
-/// An element of SE_k(3): one rotation and k vectors that it moves together (k = 1 is SE(3), k = 2
-/// adds a velocity, k = 2 + N adds N landmarks). The columns of x are the vectors.
+/// An element of SE_k(3): one rotation and k vectors. k = 1 is SE(3), k = 2 adds a velocity, k = 2
+/// + N adds N landmarks. The columns of x (3 x k) are the vectors.
 struct SEk3 {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Matrix3Xd x;

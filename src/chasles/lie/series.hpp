@@ -3,14 +3,14 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 
-/// The independent computation that the tests of this folder hold the closed forms against.
+/// Independent computation: the reference for the closed forms in the tests of this folder.
 /// Included by tests only.
 namespace chasles::test {
 
 using ExtendedMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// sum over k of A^k / (k+n)!, summed in extended precision until a term no longer counts: the
-/// exponential for n = 0, its first integral for n = 1. Good to double precision for |A| < 10,
+/// Sum over k of A^k / (k+n)!, in extended precision, until the terms are negligible: the
+/// exponential for n = 0, its first integral for n = 1. Accurate to double precision for |A| < 10,
 /// where the largest term is about 3e3 and costs 4 of the 19 digits.
 inline Eigen::MatrixXd series(const Eigen::MatrixXd& A, int n) {
   const ExtendedMatrix a = A.cast<long double>();

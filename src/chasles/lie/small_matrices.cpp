@@ -37,7 +37,7 @@ void check_size(const ConstMatrix& A) {
   }
 }
 
-// A column at a time: for so few rows the products of blocks are not worth their packing.
+// Column by column: for so few rows, block products do not pay for their packing.
 template <typename Decomposition>
 void solve_columns(const Decomposition& A, Matrix X) {
   for (Eigen::Index column = 0; column < X.cols(); ++column) {
@@ -52,7 +52,7 @@ void solve_symmetric(const ConstMatrix& A, Matrix X) {
   if (lower_is_finite(A)) {
     solve_columns(Eigen::LDLT<Small>(A), X);
   } else {
-    X.setConstant(kNaN);  // Eigen's would be a pivot of 0
+    X.setConstant(kNaN);  // Eigen would return a pivot of 0
   }
 }
 
@@ -92,7 +92,7 @@ SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& A) {
 }
 
 std::optional<Eigen::MatrixXd> whitening_of(const Eigen::MatrixXd& covariance) {
-  // In units in which the diagonal is 1: the blocks differ by many powers of ten.
+  // Scaled to a unit diagonal, because the blocks differ by many powers of ten.
   const Eigen::VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd unit = covariance.cwiseProduct(scale * scale.transpose());
   const Eigen::LLT<Eigen::MatrixXd> cholesky(unit);

@@ -4,30 +4,30 @@
 
 #include <Eigen/Core>
 
-/// Matrices solved, inverted and taken apart, by Eigen's decompositions: each compiled once, in
-/// small_matrices.cpp. Eigen writes a decomposition anew for every size that a file uses, and much
-/// of that file's compiling is then the decomposition. What runs for every measurement of a frame
-/// is better off with Eigen's fixed sizes.
+/// Solution, inversion and decomposition of matrices with Eigen. Each decomposition is compiled
+/// once, in small_matrices.cpp. Eigen instantiates a decomposition for every size that a file uses,
+/// which takes much of the compile time. Code that runs for every measurement of a frame should use
+/// Eigen's fixed sizes instead.
 namespace chasles {
 
 inline constexpr int kMostSmallRows = 20;
 
-/// Of sizes that are told at run time: at most kMostSmallRows rows, of P, A and T too; throws
-/// std::invalid_argument for more.
+/// Sizes are known at run time. All matrices, including P, A and T, have at most kMostSmallRows
+/// rows; throws std::invalid_argument for more.
 namespace small {
 using Matrix = Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 using ConstMatrix = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
-/// X <- A^-1 X for a symmetric A (n x n; its lower triangle is read), by L D L^T with pivots: A may
-/// be indefinite, and where it is singular, what it does not tell of X is 0. Not finite where A or
-/// X is not. Without memory of the heap.
+/// X <- A^-1 X for a symmetric A (n x n; its lower triangle is read), by L D L^T with pivots. A may
+/// be indefinite. If A is singular, the undetermined part of X is 0. The result is not finite if A
+/// or X is not. Allocates no heap memory.
 void solve_symmetric(const ConstMatrix& A, Matrix X);
 
-/// X <- A^-1 X for any regular A, by L U with pivots of rows. Not finite where A is singular.
-/// Without memory of the heap.
+/// X <- A^-1 X for any regular A, by L U with row pivots. The result is not finite if A is
+/// singular. Allocates no heap memory.
 void solve(const ConstMatrix& A, Matrix X);
 
-/// A^-1 by these.
+/// A^-1 by solve_symmetric and by solve.
 Eigen::MatrixXd inverse_symmetric(const ConstMatrix& A);
 Eigen::MatrixXd inverse(const ConstMatrix& A);
 
@@ -65,7 +65,7 @@ Eigen::Matrix<double, N, N> inverse(const Eigen::Matrix<double, N, N>& A) {
   return solve<N, N>(A, Eigen::Matrix<double, N, N>::Identity());
 }
 
-/// T P T^T: a covariance P of x as that of T x.
+/// T P T^T: the covariance of T x, where P is the covariance of x.
 template <int Rows, int N>
 Eigen::Matrix<double, Rows, Rows> congruence(const Eigen::Matrix<double, Rows, N>& T,
                                              const Eigen::Matrix<double, N, N>& P) {
@@ -75,17 +75,17 @@ Eigen::Matrix<double, Rows, Rows> congruence(const Eigen::Matrix<double, Rows, N
   return result;
 }
 
-/// A symmetric A = V diag(values) V^T.
+/// Eigendecomposition of a symmetric A = V diag(values) V^T.
 struct SymmetricEigen {
-  Eigen::VectorXd values;   ///< from the least on
-  Eigen::MatrixXd vectors;  ///< V: of length 1, one a column
+  Eigen::VectorXd values;   ///< in ascending order
+  Eigen::MatrixXd vectors;  ///< V: one unit vector per column
 };
 
-/// Of any size; the lower triangle of A is read. All NaN where that is not finite.
+/// Any size; reads the lower triangle of A. All NaN if that triangle is not finite.
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& A);
 
-/// Lower triangular W with W^T W = covariance^-1, of any size; none where the covariance is not
-/// positive definite.
+/// Lower triangular W with W^T W = covariance^-1, any size; none if the covariance is not positive
+/// definite.
 std::optional<Eigen::MatrixXd> whitening_of(const Eigen::MatrixXd& covariance);
 
 }  // namespace chasles

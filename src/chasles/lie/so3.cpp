@@ -15,10 +15,10 @@ Eigen::Matrix3d hat(const Eigen::Vector3d& a) {
 namespace so3 {
 namespace {
 
-// The coefficients below are s_n(t) = sum over k of (-t^2)^k / (2k+n)!, which closed forms lose to
-// cancellation at small angles ((t - sin t)/t^3 has lost 8 digits at t = 1e-3). Below the limit the
-// 11 terms reach round-off (the next one is 2e-16 of the sum at most), above it the closed forms
-// have lost at most one digit.
+// The coefficients below are s_n(t) = sum over k of (-t^2)^k / (2k+n)!. Their closed forms suffer
+// from cancellation at small angles: (t - sin t)/t^3 loses 8 digits at t = 1e-3. Below the limit
+// the 11 terms reach round-off (the next one is at most 2e-16 of the sum). Above it the closed
+// forms lose at most one digit.
 constexpr double kSeriesBelow = 2.0;
 
 constexpr double kNearlyOpposite = -0.99;  // cosine of two directions
@@ -109,7 +109,7 @@ Eigen::Matrix3d between(const Eigen::Vector3d& from, const Eigen::Vector3d& to) 
   const Eigen::Vector3d a = from.normalized(), b = to.normalized(), normal = a.cross(b);
   const double cosine = b.dot(a);
   if (cosine < kNearlyOpposite) {
-    // 1 + cosine has lost digits. Half a turn takes a to -a, from where it is not far.
+    // 1 + cosine loses digits. A half turn takes a to -a, which is close to the target.
     Eigen::Vector3d axis = normal - a.dot(normal) * a;
     axis = axis.norm() > 1e-14 ? axis.normalized() : a.unitOrthogonal();
     return between(-a, b) * (2 * axis * axis.transpose() - Eigen::Matrix3d::Identity());

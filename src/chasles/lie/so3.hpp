@@ -34,11 +34,11 @@ Eigen::Matrix3d right_jacobian_inverse(const Eigen::Vector3d& phi);
 /// sum of hat(phi)^k / (k+2)!: the second integral of the exponential (docs/derivations.md, D2).
 Eigen::Matrix3d gamma2(const Eigen::Vector3d& phi);
 
-/// The rotation nearest to R in the direction of round-off: removes what products accumulate.
+/// Re-orthonormalised R: removes the round-off that products of rotations accumulate.
 Eigen::Matrix3d normalized(const Eigen::Matrix3d& R);
 
-/// The shortest rotation that takes the direction of `from` to that of `to`; of opposite ones,
-/// where every half turn is as short, one about an axis perpendicular to both. Neither may be zero.
+/// The shortest rotation from the direction of `from` to the direction of `to`. For opposite
+/// directions: a half turn about an axis perpendicular to both. Neither may be zero.
 Eigen::Matrix3d between(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 /// The block Q(phi, rho) of the SE(3) left Jacobian: d/d(phi) of [Jl(phi) rho] in the group's sense

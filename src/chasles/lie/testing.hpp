@@ -10,9 +10,9 @@
 #include <Eigen/Core>
 #include <gtest/gtest.h>
 
-/// What the tests of every folder share: seeded random numbers that are the same everywhere, the
-/// grid of critical rotation angles, numeric derivatives, and a relative comparison. Included by
-/// tests only.
+/// Shared by the tests of all folders: platform-independent seeded random numbers, the grid of
+/// critical rotation angles, numeric derivatives, and a relative comparison. Included by tests
+/// only.
 namespace chasles::test {
 
 /// Reproducible random numbers: splitmix64 (Steele, Lea, Flood 2014) with Box-Muller.
@@ -51,14 +51,14 @@ class Random {
   std::uint64_t state_;
 };
 
-/// Angles [rad] below pi at which rotation formulas change branch or lose digits.
+/// Angles [rad] below pi where rotation formulas change branch or lose digits.
 inline std::vector<double> angles_below_pi() {
   constexpr double pi = std::numbers::pi;
   return {0,    1e-12, 1e-8,     1e-6, 1e-4,     1e-3,     1e-2, 1e-1,      0.5 - 1e-9, 0.5 + 1e-9,
           0.99, 1.0,   1 + 1e-9, 1.5,  2 - 1e-9, 2 + 1e-9, 3,    pi - 1e-3, pi - 1e-6};
 }
 
-/// The same, and angles past half a turn, where exp and the Jacobians stay defined.
+/// The same, and angles above pi, where exp and the Jacobians are still defined.
 inline std::vector<double> angles() {
   std::vector<double> all = angles_below_pi();
   for (double angle : {std::numbers::pi, 3.5, 5.0, 6.0}) all.push_back(angle);
@@ -98,8 +98,8 @@ Eigen::MatrixXd numeric_derivative(const Function& f, const Eigen::MatrixBase<De
   return D;
 }
 
-/// Largest difference of two equally sized matrices over the largest entry of `expected`, or over
-/// `floor` where that is larger (the zero case).
+/// Largest difference of two equally sized matrices, divided by the largest entry of `expected` or
+/// by `floor`, whichever is larger (the zero case).
 template <typename A, typename B>
 double relative_difference(const A& actual, const B& expected, double floor = 1.0) {
   const Eigen::MatrixXd a = actual;

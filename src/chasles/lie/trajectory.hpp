@@ -7,7 +7,7 @@
 
 namespace chasles {
 
-/// A pose at a time; which frames it relates (usually world_T_imu) is said where it is used.
+/// A pose at a time. The user of the struct defines the frames (usually world_T_imu).
 struct StampedPose {
   Time time{};
   SE3 pose;

@@ -8,23 +8,23 @@
 
 namespace chasles {
 
-/// against_truth() of a run that still grows: each state is compared once, when it comes. What
-/// needs all states is not there: the truth is placed by the first matched pose alone, also as
-/// `world_T_truth_fit`, and a state takes the nearest true pose within half the distance of the
-/// states before it (or of the true poses, where those are nearer to each other).
+/// against_truth() of a running run: each state is compared once, when it arrives. Two things
+/// differ from the final comparison. The first matched pose alone aligns the truth, also for
+/// `world_T_truth_fit`. A state takes the nearest true pose within half the spacing of the states
+/// before it, or of the true poses if that is smaller.
 class GrowingComparison {
  public:
   GrowingComparison() = default;
   GrowingComparison(Trajectory truth, PoseError coordinates, bool level);
 
-  /// Compares those of the run's states that it does not know yet. Does nothing before the second.
+  /// Compares the run's new states. Does nothing before the second state.
   void extend(const std::vector<RunState>& states);
 
-  /// A state and a true pose are known to belong together.
+  /// Whether a state has been matched with a true pose.
   bool begun() const { return world_T_truth_.has_value(); }
   const Trajectory& truth() const { return truth_; }
 
-  /// Of those states, in that order. Presumes begun().
+  /// The comparison of these states, in the given order. Presumes begun().
   AgainstTruth of(const std::vector<std::size_t>& states) const;
 
  private:
@@ -36,7 +36,7 @@ class GrowingComparison {
   bool level_ = false;
   Time truth_spacing_{};
   std::optional<SE3> world_T_truth_;
-  std::vector<Vector6d> error_;  ///< a state; NaN where it has no true pose
+  std::vector<Vector6d> error_;  ///< per state; NaN without a true pose
   std::vector<PoseNees> nees_;
 };
 

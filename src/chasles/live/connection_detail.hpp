@@ -19,7 +19,8 @@
 #include <chasles/live/server.hpp>
 #include <chasles/live/viewer_message.hpp>
 
-// A connection of the live server, for server.cpp alone: Boost's headers take a minute to compile.
+// A connection of the live server, included by server.cpp only: Boost's headers take a minute to
+// compile.
 namespace chasles::live_detail {
 
 namespace net = boost::asio;
@@ -32,12 +33,13 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr std::size_t kLongestHeader = 8192;  // [bytes]
-constexpr std::size_t kFragment = 1 << 16;    // of a text, between which pings are sent [bytes]
-constexpr milliseconds kLinger{1000};         // for the other side to read an answer
+constexpr std::size_t kFragment = 1 << 16;    // part of a text; pings are sent between parts [bytes]
+constexpr milliseconds kLinger{1000};         // time for the peer to read an answer
 
 inline std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
 
-/// The head of an answer. Nothing may frame the page, guess at its type, keep it, or learn its URL.
+/// The head of an answer. It forbids to frame the page, to guess its type, to cache it, and to pass
+/// on its URL.
 inline std::string head(std::string_view status, std::string_view type, std::size_t length) {
   return fmt::format(
       "HTTP/1.1 {}\r\nContent-Type: {}; charset=utf-8\r\nContent-Length: {}\r\n"
@@ -47,7 +49,7 @@ inline std::string head(std::string_view status, std::string_view type, std::siz
       status, type, length);
 }
 
-/// What all connections share. Everything happens on the server's thread.
+/// State shared by all connections. It is used on the server's thread only.
 struct Shared {
   LiveServerOptions options;
   Gate gate;
@@ -76,7 +78,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
                      [self = shared_from_this()](Failure f, std::size_t) {
                        if (f == http::error::end_of_stream || f == beast::error::timeout) return;
                        if (f)
-                         return self->answer("400 Bad Request", "text/plain", "not understood\n");
+                         return self->answer("400 Bad Request", "text/plain", "malformed request\n");
                        self->answer_request();
                      });
   }
@@ -89,7 +91,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool joined() const { return joined_; }
   bool writing() const { return writing_; }
 
-  /// Sends what the viewer does not have yet, unless the last of it is still on its way.
+  /// Sends the next update to the viewer, unless the previous one is still being sent.
   void tell() {
     if (!joined_ || writing_ || closing_) return;
     text_ = shared_.feed->next(cursor_);
@@ -103,7 +105,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
-  /// A viewer that has not said what it wants may not stay.
+  /// Closes the connection of a viewer that does not send "join" in time.
   void expect_to_join() {
     const bool late = Clock::now() - since_ > shared_.options.handshake;
     if (open_ && !joined_ && late) say_goodbye(websocket::close_code::policy_error);
@@ -112,7 +114,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void say_goodbye(websocket::close_code code) {
     if (closing_) return;
     closing_ = true;
-    if (!open_) return hang_up();  // also amid the handshake, which alone may write then
+    if (!open_) return hang_up();  // also during the handshake, which alone may write then
     socket_->async_close(code, [self = shared_from_this()](Failure) {});
   }
 
@@ -140,11 +142,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
         return answer("404 Not Found", "text/plain", "there is only /\n");
       case Answer::kForbidden:
         return answer("403 Forbidden", "text/plain",
-                      "not from there, or not with this token: use the URL that was printed\n");
+                      "wrong host, origin or token: use the URL that the program printed\n");
     }
   }
 
-  /// The body must live as long as the connection.
+  /// The body must outlive the connection.
   void answer(std::string_view status, std::string_view type, std::string_view body) {
     head_ = head(status, type, body.size());
     stream_.expires_after(shared_.options.silence);
@@ -159,7 +161,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
-  /// A connection that is closed with unread bytes would take the answer with it.
+  /// Reads the remaining bytes: a connection closed with unread bytes would lose the answer.
   void drain() {
     stream_.async_read_some(net::buffer(drained_),
                             [self = shared_from_this()](Failure f, std::size_t) {
@@ -192,7 +194,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     });
   }
 
-  /// False where the viewer says what it may not.
+  /// False if the viewer's message is not allowed.
   bool take_message() {
     if (++messages_ > shared_.options.messages || !socket_->got_text()) return false;
     const auto bytes = buffer_.cdata();
@@ -216,10 +218,10 @@ class Connection : public std::enable_shared_from_this<Connection> {
   std::string head_;
   std::array<char, 1024> drained_{};
   LiveCursor cursor_;
-  LiveText text_;  ///< on its way
+  LiveText text_;  ///< being sent
   const Clock::time_point since_ = Clock::now();
   int messages_ = 0;
-  bool open_ = false;  ///< the WebSocket's handshake is over
+  bool open_ = false;  ///< the WebSocket handshake is complete
   bool joined_ = false, writing_ = false, closing_ = false;
 };
 

@@ -7,20 +7,20 @@
 
 namespace chasles {
 
-/// How much of a feed a viewer has. A new viewer has nothing.
+/// The part of a feed that a viewer has received. A new viewer has received nothing.
 struct LiveCursor {
-  std::string run;              ///< which run it is that it has something of
-  std::size_t rows = 0;         ///< states
+  std::string run;              ///< identifier of the run
+  std::size_t rows = 0;         ///< number of states
   std::uint64_t landmarks = 0;  ///< version of the landmarks; 0: none
   std::uint64_t progress = 0;   ///< version of the progress; 0: none
-  bool truth = false;           ///< the true way
-  bool all = false;             ///< the page of the finished run
+  bool truth = false;           ///< has the true trajectory
+  bool all = false;             ///< has the page of the finished run
 };
 
-/// Text that many viewers may be sent at once.
+/// Text that several viewers share.
 using LiveText = std::shared_ptr<const std::string>;
 
-/// What the live server tells its viewers. All is called on the server's thread.
+/// The source of the live server's updates. All functions are called on the server's thread.
 class LiveFeed {
  public:
   LiveFeed() = default;
@@ -28,12 +28,12 @@ class LiveFeed {
   LiveFeed& operator=(const LiveFeed&) = delete;
   virtual ~LiveFeed() = default;
 
-  /// Now and then, before viewers are asked for: `viewers` are there.
+  /// Called periodically, before next(); `viewers` is the number of viewers.
   virtual void refresh(std::size_t viewers) = 0;
-  /// What a viewer that has so much is told next, and has then; none: it has everything. Whoever is
-  /// slow to take it is told more at once the next time, and nothing waits for it.
+  /// The next update for a viewer at `cursor`, which is moved forward; null if the viewer has
+  /// everything. A slow viewer receives a larger update next time; nothing waits for it.
   virtual LiveText next(LiveCursor& cursor) = 0;
-  /// A viewer wants the run to stop.
+  /// A viewer requests the end of the run.
   virtual void stop() = 0;
 };
 

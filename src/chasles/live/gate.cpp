@@ -24,13 +24,13 @@ bool is_version_6(const std::string& address) {
   return ::inet_pton(AF_INET6, address.c_str(), &parsed) == 1;
 }
 
-/// An address as it stands in a URL.
+/// An address in the notation of URLs.
 std::string bracketed(std::string_view address) {
   return address.find(':') == std::string_view::npos ? std::string(address)
                                                      : fmt::format("[{}]", address);
 }
 
-/// A Host header without the port, if it is the server's: an absent port is 80.
+/// The Host header without the port, if the port is the server's; an absent port is 80.
 std::string_view without_port(std::string_view host, std::uint16_t port) {
   const std::string end = fmt::format(":{}", port);
   if (host.ends_with(end)) return host.substr(0, host.size() - end.size());
@@ -49,7 +49,7 @@ bool knows_host(const Gate& gate, std::string_view host) {
   return is_version_4(name);
 }
 
-/// The machine's addresses of version 4.
+/// The IPv4 addresses of the machine.
 std::vector<std::string> own_addresses() {
   std::vector<std::string> addresses;
   ifaddrs* first = nullptr;

@@ -12,15 +12,15 @@
 namespace chasles {
 namespace {
 
-/// States in one text: a viewer that joins late gets the run in pieces of a few hundred kilobytes.
+/// States in one text: a late viewer receives the run in pieces of a few hundred kilobytes.
 constexpr std::size_t kMostRows = 2000;
 constexpr std::size_t kKeptTexts = 8;
 constexpr std::chrono::seconds kBetweenMaps{1};
-constexpr int kMapShare = 100;  // the time between maps is at least so many times that of a map
+constexpr int kMapShare = 100;  // the time between maps is at least this many times the duration of one
 
 LiveText shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
 
-/// In which coordinates the run's filter has its error: by the chart that the summary names.
+/// The coordinates of the filter's error, from the chart in the summary.
 PoseError coordinates_of(const std::string& summary) {
   const auto json = nlohmann::json::parse(summary, nullptr, false);
   if (!json.is_object() || !json.contains("chart") || !json["chart"].is_string()) {
@@ -80,7 +80,7 @@ void LiveRun::landmarks(const std::function<std::vector<RunLandmark>()>& make) {
 void LiveRun::smoothing() { tell_progress(LiveStage::kSmoothing); }
 
 void LiveRun::finish(const ReportRun& run, bool interrupted) {
-  // Both at once: a viewer that hears of the end has all of it.
+  // Both at once: a viewer that learns of the end has all of it.
   reach(interrupted ? LiveStage::kInterrupted : LiveStage::kFinished);
   LiveText all = shared(page_text(id_, {run}, told_));
   const std::lock_guard lock(mutex_);

@@ -15,59 +15,59 @@
 
 namespace chasles {
 
-/// What is known of a run before its first estimate.
+/// The data of a run before its first estimate.
 struct LiveStart {
   std::string name;
   std::vector<std::string> extra_names;   ///< Run::extra_names
   Trajectory truth, dead_reckoning = {};  ///< empty where unknown
-  /// What is known of summary.json (an object): chart, mode, settings, cameras, version.
+  /// The available part of summary.json (an object): chart, mode, settings, cameras, version.
   std::string summary;
-  std::size_t frames = 0;  ///< of the recording; 0: nobody knows
+  std::size_t frames = 0;  ///< number of frames of the recording; 0: unknown
 };
 
-/// Where a run is. The names are those of the protocol.
+/// The stage of a run. The names are those of the protocol.
 enum class LiveStage {
-  kWaiting,      ///< there is no estimate yet
-  kRunning,      ///< frames are worked through
+  kWaiting,      ///< no estimate yet
+  kRunning,      ///< processing frames
   kSmoothing,    ///< batch estimation after the last frame
-  kFinished,     ///< all is there
-  kInterrupted,  ///< ended early, by a signal or a viewer; what there is is complete
+  kFinished,     ///< complete
+  kInterrupted,  ///< ended early, by a signal or a viewer; the results up to then are complete
   kFailed,       ///< ended with an error
 };
 
-/// How far a run is.
+/// The progress of a run.
 struct LiveProgress {
   LiveStage stage = LiveStage::kWaiting;
-  std::size_t frames = 0, of = 0;  ///< done, of all; of 0: nobody knows
-  double recorded_seconds = 0;     ///< that the frames cover
-  double wall_seconds = 0;         ///< that they took
+  std::size_t frames = 0, of = 0;  ///< done, total; 0: unknown
+  double recorded_seconds = 0;     ///< recorded time that the frames cover
+  double wall_seconds = 0;         ///< processing time of the frames
   std::string message = {};        ///< why it failed
-  bool stoppable = true;           ///< a viewer may ask it to end
+  bool stoppable = true;           ///< a viewer may stop it
 };
 
-/// A run that viewers look at while it goes. The run's thread tells it what happens: that never
-/// waits for a viewer, copies a state under a lock that is held for a moment, and changes nothing
-/// about the run. The server's thread makes of it what viewers are told.
+/// A run that viewers follow while it goes on. The run's thread reports its progress: it never
+/// waits for a viewer, copies a state under a short lock, and does not change the run. The server's
+/// thread converts it to updates for the viewers.
 class LiveRun final : public LiveFeed {
  public:
-  /// `stop`: asks the run to end, from the server's thread; empty: nobody can.
+  /// `stop`: ends the run, called on the server's thread; empty: the run cannot be stopped.
   explicit LiveRun(std::function<void()> stop);
 
-  // The run's thread.
+  // Called on the run's thread.
 
   void begin(LiveStart start);
   void add(const RunState& state);
-  /// That many frames are done, which cover that many seconds of the recording.
+  /// `frames` frames are done, which cover `recorded_seconds` of the recording.
   void progress(std::size_t frames, double recorded_seconds);
-  /// Keeps the map that `make` makes: only where somebody looks, at most once in a second, and for
-  /// at most a hundredth of the time.
+  /// Stores the map that `make` returns: only if there are viewers, at most once per second, and
+  /// for at most a hundredth of the time.
   void landmarks(const std::function<std::vector<RunLandmark>()>& make);
   void smoothing();
-  /// The run as it is written: viewers get what `chasles report` would show.
+  /// The final run: viewers receive what `chasles report` would show.
   void finish(const ReportRun& run, bool interrupted);
   void fail(const std::string& why);
 
-  // The server's thread.
+  // Called on the server's thread.
 
   void refresh(std::size_t viewers) override;
   LiveText next(LiveCursor& cursor) override;
@@ -77,7 +77,7 @@ class LiveRun final : public LiveFeed {
 
  private:
   using Clock = std::chrono::steady_clock;
-  /// What the run's thread has told since the last refresh.
+  /// What the run's thread has reported since the last refresh.
   struct Inbox {
     std::optional<LiveStart> start;
     std::vector<RunState> states;
@@ -95,30 +95,30 @@ class LiveRun final : public LiveFeed {
   const std::string id_;
   const std::function<void()> stop_;
 
-  // The run's thread alone.
+  // Used by the run's thread only.
   LiveProgress told_;
   Clock::time_point began_ = Clock::now(), next_map_{};
 
   std::atomic<bool> watched_ = false;
-  std::mutex mutex_;  ///< of the inbox
+  std::mutex mutex_;  ///< guards the inbox
   Inbox inbox_;
 
-  // The server's thread alone.
+  // Used by the server's thread only.
   bool started_ = false;
-  Run run_;  ///< grows; its truth stands in comparison_
+  Run run_;  ///< grows; its truth is in comparison_
   std::string summary_;
   GrowingComparison comparison_;
   LiveProgress progress_;
   std::uint64_t landmarks_version_ = 0, progress_version_ = 1;
   LiveText all_;
-  /// The last texts, for viewers that are equally far: each with what it leads from and to.
+  /// The last texts, each with its start and end state, shared by viewers at the same position.
   std::vector<std::pair<std::string, LiveText>> texts_;
 };
 
-/// Runs that are finished: viewers get their page and nothing else.
+/// Finished runs: viewers receive their page and nothing else.
 class FinishedRuns final : public LiveFeed {
  public:
-  /// Throws as run_page().
+  /// Throws as run_page() does.
   explicit FinishedRuns(const std::vector<ReportRun>& runs);
 
   void refresh(std::size_t) override {}

@@ -35,7 +35,7 @@ Json progress_json(const LiveProgress& p) {
           {"stoppable", p.stoppable}};
 }
 
-/// The first state of all, and those of the piece.
+/// The first state of the run, and those of the range.
 std::vector<std::size_t> states_of(const LiveRows& rows) {
   std::vector<std::size_t> states;
   if (rows.from > 0) states.push_back(0);
@@ -43,7 +43,8 @@ std::vector<std::size_t> states_of(const LiveRows& rows) {
   return states;
 }
 
-/// The piece as a run of its own. Truth: whole, or one pose of it to make the errors' columns.
+/// The range as a run of its own. Truth: all of it, or one pose to create the columns of the
+/// errors.
 ReportRun piece(const Run& run, const std::vector<std::size_t>& states,
                 const GrowingComparison& comparison, const LiveRows& rows) {
   ReportRun out;

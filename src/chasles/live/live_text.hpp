@@ -7,27 +7,27 @@
 #include <chasles/live/comparison.hpp>
 #include <chasles/live/live_run.hpp>
 
-// What viewers are told, as text (docs/live.md).
+// The updates for viewers as text (docs/live.md).
 namespace chasles {
 
-/// A piece of a run that grows.
+/// A range of a growing run.
 struct LiveRows {
   std::string_view id;
   std::size_t from = 0, to = 0;  ///< states
-  bool truth = false;            ///< with the true way, where it can be placed
+  bool truth = false;            ///< with the true trajectory, if it can be aligned
   std::uint64_t landmarks = 0;   ///< version of the landmarks to send; 0: none
 };
 
-/// Its states in the page's own columns (run_data() of report/page_data.hpp), behind the first
-/// state of all, which the columns are relative to.
+/// The states of the range in the page's columns (run_data() of report/page_data.hpp), preceded by
+/// the run's first state, which is the reference of the columns.
 std::string rows_text(const Run& run, const std::string& summary,
                       const GrowingComparison& comparison, const LiveRows& rows,
                       const LiveProgress& progress);
 
-/// Before there is an estimate.
+/// The text before the first estimate.
 std::string progress_text(std::string_view id, const LiveProgress& progress);
 
-/// The whole page of runs that are finished.
+/// The whole page of finished runs.
 std::string page_text(std::string_view id, const std::vector<ReportRun>& runs,
                       const LiveProgress& progress);
 

@@ -15,7 +15,7 @@ namespace {
 
 using namespace live_detail;
 
-constexpr milliseconds kGoodbye{500};  // for the other side to close
+constexpr milliseconds kGoodbye{500};  // time for the peer to close
 constexpr milliseconds kClosingTick{10};
 constexpr int kNiceness = 10;
 
@@ -91,7 +91,7 @@ class LiveServer::Impl {
     });
   }
 
-  /// The process may have no file descriptor left for the moment.
+  /// The process may have no free file descriptor at the moment.
   void accept_later() {
     pause_.expires_after(shared_.options.between_updates);
     pause_.async_wait([this](Failure failure) {
@@ -101,7 +101,7 @@ class LiveServer::Impl {
 
   void take(tcp::socket socket) {
     const bool full = shared_.served.size() >= shared_.options.connections;
-    if (full && shared_.refused.size() >= shared_.options.connections) return;  // just closed
+    if (full && shared_.refused.size() >= shared_.options.connections) return;  // closed immediately
     const auto connection = std::make_shared<Connection>(shared_, std::move(socket));
     full ? connection->refuse() : connection->serve();
   }
@@ -123,7 +123,7 @@ class LiveServer::Impl {
     });
   }
 
-  /// A run is worth more than its viewers, who see that the connection is lost.
+  /// An error here must not affect the run; the viewers notice the lost connection.
   void give_up() {
     Failure ignored;
     acceptor_.close(ignored);
@@ -142,14 +142,14 @@ class LiveServer::Impl {
     if (shared_.served.empty() || now >= *farewell_) io_.stop();
   }
 
-  /// A connection may end while the others are gone through.
+  /// Works on a copy, because a connection may end during the loop.
   std::vector<std::shared_ptr<Connection>> held() const {
     std::vector<std::shared_ptr<Connection>> all;
     for (Connection* connection : shared_.served) all.push_back(connection->shared_from_this());
     return all;
   }
 
-  Shared shared_;  // outlives what io_ still holds
+  Shared shared_;  // outlives the handlers of io_
   net::io_context io_{1};
   tcp::acceptor acceptor_{io_};
   net::steady_timer timer_{io_}, pause_{io_};

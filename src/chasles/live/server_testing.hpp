@@ -12,10 +12,10 @@
 #include <chasles/live/server.hpp>
 #include <chasles/live/testing.hpp>
 
-/// What the tests of the live server share: one that is served a number.
+/// Shared by the tests of the live server: a server of a number.
 namespace chasles::test {
 
-/// A number that rises; a viewer is told the latest, in a text of some length.
+/// A rising number; a viewer receives the latest value, in a text of a given length.
 class Counter final : public LiveFeed {
  public:
   explicit Counter(std::size_t length = 0) : padding_(length, '.') {}
@@ -61,7 +61,7 @@ inline std::string status_of(std::uint16_t port, const std::string& request) {
   return answer.substr(0, answer.find('\r'));
 }
 
-/// Whether that becomes true within some seconds.
+/// Whether the condition becomes true within some seconds.
 template <typename Condition>
 bool comes_true(const Condition& condition) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(10);

@@ -6,13 +6,13 @@
 #include <string_view>
 #include <utility>
 
-/// What the tests of this folder share: a client that knows sockets and RFC 6455, and no library.
+/// Shared by the tests of this folder: a client based on sockets and RFC 6455, without a library.
 namespace chasles::test {
 
-/// A TCP connection to 127.0.0.1; a wait for bytes ends after some seconds.
+/// A TCP connection to 127.0.0.1; waiting for bytes ends after some seconds.
 class Client {
  public:
-  /// `room`: of what the other side may send before it is read [bytes]; 0: the system's choice.
+  /// `room`: size of the receive buffer [bytes]; 0: the system's default.
   explicit Client(std::uint16_t port, int room = 0);
   Client(Client&& other) noexcept
       : socket_(other.socket_), unread_(std::move(other.unread_)), begun_(std::move(other.begun_)) {
@@ -24,7 +24,7 @@ class Client {
 
   bool connected() const { return socket_ >= 0; }
   void send(std::string_view bytes);
-  /// Everything until the other side closes, or the wait ends.
+  /// All bytes until the peer closes the connection or the wait ends.
   std::string rest();
   /// The head of an answer, up to its empty line.
   std::string answer_head();
@@ -36,13 +36,13 @@ class Client {
     std::string text;
     int close_code() const;
   };
-  /// The next message, put together, or the next control frame; none where the connection ended or
-  /// nothing came.
+  /// The next complete message or control frame; nothing if the connection ended or no data
+  /// arrived.
   std::optional<Frame> frame();
 
  private:
   bool fill(std::size_t bytes);
-  /// `end`: whether it is a message's last.
+  /// `end`: whether it is the last one of a message.
   std::optional<Frame> piece(bool& end);
 
   int socket_ = -1;
@@ -50,14 +50,14 @@ class Client {
   Frame begun_;
 };
 
-/// "GET TARGET HTTP/1.1" with a Host and more headers, each with its end of line.
+/// "GET TARGET HTTP/1.1" with a Host and further headers, each with its line end.
 std::string get(std::uint16_t port, std::string_view target, std::string_view more = "",
                 std::string_view host = "");
 
-/// The headers that ask for a WebSocket.
+/// The headers that request a WebSocket.
 extern const std::string_view kUpgrade;
 
-/// A viewer: the socket is open, and has said "join".
+/// A viewer whose socket is open and that has sent "join".
 Client viewer(std::uint16_t port, int room = 0);
 
 }  // namespace chasles::test

@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::size_t kLongestRun = 64;
 
-/// Takes an entry that is absent or as it should be; false where it is something else.
+/// Reads an optional entry; false if it has the wrong type or value.
 template <typename Value, typename Is>
 bool take(const nlohmann::json& json, const char* key, Value& value, const Is& is) {
   const auto found = json.find(key);

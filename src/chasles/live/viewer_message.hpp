@@ -7,14 +7,14 @@
 
 namespace chasles {
 
-/// What a viewer may say: {"join": {…}} with what it has, or {"stop": true}.
+/// A message from a viewer: {"join": {…}} with the viewer's cursor, or {"stop": true}.
 struct ViewerMessage {
   std::optional<LiveCursor> join;
   bool stop = false;
 };
 
-/// None where the text is neither. Of "join" everything may be left out: run (a string of 64 bytes
-/// at most), rows and landmarks (whole numbers from 0), truth and all (yes or no).
+/// Nothing if the text is neither. All members of "join" are optional: run (a string of at most 64
+/// bytes), rows and landmarks (integers from 0), truth and all (booleans).
 std::optional<ViewerMessage> parse_viewer_message(std::string_view text);
 
 }  // namespace chasles

@@ -47,7 +47,7 @@ double Random::normal(Stream stream, std::uint64_t index, std::uint32_t componen
 }
 
 Random random_of_run(std::uint64_t seed, std::uint64_t run) {
-  // No Stream has this number, so that the key never coincides with a number that is drawn.
+  // No Stream has this value, so that the key never coincides with a random number.
   constexpr std::uint32_t kKeyOfRun = 0xffffffff;
   const auto key = philox({low(run), high(run), kKeyOfRun, 0}, {low(seed), high(seed)});
   return {std::uint64_t{key[1]} << 32 | key[0]};

@@ -5,8 +5,8 @@
 
 namespace chasles {
 
-/// What a random number is for. Each purpose has its own stream, so that switching one source of
-/// noise off or on leaves every other number as it was.
+/// The purpose of a random number. Each purpose has its own stream: switching one noise source on
+/// or off does not change the numbers of the others.
 enum class Stream : std::uint32_t {
   kLinearNoise = 1,
   kAngularNoise = 2,
@@ -36,9 +36,9 @@ enum class Stream : std::uint32_t {
 std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
                                     std::array<std::uint32_t, 2> key);
 
-/// Random numbers without a state: the number depends on the seed and on what it is for, not on
-/// what was drawn before it. Any order of evaluation and any number of threads gives the same ones.
-/// Own code throughout, because the distributions of <random> differ between standard libraries.
+/// Random numbers without a state. A number depends on the seed, stream, index and component, not
+/// on earlier draws. The order of evaluation and the number of threads do not matter. The
+/// distributions are implemented here, because those of <random> differ between standard libraries.
 struct Random {
   std::uint64_t seed = 0;
 
@@ -49,8 +49,8 @@ struct Random {
   double normal(Stream stream, std::uint64_t index, std::uint32_t component = 0) const;
 };
 
-/// The numbers of one run of a Monte Carlo study: independent of those of the seed itself and of
-/// every other run. The key is what Philox makes of the run's number under the seed.
+/// The numbers of one run of a Monte Carlo study, independent of those of the seed itself and of
+/// every other run. The new seed is the Philox output for the run's number under `seed`.
 Random random_of_run(std::uint64_t seed, std::uint64_t run);
 
 }  // namespace chasles

@@ -36,7 +36,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 const double kRoot = std::sqrt(static_cast<double>(kSamples));
 
 TEST(Random, PhiloxGivesTheWordsThatItsAuthorsPublish) {
-  // The known answers of the Random123 distribution for philox4x32, 10 rounds.
+  // Known-answer test vectors of the Random123 distribution for philox4x32, 10 rounds.
   EXPECT_EQ(philox({0, 0, 0, 0}, {0, 0}), (Words{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
   EXPECT_EQ(philox({0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff}, {0xffffffff, 0xffffffff}),
             (Words{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd}));
@@ -45,7 +45,7 @@ TEST(Random, PhiloxGivesTheWordsThatItsAuthorsPublish) {
 }
 
 TEST(Random, SameNumbersEverywhere) {
-  // From the same definition written in Python.
+  // From a Python implementation of the same definition.
   const Random random{42};
   EXPECT_DOUBLE_EQ(random.uniform(Stream::kBirth, 7, 3), 0.9353369120288438);
   EXPECT_DOUBLE_EQ(random.normal(Stream::kPixelNoise, 123456789012345, 1), 0.1827566292756502);

@@ -13,8 +13,8 @@ namespace {
 
 using Eigen::Vector4d;
 
-// Where a time falls: its segment (which uses the controls `first` to `first` + 3) and how far into
-// it, in knot intervals.
+// Position of a time on the spline: its segment (which uses the controls `first` to `first` + 3)
+// and the offset in it, in knot intervals.
 struct Place {
   std::size_t first;
   double u;
@@ -37,7 +37,7 @@ Vector4d weights_1(double u) {
 }
 Vector4d weights_2(double u) { return {1 - u, 3 * u - 2, 1 - 3 * u, u}; }
 
-// The cumulative form: what the increments after the first control weigh.
+// The cumulative form: the weights of the increments after the first control.
 Eigen::Vector3d cumulated(const Vector4d& b) { return {b[1] + b[2] + b[3], b[2] + b[3], b[3]}; }
 
 struct Turning {
@@ -84,8 +84,8 @@ SE3 between(const SE3& a, const SE3& b, double s) {
   throw UsageError(fmt::format("trajectory to simulate: {}; expected {}", found, expected));
 }
 
-// The poses at seconds after the first one, none farther from the next than the knot interval, so
-// that every segment has some.
+// The poses over the seconds after the first one. Gaps are filled so that neighbours are at most a
+// knot interval apart and every segment has poses.
 std::vector<Sample> without_gaps(const Trajectory& poses, double knot_interval) {
   if (poses.size() < 2) refuse(fmt::format("{} poses", poses.size()), "at least 2");
   std::vector<Sample> samples{{0, poses.front().pose}};
@@ -109,7 +109,7 @@ std::vector<Sample> without_gaps(const Trajectory& poses, double knot_interval) 
   return samples;
 }
 
-// The poses at the knots (the middle of each control's reach), as the fit's first guess.
+// The poses at the knots (the middle of each control's support): the initial values of the fit.
 std::vector<SE3> first_guess(const std::vector<Sample>& samples, std::size_t count,
                              double knot_interval) {
   std::vector<SE3> controls;
@@ -127,8 +127,8 @@ std::vector<SE3> first_guess(const std::vector<Sample>& samples, std::size_t cou
 
 using Solver = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>;
 
-// Fourth differences of the controls, which no cubic has, decide what the samples leave open: the
-// outermost controls. Their weight is too small to matter elsewhere.
+// A penalty on the fourth differences of the controls, which are zero for a cubic. It determines
+// the outermost controls, which the samples do not. Its weight is too small to matter elsewhere.
 constexpr double kSmoothness = 1e-8;
 const Eigen::Matrix<double, 5, 1> kFourthDifference(1, -4, 6, -4, 1);
 
@@ -160,8 +160,8 @@ Eigen::SparseMatrix<double> normal_equations(const Spline& spline,
   return normal;
 }
 
-// The change of every control that the samples' residuals ask for, and the fourth differences,
-// which are the third differences of the `steps` from each control to the next.
+// The change of every control, from the residuals of the samples and from the fourth differences.
+// The latter are the third differences of the `steps` from each control to the next.
 template <typename Residual, typename Step>
 Eigen::MatrixX3d correction(const Spline& spline, const std::vector<Sample>& samples,
                             const Solver& solver, const Residual& residual, const Step& step) {
@@ -194,8 +194,9 @@ void fit_positions(Spline& spline, const std::vector<Sample>& samples, const Sol
   }
 }
 
-// Newton with the derivative of a spline in a vector space: exact for rotations about one axis,
-// else each step leaves a fraction of the size of a knot interval's turn.
+// Newton's method with the derivative of a spline in a vector space. It is exact for rotations
+// about one axis. Otherwise each step leaves a fraction of the error, of the size of the rotation
+// in a knot interval.
 void fit_attitudes(Spline& spline, const std::vector<Sample>& samples, const Solver& solver) {
   constexpr int kMostSteps = 30;
   for (int iteration = 0; iteration < kMostSteps; ++iteration) {

@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 constexpr Time kStart{1'700'000'000'123'456'789};
 
-// A motion that turns about all axes, through more than a full turn.
+// A motion that rotates about all axes, through more than a full turn.
 SE3 tumbling(double t) {
   return {so3::exp({0, 0, 1.1 * t}) * so3::exp({0.8 * std::sin(1.7 * t), 0.5 * std::cos(t), 0}),
           {std::sin(1.3 * t), 2 * std::cos(0.7 * t), 0.3 * t + 0.2 * std::sin(2 * t)}};
@@ -121,7 +121,7 @@ TEST(Spline, NoiseIsAveraged) {
     position += (fitted.p - truth.p).squaredNorm();
     attitude += so3::log(fitted.R.transpose() * truth.R).squaredNorm();
   }
-  // Least squares keeps one part in 20 of the variance, one control for 20 poses.
+  // Least squares keeps 1/20 of the variance: one control for 20 poses.
   EXPECT_NEAR(position / count, 3e-4 / 20, 3e-4 / 20 * 0.25);
   EXPECT_NEAR(attitude / count, 3e-4 / 20, 3e-4 / 20 * 0.25);
 }

@@ -34,7 +34,7 @@ AgainstTruth against_truth(const Run& run, PoseError nees_coordinates) {
   out.error.assign(states.size(), Vector6d::Constant(kNaN));
   out.nees_pose = out.nees_attitude = out.nees_position = unknown;
   Trajectory estimate;
-  std::vector<std::size_t> finite;  // a pose that is not would leave nothing of the alignments
+  std::vector<std::size_t> finite;  // a pose that is not finite would invalidate the alignments
   std::vector<Matrix6d> covariances;
   for (std::size_t i = 0; i < states.size(); ++i) {
     covariances.push_back(states[i].pose_covariance);
@@ -48,7 +48,7 @@ AgainstTruth against_truth(const Run& run, PoseError nees_coordinates) {
     for (std::size_t& row : out.matched.estimate_index) row = finite[row];
     compare(out, covariances, nees_coordinates, is_level(run));
   } catch (const InputError& error) {
-    // A page without the comparison, which says why, is worth more than none.
+    // The page is still useful without the comparison; it states the reason.
     out.problem = error.what();
   }
   return out;

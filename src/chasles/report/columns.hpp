@@ -11,10 +11,10 @@
 #include <chasles/lie/trajectory.hpp>
 #include <chasles/report/encode.hpp>
 
-// Columns of the pages' data, made of rows.
+// Columns of the pages' data, built from rows.
 namespace chasles {
 
-/// One value a row.
+/// One value per row.
 template <typename Value, typename Rows, typename Of>
 std::vector<Value> values(const Rows& rows, const Of& of) {
   std::vector<Value> result;
@@ -23,7 +23,7 @@ std::vector<Value> values(const Rows& rows, const Of& of) {
   return result;
 }
 
-/// A column of one number a row.
+/// A column with one number per row.
 template <typename Rows, typename Number>
 std::string floats(const Rows& rows, const Number& number) {
   return float_column(values<double>(rows, number));
@@ -45,7 +45,7 @@ void add_points(nlohmann::ordered_json& columns, const std::string& prefix, cons
   }
 }
 
-/// Every n-th row, at most about `enough`: a path is drawn no better with more.
+/// Every n-th row, at most about `enough` rows; more do not improve the drawing of a path.
 template <typename Row>
 std::vector<Row> thinned(const std::vector<Row>& rows, std::size_t enough = 4000) {
   const std::size_t stride = rows.size() / enough + 1;

@@ -14,7 +14,7 @@ std::vector<std::uint8_t> deflated(const std::vector<std::uint8_t>& bytes) {
   uLongf size = compressBound(bytes.size());
   std::vector<std::uint8_t> out(size);
   if (compress2(out.data(), &size, bytes.data(), bytes.size(), Z_DEFAULT_COMPRESSION) != Z_OK) {
-    throw std::runtime_error("zlib refuses to compress");  // only for want of memory
+    throw std::runtime_error("zlib cannot compress");  // only for want of memory
   }
   out.resize(size);
   return out;
@@ -72,7 +72,7 @@ std::string json_for_html(const nlohmann::ordered_json& json) {
   std::string safe;
   safe.reserve(text.size());
   for (const char c : text) {
-    // Outside of strings json has none of these, inside of strings the escape means the same.
+    // Outside strings JSON has none of these; inside strings the escape is equivalent.
     if (c == '<')
       safe += "\\u003c";
     else if (c == '>')

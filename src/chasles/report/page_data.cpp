@@ -137,7 +137,7 @@ void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
              [&](const RunLandmark& m) -> Eigen::Vector3d { return m.p_world - origin; });
   add_covariances(columns, drawn, [](const RunLandmark& m) { return m.covariance; });
   columns["observations"] = ints(drawn, [](const RunLandmark& m) { return m.observations; });
-  // As the states' times, so that the same instant is the same number.
+  // Computed like the states' times, so that the same instant is the same number.
   const Time start = run.states.empty() ? Time{} : run.states.front().time;
   columns["first"] =
       floats(drawn, [&](const RunLandmark& m) { return to_seconds(m.first_seen - start); });
@@ -147,7 +147,7 @@ void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
   json["landmarks_left_out"] = run.landmarks.size() - drawn.size();
 }
 
-/// The coordinates in which the run's chart calls an error Gaussian: those of its NEES.
+/// The coordinates in which the run's chart assumes a Gaussian error: those of its NEES.
 PoseError nees_coordinates(const Json& summary) {
   const auto chart = summary.find("chart");
   if (chart == summary.end() || !chart->is_string()) return PoseError::kStandard;
@@ -177,8 +177,8 @@ void add_truth(Json& json, const Run& run, const AgainstTruth& errors,
   columns["nees_position"] = float_column(errors.nees_position);
 }
 
-/// The lines of a floor plan of one kind, at the height of the truth's beginning, in the run's
-/// world: as the truth is placed by the first pose, and by the best fit. NaN ends a line.
+/// The lines of a floor plan of one kind, at the height of the truth's first pose, in the run's
+/// world: with the truth aligned by the first pose, and by the best fit. NaN ends a line.
 Json plan_columns(const Run& run, PlanLine::Kind kind, const AgainstTruth& errors,
                   const Eigen::Vector3d& origin) {
   std::vector<Eigen::Vector3d> corners;

@@ -10,16 +10,16 @@
 namespace chasles {
 
 /// What web/src/page.ts reads: {bounds, scenes (scenes.hpp), runs: [{name, label, summary, level,
-/// origin, states, landmarks, …, images (page_images.hpp)}]}. `level`: gravity tells what is
-/// vertical in the run's world. Numbers are columns (encode.hpp); positions are relative to the
-/// run's origin, so that single precision holds them to a millimetre some kilometres away; angles
-/// in degrees, times in seconds from the first state.
+/// origin, states, landmarks, …, images (page_images.hpp)}]}. `level`: the z axis of the run's
+/// world is vertical (is_level()). Numbers are columns (encode.hpp). Positions are relative to the
+/// run's origin, so that single precision is accurate to a millimetre some kilometres away. Angles
+/// are in degrees, times in seconds from the first state.
 nlohmann::ordered_json page_data(const std::vector<ReportRun>& runs);
 
 /// `bounds` of page_data: the 95 % intervals of chi-square.
 nlohmann::ordered_json page_bounds();
 
-/// An entry of `runs`, with that summary; `errors` is against_truth() of the run.
+/// An entry of `runs` with this summary; `errors` is against_truth() of the run.
 nlohmann::ordered_json run_data(const ReportRun& run, nlohmann::ordered_json summary,
                                 const AgainstTruth& errors);
 

@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Images = std::vector<const RunImage*>;
 
-// Whole frames: all cameras of an instant.
+// Selects whole frames: all cameras of an instant.
 Images within(const std::vector<RunImage>& images, std::size_t most) {
   std::size_t bytes = 0;
   std::set<Time> times;
@@ -34,13 +34,13 @@ Images within(const std::vector<RunImage>& images, std::size_t most) {
   return result;
 }
 
-// A number that has no place among the whole ones is 0.
+// A number that is not representable as an integer becomes 0.
 int whole(double value, double unit) {
   const double steps = std::round(value / unit);
   return std::abs(steps) < 1e9 ? static_cast<int>(steps) : 0;
 }
 
-// Of an ellipse: deviations and correlation, in hundredths.
+// Of an ellipse: standard deviations and correlation, in hundredths.
 struct Shape {
   int sigma_u = 0, sigma_v = 0, correlation = 0;
 };

@@ -9,17 +9,17 @@
 
 namespace chasles {
 
-/// What a page's pictures may come to, before base64 [bytes].
+/// The limit for all pictures of a page, before base64 [bytes].
 inline constexpr std::size_t kPagePictures = 8'000'000;
 
-/// `images` of a run in the page's data: a camera each {width, height, t, jpeg, count, …}: times in
-/// seconds from the first state, pictures in base64 ("": none), and the points of all of them one
-/// after the other, `count` of each, as columns of whole numbers: id, age and outcome (0 waiting,
-/// 1 begun, 2 used, 3 rejected); u and v in tenths of a pixel; from there in hundredths of a pixel
-/// to where it was before (before_u, before_v; 0: unknown) and to where it was expected
-/// (expected_u, expected_v); deviations of that (sigma_u, sigma_v; 0: unknown) in hundredths of a
-/// pixel, and their correlation in hundredths. Of more than `most` bytes of pictures so many whole
-/// frames are left out, evenly, that the rest fits.
+/// `images` of a run in the page's data: for each camera {width, height, t, jpeg, count, …}. Times
+/// are in seconds from the first state; pictures in base64 ("": none). The points of all pictures
+/// follow one another, `count` for each picture, as columns of integers: id, age and outcome (0
+/// waiting, 1 begun, 2 used, 3 rejected); u and v in tenths of a pixel. In hundredths of a pixel,
+/// relative to (u, v): the previous position (before_u, before_v; 0: unknown) and the predicted
+/// position (expected_u, expected_v). The prediction's standard deviations (sigma_u, sigma_v; 0:
+/// unknown) are in hundredths of a pixel, its correlation in hundredths. If the pictures exceed
+/// `most` bytes, whole frames are left out evenly until the rest fits.
 nlohmann::ordered_json images_json(const Run& run, std::size_t most);
 
 }  // namespace chasles

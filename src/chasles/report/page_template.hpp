@@ -4,11 +4,11 @@
 
 namespace chasles {
 
-/// web/page.html with its style sheets and scripts, as Vite builds it (cmake/EmbedPage.cmake).
-/// `@PAGE_DATA@` stands where the json of the runs belongs.
+/// web/page.html with its style sheets and scripts, as Vite builds it (cmake/EmbedPage.cmake). The
+/// JSON of the runs replaces `@PAGE_DATA@`.
 extern const std::string_view page_template;
 
-/// web/study.html in the same way, for studies.
+/// web/study.html in the same form, for studies.
 extern const std::string_view study_template;
 
 }  // namespace chasles

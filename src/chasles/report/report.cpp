@@ -29,7 +29,7 @@ std::string run_page(const std::vector<ReportRun>& runs) {
 std::string live_page() {
   std::string page = with_data(page_template, {{"live", true}});
   insert_behind("default-src 'none';", " connect-src 'self';", page);
-  // A browser asks a server for an icon unless it is told that there is none.
+  // A browser requests an icon from the server unless the page states that there is none.
   insert_behind("<head>", "<link rel=\"icon\" href=\"data:,\">", page);
   return page;
 }

@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kEnough = 2500;  // points of a way that is drawn
+constexpr std::size_t kEnough = 2500;  // points of a drawn trajectory
 
 /// A state of a run, placed on the truth.
 struct PlacedState {
@@ -23,7 +23,7 @@ struct PlacedState {
 };
 
 struct Scene {
-  const Run* first = nullptr;  ///< whose truth and plan it is
+  const Run* first = nullptr;  ///< the run whose truth and plan are used
   std::vector<std::size_t> runs;
 };
 
@@ -37,12 +37,12 @@ std::vector<Scene> scenes_of(const std::vector<ReportRun>& runs,
                              const std::vector<AgainstTruth>& errors) {
   std::vector<Scene> scenes;
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    if (!errors[i].problem.empty()) continue;  // the run's own part of the page says why
+    if (!errors[i].problem.empty()) continue;  // the run's own part of the page gives the reason
     const Run& run = runs[i].run;
     auto scene = std::ranges::find_if(
         scenes, [&](const Scene& s) { return same_way(s.first->truth, run.truth); });
     if (scene == scenes.end()) scene = scenes.insert(scene, {.first = &run, .runs = {}});
-    if (scene->first->plan.empty()) scene->first = &run;  // any of them knows the plan
+    if (scene->first->plan.empty()) scene->first = &run;  // any of the runs may have the plan
     scene->runs.push_back(i);
   }
   std::erase_if(scenes, [](const Scene& s) { return s.runs.size() < 2 && s.first->plan.empty(); });

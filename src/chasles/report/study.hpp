@@ -10,17 +10,17 @@
 
 namespace chasles {
 
-/// One filter of a study over time: of one run frame by frame, of several the means second by
-/// second. All columns have the length of `seconds`; NaN where there is no number.
+/// One filter of a study over time: of one run frame by frame, of several runs the means over each
+/// second. All columns have the length of `seconds`; NaN where there is no value.
 struct StudyCurves {
   std::string filter;
   std::vector<double> seconds;
   std::vector<double> position_error, attitude_error;  ///< [m, deg]
   std::vector<double> nees_position, nees_attitude, nees_pose, nees_state;
-  Trajectory estimate;  ///< nav_T_imu, a pose a row; of one run alone
+  Trajectory estimate;  ///< nav_T_imu, one pose per row; of a single run only
 };
 
-/// One filter over one run: averages over its frames, NaN where there is none.
+/// One filter over one run: averages over its frames; NaN without a value.
 struct StudyTrial {
   std::size_t filter = 0;  ///< index into Study::filters
   std::uint64_t run = 0;
@@ -32,24 +32,24 @@ struct StudyTrial {
 /// An output folder of `chasles compare` or `chasles montecarlo` in memory.
 struct Study {
   std::string folder;   ///< for messages and labels
-  std::string summary;  ///< the text of summary.json, whose `filters` are as many as below
+  std::string summary;  ///< the text of summary.json, whose `filters` has as many entries as `filters` below
   bool single_run = false;
   std::vector<StudyCurves> filters = {};
-  std::vector<StudyTrial> trials = {};       ///< of several runs alone
+  std::vector<StudyTrial> trials = {};       ///< of several runs only
   Trajectory truth = {};                     ///< of one run alone
-  std::vector<TrueLandmark> landmarks = {};  ///< of one run alone; empty where unknown
+  std::vector<TrueLandmark> landmarks = {};  ///< of a single run only; empty where unknown
 };
 
-/// Whether the folder holds a study, and not a run: told by what is in it.
+/// Whether the folder contains a study rather than a run, determined from its files.
 bool is_study(const std::filesystem::path& folder);
 
-/// Reads such a folder (docs/command-line.md). Throws InputError with file, line and what was
-/// expected for a file that is missing, malformed, truncated or of another study, and for a study
-/// that is not complete.
+/// Reads a study folder (docs/command-line.md). Throws InputError with file, line and the expected
+/// content for a file that is missing, malformed, truncated or of another study, and for an
+/// incomplete study.
 Study read_study(const std::filesystem::path& folder);
 
-/// One HTML page that holds everything and loads nothing: Kleinert & Stilla's tables I and II with
-/// the chi-square bands, their figures 2 (top view, of one run) and 3 (errors and NEES over time),
+/// One self-contained HTML page that loads nothing: Kleinert & Stilla's tables I and II with the
+/// chi-square bands, their figures 2 (top view, of a single run) and 3 (errors and NEES over time),
 /// distributions over the runs, outliers and settings. The same studies give the same bytes. Names
 /// are shown as text, whatever they contain. Throws UsageError without a study.
 std::string study_page(const std::vector<Study>& studies);

@@ -26,7 +26,8 @@ bool is_there(const fs::path& path) {
 
 double number_of(const Json& json) { return json.is_null() ? std::nan("") : json.get<double>(); }
 
-// A table of numbers by the names of its columns, with a name in the first column where `named`.
+// A table of numbers, accessed by the names of its columns; with a name in the first column if
+// `named`.
 class Columns {
  public:
   Columns(const fs::path& file, std::initializer_list<const char*> names) : csv_(file) {
@@ -63,7 +64,7 @@ void add_row(const Columns& row, const char* seconds, StudyCurves& curves) {
   "position_error_m", "attitude_error_deg", "nees_position", "nees_attitude", "nees_pose", \
       "nees_state"
 
-// One run: NAME.csv and NAME.tum, a row and a pose a frame.
+// One run: NAME.csv and NAME.tum, one row and one pose per frame.
 void read_filter_of_one_run(const fs::path& folder, StudyCurves& curves) {
   const fs::path file = folder / (curves.filter + ".csv");
   Columns row(file, {"seconds", CHASLES_CURVE_COLUMNS});
@@ -149,7 +150,7 @@ void read_trials(const fs::path& file, const Json& summary, Study& study) {
                   file.string(), study.trials.size(), expected));
 }
 
-// Names are file names of this folder, and nothing else.
+// Names must be file names within this folder.
 void check_name(const std::string& name, const fs::path& file) {
   if (!name.empty() && name.find_first_of("/\\") == std::string::npos &&
       name.find('\0') == std::string::npos) {

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// All filters share one axis of time: those that ended sooner have NaN behind their end.
+// All filters share one time axis: those that ended earlier have NaN after their end.
 std::string padded(std::vector<double> values, std::size_t length) {
   values.resize(length, std::numeric_limits<double>::quiet_NaN());
   return float_column(values);
@@ -29,7 +29,7 @@ std::string floats(const Rows& rows, std::size_t length, const Number& number) {
   return padded(std::move(values), std::max(length, values.size()));
 }
 
-// x, y, z of points, relative to the origin, which single precision then holds to a millimetre.
+// x, y, z of points relative to the origin, so that single precision is accurate to a millimetre.
 template <typename Rows, typename Point>
 Json points(const Rows& rows, std::size_t length, const Eigen::Vector3d& origin,
             const Point& point) {
@@ -58,7 +58,7 @@ Json curves_json(const StudyCurves& curves, std::size_t length, const Eigen::Vec
   return json;
 }
 
-// The runs that count for each filter decide how wide its band is.
+// The number of runs that count for each filter determines the width of its band.
 Json bands_json(std::size_t runs) {
   Json json{{"runs", runs}};
   for (const int dof : {3, 6, 15}) {

@@ -5,7 +5,7 @@
 
 #include <chasles/report/study.hpp>
 
-/// What the tests of studies share.
+/// Shared by the tests of studies.
 namespace chasles::test {
 
 struct StudyOptions {
@@ -16,9 +16,9 @@ struct StudyOptions {
   std::string filter_name = "filter";
 };
 
-/// A study to look at, without a filter: a walk around a block, estimates that stray from it, the
-/// first filter consistent and each further one more overconfident. Of several runs, run 0 of the
-/// last filter diverged.
+/// A synthetic study, without a filter: a walk around a block with estimates that drift from it.
+/// The first filter is consistent, each further one more overconfident. Of several runs, run 0 of
+/// the last filter diverged.
 Study synthetic_study(const StudyOptions& options = {});
 
 /// Writes a study as the program's commands do.

@@ -8,7 +8,7 @@
 
 #include <chasles/report/report.hpp>
 
-/// What the tests of this folder share.
+/// Shared by the tests of this folder.
 namespace chasles::test {
 
 struct DriveOptions {
@@ -19,23 +19,23 @@ struct DriveOptions {
   bool dead_reckoning = true;
 };
 
-/// A run to look at, without a filter: a 700 m loop through streets, an estimate whose error grows
-/// as its covariance says, dead reckoning that bends away, landmarks on façades whose ellipses
-/// point away from the cameras that saw them.
+/// A synthetic run, without a filter: a 700 m loop through streets. The error of the estimate grows
+/// with its covariance; dead reckoning drifts away. Landmarks are on façades; their ellipses are
+/// elongated along the viewing direction.
 ReportRun synthetic_drive(const DriveOptions& options = {});
 
-/// Gives the run images of two cameras, every `every` states, of 96 x 60 px and half as wide as
-/// their cameras: in each a dozen points of every outcome, that move to the right. The second
+/// Adds images of two cameras to the run, every `every` states, of 96 x 60 px and half as wide as
+/// their cameras. Each has a dozen points of every outcome that move to the right. The second
 /// camera has no pictures.
 void add_synthetic_images(Run& run, int every);
 
-/// The json inside a page, as a browser's parser finds it.
+/// The JSON inside a page, as a browser's parser finds it.
 nlohmann::json data_of(const std::string& page);
 
-/// The bytes of a column of the json: its byte planes (encode.hpp), inflated.
+/// The bytes of a column of the JSON: its byte planes (encode.hpp), inflated.
 std::string planes_of(const std::string& column);
 
-/// A column of the json, decoded without the encoder.
+/// A column of the JSON, decoded without the encoder.
 std::vector<double> column(const nlohmann::json& text);
 
 }  // namespace chasles::test

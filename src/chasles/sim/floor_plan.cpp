@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kSame = 1e-6;  // [m]
 
-// The plan on the grid of all its edges: a cell is free or not as a whole.
+// The plan on the grid of all its edges: each cell is either free or solid.
 struct Grid {
   std::array<std::vector<double>, 2> edges;
   std::vector<char> free;
@@ -70,7 +70,7 @@ void runs(int count, const std::function<int(int)>& side_at,
 
 int difference(bool here, bool there) { return static_cast<int>(here) - static_cast<int>(there); }
 
-// Cells of one sort, joined to rectangles: as far to the right as they go, then as far up.
+// Cells of one kind, joined to rectangles: first as far right, then as far up as possible.
 std::vector<PlanRectangle> joined(const Grid& grid, bool free) {
   std::vector<PlanRectangle> result;
   std::vector<char> taken(grid.free.size(), 0);
@@ -124,7 +124,7 @@ std::vector<WallSegment> plan_walls(const FloorPlan& plan) {
 }
 
 std::vector<std::vector<Eigen::Vector2d>> wall_loops(const std::vector<WallSegment>& walls) {
-  // The corners are points of one grid: the same numbers wherever two walls meet.
+  // The corners are points of one grid: two walls that meet have identical numbers.
   const auto corner = [](const Eigen::Vector2d& p) { return std::pair(p.x(), p.y()); };
   std::multimap<std::pair<double, double>, const WallSegment*> beginning;
   for (const WallSegment& wall : walls) beginning.emplace(corner(wall.a), &wall);

@@ -12,32 +12,32 @@ struct PlanRectangle {
   Eigen::Vector2d high = Eigen::Vector2d::Zero();
 };
 
-/// Where one can walk: the union of rectangles, which may overlap. Edges nearer to each other than
-/// a micrometre count as one.
+/// The free space: the union of rectangles, which may overlap. Edges closer than a micrometre to
+/// each other count as one.
 struct FloorPlan {
   std::vector<PlanRectangle> rooms;
 };
 
-/// A straight wall; who walks from a to b has the free space on the left hand.
+/// A straight wall. The free space is to the left of the direction from a to b.
 struct WallSegment {
   Eigen::Vector2d a, b;
 };
 
-/// The boundary of the plan: each straight piece once, without overlaps. Together they are closed
-/// loops.
+/// The boundary of the plan: each straight piece once, without overlaps. Together the pieces form
+/// closed loops.
 std::vector<WallSegment> plan_walls(const FloorPlan& plan);
 
-/// Those walls joined to closed loops, each beginning and ending at the same corner, with the free
-/// space on the left hand.
+/// The walls joined to closed loops. Each loop starts and ends at the same corner, with the free
+/// space to the left.
 std::vector<std::vector<Eigen::Vector2d>> wall_loops(const std::vector<WallSegment>& walls);
 
-/// Rectangles without overlaps that together are the plan.
+/// The plan as rectangles without overlaps.
 std::vector<PlanRectangle> plan_floors(const FloorPlan& plan);
 
-/// Rectangles without overlaps that are the rest of the plan's bounding box: what is solid.
+/// The solid rest of the plan's bounding box as rectangles without overlaps.
 std::vector<PlanRectangle> plan_solids(const FloorPlan& plan);
 
-/// From a point to the nearest of the walls [m]; infinity where there is none.
+/// The distance from a point to the nearest wall [m]; infinity without walls.
 double distance_to_walls(const std::vector<WallSegment>& walls, const Eigen::Vector2d& p);
 
 }  // namespace chasles

@@ -36,7 +36,7 @@ Eigen::Vector3d draw(const Random& random, Stream stream, std::uint64_t index, d
 }  // namespace
 
 std::vector<ImuSample> ideal_imu(const Spline& motion, double rate, ImuConvention convention) {
-  // The half nanosecond lets a duration of a whole number of samples have its last one.
+  // The half nanosecond includes the last sample if the duration is a whole number of samples.
   const double count = std::floor((motion.duration + 0.5e-9) * rate) + 1;
   if (count > kMostSamples) {
     throw UsageError(fmt::format(

@@ -8,27 +8,28 @@
 
 namespace chasles {
 
-/// What an ideal IMU measures on the spline, at `rate` [Hz] from its start on, as many samples as
-/// its duration holds.
+/// The measurements of an ideal IMU on the spline, at `rate` [Hz] from its start on, as many
+/// samples as fit into its duration.
 ///
-/// kInstant: f = R^T (a - g) and the angular rate, of the instant. kIntervalMean: with R, v at the
-/// sample before and R+, v+ at the sample, w = Log(R^T R+) / tau and f = Jl(w tau)^-1 R^T
-/// (v+ - v - g tau) / tau, so that `integrate` (strapdown.hpp) reproduces attitude and velocity to
-/// round-off; the first sample, which has none before it, is of the instant.
+/// kInstant: f = R^T (a - g) and the angular rate at the instant. kIntervalMean: with R, v at the
+/// sample before and R+, v+ at the sample, w = Log(R^T R+) / tau and f = Jl(w tau)^-1 R^T (v+ - v -
+/// g tau) / tau, so that `integrate` (strapdown.hpp) reproduces attitude and velocity to round-off.
+/// The first sample, which has no predecessor, is that of the instant.
 std::vector<ImuSample> ideal_imu(const Spline& motion, double rate, ImuConvention convention);
 
-/// Simulated samples, and at the time of each one the true velocity and the biases it contains.
+/// Simulated samples, and for each one the true velocity and the biases that it contains.
 struct SimulatedImu {
   std::vector<ImuSample> samples;
   std::vector<TrueMotion> truth;
 };
 
-/// The ideal samples with biases, which begin at a normal draw and walk at random, and white noise
-/// of density * sqrt(rate); all of them depend on the settings' seed and the run.
+/// The ideal samples with biases and white noise. The biases start at a normal draw and follow a
+/// random walk; the noise has sigma density * sqrt(rate). All depend on the settings' seed and the
+/// run.
 SimulatedImu simulate_imu(const InertialSettings& settings, const Spline& motion,
                           std::uint64_t run);
 
-/// The convention and the densities that the settings state.
+/// The convention and the noise densities that the settings define.
 ImuConvention imu_convention(const InertialSettings& settings);
 ImuNoise imu_noise(const InertialSettings& settings);
 

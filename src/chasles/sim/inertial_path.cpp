@@ -15,12 +15,12 @@ namespace chasles {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// So many that the spline follows the path and not its samples.
+// Enough poses for the spline to follow the path.
 constexpr double kPosesPerKnot = 8;
 constexpr double kMostPoses = 1e7;
 
-// The time on the way after some time of the clock: the way is one of constant pace, which the
-// start from rest stretches.
+// The time on the path after a time of the clock. The path has constant speed; the start from a
+// standstill stretches it.
 double way_time(const InertialSettings& settings, double time) {
   const double since = time - settings.rest_duration;
   if (since <= 0) return 0;
@@ -39,7 +39,7 @@ double straight_length(const InertialSettings& settings, int section) {
   return side - 2 * turn_reach(settings);
 }
 
-// Where the walk is after some way. Four sections are a lap, which leads back to the start.
+// The position after a distance. Four sections are a lap, which leads back to the start.
 Step walked(const InertialSettings& settings, double way) {
   const double turn = turn_length(settings), reach = turn_reach(settings);
   const double lap = 2 * (straight_length(settings, 0) + straight_length(settings, 1) + 2 * turn);
@@ -128,14 +128,14 @@ double turn_length(const InertialSettings& settings) {
   return settings.walking_speed * settings.turn_duration;
 }
 
-// It ends as far behind the corner.
+// It ends at the same distance after the corner.
 double turn_reach(const InertialSettings& settings) {
   static const double reach = quarter_turn(1).x();
   return turn_length(settings) * reach;
 }
 
-// The swayings of a rate and the turnings about the axes across it are in quadrature, as a walker's
-// are: their product then has no mean, and sampling no drift (sculling).
+// Sway and rotation at one rate about perpendicular axes are in quadrature, as for a walker. Their
+// product then has zero mean, and sampling causes no drift (sculling).
 SE3 with_gait(const InertialSettings& settings, const Step& step, double time) {
   const double every = 2 * kPi * settings.step_rate * time;
   const double second = every / 2;

@@ -42,7 +42,7 @@ Trajectory poses_at_frames(const InertialScene& scene, const Spline& motion) {
   return poses;
 }
 
-// Errors belong to the point and the frame, so that they do not depend on what else is tracked.
+// Errors depend on the point and the frame only, and not on the other tracks.
 std::uint64_t error_index(std::size_t point, std::size_t frame) {
   return std::uint64_t{point} << 32 | frame;
 }

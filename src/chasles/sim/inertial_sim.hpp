@@ -9,19 +9,19 @@
 namespace chasles {
 
 /// Simulates an IMU and cameras that move among landmarks (Kleinert & Stilla, V-A;
-/// docs/simulation.md): the very type that a reader gives, with the truth. `truth` and
-/// `true_motion` have one entry a frame, world_T_imu with z up; `true_landmarks` has every landmark
-/// ever observed.
+/// docs/simulation.md). The result has the type that a reader returns, with the truth. `truth` and
+/// `true_motion` have one entry per frame, world_T_imu with z up; `true_landmarks` has every
+/// landmark ever observed.
 ///
-/// The motion, the landmarks and which of them are observed when depend on the settings alone;
+/// The motion, the landmarks and the times of their observations depend on the settings alone;
 /// biases and all noise on the settings and the run. The same scene and run give the same bytes. A
-/// scene with real IMU samples hands those on, has only the frames that they cover, and its
-/// `true_motion` is empty, for their biases are not known. UsageError where the scene cannot be
+/// scene with real IMU samples returns those samples and only the frames that they cover; its
+/// `true_motion` is empty, because the biases are unknown. Throws UsageError if the scene cannot be
 /// simulated.
 Recording simulate_inertial(const InertialScene& scene, std::uint64_t run = 0);
 
-/// All of it but what is seen: cameras, IMU and truth, without frames, landmarks and pixel_sigma.
-/// `motion`: the scene's.
+/// Simulates cameras, IMU and truth, without frames, landmarks and pixel_sigma. `motion`: that of
+/// the scene.
 Recording simulate_sensors(const InertialScene& scene, const Spline& motion, std::uint64_t run);
 
 /// The true motion of a scene.

@@ -2,12 +2,12 @@
 
 #include <chasles/sim/inertial_sim.hpp>
 
-// What the tests of inertial_sim.hpp share.
+// Shared by the tests of inertial_sim.hpp.
 namespace chasles::test {
 
 inline constexpr double kSigmas = 4;  // of the statistic under test; the seeds are fixed
 
-// From rest, and with landmarks near by as well.
+// Starts from a standstill; has landmarks nearby as well.
 inline InertialScene hallway() {
   InertialScene scene = inertial_scene("hallway");
   scene.settings.rest_duration = 1;

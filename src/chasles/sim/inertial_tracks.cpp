@@ -89,8 +89,8 @@ class Tracker {
   const Trajectory& poses_;
   InertialTracks tracks_;
   FeatureFrame frame_;
-  std::map<LandmarkId, std::size_t> alive_;         // the point of each
-  std::vector<std::optional<LandmarkId>> numbers_;  // the latest of each point
+  std::map<LandmarkId, std::size_t> alive_;         // the point of each track
+  std::vector<std::optional<LandmarkId>> numbers_;  // the latest number of each point
   std::vector<bool> tracked_;
 };
 

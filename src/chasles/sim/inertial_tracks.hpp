@@ -7,16 +7,17 @@
 
 namespace chasles {
 
-/// What a tracker would follow, without any error.
+/// The output of a tracker without errors.
 struct InertialTracks {
-  std::vector<FeatureFrame> frames;  ///< one for each pose, by landmark and then by camera
-  std::vector<std::size_t> points;   ///< of each landmark number: its point of the world
+  std::vector<FeatureFrame> frames;  ///< one for each pose, sorted by landmark and then by camera
+  std::vector<std::size_t> points;   ///< for each landmark number the index of its point in the world
 };
 
-/// Chooses and follows landmarks: one that is tracked stays tracked while any camera sees it; where
-/// fewer than `landmarks_in_view` are left, visible ones of the least index begin, but none that
-/// would be out of sight before `shortest_track` frames. Landmarks are numbered in the order in
-/// which they begin; one that comes back is a new landmark, unless `keep_ids`.
+/// Selects and tracks landmarks. A tracked landmark stays tracked while any camera sees it. If
+/// fewer than `landmarks_in_view` remain, new tracks start at visible points of the smallest index,
+/// except at points that would be out of view before `shortest_track` frames. Landmarks are
+/// numbered in the order of their first frame. A point that comes back into view is a new landmark,
+/// unless `keep_ids`.
 InertialTracks follow(const InertialSettings& settings, const InertialWorld& world,
                       const std::vector<Camera>& cameras, const Trajectory& poses);
 

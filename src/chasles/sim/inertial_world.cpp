@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kMostLandmarks = 1e6;
 
-// Whether the line segment from + t * ray, t in [0, end), has a part inside the box.
+// Whether the line segment from + t * ray, t in [0, end), intersects the box.
 bool hits(const Box& box, const Eigen::Vector3d& from, const Eigen::Vector3d& ray, double end) {
   double enter = 0, leave = end;
   for (int axis = 0; axis < 3; ++axis) {
@@ -52,8 +52,8 @@ std::array<Face, 6> faces(const Box& box) {
   return result;
 }
 
-// The i-th point of those scattered evenly over the faces. Any number of them in a row is scattered
-// evenly, so that an order by number favours no place.
+// The i-th of the points scattered evenly over the faces. Any sequence of consecutive points is
+// scattered evenly, so that an order by number favours no place.
 Eigen::Vector3d scattered(const std::vector<Face>& surface, double area, const Random& random,
                           std::uint64_t i) {
   double where = area * random.uniform(Stream::kLandmark, i, 0);
@@ -72,7 +72,7 @@ double area_of(const std::vector<Face>& surface) {
   return area;
 }
 
-// How many landmarks belong on an area [m^2].
+// The number of landmarks on an area [m^2].
 std::uint64_t landmark_count(const InertialSettings& settings, double area) {
   const double count = std::ceil(settings.wall_density * area);
   if (count > kMostLandmarks) {
@@ -84,7 +84,7 @@ std::uint64_t landmark_count(const InertialSettings& settings, double area) {
 }
 
 // A ring has no simple faces: points on the floor or the ceiling below or above the block are
-// dropped.
+// removed.
 InertialWorld hallway_world(const InertialSettings& settings) {
   const Hallway hall = make_hallway(settings);
   std::vector<Face> surface;
@@ -103,7 +103,7 @@ InertialWorld hallway_world(const InertialSettings& settings) {
   return world;
 }
 
-// Points on walls, floors and ceilings; none of them inside of the furniture, which hides them.
+// Points on walls, floors and ceilings, without those inside the furniture, which occludes them.
 InertialWorld walk_world(const InertialSettings& settings) {
   const FloorPlan plan = walk_plan(settings);
   const double floor = -settings.imu_height, height = settings.corridor_height;
@@ -151,7 +151,7 @@ Distortion distortion_of(const InertialSettings& settings) {
   return Distortion::kNone;
 }
 
-// The i-th landmark put before the camera: none where the lens maps nothing to the pixel.
+// The i-th landmark placed in view of the camera; nothing if the lens has no ray for the pixel.
 std::optional<Eigen::Vector3d> placed(const InertialSettings& settings, const Camera& camera,
                                       const SE3& world_T_imu, std::uint64_t i) {
   const Random random{settings.seed};

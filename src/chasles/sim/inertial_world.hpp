@@ -10,28 +10,29 @@
 
 namespace chasles {
 
-/// Points to be seen, and what hides them.
+/// Landmark candidates, and the walls that occlude them.
 struct InertialWorld {
   std::vector<Eigen::Vector3d> points;  ///< world [m]
   std::vector<Box> walls;
 };
 
-/// Whether a wall stands between two points. A point on a wall is not hidden by its own face.
+/// Whether a wall occludes the line between two points. A point on a wall is not occluded by its
+/// own face.
 bool blocked(const std::vector<Box>& walls, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-/// The settings' cameras: side by side, the first at (camera_x, camera_y, camera_z), looking along
-/// the IMU's x axis but for the tilt.
+/// The settings' cameras, side by side, the first at (camera_x, camera_y, camera_z). The optical
+/// axis is the IMU's x axis except for the tilt.
 std::vector<Camera> make_cameras(const InertialSettings& settings);
 
-/// The pixel of a point in one camera by the rules of the settings: inside the image's border, in
-/// the range, in front, not hidden.
+/// The pixel of a point in one camera, by the conditions of the settings: inside the image's
+/// border, in range, in front of the camera, not occluded.
 std::optional<Eigen::Vector2d> sight(const InertialSettings& settings, const InertialWorld& world,
                                      const Camera& camera, const SE3& world_T_imu,
                                      const Eigen::Vector3d& p_world);
 
-/// The landmarks and walls of the settings' geometry; `motion` and `cameras` count for the geometry
-/// `trajectory`, whose landmarks are placed at random pixels and depths wherever fewer than
-/// `visible_landmarks` are in the first camera's sight.
+/// The landmarks and walls of the settings' geometry. `motion` and `cameras` are used by the
+/// geometry `trajectory` only: its landmarks are placed at random pixels and depths wherever the
+/// first camera sees fewer than `visible_landmarks`.
 InertialWorld make_world(const InertialSettings& settings, const Spline& motion,
                          const std::vector<Camera>& cameras);
 

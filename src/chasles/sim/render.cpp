@@ -10,7 +10,8 @@ namespace {
 
 constexpr float kMostTaps = 4;
 
-// The texels under a pixel, an ellipse: samples along its longer axis, of an extent of 2^lod.
+// The footprint of a pixel on the texture, an ellipse: samples along its longer axis, each of
+// extent 2^lod.
 struct Footprint {
   float lod, axis_u, axis_v;
   int taps;
@@ -60,7 +61,7 @@ float shaded(const SurfaceView& s, const RayBlock& block, float x, float y) {
   return sampled(s, p, f, f.lod);
 }
 
-// All of the block sees one surface: the extent of the samples is interpolated from its corners.
+// The whole block sees one surface: the extent of the samples is interpolated from its corners.
 void shade_block(const SurfaceView& s, const RayTable& rays, const RayBlock& block, float* light) {
   const auto at = [&](int u, int v) {
     const std::size_t i = rays.at(u, v);
@@ -83,8 +84,7 @@ void shade_block(const SurfaceView& s, const RayTable& rays, const RayBlock& blo
   }
 }
 
-// Four rays, no two in one row or column of the pixel; where they meet one surface, it is shaded
-// once.
+// Four rays, no two in one row or column of the pixel. Rays that meet one surface are shaded once.
 float search_pixel(const std::vector<SurfaceView>& views, const std::vector<int>& from,
                    const RayBlock& block, float x, float y) {
   constexpr float kAside[4][2] = {
@@ -118,8 +118,8 @@ void for_each_part(const RayTable& rays, const std::vector<RayBlock>& parts, int
   }
 }
 
-// Calls visit(block, candidates) for blocks that together are the image, small ones where more than
-// one surface may be seen.
+// Calls visit(block, candidates) for blocks that together cover the image: small ones where more
+// than one surface may be visible.
 template <typename Visit>
 void for_each_block(const std::vector<SurfaceView>& views, const RayTable& rays, Visit&& visit) {
   std::vector<int> all(views.size());

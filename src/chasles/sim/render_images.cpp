@@ -46,7 +46,7 @@ class RenderedImages : public ImageSource {
     return light;
   }
 
-  // The mean over the time that the shutter is open, which the frame's time is in the middle of.
+  // The mean over the exposure; the frame's time is its middle.
   std::vector<float> light_at(double time, std::size_t camera) const {
     if (settings_.exposure_time == 0) return light_of(time, camera);
     std::vector<float> sum;
@@ -70,7 +70,7 @@ class RenderedImages : public ImageSource {
   std::vector<SE3> imu_T_cam_;
 };
 
-// Of the last entry that is not later, or of the first.
+// The last entry that is not later, or the first.
 TrueMotion biases_at(const std::vector<TrueMotion>& truth, Time time) {
   const auto next = std::ranges::upper_bound(truth, time, {}, &TrueMotion::time);
   return next == truth.begin() ? *next : *std::prev(next);

@@ -35,8 +35,8 @@ double fitting_texel(const RenderWorld& world, double texel) {
       area, kMostTexels * kLargestTexel * kLargestTexel));
 }
 
-// Light of the room, and of the lamps by Lambert's law; it falls off with the square of the
-// distance, and lamps in higher rooms are brighter.
+// Ambient light, and light of the lamps by Lambert's law. It decreases with the square of the
+// distance; lamps in higher rooms are brighter.
 double light_at(const Vector3d& p, const Vector3d& normal, const RenderWorld& world) {
   double light = kAmbient;
   const double height = std::max(1.0, (world.ceiling - world.floor) / 2.8);
@@ -105,7 +105,7 @@ void light_up(Canvas& canvas, const LightMap& map) {
   }
 }
 
-// Where the lamps hang, in the surface's own axes.
+// The positions of the lamps in the surface's own axes.
 std::vector<Eigen::Vector2d> lamps_on(const Surface& surface, const RenderWorld& world) {
   std::vector<Eigen::Vector2d> result;
   if (surface.material != Material::kCeiling) return result;

@@ -8,7 +8,7 @@
 namespace chasles {
 namespace {
 
-// Of the middle pixel, by differences to its neighbours.
+// The derivative at the middle pixel, by differences to its neighbours.
 void set_slopes(const RayTable& rays, RayBlock& block) {
   const int u = (block.left + block.right) / 2, v = (block.top + block.bottom) / 2;
   const int a = std::max(u - 1, 0), b = std::min(u + 1, rays.width - 1);

@@ -6,7 +6,7 @@
 
 namespace chasles {
 
-/// What bounds the rays (x, y, 1) of some pixels, half a pixel beyond their middles.
+/// The bounds of the rays (x, y, 1) of some pixels, half a pixel beyond their centres.
 struct RayBounds {
   float x_min, x_max, y_min, y_max;
 };
@@ -15,7 +15,7 @@ struct RayBounds {
 struct RayBlock {
   int left, top, right, bottom;
   RayBounds bounds;
-  float x_u, x_v, y_u, y_v;  ///< d (x, y) / d pixel, in the middle [1/px]
+  float x_u, x_v, y_u, y_v;  ///< d (x, y) / d pixel at the centre [1/px]
 };
 
 /// The rays (x, y, 1) of a camera's pixels, in the camera's frame, row by row.
@@ -31,7 +31,7 @@ struct RayTable {
 
 inline constexpr int kTileEdge = 64, kBlockEdge = 8, kQuarterEdge = 4;  ///< [px]
 
-/// UsageError where the lens model has no ray for a pixel.
+/// Throws UsageError if the lens model has no ray for a pixel.
 RayTable make_rays(const Camera& camera);
 
 }  // namespace chasles

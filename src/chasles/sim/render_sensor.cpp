@@ -20,7 +20,7 @@ double normal_quantile(double probability) {
   return low;
 }
 
-// The middles of equally probable parts, scaled to the variance 1.
+// The midpoints of intervals of equal probability, scaled to variance 1.
 std::vector<float> normal_quantiles() {
   constexpr int kCount = 1 << kQuantileBits;
   std::vector<double> exact;
@@ -35,7 +35,7 @@ std::vector<float> normal_quantiles() {
   return result;
 }
 
-// Of half the diagonal, squared.
+// The square of half the diagonal.
 float squared_radius(int u, int v, int width, int height) {
   const float x = 2 * static_cast<float>(u) - static_cast<float>(width - 1);
   const float y = 2 * static_cast<float>(v) - static_cast<float>(height - 1);

@@ -8,13 +8,14 @@
 
 namespace chasles {
 
-/// Makes images of light, as a sensor does: an exposure that wanders, vignetting, noise whose
-/// variance is readout_noise^2 + photon_noise * brightness, 256 shades.
+/// Converts light to images like a sensor: varying exposure, vignetting, noise with variance
+/// readout_noise^2 + photon_noise * brightness, 256 shades.
 class RenderSensor {
  public:
   RenderSensor(const InertialSettings& settings, std::uint64_t run);
 
-  /// The factor at a time since the start [s]: exposure * 2^(exposure_drift * w), w in [-1, 1].
+  /// The exposure factor at a time since the start [s]: exposure * 2^(exposure_drift * w), w in
+  /// [-1, 1].
   double exposure_at(double time) const;
 
   /// `light`: width * height shades. The noise depends on seed, run, frame and camera only.

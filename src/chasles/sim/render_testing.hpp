@@ -5,10 +5,10 @@
 #include <chasles/camera/camera.hpp>
 #include <chasles/sim/render_world.hpp>
 
-// What the tests of the renderer share.
+// Shared by the tests of the renderer.
 namespace chasles::test {
 
-/// A camera in the IMU's place that looks along the IMU's x axis, right along -y, down along -z.
+/// A camera at the IMU's position. Its optical axis is the IMU's x axis, right is -y, down is -z.
 inline Camera forward_camera(int width, int height, double focal_length) {
   Eigen::Matrix3d imu_R_cam;
   imu_R_cam << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -28,7 +28,7 @@ inline SE3 looking(double yaw, double pitch, double roll, const Eigen::Vector3d&
           p};
 }
 
-/// A room of 6 x 6 x 3 m about the origin, all of it a chessboard.
+/// A room of 6 x 6 x 3 m about the origin, with chessboards on all surfaces.
 inline RenderWorld chess_room(const std::vector<Box>& furniture = {}) {
   RenderWorld world = furnished({.rooms = {{{-3, -3}, {3, 3}}}}, -1.5, 1.5, furniture);
   for (Surface& surface : world.surfaces) surface.material = Material::kChessboard;

@@ -9,9 +9,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kOnPlane = 1e-6;     // [m]: nearer to its plane a surface is seen edge on
+constexpr double kOnPlane = 1e-6;     // [m]: a camera nearer to the plane sees the surface edge on
 constexpr float kBehind = 1 - 1e-4F;  // of a plane, in depths
-constexpr float kSeam = 0.02F;        // [texels], so that neighbours have no gap between them
+constexpr float kSeam = 0.02F;        // [texels], so that there is no gap between neighbours
 
 void store(const Vector3d& from, float (&to)[3]) {
   for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(from[i]);
@@ -35,7 +35,7 @@ SurfaceView view_of(const Vector3d& corner, const Vector3d& right, const Vector3
   return view;
 }
 
-// Whether the surface lies as a whole on the other side of one of the bounds' planes.
+// Whether the whole surface is on the other side of one of the bounding planes.
 bool outside(const SurfaceView& view, const RayBounds& bounds) {
   int left = 0, right = 0, above = 0, below = 0, behind = 0;
   for (const auto& p : view.corners) {
@@ -61,9 +61,9 @@ bool covers(const SurfaceView& view, const RayBounds& b) {
          meets(view, b.x_min, b.y_max, 0) && meets(view, b.x_max, b.y_max, 0);
 }
 
-// Of one that covers the bounds: whether the other can be seen nowhere in them. Either its plane is
-// the farther one, for inverse depths are linear in x and y, or it ends behind the front one's
-// plane.
+// For a surface that covers the bounds: whether it occludes the other one completely. Either the
+// other plane is farther everywhere (inverse depths are linear in x and y), or the other surface
+// lies behind the front one's plane.
 bool hides(const SurfaceView& front, const SurfaceView& other, const RayBounds& b) {
   const auto nearer = [&](float x, float y) {
     return along(front.w, x, y) >= along(other.w, x, y);
@@ -110,7 +110,7 @@ void select(const std::vector<SurfaceView>& views, const std::vector<int>& from,
     std::erase_if(left, [&](int j) {
       return j != i && hides(front, views[static_cast<std::size_t>(j)], bounds);
     });
-    // Those that went may have stood before it.
+    // The removed surfaces may have been in front of it.
     k = static_cast<std::size_t>(std::ranges::find(left, i) - left.begin());
     result.alone = left.size() == 1;
   }

@@ -7,9 +7,9 @@
 
 namespace chasles {
 
-/// A surface as a camera sees it. Of the ray r = (x, y, 1) in the camera's frame, w . r is the
-/// inverse depth at which it meets the surface's plane, (u . r) / (w . r) and (v . r) / (w . r) the
-/// texel that it meets.
+/// A surface in a camera's view. For the ray r = (x, y, 1) in the camera's frame, w . r is the
+/// inverse depth of its intersection with the surface's plane; ((u . r) / (w . r), (v . r) / (w .
+/// r)) is the texel there.
 struct SurfaceView {
   float u[3], v[3], w[3];
   float width, height;  ///< [texels]
@@ -30,7 +30,7 @@ inline float along(const float (&row)[3], float x, float y) {
 /// The surfaces that face the camera.
 std::vector<SurfaceView> facing(const PaintedWorld& world, const SE3& world_T_cam);
 
-/// Of the candidates those that rays within the bounds may meet first; indices into `views`.
+/// Selects the candidates that rays within the bounds may meet first, as indices into `views`.
 /// `alone`: there is one, and every ray meets it.
 struct Candidates {
   std::vector<int> views;
@@ -39,7 +39,7 @@ struct Candidates {
 void select(const std::vector<SurfaceView>& views, const std::vector<int>& from,
             const RayBounds& bounds, Candidates& result);
 
-/// The nearest of the candidates that the ray (x, y, 1) meets; none: nullptr.
+/// The nearest candidate that the ray (x, y, 1) meets; nullptr without one.
 const SurfaceView* nearest(const std::vector<SurfaceView>& views, const std::vector<int>& from,
                            float x, float y);
 

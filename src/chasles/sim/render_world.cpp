@@ -156,7 +156,8 @@ RenderWorld furnished(const FloorPlan& plan, double floor, double ceiling,
                     .surfaces = {},
                     .lamps = {}};
   for (const WallSegment& wall : plan_walls(plan)) {
-    // Who walks from a to b has the viewer at his left: the viewer sees b to the left of a.
+    // The free space is to the left of the direction from a to b: the viewer sees b to the left of
+    // a.
     add_upright(wall.b, wall.a, floor, ceiling, Material::kWall, world.surfaces);
   }
   for (const PlanRectangle& tile : plan_floors(plan)) {

@@ -11,15 +11,15 @@
 
 namespace chasles {
 
-/// A rectangle in the world, to be seen from one side: from where its edges lead to the right and
-/// down. The edges are perpendicular to each other.
+/// A rectangle in the world, visible from the side from which its edges point right and down. The
+/// edges are perpendicular to each other.
 struct Surface {
   Eigen::Vector3d corner;  ///< the upper left one [m]
   Eigen::Vector3d right, down;
   Material material = Material::kWall;
 };
 
-/// What is rendered: rooms, closed on all sides, and what stands in them.
+/// The rendered scene: rooms, closed on all sides, and furniture.
 struct RenderWorld {
   FloorPlan plan;
   double floor = 0, ceiling = 0;  ///< heights [m]
@@ -29,23 +29,23 @@ struct RenderWorld {
 };
 
 /// The rooms of a scene. hallway and walk: their corridors; turntable: the cube in a large room;
-/// trajectory: a room about the way of `motion` with boxes and pillars at `seed`'s places, none
-/// nearer than 0.8 m to the way.
+/// trajectory: a room about the path of `motion` with boxes and pillars that `seed` places at least
+/// 0.8 m from the path.
 RenderWorld make_render_world(const InertialSettings& settings, const Spline& motion);
 
 /// Walls, floor and ceiling of the plan, the faces of the furniture, and lamps.
 RenderWorld furnished(const FloorPlan& plan, double floor, double ceiling,
                       const std::vector<Box>& furniture);
 
-/// Surfaces with their pictures, lit by the lamps.
+/// Surfaces with their textures, lit by the lamps.
 struct PaintedWorld {
   std::vector<Surface> surfaces;
   std::vector<Texture> textures;  ///< one for each surface
-  double texel = 0;               ///< the size that was used [m]
+  double texel = 0;               ///< texel size used [m]
 };
 
-/// Paints all surfaces; texels are larger than `texel` [m] where there would be more than 120
-/// millions. UsageError where they would be larger than 3 cm.
+/// Paints all surfaces. Texels are larger than `texel` [m] if there would be more than 120 million.
+/// Throws UsageError if they would be larger than 3 cm.
 PaintedWorld paint_world(const RenderWorld& world, double texel, std::uint64_t seed);
 
 }  // namespace chasles

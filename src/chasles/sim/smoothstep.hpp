@@ -2,8 +2,8 @@
 
 namespace chasles {
 
-/// A step from 0 to 1 over x in [0, 1] whose first three derivatives vanish at both ends, so that
-/// what is composed of such steps and constants has three continuous derivatives.
+/// A step from 0 to 1 over x in [0, 1] whose first three derivatives vanish at both ends. A
+/// function composed of such steps and constants has three continuous derivatives.
 inline double smoothstep(double x) { return x * x * x * x * (35 + x * (-84 + x * (70 - 20 * x))); }
 
 /// d smoothstep / dx = 140 x^3 (1 - x)^3.

@@ -14,13 +14,13 @@ namespace {
 
 constexpr double kMostStreetSamples = 1e6;
 
-// The number of frames, the first at time 0 and none after the end of the drive.
+// The number of frames: the first at time 0, none after the end of the motion.
 std::uint64_t count_frames(const StreetSettings& settings, double duration) {
   const double frames = std::floor(duration * settings.frame_rate) + 1;
   const double samples = frames * settings.velocities_per_frame;
   if (samples > kMostStreetSamples) {
     throw UsageError(fmt::format(
-        "simulation setting frame_rate = {} Hz: a drive of {:.0f} s with {} velocities a frame has "
+        "simulation setting frame_rate = {} Hz: a run of {:.0f} s with {} velocities a frame has "
         "{:.3g} samples; expected at most {:.0g}",
         settings.frame_rate, duration, settings.velocities_per_frame, samples, kMostStreetSamples));
   }
@@ -57,7 +57,7 @@ bool is_outlier(const StreetSettings& settings, LandmarkId id, std::uint32_t fra
                                        5 * frame) < settings.outlier_fraction;
 }
 
-// The pixels that are reported for what the cameras see.
+// The reported pixels of the visible landmarks.
 Eigen::Vector4d measure_pixels(const StreetSettings& settings, const Track& track,
                                std::uint32_t frame) {
   const Random random{settings.seed};
@@ -111,7 +111,7 @@ std::vector<TrueLandmark> standing(const std::vector<Track>& born, Counts& count
 }  // namespace
 
 StereoRig make_street_rig(const StreetSettings& settings) {
-  Eigen::Matrix3d imu_R_straight;  // a camera that looks along x: its right is -y, its down is -z
+  Eigen::Matrix3d imu_R_straight;  // a camera along x: its right is -y, its down is -z
   imu_R_straight << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   const Eigen::Vector3d tilt(settings.camera_tilt_x, settings.camera_tilt_y,
                              settings.camera_tilt_z);
@@ -153,7 +153,7 @@ Recording simulate_street(const StreetSettings& settings) {
     recording.frames.push_back(measure_frame(settings, tracks, time, i, counts));
   }
   recording.true_landmarks = standing(tracks.born, counts);
-  // Stated like a data sheet would: the white part, and only where there is one.
+  // Stated as in a data sheet: the white noise, and only if there is any.
   if (settings.linear_sigma > 0 && settings.angular_sigma > 0) {
     recording.velocity_sigma =
         BodyVelocitySigma{.linear = Eigen::Vector3d::Constant(settings.linear_sigma),

@@ -12,13 +12,13 @@
 namespace chasles {
 namespace {
 
-// Ratios of wavelengths that share no short period, so that no two waves stay in step.
+// Ratios of wavelengths without a short common period, so that no two waves stay in phase.
 constexpr double kRoadRatio = 1.31;
 constexpr double kPitchRatio = 0.73;
 
 double wave_number(double wavelength) { return 2 * std::numbers::pi / wavelength; }
 
-// A wave and its derivative with respect to the way driven.
+// A wave and its derivative by the distance.
 struct Wave {
   double value, slope;
 };
@@ -38,8 +38,7 @@ void append(StreetDrive& drive, double from, double to, double seconds) {
   drive.duration += seconds;
 }
 
-// How a straight is driven: the speeds at its two ends, and whether the car stops before the
-// second.
+// The speeds at the two ends of a straight, and whether the car stops before the second.
 struct Leg {
   double length, from, to;
   bool stop;
@@ -139,7 +138,7 @@ VelocityState state_at(const StreetDrive& drive, double time) {
   Vector3d v_world;
   v_world << ahead, drive.road.gradient(point.p).dot(ahead);
   state.linear_imu = speed * (state.world_T_imu.R.transpose() * v_world);
-  // The rates of yaw, pitch and roll, each about its own axis seen from the car.
+  // The rates of yaw, pitch and roll, each about its own axis in the car's frame.
   const double sr = std::sin(roll.value), cr = std::cos(roll.value);
   const double sp = std::sin(pitch.value), cp = std::cos(pitch.value);
   state.angular_imu = speed * Vector3d(roll.slope - sp * point.curvature,

@@ -10,7 +10,7 @@
 
 namespace chasles {
 
-/// The road's height over its mean, a standing wave in x and one in y; 0 at the origin.
+/// The road's height above its mean: a sinusoid in x and one in y; 0 at the origin.
 struct Road {
   double amplitude = 0;   ///< [m]
   double wavelength = 1;  ///< along x; along y it is 1.31 times as long [m]
@@ -19,7 +19,7 @@ struct Road {
   Eigen::Vector2d gradient(const Eigen::Vector2d& p) const;
 };
 
-/// A stretch of time over which the speed goes from one value to another, by a smoothstep.
+/// An interval in which the speed changes from one value to another, by a smoothstep.
 struct SpeedPiece {
   double start_time = 0;  ///< [s]
   double duration = 0;    ///< [s]
@@ -37,7 +37,7 @@ struct StreetDrive {
   double duration = 0;  ///< [s]
 };
 
-/// Where the car is and how it moves: the velocities are the exact derivative of the pose.
+/// The pose and velocities of the car. The velocities are the exact derivative of the pose.
 struct VelocityState {
   SE3 world_T_imu;              ///< x forward, y left, z up; the identity at time 0
   Eigen::Vector3d linear_imu;   ///< [m/s]
@@ -45,7 +45,7 @@ struct VelocityState {
   double heading = 0;           ///< [rad]
 };
 
-/// UsageError where a street is too short to speed up and brake in.
+/// Throws UsageError if a street is too short to accelerate and brake.
 StreetDrive make_street_drive(const StreetSettings& settings);
 
 /// The state at a time [s], 0 <= time <= drive.duration.

@@ -18,7 +18,7 @@ constexpr double kStreetClearance =
 
 Eigen::Vector2d direction(double heading) { return {std::cos(heading), std::sin(heading)}; }
 
-// How far the first `way` metres of a corner lead, seen along its first heading.
+// The displacement over the first `way` metres of a corner, in axes of its first heading.
 Eigen::Vector2d corner_displacement(double way, double length, double turn) {
   // Gauss-Legendre with five points on each of eight panels.
   static constexpr std::array kNodes = {0.0, 0.53846931010568309, 0.90617984593866399};
@@ -38,7 +38,7 @@ Eigen::Vector2d corner_displacement(double way, double length, double turn) {
   return half * sum;
 }
 
-// A corner begins as far before its crossing as it ends behind it.
+// A corner is symmetric about its crossing.
 double corner_reach(double length) { return corner_displacement(length, length, kQuarter).x(); }
 
 void check_corner(const StreetSettings& settings) {

@@ -8,10 +8,10 @@
 namespace chasles {
 namespace {
 
-// Rays tried for each missing track: enough where an eighth of the image shows what can be taken.
+// Rays tried for each missing track: enough if an eighth of the image shows valid points.
 constexpr std::uint32_t kTries = 8;
 
-// The pixels of a point where both cameras see it.
+// The pixels of a point that both cameras see.
 std::optional<Eigen::Vector4d> seen(const StreetView& view, const SE3& world_T_cam0,
                                     const Eigen::Vector3d& p_world) {
   const StreetSettings& settings = view.settings;

@@ -46,8 +46,8 @@ std::optional<double> cast_on_facades(const StreetWorld& world, const Eigen::Vec
 std::optional<double> cast_on_road(const StreetWorld& world, const Eigen::Vector3d& from,
                                    const Eigen::Vector3d& ray) {
   if (ray.z() >= 0) return std::nullopt;
-  // Newton from the mean road; a ray so flat that a wave hides its end does not converge and counts
-  // as meeting nothing.
+  // Newton's method from the mean road. A ray so flat that a wave occludes its end does not
+  // converge and counts as meeting nothing.
   double t = (world.ground - from.z()) / ray.z();
   for (int i = 0; i < 20; ++i) {
     const Eigen::Vector3d p = from + t * ray;
@@ -91,7 +91,7 @@ std::optional<double> cast(const StreetWorld& world, const Eigen::Vector3d& from
 }
 
 bool blocked(const StreetWorld& world, const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-  // A point on a façade does not hide itself.
+  // A point on a façade does not occlude itself.
   constexpr double kBefore = 1 - 1e-6;
   const Eigen::Vector3d ray = to - from;
   return std::ranges::any_of(world.blocks, [&](const Block& block) {

@@ -9,12 +9,12 @@
 
 namespace chasles {
 
-/// A block of houses on the map: façades on its four sides, nothing seen through it.
+/// A block of houses on the map: opaque, with façades on its four sides.
 struct Block {
   Eigen::Vector2d low, high;  ///< its corners [m]
 };
 
-/// What there is to see: the road, everywhere, and the blocks of houses.
+/// The visible world: the road, everywhere, and the blocks of houses.
 struct StreetWorld {
   std::vector<Block> blocks;
   Road road;
@@ -25,12 +25,12 @@ struct StreetWorld {
 /// The blocks around every crossing of the path.
 StreetWorld make_street_world(const StreetSettings& settings, const StreetDrive& drive);
 
-/// Where a ray meets a façade or the road first: point = from + t * ray, t > 0; none where it meets
-/// the sky. A façade that lies behind the roof of a nearer block counts as sky.
+/// The first intersection of a ray with a façade or the road: point = from + t * ray, t > 0;
+/// nothing if the ray meets the sky. A façade behind the roof of a nearer block counts as sky.
 std::optional<double> cast(const StreetWorld& world, const Eigen::Vector3d& from,
                            const Eigen::Vector3d& ray);
 
-/// Whether a block stands between two points (seen from above: roofs hide everything behind them).
+/// Whether a block is between two points in top view (roofs occlude everything behind them).
 bool blocked(const StreetWorld& world, const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 }  // namespace chasles

@@ -32,7 +32,7 @@ void fill_border(MipLevel& level) {
   std::copy_n(row(level, level.height - 1) - 1, stride, row(level, level.height) - 1);
 }
 
-// An odd edge is repeated: the border of the finer level has it.
+// An odd edge is repeated, from the border of the finer level.
 MipLevel halved(const MipLevel& fine) {
   MipLevel coarse = blank((fine.width + 1) / 2, (fine.height + 1) / 2);
   for (int y = 0; y < coarse.height; ++y) {

@@ -7,7 +7,7 @@
 namespace chasles {
 namespace {
 
-// Noise at every scale that a camera may come near enough to see.
+// Noise at every scale that a near camera may resolve.
 std::vector<NoiseLayer> layers(double strength) {
   return {{1.7, 10 * strength},  {0.6, 9 * strength},    {0.21, 9 * strength},
           {0.075, 9 * strength}, {0.028, 10 * strength}, {0.011, 10 * strength}};
@@ -42,7 +42,7 @@ void paint_pipes(Canvas& canvas, Dice& dice) {
   }
 }
 
-// Something on the wall from x on; returns how wide it is.
+// Paints an object on the wall from x on; returns its width.
 double paint_item(Canvas& canvas, double x, double floor, Dice& dice) {
   const double pick = dice.between(0, 1);
   if (pick < 0.22) {

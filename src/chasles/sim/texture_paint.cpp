@@ -10,7 +10,7 @@ std::uint8_t shade(double grey) {
   return static_cast<std::uint8_t>(std::clamp(grey + 0.5, 0.0, 255.0));
 }
 
-// From -1 to 1, of a lattice point.
+// Noise value of a lattice point, from -1 to 1.
 float lattice(std::uint32_t x, std::uint32_t y, std::uint32_t seed) {
   std::uint32_t h = x * 0x8DA6B343U ^ y * 0xD8163841U ^ seed;
   for (int i = 0; i < 2; ++i) h = (h ^ h >> 15) * 0x2C1B3C6DU;
@@ -67,7 +67,7 @@ void change(Canvas& canvas, const Patch& patch, Change&& value) {
 
 constexpr int kGrainEdge = 256;  // [texels]
 
-// The fine noise of what is painted over the noise of a surface.
+// The fine noise of objects painted over the noise of a surface.
 const Canvas& grain_tile() {
   static const Canvas tile = [] {
     constexpr double kTexel = 0.005;
@@ -148,7 +148,7 @@ void add_noise(Canvas& canvas, const std::vector<NoiseLayer>& layers, std::uint3
     std::uint32_t of_layer = seed;
     for (const NoiseLayer& layer : layers) {
       const double cell = layer.cell / canvas.texel;
-      // Finer than the texels there is nothing to see.
+      // Details finer than the texels are not visible.
       if (cell < 1.5) continue;
       add_layer(noise, y, static_cast<float>(cell), static_cast<float>(layer.amplitude), of_layer);
       of_layer += 0x9E3779B9U;

@@ -8,10 +8,10 @@
 
 namespace chasles {
 
-// What the pictures of surfaces are made of. Lengths in metres from the upper left corner; what
-// lies outside of the canvas is cut off.
+// Elements of the pictures of surfaces. Lengths are in metres from the upper left corner. Parts
+// outside the canvas are cut off.
 
-/// Random numbers one after the other, for things that are painted one after the other.
+/// A sequence of random numbers, for elements that are painted in sequence.
 class Dice {
  public:
   Dice(std::uint64_t seed, std::uint64_t surface) : random_{seed}, surface_(surface) {}
@@ -30,10 +30,10 @@ class Dice {
   std::uint32_t count_ = 0;
 };
 
-/// An even canvas at least that large, of at least two texels each way.
+/// A uniform canvas of at least that size, at least two texels each way.
 Canvas make_canvas(double width_m, double height_m, double texel, std::uint8_t grey);
 
-/// A layer of value noise: random numbers on a lattice, interpolated smoothly in between.
+/// A layer of value noise: random numbers on a lattice with smooth interpolation.
 struct NoiseLayer {
   double cell = 0;       ///< of the lattice [m]
   double amplitude = 0;  ///< [shades]
@@ -59,10 +59,11 @@ void paint_disc(Canvas& canvas, double x, double y, double radius_x, double radi
 /// Paints a rectangle's outline inwards.
 void paint_frame(Canvas& canvas, const Patch& patch, double width, double grey);
 
-/// A poster of one of several sorts: lines of print, blocks, a chessboard with gaps, rings, dots.
+/// A poster of one of several kinds: lines of print, blocks, a chessboard with gaps, rings, dots.
 void paint_poster(Canvas& canvas, const Patch& patch, Dice& dice);
 
-/// A door in its frame, with handle, number plate and perhaps a window; stands on y + height.
+/// A door in its frame, with handle, number plate and possibly a window; its lower edge is at y +
+/// height.
 void paint_door(Canvas& canvas, const Patch& patch, Dice& dice);
 
 /// Small patches and dots of any shade, scattered evenly over the canvas.

@@ -21,7 +21,7 @@ double walk_straight(const InertialSettings& s, int section) {
   return (section % 2 == 0 ? s.hall_width : s.hall_length) - 2 * turn_reach(s);
 }
 
-// Four turns to the left, +1, round the one loop, then four to the right, -1, round the other.
+// Four turns to the left, +1, around one loop, then four to the right, -1, around the other.
 int turn_side(int section) { return section % 8 < 4 ? 1 : -1; }
 
 Step walked_loops(const InertialSettings& s, double way) {
@@ -46,7 +46,7 @@ Step walked_loops(const InertialSettings& s, double way) {
   }
 }
 
-// [s] on the way: all sections, or as long as the recording may be.
+// Time on the path [s]: all sections, or the limit of the recording.
 double way_duration(const InertialSettings& s) {
   double length = s.sections * turn_length(s);
   for (int i = 0; i < s.sections; ++i) length += walk_straight(s, i);
@@ -71,7 +71,7 @@ void check_walk_clearance(const InertialSettings& s, const Trajectory& path) {
   const auto walls = plan_walls(walk_plan(s));
   const auto furniture = walk_furniture(s);
   const double ceiling = s.corridor_height - s.imu_height - kWalkClearance;
-  // The way repeats itself: of a very long one not every pose needs a look.
+  // The path repeats itself: on a very long path not every pose needs a check.
   constexpr std::size_t kLooks = 100000;
   for (std::size_t i = 0; i < path.size(); i += 1 + path.size() / kLooks) {
     const Eigen::Vector3d& p = path[i].pose.p;

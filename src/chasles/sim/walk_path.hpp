@@ -8,20 +8,20 @@
 namespace chasles {
 
 /// The building of the scene `walk`: two rectangular loops of corridors (`hall_length` by
-/// `hall_width` along their centre lines) on both sides of a passage that widens to a hall; along
-/// the walls alcoves, and offices behind doorways. The walk starts above the origin, along the
-/// passage. UsageError where it is too small for its rooms or for the walker's turns.
+/// `hall_width` along their centre lines) on both sides of a passage that widens to a hall. Along
+/// the walls are alcoves, and offices behind doorways. The walk starts above the origin, along the
+/// passage. Throws UsageError if the building is too small for its rooms or for the walker's turns.
 FloorPlan walk_plan(const InertialSettings& settings);
 
-/// What stands in it [m]: lintels, cupboards, benches, desks, pillars.
+/// The furniture [m]: lintels, cupboards, benches, desks, pillars.
 std::vector<Box> walk_furniture(const InertialSettings& settings);
 
-/// Both as they are drawn: walls, and the outlines of what stands on the floor.
+/// Both for drawing: walls, and the outlines of the furniture on the floor.
 Plan drawn_walk_plan(const InertialSettings& settings);
 
-/// The poses world_T_imu of a pedestrian, as `hallway_path`: through the passage, round one loop to
-/// the left, through it again, round the other to the right, and so on for all `sections`, or until
-/// `walk_duration`. UsageError where the way would touch a wall or a piece of furniture.
+/// The poses world_T_imu of a pedestrian, as `hallway_path`: through the passage, around the left
+/// loop, through the passage again, around the right loop, and so on for all `sections`, or until
+/// `walk_duration`. Throws UsageError if the path would touch a wall or a piece of furniture.
 Trajectory walk_path(const InertialSettings& settings);
 
 }  // namespace chasles

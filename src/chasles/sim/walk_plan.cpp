@@ -18,7 +18,7 @@ constexpr double kHallWider = 2;     // [m], on each side of the passage
 constexpr double kNichePitch = 4.2;  // [m]
 constexpr double kDoorHeight = 2.1;  // [m]
 
-// A straight wall seen from the corridor: where it begins, its direction, and what lies behind it.
+// A straight wall in view of the corridor: its start, its direction, and the space behind it.
 struct WallLine {
   Vector2d begin, along, out;
   double length;
@@ -59,7 +59,7 @@ void add_alcove(Building& building, const WallLine& wall, double at) {
   put(building, wall.behind(at - 0.6, at + 0.3, 0.45, 0.9), 0.5);
 }
 
-// Offices, alcoves and cupboards in turn.
+// Offices, alcoves and cupboards, alternating.
 void furnish(Building& building, const WallLine& wall, int first) {
   int kind = first;
   for (double at = kNichePitch / 2; at + kNichePitch / 2 <= wall.length; at += kNichePitch) {

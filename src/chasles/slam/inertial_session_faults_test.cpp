@@ -68,7 +68,7 @@ TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnew) {
   const auto next = std::next(lost);
   ASSERT_NE(next, estimates.end());
   // It begins where it last knew to be, give or take the way of the time in between.
-  const double way = (next->motion.nav_T_imu.p - estimates.front().world_T_imu.p).norm();
+  const double way = (next->world_T_imu.p - estimates.front().world_T_imu.p).norm();
   EXPECT_NEAR(way, 1.2 * 2, 0.5);
   EXPECT_GT(position_sigma(*next), 1.2 * 2);
   EXPECT_LT(error_from(estimates, recording, after(recording, 13)), 0.3);
@@ -154,7 +154,7 @@ TEST(InertialSessionFaults, WithoutSamplesForASecondItBeginsAnew) {
       estimates, [&](const Estimate& e) { return e.time >= after(recording, 6.8); });
   ASSERT_NE(next, estimates.end());
   const auto last = std::prev(next);
-  EXPECT_LT((next->motion.nav_T_imu.p - last->motion.nav_T_imu.p).norm(), 3);
+  EXPECT_LT((next->world_T_imu.p - last->world_T_imu.p).norm(), 3);
   EXPECT_GT(position_sigma(*next), position_sigma(*last));
 }
 

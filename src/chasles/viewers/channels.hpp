@@ -10,15 +10,15 @@
 
 namespace chasles {
 
-/// Messages on their way into a file: a topic is declared by its first message.
+/// Collects messages for a file. The first message of a topic declares the topic.
 class Channels {
  public:
   Channels(std::string library, ProtoSchemas schemas);
 
-  /// Adds a schema of the house's own.
+  /// Adds a schema specific to Chasles.
   void declare(const ProtoMessage& message);
 
-  /// A message of the schema; all of a topic are of one.
+  /// Adds a message of the schema. All messages of a topic have the same schema.
   void add(const std::string& topic, const std::string& schema, Time time,
            const nlohmann::json& value);
 

@@ -6,7 +6,7 @@
 namespace chasles {
 namespace {
 
-// Lightness rises evenly, so the order shows in every kind of colour vision.
+// Lightness rises evenly, so that the order is visible with any kind of colour vision.
 constexpr std::array<std::array<double, 3>, 6> kRamp = {
     {{62, 22, 98}, {54, 78, 140}, {30, 128, 142}, {48, 172, 116}, {142, 208, 66}, {252, 226, 60}}};
 

@@ -8,12 +8,12 @@
 
 namespace chasles {
 
-// The page's, but for a grey that shows on dark and light grounds.
+// The page's colours, except for a grey that is visible on dark and light backgrounds.
 inline constexpr unsigned kEstimateColour = 0x0068bd;
 inline constexpr unsigned kTruthColour = 0x8a8f98;
 inline constexpr unsigned kDeadReckoningColour = 0xcf4f00;
 
-/// Of a point in an image, as on the page: on dark and on bright ground.
+/// The colour of a point in an image, as on the page; visible on dark and bright backgrounds.
 unsigned fate_colour(Outcome outcome);
 
 using Rgb = std::array<std::uint8_t, 3>;
@@ -21,8 +21,8 @@ using Rgb = std::array<std::uint8_t, 3>;
 /// Red, green, blue of 0xRRGGBB.
 Rgb rgb(unsigned colour);
 
-/// Colours of uncertainties, from dark violet (small) over teal to yellow (large): even steps of
-/// the logarithm between the 5 % and the 95 % quantile of those that are positive and finite.
+/// Colours of sigmas, from dark violet (small) over teal to yellow (large): even steps of the
+/// logarithm between the 5 % and the 95 % quantile of the positive, finite sigmas.
 class SigmaColours {
  public:
   explicit SigmaColours(std::vector<double> sigmas);

@@ -56,7 +56,7 @@ std::vector<ProtoMessage> motions() {
   };
 }
 
-// A viewer looks into every list of an entity: all of them are declared.
+// A viewer reads every list of an entity, so all of them are declared.
 std::vector<ProtoMessage> primitives() {
   return {
       proto_message(

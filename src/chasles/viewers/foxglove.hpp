@@ -9,8 +9,8 @@
 
 namespace chasles {
 
-/// The messages that Foxglove and Rerun know, as far as they are written here, with the names and
-/// numbers that foxglove/schemas 2.1 gives them.
+/// The message types of Foxglove and Rerun that are used here, with the names and numbers of
+/// foxglove/schemas 2.1.
 const ProtoSchemas& foxglove_schemas();
 
 // Values for proto_bytes().

@@ -26,7 +26,7 @@ constexpr int kCorners = 16;   // of an ellipse
 
 Json json_of(const Eigen::Vector2d& p) { return {{"x", p.x()}, {"y", p.y()}}; }
 
-// The picture's pixels of what has those of the camera.
+// The factor from the camera's pixels to those of the picture.
 double scale_of(const RunImage& image) {
   if (image.jpeg.empty() || image.width == 0) return 1;
   return static_cast<double>(stated_size(image.jpeg, "a kept image").width) / image.width;

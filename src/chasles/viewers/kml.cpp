@@ -12,8 +12,8 @@
 namespace chasles {
 namespace {
 
-// What may stand in an XML text: markup is replaced by entities, what is no UTF-8 and the two codes
-// that are never characters by U+FFFD, control characters go.
+// Escapes text for XML. Entities replace markup; U+FFFD replaces invalid UTF-8 and the two
+// non-characters; control characters are removed.
 std::string escaped(const std::string& text) {
   std::string valid = valid_utf8(text);
   for (const char* none : {"\xef\xbf\xbe", "\xef\xbf\xbf"}) {
@@ -40,7 +40,7 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-// KML counts alpha, blue, green, red.
+// KML's order is alpha, blue, green, red.
 std::string style(const std::string& id, unsigned colour) {
   const Rgb c = rgb(colour);
   return fmt::format(
@@ -97,8 +97,8 @@ std::string track(const Georeference& earth, const Trajectory& way, const SE3& p
 std::string run_kml(const Run& run) {
   if (!run.georeference) {
     throw InputError(fmt::format(
-        "run '{}' is not georeferenced: nothing says where on the Earth its world is. Runs of "
-        "KITTI's raw drives are, with their own truth; its summary.json then has 'georeference'",
+        "run '{}' is not georeferenced: the place of its world on the Earth is unknown. Runs of "
+        "KITTI raw recordings are, with their own truth; summary.json then has 'georeference'",
         run.name));
   }
   const Trajectory estimate = finite_poses(run);

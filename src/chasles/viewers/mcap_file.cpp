@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kChunkBytes = 1 << 20;
 
-// The kinds of records that are written here.
+// The kinds of records that this file writes.
 enum class Op : std::uint8_t {
   kHeader = 0x01,
   kFooter = 0x02,
@@ -68,7 +68,7 @@ std::uint32_t crc(std::string_view bytes) {
 
 std::uint64_t stamp(Time time) { return static_cast<std::uint64_t>(time.count()); }
 
-// What the summary says of a chunk.
+// The summary's data on a chunk.
 struct Chunk {
   std::uint64_t begin = 0, end = 0;  // times
   std::uint64_t offset = 0, length = 0, size = 0, index_length = 0;

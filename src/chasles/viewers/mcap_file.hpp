@@ -8,7 +8,7 @@
 
 namespace chasles {
 
-/// What the messages of a channel are made of; `data` as the encoding has it.
+/// The schema of a channel's messages; `data` in the given encoding.
 struct McapSchema {
   std::string name, encoding, data;
 };
@@ -27,16 +27,16 @@ struct McapMessage {
 
 /// An MCAP file in memory (mcap.dev/spec, version 0).
 struct McapFile {
-  std::string library;  ///< who wrote it
+  std::string library;  ///< the writing program
   std::vector<McapSchema> schemas;
   std::vector<McapChannel> channels;
   std::vector<McapMessage> messages;  ///< in any order
 };
 
-/// The file's bytes: messages in order of time (those of one time as they are given), in chunks
-/// that are not compressed, with CRC-32, message and chunk indices, and a summary that is complete:
-/// a reader finds any time without reading the rest. Throws InputError for a time before 1970,
-/// which MCAP cannot write, and std::invalid_argument for an index that is none.
+/// The file's bytes: messages in order of time (in the given order at equal times), in uncompressed
+/// chunks, with CRC-32, message and chunk indices, and a complete summary, so that a reader finds
+/// any time without reading the rest. Throws InputError for a time before 1970, which MCAP cannot
+/// represent, and std::invalid_argument for an invalid index.
 std::string mcap_bytes(const McapFile& file);
 
 }  // namespace chasles

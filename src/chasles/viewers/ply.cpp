@@ -99,7 +99,7 @@ class Drawing {
     for (int i = 0; i < 3; ++i) {
       for (int j = i; j < 3; ++j) add_float(v.covariance(i, j));
     }
-    // PLY has no larger integers: a number beyond them is not told.
+    // PLY has no larger integers: a larger number becomes -1.
     append_little_endian(
         out, std::in_range<std::int32_t>(v.landmark) ? static_cast<std::int32_t>(v.landmark) : -1);
     append_little_endian(out, v.observations);

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// How a value is laid out: varint, 8 bytes, length and bytes, 4 bytes.
+// The wire type of a value: varint, 8 bytes, length and bytes, 4 bytes.
 enum class Wire { kVarint = 0, kEight = 1, kBytes = 2, kFour = 5 };
 
 Wire wire(ProtoType type) {
@@ -132,7 +132,7 @@ std::string enum_descriptor(const ProtoEnum& enumeration) {
   return out;
 }
 
-// The messages that the fields are made of, each once.
+// The messages that the fields refer to, each once.
 std::set<std::string> parts(const ProtoMessage& message) {
   std::set<std::string> names;
   for (const ProtoField& field : message.fields) {

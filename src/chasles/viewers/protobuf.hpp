@@ -26,7 +26,7 @@ struct ProtoField {
   std::string name;
   int number = 0;
   ProtoType type = ProtoType::kDouble;
-  std::string of;  ///< of kMessage and kEnum: the full name, "foxglove.Pose"
+  std::string of;  ///< full name of a kMessage or kEnum: "foxglove.Pose"
   bool repeated = false;
 };
 
@@ -43,8 +43,8 @@ struct ProtoMessage {
   std::vector<ProtoEnum> enums;
 };
 
-/// `fields` in the notation of .proto files, "repeated double covariance = 7"; a type with a dot
-/// is a message, one without that is not built in an enumeration of `enums`. Throws
+/// `fields` in the notation of .proto files, "repeated double covariance = 7". A type with a dot is
+/// a message; a type without a dot that is not built in is an enumeration of `enums`. Throws
 /// std::invalid_argument.
 ProtoMessage proto_message(const std::string& name, const std::vector<std::string_view>& fields,
                            std::vector<ProtoEnum> enums = {});
@@ -52,14 +52,14 @@ ProtoMessage proto_message(const std::string& name, const std::vector<std::strin
 /// Messages by their full names.
 using ProtoSchemas = std::map<std::string, ProtoMessage>;
 
-/// The serialised FileDescriptorSet of a message and all that it is made of, a file each, what is
-/// needed first.
+/// The serialised FileDescriptorSet of a message and of all messages that it depends on, one file
+/// each, dependencies first.
 std::string file_descriptor_set(const ProtoSchemas& schemas, const std::string& name);
 
-/// The wire format of a message. `value` is an object with names of its fields (arrays of repeated
-/// ones, binary values of bytes, integers of enumerations); what it does not have is left out, and
-/// strings are valid_utf8(), as proto3 demands.
-/// Throws std::invalid_argument for a name that is no field.
+/// The wire format of a message. `value` is an object with names of its fields (arrays for repeated
+/// fields, binary values for bytes, integers for enumerations). Absent fields are left out, and
+/// strings pass through valid_utf8(), as proto3 requires. Throws std::invalid_argument for a name
+/// that is not a field.
 std::string proto_bytes(const ProtoSchemas& schemas, const std::string& name,
                         const nlohmann::json& value);
 

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// The rows of [theta; dp] are Foxglove's last, those of the position its first.
+// [theta; dp] has the rotation first; Foxglove has the position first.
 std::vector<double> position_first(const Matrix6d& covariance) {
   std::vector<double> rows;
   for (int i = 0; i < 6; ++i) {

@@ -28,7 +28,7 @@ ProtoMessage state_schema() {
        "double sigma_y_m = 18", "double sigma_z_m = 19"});
 }
 
-// A name that Protocol Buffers take, and that no other field has.
+// A valid Protocol Buffers name that no other field has.
 std::string field_name(std::string name, std::set<std::string>& taken) {
   for (char& c : name) {
     const bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
@@ -39,7 +39,7 @@ std::string field_name(std::string name, std::set<std::string>& taken) {
   return name;
 }
 
-// The names of the extra numbers, and of their deviations.
+// The names of the extra numbers, and of their standard deviations.
 struct ExtraFields {
   std::vector<std::string> value, sigma;
 };

@@ -5,11 +5,11 @@
 
 namespace chasles {
 
-/// /state, chasles.State: what the filter believed and how its observations agreed, a message a
-/// state, with the run's extra numbers by their names (what may not stand in a name becomes _).
+/// Adds /state, chasles.State: the estimate and the statistics of its observations, one message per
+/// state. The run's extra numbers have their own names, in which _ replaces invalid characters.
 void add_states(const Run& run, Channels& out);
 
-/// /errors, chasles.Errors: truth less estimate and NEES, a message a matched state.
+/// Adds /errors, chasles.Errors: truth minus estimate and NEES, one message per matched state.
 void add_errors(const Run& run, const AgainstTruth& errors, Channels& out);
 
 }  // namespace chasles
