@@ -158,8 +158,9 @@ void declare_output(CLI::App& parser, RunOptions& o) {
 }
 
 void check(const RunOptions& o, const VelocitySlamSettings& settings) {
-  if (!o.trajectory.empty() && settings.mode != "map") {
-    throw UsageError(fmt::format("--trajectory is for --mode map, the mode is {}", settings.mode));
+  if (!o.trajectory.empty() && settings.mode != SlamMode::kMap) {
+    throw UsageError(
+        fmt::format("--trajectory is for --mode map, the mode is {}", name_of(settings.mode)));
   }
 }
 
@@ -231,7 +232,7 @@ Drive estimate(const RunOptions& o, DriveRunSettings& settings, Recording& recor
   Trajectory velocities_alone = dead_reckoning(recording);
   if (!o.trajectory.empty()) {
     follow(recording, read_tum(o.trajectory));
-    settings.filter.hold = "zero-order";
+    settings.filter.hold = VelocityHold::kZeroOrder;
   }
   const Estimator estimator = estimator_from("--estimator", o.estimator);
   Drive result = estimator.window > 0

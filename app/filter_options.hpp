@@ -38,7 +38,7 @@ std::vector<FilterVariant> filters_from(const FilterOptions& options);
 void check_not_named(const std::string& assignment);
 void check_names(const std::vector<FilterVariant>& filters);
 
-/// Every setting of a filter, with the range of each.
+/// Every setting of a filter.
 SettingList setting_list(InertialSlamSettings& settings);
 
 /// Every setting of batch estimation, behind "batch.".

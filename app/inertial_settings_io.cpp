@@ -17,17 +17,13 @@ void append(SettingList more, const std::string& prefix, SettingList& list) {
 SettingList list_of(InitialiserSettings& settings) {
   SettingCollector collector;
   for_each_setting(settings, collector);
-  for (Setting& s : collector.settings) {
-    s.low = 0;
-    s.above_low = true;
-  }
   return collector.settings;
 }
 
 SettingList list_of(FrontendSettings& settings) {
   SettingCollector collector;
   for_each_setting(settings, collector);
-  return collector.settings;  // Frontend itself refuses what cannot be used
+  return collector.settings;
 }
 
 SettingList beside_the_filter(InertialRunSettings& settings) {
@@ -52,7 +48,9 @@ InertialRunSettings inertial_run_settings_from(const SettingSources& sources) {
   if (!sources.config.empty()) set_from_file(list, sources.config);
   for (const std::string& assignment : sources.sets) set(list, assignment);
   if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
-  check(settings.frontend);
+  validate(settings.filter);
+  validate(settings.start);
+  validate(settings.frontend);
   return settings;
 }
 

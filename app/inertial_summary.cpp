@@ -81,7 +81,7 @@ Json summary_json(const InertialDrive& drive, const InertialRunSettings& setting
   if (drive.batch) summary["batch"] = batch_json(*drive.batch);
   if (drive.window) summary["window"] = window_json(*drive.window);
   summary["settings"] = settings_json(settings);
-  summary["keep_scale"] = filter_settings(recording, settings).keep_scale == "true";
+  summary["keep_scale"] = filter_settings(recording, settings).keep_scale == KeepScale::kTrue;
   if (drive.calibration) {
     summary["calibration"] =
         calibration_json(*drive.calibration, recording.cameras, settings.filter.time_offset);

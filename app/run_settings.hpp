@@ -10,8 +10,7 @@
 
 namespace chasles::app {
 
-/// The settings of a run with the range of each: what is a noise or a number of things is not
-/// negative, what divides by is positive.
+/// The settings of a run.
 SettingList setting_list(VelocitySlamSettings& settings);
 
 /// Where the settings come from, the later before the earlier: the program's defaults, the file of
@@ -29,7 +28,7 @@ struct DriveRunSettings {
   BatchSettings batch;
 };
 
-/// Throws UsageError or InputError as set() and set_from_file() do.
+/// Throws UsageError or InputError as set(), set_from_file() and validate() do.
 DriveRunSettings settings_from(const SettingSources& sources);
 
 }  // namespace chasles::app

@@ -187,7 +187,7 @@ bool are_level(const Drive& drive, const DriveRunSettings& settings) {
 // Where it was found, not said.
 void add_axes(const Drive& drive, const DriveRunSettings& settings, const Recording& recording,
               std::vector<std::string>& remarks) {
-  if (!are_level(drive, settings) || settings.filter.velocity_axes != "auto") return;
+  if (!are_level(drive, settings) || settings.filter.velocity_axes != VelocityAxes::kAuto) return;
   const LevelEvidence evidence = level_evidence(recording.velocities).value();
   remarks.push_back(fmt::format(
       "the velocities are along level axes, not the IMU's: they climb by {:.2f} +- {:.2f} of what "
@@ -200,8 +200,8 @@ Json summary_json(const Drive& drive, const DriveRunSettings& settings,
   std::vector<std::string> remarks = recording.remarks;
   add_axes(drive, settings, recording, remarks);
   if (drive.batch) append_remarks(*drive.batch, remarks);
-  Json summary = run_json(drive.run, settings.filter.mode, settings.filter.chart,
-                          recording.true_landmarks, remarks);
+  Json summary = run_json(drive.run, std::string(name_of(settings.filter.mode)),
+                          settings.filter.chart, recording.true_landmarks, remarks);
   DriveRunSettings copy = settings;
   if (drive.batch) summary["batch"] = batch_json(*drive.batch);
   if (drive.window) summary["window"] = window_json(*drive.window);

@@ -24,7 +24,7 @@ Recording simulate(int cameras, double seconds) {
 
 InertialSlamSettings settings() {
   InertialSlamSettings s;
-  s.landmarks = "cartesian";
+  s.landmarks = LandmarkForm::kCartesian;
   s.min_landmarks = 0;  // such landmarks would be anchored
   s.frames_per_clone = 1;
   return s;

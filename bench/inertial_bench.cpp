@@ -24,12 +24,12 @@ const Recording& walk() {
   return recording;
 }
 
-void hallway(benchmark::State& state, const std::string& chart, const std::string& init) {
+void hallway(benchmark::State& state, const std::string& chart, LandmarkInit init) {
   FilterVariant filter;
   filter.settings.chart = chart;
   filter.settings.init = init;
-  if (init == "fixed-depth") {
-    filter.settings.landmarks = "cartesian";
+  if (init == LandmarkInit::kFixedDepth) {
+    filter.settings.landmarks = LandmarkForm::kCartesian;
     filter.settings.nav_attitude = true;
   }
   const InertialStart start = draw_start(walk(), filter.settings, 1, 0);
@@ -51,11 +51,11 @@ void strapdown_step(benchmark::State& state) {
 }
 
 void declare() {
-  for (const char* init : {"fixed-depth", "multi-view"}) {
+  for (const LandmarkInit init : {LandmarkInit::kFixedDepth, LandmarkInit::kMultiView}) {
     for (const ErrorChart& chart : error_charts()) {
       const std::string name(chart.name);
       benchmark::RegisterBenchmark(
-          ("hallway/" + std::string(init) + "/" + name).c_str(),
+          ("hallway/" + std::string(name_of(init)) + "/" + name).c_str(),
           [name, init](benchmark::State& state) { hallway(state, name, init); })
           ->Unit(benchmark::kMillisecond)
           ->Iterations(3);

@@ -23,7 +23,7 @@ InertialScene with_euroc_camera(const std::string& name, int cameras) {
   s.focal_length = 458;
   s.center_u = 367;
   s.center_v = 248;
-  s.distortion = "radtan";
+  s.distortion = Distortion::kRadtan;
   s.distortion_1 = -0.2834;
   s.distortion_2 = 0.07396;
   return scene;

@@ -55,7 +55,7 @@ void dense_step(const Eigen::MatrixXd& J, Eigen::MatrixXd& S) {
 // Whether the batch found the oracle's minimum.
 bool small_drive(int frames) {
   const test::DriveScene scene = test::drive_scene({.frames = frames});
-  const BatchSettings settings = test::exact_settings("inverse-depth");
+  const BatchSettings settings = test::exact_settings(LandmarkForm::kInverseDepth);
   const VelocityBatchResult batch = smooth(scene.input, settings);
   const double of_batch = seconds_of([&] { smooth(scene.input, settings); });
   test::DriveOracle oracle(scene);

@@ -100,13 +100,13 @@ void expect_the_same(const Estimates& a, const Estimates& b) {
 
 TEST(VisualInertialSlam, KeepsTheScaleWithOneCameraWhereTheChartCan) {
   InertialSlamSettings settings;
-  EXPECT_EQ(for_images(settings, 1).keep_scale, "true");
-  EXPECT_EQ(for_images(settings, 2).keep_scale, "auto");
+  EXPECT_EQ(for_images(settings, 1).keep_scale, KeepScale::kTrue);
+  EXPECT_EQ(for_images(settings, 2).keep_scale, KeepScale::kAuto);
   settings.chart = "left-se3";
-  EXPECT_EQ(for_images(settings, 1).keep_scale, "auto");
+  EXPECT_EQ(for_images(settings, 1).keep_scale, KeepScale::kAuto);
   settings = {};
-  settings.keep_scale = "false";
-  EXPECT_EQ(for_images(settings, 1).keep_scale, "false");
+  settings.keep_scale = KeepScale::kFalse;
+  EXPECT_EQ(for_images(settings, 1).keep_scale, KeepScale::kFalse);
 }
 
 TEST(VisualInertialSlam, GivesWhatTheProgramGives) {
@@ -194,7 +194,13 @@ TEST(VisualInertialSlam, SettingsThatCannotBeUsedAreRefused) {
   EXPECT_THROW(VisualInertialSlam({}, *walk().imu_noise), UsageError);
   VisualInertialSettings wrong;
   wrong.filter.chart = "none";
-  EXPECT_THROW(VisualInertialSlam(walk().cameras, *walk().imu_noise, wrong), UsageError);
+  const auto refused = [](const VisualInertialSettings& settings) {
+    EXPECT_THROW(VisualInertialSlam(walk().cameras, *walk().imu_noise, settings), UsageError);
+  };
+  refused(wrong);
+  refused({.frontend = {.window = 14}, .start = {}, .filter = {}});
+  refused({.frontend = {}, .start = {.keyframes = 3}, .filter = {}});
+  refused({.frontend = {}, .start = {}, .filter = {.init = LandmarkInit{7}}});
 }
 
 }  // namespace

@@ -28,8 +28,7 @@ struct SimulatedImu {
 SimulatedImu simulate_imu(const InertialSettings& settings, const Spline& motion,
                           std::uint64_t run);
 
-/// The convention and the densities that the settings state.
-ImuConvention imu_convention(const InertialSettings& settings);
+/// The densities that the settings state.
 ImuNoise imu_noise(const InertialSettings& settings);
 
 }  // namespace chasles

@@ -50,6 +50,7 @@ struct Estimate {
 /// that runs backwards and velocities that are not finite throw InputError.
 class VelocitySlam {
  public:
+  /// Throws UsageError for settings that cannot be used.
   VelocitySlam(const VelocitySlamSettings& settings, const StereoRig& rig,
                const VelocitySlamNoise& noise);
 

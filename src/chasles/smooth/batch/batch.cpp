@@ -31,7 +31,7 @@ void check_well_posed(const InertialBatchResult& result) {
 
 InertialBatchResult smooth(const InertialBatchInput& input, const std::string& chart,
                            const BatchSettings& settings) {
-  check_landmark_form(settings);
+  validate(settings);
   InertialBatchResult result;
   BatchReport& report = result.report;
   const double begun = processor_seconds();
