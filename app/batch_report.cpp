@@ -13,7 +13,7 @@ nlohmann::ordered_json batch_json(const BatchReport& r) {
           {"initial_cost", r.initial_cost},
           {"final_cost", r.final_cost},
           {"cost_per_dof", r.cost_per_dof},
-          {"solver", r.solver},
+          {"solver", name_of(r.solver)},
           {"keyframes", r.keyframes},
           {"landmarks", r.landmarks},
           {"landmarks_left_out", r.landmarks_left_out},

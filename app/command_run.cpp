@@ -18,7 +18,6 @@
 #include <chasles/stopwatch.hpp>
 
 #include "calibration_report.hpp"
-#include "filter_options.hpp"
 #include "full_covariance.hpp"
 #include "image_keeper.hpp"
 #include "inertial_settings_io.hpp"
@@ -160,8 +159,9 @@ void declare_output(CLI::App& parser, RunOptions& o) {
 }
 
 void check(const RunOptions& o, const VelocitySlamSettings& settings) {
-  if (!o.trajectory.empty() && settings.mode != "map") {
-    throw UsageError(fmt::format("--trajectory is for --mode map, the mode is {}", settings.mode));
+  if (!o.trajectory.empty() && settings.mode != SlamMode::kMap) {
+    throw UsageError(
+        fmt::format("--trajectory is for --mode map, the mode is {}", name_of(settings.mode)));
   }
 }
 
@@ -298,7 +298,7 @@ Prepared prepare_velocity(const RunOptions& o, const EstimatorChoice& choice,
   prepared.options.dead_reckoning = dead_reckoning(recording);
   if (!o.trajectory.empty()) {
     follow(recording, read_tum(o.trajectory));
-    settings.filter.hold = "zero-order";
+    settings.filter.hold = VelocityHold::kZeroOrder;
   }
   prepared.options.known = known_json(settings, recording);
   const VelocitySensors sensors = velocity_sensors(recording, settings);

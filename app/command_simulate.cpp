@@ -41,7 +41,7 @@ struct SimulateOptions {
 
 SettingList street_setting_list(StreetSettings& settings) {
   SettingCollector collector;
-  for_each_field(settings, collector);
+  for_each_setting(settings, collector);
   return collector.settings;
 }
 

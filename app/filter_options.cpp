@@ -10,6 +10,7 @@
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
+#include "inertial_settings_io.hpp"
 #include "settings_io.hpp"
 
 namespace chasles::app {
@@ -18,20 +19,14 @@ namespace {
 constexpr const char* kPaper = "paper";
 constexpr const char* kDefault = "default";
 
-// What a divisor or a noise may be.
-bool is_positive(const Setting& s) {
-  return s.unit == "probability" || s.name == "pixel_sigma" || s.name.starts_with("fixed_depth") ||
-         s.name.starts_with("inverse_depth") || s.name == "imu_noise_scale";
-}
-
 // Kleinert and Stilla's filters.
 std::vector<FilterVariant> paper() {
   std::vector<FilterVariant> filters;
   for (const char* chart : {"standard", "left-se3", "right-se3"}) {
     FilterVariant filter{.name = fmt::format("{}-{}", kPaper, chart), .settings = {}};
     filter.settings.chart = chart;
-    filter.settings.landmarks = "cartesian";
-    filter.settings.init = "fixed-depth";
+    filter.settings.landmarks = LandmarkForm::kCartesian;
+    filter.settings.init = LandmarkInit::kFixedDepth;
     filter.settings.nav_attitude = true;
     filter.settings.gate = 1;
     filters.push_back(std::move(filter));
@@ -53,8 +48,8 @@ FilterVariant from_file(const std::string& file) {
 }
 
 std::vector<std::string> or_default(const std::vector<std::string>& given,
-                                    const std::string& otherwise) {
-  return given.empty() ? std::vector<std::string>{otherwise} : given;
+                                    std::string_view otherwise) {
+  return given.empty() ? std::vector{std::string(otherwise)} : given;
 }
 
 std::vector<FilterVariant> product(const FilterOptions& o) {
@@ -62,8 +57,8 @@ std::vector<FilterVariant> product(const FilterOptions& o) {
   const InertialSlamSettings defaults;
   std::vector<FilterVariant> filters;
   for (const std::string& chart : or_default(o.charts, defaults.chart)) {
-    for (const std::string& landmarks : or_default(o.landmarks, defaults.landmarks)) {
-      for (const std::string& init : or_default(o.inits, defaults.init)) {
+    for (const std::string& landmarks : or_default(o.landmarks, name_of(defaults.landmarks))) {
+      for (const std::string& init : or_default(o.inits, name_of(defaults.init))) {
         FilterVariant filter{.name = fmt::format("{}+{}+{}", chart, landmarks, init),
                              .settings = {}};
         const SettingList list = setting_list(filter.settings);
@@ -126,30 +121,6 @@ void set_for_all(const std::string& assignment, std::vector<FilterVariant>& filt
 
 }  // namespace
 
-SettingList setting_list(InertialSlamSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  for (Setting& s : collector.settings) {
-    s.low = s.name == "frames_per_clone" || s.name == "noise_inflation_frames" ? 1 : 0;
-    s.above_low = is_positive(s);
-    if (s.unit == "probability") s.high = 1;
-    limit_time_offset(s);
-  }
-  return collector.settings;
-}
-
-SettingList setting_list(BatchSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  for (Setting& s : collector.settings) {
-    s.low = 0;
-    s.above_low = s.name != "min_parallax" && s.name != "gate" && s.name != "initial_error" &&
-                  s.name != "seed";
-    s.name = "batch." + s.name;
-  }
-  return collector.settings;
-}
-
 void check_not_named(const std::string& assignment) {
   const std::string key = assignment.substr(0, assignment.find('='));
   if (key != "chart" && key != "landmarks" && key != "init") return;
@@ -194,11 +165,6 @@ void declare_filters(CLI::App& parser, FilterOptions& o) {
       ->allow_extra_args(false);
 }
 
-std::string filter_settings_help() {
-  InertialSlamSettings defaults;
-  return "Settings of a filter, for --set and --config:\n" + help_text(setting_list(defaults));
-}
-
 std::vector<FilterVariant> filters_from(const FilterOptions& o) {
   std::vector<FilterVariant> filters;
   for (const std::string& name : o.presets) append(filters, preset(name));
@@ -209,13 +175,9 @@ std::vector<FilterVariant> filters_from(const FilterOptions& o) {
   }
   filters = with_estimators(filters, o.estimators);
   for (const std::string& assignment : o.sets) set_for_all(assignment, filters);
+  for (const FilterVariant& filter : filters) validate(filter.settings);
   check_names(filters);
   return filters;
-}
-
-nlohmann::ordered_json settings_json(const InertialSlamSettings& settings) {
-  InertialSlamSettings copy = settings;
-  return to_json(setting_list(copy));
 }
 
 nlohmann::ordered_json settings_json(const FilterVariant& filter) {

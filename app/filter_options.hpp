@@ -26,9 +26,6 @@ struct FilterOptions {
 
 void declare_filters(CLI::App& parser, FilterOptions& options);
 
-/// The settings of a filter as --help lists them.
-std::string filter_settings_help();
-
 /// The presets, the files, and the charts x landmark forms x beginnings, in this order; both
 /// presets where nothing is asked for. Throws UsageError for what is not known or there twice.
 std::vector<FilterVariant> filters_from(const FilterOptions& options);
@@ -38,15 +35,7 @@ std::vector<FilterVariant> filters_from(const FilterOptions& options);
 void check_not_named(const std::string& assignment);
 void check_names(const std::vector<FilterVariant>& filters);
 
-/// Every setting of a filter, with the range of each.
-SettingList setting_list(InertialSlamSettings& settings);
-
-/// Every setting of batch estimation, behind "batch.".
-SettingList setting_list(BatchSettings& settings);
-
-/// All settings of a filter by name.
-nlohmann::ordered_json settings_json(const InertialSlamSettings& settings);
-/// The same, with those of batch estimation where it is one.
+/// All settings of a filter by name, with those of batch estimation where it is one.
 nlohmann::ordered_json settings_json(const FilterVariant& filter);
 
 }  // namespace chasles::app

@@ -2,8 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "filter_options.hpp"
-
 namespace chasles::app {
 namespace {
 
@@ -17,17 +15,13 @@ void append(SettingList more, const std::string& prefix, SettingList& list) {
 SettingList list_of(InitialiserSettings& settings) {
   SettingCollector collector;
   for_each_setting(settings, collector);
-  for (Setting& s : collector.settings) {
-    s.low = 0;
-    s.above_low = true;
-  }
   return collector.settings;
 }
 
 SettingList list_of(FrontendSettings& settings) {
   SettingCollector collector;
   for_each_setting(settings, collector);
-  return collector.settings;  // Frontend itself refuses what cannot be used
+  return collector.settings;
 }
 
 SettingList beside_the_filter(InertialRunSettings& settings) {
@@ -52,7 +46,9 @@ InertialRunSettings inertial_run_settings_from(const SettingSources& sources) {
   if (!sources.config.empty()) set_from_file(list, sources.config);
   for (const std::string& assignment : sources.sets) set(list, assignment);
   if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
-  check(settings.frontend);
+  validate(settings.filter);
+  validate(settings.start);
+  validate(settings.frontend);
   return settings;
 }
 
@@ -65,6 +61,29 @@ std::string inertial_run_settings_help() {
   InertialRunSettings defaults;
   return "Settings of the start, of the front end and of batch estimation:\n" +
          help_text(beside_the_filter(defaults));
+}
+
+SettingList setting_list(InertialSlamSettings& settings) {
+  SettingCollector collector;
+  for_each_setting(settings, collector);
+  return collector.settings;
+}
+
+SettingList setting_list(BatchSettings& settings) {
+  SettingCollector collector;
+  for_each_setting(settings, collector);
+  for (Setting& s : collector.settings) s.name = "batch." + s.name;
+  return collector.settings;
+}
+
+nlohmann::ordered_json settings_json(const InertialSlamSettings& settings) {
+  InertialSlamSettings copy = settings;
+  return to_json(setting_list(copy));
+}
+
+std::string filter_settings_help() {
+  InertialSlamSettings defaults;
+  return "Settings of a filter, for --set and --config:\n" + help_text(setting_list(defaults));
 }
 
 }  // namespace chasles::app

@@ -20,4 +20,14 @@ nlohmann::ordered_json settings_json(const InertialRunSettings& settings);
 /// The settings of start, front end and batch estimation as --help lists them.
 std::string inertial_run_settings_help();
 
+/// Every setting of an inertial filter.
+SettingList setting_list(InertialSlamSettings& settings);
+/// Every setting of batch estimation, behind "batch.".
+SettingList setting_list(BatchSettings& settings);
+
+/// All settings of an inertial filter by name.
+nlohmann::ordered_json settings_json(const InertialSlamSettings& settings);
+/// The same as --help lists them.
+std::string filter_settings_help();
+
 }  // namespace chasles::app

@@ -18,7 +18,7 @@ constexpr const char* kLoops = "loops";
 
 SettingList list_of(LoopsSettings& settings) {
   SettingCollector collector;
-  for_each_field(settings, collector);
+  for_each_setting(settings, collector);
   return collector.settings;
 }
 

@@ -189,9 +189,9 @@ RecordedRun run_recording(const Recording& recording, Estimator& estimator,
 
 Trajectory dead_reckoning(const Recording& recording) {
   VelocitySlamSettings settings;
-  settings.mode = "localize";
-  settings.velocity = "input";
-  settings.hold = "midpoint";
+  settings.mode = SlamMode::kLocalize;
+  settings.velocity = VelocityRole::kInput;
+  settings.hold = VelocityHold::kMidpoint;
   VelocitySlam slam(settings, recording.rig, VelocitySlamNoise{});
   Trajectory trajectory;
   EventStream events(recording);

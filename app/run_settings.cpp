@@ -2,20 +2,13 @@
 
 #include <utility>
 
-#include "filter_options.hpp"
+#include "inertial_settings_io.hpp"
 
 namespace chasles::app {
 
 SettingList setting_list(VelocitySlamSettings& settings) {
   SettingCollector collector;
   for_each_setting(settings, collector);
-  for (Setting& s : collector.settings) {
-    s.low = 0;
-    s.above_low = s.unit == "probability" || s.name.ends_with("pixel_sigma") ||
-                  s.name.ends_with("disparity_sigma");
-    if (s.unit == "probability") s.high = 1;
-    limit_time_offset(s);
-  }
   return collector.settings;
 }
 
@@ -27,6 +20,7 @@ VelocityRunSettings settings_from(const SettingSources& sources) {
   for (const std::string& assignment : sources.sets) set(list, assignment);
   if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
   if (!sources.mode.empty()) set(list, "--mode", "mode", sources.mode);
+  validate(settings.filter);
   return settings;
 }
 

@@ -9,8 +9,7 @@
 
 namespace chasles::app {
 
-/// The settings of a run with the range of each: what is a noise or a number of things is not
-/// negative, what divides by is positive.
+/// The settings of a stereo-velocity run.
 SettingList setting_list(VelocitySlamSettings& settings);
 
 /// Where the settings come from, the later before the earlier: the program's defaults, the file of
@@ -22,7 +21,7 @@ struct SettingSources {
 };
 
 /// Keys of the filter as they are, of batch estimation behind "batch.". Throws UsageError or
-/// InputError as set() and set_from_file() do.
+/// InputError as set(), set_from_file() and validate() do.
 VelocityRunSettings settings_from(const SettingSources& sources);
 
 }  // namespace chasles::app

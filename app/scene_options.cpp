@@ -24,8 +24,7 @@ constexpr const char* kTrajectory = "trajectory";
 
 SettingList list_of(InertialSettings& settings) {
   SettingCollector collector;
-  for_each_field(settings, collector);
-  // A text's list of choices is not in the table of fields; `validate` has it.
+  for_each_setting(settings, collector);
   return collector.settings;
 }
 
@@ -54,8 +53,7 @@ void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
   scene.imu_truth = recording.true_motion;
   InertialSettings& s = scene.settings;
   s.knot_interval = knots_for(scene.path, s.knot_interval);
-  s.imu_convention =
-      recording.imu_convention == ImuConvention::kIntervalMean ? "interval-mean" : "instant";
+  s.imu_convention = recording.imu_convention;
   if (!recording.imu_noise) return;
   s.accelerometer_noise_density = recording.imu_noise->accelerometer_noise_density;
   s.gyroscope_noise_density = recording.imu_noise->gyroscope_noise_density;
@@ -136,13 +134,13 @@ InertialScene scene_from(const SceneChoice& choice) {
   InertialScene scene = inertial_scene(choice.name);
   take_path(choice, scene);
   const SettingList list = list_of(scene.settings);
-  const std::string geometry = scene.settings.geometry;
+  const Geometry geometry = scene.settings.geometry;
   if (!choice.config.empty()) set_from_file(list, choice.config);
   for (const std::string& assignment : choice.sets) assign(list, choice.set_option, assignment);
   if (!choice.seed.empty()) set(list, "--seed", "seed", choice.seed);
   if (scene.settings.geometry != geometry) {
     throw UsageError(fmt::format("the setting geometry is the scene's: found '{}', expected '{}'",
-                                 scene.settings.geometry, geometry));
+                                 name_of(scene.settings.geometry), name_of(geometry)));
   }
   validate(scene.settings);
   if (choice.agreed_truth) spdlog::info("{}", make_agree(scene));

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <concepts>
+#include <type_traits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,6 +11,7 @@
 
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
+#include <chasles/validate.hpp>
 
 namespace chasles::app {
 namespace {
@@ -27,35 +28,22 @@ std::optional<Number> parsed(std::string_view text) {
   return number;
 }
 
-std::string range_text(const Setting& s) {
-  std::vector<std::string> parts;
-  if (std::isfinite(s.low))
-    parts.push_back(fmt::format("{} {}", s.above_low ? "above" : "not below", s.low));
-  if (std::isfinite(s.high)) parts.push_back(fmt::format("not above {}", s.high));
-  return parts.empty() ? "" : fmt::format(" {}", fmt::join(parts, " and "));
-}
-
+// Names in the help, where they are part of it.
 std::string unit_text(const Setting& s) {
+  if (s.unit == "choice") return fmt::format(" {}", fmt::join(s.limits.names, "|"));
   return s.unit.empty() || s.unit == "1" || s.unit == "bool" ? "" : fmt::format(" [{}]", s.unit);
 }
 
 std::string expected(const Setting& s) {
-  struct Kind {
-    const Setting& s;
-    std::string operator()(std::string*) const {
-      return s.choices.empty() ? "a text" : fmt::format("one of {}", fmt::join(s.choices, ", "));
-    }
-    std::string operator()(bool*) const { return "true or false"; }
-    std::string operator()(int*) const { return "a whole number" + range_text(s) + unit_text(s); }
-    std::string operator()(std::uint64_t*) const { return "a whole number not below 0"; }
-    std::string operator()(double*) const {
-      return "a finite number" + range_text(s) + unit_text(s);
-    }
-    std::string operator()(std::optional<double>*) const {
-      return (*this)(static_cast<double*>(nullptr)) + ", or auto";
+  const auto text = [&](const auto& value) {
+    using Value = std::remove_cvref_t<decltype(value)>;
+    if constexpr (std::same_as<Value, Setting::ChoiceRef>) {
+      return one_of_text(s.limits.names);
+    } else {
+      return expected_text<std::remove_pointer_t<Value>>(s.limits, s.unit);
     }
   };
-  return std::visit(Kind{s}, s.value);
+  return std::visit(text, s.value);
 }
 
 // Puts the text into the setting's value; false where it is none of the expected.
@@ -63,20 +51,21 @@ struct Assign {
   const Setting& s;
   std::string_view text;
 
-  bool in_range(double number) const {
-    return std::isfinite(number) && number >= s.low && number <= s.high &&
-           !(s.above_low && number == s.low);
-  }
   template <typename Number>
   bool number(Number& value) const {
     const auto number = parsed<Number>(text);
-    if (!number || !in_range(static_cast<double>(*number))) return false;
+    if (!number || !is_allowed(*number, s.limits)) return false;
     value = *number;
     return true;
   }
   bool operator()(std::string* value) const {
-    if (!s.choices.empty() && std::ranges::find(s.choices, text) == s.choices.end()) return false;
+    if (!is_allowed(text, s.limits)) return false;
     *value = text;
+    return true;
+  }
+  bool operator()(const Setting::ChoiceRef& choice) const {
+    if (!is_allowed(text, s.limits)) return false;
+    choice.assign(choice.value, text);
     return true;
   }
   bool operator()(bool* value) const {
@@ -113,23 +102,6 @@ std::string known_keys(const std::vector<std::string>& known) {
 
 }  // namespace
 
-void SettingCollector::add(const char* name, Setting::Value value, std::string_view unit,
-                           const char* meaning) {
-  Setting& s = settings.emplace_back();
-  s.name = name;
-  s.value = value;
-  s.meaning = meaning;
-  if (!std::holds_alternative<std::string*>(value)) {
-    s.unit = unit;
-    return;
-  }
-  for (std::size_t begin = 0; begin < unit.size();) {
-    const std::size_t end = std::min(unit.find('|', begin), unit.size());
-    s.choices.emplace_back(unit.substr(begin, end - begin));
-    begin = end + 1;
-  }
-}
-
 void set(const SettingList& settings, const std::string& where, const std::string& key,
          std::string_view value) {
   const auto setting = std::ranges::find(settings, key, &Setting::name);
@@ -155,8 +127,11 @@ void set(const SettingList& settings, const std::string& assignment) {
 }
 
 std::string value_text(const Setting& setting) {
-  const auto text = [](const auto* value) {
-    if constexpr (std::same_as<decltype(value), const std::optional<double>*>) {
+  const auto text = [](const auto& value) {
+    using Value = std::remove_cvref_t<decltype(value)>;
+    if constexpr (std::same_as<Value, Setting::ChoiceRef>) {
+      return std::string(value.name(value.value));
+    } else if constexpr (std::same_as<Value, std::optional<double>*>) {
       return *value ? fmt::format("{}", **value) : std::string(kAuto);
     } else {
       return fmt::format("{}", *value);
@@ -167,8 +142,11 @@ std::string value_text(const Setting& setting) {
 
 nlohmann::ordered_json to_json(const SettingList& settings) {
   using Json = nlohmann::ordered_json;
-  const auto json = [](const auto* value) -> Json {
-    if constexpr (std::same_as<decltype(value), const std::optional<double>*>) {
+  const auto json = [](const auto& value) -> Json {
+    using Value = std::remove_cvref_t<decltype(value)>;
+    if constexpr (std::same_as<Value, Setting::ChoiceRef>) {
+      return value.name(value.value);
+    } else if constexpr (std::same_as<Value, std::optional<double>*>) {
       return *value ? Json(**value) : Json(kAuto);
     } else {
       return *value;
@@ -183,8 +161,7 @@ std::string help_text(const SettingList& settings) {
   std::string text;
   for (const Setting& s : settings) {
     const std::string assignment = fmt::format("{} = {}", s.name, value_text(s));
-    const std::string unit =
-        s.choices.empty() ? unit_text(s) : fmt::format(" {}", fmt::join(s.choices, "|"));
+    const std::string unit = unit_text(s);
     text += unit.empty() ? fmt::format("  {}\n", assignment)
                          : fmt::format("  {:<40}{}\n", assignment, unit);
     text += fmt::format("      {}\n", s.meaning);

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,44 +11,52 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <chasles/settings.hpp>
+
 namespace chasles::app {
 
 /// One setting of some settings struct, which must outlive it: what --set, --config, --help and
 /// summary.json need to know of it.
 struct Setting {
-  using Value =
-      std::variant<std::string*, bool*, int*, std::uint64_t*, double*, std::optional<double>*>;
+  /// A setting whose type is an enum, by its names; `limits` has them.
+  struct ChoiceRef {
+    void* value;
+    std::string_view (*name)(const void* value);
+    void (*assign)(void* value, std::string_view known_name);
+  };
+  using Value = std::variant<std::string*, bool*, int*, std::uint64_t*, double*,
+                             std::optional<double>*, ChoiceRef>;
   std::string name;
   Value value;
-  std::string unit;                  ///< for numbers; may be empty
-  std::vector<std::string> choices;  ///< for text; empty: any text
+  std::string unit;  ///< of numbers; "choice": the names are part of the help; may be empty
   std::string meaning;
-  double low = -std::numeric_limits<double>::infinity();  ///< smallest number allowed
-  double high = std::numeric_limits<double>::infinity();  ///< largest one
-  bool above_low = false;                                 ///< low itself is not allowed
+  Limits limits;
 };
 
 using SettingList = std::vector<Setting>;
 
-/// Of all settings that one is from -0.5 s to 0.5 s.
-inline void limit_time_offset(Setting& setting) {
-  if (setting.name != "time_offset") return;
-  setting.low = -0.5;
-  setting.high = 0.5;
-}
-
-/// The settings that a for_each function of the library visits: visit(name, value, unit or
-/// choices separated by |, meaning).
+/// The settings that a for_each_setting of the library visits.
 class SettingCollector {
  public:
   template <typename Value>
-  void operator()(const char* name, Value& value, std::string_view unit, const char* meaning) {
-    add(name, Setting::Value(&value), unit, meaning);
+  void operator()(const char* name, Value& value, const char* unit, const char* meaning,
+                  const Limits& limits) {
+    if constexpr (ChoiceEnum<Value>) {
+      settings.push_back({name, choice(value), unit, meaning, limits::one_of(kChoiceNames<Value>)});
+    } else {
+      settings.push_back({name, &value, unit, meaning, limits});
+    }
   }
   SettingList settings;
 
  private:
-  void add(const char* name, Setting::Value value, std::string_view unit, const char* meaning);
+  template <ChoiceEnum E>
+  static Setting::ChoiceRef choice(E& value) {
+    return {.value = &value,
+            .name = [](const void* of) { return name_of(*static_cast<const E*>(of)); },
+            .assign = [](void* to,
+                         std::string_view name) { *static_cast<E*>(to) = *choice_of<E>(name); }};
+  }
 };
 
 /// Sets one setting from text. `where` begins the messages ("--set", "FILE:LINE"). Throws

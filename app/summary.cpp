@@ -9,7 +9,6 @@
 
 #include "batch_report.hpp"
 #include "calibration_report.hpp"
-#include "filter_options.hpp"
 #include "inertial_settings_io.hpp"
 #include "run_figures.hpp"
 
@@ -60,7 +59,7 @@ bool are_level(const VelocitySensors& sensors, const VelocityRunSettings& settin
 // Where it was found, not said.
 void add_axes(const VelocitySensors& sensors, const VelocityRunSettings& settings,
               const Recording& recording, std::vector<std::string>& remarks) {
-  if (!are_level(sensors, settings) || settings.filter.velocity_axes != "auto") return;
+  if (!are_level(sensors, settings) || settings.filter.velocity_axes != VelocityAxes::kAuto) return;
   const LevelEvidence evidence = level_evidence(recording.velocities).value();
   remarks.push_back(fmt::format(
       "the velocities are along level axes, not the IMU's: they climb by {:.2f} +- {:.2f} of what "
@@ -112,7 +111,8 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   if (own.batch) summary["batch"] = batch_json(*own.batch);
   if (own.window) summary["window"] = window_json(*own.window);
   summary["settings"] = settings_json(settings);
-  summary["keep_scale"] = filter_settings(recording, settings.filter).keep_scale == "true";
+  summary["keep_scale"] =
+      filter_settings(recording, settings.filter).keep_scale == KeepScale::kTrue;
   if (run.calibration) {
     summary["calibration"] =
         calibration_json(*run.calibration, recording.cameras, settings.filter.time_offset);
@@ -138,8 +138,8 @@ Json summary_json(const RecordedRun& run, const VelocityRunSettings& settings,
   std::vector<std::string> remarks = recording.remarks;
   add_axes(sensors, settings, recording, remarks);
   if (report.batch) append_remarks(*report.batch, remarks);
-  Json summary = run_json(run.run, settings.filter.mode, settings.filter.chart,
-                          recording.true_landmarks, remarks);
+  Json summary = run_json(run.run, std::string(name_of(settings.filter.mode)),
+                          settings.filter.chart, recording.true_landmarks, remarks);
   VelocityRunSettings copy = settings;
   if (report.batch) summary["batch"] = batch_json(*report.batch);
   if (report.window) summary["window"] = window_json(*report.window);
@@ -164,7 +164,7 @@ Json known_json(const InertialRunSettings& settings, const Recording& recording)
 Json known_json(const VelocityRunSettings& settings, const Recording& recording) {
   VelocitySlamSettings copy = settings.filter;
   return {{"version", CHASLES_VERSION},
-          {"mode", settings.filter.mode},
+          {"mode", name_of(settings.filter.mode)},
           {"chart", settings.filter.chart},
           {"settings", to_json(setting_list(copy))},
           {"cameras", cameras_json(recording)}};

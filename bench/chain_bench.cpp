@@ -1,11 +1,11 @@
-// What a frame costs from pixels to the estimate, on one thread: front end and filter with 150
-// tracks, 50 landmarks and 10 clones on images of 752 x 480 px in memory, mono and stereo, against
-// plain KLT of OpenCV on the same images in the same run. The images are those of EuRoC's MH_01
-// where they are at hand ($CHASLES_DATA, ../shared/data), else rendered ones.
+// The processor time per frame from pixels to the estimate, on one thread: front end and filter
+// with 150 tracks, 50 landmarks and 10 clones on images of 752 x 480 px in memory, mono and stereo.
+// The reference is plain KLT of OpenCV on the same images in the same run. The images are those of
+// EuRoC's MH_01 if available ($CHASLES_DATA, ../shared/data), else rendered ones.
 //
-// A frame's work is the same in every repetition, so its time is the least of them: what other work
-// on the machine adds is left out. Frames up to the one that brought the start are left out too.
-// `chain_bench --slow` lists the most expensive frames, and what they did.
+// A frame's work is the same in every repetition, so its time is the minimum over the repetitions:
+// this excludes other load on the machine. Frames up to the initialisation are excluded as well.
+// `chain_bench --slow` lists the slowest frames with their work.
 
 #include <algorithm>
 #include <cstdio>
@@ -32,7 +32,7 @@ namespace {
 constexpr int kRepetitions = 7;
 constexpr int kTracks = 150;
 
-double cpu_ms() { return 1e3 * bench::cpu_seconds(); }  // of all threads: there is one
+double cpu_ms() { return 1e3 * bench::cpu_seconds(); }  // of all threads; the benchmark has one
 
 struct Footage {
   Recording recording;
@@ -66,7 +66,7 @@ Footage footage() {
   return m;
 }
 
-/// Of a frame: processor time [ms], and what was done.
+/// Of a frame: processor time [ms], and its work.
 struct Cost {
   double frontend = 0, filter = 0;
   FrontendReport report;
@@ -96,11 +96,11 @@ std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
   InertialSlamSettings settings;
   settings.max_landmarks = 50;
   settings.clones = 10;
-  const auto estimator =
-      make_estimator({.filter = for_images(settings, cameras)}, {.cameras = used,
-                                                                 .noise = *m.recording.imu_noise,
-                                                                 .imu = imu,
-                                                                 .pixel_sigma = kFrontendPixelSigma});
+  const auto estimator = make_estimator({.filter = for_images(settings, cameras)},
+                                        {.cameras = used,
+                                         .noise = *m.recording.imu_noise,
+                                         .imu = imu,
+                                         .pixel_sigma = kFrontendPixelSigma});
   FrontendSettings frontend;
   frontend.max_tracks = kTracks;
   EventStream stream(m.recording);
@@ -128,7 +128,7 @@ std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
   }
 }
 
-/// Of the same number of frames at the end.
+/// The mean over the same number of frames at the end.
 std::vector<double> plain(const Footage& m, bool stereo, std::size_t count) {
   bench::PlainKlt klt(kTracks);
   std::vector<double> costs;
@@ -159,7 +159,8 @@ void print_slow(std::vector<Cost> costs) {
   std::sort(costs.begin(), costs.end(),
             [](const Cost& a, const Cost& b) { return a.all() > b.all(); });
   std::puts(
-      "      ms  front end: tracked, added    filter: pixels used, landmarks begun, in the state");
+      "      ms  front end: tracked, added    filter: pixels used, landmarks initialised, in the "
+      "state");
   for (std::size_t i = 0; i < 8 && i < costs.size(); ++i) {
     const Estimate& e = costs[i].estimate;
     std::printf("  %6.2f  %9.2f: %4d, %3d     %12.2f: %3d, %2d, %2d\n", costs[i].all(),
@@ -168,7 +169,7 @@ void print_slow(std::vector<Cost> costs) {
   }
 }
 
-/// The least of the repetitions, frame by frame.
+/// The minimum of the repetitions, frame by frame.
 void keep_least(const std::vector<Cost>& more, std::vector<Cost>& least) {
   if (least.empty()) least = more;
   for (std::size_t i = 0; i < least.size(); ++i) {
@@ -213,7 +214,7 @@ int main(int argc, char** argv) {
   double load[1] = {};
   const chasles::Footage m = chasles::footage();
   ::getloadavg(load, 1);
-  std::printf("load of the machine %.1f; least of %d repetitions\n", load[0],
+  std::printf("load of the machine %.1f; minimum of %d repetitions\n", load[0],
               chasles::kRepetitions);
   const bool slow = argc > 1 && std::strcmp(argv[1], "--slow") == 0;
   for (const bool stereo : {false, true}) chasles::measure(m, stereo, slow);

@@ -7,9 +7,9 @@
 namespace chasles::bench {
 namespace {
 
-constexpr Eigen::Index kCapacity = 424;  // no power of two: columns would share cache lines
+constexpr Eigen::Index kCapacity = 424;  // not a power of two: columns would share cache lines
 constexpr Eigen::Index kLeafRows = 32;   // as in whitening.cpp
-constexpr Eigen::Index kTurned = 16;     // columns that are made triangular together
+constexpr Eigen::Index kTurned = 16;     // columns that are triangularised together
 
 /// B = turn^T [0; L].
 template <typename S>
@@ -41,7 +41,7 @@ void add_columns(const typename Work<S>::Part& part, const Columns& M, Target ta
   }
 }
 
-// X <- L^-1 X by halves: OpenBLAS's products are faster than its triangular solution.
+// X <- L^-1 X by halves: OpenBLAS's products are faster than its triangular solver.
 template <typename S>
 void solve_block(const ConstBlockOf<S>& L, BlockOf<S> X) {
   const Eigen::Index n = L.rows();
@@ -121,7 +121,8 @@ void DenseForm<S>::apply_H(const Work<S>& w, Eigen::Index first, const MatrixOf<
   }
 }
 
-// whitening.cpp's, by halves, for noise 1; W and e belong to the rows of H from `first` on.
+// The algorithm of whitening.cpp, by halves, for noise 1. W and e belong to the rows of H from
+// `first` on.
 template <typename S>
 bool DenseForm<S>::whiten(const Work<S>& w, Eigen::Index first, BlockOf<S> W,
                           Eigen::Ref<VectorOf<S>> e) const {

@@ -4,7 +4,7 @@
 
 #include "frame_work.hpp"
 
-// Ways of keeping a covariance through the same frames (square_root_bench.cpp).
+// Representations of a covariance, for the same frames (square_root_bench.cpp).
 namespace chasles::bench {
 
 /// P = covariance, both triangles: the filter's own algorithm in either precision.
@@ -16,7 +16,7 @@ class DenseForm {
 
   void propagate(const Work<S>& w);
   void exchange(const Work<S>& w);  ///< drop and add
-  bool update(const Work<S>& w);    ///< false where S is not positive definite: nothing changed
+  bool update(const Work<S>& w);  ///< false if S is not positive definite; nothing is changed then
 
   Eigen::MatrixXd covariance() const;
   const VectorOf<S>& correction() const { return correction_; }
@@ -31,14 +31,14 @@ class DenseForm {
   VectorOf<S> correction_;
 };
 
-/// P = U^T U, U lower triangular, a column for each row of the state: the core first, then from the
-/// newest to the oldest. So the core's rows of U are zero outside the core, and
-///   propagation touches the core's columns and a triangle of its size;
-///   what begins stands beside the core, and is a triangle of that size too;
-///   dropped columns leave steps, which are turned away from the right;
+/// P = U^T U, U lower triangular, with a column for each row of the state: the core first, then
+/// from the newest to the oldest. So the core's rows of U are zero outside the core, and
+///   propagation changes the core's columns and a triangle of its size;
+///   new rows are next to the core, and form a triangle of their own size;
+///   dropped columns leave steps, which rotations from the right remove;
 ///   with A = U H^T (H of noise 1) and I + A A^T = L L^T, P - P H^T S^-1 H P = (L^-1 U)^T (L^-1 U),
 ///   where L^-1 U is lower triangular again, and the correction is (L^-1 U)^T L^-1 A r.
-/// What an error chart does to P afterwards (Ekf::change_chart) is not part of it.
+/// The change of chart after an update (Ekf::change_chart) is not included.
 template <typename S>
 class RootForm {
  public:
@@ -57,8 +57,9 @@ class RootForm {
   void drop(const std::vector<int>& keep);
   void add(const Work<S>& w);
 
-  MatrixOf<S> U_;      ///< in its lower right corner, for it grows there
-  MatrixOf<S> A_, L_;  ///< an update's, kept: fresh pages take longer than the algebra
+  MatrixOf<S> U_;  ///< in its lower right corner, because it grows there
+  MatrixOf<S> A_,
+      L_;  ///< workspace of an update, kept because allocating pages takes longer than the algebra
   int core_ = 0, size_ = 0;
   VectorOf<S> correction_;
 };

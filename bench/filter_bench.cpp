@@ -1,7 +1,7 @@
-// What a frame costs: with a dense and with the compressed map, over the map's size; propagation
-// and update over the landmarks in view; each error chart. Every figure is also given as a ratio to
-// the first of its group, measured in the same run, since seconds depend on the machine and its
-// load.
+// The time per frame: with a dense and with the compressed map, over the map's size; propagation
+// and update over the number of landmarks in view; each error chart. Every figure is also given as
+// a ratio to the first of its group, measured in the same run, because times depend on the machine
+// and its load.
 
 #include <cstdio>
 #include <map>
@@ -29,7 +29,7 @@ StereoRig rig() {
   return rig;
 }
 
-// Points in front of the camera, which stands: only the numbers' sizes matter here.
+// Points in front of a static camera: only the sizes of the matrices matter here.
 StereoObservation observe(LandmarkId id) {
   const double disparity = 5 + static_cast<double>(id % 23);
   const double u = 100 + static_cast<double>((id * 37) % 1000);
@@ -72,7 +72,7 @@ struct Drive {
     }
     filter.update(measurements);
   }
-  // The oldest leave, as many begin.
+  // The oldest landmarks retire, and as many new ones are initialised.
   void exchange(int count) {
     std::vector<int> oldest;
     for (int i = 0; i < count; ++i) oldest.push_back(i);
@@ -91,8 +91,8 @@ struct Drive {
   Ekf filter;
 };
 
-// A frame once the map holds so many landmarks. The dense filter gets there without updates, which
-// would take it minutes; a frame's cost does not depend on the numbers.
+// A frame after the map has this number of landmarks. The dense filter reaches it without updates,
+// which would take minutes; the time of a frame does not depend on the values.
 void frame(benchmark::State& state, bool compress_map) {
   Drive drive("right-sen3", compress_map, kInView);
   while (drive.filter.map_size() < state.range(0)) drive.exchange(kInView / 2);
@@ -114,7 +114,7 @@ void update(benchmark::State& state) {
   for (auto _ : state) drive.update();
 }
 
-// The whole map, with its covariances, after so many frames: time per frame of the past.
+// The whole map, with its covariances, after this number of frames: time per frame so far.
 void read_map(benchmark::State& state) {
   Drive drive("right-sen3", true, kInView);
   for (int i = 0; i < state.range(0); ++i) drive.frame();

@@ -24,13 +24,13 @@ Recording simulate(int cameras, double seconds) {
 
 InertialSlamSettings settings() {
   InertialSlamSettings s;
-  s.landmarks = "cartesian";
-  s.min_landmarks = 0;  // such landmarks would be anchored
+  s.landmarks = LandmarkForm::kCartesian;
+  s.min_landmarks = 0;  // otherwise landmarks would be anchored
   s.frames_per_clone = 1;
   return s;
 }
 
-/// Rows of the state that come and go together.
+/// Rows of the state that are added and removed together.
 struct Part {
   int row = 0, size = 0;
   const Landmark* landmark = nullptr;  ///< none: a clone

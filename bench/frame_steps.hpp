@@ -4,10 +4,11 @@
 
 #include <chasles/filter/ekf.hpp>
 
-// What a frame does to a covariance, apart from any way of keeping it (square_root_bench.cpp).
+// The operations of a frame on a covariance, independent of its representation
+// (square_root_bench.cpp).
 namespace chasles::bench {
 
-/// A clone or landmark that begins, from the errors of the pose: new = d_pose pose + noise.
+/// A new clone or landmark, from the errors of the pose: new = d_pose pose + noise.
 struct Fresh {
   bool is_clone = false;
   LandmarkId id = 0;       ///< or the clone's
@@ -26,8 +27,8 @@ struct FrameStep {
 };
 
 /// The frames of a walk of `seconds` through the building, 10 Hz with 50 landmarks and 15 clones in
-/// the state: an InertialSlam's predictions, rows and linearised pixels. A landmark's beginning is
-/// not seen from outside; here it begins from one pose, with a depth known to 10 %.
+/// the state: the predictions, rows and linearised pixels of an InertialSlam. The initialisation of
+/// a landmark is not accessible from outside. Here it uses one pose and a depth known to 10 %.
 struct Walk {
   Eigen::MatrixXd core_covariance;  ///< at the start
   std::vector<FrameStep> frames;

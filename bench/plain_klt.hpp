@@ -11,14 +11,14 @@
 
 namespace chasles::bench {
 
-/// The yardstick: plain pyramidal KLT of OpenCV, 21 x 21 px, 4 levels, forward only, no prediction;
-/// from frame to frame in camera 0 and, with two cameras, from there to camera 1. New corners
-/// (goodFeaturesToTrack) where tracks are missing.
+/// The reference: plain pyramidal KLT of OpenCV, 21 x 21 px, 4 levels, forward only, no prediction;
+/// from frame to frame in camera 0 and, with two cameras, from there to camera 1. It detects new
+/// corners (goodFeaturesToTrack) where tracks are missing.
 class PlainKlt {
  public:
   explicit PlainKlt(int tracks) : tracks_(tracks) {}
 
-  /// The images must live until the next call.
+  /// The images must stay valid until the next call.
   void process(const GrayImage& image, const GrayImage* other) {
     const cv::Mat now = mat(image);
     if (!last_.empty() && !points_.empty()) follow(now);

@@ -1,6 +1,6 @@
-// What rendered images cost, 752 x 480 through EuRoC's lens: the light of one image of each scene,
-// frames of the walk with noise, mono and stereo, and painting its walls. `x_20_Hz` is the factor
-// by which a frame is faster than 20 Hz.
+// The time of rendered images, 752 x 480 through EuRoC's lens: the light of one image of each
+// scene, frames of the walk with noise, mono and stereo, and the painting of its walls. `x_20_Hz`
+// is the factor by which a frame is faster than 20 Hz.
 
 #include <string>
 
@@ -23,7 +23,7 @@ InertialScene with_euroc_camera(const std::string& name, int cameras) {
   s.focal_length = 458;
   s.center_u = 367;
   s.center_v = 248;
-  s.distortion = "radtan";
+  s.distortion = Distortion::kRadtan;
   s.distortion_1 = -0.2834;
   s.distortion_2 = 0.07396;
   return scene;
@@ -34,7 +34,7 @@ void set_rate(benchmark::State& state, double images) {
       benchmark::Counter(images / 20, benchmark::Counter::kIsIterationInvariantRate);
 }
 
-// Light only, views spread over the way.
+// Light only, with views spread over the path.
 void light(benchmark::State& state, const std::string& name) {
   const InertialScene scene = with_euroc_camera(name, 1);
   const Spline motion = inertial_motion(scene);

@@ -1,10 +1,10 @@
-// What relinearising costs. First, small drives through batch estimation against the dense
-// Gauss-Newton oracle of the tests (velocity_oracle_testing.hpp: all derivatives numeric), and
-// against the algebra alone of a dense step, as if its derivatives cost nothing: exit 1 where the
-// batch is not at the oracle's minimum. Then filter, window and batch over 2020/0027 of the KITTI
-// tracks, where it is at hand ($CHASLES_DATA, ../shared/data), reading and writing excluded. Times
-// are the processor's, of all threads (there is one), the least of the repetitions; the oracle and
-// the batch over the recording run once.
+// The time of relinearisation. First, batch estimation over small stereo-velocity runs is compared
+// with the dense Gauss-Newton oracle of the tests (velocity_oracle_testing.hpp, all derivatives
+// numeric), and with the algebra alone of a dense step, as if its derivatives took no time. Exit
+// status 1 if the batch is not at the oracle's minimum. Then filter, window and batch process
+// 2020/0027 of the KITTI tracks, if available ($CHASLES_DATA, ../shared/data), without reading and
+// writing. Times are processor times of all threads (there is one), the minimum of the repetitions;
+// the oracle and the batch over the recording run once.
 
 #include <algorithm>
 #include <cstdio>
@@ -43,10 +43,10 @@ double seconds_of(const Function& function, int repetitions = kRepetitions) {
   return least;
 }
 
-// A step of dense Gauss-Newton whose Jacobian is there: normal equations, factor, solution.
+// A step of dense Gauss-Newton with a given Jacobian: normal equations, factorisation, solution.
 void dense_step(const Eigen::MatrixXd& J, Eigen::MatrixXd& S) {
   dense::square_lower(J, S);
-  Eigen::VectorXd x = J.transpose() * Eigen::VectorXd::Ones(J.rows());  // of whatever residual
+  Eigen::VectorXd x = J.transpose() * Eigen::VectorXd::Ones(J.rows());  // for an arbitrary residual
   if (!dense::cholesky(S)) std::abort();
   S.triangularView<Eigen::Lower>().solveInPlace(x);
   S.triangularView<Eigen::Lower>().transpose().solveInPlace(x);
@@ -55,7 +55,7 @@ void dense_step(const Eigen::MatrixXd& J, Eigen::MatrixXd& S) {
 // Whether the batch found the oracle's minimum.
 bool small_drive(int frames) {
   const test::DriveScene scene = test::drive_scene({.frames = frames});
-  const BatchSettings settings = test::exact_settings("inverse-depth");
+  const BatchSettings settings = test::exact_settings(LandmarkForm::kInverseDepth);
   const VelocityBatchResult batch = smooth(scene.input, settings);
   const double of_batch = seconds_of([&] { smooth(scene.input, settings); });
   test::DriveOracle oracle(scene);
@@ -116,7 +116,7 @@ void long_drive(const Recording& recording) {
     say(name.c_str(),
         seconds_of([&] { through(recording, VelocityWindow(input, BatchSettings{}, keyframes)); }));
   }
-  // It begins where the filter was.
+  // It starts from the filter's estimates.
   say("batch", of_filter + seconds_of([&] { smooth(input, BatchSettings{}); }, 1));
 }
 

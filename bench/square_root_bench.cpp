@@ -1,8 +1,9 @@
-// What the filter's linear algebra would cost as a square root or in single precision: the same
-// frames (10 Hz, 50 landmarks, 15 clones; frame_steps.hpp) by the filter's own functions, by the
-// same algorithm in float, and by a triangular root in double and float (covariance_forms.hpp), all
-// in one run; and how far each comes from the first over 1000 frames. First, small random frames
-// are held against the textbook's formulas in long double: exit 1 where one is wrong.
+// The cost of the filter's linear algebra as a square root or in single precision. The same frames
+// (10 Hz, 50 landmarks, 15 clones; frame_steps.hpp) pass through the filter's own functions, the
+// same algorithm in float, and a triangular root in double and float (covariance_forms.hpp), all in
+// one run. It also measures the difference of each from the first over 1000 frames. First, small
+// random frames are compared with the textbook's formulas in long double: exit status 1 if one is
+// wrong.
 
 #include <algorithm>
 #include <array>
@@ -65,7 +66,7 @@ int rows_before(const std::vector<FrameStep>& frames, std::size_t i) {
   return i == 0 ? kCore : frames[i - 1].state.size();
 }
 
-/// A form with the frames as it takes them.
+/// A form with the frames in its own format.
 template <typename Form, typename Work>
 struct Runner {
   const char* name;
@@ -77,7 +78,7 @@ struct Runner {
     form.exchange(works[i]);
     return form.update(works[i]);
   }
-  Eigen::MatrixXd covariance() const {  // rows as FrameStep has them
+  Eigen::MatrixXd covariance() const {  // rows in the order of FrameStep
     Eigen::MatrixXd P = form.covariance();
     if (!Form::kNewestFirst) return P;
     std::vector<Eigen::Index> order;
@@ -122,7 +123,8 @@ bool all_right() {
     for (std::size_t i = 0; i < walk.frames.size(); ++i) right = runner.step(i) && right;
     const Oracle difference = runner.covariance().template cast<long double>() - P;
     const auto wrong = static_cast<double>(difference.norm() / P.norm());
-    double wrong_correction = 0;  // the filter's own is not seen from outside: its tests have it
+    double wrong_correction =
+        0;  // the filter's own correction is not accessible: its tests cover it
     if constexpr (requires { runner.form.correction(); }) {
       Eigen::MatrixXd c = runner.form.correction().template cast<double>();
       if (decltype(runner.form)::kNewestFirst) c.bottomRows(c.rows() - kCore).reverseInPlace();
@@ -143,7 +145,7 @@ double cpu_ms() { return 1e3 * processor_seconds(); }
 
 using Stages = std::array<double, 3>;  // propagate, exchange, update [ms]
 
-// The least of the repetitions, frame by frame and stage by stage, and its mean over the frames.
+// The minimum of the repetitions, frame by frame and stage by stage, and its mean over the frames.
 template <typename Runner>
 Stages least(Runner runner) {
   for (std::size_t i = 0; i < kFirst; ++i) runner.step(i);
@@ -182,8 +184,8 @@ void print_times(const Walk& walk) {
   });
 }
 
-/// Over all frames: how far sigmas are from the yardstick's, updates that failed, and the least
-/// eigenvalue of the matrix of correlations (of every tenth frame).
+/// Over all frames: the difference of the sigmas from the reference, failed updates, and the least
+/// eigenvalue of the correlation matrix (of every tenth frame).
 template <typename Runner>
 void print_error(Runner runner, const std::vector<Eigen::VectorXd>& yardstick) {
   double worst = 0, worst_pose = 0, least_eigenvalue = 1;

@@ -57,7 +57,7 @@ Walk random_walk() {
       z.d_core = random_matrix(random, 2, 6);
       z.d_landmark = random_matrix(random, 2, 3);
       z.noise = 0.25 * Eigen::Matrix2d::Identity();
-      if (i > 2) {  // an anchored one: three rows of the state are taken for a clone's six
+      if (i > 2) {  // an anchored landmark: three rows of the state replaced by a clone's six
         z.clones.push_back({.row = x.landmarks[i - 2].row, .d = random_matrix(random, 2, 6)});
       }
       step.used.push_back(z);

@@ -41,7 +41,7 @@ void read_imu_parts(const fs::path& scratch, std::string_view bytes) {
   use(read_euroc_imu_recording(scratch / "input" / "hall_imu.csv"));
 }
 
-// A gzip file of one stored block, which is as good as a compressed one: a mutation meets the
+// A gzip file of one stored block. It is as good as a compressed one: mutations reach the
 // structure.
 std::string gzip_seed(const fs::path&) {
   const std::string text = imu_table();

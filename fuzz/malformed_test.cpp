@@ -9,8 +9,8 @@
 #include "kinds.hpp"
 #include "mutate.hpp"
 
-// Valid recordings with small damages, the same ones in every run: a reader either reads them or
-// throws InputError. The long search is `make fuzz`.
+// Valid recordings with small damages, the same in every run: a reader either reads them or throws
+// InputError. The long search is `make fuzz`.
 namespace chasles::fuzz {
 
 void PrintTo(const Kind& kind, std::ostream* out) { *out << kind.name; }
@@ -24,7 +24,8 @@ class Malformed : public ::testing::TestWithParam<Kind> {
   ~Malformed() override { fs::remove_all(scratch); }
 
  protected:
-  /// Why the bytes were refused; none if they were read. Fails the test on anything but InputError.
+  /// The message if the bytes were rejected; nothing if they were read. The test fails on any
+  /// exception but InputError.
   std::optional<std::string> refusal(const std::string& bytes) const {
     try {
       GetParam().read(scratch, bytes);
@@ -53,7 +54,7 @@ TEST_P(Malformed, DamagedBytesAreReadOrRefusedAndNothingElse) {
     SCOPED_TRACE("damage " + std::to_string(i));
     if (refusal(mutate(seed, dice))) ++refused;
   }
-  // Were all refused, or none, the damages would not reach what they are to try.
+  // If all or none were rejected, the damages would not test the intended code.
   EXPECT_GT(refused, kTries / 5);
   EXPECT_LT(refused, kTries);
 }

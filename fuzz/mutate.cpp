@@ -9,7 +9,7 @@
 namespace chasles::fuzz {
 namespace {
 
-/// What parsers trip over.
+/// Strings that are difficult for parsers.
 constexpr std::array<std::string_view, 16> kWords = {
     "nan", "inf", "-", "1e999", ",", "\n", "0",     "-1", "99999999999999999999",
     "#",   "\"",  "'", "(",     "{", "\t", "1e-320"};

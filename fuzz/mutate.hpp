@@ -5,7 +5,7 @@
 
 namespace chasles::fuzz {
 
-/// A small generator whose numbers are the same everywhere (splitmix64).
+/// A small generator with the same numbers on every platform (splitmix64).
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : state_(seed) {}

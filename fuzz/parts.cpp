@@ -17,7 +17,7 @@ bool harmless(char c) {
          c == '.' || c == '-';
 }
 
-// No folder above, and no name that is only dots or empty.
+// No parent folder, and no name that is only dots or empty.
 std::string tame(std::string_view name) {
   std::string tamed;
   for (const char c : name.substr(0, kLongestName)) {
@@ -56,7 +56,7 @@ Parts parts_of(const fs::path& folder) {
     if (!entry.is_regular_file()) continue;
     parts.emplace_back(entry.path().lexically_relative(folder), test::slurp(entry.path()));
   }
-  // The order of a directory's entries is the file system's affair.
+  // The order of a directory's entries depends on the file system.
   std::sort(parts.begin(), parts.end());
   return parts;
 }

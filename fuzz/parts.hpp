@@ -13,13 +13,13 @@ using Parts = std::vector<std::pair<std::string, std::string>>;
 
 std::string pack(const Parts& parts);
 
-/// What pack() made, whatever a mutation made of that: the names stay inside a folder.
+/// Unpacks the output of pack(), possibly mutated; the names stay inside a folder.
 Parts unpack(std::string_view bytes);
 
 /// All files in and below a folder, by name.
 Parts parts_of(const std::filesystem::path& folder);
 
-/// Makes `folder` hold what the bytes say, and nothing else.
+/// Replaces the content of `folder` by the parts.
 void lay_out(const std::filesystem::path& folder, std::string_view bytes);
 
 }  // namespace chasles::fuzz

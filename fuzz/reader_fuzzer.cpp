@@ -19,14 +19,14 @@ chasles::fuzz::Kind chosen_kind() {
 
 }  // namespace
 
-// libFuzzer's entry into the reader of the kind that the environment names.
+// libFuzzer's entry point: the reader of the kind that the environment names.
 extern "C" int LLVMFuzzerTestOneInput(const unsigned char* data, std::size_t size) {
   static const chasles::fuzz::Kind kind = chosen_kind();
   static const std::filesystem::path scratch = chasles::fuzz::make_scratch();
   try {
     kind.read(scratch, {reinterpret_cast<const char*>(data), size});
   } catch (const chasles::InputError&) {
-    // The right answer to malformed bytes.
+    // The correct response to malformed bytes.
   }
   return 0;
 }

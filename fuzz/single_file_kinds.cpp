@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The calibration says what the image says, so that the size alone refuses nothing.
+// The expected size is that of the image, so that the size alone rejects nothing.
 void decode(std::string_view bytes) { decode_image(bytes, stated_size(bytes, "input"), "input"); }
 
 std::uint32_t big_endian(std::string_view bytes, std::size_t at) {
@@ -23,7 +23,7 @@ std::uint32_t big_endian(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-// Puts the right check sum behind every part of a PNG: without, mutations would stop there.
+// Corrects the check sum of every part of a PNG; otherwise mutations would stop there.
 std::string with_check_sums(std::string bytes) {
   for (std::size_t at = 8; at + 12 <= bytes.size();) {
     const std::size_t size = big_endian(bytes, at);
@@ -84,7 +84,7 @@ void read_settings(const fs::path& scratch, std::string_view bytes) {
   try {
     app::set_from_file(collector.settings, scratch / "run.yaml");
   } catch (const UsageError& error) {
-    throw InputError(error.what());  // a setting that cannot be used is as malformed here
+    throw InputError(error.what());  // an invalid setting counts as malformed here
   }
 }
 

@@ -13,7 +13,7 @@ void use(const Recording& recording) {
     try {
       recording.images->read(due->index);
     } catch (const InputError&) {
-      // A damaged image is one that is missing.
+      // A damaged image counts as missing.
     }
   }
   check_recording(recording);

@@ -4,8 +4,8 @@
 
 namespace chasles::fuzz {
 
-/// What a program does with a recording once it is read: takes its events one by one, decodes its
-/// images, and has it checked.
+/// Uses a recording as a program does: takes its events one by one, decodes its images, and checks
+/// it.
 void use(const Recording& recording);
 
 }  // namespace chasles::fuzz

@@ -4,8 +4,8 @@
 #include "kinds.hpp"
 #include "mutate.hpp"
 
-/// write_seeds FOLDER: FOLDER/KIND/ gets the corpus that a fuzzer starts from: a valid input and
-/// some that are slightly damaged.
+/// write_seeds FOLDER: writes a fuzzer's initial corpus to FOLDER/KIND/: a valid input and some
+/// that are slightly damaged.
 int main(int argc, char** argv) {
   namespace fs = std::filesystem;
   if (argc != 2) {

@@ -216,7 +216,8 @@ TEST(LoopsStudy, RefusesWhatItDoesNotHave) {
   refused("--set gate=0.9", "unknown key 'gate' (known keys: chart, first_estimates)");
   refused("--set chart=standard", "expected --charts");
   refused("--scene-set sigma=nan", "sigma: found 'nan'");
-  refused("--scene-set sigma=2", "sigma = 2: expected a number from 0 to 1");
+  refused("--scene-set sigma=2",
+          "sigma: found '2', expected a finite number not below 0 and not above 1");
   refused("--scene-set loops=500", "at least 4 steps a loop");
   refused("--scene-set sectons=1", "unknown key 'sectons'");
   refused("--scene-set sigma", "--scene-set: found 'sigma', expected key=value");

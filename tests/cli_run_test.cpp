@@ -61,9 +61,10 @@ TEST(Run, SummaryHasEveryNameOfTheDesign) {
   stored.update(Json::parse(slurp(folder / "out/timing.json")));
   EXPECT_EQ(stored, printed);
   const VelocitySlamSettings settings;
-  for_each_setting(settings, [&](const char* name, const auto&, const char*, const char*) {
-    EXPECT_TRUE(printed.at("settings").contains(name)) << name;
-  });
+  for_each_setting(settings,
+                   [&](const char* name, const auto&, const char*, const char*, const Limits&) {
+                     EXPECT_TRUE(printed.at("settings").contains(name)) << name;
+                   });
 }
 
 TEST(Run, WithoutATruthTheFiguresThatNeedOneAreNull) {

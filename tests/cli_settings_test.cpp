@@ -1,3 +1,5 @@
+#include <filesystem>
+
 #include <nlohmann/json.hpp>
 
 #include <chasles/error.hpp>
@@ -5,6 +7,7 @@
 #include "cli_test.hpp"
 #include "inertial_settings_io.hpp"
 #include "run_settings.hpp"
+#include "scene_options.hpp"
 #include "settings_io.hpp"
 
 namespace chasles::app {
@@ -148,7 +151,7 @@ TEST(SettingsSources, LaterOnesWin) {
   EXPECT_EQ(settings.min_disparity, 3);
   EXPECT_EQ(settings.gate, 0.7);
   EXPECT_EQ(settings.chart, "left-se3");
-  EXPECT_EQ(settings.mode, "localize");
+  EXPECT_EQ(settings.mode, SlamMode::kLocalize);
 }
 
 TEST(SettingsSources, ThePapersParameterSetsAreRead) {
@@ -167,6 +170,48 @@ TEST(SettingsSources, ThePapersParameterSetsAreRead) {
     EXPECT_NEAR(s.initial_pose_sigma * s.initial_pose_sigma, 1e-2, 1e-12);
     EXPECT_NEAR(*s.initial_landmark_sigma * *s.initial_landmark_sigma, 1e-2, 1e-12);
   }
+}
+
+// Of runs with body velocities, of runs with an IMU, and of the simulator.
+TEST(SettingsSources, EveryFileOfTheRepositoryIsReadByWhomItIsFor) {
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(CHASLES_SOURCE_DIR "/configs")) {
+    const std::string name = entry.path().filename().string(), file = entry.path().string();
+    if (name.starts_with("scene-")) {
+      SceneChoice scene;
+      scene.name = "hallway";  // it needs no path
+      scene.config = file;
+      EXPECT_NO_THROW(scene_from(scene)) << name;
+    } else if (name.starts_with("du-")) {
+      EXPECT_NO_THROW(settings_from({.config = file, .sets = {}, .chart = "", .mode = ""})) << name;
+    } else {
+      EXPECT_NO_THROW(
+          inertial_run_settings_from({.config = file, .sets = {}, .chart = "", .mode = ""}))
+          << name;
+    }
+    ++files;
+  }
+  EXPECT_GE(files, 8);
+}
+
+TEST(SettingsSources, ThatDoNotGoTogetherAreRefusedBeforeTheRecordingIsRead) {
+  const auto refused = [](auto read, const std::vector<std::string>& sets) -> std::string {
+    try {
+      read({.config = "", .sets = sets, .chart = "", .mode = ""});
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "nothing was refused";
+  };
+  expect_part(refused(settings_from, {"velocity_axes=level", "mode=map"}), "velocity_axes=level");
+  expect_part(refused(inertial_run_settings_from, {"composition_interval=1"}),
+              "composition_interval: found 1, expected 0 without nav_attitude");
+  expect_part(refused(inertial_run_settings_from, {"start.max_window=0.5"}),
+              "start.max_window: found 0.5");
+  expect_part(refused(inertial_run_settings_from, {"frontend.window=14"}),
+              "frontend.window: found 14, expected an odd number");
+  expect_part(refused(inertial_run_settings_from, {"init=multiview"}),
+              "--set: init: found 'multiview', expected one of multi-view, fixed-depth");
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ TEST(Command, HelpOfRunListsEverySettingWithItsMeaning) {
   const Outcome outcome = chasles(folder, "run --help");
   EXPECT_EQ(outcome.code, 0);
   const VelocitySlamSettings settings;
-  for_each_setting(settings, [&](const char* name, const auto&, const char*, const char* meaning) {
+  for_each_setting(settings, [&](const char* name, const auto&, const char*, const char* meaning,
+                                 const Limits&) {
     expect_part(outcome.out, std::string("\n  ") + name + " ");
     expect_part(outcome.out, meaning);
   });

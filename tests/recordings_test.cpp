@@ -215,7 +215,7 @@ TEST_F(RealRecording, TheCompressedMapIsThatOfTheDenseFilterInEveryChart) {
 TEST_F(RealRecording, LevelVelocitiesAreFoundAndWorthHalfOfTheErrors) {
   const Recording drive = read(k2018_0020);
   VelocitySlamSettings own;
-  own.velocity_axes = "imu";
+  own.velocity_axes = VelocityAxes::kImu;
   const auto errors = [&](const VelocitySlamSettings& settings) {
     return judge(drive, run(drive, settings).estimates, PoseError::kWorldTwist);
   };

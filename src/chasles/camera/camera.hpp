@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include <chasles/lie/se3.hpp>
+#include <chasles/settings.hpp>
 
 namespace chasles {
 
@@ -14,6 +15,13 @@ enum class Distortion {
   kNone,
   kRadtan,       ///< Brown-Conrady: k1, k2, p1, p2
   kEquidistant,  ///< Kannala-Brandt: k1, k2, k3, k4
+};
+
+template <>
+struct Choices<Distortion> {
+  static constexpr std::array list{Choice{Distortion::kNone, "none"},
+                                   Choice{Distortion::kRadtan, "radtan"},
+                                   Choice{Distortion::kEquidistant, "equidistant"}};
 };
 
 /// One camera of a rig. Camera frame: z forward, x right, y down.

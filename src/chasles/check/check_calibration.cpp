@@ -53,7 +53,8 @@ void report_gain(const GyroscopeFit& fit, const std::string& about, CheckReport&
   report.findings.push_back(
       {.severity = Severity::kError,
        .about = about,
-       .what = fmt::format("the images rotate {:.3g} times as fast as the gyroscope measures", fit.gain),
+       .what = fmt::format("the images rotate {:.3g} times as fast as the gyroscope measures",
+                           fit.gain),
        .value = std::abs(fit.gain - 1),
        .threshold = limit,
        .unit = "",

@@ -53,8 +53,8 @@ class Damages {
     report.findings.push_back(
         {.severity = Severity::kError,
          .about = "images",
-         .what = fmt::format("{} of the {} frames examined cannot be read; the first: {}",
-                             damaged_, tried_, first_),
+         .what = fmt::format("{} of the {} frames examined cannot be read; the first: {}", damaged_,
+                             tried_, first_),
          .value = static_cast<double>(damaged_),
          .threshold = 0,
          .unit = "frames",

@@ -13,7 +13,7 @@ namespace chasles {
 struct Rest {
   Time begin{}, end{};
   Eigen::Vector3d specific_force_imu = Eigen::Vector3d::Zero();  ///< mean [m/s^2]
-  Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();    ///< mean, the gyroscope bias [rad/s]
+  Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();  ///< mean, the gyroscope bias [rad/s]
 };
 
 /// The standstills of at least a second. They consist of windows of half a second in which the

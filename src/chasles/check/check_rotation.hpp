@@ -75,10 +75,11 @@ struct GyroscopeFit {
   double rotation_sigma = 0;  ///< about the least certain axis [rad]
   double gain = 1;            ///< images' rate over the gyroscope's [1]
   double gain_sigma = 0;
-  Eigen::Vector3d bias_cam = Eigen::Vector3d::Zero();  ///< rate_cam = gain R rate_imu + bias_cam [rad/s]
-  double offset = 0;        ///< camera time + offset = gyroscope time [s]
-  double offset_sigma = 0;  ///< [s]
-  bool mirrored = false;    ///< a reflection fits better than any rotation
+  Eigen::Vector3d bias_cam =
+      Eigen::Vector3d::Zero();  ///< rate_cam = gain R rate_imu + bias_cam [rad/s]
+  double offset = 0;            ///< camera time + offset = gyroscope time [s]
+  double offset_sigma = 0;      ///< [s]
+  bool mirrored = false;        ///< a reflection fits better than any rotation
   std::size_t intervals = 0;
 };
 

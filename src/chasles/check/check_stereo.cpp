@@ -83,7 +83,8 @@ void report_pairs(const PairsCheck& check, const std::string& about, CheckReport
   report.findings.push_back(
       {.severity = Severity::kError,
        .about = about,
-       .what = fmt::format("points that both see lie {:.1f} px off the epipolar lines", check.epipolar),
+       .what =
+           fmt::format("points that both see lie {:.1f} px off the epipolar lines", check.epipolar),
        .value = check.epipolar,
        .threshold = kEpipolar,
        .unit = "px",

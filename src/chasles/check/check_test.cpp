@@ -86,11 +86,12 @@ TEST(Check, ACameraThatIsLateIsNamedWithItsDelay) {
     Recording r = tracked();
     for (FeatureFrame& frame : r.frames) frame.time += from_seconds(delay);
     const CheckReport report = check_recording(r);
-    const Finding late = finding(report, "cam0", delay > 0 ? "is stamped late by" : "is stamped early by");
+    const Finding late =
+        finding(report, "cam0", delay > 0 ? "is stamped late by" : "is stamped early by");
     EXPECT_NEAR(late.value, 1e3 * std::abs(delay), 1);
     EXPECT_EQ(late.severity, Severity::kError);
     finding(report, "cam1", delay > 0 ? "is stamped late by" : "is stamped early by");
-    if (std::abs(delay) > 0.1) continue;  // then frames lie outside the samples, too
+    if (std::abs(delay) > 0.1) continue;  // frames then lie outside the samples as well
     EXPECT_EQ(report.findings.size(), 2u) << findings(report);
   }
 }

@@ -13,7 +13,8 @@ namespace chasles {
 struct VelocityClock {
   double offset = 0;   ///< frames' clock + offset = velocities' clock [s]; above 0: stamped late
   double sigma = 0;    ///< standard deviation of the offset; seconds are treated as independent [s]
-  double scatter = 0;  ///< robust sigma of a pixel's difference from the velocities' prediction, less the part that its disparity explains [px]
+  double scatter = 0;  ///< robust sigma of a pixel's difference from the velocities' prediction,
+                       ///< less the part that its disparity explains [px]
   double sample_noise = 0;  ///< effect of the samples' white noise on such a pixel [px]
 
   /// Smaller offsets are not reported [s].

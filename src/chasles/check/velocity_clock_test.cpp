@@ -10,13 +10,14 @@ namespace chasles {
 namespace {
 
 struct Drive {
-  double lag = 0;            // [s] by which velocities are stamped late
-  double seconds = 30;       // of it
-  double turning = 1;        // factor on what changes of the motion
+  double lag = 0;            // delay of the velocities' stamps [s]
+  double seconds = 30;       // duration [s]
+  double turning = 1;        // factor on the changing part of the motion
   double pixel_noise = 0.3;  // [px]
-  double outliers = 0;       // part of the looks that are wrong by tens of pixels
+  double outliers = 0;       // share of observations that are wrong by tens of pixels
   double rate_noise = 0, velocity_noise = 0;
-  Eigen::Vector3d mounting = Eigen::Vector3d::Zero();  // of the samples' axes against the IMU's
+  Eigen::Vector3d mounting =
+      Eigen::Vector3d::Zero();  // rotation of the samples' axes relative to the IMU's
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   double scale = 1;
 };
@@ -125,7 +126,7 @@ TEST(VelocityClock, AbsurdPixelsAreLeftOut) {
     std::vector<StereoObservation>& all = r.frames[k].observations;
     for (std::size_t i = 0; i + 1 < all.size(); i += 7) {
       all[i].pixels = Eigen::Vector4d::Constant(600);
-      all[i].pixels[2] -= 1e-12;  // as far as the stars
+      all[i].pixels[2] -= 1e-12;  // a nearly infinite distance
       all[i + 1].pixels.setConstant(1e300);
     }
   }

@@ -127,9 +127,10 @@ std::vector<TrueLandmark> read_corners(const fs::path& file) {
 void make_level(const fs::path& file, Recording& recording) {
   const auto fit = fit_gravity(recording.truth, recording.imu);
   if (!fit) {
-    throw InputError(file.string() +
-                     ": too few poses during the IMU's samples to determine the vertical, expected at "
-                     "least 5 s of them");
+    throw InputError(
+        file.string() +
+        ": too few poses during the IMU's samples to determine the vertical, expected at "
+        "least 5 s of them");
   }
   const double size = fit->gravity_world.norm();
   if (!(std::abs(size - kStandardGravity) <= kGravityOff)) {
@@ -153,8 +154,8 @@ void remark_on_times(Recording& r) {
   for (std::size_t k = 1; k < r.frames.size(); ++k) {
     const double gap = to_seconds(r.frames[k].time - r.frames[k - 1].time);
     if (gap < kOutage) continue;
-    r.remarks.push_back(fmt::format("no frame for {:.2f} s, from {:.2f} s on: no image data",
-                                    gap, to_seconds(r.frames[k - 1].time - r.frames.front().time)));
+    r.remarks.push_back(fmt::format("no frame for {:.2f} s, from {:.2f} s on: no image data", gap,
+                                    to_seconds(r.frames[k - 1].time - r.frames.front().time)));
   }
   const auto outside = std::count_if(r.frames.begin(), r.frames.end(), [&](const auto& frame) {
     return frame.time < r.imu.front().time || frame.time > r.imu.back().time;

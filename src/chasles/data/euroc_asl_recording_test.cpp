@@ -39,7 +39,7 @@ TEST_F(EurocFolder, IsReadWholeFromEitherFolder) {
     const Recording r = read_recording(path);
     EXPECT_EQ(r.name, "hall");
     ASSERT_EQ(r.cameras.size(), 2u);
-    // T_BS maps camera to body: the camera stands at (0.1, 0.2, 0.3).
+    // T_BS maps camera to body: the camera is at (0.1, 0.2, 0.3).
     EXPECT_LT((r.cameras[1].cam_T_imu * Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 1e-15);
     EXPECT_EQ(r.cameras[0].fy, 4.5);
     EXPECT_EQ(r.imu_noise->accelerometer_random_walk, 3e-3);

@@ -68,7 +68,7 @@ class AprilFolder : public ::testing::Test {
     test::spill(folder / "landmarks.csv",
                 "#corner_id,x [m],y [m],z [m]  (board)\n5,1,0,0\n6,0,1,0\n");
   }
-  // Replaces the first occurrence for one reading, and tells what it says.
+  // Replaces the first occurrence for one read and returns the error message.
   std::string error(const std::string& file, const std::string& from, const std::string& to) {
     const std::string text = test::slurp(folder / file);
     std::string changed = text;
@@ -90,7 +90,7 @@ TEST_F(AprilFolder, IsRecognisedAndReadWhole) {
   EXPECT_EQ(read_recording(folder / "").name, "board");
   ASSERT_EQ(r.cameras.size(), 2u);
   EXPECT_EQ(r.cameras[0].distortion, Distortion::kRadtan);
-  // T_BS maps camera to body: the camera stands at (0.1, 0.2, 0.3).
+  // T_BS maps camera to body: the camera is at (0.1, 0.2, 0.3).
   EXPECT_LT((r.cameras[0].cam_T_imu * Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 1e-15);
   EXPECT_EQ(r.imu_noise->gyroscope_random_walk, 2e-5);
   EXPECT_EQ(r.imu_noise->accelerometer_noise_density, 2e-3);
@@ -108,7 +108,7 @@ TEST_F(AprilFolder, TruthAndLandmarksAreTurnedSoThatZPointsUp) {
   const Recording r = read_recording(folder);
   ASSERT_EQ(r.truth.size(), truth.truth.size() - 1) << "one pose rests on 63 corners";
   EXPECT_NE(r.truth[7].time, truth.truth[7].time);
-  // Both were turned by the same rotation, which carries up to z.
+  // Both were rotated by the same rotation, which maps up to z.
   const Eigen::Matrix3d turn = r.truth[0].pose.R * truth.truth[0].pose.R.transpose();
   EXPECT_LT((turn * kUp - Eigen::Vector3d::UnitZ()).norm(), 2e-3);
   EXPECT_LT((turn * truth.truth[3].pose.p - r.truth[3].pose.p).norm(), 1e-12);
@@ -130,7 +130,7 @@ TEST_F(AprilFolder, WithoutTruthItIsStillARecording) {
   fs::remove(folder / "gt_pnp.csv");
   const Recording r = read_recording(folder);
   EXPECT_TRUE(r.truth.empty());
-  EXPECT_TRUE(r.true_landmarks.empty()) << "nothing says where up is";
+  EXPECT_TRUE(r.true_landmarks.empty()) << "the vertical is unknown";
   EXPECT_EQ(r.frames.size(), 160u);
 }
 
@@ -207,7 +207,7 @@ TEST(RealApril, IsReadWithEveryTrapHandled) {
   EXPECT_EQ(pixels, 358288u);
   expect_parts(joined(r.remarks), {"no frame for 1.15 s, from 55.80 s on", "2 of 1417 frames",
                                    "81 of 1417 poses", "z points up"});
-  // The right camera stands 11 cm beside the left one.
+  // The right camera is 11 cm beside the left one.
   EXPECT_NEAR((r.cameras[1].cam_T_imu * r.cameras[0].cam_T_imu.inverse()).p.norm(), 0.110, 1e-3);
 }
 
@@ -288,7 +288,7 @@ TEST_P(RealImu, TheTrueStatesMoveAsTheImuSays) {
   if (expected.error == 0) return;
   const double error = dead_reckoning_error(r, r.true_motion);
   EXPECT_LT(error, expected.error);
-  // What the columns would give in another order.
+  // The result of the columns in another order.
   std::vector<TrueMotion> swapped = r.true_motion;
   for (TrueMotion& row : swapped) std::swap(row.accelerometer_bias, row.gyroscope_bias);
   EXPECT_GT(dead_reckoning_error(r, swapped), 3 * error);

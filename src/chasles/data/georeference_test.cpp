@@ -36,7 +36,7 @@ TEST(Georeference, ThereAndBackIsTheSamePlace) {
       const Eigen::Vector3d p(east, north, -3);
       const Geodetic place = to_geodetic(kKarlsruhe, p);
       EXPECT_LT((to_world(kKarlsruhe, place) - p).norm(), 1e-7);
-      // Within a kilometre or so the sphere's own latitude and longitude tell nearly the same.
+      // Within about a kilometre the sphere's own latitude and longitude agree closely.
       EXPECT_NEAR(place.latitude, 49.011 + north / 6378137 / kDegree, 5e-5);
     }
   }

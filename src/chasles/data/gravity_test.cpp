@@ -12,7 +12,7 @@ TEST(Gravity, IsFoundInAWorldThatIsNotLevelBesideTheBias) {
   const Recording r = swung(kTilted, 30);
   const auto fit = fit_gravity(r.truth, r.imu);
   ASSERT_TRUE(fit);
-  // What is left is the interpolation of R between poses 50 ms apart.
+  // The remaining error is the interpolation of R between poses 50 ms apart.
   EXPECT_LT((fit->gravity_world - kTilted).norm(), 5e-3);
   EXPECT_LT((fit->accelerometer_bias - test::kBias).norm(), 5e-3);
   EXPECT_EQ(fit->windows, 28) << "of 30 poses a second apart";
@@ -32,7 +32,7 @@ TEST(Gravity, NoiseOfThePosesHardlyMatters) {
 TEST(Gravity, WindowsWithAGapAreLeftOut) {
   Recording r = swung(kTilted, 30);
   const auto all = fit_gravity(r.truth, r.imu);
-  // Samples that would pull the fit, were they used across the gap.
+  // Samples that would bias the fit if they were used across the gap.
   for (std::size_t k = 2000; k < 2100; ++k) r.imu[k].specific_force_imu.setConstant(100);
   r.imu.erase(r.imu.begin() + 1990, r.imu.begin() + 2110);
   r.truth.erase(r.truth.begin() + 400, r.truth.begin() + 430);

@@ -20,7 +20,7 @@ class GrowingRun {
   struct Pace {
     std::chrono::milliseconds first{2000};    ///< shorter runs write nothing
     std::chrono::milliseconds between{1000};  ///< minimum time between two writes
-    int share = 100;  ///< writing takes at most 1/share of the time
+    int share = 100;                          ///< writing takes at most 1/share of the time
   };
 
   /// Creates and locks the folder. Removes the files of a killed run, and nothing else. Throws

@@ -68,7 +68,7 @@ class Kalibr : public ::testing::Test {
 TEST_F(Kalibr, CamerasAndImuAreReadWhole) {
   const KalibrCalibration k = read();
   ASSERT_EQ(k.cameras.size(), 2u);
-  // T_cam_imu maps IMU to camera: the camera stands at (0.1, 0.2, 0.3).
+  // T_cam_imu maps IMU to camera: the camera is at (0.1, 0.2, 0.3).
   EXPECT_LT((k.cameras[0].cam_T_imu * Eigen::Vector3d(0.1, 0.2, 0.3)).norm(), 1e-15);
   EXPECT_EQ(k.cameras[0].distortion, Distortion::kRadtan);
   EXPECT_EQ(k.cameras[1].distortion, Distortion::kEquidistant);

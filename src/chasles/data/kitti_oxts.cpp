@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::chrono::year kFirstYear(1970), kLastYear(2115);  // as kLastSecond
-// Of a packet's thirty numbers: the indices of the body's acceleration and angular rate.
+// The number of values in a packet, and the indices of the body's acceleration and angular rate.
 constexpr std::size_t kNumbers = 30, kForce = 11, kRate = 17;
 
 int digits(const std::string& where, std::string_view text, std::size_t at, std::size_t size) {

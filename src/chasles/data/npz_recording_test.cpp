@@ -32,7 +32,7 @@ class NpzRecording : public ::testing::Test {
   void set(std::size_t track, std::size_t frame, const Eigen::Vector4d& pixels) {
     for (std::size_t i = 0; i < 4; ++i) feature(i, track, frame) = pixels[static_cast<int>(i)];
   }
-  // An archive of three tracks and six frames that see nothing.
+  // An archive of three tracks and six frames without observations.
   void clear() {
     fields = test::npz_fields(drive(Drive{.frames = 6, .tracks = 3}), 3);
     for (double& value : features().values) value = -1;

@@ -65,7 +65,7 @@ TEST(Plan, WhatIsMalformedIsNamedWithItsPlace) {
 }
 
 TEST(Plan, ARunFolderKeepsIt) {
-  chasles::Run run;  // Test::Run hides the name
+  chasles::Run run;  // Test::Run hides the class name
   run.name = "walk";
   run.plan = example();
   const auto folder = scratch();

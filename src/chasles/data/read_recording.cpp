@@ -14,7 +14,8 @@ namespace {
 
 constexpr const char* kKnownKinds =
     "an ECE276A .npz archive, a STARS .mat file, an EuRoC folder (mav0), IMU table or table of "
-    "tracks, a folder of AprilGrid tracks (tracks.csv), a KITTI raw recording (image_00, oxts), a ROS "
+    "tracks, a folder of AprilGrid tracks (tracks.csv), a KITTI raw recording (image_00, oxts), a "
+    "ROS "
     "1 "
     ".bag, a folder of images (images/cam0, imu.csv), or a recording folder with calibration.yaml "
     "(docs/formats.md)";

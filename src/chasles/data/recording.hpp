@@ -49,8 +49,7 @@ struct Recording {
   std::optional<ImuNoise> imu_noise;  ///< as the recording states it
   ImuRange imu_range;                 ///< as the recording states it; infinite: not stated
   std::vector<FeatureFrame> frames;
-  std::shared_ptr<const ImageSource>
-      images;        ///< the input of a front end, instead of `frames`
+  std::shared_ptr<const ImageSource> images;  ///< the input of a front end, instead of `frames`
   Trajectory truth;  ///< world_T_imu; empty where unknown. With an IMU the world's z axis points up
   std::vector<TrueMotion> true_motion;       ///< at the times of `truth`; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown

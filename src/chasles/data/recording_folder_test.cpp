@@ -20,7 +20,7 @@ class RecordingFolder : public ::testing::Test {
     recording.rig.cam0_T_imu.R = so3::exp({0.1, -2, 0.3});
     write_folder_recording(recording, folder);
   }
-  // Replaces the first occurrence in a file of the folder, and tells what reading then says.
+  // Replaces the first occurrence in a file of the folder and returns the reader's error message.
   std::string error(const std::string& file, const std::string& from, const std::string& to) {
     write_folder_recording(recording, folder);
     std::string text = test::slurp(folder / file);

@@ -39,7 +39,7 @@ TEST_P(RealRecording, IsReadWithEveryTrapHandled) {
   EXPECT_EQ(r.velocities.size(), expected.frames);
   const std::string remarks = joined(r.remarks);
   EXPECT_EQ(count(r), expected.observations - expected.stale - expected.not_positive) << remarks;
-  // On every car the camera stands 1.1 m before the IMU, 0.3 m right of it and 0.7 m above it.
+  // On every car the camera is 1.1 m in front of the IMU, 0.3 m right of it and 0.7 m above it.
   const Eigen::Vector3d p_imu = r.rig.cam0_T_imu.inverse() * Eigen::Vector3d::Zero();
   EXPECT_LT((p_imu - Eigen::Vector3d(1.1, -0.3, 0.73)).norm(), 0.06) << remarks;
   for (std::size_t k = 0; k < r.frames.size(); ++k) {
@@ -143,8 +143,8 @@ TEST(RealRecordings, StarryNightHoldsTheTruthOfPosesAndLandmarks) {
   EXPECT_EQ(r.true_landmarks.size(), 20u);
   EXPECT_EQ(count(r), 9410u) << "nothing is stale where the vehicle rests";
   expect_truth(r, read_tum(*folder / "ground_truth/starrynight_dataset3_gt_vehicle.tum"));
-  // The true landmarks, seen from the true poses, lie where they were seen: a median of a few
-  // pixels.
+  // The true landmarks, projected from the true poses, agree with the observations: a median of a
+  // few pixels.
   std::vector<double> errors;
   for (std::size_t k = 0; k < r.frames.size(); ++k) {
     for (const StereoObservation& o : r.frames[k].observations) {

@@ -41,7 +41,7 @@ std::string sensor_text(const char* type, const std::string& comment, const SE3&
                      type, comment, yaml_motion(imu_T_sensor));
 }
 
-// The rate from the median interval.
+// The rate from the median interval [Hz].
 template <typename Times>
 double rate_of(const Times& times) {
   std::vector<double> gaps;

@@ -249,7 +249,7 @@ TEST(WriteEuroc, EndsEarlyWhereItIsAskedTo) {
   const fs::path folder = test::scratch() / "rec";
   EXPECT_EQ(write_euroc(example(), folder, [](std::size_t done) { return done < 4; }), 4U);
   EXPECT_EQ(read_recording(folder).images->size(), 4U);
-  // What is written at a time is kept.
+  // Files that are in progress are kept.
   EXPECT_EQ(write_euroc(
                 example(), folder, [](std::size_t) { return false; }, 3),
             3U);

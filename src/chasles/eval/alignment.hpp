@@ -11,7 +11,8 @@ enum class Alignment {
   kNone,         ///< none: both are in the same world already
   kFirstPose,    ///< the first poses coincide
   kFirstLevel,   ///< the positions and headings of the first poses coincide; z is up in both worlds
-  kPositionYaw,  ///< least squares over translation and the rotation about the z axis of both worlds
+  kPositionYaw,  ///< least squares over translation and the rotation about the z axis of both
+                 ///< worlds
   kRigid,        ///< least squares over SE(3) (Umeyama 1991 without scale)
   kSimilarity,   ///< least squares over Sim(3) (Umeyama 1991)
 };

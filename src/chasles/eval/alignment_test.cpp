@@ -53,11 +53,12 @@ TEST(Alignment, FirstLevelTakesPositionAndHeadingOfTheFirstPoseAlone) {
   const SE3 transform{so3::exp({0, 0, 0.7}), {5, -2, 1}};
   Trajectory estimate = test::helix(50);
   const Trajectory truth = test::moved(transform, estimate);
-  for (std::size_t i = 1; i < estimate.size(); ++i) estimate[i].pose.p.x() += 1;  // not looked at
+  for (std::size_t i = 1; i < estimate.size(); ++i)
+    estimate[i].pose.p.x() += 1;  // not used by the alignment
   const Eigen::Matrix3d level = estimate.front().pose.R;
   EXPECT_TRUE(same(align(match(estimate, truth), Alignment::kFirstLevel).truth_T_estimate,
                    transform, kTight));
-  // A first tilt stays where it is, in the body's axes and in the world's.
+  // An initial tilt remains, in the body's axes and in the world's.
   estimate.front().pose.R = so3::exp({0.02, 0, 0}) * level;
   const SE3 found = align(match(estimate, truth), Alignment::kFirstLevel).truth_T_estimate;
   EXPECT_TRUE(test::agree(found.R.col(2), Eigen::Vector3d(0, 0, 1), 1e-15));

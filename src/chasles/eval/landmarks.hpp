@@ -17,8 +17,9 @@ struct MatchedPoint {
 /// The position error of the landmarks.
 struct LandmarkError {
   std::size_t count = 0;
-  double rmse_first_pose_m = 0;          ///< with the worlds aligned by the first poses
-  std::optional<double> rmse_aligned_m;  ///< with alignment by least squares over the landmarks; from 3 landmarks on
+  double rmse_first_pose_m = 0;  ///< with the worlds aligned by the first poses
+  std::optional<double>
+      rmse_aligned_m;  ///< with alignment by least squares over the landmarks; from 3 landmarks on
 };
 
 /// `truth_T_estimate` relates the worlds by the first poses; without points all is zero.

@@ -21,8 +21,8 @@ TEST(RelativeError, AScaleErrorOfOnePercentIsOnePercent) {
 }
 
 TEST(RelativeError, AHeadingDriftIsMeasuredPerMetreAndBendsThePath) {
-  // The estimate turns by 0.01 deg each metre of a straight truth: over L the end is off by
-  // |(sin a / a - 1, (1 - cos a) / a)| L with a the angle turned.
+  // The estimate rotates by 0.01 deg per metre of a straight truth: over L the end is off by |(sin
+  // a / a - 1, (1 - cos a) / a)| L with a the angle of rotation.
   const double rate = 0.01 * std::numbers::pi / 180;
   const Trajectory truth = test::straight(20000, 0.1);
   Trajectory estimate = truth;

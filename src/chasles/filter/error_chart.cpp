@@ -1,5 +1,6 @@
 #include <array>
 #include <string>
+#include <vector>
 
 #include <chasles/error.hpp>
 #include <chasles/filter/error_chart.hpp>
@@ -62,6 +63,15 @@ void push_columns(const ErrorChart& chart, const State& x,
 std::span<const ErrorChart> error_charts() {
   static const std::array charts{kStandardChart, kLeftSe3Chart, kRightSe3Chart, kRightSen3Chart};
   return charts;
+}
+
+std::span<const std::string_view> error_chart_names() {
+  static const std::vector<std::string_view> names = [] {
+    std::vector<std::string_view> all;
+    for (const ErrorChart& chart : error_charts()) all.push_back(chart.name);
+    return all;
+  }();
+  return names;
 }
 
 const ErrorChart& error_chart(std::string_view name) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <chasles/filter/error_chart_names.hpp>
 #include <chasles/filter/state.hpp>
 
 namespace chasles {

@@ -5,17 +5,9 @@
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
 #include <chasles/filter/ekf.hpp>
+#include <chasles/filter/stereo_rows.hpp>
 
 namespace chasles {
-
-/// The rows of a stereo measurement. vL and vR observe the same quantity, so their mean loses no
-/// information. The disparity can be omitted if its error is constant along a track: otherwise
-/// every frame would count the same error as a new measurement.
-enum class StereoRows {
-  kAll,            ///< (uL, vL, uR, vR), as in Du (20)
-  kMeanDisparity,  ///< ((uL + uR)/2, (vL + vR)/2, uL - uR): independent if the four pixels are
-  kMean,           ///< ((uL + uR)/2, (vL + vR)/2)
-};
 
 /// Standard deviations [px].
 struct StereoNoise {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <chasles/frontend/frontend_settings.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
 
 namespace chasles {
@@ -13,11 +14,6 @@ struct PixelBox {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 
   bool empty() const { return x1 <= x0 || y1 <= y0; }
-};
-
-enum class CornerMeasure {
-  kHarris,     ///< det - 0.04 trace^2 (Harris & Stephens 1988)
-  kShiTomasi,  ///< the smaller eigenvalue (Shi & Tomasi 1994)
 };
 
 /// A pixel where the image has texture in two directions.

@@ -17,13 +17,8 @@ namespace {
 
 constexpr int kStereoRests = 4;  // frames, after a search along the epipolar curve found nothing
 
-Equalisation equalisation_of(const FrontendSettings& settings) {
-  if (settings.equalisation == "histogram") return Equalisation::kHistogram;
-  return settings.equalisation == "clahe" ? Equalisation::kClahe : Equalisation::kNone;
-}
-
 CoverageSettings coverage_settings_of(const FrontendSettings& s) {
-  return {.measure = s.corners == "harris" ? CornerMeasure::kHarris : CornerMeasure::kShiTomasi,
+  return {.measure = s.corners,
           .max_tracks = s.max_tracks,
           .columns = s.grid_columns,
           .rows = s.grid_rows,
@@ -72,7 +67,7 @@ std::vector<char> Frontend::State::build_pyramids(const ImageFrame& frame) {
       ++report.missing_images;
       continue;
     }
-    build_pyramid(frame.images[i], equalisation_of(settings), settings.levels, now[i]);
+    build_pyramid(frame.images[i], settings.equalisation, settings.levels, now[i]);
     const Exposure seen = exposure(now[i]);
     usable[i] = seen == Exposure::kUsable ? 1 : 0;
     if (seen == Exposure::kBlack) ++report.black_images;
@@ -178,7 +173,7 @@ FeatureFrame Frontend::State::features(Time time) const {
 
 Frontend::Frontend(const FrontendSettings& settings, std::vector<Camera> cameras,
                    std::vector<GrayImage> masks) {
-  check(settings);
+  validate(settings);
   if (masks.empty()) masks.resize(cameras.size());
   check_rig(cameras, masks);
   const Coverage coverage(coverage_settings_of(settings), cameras[0].width, cameras[0].height);

@@ -6,11 +6,30 @@
 
 namespace chasles {
 
+enum class CornerMeasure {
+  kHarris,     ///< det - 0.04 trace^2 (Harris & Stephens 1988)
+  kShiTomasi,  ///< the smaller eigenvalue (Shi & Tomasi 1994)
+};
+enum class Equalisation { kNone, kHistogram, kClahe };
+
+template <>
+struct Choices<CornerMeasure> {
+  static constexpr std::array list{Choice{CornerMeasure::kHarris, "harris"},
+                                   Choice{CornerMeasure::kShiTomasi, "shi-tomasi"}};
+};
+
+template <>
+struct Choices<Equalisation> {
+  static constexpr std::array list{Choice{Equalisation::kNone, "none"},
+                                   Choice{Equalisation::kHistogram, "histogram"},
+                                   Choice{Equalisation::kClahe, "clahe"}};
+};
+
 /// Everything that can be set about the image front end. The list below feeds files, --set, --help
 /// and summary.json.
 struct FrontendSettings {
-  std::string corners = "harris";
-  std::string equalisation = "none";
+  CornerMeasure corners = CornerMeasure::kHarris;
+  Equalisation equalisation = Equalisation::kNone;
   std::string mask = {};
   int max_tracks = 150;
   int grid_columns = 10;
@@ -38,51 +57,72 @@ struct FrontendSettings {
   double min_stereo_depth = 0.3;
 };
 
-/// Calls visit(name, value, unit or choices, meaning) for every setting, in order.
+/// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
 template <SettingsOf<FrontendSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
-  visit("corners", s.corners, "harris|shi-tomasi", "the measure that ranks corners");
-  visit("equalisation", s.equalisation, "none|histogram|clahe",
-        "of the grey levels before anything else; tracking itself does not mind gain and offset");
+  visit("corners", s.corners, "choice", "the measure that ranks corners", limits::kAny);
+  visit("equalisation", s.equalisation, "choice",
+        "of the grey levels before anything else; tracking itself does not mind gain and offset",
+        limits::kAny);
   visit("mask", s.mask, "",
         "image of a camera's size, black where nothing is to be tracked (a robot's own arm); for a "
-        "rig one file a camera, separated by commas; empty: none");
-  visit("max_tracks", s.max_tracks, "count", "that are followed at a time");
-  visit("grid_columns", s.grid_columns, "count", "of cells over which the tracks are spread");
-  visit("grid_rows", s.grid_rows, "count", "of cells over which the tracks are spread");
+        "rig one file a camera, separated by commas; empty: none",
+        limits::kAny);
+  visit("max_tracks", s.max_tracks, "count", "that are followed at a time",
+        limits::from_to(1, 10000));
+  visit("grid_columns", s.grid_columns, "count", "of cells over which the tracks are spread",
+        limits::from_to(1, 100));
+  visit("grid_rows", s.grid_rows, "count", "of cells over which the tracks are spread",
+        limits::from_to(1, 100));
   visit("cells_per_frame", s.cells_per_frame, "count",
-        "cells searched for corners in a frame, unless half of the tracks are gone");
-  visit("min_distance", s.min_distance, "px", "of a new corner to every track");
-  visit("border", s.border, "px", "at the image's edge where nothing is tracked");
+        "cells searched for corners in a frame, unless half of the tracks are gone",
+        limits::from_to(1, 10000));
+  visit("min_distance", s.min_distance, "px", "of a new corner to every track",
+        limits::from_to(1, 1000));
+  visit("border", s.border, "px", "at the image's edge where nothing is tracked",
+        limits::from_to(0, 1000));
   visit("min_corner_gradient", s.min_corner_gradient, "grey levels/px",
-        "a corner's mean (rms) gradient in its weakest direction");
-  visit("window", s.window, "px", "side of a track's patch, odd");
-  visit("levels", s.levels, "count", "of the image pyramid, each half as large");
+        "a corner's mean (rms) gradient in its weakest direction", limits::from_to(0, 255));
+  visit("window", s.window, "px", "side of a track's patch, odd", limits::from_to(7, 23));
+  visit("levels", s.levels, "count", "of the image pyramid, each half as large",
+        limits::from_to(1, 6));
   visit("predicted_levels", s.predicted_levels, "count",
-        "used where the gyroscope tells where a track is; all, where that fails");
-  visit("min_correlation", s.min_correlation, "1", "of a patch with the one it is found as");
+        "used where the gyroscope tells where a track is; all, where that fails",
+        limits::from_to(1, 6));
+  visit("min_correlation", s.min_correlation, "1", "of a patch with the one it is found as",
+        limits::from_to(-1, 1));
   visit("max_backward_error", s.max_backward_error, "px",
-        "a patch followed to the new image and back must return so near");
+        "a patch followed to the new image and back must return so near",
+        limits::from_to(0.01, 1000));
   visit("waiting_frames", s.waiting_frames, "count",
-        "tracks outlive so many frames without an image (missing, black, saturated)");
+        "tracks outlive so many frames without an image (missing, black, saturated)",
+        limits::from_to(0, 10000));
   visit(
       "patch_frames", s.patch_frames, "count",
       "a track's patch is kept for so many images while it fits, and looked for in every third of "
-      "them: errors of single steps do not add up; 1 or 2: each image's in the next one alone");
+      "them: errors of single steps do not add up; 1 or 2: each image's in the next one alone",
+      limits::from_to(1, 100));
   visit("min_kept_correlation", s.min_kept_correlation, "1",
         "of a patch with the one that is kept, or the track ends; less where noise makes it less "
-        "from image to image as well");
+        "from image to image as well",
+        limits::from_to(-1, 1));
   visit("max_stretch", s.max_stretch, "1",
-        "a track ends whose patch is longer or shorter by this factor than when it began");
-  visit("reject_outliers", s.reject_outliers, "bool", "two-view check of all tracks together");
-  visit("outlier_threshold", s.outlier_threshold, "px", "distance to the epipolar line of motion");
-  visit("stereo", s.stereo, "bool", "find each track of camera 0 in the other cameras");
+        "a track ends whose patch is longer or shorter by this factor than when it began",
+        limits::from_to(1, 1000));
+  visit("reject_outliers", s.reject_outliers, "bool", "two-view check of all tracks together",
+        limits::kAny);
+  visit("outlier_threshold", s.outlier_threshold, "px", "distance to the epipolar line of motion",
+        limits::from_to(0.01, 1000));
+  visit("stereo", s.stereo, "bool", "find each track of camera 0 in the other cameras",
+        limits::kAny);
   visit("epipolar_threshold", s.epipolar_threshold, "px",
-        "distance to the epipolar line of the rig");
-  visit("min_stereo_depth", s.min_stereo_depth, "m", "nearest point that is looked for");
+        "distance to the epipolar line of the rig", limits::from_to(0.01, 1000));
+  visit("min_stereo_depth", s.min_stereo_depth, "m", "nearest point that is looked for",
+        limits::from_to(0.01, 1000));
 }
 
-/// Throws UsageError, with the setting's name, value and range, where one cannot be used.
-void check(const FrontendSettings& settings);
+/// Throws UsageError, with the setting's name ("frontend.window"), value and range, where one
+/// cannot be used.
+void validate(const FrontendSettings& settings);
 
 }  // namespace chasles

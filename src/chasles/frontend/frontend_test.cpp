@@ -154,13 +154,14 @@ TEST(Frontend, TracksNothingBehindAMask) {
 }
 
 TEST(Frontend, EachEqualisationAndCornerMeasureFollows) {
-  for (const char* equalisation : {"none", "histogram", "clahe"}) {
-    for (const char* corners : {"harris", "shi-tomasi"}) {
+  for (const Equalisation equalisation :
+       {Equalisation::kNone, Equalisation::kHistogram, Equalisation::kClahe}) {
+    for (const CornerMeasure corners : {CornerMeasure::kHarris, CornerMeasure::kShiTomasi}) {
       const Outcome out = follow({.path = sideways,
                                   .frames = 5,
                                   .settings = {.corners = corners, .equalisation = equalisation}});
-      EXPECT_GT(out.tracked_share, 0.95) << equalisation << corners;
-      EXPECT_LT(median(out.step_errors), 0.1) << equalisation << corners;
+      EXPECT_GT(out.tracked_share, 0.95) << name_of(equalisation) << name_of(corners);
+      EXPECT_LT(median(out.step_errors), 0.1) << name_of(equalisation) << name_of(corners);
     }
   }
 }
@@ -188,7 +189,7 @@ bool same(const std::vector<FeatureFrame>& a, const std::vector<FeatureFrame>& b
 }
 
 TEST(Frontend, GivesTheSameBytesEachTimeOnAnyNumberOfThreads) {
-  Walk walk{.rig = euroc_rig(), .frames = 6, .settings = {.equalisation = "clahe"}};
+  Walk walk{.rig = euroc_rig(), .frames = 6, .settings = {.equalisation = Equalisation::kClahe}};
   const int before = cv::getNumThreads();
   cv::setNumThreads(1);
   const auto one = follow(walk).features;

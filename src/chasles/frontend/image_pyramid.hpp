@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <chasles/camera/image_frame.hpp>
+#include <chasles/frontend/frontend_settings.hpp>
 
 namespace chasles {
 
@@ -28,8 +29,6 @@ struct ImagePyramid {
 
   bool empty() const { return levels.empty(); }
 };
-
-enum class Equalisation { kNone, kHistogram, kClahe };
 
 /// Builds the pyramid of `image` in `pyramid`, whose memory is reused. It has `levels` levels, or
 /// fewer if a level would be smaller than kPad + 1 on a side. Throws InputError if the image does

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <chasles/settings.hpp>
 #include <chasles/time.hpp>
 
 namespace chasles {
@@ -22,6 +23,12 @@ enum class ImuConvention {
   kInstant,       ///< the value at `time`; between two samples their mean is used
   kIntervalMean,  ///< the mean since the previous sample: velocity and angle increments over the
                   ///< time
+};
+
+template <>
+struct Choices<ImuConvention> {
+  static constexpr std::array list{Choice{ImuConvention::kInstant, "instant"},
+                                   Choice{ImuConvention::kIntervalMean, "interval-mean"}};
 };
 
 /// Continuous-time noise of an IMU, by Kalibr's names and units. A discrete sample at rate f has

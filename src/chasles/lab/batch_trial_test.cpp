@@ -33,7 +33,7 @@ TEST_P(BatchTrials, ErrLessThanTheFilterAndKnowHowMuch) {
     const InertialStart start = draw_start(recording, variant().settings, scene.settings.seed, run);
     of_filter += averages(run_trial(variant(), recording, start)).ate_posyaw;
     BatchSettings settings;
-    settings.loss = "none";  // there are no outliers: what it says of itself is exact
+    settings.loss = BatchLoss::kNone;  // there are no outliers: what it says of itself is exact
     const BatchTrial batch = run_batch_trial(variant(), settings, recording, start,
                                              filter_motions(variant(), recording, start));
     EXPECT_TRUE(batch.report.converged) << batch.report.end;
@@ -84,7 +84,7 @@ TEST(BatchTrial, FindsItsWayBackFromAFifthOff) {
   const InertialStart start = draw_start(recording, filter.settings, scene.settings.seed, 0);
   const std::vector<TimedMotion> initial = filter_motions(filter, recording, start);
   BatchSettings settings;
-  settings.loss = "none";
+  settings.loss = BatchLoss::kNone;
   settings.gate = 0;
   const BatchReport near = run_batch_trial(filter, settings, recording, start, initial).report;
   settings.initial_error = 0.2;

@@ -20,7 +20,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// The sigma of a component without motion [m, rad].
+// The least sigma of a component, used where the component is zero [m, rad].
 constexpr double kLeastSigma = 1e-4;
 
 SE3 true_pose(const LoopsSettings& s, int step) {

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <string>
 
+#include <chasles/settings.hpp>
+
 namespace chasles {
 
 // The one list of settings: type, name, default, least, most, unit, meaning. The struct, the
@@ -31,22 +33,12 @@ struct LoopsSettings {
 #undef CHASLES_FIELD
 };
 
-/// Calls visit(name, value, unit, doc) for every setting, in the order of the list; `value` is a
-/// reference to an int, double, std::uint64_t or std::string.
-template <typename Visitor>
-void for_each_field(LoopsSettings& settings, Visitor&& visit) {
+/// Calls visit(name, value, unit, doc, limits) for every setting, in the order of the list; `value`
+/// is a reference to an int, double, std::uint64_t or std::string, const where `settings` is.
+template <SettingsOf<LoopsSettings> S, typename Visitor>
+void for_each_setting(S& settings, Visitor&& visit) {
 #define CHASLES_FIELD(type, field, value, least, most, unit, doc) \
-  visit(#field, settings.field, unit, doc);
-  CHASLES_LOOPS_FIELDS(CHASLES_FIELD)
-#undef CHASLES_FIELD
-}
-
-/// Calls visit(name, value, least, most, unit) for every setting; of a std::uint64_t or a
-/// std::string least and most mean nothing.
-template <typename Visitor>
-void for_each_range(const LoopsSettings& settings, Visitor&& visit) {
-#define CHASLES_FIELD(type, field, value, least, most, unit, doc) \
-  visit(#field, settings.field, least, most, unit);
+  visit(#field, settings.field, unit, doc, limits::of<type>(least, most));
   CHASLES_LOOPS_FIELDS(CHASLES_FIELD)
 #undef CHASLES_FIELD
 }

@@ -57,8 +57,9 @@ struct FilterSummary {
   TrialAverages median = {};     ///< of the runs' averages
   double nees_per_dof = 0;       ///< of the pose
   double covariance_factor = 0;  ///< factor by which the covariance is too small: nees_per_dof
-  Band band = {};                ///< 95 % band of nees_per_dof at one instant, for this number of runs
-  double seconds_inside = 0;     ///< fraction of the seconds in which the mean over the runs is inside the band
+  Band band = {};  ///< 95 % band of nees_per_dof at one instant, for this number of runs
+  double seconds_inside =
+      0;  ///< fraction of the seconds in which the mean over the runs is inside the band
   std::vector<TrialRecord::Second> seconds = {};  ///< means over the runs
 };
 

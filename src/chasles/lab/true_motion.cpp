@@ -25,7 +25,7 @@ std::string make_agree(InertialScene& scene) {
   for (StampedPose& pose : scene.path) pose.pose = upright * pose.pose;
   PoseFusion fused = fuse_poses(scene.path, scene.imu,
                                 {.noise = imu_noise(scene.settings),
-                                 .imu = {.convention = imu_convention(scene.settings)},
+                                 .imu = {.convention = scene.settings.imu_convention},
                                  .accelerometer_bias = fit->accelerometer_bias});
   scene.path = std::move(fused.world_T_imu);
   return fmt::format(

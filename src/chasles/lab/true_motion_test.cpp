@@ -34,7 +34,7 @@ TEST(TrueMotion, StandsUprightAndAgreesWithTheSamples) {
   const InertialScene upright = real_scene({});
   InertialScene scene = real_scene({so3::exp({0.05, 0, 0}), Eigen::Vector3d::Zero()});
   const std::string remark = make_agree(scene);
-  EXPECT_TRUE(remark.starts_with("truth: turned upright by ")) << remark;
+  EXPECT_TRUE(remark.starts_with("truth: rotated upright by ")) << remark;
   std::size_t k = 0;
   for (const StampedPose& pose : scene.path) {
     while (k + 1 < upright.path.size() && upright.path[k].time < pose.time) ++k;

@@ -33,8 +33,8 @@ using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
 
 constexpr std::size_t kLongestHeader = 8192;  // [bytes]
-constexpr std::size_t kFragment = 1 << 16;    // part of a text; pings are sent between parts [bytes]
-constexpr milliseconds kLinger{1000};         // time for the peer to read an answer
+constexpr std::size_t kFragment = 1 << 16;  // part of a text; pings are sent between parts [bytes]
+constexpr milliseconds kLinger{1000};       // time for the peer to read an answer
 
 inline std::string_view view_of(beast::string_view text) { return {text.data(), text.size()}; }
 
@@ -74,13 +74,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
     parser_.header_limit(kLongestHeader);
     parser_.body_limit(0);
     stream_.expires_after(shared_.options.handshake);
-    http::async_read(stream_, buffer_, parser_,
-                     [self = shared_from_this()](Failure f, std::size_t) {
-                       if (f == http::error::end_of_stream || f == beast::error::timeout) return;
-                       if (f)
-                         return self->answer("400 Bad Request", "text/plain", "malformed request\n");
-                       self->answer_request();
-                     });
+    http::async_read(
+        stream_, buffer_, parser_, [self = shared_from_this()](Failure f, std::size_t) {
+          if (f == http::error::end_of_stream || f == beast::error::timeout) return;
+          if (f) return self->answer("400 Bad Request", "text/plain", "malformed request\n");
+          self->answer_request();
+        });
   }
 
   void refuse() {

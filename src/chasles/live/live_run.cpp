@@ -16,7 +16,8 @@ namespace {
 constexpr std::size_t kMostRows = 2000;
 constexpr std::size_t kKeptTexts = 8;
 constexpr std::chrono::seconds kBetweenMaps{1};
-constexpr int kMapShare = 100;  // the time between maps is at least this many times the duration of one
+constexpr int kMapShare =
+    100;  // the time between maps is at least this many times the duration of one
 
 LiveText shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
 

@@ -89,7 +89,7 @@ Json whole(const ReportRun& drive) { return Json::parse(page_data({drive}).dump(
 TEST(LiveRun, ThePiecesAreTheRunAsTheReportHasIt) {
   ReportRun drive = synthetic_drive({.states = 700, .landmarks = 30});
   drive.summary = R"({"chart": "right-sen3", "settings": {"gate": 0.99}})";
-  // Truth begins late: errors are there from its first pose on.
+  // The truth starts later: errors exist from its first pose on.
   drive.run.truth.erase(drive.run.truth.begin(), drive.run.truth.begin() + 40);
   LiveRun run([] {});
   Viewer viewer;
@@ -138,7 +138,7 @@ TEST(LiveRun, WhoeverJoinsLateOrAgainGetsWhatIsMissing) {
   EXPECT_EQ(late.states["x"].size(), 6000U);
   EXPECT_EQ(late.errors["nees_pose"].size(), 6000U);
   EXPECT_EQ(late.cursor.rows, 6000U);
-  // A new connection that tells where the old one ended.
+  // A new connection that reports where the old one ended.
   Viewer again = late;
   again.texts = 0;
   again.cursor.progress = 0;
@@ -147,7 +147,7 @@ TEST(LiveRun, WhoeverJoinsLateOrAgainGetsWhatIsMissing) {
   again.take(run);
   EXPECT_EQ(again.texts, 1);
   EXPECT_EQ(again.last["from"], 6000);
-  // One that has something of another run, or claims more than there is, gets everything.
+  // A viewer with data of another run, or that claims more than exists, receives everything.
   for (const LiveCursor& cursor : {LiveCursor{.run = "other", .rows = 10}, LiveCursor{}}) {
     Viewer other{.cursor = cursor};
     other.take(run);
@@ -240,7 +240,7 @@ TEST(LiveRun, AViewerThatReadsNothingDoesNotHoldUpTheRun) {
       slowest = std::max(slowest, took.count());
     }
   }
-  // Other processes may take the processor for a while; a viewer would for ever.
+  // Other processes may delay this; a waiting run would never end.
   EXPECT_LT(slowest, 0.5);
 }
 

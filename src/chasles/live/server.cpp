@@ -101,7 +101,8 @@ class LiveServer::Impl {
 
   void take(tcp::socket socket) {
     const bool full = shared_.served.size() >= shared_.options.connections;
-    if (full && shared_.refused.size() >= shared_.options.connections) return;  // closed immediately
+    if (full && shared_.refused.size() >= shared_.options.connections)
+      return;  // closed immediately
     const auto connection = std::make_shared<Connection>(shared_, std::move(socket));
     full ? connection->refuse() : connection->serve();
   }
@@ -123,7 +124,8 @@ class LiveServer::Impl {
     });
   }
 
-  /// An error here must not affect the run; the viewers notice the lost connection.
+  /// Closes all connections after an error. The run is not affected; the viewers notice the lost
+  /// connection.
   void give_up() {
     Failure ignored;
     acceptor_.close(ignored);

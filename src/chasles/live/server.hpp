@@ -21,7 +21,8 @@ struct LiveServerOptions {
   int messages = 64;
   std::chrono::milliseconds between_updates{100};  ///< minimum time between updates
   std::chrono::milliseconds handshake{10'000};     ///< time limit for a request, and for "join"
-  std::chrono::milliseconds silence{60'000};       ///< time without an answer until the viewer is dropped; pinged at half of it
+  std::chrono::milliseconds silence{
+      60'000};  ///< time without an answer until the viewer is dropped; pinged at half of it
 };
 
 /// Serves one page and, over WebSocket, the updates of a feed. The server has its own thread with

@@ -95,7 +95,7 @@ TEST(LiveServer, LargeSenselessOrManyMessagesCloseTheConnection) {
   EXPECT_EQ(code_after(std::string(100'000, ' '), 1), 1009);
   EXPECT_EQ(code_after("what", 1), 1008);
   EXPECT_EQ(code_after(R"({"join": {}})", 100), 1008);
-  // One that is as large as it may be is taken for what it says.
+  // A message of the largest size is accepted.
   EXPECT_EQ(code_after(std::string(4096, ' '), 1), 1008);
 }
 
@@ -144,7 +144,7 @@ TEST(LiveServer, WhoeverSaysNothingIsPutOut) {
   const auto start = Clock::now();
   EXPECT_EQ(mute.rest(), "");
   EXPECT_EQ(slow.rest(), "");
-  // A viewer that does not answer pings is gone, too.
+  // A viewer that does not answer pings is dropped as well.
   Client deaf = viewer(served.port);
   while (deaf.frame()) {
   }
@@ -187,7 +187,7 @@ TEST(LiveServer, AThousandConnectionsAreServedOrRefused) {
   EXPECT_EQ(served_too, 63);
   EXPECT_EQ(served_too + refused + closed, 1000);
   EXPECT_GT(refused, 0);
-  // Who was there before them sees nothing of it, and there is room again when they have gone.
+  // Existing viewers are not affected, and new ones are accepted after the others have gone.
   served.feed.value = 2;
   EXPECT_EQ(first.frame()->text, "2");
   crowd.clear();

@@ -72,7 +72,7 @@ TEST(LiveServer, ASlowViewerLosesTextsAndNobodyElseDoes) {
     while (seen < value) seen = std::stoul(quick.frame()->text);
   }
   EXPECT_EQ(seen, 60U);
-  // The slow one has one text on its way; what it is told next is the latest.
+  // The slow viewer has one text in transit; its next one is the latest.
   std::vector<std::size_t> told;
   while (told.empty() || told.back() < 60) {
     const auto frame = slow.frame();

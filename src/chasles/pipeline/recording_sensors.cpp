@@ -44,7 +44,9 @@ InertialSensors inertial_sensors(const Recording& recording, const InertialRunSe
 
 InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t cameras) {
   const bool can = settings.chart != kLeftSe3Chart.name;
-  if (settings.keep_scale == "auto" && cameras == 1 && can) settings.keep_scale = "true";
+  if (settings.keep_scale == KeepScale::kAuto && cameras == 1 && can) {
+    settings.keep_scale = KeepScale::kTrue;
+  }
   return settings;
 }
 

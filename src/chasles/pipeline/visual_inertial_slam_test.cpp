@@ -97,13 +97,13 @@ void expect_the_same(const Estimates& a, const Estimates& b) {
 
 TEST(VisualInertialSlam, KeepsTheScaleWithOneCameraWhereTheChartCan) {
   InertialSlamSettings settings;
-  EXPECT_EQ(for_images(settings, 1).keep_scale, "true");
-  EXPECT_EQ(for_images(settings, 2).keep_scale, "auto");
+  EXPECT_EQ(for_images(settings, 1).keep_scale, KeepScale::kTrue);
+  EXPECT_EQ(for_images(settings, 2).keep_scale, KeepScale::kAuto);
   settings.chart = "left-se3";
-  EXPECT_EQ(for_images(settings, 1).keep_scale, "auto");
+  EXPECT_EQ(for_images(settings, 1).keep_scale, KeepScale::kAuto);
   settings = {};
-  settings.keep_scale = "false";
-  EXPECT_EQ(for_images(settings, 1).keep_scale, "false");
+  settings.keep_scale = KeepScale::kFalse;
+  EXPECT_EQ(for_images(settings, 1).keep_scale, KeepScale::kFalse);
 }
 
 TEST(VisualInertialSlam, GivesWhatTheProgramGives) {
@@ -192,7 +192,13 @@ TEST(VisualInertialSlam, SettingsThatCannotBeUsedAreRefused) {
   EXPECT_THROW(VisualInertialSlam({}, *walk().imu_noise), UsageError);
   InertialRunSettings wrong;
   wrong.filter.chart = "none";
-  EXPECT_THROW(VisualInertialSlam(walk().cameras, *walk().imu_noise, wrong), UsageError);
+  const auto refused = [](const InertialRunSettings& settings) {
+    EXPECT_THROW(VisualInertialSlam(walk().cameras, *walk().imu_noise, settings), UsageError);
+  };
+  refused(wrong);
+  refused({.frontend = {.window = 14}});
+  refused({.start = {.keyframes = 3}});
+  refused({.filter = {.init = LandmarkInit{7}}});
 }
 
 }  // namespace

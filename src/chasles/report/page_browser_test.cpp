@@ -71,7 +71,7 @@ TEST(PageInABrowser, RunsOfOneRecordingAreShownOverItsPlan) {
          .points = {{-20, -30}, {250, -30}, {250, 150}, {-20, 150}, {-20, -30}}},
         {.kind = PlanLine::Kind::kFurniture, .points = {{50, 20}, {60, 20}, {60, 30}, {50, 20}}}};
   }
-  // One begins later, and has fewer frames.
+  // One starts later, and has fewer frames.
   runs[3].run.states.erase(runs[3].run.states.begin(), runs[3].run.states.begin() + 77);
   expect_works_in_a_browser(runs, "overview");
 }

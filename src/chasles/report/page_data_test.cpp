@@ -50,7 +50,7 @@ TEST(PageData, SigmasAndErrorsBelongTogether) {
   const SE3 truth = drive.run.truth[20].pose;
   state.world_T_imu = {.R = so3::exp({0, 0, -0.03}) * truth.R,
                        .p = truth.p - Eigen::Vector3d(0.1, -0.2, 0.6)};
-  // Truth begins where the estimate begins, so that the placement is the identity.
+  // The truth starts with the estimate, so that the alignment is the identity.
   drive.run.states[0].world_T_imu = drive.run.truth[0].pose;
   const nlohmann::json run = run_of(drive);
   const auto at_20 = [&](const char* group, const char* name) {
@@ -73,8 +73,8 @@ TEST(PageData, TheNeesIsMeasuredInTheCoordinatesOfTheChart) {
   drive.run.states[0].world_T_imu = drive.run.truth[0].pose;
   const SE3 estimate = state.world_T_imu;
   state.pose_covariance = 1e-2 * Matrix6d::Identity();
-  // A turn about the world's origin moves the position by hat(p) theta: taken back, the twist has
-  // the standard error's covariance (docs/derivations.md, D14).
+  // A rotation about the world's origin moves the position by hat(p) theta. With this removed, the
+  // twist has the standard error's covariance (docs/derivations.md, D14).
   Matrix6d M = Matrix6d::Identity();
   M.bottomLeftCorner<3, 3>() = -hat(estimate.p);
   const Vector6d twist = se3::log(drive.run.truth[20].pose * estimate.inverse());

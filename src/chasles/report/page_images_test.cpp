@@ -50,7 +50,7 @@ TEST(PageImages, HoldWhatWasKept) {
   is("sigma_u", 100 * std::sqrt(1.5), 0.5);
   is("sigma_v", 100 * std::sqrt(0.75), 0.5);
   is("correlation", 100 * 0.4 / std::sqrt(1.5 * 0.75), 0.5);
-  // And the first frame's point 0, which waits and was never seen before.
+  // And the first frame's point 0, which is waiting and has no earlier observation.
   for (const char* name : {"before_u", "expected_u", "sigma_u", "sigma_v", "correlation"}) {
     EXPECT_EQ(column(camera[name])[0], 0) << name;
   }

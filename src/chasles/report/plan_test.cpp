@@ -12,7 +12,7 @@ using test::column;
 
 TEST(RunPlan, LiesWhereTheTruthIsPlaced) {
   ReportRun drive = test::synthetic_drive({.states = 50, .landmarks = 5});
-  // The estimate is the truth in a world of its own, but for a first pose that is 0.5 m off.
+  // The estimate is the truth in another world, except for a first pose that is 0.5 m off.
   const SE3 elsewhere{so3::exp({0, 0, 1.1}), {30, -7, 2}};
   const Eigen::Vector3d off(0.5, 0, 0);
   for (std::size_t i = 0; i < drive.run.states.size(); ++i) {

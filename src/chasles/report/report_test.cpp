@@ -54,7 +54,7 @@ TEST(Report, TheLivePageMayAskItsOwnServerAndNothingElse) {
 
 TEST(Report, LoadsNothing) {
   const std::string page = run_page({small_drive()});
-  // Libraries name addresses in their messages; what would load something is an element or a style.
+  // Libraries contain addresses in their messages; only elements or styles can load something.
   EXPECT_FALSE(
       std::regex_search(page, std::regex("<(link|img|iframe)|<script[^>]* src|@import|url\\(")));
   EXPECT_NE(page.find("default-src 'none'"), std::string::npos);

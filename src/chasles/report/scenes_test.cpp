@@ -29,8 +29,8 @@ TEST(Scenes, RunsOfOneRecordingArePlacedOnTheTruthByPositionAndYaw) {
   one.summary = other.summary = R"({"chart": "standard"})";
   make_level(one);
   make_level(other);
-  // In a world of its own, turned about the vertical, and 0.2 m too high in every second state: the
-  // fit takes away all but 0.1 m, up and down.
+  // In another world, rotated about the vertical, and 0.2 m too high in every second state. The fit
+  // removes all but 0.1 m, up and down.
   const SE3 elsewhere{so3::exp({0, 0, 1.1}), {30, -7, 2}};
   for (std::size_t i = 0; i < one.run.states.size(); ++i) {
     SE3 pose = one.run.truth[i].pose;
@@ -81,7 +81,7 @@ TEST(Scenes, WithAnImuAnErrorOfTheFirstTiltIsNoErrorOfLaterOnes) {
         .get<double>();
   };
   EXPECT_NEAR(mean_nees(), 49.0 / 50, 1e-6)
-      << "where no gravity tells, the world is the first pose's";
+      << "without gravity, the world is that of the first pose";
   make_level(drive);
   EXPECT_NEAR(mean_nees(), 1.0 / 50, 1e-6);
 }

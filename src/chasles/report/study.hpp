@@ -32,7 +32,8 @@ struct StudyTrial {
 /// An output folder of `chasles compare` or `chasles montecarlo` in memory.
 struct Study {
   std::string folder;   ///< for messages and labels
-  std::string summary;  ///< the text of summary.json, whose `filters` has as many entries as `filters` below
+  std::string summary;  ///< the text of summary.json, whose `filters` has as many entries as
+                        ///< `filters` below
   bool single_run = false;
   std::vector<StudyCurves> filters = {};
   std::vector<StudyTrial> trials = {};       ///< of several runs only

@@ -35,7 +35,7 @@ class StudyFolder : public ::testing::Test {
   }
   ~StudyFolder() override { fs::remove_all(path_); }
 
-  // The message of the InputError that reading the folder ends with; empty where it does not.
+  // The message of the InputError that reading the folder throws; empty without one.
   std::string refusal() const {
     try {
       read_study(path_);

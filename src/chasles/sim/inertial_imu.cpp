@@ -61,7 +61,7 @@ std::vector<ImuSample> ideal_imu(const Spline& motion, double rate, ImuConventio
 
 SimulatedImu simulate_imu(const InertialSettings& settings, const Spline& motion,
                           std::uint64_t run) {
-  SimulatedImu imu{ideal_imu(motion, settings.imu_rate, imu_convention(settings)), {}};
+  SimulatedImu imu{ideal_imu(motion, settings.imu_rate, settings.imu_convention), {}};
   const Random random = random_of_run(settings.seed, run);
   const double root = std::sqrt(settings.imu_rate);
   Eigen::Vector3d bias_f =
@@ -80,11 +80,6 @@ SimulatedImu simulate_imu(const InertialSettings& settings, const Spline& motion
     bias_w += draw(random, Stream::kGyroscopeWalk, k, settings.gyroscope_random_walk / root);
   }
   return imu;
-}
-
-ImuConvention imu_convention(const InertialSettings& settings) {
-  return settings.imu_convention == "instant" ? ImuConvention::kInstant
-                                              : ImuConvention::kIntervalMean;
 }
 
 ImuNoise imu_noise(const InertialSettings& settings) {

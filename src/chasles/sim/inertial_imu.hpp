@@ -29,8 +29,7 @@ struct SimulatedImu {
 SimulatedImu simulate_imu(const InertialSettings& settings, const Spline& motion,
                           std::uint64_t run);
 
-/// The convention and the noise densities that the settings define.
-ImuConvention imu_convention(const InertialSettings& settings);
+/// The noise densities that the settings define.
 ImuNoise imu_noise(const InertialSettings& settings);
 
 }  // namespace chasles

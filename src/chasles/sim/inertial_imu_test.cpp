@@ -55,7 +55,8 @@ const Spline& walk() {
 
 TEST(IdealImu, IntervalMeansCloseTheWalkExactly) {
   const Drift error = drift(walk(), 100, ImuConvention::kIntervalMean);
-  EXPECT_LT(error.position, 2e-4);  // the mean of a force does not say when in the interval it was
+  EXPECT_LT(error.position,
+            2e-4);  // the mean of a force has no information on the time within the interval
   EXPECT_LT(error.velocity, 1e-9);
   EXPECT_LT(error.attitude, 1e-12);
 }
@@ -123,12 +124,12 @@ void expect_variance(double sum_of_squares, double count, double sigma) {
 }
 
 TEST(SimulatedImu, NoiseAndBiasesHaveTheStatedStatistics) {
-  for (const char* convention : {"instant", "interval-mean"}) {
+  for (const ImuConvention convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
     InertialSettings settings = long_walk();
     settings.imu_convention = convention;
     const Spline motion = inertial_motion({.name = "", .doc = "", .settings = settings});
     const SimulatedImu imu = simulate_imu(settings, motion, 3);
-    const auto ideal = ideal_imu(motion, 100, imu_convention(settings));
+    const auto ideal = ideal_imu(motion, 100, settings.imu_convention);
     ASSERT_EQ(imu.samples.size(), ideal.size());
     double force = 0, rate = 0, force_walk = 0, rate_walk = 0, neighbours = 0;
     Vector3d last = Vector3d::Zero();

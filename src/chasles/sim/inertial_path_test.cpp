@@ -60,7 +60,7 @@ TEST(HallwayPath, AWalkAtOneSpeedThatStartsFromRest) {
   for (double t = 2.6; t < motion.duration; t += 0.01, ++count) {
     const Motion now = motion_at(motion, t);
     ASSERT_NEAR(now.v_world.norm(), 1.2, 1e-3) << t;
-    // Walking straight ahead, in the turns too.
+    // The walker faces the direction of travel, also in turns.
     ASSERT_NEAR((now.world_T_imu.R.transpose() * now.v_world).x(), 1.2, 1e-3) << t;
     turning += now.omega_imu.norm() > 1e-3;
   }

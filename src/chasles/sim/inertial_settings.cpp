@@ -1,38 +1,15 @@
 #include <algorithm>
-#include <concepts>
-#include <initializer_list>
 #include <string_view>
-#include <type_traits>
 
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 #include <chasles/sim/refuse_setting.hpp>
+#include <chasles/validate.hpp>
 
 namespace chasles {
 namespace {
-
-void check_ranges(const InertialSettings& settings) {
-  for_each_range(settings, [](const char* field, const auto& value, double least, double most,
-                              std::string_view unit) {
-    using Value = std::remove_cvref_t<decltype(value)>;
-    if constexpr (std::same_as<Value, int> || std::same_as<Value, double>) {
-      // NaN fails both comparisons, so it is refused too.
-      if (value >= least && value <= most) return;
-      const std::string_view space = unit.empty() ? "" : " ";
-      refuse_setting(field, fmt::format("{}{}{}", value, space, unit),
-                     fmt::format("a number from {} to {}{}{}", least, most, space, unit));
-    }
-  });
-}
-
-void check_word(std::string_view field, const std::string& word,
-                std::initializer_list<std::string_view> known) {
-  if (std::ranges::find(known, word) != known.end()) return;
-  refuse_setting(field, fmt::format("'{}'", word),
-                 fmt::format("one of {}", fmt::join(known, ", ")));
-}
 
 InertialScene hallway() {
   return {.name = "hallway",
@@ -46,7 +23,8 @@ InertialScene turntable() {
       .doc = "twice around a cube that is always in view, landmarks seen throughout",
       .settings = {}};
   InertialSettings& settings = scene.settings;
-  settings.name = settings.geometry = "turntable";
+  settings.name = "turntable";
+  settings.geometry = Geometry::kTurntable;
   settings.rest_duration = settings.start_duration = 0;
   settings.landmarks_in_view = settings.cube_landmarks;
   settings.max_range = 20;
@@ -59,7 +37,8 @@ InertialScene trajectory() {
   InertialScene scene{.name = "trajectory",
                       .doc = "along a given trajectory, among landmarks scattered around it",
                       .settings = {}};
-  scene.settings.name = scene.settings.geometry = "trajectory";
+  scene.settings.name = "trajectory";
+  scene.settings.geometry = Geometry::kTrajectory;
   scene.settings.knot_interval = 0.1;
   scene.settings.landmarks_in_view = scene.settings.visible_landmarks;
   return scene;
@@ -71,7 +50,8 @@ InertialScene walk() {
                       .doc = "a pedestrian's way of 320 m along two loops of corridors and a hall",
                       .settings = {}};
   InertialSettings& settings = scene.settings;
-  settings.name = settings.geometry = "walk";
+  settings.name = "walk";
+  settings.geometry = Geometry::kWalk;
   settings.rest_duration = 4;
   settings.start_duration = 2;
   settings.hall_length = 24;
@@ -99,10 +79,7 @@ InertialScene walk() {
 }  // namespace
 
 void validate(const InertialSettings& settings) {
-  check_ranges(settings);
-  check_word("geometry", settings.geometry, {"hallway", "turntable", "trajectory", "walk"});
-  check_word("distortion", settings.distortion, {"none", "radtan", "equidistant"});
-  check_word("imu_convention", settings.imu_convention, {"instant", "interval-mean"});
+  validate_fields(settings, kSimulationSetting);
   const auto above = [](std::string_view high, double high_value, std::string_view low,
                         double low_value) {
     if (high_value > low_value) return;

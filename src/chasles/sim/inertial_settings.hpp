@@ -5,15 +5,25 @@
 #include <vector>
 
 #include <chasles/data/recording.hpp>
+#include <chasles/settings.hpp>
 
 namespace chasles {
+
+enum class Geometry { kHallway, kTurntable, kTrajectory, kWalk };
+
+template <>
+struct Choices<Geometry> {
+  static constexpr std::array list{
+      Choice{Geometry::kHallway, "hallway"}, Choice{Geometry::kTurntable, "turntable"},
+      Choice{Geometry::kTrajectory, "trajectory"}, Choice{Geometry::kWalk, "walk"}};
+};
 
 // The one list of settings: type, name, default, least, most, unit, meaning. The struct, the
 // command line, the help and the checks read it; only numbers have a least and a most.
 // clang-format off
 #define CHASLES_INERTIAL_FIELDS(FIELD)                                                            \
   FIELD(std::string, name, "hallway", 0, 0, "", "name of the recording")                          \
-  FIELD(std::string, geometry, "hallway", 0, 0, "", "hallway, turntable, trajectory, or walk")          \
+  FIELD(Geometry, geometry, Geometry::kHallway, 0, 0, "", "hallway, turntable, trajectory, or walk")          \
   FIELD(std::uint64_t, seed, 1, 0, 0, "", "chooses the landmarks and, with the run, all noise")   \
   FIELD(double, knot_interval, 0.05, 1e-3, 10, "s", "of the spline that is the true motion")      \
   FIELD(double, rest_duration, 0, 0, 3600, "s", "at rest before the motion begins")               \
@@ -65,7 +75,7 @@ namespace chasles {
   FIELD(double, camera_tilt_x, 0, -3.2, 3.2, "rad", "rotation vector, IMU axes; 0: straight ahead") \
   FIELD(double, camera_tilt_y, 0, -3.2, 3.2, "rad", "as camera_tilt_x")                           \
   FIELD(double, camera_tilt_z, 0, -3.2, 3.2, "rad", "as camera_tilt_x")                           \
-  FIELD(std::string, distortion, "none", 0, 0, "", "of the lenses: none, radtan or equidistant")  \
+  FIELD(Distortion, distortion, Distortion::kNone, 0, 0, "", "of the lenses: none, radtan or equidistant")  \
   FIELD(double, distortion_1, 0, -10, 10, "", "k1 of radtan and of equidistant")                  \
   FIELD(double, distortion_2, 0, -10, 10, "", "k2 of radtan and of equidistant")                  \
   FIELD(double, distortion_3, 0, -10, 10, "", "p1 of radtan, k3 of equidistant")                  \
@@ -80,7 +90,7 @@ namespace chasles {
   FIELD(bool, keep_ids, false, 0, 0, "", "a landmark that returns keeps its number")              \
   /* the errors of the IMU (defaults: 7.5 mg a sample; 0.0056 deg/s/sqrt(Hz), 0.3 deg/s) */       \
   FIELD(double, imu_rate, 100, 1, 1e4, "Hz", "of the IMU's samples")                              \
-  FIELD(std::string, imu_convention, "instant", 0, 0, "", "what a sample stands for: instant or interval-mean") \
+  FIELD(ImuConvention, imu_convention, ImuConvention::kInstant, 0, 0, "", "what a sample stands for: instant or interval-mean") \
   FIELD(double, accelerometer_noise_density, 0.007355, 0, 100, "m/s^2/sqrt(Hz)", "white noise")   \
   FIELD(double, gyroscope_noise_density, 9.774e-5, 0, 100, "rad/s/sqrt(Hz)", "white noise")       \
   FIELD(double, accelerometer_random_walk, 1e-4, 0, 100, "m/s^3/sqrt(Hz)", "of the bias")         \
@@ -110,29 +120,13 @@ struct InertialSettings {
 #undef CHASLES_FIELD
 };
 
-/// Calls visit(name, value, unit, doc) for every setting, in the order of the list; `value` is a
-/// reference to a bool, int, double, std::uint64_t or std::string.
-template <typename Visitor>
-void for_each_field(InertialSettings& settings, Visitor&& visit) {
+/// Calls visit(name, value, unit, doc, limits) for every setting, in the order of the list; `value`
+/// is a reference to a bool, int, double, std::uint64_t, std::string or enum, const where
+/// `settings` is.
+template <SettingsOf<InertialSettings> S, typename Visitor>
+void for_each_setting(S& settings, Visitor&& visit) {
 #define CHASLES_FIELD(type, field, value, least, most, unit, doc) \
-  visit(#field, settings.field, unit, doc);
-  CHASLES_INERTIAL_FIELDS(CHASLES_FIELD)
-#undef CHASLES_FIELD
-}
-template <typename Visitor>
-void for_each_field(const InertialSettings& settings, Visitor&& visit) {
-#define CHASLES_FIELD(type, field, value, least, most, unit, doc) \
-  visit(#field, settings.field, unit, doc);
-  CHASLES_INERTIAL_FIELDS(CHASLES_FIELD)
-#undef CHASLES_FIELD
-}
-
-/// Calls visit(name, value, least, most, unit) for every setting; of a bool, a std::uint64_t or a
-/// std::string least and most mean nothing.
-template <typename Visitor>
-void for_each_range(const InertialSettings& settings, Visitor&& visit) {
-#define CHASLES_FIELD(type, field, value, least, most, unit, doc) \
-  visit(#field, settings.field, least, most, unit);
+  visit(#field, settings.field, unit, doc, limits::of<type>(least, most));
   CHASLES_INERTIAL_FIELDS(CHASLES_FIELD)
 #undef CHASLES_FIELD
 }

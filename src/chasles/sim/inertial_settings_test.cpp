@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
+#include <chasles/settings_testing.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 #include <chasles/sim/street_settings.hpp>
 
@@ -14,14 +15,15 @@ namespace {
 template <typename Value>
 void set(InertialSettings& settings, const std::string& name, Value value) {
   bool found = false;
-  for_each_field(settings, [&](const char* field, auto& slot, const char*, const char*) {
-    if constexpr (std::is_same_v<std::remove_reference_t<decltype(slot)>, Value>) {
-      if (name == field) {
-        slot = value;
-        found = true;
-      }
-    }
-  });
+  for_each_setting(settings,
+                   [&](const char* field, auto& slot, const char*, const char*, const Limits&) {
+                     if constexpr (std::is_same_v<std::remove_reference_t<decltype(slot)>, Value>) {
+                       if (name == field) {
+                         slot = value;
+                         found = true;
+                       }
+                     }
+                   });
   ASSERT_TRUE(found) << name;
 }
 
@@ -42,7 +44,7 @@ TEST(InertialSettings, EverySceneIsValidAndBearsItsOwnName) {
   for (const InertialScene& scene : inertial_scenes()) {
     EXPECT_NO_THROW(validate(scene.settings)) << scene.name;
     EXPECT_EQ(scene.settings.name, scene.name);
-    EXPECT_EQ(scene.settings.geometry, scene.name);
+    EXPECT_EQ(name_of(scene.settings.geometry), scene.name);
     EXPECT_EQ(inertial_scene(scene.name).name, scene.name);
     EXPECT_FALSE(scene.doc.empty());
   }
@@ -53,38 +55,34 @@ TEST(InertialSettings, EverySceneIsValidAndBearsItsOwnName) {
 TEST(InertialSettings, EveryFieldHasAMeaningAndANumberItsRange) {
   const InertialSettings settings;
   int fields = 0;
-  for_each_field(settings,
-                 [&](const std::string& name, const auto&, const char*, const std::string& doc) {
-                   EXPECT_FALSE(doc.empty()) << name;
-                   ++fields;
-                 });
-  EXPECT_GE(fields, 60);
-  for_each_range(settings, [](const std::string& name, const auto& value, double least, double most,
-                              const char*) {
-    using Value = std::remove_cvref_t<decltype(value)>;
-    if constexpr (std::is_same_v<Value, double> || std::is_same_v<Value, int>) {
-      EXPECT_LT(least, most) << name;
-    }
+  for_each_setting(settings, [&](const std::string& name, const auto&, const char*,
+                                 const std::string& doc, const Limits&) {
+    EXPECT_FALSE(doc.empty()) << name;
+    ++fields;
   });
+  EXPECT_GE(fields, 60);
+  test::expect_each_field_is_described<InertialSettings>();
+  test::expect_each_field_is_judged<InertialSettings>("simulation setting ");
 }
 
 TEST(InertialSettings, NoNumberMayBeNaNInfiniteOrFarOutside) {
   InertialSettings probe;
-  for_each_field(probe, [](const std::string& name, auto& slot, const char*, const char*) {
-    using Value = std::remove_reference_t<decltype(slot)>;
-    if constexpr (std::is_same_v<Value, double>) {
-      using Limits = std::numeric_limits<double>;
-      for (const double bad : {Limits::quiet_NaN(), Limits::infinity(), -1e30, 1e30}) {
-        InertialSettings settings;
-        set(settings, name, bad);
-        expect_refused(settings, name, "");
-      }
-    } else if constexpr (std::is_same_v<Value, int>) {
-      InertialSettings settings;
-      set(settings, name, -1);
-      expect_refused(settings, name, "-1");
-    }
-  });
+  for_each_setting(
+      probe, [](const std::string& name, auto& slot, const char*, const char*, const Limits&) {
+        using Value = std::remove_reference_t<decltype(slot)>;
+        if constexpr (std::is_same_v<Value, double>) {
+          using Number = std::numeric_limits<double>;
+          for (const double bad : {Number::quiet_NaN(), Number::infinity(), -1e30, 1e30}) {
+            InertialSettings settings;
+            set(settings, name, bad);
+            expect_refused(settings, name, "");
+          }
+        } else if constexpr (std::is_same_v<Value, int>) {
+          InertialSettings settings;
+          set(settings, name, -1);
+          expect_refused(settings, name, "-1");
+        }
+      });
 }
 
 TEST(InertialSettings, ZeroLengthsRatesAndSpeedsAreRefused) {
@@ -110,13 +108,13 @@ TEST(InertialSettings, ZeroLengthsRatesAndSpeedsAreRefused) {
                            "imu_rate"}) {
     InertialSettings settings;
     set(settings, name, 0.0);
-    expect_refused(settings, name, "= 0");
+    expect_refused(settings, name, "found 0");
   }
 }
 
 TEST(InertialSettings, WhatDoesNotFitTogetherIsRefused) {
-  expect_refused({.geometry = "street"}, "geometry", "hallway, turntable, trajectory");
-  expect_refused({.imu_convention = "mean"}, "imu_convention", "'mean'");
+  expect_refused({.geometry = Geometry{7}}, "geometry", "hallway, turntable, trajectory, walk");
+  expect_refused({.imu_convention = ImuConvention{7}}, "imu_convention", "interval-mean");
   expect_refused({.hall_width = 3}, "hall_width", "3 m");
   expect_refused({.corridor_height = 1.1}, "corridor_height", "1.2 m");
   expect_refused({.circle_radius = 0.5}, "circle_radius", "radial_sway");
@@ -129,9 +127,8 @@ TEST(InertialSettings, WhatDoesNotFitTogetherIsRefused) {
 TEST(InertialSettings, BothKindsOfSettingsCanBeVisitedSideBySide) {
   const auto names = [](const auto& settings) {
     std::string all;
-    for_each_field(settings, [&](const std::string& name, const auto&, const char*, const char*) {
-      all += name + " ";
-    });
+    for_each_setting(settings, [&](const std::string& name, const auto&, const char*, const char*,
+                                   const Limits&) { all += name + " "; });
     return all;
   };
   EXPECT_NE(names(StreetSettings{}).find("route"), std::string::npos);

@@ -104,7 +104,7 @@ std::vector<TrueLandmark> observed_landmarks(const InertialTracks& tracks,
 
 void add_imu(const InertialScene& scene, const Spline& motion, std::uint64_t run,
              Recording& recording) {
-  recording.imu_convention = imu_convention(scene.settings);
+  recording.imu_convention = scene.settings.imu_convention;
   recording.imu_noise = imu_noise(scene.settings);
   if (!scene.imu.empty()) {
     recording.imu = scene.imu;
@@ -120,13 +120,13 @@ void add_imu(const InertialScene& scene, const Spline& motion, std::uint64_t run
 Spline inertial_motion(const InertialScene& scene) {
   const InertialSettings& settings = scene.settings;
   validate(settings);
-  if (settings.geometry == "hallway") {
+  if (settings.geometry == Geometry::kHallway) {
     return fit_spline(hallway_path(settings), settings.knot_interval);
   }
-  if (settings.geometry == "turntable") {
+  if (settings.geometry == Geometry::kTurntable) {
     return fit_spline(turntable_path(settings), settings.knot_interval);
   }
-  if (settings.geometry == "walk") {
+  if (settings.geometry == Geometry::kWalk) {
     return fit_spline(walk_path(settings), settings.knot_interval);
   }
   if (scene.path.empty()) {
@@ -141,7 +141,7 @@ Recording simulate_sensors(const InertialScene& scene, const Spline& motion, std
   recording.name = settings.name;
   recording.cameras = scene.cameras.empty() ? make_cameras(settings) : scene.cameras;
   recording.truth = poses_at_frames(scene, motion);
-  if (settings.geometry == "walk") recording.plan = drawn_walk_plan(settings);
+  if (settings.geometry == Geometry::kWalk) recording.plan = drawn_walk_plan(settings);
   add_imu(scene, motion, run, recording);
   return recording;
 }

@@ -175,7 +175,7 @@ TEST(InertialSim, NoTrackIsShorterThanAskedFor) {
     ++all;
     shorter += frames.size() < 40;
   }
-  EXPECT_LT(shorter, 0.25 * all);  // hidden in between, or begun before the end
+  EXPECT_LT(shorter, 0.25 * all);  // occluded in between, or started near the end
 }
 
 TEST(InertialSim, ALandmarkThatReturnsIsNewUnlessItKeepsItsNumber) {

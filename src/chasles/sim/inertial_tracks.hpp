@@ -10,7 +10,8 @@ namespace chasles {
 /// The output of a tracker without errors.
 struct InertialTracks {
   std::vector<FeatureFrame> frames;  ///< one for each pose, sorted by landmark and then by camera
-  std::vector<std::size_t> points;   ///< for each landmark number the index of its point in the world
+  std::vector<std::size_t>
+      points;  ///< for each landmark number the index of its point in the world
 };
 
 /// Selects and tracks landmarks. A tracked landmark stays tracked while any camera sees it. If

@@ -145,12 +145,6 @@ InertialWorld turntable_world(const InertialSettings& settings) {
   return world;
 }
 
-Distortion distortion_of(const InertialSettings& settings) {
-  if (settings.distortion == "radtan") return Distortion::kRadtan;
-  if (settings.distortion == "equidistant") return Distortion::kEquidistant;
-  return Distortion::kNone;
-}
-
 // The i-th landmark placed in view of the camera; nothing if the lens has no ray for the pixel.
 std::optional<Eigen::Vector3d> placed(const InertialSettings& settings, const Camera& camera,
                                       const SE3& world_T_imu, std::uint64_t i) {
@@ -215,7 +209,7 @@ std::vector<Camera> make_cameras(const InertialSettings& settings) {
                        .fy = settings.focal_length,
                        .cx = settings.center_u,
                        .cy = settings.center_v,
-                       .distortion = distortion_of(settings),
+                       .distortion = settings.distortion,
                        .coefficients = {settings.distortion_1, settings.distortion_2,
                                         settings.distortion_3, settings.distortion_4},
                        .cam_T_imu = imu_T_cam.inverse()});
@@ -244,9 +238,9 @@ std::optional<Eigen::Vector2d> sight(const InertialSettings& settings, const Ine
 
 InertialWorld make_world(const InertialSettings& settings, const Spline& motion,
                          const std::vector<Camera>& cameras) {
-  if (settings.geometry == "hallway") return hallway_world(settings);
-  if (settings.geometry == "turntable") return turntable_world(settings);
-  if (settings.geometry == "walk") return walk_world(settings);
+  if (settings.geometry == Geometry::kHallway) return hallway_world(settings);
+  if (settings.geometry == Geometry::kTurntable) return turntable_world(settings);
+  if (settings.geometry == Geometry::kWalk) return walk_world(settings);
   return trajectory_world(settings, motion, cameras.front());
 }
 

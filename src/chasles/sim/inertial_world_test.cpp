@@ -55,7 +55,7 @@ TEST(InertialWorld, CamerasStandWhereTheSettingsSay) {
   const SE3 first = cameras[0].cam_T_imu.inverse(), second = cameras[1].cam_T_imu.inverse();
   EXPECT_TRUE(test::agree(first.p, Vector3d(0.05, 0.02, 0.03), 1e-15));
   EXPECT_TRUE(test::agree(second.p, Vector3d(0.05, 0.02 - 0.2, 0.03), 1e-15));
-  // Turned about the left axis by a positive angle: looking down.
+  // A positive rotation about the left axis tilts the camera down.
   EXPECT_TRUE(
       test::agree(first.R * Vector3d::UnitZ(), Vector3d(std::cos(0.2), 0, -std::sin(0.2)), 1e-15));
   EXPECT_TRUE(test::agree(first.R, second.R, 1e-15));

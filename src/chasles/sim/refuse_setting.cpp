@@ -6,7 +6,8 @@
 namespace chasles {
 
 void refuse_setting(std::string_view field, std::string_view found, std::string_view expected) {
-  throw UsageError(fmt::format("simulation setting {} = {}: expected {}", field, found, expected));
+  throw UsageError(
+      fmt::format("{}{} = {}: expected {}", kSimulationSetting, field, found, expected));
 }
 
 }  // namespace chasles

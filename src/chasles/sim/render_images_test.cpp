@@ -219,10 +219,10 @@ TEST(RenderedImages, RefuseWhatCannotBeRendered) {
   scene.settings.exposure_time = 0.06;
   EXPECT_NE(complaint(scene).find("exposure_time = 0.06 s: expected at most"), std::string::npos);
   scene = small("walk");
-  scene.settings.distortion = "fisheye";
-  EXPECT_NE(complaint(scene).find("distortion = 'fisheye': expected one of none, radtan"),
+  scene.settings.distortion = Distortion{7};
+  EXPECT_NE(complaint(scene).find("distortion: found the value 7, expected one of none, radtan"),
             std::string::npos);
-  scene.settings.distortion = "radtan";
+  scene.settings.distortion = Distortion::kRadtan;
   scene.settings.distortion_1 = -0.9;
   EXPECT_NE(complaint(scene).find("has no ray"), std::string::npos) << complaint(scene);
 }

@@ -39,7 +39,7 @@ float between_pixels(const std::vector<float>& light, const Camera& camera, doub
 std::optional<Vector2d> saddle(const std::vector<float>& light, const Camera& camera,
                                const Vector2d& about) {
   constexpr int kReach = 3;
-  Vector2d at = about + Vector2d(0.4, -0.3);  // not where the answer is
+  Vector2d at = about + Vector2d(0.4, -0.3);  // away from the solution
   for (int iteration = 0; iteration < 15; ++iteration) {
     Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
     Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
@@ -76,7 +76,7 @@ CornerErrors corner_errors(const PaintedWorld& painted, const Camera& camera, co
       for (int j = 1; j * kField < s.down.norm() - 0.1; ++j) {
         const Vector3d p =
             camera.cam_T_imu * (pose.inverse() * (s.corner + kField * (i * right + j * down)));
-        // Fields that are seen large enough, and not too obliquely.
+        // Fields that appear large enough and not too oblique.
         const Vector3d normal = camera.cam_T_imu.R * pose.R.transpose() * right.cross(down);
         if (p.z() < 0.5 || p.norm() > 3.2 || normal.dot(p.normalized()) < 0.7) continue;
         const auto projection = project(camera, p);

@@ -170,9 +170,9 @@ RenderWorld furnished(const FloorPlan& plan, double floor, double ceiling,
 }
 
 RenderWorld make_render_world(const InertialSettings& settings, const Spline& motion) {
-  if (settings.geometry == "hallway") return hallway(settings);
-  if (settings.geometry == "turntable") return turntable(settings);
-  if (settings.geometry == "trajectory") return room_about(motion, settings.seed);
+  if (settings.geometry == Geometry::kHallway) return hallway(settings);
+  if (settings.geometry == Geometry::kTurntable) return turntable(settings);
+  if (settings.geometry == Geometry::kTrajectory) return room_about(motion, settings.seed);
   return furnished(walk_plan(settings), -settings.imu_height,
                    settings.corridor_height - settings.imu_height, walk_furniture(settings));
 }

@@ -12,7 +12,7 @@ constexpr double kPi = std::numbers::pi;
 
 TEST(StreetPath, PositionIsTheIntegralOfTheHeading) {
   const StreetPath path = make_street_path({});
-  // Simpson's rule over the whole way: another formula than the one under test, error below 1e-11.
+  // Simpson's rule over the whole path: another formula than the one under test, error below 1e-11.
   const int steps = 200'000;
   const double h = path.length / steps;
   const auto direction = [&](double way) {
@@ -138,7 +138,7 @@ TEST(StreetDrive, SpeedAndTurnRateNeverJump) {
   const double h = 1e-3;
   for (double time = 0; time + h < drive.duration; time += h) {
     const VelocityState a = state_at(drive, time), b = state_at(drive, time + h);
-    // 35/16 of the mean acceleration, and what the turning of the axes adds to it.
+    // 35/16 of the mean acceleration, plus the contribution of the rotating axes.
     ASSERT_LT((b.linear_imu - a.linear_imu).norm(), 6 * h) << time;
     ASSERT_LT((b.angular_imu - a.angular_imu).norm(), 4 * h) << time;
   }

@@ -38,7 +38,7 @@ Eigen::Vector2d corner_displacement(double way, double length, double turn) {
   return half * sum;
 }
 
-// A corner is symmetric about its crossing.
+// The distance from a crossing to the start, and to the end, of its corner [m].
 double corner_reach(double length) { return corner_displacement(length, length, kQuarter).x(); }
 
 void check_corner(const StreetSettings& settings) {

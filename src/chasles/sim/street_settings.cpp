@@ -1,53 +1,14 @@
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <concepts>
-#include <stdexcept>
-#include <string_view>
-#include <type_traits>
 
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
 #include <chasles/sim/refuse_setting.hpp>
 #include <chasles/sim/street_settings.hpp>
+#include <chasles/validate.hpp>
 
 namespace chasles {
 namespace {
-
-struct Range {
-  std::string_view field;
-  double low, high;
-};
-
-// Wide enough for every drive somebody could mean, narrow enough that the number of frames stays
-// finite and that no image, street or wave is empty.
-constexpr std::array kRanges = std::to_array<Range>({
-    {"block_length", 1, 1e5},      {"block_width", 1, 1e5},      {"corner_length", 0.1, 1e4},
-    {"cruise_speed", 0.1, 100},    {"corner_speed", 0.1, 100},   {"acceleration", 0.01, 100},
-    {"stop_every", 0, 1e6},        {"stop_duration", 0, 3600},   {"road_amplitude", 0, 100},
-    {"road_wavelength", 0.1, 1e6}, {"roll_amplitude", 0, 0.5},   {"pitch_amplitude", 0, 0.5},
-    {"sway_wavelength", 0.1, 1e6}, {"street_width", 1, 1e4},     {"facade_height", 0, 1e3},
-    {"imu_height", 0.01, 100},     {"focal_length", 1, 1e5},     {"center_u", -1e5, 1e5},
-    {"center_v", -1e5, 1e5},       {"image_width", 1, 1e5},      {"image_height", 1, 1e5},
-    {"baseline", 1e-3, 100},       {"camera_x", -10, 10},        {"camera_y", -10, 10},
-    {"camera_z", -10, 10},         {"camera_tilt_x", -3.2, 3.2}, {"camera_tilt_y", -3.2, 3.2},
-    {"camera_tilt_z", -3.2, 3.2},  {"frame_rate", 0.01, 1000},   {"features_per_frame", 0, 1e5},
-    {"track_life", 0.01, 1e6},     {"shortest_track", 1, 1e6},   {"image_border", 0, 1e5},
-    {"min_depth", 0.1, 1e4},       {"max_depth", 0.1, 1e4},      {"velocities_per_frame", 1, 1000},
-    {"linear_sigma", 0, 100},      {"angular_sigma", 0, 100},    {"gyro_bias_x", -10, 10},
-    {"gyro_bias_y", -10, 10},      {"gyro_bias_z", -10, 10},     {"velocity_scale", 0.1, 10},
-    {"pixel_sigma", 0, 100},       {"disparity_sigma", 0, 100},  {"outlier_fraction", 0, 1},
-    {"moving_fraction", 0, 1},     {"moving_speed", 0, 100},     {"dropped_fraction", 0, 1},
-});
-
-// NaN fails both comparisons' positive form, so it is refused too.
-void check(const Range& range, double value, const char* unit) {
-  if (value >= range.low && value <= range.high) return;
-  const std::string space = *unit ? " " : "";
-  refuse_setting(range.field, fmt::format("{}{}{}", value, space, unit),
-                 fmt::format("a number from {} to {}{}{}", range.low, range.high, space, unit));
-}
 
 StreetSettings gnss_ins() {
   StreetSettings settings;
@@ -69,14 +30,7 @@ StreetSettings exact() {
 }  // namespace
 
 void validate(const StreetSettings& settings) {
-  for_each_field(settings, [](const char* name, const auto& value, const char* unit, const char*) {
-    using Value = std::remove_cvref_t<decltype(value)>;
-    if constexpr (std::same_as<Value, int> || std::same_as<Value, double>) {
-      const auto range = std::ranges::find(kRanges, std::string_view(name), &Range::field);
-      if (range == kRanges.end()) throw std::logic_error(fmt::format("{} has no range", name));
-      check(*range, static_cast<double>(value), unit);
-    }
-  });
+  validate_fields(settings, kSimulationSetting);
   const auto wrong = settings.route.find_first_not_of("LRS");
   if (wrong != std::string::npos) {
     refuse_setting("route", settings.route,

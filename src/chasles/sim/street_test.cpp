@@ -114,10 +114,11 @@ TEST(Street, TheRigIsARigidMotionWithTheCameraWhereTheSettingsPutIt) {
   EXPECT_TRUE((imu_T_cam0.R * imu_T_cam0.R.transpose()).isIdentity(1e-14));
   EXPECT_GT(imu_T_cam0.R.col(0).cross(imu_T_cam0.R.col(1)).dot(imu_T_cam0.R.col(2)), 0);
   EXPECT_TRUE(imu_T_cam0.p.isApprox(Eigen::Vector3d(1.1439, -0.3127, 0.7265), 1e-12));
-  EXPECT_GT(imu_T_cam0.R(0, 2), 0.999);   // looks forward
+  EXPECT_GT(imu_T_cam0.R(0, 2), 0.999);   // points forward
   EXPECT_LT(imu_T_cam0.R(1, 0), -0.999);  // its x is to the right
   EXPECT_LT(imu_T_cam0.R(2, 1), -0.999);  // its y is down
-  // KITTI's camera looks up by half a degree: the tilt about y is positive, the axis's z negative.
+  // KITTI's camera is tilted up by half a degree: the tilt about y is positive, the axis's z
+  // negative.
   EXPECT_NEAR(imu_T_cam0.R(2, 2), -0.0085, 1e-4);
 }
 
@@ -207,7 +208,8 @@ TEST(Street, LandmarksStandOnFacadesAndOnTheRoad) {
 }
 
 TEST(Street, NothingIsSeenThroughAHouse) {
-  // Houses only uncover what stands, to a camera that drives forward; what moves they hide as well.
+  // To a camera that moves forward, houses only uncover static points; they occlude moving ones as
+  // well.
   StreetSettings settings = street_scene("street-exact");
   settings.moving_fraction = 0.5;
   const StreetWorld world = make_street_world(settings, make_street_drive(settings));

@@ -72,7 +72,7 @@ TEST(WalkPath, ItsDurationCanBeShortened) {
   s.walk_duration = 30;
   const Trajectory begun = walk_path(s);
   EXPECT_NEAR(to_seconds(begun.back().time), 30, 1e-6);
-  // The same way, only shorter.
+  // The same path, only shorter.
   for (std::size_t i = 0; i < begun.size(); i += 100) {
     const double at = to_seconds(begun[i].time) / to_seconds(whole.back().time);
     const auto k =

@@ -121,18 +121,18 @@ TEST(Calibrating, FindsWhatIsWrongInEveryChart) {
 }
 
 TEST(Calibrating, GoesWithFirstEstimatesAndEveryFormAndBeginning) {
-  for (const char* form : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm form : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     InertialSlamSettings settings = expecting_much();
     settings.chart = "standard";
     settings.landmarks = form;
     settings.first_estimates = true;
     const Miscalibrated m = by_much(settings);
     const Trial trial = run_trial({.name = "", .settings = settings}, m.recording, m.start);
-    ASSERT_TRUE(trial.calibration) << form;
-    expect_found(m, *trial.calibration, std::string("first estimates, ") + form);
+    ASSERT_TRUE(trial.calibration) << name_of(form);
+    expect_found(m, *trial.calibration, "first estimates, " + std::string(name_of(form)));
   }
   InertialSlamSettings settings = expecting_much();
-  settings.init = "fixed-depth";
+  settings.init = LandmarkInit::kFixedDepth;
   const Miscalibrated m = by_much(settings);
   const Trial trial = run_trial({.name = "", .settings = settings}, m.recording, m.start);
   ASSERT_TRUE(trial.calibration);

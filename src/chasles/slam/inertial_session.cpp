@@ -5,6 +5,7 @@
 #include <chasles/lie/so3.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_session.hpp>
+#include <chasles/validate.hpp>
 
 namespace chasles {
 namespace {
@@ -61,12 +62,10 @@ bool contradicted(const Estimate& e) {
 InertialSession::InertialSession(const InertialSlamSettings& filter,
                                  const InitialiserSettings& start, InertialSensors sensors,
                                  std::optional<InertialStart> given)
-    : settings_(filter),
+    : settings_(validated(filter)),
       start_settings_(start),
       sensors_(std::move(sensors)),
       given_(std::move(given)) {
-  // What the filter refuses it is to refuse now, not when a start is found.
-  InertialSlam(settings_, sensors_.cameras, sensors_.noise, sensors_.imu, sensors_.pixel_sigma, {});
   end_part();
 }
 

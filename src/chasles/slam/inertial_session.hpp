@@ -38,7 +38,7 @@ class InertialSession {
  public:
   static constexpr Time kLongestGap = std::chrono::milliseconds(500);
 
-  /// Throws UsageError for settings that do not go together.
+  /// Throws UsageError for settings that cannot be used.
   InertialSession(const InertialSlamSettings& filter, const InitialiserSettings& start,
                   InertialSensors sensors, std::optional<InertialStart> given = std::nullopt);
 

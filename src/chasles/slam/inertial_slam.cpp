@@ -3,12 +3,12 @@
 #include <limits>
 #include <utility>
 
-#include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 #include <chasles/stage_clock.hpp>
+#include <chasles/validate.hpp>
 
 namespace chasles {
 namespace {
@@ -63,17 +63,19 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
                    std::span<const Camera> cameras) {
   const auto calibration = start.calibration ? start.calibration : stated_calibration(s, cameras);
   const State x = initial_state(s, start, calibration);
-  return {error_chart(s.chart),
-          x,
-          initial_covariance(s, start, x, calibration),
-          {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale == "true"}};
+  return {
+      error_chart(s.chart),
+      x,
+      initial_covariance(s, start, x, calibration),
+      {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale == KeepScale::kTrue}};
 }
 
 // With so few landmarks in its state at most, a filter lives on tracks.
 constexpr int kFewLandmarks = 4;
 
 std::optional<RecentTracks> recent_tracks(const InertialSlamSettings& s) {
-  if (s.init != "multi-view" || std::max(s.max_landmarks, s.min_landmarks) >= kFewLandmarks) {
+  if (s.init != LandmarkInit::kMultiView ||
+      std::max(s.max_landmarks, s.min_landmarks) >= kFewLandmarks) {
     return std::nullopt;
   }
   return RecentTracks(s.frames_per_clone, (s.clones + 1) * s.frames_per_clone);
@@ -84,7 +86,7 @@ std::optional<RecentTracks> recent_tracks(const InertialSlamSettings& s) {
 InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
                            const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
                            const InertialStart& start)
-    : settings_(settings),
+    : settings_(validated(settings)),
       cameras_(std::move(cameras)),
       pixel_sigma_(pixel_sigma),
       model_{.noise = scaled(noise, settings.imu_noise_scale)},
@@ -96,9 +98,6 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
   note_prediction();
   if (settings.zupt_velocity_sigma > 0) {
     standstill_.emplace(noise, cameras_.size(), pixel_sigma);
-  }
-  if (settings.composition_interval > 0 && !settings.nav_attitude) {
-    throw UsageError("composition_interval needs nav_attitude: the world's attitude in the state");
   }
 }
 
@@ -115,7 +114,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   seconds.propagation = stages.lap();
   e.zero_velocity = zero_velocity_update(frame, since);
   // At rest one pose is all poses, and a pixel errs by the same in all of them.
-  cloned_ = settings_.init == "multi-view" && !e.zero_velocity &&
+  cloned_ = settings_.init == LandmarkInit::kMultiView && !e.zero_velocity &&
             (frame_ - 1) % settings_.frames_per_clone == 0;
   if (cloned_) {
     keep_pose(frame.time);
@@ -125,7 +124,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   seconds.update = stages.lap();
   settle();
   retire_unseen();
-  if (settings_.init == "multi-view") begin_from_tracks(e);
+  if (settings_.init == LandmarkInit::kMultiView) begin_from_tracks(e);
   forget_unused_clones();
   note_begun(e.added);
   seconds.landmarks = stages.lap();

@@ -25,6 +25,7 @@ namespace chasles {
 /// ends before that still tells of its clones.
 class InertialSlam {
  public:
+  /// Throws UsageError for settings that cannot be used.
   InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
                const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
                const InertialStart& start);

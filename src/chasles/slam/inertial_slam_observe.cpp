@@ -117,7 +117,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   note_refusals(known, report.accepted);
   note_outcomes(known, report);
   compare_innovations(predicted, report, e);
-  if (settings_.init == "fixed-depth") {
+  if (settings_.init == LandmarkInit::kFixedDepth) {
     begin_at_once(fresh, e);
     return;
   }

@@ -21,8 +21,8 @@ FilterVariant ours() { return {.name = "default", .settings = {}}; }
 FilterVariant paper(const std::string& chart) {
   FilterVariant filter{.name = "paper " + chart, .settings = {}};
   filter.settings.chart = chart;
-  filter.settings.landmarks = "cartesian";
-  filter.settings.init = "fixed-depth";
+  filter.settings.landmarks = LandmarkForm::kCartesian;
+  filter.settings.init = LandmarkInit::kFixedDepth;
   filter.settings.nav_attitude = true;
   filter.settings.gate = 1;
   return filter;
@@ -76,7 +76,7 @@ TEST(InertialSlam, IsConsistentInTheHallwayWhereThePapersFiltersAreNot) {
 
 TEST(InertialSlam, StaysConsistentInTheHallwayWhereTheScaleIsKept) {
   FilterVariant kept = ours();
-  kept.settings.keep_scale = "true";
+  kept.settings.keep_scale = KeepScale::kTrue;
   const auto s = study(inertial_scene("hallway"), {kept}, 6);
   EXPECT_LT(s[0].nees_per_dof, 1.3);
   EXPECT_LT(s[0].mean.position_error, 0.2);
@@ -106,7 +106,7 @@ TEST(InertialSlam, FirstEstimatesMakeTheStandardChartConsistent) {
 TEST(InertialSlam, WithNextToNoNoiseThereIsNextToNoError) {
   InertialScene scene = short_hallway();
   auto& s = scene.settings;
-  s.imu_convention = "interval-mean";
+  s.imu_convention = ImuConvention::kIntervalMean;
   s.imu_rate = 280;  // a frame at every tenth sample: no sample is cut in two
   s.pixel_sigma = 1e-4;
   s.accelerometer_noise_density = s.gyroscope_noise_density = 1e-7;
@@ -127,8 +127,8 @@ TEST(InertialSlam, WithNextToNoNoiseThereIsNextToNoError) {
 
 TEST(InertialSlam, EveryChartFormAndBeginningRunsWithOneAndTwoCameras) {
   for (const ErrorChart& chart : error_charts()) {
-    for (const char* form : {"cartesian", "inverse-depth"}) {
-      for (const char* init : {"multi-view", "fixed-depth"}) {
+    for (const LandmarkForm form : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
+      for (const LandmarkInit init : {LandmarkInit::kMultiView, LandmarkInit::kFixedDepth}) {
         for (const bool nav : {false, true}) {
           InertialScene scene = short_hallway();
           scene.settings.sections = 1;
@@ -141,7 +141,7 @@ TEST(InertialSlam, EveryChartFormAndBeginningRunsWithOneAndTwoCameras) {
           const Trial trial = trial_of(filter, scene);
           EXPECT_FALSE(trial.diverged);
           EXPECT_LT(trial.points.back().position_error, 1.5)
-              << chart.name << " " << form << " " << init << " nav " << nav;
+              << chart.name << " " << name_of(form) << " " << name_of(init) << " nav " << nav;
         }
       }
     }

@@ -23,7 +23,7 @@ void InertialSlam::forget_ended_tracks() {
 }
 
 void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fresh, Estimate& e) {
-  const bool anchored = settings_.landmarks == "inverse-depth";
+  const bool anchored = settings_.landmarks == LandmarkForm::kInverseDepth;
   int room = settings_.max_landmarks - static_cast<int>(filter_.state().landmarks.size());
   Reused<NewLandmark>& landmarks = work_.begun;
   landmarks.clear();
@@ -134,8 +134,8 @@ bool InertialSlam::find_start(LandmarkId id, const Views& views) {
   constexpr std::size_t kLeastViews = 3;
   return views.size() >= kLeastViews &&
          begin_multi_view(cameras_, pixel_sigma_, filter_.state(), id, views,
-                          settings_.landmarks == "inverse-depth", linearisation(), work_.multi_view,
-                          work_.start);
+                          settings_.landmarks == LandmarkForm::kInverseDepth, linearisation(),
+                          work_.multi_view, work_.start);
 }
 
 // Whether the views tell where the point is well enough for a landmark.

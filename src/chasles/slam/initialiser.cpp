@@ -8,6 +8,7 @@
 #include <chasles/slam/initialiser.hpp>
 #include <chasles/slam/static_conditions.hpp>
 #include <chasles/slam/static_start.hpp>
+#include <chasles/validate.hpp>
 
 namespace chasles {
 namespace {
@@ -20,18 +21,6 @@ template <typename Value>
   std::ostringstream text;
   text << "initialisation: " << what << " = " << found << ", expected " << expected;
   throw UsageError(text.str());
-}
-
-void validate(const InitialiserSettings& settings) {
-  for_each_setting(settings, [](const char* name, auto value, const char*, const char*) {
-    if (std::isfinite(static_cast<double>(value)) && value > 0) return;
-    refuse(name, value, "a positive number");
-  });
-  if (settings.keyframes < 4) refuse("keyframes", settings.keyframes, "at least 4");
-  if (settings.max_window < std::max(settings.min_window, settings.min_stereo_window)) {
-    refuse("max_window", settings.max_window, "at least min_window and min_stereo_window");
-  }
-  if (settings.inflation < 1) refuse("inflation", settings.inflation, "at least 1");
 }
 
 ImuNoise usable(ImuNoise noise) {
@@ -49,13 +38,12 @@ ImuNoise usable(ImuNoise noise) {
 
 Initialiser::Initialiser(const InitialiserSettings& settings, std::vector<Camera> cameras,
                          const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma)
-    : settings_(settings),
+    : settings_(validated(settings)),
       cameras_(std::move(cameras)),
       noise_(usable(noise)),
       imu_options_(imu),
       pixel_sigma_(pixel_sigma),
       imu_(imu) {
-  validate(settings);
   if (cameras_.empty()) refuse("cameras", 0, "at least one");
   if (!std::isfinite(pixel_sigma) || pixel_sigma <= 0) {
     refuse("pixel_sigma", pixel_sigma, "a positive number of pixels");

@@ -29,8 +29,7 @@ InertialScene flight(const std::string& name, int cameras, Recording& samples) {
   scene.path = samples.truth;
   scene.imu = samples.imu;
   InertialSettings& s = scene.settings;
-  s.imu_convention =
-      samples.imu_convention == ImuConvention::kIntervalMean ? "interval-mean" : "instant";
+  s.imu_convention = samples.imu_convention;
   // The tables state none: as the recordings' sensor.yaml.
   const ImuNoise noise = samples.imu_noise.value_or(
       ImuNoise{.accelerometer_noise_density = 2e-3, .gyroscope_noise_density = 1.6968e-4});

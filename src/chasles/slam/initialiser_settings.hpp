@@ -41,42 +41,61 @@ struct InitialiserSettings {
 /// length, in motion each of its components.
 inline constexpr double kBiasReach = 4;
 
-/// Calls visit(name, value, unit, meaning) for every setting, in order.
+/// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
 template <SettingsOf<InitialiserSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
-  visit("tilt_sigma", s.tilt_sigma, "rad", "a start's roll and pitch are never less certain");
-  visit("velocity_sigma", s.velocity_sigma, "m/s", "a start's velocity is never less certain");
+  visit("tilt_sigma", s.tilt_sigma, "rad", "a start's roll and pitch are never less certain",
+        limits::kPositive);
+  visit("velocity_sigma", s.velocity_sigma, "m/s", "a start's velocity is never less certain",
+        limits::kPositive);
   visit("accelerometer_bias_sigma", s.accelerometer_bias_sigma, "m/s^2",
-        "what is known of that bias beforehand, about 0");
+        "what is known of that bias beforehand, about 0", limits::kPositive);
   visit("gyroscope_bias_sigma", s.gyroscope_bias_sigma, "rad/s",
-        "what is known of that bias beforehand, about 0");
-  visit("gravity", s.gravity, "m/s^2", "its magnitude");
+        "what is known of that bias beforehand, about 0", limits::kPositive);
+  visit("gravity", s.gravity, "m/s^2", "its magnitude", limits::kPositive);
   visit("inflation", s.inflation, "1",
-        "a start in motion counts its window's data so many times less, for the filter uses them");
-  visit("static_window", s.static_window, "s", "at rest for so long: a start at rest");
+        "a start in motion counts its window's data so many times less, for the filter uses them",
+        limits::at_least(1));
+  visit("static_window", s.static_window, "s", "at rest for so long: a start at rest",
+        limits::kPositive);
   visit("static_noise_factor", s.static_noise_factor, "1",
-        "at rest the samples deviate by at most so many times the stated noise");
+        "at rest the samples deviate by at most so many times the stated noise", limits::kPositive);
   visit("static_displacement", s.static_displacement, "px",
-        "and half of the tracks move by less than this, beyond noise");
-  visit("static_velocity_sigma", s.static_velocity_sigma, "m/s", "uncertainty of the velocity 0");
-  visit("min_window", s.min_window, "s", "a start in motion needs so much, with one camera");
-  visit("min_stereo_window", s.min_stereo_window, "s", "and so much where two see the same tracks");
-  visit("max_window", s.max_window, "s", "older data are given up");
-  visit("attempt_frames", s.attempt_frames, "count", "a start is tried at every n-th frame");
-  visit("keyframes", s.keyframes, "count", "frames of the window that are used");
-  visit("max_tracks", s.max_tracks, "count", "that are used, the best covered ones");
-  visit("min_tracks", s.min_tracks, "count", "that fit the motion");
-  visit("min_parallax", s.min_parallax, "px", "median over the tracks, rotation taken away");
-  visit("min_parallax_angle", s.min_parallax_angle, "rad", "the same as an angle");
+        "and half of the tracks move by less than this, beyond noise", limits::kPositive);
+  visit("static_velocity_sigma", s.static_velocity_sigma, "m/s", "uncertainty of the velocity 0",
+        limits::kPositive);
+  visit("min_window", s.min_window, "s", "a start in motion needs so much, with one camera",
+        limits::kPositive);
+  visit("min_stereo_window", s.min_stereo_window, "s", "and so much where two see the same tracks",
+        limits::kPositive);
+  visit("max_window", s.max_window, "s", "older data are given up", limits::kPositive);
+  visit("attempt_frames", s.attempt_frames, "count", "a start is tried at every n-th frame",
+        limits::kPositive);
+  visit("keyframes", s.keyframes, "count", "frames of the window that are used",
+        limits::at_least(4));
+  visit("max_tracks", s.max_tracks, "count", "that are used, the best covered ones",
+        limits::kPositive);
+  visit("min_tracks", s.min_tracks, "count", "that fit the motion", limits::kPositive);
+  visit("min_parallax", s.min_parallax, "px", "median over the tracks, rotation taken away",
+        limits::kPositive);
+  visit("min_parallax_angle", s.min_parallax_angle, "rad", "the same as an angle",
+        limits::kPositive);
   visit("max_gravity_deviation", s.max_gravity_deviation, "m/s^2",
-        "of gravity's magnitude, estimated without knowing it");
+        "of gravity's magnitude, estimated without knowing it", limits::kPositive);
   visit("max_scale_sigma", s.max_scale_sigma, "1",
-        "the velocity's posterior deviation, as a share of the speed");
+        "the velocity's posterior deviation, as a share of the speed", limits::kPositive);
   visit("least_velocity_sigma", s.least_velocity_sigma, "m/s",
-        "a deviation that is good enough at any speed");
-  visit("max_tilt_sigma", s.max_tilt_sigma, "rad", "posterior deviation of roll and pitch");
-  visit("max_misfit", s.max_misfit, "1", "squared residuals per degree of freedom");
-  visit("min_inliers", s.min_inliers, "1", "share of the observations that fit the motion");
+        "a deviation that is good enough at any speed", limits::kPositive);
+  visit("max_tilt_sigma", s.max_tilt_sigma, "rad", "posterior deviation of roll and pitch",
+        limits::kPositive);
+  visit("max_misfit", s.max_misfit, "1", "squared residuals per degree of freedom",
+        limits::kPositive);
+  visit("min_inliers", s.min_inliers, "1", "share of the observations that fit the motion",
+        limits::kPositive);
 }
+
+/// Throws UsageError with the setting's name, its value and what is expected: for one out of its
+/// limits ("start.keyframes"), and for a window that is too short.
+void validate(const InitialiserSettings& settings);
 
 }  // namespace chasles

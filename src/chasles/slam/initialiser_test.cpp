@@ -134,10 +134,11 @@ TEST(Initialiser, SettingsThatCannotBeUsedAreRefusedByName) {
   EXPECT_EQ(refusal({}, ImuNoise{}), "");  // densities of 0 are taken as small ones
   InitialiserSettings s;
   s.inflation = 0.5;
-  EXPECT_NE(refusal(s).find("inflation = 0.5, expected at least 1"), std::string::npos);
+  EXPECT_NE(refusal(s).find("start.inflation: found 0.5, expected a finite number not below 1"),
+            std::string::npos);
   s = {};
   s.keyframes = 3;
-  EXPECT_NE(refusal(s).find("keyframes = 3"), std::string::npos);
+  EXPECT_NE(refusal(s).find("start.keyframes: found 3"), std::string::npos);
   s = {};
   s.max_window = 0.5;
   EXPECT_NE(refusal(s).find("max_window"), std::string::npos);

@@ -1,6 +1,5 @@
 #include <cmath>
 
-#include <chasles/error.hpp>
 #include <chasles/slam/velocity_model.hpp>
 
 namespace chasles {
@@ -11,11 +10,8 @@ constexpr double kUnknownVelocity = 100;  // [m/s, rad/s]
 }  // namespace
 
 BodyVelocityModel model_of(const VelocitySlamSettings& s, const VelocitySlamNoise& noise) {
-  const bool slam = s.mode == "slam", state = slam && s.velocity == "measured";
-  if (s.velocity_axes == "level" && !state) {
-    throw UsageError(
-        "velocity_axes=level estimates which way is up: expected mode=slam and velocity=measured");
-  }
+  const bool slam = s.mode == SlamMode::kSlam;
+  const bool state = slam && s.velocity == VelocityRole::kMeasured;
   return {.velocity_state = state,
           .gyro_bias = slam && s.gyro_bias,
           .scale = slam && s.velocity_scale,
@@ -35,15 +31,10 @@ std::vector<std::string> additive_names(const BodyVelocityModel& model) {
   return names;
 }
 
-StereoRows rows_of(const VelocitySlamSettings& s) {
-  if (s.stereo_rows == "all") return StereoRows::kAll;
-  return s.stereo_rows == "mean" ? StereoRows::kMean : StereoRows::kMeanDisparity;
-}
-
 Eigen::MatrixXd initial_covariance(const VelocitySlamSettings& s, const VelocitySlamNoise& noise) {
   const BodyVelocityModel model = model_of(s, noise);
   Eigen::VectorXd sigma = Eigen::VectorXd::Zero(6 + model.size());
-  if (s.mode != "map") sigma.head<6>().setConstant(s.initial_pose_sigma);
+  if (s.mode != SlamMode::kMap) sigma.head<6>().setConstant(s.initial_pose_sigma);
   if (model.velocity_state) sigma.segment<6>(6).setConstant(kUnknownVelocity);
   if (model.gyro_bias) sigma.segment<3>(6 + model.bias_index()).setConstant(noise.gyro_bias_sigma);
   if (model.scale) sigma[6 + model.scale_index()] = s.velocity_scale_sigma;
@@ -64,7 +55,7 @@ BodyVelocityNoise sample_noise(const VelocitySlamSettings& s, const BodyVelocity
 
 BodyVelocity held_velocity(const VelocitySlamSettings& s, const BodyVelocity& before,
                            const BodyVelocity& u) {
-  if (s.hold != "midpoint") return before;
+  if (s.hold != VelocityHold::kMidpoint) return before;
   return {.time = before.time,
           .linear_imu = (before.linear_imu + u.linear_imu) / 2,
           .angular_imu = (before.angular_imu + u.angular_imu) / 2};

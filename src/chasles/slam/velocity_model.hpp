@@ -14,9 +14,7 @@ namespace chasles {
 
 /// What the settings of a run with body velocities mean for the filter's models: the filter and the
 /// batch take them from here.
-/// Throws UsageError where level axes are asked for that it cannot have.
 BodyVelocityModel model_of(const VelocitySlamSettings& settings, const VelocitySlamNoise& noise);
-StereoRows rows_of(const VelocitySlamSettings& settings);
 
 /// What the model's additive states are called, in their order.
 std::vector<std::string> additive_names(const BodyVelocityModel& model);

@@ -83,7 +83,9 @@ StereoNoise begin_noise(const VelocitySlamSettings& settings, std::span<const Fe
 }
 
 bool are_level(const VelocitySlamSettings& settings, std::span<const BodyVelocity> velocities) {
-  if (settings.velocity_axes != "auto") return settings.velocity_axes == "level";
+  if (settings.velocity_axes != VelocityAxes::kAuto) {
+    return settings.velocity_axes == VelocityAxes::kLevel;
+  }
   const std::optional<LevelEvidence> evidence = level_evidence(velocities);
   return evidence && evidence->level();
 }

@@ -102,7 +102,7 @@ TEST(ChooseNoise, BelievesTheSettingsBeforeAnything) {
   EXPECT_EQ(noise.motion.gyro_bias_walk, 1e-4);
 }
 
-VelocitySlamSettings along(const std::string& axes) {
+VelocitySlamSettings along(VelocityAxes axes) {
   VelocitySlamSettings settings;
   settings.velocity_axes = axes;
   return settings;
@@ -117,9 +117,9 @@ TEST(ChooseNoise, FindsOutWhichAxesVelocitiesAreAlongUnlessItIsTold) {
                      .angular_imu = {0, -0.04 * std::cos(t), 0}});
   }
   EXPECT_TRUE(choose_noise({}, hills, {}, {}).level_velocities);
-  EXPECT_FALSE(choose_noise(along("imu"), hills, {}, {}).level_velocities);
+  EXPECT_FALSE(choose_noise(along(VelocityAxes::kImu), hills, {}, {}).level_velocities);
   EXPECT_FALSE(choose_noise({}, drive(0.5, 0.05), {}, {}).level_velocities);
-  EXPECT_TRUE(choose_noise(along("level"), {}, {}, {}).level_velocities);
+  EXPECT_TRUE(choose_noise(along(VelocityAxes::kLevel), {}, {}, {}).level_velocities);
 }
 
 TEST(ModelOf, LevelAxesNeedAVelocityState) {
@@ -127,16 +127,17 @@ TEST(ModelOf, LevelAxesNeedAVelocityState) {
   noise.level_velocities = true;
   EXPECT_TRUE(model_of({}, noise).level);
   for (const bool input : {false, true}) {
-    VelocitySlamSettings found, told = along("level");
+    VelocitySlamSettings found, told = along(VelocityAxes::kLevel);
     for (VelocitySlamSettings* s : {&found, &told}) {
       if (input) {
-        s->velocity = "input";
+        s->velocity = VelocityRole::kInput;
       } else {
-        s->mode = "localize";
+        s->mode = SlamMode::kLocalize;
       }
     }
     EXPECT_FALSE(model_of(found, noise).level);
-    EXPECT_THROW(model_of(told, noise), UsageError);
+    EXPECT_NO_THROW(validate(found));
+    EXPECT_THROW(validate(told), UsageError);
   }
 }
 

@@ -3,19 +3,51 @@
 #include <optional>
 #include <string>
 
+#include <chasles/filter/error_chart_names.hpp>
+#include <chasles/filter/stereo_rows.hpp>
 #include <chasles/settings.hpp>
 
 namespace chasles {
+
+enum class SlamMode { kLocalize, kMap, kSlam };
+enum class VelocityRole { kMeasured, kInput };
+enum class VelocityHold { kMidpoint, kZeroOrder };
+enum class VelocityAxes { kAuto, kImu, kLevel };
+
+template <>
+struct Choices<SlamMode> {
+  static constexpr std::array list{Choice{SlamMode::kLocalize, "localize"},
+                                   Choice{SlamMode::kMap, "map"}, Choice{SlamMode::kSlam, "slam"}};
+};
+
+template <>
+struct Choices<VelocityRole> {
+  static constexpr std::array list{Choice{VelocityRole::kMeasured, "measured"},
+                                   Choice{VelocityRole::kInput, "input"}};
+};
+
+template <>
+struct Choices<VelocityHold> {
+  static constexpr std::array list{Choice{VelocityHold::kMidpoint, "midpoint"},
+                                   Choice{VelocityHold::kZeroOrder, "zero-order"}};
+};
+
+template <>
+struct Choices<VelocityAxes> {
+  static constexpr std::array list{Choice{VelocityAxes::kAuto, "auto"},
+                                   Choice{VelocityAxes::kImu, "imu"},
+                                   Choice{VelocityAxes::kLevel, "level"}};
+};
 
 /// Everything that can be set about a run. An empty optional ("auto") is taken from the recording
 /// (velocity_noise.hpp). Units, choices and meanings stand in for_each_setting, the only list: it
 /// feeds the configuration files, --set, --help and summary.json.
 struct VelocitySlamSettings {
-  std::string mode = "slam";
+  SlamMode mode = SlamMode::kSlam;
   std::string chart = "right-sen3";
 
-  std::string velocity = "measured";
-  std::string hold = "midpoint";
+  VelocityRole velocity = VelocityRole::kMeasured;
+  VelocityHold hold = VelocityHold::kMidpoint;
   std::optional<double> velocity_sigma;
   std::optional<double> rate_sigma;
   double velocity_relative_sigma = 0.004;
@@ -27,7 +59,7 @@ struct VelocitySlamSettings {
   bool velocity_scale = false;
   double velocity_scale_sigma = 0.01;
   double velocity_scale_walk = 0;
-  std::string velocity_axes = "auto";
+  VelocityAxes velocity_axes = VelocityAxes::kAuto;
   std::optional<double> time_offset = 0;
   double tilt_sigma = 0.05;
   double tilt_walk = 0.001;
@@ -35,7 +67,7 @@ struct VelocitySlamSettings {
   double velocity_heading_walk = 0;
   double initial_pose_sigma = 0;
 
-  std::string stereo_rows = "mean";
+  StereoRows stereo_rows = StereoRows::kMean;
   std::optional<double> pixel_sigma;
   std::optional<double> disparity_sigma;
   std::optional<double> disparity_inflation;
@@ -52,69 +84,100 @@ struct VelocitySlamSettings {
   bool compress_map = true;
 };
 
-/// Calls visit(name, value, unit or choices, meaning) for every setting, in order.
+/// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
 template <SettingsOf<VelocitySlamSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
-  visit("mode", s.mode, "localize|map|slam",
-        "predict only; map along the predicted trajectory, taken as true; or both jointly");
-  visit("chart", s.chart, "standard|left-se3|right-se3|right-sen3",
-        "what the numbers of the error mean (docs/charts.md)");
+  visit("mode", s.mode, "choice",
+        "predict only; map along the predicted trajectory, taken as true; or both jointly",
+        limits::kAny);
+  visit("chart", s.chart, "choice", "what the numbers of the error mean (docs/charts.md)",
+        limits::one_of(error_chart_names()));
 
-  visit("velocity", s.velocity, "measured|input",
-        "a body velocity measures a velocity in the state, or is the input that is integrated");
-  visit("hold", s.hold, "midpoint|zero-order",
-        "an input velocity over its step: mean of both ends, or the first");
-  visit("velocity_sigma", s.velocity_sigma, "m/s", "white noise of a velocity sample");
-  visit("rate_sigma", s.rate_sigma, "rad/s", "white noise of an angular velocity sample");
+  visit("velocity", s.velocity, "choice",
+        "a body velocity measures a velocity in the state, or is the input that is integrated",
+        limits::kAny);
+  visit("hold", s.hold, "choice",
+        "an input velocity over its step: mean of both ends, or the first", limits::kAny);
+  visit("velocity_sigma", s.velocity_sigma, "m/s", "white noise of a velocity sample",
+        limits::kNonNegative);
+  visit("rate_sigma", s.rate_sigma, "rad/s", "white noise of an angular velocity sample",
+        limits::kNonNegative);
   visit("velocity_relative_sigma", s.velocity_relative_sigma, "1",
-        "further error of a velocity sample, as a part of the speed");
-  visit("velocity_walk", s.velocity_walk, "m/s/sqrt(s)", "random walk of the true velocity");
-  visit("rate_walk", s.rate_walk, "rad/s/sqrt(s)", "random walk of the true angular velocity");
-  visit("gyro_bias", s.gyro_bias, "bool", "estimate the bias of the angular velocity");
-  visit("gyro_bias_sigma", s.gyro_bias_sigma, "rad/s", "initial uncertainty of that bias");
-  visit("gyro_bias_walk", s.gyro_bias_walk, "rad/s/sqrt(s)", "random walk of that bias");
-  visit("velocity_scale", s.velocity_scale, "bool", "estimate the scale of the velocity");
-  visit("velocity_scale_sigma", s.velocity_scale_sigma, "1", "initial uncertainty of that scale");
-  visit("velocity_scale_walk", s.velocity_scale_walk, "1/sqrt(s)", "random walk of that scale");
-  visit("velocity_axes", s.velocity_axes, "auto|imu|level",
+        "further error of a velocity sample, as a part of the speed", limits::kNonNegative);
+  visit("velocity_walk", s.velocity_walk, "m/s/sqrt(s)", "random walk of the true velocity",
+        limits::kNonNegative);
+  visit("rate_walk", s.rate_walk, "rad/s/sqrt(s)", "random walk of the true angular velocity",
+        limits::kNonNegative);
+  visit("gyro_bias", s.gyro_bias, "bool", "estimate the bias of the angular velocity",
+        limits::kAny);
+  visit("gyro_bias_sigma", s.gyro_bias_sigma, "rad/s", "initial uncertainty of that bias",
+        limits::kNonNegative);
+  visit("gyro_bias_walk", s.gyro_bias_walk, "rad/s/sqrt(s)", "random walk of that bias",
+        limits::kNonNegative);
+  visit("velocity_scale", s.velocity_scale, "bool", "estimate the scale of the velocity",
+        limits::kAny);
+  visit("velocity_scale_sigma", s.velocity_scale_sigma, "1", "initial uncertainty of that scale",
+        limits::kNonNegative);
+  visit("velocity_scale_walk", s.velocity_scale_walk, "1/sqrt(s)", "random walk of that scale",
+        limits::kNonNegative);
+  visit("velocity_axes", s.velocity_axes, "choice",
         "what velocities are along: the IMU's axes, or level ones with its heading; auto: as they "
-        "climb (docs/noise.md)");
+        "climb (docs/noise.md)",
+        limits::kAny);
   visit("time_offset", s.time_offset, "s",
         "frames' clock + time_offset = velocities' clock: above 0 where velocities are stamped "
-        "late; auto: as the tracks tell (docs/noise.md)");
+        "late; auto: as the tracks tell (docs/noise.md)",
+        limits::kClockOffset);
   visit("tilt_sigma", s.tilt_sigma, "rad",
-        "initial uncertainty of which way is up, where velocities are along level axes");
-  visit("tilt_walk", s.tilt_walk, "rad/sqrt(s)", "random walk of that");
+        "initial uncertainty of which way is up, where velocities are along level axes",
+        limits::kNonNegative);
+  visit("tilt_walk", s.tilt_walk, "rad/sqrt(s)", "random walk of that", limits::kNonNegative);
   visit("velocity_heading_sigma", s.velocity_heading_sigma, "rad",
-        "initial uncertainty of the heading of level axes against the IMU's");
-  visit("velocity_heading_walk", s.velocity_heading_walk, "rad/sqrt(s)", "random walk of that");
+        "initial uncertainty of the heading of level axes against the IMU's", limits::kNonNegative);
+  visit("velocity_heading_walk", s.velocity_heading_walk, "rad/sqrt(s)", "random walk of that",
+        limits::kNonNegative);
   visit("initial_pose_sigma", s.initial_pose_sigma, "rad, m",
-        "initial uncertainty of the pose; 0: the world begins at the first pose");
+        "initial uncertainty of the pose; 0: the world begins at the first pose",
+        limits::kNonNegative);
 
-  visit("stereo_rows", s.stereo_rows, "all|mean+disparity|mean",
-        "what of (uL, vL, uR, vR) updates the state: all four, means and disparity, or means");
+  visit("stereo_rows", s.stereo_rows, "choice",
+        "what of (uL, vL, uR, vR) updates the state: all four, means and disparity, or means",
+        limits::kAny);
   visit("pixel_sigma", s.pixel_sigma, "px",
-        "noise of a row (uL + uR)/2, (vL + vR)/2, or of each pixel where all four are used");
-  visit("disparity_sigma", s.disparity_sigma, "px", "noise of a disparity");
+        "noise of a row (uL + uR)/2, (vL + vR)/2, or of each pixel where all four are used",
+        limits::kPositive);
+  visit("disparity_sigma", s.disparity_sigma, "px", "noise of a disparity", limits::kPositive);
   visit("disparity_inflation", s.disparity_inflation, "1",
-        "of that noise in updates, since a disparity's error hardly changes along a track");
+        "of that noise in updates, since a disparity's error hardly changes along a track",
+        limits::kNonNegative);
 
-  visit("gate", s.gate, "probability", "of a right observation to pass the gate; 1: no gate");
+  visit("gate", s.gate, "probability", "of a right observation to pass the gate; 1: no gate",
+        limits::kProbability);
   visit("loose_gate", s.loose_gate, "probability",
-        "gate for a frame where fewer than gate_quorum observations pass the other");
-  visit("gate_quorum", s.gate_quorum, "count", "see loose_gate");
+        "gate for a frame where fewer than gate_quorum observations pass the other",
+        limits::kProbability);
+  visit("gate_quorum", s.gate_quorum, "count", "see loose_gate", limits::kNonNegative);
   visit("updates_per_frame", s.updates_per_frame, "count",
-        "observations that may update the state, longest unused landmarks first; 0: all");
-  visit("min_disparity", s.min_disparity, "px", "below it no landmark is begun");
+        "observations that may update the state, longest unused landmarks first; 0: all",
+        limits::kNonNegative);
+  visit("min_disparity", s.min_disparity, "px", "below it no landmark is begun",
+        limits::kNonNegative);
   visit("waiting_landmarks", s.waiting_landmarks, "count",
-        "landmarks out of view wait in the state for their return while it holds fewer in all");
+        "landmarks out of view wait in the state for their return while it holds fewer in all",
+        limits::kNonNegative);
   visit("update_with_first_observation", s.update_with_first_observation, "bool",
-        "use the observation that begins a landmark for an update as well (Du; counts it twice)");
+        "use the observation that begins a landmark for an update as well (Du; counts it twice)",
+        limits::kAny);
   visit("initial_landmark_sigma", s.initial_landmark_sigma, "m",
-        "fixed and uncorrelated (Du); auto: what the observation and the pose say");
+        "fixed and uncorrelated (Du); auto: what the observation and the pose say",
+        limits::kNonNegative);
 
   visit("compress_map", s.compress_map, "bool",
-        "false: one dense covariance over the whole map, whose cost grows with it");
+        "false: one dense covariance over the whole map, whose cost grows with it", limits::kAny);
 }
+
+/// Throws UsageError with the setting's name, its value and what is expected: for one out of its
+/// limits, and for level axes that the mode does not estimate.
+void validate(const VelocitySlamSettings& settings);
 
 }  // namespace chasles

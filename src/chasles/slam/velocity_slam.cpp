@@ -8,13 +8,14 @@
 #include <chasles/slam/velocity_model.hpp>
 #include <chasles/slam/velocity_slam.hpp>
 #include <chasles/stage_clock.hpp>
+#include <chasles/validate.hpp>
 
 namespace chasles {
 namespace {
 
 // Mapping takes the predicted trajectory for the truth.
 VelocitySlamNoise noise_of(const VelocitySlamSettings& s, VelocitySlamNoise noise) {
-  if (s.mode == "map") noise.motion = {};
+  if (s.mode == SlamMode::kMap) noise.motion = {};
   return noise;
 }
 
@@ -47,11 +48,11 @@ Prediction begin_at(const State& x, const BodyVelocity& u) {
 
 VelocitySlam::VelocitySlam(const VelocitySlamSettings& settings, const StereoRig& rig,
                            const VelocitySlamNoise& noise)
-    : settings_(settings),
+    : settings_(validated(settings)),
       rig_(rig),
       noise_(noise_of(settings, noise)),
       model_(model_of(settings, noise)),
-      rows_(rows_of(settings)),
+      rows_(settings.stereo_rows),
       gate_(gate_of(settings.gate, rows_)),
       loose_gate_(gate_of(settings.loose_gate, rows_)),
       filter_(error_chart(settings.chart), initial_state(model_),
@@ -70,7 +71,7 @@ Estimate VelocitySlam::process(const FeatureFrame& frame) {
   Estimate estimate;
   estimate.seconds = {.propagation = std::exchange(propagation_seconds_, 0) + clock.lap()};
   estimate.time = frame.time;
-  if (settings_.mode != "localize") see(frame, estimate);
+  if (settings_.mode != SlamMode::kLocalize) see(frame, estimate);
 
   const State& x = filter_.state();
   const Eigen::MatrixXd P = filter_.core_covariance();
@@ -252,7 +253,7 @@ Health VelocitySlam::judge(const Estimate& estimate) {
       estimate.pose_covariance().diagonal().minCoeff() < 0) {
     return Health::kLost;
   }
-  if (settings_.mode != "slam") return Health::kOk;
+  if (settings_.mode != SlamMode::kSlam) return Health::kOk;
   return recent_.judge(estimate.time, estimate.used, estimate.rejected);
 }
 

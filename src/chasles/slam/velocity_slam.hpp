@@ -23,6 +23,7 @@ namespace chasles {
 /// that runs backwards and velocities that are not finite throw InputError.
 class VelocitySlam {
  public:
+  /// Throws UsageError for settings that cannot be used.
   VelocitySlam(const VelocitySlamSettings& settings, const StereoRig& rig,
                const VelocitySlamNoise& noise);
 

@@ -76,7 +76,7 @@ TEST(VelocitySlam, StaysOnTheTruthWhenEverythingIsExact) {
 
 TEST(VelocitySlam, LandmarksCorrectAVelocityThatIsWrong) {
   VelocitySlamSettings localize;
-  localize.mode = "localize";
+  localize.mode = SlamMode::kLocalize;
   VelocitySlam blind = make(localize);
   VelocitySlam seeing = make();
   EXPECT_NEAR(drive(blind, 50, 1.1).world_T_imu.p.x(), 5.39, 1e-9);
@@ -98,7 +98,7 @@ TEST(VelocitySlam, AnObservationThatBeginsALandmarkDoesNotUpdateTheState) {
 
 TEST(VelocitySlam, ALocalizedCarOnACircleComesBackToItsStart) {
   VelocitySlamSettings settings;
-  settings.mode = "localize";
+  settings.mode = SlamMode::kLocalize;
   VelocitySlam slam = make(settings);
   const double rate = 2 * 3.14159265358979323846 / 10;  // one turn in 10 s
   Estimate estimate;
@@ -114,7 +114,7 @@ TEST(VelocitySlam, ALocalizedCarOnACircleComesBackToItsStart) {
 
 TEST(VelocitySlam, MappingTakesTheTrajectoryForTheTruth) {
   VelocitySlamSettings settings;
-  settings.mode = "map";
+  settings.mode = SlamMode::kMap;
   VelocitySlam slam = make(settings);
   const Estimate estimate = drive(slam, 20);
   EXPECT_EQ(estimate.pose_covariance().norm(), 0);
@@ -248,8 +248,9 @@ TEST(VelocitySlam, TwoRunsGiveTheSameNumbers) {
 
 TEST(VelocitySlam, EveryChartAndMotionModelFollowsTheTruth) {
   for (const ErrorChart& chart : error_charts()) {
-    for (const char* velocity : {"measured", "input"}) {
-      for (const char* rows : {"all", "mean+disparity", "mean"}) {
+    for (const VelocityRole velocity : {VelocityRole::kMeasured, VelocityRole::kInput}) {
+      for (const StereoRows rows :
+           {StereoRows::kAll, StereoRows::kMeanDisparity, StereoRows::kMean}) {
         VelocitySlamSettings settings;
         settings.chart = chart.name;
         settings.velocity = velocity;
@@ -257,7 +258,7 @@ TEST(VelocitySlam, EveryChartAndMotionModelFollowsTheTruth) {
         settings.velocity_scale = true;
         VelocitySlam slam = make(settings);
         EXPECT_NEAR(drive(slam, 30, 1.02).world_T_imu.p.x(), 2.9, 0.02)
-            << chart.name << " " << velocity << " " << rows;
+            << chart.name << " " << name_of(velocity) << " " << name_of(rows);
         EXPECT_EQ(static_cast<Eigen::Index>(slam.additive_names().size()),
                   slam.filter().state().additive.size());
       }

@@ -37,7 +37,7 @@ bool fits_the_data(const BatchReport& report) {
 InertialBatchResult smooth(const InertialBatchInput& input, const std::string& chart,
                            const BatchSettings& settings) {
   dense::prepare();
-  check_landmark_form(settings);
+  validate(settings);
   InertialBatchResult result;
   BatchReport& report = result.report;
   const double begun = processor_seconds();

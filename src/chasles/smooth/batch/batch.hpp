@@ -48,7 +48,7 @@ struct BatchReport {
   int landmarks_left_out = 0;  ///< seen once, without parallax, or left with one view by the gate
   int landmarks_split = 0;     ///< how many more BatchSettings::max_rejections made of them
   ImuBuffer::Counts imu;
-  std::string solver;                       ///< of the linear system
+  BatchSolver solver = BatchSolver::kAuto;  ///< of the linear system
   int iterations = 0;                       ///< steps that were tried
   int successful = 0;                       ///< that lowered the cost
   double initial_cost = 0, final_cost = 0;  ///< half of the weighted squares
@@ -99,7 +99,7 @@ struct InertialBatchResult {
 /// longer than half a second, noise that is zero), and where the problem is ill-posed: something of
 /// the start is not observable (BatchReport::unobservable) and leaves a position uncertain by more
 /// than 1 m and a tenth of the way; the message names it. Error(kDiverged) where no finite cost was
-/// found. UsageError for an unknown chart or choice.
+/// found. UsageError for an unknown chart and for settings that cannot be used.
 InertialBatchResult smooth(const InertialBatchInput& input, const std::string& chart,
                            const BatchSettings& settings);
 

@@ -60,13 +60,12 @@ std::vector<View> views_of(const InertialBatchInput& input, const BatchGraph& gr
 
 }  // namespace
 
-void check(const InertialBatchInput& input, const BatchSettings& settings) {
+void check(const InertialBatchInput& input) {
   if (input.cameras.empty()) throw InputError("batch estimation needs a camera: there is none");
   if (!(input.pixel_sigma > 0) || !std::isfinite(input.pixel_sigma)) {
     throw UsageError("pixel_sigma: found " + std::to_string(input.pixel_sigma) +
                      ", expected a deviation above 0");
   }
-  check_frames_per_keyframe(settings);
 }
 
 bool is_finite(const ImuSample& s) {
@@ -145,7 +144,7 @@ bool place(const InertialBatchInput& input, const BatchSettings& settings, bool 
 
 BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& settings,
                        BatchReport& report) {
-  check(input, settings);
+  check(input);
   ImuBuffer buffer = buffer_of(input);
   Tracked tracked = track(input, settings, *buffer.latest(), report);
   BatchGraph graph{.keyframes = std::move(tracked.keyframes)};
@@ -157,7 +156,7 @@ BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& set
                      "start's time");
   }
   check_gaps(input, graph.keyframes.front().time, graph.keyframes.back().time);
-  graph.anchored = settings.landmarks == "inverse-depth";
+  graph.anchored = settings.landmarks == LandmarkForm::kInverseDepth;
   add_start(input, graph);
   add_motion(input, buffer, graph);
   for (BatchPoint& point : tracked.points) {

@@ -79,7 +79,7 @@ BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& set
                        BatchReport& report);
 
 /// What batch_graph() is made of. Throw as smooth().
-void check(const InertialBatchInput& input, const BatchSettings& settings);
+void check(const InertialBatchInput& input);
 bool is_finite(const ImuSample& sample);
 [[noreturn]] void refuse_gap(Time last, Time next);
 void check_gaps(const InertialBatchInput& input, Time from, Time to);

@@ -85,7 +85,7 @@ TEST(BatchBadInput, NothingToEstimateFromIsRefused) {
 TEST(BatchIllPosed, ACartesianLandmarkNeedsParallax) {
   const SmallScene scene = small_scene({.frames = 20, .noise = 0, .speed = 0, .turning = 0});
   BatchSettings settings;
-  settings.landmarks = "cartesian";
+  settings.landmarks = LandmarkForm::kCartesian;
   EXPECT_NE(refusal(scene.input, settings).find("parallax"), std::string::npos);
 }
 
@@ -101,14 +101,14 @@ TEST(BatchBadInput, AGapOfTheImuIsNamed) {
 TEST(BatchBadInput, UnknownNamesAreRefused) {
   const SmallScene scene = small_scene();
   EXPECT_NE(refusal(scene.input, {}, "polar").find("polar"), std::string::npos);
-  const auto refused = [&](std::string BatchSettings::*setting) {
-    BatchSettings settings;
-    settings.*setting = "other";
-    return refusal(scene.input, settings).find("other") != std::string::npos;
+  const auto refused = [&](const char* name, const BatchSettings& wrong) {
+    const std::string text = refusal(scene.input, wrong);
+    EXPECT_EQ(text.find(name), 0U) << text;
   };
-  EXPECT_TRUE(refused(&BatchSettings::landmarks));
-  EXPECT_TRUE(refused(&BatchSettings::loss));
-  EXPECT_TRUE(refused(&BatchSettings::solver));
+  refused("batch.landmarks: found the value 7", {.landmarks = LandmarkForm{7}});
+  refused("batch.loss: found the value 7", {.loss = BatchLoss{7}});
+  refused("batch.solver: found the value 7", {.solver = BatchSolver{7}});
+  refused("batch.chart: found 'other'", {.chart = "other"});
   BatchSettings settings;
   settings.frames_per_keyframe = 0;
   EXPECT_NE(refusal(scene.input, settings).find("frames_per_keyframe"), std::string::npos);

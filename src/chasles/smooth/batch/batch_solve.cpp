@@ -52,18 +52,15 @@ double loss_at(const ceres::LossFunction* loss, double deviation) {
   return rho[0];
 }
 
-std::string solver_for(const ProblemBlocks& problem, const BatchSettings& settings) {
-  if (settings.solver != "auto") return settings.solver;
-  if (problem.sizes().keyframes <= kFewKeyframes) return "dense-schur";
-  return "sparse-normal";
+BatchSolver solver_for(const ProblemBlocks& problem, const BatchSettings& settings) {
+  if (settings.solver != BatchSolver::kAuto) return settings.solver;
+  return problem.sizes().keyframes <= kFewKeyframes ? BatchSolver::kDenseSchur
+                                                    : BatchSolver::kSparseNormal;
 }
 
-ceres::LinearSolverType type_of(const std::string& solver) {
-  if (solver == "dense-schur") return ceres::DENSE_SCHUR;
-  if (solver == "sparse-schur") return ceres::SPARSE_SCHUR;
-  if (solver == "sparse-normal") return ceres::SPARSE_NORMAL_CHOLESKY;
-  throw UsageError("batch.solver: found '" + solver +
-                   "', expected auto, sparse-schur, dense-schur or sparse-normal");
+ceres::LinearSolverType type_of(BatchSolver solver) {
+  if (solver == BatchSolver::kDenseSchur) return ceres::DENSE_SCHUR;
+  return solver == BatchSolver::kSparseSchur ? ceres::SPARSE_SCHUR : ceres::SPARSE_NORMAL_CHOLESKY;
 }
 
 bool is_point(ProblemBlocks& problem, const double* block) {
@@ -71,7 +68,7 @@ bool is_point(ProblemBlocks& problem, const double* block) {
 }
 
 ceres::Solver::Options options_for(ProblemBlocks& problem, int steps, double tolerance,
-                                   const std::string& solver) {
+                                   BatchSolver solver) {
   ceres::Solver::Options options;
   options.linear_solver_type = type_of(solver);
   options.num_threads = 1;
@@ -125,20 +122,8 @@ void Search::run(ProblemBlocks& problem, double tolerance) {
   }
 }
 
-void check_landmark_form(const BatchSettings& settings) {
-  if (settings.landmarks == "inverse-depth" || settings.landmarks == "cartesian") return;
-  throw UsageError("batch.landmarks: found '" + settings.landmarks +
-                   "', expected cartesian or inverse-depth");
-}
-
 const std::string& chart_of(const BatchSettings& settings, const std::string& of_filter) {
   return settings.chart == "filter" ? of_filter : settings.chart;
-}
-
-void check_frames_per_keyframe(const BatchSettings& settings) {
-  if (settings.frames_per_keyframe >= 1) return;
-  throw UsageError("batch.frames_per_keyframe: found " +
-                   std::to_string(settings.frames_per_keyframe) + ", expected 1 or more");
 }
 
 void check_left(std::size_t points, const BatchReport& report) {

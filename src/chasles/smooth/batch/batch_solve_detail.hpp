@@ -32,14 +32,8 @@ class Search {
   double trust_radius_ = 0;  ///< how far the last step was trusted
 };
 
-/// Throws UsageError where batch.landmarks is none of the forms.
-void check_landmark_form(const BatchSettings& settings);
-
 /// The error chart of the steps: batch.chart, or the filter's.
 const std::string& chart_of(const BatchSettings& settings, const std::string& of_filter);
-
-/// Throws UsageError for batch.frames_per_keyframe below 1.
-void check_frames_per_keyframe(const BatchSettings& settings);
 
 /// Throws Error(kDiverged) where the gate left no landmark.
 void check_left(std::size_t points, const BatchReport& report);

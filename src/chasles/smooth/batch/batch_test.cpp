@@ -11,12 +11,12 @@ using test::motion_error;
 using test::small_scene;
 using test::SmallScene;
 
-BatchSettings exact(const std::string& landmarks = "cartesian") {
+BatchSettings exact(LandmarkForm landmarks = LandmarkForm::kCartesian) {
   BatchSettings settings;
   settings.landmarks = landmarks;
   settings.inverse_depth_sigma = 1e9;
   settings.min_parallax = 0;
-  settings.loss = "none";
+  settings.loss = BatchLoss::kNone;
   settings.tolerance = 1e-15;
   settings.max_iterations = 200;
   return settings;
@@ -32,7 +32,7 @@ TEST_P(Batch, IsTheMinimumThatADenseGaussNewtonFinds) {
   test::BatchOracle oracle(scene);
   oracle.solve(8);
   const Eigen::MatrixXd P = oracle.covariance();
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     const InertialBatchResult result = smooth(scene.input, name(), exact(landmarks));
     ASSERT_EQ(result.estimates.size(), oracle.states().size());
     EXPECT_NEAR(result.report.final_cost / oracle.cost(), 1, 1e-6);
@@ -81,7 +81,7 @@ TEST_P(Batch, WithoutNoiseFindsTheTruthFromABadBeginning) {
     s.v_world += 0.3 * random.normal_vector(3);
     s.gyroscope_bias += 0.02 * random.normal_vector(3);
   }
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     const InertialBatchResult result = smooth(scene.input, name(), exact(landmarks));
     EXPECT_TRUE(result.report.converged) << result.report.end;
     for (std::size_t k = 0; k < result.estimates.size(); ++k) {
@@ -100,7 +100,7 @@ TEST_P(Batch, KnowsHowWrongItIs) {
     const SmallScene scene =
         small_scene({.frames = 8, .seed = 100 + static_cast<std::uint64_t>(runs)});
     BatchSettings settings;
-    settings.loss = "none";
+    settings.loss = BatchLoss::kNone;
     const InertialBatchResult result = smooth(scene.input, name(), settings);
     const Estimate& m = result.estimates.back();
     const Eigen::VectorXd e = motion_error(scene.truth.back().state, m);
@@ -130,7 +130,8 @@ TEST(BatchSolvers, FindTheSame) {
   const SmallScene scene = small_scene({.frames = 15});
   BatchSettings settings = exact();
   std::vector<InertialBatchResult> results;
-  for (const char* solver : {"dense-schur", "sparse-schur", "sparse-normal"}) {
+  for (const BatchSolver solver :
+       {BatchSolver::kDenseSchur, BatchSolver::kSparseSchur, BatchSolver::kSparseNormal}) {
     settings.solver = solver;
     results.push_back(smooth(scene.input, "standard", settings));
     EXPECT_EQ(results.back().report.solver, solver);
@@ -153,21 +154,21 @@ TEST(BatchLoss, WrongPixelsHardlyMatter) {
     return (result.estimates.back().world_T_imu.p - clean.estimates.back().world_T_imu.p).norm();
   };
   BatchSettings trusting;
-  trusting.loss = "none";
+  trusting.loss = BatchLoss::kNone;
   trusting.gate = 0;
   const double trusted = distance(smooth(scene.input, "standard", trusting));
-  for (const char* loss : {"huber", "cauchy"}) {
+  for (const BatchLoss loss : {BatchLoss::kHuber, BatchLoss::kCauchy}) {
     BatchSettings settings;
     settings.loss = loss;
     settings.gate = 0;
     const InertialBatchResult result = smooth(scene.input, "standard", settings);
-    EXPECT_LT(distance(result), 0.5 * trusted) << loss;
+    EXPECT_LT(distance(result), 0.5 * trusted) << name_of(loss);
     EXPECT_GE(result.report.outliers, 4);
   }
 }
 
 TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     SmallScene scene = small_scene({.frames = 12, .cameras = 2});
     BatchSettings settings;
     settings.landmarks = landmarks;
@@ -179,8 +180,8 @@ TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
       scene.input.frames[k].pixels[k].pixel += Eigen::Vector2d(40, -25);
     }
     const InertialBatchResult result = smooth(scene.input, "standard", settings);
-    EXPECT_GE(result.report.gated, 4) << landmarks;
-    EXPECT_LT(result.report.gated, 10) << landmarks;
+    EXPECT_GE(result.report.gated, 4) << name_of(landmarks);
+    EXPECT_LT(result.report.gated, 10) << name_of(landmarks);
     EXPECT_NEAR(result.report.cost_per_dof, clean.report.cost_per_dof, 0.05);
     EXPECT_EQ(result.report.landmarks, clean.report.landmarks);
     EXPECT_EQ(result.report.observations + result.report.gated, clean.report.observations);
@@ -207,7 +208,7 @@ double position_error(const SmallScene& scene, const InertialBatchResult& result
 }
 
 TEST(BatchGate, ATrackThatSlidesOffIsAnotherPointBehind) {
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     SmallScene scene = small_scene({.frames = 24, .landmarks = 40});
     BatchSettings settings;
     settings.landmarks = landmarks;
@@ -218,7 +219,7 @@ TEST(BatchGate, ATrackThatSlidesOffIsAnotherPointBehind) {
     const InertialBatchResult whole = smooth(scene.input, "standard", settings);
     EXPECT_EQ(whole.report.landmarks_split, 0);
     EXPECT_EQ(whole.report.landmarks, clean.report.landmarks);
-    EXPECT_GT(parted.report.landmarks_split, 10) << landmarks;
+    EXPECT_GT(parted.report.landmarks_split, 10) << name_of(landmarks);
     EXPECT_EQ(parted.report.landmarks, clean.report.landmarks + parted.report.landmarks_split);
     EXPECT_NEAR(parted.report.cost_per_dof, clean.report.cost_per_dof, 0.1);
     EXPECT_GT(whole.report.cost_per_dof, 1.2 * clean.report.cost_per_dof);
@@ -228,7 +229,7 @@ TEST(BatchGate, ATrackThatSlidesOffIsAnotherPointBehind) {
 }
 
 TEST(BatchGate, WithTwoCamerasTooAndNothingIsLostOnTheWay) {
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     SmallScene scene = small_scene({.frames = 24, .cameras = 2, .landmarks = 40});
     BatchSettings settings;
     settings.landmarks = landmarks;
@@ -236,7 +237,7 @@ TEST(BatchGate, WithTwoCamerasTooAndNothingIsLostOnTheWay) {
     slide(scene);
     const InertialBatchResult result = smooth(scene.input, "standard", settings);
     const BatchReport& report = result.report;
-    EXPECT_GT(report.landmarks_split, 10) << landmarks;
+    EXPECT_GT(report.landmarks_split, 10) << name_of(landmarks);
     EXPECT_EQ(report.observations + report.gated, clean.report.observations);
     int of_frames = 0, of_landmarks = 0;
     for (const Estimate& m : result.estimates) of_frames += m.observations;
@@ -250,7 +251,7 @@ TEST(BatchGate, WithTwoCamerasTooAndNothingIsLostOnTheWay) {
 
 // A look or two behind it tell no depth: they are no landmark.
 TEST(BatchGate, ATailWithoutParallaxIsNoLandmark) {
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     SmallScene scene = small_scene({.frames = 24});
     for (std::size_t k = 15; k < 22; ++k) {
       for (PixelObservation& o : scene.input.frames[k].pixels) {
@@ -262,7 +263,7 @@ TEST(BatchGate, ATailWithoutParallaxIsNoLandmark) {
     settings.min_parallax = 0.2;
     const InertialBatchResult result = smooth(scene.input, "standard", settings);
     EXPECT_GT(result.report.gated, 20);
-    EXPECT_EQ(result.report.landmarks_split, 0) << landmarks;
+    EXPECT_EQ(result.report.landmarks_split, 0) << name_of(landmarks);
     EXPECT_FALSE(result.report.stalled);
     for (const MapLandmark& l : result.landmarks) EXPECT_TRUE(l.covariance.allFinite());
   }
@@ -270,7 +271,7 @@ TEST(BatchGate, ATailWithoutParallaxIsNoLandmark) {
 
 // Tracks of pixels that are nobody's.
 TEST(BatchSearch, WrongTracksDoNotHoldItUp) {
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     SmallScene scene = small_scene({.frames = 12});
     BatchSettings settings;
     settings.landmarks = landmarks;
@@ -283,8 +284,9 @@ TEST(BatchSearch, WrongTracksDoNotHoldItUp) {
       }
     }
     const InertialBatchResult result = smooth(scene.input, "standard", settings);
-    EXPECT_TRUE(result.report.converged) << landmarks;
-    EXPECT_FALSE(result.report.stalled) << landmarks << ": " << result.report.decrease_left;
+    EXPECT_TRUE(result.report.converged) << name_of(landmarks);
+    EXPECT_FALSE(result.report.stalled)
+        << name_of(landmarks) << ": " << result.report.decrease_left;
     EXPECT_LT((result.estimates.back().world_T_imu.p - clean.estimates.back().world_T_imu.p).norm(),
               0.01);
   }
@@ -316,7 +318,7 @@ TEST(BatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
 TEST(BatchTracks, DirectionsBeyondInfinityHaveNoPlace) {
   SmallScene scene = small_scene({.frames = 12, .landmarks = 30});
   BatchSettings settings;
-  settings.landmarks = "inverse-depth";
+  settings.landmarks = LandmarkForm::kInverseDepth;
   settings.min_parallax = 0;
   const int near = smooth(scene.input, "right-sen3", settings).report.landmarks;
   test::Random random(3);

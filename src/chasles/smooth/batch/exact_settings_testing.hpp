@@ -7,10 +7,10 @@
 namespace chasles::test {
 
 /// Least squares and nothing else, to the last digit: no loss, no gate, steps until none helps.
-inline BatchSettings exact_settings(const std::string& landmarks) {
+inline BatchSettings exact_settings(LandmarkForm landmarks) {
   BatchSettings settings;
   settings.landmarks = landmarks;
-  settings.loss = "none";
+  settings.loss = BatchLoss::kNone;
   settings.gate = 0;
   settings.tolerance = 1e-15;
   settings.max_iterations = settings.window_steps = 200;

@@ -68,9 +68,12 @@ BatchGraph graph_of(const InertialBatchInput& input, BatchSettings settings, dou
 TEST(InitialErrorGraph, TakesLandmarksAlongInBothForms) {
   SmallScene scene = small_scene({.cameras = 2});
   scene.input.initial = scene.truth;
-  const BatchGraph anchored = graph_of(scene.input, test::exact_settings("inverse-depth"), 0.2),
-                   cartesian = graph_of(scene.input, test::exact_settings("cartesian"), 0.2),
-                   before = graph_of(scene.input, test::exact_settings("inverse-depth"), 0);
+  const BatchGraph anchored = graph_of(scene.input,
+                                       test::exact_settings(LandmarkForm::kInverseDepth), 0.2),
+                   cartesian =
+                       graph_of(scene.input, test::exact_settings(LandmarkForm::kCartesian), 0.2),
+                   before =
+                       graph_of(scene.input, test::exact_settings(LandmarkForm::kInverseDepth), 0);
   ASSERT_EQ(anchored.points.size(), cartesian.points.size());
   ASSERT_EQ(anchored.points.size(), before.points.size());
   double moved = 0;
@@ -105,7 +108,7 @@ TEST(InitialErrorGraph, TurnsVelocitiesWithTheWay) {
 // From there every chart finds the minimum that the filter's run leads to.
 class InitialErrorSearch : public test::OverCharts {
  protected:
-  BatchSettings settings(double error, const char* landmarks) const {
+  BatchSettings settings(double error, LandmarkForm landmarks) const {
     BatchSettings s = test::exact_settings(landmarks);
     s.chart = chart().name;
     s.initial_error = error;
@@ -116,7 +119,7 @@ class InitialErrorSearch : public test::OverCharts {
 TEST_P(InitialErrorSearch, EndsInTheSameMinimum) {
   SmallScene scene = small_scene({.frames = 12, .cameras = 2});
   scene.input.initial = scene.truth;
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     const InertialBatchResult near =
                                   smooth(scene.input, "standard", test::exact_settings(landmarks)),
                               far = smooth(scene.input, "standard", settings(0.1, landmarks));
@@ -134,7 +137,7 @@ TEST_P(InitialErrorSearch, EndsInTheSameMinimum) {
 
 TEST_P(InitialErrorSearch, WithBodyVelocitiesTheSame) {
   const DriveScene s = drive_scene({.frames = 12});
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     const VelocityBatchResult near = smooth(s.input, test::exact_settings(landmarks)),
                               far = smooth(s.input, settings(0.1, landmarks));
     EXPECT_GT(far.report.initial_cost, 10 * near.report.initial_cost);
@@ -155,7 +158,7 @@ TEST_P(InitialErrorSearch, WhatEndsOnTheWayHasStalledAndSaysHowMuchIsLeft) {
     s.input.initial = s.truth;
     return s;
   }();
-  BatchSettings ending = settings(1e-3, "inverse-depth");
+  BatchSettings ending = settings(1e-3, LandmarkForm::kInverseDepth);
   const double least = smooth(scene.input, "standard", ending).report.final_cost;
   ending.tolerance = 1;
   const BatchReport report = smooth(scene.input, "standard", ending).report;

@@ -152,7 +152,7 @@ PoseFusion fuse_poses(const Trajectory& world_T_imu, const std::vector<ImuSample
   Graph graph = graph_of(poses, samples, settings);
   FusionProblem problem(poses, graph, settings);
   BatchReport report;
-  const BatchSettings batch{.solver = "sparse-normal"};
+  const BatchSettings batch{.solver = BatchSolver::kSparseNormal};
   Search(batch, report).run(problem, batch.tolerance);
   if (!report.converged) {
     throw Error(ExitCode::kDiverged,

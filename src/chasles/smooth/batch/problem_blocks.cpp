@@ -3,7 +3,6 @@
 #include <Eigen/Core>
 #include <ceres/crs_matrix.h>
 
-#include <chasles/error.hpp>
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 
 namespace chasles::smooth_detail {
@@ -78,14 +77,9 @@ ceres::LossFunction* loss_of(const BatchSettings& settings) {
 }
 
 ceres::LossFunction* loss_of(const BatchSettings& settings, double width) {
-  if (settings.loss == "none") return nullptr;
-  if (!(width > 0)) {
-    throw UsageError("batch.loss_width: found " + std::to_string(width) +
-                     ", expected a number of deviations above 0");
-  }
-  if (settings.loss == "huber") return new ceres::HuberLoss(width);
-  if (settings.loss == "cauchy") return new ceres::CauchyLoss(width);
-  throw UsageError("batch.loss: found '" + settings.loss + "', expected none, huber or cauchy");
+  if (settings.loss == BatchLoss::kNone) return nullptr;
+  if (settings.loss == BatchLoss::kHuber) return new ceres::HuberLoss(width);
+  return new ceres::CauchyLoss(width);
 }
 
 NormalEquations normal_equations(ProblemBlocks& problem) {

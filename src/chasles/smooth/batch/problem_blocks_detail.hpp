@@ -82,7 +82,7 @@ constexpr double kLossWidth = 2.5;  ///< where deviations are as stated
 /// batch.loss_width; auto: kLossWidth.
 double loss_width_of(const BatchSettings& settings);
 
-/// batch.loss, of that width or another; null: none. Throws UsageError.
+/// batch.loss, of that width or another; null: none.
 ceres::LossFunction* loss_of(const BatchSettings& settings);
 ceres::LossFunction* loss_of(const BatchSettings& settings, double width);
 

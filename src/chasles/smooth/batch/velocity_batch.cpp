@@ -23,9 +23,10 @@ void check_well_posed(const VelocityBatchResult& result) {
 }  // namespace
 
 VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings& given) {
+  validate(input.settings);
+  validate(given);
   const BatchSettings settings = with_loss_width(given, input.noise);
   dense::prepare();
-  check_landmark_form(settings);
   VelocityBatchResult result;
   BatchReport& report = result.report;
   const double begun = processor_seconds();

@@ -40,7 +40,7 @@ struct VelocityBatchResult {
 /// from (fewer than two keyframes, no landmark that is seen twice, no velocities), for velocities
 /// that are not finite and time that runs backwards, noise that is zero, and where a position is
 /// uncertain by more than 1 m and a tenth of the way; Error(kDiverged) where no finite cost was
-/// found; UsageError for an unknown chart or choice, and for settings that only a filter has (mode
+/// found; UsageError for settings that cannot be used, and for those that only a filter has (mode
 /// other than slam, update_with_first_observation, initial_landmark_sigma).
 VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings& settings);
 

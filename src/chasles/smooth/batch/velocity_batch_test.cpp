@@ -18,7 +18,7 @@ using test::drive_scene;
 using test::DriveScene;
 using test::SmallDrive;
 
-BatchSettings exact(const std::string& landmarks = "cartesian") {
+BatchSettings exact(LandmarkForm landmarks = LandmarkForm::kCartesian) {
   return test::exact_settings(landmarks);
 }
 
@@ -33,11 +33,15 @@ std::string refusal(const VelocityBatchInput& input, const BatchSettings& settin
 
 // Every kind of motion and of rows once.
 std::vector<SmallDrive> kinds() {
-  return {
-      {.frames = 5, .landmarks = 10},
-      {.frames = 4, .scale = true, .rows = "mean", .landmarks = 8, .seed = 2},
-      {.frames = 4, .scale = true, .level = true, .landmarks = 8, .seed = 4},
-      {.frames = 5, .velocity = "input", .scale = true, .rows = "all", .landmarks = 8, .seed = 3}};
+  return {{.frames = 5, .landmarks = 10},
+          {.frames = 4, .scale = true, .rows = StereoRows::kMean, .landmarks = 8, .seed = 2},
+          {.frames = 4, .scale = true, .level = true, .landmarks = 8, .seed = 4},
+          {.frames = 5,
+           .velocity = VelocityRole::kInput,
+           .scale = true,
+           .rows = StereoRows::kAll,
+           .landmarks = 8,
+           .seed = 3}};
 }
 
 class DriveBatch : public test::OverCharts {
@@ -56,7 +60,7 @@ TEST_P(DriveBatch, IsTheMinimumThatADenseGaussNewtonFinds) {
     oracle.solve(6);
     const Eigen::MatrixXd P = oracle.inverse();
     const int n = oracle.state_size();
-    for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
       const VelocityBatchResult result = smooth(s.input, exact(landmarks));
       ASSERT_EQ(result.estimates.size(), oracle.states().size());
       EXPECT_NEAR(result.report.final_cost / oracle.cost(), 1, 1e-6);
@@ -90,7 +94,7 @@ TEST_P(DriveBatch, WithoutNoiseFindsTheTruthFromABadBeginning) {
     e.world_T_imu.p = t.world_T_imu.p + 0.3 * random.normal_vector(3);
     e.additive = t.additive + 0.1 * random.normal_vector(t.additive.size());
   }
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     const VelocityBatchResult result = smooth(s.input, exact(landmarks));
     EXPECT_TRUE(result.report.converged) << result.report.end;
     ASSERT_EQ(result.estimates.size(), s.truth.size());
@@ -105,13 +109,13 @@ TEST_P(DriveBatch, WithoutNoiseFindsTheTruthFromABadBeginning) {
 }
 
 TEST_P(DriveBatch, KnowsHowWrongItIs) {
-  for (const char* velocity : {"measured", "input"}) {
+  for (const VelocityRole velocity : {VelocityRole::kMeasured, VelocityRole::kInput}) {
     double first = 0, last = 0, additive = 0;
     int runs = 0, additive_dof = 0;
     for (; runs < 40; ++runs) {
       const DriveScene s =
           scene({.velocity = velocity, .seed = 100 + static_cast<std::uint64_t>(runs)});
-      const VelocityBatchResult result = smooth(s.input, exact("inverse-depth"));
+      const VelocityBatchResult result = smooth(s.input, exact(LandmarkForm::kInverseDepth));
       const auto nees = [&](std::size_t k) {
         const Estimate& e = result.estimates[k];
         const Eigen::VectorXd d = drive_error(s.truth[k], e);
@@ -135,7 +139,7 @@ TEST_P(DriveBatch, KnowsHowWrongItIsOfLevelVelocities) {
   constexpr int kRuns = 40;
   for (int run = 0; run < kRuns; ++run) {
     const DriveScene s = scene({.level = true, .seed = 200 + static_cast<std::uint64_t>(run)});
-    const Estimate e = smooth(s.input, exact("inverse-depth")).estimates.back();
+    const Estimate e = smooth(s.input, exact(LandmarkForm::kInverseDepth)).estimates.back();
     const Eigen::VectorXd d = drive_error(s.truth.back(), e);
     pose += d.head<6>().dot(e.pose_covariance().ldlt().solve(d.head<6>()));
     const Eigen::Index at = d.size() - 3;
@@ -183,7 +187,7 @@ TEST(DriveBatchAndFilter, TheBatchErrsLess) {
 }
 
 TEST(DriveBatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     DriveScene s = drive_scene({.frames = 12});
     BatchSettings settings;
     settings.landmarks = landmarks;
@@ -195,8 +199,8 @@ TEST(DriveBatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
       s.input.frames[k].observations[k].pixels += Eigen::Vector4d(40, -25, 40, -25);
     }
     const VelocityBatchResult result = smooth(s.input, settings);
-    EXPECT_GE(result.report.gated, 4) << landmarks;
-    EXPECT_LT(result.report.gated, 10) << landmarks;
+    EXPECT_GE(result.report.gated, 4) << name_of(landmarks);
+    EXPECT_LT(result.report.gated, 10) << name_of(landmarks);
     EXPECT_NEAR(result.report.cost_per_dof, clean.report.cost_per_dof, 0.06);
     EXPECT_EQ(result.report.landmarks, clean.report.landmarks);
     EXPECT_LT((result.estimates.back().world_T_imu.p - clean.estimates.back().world_T_imu.p).norm(),
@@ -253,7 +257,7 @@ TEST(DriveBatchThreads, NoneAreMade) {
   const DriveScene s = drive_scene({.frames = 60, .landmarks = 60});
   const auto before = threads();
   const VelocityBatchResult result = smooth(s.input, {});
-  EXPECT_EQ(result.report.solver, "sparse-normal");
+  EXPECT_EQ(result.report.solver, BatchSolver::kSparseNormal);
   EXPECT_EQ(threads(), before);
 }
 
@@ -287,20 +291,18 @@ TEST(DriveBatchBadInput, NothingToEstimateFromIsRefused) {
   refused("pixel_sigma", [](VelocityBatchInput& in) { in.noise.update.v = 0; });
   refused("velocity_sigma", [](VelocityBatchInput& in) { in.noise.motion.sample_sigma[4] = 0; });
   refused("velocity_walk", [](VelocityBatchInput& in) { in.noise.motion.walk[4] = 0; });
-  refused("--mode slam", [](VelocityBatchInput& in) { in.settings.mode = "map"; });
+  refused("--mode slam", [](VelocityBatchInput& in) { in.settings.mode = SlamMode::kMap; });
   refused("initial_landmark_sigma",
           [](VelocityBatchInput& in) { in.settings.initial_landmark_sigma = 0.1; });
   refused("polar", [](VelocityBatchInput& in) { in.settings.chart = "polar"; });
 }
 
-TEST(DriveBatchBadInput, UnknownNamesAreRefused) {
-  const DriveScene s = drive_scene();
-  for (std::string BatchSettings::*setting :
-       {&BatchSettings::landmarks, &BatchSettings::loss, &BatchSettings::solver}) {
-    BatchSettings settings;
-    settings.*setting = "other";
-    EXPECT_NE(refusal(s.input, settings).find("other"), std::string::npos);
-  }
+TEST(DriveBatchBadInput, SettingsThatCannotBeUsedAreRefused) {
+  DriveScene s = drive_scene();
+  EXPECT_EQ(refusal(s.input, {.solver = BatchSolver{7}}).find("batch.solver: found"), 0U);
+  EXPECT_EQ(refusal(s.input, {.chart = "other"}).find("batch.chart: found 'other'"), 0U);
+  s.input.settings.stereo_rows = StereoRows{7};
+  EXPECT_EQ(refusal(s.input, {}).find("stereo_rows: found"), 0U);
 }
 
 // Velocities that say nothing, and pixels too coarse to tell.

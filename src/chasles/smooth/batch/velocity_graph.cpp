@@ -22,7 +22,7 @@ class DriveCollector {
         settings_(settings),
         report_(report),
         graph_{.timeline = VelocityTimeline(input.settings, input.noise),
-               .anchored = settings.landmarks == "inverse-depth"} {}
+               .anchored = settings.landmarks == LandmarkForm::kInverseDepth} {}
 
   VelocityGraph collect() {
     auto velocity = input_.velocities.begin();
@@ -104,8 +104,7 @@ void take_initial(const std::vector<Estimate>& initial, VelocityTimeline& timeli
   }
 }
 
-void check(const VelocityBatchInput& input, const BatchSettings& settings) {
-  check_frames_per_keyframe(settings);
+void check(const VelocityBatchInput& input) {
   if (input.velocities.empty()) {
     throw InputError("batch estimation needs velocities: the recording has none");
   }
@@ -176,7 +175,7 @@ void place(const StereoRig& rig, bool anchored, const Numbered<VelocityKeyframe>
 
 VelocityGraph velocity_graph(const VelocityBatchInput& input, const BatchSettings& settings,
                              BatchReport& report) {
-  check(input, settings);
+  check(input);
   VelocityGraph graph = DriveCollector(input, settings, report).collect();
   if (std::ranges::count_if(graph.timeline.keyframes, &VelocityKeyframe::framed) < 2) {
     throw InputError("batch estimation needs two frames: there are " +
@@ -204,7 +203,7 @@ BatchSettings with_loss_width(BatchSettings settings, const VelocitySlamNoise& n
 }
 
 StereoRows view_rows(const VelocitySlamSettings& settings, bool first) {
-  return first ? StereoRows::kMeanDisparity : rows_of(settings);
+  return first ? StereoRows::kMeanDisparity : settings.stereo_rows;
 }
 
 int row_count(StereoRows rows) {

@@ -129,13 +129,13 @@ class DriveOracle {
                 std::vector<double>& all) const {
     const StereoNoise& sigma = first ? in_.noise.begin : in_.noise.update;
     const Eigen::Vector4d d = o.pixels - predicted;
-    if (!first && in_.settings.stereo_rows == "all") {
+    if (!first && in_.settings.stereo_rows == StereoRows::kAll) {
       for (int i = 0; i < 4; ++i) all.push_back(d[i] / sigma.u);
       return;
     }
     all.push_back((d[0] + d[2]) / 2 / sigma.u);
     all.push_back((d[1] + d[3]) / 2 / sigma.v);
-    if (first || in_.settings.stereo_rows != "mean") {
+    if (first || in_.settings.stereo_rows != StereoRows::kMean) {
       all.push_back((d[0] - d[2]) / sigma.disparity);
     }
   }

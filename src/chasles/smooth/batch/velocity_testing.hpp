@@ -15,10 +15,10 @@ namespace chasles::test {
 struct SmallDrive {
   int frames = 8;
   double noise = 1;  ///< factor on what is drawn; the estimator believes in 1
-  std::string velocity = "measured";
+  VelocityRole velocity = VelocityRole::kMeasured;
   bool scale = false;
   bool level = false;
-  std::string rows = "mean+disparity";
+  StereoRows rows = StereoRows::kMeanDisparity;
   int samples_a_frame = 1;
   int landmarks = 20;
   std::uint64_t seed = 1;
@@ -77,7 +77,7 @@ inline void look(const SmallDrive& drive, const SE3& world_T_imu, Time time, Dra
     const StereoNoise& sigma = first ? in.noise.begin : in.noise.update;
     // Independent in the rows of the measurement; vL - vR is not one of them.
     Eigen::Vector4d e = Eigen::Vector4d::Zero();
-    if (drive.rows == "all" && !first) {
+    if (drive.rows == StereoRows::kAll && !first) {
       e = draw.noise * sigma.u * draw.random.normal_vector(4);
     } else {
       const Eigen::Vector3d n = draw.noise * draw.random.normal_vector(3);
@@ -116,7 +116,7 @@ inline DriveScene drive_scene(const SmallDrive& drive = {}) {
   in.settings.velocity_scale_sigma = 0.05;
   in.settings.velocity_relative_sigma = 0;
   in.settings.stereo_rows = drive.rows;
-  in.settings.hold = "zero-order";
+  in.settings.hold = VelocityHold::kZeroOrder;
   in.settings.tilt_sigma = in.settings.velocity_heading_sigma = 0.05;
   in.noise.level_velocities = drive.level;
   const BodyVelocityModel model = model_of(in.settings, in.noise);

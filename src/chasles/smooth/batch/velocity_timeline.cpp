@@ -11,8 +11,9 @@ namespace chasles::smooth_detail {
 namespace {
 
 void check(const VelocitySlamSettings& s) {
-  if (s.mode != "slam") {
-    throw UsageError("batch estimation is for --mode slam, the mode is " + s.mode);
+  if (s.mode != SlamMode::kSlam) {
+    throw UsageError("batch estimation is for --mode slam, the mode is " +
+                     std::string(name_of(s.mode)));
   }
   if (s.update_with_first_observation || s.initial_landmark_sigma) {
     throw UsageError(

@@ -8,6 +8,7 @@
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 #include <chasles/smooth/window/window_tracks_detail.hpp>
+#include <chasles/validate.hpp>
 
 namespace chasles {
 
@@ -19,14 +20,13 @@ struct InertialWindow::Implementation {
   Implementation(const InertialBatchInput& in, const std::string& chart, const BatchSettings& s,
                  int keyframes)
       : input(sensors_of(in)),
-        settings(s),
+        settings(validated(s)),
         report(),
         sliding(keyframes, settings, error_chart(chart), BlockSizes{}),
         buffer(input.imu),
         choice(input, settings, report.dropped_frames),
         covered_until(input.start.time) {
-    check_landmark_form(settings);
-    smooth_detail::check(input, settings);
+    smooth_detail::check(input);
     report.window = keyframes;
     graph.anchored = sliding.window.anchored;
     add_start(input, graph);

@@ -15,7 +15,7 @@ using test::motion_error;
 using test::small_scene;
 using test::SmallScene;
 
-BatchSettings exact(const std::string& landmarks = "inverse-depth") {
+BatchSettings exact(LandmarkForm landmarks = LandmarkForm::kInverseDepth) {
   BatchSettings settings = test::exact_settings(landmarks);
   settings.min_parallax = 0;
   return settings;
@@ -29,7 +29,7 @@ class InertialWindow : public test::OverCharts {
 TEST_P(InertialWindow, OfTheWholeRecordingIsTheBatch) {
   for (const int cameras : {1, 2}) {
     const SmallScene scene = small_scene({.frames = 8, .cameras = cameras, .landmarks = 16});
-    for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
       const InertialBatchResult batch = smooth(scene.input, name(), exact(landmarks));
       const InertialWindowResult window = slide(scene.input, name(), exact(landmarks), 8);
       ASSERT_EQ(window.estimates.size(), batch.estimates.size());
@@ -57,7 +57,7 @@ TEST_P(InertialWindow, KnowsHowWrongItIs) {
     const SmallScene scene =
         small_scene({.frames = 16, .seed = 500 + static_cast<std::uint64_t>(runs)});
     BatchSettings settings;
-    settings.loss = "none";
+    settings.loss = BatchLoss::kNone;
     const InertialWindowResult window = slide(scene.input, name(), settings, 6);
     const Estimate& m = window.estimates.back();
     const Eigen::VectorXd e = motion_error(scene.truth.back().state, m);
@@ -178,8 +178,8 @@ TEST(InertialWindowRun, RefusesWhatItCannotUse) {
   refused("pixel_sigma", [](InertialBatchInput& in, auto&, int&) { in.pixel_sigma = 0; });
   refused("noise_density",
           [](InertialBatchInput& in, auto&, int&) { in.noise.gyroscope_noise_density = 0; });
-  refused("other", [](auto&, BatchSettings& settings, int&) { settings.loss = "other"; });
-  refused("other", [](auto&, BatchSettings& settings, int&) { settings.landmarks = "other"; });
+  refused("batch.loss", [](auto&, BatchSettings& s, int&) { s.loss = BatchLoss{7}; });
+  refused("batch.landmarks", [](auto&, BatchSettings& s, int&) { s.landmarks = LandmarkForm{7}; });
 }
 
 }  // namespace

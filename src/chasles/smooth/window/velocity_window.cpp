@@ -7,6 +7,7 @@
 #include <chasles/smooth/batch/velocity_problem_detail.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>
 #include <chasles/smooth/window/window_tracks_detail.hpp>
+#include <chasles/validate.hpp>
 
 namespace chasles {
 
@@ -17,19 +18,17 @@ struct VelocityWindow::Implementation {
 
   Implementation(const VelocityBatchInput& in, const BatchSettings& s, int keyframes)
       : input{.rig = in.rig,
-              .settings = in.settings,
+              .settings = validated(in.settings),
               .noise = in.noise,
               .velocities = {},
               .frames = {}},
-        settings(with_loss_width(s, in.noise)),
+        settings(with_loss_width(validated(s), in.noise)),
         timeline(input.settings, input.noise),
         sliding(keyframes, settings, error_chart(input.settings.chart),
                 {.velocity = false, .additive = timeline.model.size()}),
         report() {
     report.window = keyframes;
-    check_landmark_form(settings);
     check_noise(input);
-    check_frames_per_keyframe(settings);
   }
 
   void make_room();

@@ -18,7 +18,7 @@ using test::drive_scene;
 using test::DriveScene;
 using test::SmallDrive;
 
-BatchSettings exact(const std::string& landmarks = "inverse-depth") {
+BatchSettings exact(LandmarkForm landmarks = LandmarkForm::kInverseDepth) {
   return test::exact_settings(landmarks);
 }
 
@@ -62,12 +62,16 @@ class DriveWindowOver : public test::OverCharts {
 TEST_P(DriveWindowOver, OfTheWholeRecordingIsTheBatch) {
   const SmallDrive kinds[] = {
       {.frames = 6, .landmarks = 12},
-      {.frames = 5, .scale = true, .rows = "mean", .samples_a_frame = 2, .seed = 2},
+      {.frames = 5, .scale = true, .rows = StereoRows::kMean, .samples_a_frame = 2, .seed = 2},
       {.frames = 5, .level = true, .landmarks = 12, .seed = 4},
-      {.frames = 5, .velocity = "input", .rows = "all", .landmarks = 12, .seed = 3}};
+      {.frames = 5,
+       .velocity = VelocityRole::kInput,
+       .rows = StereoRows::kAll,
+       .landmarks = 12,
+       .seed = 3}};
   for (const SmallDrive& kind : kinds) {
     const DriveScene s = scene(kind);
-    for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
       const VelocityBatchResult batch = smooth(s.input, exact(landmarks));
       const WindowRun run = slide(s.input, exact(landmarks), kind.frames);
       ASSERT_EQ(run.estimates.size(), batch.estimates.size());
@@ -96,14 +100,15 @@ TEST_P(DriveWindowOver, ThatForgetsHardlyDiffersFromTheBatch) {
   for (const bool level : {false, true}) {
     const DriveScene s = scene({.frames = 20, .level = level});
     const Estimate b = smooth(s.input, exact()).estimates.back();
-    for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+    for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
       for (const int keyframes : {2, 4, 8}) {
         const WindowRun run = slide(s.input, exact(landmarks), keyframes);
         const Estimate& e = run.estimates.back();
         Vector6d d;
         d << so3::log(e.world_T_imu.R * b.world_T_imu.R.transpose()),
             e.world_T_imu.p - b.world_T_imu.p;
-        EXPECT_LT(d.dot(b.pose_covariance().ldlt().solve(d)), 0.25) << landmarks << keyframes;
+        EXPECT_LT(d.dot(b.pose_covariance().ldlt().solve(d)), 0.25)
+            << name_of(landmarks) << keyframes;
         EXPECT_LT(test::covariance_difference(e.pose_covariance(), b.pose_covariance()), 0.1);
       }
     }
@@ -155,7 +160,7 @@ TEST(VelocityWindow, KnowsNothingOfWhatComesLater) {
 }
 
 TEST(VelocityWindow, LeavesWrongPixelsOut) {
-  for (const char* landmarks : {"cartesian", "inverse-depth"}) {
+  for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     DriveScene s = drive_scene({.frames = 14});
     BatchSettings settings;
     settings.landmarks = landmarks;
@@ -167,8 +172,8 @@ TEST(VelocityWindow, LeavesWrongPixelsOut) {
       s.input.frames[k].observations[k].pixels += Eigen::Vector4d(40, -25, 40, -25);
     }
     const WindowRun run = slide(s.input, settings, 5);
-    EXPECT_GE(run.report.gated, 5) << landmarks;
-    EXPECT_LT(run.report.gated, 12) << landmarks;
+    EXPECT_GE(run.report.gated, 5) << name_of(landmarks);
+    EXPECT_LT(run.report.gated, 12) << name_of(landmarks);
     EXPECT_LT((run.estimates.back().world_T_imu.p - clean.estimates.back().world_T_imu.p).norm(),
               0.03);
   }
@@ -190,7 +195,7 @@ TEST(VelocityWindow, ALandmarkThatComesBackIsTheSameWhileItIsThere) {
 
 // Keyframes leave for them, and instants come; as inputs they tell nothing of what was before.
 TEST(VelocityWindow, TakesVelocitiesAfterTheLastFrame) {
-  DriveScene s = drive_scene({.frames = 12, .velocity = "input"});
+  DriveScene s = drive_scene({.frames = 12, .velocity = VelocityRole::kInput});
   for (int k = 0; k < 8; ++k) {  // of these, the prior knows nothing until the eighth frame leaves
     std::erase_if(s.input.frames[static_cast<std::size_t>(k)].observations,
                   [](const StereoObservation& o) { return o.landmark % 2 == 0; });
@@ -269,9 +274,10 @@ TEST(DriveWindowBadInput, IsRefused) {
   refused("pixel_sigma", [](VelocityBatchInput& in, auto&, int&) { in.noise.update.v = 0; });
   refused("velocity_walk",
           [](VelocityBatchInput& in, auto&, int&) { in.noise.motion.walk[4] = 0; });
-  refused("--mode slam", [](VelocityBatchInput& in, auto&, int&) { in.settings.mode = "map"; });
-  refused("other", [](auto&, BatchSettings& settings, int&) { settings.loss = "other"; });
-  refused("other", [](auto&, BatchSettings& settings, int&) { settings.landmarks = "other"; });
+  refused("--mode slam",
+          [](VelocityBatchInput& in, auto&, int&) { in.settings.mode = SlamMode::kMap; });
+  refused("batch.loss", [](auto&, BatchSettings& s, int&) { s.loss = BatchLoss{7}; });
+  refused("batch.landmarks", [](auto&, BatchSettings& s, int&) { s.landmarks = LandmarkForm{7}; });
   refused("frames_per_keyframe",
           [](auto&, BatchSettings& settings, int&) { settings.frames_per_keyframe = 0; });
 }

@@ -18,7 +18,7 @@ SlidingWindow::SlidingWindow(int keyframes, const BatchSettings& settings, const
   window.sizes = sizes;
   window.chart = &chart;
   window.loss.reset(loss_of(settings));
-  window.anchored = settings.landmarks == "inverse-depth";
+  window.anchored = settings.landmarks == LandmarkForm::kInverseDepth;
 }
 
 int SlidingWindow::push(Time time, const double* motion, const Eigen::VectorXd& additive) {

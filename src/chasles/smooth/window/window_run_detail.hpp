@@ -9,7 +9,7 @@ namespace chasles::smooth_detail {
 /// A window that slides: of its keyframes so many are of frames, and the map of what has left it.
 class SlidingWindow {
  public:
-  /// Throws UsageError for fewer than two keyframes and settings that are none.
+  /// Throws UsageError for fewer than two keyframes.
   SlidingWindow(int keyframes, const BatchSettings& settings, const ErrorChart& chart,
                 const BlockSizes& sizes);
 

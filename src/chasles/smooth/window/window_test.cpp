@@ -93,8 +93,8 @@ class LinearScene {
 
   static BatchSettings settings() {
     BatchSettings s;
-    s.landmarks = "cartesian";
-    s.loss = "none";
+    s.landmarks = LandmarkForm::kCartesian;
+    s.loss = BatchLoss::kNone;
     s.gate = 0;
     return s;
   }

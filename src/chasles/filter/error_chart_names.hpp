@@ -1,0 +1,11 @@
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace chasles {
+
+/// The names of error_charts() (error_chart.hpp), in its order.
+std::span<const std::string_view> error_chart_names();
+
+}  // namespace chasles

@@ -1,0 +1,16 @@
+#include <algorithm>
+
+#include <chasles/slam/initialiser_settings.hpp>
+#include <chasles/validate.hpp>
+
+namespace chasles {
+
+void validate(const InitialiserSettings& s) {
+  validate_fields(s, "start.");
+  if (s.max_window < std::max(s.min_window, s.min_stereo_window)) {
+    refuse_value("start.max_window", setting_text(s.max_window),
+                 "at least min_window and min_stereo_window");
+  }
+}
+
+}  // namespace chasles

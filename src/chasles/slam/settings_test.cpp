@@ -1,0 +1,44 @@
+#include <chasles/settings_testing.hpp>
+#include <chasles/slam/inertial_settings.hpp>
+#include <chasles/slam/initialiser_settings.hpp>
+#include <chasles/slam/velocity_settings.hpp>
+
+namespace chasles::test {
+namespace {
+
+TEST(Settings, EachIsDescribedAndJudged) {
+  expect_each_field_is_described<VelocitySlamSettings>();
+  expect_each_field_is_judged<VelocitySlamSettings>();
+  expect_each_field_is_described<InertialSlamSettings>();
+  expect_each_field_is_judged<InertialSlamSettings>();
+  expect_each_field_is_described<InitialiserSettings>();
+  expect_each_field_is_judged<InitialiserSettings>("start.");
+}
+
+TEST(Settings, WhatIsAllowedIsToldInWords) {
+  EXPECT_EQ(complaint_about(VelocitySlamSettings{.gate = 2}),
+            "gate: found 2, expected a finite number above 0 and not above 1 [probability]");
+  EXPECT_EQ(complaint_about(VelocitySlamSettings{.rate_sigma = -0.5}),
+            "rate_sigma: found -0.5, expected a finite number not below 0 [rad/s], or auto");
+  EXPECT_EQ(complaint_about(VelocitySlamSettings{.chart = "left"}),
+            "chart: found 'left', expected one of standard, left-se3, right-se3, right-sen3");
+  EXPECT_EQ(complaint_about(InertialSlamSettings{.init = LandmarkInit{2}}),
+            "init: found the value 2, expected one of multi-view, fixed-depth");
+}
+
+TEST(Settings, WhatDoesNotGoTogetherIsRefused) {
+  const auto refused = [](const auto& settings, const std::string& words) {
+    const std::string text = complaint_about(settings);
+    EXPECT_NE(text.find(words), std::string::npos) << text;
+  };
+  refused(VelocitySlamSettings{.mode = SlamMode::kMap, .velocity_axes = VelocityAxes::kLevel},
+          "velocity_axes=level");
+  refused(InertialSlamSettings{.composition_interval = 0.5},
+          "composition_interval: found 0.5, expected 0 without nav_attitude");
+  refused(InertialSlamSettings{.chart = "left-se3", .keep_scale = KeepScale::kTrue},
+          "keep_scale: found 'true', expected auto or false");
+  refused(InitialiserSettings{.min_window = 4}, "start.max_window: found 3, expected at least");
+}
+
+}  // namespace
+}  // namespace chasles::test

@@ -1,0 +1,15 @@
+#include <chasles/slam/velocity_settings.hpp>
+#include <chasles/validate.hpp>
+
+namespace chasles {
+
+void validate(const VelocitySlamSettings& s) {
+  validate_fields(s);
+  const bool state = s.mode == SlamMode::kSlam && s.velocity == VelocityRole::kMeasured;
+  if (s.velocity_axes == VelocityAxes::kLevel && !state) {
+    throw UsageError(
+        "velocity_axes=level estimates which way is up: expected mode=slam and velocity=measured");
+  }
+}
+
+}  // namespace chasles

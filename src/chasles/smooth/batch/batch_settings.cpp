@@ -1,0 +1,20 @@
+#include <vector>
+
+#include <chasles/filter/error_chart_names.hpp>
+#include <chasles/smooth/batch/batch_settings.hpp>
+#include <chasles/validate.hpp>
+
+namespace chasles {
+
+std::span<const std::string_view> batch_chart_names() {
+  static const std::vector<std::string_view> names = [] {
+    std::vector<std::string_view> all{"filter"};
+    for (const std::string_view chart : error_chart_names()) all.push_back(chart);
+    return all;
+  }();
+  return names;
+}
+
+void validate(const BatchSettings& settings) { validate_fields(settings, "batch."); }
+
+}  // namespace chasles
