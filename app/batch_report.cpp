@@ -52,24 +52,24 @@ void append_timing(const BatchReport& r, nlohmann::ordered_json& timing) {
 void append_remarks(const BatchReport& r, std::vector<std::string>& remarks) {
   if (!r.converged) {
     remarks.push_back(fmt::format(
-        "batch estimation had not converged after {} steps (batch.max_iterations)", r.iterations));
+        "batch estimation did not converge within {} steps (batch.max_iterations)", r.iterations));
   }
   if (r.stalled) {
-    remarks.push_back(
-        fmt::format("batch estimation stalled after {} steps: it accepts none any more, but its "
-                    "cost should fall "
-                    "by {:.2g} of itself: wrong pixels, or a beginning that is too far away",
-                    r.iterations, r.decrease_left));
+    remarks.push_back(fmt::format(
+        "batch estimation stalled after {} steps: it accepts no further step, although a "
+        "relative decrease of the cost by {:.2g} is predicted. Possible causes: wrong "
+        "pixels, or a poor initial estimate",
+        r.iterations, r.decrease_left));
   }
   if (r.cost_per_dof >= kMostCostPerDof) {
     remarks.push_back(fmt::format(
-        "batch estimation ended where its residuals are {:.1f} times what the sensors' noise makes "
-        "(squared): a wrong minimum, or noise and calibration that are not as stated",
+        "the squared residuals of batch estimation are {:.1f} times as large as the stated noise "
+        "explains. Possible causes: a wrong minimum, or wrong noise or calibration",
         r.cost_per_dof));
   }
   for (const std::string& name : r.unobservable) {
-    remarks.push_back("neither pixels nor IMU tell " + name +
-                      " at the start: it is what the start says");
+    remarks.push_back("neither pixels nor IMU determine " + name +
+                      " at the start: it keeps its initial value");
   }
 }
 

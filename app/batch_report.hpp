@@ -10,17 +10,18 @@
 
 namespace chasles::app {
 
-/// summary.json's "batch": how the minimum was found. Nothing in it differs from run to run.
+/// The object "batch" of summary.json: how the minimum was found. Identical runs give identical
+/// values.
 nlohmann::ordered_json batch_json(const BatchReport& report);
 
-/// The same of a window: summary.json's "window".
+/// The object "window" of summary.json.
 nlohmann::ordered_json window_json(const WindowReport& report);
 
-/// What timing.json says of them.
+/// Adds their times to timing.json.
 void append_timing(const BatchReport& report, nlohmann::ordered_json& timing);
 void append_timing(const WindowReport& report, nlohmann::ordered_json& timing);
 
-/// What there is to say about it in words.
+/// Adds a remark for each problem of the batch solution.
 void append_remarks(const BatchReport& report, std::vector<std::string>& remarks);
 
 }  // namespace chasles::app

@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Against the recording's own calibration, IMU axes.
+// Rotation from the recording's calibration to the estimate, IMU axes.
 Eigen::Vector3d turned(const SE3& imu_T_camera, const Camera& camera) {
   return so3::log(imu_T_camera.R * camera.cam_T_imu.R);
 }

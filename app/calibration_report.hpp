@@ -13,19 +13,19 @@
 
 namespace chasles::app {
 
-/// The columns of states.csv that what is estimated of the sensors' arrangement has: of every
-/// camera the rotation (rotation vector phi, Exp(phi) R_file, IMU axes [rad]) by which imu_T_cam
-/// differs from the recording's calibration and its position [m], and the time offset [s]. Empty
-/// where nothing of it is estimated.
+/// Names of the columns of states.csv for the estimated calibration. Each camera has the rotation
+/// by which imu_T_cam differs from the recording's calibration (rotation vector phi, Exp(phi)
+/// R_file, IMU axes [rad]), and its position in the IMU frame [m]. Then follows the time offset
+/// [s]. Empty if no calibration is estimated.
 std::vector<std::string> calibration_columns(const InertialSlamSettings& settings,
                                              std::size_t cameras);
 
-/// Appends their numbers; `cameras` are the recording's.
+/// Appends the values of these columns to `state`. `cameras` are those of the recording.
 void append_calibration(const Calibration& calibration, std::span<const Camera> cameras,
                         RunState& state);
 
-/// The part of summary.json: matrices as in the recording's calibration, deviations, and how far
-/// both are from the recording's.
+/// The object "calibration" of summary.json: imu_T_cam of each camera, its standard deviations, and
+/// its difference from the recording's calibration. `stated_time_offset` is the setting's [s].
 nlohmann::ordered_json calibration_json(const Calibration& calibration,
                                         std::span<const Camera> cameras, double stated_time_offset);
 

@@ -14,10 +14,10 @@
 namespace chasles::app {
 namespace {
 
-constexpr std::size_t kPairs = 40;  // pairs of images of two cameras
+constexpr std::size_t kPairs = 40;  // image pairs of two cameras
 constexpr Time kNextInstant = std::chrono::milliseconds(50);
 
-// Where the window of that length begins in which the gyroscope turns most.
+// Start of the window of this length with the most rotation by the gyroscope.
 Time liveliest(const std::vector<ImuSample>& imu, Time from, Time to, Time length) {
   Time best = from;
   double sum = 0, most = -1;
@@ -55,12 +55,12 @@ FrontendSettings independent_settings() {
 ImageFrame read(const ImageSource& images, std::size_t i, std::size_t cameras) {
   try {
     return images.read(i);
-  } catch (const InputError&) {  // the look at exposure counts them
+  } catch (const InputError&) {  // the exposure check counts them
     return {.time = images.time(i), .images = std::vector<GrayImage>(cameras)};
   }
 }
 
-// Gives out landmarks that no other source has.
+// Adds observations with landmark ids that no other source uses.
 struct Source {
   int camera = 0;
   LandmarkId source = 0, sources = 1;
@@ -73,7 +73,7 @@ struct Source {
   }
 };
 
-/// Follows the cameras of a rig, each by itself, and points from one to another.
+/// Tracks features in each camera of a rig separately, and from one camera to another.
 class Tracker {
  public:
   explicit Tracker(const std::vector<Camera>& cameras) : cameras_(&cameras) {
@@ -91,7 +91,7 @@ class Tracker {
     return frame;
   }
 
-  // The points of camera 0 begin anew in a front end of their own; it tells where each came from.
+  // Detects points in camera 0 by another front end, which tracks them into the other cameras.
   void pair(const ImageFrame& images, FeatureFrame& frame) {
     const Camera& first = cameras_->front();
     for (std::size_t c = 1; c < cameras_->size(); ++c) {
@@ -110,7 +110,7 @@ class Tracker {
  private:
   static FrontendSettings pair_settings() {
     FrontendSettings settings = independent_settings();
-    settings.reject_outliers = false;  // it knows one lens only
+    settings.reject_outliers = false;  // it assumes a single lens
     return settings;
   }
   Source source(std::size_t camera, std::size_t number) const {
@@ -124,7 +124,7 @@ class Tracker {
     for (const PixelObservation& o : after.pixels) {
       const auto same = std::find_if(before.pixels.begin(), before.pixels.end(),
                                      [&](const auto& p) { return p.landmark == o.landmark; });
-      if (same == before.pixels.end()) continue;  // begun in the second image
+      if (same == before.pixels.end()) continue;  // detected in the second image
       first.pixels.push_back({.landmark = pairs_, .camera = 0, .pixel = same->pixel});
       second.pixels.push_back({.landmark = pairs_++, .camera = 0, .pixel = o.pixel});
     }
@@ -156,7 +156,7 @@ ImageTracks track_images(const Recording& recording, double seconds) {
       progress.show(i + 1);
     }
   } catch (const UsageError& error) {
-    result.not_checked.push_back(fmt::format("what the images show: {}", error.what()));
+    result.not_checked.push_back(fmt::format("the content of the images: {}", error.what()));
   }
   result.facts.push_back(
       {"images", "followed", static_cast<double>(result.frames.size()), "frames"});

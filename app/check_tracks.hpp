@@ -5,16 +5,17 @@
 
 namespace chasles::app {
 
-/// What the front end sees in a recording's images, for `chasles check`: nothing of it rests on the
-/// calibration that is to be checked. Each camera is followed by itself, without the gyroscope;
-/// between two cameras points are followed as from one instant to the next.
+/// Tracks of a recording's images for `chasles check`. They do not depend on the calibration, which
+/// they serve to check. The front end tracks each camera separately and without the gyroscope. It
+/// tracks points between two cameras in the same way as from one frame to the next.
 struct ImageTracks {
-  std::vector<FeatureFrame> frames;  ///< a landmark is one camera's, or one pair of images'
+  std::vector<FeatureFrame> frames;  ///< a landmark belongs to one camera or one image pair
   std::vector<Fact> facts;
   std::vector<std::string> not_checked;
 };
 
-/// Of at most so many seconds, those in which the gyroscope turns most (without one the first).
+/// Tracks the images of a part of at most `seconds` [s]: the part with the most rotation by the
+/// gyroscope, or the first part if there is no IMU.
 ImageTracks track_images(const Recording& recording, double seconds);
 
 }  // namespace chasles::app

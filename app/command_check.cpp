@@ -20,13 +20,13 @@ namespace {
 
 struct CheckOptions {
   std::filesystem::path recording;
-  double seconds = 20;  // of images that are followed
+  double seconds = 20;  // of tracked images [s]
   bool json = false;
 };
 
 constexpr std::size_t kLine = 100;
 
-// Three significant digits, and none of a number that is as good as nothing.
+// Three significant digits; 0 for a negligible number.
 std::string number(double value) {
   if (std::abs(value) < 1e-3) return "0";
   return std::abs(value) >= 1000 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
@@ -36,7 +36,7 @@ std::string with_unit(double value, const std::string& unit) {
   return unit.empty() ? number(value) : fmt::format("{} {}", number(value), unit);
 }
 
-// What facts are about, each once, in their order.
+// The distinct subjects of the facts, in their order.
 std::vector<std::string> subjects(const CheckReport& report) {
   std::vector<std::string> names;
   for (const Fact& fact : report.facts) {
@@ -47,7 +47,7 @@ std::vector<std::string> subjects(const CheckReport& report) {
   return names;
 }
 
-// One subject's facts, as many on a line as go on it.
+// The facts of one subject, broken into lines.
 std::string facts_text(const CheckReport& report, const std::string& about) {
   std::string text, line = fmt::format("  {:<11}", about);
   const std::size_t indent = line.size();
@@ -71,7 +71,7 @@ std::string finding_text(const Finding& finding) {
 
 std::string heading(const CheckReport& report) {
   const std::size_t count = report.findings.size();
-  if (count == 0) return "\nNothing found that a filter would mind.\n";
+  if (count == 0) return "\nNo findings.\n";
   return fmt::format("\n{} finding{}:\n", count, count == 1 ? "" : "s");
 }
 
@@ -82,7 +82,7 @@ std::string text_of(const Recording& recording, const CheckReport& report) {
   for (const Finding& finding : report.findings) text += finding_text(finding);
   if (!report.not_checked.empty()) text += "\nNot checked:\n";
   for (const std::string& sentence : report.not_checked) text += "  " + sentence + "\n";
-  if (!recording.remarks.empty()) text += "\nThe reader says:\n";
+  if (!recording.remarks.empty()) text += "\nRemarks of the reader:\n";
   for (const std::string& sentence : recording.remarks) text += "  " + sentence + "\n";
   return text;
 }
@@ -108,7 +108,7 @@ nlohmann::ordered_json json_of(const Recording& recording, const CheckReport& re
   return json;
 }
 
-// By the tracks that the recording has, or that the front end finds in its images.
+// Uses the tracks of the recording, or those of the front end in its images.
 CheckReport look_at(const Recording& recording, double seconds) {
   if (!recording.images) return check_recording(recording);
   ImageTracks tracks = track_images(recording, seconds);
@@ -131,10 +131,10 @@ int run(const CheckOptions& o) {
 
 Action declare_check(CLI::App& parser) {
   const auto o = std::make_shared<CheckOptions>();
-  parser.add_option("RECORDING", o->recording, "Recording to look at")->required()->type_name("");
+  parser.add_option("RECORDING", o->recording, "Recording to check")->required()->type_name("");
   parser
       .add_option("--seconds", o->seconds,
-                  "Of images: only so many are followed, those in which the gyroscope turns most")
+                  "Of images: length of the part that is tracked, the one with the most rotation")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1e5))
       ->type_name("S");

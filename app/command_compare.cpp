@@ -38,15 +38,15 @@ struct CompareOptions {
   bool json = false, markdown = false, quiet = false;
 };
 
-/// A filter's trial with what is told of it.
+/// A trial of a filter with its figures.
 struct Compared {
   Trial trial;
   FilterSummary summary;  ///< of this one run
   Json figures;
 };
 
-// The figures against the truth, with the trial's own NEES: its world is the truth's, there is
-// nothing to align.
+// The figures against the truth, with the NEES of the trial. No alignment is needed, because the
+// trial uses the world of the truth.
 void add_evaluation(const Trial& trial, const Trajectory& truth, Json& figures) {
   Json all;
   try {
@@ -74,7 +74,7 @@ Compared compare_one(const FilterVariant& filter, const CompareMaterial& materia
 }
 
 std::string points_csv(const Trial& trial) {
-  // Two-sided 95 % of one chi-square variable.
+  // Two-sided 95 % bounds of one chi-square variable.
   const Band three = chi2_band(3, 1), six = chi2_band(6, 1);
   std::string text =
       "seconds,position_error_m,attitude_error_deg,nees_position,nees_attitude,nees_pose,nees_"
@@ -112,7 +112,7 @@ Json summary_of(const CompareOptions& o, const CompareMaterial& material,
   return summary;
 }
 
-// For the report's top view; in the format of a recording's.
+// For the top view of the report, in the format of a recording.
 void write_landmarks(const std::vector<TrueLandmark>& landmarks, const fs::path& file) {
   remove_file(file);
   if (landmarks.empty()) return;
@@ -200,7 +200,9 @@ Action declare_compare(CLI::App& parser) {
       ->required()
       ->type_name("");
   declare_scene(parser, o->scene);
-  parser.add_option("--run", o->run, "Which run of the noise")->type_name("K")->group("Scene");
+  parser.add_option("--run", o->run, "Number of the noise realisation")
+      ->type_name("K")
+      ->group("Scene");
   declare_filters(parser, o->filters);
   parser.add_option("-o,--output", o->output, "Folder for the errors, trajectories and figures")
       ->type_name("DIR")

@@ -27,8 +27,8 @@ struct EvaluateOptions {
 
 struct EvaluatedEstimate {
   Trajectory trajectory;
-  std::vector<Matrix6d> covariances;  ///< empty: not known
-  Trajectory truth;                   ///< that a run folder brings along
+  std::vector<Matrix6d> covariances;  ///< empty: unknown
+  Trajectory truth;                   ///< of the run folder
   std::string chart = "standard";
   bool level = false;  ///< its world's z axis is vertical
 };
@@ -63,7 +63,7 @@ int run(const EvaluateOptions& o) {
   EvaluatedEstimate estimate = read_estimate(o.estimate);
   if (!o.truth.empty()) estimate.truth = read_truth(o.truth);
   if (estimate.truth.empty()) {
-    throw UsageError(fmt::format("{} brings no truth along: give a TRUTH", o.estimate.string()));
+    throw UsageError(fmt::format("{} has no truth: expected a TRUTH", o.estimate.string()));
   }
   EvaluationOptions options;
   options.pose_error = pose_error_of(estimate.chart);

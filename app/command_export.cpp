@@ -26,7 +26,7 @@ struct ExportOptions {
 
 using Writer = std::string (*)(const ReportRun& run);
 
-// By the file's ending.
+// Chooses the writer by the file's extension.
 Writer writer_for(const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
   if (ending == ".mcap") return [](const ReportRun& r) { return run_mcap(r, CHASLES_VERSION); };
@@ -60,9 +60,9 @@ Action declare_export(CLI::App& parser) {
       ->type_name("");
   parser
       .add_option("-o,--output", o->outputs,
-                  "What to write, told by its ending; may be repeated. .mcap: for Foxglove and "
-                  "Rerun; .ply: map and ways, for CloudCompare, MeshLab, Blender; .kml: the ways "
-                  "on the Earth, of a georeferenced recording")
+                  "File whose extension chooses the format; may be repeated. .mcap: for Foxglove "
+                  "and Rerun; .ply: map and trajectories, for CloudCompare, MeshLab, Blender; "
+                  ".kml: trajectories on the Earth, for a georeferenced recording")
       ->required()
       ->allow_extra_args(false)
       ->type_name("FILE");

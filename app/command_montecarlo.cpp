@@ -31,7 +31,7 @@ struct MonteCarloOptions {
   SceneChoice scene;
   FilterOptions filters;
   std::uint64_t runs = 0, first = 0;
-  int workers = 0;  ///< 0: as many as there are cores
+  int workers = 0;  ///< 0: one per core
   std::string shard;
   bool resume = false;
   std::vector<fs::path> merge;
@@ -80,23 +80,23 @@ void check(const MonteCarloOptions& o) {
   }
 }
 
-/// Thrown out of the work by the first Ctrl-C.
+/// Thrown out of the work at the first Ctrl-C.
 struct Interrupted {};
 
 int workers_of(const MonteCarloOptions& o, const Ranks& ranks) {
   if (ranks.size() > 1) {
     if (o.workers <= 1) return 1;
-    throw UsageError("--workers: each of mpirun's processes works alone; expected 1, or mpirun -n");
+    throw UsageError(
+        "--workers: under mpirun each process is one worker; expected 1, or mpirun -n");
   }
   return o.workers > 0 ? o.workers
                        : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
 
-// Does the runs and gives the lines of each to `keep`, in rank 0; false where it was
-// interrupted.
+// Executes the runs. Rank 0 passes the lines of each run to `keep`. Returns false if interrupted.
 bool work(const MonteCarloOptions& o, const LabScene& scene, const std::vector<std::uint64_t>& all,
           const Ranks& ranks, const Ranks::Result& keep) {
-  // mpirun ends all of its processes by itself.
+  // mpirun itself ends all of its processes.
   std::optional<Interrupt> interrupt;
   if (ranks.size() == 1) interrupt.emplace();
   Progress progress(all.size(), o.quiet || !ranks.first(), "runs");
@@ -153,7 +153,7 @@ int merge(const MonteCarloOptions& o) {
   return deliver(o, log);
 }
 
-// What rank 0 does: it has the files.
+// The part of rank 0, which uses the files.
 int lead(const MonteCarloOptions& o, const LabScene& scene, const Ranks& ranks) {
   const std::vector<std::uint64_t> asked = runs_of(o);
   TrialLog log(o.output, scene.plan, asked, o.resume);
@@ -163,7 +163,7 @@ int lead(const MonteCarloOptions& o, const LabScene& scene, const Ranks& ranks) 
   ranks.share(missing);
   const auto keep = [&](std::uint64_t run, const std::string& lines) { log.add(run, lines); };
   if (!work(o, scene, missing, ranks, keep)) {
-    spdlog::error("interrupted: {} of {} runs are done; --resume goes on with them", log.runs(),
+    spdlog::error("interrupted: {} of {} runs are done; --resume continues the study", log.runs(),
                   asked.size());
     return Interrupt::kExitCode;
   }
@@ -188,13 +188,13 @@ void declare_study(CLI::App& parser, MonteCarloOptions& o) {
   const auto add = [&](const char* name, auto& value, const char* type, const char* meaning) {
     return parser.add_option(name, value, meaning)->type_name(type)->group("Study");
   };
-  add("--runs", o.runs, "N", "How many runs");
-  add("--first", o.first, "K", "The number of the first run (default: 0)");
-  add("--workers", o.workers, "W", "Processes at work (default: one a core)");
+  add("--runs", o.runs, "N", "Number of runs");
+  add("--first", o.first, "K", "Number of the first run (default: 0)");
+  add("--workers", o.workers, "W", "Number of processes (default: one per core)");
   add("--shard", o.shard, "I/N", "Only the I-th of N parts of the runs, I from 1 to N");
-  parser.add_flag("--resume", o.resume, "Go on with the study in DIR; begin it if there is none")
+  parser.add_flag("--resume", o.resume, "Continue the study in DIR, or start it if there is none")
       ->group("Study");
-  add("--merge", o.merge, "DIR...", "Join these studies, parts of one, instead of doing runs");
+  add("--merge", o.merge, "DIR...", "Merge these parts of one study instead of executing runs");
 }
 
 void declare_output(CLI::App& parser, MonteCarloOptions& o) {

@@ -15,7 +15,7 @@ namespace chasles::app {
 namespace {
 
 struct ReportOptions {
-  std::vector<std::filesystem::path> folders;  ///< runs, or studies
+  std::vector<std::filesystem::path> folders;  ///< of runs or of studies
   std::filesystem::path output;
   bool quiet = false;
 };
@@ -32,7 +32,7 @@ std::string page_of_studies(const std::vector<std::filesystem::path>& folders) {
   return study_page(studies);
 }
 
-// Which kind they are is told by what is in them; all are of one.
+// The content of the folders determines their kind. All must be of the same kind.
 std::string page_of(const std::vector<std::filesystem::path>& folders) {
   const bool studies = is_study(folders.front());
   for (const std::filesystem::path& folder : folders) {

@@ -76,7 +76,7 @@ void declare_input(CLI::App& parser, RunOptions& o) {
   add("--truth", o.input.truth,
       "True trajectory: TUM, or a recording that has it (default: the recording's own)");
   add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
-  parser.add_option("--cameras", o.input.cameras, "mono or stereo (default: all that there are)")
+  parser.add_option("--cameras", o.input.cameras, "mono or stereo (default: all cameras)")
       ->type_name("NAME")
       ->group("Input");
   parser.add_flag("--backwards", o.input.backwards, "Play the recording from its end")
@@ -86,8 +86,8 @@ void declare_input(CLI::App& parser, RunOptions& o) {
   add_number(parser, "--stop", o.input.stop, "S", "Leave out the recording after this second", 0)
       ->group("Input");
   add_number(parser, "--tracks", o.input.tracks.part, "PART",
-             "Use a random part of the tracks, from 0 to 1: how much of a run is chance of which "
-             "points were tracked (default: all)",
+             "Use a random part of the tracks, from 0 to 1, to test how much the result depends on "
+             "the choice of points (default: all)",
              0, 1)
       ->group("Input");
   const auto read_seed = [&seed = o.input.tracks.seed](const std::string& text) {
@@ -97,7 +97,7 @@ void declare_input(CLI::App& parser, RunOptions& o) {
   };
   parser
       .add_option_function<std::string>("--tracks-seed", read_seed,
-                                        "Chooses that part (default: 1)")
+                                        "Seed of that random part (default: 1)")
       ->type_name("N")
       ->group("Input");
 }
@@ -107,19 +107,20 @@ void declare_method(CLI::App& parser, RunOptions& o) {
     return parser.add_option(name, value, text)->type_name(type)->group("Method");
   };
   add("--mode", o.settings.mode, "NAME",
-      "localize: velocities alone; map: along a given trajectory; slam: both at once (default)");
+      "localize: trajectory from velocities only; map: landmarks along a given trajectory; slam: "
+      "both (default)");
   add("--chart", o.settings.chart, "NAME", chart_help());
   add("--config", o.settings.config, "FILE", "Settings from a YAML file, `key: value` a line");
   add("--begin", o.begin, "NAME",
-      "auto: an inertial run finds its start, at rest or in motion (default); truth: it begins at "
+      "start of a visual-inertial run; auto: static or dynamic initialisation (default); truth: "
       "the true state");
   add("--estimator", o.estimator, "NAME",
-      "filter (default); batch: the most probable motion given all of a recording, from the "
-      "filter's run on (docs/batch.md); window:N: of the last N frames, with every frame, given "
-      "all until then (docs/window.md)");
+      "filter (default); batch: the most probable motion given the whole recording, starting from "
+      "the filter's estimate (docs/batch.md); window:N: at every frame the most probable motion of "
+      "the last N frames, given the recording so far (docs/window.md)");
   add("--threads", o.threads, "N",
-      "3 (default): images are read, and followed, on threads of their own, ahead of the filter; "
-      "2: followed; 1: neither; the same bytes")
+      "3 (default): one thread reads images and one tracks features, both ahead of the filter; 2: "
+      "only the tracking thread; 1: neither. The results are the same bytes")
       ->check(CLI::Range(1, 3));
   add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
       ->allow_extra_args(false);
@@ -127,12 +128,13 @@ void declare_method(CLI::App& parser, RunOptions& o) {
 
 void declare_realtime(CLI::App& parser, RunOptions& o) {
   parser
-      .add_flag("--realtime", o.realtime,
-                "Play the recording at its own speed (IMU recordings); frames that the run does "
-                "not keep up with are dropped and counted: results depend on the machine")
+      .add_flag(
+          "--realtime", o.realtime,
+          "Play the recording in real time (visual-inertial runs). Frames that the run cannot "
+          "process in time are dropped and counted, so results depend on the machine")
       ->group("Method");
   add_number(parser, "--realtime-speed", o.realtime_speed, "X",
-             "The same at so many times its speed", 0.001, 1e6)
+             "As --realtime, at X times the real speed", 0.001, 1e6)
       ->group("Method");
 }
 
@@ -149,7 +151,7 @@ void declare_output(CLI::App& parser, RunOptions& o) {
       ->group("Output");
   parser
       .add_option("--full-covariance", o.full_covariance,
-                  "Covariance of the whole map, all with all, as .npy (may take gigabytes)")
+                  "Joint covariance of state and whole map as .npy (may take gigabytes)")
       ->type_name("FILE")
       ->group("Output");
   declare_keep_images(parser, o.keep_images);
@@ -175,13 +177,12 @@ void announce(const RunOptions& o, const Recording& recording) {
   }
 }
 
-// What the run itself has to say, for summary.json and the reader.
+// Adds remarks on the end of the run.
 void add_remarks(const Run& run, bool interrupted, std::size_t frames,
                  std::vector<std::string>& remarks) {
   if (interrupted) {
-    remarks.push_back(
-        fmt::format("interrupted after {} of {} frames: this is what was estimated until then",
-                    run.states.size(), frames));
+    remarks.push_back(fmt::format("interrupted after {} of {} frames: the results end there",
+                                  run.states.size(), frames));
   } else if (!run.states.empty() && run.states.back().health == "lost") {
     remarks.push_back(fmt::format("the estimate was lost at frame {} of {}: the run ends there",
                                   run.states.size(), frames));
@@ -211,7 +212,7 @@ void print(const RunOptions& o, const Json& figures) {
 
 int exit_code(const RunOptions& o, const Run& run, bool interrupted, const Json& figures) {
   if (figures.at("health") == "lost") {
-    spdlog::error("the estimate was lost: after {} frames it is no longer one to believe",
+    spdlog::error("the estimate was lost: after {} frames it is no longer valid",
                   run.states.size());
     return static_cast<int>(ExitCode::kDiverged);
   }
@@ -221,25 +222,25 @@ int exit_code(const RunOptions& o, const Run& run, bool interrupted, const Json&
   return static_cast<int>(sentences.empty() ? ExitCode::kOk : ExitCode::kThresholdMissed);
 }
 
-// Whatever can be found out before an hour of work is lost.
+// Finds errors of the outputs before the run.
 void prepare_outputs(const RunOptions& o) {
   if (!o.output.empty()) prepare_output(o.output);
   if (!o.full_covariance.empty()) check_full_covariance(o.full_covariance);
 }
 
-// The truth as it is: nothing is drawn.
+// The true state, without a random error.
 InertialStart start_at_truth(const Recording& recording) {
   if (recording.truth.empty()) {
     throw Error(
         ExitCode::kNotInitialised,
-        fmt::format("{}: has no truth to begin at (--truth FILE gives one); without --begin "
-                    "truth the start is found by itself",
+        fmt::format("{}: has no truth to start from (--truth FILE gives one); without --begin "
+                    "truth the run initialises itself",
                     recording.name));
   }
   return true_start(recording);
 }
 
-// A recording on its way to a run: what is common to both kinds.
+// Estimator and options of a run of either kind.
 struct Prepared {
   std::unique_ptr<Estimator> estimator;
   RunRecordingOptions options;
@@ -249,10 +250,10 @@ struct Prepared {
 Prepared prepare_inertial(const RunOptions& o, const EstimatorChoice& choice,
                           const Recording& recording) {
   if (!o.settings.mode.empty() && o.settings.mode != "slam") {
-    throw UsageError("--mode: a recording with an IMU is run with slam alone");
+    throw UsageError("--mode: a visual-inertial run supports only slam");
   }
   if (!o.full_covariance.empty()) {
-    throw UsageError("--full-covariance is not kept of a recording with an IMU");
+    throw UsageError("--full-covariance is not available for a recording with an IMU");
   }
   if (o.begin != "auto" && o.begin != "truth") {
     throw UsageError(fmt::format("--begin: found '{}', expected auto or truth", o.begin));
@@ -284,7 +285,7 @@ Prepared prepare_inertial(const RunOptions& o, const EstimatorChoice& choice,
 Prepared prepare_velocity(const RunOptions& o, const EstimatorChoice& choice,
                           Recording& recording) {
   if (!choice.is_filter() && !o.full_covariance.empty()) {
-    throw UsageError("--full-covariance is not kept of --estimator " + o.estimator);
+    throw UsageError("--full-covariance is not available for --estimator " + o.estimator);
   }
   if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
   if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
@@ -309,7 +310,7 @@ Prepared prepare_velocity(const RunOptions& o, const EstimatorChoice& choice,
   return prepared;
 }
 
-// Writes what there is to write, and returns all figures.
+// Writes the outputs and returns all figures.
 Json deliver(const RunOptions& o, const Prepared& prepared, const RecordedRun& result,
              const Stopwatch& wall) {
   const Json summary = prepared.summary(result);
@@ -324,7 +325,7 @@ Json deliver(const RunOptions& o, const Prepared& prepared, const RecordedRun& r
   return with_timing(summary, timing);
 }
 
-// What the work returns; where it throws, viewers are told why.
+// Returns the result of `work`. If it throws, sends the reason to viewers.
 template <typename Work>
 auto telling_why_not(LiveView& live, const Work& work) {
   try {
@@ -340,10 +341,10 @@ int run(const RunOptions& o) {
   if (o.quiet) spdlog::set_level(spdlog::level::err);
   const EstimatorChoice choice = estimator_choice(o.estimator, "--estimator");
   if (o.keep_images && o.output.empty() && !o.live.wanted) {
-    throw UsageError("--keep-images needs -o RUN, to have a place for them");
+    throw UsageError("--keep-images needs -o RUN or --live");
   }
   Recording recording = read_input(o.input);
-  const Interrupt interrupt;  // before anybody is told that it goes on
+  const Interrupt interrupt;  // before the log shows that the run has started
   announce(o, recording);
   Prepared prepared = recording.velocities.empty() ? prepare_inertial(o, choice, recording)
                                                    : prepare_velocity(o, choice, recording);

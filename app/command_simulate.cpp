@@ -34,7 +34,7 @@ struct SimulateOptions {
   SceneChoice scene;
   std::filesystem::path output, cameras;
   std::uint64_t run = 0;
-  int threads = 0;  // as many as the machine has cores
+  int threads = 0;  // 0: one per core
   bool images = false;
   bool json = false, quiet = false;
 };
@@ -69,7 +69,7 @@ StreetSettings street_settings_from(const SceneChoice& choice) {
   return settings;
 }
 
-// A name that nobody knows is told with all that are known.
+// For an unknown name, the message lists the known ones.
 void check_known(const std::string& name) {
   std::vector<std::string> known;
   for (const StreetScene& scene : street_scenes()) known.push_back(scene.name);
@@ -84,7 +84,8 @@ double recorded_seconds(const Recording& recording) {
   return to_seconds(recording.frames.back().time - recording.frames.front().time);
 }
 
-// Those of a recording, in place of the settings'; as many as the setting `cameras` says.
+// Replaces the cameras of the settings by those of a recording. The setting `cameras` is their
+// number.
 void take_cameras(const std::filesystem::path& path, InertialScene& scene) {
   scene.cameras = read_recording(path).cameras;
   const auto wanted = static_cast<std::size_t>(scene.settings.cameras);
@@ -107,7 +108,7 @@ Json images_description(const Recording& recording, std::size_t frames, const Js
           {"settings", settings}};
 }
 
-// Ends early where the user asks for it.
+// Ends early if interrupted.
 std::size_t write_images(const SimulateOptions& o, const Recording& recording,
                          const Interrupt& interrupt) {
   const ImageSource& images = *recording.images;
@@ -210,23 +211,22 @@ Action declare_simulate(CLI::App& parser) {
   parser.add_option("--set", scene.sets, "One setting; may be repeated, the last one counts")
       ->type_name("KEY=VALUE")
       ->allow_extra_args(false);
-  parser.add_option("--seed", scene.seed, "Chooses all random numbers")->type_name("N");
-  parser.add_option("--run", o->run, "Which run of the noise, in scenes with an IMU")
+  parser.add_option("--seed", scene.seed, "Seed of all random numbers")->type_name("N");
+  parser.add_option("--run", o->run, "Number of the noise realisation, in scenes with an IMU")
       ->type_name("K");
   declare_path(parser, scene, "Options");
   parser.add_flag(
       "--images", o->images,
       "Render images instead of tracks, and write an EuRoC folder (scenes with an IMU)");
   parser
-      .add_option("--cameras", o->cameras,
-                  "A recording whose cameras are taken instead of the settings'")
+      .add_option("--cameras", o->cameras, "Recording whose cameras replace those of the settings")
       ->type_name("RECORDING");
   parser
       .add_option("--threads", o->threads,
-                  "Images rendered at a time (default: as many as there are cores); the same bytes")
+                  "Images rendered in parallel (default: one per core); the bytes are the same")
       ->type_name("N")
       ->check(CLI::Range(1, 256));
-  parser.add_flag("--json", o->json, "Print what was simulated as JSON");
+  parser.add_flag("--json", o->json, "Print the figures of the recording as JSON");
   parser.add_flag("--quiet", o->quiet, "Print nothing but errors");
   parser.footer(scenes_help());
   return [o] { return simulate(*o); };

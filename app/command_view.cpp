@@ -37,7 +37,7 @@ std::vector<ReportRun> read_runs(const std::vector<std::filesystem::path>& folde
     }
     if (is_growing(folder)) {
       throw UsageError(
-          fmt::format("{}: a run is being written into it; view it alone, or wait for its end",
+          fmt::format("{}: a run is being written into it; view it alone, or wait until it ends",
                       folder.string()));
     }
     runs.push_back(read_with_timing(folder));
@@ -45,7 +45,7 @@ std::vector<ReportRun> read_runs(const std::vector<std::filesystem::path>& folde
   return runs;
 }
 
-// Until it is interrupted, which is how it ends.
+// Serves until interrupted.
 int serve(const ViewOptions& o, std::uint16_t port, LiveFeed& feed,
           const std::function<void()>& work) {
   const Interrupt interrupt;
@@ -60,7 +60,7 @@ int serve(const ViewOptions& o, std::uint16_t port, LiveFeed& feed,
 }
 
 int view(const ViewOptions& o) {
-  const std::uint16_t port = port_of("--port", o.port);  // before long reading
+  const std::uint16_t port = port_of("--port", o.port);  // before the slow reading
   if (o.folders.size() == 1 && is_growing(o.folders.front())) {
     LiveRun run({});
     FollowedRun followed(o.folders.front(), run);
@@ -76,16 +76,17 @@ Action declare_view(CLI::App& parser) {
   const auto o = std::make_shared<ViewOptions>();
   parser
       .add_option("RUN", o->folders,
-                  "Run folders, as `chasles run -o` writes them; one that is still being written "
-                  "is followed")
+                  "Run folders, as `chasles run -o` writes them; a single folder may be of a run "
+                  "in progress")
       ->required()
       ->type_name("");
-  parser.add_option("--port", o->port, "Port to listen on (default: one that is free)")
+  parser.add_option("--port", o->port, "Port to listen on (default: any free port)")
       ->type_name("PORT");
   parser
-      .add_option("--address", o->address,
-                  "Numeric address to listen on (default: this machine alone); other than loopback "
-                  "the printed URL has a token that viewers need")
+      .add_option(
+          "--address", o->address,
+          "Numeric address to listen on (default: only this machine). With an address other "
+          "than loopback, viewers need the token of the printed URL")
       ->type_name("ADDRESS");
   return [o] { return view(*o); };
 }

@@ -50,7 +50,7 @@ CompareMaterial of_recording(Recording recording, std::vector<FilterVariant> fil
   return material;
 }
 
-// A recording is told from a misspelt scene by being there.
+// A path that exists is a recording, any other name a misspelt scene.
 void check_recording(const SceneChoice& choice) {
   std::error_code ignored;
   if (!std::filesystem::exists(choice.name, ignored)) {
@@ -73,7 +73,7 @@ void check_recording(const SceneChoice& choice) {
 CompareMaterial compare_material(const SceneChoice& choice, const FilterOptions& options,
                                  std::uint64_t run) {
   if (is_loops(choice.name)) return loops_material(choice, options, run);
-  // Before the recording, which may take longer.
+  // Before the slow reading of the recording.
   std::vector<FilterVariant> filters = filters_from(options);
   if (is_inertial_scene(choice.name)) {
     const InertialScene scene = scene_from(choice);

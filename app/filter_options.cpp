@@ -77,18 +77,18 @@ void append(std::vector<FilterVariant>& filters, Items&& more) {
   for (auto& filter : more) filters.push_back(std::move(filter));
 }
 
-// A name is a column of a table and the name of files beside those of the truth.
+// The name appears in tables and in file names, next to the files of the truth.
 void check_name(const std::string& name) {
   const bool printable = std::ranges::none_of(
       name, [](char c) { return c == ',' || c == '"' || static_cast<unsigned char>(c) < 0x20; });
   if (printable && !name.empty() && name != "truth" && name != "landmarks_truth") return;
   throw UsageError(
       fmt::format("--config: found a filter called '{}' after its file; expected a name without "
-                  "commas and quotation marks, and not that of the truth",
+                  "commas and quotation marks, other than that of the truth",
                   name));
 }
 
-// Every filter once for each estimator.
+// Each filter with each estimator.
 std::vector<FilterVariant> with_estimators(const std::vector<FilterVariant>& filters,
                                            const std::vector<std::string>& estimators) {
   std::vector<FilterVariant> all;
@@ -105,7 +105,7 @@ std::vector<FilterVariant> with_estimators(const std::vector<FilterVariant>& fil
   return all;
 }
 
-// A setting of the filters, or of batch estimation where there is one.
+// Applies a setting to the filters, or to batch estimation if one is selected.
 void set_for_all(const std::string& assignment, std::vector<FilterVariant>& filters) {
   check_not_named(assignment);
   const bool of_batch = assignment.starts_with("batch.");
@@ -146,20 +146,22 @@ void declare_filters(CLI::App& parser, FilterOptions& o) {
     return parser.add_option(name, values, meaning)->type_name(type)->group("Filters");
   };
   add("--preset", o.presets, "NAME,...",
-      "paper: Kleinert and Stilla's three; default: this program's own (default: both)")
+      "paper: the three filters of Kleinert and Stilla; default: the default settings "
+      "(default: both)")
       ->delimiter(',');
-  add("--charts", o.charts, "NAME,...", "Error charts, each with all of the following")
+  add("--charts", o.charts, "NAME,...",
+      "Error charts, combined with all landmark forms and initialisations")
       ->delimiter(',');
-  add("--landmarks", o.landmarks, "NAME,...", "Forms of landmarks: cartesian, inverse-depth")
+  add("--landmarks", o.landmarks, "NAME,...", "Landmark forms: cartesian, inverse-depth")
       ->delimiter(',');
-  add("--init", o.inits, "NAME,...", "How landmarks begin: fixed-depth, multi-view")
+  add("--init", o.inits, "NAME,...", "Landmark initialisation: fixed-depth, multi-view")
       ->delimiter(',');
   add("--estimators", o.estimators, "NAME,...",
-      "filter (default), batch, window:N: each with all of these; batch begins at the filter's run "
-      "(docs/batch.md, docs/window.md)")
+      "filter (default), batch, window:N: each with all filters; batch starts from the filter's "
+      "estimate (docs/batch.md, docs/window.md)")
       ->delimiter(',');
   add("--config", o.configs, "FILE",
-      "A filter of its own, named after the YAML file of its settings; may be repeated")
+      "Add a filter with the settings of this YAML file and the file's name; may be repeated")
       ->allow_extra_args(false);
   add("--set", o.sets, "KEY=VALUE", "One setting, for every filter; may be repeated")
       ->allow_extra_args(false);

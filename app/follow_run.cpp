@@ -38,7 +38,7 @@ void FollowedRun::look() {
     const bool goes_on = is_growing(folder_);
     goes_on ? take(read_run(growing_folder(folder_))) : end();
   } catch (const InputError&) {
-    // Nothing is there yet, or it was read amid a row that is written: the next look will tell.
+    // There are no files yet, or a row is incomplete: retried at the next call.
   }
   const Clock::time_point now = Clock::now();
   next_ = now + std::max<Clock::duration>(kBetweenReads, kShare * (now - start));
@@ -61,7 +61,7 @@ void FollowedRun::take(Run now) {
 void FollowedRun::end() {
   ended_ = true;
   if (written(folder_ / "summary.json") < begun_) {
-    return run_.fail("it ended without a result");
+    return run_.fail("the run ended without a result");
   }
   try {
     run_.finish(read_with_timing(folder_), false);

@@ -7,12 +7,13 @@
 
 namespace chasles::app {
 
-/// Tells a LiveRun what another process writes into a run folder (GrowingRun), until its end.
+/// Passes on to a LiveRun what another process writes into a run folder (GrowingRun), until that
+/// run ends.
 class FollowedRun {
  public:
   FollowedRun(std::filesystem::path folder, LiveRun& run);
 
-  /// Looks into the folder when it is time: for at most a tenth of the time.
+  /// Reads new states from the folder if it is time to. Reading takes at most a tenth of the time.
   void look();
 
  private:
@@ -24,7 +25,7 @@ class FollowedRun {
   LiveRun& run_;
   std::filesystem::file_time_type begun_;
   Clock::time_point next_ = Clock::now();
-  std::size_t told_ = 0;  ///< states
+  std::size_t told_ = 0;  ///< number of states passed on
   bool started_ = false, ended_ = false;
 };
 

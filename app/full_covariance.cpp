@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kGigabyte = 1e9;
 
-// numpy's format 1.0: magic, version, length of the text, the text padded to 64 bytes.
+// NumPy's format 1.0: magic, version, length of the text, text padded to 64 bytes.
 std::string npy_header(std::uintmax_t count) {
   std::string text =
       fmt::format("{{'descr': '<f8', 'fortran_order': False, 'shape': ({},), }}", count);
@@ -102,7 +102,7 @@ void write_full_covariance(const Ekf& filter, const std::vector<std::string>& ad
     write_triangle(filter, rows, stream, file);
     write_file(names, row_names(additive_names, landmarks));
   } catch (const Error&) {
-    std::error_code ignored;  // The first error is the one to tell.
+    std::error_code ignored;  // The first error is reported.
     if (std::filesystem::is_regular_file(file, ignored)) std::filesystem::remove(file, ignored);
     throw;
   }

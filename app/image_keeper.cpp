@@ -14,7 +14,7 @@
 namespace chasles::app {
 namespace {
 
-// A track that was not seen for longer has ended: no front end waits as long.
+// A track without observation for longer has ended; every front end drops it earlier.
 constexpr int kWaiting = 20;  // frames
 
 Time frame_time(const Recording& recording, std::size_t i) {
@@ -27,7 +27,7 @@ int every_of(const std::string& text) {
   const auto [stop, error] = std::from_chars(text.data(), end, every);
   if (text.empty() || (error == std::errc() && stop == end && every > 0)) return every;
   throw UsageError(
-      fmt::format("--keep-images: found '{}', expected every how many frames, 1 or more", text));
+      fmt::format("--keep-images: found '{}', expected a number of frames, 1 or more", text));
 }
 
 }  // namespace
@@ -37,9 +37,9 @@ void declare_keep_images(CLI::App& parser, std::optional<int>& every) {
       .add_option_function<std::string>(
           "--keep-images", [&every](const std::string& text) { every = every_of(text); },
           fmt::format(
-              "Keep every N-th frame to be looked at (default: about {} of them): a JPEG of at "
-              "most {} px a camera, about 20 kB, and what became of the tracked points. The page "
-              "takes as many as fit into 8 MB",
+              "Keep every N-th frame for viewing (default: about {} frames): per camera a JPEG of "
+              "at most {} px width, about 20 kB, and the tracked points with their outcomes. The "
+              "page shows as many as fit into 8 MB",
               ImageKeeper::kFrames, ImageKeeper::kWidth))
       ->expected(0, 1)
       ->type_name("[N]")

@@ -19,35 +19,35 @@ class App;
 
 namespace chasles::app {
 
-/// --keep-images [N].
+/// Declares --keep-images [N].
 void declare_keep_images(CLI::App& parser, std::optional<int>& every);
 
-/// Keeps some frames of a run to be looked at: small pictures, the points that were followed into
-/// them, and what became of those. One that was asked for nothing does nothing.
+/// Keeps some frames of a run for viewing: small pictures, the tracked points and their outcomes.
+/// Without --keep-images it does nothing.
 class ImageKeeper {
  public:
-  /// Without another wish so few frames are kept that there are about so many.
+  /// Approximate number of frames that are kept by default.
   static constexpr std::size_t kFrames = 200;
-  static constexpr int kWidth = 480;  ///< of a picture [px]
-  static constexpr int kTail = 5;     ///< frames back that RunFeature::before is from
+  static constexpr int kWidth = 480;  ///< largest width of a picture [px]
+  static constexpr int kTail = 5;     ///< age of RunFeature::before, in frames
 
-  /// Keeps the first of every `every` frames; 0: as many as make kFrames. None: nothing.
+  /// Keeps the first of every `every` frames; 0: about kFrames frames; empty: none.
   ImageKeeper(const Recording& recording, std::optional<int> every);
 
-  /// The pictures of a frame; may be called from another thread than the others.
+  /// Stores the pictures of a frame. May run on another thread than the other functions.
   void see(const ImageFrame& images);
-  /// Every frame, in the order of time.
+  /// Stores the tracks of a frame. Must get every frame, in time order.
   void follow(const FeatureFrame& frame);
-  /// What the filter made of a frame.
+  /// Stores the outcomes of a frame's observations.
   void judge(const FeatureFrame& frame, std::span<const PixelOutcome> judged);
 
-  /// What was kept. Nobody may see() any more.
+  /// Returns the kept frames. see() must not be called afterwards.
   std::vector<RunImage> take();
 
  private:
   struct Trail {
-    int age = 0, seen = 0;              ///< frames; the last one
-    std::vector<Eigen::Vector2d> last;  ///< kTail + 1 of them at most [px]
+    int age = 0, seen = 0;              ///< [frames]; number of the last frame
+    std::vector<Eigen::Vector2d> last;  ///< at most kTail + 1 pixels [px]
   };
   using Features = std::map<std::pair<int, LandmarkId>, RunFeature>;  ///< by camera
 
@@ -56,8 +56,8 @@ class ImageKeeper {
   RunImage image(Time time, int camera) const;
 
   std::vector<Camera> cameras_;
-  std::vector<Time> kept_;                             ///< rising
-  std::map<Time, std::vector<std::string>> pictures_;  ///< a camera each
+  std::vector<Time> kept_;                             ///< ascending
+  std::map<Time, std::vector<std::string>> pictures_;  ///< one per camera
   std::map<Time, Features> features_;
   std::map<std::pair<int, LandmarkId>, Trail> trails_;
   int frame_ = 0;

@@ -10,24 +10,24 @@
 
 namespace chasles::app {
 
-/// As settings_from() of run_settings.hpp: keys of the filter as they are, those of the start
-/// behind "start.", those of the front end behind "frontend.", of batch estimation behind "batch.".
+/// As settings_from() of run_settings.hpp. Keys of the filter have no prefix; the others have
+/// "start.", "frontend." or "batch.".
 InertialRunSettings inertial_run_settings_from(const SettingSources& sources);
 
-/// All of them by name.
+/// All settings of a visual-inertial run by name.
 nlohmann::ordered_json settings_json(const InertialRunSettings& settings);
 
-/// The settings of start, front end and batch estimation as --help lists them.
+/// Help text of the settings of initialisation, front end and batch estimation.
 std::string inertial_run_settings_help();
 
-/// Every setting of an inertial filter.
+/// Every setting of a visual-inertial filter.
 SettingList setting_list(InertialSlamSettings& settings);
-/// Every setting of batch estimation, behind "batch.".
+/// Every setting of batch estimation, with the prefix "batch.".
 SettingList setting_list(BatchSettings& settings);
 
-/// All settings of an inertial filter by name.
+/// All settings of a visual-inertial filter by name.
 nlohmann::ordered_json settings_json(const InertialSlamSettings& settings);
-/// The same as --help lists them.
+/// Help text of the settings of a visual-inertial filter.
 std::string filter_settings_help();
 
 }  // namespace chasles::app

@@ -5,7 +5,7 @@
 namespace chasles::app {
 namespace {
 
-// What a signal handler and other threads may touch.
+// Access from a signal handler and other threads must be safe.
 std::atomic<bool> interrupted = false;
 static_assert(std::atomic<bool>::is_always_lock_free);
 
@@ -17,7 +17,7 @@ Interrupt::Interrupt() {
   interrupted = false;
   struct sigaction action {};
   action.sa_handler = remember_interrupt;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second signal does what it always does
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second signal has its default effect
   sigemptyset(&action.sa_mask);
   ::sigaction(SIGINT, &action, &before_int_);
   ::sigaction(SIGTERM, &action, &before_term_);

@@ -4,11 +4,11 @@
 
 namespace chasles::app {
 
-/// While it lives, the first Ctrl-C (SIGINT) or SIGTERM only makes requested() true, so that what
-/// was estimated so far can be written; the second one ends the process as usual.
+/// During its lifetime the first Ctrl-C (SIGINT) or SIGTERM only sets requested(), so that the run
+/// can write its results. The second signal ends the process as usual.
 class Interrupt {
  public:
-  static constexpr int kExitCode = 130;  ///< 128 + SIGINT, as shells have it
+  static constexpr int kExitCode = 130;  ///< 128 + SIGINT, the convention of shells
 
   Interrupt();
   Interrupt(const Interrupt&) = delete;
@@ -16,7 +16,7 @@ class Interrupt {
   ~Interrupt();
 
   bool requested() const;
-  void request() const;  ///< as the first signal does, from any thread
+  void request() const;  ///< same effect as the first signal; any thread
 
  private:
   struct sigaction before_int_, before_term_;

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 std::size_t counted(const FilterSummary& summary) { return summary.runs - summary.diverged; }
 
-// 95 % of the mean over so many runs; NaN where there is none.
+// 95 % band of the mean over this number of runs; NaN without runs.
 Band band_of(int dof, std::size_t runs) {
   const double nan = std::nan("");
   return runs == 0 ? Band{.low = nan, .high = nan} : chi2_band(dof, runs);

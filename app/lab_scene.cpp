@@ -46,7 +46,7 @@ LabScene lab_scene(const SceneChoice& choice, const FilterOptions& options) {
 
 std::string lab_help() {
   return "Scenes:\n" + inertial_scenes_help() + loops_scene_help() + "\n" + filter_settings_help() +
-         "\nIn the scene loops only chart and first_estimates count, and no others are taken.\n"
+         "\nThe scene loops accepts only the settings chart and first_estimates.\n"
          "\nSettings of a scene, for --scene-set (defaults are those of `hallway`):\n" +
          inertial_settings_help() + "\nSettings of the scene loops:\n" + loops_settings_help();
 }

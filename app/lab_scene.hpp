@@ -14,19 +14,19 @@
 
 namespace chasles::app {
 
-/// A scene with the filters that are studied in it.
+/// A scene with the filters of a study.
 struct LabScene {
   std::vector<FilterVariant> filters;
-  nlohmann::ordered_json plan;  ///< plan.json
+  nlohmann::ordered_json plan;  ///< content of plan.json
   /// As run_monte_carlo().
   std::function<void(const std::vector<std::uint64_t>& runs, int workers, const RecordsDone& done)>
       work;
 };
 
-/// The scene of any kind. Throws as scene_from() and filters_from().
+/// Prepares a scene of any kind. Throws as scene_from() and filters_from().
 LabScene lab_scene(const SceneChoice& scene, const FilterOptions& filters);
 
-/// Scenes, settings of filters and settings of scenes, for --help.
+/// Help text: scenes, settings of filters and settings of scenes.
 std::string lab_help();
 
 }  // namespace chasles::app

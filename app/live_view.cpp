@@ -25,7 +25,7 @@ std::uint16_t port_of(const std::string& option, const std::string& text) {
   const auto [stop, error] = std::from_chars(text.data(), end, port);
   if (!text.empty() && (error != std::errc() || stop != end)) {
     throw UsageError(
-        fmt::format("{}: found '{}', expected a port from 0 to 65535 (0 or none: one that is free)",
+        fmt::format("{}: found '{}', expected a port from 0 to 65535 (0 or none: any free port)",
                     option, text));
   }
   return port;
@@ -39,15 +39,15 @@ void declare_live(CLI::App& parser, LiveOptions& o) {
             o.wanted = true;
             o.port = port_of("--live", text);
           },
-          "Serve the run's page while it goes, to this machine alone; prints the URL (default: a "
-          "free port)")
+          "Serve the page of the run in progress, to this machine only; prints the URL (default: "
+          "any free port)")
       ->expected(0, 1)
       ->type_name("[PORT]")
       ->group("Output");
   parser
       .add_option("--live-address", o.address,
-                  "With --live: the numeric address to listen on. Other than loopback: whoever "
-                  "has the printed URL, with its token, may look and stop the run")
+                  "With --live: the numeric address to listen on. With an address other than "
+                  "loopback, anyone with the printed URL and its token can view and stop the run")
       ->type_name("ADDRESS")
       ->group("Output");
 }
@@ -55,7 +55,7 @@ void declare_live(CLI::App& parser, LiveOptions& o) {
 LiveView::LiveView(const LiveOptions& options, const Interrupt& interrupt,
                    const std::filesystem::path& output) {
   if (!options.wanted && options.address != LiveOptions{}.address) {
-    throw UsageError("--live-address is for --live");
+    throw UsageError("--live-address needs --live");
   }
   if (!output.empty()) growing_ = std::make_unique<GrowingRun>(output);
   if (!options.wanted) return;

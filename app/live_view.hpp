@@ -20,38 +20,38 @@ namespace chasles::app {
 
 class Interrupt;
 
-/// Where a live server listens.
+/// Address of the live server.
 struct LiveOptions {
   bool wanted = false;
-  std::uint16_t port = 0;  ///< 0: one that is free
+  std::uint16_t port = 0;  ///< 0: any free port
   std::string address = "127.0.0.1";
 };
 
-/// --live and --live-address.
+/// Declares --live and --live-address.
 void declare_live(CLI::App& parser, LiveOptions& options);
 
-/// A port as it stands on the command line; empty: 0. Throws UsageError that names the option.
+/// Parses a port of the command line; 0 for an empty text. Throws UsageError that names the option.
 std::uint16_t port_of(const std::string& option, const std::string& text);
 
-/// A run as it is seen from outside while it goes: by viewers, where that was asked for, and in the
-/// folder that it is written to, where there is one.
+/// Shows a run in progress: to viewers if --live was given, and in the run folder if there is one.
 class LiveView {
  public:
-  /// Serves from now on, and prints the URL to stderr. A viewer's wish to stop is an interrupt.
-  /// `output`: the run folder; empty: none.
+  /// Starts the server and prints its URL to stderr. A viewer's request to stop is an interrupt.
+  /// `output` is the run folder; empty: none. Throws UsageError if the options do not fit.
   LiveView(const LiveOptions& options, const Interrupt& interrupt,
            const std::filesystem::path& output);
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
-  ~LiveView();  ///< viewers get what they lack, for some seconds
+  ~LiveView();  ///< sends viewers the rest, for some seconds
 
-  /// `known`: what is known of the summary.
+  /// `known` is the part of the summary that is known before the run.
   void begin(const Run& header, const nlohmann::ordered_json& known, std::size_t frames);
-  /// Those states are new; so many frames are done, which cover that many seconds.
+  /// Publishes the new states of `run`. `frames` frames are done, which cover `recorded_seconds`
+  /// [s].
   void advance(const Run& run, std::size_t frames, double recorded_seconds,
                const std::function<std::vector<RunLandmark>()>& map);
   void smoothing();
-  /// The run folder is written. `summary`: with the timing.
+  /// Announces the complete run, after the run folder was written. `summary` includes the timing.
   void finish(const Run& run, std::string summary, bool interrupted);
   void fail(const std::string& why);
 
@@ -59,7 +59,7 @@ class LiveView {
   std::unique_ptr<LiveRun> run_;
   std::unique_ptr<LiveServer> server_;
   std::unique_ptr<GrowingRun> growing_;
-  std::size_t told_ = 0;  ///< states
+  std::size_t told_ = 0;  ///< number of states published
 };
 
 }  // namespace chasles::app

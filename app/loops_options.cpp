@@ -22,7 +22,7 @@ SettingList list_of(LoopsSettings& settings) {
   return collector.settings;
 }
 
-// What of a filter's settings counts where there are no cameras and no IMU.
+// The settings of a filter that have an effect without cameras and IMU.
 SettingList list_of(InertialSlamSettings& settings) {
   SettingCollector collector;
   for_each_setting(settings, collector);
@@ -43,8 +43,8 @@ void check(const FilterOptions& o) {
   }
   if (!o.landmarks.empty() || !o.inits.empty()) {
     throw UsageError(
-        "--landmarks and --init are for cameras; in the scene loops a landmark is seen as a point "
-        "and begins at once: expected --charts or --config");
+        "--landmarks and --init are for cameras; the scene loops measures points and initialises a "
+        "landmark at the first observation: expected --charts or --config");
   }
 }
 

@@ -12,24 +12,24 @@
 
 namespace chasles::app {
 
-// The scene `loops` has odometry and points instead of an IMU and cameras: settings and filters of
-// its own.
+// The scene `loops` has odometry and points instead of an IMU and cameras. It has settings and
+// filters of its own.
 
-/// Whether that is the name of the scene.
+/// Whether `name` is that of the scene `loops`.
 bool is_loops(const std::string& name);
 
-/// Throws UsageError for a setting that does not fit, and as refuse_path().
+/// The settings of the scene. Throws UsageError for an invalid setting, and as refuse_path().
 LoopsSettings loops_from(const SceneChoice& choice);
 
-/// The files and the charts asked for, all four charts where nothing is. Throws UsageError for what
-/// is not known or there twice, and for options that mean nothing without an IMU and cameras.
+/// A filter for each requested file and chart; without any, one for each of the four charts. Throws
+/// UsageError for an unknown or repeated name, and for options that need an IMU or cameras.
 std::vector<FilterVariant> loops_filters_from(const FilterOptions& options);
 
-/// The scene in a line and its settings, for --help.
+/// Help text: the scene in one line, and its settings.
 std::string loops_scene_help();
 std::string loops_settings_help();
 
-/// All settings by name: of the scene, and of a filter as far as they count in it.
+/// All settings by name: those of the scene, and those of a filter that affect it.
 nlohmann::ordered_json settings_json(const LoopsSettings& settings);
 nlohmann::ordered_json loops_settings_json(const InertialSlamSettings& settings);
 

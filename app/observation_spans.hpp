@@ -9,13 +9,13 @@
 
 namespace chasles::app {
 
-/// When the landmarks of a run were seen.
+/// Times of the first and the last observation of each landmark of a run.
 class ObservationSpans {
  public:
   void add(const FeatureFrame& frame);
 
-  /// Fills in first_seen, last_seen and in_state of landmarks. Without `in_state` all are: batch
-  /// estimation retires none.
+  /// Sets first_seen, last_seen and in_state of the landmarks. Without `in_state` all landmarks are
+  /// in the state, because batch estimation retires none.
   void tell(const std::optional<std::vector<LandmarkId>>& in_state,
             std::vector<RunLandmark>& landmarks) const;
 

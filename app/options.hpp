@@ -12,8 +12,8 @@ class Option;
 
 namespace chasles::app {
 
-/// Adds an option whose value is a finite number in [low, high]. Parsing throws UsageError that
-/// names the option, what was found and what was expected.
+/// Adds an option whose value is a finite number in [low, high]. Parsing throws UsageError with the
+/// option, the value found and the value expected.
 CLI::Option* add_number(CLI::App& parser, const std::string& name, std::optional<double>& value,
                         const std::string& unit, const std::string& meaning,
                         double low = -std::numeric_limits<double>::infinity(),

@@ -4,8 +4,8 @@
 
 namespace chasles::app {
 
-/// Makes the folder and finds out whether files can be written to it, before an hour of work is
-/// lost. Throws UsageError where not.
+/// Creates the folder and tests before the run whether files can be written to it. Throws
+/// UsageError if not.
 void prepare_output(const std::filesystem::path& folder);
 
 }  // namespace chasles::app

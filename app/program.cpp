@@ -17,11 +17,11 @@
 namespace chasles::app {
 namespace {
 
-constexpr int kFault = 70;  // a fault of the program itself: sysexits.h's EX_SOFTWARE
+constexpr int kFault = 70;  // an internal error: EX_SOFTWARE of sysexits.h
 
 constexpr const char* kExitCodes =
     "Exit codes: 0 ok, 1 usage, 2 bad input, 3 could not initialise, 4 diverged,\n"
-    "5 an asked-for threshold was missed, 70 a fault of the program, 130 interrupted.";
+    "5 a requested threshold was missed, 70 internal error, 130 interrupted.";
 
 void log_to_stderr() {
   spdlog::set_default_logger(spdlog::stderr_color_st("chasles"));
@@ -33,7 +33,7 @@ const CLI::App& innermost(const CLI::App& parser) {
   return chosen.empty() ? parser : *chosen.front();
 }
 
-// CLI11 puts an empty line too many before each group of options.
+// CLI11 prints a superfluous empty line before each group of options.
 std::string without_double_gaps(std::string text) {
   for (std::size_t at; (at = text.find("\n\n\n")) != std::string::npos;) text.erase(at, 1);
   return text;
@@ -90,7 +90,7 @@ int program(int argc, char** argv) {
   } catch (const std::bad_alloc&) {
     spdlog::error("out of memory");
   } catch (const std::exception& error) {
-    spdlog::error("a fault of the program, please report it: {}", error.what());
+    spdlog::error("internal error, please report it: {}", error.what());
   }
   return kFault;
 }

@@ -2,7 +2,7 @@
 
 namespace chasles::app {
 
-/// The command from its arguments to its exit code; what is thrown has been told on stderr.
+/// Runs the command and returns its exit code. Prints errors to stderr; throws nothing.
 int program(int argc, char** argv);
 
 }  // namespace chasles::app

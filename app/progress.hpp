@@ -6,18 +6,17 @@
 
 namespace chasles::app {
 
-/// A bar on stderr while a recording is worked through: frames done, speed against real time, time
-/// that remains. Draws nothing where stderr is no terminal.
+/// Progress bar on stderr: frames done, speed relative to real time, remaining time. Draws nothing
+/// if stderr is not a terminal.
 class Progress {
  public:
-  /// `silent`: draws nothing at all; `unit`: what is counted.
+  /// `silent`: draw nothing; `unit`: name of the counted items.
   Progress(std::size_t frames, bool silent, const char* unit = "frames");
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  ~Progress();  ///< wipes the bar
+  ~Progress();  ///< clears the bar
 
-  /// That many frames are done, which cover that many seconds of the recording; 0: no speed is
-  /// told.
+  /// Draws the bar for `done` frames that cover `recorded_seconds` [s]; with 0 it shows no speed.
   void show(std::size_t done, double recorded_seconds = 0);
 
  private:
@@ -30,8 +29,8 @@ class Progress {
   Clock::time_point next_ = start_;
 };
 
-/// The bar's text: "[=====>    ]  532/1106 frames, 104 x real time, 0.6 s left"; from two
-/// minutes on "12 min left".
+/// Text of the bar: "[=====>    ]  532/1106 frames, 104 x real time, 0.6 s left"; from two minutes
+/// on "12 min left".
 std::string progress_text(std::size_t done, std::size_t frames, double recorded_seconds,
                           double wall_seconds, const char* unit = "frames");
 

@@ -22,7 +22,7 @@ namespace {
 constexpr int kTag = 1;
 constexpr std::uint64_t kFailed = std::numeric_limits<std::uint64_t>::max();
 
-// MPI_Init without mpirun would look for a cluster, which takes longer than most commands.
+// MPI_Init without mpirun searches for a cluster, which takes longer than most commands.
 bool started_by_mpirun() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK"}) {
     if (std::getenv(name)) return true;
@@ -30,7 +30,7 @@ bool started_by_mpirun() {
   return false;
 }
 
-// A message: the item, or kFailed, and then the bytes.
+// A message: the item or kFailed, then the bytes.
 std::string message_of(std::uint64_t item, const std::string& bytes) {
   std::string message(sizeof item, '\0');
   std::memcpy(message.data(), &item, sizeof item);
@@ -43,7 +43,7 @@ std::string message_of(std::uint64_t item, const std::string& bytes) {
   std::abort();
 }
 
-// Messages on their way to rank 0; waits for all of them when it goes.
+// Messages being sent to rank 0. The destructor waits for all of them.
 class Outbox {
  public:
   Outbox() = default;
@@ -73,7 +73,7 @@ class Outbox {
   std::deque<Sent> sent_;
 };
 
-// Takes the message that the probe found.
+// Receives the probed message.
 void receive(MPI_Status probed, const Ranks::Result& done) {
   int size = 0;
   MPI_Get_count(&probed, MPI_BYTE, &size);
@@ -94,7 +94,7 @@ Ranks::Ranks() {
   MPI_Init(nullptr, nullptr);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &size_);
-  // What is wrong with the command line is the same in all of them, and told once.
+  // All ranks find the same errors of the command line; only rank 0 reports them.
   if (rank_ != 0) spdlog::set_level(spdlog::level::off);
 }
 

@@ -7,9 +7,8 @@
 
 namespace chasles::app {
 
-/// The processes of an MPI job (`mpirun -n K chasles ...`), or the one process that there is
-/// without mpirun, or without MPI at build time (CMake's CHASLES_MPI). Rank 0 speaks for all: it
-/// has the files and the terminal.
+/// The processes of an MPI job (`mpirun -n K chasles ...`). Without mpirun, or without MPI at build
+/// time (CMake's CHASLES_MPI), there is one process. Only rank 0 uses files and the terminal.
 class Ranks {
  public:
   Ranks();
@@ -20,16 +19,17 @@ class Ranks {
   int size() const { return size_; }
   bool first() const { return rank_ == 0; }
 
-  /// What rank 0 does, files and all. An error of its own ends the whole job with its exit code.
+  /// Runs the action of rank 0 and returns its exit code. An error in it ends the whole job with
+  /// the exit code of the error.
   int lead(const std::function<int()>& action) const;
 
-  /// Gives rank 0's items to all; every rank has to call it.
+  /// Broadcasts the items of rank 0. Every rank must call it.
   std::vector<std::uint64_t> share(std::vector<std::uint64_t> items) const;
 
-  /// Rank r does the items r, r + size, ... work(mine, result) calls
-  /// result(item, bytes) for each; done(item, bytes) then gets it, in rank 0, in no certain order.
-  /// An error of another rank is told by rank 0 and ends the job with its exit code. Every rank has
-  /// to call it, with the same items.
+  /// Distributes items: rank r processes the items r, r + size, ... Its work(mine, result) calls
+  /// result(item, bytes) for each of them. Rank 0 receives them by done(item, bytes), in any order.
+  /// Rank 0 reports an error of another rank, and the job ends with the exit code of the error.
+  /// Every rank must call it, with the same items.
   using Result = std::function<void(std::uint64_t item, const std::string& bytes)>;
   void work(const std::vector<std::uint64_t>& items,
             const std::function<void(const std::vector<std::uint64_t>& mine, const Result&)>& work,

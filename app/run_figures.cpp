@@ -44,8 +44,8 @@ Json no_evaluation() {
   return json;
 }
 
-// The true landmarks among the map's, by id; null where there are none, or where the trajectories
-// are not comparable.
+// Errors of the landmarks, matched to the true ones by id; null without matches, or if the
+// trajectories are not comparable.
 Json landmarks_json(const Run& run, const std::vector<TrueLandmark>& truths, bool comparable) {
   std::unordered_map<LandmarkId, Eigen::Vector3d> p_truth;
   for (const TrueLandmark& truth : truths) p_truth.emplace(truth.id, truth.p_world);

@@ -13,7 +13,7 @@
 namespace chasles::app {
 
 ReportRun read_with_timing(const std::filesystem::path& folder) {
-  Run run = read_run(folder);  // which says best what a folder is not
+  Run run = read_run(folder);  // its message is the best one for a wrong folder
   nlohmann::ordered_json summary = read_summary(folder);
   const std::filesystem::path file = folder / "timing.json";
   std::error_code ignored;

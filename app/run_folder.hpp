@@ -6,7 +6,8 @@
 
 namespace chasles::app {
 
-/// A run folder for its page: the summary with timing.json, where there is one. Throws InputError.
+/// Reads a run folder for its page; the summary includes timing.json if the file exists. Throws
+/// InputError.
 ReportRun read_with_timing(const std::filesystem::path& folder);
 
 }  // namespace chasles::app

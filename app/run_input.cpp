@@ -59,7 +59,7 @@ void cut(Recording& r, const RunInput& input) {
   }
 }
 
-// Leaves the first cameras alone.
+// Keeps only the first cameras.
 void choose_cameras(Recording& r, const std::string& choice) {
   if (choice.empty()) return;
   if (choice != "mono" && choice != "stereo") {
@@ -81,11 +81,11 @@ void choose_cameras(Recording& r, const std::string& choice) {
 void choose_tracks(Recording& r, const TracksPart& tracks) {
   if (!tracks.part) return;
   for (FeatureFrame& frame : r.frames) tracks.thin(frame);
-  r.remarks.push_back(fmt::format("a random part of the tracks is used: {:g} of them, seed {}",
+  r.remarks.push_back(fmt::format("the run uses a random part of the tracks: {:g} of all, seed {}",
                                   *tracks.part, tracks.seed));
 }
 
-// Finds out now, not after the run, that a truth has nothing to do with the recording.
+// Finds out before the run that a truth does not belong to the recording.
 void check_truth(const Recording& r, const std::filesystem::path& file) {
   Trajectory stamps;
   for (const FeatureFrame& frame : r.frames) stamps.push_back({.time = frame.time, .pose = {}});
@@ -145,11 +145,11 @@ void follow(Recording& r, const Trajectory& trajectory) {
   const std::size_t all = r.frames.size();
   keep(r.frames, trajectory.front().time, trajectory.back().time);
   if (r.frames.empty()) {
-    throw InputError(fmt::format("no frame of {} lies in the time of the trajectory", r.name));
+    throw InputError(fmt::format("no frame of {} lies in the time span of the trajectory", r.name));
   }
   if (r.frames.size() < all) {
     r.remarks.push_back(
-        fmt::format("{} of {} frames lie outside of the time of the given "
+        fmt::format("{} of {} frames lie outside the time span of the given "
                     "trajectory: left out",
                     all - r.frames.size(), all));
   }
@@ -166,7 +166,7 @@ Recording read_input(const RunInput& input) {
   if (!input.truth.empty()) {
     r.truth = read_truth(input.truth);
     check_truth(r, input.truth);
-    r.plan.clear();  // it is drawn in the world of the recording's own truth
+    r.plan.clear();  // its frame is the world of the recording's own truth
     r.georeference.reset();
   }
   return r;

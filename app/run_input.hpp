@@ -11,28 +11,31 @@
 
 namespace chasles::app {
 
-/// What a run is given besides its settings.
+/// Input of a run, without its settings.
 struct RunInput {
   std::filesystem::path recording;
-  std::filesystem::path truth;        ///< TUM; empty: the recording's own, if it has one
+  std::filesystem::path truth;        ///< TUM; empty: that of the recording, if any
   std::optional<double> start, stop;  ///< seconds since the recording's first event
-  bool backwards = false;             ///< after the cut
-  std::string cameras;                ///< "mono", "stereo"; empty: all that there are
-  TracksPart tracks = {};             ///< of images it is the run that leaves out the others
+  bool backwards = false;             ///< reverse, after cutting
+  std::string cameras;                ///< "mono", "stereo"; empty: all cameras
+  TracksPart tracks = {};             ///< with images, applied during the run
 };
 
-/// The recording that the run works on: cut to start … stop, with the truth of its choice. Throws
-/// InputError as the readers do, and for a truth that has no stamps in common with the frames;
-/// UsageError where start and stop leave nothing, or cameras are missing; Error(kNotInitialised)
-/// for a recording without a frame or velocity.
+/// Reads the recording of a run, cuts it to [start, stop], and replaces the truth if another one is
+/// given. Throws InputError as the readers do, and for a truth that has no time in common with the
+/// frames. Throws UsageError if start and stop leave nothing, or cameras are missing. Throws
+/// Error(kNotInitialised) for a recording without frames, or with neither velocities nor IMU
+/// samples.
 Recording read_input(const RunInput& input);
 
-/// The truth of a TUM file, or of a recording of any kind that has one. InputError where not.
+/// Reads the truth from a TUM file or from a recording of any kind. Throws InputError if there is
+/// none.
 Trajectory read_truth(const std::filesystem::path& path);
 
-/// Replaces the velocities by those that, each held until the next (hold `zero-order`), move the
-/// pose exactly along the trajectory, from its first pose on, which becomes the world. Frames
-/// outside of its time are taken out of the recording, and counted in a remark.
+/// Replaces the velocities by those that move the pose exactly along the trajectory (world_T_imu),
+/// each held until the next one (hold `zero-order`). The first pose becomes the world frame.
+/// Removes frames outside the trajectory's time span and counts them in a remark. Throws InputError
+/// if the trajectory has fewer than two poses, or no frame lies in its time span.
 void follow(Recording& recording, const Trajectory& trajectory);
 
 }  // namespace chasles::app

@@ -10,7 +10,7 @@ struct MapLandmark;
 
 namespace chasles::app {
 
-/// The map as a run has it; when each landmark was seen is told elsewhere (observation_spans.hpp).
+/// Converts the map to the landmarks of a run. ObservationSpans adds the times of observation.
 std::vector<RunLandmark> run_landmarks(const std::vector<MapLandmark>& map);
 
 }  // namespace chasles::app

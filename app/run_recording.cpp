@@ -48,12 +48,12 @@ std::vector<double> stages(const StageSeconds& s) {
   return {1e3 * s.propagation, 1e3 * s.update, 1e3 * s.landmarks};
 }
 
-// The figures that are sums over the frames.
+// Figures accumulated over the frames.
 struct Sums {
   double nees_state = 0, products = 0, squares = 0;
   int nees_count = 0;
 
-  // The world of a run that found its start is not the truth's.
+  // Only a run that starts at the truth has the world of the truth.
   void add(const Estimate& e, const Recording& recording,
            const std::optional<std::string>& truth_chart) {
     const double nees =
@@ -72,7 +72,7 @@ struct Sums {
   }
 };
 
-// Makes a run folder's numbers of a run, and shows how it goes.
+// Records the results of a run, and updates progress bar and live view.
 class Recorder : public RunObserver {
  public:
   Recorder(const Recording& recording, Estimator& estimator, const RunRecordingOptions& options,
@@ -175,7 +175,7 @@ class Recorder : public RunObserver {
   Progress progress_;
   Sums sums_;
   ObservationSpans spans_;
-  std::optional<Time> first_;  // frame
+  std::optional<Time> first_;  // first frame
 };
 
 }  // namespace

@@ -17,41 +17,42 @@ namespace chasles::app {
 class Interrupt;
 class LiveView;
 
-/// How a recording is run.
+/// Options of run_recording().
 struct RunRecordingOptions {
-  EstimatorChoice estimator = {};  ///< the kind of the one that is given
+  EstimatorChoice estimator = {};  ///< kind of the given estimator
   FrontendSettings frontend = {};
   RunOptions run = {};
   bool quiet = false;                   ///< no progress bar
   std::optional<int> keep_images = {};  ///< as for ImageKeeper
-  /// Of a run that began at the truth: the chart of nees_state.
+  /// For a run that started at the truth: the chart of nees_state.
   std::optional<std::string> truth_chart = {};
-  /// Columns of states.csv behind the estimator's own (calibration_report.hpp).
+  /// Columns of states.csv after those of the estimator (calibration_report.hpp).
   std::vector<std::string> calibration_columns = {};
   Trajectory dead_reckoning = {};     ///< for viewers and the page
-  nlohmann::ordered_json known = {};  ///< what of summary.json is known before the run
+  nlohmann::ordered_json known = {};  ///< part of summary.json known before the run
 };
 
-/// A recording after an estimator has gone through it.
+/// Results of an estimator on a recording.
 struct RecordedRun {
   Run run;
   RunReport report;
-  std::optional<double> start_seconds;  ///< of the first estimate, since the first frame
-  int zupt_frames = 0;                  ///< with a zero-velocity update
-  std::optional<double> nees_state;     ///< mean; where the truth has velocity and biases
+  std::optional<double> start_seconds;  ///< from the first frame to the first estimate [s]
+  int zupt_frames = 0;                  ///< frames with a zero-velocity update
+  std::optional<double> nees_state;     ///< mean; if the truth has velocity and biases
   std::optional<double> innovation_correlation;
   std::optional<RealtimeFigures> realtime;
-  std::optional<Calibration> calibration;  ///< the last estimate's, where it is estimated
+  std::optional<Calibration> calibration;  ///< last estimate, if it is estimated
 };
 
-/// Runs the estimator over the recording, until its end or an interrupt, with progress bar, live
-/// view and kept images. Throws as run() of pipeline/run.hpp.
+/// Runs the estimator over the recording until its end or an interrupt. Draws the progress bar,
+/// updates the live view and keeps images. Throws as run() of pipeline/run.hpp.
 RecordedRun run_recording(const Recording& recording, Estimator& estimator,
                           const RunRecordingOptions& options, const Interrupt& interrupt,
                           LiveView& live);
 
-/// world_T_imu at every frame from the velocities alone: the pose at the first event is the
-/// identity, midpoint rule, exact exponential. Ends where it is no longer finite.
+/// world_T_imu at every frame, integrated from the velocities only (midpoint rule, exact
+/// exponential). The pose at the first event is the identity. Ends at the first pose that is not
+/// finite.
 Trajectory dead_reckoning(const Recording& recording);
 
 }  // namespace chasles::app

@@ -12,7 +12,7 @@ namespace chasles::app {
 /// The settings of a stereo-velocity run.
 SettingList setting_list(VelocitySlamSettings& settings);
 
-/// Where the settings come from, the later before the earlier: the program's defaults, the file of
+/// Sources of the settings. Later ones override earlier ones: the program's defaults, the file of
 /// --config, each --set in turn, the options that name a setting (--chart, --mode).
 struct SettingSources {
   std::string config;             ///< empty: none
@@ -20,8 +20,8 @@ struct SettingSources {
   std::string chart, mode;        ///< empty: not given
 };
 
-/// Keys of the filter as they are, of batch estimation behind "batch.". Throws UsageError or
-/// InputError as set(), set_from_file() and validate() do.
+/// The settings of a stereo-velocity run. Keys of batch estimation have the prefix "batch.". Throws
+/// UsageError or InputError as set(), set_from_file() and validate() do.
 VelocityRunSettings settings_from(const SettingSources& sources);
 
 }  // namespace chasles::app

@@ -28,8 +28,8 @@ SettingList list_of(InertialSettings& settings) {
   return collector.settings;
 }
 
-// Knots as far apart as the truth's poses, if that is finer: the samples felt all of the motion, so
-// what coarser knots smooth away would be in them alone.
+// Knot spacing [s]: that of the truth's poses, if it is finer than `coarsest`. Coarser knots smooth
+// away motion that the real samples contain.
 double knots_for(const Trajectory& truth, double coarsest) {
   constexpr double kFinest = 0.02;  // [s]
   std::vector<double> spacings;
@@ -38,16 +38,15 @@ double knots_for(const Trajectory& truth, double coarsest) {
   }
   if (spacings.empty()) return coarsest;
   const auto median = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
-  std::nth_element(spacings.begin(), median, spacings.end());  // whatever gaps there are
+  std::nth_element(spacings.begin(), median, spacings.end());  // the median ignores gaps
   return std::clamp(*median, std::min(kFinest, coarsest), coarsest);
 }
 
-// Samples, convention and densities of the recording.
+// Takes samples, convention and noise densities from the recording.
 void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
   const Recording recording = read_recording(path);
   if (recording.imu.empty()) {
-    throw InputError(
-        fmt::format("{}: has no IMU samples, which --real-imu asks for", path.string()));
+    throw InputError(fmt::format("{}: has no IMU samples, which --real-imu needs", path.string()));
   }
   scene.imu = recording.imu;
   scene.imu_truth = recording.true_motion;
@@ -64,8 +63,7 @@ void take_real_imu(const std::filesystem::path& path, InertialScene& scene) {
 void take_path(const SceneChoice& choice, InertialScene& scene) {
   if (choice.name != kTrajectory) return refuse_path(choice);
   if (choice.agreed_truth && !choice.real_imu) {
-    throw UsageError(
-        "--agreed-truth needs --real-imu: the samples that the truth is to agree with");
+    throw UsageError("--agreed-truth needs --real-imu: it fuses the truth with the real samples");
   }
   if (choice.path.empty()) {
     throw UsageError(
@@ -96,13 +94,14 @@ void declare_path(CLI::App& parser, SceneChoice& choice, const std::string& grou
   parser
       .add_flag(
           "--real-imu", choice.real_imu,
-          "The IMU samples of the recording at --path instead of simulated ones; the motion's "
-          "knots as near as the truth's poses, down to 0.02 s")
+          "Use the IMU samples of the recording at --path instead of simulated ones. The knots of "
+          "the motion have the spacing of the truth's poses, but at least 0.02 s")
       ->group(group);
   parser
-      .add_flag("--agreed-truth", choice.agreed_truth,
-                "With --real-imu: move along what truth and samples agree on, in place of the "
-                "truth alone, whose poses jitter and lean against the IMU")
+      .add_flag(
+          "--agreed-truth", choice.agreed_truth,
+          "With --real-imu: move along the fusion of truth and samples. The poses of the truth "
+          "alone have jitter and a tilt against the IMU")
       ->group(group);
 }
 
@@ -119,7 +118,7 @@ void declare_scene(CLI::App& parser, SceneChoice& choice) {
     return parser.add_option(name, value, meaning)->type_name(type)->group("Scene");
   };
   declare_path(parser, choice, "Scene");
-  add("--seed", choice.seed, "N", "Chooses landmarks and noise");
+  add("--seed", choice.seed, "N", "Seed of landmarks and noise");
   add("--scene-config", choice.config, "FILE", "Settings of the scene from a YAML file");
   add("--scene-set", choice.sets, "KEY=VALUE", "One setting of the scene; may be repeated")
       ->allow_extra_args(false);
@@ -139,8 +138,9 @@ InertialScene scene_from(const SceneChoice& choice) {
   for (const std::string& assignment : choice.sets) assign(list, choice.set_option, assignment);
   if (!choice.seed.empty()) set(list, "--seed", "seed", choice.seed);
   if (scene.settings.geometry != geometry) {
-    throw UsageError(fmt::format("the setting geometry is the scene's: found '{}', expected '{}'",
-                                 name_of(scene.settings.geometry), name_of(geometry)));
+    throw UsageError(
+        fmt::format("the setting geometry is that of the scene: found '{}', expected '{}'",
+                    name_of(scene.settings.geometry), name_of(geometry)));
   }
   validate(scene.settings);
   if (choice.agreed_truth) spdlog::info("{}", make_agree(scene));

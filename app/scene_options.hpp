@@ -16,39 +16,39 @@ class App;
 
 namespace chasles::app {
 
-/// A scene with an IMU as the command line describes it.
+/// Selection of a scene with an IMU on the command line.
 struct SceneChoice {
   std::string name;
   std::filesystem::path path;  ///< for the scene `trajectory`: a TUM file or a recording with truth
-  bool real_imu = false;       ///< the samples of the recording at `path` instead of simulated ones
-  bool agreed_truth = false;   ///< with them: the motion that they and the truth agree on
+  bool real_imu = false;       ///< IMU samples of the recording at `path`, none simulated
+  bool agreed_truth = false;   ///< with real_imu: motion fused from truth and samples
   std::string config, seed;
   std::vector<std::string> sets;     ///< key=value
-  std::string set_option = "--set";  ///< for messages
+  std::string set_option = "--set";  ///< name of the option in messages
 };
 
-/// --path, --real-imu and --agreed-truth, in that group of --help.
+/// Declares --path, --real-imu and --agreed-truth in this group of --help.
 void declare_path(CLI::App& parser, SceneChoice& choice, const std::string& group);
-/// Throws UsageError where one of them is given: the choice's scene is not `trajectory`.
+/// Throws UsageError if one of these options is given. For scenes other than `trajectory`.
 void refuse_path(const SceneChoice& choice);
 
-/// Declares the options of a scene beside its name: those of its path, --seed, and the settings as
-/// --scene-set and --scene-config.
+/// Declares the options of a scene: those of declare_path(), --seed, --scene-set, --scene-config.
 void declare_scene(CLI::App& parser, SceneChoice& choice);
 
-/// As set(), but with the option's own name in messages.
+/// As set(), with the name of `option` in messages.
 void assign(const SettingList& list, const std::string& option, const std::string& assignment);
 
-/// Whether that is the name of a scene with an IMU.
+/// Whether `name` is that of a scene with an IMU.
 bool is_inertial_scene(const std::string& name);
 
-/// Throws UsageError for a name, a setting or a path that does not fit, InputError for a file.
+/// The chosen scene. Throws UsageError for an invalid name, setting or path, InputError for a file
+/// that cannot be read.
 InertialScene scene_from(const SceneChoice& choice);
 
-/// The seed alone, for what is no scene; 1 where none is given.
+/// The seed, for a recording instead of a scene; 1 if none is given.
 std::uint64_t seed_from(const SceneChoice& choice);
 
-/// The scenes, a line each, and their settings, for --help.
+/// Help text: the scenes, one line each, and their settings.
 std::string inertial_scenes_help();
 std::string inertial_settings_help();
 

@@ -36,12 +36,13 @@ void set_from_file(const SettingList& settings, const std::filesystem::path& fil
   for (const auto& entry : root) {
     const std::string where = place(file, entry.first.Mark());
     if (!entry.first.IsScalar()) {
-      throw UsageError(fmt::format("{}: a key that is not a word", where));
+      throw UsageError(fmt::format("{}: found a key that is not a word", where));
     }
     const std::string key = entry.first.Scalar();
-    if (!seen.insert(key).second) throw UsageError(fmt::format("{}: '{}' again", where, key));
+    if (!seen.insert(key).second)
+      throw UsageError(fmt::format("{}: key '{}' is repeated", where, key));
     const bool one_value = entry.second.IsScalar() || entry.second.IsNull();
-    // An unknown key is the likelier mistake than a list as its value: it is told first.
+    // An unknown key is a more likely mistake than a list as its value, so it is reported first.
     set(settings, where, key,
         one_value ? entry.second.IsNull() ? "" : entry.second.Scalar() : "a list or a map");
   }

@@ -28,7 +28,7 @@ std::optional<Number> parsed(std::string_view text) {
   return number;
 }
 
-// Names in the help, where they are part of it.
+// Unit or names of a setting for the help text.
 std::string unit_text(const Setting& s) {
   if (s.unit == "choice") return fmt::format(" {}", fmt::join(s.limits.names, "|"));
   return s.unit.empty() || s.unit == "1" || s.unit == "bool" ? "" : fmt::format(" [{}]", s.unit);
@@ -46,7 +46,7 @@ std::string expected(const Setting& s) {
   return std::visit(text, s.value);
 }
 
-// Puts the text into the setting's value; false where it is none of the expected.
+// Parses the text into the setting's value; false if it is invalid.
 struct Assign {
   const Setting& s;
   std::string_view text;
@@ -95,7 +95,7 @@ std::vector<std::string> names(const SettingList& settings) {
 }
 
 std::string known_keys(const std::vector<std::string>& known) {
-  constexpr std::size_t kMost = 40;  // that anybody reads
+  constexpr std::size_t kMost = 40;  // longest list that is useful
   if (known.size() > kMost) return fmt::format("--help lists the {} keys", known.size());
   return fmt::format("known keys: {}", fmt::join(known, ", "));
 }
@@ -111,7 +111,7 @@ void set(const SettingList& settings, const std::string& where, const std::strin
                                  did_you_mean(key, known), known_keys(known)));
   }
   if (!std::visit(Assign{*setting, trimmed(value)}, setting->value)) {
-    // An option that is named as its setting need not say it twice.
+    // An option with the name of its setting names it only once.
     const std::string place = where == "--" + key ? where : fmt::format("{}: {}", where, key);
     throw UsageError(fmt::format("{}: found '{}', expected {}", place, value, expected(*setting)));
   }

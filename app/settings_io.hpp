@@ -15,10 +15,10 @@
 
 namespace chasles::app {
 
-/// One setting of some settings struct, which must outlive it: what --set, --config, --help and
-/// summary.json need to know of it.
+/// One setting of a settings struct, which must outlive it. Serves --set, --config, --help and
+/// summary.json.
 struct Setting {
-  /// A setting whose type is an enum, by its names; `limits` has them.
+  /// A setting of an enum type, accessed by name; `limits` has the names.
   struct ChoiceRef {
     void* value;
     std::string_view (*name)(const void* value);
@@ -28,14 +28,14 @@ struct Setting {
                              std::optional<double>*, ChoiceRef>;
   std::string name;
   Value value;
-  std::string unit;  ///< of numbers; "choice": the names are part of the help; may be empty
+  std::string unit;  ///< of numbers; "choice": the help lists the names; may be empty
   std::string meaning;
   Limits limits;
 };
 
 using SettingList = std::vector<Setting>;
 
-/// The settings that a for_each_setting of the library visits.
+/// Visitor that collects the settings of a for_each_setting of the library.
 class SettingCollector {
  public:
   template <typename Value>
@@ -59,8 +59,8 @@ class SettingCollector {
   }
 };
 
-/// Sets one setting from text. `where` begins the messages ("--set", "FILE:LINE"). Throws
-/// UsageError for an unknown key, naming the nearest and all known ones, and for a value that is
+/// Sets one setting from text. Messages start with `where` ("--set", "FILE:LINE"). Throws
+/// UsageError for an unknown key, with the nearest and all known keys, and for a value that is
 /// malformed, not finite or out of range.
 void set(const SettingList& settings, const std::string& where, const std::string& key,
          std::string_view value);
@@ -68,17 +68,17 @@ void set(const SettingList& settings, const std::string& where, const std::strin
 /// Sets one setting from `key=value`, the argument of --set.
 void set(const SettingList& settings, const std::string& assignment);
 
-/// Sets what a YAML file says: a flat list of `key: value`. Throws InputError where the file cannot
-/// be read, UsageError with file and line for everything in it that cannot be used.
+/// Sets the settings of a YAML file, a flat list of `key: value`. Throws InputError if the file
+/// cannot be read, UsageError with file and line for invalid content.
 void set_from_file(const SettingList& settings, const std::filesystem::path& file);
 
-/// The value as --set takes it; "auto" for an empty optional.
+/// The value in the format of --set; "auto" for an empty optional.
 std::string value_text(const Setting& setting);
 
-/// Every setting by name. An empty optional is "auto".
+/// Every setting by name; "auto" for an empty optional.
 nlohmann::ordered_json to_json(const SettingList& settings);
 
-/// Two lines a setting: default with unit or choices, and the meaning.
+/// Two lines per setting: the default with its unit or choices, and the meaning.
 std::string help_text(const SettingList& settings);
 
 }  // namespace chasles::app

@@ -5,14 +5,14 @@ namespace chasles::app {
 std::span<const Subcommand> subcommands() {
   static constexpr Subcommand list[] = {
       {"run", "Estimate the trajectory and the map of a recording", declare_run},
-      {"check", "Look at a recording before a filter does: clocks, gaps, exposure, calibration",
+      {"check", "Check a recording before a run: clocks, gaps, exposure, calibration",
        declare_check},
       {"simulate", "Write a simulated recording", declare_simulate},
       {"compare", "Run several filters on the same data: tables of errors and NEES",
        declare_compare},
       {"montecarlo", "Average errors and NEES of filters over many runs of a scene",
        declare_montecarlo},
-      {"evaluate", "Hold a trajectory against the truth: ATE, RPE, NEES", declare_evaluate},
+      {"evaluate", "Compare a trajectory with the truth: ATE, RPE, NEES", declare_evaluate},
       {"report", "Write one HTML page that shows runs", declare_report},
       {"view", "Serve the page of finished runs to a browser, until Ctrl-C", declare_view},
       {"export", "Write a run for other viewers: MCAP, PLY, KML", declare_export},

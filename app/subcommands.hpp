@@ -9,20 +9,20 @@ class App;
 
 namespace chasles::app {
 
-/// What a subcommand does once its options are read; returns the exit code. Throws chasles::Error.
+/// Action of a subcommand after parsing; returns the exit code. Throws chasles::Error.
 using Action = std::function<int()>;
 
-/// A subcommand. A new one is a file with a `declare` function and a line in subcommands().
+/// A subcommand. A new one needs a file with a `declare` function and a line in subcommands().
 struct Subcommand {
   const char* name;
   const char* description;
-  /// Declares the options on the parser, which the action will find filled in.
+  /// Declares the options on the parser. The returned action uses their parsed values.
   Action (*declare)(CLI::App& parser);
 };
 
 std::span<const Subcommand> subcommands();
 
-// One .cpp each.
+// Each has its own .cpp.
 Action declare_run(CLI::App& parser);
 Action declare_check(CLI::App& parser);
 Action declare_simulate(CLI::App& parser);

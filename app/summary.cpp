@@ -26,7 +26,7 @@ Json stereo_json(const StereoNoise& noise) {
       {"pixel_sigma_u", noise.u}, {"pixel_sigma_v", noise.v}, {"disparity_sigma", noise.disparity}};
 }
 
-// Three numbers are those of the IMU's x, y and z.
+// Vectors have the components along the IMU's x, y and z axes.
 Json noise_json(const VelocitySlamNoise& noise, bool level, double time_offset) {
   return {{"rate_sigma", numbers(noise.motion.sample_sigma.head<3>())},
           {"velocity_sigma", numbers(noise.motion.sample_sigma.tail<3>())},
@@ -51,19 +51,20 @@ Json frontend_json(const FrontendTotals& t) {
           {"stereo_matched", t.stereo_matched}};
 }
 
-// Taken as such by the run; in other modes and of an input they are not.
+// Whether the run treats the velocities as level; never in other modes or with an input.
 bool are_level(const VelocitySensors& sensors, const VelocityRunSettings& settings) {
   return model_of(settings.filter, sensors.noise).level;
 }
 
-// Where it was found, not said.
+// Adds a remark if level axes were detected, not set.
 void add_axes(const VelocitySensors& sensors, const VelocityRunSettings& settings,
               const Recording& recording, std::vector<std::string>& remarks) {
   if (!are_level(sensors, settings) || settings.filter.velocity_axes != VelocityAxes::kAuto) return;
   const LevelEvidence evidence = level_evidence(recording.velocities).value();
   remarks.push_back(fmt::format(
-      "the velocities are along level axes, not the IMU's: they climb by {:.2f} +- {:.2f} of what "
-      "the rates pitch it (0 or less along its own axes); velocity_axes=imu takes them as its own",
+      "the velocities are along level axes, not the IMU's: their climb angle follows the pitch of "
+      "the angular rates with a slope of {:.2f} +- {:.2f} (0 or less along the IMU's axes); "
+      "velocity_axes=imu overrides this",
       evidence.slope, evidence.sigma));
 }
 
@@ -82,21 +83,21 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   const EstimatorReport& own = report.estimator;
   std::vector<std::string> remarks = recording.remarks;
   if (report.frontend.unreadable > 0) {
-    remarks.push_back(fmt::format("{} frames with an image that cannot be read: taken as missing",
+    remarks.push_back(fmt::format("{} frames have an unreadable image, which counts as missing",
                                   report.frontend.unreadable));
   }
   if (own.dropped_frames > 0) {
-    remarks.push_back(fmt::format("{} frames late, there twice, or without IMU samples: dropped",
-                                  own.dropped_frames));
+    remarks.push_back(fmt::format(
+        "{} frames dropped: out of order, duplicate, or without IMU samples", own.dropped_frames));
   }
   if (own.imu.saturated > 0) {
-    remarks.push_back(
-        fmt::format("{} IMU samples at the edge of the sensor's range: bridged, with more noise",
-                    own.imu.saturated));
+    remarks.push_back(fmt::format(
+        "{} IMU samples at the edge of the sensor's range: bridged with increased noise",
+        own.imu.saturated));
   }
   if (own.batch) append_remarks(*own.batch, remarks);
   if (own.resets > 0) {
-    remarks.push_back(fmt::format("the filter was lost and began anew {} times", own.resets));
+    remarks.push_back(fmt::format("the filter was lost and restarted {} times", own.resets));
   }
   Json summary =
       run_json(run.run, "slam", settings.filter.chart, recording.true_landmarks, remarks);

@@ -12,27 +12,28 @@ class App;
 
 namespace chasles::app {
 
-/// A figure that must not be missed; the command ends with exit code 5 where it is.
+/// Limit of a figure. The command ends with exit code 5 if the figure misses it.
 struct Threshold {
-  std::string option;  ///< of the command line
-  std::string figure;  ///< of the summary
+  std::string option;  ///< on the command line
+  std::string figure;  ///< name in the summary
   std::string unit, meaning;
-  bool below = true;  ///< the figure must be below the limit; false: above it
+  bool below = true;  ///< the figure must be below the limit; false: above
   bool needs_truth = true;
-  std::optional<double> limit{};  ///< none: not asked for
+  std::optional<double> limit{};  ///< empty: option not given
 };
 
-/// Those of every evaluation, and those that only a run has.
+/// Thresholds of figures that need a truth.
 std::vector<Threshold> truth_thresholds();
+/// All thresholds of a run: those above, and those of consistency and speed.
 std::vector<Threshold> run_thresholds();
 
 /// Adds the options; `thresholds` must outlive the parser.
 void add_options(CLI::App& parser, std::vector<Threshold>& thresholds);
 
-/// The first one asked for that cannot be answered without a truth; null: none.
+/// The first given threshold that needs a truth; null: none.
 const Threshold* needs_truth(const std::vector<Threshold>& thresholds);
 
-/// A sentence for every threshold that the figures miss. A figure without a value misses.
+/// One sentence for each missed threshold. A figure without a value misses its threshold.
 std::vector<std::string> missed(const std::vector<Threshold>& thresholds,
                                 const nlohmann::ordered_json& figures);
 

@@ -26,7 +26,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
-// The columns of a record, the same in its averages and in each of its seconds.
+// The columns of a record, common to its averages and its seconds.
 template <typename Figures, typename Visitor>
 void for_each_column(Figures& figures, Visitor&& visit) {
   visit("position_error_m", figures.position_error, 1.0);
@@ -51,7 +51,7 @@ void for_each_average(Averages& averages, Visitor&& visit) {
 
 double number_of(const Json& json) { return json.is_null() ? std::nan("") : json.get<double>(); }
 
-// FNV-1a (Fowler, Noll, Vo), 64 bits: tells whether two lists of numbers are the same.
+// FNV-1a (Fowler, Noll, Vo) hash of 64 bits, to compare two lists of numbers.
 class Digest {
  public:
   void add(std::int64_t number) { add_bytes(&number); }
@@ -108,7 +108,7 @@ Json read_plan(const fs::path& folder) {
   return parsed(read_file(file), file.string());
 }
 
-// What differs first, for a message.
+// Path of the first difference, for a message.
 std::string difference(const Json& a, const Json& b) {
   const Json patch = Json::diff(a, b);
   return patch.empty() ? "" : patch.front().at("path").get<std::string>();
@@ -120,7 +120,7 @@ void check_same(const Json& a, const Json& b, const std::string& who, const std:
                                difference(a, b)));
 }
 
-// The runs that have a line for every filter; the last line may lack its end, a run its last lines.
+// The runs with a line for every filter. The last line or the last run may be incomplete.
 std::map<std::uint64_t, std::string> read_trials(const fs::path& file, const Json& plan) {
   std::map<std::uint64_t, std::map<std::string, std::string>> found;
   std::string text = read_file(file);
@@ -161,16 +161,15 @@ std::map<std::uint64_t, std::string> lines_to_resume(const fs::path& folder, con
                                                      bool resume) {
   if (!is_there(folder / "trials.jsonl")) return {};
   if (!resume) {
-    throw UsageError(
-        fmt::format("{} holds a study: --resume goes on with it; expected a folder without one",
-                    folder.string()));
+    throw UsageError(fmt::format(
+        "{} holds a study: --resume continues it; expected a folder without one", folder.string()));
   }
-  check_same(read_plan(folder), plan, folder.string(), "what is asked for");
+  check_same(read_plan(folder), plan, folder.string(), "the requested study");
   std::map<std::uint64_t, std::string> lines = read_trials(folder / "trials.jsonl", plan);
   for (const auto& [run, text] : lines) {
     if (std::ranges::binary_search(runs, run)) continue;
     throw UsageError(
-        fmt::format("{} holds run {}, which is none of those asked for (--runs, "
+        fmt::format("{} holds run {}, which is not among the requested runs (--runs, "
                     "--first, --shard)",
                     folder.string(), run));
   }
@@ -258,7 +257,7 @@ TrialRecord from_line(const std::string& text, const std::string& where) {
 TrialLog::TrialLog(fs::path folder, Json plan, Lines lines)
     : folder_(std::move(folder)), plan_(std::move(plan)), lines_(std::move(lines)) {
   prepare_output(folder_);
-  // Their presence says that the study is complete.
+  // Their presence marks a complete study.
   remove_file(folder_ / "summary.json");
   remove_file(folder_ / "curves.csv");
   write_file(folder_ / "plan.json", json_text(plan_, 2) + "\n");
@@ -276,7 +275,7 @@ TrialLog TrialLog::merged(std::span<const fs::path> folders, fs::path folder) {
     check_same(read_plan(part), plan, part.string(), folders.front().string());
     if (!is_there(part / "summary.json")) {
       throw InputError(
-          fmt::format("{}: the study is not complete; go on with it by --resume", part.string()));
+          fmt::format("{}: the study is not complete; continue it with --resume", part.string()));
     }
     for (auto& [run, text] : read_trials(part / "trials.jsonl", plan)) {
       if (lines.emplace(run, text).second) continue;
@@ -301,7 +300,7 @@ void TrialLog::add(std::uint64_t run, const std::string& lines) {
 void TrialLog::write_trials() const {
   std::string text;
   for (const auto& [run, lines] : lines_) text += lines;
-  // The old file stays whole until the new one is: a study is not lost by a kill in between.
+  // The old file stays until the new one is complete, so that a kill in between loses nothing.
   const fs::path next = folder_ / "trials.jsonl.next";
   write_file(next, text);
   std::error_code error;
@@ -311,7 +310,7 @@ void TrialLog::write_trials() const {
 
 std::vector<FilterSummary> TrialLog::finish() {
   write_trials();
-  // From what stands in the file, so that a resumed or merged study has the same bytes.
+  // From the content of the file, so that a resumed or merged study has the same bytes.
   std::vector<TrialRecord> records;
   for (const auto& [run, lines] : lines_) {
     std::string_view rest = lines;

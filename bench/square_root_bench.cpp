@@ -37,7 +37,7 @@ class OwnForm {
   void propagate(const FrameStep& step) { ekf_.propagate(step.prediction); }
   void exchange(const FrameStep& step) {
     ekf_.retire(step.retired);
-    ekf_.forget_clones(step.forgotten);
+    ekf_.remove_clones(step.forgotten);
     std::vector<NewLandmark> landmarks;
     for (const Fresh& fresh : step.fresh) {
       if (fresh.is_clone) {
@@ -107,7 +107,7 @@ Runner<Form<S>, Work<S>> other(const char* name, const Walk& walk) {
 template <typename Visitor>
 void for_each_form(const Walk& walk, const Visitor& visit) {
   visit(own("covariance, double (as it is)", walk), 1e-15);
-  visit(other<DenseForm, double>("the same, written anew", walk), 1e-15);
+  visit(other<DenseForm, double>("the same, reimplemented", walk), 1e-15);
   visit(other<DenseForm, float>("covariance, float", walk), 1e-7);
   visit(other<RootForm, double>("square root, double", walk), 1e-15);
   visit(other<RootForm, float>("square root, float", walk), 1e-7);
@@ -201,7 +201,7 @@ void print_error(Runner runner, const std::vector<Eigen::VectorXd>& yardstick) {
       if (k < 6) worst_pose = std::max(worst_pose, error);
     }
     negative += P.diagonal().minCoeff() < 0;
-    if (i % 10 != 0 || sigma.minCoeff() <= 0) continue;  // at the start the position is known
+    if (i % 10 != 0 || sigma.minCoeff() <= 0) continue;  // the initial position has no variance
     const Eigen::VectorXd scale = sigma.cwiseInverse();
     const Eigen::MatrixXd correlation = scale.asDiagonal() * P * scale.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation, Eigen::EigenvaluesOnly);

@@ -2,7 +2,7 @@
 
 
 def fill(page, name, text):
-    """Replaces what stands in that file between the markers of that name."""
+    """Replaces the text of the file between the markers of this name."""
     begin, end = f"<!-- {name}:begin -->\n", f"<!-- {name}:end -->"
     head, rest = page.read_text().split(begin)
     page.write_text(head + begin + text + "\n" + end + rest.split(end)[1])

@@ -21,7 +21,7 @@ def interval(values):
 
 
 def sign_flips(differences):
-    """How often a mean as large comes about where either sign of each difference is as likely: two-sided."""
+    """Two-sided p value of the mean if both signs of each difference are equally likely."""
     n = len(differences)
     if n <= 14:
         signs = 1 - 2 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
@@ -58,6 +58,6 @@ def signed(value):
 
 
 def table(header, rows):
-    """`header`: names of the columns, and how they are aligned."""
+    """`header`: names and alignment of the columns."""
     lines = [list(header), list(header.values()), *rows]
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)

@@ -26,7 +26,7 @@ FLIGHTS = [
       for cameras in ("stereo", "mono") for way in ("", " backwards")],
     ("MH_01, 184 s, KLT tracks", [EUROC / "imu_gt/MH_01_easy_klt_tracks_cam0.csv.gz"], "MH_01", True),
 ]
-# The ECE276A archives have no truth of their own.
+# The ECE276A archives contain no truth.
 TRUTH = {
     "ece276a_2018/0020": "0020_gt_imu_stars.tum",
     "ece276a_2018/0027": "0027_gt_imu_stars.tum",

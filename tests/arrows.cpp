@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// How an outside library's headers begin, and what its CMake target is.
+/// Prefix of an external library's headers, and its CMake target.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kLibraries = {{
     {"Eigen/", "Eigen3::Eigen"},
     {"fmt/", "fmt::fmt"},
@@ -32,7 +32,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kLibrari
     {"lapack", "PkgConfig::openblas"},
 }};
 
-/// The only folders that may see a pixel array (the link line alone would not forbid more).
+/// The only folders that may use images. The link lines alone would allow more.
 const std::set<std::string> kImageFolders = {"frontend", "data", "sim"};
 
 std::string slurp(const fs::path& file) {
@@ -64,8 +64,8 @@ std::string folder_of(const std::string& header) {
   return std::regex_match(header, match, own) ? match[1].str() : "";
 }
 
-/// Everything that the folder may include from outside: its own lines, and the LINKS that its
-/// arrows hand on.
+/// All external targets that the folder may include: its own ones, and the LINKS of the folders
+/// that it reaches.
 std::set<std::string> libraries_of(const std::string& folder, const LinkLines& lines,
                                    const Arrows& reached) {
   std::set<std::string> all = lines.links.at(folder);
@@ -79,7 +79,7 @@ std::set<std::string> libraries_of(const std::string& folder, const LinkLines& l
   return all;
 }
 
-/// Why an outside header is not allowed; empty if it is.
+/// Reason why an external header is not allowed; empty if it is.
 std::string objection_to_library(const Include& include, const std::set<std::string>& libraries) {
   const std::string& header = include.header;
   if (is_standard(header)) return "";
@@ -90,7 +90,7 @@ std::string objection_to_library(const Include& include, const std::set<std::str
   if (of_tests) return is_test(include.file) ? "" : "only tests use GoogleTest";
   for (const auto& [prefix, target] : kLibraries) {
     if (!header.starts_with(prefix)) continue;
-    // A folder's tests may look at files in a library's own way.
+    // Tests may use the private libraries of their folder to inspect files.
     if (is_test(include.file) || libraries.contains(std::string(target))) return "";
     return fmt::format("its link line does not have {}", target);
   }
@@ -104,10 +104,15 @@ std::string objection(const Include& include, const LinkLines& lines, const Arro
     return objection_to_library(include, libraries);
   }
   const std::string target = folder_of(include.header);
-  // time.hpp, error.hpp and their like belong to all folders, and so may know none.
+  // Files such as time.hpp and error.hpp belong to all folders, so they may not use any of them.
   if (target.empty() || target == include.folder) return "";
   if (include.folder.empty()) return "what belongs to all folders may know none of them";
   if (reached.at(include.folder).contains(target)) return "";
+  if (is_test(include.file)) {
+    for (const std::string& more : lines.tests_use.at(include.folder)) {
+      if (more == target || reached.at(more).contains(target)) return "";
+    }
+  }
   return fmt::format("there is no arrow from {} to {}", include.folder, target);
 }
 
@@ -121,7 +126,7 @@ LinkLines read_link_lines(const fs::path& cmake_file) {
     std::istringstream words((*it)[1].str());
     std::string name, word;
     words >> name;
-    lines.uses[name], lines.links[name], lines.privately[name];
+    lines.uses[name], lines.links[name], lines.privately[name], lines.tests_use[name];
     Arrows* list = nullptr;
     while (words >> word) {
       if (word == "USES") {
@@ -130,6 +135,8 @@ LinkLines read_link_lines(const fs::path& cmake_file) {
         list = &lines.links;
       } else if (word == "PRIVATE") {
         list = &lines.privately;
+      } else if (word == "TESTS_USE") {
+        list = &lines.tests_use;
       } else if (list != nullptr) {
         (*list)[name].insert(word);
       }

@@ -8,14 +8,15 @@
 
 namespace chasles::test {
 
-/// A folder's name with the folders, or the libraries, that it may use.
+/// The folders or libraries that each folder may use, by name.
 using Arrows = std::map<std::string, std::set<std::string>>;
 
-/// What the chasles_module(...) lines of a CMake file say.
+/// Content of the chasles_module(...) lines of a CMake file.
 struct LinkLines {
   Arrows uses;       ///< folder: the folders of its USES
-  Arrows links;      ///< folder: its LINKS, which are handed on with its headers
-  Arrows privately;  ///< folder: its PRIVATE ones
+  Arrows links;      ///< folder: its LINKS, which users of its headers also get
+  Arrows privately;  ///< folder: its PRIVATE libraries
+  Arrows tests_use;  ///< folder: its TESTS_USE, the folders that its tests alone may include
 };
 LinkLines read_link_lines(const std::filesystem::path& cmake_file);
 
@@ -30,7 +31,7 @@ struct Include {
 /// All includes of the .hpp and .cpp files below root/src/chasles.
 std::vector<Include> read_includes(const std::filesystem::path& root);
 
-/// The arrows and what is reached by following them.
+/// The transitive closure of the arrows.
 Arrows closure(const Arrows& arrows);
 
 /// A sentence for each include that the link lines do not allow.

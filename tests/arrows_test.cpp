@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-// The arrows between the folders (CONTRIBUTING.md): who may include whom. They stand here and in
-// src/chasles/CMakeLists.txt, so that a new one is a decision that is made twice.
+// The allowed dependencies between the folders (CONTRIBUTING.md). They are listed here and in
+// src/chasles/CMakeLists.txt, so that a new one needs two deliberate changes.
 namespace chasles::test {
 namespace {
 
@@ -27,16 +27,16 @@ const Arrows kArrows = {
     {"data", {"lie", "imu", "camera"}},
     // Diagnoses a recording; estimates nothing.
     {"check", {"data"}},
-    // The loop: sensors in, estimates out.
+    // The main loop: sensors in, estimates out.
     {"pipeline", {"smooth", "frontend", "check", "numeric"}},
-    // The simulator gives the very type that the readers give.
+    // The simulator returns the same type as the readers.
     {"sim", {"data", "numeric"}},
     // Experiments: estimators over simulated scenes.
     {"lab", {"pipeline", "sim"}},
     {"eval", {"lie"}},
     {"report", {"data", "eval"}},
     {"live", {"report"}},
-    // What a run's page shows, for other programs to show.
+    // The content of a run's page for other programs.
     {"viewers", {"report"}},
 };
 
@@ -51,6 +51,15 @@ LinkLines real_lines() {
 }
 
 TEST(Arrows, TheLinkLinesAreTheArrowsOfThePlan) { EXPECT_EQ(real_lines().uses, kArrows); }
+
+// They have the simulator's motion for truth.
+TEST(Arrows, OnlyTheTestsOfTheLoopUseMore) {
+  Arrows more;
+  for (const auto& [folder, used] : real_lines().tests_use) {
+    if (!used.empty()) more[folder] = used;
+  }
+  EXPECT_EQ(more, (Arrows{{"slam", {"lab"}}, {"pipeline", {"lab"}}}));
+}
 
 TEST(Arrows, NoArrowLeadsBack) {
   for (const auto& [folder, reached] : closure(real_lines().uses)) {
@@ -70,10 +79,10 @@ TEST(Arrows, AnInstalledHeaderIncludesOnlyInstalledOnes) {
   EXPECT_TRUE(found.empty()) << joined(found);
 }
 
-/// A made-up tree with two folders, top over bottom.
+/// A test tree with two folders; top uses bottom.
 class MadeUpTree : public ::testing::Test {
  public:
-  // A tree for each test, since ctest runs them side by side.
+  // One tree for each test, because ctest runs them in parallel.
   MadeUpTree()
       : root(fs::path(::testing::TempDir()) /
              (std::string("chasles_made_up_tree_") +
@@ -117,6 +126,17 @@ TEST_F(MadeUpTree, MayNotIncludeUpwards) {
 
 TEST_F(MadeUpTree, TestsKeepTheArrowsToo) {
   write("bottom/a_test.cpp", "#include <chasles/top/b.hpp>\n");
+  EXPECT_EQ(found().size(), 1u);
+}
+
+TEST_F(MadeUpTree, TestsMayUseTheFoldersOfTestsUse) {
+  write("CMakeLists.txt",
+        "chasles_module(bottom LINKS Eigen3::Eigen TESTS_USE top)\n"
+        "chasles_module(top USES bottom)\n");
+  write("bottom/a_test.cpp", "#include <chasles/top/b.hpp>\n");
+  write("bottom/a_testing.hpp", "#include <chasles/top/b.hpp>\n");
+  EXPECT_TRUE(found().empty()) << joined(found());
+  write("bottom/a.cpp", "#include <chasles/top/b.hpp>\n");
   EXPECT_EQ(found().size(), 1u);
 }
 

@@ -4,7 +4,7 @@
 
 #include "cli_test.hpp"
 
-// What `chasles run --estimator batch` delivers.
+// Results of `chasles run --estimator batch`.
 namespace chasles::test {
 namespace {
 
@@ -71,11 +71,11 @@ TEST(RunBatch, ARunThatHasNotConvergedSaysSo) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const Json summary = Json::parse(outcome.out);
   EXPECT_EQ(summary.at("health"), "degraded");
-  EXPECT_NE(summary.at("remarks").dump().find("had not converged after 2 steps"),
+  EXPECT_NE(summary.at("remarks").dump().find("did not converge within 2 steps"),
             std::string::npos);
 }
 
-// Whatever the coordinates, from a bad beginning to the same minimum.
+// Any landmark coordinates and a poor initial estimate lead to the same minimum.
 TEST(RunBatch, BeginsAsBadlyAsItIsTold) {
   const Scratch folder;
   simulate_turntable(folder);
@@ -100,7 +100,7 @@ TEST(RunBatch, BeginsAsBadlyAsItIsTold) {
   EXPECT_EQ(chasles(folder, command + "batch.chart=polar").code, 1);
 }
 
-// A tolerance of all of the cost ends the search where it begins.
+// With a tolerance of the whole cost the search ends at its initial estimate.
 TEST(RunBatch, ASearchThatStalledIsNotCalledOk) {
   const Scratch folder;
   simulate_turntable(folder);

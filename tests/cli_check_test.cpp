@@ -8,13 +8,13 @@
 
 #include "cli_test.hpp"
 
-// `chasles check` on a simulated walk, without a fault and with one.
+// `chasles check` on a simulated walk, without deficiency and with one.
 namespace chasles::test {
 namespace {
 
 using Json = nlohmann::json;
 
-/// A walk around one corner, from a rest of two seconds.
+/// A walk around one corner, after a standstill of two seconds.
 void simulate_walk(const Scratch& folder) {
   const Outcome made = chasles(folder,
                                "simulate hallway -o walk --quiet --set sections=2 --set "
@@ -22,14 +22,14 @@ void simulate_walk(const Scratch& folder) {
   ASSERT_EQ(made.code, 0) << made.err;
 }
 
-/// The walk with a fault, as "bad".
+/// The walk with a deficiency, as "bad".
 void spoil(const Scratch& folder, const std::function<void(Recording&)>& fault) {
   Recording recording = read_folder_recording(folder / "walk");
   fault(recording);
   write_folder_recording(recording, folder / "bad");
 }
 
-/// The finding whose sentence holds `part`.
+/// The finding whose sentence contains `part`.
 Json finding(const Outcome& outcome, const std::string& part) {
   const Json report = Json::parse(outcome.out);
   for (const Json& f : report["findings"]) {
@@ -44,7 +44,7 @@ TEST(Check, ACleanRecordingGivesNoFinding) {
   simulate_walk(folder);
   const Outcome text = chasles(folder, "check walk");
   EXPECT_EQ(text.code, 0) << text.out;
-  expect_part(text.out, "Nothing found that a filter would mind.");
+  expect_part(text.out, "No findings.");
   expect_part(text.out, "rate 28 Hz");
   const Outcome json = chasles(folder, "check walk --json");
   EXPECT_EQ(json.code, 0);
@@ -87,7 +87,7 @@ TEST(Check, InvertedAndTurnedExtrinsicsAreNamed) {
   EXPECT_NEAR(off["value"].get<double>(), 5, 1.5);
 }
 
-// 50 ms at the edge of every range: with the ranges stated, and by what the samples show.
+// 50 ms at the edge of every range, with ranges that are stated, or detected from the samples.
 TEST(Saturation, IsFoundAndARunGoesOnThroughIt) {
   const Scratch folder;
   simulate_walk(folder);
@@ -130,7 +130,7 @@ std::optional<std::filesystem::path> recorded_flight() {
   return std::filesystem::exists(flight) ? std::optional(flight) : std::nullopt;
 }
 
-/// The flight with `cameras` of its cameras, whose tables the caller may write anew; none without
+/// The flight with the given cameras, whose tables the caller may overwrite; empty without
 /// recordings.
 std::optional<std::filesystem::path> flight(const Scratch& folder, int cameras) {
   namespace fs = std::filesystem;
@@ -187,7 +187,7 @@ TEST(CheckImages, ALateCameraIsNamedWithItsDelay) {
   EXPECT_NEAR(finding(outcome, "is stamped late by")["value"].get<double>(), 31, 3);
 }
 
-/// Writes a camera's place into its sensor.yaml.
+/// Writes the extrinsics of a camera into its sensor.yaml.
 void place(const std::filesystem::path& camera, const SE3& imu_T_cam) {
   std::ostringstream data;
   data.precision(17);

@@ -144,11 +144,12 @@ TEST(Compare, DrivesInLoopsWithTheFourCharts) {
   EXPECT_EQ(lines_of(slurp(folder / "a" / "standard.csv")), 502u);
   EXPECT_EQ(lines_of(slurp(folder / "a" / "landmarks_truth.csv")), 301u);
   expect_error(chasles(folder, "compare loops --preset default"), 1, "the scene loops has neither");
-  expect_error(chasles(folder, "compare loops --init multi-view"), 1, "begins at once");
+  expect_error(chasles(folder, "compare loops --init multi-view"), 1,
+               "initialises a landmark at the first observation");
   expect_error(chasles(folder, "compare loops --scene-set range=-1"), 1, "range = -1 m");
 }
 
-// `chasles report` of what compare and montecarlo wrote.
+// `chasles report` of the studies of compare and montecarlo.
 TEST(ReportOfStudies, IsToldFromThatOfRunsByContent) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, "compare " + kScene + "--preset paper -o one --quiet").code, 0);
@@ -223,7 +224,7 @@ TEST(Compare, RefusesWhatItDoesNotKnow) {
   expect_error(chasles(folder, "compare rec --scene-set sections=1"), 1, "for scenes");
 }
 
-// Real samples felt all of the motion, so the simulated camera has to make all of it too.
+// Real samples contain the full motion, so the simulated camera must follow it as well.
 TEST(Simulate, FollowsAQuickTruthThatComesWithItsSamples) {
   const Scratch folder;
   std::string shaken = "# time x y z qx qy qz qw\n";

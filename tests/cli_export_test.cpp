@@ -4,7 +4,7 @@
 
 #include "cli_test.hpp"
 
-// What `chasles export` delivers, and what `chasles run` writes for it.
+// `chasles export`, and the files that `chasles run` writes for it.
 namespace chasles::test {
 namespace {
 
@@ -26,7 +26,7 @@ TEST(Export, WritesWhatTheEndingsAskFor) {
   EXPECT_EQ(slurp(folder / "again.mcap"), mcap);
 }
 
-// A folder's name may be any bytes; Latin-1 here.
+// The name of a folder may have any bytes, for example Latin-1.
 TEST(Export, ARunInAFolderWhoseNameIsNotUtf8IsWrittenAndShown) {
   const Scratch folder;
   simulate(folder);

@@ -9,13 +9,13 @@
 #include "cli_process.hpp"
 #include "cli_test.hpp"
 
-// `chasles view` of a run that goes on, and what is left of one that was killed.
+// `chasles view` of a run in progress, and the remains of a killed run.
 namespace chasles::test {
 namespace {
 
 using Json = nlohmann::json;
 
-/// A run of a minute at the speed of its sensors, which has begun to write.
+/// A real-time run of one minute that has started to write.
 struct LongRun {
   explicit LongRun(const Scratch& folder)
       : made(chasles(folder, "simulate hallway -o hallway --quiet").code),
@@ -23,7 +23,7 @@ struct LongRun {
         process(folder, {"run", (folder / "hallway").string(), "-o", out, "--quiet", "--realtime"},
                 "run.log") {}
 
-  /// What has been estimated can be read.
+  /// Whether the estimates so far can be read.
   bool begun() const {
     for (int tries = 0; tries < 300; ++tries) {
       if (std::filesystem::exists(out + "/growing/summary.json")) return true;
@@ -37,7 +37,7 @@ struct LongRun {
   Process process;
 };
 
-/// The next text whose progress is at that stage; null where the connection ends before.
+/// The next text whose progress is at this stage; null if the connection ends before.
 Json text_at(Client& client, std::string_view stage) {
   while (const auto frame = client.frame()) {
     if (frame->opcode != 1) continue;
@@ -66,7 +66,7 @@ TEST(Growing, ViewFollowsARunToItsEnd) {
   EXPECT_GT(early["rows"], 0);
   EXPECT_FALSE(early["data"]["summary"]["settings"].empty());
   EXPECT_EQ(early["progress"]["stoppable"], false);
-  client.say(R"({"stop": true})");  // nobody listens to that
+  client.say(R"({"stop": true})");  // has no effect
   Json later = text_at(client, "running");
   while (!later.is_null() && later.value("rows", 0) <= early["rows"]) {
     later = text_at(client, "running");
@@ -94,11 +94,11 @@ TEST(Growing, OfAKilledRunThereIsWhatItHadEstimated) {
   run.process.code_after(SIGKILL);
   const Json failed = text_at(client, "failed");
   ASSERT_FALSE(failed.is_null());
-  EXPECT_EQ(failed["progress"]["message"], "it ended without a result");
+  EXPECT_EQ(failed["progress"]["message"], "the run ended without a result");
   expect_error(chasles(folder, "report out -o page.html"), 2, "out/growing");
   const Outcome report = chasles(folder, "report out/growing -o page.html");
   EXPECT_EQ(report.code, 0) << report.err;
-  // The next run takes its place.
+  // The next run replaces it.
   EXPECT_EQ(chasles(folder, "run hallway -o out --quiet").code, 0);
   EXPECT_FALSE(std::filesystem::exists(run.out + "/growing"));
 }

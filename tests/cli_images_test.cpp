@@ -8,7 +8,7 @@
 namespace chasles::test {
 namespace {
 
-// A second or two of small images.
+// One to two seconds of small images.
 const std::string kSmall =
     "--set walk_duration=6 --set image_width=160 --set image_height=120 --set focal_length=100 "
     "--set center_u=79.5 --set center_v=59.5 --set texel_size=0.05 --set frame_rate=4 ";

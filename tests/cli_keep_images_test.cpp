@@ -47,7 +47,7 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
   for (const RunState& state : run.states) states[state.time] = state;
   for (const RunImage& image : run.images) {
     EXPECT_GT(image.jpeg.size(), 2000u);
-    EXPECT_LT(image.jpeg.size(), 40'000u) << "what --help says of it";
+    EXPECT_LT(image.jpeg.size(), 40'000u) << "the limit of --help";
     int used = 0, rejected = 0;
     for (const RunFeature& f : image.features) {
       ++fates[f.judged.outcome];
@@ -71,7 +71,7 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
   EXPECT_NE(slurp(folder / "with.html").find("\"/9j/"), std::string::npos);
   EXPECT_EQ(slurp(folder / "without.html").find("\"/9j/"), std::string::npos);
 
-  // A later run without them leaves none.
+  // A later run without kept images removes them.
   ASSERT_EQ(chasles(folder, "run walk --quiet -o one").code, 0);
   EXPECT_EQ(files_of(folder / "one"), files_of(folder / "none"));
 }
@@ -86,7 +86,7 @@ TEST(KeepImages, OfTracksThePointsAloneAreKept) {
   EXPECT_FALSE(fs::exists(folder / "run/images"));
   const auto run = read_run(folder / "run");
   EXPECT_GT(run.images.size(), 50u);
-  EXPECT_LE(run.images.size(), 200u) << "what --help says";
+  EXPECT_LE(run.images.size(), 200u) << "the limit of --help";
   EXPECT_GT(run.images.back().features.size(), 3u);
   ASSERT_EQ(chasles(folder, "report run -o page.html --quiet").code, 0);
 }
@@ -96,7 +96,7 @@ TEST(KeepImages, WhatCannotBeIsRefused) {
   ASSERT_EQ(chasles(folder, "simulate street-ins -o street --quiet").code, 0);
   for (const char* n : {"0", "-3", "2.5", "99999999999", "all"}) {
     expect_error(chasles(folder, std::string("run street -o run --keep-images=") + n), 1,
-                 "--keep-images: found '" + std::string(n) + "', expected every how many frames");
+                 "--keep-images: found '" + std::string(n) + "', expected a number of frames");
   }
   expect_error(chasles(folder, "run street --keep-images"), 1, "--keep-images needs -o RUN");
   expect_error(chasles(folder, "run street -o run --keep-images --quiet"), 1,

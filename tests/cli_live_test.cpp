@@ -9,7 +9,7 @@
 #include "cli_process.hpp"
 #include "cli_test.hpp"
 
-// What `chasles run --live` and `chasles view` deliver.
+// `chasles run --live` and `chasles view`.
 namespace chasles::test {
 namespace {
 
@@ -31,7 +31,7 @@ TEST(Live, ViewersChangeNoByteOfARun) {
   Process run(folder, {"run", rec, "-o", seen, "--quiet", "--live"});
   const auto port = static_cast<std::uint16_t>(run.port());
   ASSERT_GT(port, 0);
-  std::vector<Client> deaf;  // never read what they are sent
+  std::vector<Client> deaf;  // never read their messages
   for (int i = 0; i < 20; ++i) deaf.push_back(viewer(port, 4096));
   Client reader = viewer(port);
   int texts = 0;
@@ -63,7 +63,7 @@ TEST(Live, TheOptionsAreChecked) {
   expect_error(chasles(folder, "run rec --quiet --live x"), 1,
                "--live: found 'x', expected a port");
   expect_error(chasles(folder, "run rec --quiet --live-address 0.0.0.0"), 1,
-               "--live-address is for --live");
+               "--live-address needs --live");
   const Outcome odd = chasles(folder, "run rec --quiet --live --live-address here");
   EXPECT_EQ(odd.code, 1);
   expect_part(odd.err, "found 'here', expected a numeric one");

@@ -9,7 +9,7 @@
 #include "progress.hpp"
 #include "trial_log.hpp"
 
-// `chasles montecarlo`: the same bytes however a study came about.
+// `chasles montecarlo`: the same bytes for one study in any number of parts.
 namespace chasles::test {
 namespace {
 
@@ -114,7 +114,7 @@ TEST(MonteCarloCommand, JoinsShards) {
 TEST(MonteCarloCommand, RefusesToMixStudies) {
   const Scratch folder;
   do_study(folder, "-o a");
-  expect_error(chasles(folder, kStudy + "-o a"), 1, "--resume goes on with it");
+  expect_error(chasles(folder, kStudy + "-o a"), 1, "--resume continues it");
   expect_error(chasles(folder, kStudy + "-o a --resume --set gate=0.9"), 1,
                "they differ at /filters/0/settings/gate");
   expect_error(chasles(folder, kStudy + "-o a --resume --seed 9"), 1, "/scene/seed");
@@ -142,7 +142,7 @@ TEST(MonteCarloCommand, RefusesWhatItDoesNotKnow) {
 
 TEST(MonteCarloCommand, CountsDivergedRunsAndEndsWithFourWhereAllDid) {
   const Scratch folder;
-  // A filter that takes the pixels for perfect, and the features for outliers without a gate.
+  // A filter that assumes exact pixels and has no gate against outliers.
   const Outcome outcome =
       chasles(folder,
               "montecarlo turntable --scene-set revolutions=0.3 --scene-set outlier_fraction=1 "
@@ -154,7 +154,7 @@ TEST(MonteCarloCommand, CountsDivergedRunsAndEndsWithFourWhereAllDid) {
   EXPECT_TRUE(filter.at("position_error_m").is_null());
 }
 
-// The scene without an IMU: a study as any other.
+// A study of the scene without an IMU.
 const std::string kLoops = "montecarlo loops --runs 6 --scene-set steps=100 --scene-set loops=2 ";
 
 TEST(LoopsStudy, HasTheFourChartsInTheOrderOfTheirConsistency) {
@@ -207,8 +207,8 @@ TEST(LoopsStudy, RefusesWhatItDoesNotHave) {
     EXPECT_FALSE(std::filesystem::exists(folder / "x")) << arguments;
   };
   refused("--preset paper", "the scene loops has neither");
-  refused("--landmarks cartesian", "begins at once");
-  refused("--init multi-view", "begins at once");
+  refused("--landmarks cartesian", "initialises a landmark at the first observation");
+  refused("--init multi-view", "initialises a landmark at the first observation");
   refused("--path x", "for the scene trajectory, not for loops");
   refused("--real-imu", "for the scene trajectory, not for loops");
   refused("--charts left", "--charts: chart: found 'left'");

@@ -5,7 +5,7 @@
 
 #include "cli_test.hpp"
 
-// `chasles run` from images and an IMU, on real recordings: it finds its start by itself.
+// `chasles run` on real recordings with images and an IMU, with automatic initialisation.
 namespace chasles::test {
 namespace {
 
@@ -31,8 +31,8 @@ struct Case {
 
 class RealImages : public ::testing::TestWithParam<Case> {};
 
-// 17 s of EuRoC's MH_01: a drone is carried about, and at the end rests on the ground; played
-// backwards it begins at rest. Measured: 0.005 to 0.0065 m.
+// 17 s of EuRoC's MH_01: a drone is carried, and at the end it is static on the ground. Played
+// backwards, the recording begins with a standstill. Measured: 0.005 to 0.0065 m.
 TEST_P(RealImages, GiveTheTrajectoryFromTheFirstSecond) {
   const auto data = recordings();
   if (!data) GTEST_SKIP() << "skipped: no recordings";
@@ -44,7 +44,7 @@ TEST_P(RealImages, GiveTheTrajectoryFromTheFirstSecond) {
   EXPECT_EQ(all.at("resets"), 0);
   EXPECT_EQ(all.at("health"), "ok");
   const bool mono = std::string(GetParam().options).find("mono") != std::string::npos;
-  EXPECT_EQ(all.at("keep_scale"), mono);  // what "auto" came to
+  EXPECT_EQ(all.at("keep_scale"), mono);  // the result of "auto"
   EXPECT_GT(all.at("frames").get<int>(), 300);
   // Every run differs from the truth's attitude by about a degree (docs/pixels.md).
   EXPECT_LT(all.at("attitude_deg").get<double>(), 2);
@@ -58,8 +58,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"stereo_backwards", "--cameras stereo --backwards", 0.007}),
     [](const auto& test) { return std::string(test.param.name); });
 
-// Some of five thousand tracks are drawn to just before a camera; a search that cannot pass them
-// ends above its minimum, 0.010 m off. Measured: 0.005 m.
+// The search moves some of five thousand points close to a camera. A search that stops there ends
+// above its minimum, with an error of 0.010 m. Measured: 0.005 m.
 TEST(RealImages, BatchEstimationFindsItsMinimum) {
   const auto data = recordings();
   if (!data) GTEST_SKIP() << "skipped: no recordings";
@@ -74,7 +74,7 @@ TEST(RealImages, BatchEstimationFindsItsMinimum) {
   EXPECT_LT(all.at("ate_m").get<double>(), 0.007);
 }
 
-// 184 s of one camera's tracks, made elsewhere by KLT, 12 % of them grossly wrong.
+// 184 s of KLT tracks of one camera by another program, with 12 % gross outliers.
 TEST(RealTracks, WithGrossOutliersAreSurvived) {
   const auto data = recordings();
   if (!data) GTEST_SKIP() << "skipped: no recordings";
@@ -87,7 +87,7 @@ TEST(RealTracks, WithGrossOutliersAreSurvived) {
   EXPECT_EQ(all.at("health"), "ok");
 }
 
-// EuRoC's AprilGrid with a start of its own; without its truth.
+// EuRoC's AprilGrid with automatic initialisation, without the truth.
 TEST(RealTracks, OfAnAprilGridNeedNoTruthToBegin) {
   const auto data = recordings();
   if (!data) GTEST_SKIP() << "skipped: no recordings";
@@ -108,7 +108,7 @@ std::string without_timing(const Outcome& outcome) {
   return all.dump();
 }
 
-// A rendered walk, from pixels: mapped with one thread, two and three, to the same bytes.
+// A rendered walk from images: the same bytes with one, two and three threads.
 TEST(RenderedWalk, IsTheSameWithAnyNumberOfThreads) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, "simulate walk --images --set walk_duration=9 -o walk --quiet").code,
@@ -135,7 +135,7 @@ TEST(Walk, ItsFloorPlanGoesAlongWithItsTruth) {
   ASSERT_EQ(chasles(folder, "run walk --begin truth -o run --quiet").code, 0);
   EXPECT_GT(slurp(folder / "run/plan.csv").size(), 1000u);
   EXPECT_EQ(slurp(folder / "run/plan.csv"), slurp(folder / "walk/plan.csv"));
-  // The world of another truth is another.
+  // Another truth has another world frame.
   const Outcome given =
       chasles(folder, "run walk --begin truth --truth walk/truth.tum -o run --quiet");
   ASSERT_EQ(given.code, 0) << given.err;

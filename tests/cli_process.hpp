@@ -16,7 +16,7 @@
 
 namespace chasles::test {
 
-/// A chasles command on its own, killed at the end where it still runs. Its output is in a file.
+/// A chasles process, killed by the destructor if it still runs. Its output goes to a file.
 class Process {
  public:
   Process(const Scratch& folder, std::vector<std::string> words, const std::string& log = "log")
@@ -40,7 +40,7 @@ class Process {
     ::waitpid(pid_, nullptr, 0);
   }
 
-  /// The port of the URL that it prints; 0 where none comes.
+  /// The port of the URL that it prints; 0 if it prints none.
   int port() const {
     for (int tries = 0; tries < 5000; ++tries, ::usleep(2000)) {
       const std::string text = slurp(log_);
@@ -50,7 +50,7 @@ class Process {
     }
     return 0;
   }
-  /// Signal 0 only waits for the end.
+  /// Sends a signal and waits for the end; signal 0 only waits.
   int code_after(int signal) {
     ::kill(pid_, signal);
     int status = 0;

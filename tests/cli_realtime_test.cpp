@@ -12,7 +12,7 @@
 #include "cli_test.hpp"
 #include "realtime.hpp"
 
-// `chasles run --realtime`. What it drops depends on the machine: nothing here asks how much.
+// `chasles run --realtime`. The number of dropped frames depends on the machine and is not tested.
 namespace chasles::test {
 namespace {
 
@@ -28,7 +28,7 @@ void expect_rising(const std::vector<RunState>& states) {
                              [](const auto& a, const auto& b) { return a.time <= b.time; }));
 }
 
-// At 20 times its speed in a second; at a million times most frames come while others wait.
+// At 20 times the speed it takes a second. At a million times most frames come while others wait.
 TEST(Realtime, EveryFrameIsEstimatedOrDropped) {
   const Scratch folder;
   simulate_hallway(folder);
@@ -74,7 +74,7 @@ TEST(Realtime, WithoutItNothingIsToldOfIt) {
   EXPECT_EQ(Json::parse(outcome.out).count("realtime"), 0u);
 }
 
-// The recording would go on for a day.
+// The recording would last a day.
 TEST(Realtime, AnInterruptEndsTheWait) {
   const Scratch folder;
   simulate_hallway(folder);
@@ -91,7 +91,7 @@ TEST(Realtime, AnInterruptEndsTheWait) {
   pid_t process = 0;
   ASSERT_EQ(posix_spawn(&process, CHASLES_BINARY, &actions, nullptr, argv.data(), environ), 0);
   posix_spawn_file_actions_destroy(&actions);
-  // The folder is made when the handler is in place.
+  // The folder is created after the signal handler is installed.
   while (!std::filesystem::exists(folder / "out")) ::usleep(1000);
   ::kill(process, SIGINT);
   int status = 0;

@@ -14,7 +14,7 @@
 
 #include "cli_test.hpp"
 
-// What `chasles run`, `evaluate` and `report` deliver.
+// Results of `chasles run`, `evaluate` and `report`.
 namespace chasles::test {
 namespace {
 
@@ -102,7 +102,7 @@ TEST(Run, AMissedThresholdEndsWithFiveAndAMetOneWithZero) {
   EXPECT_EQ(missed.code, 5);
   expect_part(missed.err, "chasles: error: missed: ate_m is ");
   EXPECT_TRUE(std::filesystem::exists(folder / "out/summary.json"));
-  // The drive is too long for no 100 m piece to be an answer: a figure without a value is missed.
+  // The path has no piece of 100 m, so the figure has no value and misses its threshold.
   const Outcome none = chasles(folder, "run rec --quiet --stop 3 --rpe-below 50");
   EXPECT_EQ(none.code, 5);
   expect_part(none.err, "rpe_100m_percent has no value here");
@@ -124,7 +124,7 @@ TEST(Run, SettingsTakeTheLastWord) {
                "--set: chart: found 'no'");
 }
 
-// A filter that keeps no landmark in its state lives on tracks: that is no reason to begin anew.
+// A filter without landmarks in its state uses tracks only. It must not restart for this reason.
 TEST(Run, WithTracksAloneGoesThroughInOnePart) {
   const Scratch folder;
   simulate_turntable(folder);
@@ -140,7 +140,7 @@ TEST(Run, StartAndStopCutTheRecording) {
   const Scratch folder;
   simulate(folder);
   const Json s = json_of(chasles(folder, "run rec --json --quiet --start 2 --stop 5"));
-  EXPECT_EQ(s.at("frames"), 31);  // ten a second, both ends
+  EXPECT_EQ(s.at("frames"), 31);  // 10 Hz, including both ends
   EXPECT_NEAR(s.at("recorded_seconds").get<double>(), 3, 1e-9);
 }
 
@@ -175,7 +175,7 @@ TEST(Run, FullCovarianceHasTheLandmarksOwnBlocksOnItsDiagonal) {
       }
     }
   }
-  // Two landmarks that were seen from the same poses share those poses' error.
+  // Two landmarks observed from the same poses share the errors of these poses.
   EXPECT_NE(entry(3, 0), 0);
 }
 
@@ -250,7 +250,7 @@ TEST(Run, AnInterruptWritesWhatThereIs) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  // A test that runs in the background of a shell inherits that interrupts are ignored.
+  // A test in the background of a shell inherits ignored interrupts.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t interrupt;
@@ -262,7 +262,7 @@ TEST(Run, AnInterruptWritesWhatThereIs) {
   ASSERT_EQ(posix_spawn(&process, CHASLES_BINARY, &actions, &attributes, argv.data(), environ), 0);
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
-  // The recording's line comes after the handler is in place and before the first frame.
+  // The line with the recording is logged between handler installation and first frame.
   while (slurp(log).find('\n') == std::string::npos) ::usleep(1000);
   ::kill(process, SIGINT);
   int status = 0;

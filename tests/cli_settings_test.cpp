@@ -103,7 +103,7 @@ TEST(Settings, OfAGroupAreSuggestedForTheirNameAlone) {
   };
   const std::string message = refusal_of("predicted_levels=1");
   expect_part(message, "; did you mean 'frontend.predicted_levels'? (--help lists the ");
-  EXPECT_LT(message.size(), 120U);  // no wall of a hundred names
+  EXPECT_LT(message.size(), 120U);  // not a list of a hundred names
   expect_part(refusal_of("predicted_level=1"), "did you mean 'frontend.predicted_levels'?");
   expect_part(refusal_of("frontend.max_track=1"), "did you mean 'frontend.max_tracks'?");
   expect_part(refusal_of("max_tracks=1"), "'start.max_tracks' or 'frontend.max_tracks'?");
@@ -124,7 +124,8 @@ TEST(SettingsFile, NamesTheLineOfAMalformedValue) {
 TEST(SettingsFile, ThatIsNoListOfSettingsIsRefused) {
   expect_part(refusal_of_file("- gate\n"), "c.yaml:1: expected lines of `key: value`");
   expect_part(refusal_of_file("gate: 0.9\n  chart: {\n"), "c.yaml:2: not YAML: ");
-  expect_part(refusal_of_file("gate: 0.9\nmode: slam\ngate: 0.8\n"), "c.yaml:3: 'gate' again");
+  expect_part(refusal_of_file("gate: 0.9\nmode: slam\ngate: 0.8\n"),
+              "c.yaml:3: key 'gate' is repeated");
   expect_part(refusal_of_file("just words\n"), "c.yaml:1: expected lines of `key: value`");
 }
 
@@ -172,7 +173,7 @@ TEST(SettingsSources, ThePapersParameterSetsAreRead) {
   }
 }
 
-// Of runs with body velocities, of runs with an IMU, and of the simulator.
+// The settings of stereo-velocity runs, of visual-inertial runs and of the simulator.
 TEST(SettingsSources, EveryFileOfTheRepositoryIsReadByWhomItIsFor) {
   int files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(CHASLES_SOURCE_DIR "/configs")) {

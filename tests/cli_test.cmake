@@ -6,7 +6,7 @@ chasles_test(cli_test SOURCES ${cli_tests}
 add_dependencies(cli_test chasles)
 target_compile_definitions(cli_test PRIVATE CHASLES_BINARY="$<TARGET_FILE:chasles>"
   CHASLES_NODE="${CHASLES_NODE}")
-# As app/CMakeLists.txt found it; a test is skipped where there is no mpirun.
+# Found by app/CMakeLists.txt; a test is skipped if there is no mpirun.
 if(NOT CHASLES_MPI STREQUAL "OFF")
   find_package(MPI QUIET COMPONENTS CXX)
   if(MPI_CXX_FOUND)

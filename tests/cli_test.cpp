@@ -4,7 +4,7 @@
 
 #include <chasles/slam/velocity_settings.hpp>
 
-// The command's face: help, errors and their exit codes.
+// Help, errors and exit codes of the command.
 namespace chasles::test {
 namespace {
 
@@ -20,7 +20,7 @@ TEST(Command, HelpNamesEverySubcommandAndExitCode) {
   const Outcome outcome = chasles(folder, "--help");
   EXPECT_EQ(outcome.code, 0);
   for (const char* part : {"run", "simulate", "compare", "montecarlo", "evaluate", "report",
-                           "5 an asked-for threshold"}) {
+                           "5 a requested threshold"}) {
     expect_part(outcome.out, part);
   }
 }
@@ -113,7 +113,7 @@ TEST(Command, FailsBeforeTheRunWhereTheOutputCannotBeWritten) {
 TEST(Command, AFullDiskIsAnErrorNotATruncatedFile) {
   const Scratch folder;
   simulate(folder);
-  // A process that may not write more than 64 KiB into a file meets the same refusals.
+  // A process with a file size limit of 64 KiB gets the same errors.
   const std::string full_disk = "trap '' XFSZ && ulimit -f 64 && ";
   expect_error(chasles(folder, "run rec --quiet -o out", full_disk), 1, "cannot be written");
   expect_error(chasles(folder, "run rec --quiet --full-covariance P.npy", full_disk), 1,

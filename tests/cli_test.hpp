@@ -11,10 +11,10 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
-// What the tests of the command share.
+// Common helpers of the command's tests.
 namespace chasles::test {
 
-/// A folder of its own for the running test, empty at first, and removed at the end.
+/// An empty folder for the running test, removed at the end.
 class Scratch {
  public:
   Scratch() {
@@ -46,13 +46,13 @@ inline void spill(const std::filesystem::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
 
-/// What a process left behind.
+/// Exit code and output of a process.
 struct Outcome {
-  int code = -1;  ///< -1: it did not end by itself
+  int code = -1;  ///< -1: ended by a signal
   std::string out, err;
 };
 
-/// Runs `chasles ARGUMENTS` in the folder by a shell, which `before` is told first.
+/// Runs `chasles ARGUMENTS` in the folder by a shell, after the shell commands `before`.
 inline Outcome chasles(const Scratch& folder, const std::string& arguments,
                        const std::string& before = "") {
   const std::string command = "cd '" + folder.string() + "' && " + before + "'" + CHASLES_BINARY +
@@ -63,7 +63,7 @@ inline Outcome chasles(const Scratch& folder, const std::string& arguments,
           .err = slurp(folder / "stderr.txt")};
 }
 
-/// Simulates a drive of a few seconds into the folder "rec".
+/// Simulates a stereo-velocity recording of a few seconds into the folder "rec".
 inline void simulate(const Scratch& folder, const std::string& more = "") {
   const Outcome made = chasles(folder,
                                "simulate street -o rec --quiet --set route=R "
@@ -72,13 +72,13 @@ inline void simulate(const Scratch& folder, const std::string& more = "") {
   ASSERT_EQ(made.code, 0) << made.err;
 }
 
-/// The same with an IMU: a third of a turn around the turntable.
+/// The same with an IMU: a third of a revolution of the turntable.
 inline void simulate_turntable(const Scratch& folder) {
   const Outcome made = chasles(folder, "simulate turntable -o rec --quiet --set revolutions=0.3");
   ASSERT_EQ(made.code, 0) << made.err;
 }
 
-/// Two run folders have the same bytes.
+/// Expects two run folders with the same bytes.
 inline void expect_same_runs(const Scratch& folder, const char* one, const char* other) {
   for (const char* file : {"states.csv", "trajectory.tum", "landmarks.csv", "summary.json"}) {
     EXPECT_EQ(slurp(folder / one / file), slurp(folder / other / file)) << file;
@@ -89,7 +89,7 @@ inline void expect_part(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << "no \"" << part << "\" in:\n" << text;
 }
 
-/// One line on stderr that begins as every error does, and nothing on stdout.
+/// Expects one error line on stderr and an empty stdout.
 inline void expect_error(const Outcome& outcome, int code, const std::string& part) {
   EXPECT_EQ(outcome.code, code) << outcome.err;
   EXPECT_EQ(outcome.out, "");

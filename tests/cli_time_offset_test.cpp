@@ -5,7 +5,7 @@
 
 #include "cli_test.hpp"
 
-// Velocities whose clock is not the frames'.
+// Velocities with a time offset to the frames.
 namespace chasles::test {
 namespace {
 
@@ -13,7 +13,7 @@ using Json = nlohmann::json;
 
 constexpr std::int64_t kLate = 60'000'000;  // [ns]
 
-// "rec", and "late" with the velocities stamped late.
+// Writes "rec", and "late" with the velocities stamped late by kLate.
 void simulate_late(const Scratch& folder) {
   const Outcome made = chasles(folder,
                                "simulate street-ins -o rec --quiet --set route=RL "
@@ -44,14 +44,14 @@ TEST(TimeOffset, OfVelocitiesIsFoundSaidAndCorrected) {
   EXPECT_EQ(as_stamped["noise"]["time_offset"], 0);
   EXPECT_NEAR(found["noise"]["time_offset"].get<double>(), 0.06, 0.01);
   expect_part(found["remarks"].dump(), "are stamped late by");
-  expect_part(found["remarks"].dump(), "their stamps are corrected");
+  expect_part(found["remarks"].dump(), "their time stamps are corrected");
   const Json right = run(folder, "rec");
   const auto ate = [](const Json& figures) { return figures["ate_m"].get<double>(); };
   EXPECT_GT(ate(as_stamped), 1.2 * ate(right));
   EXPECT_LT(ate(found), 1.1 * ate(right));
   const Json untouched = run(folder, "rec --set time_offset=auto");
   EXPECT_EQ(untouched["noise"]["time_offset"], 0);
-  expect_part(untouched["remarks"].dump(), "their stamps are taken as they are");
+  expect_part(untouched["remarks"].dump(), "their time stamps are not corrected");
 }
 
 TEST(TimeOffset, ThatIsToldIsTakenByEveryEstimator) {
@@ -61,7 +61,7 @@ TEST(TimeOffset, ThatIsToldIsTakenByEveryEstimator) {
     const std::string by = std::string(" --estimator ") + estimator;
     const Json right = run(folder, "rec --stop 6" + by);
     const Json told = run(folder, "late --stop 6 --set time_offset=0.06" + by);
-    // The first sample waits for the first frame of its clock; all others are the same.
+    // Only the sample at the first frame differs: it is interpolated.
     EXPECT_NEAR(told["ate_m"].get<double>(), right["ate_m"].get<double>(), 0.01) << estimator;
   }
   expect_error(chasles(folder, "run late --quiet --set time_offset=0.6"), 1, "time_offset");

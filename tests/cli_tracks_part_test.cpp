@@ -18,7 +18,7 @@ using Json = nlohmann::json;
 
 constexpr LandmarkId kTracks = 10000;
 
-// Each of the tracks, as a stereo pair and as a single camera see it.
+// Each track, as observed by a stereo pair and by a single camera.
 FeatureFrame frame_of_all() {
   FeatureFrame frame;
   for (LandmarkId id = 0; id < kTracks; ++id) {
@@ -83,7 +83,7 @@ TEST(TracksPart, IsWhatARunSeesAndSays) {
   }
 }
 
-// A front end's tracks are thinned behind it.
+// The tracks of the front end are thinned after it.
 TEST(TracksPart, OfImagesIsOfWhatTheFrontEndFollows) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder,
@@ -96,7 +96,7 @@ TEST(TracksPart, OfImagesIsOfWhatTheFrontEndFollows) {
   const Json all = figures_of(chasles(folder, run)),
              half = figures_of(chasles(folder, run + "--tracks 0.5"));
   EXPECT_NEAR(observations(half) / observations(all), 0.5,
-              0.27);  // three deviations of some thirty long tracks
+              0.27);  // three sigma of about thirty long tracks
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 #include "cli_process.hpp"
 
-// What `chasles run --estimator window:N` delivers.
+// Results of `chasles run --estimator window:N`.
 namespace chasles::test {
 namespace {
 
@@ -50,7 +50,7 @@ TEST(RunWindow, WithAnImuTheSame) {
   EXPECT_EQ(chasles(folder, command + "--set calibrate_extrinsics=true").code, 1);
 }
 
-// The run that is seen from outside is the window's own, not one of the filter that it replaces.
+// The live run shows the estimates of the window, not those of a filter.
 TEST(RunWindow, WithAnImuIsThereWhileItGoes) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, "simulate hallway -o rec --quiet").code, 0);

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-// What the pages promise exists: links lead somewhere, the commands are there, and the example is
-// the one that the tests build (installed_package).
+// Consistency of the pages: link targets and commands exist, and the example is the one that the
+// tests build (installed_package).
 namespace chasles {
 namespace {
 
@@ -83,7 +83,7 @@ TEST(Docs, EveryMakeCommandIsATarget) {
   const auto targets = all_matches(slurp(kRoot / "Makefile"), target);
   ASSERT_TRUE(targets.contains("demo"));
   for (const char* page : {"README.md", "CONTRIBUTING.md"}) {
-    // Only what is written as code: `make test`, or a line of a code block.
+    // Only code: `make test`, or a line of a code block.
     static const std::regex code(R"((?:`|\n)(make [a-z-]+))");
     for (const std::string& line : all_matches(slurp(kRoot / page), code)) {
       for (const std::string& name : all_matches(line, command)) {

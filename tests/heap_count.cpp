@@ -19,7 +19,7 @@ namespace {
 std::atomic<long> allocations = 0, live_bytes = 0;
 
 #if CHASLES_COUNTS_HEAP
-// Where a library's code lies.
+// Address range of a library's code.
 struct Range {
   std::uintptr_t begin = 0, end = 0;
   bool holds(const void* address) const {
@@ -29,7 +29,7 @@ struct Range {
 };
 
 // On processors with AVX-512 OpenBLAS takes a few bytes from the heap for the edges of some small
-// products, and gives them back before it returns. That is its own affair.
+// products, and frees them before it returns. These calls are not counted.
 Range find_openblas() {
   Range found;
   dl_iterate_phdr(
@@ -48,7 +48,7 @@ Range find_openblas() {
   return found;
 }
 
-// Constant-initialised: the heap is in use before anything else is.
+// Constant-initialised, because the heap is used before any other initialisation.
 Range openblas;
 [[gnu::constructor]] void look_for_openblas() { openblas = find_openblas(); }
 
@@ -74,7 +74,7 @@ bool heap_is_counted() { return CHASLES_COUNTS_HEAP == 1; }
 }  // namespace chasles::test
 
 #if CHASLES_COUNTS_HEAP
-// glibc's own, behind the names that everything else calls.
+// glibc's own functions, behind the names that all callers use.
 using chasles::test::forget;
 using chasles::test::note;
 

@@ -4,16 +4,16 @@
 
 namespace chasles::test {
 
-/// What the process has from the heap, by every way there is (operator new, Eigen, C).
+/// Heap use of the process by all allocators (operator new, Eigen, C).
 struct HeapCount {
-  long allocations = 0;  ///< calls so far, those that OpenBLAS makes for itself left out
-  long live_bytes = 0;   ///< handed out and not given back
+  long allocations = 0;  ///< calls so far, without those of OpenBLAS
+  long live_bytes = 0;   ///< allocated and not freed
 };
 
-/// Of all threads. Zero where heap_is_counted() is false.
+/// Counts of all threads. Zero if heap_is_counted() is false.
 HeapCount heap_count();
 
-/// False under the sanitizers, which have a heap of their own.
+/// False with the sanitizers, which replace the heap.
 bool heap_is_counted();
 
 }  // namespace chasles::test

@@ -15,7 +15,7 @@
 
 #include "heap_count.hpp"
 
-// What a run takes from the heap, a frame at a time and over ten minutes.
+// Heap use of a run, per frame and over ten minutes.
 namespace chasles::test {
 namespace {
 
@@ -46,7 +46,7 @@ StereoObservation observe(LandmarkId id) {
   return {.landmark = id, .pixels = {u, v, u - disparity, v}};
 }
 
-/// 50 landmarks in the state, seen again and again by a camera that stands.
+/// 50 landmarks in the state, observed repeatedly by a static camera.
 class Standing {
  public:
   Standing() : filter_(error_chart("right-sen3"), initial(), covariance(), options()) {
@@ -87,7 +87,7 @@ class Standing {
   std::vector<Measurement> measurements_;
 };
 
-/// Calls of the heap by what is done.
+/// Heap calls by operation.
 template <class Function>
 long allocations_of(const Function& function) {
   const long before = heap_count().allocations;
@@ -147,7 +147,7 @@ class Inertial {
   }
   void exchange_clones() {
     filter_.clone_pose(clone_++, Time{});
-    filter_.forget_clones(std::array{clone_ - 6});
+    filter_.remove_clones(std::array{clone_ - 6});
   }
   void exchange_landmarks() {
     filter_.add({&fresh_, 1});
@@ -200,7 +200,7 @@ TEST(Heap, AnInertialFilterWithClonesAsksForNothingInAnyChart) {
     EXPECT_EQ(update, 0);
     EXPECT_EQ(look, 0);
     EXPECT_EQ(clones, 0);
-    // The map of 5 … 100 landmarks, which doubles its room.
+    // The map of 5 … 100 landmarks, which doubles its capacity.
     EXPECT_LE(landmarks, 5);
   }
 }
@@ -218,7 +218,7 @@ struct Passed {
   long live_bytes = 0, landmarks = 0;
 };
 
-// Of the frames' own estimates nothing is kept: a user who wants them stores them.
+// The run keeps no estimates of single frames; the caller stores them if needed.
 std::vector<Passed> minute_by_minute(const Recording& recording) {
   InertialSlamSettings settings;
   InertialSession session(settings, {},
@@ -242,8 +242,8 @@ std::vector<Passed> minute_by_minute(const Recording& recording) {
   return passed;
 }
 
-// The map alone may grow, by its landmarks; what holds them may have room for twice as many. What
-// is in the state, and waits to be, comes and goes.
+// Only the map may grow, by its landmarks; its container may have twice the capacity. Landmarks in
+// the state, and those that wait for initialisation, come and go.
 TEST(Heap, OverTenMinutesGrowsByTheMapAlone) {
   if (!heap_is_counted()) GTEST_SKIP() << "skipped: the sanitizers have a heap of their own";
   constexpr long kRoom = 200'000;
@@ -262,7 +262,7 @@ TEST(Heap, OverTenMinutesGrowsByTheMapAlone) {
 
 /// Calls in the frames after the warm-up.
 struct Asked {
-  long frames = 0, quiet_frames = 0;  ///< quiet: no landmark began or ended
+  long frames = 0, quiet_frames = 0;  ///< quiet: no landmark was initialised or retired
   long calls = 0, quiet_calls = 0;
 };
 
@@ -293,8 +293,8 @@ Asked asked_in(const char* scene, double warm_up) {
   return asked;
 }
 
-// Tracks begin, end and are tried in quiet frames too. Where landmarks end the map grows, whose
-// vector doubles its room now and then; a list that is longer than ever asks for more.
+// Tracks begin, end and are tested in quiet frames as well. Retired landmarks extend the map, whose
+// vector sometimes doubles its capacity; a list that is longer than ever before allocates.
 TEST(Heap, AFrameAsksForNothingOnceItsListsHaveTheirRoom) {
   if (!heap_is_counted()) GTEST_SKIP() << "skipped: the sanitizers have a heap of their own";
   const Asked asked = asked_in("hallway", 30);

@@ -12,7 +12,7 @@
 
 #include "heap_count.hpp"
 
-// What a window that slides keeps of what has left it.
+// Heap use of a sliding window for states that it has marginalised.
 namespace chasles::test {
 namespace {
 
@@ -21,7 +21,7 @@ struct Passed {
   long live_bytes = 0, landmarks = 0;
 };
 
-/// Over the frames from the hundredth on, by which all lists have their room.
+/// Over the frames from the hundredth on, when all lists have their capacity.
 class Growth {
  public:
   void frame(long landmarks) {
@@ -29,8 +29,8 @@ class Growth {
     late_ = now(landmarks);
   }
 
-  // The map alone may grow, by its landmarks; what holds them may have room for twice as many. A
-  // keyframe with its samples is some 3 kB; the matrices are as large as what is in view.
+  // Only the map may grow, by its landmarks; its container may have twice the capacity. A keyframe
+  // with its samples takes about 3 kB. The matrices depend on the number of landmarks in view.
   void check(int frames) const {
     ASSERT_EQ(late_.frames, frames);
     EXPECT_GT(late_.landmarks, 2 * early_.landmarks);

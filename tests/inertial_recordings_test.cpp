@@ -1,5 +1,6 @@
-// The inertial filter on real and realistic recordings: EuRoC's AprilGrid walk with its own pixels
-// and IMU, and a long walk along a real trajectory. docs/inertial-results.md has the figures.
+// The visual-inertial filter on real and realistic recordings: EuRoC's AprilGrid walk with its
+// pixels and IMU, and a long walk along a real trajectory. docs/inertial-results.md has the
+// figures.
 
 #include <algorithm>
 #include <cstdlib>
@@ -33,7 +34,7 @@ double figure(const Trial& trial, const Recording& recording, const std::string&
   return 0;
 }
 
-// As configs/euroc.yaml.
+// Same settings as configs/euroc.yaml.
 FilterVariant euroc(const std::string& chart) {
   FilterVariant filter{.name = chart, .settings = {}};
   auto& s = filter.settings;
@@ -47,7 +48,7 @@ FilterVariant euroc(const std::string& chart) {
   return filter;
 }
 
-// The truth's own start: nothing is drawn.
+// Starts at the true state, without a random error.
 InertialStart true_start(const Recording& recording) {
   InertialSlamSettings exact;
   exact.initial_tilt_sigma = exact.initial_velocity_sigma = 0;
@@ -69,11 +70,11 @@ TEST_P(AprilGrid, IsFollowedThroughTheOutage) {
   const Trial trial = run_trial(euroc(chart), recording, true_start(recording));
   EXPECT_FALSE(trial.diverged);
   EXPECT_LT(figure(trial, recording, "ate_m"), cameras == 2 ? 0.02 : 0.04);
-  // Of 0.5 px claimed 0.3 px are there; outliers are gated.
+  // The pixel noise is 0.3 px, the stated sigma 0.5 px; the gate rejects outliers.
   EXPECT_LT(averages(trial).nis_per_dof, 0.6);
 }
 
-// Every fourth frame is enough to be better than the filter with all of them.
+// Batch estimation with every fourth frame is more accurate than the filter with all frames.
 TEST(AprilGridBatch, ErrsLessThanTheFilter) {
   const fs::path folder = data() / "euroc/imu_april";
   if (!fs::exists(folder)) GTEST_SKIP() << "skipped: no recordings";

@@ -1,5 +1,5 @@
-// The real recordings, run as `chasles run RECORDING` runs them: no option, one default for all.
-// The limits are those of the project's issue 2; docs/results.md has the figures themselves.
+// The real recordings with the settings of `chasles run RECORDING`: defaults, no options. The
+// limits are those of the project's issue 2; docs/results.md has the figures.
 
 #include <cstdlib>
 #include <filesystem>
@@ -113,7 +113,7 @@ TEST_P(RealRecording, IsEstimatedWithinItsLimits) {
   }
 }
 
-// The 100 m relative error of dead reckoning by docs/results.md is each drive's limit.
+// The limit of each recording is the 100 m relative error of dead reckoning (docs/results.md).
 INSTANTIATE_TEST_SUITE_P(Drives, RealRecording,
                          testing::Values(k2020_0022, k2020_0027, kStarryNight, k2018_0020,
                                          Case{"Ece2018_0027",
@@ -176,7 +176,7 @@ TEST_F(RealRecording, StarryNightIsMappedAndItsCovarianceIsBelievable) {
       figure(judge(recording, result.estimates, PoseError::kWorldTwist), "nees_pose");
   EXPECT_GT(nees, 4);
   EXPECT_LT(nees, 8);
-  // The estimate's world is the vehicle's first pose.
+  // The world frame of the estimate is the first pose of the vehicle.
   const SE3& truth_T_world = recording.truth.front().pose;
   double sum = 0;
   ASSERT_EQ(result.map.size(), recording.true_landmarks.size());
@@ -188,7 +188,7 @@ TEST_F(RealRecording, StarryNightIsMappedAndItsCovarianceIsBelievable) {
   EXPECT_LE(std::sqrt(sum / static_cast<double>(result.map.size())), 0.045);
 }
 
-// Cut to where the dense filter is affordable: 60 frames, about 500 landmarks.
+// Cut so that the dense filter is fast enough: 60 frames, about 500 landmarks.
 TEST_F(RealRecording, TheCompressedMapIsThatOfTheDenseFilterInEveryChart) {
   Recording recording = read(k2020_0027);
   recording.frames.resize(60);
@@ -211,7 +211,7 @@ TEST_F(RealRecording, TheCompressedMapIsThatOfTheDenseFilterInEveryChart) {
   }
 }
 
-// docs/noise.md: KITTI's velocities are along level axes, and the files call them the vehicle's.
+// KITTI's velocities are along level axes; the files state the vehicle's axes (docs/noise.md).
 TEST_F(RealRecording, LevelVelocitiesAreFoundAndWorthHalfOfTheErrors) {
   const Recording drive = read(k2018_0020);
   VelocitySlamSettings own;

@@ -1,5 +1,5 @@
-// Stereo matching on EuRoC's V1_01: held against what a third view, some tenths of a second later,
-// and the true motion say of the same corners. docs/frontend.md has the figures.
+// Stereo matching on EuRoC's V1_01. The reference for each corner comes from a third image, some
+// tenths of a second later, and the true motion. docs/frontend.md has the figures.
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// An instant of the recording of single pairs.
+/// One frame of the recording of single image pairs.
 struct Pair {
   Time time{};
   SE3 world_T_imu;
@@ -51,7 +51,7 @@ ImagePyramid pyramid_of(const fs::path& file) {
 
 struct Score {
   int pairs = 0, visible = 0, matched = 0;
-  std::vector<double> errors;  ///< of those that are visible and matched [px]
+  std::vector<double> errors;  ///< of visible and matched corners [px]
 
   double within(double pixels) const {
     const auto right = std::ranges::count_if(errors, [&](double e) { return e < pixels; });
@@ -59,8 +59,8 @@ struct Score {
   }
 };
 
-/// The corners of a pair's first image that the later first image shows too: they have a place from
-/// the true motion, and with it one in the pair's other image.
+/// The corners of a pair's first image that the later first image shows as well. The true motion
+/// gives their position in space, and thus their pixel in the pair's other image.
 void compare(const Pair& pair, const Pair& later, const std::vector<Camera>& rig, Score& score) {
   Camera third = rig[0];
   third.cam_T_imu = rig[0].cam_T_imu * later.world_T_imu.inverse() * pair.world_T_imu;
@@ -94,7 +94,7 @@ TEST(ViconRoom, StereoMatchesAgreeWithAThirdViewAndTheTrueMotion) {
   for (std::size_t i = 0; i + 1 < pairs.size(); ++i) {
     const Pair &pair = pairs[i], &later = pairs[i + 1];
     const double way = (later.world_T_imu.p - pair.world_T_imu.p).norm();
-    // As far as the rig's own 0.11 m, or some times that.
+    // As far as the rig's baseline of 0.11 m, or several times that.
     if (later.time - pair.time > std::chrono::seconds(1) || way < 0.08 || way > 0.5) continue;
     compare(pair, later, rig, score);
   }

@@ -17,15 +17,15 @@ namespace chasles {
 template <typename S, typename Type>
 concept SettingsOf = std::same_as<std::remove_const_t<S>, Type>;
 
-/// What a setting may be: of a number the range, of a text the names (none: any text). Nothing is
-/// said of a bool and of an enum, which has its Choices.
+/// Limits of a setting: a range for a number, the allowed names for a text (none: any text). No
+/// limits apply to a bool, nor to an enum, which has its Choices.
 struct Limits {
   double low = -std::numeric_limits<double>::infinity();  ///< smallest number allowed
   double high = std::numeric_limits<double>::infinity();  ///< largest one
   bool above_low = false;                                 ///< low itself is not allowed
   std::span<const std::string_view> names = {};
 
-  /// Not of NaN, nor of infinities.
+  /// False for NaN and infinities.
   constexpr bool contain(double number) const {
     using Number = std::numeric_limits<double>;
     return number >= Number::lowest() && number <= Number::max() && number >= low &&
@@ -45,7 +45,7 @@ constexpr Limits at_least(double low) { return {.low = low}; }
 constexpr Limits from_to(double low, double high) { return {.low = low, .high = high}; }
 constexpr Limits one_of(std::span<const std::string_view> names) { return {.names = names}; }
 
-/// Of a field of a table that has a least and a most for every type.
+/// Limits of a field of a table that has a least and a most for every type.
 template <typename Value>
 constexpr Limits of(double least, double most) {
   if (std::same_as<Value, std::uint64_t>) return kNonNegative;
@@ -54,7 +54,7 @@ constexpr Limits of(double least, double most) {
 
 }  // namespace limits
 
-/// An enumerator and what it is called in files, on the command line and in messages.
+/// An enumerator and its name in files, on the command line and in messages.
 template <typename E>
 struct Choice {
   E value;
@@ -63,8 +63,8 @@ struct Choice {
 template <typename E>
 Choice(E, const char*) -> Choice<E>;
 
-/// Of an enum that is a setting, specialised beside it: `static constexpr std::array list` of its
-/// Choice<E>, in the order in which they are told.
+/// The choices of an enum that is a setting. Specialised beside the enum: `static constexpr
+/// std::array list` of its Choice<E>, in the order of the help text.
 template <typename E>
 struct Choices;
 
@@ -81,7 +81,7 @@ inline constexpr auto kChoiceNames = [] {
   return names;
 }();
 
-/// Empty for a value that is none of the choices.
+/// Empty for a value that is not among the choices.
 template <ChoiceEnum E>
 constexpr std::string_view name_of(E value) {
   for (const Choice<E>& choice : Choices<E>::list) {

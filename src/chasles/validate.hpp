@@ -23,7 +23,7 @@ namespace chasles {
   throw UsageError(message);
 }
 
-/// The shortest text that is read as the same number.
+/// The shortest text that parses to the same number.
 inline std::string number_text(double number) {
   const double size = std::abs(number);
   const bool plain = size == 0 || (size >= 1e-4 && size < 1e16);
@@ -33,7 +33,7 @@ inline std::string number_text(double number) {
   return {text.data(), end.ptr};
 }
 
-/// A setting's value in a message: a text or a choice in quotation marks.
+/// A setting's value in a message: a text or a choice is quoted.
 template <typename Value>
 std::string setting_text(const Value& value) {
   if constexpr (std::is_same_v<Value, std::optional<double>>) {
@@ -74,7 +74,7 @@ inline std::string range_text(const Limits& limits, std::string_view unit) {
   return text;
 }
 
-/// What a setting of that type is expected to be. `unit` as for_each_setting tells it.
+/// Description of the expected value of a setting of that type. `unit` as in for_each_setting.
 template <typename Value>
 std::string expected_text(const Limits& limits, std::string_view unit) {
   if constexpr (std::is_same_v<Value, std::optional<double>>) {
@@ -92,7 +92,7 @@ std::string expected_text(const Limits& limits, std::string_view unit) {
   }
 }
 
-/// Whether a setting of these limits may have that value.
+/// Whether a setting with these limits may have that value.
 template <typename Value>
 bool is_allowed(const Value& value, const Limits& limits) {
   if constexpr (std::is_same_v<Value, std::optional<double>>) {
@@ -108,8 +108,8 @@ bool is_allowed(const Value& value, const Limits& limits) {
   }
 }
 
-/// Throws UsageError for the first setting that is not within its limits: its name behind
-/// `prefix`, its value and what is allowed.
+/// Throws UsageError for the first setting that is not within its limits, with `prefix` and its
+/// name, its value and the expected one.
 template <typename Settings>
 void validate_fields(const Settings& settings, std::string_view prefix = "") {
   for_each_setting(settings, [&](const char* name, const auto& value, std::string_view unit,
@@ -121,7 +121,7 @@ void validate_fields(const Settings& settings, std::string_view prefix = "") {
   });
 }
 
-/// The settings, which their validate() lets pass.
+/// Returns the settings; throws as their validate().
 template <typename Settings>
 const Settings& validated(const Settings& settings) {
   validate(settings);

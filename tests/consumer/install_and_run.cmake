@@ -1,5 +1,5 @@
 # cmake -DBUILD=... -DSOURCE=... -DCONFIG=... -DCXX=... -DFLAGS=... -P: installs the libraries below
-# the build folder, and builds and runs the consumers against what was installed.
+# the build folder, and builds and runs the consumers against the installed package.
 set(prefix ${BUILD}/consumer/prefix)
 set(build ${BUILD}/consumer/build)
 file(REMOVE_RECURSE ${BUILD}/consumer)
@@ -16,7 +16,7 @@ run(${CMAKE_COMMAND} --build ${build})
 run(${build}/walk)
 run(${build}/velocity)
 
-# The library's numbers are the command's, to the bit, with each estimator.
+# With each estimator, library and command give exactly the same numbers.
 set(walk ${BUILD}/consumer/walk)
 run(${BUILD}/bin/chasles simulate hallway --images --quiet -o ${walk} --set hall_length=8
   --set sections=1 --set rest_duration=1 --set frame_rate=15)

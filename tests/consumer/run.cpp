@@ -6,7 +6,8 @@
 #include <chasles/pipeline/run.hpp>
 
 /// run FOLDER ESTIMATOR [TUM]: SLAM from the images and the IMU of a recording. Succeeds if the
-/// estimates are within 10 cm of the truth and, where a file is given, its positions to the bit.
+/// position error (RMSE) is below 10 cm. With a file, the positions must also equal its positions
+/// exactly.
 int main(int argc, char** argv) {
   if (argc < 3) return 2;
   const std::string folder = argv[1], name = argv[2];

@@ -4,8 +4,8 @@
 #include <chasles/pipeline/visual_inertial_slam.hpp>
 #include <chasles/sim/render_images.hpp>
 
-/// SLAM from the images and the IMU of a simulated walk, as they come; succeeds if it is where the
-/// truth says, to within 10 cm.
+/// SLAM from the images and the IMU of a simulated walk, event by event. Succeeds if the position
+/// error (RMSE) is below 10 cm.
 int main() {
   chasles::InertialScene scene = chasles::inertial_scene("hallway");
   scene.settings.hall_length = 8;
@@ -19,7 +19,7 @@ int main() {
   const auto take = [&](const std::vector<chasles::Estimate>& estimates) {
     for (const auto& e : estimates) trajectory.push_back({e.time, e.world_T_imu});
   };
-  chasles::EventStream events(walk);  // of a robot: what its drivers deliver, as it comes
+  chasles::EventStream events(walk);  // on a robot: the events of its drivers
   while (const auto event = events.next()) {
     if (const auto* sample = std::get_if<chasles::ImuSample>(&*event)) {
       take(slam.process(*sample));

@@ -79,7 +79,7 @@ export class ImagePanel {
         g.moveTo(3, 10);
         g.lineTo(15, 4);
         g.stroke();
-      }), 'way of five frames'));
+      }), 'path over five frames'));
   }
 
   private drawNow(): void {

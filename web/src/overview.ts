@@ -59,7 +59,7 @@ export class Overview implements MapHost {
     byId('overview-title').textContent = scene.plan.wall.x.length
       ? 'Over the floor plan' : 'On the truth';
     this.canvas.setAttribute('aria-label',
-      `Top view with the true way and ${scene.runs.length} estimates.`);
+      `Top view with the true trajectory and ${scene.runs.length} estimates.`);
     this.view.names = scene.axes;
     this.showLegend(scene);
     showOverviewTable(scene);

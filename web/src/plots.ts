@@ -40,10 +40,10 @@ function errorPanel(label: string, unit: string, error: Column | undefined, sigm
 function errorCaption(run: Run, what: string): string {
   if (run.errors) {
     return `Truth minus estimate along the world axes, ${what}. Truth is placed by the first ` +
-      'common pose, nothing else is fitted. A filter that knows its error stays inside ±3σ ' +
+      'common pose, nothing else is fitted. A consistent filter stays inside ±3σ ' +
       '99.7 % of the time.';
   }
-  return 'Three times the standard deviation that the filter reports. No truth is at hand, so no ' +
+  return 'Three times the standard deviation that the filter reports. No truth is available, so no ' +
     'error can be shown.';
 }
 

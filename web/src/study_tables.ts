@@ -124,10 +124,10 @@ export function showStudyTables(): void {
   const over = study.single ? 'its frames' : 'the frames and the runs that did not diverge';
   byId('nees-caption').textContent = 'Squared error over the covariance that the filter reports, ' +
     `averaged over ${over}, in the coordinates of the filter’s chart: 3 for position and attitude and ` +
-    '1 per degree of freedom when it is consistent; a pose NEES of 4 per degree of freedom says ' +
+    '1 per degree of freedom when it is consistent; a pose NEES of 4 per degree of freedom means ' +
     'that the covariance is 4 times too small. ' + (study.single
       ? 'The band holds the value of a single frame with 95 % probability; ✓ is inside.'
-      : 'The band holds the mean of so many runs at one instant with 95 % probability; ✓ is inside.');
+      : 'The band holds the mean over the runs at one instant with 95 % probability; ✓ is inside.');
   byId('error-caption').textContent = `Means over ${over}. Nothing is aligned: the filter begins at ` +
     'the true pose.';
 }

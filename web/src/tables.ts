@@ -31,7 +31,7 @@ const FIGURES: [string, string, string, number, string][] = [
   ['frames_not_ok', 'Frames not ok', '', 0, 'by the filter’s own health'],
   ['zupt_frames', 'Zero-velocity updates', '', 0, ''],
   ['dropped_frames', 'Frames dropped', '', 0, 'late, there twice, or without samples near'],
-  ['resets', 'Resets', '', 0, 'how often the filter began anew'],
+  ['resets', 'Resets', '', 0, 'how often the filter restarted'],
   ['observations', 'Observations', '', 0, 'that the recording offered'],
   ['used', 'Observations used', '', 0, ''],
   ['rejected', 'Observations rejected', '', 0, 'by the χ² gate'],

@@ -36,8 +36,8 @@ export function timingPlot(run: Run): PlotSpec | null {
     caption: 'Wall time that a frame took' + (Number.isFinite(period)
       ? `: ${number(mean(ms))} ms on average, and a frame arrives every ${number(period)} ms.`
       : '.') +
-      (told ? ' Stages are stacked: the state’s propagation, the update with its gate, landmarks that ' +
-        'begin, change or retire. The rest up to the line is reading, waiting and writing.' : '') +
+      (told ? ' Stages are stacked: the state’s propagation, the update with its gate, initialisation, ' +
+        'conversion and retirement of landmarks. The rest up to the line is reading, waiting and writing.' : '') +
       (frontEnd ? ' The front end may work beside the filter, ahead of it: then the stages add up to ' +
         'more than the frame.' : '') +
       (quantile(ms, 1) > 3 * quantile(ms, 0.99) ? ' Single spikes are cut off.' : ''),

@@ -35,12 +35,12 @@ const shownFrames = async (page) =>
 /** The run is there, and grows. */
 async function running(page) {
   await until('the run arrives', async () => await page.isVisible('#main') && await shownFrames(page) > 20, 20);
-  check('it is said to be running', await state(page) === 'Running', await state(page));
+  check('the state is running', await state(page) === 'Running', await state(page));
 }
 
 async function grows(page) {
   const frames = await shownFrames(page), numbers = await page.textContent('#live-numbers');
-  check('progress and speed are told', /\d of [\d\u202f]+ frames · .* × real time/.test(numbers.replace(/\s+/g, ' ')),
+  check('progress and speed are shown', /\d of [\d\u202f]+ frames · .* × real time/.test(numbers.replace(/\s+/g, ' ')),
     numbers);
   await until('frames arrive', async () => await shownFrames(page) > frames + 5, 10);
   const last = Number(await page.getAttribute('#time', 'max'));
@@ -90,7 +90,7 @@ await phone.context.close();
 const { page, words, context } = await open(browser, first.url);
 await running(page);
 first.child.kill('SIGKILL');
-await until('a lost connection is said', async () => /Connection lost, trying again/.test(await state(page)));
+await until('a lost connection is reported', async () => /Connection lost, trying again/.test(await state(page)));
 await page.screenshot({ path: `${folder}/live-lost.png` });
 check('what was there is still there', await shownFrames(page) > 20 && await page.isVisible('#plots'));
 const { port } = new URL(first.url);
@@ -102,7 +102,7 @@ await page.click('#live-stop');
 check('the stop button asks first', await page.textContent('#live-stop') === 'Really stop?');
 await page.click('#live-stop');
 check('a stopped run ends as an interrupted one', await stopped.ended === 130);
-await until('and is said to be', async () => (await state(page)).startsWith('Stopped before its end'), 10);
+await until('and the state is stopped', async () => (await state(page)).startsWith('Stopped before its end'), 10);
 const summary = JSON.parse(readFileSync(`${folder}/stopped/summary.json`, 'utf8'));
 check('its folder is complete', summary.remarks.some((r) => r.startsWith('interrupted after ')));
 check('the page has all frames', await shownFrames(page) === summary.frames,
@@ -117,11 +117,11 @@ const served = await start('view', `${folder}/stopped`, '--port', port);
 await visit(browser, served.url, folder, { label: 'view', title, colorScheme: 'dark', ...PHONE,
   ready: (viewed) => until('a finished run is served', () => viewed.isVisible('#main'), 10),
   use: async (viewed) => {
-    check('it is said to be finished', await state(viewed) === 'Finished', await state(viewed));
+    check('the state is finished', await state(viewed) === 'Finished', await state(viewed));
     check('there is nothing to stop', !await viewed.isVisible('#live-stop'));
     served.child.kill('SIGINT');
     check('Ctrl-C ends the server', await served.ended === 0);
-    await until('the end of the server is said', async () => /server has ended/.test(await state(viewed)));
+    await until('the end of the server is reported', async () => /server has ended/.test(await state(viewed)));
   } });
 await browser.close();
 process.exit(verdict());

@@ -7,7 +7,7 @@ const cursor = (page) => page.inputValue('#time').then(Number);
 /** What the cameras saw, where the run has kept it. */
 export async function camera(page, { run }) {
   const images = run.images ?? [];
-  check('what the camera saw is there where it was kept',
+  check('the camera panel is shown where images were kept',
     await page.isVisible('#camera-panel') === images.length > 0);
   if (!images.length) return;
   const view = page.locator('#camera'), text = () => page.textContent('#camera-text');
@@ -15,7 +15,7 @@ export async function camera(page, { run }) {
   await page.locator('#time').focus();
   await page.locator('#time').press('Home');
   await until('the picture is that of the cursor', async () => (await text()).startsWith('0.00 s'));
-  check('the picture is told in words', (await view.getAttribute('aria-label')).startsWith('cam0: 0.00 s') &&
+  check('the picture has a description', (await view.getAttribute('aria-label')).startsWith('cam0: 0.00 s') &&
     /\d+ used · \d+ rejected/.test(await text()), await text());
   const first = await picture(view), colours = await coloursOf(view);
   check('the picture is a photograph and not an empty ground', colours > 60, String(colours));
@@ -64,6 +64,6 @@ async function pointTip(page, view) {
     }
   });
   const text = await page.textContent('#camera-tip');
-  check('a point tells its numbers', /Point \d+: .*seen \d+ times/.test(text), text);
+  check('a point shows its numbers', /Point \d+: .*seen \d+ times/.test(text), text);
   await view.dispatchEvent('pointerleave');
 }

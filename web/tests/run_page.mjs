@@ -81,7 +81,7 @@ await browser.close();
 // Where there is no WebGL the map stands in for the scene.
 const flat = await launch(['--disable-3d-apis']);
 await visit(flat, file, folder, { label: 'flat', title, ...DESKTOP, use: async (page) => {
-  check('without WebGL the map is shown, and said to be', await page.isVisible('#map') &&
+  check('without WebGL the map is shown, with a notice', await page.isVisible('#map') &&
     await page.isVisible('#scene-missing') && !await page.isVisible('#scene'));
   check('and no view of a scene is offered',
     !await page.locator('#map-view option[value=orbit]').count());

@@ -29,7 +29,7 @@ export async function timeCursor(page) {
   await page.locator('#time').focus();
   await page.locator('#time').press('Home');
   await until('the slider scrubs', async () => await cursor(page) === 0);
-  await until('the time is told', async () => await page.textContent('#time-text') === '0.00 s');
+  await until('the time is shown', async () => await page.textContent('#time-text') === '0.00 s');
 }
 
 export async function play(page) {
@@ -104,7 +104,7 @@ export async function timeTicks(page) {
      
       .map(([, x, text]) => [x, Number(text.replace(/ s$/, '').replace(/\u202f/g, ''))]).slice(0, 40);
     const [[x0, t0], [x1, t1]] = [ticks[0], ticks.reduce((a, b) => (b[1] > a[1] ? b : a))];
-    check(`${key}: the time axis tells true times`, ticks.length > 1 && ticks.every(([x, t]) =>
+    check(`${key}: the time axis shows true times`, ticks.length > 1 && ticks.every(([x, t]) =>
       Math.abs(x0 + (t - t0) * (x1 - x0) / (t1 - t0) - x) < 2), JSON.stringify(ticks));
   }
   await page.evaluate(() => window.stopWriting());
@@ -152,7 +152,7 @@ export async function exactNumbers(page, { run }) {
   await card.scrollIntoViewIfNeeded();
   await settle(page);
   await card.hover();
-  await until('a figure tells the number of summary.json under the pointer', async () =>
+  await until('a figure shows the number of summary.json under the pointer', async () =>
     await page.textContent('.exact-tip') === `nees_pose: ${value}` && page.isVisible('.exact-tip'));
   await page.mouse.move(2, 2);
 }

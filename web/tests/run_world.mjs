@@ -9,7 +9,7 @@ const detail = (page) => page.getAttribute('#scene', 'data-detail');
 async function sceneShot(page) {
   await page.locator('#scene').evaluate((canvas) => canvas.blur());
   await settle(page);
-  await until('a scene at rest is drawn in full', async () => await detail(page) === 'full');
+  await until('a static scene is drawn in full', async () => await detail(page) === 'full');
   return (await page.locator('#scene').screenshot()).toString('base64');
 }
 
@@ -26,7 +26,7 @@ export async function scene(page, { run, folder }) {
   check('at first it shows what 0 makes it show', await sceneShot(page) === first);
   if (run.plan) await planInScene(page);
   await page.selectOption('#map-view', 'above');
-  await until('from above it looks different', async () => await sceneShot(page) !== first);
+  await until('the view from above differs', async () => await sceneShot(page) !== first);
   await page.selectOption('#map-view', 'follow');
   await settle(page);
   const behind = await sceneShot(page);
@@ -59,7 +59,7 @@ export async function motion(page) {
   check('in motion many dots at one place are one', !many ||
     dots.every(([, n, all]) => Number(n) < 0.8 * Number(all)), details.join());
   await canvas.press('0');
-  check('at rest it is what it was', await sceneShot(page) === still);
+  check('a static scene is unchanged', await sceneShot(page) === still);
   return Math.max(...dots.map(([, n]) => Number(n)));
 }
 
@@ -107,7 +107,7 @@ async function findTip(page, map) {
     }
   });
   const text = await tip.textContent();
-  check('a landmark tells its numbers', await tip.isVisible() && /Landmark \d+/.test(text) &&
+  check('a landmark shows its numbers', await tip.isVisible() && /Landmark \d+/.test(text) &&
     text.includes('σ'), text);
   const place = await tip.boundingBox();
   check('the numbers stay within the map', place && place.x >= box.x &&

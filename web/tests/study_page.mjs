@@ -94,7 +94,7 @@ async function dots(page) {
     }
     return readout.textContent;
   });
-  check('a dot tells its run', /run \d+/.test(text), text);
+  check('a dot shows its run', /run \d+/.test(text), text);
 }
 
 async function use(page) {

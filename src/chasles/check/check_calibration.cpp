@@ -73,7 +73,7 @@ Finding rotation_finding(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_i
     finding.advice = "one axis of the IMU or of the camera is flipped: frames are right-handed";
   } else if (inverted < std::max(limit, off / 3)) {
     finding.what = fmt::format(
-        "the extrinsics seem to be inverted: {:.1f} deg off, and {:.1f} deg the other way round",
+        "the extrinsics seem to be inverted: {:.1f} deg off, and {:.1f} deg as the inverse",
         off / kRadians, inverted / kRadians);
     finding.advice = "give the inverse: cam_T_imu maps IMU coordinates to those of the camera";
   } else {

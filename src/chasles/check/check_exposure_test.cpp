@@ -18,7 +18,7 @@ GrayImage image_of(int first, int step) {
   return image;
 }
 
-/// Frames made by a function of their number.
+/// Frames from a function of their index.
 class MadeImages : public ImageSource {
  public:
   using Maker = std::function<GrayImage(std::size_t)>;

@@ -4,7 +4,8 @@
 #include <chasles/check/check_times.hpp>
 #include <chasles/data/readers.hpp>
 
-// Each fault is put into a recording without any, and has to be named; without it nothing may be.
+// Each test adds one deficiency to a recording without any and expects its finding. Without it
+// there must be no finding.
 namespace chasles {
 namespace {
 
@@ -205,7 +206,7 @@ TEST(Check, WhatCannotBeTakenFromTheRecordingIsSaid) {
   EXPECT_EQ(findings(check_recording(empty)), "");
 }
 
-// A rest of three seconds, then a turn with a swing.
+// A standstill of three seconds, then rotation and oscillation.
 std::vector<ImuSample> rest_and_swing(double gravity) {
   std::vector<ImuSample> imu;
   for (int k = 0; k < 1200; ++k) {
@@ -265,8 +266,8 @@ TEST(CheckImu, ATruthThatLeansIsNamed) {
   EXPECT_NEAR(finding(leaning, "truth", "leans").value, 0.1 * 180 / M_PI, 0.1);
 }
 
-// EuRoC's own calibration is good to a fraction of a degree and its clocks to a fraction of a
-// millisecond; its tracks have 12 % gross outliers, and the board is a plane.
+// EuRoC's own calibration is accurate to a fraction of a degree and its clocks to a fraction of a
+// millisecond. Its tracks have 12 % gross outliers, and the board is a plane.
 TEST(CheckReal, EurocAgreesWithItsCalibration) {
   const auto kitti = test::recordings();
   if (!kitti) GTEST_SKIP() << "skipped: no recordings";

@@ -67,7 +67,7 @@ FeatureFrame look(const Drive& drive, double t, const SE3& world_T_imu,
   return frame;
 }
 
-// Past points on either side of the way.
+// A path between points on both sides.
 Recording drive_past_points(const Drive& drive) {
   constexpr int kSubsteps = 100;
   test::Random random(7);
@@ -135,7 +135,7 @@ TEST(VelocityClock, AbsurdPixelsAreLeftOut) {
   EXPECT_NEAR(clock->offset, 0.06, 4 * clock->sigma);
 }
 
-// The mean of two noisy samples is less noisy than either, wherever the clock is.
+// The mean of two noisy samples has less noise than either, whatever the time offset.
 TEST(VelocityClock, OfNoisySamplesIsNotBelieved) {
   for (const double lag : {0.0, 0.06}) {
     const auto clock =

@@ -31,7 +31,7 @@ InertialState driven(const Recording& r, InertialState state) {
   return state;
 }
 
-// There and back again: what the samples drive a body through backwards leads to where it began.
+// Forward and back: integrating the reversed samples leads back to the initial state.
 TEST(Backwards, ImuDrivesBackToTheBeginning) {
   for (const auto convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
     const Recording r = some_recording(convention);

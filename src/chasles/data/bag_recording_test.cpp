@@ -148,7 +148,7 @@ TEST_F(Bag, WhatIsWrittenIsReadBack) {
   expect_parts(r.remarks[0], {"1 of 3 frames have an image of only some"});
 }
 
-// librosbag follows such lengths out of its buffers.
+// librosbag would read beyond its buffers with such lengths.
 TEST_F(Bag, LengthsAndOffsetsThatLeadElsewhereAreRefused) {
   const std::string bytes = test::slurp(folder / "walk.bag");
   const auto error = [&](std::size_t at, const std::string& other) {

@@ -209,7 +209,7 @@ TEST_F(EurocFolder, DamagedImagesAreRefusedByName) {
                {"10000000.png", "is 9 x 6 pixels, expected 8 x 6"});
 }
 
-// The recording of issue 4: the figures were counted with wc and ls.
+// The recording of issue 4. The expected counts are from wc and ls.
 TEST(RealEurocFolder, IsReadWhole) {
   const auto kitti = test::recordings();
   if (!kitti) GTEST_SKIP() << "skipped: no recordings";

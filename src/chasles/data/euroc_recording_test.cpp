@@ -36,7 +36,7 @@ const char* const kImuYaml =
     "gyroscope_noise_density: 1e-4\ngyroscope_random_walk: 2e-5\n"
     "accelerometer_noise_density: 2e-3\naccelerometer_random_walk: 3e-3\n";
 
-/// A small recording of the same kind, in a world where up is kUp.
+/// A small recording of the same kind, in a world whose up direction is kUp.
 class AprilFolder : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -106,7 +106,7 @@ TEST_F(AprilFolder, IsRecognisedAndReadWhole) {
 
 TEST_F(AprilFolder, TruthAndLandmarksAreTurnedSoThatZPointsUp) {
   const Recording r = read_recording(folder);
-  ASSERT_EQ(r.truth.size(), truth.truth.size() - 1) << "one pose rests on 63 corners";
+  ASSERT_EQ(r.truth.size(), truth.truth.size() - 1) << "one pose uses 63 corners";
   EXPECT_NE(r.truth[7].time, truth.truth[7].time);
   // Both were rotated by the same rotation, which maps up to z.
   const Eigen::Matrix3d turn = r.truth[0].pose.R * truth.truth[0].pose.R.transpose();

@@ -21,7 +21,8 @@ TEST(Extrinsics, ATurningDriveTellsTheLeverArm) {
   EXPECT_DOUBLE_EQ(favours_first.sigmas, -favours_second.sigmas);
 }
 
-// The noise of the ECE276A sets of 2020, which moves the predictions by more than the lever arm.
+// The noise of the ECE276A sets of 2020. It changes the predictions by more than the lever arm
+// does.
 TEST(Extrinsics, NoiseOfTheVelocitiesDoesNotDecide) {
   const Recording r =
       drive(Drive{.frames = 250, .tracks = 900, .speed_noise = 0.5, .rate_noise = 0.05});

@@ -110,7 +110,7 @@ TEST(GrowingRun, NothingIsWrittenOfAShortRunAndLittleOfALongOne) {
   GrowingRun growing(folder, {.first = 1h, .between = 0ms, .share = 0});
   growing.begin(run_of(0), kSummary);
   growing.extend(run_of(5), []() -> std::vector<RunLandmark> {
-    ADD_FAILURE() << "the map was asked for";
+    ADD_FAILURE() << "the map was requested";
     return {};
   });
   EXPECT_TRUE(fs::is_empty(growing_folder(folder)));

@@ -8,7 +8,7 @@ namespace {
 using test::expect_parts;
 using test::input_error;
 
-// What gzip 1.12 and Python make of forty lines, with the name of the file in the header.
+// The output of gzip 1.12 and Python for forty lines, with the name of the file in the header.
 const std::string& zipped() {
   static constexpr char kBytes[] =
       "\x1f\x8b\x08\x08\x00\x00\x00\x00\x02\xff\x74\x72\x75\x74\x68\x2e"
@@ -72,7 +72,7 @@ TEST(Gzip, NoDamagedByteGivesOtherContent) {
       ++noticed;
     }
   }
-  // All but time, level, system and name.
+  // All bytes except time, level, system and name.
   EXPECT_GE(noticed, static_cast<int>(zipped().size()) - 16);
 }
 

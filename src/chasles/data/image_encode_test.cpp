@@ -6,7 +6,7 @@
 namespace chasles {
 namespace {
 
-// Grey that rises by one a column.
+// A grey ramp that rises by one per column.
 GrayImage ramp(int width, int height) {
   GrayImage image{.width = width, .height = height, .pixels = {}};
   for (int v = 0; v < height; ++v) {

@@ -138,7 +138,7 @@ TEST_F(ImageFolder, WhatDoesNotFitIsRefused) {
   expect_parts(error(), {"images/cam0", "none of the 0 images"});
 }
 
-// EuRoC's hundred pairs, linked into a folder of the kind: their names are TIME_CAMERA.jpg.
+// EuRoC's hundred pairs, linked into an image folder: their names are TIME_CAMERA.jpg.
 TEST(RealImageFolder, TheSparseStereoPairsAreDecoded) {
   const auto kitti = test::recordings();
   if (!kitti) GTEST_SKIP() << "skipped: no recordings";

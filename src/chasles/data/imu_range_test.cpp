@@ -13,7 +13,7 @@ using test::input_error;
 
 constexpr double kRange = 39.2266;
 
-// Two seconds of motion with noise, its force twice as large again, clipped at `range`.
+// Two seconds of motion with noise; the force exceeds `range` and is clipped there.
 std::vector<ImuSample> clipped(double range) {
   test::Random random(4);
   std::vector<ImuSample> imu = test::swung({0, 0, -kStandardGravity}, 2).imu;
@@ -84,7 +84,7 @@ TEST(ImuRange, IsWrittenAndReadBack) {
                {"key 'gyroscope_range': is -1, expected a positive number"});
 }
 
-// EuRoC's and KITTI's sensors are never at the edge of their range in these.
+// EuRoC's and KITTI's sensors never reach the limit of their range in these recordings.
 TEST(ImuRange, RealRecordingsAreNotTakenForClipped) {
   const auto folder = test::recordings();
   if (!folder) GTEST_SKIP() << "skipped: no recordings";

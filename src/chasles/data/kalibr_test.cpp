@@ -89,8 +89,8 @@ TEST_F(Kalibr, TheChainPutsTheSecondCameraToTheRightOfTheFirst) {
   EXPECT_LT((cam1_in_cam0 - Eigen::Vector3d(0.11, 0, 0)).norm(), 1e-15);
 }
 
-// OpenVINS's T_imu_cam holds the inverse; its files begin with OpenCV's own kind of header, and
-// have the IMU below a key.
+// OpenVINS's T_imu_cam is the inverse. Its files start with OpenCV's kind of header, and have the
+// IMU below a key.
 TEST_F(Kalibr, TheKeysNameTellsTheDirection) {
   const Camera kalibr = read().cameras[0];
   std::string chain = changed(kChain, "T_cam_imu", "T_imu_cam");

@@ -14,15 +14,15 @@ std::string joined(const std::vector<std::string>& lines) {
   return text;
 }
 
-// A packet: position by `north` thousandths of a degree, `yaw`, and what the IMU says.
+// A packet: position from `north` in thousandths of a degree, `yaw`, and the IMU's sample.
 std::string packet(double north, double yaw, double force) {
   return fmt::format(
       "{} 8.4 110 0 0 {} 0 0 0 0 0 1 2 {} 3 4 5 0.1 0.2 0.3 6 7 8 0.05 0.01 4 11 6 6 6\n",
       49 + 1e-3 * north, yaw, force);
 }
 
-/// Three frames at 10 Hz with a pair of grey cameras, 0.54 m apart, and 100 Hz of samples in the
-/// _extract folder. The axes of IMU and laser are the same, and the camera looks forward.
+/// Three frames at 10 Hz with a pair of grey cameras, 0.54 m apart, and samples at 100 Hz in the
+/// _extract folder. The axes of IMU and laser are the same, and the camera points forward.
 class KittiRaw : public ::testing::Test {
  protected:
   void SetUp() override {

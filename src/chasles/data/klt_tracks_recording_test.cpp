@@ -56,7 +56,7 @@ TEST_F(KltTracks, MalformedTablesAreRefused) {
                {"expected a name SEQUENCE_klt_tracks_cam0.csv"});
 }
 
-// The figures were counted with awk.
+// The expected counts are from awk.
 TEST(RealKltTracks, AreReadWhole) {
   const auto kitti = test::recordings();
   if (!kitti) GTEST_SKIP() << "skipped: no recordings";

@@ -11,7 +11,7 @@ using test::drive;
 using test::expect_parts;
 using test::input_error;
 
-/// A variable, first index fastest, as MATLAB has it.
+/// A variable, first index fastest, as in MATLAB.
 struct Matrix {
   std::vector<std::size_t> shape;
   std::vector<double> values;
@@ -102,8 +102,8 @@ TEST_F(MatRecording, HoldsWhatWasWritten) {
   EXPECT_EQ(r.true_landmarks[5].p_world, truth.true_landmarks[5].p_world);
 }
 
-// The truth, the extrinsics and the pixels belong to each other: the landmarks of the file, seen
-// from its poses, are where the file says that they were seen.
+// Truth, extrinsics and pixels are consistent: the landmarks of the file, projected from its poses,
+// agree with its pixels.
 TEST_F(MatRecording, TheTrueLandmarksProjectOntoTheObservations) {
   const Recording r = read();
   for (std::size_t k = 0; k < r.frames.size(); ++k) {
@@ -208,7 +208,7 @@ TEST(MatFile, TextIsNoNumber) {
                {"field 't': is not a numeric array"});
 }
 
-// libmatio would take gigabytes for these.
+// libmatio would allocate gigabytes for these.
 TEST(MatFile, AnArrayWhoseHeaderIsNoneIsRefused) {
   const auto folder = test::scratch();
   write_mat(folder / "whole.mat", variables_of(drive(Drive{.frames = 8, .tracks = 10}), 10),
@@ -229,7 +229,7 @@ TEST(MatFile, AnArrayWhoseHeaderIsNoneIsRefused) {
   }
 }
 
-// Whatever is cut off, the answer is an InputError: never a crash.
+// Any truncation gives an InputError, never a crash.
 TEST(MatFile, NoTruncationCrashes) {
   const auto folder = test::scratch();
   for (const auto compression : {MAT_COMPRESSION_NONE, MAT_COMPRESSION_ZLIB}) {

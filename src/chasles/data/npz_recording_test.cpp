@@ -276,7 +276,7 @@ TEST(NpzArchive, AMissingFileAForeignFileAndAnEmptyOneAreRefused) {
                {"field 'time_stamps': is missing; the file holds 'readme.txt'"});
 }
 
-// Whatever is cut off or changed, the answer is an InputError or a recording: never a crash.
+// Any truncation or change gives an InputError or a recording, never a crash.
 TEST(NpzArchive, NoTruncationAndNoDamageCrashes) {
   const auto folder = test::scratch();
   write_npz(folder / "whole.npz", test::npz_fields(drive(Drive{.frames = 8, .tracks = 10}), 10));

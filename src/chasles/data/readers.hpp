@@ -35,7 +35,7 @@ Recording read_euroc_imu_recording(const std::filesystem::path& file);
 /// imu0/data.csv and, where known, state_groundtruth_estimate0/data.csv, or truth.tum beside mav0
 /// instead. All cameras are kept.
 Recording read_euroc_asl_recording(const std::filesystem::path& folder);
-/// Whether a folder looks like one.
+/// Whether the files in a folder are those of such a recording.
 bool is_euroc_asl_folder(const std::filesystem::path& folder);
 
 /// Feature tracks of an EuRoC recording's cam0: a table `#timestamp [ns],track_id,u,v`, plain or
@@ -54,7 +54,7 @@ Recording read_image_folder_recording(const std::filesystem::path& folder);
 /// is in the parent folder; the unsynced samples, where available, in the _extract folder beside
 /// it.
 Recording read_kitti_raw_recording(const std::filesystem::path& folder);
-/// Whether a folder looks like one.
+/// Whether the files in a folder are those of such a recording.
 bool is_kitti_raw_folder(const std::filesystem::path& folder);
 
 /// A ROS 1 bag with images and IMU samples, and Kalibr's calibration beside it. Throws InputError

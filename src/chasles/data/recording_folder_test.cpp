@@ -198,7 +198,7 @@ TEST(EventStream, AVelocityComesBeforeAFrameOfTheSameInstant) {
                        {0, false}, {5, true}, {10, false}, {10, true}, {20, false}, {30, true}}));
 }
 
-/// Images that nobody reads.
+/// Images that are never read.
 class NumberedImages : public ImageSource {
  public:
   explicit NumberedImages(std::vector<Time> times) : times_(std::move(times)) {}

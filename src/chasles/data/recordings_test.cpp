@@ -2,7 +2,8 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/data/testing.hpp>
 
-// The real recordings. The figures are those of shared/data/README.md, or were counted with numpy.
+// The real recordings. The expected figures are from shared/data/README.md, or were counted with
+// numpy.
 namespace chasles {
 namespace {
 

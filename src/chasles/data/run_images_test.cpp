@@ -87,7 +87,7 @@ TEST(RunImages, ThoseOfAnEarlierRunGoAndNothingElse) {
   EXPECT_TRUE(read_run_images(folder).empty());
 }
 
-// The message after a text in a file of the folder is replaced.
+// Replaces a text in a file of the folder and returns the error message.
 std::string error(const std::string& file, const std::string& what, const std::string& by) {
   const auto folder = test::scratch();
   write_run_images(example(), folder);

@@ -192,7 +192,7 @@ TEST(WriteEuroc, TheSameRecordingGivesTheSameBytes) {
   }
 }
 
-// Whichever fails first, the earliest frame's is said.
+// Whichever fails first, the error of the earliest frame is reported.
 TEST(WriteEuroc, WhatFailsOnAnotherThreadIsSaid) {
   class Torn : public Stripes {
    public:

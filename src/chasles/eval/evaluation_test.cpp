@@ -23,7 +23,7 @@ const std::vector<Oracle> kOracle = {
      0.843921280233}};
 constexpr double kOracleScale = 0.996344700142;
 
-// The optimiser behind the oracle's alignments stops at about 1e-9 in their parameters.
+// The optimiser of the oracle's alignments stops at about 1e-9 in their parameters.
 constexpr double kTolerance = 1e-7;
 
 constexpr std::size_t kPoses = 400;

@@ -101,7 +101,7 @@ class Ekf {
   /// Adds a copy of the current pose as a clone. Throws UsageError with keep_map.
   void clone_pose(int id, Time time);
   /// Removes clones; no landmark may be anchored on them.
-  void forget_clones(std::span<const int> ids);
+  void remove_clones(std::span<const int> ids);
 
   /// Converts an anchored landmark (index into State::landmarks) to the Cartesian form: a change of
   /// coordinates. Useful once its depth is accurate: it then no longer needs its clone.

@@ -26,7 +26,7 @@ void Ekf::clone_pose(int id, Time time) {
                            .first = state_.world_T_imu});
 }
 
-void Ekf::forget_clones(std::span<const int> ids) {
+void Ekf::remove_clones(std::span<const int> ids) {
   if (ids.empty()) return;
   std::erase_if(state_.clones, [&](const Clone& clone) {
     return std::find(ids.begin(), ids.end(), clone.id) != ids.end();

@@ -109,7 +109,7 @@ TEST_P(EkfClonesTest, ForgottenClonesLeaveTheRestAsItWas) {
   const MatrixXd P = filter.covariance();
   const State before = filter.state();
   const int gone[] = {2, 0};
-  filter.forget_clones(gone);
+  filter.remove_clones(gone);
   const State& x = filter.state();
   ASSERT_EQ(x.clones.size(), 1u);
   EXPECT_EQ(x.clones[0].id, 1);
@@ -117,7 +117,7 @@ TEST_P(EkfClonesTest, ForgottenClonesLeaveTheRestAsItWas) {
   expect_rows_without_gaps(filter);
   const std::vector<int> rows = rows_of_the_same(before, x);
   EXPECT_EQ(MatrixXd(filter.covariance()), MatrixXd(P(rows, rows)));
-  filter.forget_clones({});
+  filter.remove_clones({});
   EXPECT_EQ(filter.state().clones.size(), 1u);
 }
 
@@ -135,7 +135,7 @@ TEST_P(EkfClonesTest, RetiredLandmarksKeepWhatTheyHad) {
   // Later updates do not change them, and their clones are not needed.
   filter.update(test::pixel_measurements(filter.state(), random));
   const int unused[] = {1, 2};
-  filter.forget_clones(unused);
+  filter.remove_clones(unused);
   expect_rows_without_gaps(filter);
   EXPECT_EQ(filter.map_size(), 6);
   const std::vector<MapLandmark> map = filter.map();

@@ -39,11 +39,11 @@ struct Frontend::State {
   FrontendReport report;
   std::optional<Time> last_frame = {};  // of any frame
   Time last_image{};                    // of the last one in `past`
-  PastImages past;                      // of camera 0, up to the one before
+  PastImages past;                      // of camera 0, up to the previous one
   std::vector<ImagePyramid> now;        // one a camera
   std::vector<Track> tracks = {};
   LandmarkId next_id = 0;
-  Eigen::Matrix3d now_R_last_imu = Eigen::Matrix3d::Identity();  // since that
+  Eigen::Matrix3d now_R_last_imu = Eigen::Matrix3d::Identity();  // since that image
   bool rotation_trusted = true;
   int waited = 0;  // frames
 
@@ -57,7 +57,7 @@ struct Frontend::State {
   FeatureFrame features(Time time) const;
 };
 
-/// Which cameras have a usable image.
+/// The cameras that have a usable image.
 std::vector<char> Frontend::State::build_pyramids(const ImageFrame& frame) {
   StageClock clock;
   std::vector<char> usable(cameras.size(), 0);

@@ -25,8 +25,8 @@ struct Choices<Equalisation> {
                                    Choice{Equalisation::kClahe, "clahe"}};
 };
 
-/// Everything that can be set about the image front end. The list below feeds files, --set, --help
-/// and summary.json.
+/// All settings of the image front end. The list below defines files, --set, --help and
+/// summary.json.
 struct FrontendSettings {
   CornerMeasure corners = CornerMeasure::kHarris;
   Equalisation equalisation = Equalisation::kNone;
@@ -62,14 +62,14 @@ template <SettingsOf<FrontendSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
   visit("corners", s.corners, "choice", "the measure that ranks corners", limits::kAny);
   visit("equalisation", s.equalisation, "choice",
-        "of the grey levels before anything else; tracking itself does not mind gain and offset",
+        "of the grey levels, before all other steps; tracking itself is insensitive to gain and "
+        "offset",
         limits::kAny);
   visit("mask", s.mask, "",
         "image of a camera's size, black where nothing is to be tracked (a robot's own arm); for a "
-        "rig one file a camera, separated by commas; empty: none",
+        "rig one file per camera, separated by commas; empty: none",
         limits::kAny);
-  visit("max_tracks", s.max_tracks, "count", "that are followed at a time",
-        limits::from_to(1, 10000));
+  visit("max_tracks", s.max_tracks, "count", "maximum number at a time", limits::from_to(1, 10000));
   visit("grid_columns", s.grid_columns, "count", "of cells over which the tracks are spread",
         limits::from_to(1, 100));
   visit("grid_rows", s.grid_rows, "count", "of cells over which the tracks are spread",
@@ -87,27 +87,27 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("levels", s.levels, "count", "of the image pyramid, each half as large",
         limits::from_to(1, 6));
   visit("predicted_levels", s.predicted_levels, "count",
-        "used where the gyroscope tells where a track is; all, where that fails",
+        "used where the gyroscope predicts the position of a track; all where that fails",
         limits::from_to(1, 6));
-  visit("min_correlation", s.min_correlation, "1", "of a patch with the one it is found as",
-        limits::from_to(-1, 1));
+  visit("min_correlation", s.min_correlation, "1",
+        "minimum correlation of a patch with the one that is found", limits::from_to(-1, 1));
   visit("max_backward_error", s.max_backward_error, "px",
-        "a patch followed to the new image and back must return so near",
+        "maximum distance of a patch that is followed to the new image and back",
         limits::from_to(0.01, 1000));
   visit("waiting_frames", s.waiting_frames, "count",
-        "tracks outlive so many frames without an image (missing, black, saturated)",
+        "tracks survive so many frames without an image (missing, black, saturated)",
         limits::from_to(0, 10000));
-  visit(
-      "patch_frames", s.patch_frames, "count",
-      "a track's patch is kept for so many images while it fits, and looked for in every third of "
-      "them: errors of single steps do not add up; 1 or 2: each image's in the next one alone",
-      limits::from_to(1, 100));
+  visit("patch_frames", s.patch_frames, "count",
+        "a track's patch is kept for so many images while it fits, and searched in every third of "
+        "them, so that errors of single steps do not accumulate; 1 or 2: only each image's patch "
+        "in the next one",
+        limits::from_to(1, 100));
   visit("min_kept_correlation", s.min_kept_correlation, "1",
-        "of a patch with the one that is kept, or the track ends; less where noise makes it less "
-        "from image to image as well",
+        "minimum correlation of a patch with the one that is kept; otherwise the track ends. Lower "
+        "where noise lowers it between images as well",
         limits::from_to(-1, 1));
   visit("max_stretch", s.max_stretch, "1",
-        "a track ends whose patch is longer or shorter by this factor than when it began",
+        "a track ends when its patch is longer or shorter by this factor than at its beginning",
         limits::from_to(1, 1000));
   visit("reject_outliers", s.reject_outliers, "bool", "two-view check of all tracks together",
         limits::kAny);
@@ -117,12 +117,12 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kAny);
   visit("epipolar_threshold", s.epipolar_threshold, "px",
         "distance to the epipolar line of the rig", limits::from_to(0.01, 1000));
-  visit("min_stereo_depth", s.min_stereo_depth, "m", "nearest point that is looked for",
+  visit("min_stereo_depth", s.min_stereo_depth, "m", "nearest point that is searched",
         limits::from_to(0.01, 1000));
 }
 
-/// Throws UsageError, with the setting's name ("frontend.window"), value and range, where one
-/// cannot be used.
+/// Throws UsageError with the setting's name ("frontend.window"), its value and the expected one,
+/// for a value out of its limits.
 void validate(const FrontendSettings& settings);
 
 }  // namespace chasles

@@ -23,7 +23,8 @@ class BatchTrials : public test::OverCharts {
   }
 };
 
-// Kleinert & Stilla's turntable, shorter: the batch knows more than the filter, and how much.
+// Kleinert & Stilla's turntable, shorter: the batch is more accurate than the filter, and its
+// covariance is consistent.
 TEST_P(BatchTrials, ErrLessThanTheFilterAndKnowHowMuch) {
   const InertialScene scene = quick_turntable();
   double of_filter = 0, of_batch = 0, pose = 0, state = 0;
@@ -33,7 +34,7 @@ TEST_P(BatchTrials, ErrLessThanTheFilterAndKnowHowMuch) {
     const InertialStart start = draw_start(recording, variant().settings, scene.settings.seed, run);
     of_filter += averages(run_trial(variant(), recording, start)).ate_posyaw;
     BatchSettings settings;
-    settings.loss = BatchLoss::kNone;  // there are no outliers: what it says of itself is exact
+    settings.loss = BatchLoss::kNone;  // without outliers its covariance is exact
     const BatchTrial batch = run_batch_trial(variant(), settings, recording, start,
                                              filter_motions(variant(), recording, start));
     EXPECT_TRUE(batch.report.converged) << batch.report.end;
@@ -74,8 +75,9 @@ TEST(BatchTrialCharts, EndInTheSameMinimum) {
   }
 }
 
-// On the way points pass so close before cameras that this search ends elsewhere if they may come
-// as near as in the end. How many such searches get there: docs/convergence.md.
+// During the search, points pass close in front of the cameras. This search ends elsewhere if they
+// may come as near as at the solution. docs/convergence.md has the rate of success of such
+// searches.
 TEST(BatchTrial, FindsItsWayBackFromAFifthOff) {
   InertialScene scene = test::short_hallway();
   scene.settings.sections = 1;

@@ -7,7 +7,7 @@
 namespace chasles {
 namespace {
 
-// A step turns by less than a quarter: the way between two steps is then that of a loop.
+// A step turns by less than a right angle, so that the steps follow the loop.
 constexpr int kLeastStepsOfLoop = 4;
 
 }  // namespace

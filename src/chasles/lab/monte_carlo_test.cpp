@@ -154,7 +154,7 @@ TEST(MonteCarlo, RefusesASceneThatCannotBeSimulated) {
   for (const int workers : {1, 2}) {
     try {
       run(plan, workers);
-      FAIL() << "nothing was refused";
+      FAIL() << "nothing was rejected";
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ExitCode::kUsage);
       EXPECT_NE(std::string(error.what()).find("radial_sway"), std::string::npos);

@@ -8,7 +8,7 @@
 namespace chasles {
 namespace {
 
-// A walk, as a scene that has its truth and its samples as if they were real ones.
+// A walk, as a scene whose truth and samples are treated as real ones.
 InertialScene real_scene(const SE3& leaning) {
   InertialScene hall = inertial_scene("hallway");
   hall.settings.hall_length = 8;

@@ -15,7 +15,7 @@ namespace {
 using Results = std::map<std::uint64_t, std::string>;
 
 std::string square(std::uint64_t item) {
-  // Longer than a pipe holds, so that messages come in pieces.
+  // Longer than a pipe's buffer, so that messages arrive in pieces.
   return std::to_string(item * item) + std::string(70000 + item, 'x');
 }
 

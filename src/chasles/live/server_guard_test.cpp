@@ -7,7 +7,7 @@
 #include <chasles/error.hpp>
 #include <chasles/live/server_testing.hpp>
 
-// What the live server does not let in.
+// Requests and messages that the live server rejects.
 namespace chasles {
 namespace {
 
@@ -99,7 +99,7 @@ TEST(LiveServer, LargeSenselessOrManyMessagesCloseTheConnection) {
   EXPECT_EQ(code_after(std::string(4096, ' '), 1), 1008);
 }
 
-/// A frame of RFC 6455 as it goes over the wire, of at most 125 bytes or of 126 to 65535.
+/// The bytes of a frame of RFC 6455, of at most 125 bytes or of 126 to 65535.
 std::string frame_bytes(int first_byte, const std::string& text, bool masked = true) {
   std::string out(1, static_cast<char>(first_byte));
   const int mask = masked ? 0x80 : 0;

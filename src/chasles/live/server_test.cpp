@@ -45,7 +45,7 @@ TEST(LiveServer, AViewerIsToldTheLatestAndMayStopTheRun) {
   EXPECT_EQ(served.feed.most_viewers, 1U);
 }
 
-/// A feed with a fault.
+/// A feed that throws.
 class Faulty final : public LiveFeed {
  public:
   void refresh(std::size_t) override {}

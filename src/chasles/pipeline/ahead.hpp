@@ -12,12 +12,12 @@
 
 namespace chasles {
 
-/// Things made on a thread of their own before they are asked for: the same ones in the same order.
+/// Makes items in advance on a thread of its own: the same items in the same order.
 template <typename T>
 class Ahead {
  public:
-  /// `make` gives them, none at the end. What it throws is thrown by next() below, after what came
-  /// before it. Of those that are `counted` at most so many wait to be taken.
+  /// `make` returns the items, none at the end. Its exceptions are rethrown by next(), after the
+  /// items before them. At most `most` of the items for which `counted` is true wait to be taken.
   Ahead(std::function<std::optional<T>()> make, std::function<bool(const T&)> counted,
         std::size_t most)
       : make_(std::move(make)), counted_(std::move(counted)), most_(most) {
@@ -26,7 +26,7 @@ class Ahead {
   Ahead(const Ahead&) = delete;
   Ahead& operator=(const Ahead&) = delete;
 
-  /// Waits for the one that is being made.
+  /// Waits for the item that is being made.
   ~Ahead() {
     {
       const std::lock_guard lock(mutex_);
@@ -36,7 +36,7 @@ class Ahead {
     worker_.join();
   }
 
-  /// Waits for it; none at the end.
+  /// Waits for the next item; none at the end.
   std::optional<T> next() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return ended_ || !ready_.empty(); });
@@ -52,7 +52,7 @@ class Ahead {
   }
 
  private:
-  // The other thread.
+  // Runs on the other thread.
   void work() {
     std::exception_ptr thrown;
     try {
@@ -70,7 +70,7 @@ class Ahead {
     changed_.notify_all();
   }
 
-  // Waits for it; false when all is to stop.
+  // Waits for room; false: stop.
   bool has_room() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return stop_ || waiting_ < most_; });
@@ -91,10 +91,10 @@ class Ahead {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<T> ready_;
-  std::size_t waiting_ = 0;  // counted ones among those ready
+  std::size_t waiting_ = 0;  // those of `ready_` that are counted
   std::exception_ptr failure_;
   bool ended_ = false, stop_ = false;
-  std::thread worker_;  // the last: it uses all above
+  std::thread worker_;  // last, because it uses all members above
 };
 
 }  // namespace chasles

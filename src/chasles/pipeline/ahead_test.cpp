@@ -11,7 +11,7 @@ namespace chasles {
 namespace {
 
 constexpr Time kSpacing = std::chrono::milliseconds(50);
-constexpr int kMost = 4;  // images that wait
+constexpr int kMost = 4;  // maximum number of images that wait
 
 /// `images` images, each after three samples; `read` counts the images.
 std::function<std::optional<SensorEvent>()> sensors(int images, std::atomic<int>& read) {

@@ -17,8 +17,9 @@ ImuNoise scaled(ImuNoise noise, double factor) {
 void check_smoothing(const InertialSlamSettings& settings) {
   if (settings.calibrate_extrinsics || settings.calibrate_time_offset) {
     throw UsageError(
-        "batch estimation takes the sensors' arrangement as known: calibrate_extrinsics and "
-        "calibrate_time_offset are for the filter; run that first, and state what it found");
+        "batch estimation takes the calibration as known: calibrate_extrinsics and "
+        "calibrate_time_offset are for the filter; run the filter first, and use the calibration "
+        "that it estimates");
   }
 }
 

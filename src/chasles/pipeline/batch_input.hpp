@@ -5,18 +5,18 @@
 
 namespace chasles {
 
-/// Throws UsageError for settings that batch estimation and windows do not have: calibration.
+/// Throws UsageError for settings that batch estimation and windows do not support: calibration.
 void check_smoothing(const InertialSlamSettings& settings);
 
-/// What batch estimation and windows take: sensors, the noise and chart of the filter's settings,
-/// and the start. Without samples, frames and initial states. Throws as check_smoothing().
+/// The input of batch estimation and windows: sensors, noise and chart of the filter's settings,
+/// and the start. Samples, frames and initial states are empty. Throws as check_smoothing().
 InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSlamSettings& settings,
                                const InertialStart& start);
 
-/// A filter's estimate as a start for what begins there: no landmark is a part of it yet.
+/// A filter's estimate as a start; it does not depend on any landmark yet.
 InertialStart start_at(const Estimate& e);
 
-/// The same as a state where the search of batch estimation begins.
+/// A filter's estimate as an initial state of batch estimation.
 TimedMotion timed_motion(const Estimate& e);
 
 }  // namespace chasles

@@ -14,7 +14,7 @@
 
 namespace chasles {
 
-/// What an estimator counted. What does not apply to it is absent or 0.
+/// Counts of an estimator. Those that do not apply are absent or 0.
 struct EstimatorReport {
   ImuBuffer::Counts imu;
   int resets = 0;          ///< of a lost filter
@@ -23,59 +23,59 @@ struct EstimatorReport {
   std::optional<WindowReport> window;
 };
 
-/// Sensors in, estimates out: the interface of filter, batch and window, with an IMU or with body
-/// velocities. make_estimator() makes one. Events come in the order of time; an event that the kind
-/// of run does not use is ignored. One thread.
+/// Sensor data in, estimates out: the common interface of filter, batch and window, for
+/// visual-inertial and stereo-velocity runs. make_estimator() makes one. Events come in order of
+/// time; an event that the kind of run does not use is ignored. One thread.
 class Estimator {
  public:
   virtual ~Estimator() = default;
 
-  /// The estimates that this event brings. A frame's estimate may come with a later event, and none
-  /// comes before the run has started.
+  /// The estimates that this event completes. A frame's estimate may come with a later event, and
+  /// none comes before the run has started.
   virtual std::vector<Estimate> process(const EstimatorEvent& event) = 0;
-  /// The estimates of frames that still wait: no more events come.
+  /// The estimates of the frames that still wait; no more events come.
   virtual std::vector<Estimate> finish() { return {}; }
-  /// Batch estimation: after finish(), smooth() has the estimates of all keyframes, which replace
-  /// those so far. It throws as smooth() of smooth/batch/ does.
+  /// For batch estimation, after finish(): smooth() returns the estimates of all keyframes, which
+  /// replace all earlier ones. Throws as smooth() of smooth/batch/.
   virtual bool smooths() const { return false; }
   virtual std::vector<Estimate> smooth() { return {}; }
-  /// After finish(), of a whole recording: throws InputError where a window had no landmark.
+  /// After finish(), for a whole recording: throws InputError where a window had no landmark.
   virtual void check() const {}
 
-  /// Whether the run has started, and what it still needs otherwise.
+  /// Whether the run has started, and otherwise the conditions that are not met.
   virtual bool started() const { return true; }
   virtual std::string why_not_started() const { return {}; }
-  /// No further event changes anything: the estimate is lost for good.
+  /// True if further events change nothing, because the estimate is lost.
   virtual bool ended() const { return false; }
 
   /// All landmarks of the run, in the world of the estimates.
   virtual std::vector<MapLandmark> map() const = 0;
   /// Those that the next frame may still change; absent: all.
   virtual std::optional<std::vector<LandmarkId>> in_state() const = 0;
-  /// What v_world, if any, and Estimate::additive are, a name a number.
+  /// Names of the components of v_world, if any, and Estimate::additive.
   virtual std::vector<std::string> state_names() const = 0;
   virtual EstimatorReport report() const = 0;
 
-  /// The latest estimate of the gyroscope's bias [rad/s], for the front end; zero before a start.
+  /// The latest estimate of the gyroscope bias [rad/s], for the front end; zero before a start.
   virtual Eigen::Vector3d gyroscope_bias() const { return Eigen::Vector3d::Zero(); }
-  /// The filter whose map has a joint covariance (Ekf::visit_map_covariance); null: none is kept.
+  /// The filter whose map has a joint covariance (Ekf::visit_map_covariance); null: none.
   virtual const Ekf* filter() const { return nullptr; }
-  /// `observer` is called with every frame that a visual-inertial filter takes, and the outcomes of
-  /// its observations, before its estimate comes.
+  /// Sets a callback for every frame that a visual-inertial filter takes, with the outcomes of its
+  /// observations, before its estimate is returned.
   virtual void set_observer(InertialSession::OutcomeObserver /*observer*/) {}
 };
 
-/// What a visual-inertial estimator needs; the settings' pixel_sigma, where given, comes before the
-/// sensors'. `start`: where to begin; none: the run finds its start. Throws UsageError for settings
-/// that do not go together.
+/// Makes a visual-inertial estimator. A pixel_sigma in the settings overrides the sensors'.
+/// `start`: the initial state; none: the run initialises itself. Throws UsageError for settings
+/// that exclude each other.
 std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
                                           InertialSensors sensors,
                                           std::optional<InertialStart> start = std::nullopt);
 
-/// What a stereo-velocity estimator needs to know of its sensors.
+/// The sensors of a stereo-velocity run.
 struct VelocitySensors {
   StereoRig rig;
-  VelocitySlamNoise noise;  ///< choose_noise()
+  VelocitySlamNoise noise;  ///< from choose_noise()
 };
 std::unique_ptr<Estimator> make_estimator(const VelocityRunSettings& settings,
                                           const VelocitySensors& sensors);

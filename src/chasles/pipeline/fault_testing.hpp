@@ -13,7 +13,7 @@
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
-// Real recordings with faults put in, and what becomes of the run.
+// Real recordings with inserted faults, and the result of the run.
 namespace chasles::test {
 
 /// The images of a source, decoded once.
@@ -33,14 +33,14 @@ class DecodedImages {
   mutable std::map<std::size_t, ImageFrame> decoded_;
 };
 
-/// A cut of a recording as lists that a fault may change as it likes, out of order too; what comes
-/// out of it are the events of a sensor.
+/// A part of a recording as lists that a fault may change arbitrarily, also out of order; next()
+/// returns them as the events of a sensor.
 class FaultySensors {
  public:
   struct Due {
     Time time{};
     std::size_t index = 0;                         ///< of the images
-    std::function<void(ImageFrame&)> change = {};  ///< none: as they are
+    std::function<void(ImageFrame&)> change = {};  ///< none: unchanged
     bool unreadable = false;                       ///< reading throws InputError
   };
 
@@ -64,7 +64,8 @@ class FaultySensors {
   std::vector<Camera> cameras;
   std::vector<ImuSample> imu;
   std::vector<Due> frames;
-  std::function<void(FeatureFrame&)> spoil;  ///< of what the front end found; none: nothing
+  std::function<void(FeatureFrame&)>
+      spoil;  ///< changes the output of the front end; none: unchanged
 
   double seconds(Time time) const { return to_seconds(time - begin_); }
   Time at(double seconds) const { return begin_ + from_seconds(seconds); }
@@ -83,7 +84,7 @@ class FaultySensors {
   int unreadable() const { return unreadable_; }
 
  private:
-  // As the program does: images that cannot be read are missing ones.
+  // As in the program: images that cannot be read count as missing.
   ImageFrame read(const Due& due) {
     ImageFrame frame;
     try {
@@ -105,11 +106,11 @@ class FaultySensors {
   int unreadable_ = 0;
 };
 
-/// What became of a run.
+/// The result of a run.
 struct FaultOutcome {
   int frames = 0, estimates = 0, resets = 0, dropped = 0, unreadable = 0;
-  int degraded = 0, lost = 0;      ///< estimates that say so
-  bool sound = true;               ///< all finite, times rising, variances not negative
+  int degraded = 0, lost = 0;      ///< estimates with that health
+  bool sound = true;               ///< all finite, times rise, variances not negative
   bool running = false;            ///< at the end
   double started = std::nan("");   ///< [s]
   double ate = std::nan("");       ///< aligned by position and heading, of all parts together [m]
@@ -119,8 +120,8 @@ struct FaultOutcome {
   ImuBuffer::Counts imu;
 };
 
-/// Front end and session over the sensors, as the program runs them; `recording` for its noise and
-/// its truth; `end`: how much of the run counts as its end [s].
+/// Front end and session over the sensors, as in the program. `recording`: for its noise and its
+/// truth; `end`: length of the end of the run [s].
 inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, double end) {
   FaultOutcome outcome;
   const ImuBuffer::Options imu{.convention = recording.imu_convention,

@@ -18,7 +18,7 @@
 #include <chasles/numeric/random.hpp>
 #include <chasles/pipeline/fault_testing.hpp>
 
-// A real flight with faults put in (docs/robustness.md): front end, start, filter.
+// A real flight with inserted faults (docs/robustness.md): front end, start, filter.
 
 namespace chasles {
 namespace {
@@ -106,7 +106,7 @@ void black(FaultySensors& s) {
   }
 }
 
-// A blow: every axis at the end of its range for 50 ms.
+// A shock: every axis at the end of its range for 50 ms.
 void blow(FaultySensors& s, double at) {
   for (ImuSample& sample : s.imu) {
     if (!s.within(sample.time, at, at + 0.05)) continue;
@@ -124,7 +124,7 @@ void not_numbers(FaultySensors& s) {
   }
 }
 
-// The last one of the rig, for two seconds.
+// The last camera of the rig, for two seconds.
 void covered(FaultySensors& s) {
   for (auto& due : s.frames) {
     if (!s.within(due.time, kFaultAt, kFaultAt + 2)) continue;
@@ -132,7 +132,7 @@ void covered(FaultySensors& s) {
   }
 }
 
-// Three tracks of ten wander off, each in a direction of its own, by 40 px/s.
+// Three tracks of ten drift, each in its own direction, by 40 px/s.
 void wander_off(FaultySensors& s, std::uint64_t seed) {
   s.spoil = [&s, seed](FeatureFrame& frame) {
     const Random random = random_of_run(seed, 0);
@@ -176,9 +176,9 @@ struct Fault {
   double bound;         ///< of the ATE of all parts together [m]
   double end_bound;     ///< of that of the last third [m]
   int resets;           ///< exactly
-  /// What a point is to count as [px]; 0: what a run takes. With more, more is borne.
+  /// Pixel noise [px]; 0: the default of a run. A larger value tolerates more.
   double pixel_sigma = 0;
-  /// More than the filter can bear: what is asked is that it says so.
+  /// More than the filter can tolerate: it must report this.
   bool too_much = false;
 };
 
@@ -200,7 +200,7 @@ FaultOutcome outcome_of(const Fault& fault, double from, double seconds, std::si
   return outcome;
 }
 
-// The bounds are at least twice what was measured.
+// The bounds are at least twice the measured values.
 const Fault kFaults[] = {
     {"none", nullptr, 2, 0.04, 0.04, 0},
     {"2 s without images", without_images, 2, 0.05, 0.04, 0},
@@ -222,7 +222,7 @@ const Fault kFaults[] = {
     {"all together", all_together, 2, 0, 0, 0, 0, true},
 };
 
-// What a live sensor may deliver and a reader does not: the front end never sees it.
+// Data that a live sensor may deliver and a reader does not; the front end does not receive them.
 TEST(Faults, TheFeedBearsImagesThatAreNotLaterAndAbsurdRates) {
   Camera camera;
   camera.width = 160;

@@ -16,7 +16,7 @@ struct FeatureFeed::Shared {
     if (!cameras.empty()) tracker.emplace(settings, std::move(cameras), options, std::move(masks));
   }
 
-  // What one event becomes; none at the end, or when all is to stop.
+  // The item for one event; none at the end, or when the feed stops.
   std::optional<Item> make() {
     std::optional<SensorEvent> event = next_event();
     if (!event) return std::nullopt;
@@ -37,7 +37,7 @@ struct FeatureFeed::Shared {
     return tracker.value().process(images, *bias);
   }
 
-  // The bias that counts for the next image; waits for it. None when all is to stop.
+  // The bias for the next image; waits for it. None when the feed stops.
   std::optional<Eigen::Vector3d> next_bias() {
     std::unique_lock lock(mutex);
     changed.wait(lock, [&] { return stop || !learnt.empty(); });
@@ -52,9 +52,9 @@ struct FeatureFeed::Shared {
 
   std::mutex mutex;
   std::condition_variable changed;
-  std::deque<Eigen::Vector3d> learnt;  // of images to come
+  std::deque<Eigen::Vector3d> learnt;  // for images to come
   bool stop = false;
-  std::optional<Ahead<Item>> ahead;  // the last: it uses all above
+  std::optional<Ahead<Item>> ahead;  // last, because it uses all members above
 };
 
 FeatureFeed::FeatureFeed(std::function<std::optional<SensorEvent>()> next,

@@ -23,7 +23,7 @@ Camera camera() {
   return c;
 }
 
-// A chequered pattern of uneven fields, moved by so many pixels.
+// An irregular chequered pattern, shifted by `shift` pixels.
 GrayImage pattern(double shift) {
   GrayImage image{.width = kWidth, .height = kHeight, .pixels = {}};
   for (int v = 0; v < kHeight; ++v) {
@@ -37,7 +37,8 @@ GrayImage pattern(double shift) {
   return image;
 }
 
-/// 20 images, each after two samples of a gyroscope that says what the images show, plus a bias.
+/// 20 images, each after two samples of a gyroscope that measures the rotation of the images plus a
+/// bias.
 std::function<std::optional<SensorEvent>()> sensors(int images, double bias) {
   return [=, i = 0]() mutable -> std::optional<SensorEvent> {
     const int k = i / 3, part = i % 3;
@@ -113,7 +114,7 @@ TEST(FeatureFeed, ThrowsWhatTheOtherThreadThrew) {
   }
 }
 
-// The worker waits for a bias that never comes; the feed can be let go all the same.
+// The worker waits for a bias that never comes; the feed can still be destroyed.
 TEST(FeatureFeed, CanBeLetGoWhileItsThreadWaits) {
   FeatureFeed feed(sensors(20, 0), {}, {camera()}, {}, true);
   for (int i = 0; i < 6; ++i) ASSERT_TRUE(feed.next());

@@ -7,7 +7,7 @@
 namespace chasles {
 namespace {
 
-// From the IMU's axes at one time to those at a later one.
+// Rotation from the IMU axes at one time to those at a later one.
 RotationPrior rotation_between(ImuBuffer& imu, Time from, Time to, const Eigen::Vector3d& bias) {
   const std::vector<ImuInterval> intervals = imu.between(from, to);
   RotationPrior prior;
@@ -18,7 +18,7 @@ RotationPrior rotation_between(ImuBuffer& imu, Time from, Time to, const Eigen::
         so3::exp(-(interval.angular_rate_imu - bias) * interval.tau) * prior.now_R_last_imu;
   }
   prior.now_R_last_imu = so3::normalized(prior.now_R_last_imu);
-  if (!prior.now_R_last_imu.allFinite()) return {};  // absurd rates
+  if (!prior.now_R_last_imu.allFinite()) return {};  // impossible rates
   prior.trusted = measured;
   return prior;
 }

@@ -13,23 +13,23 @@
 
 namespace chasles {
 
-/// A frame that the front end made, and how.
+/// A frame of the front end, and its report.
 struct TrackedFrame {
   FeatureFrame frame;
   FrontendReport report;
-  double seconds = 0;  ///< that the front end took
+  double seconds = 0;  ///< time of the front end
 };
 
-/// A front end that is told the rotation that the gyroscope saw. Images that are not later than
-/// those before become a frame without points, of their time; the front end does not see them.
+/// A front end with rotations predicted from the gyroscope. Images that are not later than the
+/// previous ones give an empty frame of their time; the front end does not receive them.
 class ImageTracker {
  public:
-  /// `masks` and what is thrown: as for Frontend.
+  /// `masks` and exceptions as for Frontend.
   ImageTracker(const FrontendSettings& settings, std::vector<Camera> cameras,
                const ImuBuffer::Options& imu, std::vector<GrayImage> masks = {});
 
   void process(const ImuSample& sample) { imu_.add(sample); }
-  /// After the samples up to its time; `gyroscope_bias` [rad/s].
+  /// Call after the samples up to the image's time; `gyroscope_bias` [rad/s].
   TrackedFrame process(const ImageFrame& images, const Eigen::Vector3d& gyroscope_bias);
 
  private:

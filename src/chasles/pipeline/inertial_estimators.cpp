@@ -8,7 +8,7 @@
 namespace chasles {
 namespace {
 
-// What all of them have of the session that finds the start.
+// Common part: the session that finds the start.
 class InertialEstimator : public Estimator {
  public:
   InertialEstimator(const InertialRunSettings& settings, InertialSensors sensors,
@@ -22,7 +22,7 @@ class InertialEstimator : public Estimator {
   std::vector<Estimate> process(const EstimatorEvent& event) override {
     return std::visit(Overloaded{[&](const ImuSample& sample) { return take(sample); },
                                  [&](const FeatureFrame& frame) { return take(frame); },
-                                 // The IMU alone measures the motion.
+                                 // Body velocities are ignored; the IMU measures the motion.
                                  [](const BodyVelocity&) { return std::vector<Estimate>(); }},
                       event);
   }
@@ -76,7 +76,7 @@ class InertialFilter : public InertialEstimator {
   std::vector<Estimate> take(const FeatureFrame& frame) override { return session_.process(frame); }
 };
 
-// The filter, and at the end batch estimation that begins at the filter's estimates.
+// The filter, followed by batch estimation with the filter's estimates as initial states.
 class InertialBatch : public InertialFilter {
  public:
   using InertialFilter::InertialFilter;
@@ -132,7 +132,7 @@ class InertialBatch : public InertialFilter {
   std::optional<InertialBatchResult> result_;
 };
 
-// The session finds the start only; the window begins there, with all events since.
+// The session only finds the start; the window begins there, with all events since.
 class InertialWindowEstimator : public InertialEstimator {
  public:
   using InertialEstimator::InertialEstimator;
@@ -184,7 +184,7 @@ class InertialWindowEstimator : public InertialEstimator {
   }
 
  private:
-  // The events until now, in the order in which they came.
+  // Processes the events until now, in the order of their arrival.
   std::vector<Estimate> begin(const Estimate& first) {
     window_.emplace(batch_input(sensors_, settings_.filter, start_at(first)),
                     settings_.filter.chart, settings_.batch, settings_.estimator.keyframes);

@@ -12,7 +12,7 @@
 namespace chasles {
 namespace {
 
-// The longest time that a stop may go unnoticed.
+// The longest delay before a stop is noticed.
 constexpr Time kPatience = std::chrono::milliseconds(20);
 
 Time time_of(const SensorEvent& event) {
@@ -34,7 +34,7 @@ struct Playback::Shared {
     return started + from_seconds(to_seconds(recorded - options.begin) / options.speed);
   }
 
-  // The other thread.
+  // Runs on the other thread.
   void play() {
     try {
       while (auto event = next_event()) {
@@ -49,7 +49,7 @@ struct Playback::Shared {
     changed.notify_all();
   }
 
-  // False: all is to stop.
+  // False: stop.
   bool wait_until(Time instant) {
     while (!asked_to_stop()) {
       const Time left = instant - options.clock.now();
@@ -114,7 +114,7 @@ struct Playback::Shared {
   Counts counts;
   std::exception_ptr failure;
   bool ended = false, stopped = false;
-  std::thread player;  // the last: it uses all above
+  std::thread player;  // last, because it uses all members above
 };
 
 Playback::Playback(std::function<std::optional<SensorEvent>()> next, PlaybackOptions options)

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
+#include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/playback.hpp>
 
 namespace chasles {
@@ -17,7 +18,7 @@ constexpr Time kBegin = std::chrono::seconds(1000);
 constexpr Time kSpacing = std::chrono::milliseconds(50);
 constexpr Time kHour = std::chrono::hours(1);
 
-/// A clock that stands until it is set.
+/// A clock that is set by hand.
 class HandClock {
  public:
   PlaybackClock clock() {
@@ -45,7 +46,7 @@ void wait_until_came(const Playback& playback, std::size_t frames) {
   while (playback.counts().came < frames) std::this_thread::yield();
 }
 
-/// The time of the next frame, or none; what comes before it must be samples, in order.
+/// The time of the next frame, or none; all events before it must be samples, in order.
 std::optional<Time> next_frame(Playback& playback, int& samples) {
   while (auto event = playback.next()) {
     if (const auto* frame = std::get_if<FeatureFrame>(&*event)) return frame->time;
@@ -83,7 +84,7 @@ TEST(Playback, AtTwiceTheSpeedTwiceAsMuchIsDue) {
   EXPECT_DOUBLE_EQ(playback.seconds_since(kBegin + 8 * kSpacing), -to_seconds(kSpacing));
 }
 
-// Who takes nothing until the end still gets the oldest frames and every sample.
+// A consumer that takes nothing until the end still gets the oldest frames and every sample.
 TEST(Playback, DropsFramesThatComeWhileTooManyWait) {
   HandClock hand;
   Playback playback(sensors(20), {.begin = kBegin, .waiting = 3, .clock = hand.clock()});
@@ -97,7 +98,7 @@ TEST(Playback, DropsFramesThatComeWhileTooManyWait) {
   EXPECT_EQ(playback.counts().dropped, 17u);
 }
 
-// A filter that takes three frames' time for one, against a queue written out by hand.
+// A filter that needs three frame intervals per frame, against a queue computed by hand.
 TEST(Playback, OfASlowFilterAccountsForEveryFrame) {
   HandClock hand;
   Playback playback(sensors(60), {.begin = kBegin, .waiting = 2, .clock = hand.clock()});
@@ -142,7 +143,7 @@ TEST(Playback, EndsWhenItIsStopped) {
   EXPECT_EQ(counts.taken, 1u);
 }
 
-// The next frame is due in an hour; who waits for it learns of the interrupt all the same.
+// The next frame is due in an hour; a waiting consumer still receives the interrupt.
 TEST(Playback, EndsWhenItIsInterruptedWhileSomebodyWaits) {
   std::atomic<bool> interrupted = false;
   Playback playback(sensors(2),
@@ -184,7 +185,7 @@ Camera camera() {
   return c;
 }
 
-// A grey image is one without points; how the front end follows others is tested elsewhere.
+// A grey image has no points; other tests cover tracking.
 Events images(int count) {
   return [=, i = 0]() mutable -> std::optional<SensorEvent> {
     if (i >= count) return std::nullopt;
@@ -194,7 +195,7 @@ Events images(int count) {
   };
 }
 
-// The clock goes on only when a frame is through, four frames' time at once.
+// The clock advances only after a frame is processed, by four frame intervals at once.
 TEST(Playback, ThroughAFrontEndEveryImageIsTrackedOrDropped) {
   for (const bool ahead : {false, true}) {
     HandClock hand;

@@ -70,13 +70,13 @@ ClockCorrection correct_clock(const VelocitySlamSettings& settings, Recording& r
     if (corrected) correction.offset = clock->offset;
     correction.remark =
         !clock || !clock->believable()
-            ? "time_offset=auto: the tracks do not tell how the velocities' clock stands against "
-              "the frames': their stamps are taken as they are"
+            ? "time_offset=auto: the tracks do not determine the velocities' time offset; their "
+              "time stamps are not corrected"
             : fmt::format(
                   "time_offset=auto: the velocities are stamped {} by {:.0f} +- {:.0f} ms against "
-                  "the frames, as the tracks tell: their stamps are {}",
+                  "the frames, estimated from the tracks; their time stamps are {}",
                   clock->offset > 0 ? "late" : "early", 1e3 * std::abs(clock->offset),
-                  1e3 * clock->sigma, corrected ? "corrected" : "taken as they are");
+                  1e3 * clock->sigma, corrected ? "corrected" : "not corrected");
   }
   shift_velocities(recording, correction.offset);
   return correction;

@@ -3,23 +3,23 @@
 #include <chasles/data/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
 
-// What an estimator needs to know of a recording's sensors.
+// The sensors of a recording, for an estimator.
 namespace chasles {
 
-/// Standard deviation of a point of this front end [px]. Its errors are correlated from frame to
-/// frame, so it is larger than their scatter (docs/pixels.md).
+/// Standard deviation of a point of this front end [px]. Its errors are correlated between frames,
+/// so it is larger than their scatter (docs/pixels.md).
 inline constexpr double kFrontendPixelSigma = 0.4;
 
-/// Cameras, IMU noise and ranges, and the noise of a pixel: as the settings say, else as the
-/// recording states it, else kFrontendPixelSigma for images and 1 px for tracks. Throws InputError
-/// where cameras or the IMU's noise are missing.
+/// Cameras, IMU noise and ranges, and the pixel noise. The latter comes from the settings, else
+/// from the recording; else it is kFrontendPixelSigma for images and 1 px for tracks. Throws
+/// InputError where cameras or the IMU's noise are missing.
 InertialSensors inertial_sensors(const Recording& recording, const InertialRunSettings& settings);
 
 /// The convention and the ranges of the recording's IMU.
 ImuBuffer::Options imu_options(const Recording& recording);
 
 /// The filter's settings with `keep_scale: auto` decided: true for the images of one camera, where
-/// pixels alone have to find the scale after a standstill; not with the chart left-se3, which has
+/// pixels alone have to find the scale after a standstill. Not with the chart left-se3, which has
 /// no such option.
 InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t cameras);
 InertialSlamSettings filter_settings(const Recording& recording,
@@ -31,13 +31,13 @@ VelocitySensors velocity_sensors(const Recording& recording, const VelocityRunSe
 /// A correction of the body velocities' clock.
 struct ClockCorrection {
   double offset = 0;   ///< subtracted from the velocities' times [s]
-  std::string remark;  ///< what was found; empty where the settings state the offset
+  std::string remark;  ///< the result as a message; empty where the settings state the offset
 };
-/// Gives the velocities the frames' clock: by time_offset of the settings or, where it is `auto`,
-/// by the offset that the tracks determine (check/velocity_clock.hpp), if they do.
+/// Shifts the velocities to the frames' clock: by time_offset of the settings or, where it is
+/// `auto`, by the offset that the tracks determine (check/velocity_clock.hpp), if they do.
 ClockCorrection correct_clock(const VelocitySlamSettings& settings, Recording& recording);
 
-/// The estimator of a recording: a stereo-velocity one where it has body velocities. Throws as the
+/// The estimator for a recording: a stereo-velocity one where it has body velocities. Throws as the
 /// functions above. `start`: see make_estimator().
 std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
                                           const Recording& recording,

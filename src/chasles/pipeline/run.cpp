@@ -23,7 +23,7 @@ void count(const TrackedFrame& tracked, FrontendTotals& totals) {
   totals.seconds += tracked.seconds;
 }
 
-// What the front end took for each frame, by the cameras' clock; an estimate's is the IMU's.
+// The front end's time for each frame, on the cameras' clock; estimates are on the IMU's.
 class FrontendSeconds {
  public:
   void add(Time time, double seconds) { all_.emplace(time, seconds); }
@@ -40,7 +40,7 @@ class FrontendSeconds {
   std::map<Time, double> all_;
 };
 
-// A recording on its way through front end and estimator.
+// Plays a recording through front end and estimator.
 class Player {
  public:
   Player(const Recording& recording, Estimator& estimator, const FrontendSettings& frontend,
@@ -86,7 +86,7 @@ class Player {
   }
 
  private:
-  // A window's estimates come with the samples that its frames wait for.
+  // A window's estimates come with the samples for which its frames wait.
   template <typename Sample>
   bool take(const Sample& sample) {
     const Stopwatch time;
@@ -145,7 +145,7 @@ class Player {
   SensorFeed feed_;
   RunReport report_;
   FrontendSeconds frontend_seconds_;
-  bool any_ = false;  // estimate
+  bool any_ = false;  // whether there was an estimate
   std::size_t frames_ = 0;
   Stopwatch frame_time_;
 };

@@ -10,50 +10,50 @@
 #include <chasles/pipeline/sensor_feed.hpp>
 #include <chasles/pipeline/tracks_part.hpp>
 
-// A recording through front end and estimator: `chasles run` as a function.
+// Runs a recording through front end and estimator: `chasles run` as a function.
 namespace chasles {
 
-/// What the front end did, summed over the frames.
+/// Totals of the front end over the frames.
 struct FrontendTotals {
   int frames = 0;
-  int unreadable = 0;  ///< images, taken for missing
+  int unreadable = 0;  ///< images, counted as missing
   long tracked = 0, added = 0, lost = 0, outliers = 0, stereo_tried = 0, stereo_matched = 0;
-  double seconds = 0;  ///< that it took, without reading the images
+  double seconds = 0;  ///< its time, without reading the images
 };
 
 struct RunOptions {
   int threads = 3;                 ///< as SensorFeedOptions::threads
   std::optional<double> realtime;  ///< as SensorFeedOptions::realtime
-  TracksPart tracks;               ///< of those that the front end follows
+  TracksPart tracks;               ///< those that the front end follows
 };
 
-/// When an estimate came.
+/// Timing of an estimate.
 struct EstimateTiming {
-  double seconds = 0;             ///< that its frame took, or in real time how late it came
-  double frontend_seconds = 0;    ///< that the front end took for the frame nearest to its time
-  std::optional<double> latency;  ///< in real time, of a run that had started before [s]
+  double seconds = 0;             ///< processing time of its frame, or in real time the delay
+  double frontend_seconds = 0;    ///< time of the front end for the frame nearest to its time
+  std::optional<double> latency;  ///< in real time, for a run that had started before [s]
 };
 
-/// What happens in a run, for progress bars, live views and files. Each function does nothing
-/// unless it is overridden; none may change the recording or the estimator.
+/// Callbacks of a run, for progress bars, live views and files. Each function does nothing unless
+/// it is overridden; none may change the recording or the estimator.
 class RunObserver {
  public:
   virtual ~RunObserver() = default;
 
-  virtual bool stop() { return false; }             ///< asked after every frame, from any thread
-  virtual void on_images(const ImageFrame&) {}      ///< perhaps from another thread
+  virtual bool stop() { return false; }             ///< polled after every frame, from any thread
+  virtual void on_images(const ImageFrame&) {}      ///< maybe from another thread
   virtual void on_unreadable(const InputError&) {}  ///< the same
   virtual void on_frame(const FeatureFrame&) {}     ///< before it is processed
   virtual void on_outcomes(const FeatureFrame&, std::span<const PixelOutcome>) {}
   virtual void on_estimate(const Estimate&, const EstimateTiming&) {}
-  /// So many frames are done, the last one at that time.
+  /// Number of processed frames, and the time of the last one.
   virtual void on_progress(std::size_t /*frames*/, Time /*now*/) {}
   virtual void on_smoothing() {}  ///< batch estimation begins
-  /// Batch estimation has ended: all estimates so far are replaced by these.
+  /// Batch estimation has ended: these replace all estimates so far.
   virtual void on_smoothed(std::span<const Estimate>, double /*seconds*/) {}
 };
 
-/// How a run went.
+/// The report of a run.
 struct RunReport {
   EstimatorReport estimator;
   FrontendTotals frontend;
@@ -62,24 +62,24 @@ struct RunReport {
   Playback::Counts played;       ///< in real time: images or frames
 };
 
-/// Runs the estimator over the recording. Throws Error(kNotInitialised) with what was missing where
-/// the run never started; what the estimator throws.
+/// Runs the estimator over the recording. Throws Error(kNotInitialised) with the unmet conditions
+/// where the run never started, and the exceptions of the estimator.
 RunReport run(const Recording& recording, Estimator& estimator, const FrontendSettings& frontend,
               const RunOptions& options, RunObserver& observer);
 
-/// All of a run in memory.
+/// All results of a run.
 struct RunResult {
   std::vector<Estimate> estimates;
   std::vector<MapLandmark> landmarks;
-  std::vector<std::string> state_names;  ///< of Estimate::v_world, if any, and additive
+  std::vector<std::string> state_names;  ///< components of Estimate::v_world, if any, and additive
   RunReport report;
 };
 
-/// The same with an estimator of its own, of the kind that the settings choose. With the defaults
-/// the estimates are those of `chasles run`, to the bit.
+/// The same with an estimator of the kind that the settings choose. With the defaults the estimates
+/// are those of `chasles run`, to the bit.
 RunResult run(const Recording& recording, const InertialRunSettings& settings,
               const RunOptions& options = {});
-/// Of a recording with body velocities. Corrects their clock first, as correct_clock().
+/// For a recording with body velocities. Corrects their clock first, as correct_clock().
 RunResult run(Recording recording, const VelocityRunSettings& settings);
 
 }  // namespace chasles

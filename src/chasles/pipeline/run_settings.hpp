@@ -10,7 +10,7 @@
 
 namespace chasles {
 
-/// Which estimator runs: the filter, batch estimation, or a sliding window of so many keyframes.
+/// The estimator of a run: filter, batch estimation, or a sliding window of N keyframes.
 struct EstimatorChoice {
   enum class Kind { kFilter, kBatch, kWindow };
   Kind kind = Kind::kFilter;
@@ -24,20 +24,20 @@ struct EstimatorChoice {
 /// "filter", "batch" or "window:N" with N of 2 or more. Throws UsageError that names `setting`.
 EstimatorChoice estimator_choice(std::string_view text, std::string_view setting = "estimator");
 
-/// All that can be set about a visual-inertial run.
+/// All settings of a visual-inertial run.
 struct InertialRunSettings {
   EstimatorChoice estimator;
   InertialSlamSettings filter;  ///< pixel_sigma: pixel_sigma_of() where none is given
   InitialiserSettings start;
   FrontendSettings frontend;
-  BatchSettings batch;  ///< of batch and window
+  BatchSettings batch;  ///< for batch and window
 };
 
-/// All that can be set about a stereo-velocity run.
+/// All settings of a stereo-velocity run.
 struct VelocityRunSettings {
   EstimatorChoice estimator;
   VelocitySlamSettings filter;
-  BatchSettings batch;  ///< of batch and window
+  BatchSettings batch;  ///< for batch and window
 };
 
 }  // namespace chasles

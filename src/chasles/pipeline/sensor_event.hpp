@@ -10,13 +10,13 @@
 
 namespace chasles {
 
-/// What sensors deliver, in the order of time.
+/// The data of the sensors, in order of time.
 using SensorEvent = std::variant<BodyVelocity, ImuSample, FeatureFrame, ImageFrame>;
 
-/// What an estimator takes: the same, with images tracked.
+/// The input of an estimator: the same, with images replaced by tracks.
 using EstimatorEvent = std::variant<BodyVelocity, ImuSample, FeatureFrame>;
 
-/// Whether an event is of a camera. The others are samples, which are small and never dropped.
+/// Whether an event comes from a camera. The others are samples, which are small and never dropped.
 inline bool is_frame(const SensorEvent& event) {
   return std::visit(
       Overloaded{[](const BodyVelocity&) { return false; }, [](const ImuSample&) { return false; },

@@ -5,7 +5,7 @@
 namespace chasles {
 namespace {
 
-// To decode an image may take longer than all that is done with it: so many wait at most.
+// Decoding an image may take longer than processing it: at most so many wait.
 constexpr std::size_t kImagesReadAhead = 4;
 
 }  // namespace
@@ -19,7 +19,7 @@ SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& front
       told_unreadable_(options.unreadable) {
   std::function<std::optional<SensorEvent>()> next = [this] { return next_event(); };
   const bool images = recording.images != nullptr;
-  if (options.realtime) {  // reads on a thread of its own
+  if (options.realtime) {  // reads on its own thread
     playback_.emplace(std::move(next), PlaybackOptions{.begin = first_event(recording),
                                                        .speed = *options.realtime,
                                                        .stop = options.stop});

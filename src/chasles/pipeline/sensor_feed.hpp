@@ -13,21 +13,22 @@
 namespace chasles {
 
 struct SensorFeedOptions {
-  /// 2: the front end is on a thread of its own; 3: and so is reading the images. The bytes are the
-  /// same.
+  /// 2: the front end has its own thread; 3: reading the images as well. The results are the same
+  /// bytes.
   int threads = 3;
-  std::optional<double>
-      realtime;  ///< recorded seconds in a second; none: as fast as they are taken
-  std::function<bool()> stop = [] { return false; };  ///< asked while a live sensor is waited for
-  /// Called with all images that are read, perhaps from another thread, until close().
+  std::optional<double> realtime;  ///< recorded seconds per second; none: as fast as possible
+  std::function<bool()> stop = [] {
+    return false;
+  };  ///< polled while the feed waits for a live sensor
+  /// Called with all images that are read, maybe from another thread, until close().
   std::function<void(const ImageFrame&)> see = [](const ImageFrame&) {};
-  /// The same with the error of an image that cannot be read, and is taken for missing.
+  /// Called with the error of an image that cannot be read; the image counts as missing.
   std::function<void(const InputError&)> unreadable = [](const InputError&) {};
 };
 
-/// The events of a recording as an estimator takes them: its samples and frames, its images through
-/// the front end; as fast as they are taken, or at the recording's own speed, and then some may be
-/// dropped. An image that cannot be read counts as missing.
+/// The events of a recording as the input of an estimator: its samples and frames, its images
+/// through the front end. As fast as they are taken, or at the recording's own speed; then some may
+/// be dropped. An image that cannot be read counts as missing.
 class SensorFeed {
  public:
   /// The recording must outlive the feed.
@@ -40,13 +41,14 @@ class SensorFeed {
 
   /// None at the end, and after a stop.
   std::optional<FeatureFeed::Item> next() { return feed_->next(); }
-  /// As FeatureFeed's.
+  /// As for FeatureFeed.
   void learnt(const Eigen::Vector3d& gyroscope_bias) { feed_->learnt(gyroscope_bias); }
 
-  /// Of a recording that is played at its own speed: how long ago what has that time was due [s].
+  /// For a recording that is played at its own speed: time since the data of that recorded time
+  /// were due [s].
   std::optional<double> seconds_since(Time recorded) const;
 
-  /// Ends all threads, after which nothing may be asked of the feed but these two.
+  /// Ends all threads. After it only counts() and seconds_since() may be called.
   void close();
   int unreadable() const { return unreadable_; }
   Playback::Counts counts() const { return counts_; }  ///< zero, if not played in real time

@@ -7,15 +7,15 @@
 
 namespace chasles {
 
-/// Which tracks a run uses: all, or a random part of them. A track is used from its first
-/// observation to its last or not at all, and whether it is depends on its number and the seed
-/// alone. Runs with other seeds show how much of a result is chance of which points were tracked.
+/// The tracks that a run uses: all, or a random part of them. A track is used as a whole or not at
+/// all, which depends on its number and the seed alone. Runs with different seeds show how much a
+/// result depends on the choice of the tracked points.
 struct TracksPart {
-  std::optional<double> part = {};  ///< how likely a track is used; none: all are
-  std::uint64_t seed = 1;           ///< chooses them
+  std::optional<double> part = {};  ///< probability that a track is used; none: all are used
+  std::uint64_t seed = 1;           ///< of the choice
 
   bool uses(LandmarkId track) const;
-  /// Leaves the others out.
+  /// Removes the other tracks.
   void thin(FeatureFrame& frame) const;
 };
 

@@ -13,11 +13,12 @@
 namespace chasles {
 namespace {
 
-constexpr Time kLongestTruthGap = std::chrono::milliseconds(100);  // that is bridged
-constexpr double kSlopeReach = 0.5;                                // [s] to both sides
-constexpr double kSlopeKnots = 0.1;                                // [s]
+constexpr Time kLongestTruthGap =
+    std::chrono::milliseconds(100);  // longer gaps are not interpolated
+constexpr double kSlopeReach = 0.5;  // [s] to both sides
+constexpr double kSlopeKnots = 0.1;  // [s]
 
-// The velocity at that time by a spline through the true positions around it.
+// The velocity at that time from a spline through the true positions around it.
 Eigen::Vector3d slope(const Trajectory& truth, Time time) {
   Trajectory near;
   for (const StampedPose& pose : truth) {

@@ -7,10 +7,10 @@
 #include <chasles/slam/estimate.hpp>
 #include <chasles/slam/inertial_start.hpp>
 
-// A recording's truth, for runs that begin at it or are held against it.
+// A recording's ground truth, for runs that start from it or are compared with it.
 namespace chasles {
 
-/// The true pose world_T_imu at that time: of the stamp, or interpolated between two that are at
+/// The true pose world_T_imu at that time: of that stamp, or interpolated between two that are at
 /// most 0.1 s apart; none elsewhere.
 std::optional<SE3> truth_at(const Trajectory& truth, Time time);
 
@@ -20,7 +20,7 @@ std::optional<SE3> truth_at(const Trajectory& truth, Time time);
 InertialStart true_start(const Recording& recording);
 
 /// The NEES of pose, velocity and biases together, in the coordinates of the filter's chart
-/// [expected: 15]; NaN where the recording has no true velocity and biases at that time, or where
+/// [expected: 15]. NaN where the recording has no true velocity and biases at that time, or where
 /// the covariance is singular.
 double state_nees(const std::string& chart, const Recording& recording, const Estimate& estimate);
 

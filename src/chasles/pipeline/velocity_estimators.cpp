@@ -21,7 +21,7 @@ class VelocityEstimator : public Estimator {
                                    return std::vector<Estimate>();
                                  },
                                  [&](const FeatureFrame& frame) { return take(frame); },
-                                 // The body velocities measure the motion.
+                                 // IMU samples are ignored; the body velocities measure the motion.
                                  [](const ImuSample&) { return std::vector<Estimate>(); }},
                       event);
   }
@@ -51,7 +51,7 @@ class VelocityFilter : public VelocityEstimator {
   VelocityFilter(const VelocityRunSettings& settings, const VelocitySensors& sensors)
       : VelocityEstimator(settings, sensors), slam_(settings.filter, sensors.rig, sensors.noise) {}
 
-  // Arithmetic on what is not finite is slow, and no estimate after it counts.
+  // Arithmetic with values that are not finite is slow, and all later estimates are meaningless.
   bool ended() const override { return lost_; }
   std::vector<MapLandmark> map() const override { return slam_.filter().map(); }
   std::optional<std::vector<LandmarkId>> in_state() const override {
@@ -77,12 +77,12 @@ class VelocityFilter : public VelocityEstimator {
   bool lost_ = false;
 };
 
-// The filter, and at the end batch estimation that begins at the filter's estimates.
+// The filter, followed by batch estimation with the filter's estimates as initial states.
 class VelocityBatch : public VelocityFilter {
  public:
   using VelocityFilter::VelocityFilter;
 
-  bool ended() const override { return false; }  // batch estimation takes all of the recording
+  bool ended() const override { return false; }  // batch estimation uses the whole recording
   const Ekf* filter() const override { return nullptr; }
 
   bool smooths() const override { return true; }

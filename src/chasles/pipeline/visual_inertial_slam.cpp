@@ -8,7 +8,7 @@
 namespace chasles {
 namespace {
 
-// Images at most that wait for samples, where their times do not show that none come.
+// Maximum number of images that wait for samples, where later images do not show that none come.
 constexpr std::size_t kMostWaiting = 64;
 
 InertialRunSettings decided(InertialRunSettings settings, std::size_t cameras) {
@@ -53,8 +53,8 @@ std::vector<Estimate> VisualInertialSlam::finish() {
   return estimator_->smooths() ? estimator_->smooth() : estimates;
 }
 
-// Without samples images do not wait for ever: those that a later one leaves so far behind have
-// their turn, and the session judges them.
+// Without samples images do not wait for ever: those that are too far behind a later one are
+// processed, and the session judges them.
 void VisualInertialSlam::take_covered(std::vector<Estimate>& estimates) {
   const auto covered = [&](const ImageFrame& images) {
     return (last_sample_ && *last_sample_ >= images.time) || waiting_.size() > kMostWaiting ||

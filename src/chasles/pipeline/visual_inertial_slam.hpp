@@ -11,14 +11,15 @@
 
 namespace chasles {
 
-/// SLAM from an IMU and images as they come: for a robot's own program. Samples and images each in
-/// the order of their times; an image waits here until the samples reach its time, so it may come
-/// before older samples. The same samples and images give the same estimates as `chasles run`, to
-/// the bit, if no sample later than the first at or after an image's time comes before the image.
-/// One thread, and no call waits.
+/// SLAM from an IMU and images in real time, for a robot's own program. Samples and images each
+/// come in the order of their times. An image waits here until the samples reach its time, so it
+/// may come before older samples. The same samples and images give the same estimates as `chasles
+/// run`, to the bit, unless a sample later than the first at or after an image's time comes before
+/// the image. One thread, and no call waits.
 ///
-/// The session (InertialSession) recovers from bad samples and times, and counts them. Images that
-/// cannot be used, and images that are not later than those before, are frames without points.
+/// The session (InertialSession) recovers from invalid samples and times, and counts them. Images
+/// that cannot be used, and images that are not later than the previous ones, are frames without
+/// points.
 class VisualInertialSlam {
  public:
   /// `masks` as for Frontend. Throws UsageError for settings, cameras or masks that cannot be used.
@@ -27,17 +28,17 @@ class VisualInertialSlam {
                      std::vector<GrayImage> masks = {});
 
   /// The estimates of the images that waited for this sample: none before there is a start
-  /// (estimator().why_not_started()), and then one an image, of the image's time.
+  /// (estimator().why_not_started()), then one per image, at the image's time.
   std::vector<Estimate> process(const ImuSample& sample);
-  /// The estimates that need no further sample. Another number of images than cameras, or an image
-  /// of another size than its camera's, throws InputError; the images are then ignored.
+  /// The estimates that need no further sample. A number of images other than that of the cameras,
+  /// or an image of another size than its camera's, throws InputError; the images are then ignored.
   std::vector<Estimate> process(ImageFrame images);
-  /// The estimates of all images that still wait: no more samples come. Of batch estimation those
+  /// The estimates of all images that still wait; no more samples come. For batch estimation those
   /// of all keyframes, which replace the earlier ones.
   std::vector<Estimate> finish();
 
   const Estimator& estimator() const { return *estimator_; }
-  /// About the last image.
+  /// Report of the last image.
   const FrontendReport& report() const { return report_; }
   std::size_t waiting() const { return waiting_.size(); }  ///< images
 
@@ -51,7 +52,7 @@ class VisualInertialSlam {
   FrontendReport report_;
   WaitingFrames<ImageFrame> waiting_;
   std::optional<Time> last_sample_;
-  /// The estimates of the gyroscope's bias after the last images, as a FeatureFeed has them.
+  /// The estimates of the gyroscope bias after the last images, as in a FeatureFeed.
   std::deque<Eigen::Vector3d> biases_;
 };
 

@@ -43,7 +43,7 @@ VisualInertialSlam slam_for(const Recording& recording) {
   return {recording.cameras, *recording.imu_noise, {}, {.convention = recording.imu_convention}};
 }
 
-/// Events in the order of a recording.
+/// Feeds the events in the order of a recording.
 Estimates play(VisualInertialSlam& slam, const Recording& recording) {
   Estimates all;
   EventStream events(recording);
@@ -56,7 +56,7 @@ Estimates play(VisualInertialSlam& slam, const Recording& recording) {
   return all;
 }
 
-/// Front end and session as the program has them.
+/// Front end and session as in the program.
 Estimates as_the_program(const Recording& recording) {
   const ImuBuffer::Options imu{.convention = recording.imu_convention};
   InertialSession session(for_images({}, recording.cameras.size()), {},
@@ -145,7 +145,7 @@ TEST(VisualInertialSlam, ImagesWithoutSamplesDoNotPileUp) {
     most = std::max(most, slam.waiting());
   }
   EXPECT_LE(most, 12u);
-  for (int k = 0; k < 200; ++k) slam.process(images);  // a clock that stands
+  for (int k = 0; k < 200; ++k) slam.process(images);  // a clock that does not advance
   EXPECT_LE(slam.waiting(), 64u);
   EXPECT_GT(slam.estimator().report().dropped_frames, 80);
   EXPECT_EQ(slam.estimator().why_not_started().substr(0, 21), "not initialised after");

@@ -14,7 +14,7 @@ using test::synthetic_drive;
 
 ReportRun small_drive() { return synthetic_drive({.states = 50, .landmarks = 40}); }
 
-/// As if an IMU's bias had been estimated: the world is level.
+/// Adds an IMU bias to the extra names, which makes the world level.
 void make_level(ReportRun& drive) {
   drive.run.extra_names = {"accelerometer_bias_x"};
   for (RunState& state : drive.run.states) {

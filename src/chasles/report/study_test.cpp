@@ -24,7 +24,7 @@ using test::write_study;
 const std::string kHostile =
     "</script><script>window.hostile=1</script><img src=x onerror=alert(1)><!-- & \"q\" 'a' ";
 
-/// A folder of its own for the running test.
+/// An empty folder for the running test alone.
 class StudyFolder : public ::testing::Test {
  protected:
   StudyFolder() {

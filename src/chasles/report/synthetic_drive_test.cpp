@@ -94,7 +94,7 @@ void add_extra(RunState& state, int index, Random& random) {
       0.1, 0.03, 0.03, 0.001 + 0.004 * settled, 0.001 + 0.004 * settled, 0.0006 + 0.004 * settled};
 }
 
-/// A point on a façade or on the ground beside the pose, known badly along the line of sight.
+/// A point on a façade or on the ground beside the pose, uncertain along the line of sight.
 RunLandmark landmark(int id, const SE3& truth, const Drift& drift, Random& random) {
   const double side = random.uniform() > 0.5 ? 1 : -1;
   const bool ground = random.uniform() > 0.8;

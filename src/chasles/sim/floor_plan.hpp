@@ -34,7 +34,7 @@ std::vector<std::vector<Eigen::Vector2d>> wall_loops(const std::vector<WallSegme
 /// The plan as rectangles without overlaps.
 std::vector<PlanRectangle> plan_floors(const FloorPlan& plan);
 
-/// The solid rest of the plan's bounding box as rectangles without overlaps.
+/// The solid remainder of the plan's bounding box as rectangles without overlaps.
 std::vector<PlanRectangle> plan_solids(const FloorPlan& plan);
 
 /// The distance from a point to the nearest wall [m]; infinity without walls.

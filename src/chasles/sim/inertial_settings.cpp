@@ -44,7 +44,7 @@ InertialScene trajectory() {
   return scene;
 }
 
-// A pedestrian with a stereo pair on the chest, which looks down a little; a MEMS IMU.
+// A pedestrian with a stereo pair on the chest, pointing slightly down; a MEMS IMU.
 InertialScene walk() {
   InertialScene scene{.name = "walk",
                       .doc = "a pedestrian's way of 320 m along two loops of corridors and a hall",

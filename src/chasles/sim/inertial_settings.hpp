@@ -18,16 +18,16 @@ struct Choices<Geometry> {
       Choice{Geometry::kTrajectory, "trajectory"}, Choice{Geometry::kWalk, "walk"}};
 };
 
-// The one list of settings: type, name, default, least, most, unit, meaning. The struct, the
-// command line, the help and the checks read it; only numbers have a least and a most.
+// The only list of settings: type, name, default, least, most, unit, meaning. It defines the
+// struct, the command line, the help and the checks. Only numbers have a least and a most.
 // clang-format off
 #define CHASLES_INERTIAL_FIELDS(FIELD)                                                            \
   FIELD(std::string, name, "hallway", 0, 0, "", "name of the recording")                          \
   FIELD(Geometry, geometry, Geometry::kHallway, 0, 0, "", "hallway, turntable, trajectory, or walk")          \
   FIELD(std::uint64_t, seed, 1, 0, 0, "", "chooses the landmarks and, with the run, all noise")   \
   FIELD(double, knot_interval, 0.05, 1e-3, 10, "s", "of the spline that is the true motion")      \
-  FIELD(double, rest_duration, 0, 0, 3600, "s", "at rest before the motion begins")               \
-  FIELD(double, start_duration, 0, 0, 3600, "s", "from rest to full speed; 0 with no rest: moving at once") \
+  FIELD(double, rest_duration, 0, 0, 3600, "s", "standstill before the motion begins")               \
+  FIELD(double, start_duration, 0, 0, 3600, "s", "from standstill to full speed; 0 without rest_duration: in motion from the first sample") \
   /* hallway: a walk along the centre of a corridor around a rectangular block, turning right */  \
   FIELD(double, hall_length, 30, 1, 1e4, "m", "of the centre line's rectangle")                   \
   FIELD(double, hall_width, 12, 1, 1e4, "m", "of the centre line's rectangle")                    \
@@ -45,7 +45,7 @@ struct Choices<Geometry> {
   FIELD(double, yaw_amplitude, 0.03, 0, 0.5, "rad", "about the upward axis, every second step")   \
   FIELD(double, wall_density, 4, 0, 1000, "1/m^2", "landmarks on walls, floor and ceiling")     \
   /* walk: as hallway, but along two loops that share a hall, and in rooms of more shapes */     \
-  FIELD(double, walk_duration, 0, 0, 1e5, "s", "of the walk with its rest; 0: all sections")      \
+  FIELD(double, walk_duration, 0, 0, 1e5, "s", "of the walk with its standstill; 0: all sections")      \
   /* turntable: around a cube at the origin, looking at it */                                     \
   FIELD(double, circle_radius, 8, 0.1, 1e3, "m", "of the circle around the cube's centre")        \
   FIELD(double, revolutions, 2, 0.01, 1e3, "", "around the cube")                                 \
@@ -56,8 +56,8 @@ struct Choices<Geometry> {
   FIELD(double, cube_edge, 1.5, 0.01, 1e3, "m", "of the cube")                                      \
   FIELD(int, cube_landmarks, 40, 0, 100000, "", "on its faces")                                   \
   /* trajectory: landmarks are placed in front of the camera wherever it comes */                 \
-  FIELD(int, visible_landmarks, 75, 0, 10000, "", "that can be seen from each part of the way")   \
-  FIELD(double, landmark_spacing, 0.5, 0.01, 100, "s", "between two looks for missing landmarks") \
+  FIELD(int, visible_landmarks, 75, 0, 10000, "", "visible from each part of the path")   \
+  FIELD(double, landmark_spacing, 0.5, 0.01, 100, "s", "between two searches for missing landmarks") \
   FIELD(double, landmark_nearest, 2, 0.1, 1e4, "m", "depth at which a landmark is placed, least") \
   FIELD(double, landmark_farthest, 10, 0.1, 1e4, "m", "depth at which a landmark is placed, most")\
   /* the cameras (defaults: as Kleinert & Stilla, half of 1398 x 1080 px at 28 Hz) */             \
@@ -90,7 +90,7 @@ struct Choices<Geometry> {
   FIELD(bool, keep_ids, false, 0, 0, "", "a landmark that returns keeps its number")              \
   /* the errors of the IMU (defaults: 7.5 mg a sample; 0.0056 deg/s/sqrt(Hz), 0.3 deg/s) */       \
   FIELD(double, imu_rate, 100, 1, 1e4, "Hz", "of the IMU's samples")                              \
-  FIELD(ImuConvention, imu_convention, ImuConvention::kInstant, 0, 0, "", "what a sample stands for: instant or interval-mean") \
+  FIELD(ImuConvention, imu_convention, ImuConvention::kInstant, 0, 0, "", "meaning of a sample: instant or interval-mean") \
   FIELD(double, accelerometer_noise_density, 0.007355, 0, 100, "m/s^2/sqrt(Hz)", "white noise")   \
   FIELD(double, gyroscope_noise_density, 9.774e-5, 0, 100, "rad/s/sqrt(Hz)", "white noise")       \
   FIELD(double, accelerometer_random_walk, 1e-4, 0, 100, "m/s^3/sqrt(Hz)", "of the bias")         \
@@ -99,21 +99,21 @@ struct Choices<Geometry> {
   FIELD(double, gyroscope_bias_sigma, 0.005236, 0, 10, "rad/s", "of the bias at the beginning")   \
   /* the errors of the images */                                                                  \
   FIELD(double, pixel_sigma, 1, 0, 100, "px", "white noise on each of u and v")                   \
-  FIELD(double, outlier_fraction, 0, 0, 1, "", "observations that lie anywhere in the image")     \
-  FIELD(double, dropped_fraction, 0, 0, 1, "", "frames without an observation; tracks go on after them") \
+  FIELD(double, outlier_fraction, 0, 0, 1, "", "observations at random positions in the image")     \
+  FIELD(double, dropped_fraction, 0, 0, 1, "", "frames without an observation; tracks continue after them") \
   /* rendered images (--images), in place of the tracks */                                        \
-  FIELD(double, texel_size, 0.005, 1e-3, 1, "m", "of the surfaces' pictures; larger where there are too many") \
+  FIELD(double, texel_size, 0.005, 1e-3, 1, "m", "of the surfaces' textures; larger where there are too many") \
   FIELD(double, exposure, 1, 0.01, 100, "", "brightness of the images")                           \
   FIELD(double, exposure_drift, 0, 0, 3, "stops", "by which the brightness wanders, up and down") \
   FIELD(double, vignetting, 0, 0, 0.95, "", "light that the image's corners lack")                \
   FIELD(double, readout_noise, 1, 0, 100, "shades", "white noise of a pixel, of 256 shades")      \
   FIELD(double, photon_noise, 0.01, 0, 100, "shades", "variance of a pixel a shade of its brightness") \
   FIELD(double, exposure_time, 0, 0, 1, "s", "of each image, which blurs the motion; 0: an instant") \
-  FIELD(int, blur_samples, 8, 2, 1000, "", "instants that make up a blurred image")
+  FIELD(int, blur_samples, 8, 2, 1000, "", "number of instants averaged in a blurred image")
 // clang-format on
 
-/// A motion of an IMU with cameras among landmarks, and the sensors' errors. Plain numbers: every
-/// combination that `validate` lets pass can be simulated.
+/// A motion of an IMU with cameras among landmarks, and the errors of the sensors. Every
+/// combination that `validate` accepts can be simulated.
 struct InertialSettings {
 #define CHASLES_FIELD(type, field, value, least, most, unit, doc) type field = value;
   CHASLES_INERTIAL_FIELDS(CHASLES_FIELD)
@@ -132,28 +132,28 @@ void for_each_setting(S& settings, Visitor&& visit) {
 }
 #undef CHASLES_INERTIAL_FIELDS
 
-/// Throws UsageError with the field, its value and what was expected. What depends on the path (a
-/// corridor too narrow for its turns) is refused where the path is made.
+/// Throws UsageError with the field, its value and the expected one. Conditions that depend on the
+/// path (a corridor too narrow for its turns) are checked where the path is made.
 void validate(const InertialSettings& settings);
 
-/// What can be simulated: settings and, for the geometry `trajectory`, the motion.
+/// A simulated scene: settings and, for the geometry `trajectory`, the motion.
 struct InertialScene {
   std::string name;
   std::string doc;
   InertialSettings settings;
   Trajectory path = {};              ///< world_T_imu, z up; for the geometry `trajectory` only
-  std::vector<Camera> cameras = {};  ///< instead of the settings' cameras, if there are any
-  /// Real samples taken along the path, instead of simulated ones, if there are any.
+  std::vector<Camera> cameras = {};  ///< instead of the settings' cameras, if any
+  /// Real samples along the path, instead of simulated ones, if any.
   std::vector<ImuSample> imu = {};
-  /// Beside real samples, where they are known: their true biases; velocities are not used.
+  /// True biases of the real samples, where known; velocities are not used.
   std::vector<TrueMotion> imu_truth = {};
 };
 
-/// The scenes that the command line knows: `hallway` and `turntable` (Kleinert & Stilla, V-A),
-/// `walk` after their indoor walk (V-B), and `trajectory`, which has to be given its path.
+/// The scenes of the command line: `hallway` and `turntable` (Kleinert & Stilla, V-A), `walk` after
+/// their indoor walk (V-B), and `trajectory`, which needs a path.
 const std::vector<InertialScene>& inertial_scenes();
 
-/// A scene by its name; an unknown name is a UsageError that lists the known ones.
+/// A scene by its name. Throws UsageError with the known names for an unknown one.
 InertialScene inertial_scene(const std::string& name);
 
 }  // namespace chasles

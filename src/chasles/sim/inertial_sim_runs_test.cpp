@@ -6,7 +6,7 @@
 #include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_sim_testing.hpp>
 
-// The same bytes for the same scene and run, other errors for another.
+// The same bytes for the same scene and run, different errors for another run.
 namespace chasles {
 namespace {
 

@@ -23,7 +23,7 @@ using test::hallway;
 using test::kSigmas;
 using test::walk;
 
-// One section and its turn, with nothing wrong in the images.
+// One section and its turn, without errors in the images.
 InertialScene exact() {
   InertialScene scene = hallway();
   scene.settings.sections = 1;
@@ -53,7 +53,7 @@ void for_each_observation(
   }
 }
 
-// Of every landmark: the frames in which it is seen.
+// For every landmark the frames with an observation of it.
 std::map<LandmarkId, std::vector<std::size_t>> lives(const Recording& recording) {
   std::map<LandmarkId, std::vector<std::size_t>> result;
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {

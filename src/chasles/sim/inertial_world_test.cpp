@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A camera at the IMU, looking along x from the origin.
+// A camera at the IMU, pointing along x from the origin.
 InertialSettings at_origin() {
   InertialSettings settings;
   settings.min_range = 0.8;

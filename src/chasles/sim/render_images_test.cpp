@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Small images of a short piece.
+// Small images of a short motion.
 InertialScene small(const std::string& name) {
   InertialScene scene = inertial_scene(name);
   InertialSettings& s = scene.settings;
@@ -71,7 +71,7 @@ TEST(RenderedImages, AreTheSameBytesInAnyOrderAndOthersInAnotherRun) {
   }
 }
 
-// A sensor with shades left at both ends sees contrast in nearly every part of every image.
+// A sensor with unused shades at both ends has contrast in nearly every part of every image.
 TEST(RenderedImages, AreFullOfContrastInEveryScene) {
   for (const InertialScene& known : inertial_scenes()) {
     const Recording recording = render_inertial(small(known.name));
@@ -145,7 +145,8 @@ std::vector<double> edge_profile(double exposure_time) {
   return row;
 }
 
-// Where an edge between two fields in the image's middle has a tenth and nine tenths of its rise.
+// The positions at which an edge between two fields in the image's middle has a tenth and nine
+// tenths of its rise.
 struct Rise {
   double left, right;
   double width() const { return right - left; }

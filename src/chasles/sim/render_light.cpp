@@ -31,7 +31,7 @@ double fitting_texel(const RenderWorld& world, double texel) {
   if (least <= kLargestTexel) return std::max(texel, least);
   throw UsageError(fmt::format(
       "the scene's walls measure {:.3g} m^2: too large for images; expected at most {:.3g} m^2, a "
-      "shorter way",
+      "shorter path",
       area, kMostTexels * kLargestTexel * kLargestTexel));
 }
 

@@ -35,7 +35,8 @@ float between_pixels(const std::vector<float>& light, const Camera& camera, doub
   return (1 - b) * ((1 - a) * p[0] + a * p[1]) + b * ((1 - a) * q[0] + a * q[1]);
 }
 
-// Where the saddle of the parabola that fits the shades about a point best is the point itself.
+// The saddle of the parabola that best fits the shades about a point, iterated until it is that
+// point.
 std::optional<Vector2d> saddle(const std::vector<float>& light, const Camera& camera,
                                const Vector2d& about) {
   constexpr int kReach = 3;
@@ -61,7 +62,7 @@ std::optional<Vector2d> saddle(const std::vector<float>& light, const Camera& ca
   return at;
 }
 
-// Root mean square and largest distance of the chessboard's corners from where they project.
+// Root mean square and largest distance of the chessboard's corners from their projections.
 struct CornerErrors {
   double rms = 0, worst = 0;
   int count = 0;
@@ -137,8 +138,8 @@ TEST(Render, ASecondCameraSeesTheWallShiftedByItsDisparity) {
   }
 }
 
-// The nearest surface by intersecting one after the other, in double precision. `doubtful`: the ray
-// passes within a hundredth of a degree or so of an edge.
+// The nearest surface, by intersecting all surfaces one by one in double precision. `doubtful`: the
+// ray passes within about a hundredth of a degree of an edge.
 struct Met {
   int surface = -1;
   bool doubtful = false;
@@ -221,7 +222,7 @@ TEST(Render, ABoxHidesWhatIsBehindIt) {
   EXPECT_EQ(at({3, 0.32 * 4.5 / 2, 0}), wall);
 }
 
-// What a sensor with pixels of a fifth of the size sees, five by five together.
+// The image of a sensor with pixels of a fifth of the size, averaged five by five.
 TEST(Render, AnImageIsTheMeanOfAFinerOne) {
   InertialSettings settings = inertial_scene("walk").settings;
   settings.hall_length = settings.hall_width = 9;

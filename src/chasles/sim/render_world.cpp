@@ -25,7 +25,7 @@ void add_upright(const Vector2d& left, const Vector2d& right, double low, double
                       .material = material});
 }
 
-// Seen from above, or from below.
+// A horizontal rectangle, visible from above or from below.
 void add_level(const Vector2d& low, const Vector2d& high, double z, bool from_above,
                Material material, std::vector<Surface>& surfaces) {
   const Vector2d size = high - low;

@@ -23,7 +23,7 @@ struct PathPiece {
 struct StreetPath {
   std::vector<PathPiece> pieces;
   double length = 0;                       ///< [m]
-  std::vector<Eigen::Vector2i> crossings;  ///< passed or turned at, in blocks from the first one
+  std::vector<Eigen::Vector2i> crossings;  ///< crossings on the route, in blocks from the first one
 };
 
 /// A point of the path.

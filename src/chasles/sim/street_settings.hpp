@@ -8,19 +8,19 @@
 
 namespace chasles {
 
-// The one list of settings: type, name, default, least, most, unit, meaning. The struct, the
-// command line, the help and the checks read it; only numbers have a least and a most: wide enough
-// for every drive somebody could mean, narrow enough that the number of frames stays finite and
-// that no image, street or wave is empty.
+// The only list of settings: type, name, default, least, most, unit, meaning. It defines the
+// struct, the command line, the help and the checks. Only numbers have a least and a most. These
+// are wide enough for every realistic run, and narrow enough that the number of frames stays finite
+// and that no image, street or wave is empty.
 // clang-format off
 #define CHASLES_STREET_FIELDS(FIELD)                                                              \
   FIELD(std::string, name, "street", 0, 0, "", "name of the recording")                           \
   FIELD(std::uint64_t, seed, 1, 0, 0, "", "chooses all random numbers: landmarks and noise")      \
   /* the drive */                                                                                 \
-  FIELD(std::string, route, "LLLSRRR", 0, 0, "", "what to do at each crossing: L, R, or S straight on") \
-  FIELD(double, block_length, 100, 1, 1e5, "m", "between crossings along x, the first direction driven") \
+  FIELD(std::string, route, "LLLSRRR", 0, 0, "", "turn at each crossing: L, R, or S straight on") \
+  FIELD(double, block_length, 100, 1, 1e5, "m", "between crossings along x, the first direction of travel") \
   FIELD(double, block_width, 80, 1, 1e5, "m", "between crossings along y")                        \
-  FIELD(double, corner_length, 20, 0.1, 1e4, "m", "way over which a turn of 90 degrees is spread")  \
+  FIELD(double, corner_length, 20, 0.1, 1e4, "m", "length of the path of a turn of 90 degrees")  \
   FIELD(double, cruise_speed, 8, 0.1, 100, "m/s", "speed between the corners")                    \
   FIELD(double, corner_speed, 4, 0.1, 100, "m/s", "speed in the corners")                         \
   FIELD(double, acceleration, 1.5, 0.01, 100, "m/s^2", "mean of a change of speed; the peak is 35/16 of it") \
@@ -30,7 +30,7 @@ namespace chasles {
   FIELD(double, road_wavelength, 60, 0.1, 1e6, "m", "length of the road's waves")                 \
   FIELD(double, roll_amplitude, 0.02, 0, 0.5, "rad", "swaying about the forward axis")            \
   FIELD(double, pitch_amplitude, 0.015, 0, 0.5, "rad", "swaying about the left axis")             \
-  FIELD(double, sway_wavelength, 25, 0.1, 1e6, "m", "way driven during one swaying")              \
+  FIELD(double, sway_wavelength, 25, 0.1, 1e6, "m", "distance travelled during one period of the swaying")              \
   /* the street */                                                                                \
   FIELD(double, street_width, 20, 1, 1e4, "m", "from facade to facade")                           \
   FIELD(double, facade_height, 9, 0, 1e3, "m", "of the buildings, above the road's mean")         \
@@ -52,7 +52,7 @@ namespace chasles {
   FIELD(double, frame_rate, 10, 0.01, 1000, "Hz", "of the frames")                                \
   FIELD(int, features_per_frame, 70, 0, 1e5, "", "tracks that are kept up at a time")             \
   FIELD(double, track_life, 8, 0.01, 1e6, "s", "mean of a track's life, were its landmark always in view") \
-  FIELD(int, shortest_track, 5, 1, 1e6, "frames", "no track begins whose landmark leaves the view sooner") \
+  FIELD(int, shortest_track, 5, 1, 1e6, "frames", "a track starts only if its landmark stays in view for so long") \
   FIELD(double, image_border, 5, 0, 1e5, "px", "no feature nearer to the image's edge")           \
   FIELD(double, min_depth, 2.5, 0.1, 1e4, "m", "no feature nearer to the left camera")            \
   FIELD(double, max_depth, 60, 0.1, 1e4, "m", "no feature farther from the left camera")          \
@@ -67,14 +67,14 @@ namespace chasles {
   /* the errors of the features */                                                                \
   FIELD(double, pixel_sigma, 0.5, 0, 100, "px", "white noise on each of uL, vL, uR, vR")          \
   FIELD(double, disparity_sigma, 0, 0, 100, "px", "error of uL - uR that stays constant along a track") \
-  FIELD(double, outlier_fraction, 0.02, 0, 1, "", "observations that lie anywhere in the images") \
-  FIELD(double, moving_fraction, 0, 0, 1, "", "tracks on things that move along the street")      \
-  FIELD(double, moving_speed, 6, 0, 100, "m/s", "of such things")                                 \
+  FIELD(double, outlier_fraction, 0.02, 0, 1, "", "observations at random positions in the images") \
+  FIELD(double, moving_fraction, 0, 0, 1, "", "tracks on objects that move along the street")      \
+  FIELD(double, moving_speed, 6, 0, 100, "m/s", "of such objects")                                 \
   FIELD(double, dropped_fraction, 0, 0, 1, "", "frames without an observation; all tracks end there")
 // clang-format on
 
-/// A drive through a city's blocks, with its sensors and their errors. Plain numbers: every
-/// combination that `validate` lets pass can be simulated.
+/// A stereo-velocity run through a city's blocks, with its sensors and their errors. Every
+/// combination that `validate` accepts can be simulated.
 struct StreetSettings {
 #define CHASLES_FIELD(type, field, value, least, most, unit, doc) type field = value;
   CHASLES_STREET_FIELDS(CHASLES_FIELD)
@@ -92,8 +92,8 @@ void for_each_setting(S& settings, Visitor&& visit) {
 }
 #undef CHASLES_STREET_FIELDS
 
-/// Throws UsageError with the field, its value and what was expected. What depends on several
-/// fields (a block too short to brake in) is refused by `make_street_path` and `make_street_drive`.
+/// Throws UsageError with the field, its value and the expected one. Conditions on several fields
+/// (a block too short to brake in) are checked by `make_street_path` and `make_street_drive`.
 void validate(const StreetSettings& settings);
 
 /// A named choice of settings.
@@ -103,11 +103,11 @@ struct StreetScene {
   StreetSettings settings;
 };
 
-/// The scenes that the command line knows: the noisy default, one with the velocities of a
-/// GNSS/INS, and one without any error.
+/// The scenes of the command line: the noisy default, one with the velocities of a GNSS/INS, and
+/// one without any error.
 const std::vector<StreetScene>& street_scenes();
 
-/// The settings of a scene; an unknown name is a UsageError that lists the known ones.
+/// The settings of a scene. Throws UsageError with the known names for an unknown one.
 StreetSettings street_scene(const std::string& name);
 
 }  // namespace chasles

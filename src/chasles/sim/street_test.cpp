@@ -31,7 +31,7 @@ std::map<LandmarkId, Eigen::Vector3d> positions(const Recording& recording) {
   return result;
 }
 
-// Where the cameras of the recording see a point at a true pose: Du, eq. 2, written once more.
+// The pixels of a point at a true pose: Du, eq. 2, as a separate implementation.
 Eigen::Vector4d expected_pixels(const Recording& recording, const SE3& world_T_imu,
                                 const Eigen::Vector3d& p_world) {
   const StereoRig& rig = recording.rig;
@@ -40,7 +40,7 @@ Eigen::Vector4d expected_pixels(const Recording& recording, const SE3& world_T_i
   return {rig.fx * p.x() / p.z() + rig.cx, v, rig.fx * (p.x() - rig.baseline) / p.z() + rig.cx, v};
 }
 
-// Calls visit(frame, observation, expected pixels) for every observation of a standing landmark.
+// Calls visit(frame, observation, expected pixels) for every observation of a static landmark.
 void for_each_observation(const Recording& recording,
                           const std::function<void(std::size_t, const StereoObservation&,
                                                    const Eigen::Vector4d&)>& visit) {

@@ -20,7 +20,7 @@ Canvas painted(Material material, std::uint64_t seed, std::uint64_t number) {
                         .lamps = {}});
 }
 
-// Shades less the mean of their row, for skirting boards and dados are the same on many walls.
+// Shades minus the mean of their row, because skirting boards and dados are the same on many walls.
 std::vector<double> without_rows(const Canvas& canvas) {
   std::vector<double> result;
   for (int y = 0; y < canvas.height; ++y) {
@@ -54,7 +54,7 @@ TEST(PaintSurface, NoTwoSurfacesLookAlike) {
   }
 }
 
-// A picture that repeated itself would be found again at some shift.
+// A repetition in a picture would give a high correlation at some shift.
 TEST(PaintSurface, NoSurfaceRepeatsItself) {
   for (const Material material : {Material::kWall, Material::kFloor}) {
     const Canvas canvas = painted(material, 3, 9);

@@ -7,7 +7,7 @@
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/slam/calibration_testing.hpp>
 
-// Extrinsics and time offset estimated along simulated ways whose true ones are known.
+// Estimation of extrinsics and time offset on simulated recordings with known calibration.
 
 namespace chasles {
 namespace {
@@ -35,7 +35,7 @@ struct Sums {
   double pose_nees() const { return pose / poses; }
 };
 
-// A rig whose cameras stand to each other as they do: 0.3 degrees and 5 mm.
+// A rig whose cameras have small relative errors: 0.3 degrees and 5 mm.
 InertialSlamSettings calibrating_a_rig() {
   InertialSlamSettings settings = calibrating();
   settings.initial_extrinsic_rotation_sigma = 0.005;
@@ -55,7 +55,7 @@ TEST(Calibrating, IsWrongByAsMuchAsItSays) {
     EXPECT_GT(s.calibration, chi2_quantile(0.0005, dof)) << cameras;
     EXPECT_LT(s.calibration, chi2_quantile(0.9995, dof)) << cameras;
     EXPECT_GT(s.pose_nees(), 0.7) << cameras;
-    EXPECT_LT(s.pose_nees(), 1.7) << cameras;  // 1.3 and 1.1 where nothing is estimated
+    EXPECT_LT(s.pose_nees(), 1.7) << cameras;  // 1.3 and 1.1 without calibration
   }
 }
 
@@ -137,11 +137,11 @@ TEST(Calibrating, GoesWithFirstEstimatesAndEveryFormAndBeginning) {
   const Trial trial = run_trial({.name = "", .settings = settings}, m.recording, m.start);
   ASSERT_TRUE(trial.calibration);
   const Eigen::VectorXd error = calibration_error(m.truth, *trial.calibration);
-  EXPECT_LT(error.head<3>().norm(), 0.01);  // of 0.035; its depths are guesses
+  EXPECT_LT(error.head<3>().norm(), 0.01);  // of 0.035; its depths are assumed
   EXPECT_LT(std::abs(error[6]), 1e-3);
 }
 
-// Stamps that are early by 13 ms, told: sample for sample the run with the right stamps.
+// Stamps early by 13 ms, with the offset given: the run equals the one with correct stamps.
 TEST(TimeOffset, ThatIsKnownIsAsIfTheStampsWereRight) {
   for (const double offset : {0.013, -0.013}) {
     const Recording right = simulate_densely(shaken(1), 0);
@@ -163,7 +163,7 @@ TEST(TimeOffset, ThatIsKnownIsAsIfTheStampsWereRight) {
 TEST(CalibratingSession, FindsItsStartAndKeepsWhatItLearntWhenItBeginsAnew) {
   const InertialSlamSettings settings = expecting_much();
   Miscalibrated m = by_much(settings, 0.03);
-  remove_samples(m.recording, 6, 6.7);  // nobody knows what happened: a new part
+  remove_samples(m.recording, 6, 6.7);  // the motion in between is unknown: a new part
   InertialSession session = session_for(m.recording, std::nullopt, settings);
   Estimates estimates = play(session, m.recording);
   EXPECT_EQ(session.resets(), 1) << why_not_initialised(session.waited(), session.requirements());
@@ -202,7 +202,7 @@ TEST(CalibratingSession, SurvivesAnAbsurdSample) {
   }
 }
 
-// What garbage makes of the offset does not turn time back, nor last.
+// Garbage may change the offset, but time never runs backwards and the effect does not last.
 TEST(CalibratingSession, SurvivesGarbage) {
   const InertialSlamSettings settings = expecting_much();
   Miscalibrated m = by_much(settings, 0.03);

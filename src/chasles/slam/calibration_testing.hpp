@@ -6,7 +6,8 @@
 #include <chasles/slam/inertial_calibration.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
-// Recordings whose calibration is wrong by a known amount, and how wrong a filter's is in the end.
+// Recordings whose calibration is wrong by a known amount, and the remaining error of the filter's
+// estimate.
 namespace chasles::test {
 
 inline InertialSlamSettings calibrating() {
@@ -16,7 +17,8 @@ inline InertialSlamSettings calibrating() {
   return settings;
 }
 
-/// Handheld: turned and shaken enough for all of it to be seen, with samples that follow that.
+/// Handheld motion with enough rotation and acceleration to make the whole calibration observable,
+/// and an IMU rate that samples it well.
 inline InertialScene shaken(int cameras) {
   InertialScene scene = short_hallway();
   auto& s = scene.settings;
@@ -27,7 +29,7 @@ inline InertialScene shaken(int cameras) {
   return scene;
 }
 
-/// The recording with its truth at every 2 ms: frames that are stamped wrongly lie between poses.
+/// The recording with its truth at every 2 ms, because frames with wrong stamps lie between poses.
 inline Recording simulate_densely(const InertialScene& scene, std::uint64_t run) {
   Recording recording = simulate_inertial(scene, run);
   const Spline motion = inertial_motion(scene);
@@ -40,15 +42,15 @@ inline Recording simulate_densely(const InertialScene& scene, std::uint64_t run)
   return recording;
 }
 
-/// What the true calibration is, and what the recording states of it.
+/// The true calibration, and the recording with its stated one.
 struct Miscalibrated {
   Recording recording;
   Calibration truth;  ///< without a covariance
   InertialStart start;
 };
 
-/// The recording with cameras turned by -errors (R = Exp(phi) R_stated) and moved by them, 6 for
-/// each, and frames stamped early by the time offset, the last of `errors`.
+/// The recording with cameras rotated by -errors (R = Exp(phi) R_stated) and shifted by them, 6 for
+/// each camera, and with frames stamped early by the time offset, the last of `errors`.
 inline Miscalibrated miscalibrated(Recording recording, const Eigen::VectorXd& errors,
                                    const InertialStart& start) {
   Miscalibrated result{.recording = std::move(recording), .truth = {}, .start = start};
@@ -66,7 +68,7 @@ inline Miscalibrated miscalibrated(Recording recording, const Eigen::VectorXd& e
   return result;
 }
 
-/// The errors drawn from what the settings say of them.
+/// Errors drawn with the covariance that the settings state.
 inline Miscalibrated drawn(const InertialScene& scene, const InertialSlamSettings& settings,
                            std::uint64_t run) {
   const Recording recording = simulate_densely(scene, run);

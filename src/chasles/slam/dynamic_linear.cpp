@@ -68,10 +68,10 @@ std::vector<Sights> sights_of(const MotionWindow& window, const std::vector<Prei
   return tracks;
 }
 
-// The noise e of a ray makes |(1 - u u^T) d|^2 larger by |e|^2 |d|^2, which near points and low
-// speeds would make less: without its expectation, 2 sigma^2 (u . d)^2, taken away, the scale would
-// collapse wherever the motion tells it weakly. A track whose parallax is not above that noise says
-// nothing then.
+// The noise e of a ray adds |e|^2 |d|^2 to |(1 - u u^T) d|^2. This favours near points and low
+// speeds: where the motion determines the scale weakly, the scale would collapse. Therefore the
+// expectation of this term, 2 sigma^2 (u . d)^2, is subtracted. A track whose parallax does not
+// exceed the noise then has no weight.
 TrackEquations equations(const Sights& sights) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero(), noise = Eigen::Matrix3d::Zero();
   Eigen::Vector3d a = Eigen::Vector3d::Zero();
@@ -108,7 +108,8 @@ TrackEquations equations(const Sights& sights) {
   return e;
 }
 
-// Angle between a view's ray and its track's point, in standard deviations; large behind it.
+// Angle between a view's ray and its track's point, in standard deviations; infinite behind the
+// camera.
 double residual(const Sight& sight, const Eigen::Vector3d& x, const Unknown& y) {
   const Eigen::Vector3d to = x - sight.T() * y - sight.known;
   const double along = sight.u.dot(to);
@@ -126,7 +127,7 @@ double truncated_cost(const Sights& sights, const TrackEquations& e, const Unkno
   return cost;
 }
 
-// The deterministic subset number h: tracks of the whole list, each once.
+// The deterministic subset number h of all tracks, each at most once.
 std::vector<std::size_t> subset(std::size_t h, std::size_t tracks) {
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; chosen.size() < kTracksOfSubset; ++i) {
@@ -163,7 +164,7 @@ std::optional<Unknown> best_subset(const std::vector<Sights>& tracks,
   return best;
 }
 
-// Weights by range and by how well each view agrees.
+// Weights by range and by the agreement of each view.
 void reweight(Sights& sights, const TrackEquations& e, const Unknown& y) {
   const Eigen::Vector3d x = e.x0 + e.X * y;
   for (Sight& sight : sights) {
@@ -181,7 +182,7 @@ double truncated_cost(const std::vector<Sights>& tracks, const std::vector<Track
   return cost;
 }
 
-// A motion, what it costs, and the equations of all tracks that fit it.
+// A motion, its cost, and the equations of all tracks that fit it.
 struct Solution {
   Matrix6d S = Matrix6d::Zero();
   Unknown s = Unknown::Zero();
@@ -203,8 +204,8 @@ Solution equations_at(const std::vector<Sights>& tracks, const std::vector<Track
   return solution;
 }
 
-// On the way to a solution of the weighted equations, the first place that is better; the weights
-// are not the costs, and without the noise's expectation S need not be positive.
+// The first point with a lower cost on the line to the solution of the weighted equations. The
+// weights differ from the costs, and S need not be positive after the subtraction of the noise.
 std::optional<Unknown> towards(const std::vector<Sights>& tracks,
                                const std::vector<TrackEquations>& each, const Solution& here,
                                const Unknown& there) {
@@ -215,7 +216,7 @@ std::optional<Unknown> towards(const std::vector<Sights>& tracks,
   return std::nullopt;
 }
 
-// The least of y^T S y - 2 s^T y with |gravity| given.
+// The minimum of y^T S y - 2 s^T y for a given |gravity|.
 Unknown on_sphere(const Matrix6d& S, const Unknown& s, Unknown y, double gravity) {
   for (int i = 0; i < 8; ++i) {
     const Eigen::Vector3d down = y.tail<3>().normalized();

@@ -13,7 +13,7 @@
 namespace chasles {
 namespace {
 
-// From afar to the noise; the views that do not fit leave in between.
+// From a coarse start to convergence; views that do not fit are removed between the stages.
 struct Stage {
   Shooting shooting;
   int iterations;
@@ -21,14 +21,15 @@ struct Stage {
 constexpr std::array kStages{Stage{Shooting::kSingle, 20}, Stage{Shooting::kSingle, 6},
                              Stage{Shooting::kSingle, 6}, Stage{Shooting::kMultiple, 8}};
 constexpr int kFewestTracks = 5;
-constexpr double kFarAway = 0.02;        // inverse depth of a point that lies behind [1/m]
-constexpr double kNearest = 0.1;         // [m]
-constexpr double kOutlier = 4;           // a view's residual, in standard deviations
-constexpr double kRightTrack = 0.98;     // probability of a right track to stay
-constexpr double kLeastMisfit = 0.1;     // pixels less noisy than that are not believed
-constexpr double kConverged = 1e-5;      // fall of the cost in a step, of the cost
-constexpr double kLeastPosition = 1e-6;  // noise of a position, so that one sample between two
-                                         // keyframes, which moves six of nine numbers, will do [m]
+constexpr double kFarAway = 0.02;     // inverse depth of a point behind the camera [1/m]
+constexpr double kNearest = 0.1;      // [m]
+constexpr double kOutlier = 4;        // a view's residual, in standard deviations
+constexpr double kRightTrack = 0.98;  // probability that a correct track is kept
+constexpr double kLeastMisfit = 0.1;  // lower limit of the pixel noise
+constexpr double kConverged = 1e-5;   // decrease of the cost in a step, relative to the cost
+constexpr double kLeastPosition =
+    1e-6;  // noise of a position, so that one sample between two keyframes, which determines six of
+           // nine components, suffices [m]
 
 std::vector<Preintegration> preintegrate_all(const MotionWindow& window, const Vector6d& biases,
                                              const ImuNoise& noise) {
@@ -50,7 +51,7 @@ std::optional<std::vector<Matrix9d>> whitenings_of(const std::vector<Preintegrat
   return all;
 }
 
-// Nav's z axis against gravity; the heading is that of the shortest rotation.
+// Aligns gravity with nav's z axis; the heading is that of the shortest rotation.
 InertialState first_state(const LinearMotion& linear, const Vector6d& biases) {
   InertialState state;
   state.world_T_imu.R = so3::between(-linear.gravity, Eigen::Vector3d::UnitZ());
@@ -60,7 +61,7 @@ InertialState first_state(const LinearMotion& linear, const Vector6d& biases) {
   return state;
 }
 
-// The point nearest to a track's rays, each weighted alike, in the camera of its first view.
+// The point nearest to a track's rays, equally weighted, in the camera of its first view.
 Eigen::Vector3d point_of(const MotionWindow& window, const WindowMotion& motion,
                          const PlaneTrack& track) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
@@ -87,8 +88,8 @@ void set_points(const MotionWindow& window, WindowMotion& motion) {
   }
 }
 
-// Levenberg's iterations from a motion on; damped only while a full step does not help, or what is
-// known least, the scale, would be held back.
+// Levenberg's iterations from a given motion. Damping is used only while a full step does not lower
+// the cost; otherwise it would hold back the scale, which is the most uncertain direction.
 struct Minimum {
   MotionStep at;
   MotionSystem system;
@@ -127,7 +128,7 @@ bool has_three_keyframes(const PlaneTrack& track) {
   return count >= 3;
 }
 
-// A track without its views that do not fit, and the squares of the rest per degree of freedom.
+// A track without the views that do not fit, and the squares of the others per degree of freedom.
 struct Fit {
   PlaneTrack track;
   double dof = 0, squares_per_dof = 0;
@@ -153,9 +154,9 @@ std::vector<Fit> fits_of(const WindowMotion& motion, const MotionWindow& window)
   return fits;
 }
 
-// Views that do not fit, then tracks that fit worse than most: what the pixels' noise really is,
-// the tracks themselves say. A wrong track may fit a static point so nearly that no view of it
-// stands out, and yet bend the scale.
+// Removes views that do not fit, then tracks that fit worse than most. The tracks themselves show
+// the true pixel noise. A wrong track may fit a static point so well that no single view is an
+// outlier, and still distort the scale.
 void drop_misfits(const WindowMotion& motion, MotionWindow& window) {
   std::vector<Fit> fits = fits_of(motion, window);
   window.tracks.clear();
@@ -171,7 +172,7 @@ void drop_misfits(const WindowMotion& motion, MotionWindow& window) {
   }
 }
 
-// The covariance, and how far the next step would go.
+// The covariance, and the length of the next step.
 struct Certainty {
   Matrix11d covariance;
   double distance = 0;

@@ -12,7 +12,7 @@
 namespace chasles {
 namespace {
 
-constexpr double kAtBestFit = 0.3;  // posterior deviations
+constexpr double kAtBestFit = 0.3;  // posterior standard deviations
 
 Vector6d bias_sigma(const InitialiserSettings& s) {
   Vector6d sigma;
@@ -25,7 +25,8 @@ bool has_stereo(const MotionWindow& window, const InitialiserSettings& s) {
   return window.stereo_tracks >= s.min_tracks;
 }
 
-// Median over the tracks of the largest angle between a camera's rays, turned by the gyroscope.
+// Median over the tracks of the largest angle between the rays of one camera, corrected by the
+// gyroscope's rotation.
 struct Parallax {
   double angle = 0, pixels = 0;
 };
@@ -86,7 +87,7 @@ void judge(const RefinedMotion& refined, const LinearMotion& linear, double offe
   requirements.push_back(at_least("tracks that fit the motion", refined.tracks, s.min_tracks, ""));
 }
 
-// The information of the priors and a share of the data's: never less certain than the priors.
+// The information of the priors and a fraction of the data's; never less certain than the priors.
 Matrix15d start_covariance(const RefinedMotion& refined, const InitialiserSettings& s) {
   Eigen::Matrix<double, 11, 1> prior = Eigen::Matrix<double, 11, 1>::Zero();
   prior.tail<6>() = bias_sigma(s).cwiseAbs2().cwiseInverse();
@@ -105,13 +106,13 @@ Matrix15d start_covariance(const RefinedMotion& refined, const InitialiserSettin
   return (full + full.transpose()) / 2;
 }
 
-// A bias of the gyroscope and the linear motion with it.
+// A gyroscope bias and the linear motion with it.
 struct Candidate {
   MotionWindow window;
   Vector6d biases = Vector6d::Zero();
   std::vector<Preintegration> between;
   std::optional<LinearMotion> linear;
-  double cost = 0;  // of the views; the worst that can be of those that were dropped
+  double cost = 0;  // of the views; dropped views count with the maximum cost
 };
 Candidate candidate(const MotionWindow& window, const Eigen::Vector3d& bias, const ImuNoise& noise,
                     double gravity) {
@@ -127,7 +128,8 @@ Candidate candidate(const MotionWindow& window, const Eigen::Vector3d& bias, con
   return c;
 }
 
-// Of a narrow scene the rotation cannot be told from translation: then no bias is the better one.
+// In a narrow scene, rotation is not separable from translation; a bias of zero is then the better
+// choice.
 Candidate best_candidate(const MotionWindow& window, const ImuNoise& noise,
                          const InitialiserSettings& s) {
   const Eigen::Vector3d bias = gyroscope_bias(window, s.gyroscope_bias_sigma);

@@ -10,17 +10,18 @@
 
 namespace chasles {
 
-/// What became of a try: the conditions as far as they could be measured, and the start where all
-/// are met.
+/// The result of an attempt: the conditions that could be evaluated, and the start where all are
+/// met.
 struct StartAttempt {
   std::vector<Requirement> requirements;
   std::optional<InertialStart> start;
 };
 
-/// A start in motion, at the first keyframe of the window: the gyroscope's bias from rotations
-/// (gyroscope_bias.hpp), velocity and gravity from linear equations (motion_linear.hpp), then all
-/// of it by least squares (motion_refine.hpp). The filter gets the window's data once more, so its
-/// covariance is that of the priors and of 1 / inflation of the data's information.
+/// A dynamic initialisation at the first keyframe of the window. The gyroscope bias comes from
+/// rotations (gyroscope_bias.hpp), velocity and gravity from linear equations (dynamic_linear.hpp),
+/// and the final estimate from least squares (dynamic_refine.hpp). The filter processes the
+/// window's data again. Therefore the covariance contains the priors and only 1 / inflation of the
+/// data's information.
 StartAttempt dynamic_start(const MotionWindow& window, const ImuNoise& noise,
                            const InitialiserSettings& settings);
 

@@ -11,9 +11,10 @@ namespace {
 
 constexpr double kBehind = 20;  // residual of a point behind the camera, in standard deviations
 
-// The direction in which a view sees its track's point, and derivatives. With h = (a, b, 1), rho
-// the inverse depth, A the anchor and I the view's keyframe:
-//   q = C R_I^T [R_A (B h + rho c_A) + rho (p_A - p_I)] + rho c_I,  scaled by the depth.
+// The direction in which a view observes its track's point, and its derivatives. With h = (a, b,
+// 1), rho the inverse depth, A the anchor and I the view's keyframe:
+//   q = C R_I^T [R_A (B h + rho c_A) + rho (p_A - p_I)] + rho c_I,
+// scaled by the depth.
 struct PointSight {
   Eigen::Vector3d q;
   Eigen::Matrix3d d_anchor_rotation, d_rotation, d_position, d_point;  // d_anchor_p = -d_position
@@ -103,7 +104,7 @@ void add_track(const MotionWindow& window, const MotionWeights& weights, const W
   }
 }
 
-// Residual: the later keyframe against the earlier one moved by the samples.
+// Residual: the later keyframe against the prediction from the earlier one by the samples.
 void add_imu(const WindowMotion& motion, const Preintegration& between, const Matrix9d& W_imu,
              const Eigen::Vector3d& gravity, std::size_t k, MotionSystem& system) {
   const InertialState& now = motion.keyframes[k];
@@ -136,7 +137,7 @@ void add_imu(const WindowMotion& motion, const Preintegration& between, const Ma
   system.cost += r.squaredNorm() / 2;
 }
 
-// Heading and position of keyframe 0.
+// Fixes heading and position of keyframe 0.
 void hold_gauge(ReducedSystem& system) {
   for (const int row : {2, 3, 4, 5}) {
     system.H.row(row).setZero();
@@ -149,7 +150,7 @@ void hold_gauge(ReducedSystem& system) {
 Eigen::Matrix3d damped_inverse(const Eigen::Matrix3d& H, double damping) {
   Eigen::Matrix3d damped = H;
   damped.diagonal() *= 1 + damping;
-  damped.diagonal().array() += 1e-9;  // a point that only its own view sees has no depth
+  damped.diagonal().array() += 1e-9;  // a point with a single view has no depth
   return damped.inverse();
 }
 
@@ -168,7 +169,7 @@ void move(const Eigen::VectorXd& delta, std::size_t k, WindowMotion& motion) {
   state.v_world += d.tail<3>();
 }
 
-// How all keyframes move with keyframe 0 and the biases.
+// Derivatives of all keyframes by keyframe 0 and the biases.
 Eigen::MatrixXd shooting_basis(const MotionStep& at) {
   const auto count = static_cast<Eigen::Index>(at.motion.keyframes.size());
   Eigen::MatrixXd M = Eigen::MatrixXd::Zero(9 * count + 6, 15);

@@ -7,7 +7,7 @@
 #include <chasles/slam/dynamic_system.hpp>
 #include <chasles/slam/initialiser_testing.hpp>
 
-// What the least squares of a start in motion are made of.
+// The parts of the least squares of the dynamic initialisation.
 
 namespace chasles {
 namespace {
@@ -55,7 +55,7 @@ TEST(Preintegration, IsTheStrapdownStepInAnyFrame) {
   EXPECT_LT(difference.norm(), 1e-10 * Q.norm());
 }
 
-// Three keyframes that look at points, all in place.
+// Three keyframes that observe points, all at consistent values.
 struct Example {
   MotionWindow window;
   MotionStep at;
@@ -91,14 +91,14 @@ Example example() {
   e.window.intervals = std::move(intervals);
   e.weights.bias_sigma.setConstant(0.1);
   e.weights.gravity = 9.8;
-  e.weights.huber = 40;  // some of the residuals are beyond
+  e.weights.huber = 40;  // some of the residuals are beyond the threshold
   for (const PlaneTrack& track : e.window.tracks) {
     e.at.motion.points.emplace_back(track[0].xy.x() + 0.01, track[0].xy.y(), 0.15);
   }
   return e;
 }
 
-// The cost, moved along one unknown: keyframes and biases first, then the points.
+// The cost after a change of one unknown: keyframes and biases first, then the points.
 double cost_at(const Example& e, Eigen::Index unknown, double by) {
   MotionStep at = e.at;
   const Eigen::Index n = 9 * std::ssize(at.motion.keyframes);

@@ -13,10 +13,10 @@
 namespace chasles {
 namespace {
 
-constexpr std::array kSteps{1, 2, 4, 8};  // keyframes from one of a pair to the other
+constexpr std::array kSteps{1, 2, 4, 8};  // keyframes between both of a pair
 constexpr int kFewestMatches = 6;
-constexpr std::size_t kPairHypotheses = 24;  // of a pair's direction
-// Of the bias, pass by pass [rad/s]: how far the rays may be off because of it.
+constexpr std::size_t kPairHypotheses = 24;  // for a pair's direction
+// Uncertainty of the bias in each pass [rad/s]; it limits the error of the rays.
 constexpr std::array kUncertainties{0.1, 0.03, 0.01, 0.003, 0.001};
 constexpr double kGate = 3;  // standard deviations
 
@@ -78,7 +78,7 @@ std::vector<Pair> pairs_of(const MotionWindow& window) {
   return pairs;
 }
 
-// What a match says at the present attitudes.
+// The residual of a match at the present attitudes.
 struct Normal {
   Eigen::Vector3d u, v, n;  // rays and their normal, in the axes of the first keyframe
   double sigma = 0;         // of a ray
@@ -97,15 +97,16 @@ std::vector<Normal> normals(const Pair& pair, const std::vector<Attitude>& at) {
   return result;
 }
 
-// Standard deviation of t . n. A ray along t says nothing, and must not divide by zero.
+// Standard deviation of t . n. A ray along t has no information, and must not cause a division by
+// zero.
 double deviation(const Normal& m, const Eigen::Vector3d& t) {
   return m.sigma * std::sqrt(m.u.cross(t).squaredNorm() + m.v.cross(t).squaredNorm() + 1e-4);
 }
 
 double residual(const Normal& m, const Eigen::Vector3d& t) { return t.dot(m.n) / deviation(m, t); }
 
-// The direction of the translation, of the cross products of two normals the one that most agree
-// with; zero if there is none.
+// The direction of the translation: among cross products of two normals, the one that agrees with
+// most. Zero if there is none.
 Eigen::Vector3d best_direction(const std::vector<Normal>& normals, double gate) {
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   double least = std::numeric_limits<double>::infinity();
@@ -130,7 +131,7 @@ double gate_of(const Pair& pair, const Normal& normal, double uncertainty) {
   return kGate * std::sqrt(1 + std::pow(uncertainty * pair.seconds / normal.sigma, 2) / 2);
 }
 
-// A pair's normal equations for the bias; the two of its direction are eliminated.
+// The normal equations of a pair for the bias; the two unknowns of its direction are eliminated.
 struct BiasEquations {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -189,8 +190,8 @@ Eigen::Vector3d gyroscope_bias(const MotionWindow& window, double prior_sigma) {
 
 void drop_mismatched(MotionWindow& window, const Eigen::Vector3d& bias) {
   const std::vector<Attitude> at = attitudes(window, bias);
-  // A pair says the more the farther apart its keyframes are: a track that wanders off is right
-  // from each to the next.
+  // Pairs with a larger distance between keyframes count more, because a track that drifts agrees
+  // between neighbours.
   std::map<const PlaneView*, int> votes;
   for (const Pair& pair : pairs_of(window)) {
     if (pair.matches.size() < kFewestMatches) continue;

@@ -7,18 +7,18 @@
 
 namespace chasles {
 
-/// How far an estimate is to be believed.
+/// The reliability of an estimate.
 enum class Health {
   kOk,
-  kDegraded,  ///< for a second: fewer than 3 observations used, or more refused than used
-  kLost,      ///< not finite, or a covariance without meaning: nothing after this counts
+  kDegraded,  ///< in the last second: fewer than 3 observations used, or more rejected than used
+  kLost,  ///< not finite, or an invalid covariance: this and all later estimates are meaningless
 };
 std::string name(Health health);
 
-/// What the frames of the last second used and refused.
+/// Numbers of observations that were used and rejected in the last second.
 class RecentUse {
  public:
-  /// With this frame: degraded or ok. Times rise.
+  /// Adds this frame; returns degraded or ok. Times rise.
   Health judge(Time time, int used, int rejected);
 
  private:

@@ -5,7 +5,7 @@
 namespace chasles {
 namespace {
 
-// The mean square, of an axis, by which samples from `begin` on differ from their mean.
+// The variance per axis of the samples from `begin` on.
 double variance(const std::deque<ImuSample>& samples, Time begin,
                 Eigen::Vector3d ImuSample::*value) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();

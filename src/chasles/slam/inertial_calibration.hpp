@@ -10,22 +10,22 @@
 
 namespace chasles {
 
-/// What of the sensors' arrangement the settings have estimated, as it is before anything was seen:
-/// the cameras' own places and the settings' time offset, with the deviations of the settings. None
+/// The part of the calibration that the settings estimate, before any measurement: the extrinsics
+/// of `cameras` and the time offset of the settings, with the initial sigmas of the settings. None
 /// where nothing is estimated.
 std::optional<Calibration> stated_calibration(const InertialSlamSettings& settings,
                                               std::span<const Camera> cameras);
 
-/// The cameras with what has been learnt of their places.
+/// The cameras with the estimated extrinsics.
 std::vector<Camera> calibrated(std::vector<Camera> cameras,
                                const std::optional<Calibration>& calibration);
 
-/// A start that was found in motion with a calibration that is wrong is wrong by more than it says.
-/// Images that come `s` seconds late look turned and moved by s times the rates of turn and
-/// acceleration against the samples of the same stamp; what the rates vary by within the window
-/// goes into tilt, velocity and, over the window's length, biases. Cameras turned by an angle turn
-/// the velocity. These, for the deviations of time offset and rotations, are added to the start's
-/// covariance; nothing at rest. `samples`: those that the start was found with, in order of time.
+/// Enlarges the covariance of a dynamic initialisation for the errors of its calibration, by the
+/// sigmas of time offset and rotations. Without motion nothing is added.
+/// Images that come `s` seconds late appear rotated and shifted by s times the angular rate and the
+/// acceleration, against the samples of the same stamp. The variation of the rates within the
+/// window causes errors of tilt, velocity and, divided by the window's length, biases. A wrong
+/// camera rotation rotates the velocity. `samples`: those of the initialisation, in order of time.
 void widen_start(const Calibration& calibration, const std::deque<ImuSample>& samples,
                  InertialStart& start);
 

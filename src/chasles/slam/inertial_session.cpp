@@ -10,16 +10,17 @@
 namespace chasles {
 namespace {
 
-// The filter is lost when so many more frames contradict it than agree with it: they refuse a third
-// of what they compare, or a fifth where what they accept surprises as well (NIS per degree of
-// freedom), or hardly use any of all that there is to see. A filter that is wrong agrees with its
-// youngest landmarks, which it begins all the time, as what it refuses leaves it.
+// The filter is lost when so many more frames contradict it than agree with it. A frame contradicts
+// it if it rejects a third of the compared observations, or a fifth where the accepted ones have a
+// large NIS per degree of freedom, or if it uses almost none of many observations. A wrong filter
+// agrees with its youngest landmarks. It initialises such landmarks in every frame, because the
+// rejected ones are retired.
 constexpr int kContradictions = 40;
 constexpr int kDoubts = 5;  // as many already degrade it
 constexpr int kFewCompared = 6;
 constexpr double kSurprising = 1.5;
 constexpr int kManyObservations = 20, kFewUsed = 4;
-// A speed that nothing carried by a person, a car or a drone has [m/s].
+// A speed that no person, car or drone reaches [m/s].
 constexpr double kImpossibleSpeed = 150;
 
 double heading(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
@@ -51,10 +52,11 @@ bool contradicted(const Estimate& e) {
   const int used = e.used + e.tracks.used, rejected = e.rejected + e.tracks.rejected;
   const int compared = rejected + used;
   const bool surprised = e.nis > kSurprising * e.nis_dof;
-  const bool refused = compared >= kFewCompared && (surprised ? 5 : 3) * rejected > compared;
+  const bool mostly_rejected =
+      compared >= kFewCompared && (surprised ? 5 : 3) * rejected > compared;
   const bool starves =
       !e.zero_velocity && e.observations >= kManyObservations && used + e.tracks.waiting < kFewUsed;
-  return refused || starves;
+  return mostly_rejected || starves;
 }
 
 }  // namespace
@@ -79,7 +81,7 @@ void InertialSession::process(const ImuSample& sample) {
   initialiser_->add(sample);
 }
 
-// Those that the buffers drop do not count.
+// Samples that the buffers drop do not count.
 void InertialSession::note_time(const ImuSample& sample) {
   if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite()) return;
   if (last_sample_ && sample.time <= *last_sample_) return;
@@ -116,7 +118,7 @@ std::vector<Estimate> InertialSession::finish() {
   return estimates;
 }
 
-// By the filter's offset, else by the one that was learnt, else by the one that is stated.
+// With the offset of the filter, else the last estimated one, else that of the settings.
 Time InertialSession::clock(Time of_cameras) const {
   if (slam_) return slam_->clock(of_cameras);
   double offset = settings_.time_offset;
@@ -147,7 +149,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
     if (calibration) widen_start(*calibration, samples_, *start);
     return begin(continued(*start));
   }
-  // What is older than any window can be is not replayed.
+  // Data older than any window are not replayed.
   const Time oldest = frame.time - from_seconds(2 * start_settings_.max_window);
   while (frames_.front().time < oldest) frames_.pop_front();
   const Time reach = clock(frames_.front().time) -
@@ -184,11 +186,11 @@ std::vector<Estimate> InertialSession::begin(InertialStart start) {
   return estimates;
 }
 
-// What is not finite is not handed on: the last estimate that was believed stands in for it.
+// An estimate that is not finite is replaced by the last finite one.
 std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
   Estimate e = slam_->process(frame);
   if (observer_) observer_(frame, slam_->outcomes());
-  // A time offset that falls, or begins anew, does not turn time back.
+  // A time offset that decreases, or restarts, does not turn time back.
   if (last_time_) e.time = std::max(e.time, *last_time_ + Time(1));
   last_time_ = e.time;
   if (believed(e)) {
@@ -239,7 +241,7 @@ void InertialSession::end_part() {
       sensors_.noise, sensors_.imu, sensors_.pixel_sigma);
 }
 
-// A start in a nav of its own, moved to where the run was last.
+// A start in its own nav, moved to the last pose of the run.
 InertialStart InertialSession::continued(InertialStart start) const {
   if (!agreed_) return start;
   start.calibration = agreed_->calibration;

@@ -15,7 +15,7 @@
 
 namespace chasles {
 
-/// What an inertial run needs to know of the sensors.
+/// The sensors of a visual-inertial run.
 struct InertialSensors {
   std::vector<Camera> cameras;
   ImuNoise noise;
@@ -23,17 +23,20 @@ struct InertialSensors {
   double pixel_sigma = 1;  ///< [px]
 };
 
-/// From samples and frames to estimates, from the first to the last: finds a start, or takes one
-/// that is given, runs the filter, and begins anew where the filter is lost. Position and heading
-/// then go on from the last estimate that the frames agreed with, as uncertain as the time in
-/// between makes them; a calibration that was learnt stays, as uncertain as it was then. Whatever
-/// sensors deliver, nothing is thrown and all estimates are finite, their times rising strictly.
+/// A whole run, from samples and frames to estimates. It initialises the filter or takes a given
+/// start, runs the filter, and initialises it again where the filter is lost. Position and heading
+/// then continue from the last estimate that agreed with the frames, with a covariance that grows
+/// over the time in between. An estimated calibration is kept with its covariance. No input throws;
+/// all estimates are finite, and their times rise strictly.
 ///
-/// Recovered and counted: a sample that is not finite or not later (imu_counts); a frame that is
-/// not later than the one before, or lies more than kLongestGap beyond the last sample, is dropped
-/// (dropped_frames); samples that are missing for longer than kLongestGap end the part of the run
-/// (resets), for nobody knows what happened in between; a shorter gap is bridged (ImuBuffer). A
-/// given start without samples that near to it is given up (resets): the session finds its own.
+/// Recovered and counted:
+/// - a sample that is not finite or not later than the previous one (imu_counts);
+/// - a frame that is not later than the previous one, or more than kLongestGap later than the last
+/// sample, is dropped (dropped_frames);
+/// - samples that are missing for longer than kLongestGap end this part of the run (resets),
+/// because the motion in between is unknown; a shorter gap is bridged (ImuBuffer);
+/// - a given start without samples within that time is dropped (resets), and the session
+/// initialises itself.
 class InertialSession {
  public:
   static constexpr Time kLongestGap = std::chrono::milliseconds(500);
@@ -42,32 +45,32 @@ class InertialSession {
   InertialSession(const InertialSlamSettings& filter, const InitialiserSettings& start,
                   InertialSensors sensors, std::optional<InertialStart> given = std::nullopt);
 
-  /// Told of every frame that the filter takes, with what became of its observations, before its
-  /// estimate comes.
+  /// Called for every frame that the filter takes, with the outcomes of its observations, before
+  /// its estimate is returned.
   using OutcomeObserver = std::function<void(const FeatureFrame&, std::span<const PixelOutcome>)>;
   void set_observer(OutcomeObserver observer) { observer_ = std::move(observer); }
 
   void process(const ImuSample& sample);
-  /// The estimates that this frame brings: none before there is a start; with the start, those of
-  /// all frames since the time that it is for. Where images are late by the IMU's clock (settings:
-  /// time_offset, calibrate_time_offset) a frame waits until the samples reach up to it; its
-  /// estimate comes with a later frame, or from finish().
+  /// The estimates that this frame completes: none before the start; with the start, those of all
+  /// frames since its time. Where images are late on the IMU's clock (settings: time_offset,
+  /// calibrate_time_offset), a frame waits until the samples reach its time. Its estimate then
+  /// comes with a later frame, or from finish().
   std::vector<Estimate> process(const FeatureFrame& frame);
-  /// The estimates of the frames that still wait: no more samples will come.
+  /// The estimates of the frames that still wait; no more samples come.
   std::vector<Estimate> finish();
 
   bool running() const { return slam_ != nullptr; }
-  /// What a start still needs.
+  /// The conditions of a start, with the last measured values.
   std::vector<Requirement> requirements() const;
-  double waited() const;  ///< for a start, up to the present frame [s]
+  double waited() const;  ///< for a start, until the present frame [s]
   int resets() const { return resets_; }
   int dropped_frames() const { return dropped_frames_; }
   ImuBuffer::Counts imu_counts() const;
-  Eigen::Vector3d gyroscope_bias() const;  ///< zero before there is a start [rad/s]
+  Eigen::Vector3d gyroscope_bias() const;  ///< zero before the start [rad/s]
 
-  /// The landmarks of all parts of the run, nav's axes (InertialSlam::map_nav).
+  /// The landmarks of all parts of the run, in nav (InertialSlam::map_nav).
   std::vector<MapLandmark> map_nav() const;
-  /// Those of them that the next frame may still touch.
+  /// Those of them that the next frame may still change.
   std::vector<LandmarkId> in_state() const;
 
  private:
@@ -91,19 +94,19 @@ class InertialSession {
   std::unique_ptr<InertialSlam> slam_;
   std::unique_ptr<Initialiser> initialiser_;
   std::optional<InertialStart> given_;
-  std::deque<ImuSample> samples_;  ///< since the oldest frame that may begin the run
+  std::deque<ImuSample> samples_;  ///< since the oldest frame that the run may start with
   std::deque<FeatureFrame> frames_;
   WaitingFrames<FeatureFrame> waiting_;
   std::optional<Time> waiting_since_;
   Time now_{};
   std::optional<Time> last_frame_, last_sample_;
   std::optional<Time> last_time_;   ///< of the last estimate
-  std::optional<Estimate> last_;    ///< that was believed
-  std::optional<Estimate> agreed_;  ///< and that the frames did not contradict
+  std::optional<Estimate> last_;    ///< that was finite
+  std::optional<Estimate> agreed_;  ///< and that agreed with the frames
   std::vector<MapLandmark> earlier_map_;
   ImuBuffer::Counts earlier_counts_;
   int resets_ = 0, dropped_frames_ = 0;
-  int contradictions_ = 0;  ///< frames that contradict the filter, less those that agree
+  int contradictions_ = 0;  ///< frames that contradict the filter minus those that agree
 };
 
 }  // namespace chasles

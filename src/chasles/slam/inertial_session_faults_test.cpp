@@ -8,14 +8,14 @@
 #include <chasles/numeric/random.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
-// A run whose sensors fail, on simulated tracks.
+// Runs with sensor faults, on simulated tracks.
 
 namespace chasles {
 namespace {
 
 using namespace test;
 
-// The landmarks keep their numbers, their pixels lie anywhere.
+// The landmarks keep their numbers; their pixels are random.
 Recording with_garbage(double from, double to) {
   Recording recording = simulate_inertial(short_hallway(), 0);
   const Random random = random_of_run(7, 0);
@@ -38,16 +38,16 @@ TEST(InertialSessionFaults, GarbageForASecondIsRefusedAndDegrades) {
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
   EXPECT_EQ(session.resets(), 0);
-  int used = 0, refused = 0;
+  int used = 0, rejected = 0;
   for (const Estimate& e : estimates) {
     if (e.time < after(recording, 4) || e.time >= after(recording, 5)) continue;
     used += e.used;
-    refused += e.rejected;
+    rejected += e.rejected;
     if (e.time > after(recording, 4.5)) {
       EXPECT_EQ(e.health, Health::kDegraded);
     }
   }
-  EXPECT_LT(used, 0.05 * refused);
+  EXPECT_LT(used, 0.05 * rejected);
   EXPECT_LT(error_from(estimates, recording), 0.3);
 }
 
@@ -56,7 +56,7 @@ TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnew) {
   InertialSession session = session_for(recording);
   const Estimates estimates = play(session, recording);
   expect_sound(estimates);
-  // A start may be found in a window that still has garbage in it, and does not last.
+  // A start may be found in a window that still contains garbage; it does not last.
   EXPECT_GE(session.resets(), 1);
   EXPECT_LE(session.resets(), 2);
   EXPECT_TRUE(session.running());
@@ -67,7 +67,7 @@ TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnew) {
   const auto lost = std::ranges::find(estimates, Health::kLost, &Estimate::health);
   const auto next = std::next(lost);
   ASSERT_NE(next, estimates.end());
-  // It begins where it last knew to be, give or take the way of the time in between.
+  // It starts at the last known position, within the distance travelled in between.
   const double way = (next->world_T_imu.p - estimates.front().world_T_imu.p).norm();
   EXPECT_NEAR(way, 1.2 * 2, 0.5);
   EXPECT_GT(position_sigma(*next), 1.2 * 2);
@@ -75,7 +75,7 @@ TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnew) {
   for (const MapLandmark& landmark : session.map_nav()) EXPECT_TRUE(landmark.p_world.allFinite());
 }
 
-// What tracks tell and what the gate refuses of them is held against the filter as well.
+// Rejected null-space updates count against the filter as well.
 TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnewWithTracksAlone) {
   const Recording recording = with_garbage(2, 8);
   InertialSession session = session_for(recording, std::nullopt, tracks_alone());
@@ -87,7 +87,7 @@ TEST(InertialSessionFaults, AfterMuchGarbageItBeginsAnewWithTracksAlone) {
   EXPECT_LT(error_from(estimates, recording, after(recording, 15)), 0.5);
 }
 
-// A fifth of the tracks are other points all the time: that is no reason to begin anew.
+// A fifth of the tracks are always wrong; this is no reason to start again.
 TEST(InertialSessionFaults, OutliersAreNoReasonToBeginAnew) {
   InertialScene scene = short_hallway();
   scene.settings.outlier_fraction = 0.2;
@@ -147,9 +147,10 @@ TEST(InertialSessionFaults, WithoutSamplesForASecondItBeginsAnew) {
   EXPECT_EQ(session.resets(), 1);
   EXPECT_TRUE(session.running());
   EXPECT_EQ(estimates.back().time, recording.frames.back().time);
-  // A start in motion is new knowledge of scale and tilt, from one second: decimetres on this way.
+  // A dynamic initialisation from one second has new errors of scale and tilt: decimetres over this
+  // distance.
   EXPECT_LT(error_from(estimates, recording, after(recording, 9)), 0.8);
-  // It goes on where it was, give or take the way of the time in between.
+  // It continues from the last position, within the distance travelled in between.
   const auto next = std::ranges::find_if(
       estimates, [&](const Estimate& e) { return e.time >= after(recording, 6.8); });
   ASSERT_NE(next, estimates.end());
@@ -158,7 +159,7 @@ TEST(InertialSessionFaults, WithoutSamplesForASecondItBeginsAnew) {
   EXPECT_GT(position_sigma(*next), position_sigma(*last));
 }
 
-// A live sensor that dies: no sample ever follows.
+// A live sensor that fails: no further sample comes.
 TEST(InertialSessionFaults, WhenTheSamplesEndTheFramesAreDropped) {
   Recording recording = simulate_inertial(short_hallway(), 0);
   remove_samples(recording, 6, 1e6);

@@ -6,7 +6,7 @@
 
 #include <chasles/slam/inertial_session_testing.hpp>
 
-// A run from its first sample to its last, on simulated tracks.
+// Whole runs, on simulated tracks.
 
 namespace chasles {
 namespace {
@@ -50,9 +50,9 @@ std::ptrdiff_t degraded_frames(const Estimates& estimates) {
   return std::ranges::count(estimates, Health::kDegraded, &Estimate::health);
 }
 
-// A filter that takes all that it learns from tracks is not starved, at the beginning neither,
-// where they have nothing to tell yet. Degraded is it where any is: at the end of a corridor, where
-// there is nothing to see.
+// A filter that works with tracks alone is not reported as starved, not even at the beginning, when
+// no track has made an update yet. It is degraded only where any filter is: at the end of a
+// corridor, where there are no points.
 TEST(InertialSession, LivesOnTracksAlone) {
   for (const InertialScene& scene : {inertial_scene("hallway"), short_turntable()}) {
     const Recording recording = simulate_inertial(scene, 0);
@@ -91,7 +91,7 @@ TEST(InertialSession, WithoutObservationsItIsDegradedAndLessCertainAndRecovers) 
       EXPECT_GT(position_sigma(e), latest);
       latest = position_sigma(e);
     }
-    // After the turn, where the scene itself shows next to nothing.
+    // After the turn, where the scene itself has almost no points.
     if (e.time > after(recording, 10) && e.time < after(recording, 14)) {
       EXPECT_EQ(e.health, Health::kOk);
     }

@@ -11,7 +11,7 @@
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/slam/inertial_session.hpp>
 
-// What the tests of a whole run share.
+// Shared by the tests of a whole run.
 namespace chasles::test {
 
 inline InertialScene short_hallway() {
@@ -38,7 +38,7 @@ inline InertialSession session_for(const Recording& recording,
   return {settings, {}, std::move(sensors), start};
 }
 
-/// No landmark ever stands in the state.
+/// No landmark ever enters the state.
 inline InertialSlamSettings tracks_alone() {
   InertialSlamSettings settings;
   settings.max_landmarks = settings.min_landmarks = 0;
@@ -60,7 +60,7 @@ inline Estimates play(InertialSession& session, const Recording& recording) {
   return all;
 }
 
-/// Of the poses from that time on, after alignment by position and heading [m].
+/// RMS position error of the poses from that time on, after alignment by position and heading [m].
 inline double error_from(const Trajectory& poses, const Trajectory& truth, Time from = Time(0)) {
   Trajectory own, known;
   for (const StampedPose& pose : poses) {
@@ -91,7 +91,7 @@ inline bool is_finite(const Calibration& calibration) {
   return finite;
 }
 
-/// All finite, variances not negative, later than what came before.
+/// All values finite, variances not negative, time later than `before`.
 inline bool is_sound(const Estimate& e, const std::optional<Time>& before) {
   return e.world_T_imu.p.allFinite() && e.world_T_imu.R.allFinite() && e.v_world->allFinite() &&
          e.additive.allFinite() && e.covariance.allFinite() &&

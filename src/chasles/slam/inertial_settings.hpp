@@ -25,12 +25,11 @@ struct Choices<KeepScale> {
                                    Choice{KeepScale::kFalse, "false"}};
 };
 
-/// An estimated time offset may yet be set back: samples are kept for so long [s].
+/// An estimated time offset may decrease, so samples are kept for this long [s].
 inline constexpr double kTimeOffsetReach = 0.2;
 
-/// Everything that can be set about a run with an IMU. As VelocitySlamSettings: the list below
-/// feeds files,
-/// --set, --help and summary.json; an empty optional is taken from the recording.
+/// All settings of a visual-inertial filter. As for VelocitySlamSettings, the list below defines
+/// files, --set, --help and summary.json. An empty optional is taken from the recording.
 struct InertialSlamSettings {
   std::string chart = "right-sen3";
   LandmarkForm landmarks = LandmarkForm::kInverseDepth;
@@ -82,102 +81,106 @@ struct InertialSlamSettings {
 /// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
 template <SettingsOf<InertialSlamSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
-  visit("chart", s.chart, "choice", "what the numbers of the error mean (docs/charts.md)",
+  visit("chart", s.chart, "choice", "error chart: coordinates of the error state (docs/charts.md)",
         limits::one_of(error_chart_names()));
   visit("landmarks", s.landmarks, "choice", "form of a landmark in the state", limits::kAny);
   visit("init", s.init, "choice",
-        "a landmark begins when several poses have seen it well, or at once, at a guessed depth",
+        "landmark initialisation: delayed, after several clones have observed the point, or "
+        "undelayed, at an assumed depth",
         limits::kAny);
   visit("nav_attitude", s.nav_attitude, "bool",
-        "the world is the first IMU frame, and its attitude against gravity is estimated (K&S); "
-        "false: the world's z axis points up",
+        "the world is the first IMU frame, and its attitude relative to gravity is estimated "
+        "(K&S); false: the world's z axis points up",
         limits::kAny);
   visit("composition_interval", s.composition_interval, "s",
-        "the world is moved to the IMU so often (needs nav_attitude); 0: never",
+        "interval at which the world is moved to the IMU (needs nav_attitude); 0: never",
         limits::kNonNegative);
   visit("first_estimates", s.first_estimates, "bool",
-        "linearise at first estimates instead of the present ones (for the chart standard)",
-        limits::kAny);
+        "first-estimates Jacobians (for the chart standard)", limits::kAny);
   visit("keep_scale", s.keep_scale, "choice",
-        "the covariance follows the direction of scale, so that pixels do not seem to tell it "
-        "(docs/filter.md; not with left-se3); auto: with the images of one camera",
+        "keeps the scale unobservable by pixels in the covariance (docs/filter.md; not with "
+        "left-se3); auto: with the images of one camera",
         limits::kAny);
-  visit("pixel_sigma", s.pixel_sigma, "px", "noise of a pixel", limits::kPositive);
+  visit("pixel_sigma", s.pixel_sigma, "px", "standard deviation of a pixel", limits::kPositive);
   visit("imu_noise_scale", s.imu_noise_scale, "1", "factor on the IMU's stated noise densities",
         limits::kPositive);
-  visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial uncertainty of roll and pitch",
+  visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial sigma of roll and pitch",
         limits::kNonNegative);
-  visit("initial_velocity_sigma", s.initial_velocity_sigma, "m/s",
-        "initial uncertainty of the velocity", limits::kNonNegative);
+  visit("initial_velocity_sigma", s.initial_velocity_sigma, "m/s", "initial sigma of the velocity",
+        limits::kNonNegative);
   visit("initial_accelerometer_bias_sigma", s.initial_accelerometer_bias_sigma, "m/s^2",
-        "initial uncertainty of that bias", limits::kNonNegative);
+        "initial sigma of that bias", limits::kNonNegative);
   visit("initial_gyroscope_bias_sigma", s.initial_gyroscope_bias_sigma, "rad/s",
-        "initial uncertainty of that bias", limits::kNonNegative);
+        "initial sigma of that bias", limits::kNonNegative);
   visit("calibrate_extrinsics", s.calibrate_extrinsics, "bool",
-        "estimate where each camera is on the IMU, beginning with the recording's calibration",
+        "estimate the extrinsics of each camera, starting from the recording's calibration",
         limits::kAny);
   visit("initial_extrinsic_rotation_sigma", s.initial_extrinsic_rotation_sigma, "rad",
-        "how far that is wrong, about each axis", limits::kNonNegative);
+        "initial sigma of the rotation about each axis", limits::kNonNegative);
   visit("initial_extrinsic_translation_sigma", s.initial_extrinsic_translation_sigma, "m",
-        "the same along each axis", limits::kNonNegative);
+        "initial sigma of the translation along each axis", limits::kNonNegative);
   visit("calibrate_time_offset", s.calibrate_time_offset, "bool",
-        "estimate the cameras' time offset, beginning with time_offset", limits::kAny);
+        "estimate the cameras' time offset, starting from time_offset", limits::kAny);
   visit("time_offset", s.time_offset, "s",
-        "to be added to the time of an image to have that of the IMU's clock (Kalibr's "
-        "timeshift_cam_imu)",
+        "added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu)",
         limits::kClockOffset);
-  visit("initial_time_offset_sigma", s.initial_time_offset_sigma, "s", "how far that is wrong",
-        limits::kNonNegative);
-  visit("fixed_depth", s.fixed_depth, "m", "where a landmark begins that begins at once (K&S: 8)",
+  visit("initial_time_offset_sigma", s.initial_time_offset_sigma, "s",
+        "initial sigma of the time offset", limits::kNonNegative);
+  visit("fixed_depth", s.fixed_depth, "m",
+        "assumed depth of an undelayed landmark initialisation (K&S: 8)", limits::kPositive);
+  visit("fixed_depth_sigma", s.fixed_depth_sigma, "m", "sigma of that depth, along the ray",
         limits::kPositive);
-  visit("fixed_depth_sigma", s.fixed_depth_sigma, "m", "its uncertainty along the ray",
+  visit("inverse_depth", s.inverse_depth, "1/m",
+        "assumed inverse depth of an undelayed landmark initialisation", limits::kPositive);
+  visit("inverse_depth_sigma", s.inverse_depth_sigma, "1/m", "sigma of that inverse depth",
         limits::kPositive);
-  visit("inverse_depth", s.inverse_depth, "1/m", "the same for inverse depth", limits::kPositive);
-  visit("inverse_depth_sigma", s.inverse_depth_sigma, "1/m", "its uncertainty", limits::kPositive);
   visit("guessed_depth_observations", s.guessed_depth_observations, "count",
-        "the error of a guessed depth times that of the way counts as noise, as often as the "
-        "landmark was seen, up to so many times; 0: not at all",
+        "the product of the errors of an assumed depth and of the motion adds to the pixel noise, "
+        "times the number of observations, up to this number; 0: not at all",
         limits::kNonNegative);
-  visit("clones", s.clones, "count", "past poses that are kept for multi-view beginnings",
+  visit("clones", s.clones, "count", "maximum number of clones for delayed landmark initialisation",
         limits::kNonNegative);
-  visit("frames_per_clone", s.frames_per_clone, "count", "every n-th frame's pose is kept",
+  visit("frames_per_clone", s.frames_per_clone, "count", "every n-th frame's pose becomes a clone",
         limits::at_least(1));
   visit("max_relative_depth_sigma", s.max_relative_depth_sigma, "1",
-        "a track becomes a landmark when its pixels tell the depth that well",
+        "a track becomes a landmark when its pixels determine the relative depth to this sigma",
         limits::kNonNegative);
   visit("max_total_depth_sigma", s.max_total_depth_sigma, "1",
-        "and when, with the uncertainty of the poses, the depth is known that well",
+        "and when the relative depth has this sigma with the uncertainty of the poses",
         limits::kNonNegative);
-  visit("min_parallax", s.min_parallax, "rad", "and when its rays differ by this angle",
+  visit("min_parallax", s.min_parallax, "rad", "and when its rays differ by this angle (parallax)",
         limits::kNonNegative);
   visit("min_landmarks", s.min_landmarks, "count",
-        "while the state has fewer, tracks begin at once, in anchored inverse depth",
+        "while the state has fewer, landmarks are initialised without delay, in anchored inverse "
+        "depth",
         limits::kNonNegative);
   visit("settled_depth_sigma", s.settled_depth_sigma, "1",
-        "an anchored landmark becomes Cartesian when its relative depth is known so well; 0: never",
+        "an anchored landmark becomes Cartesian when its relative depth has this sigma; 0: never",
         limits::kNonNegative);
   visit("zupt_velocity_sigma", s.zupt_velocity_sigma, "m/s",
-        "what one second of standing still tells of the velocity; 0: standing still is not used",
+        "sigma of the velocity in a zero-velocity update, for one second of standstill; 0: no "
+        "zero-velocity updates",
         limits::kNonNegative);
   visit("noise_inflation", s.noise_inflation, "1",
-        "a young landmark's pixel noise is larger by 1 + noise_inflation, falling to 1 over "
-        "noise_inflation_frames",
+        "measurement noise inflation: a young landmark's pixel noise is multiplied by 1 + "
+        "noise_inflation, decreasing to 1 over noise_inflation_frames",
         limits::kNonNegative);
   visit("noise_inflation_frames", s.noise_inflation_frames, "count", "see noise_inflation",
         limits::at_least(1));
-  visit("gate", s.gate, "probability", "of a right observation to pass the gate; 1: no gate",
+  visit("gate", s.gate, "probability", "of a correct observation to pass the gate; 1: no gate",
         limits::kProbability);
   visit("max_rejections", s.max_rejections, "count",
-        "a landmark refused by the gate so often in a row leaves the state", limits::kNonNegative);
-  visit("max_landmarks", s.max_landmarks, "count",
-        "in the state; fewer than 4, with as few min_landmarks: the filter lives on tracks",
-        limits::kNonNegative);
+        "a landmark that the gate rejects so often in a row is retired", limits::kNonNegative);
+  visit(
+      "max_landmarks", s.max_landmarks, "count",
+      "maximum number in the state; below 4, with as few min_landmarks: mainly null-space updates",
+      limits::kNonNegative);
   visit("waiting_frames", s.waiting_frames, "count",
-        "a landmark out of view waits in the state for so many frames", limits::kNonNegative);
+        "a landmark out of view stays in the state for so many frames", limits::kNonNegative);
 }
 
-/// Throws UsageError with the setting's name, its value and what is expected: for one out of its
-/// limits, and for settings that do not go together.
+/// Throws UsageError with the setting's name, its value and the expected one, for a value out of
+/// its limits and for settings that exclude each other.
 void validate(const InertialSlamSettings& settings);
 
 }  // namespace chasles

@@ -40,7 +40,7 @@ State initial_state(const InertialSlamSettings& s, const InertialStart& start,
   return x;
 }
 
-// From nav's errors to those of the state's core.
+// From errors in nav to those of the state's core.
 Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const InertialStart& start,
                                    const State& x, const std::optional<Calibration>& calibration) {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(x.core_size(), 15);
@@ -70,7 +70,7 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
       {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale == KeepScale::kTrue}};
 }
 
-// With so few landmarks in its state at most, a filter lives on tracks.
+// With at most this many landmarks in its state, a filter works mainly with tracks.
 constexpr int kFewLandmarks = 4;
 
 std::optional<RecentTracks> recent_tracks(const InertialSlamSettings& s) {
@@ -113,7 +113,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   const auto& observations = usable(frame);
   seconds.propagation = stages.lap();
   e.zero_velocity = zero_velocity_update(frame, since);
-  // At rest one pose is all poses, and a pixel errs by the same in all of them.
+  // During a standstill all poses are the same, and a pixel has the same error in all of them.
   cloned_ = settings_.init == LandmarkInit::kMultiView && !e.zero_velocity &&
             (frame_ - 1) % settings_.frames_per_clone == 0;
   if (cloned_) {
@@ -125,7 +125,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   settle();
   retire_unseen();
   if (settings_.init == LandmarkInit::kMultiView) begin_from_tracks(e);
-  forget_unused_clones();
+  remove_unused_clones();
   note_begun(e.added);
   seconds.landmarks = stages.lap();
 
@@ -154,42 +154,42 @@ std::vector<MapLandmark> InertialSlam::map_nav() const {
   return map;
 }
 
-// Finite, so that an update looks at every innovation, with a gate or without.
+// Finite, so that an update computes every squared innovation, with a gate or without.
 double InertialSlam::gate_square(int dof) const {
   return settings_.gate < 1 ? chi2_quantile(settings_.gate, dof)
                             : std::numeric_limits<double>::max();
 }
 
-// As a clone, once a frame.
+// As a clone, at most once per frame.
 void InertialSlam::keep_pose(Time time) {
   const auto& clones = filter_.state().clones;
   const bool there = !clones.empty() && clones.back().id == frame_;
   if (!there) filter_.clone_pose(frame_, time);
 }
 
-// Whether the filter was told that it stands still. `since` the last frame.
+// Whether a zero-velocity update was made. `since`: the time since the last frame.
 bool InertialSlam::zero_velocity_update(const FeatureFrame& frame, Time since) {
   if (!standstill_) return false;
-  if (!standstill_->at_rest(frame)) {
-    still_since_.reset();
+  if (!standstill_->detected(frame)) {
+    standstill_since_.reset();
     return false;
   }
-  if (!still_since_ || since <= Time{}) {
-    still_since_ = frame_;
+  if (!standstill_since_ || since <= Time{}) {
+    standstill_since_ = frame_;
     keep_pose(frame.time);
     return false;
   }
   const State& x = filter_.state();
   auto& both = work_.rest;
-  rest_measurements(x, x.clone(*still_since_), to_seconds(since), settings_.zupt_velocity_sigma,
-                    both);
+  zero_velocity_measurements(x, x.clone(*standstill_since_), to_seconds(since),
+                             settings_.zupt_velocity_sigma, both);
   if (!(filter_.joint_normalised_square(both) < gate_square(9))) return false;
   return !filter_.update(both).failed;
 }
 
-// Anchored landmarks whose depth is known well become Cartesian.
+// Anchored landmarks with a well-known depth become Cartesian.
 void InertialSlam::settle() {
-  if (settings_.first_estimates) return;  // the change of form would be at other values
+  if (settings_.first_estimates) return;  // it would change the linearisation point
   const auto& landmarks = filter_.state().landmarks;
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
     const Landmark& landmark = landmarks[static_cast<std::size_t>(i)];
@@ -207,22 +207,22 @@ void InertialSlam::retire_unseen() {
   const auto& landmarks = filter_.state().landmarks;
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
     const Last& last = last_[static_cast<std::size_t>(i)];
-    const bool believed = last.refused < settings_.max_rejections;
-    if (believed && frame_ - last.seen <= settings_.waiting_frames) continue;
+    const bool accepted = last.rejected < settings_.max_rejections;
+    if (accepted && frame_ - last.seen <= settings_.waiting_frames) continue;
     indices.push_back(i);
   }
   for (auto i = indices.rbegin(); i != indices.rend(); ++i) last_.erase(last_.begin() + *i);
   filter_.retire(indices);
 }
 
-void InertialSlam::forget_unused_clones() {
+void InertialSlam::remove_unused_clones() {
   std::vector<int>&used = work_.used, &unused = work_.unused;
   used.clear();
   unused.clear();
   for (const Landmark& landmark : filter_.state().landmarks) {
     if (landmark.anchor) used.push_back(*landmark.anchor);
   }
-  if (still_since_) used.push_back(*still_since_);
+  if (standstill_since_) used.push_back(*standstill_since_);
   for (const Track& track : tracks_) {
     for (const ClonedView& view : track.views) used.push_back(view.clone);
   }
@@ -230,7 +230,7 @@ void InertialSlam::forget_unused_clones() {
   for (const Clone& clone : filter_.state().clones) {
     if (!std::binary_search(used.begin(), used.end(), clone.id)) unused.push_back(clone.id);
   }
-  filter_.forget_clones(unused);
+  filter_.remove_clones(unused);
 }
 
 Health InertialSlam::judge(const Estimate& e) {

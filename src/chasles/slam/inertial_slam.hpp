@@ -17,12 +17,13 @@
 
 namespace chasles {
 
-/// SLAM from an IMU and cameras: feed it samples and frames in the order of time, the samples up to
-/// a frame (by its time and the time offset, `covers`) before the frame. Every observation is used
-/// once: a landmark in the state is observed from the present pose; another's observations wait
-/// with clones of the poses until they tell its depth, and then begin it all together (`init:
-/// multi-view`), or the first of them begins it at a guessed depth (`fixed-depth`). A track that
-/// ends before that still tells of its clones.
+/// Visual-inertial SLAM. Feed samples and frames in the order of time; the samples up to a frame
+/// (its time plus the time offset, `covers`) come before the frame.
+/// Every observation is used once. A landmark in the state is observed from the present pose. With
+/// `init: multi-view`, the observations of other points wait, with clones of the poses, until they
+/// determine the depth; together they then initialise the landmark. With `fixed-depth`, the first
+/// observation initialises it at an assumed depth. A track that ends earlier makes a null-space
+/// update of its clones.
 class InertialSlam {
  public:
   /// Throws UsageError for settings that cannot be used.
@@ -36,17 +37,17 @@ class InertialSlam {
   }
   Estimate process(const FeatureFrame& frame);
 
-  /// What the IMU's clock showed at a time of the cameras', as far as is known.
+  /// The IMU's time of a camera time, by the present estimate of the time offset.
   Time clock(Time of_cameras) const;
-  /// Whether the samples reach up to a frame of that time. One that is processed before is
-  /// predicted by holding the last sample, and what that does wrong is not known to the filter.
+  /// Whether the samples reach the time of this frame. If a frame is processed earlier, the filter
+  /// holds the last sample; the error of this is not in the covariance.
   bool covers(Time frame) const;
 
   const Ekf& filter() const { return filter_; }
-  /// The map in nav's axes. Where the world's attitude is estimated its error is not in the
-  /// landmarks' covariances.
+  /// The map in nav axes. Where the world's attitude is estimated, its error is not in the
+  /// covariances of the landmarks.
   std::vector<MapLandmark> map_nav() const;
-  /// What became of the observations of the last frame, those that can be used, in its order.
+  /// The outcomes of the usable observations of the last frame, in the frame's order.
   std::span<const PixelOutcome> outcomes() const { return outcomes_; }
   const ImuBuffer::Counts& imu_counts() const { return imu_.counts(); }
 
@@ -56,7 +57,7 @@ class InertialSlam {
     LandmarkId id = 0;
     Views views;
     int seen = 0;        ///< the latest frame
-    bool ended = false;  ///< it is now a landmark, or not seen any more
+    bool ended = false;  ///< it is now a landmark, or no longer in view
   };
 
   void advance_to(Time time);
@@ -73,7 +74,7 @@ class InertialSlam {
   void begin_from_tracks(Estimate& e);
   void begin_what_is_missing(Estimate& e);
   Track& track_of(LandmarkId id);
-  void forget_ended_tracks();
+  void remove_ended_tracks();
   bool find_start(LandmarkId id, const Views& views);
   bool is_certain(const MultiViewStart& start) const;
   bool is_somewhere(const MultiViewStart& start) const;
@@ -87,7 +88,7 @@ class InertialSlam {
   bool zero_velocity_update(const FeatureFrame& frame, Time since);
   double noise_inflation(int landmark) const;
   bool cannot_be(const Landmark& landmark) const;
-  double gate_square(int dof) const;  ///< what a squared innovation may be
+  double gate_square(int dof) const;  ///< limit of a squared normalised innovation
   void settle();
   void note_refusals(std::span<const Measurement> known, const std::vector<bool>& accepted);
   void note_outcomes(std::span<const Measurement> known, const UpdateReport& report);
@@ -95,7 +96,7 @@ class InertialSlam {
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
                            const UpdateReport& report, Estimate& e);
   void retire_unseen();
-  void forget_unused_clones();
+  void remove_unused_clones();
   void compose_when_due();
   void note_prediction();
   Health judge(const Estimate& e);
@@ -112,29 +113,29 @@ class InertialSlam {
   std::optional<Standstill> standstill_;  ///< where it is used
   Time now_;                              ///< of the last frame, by the cameras' clock
   Time composed_;
-  bool at_image_ = false;  ///< the state is of the instant of an image, not yet of the start's
-  std::optional<int> still_since_;  ///< clone of the pose that the rest began with
-  PredictedMotion predicted_;       ///< for first estimates
+  bool at_image_ = false;  ///< the state is at the time of an image, no longer at the start's
+  std::optional<int> standstill_since_;  ///< clone of the pose at which the standstill began
+  PredictedMotion predicted_;            ///< for first estimates
   int frame_ = 0;
-  std::vector<int> window_;                    ///< clones that tracks may have views from
+  std::vector<int> window_;                    ///< clones that views of tracks may refer to
   bool cloned_ = false;                        ///< the present frame's pose is a clone
-  Reused<Track> tracks_;                       ///< not in the state; ids rise
-  std::optional<RecentTracks> recent_tracks_;  ///< where the filter lives on them
+  Reused<Track> tracks_;                       ///< not in the state; in the order of their ids
+  std::optional<RecentTracks> recent_tracks_;  ///< where the filter works mainly with tracks
   struct Last {
-    int seen = 0;     ///< frame
-    int refused = 0;  ///< frames in a row in which the gate refused it
+    int seen = 0;      ///< number of a frame
+    int rejected = 0;  ///< consecutive frames in which the gate rejected it
   };
-  std::vector<Last> last_;  ///< of the landmarks of the state, in their order
+  std::vector<Last> last_;  ///< of the landmarks of the state, in the same order
   struct WhitenedPixel {
     LandmarkId landmark = 0;
     int camera = 0;
     Eigen::Vector2d innovation = Eigen::Vector2d::Zero();
   };
   std::vector<PixelOutcome> outcomes_;      ///< of the last frame
-  std::vector<WhitenedPixel> innovations_;  ///< of the last frame; landmark and camera rise
-  int starved_ = 0;                         ///< frames in a row with hardly an observation
+  std::vector<WhitenedPixel> innovations_;  ///< of the last frame; sorted by landmark and camera
+  int starved_ = 0;                         ///< consecutive frames with almost no observation
 
-  // Lists of the function that is at work: they keep their room.
+  // Temporary lists; they keep their memory.
   struct Workspace {
     struct Place {
       LandmarkId landmark = 0;
@@ -142,9 +143,10 @@ class InertialSlam {
       std::size_t index = 0;
     };
     std::vector<Place> places;
-    std::vector<std::pair<LandmarkId, int>> numbers;  ///< of the landmarks of the state; rising
+    std::vector<std::pair<LandmarkId, int>>
+        numbers;  ///< of the landmarks in the state; sorted by id
     std::vector<const PixelObservation*> usable, predicted, fresh;
-    std::vector<std::size_t> judged;  ///< of those that are predicted
+    std::vector<std::size_t> judged;  ///< indices of the predicted observations
     Reused<Measurement> known, rests;
     std::array<Measurement, 2> rest;
     std::vector<WhitenedPixel> innovations;

@@ -3,11 +3,11 @@
 #include <chasles/error.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 
-// How the filter moves from image to image, by the clocks of cameras and IMU.
+// Propagation of the filter between images, on the clocks of cameras and IMU.
 namespace chasles {
 namespace {
 
-// A clock that is wrong by more is not told by pixels [s].
+// Pixels do not determine a larger time offset [s].
 constexpr double kLongestTimeOffset = 0.5;
 
 InertialState inertial_state(const SE3& world_T_imu, const Eigen::Vector3d& v_world,
@@ -61,7 +61,7 @@ const Prediction& InertialSlam::predict_to(Time time) {
     use_first_estimates(model_, x, to_seconds(time - now_), predicted_, next);
   }
   if (x.time_offset) {
-    // The start is the state at a time of the IMU's clock, which does not move with the offset.
+    // The start is the state at a time of the IMU's clock, which does not depend on the offset.
     const Vector9d before =
         at_image_ ? rate_at(inertial_state(x.world_T_imu, *x.v_world, x.additive), clock(now_))
                   : Vector9d::Zero();
@@ -78,7 +78,7 @@ Vector9d InertialSlam::rate_at(const InertialState& state, Time of_imu) const {
   return motion_rate(state, gravity_world(model_, filter_.state()), *sample);
 }
 
-// At the instant that e.time names.
+// At the time e.time.
 NavState InertialSlam::motion() {
   const State& x = filter_.state();
   if (!x.time_offset) {

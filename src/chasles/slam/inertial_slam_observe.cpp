@@ -4,10 +4,10 @@
 
 #include <chasles/slam/inertial_slam.hpp>
 
-// What the filter takes from a frame's pixels, and how they agree with what it expected.
+// Updates of the filter with the pixels of a frame, and their innovations.
 namespace chasles {
 
-// Of two of one landmark in one camera the first counts; the frame's order is kept.
+// Of two observations of one landmark in one camera the first counts; the frame's order is kept.
 const std::vector<const PixelObservation*>& InertialSlam::usable(const FeatureFrame& frame) {
   auto& places = work_.places;
   places.clear();
@@ -45,7 +45,7 @@ std::optional<int> InertialSlam::number_of(LandmarkId id) const {
   return found->second;
 }
 
-// The first linearisations are the worst: they count less (docs/derivations.md, D50).
+// The first linearisations are the worst, so they get more noise (docs/derivations.md, D50).
 double InertialSlam::noise_inflation(int landmark) const {
   if (settings_.noise_inflation <= 0 || settings_.noise_inflation_frames <= 0) return 1;
   const auto& l = filter_.state().landmarks[static_cast<std::size_t>(landmark)];
@@ -53,16 +53,16 @@ double InertialSlam::noise_inflation(int landmark) const {
   return 1 + settings_.noise_inflation * std::max(0.0, 1 - age);
 }
 
-// Noise may take the inverse depth of a point that is far through zero; where it takes it further,
-// the rays of a track meet behind the cameras: pixels or motion are wrong.
+// Noise may move the inverse depth of a far point below zero. If it is significantly below, the
+// rays of the track meet behind the cameras: pixels or motion are wrong.
 bool InertialSlam::cannot_be(const Landmark& landmark) const {
   constexpr double kSigmas = 3;
   return landmark.anchor &&
          landmark.inverse_depth.z() < -kSigmas * filter_.inverse_depth_sigma(landmark);
 }
 
-// At rest a pixel errs by the same in every image: the looks of a rest are one, not many, and the
-// rest itself tells more.
+// During a standstill a pixel has the same error in every image: its observations are one, not
+// many, and the zero-velocity update contains more information.
 void InertialSlam::observe(const std::vector<const PixelObservation*>& observations, Estimate& e) {
   number_landmarks();
   auto& known = work_.known;
@@ -74,7 +74,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   outcomes_.clear();
   work_.judged.clear();
   const double gate = gate_square(2);
-  int refused = 0;
+  int rejected = 0;
   for (const PixelObservation* o : observations) {
     outcomes_.push_back({.observation = *o});
     const auto number = number_of(o->landmark);
@@ -88,23 +88,23 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     outcomes_.back().outcome = Outcome::kRejected;  // until it is used
     const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(*number)];
     if (cannot_be(landmark)) {
-      ++last.refused;
-      ++refused;
+      ++last.rejected;
+      ++rejected;
       continue;
     }
     const Camera& camera = cameras_[static_cast<std::size_t>(o->camera)];
     Measurement& z = known.append();
     if (!measure_pixel(camera, pixel_sigma_ * noise_inflation(*number), filter_.state(), *number,
                        o->pixel, linearisation(), o->camera, z)) {
-      known.remove_last();  // where it is thought to be, it could not be seen
-      ++last.refused;
-      ++refused;
+      known.remove_last();  // at its estimated position it is not visible
+      ++last.rejected;
+      ++rejected;
       continue;
     }
-    // The product of two errors is nearly the same in image after image: all looks together may
-    // tell no more than a few.
-    const int looks = std::min(landmark.observations, settings_.guessed_depth_observations);
-    if (looks > 0) z.noise += looks * bilinear_noise(camera, filter_, *number, o->camera);
+    // The product of two errors is nearly constant from image to image: all observations together
+    // may contain no more information than a few.
+    const int repeated = std::min(landmark.observations, settings_.guessed_depth_observations);
+    if (repeated > 0) z.noise += repeated * bilinear_noise(camera, filter_, *number, o->camera);
     z.gate = gate;
     predicted.push_back(o);
     work_.judged.push_back(outcomes_.size() - 1);
@@ -113,7 +113,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   e.nis = report.nis;
   e.nis_dof = report.dof;
   e.used = static_cast<int>(std::count(report.accepted.begin(), report.accepted.end(), true));
-  e.rejected = refused + static_cast<int>(known.size()) - e.used;
+  e.rejected = rejected + static_cast<int>(known.size()) - e.used;
   note_refusals(known, report.accepted);
   note_outcomes(known, report);
   compare_innovations(predicted, report, e);
@@ -130,13 +130,13 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   }
 }
 
-// A landmark that is refused again and again is another point by now, or never was one; if it is
-// the pose that is wrong, new landmarks do not inherit its error.
+// A landmark that is rejected repeatedly has become another point, or was never a point. If the
+// pose is wrong instead, new landmarks do not inherit its error.
 void InertialSlam::note_refusals(std::span<const Measurement> known,
                                  const std::vector<bool>& accepted) {
   for (std::size_t i = 0; i < known.size(); ++i) {
-    int& refused = last_[static_cast<std::size_t>(known[i].landmark)].refused;
-    refused = accepted[i] ? 0 : refused + 1;
+    int& rejected = last_[static_cast<std::size_t>(known[i].landmark)].rejected;
+    rejected = accepted[i] ? 0 : rejected + 1;
   }
 }
 

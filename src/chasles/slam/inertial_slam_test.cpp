@@ -10,14 +10,15 @@
 #include <chasles/lab/trial.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 
-// The inertial filter on simulated scenes: how wrong it is, and whether it knows.
+// The inertial filter on simulated scenes: its errors, and its consistency.
 
 namespace chasles {
 namespace {
 
 FilterVariant ours() { return {.name = "default", .settings = {}}; }
 
-// Kleinert & Stilla's: Cartesian landmarks at a fixed depth, the world's attitude in the state.
+// Kleinert & Stilla's filter: Cartesian landmarks at a fixed depth, the world's attitude in the
+// state.
 FilterVariant paper(const std::string& chart) {
   FilterVariant filter{.name = "paper " + chart, .settings = {}};
   filter.settings.chart = chart;
@@ -82,7 +83,7 @@ TEST(InertialSlam, StaysConsistentInTheHallwayWhereTheScaleIsKept) {
   EXPECT_LT(s[0].mean.position_error, 0.2);
 }
 
-// Tracks alone, none of which enters the state (a filter as of Mourikis & Roumeliotis 2007).
+// Tracks alone, none of which enters the state (as Mourikis & Roumeliotis 2007).
 TEST(InertialSlam, NeedsNoLandmarkInTheState) {
   FilterVariant tracks = ours();
   tracks.settings.max_landmarks = tracks.settings.min_landmarks = 0;
@@ -157,7 +158,7 @@ TEST(InertialSlam, CompositionChangesNothingThatIsSeen) {
   const Trial a = trial_of(plain, short_hallway());
   const Trial b = trial_of(composed, short_hallway());
   ASSERT_EQ(a.points.size(), b.points.size());
-  // Up to the first composition they are the same; later the two linearise at other points.
+  // Until the first composition they are equal; later the two have different linearisation points.
   EXPECT_LT((a.estimate[12].pose.p - b.estimate[12].pose.p).norm(), 1e-12);
   EXPECT_LT((a.estimate[20].pose.p - b.estimate[20].pose.p).norm(), 2e-3);
   EXPECT_NEAR(averages(a).position_error, averages(b).position_error, 0.1);

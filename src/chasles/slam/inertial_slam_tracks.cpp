@@ -3,10 +3,10 @@
 
 #include <chasles/slam/inertial_slam.hpp>
 
-// What becomes of points that are not in the state: how they begin, and what they tell before.
+// Points that are not in the state: landmark initialisation and null-space updates.
 namespace chasles {
 
-// Begins one where there is none.
+// Adds a new track if there is none.
 InertialSlam::Track& InertialSlam::track_of(LandmarkId id) {
   const auto place = std::ranges::lower_bound(tracks_, id, {}, &Track::id);
   if (place != tracks_.end() && place->id == id) return *place;
@@ -18,7 +18,7 @@ InertialSlam::Track& InertialSlam::track_of(LandmarkId id) {
   return track;
 }
 
-void InertialSlam::forget_ended_tracks() {
+void InertialSlam::remove_ended_tracks() {
   tracks_.remove_if([](const Track& track) { return track.ended; });
 }
 
@@ -46,7 +46,7 @@ void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fre
   add_begun(e);
 }
 
-// For the landmarks that this frame begins and one more.
+// For the landmarks that this frame initialises and one more.
 bool InertialSlam::has_room() const {
   const auto there = filter_.state().landmarks.size() + work_.begun.size();
   return static_cast<int>(there) < settings_.max_landmarks;
@@ -65,18 +65,19 @@ void InertialSlam::add_begun(Estimate& e) {
   work_.begun.clear();
 }
 
-// To the filter: the landmarks that begin, then what their tracks and others say of the poses.
+// Adds the initialised landmarks to the filter, then updates it with the projected residuals.
 void InertialSlam::null_space_update(Estimate& e) {
   add_begun(e);
   filter_.update(work_.rests);
   work_.rests.clear();
 }
 
-// Many tracks are told at a time, which costs less than one by one. But not all: those that come
-// later are linearised at a better state, which counts where a window of a start's tracks ends.
+// Many tracks are processed in one update, which costs less than one by one. But not all at once:
+// later ones are linearised at a better state, which matters where the window of a start's tracks
+// ends.
 void InertialSlam::begin_from_tracks(Estimate& e) {
   const bool full = static_cast<int>(window_.size()) >= settings_.clones;
-  const auto many = static_cast<std::size_t>(2 * settings_.clones);  // twice the clones' rows
+  const auto many = static_cast<std::size_t>(2 * settings_.clones);  // twice the rows of the clones
   for (Track& track : tracks_) {
     const bool lost = track.seen < frame_;
     const bool last_chance = lost || (cloned_ && full && has_view(track, window_.front()));
@@ -88,8 +89,8 @@ void InertialSlam::begin_from_tracks(Estimate& e) {
       track.ended = true;
     } else if (last_chance) {
       if (found && is_somewhere(work_.start)) {
-        const bool told = take_rest(work_.start);
-        if (recent_tracks_) recent_tracks_->note(told);
+        const bool accepted = take_rest(work_.start);
+        if (recent_tracks_) recent_tracks_->note(accepted);
       }
       track.views.clear();
       track.ended = lost;
@@ -97,13 +98,13 @@ void InertialSlam::begin_from_tracks(Estimate& e) {
     if (work_.rests.size() >= many) null_space_update(e);
   }
   null_space_update(e);
-  forget_ended_tracks();
+  remove_ended_tracks();
   if (!cloned_) return;
   if (full) window_.erase(window_.begin());
   if (!e.zero_velocity) begin_what_is_missing(e);
 }
 
-// Where there is hardly a landmark, as at the start or after a sharp turn, one cannot wait.
+// With few landmarks, as at the start or after a sharp turn, tracks are initialised without delay.
 void InertialSlam::begin_what_is_missing(Estimate& e) {
   int missing = settings_.min_landmarks - static_cast<int>(filter_.state().landmarks.size());
   Reused<NewLandmark>& landmarks = work_.begun;
@@ -119,7 +120,7 @@ void InertialSlam::begin_what_is_missing(Estimate& e) {
     track.ended = true;
     --missing;
   }
-  forget_ended_tracks();
+  remove_ended_tracks();
   add_begun(e);
 }
 
@@ -129,7 +130,7 @@ TrackUse InertialSlam::use_of_tracks() {
       tracks_, [&](const Track& t) { return t.seen == frame_ && t.views.size() >= 2; })));
 }
 
-// Into work_.start.
+// Writes work_.start.
 bool InertialSlam::find_start(LandmarkId id, const Views& views) {
   constexpr std::size_t kLeastViews = 3;
   return views.size() >= kLeastViews &&
@@ -138,21 +139,21 @@ bool InertialSlam::find_start(LandmarkId id, const Views& views) {
                           work_.multi_view, work_.start);
 }
 
-// Whether the views tell where the point is well enough for a landmark.
+// Whether the views determine the point well enough for a landmark.
 bool InertialSlam::is_certain(const MultiViewStart& start) const {
   return start.parallax >= settings_.min_parallax &&
          std::sqrt(start.distance_noise) <= settings_.max_relative_depth_sigma * start.distance &&
          relative_depth_sigma(start, filter_) <= settings_.max_total_depth_sigma;
 }
 
-// Where the point may be anywhere its track tells nothing: what is left when the point is taken out
-// depends on where it is.
+// If the position of the point is almost unknown, its track has no usable information: the
+// projected residual depends on the linearisation point.
 bool InertialSlam::is_somewhere(const MultiViewStart& start) const {
-  constexpr double kAnywhere = 1;  // deviation of the distance over the distance
+  constexpr double kAnywhere = 1;  // standard deviation of the distance over the distance
   return relative_depth_sigma(start, filter_) <= kAnywhere;
 }
 
-// Puts what the views say of the poses to the rest of this frame's, if it passes the gate.
+// Adds the projected residual of the views to those of this frame, if it passes the gate.
 bool InertialSlam::take_rest(const MultiViewStart& start) {
   const double square = filter_.joint_normalised_square(start.rest);
   if (!(square < gate_square(start.rest_rows))) return false;

@@ -14,37 +14,38 @@
 
 namespace chasles {
 
-/// Finds where an inertial run may begin, at rest or in motion (docs/initialisation.md): feed it
-/// samples and frames as InertialSlam, the samples up to a frame before the frame, until it has a
-/// start. Then feed the filter, from that start, with the samples from shortly before start.time on
-/// and the frames from start.time on:
-///   in motion, start.time is the first frame of the window, whose data the covariance counts
-///   little, for the filter uses them all;
-///   at rest it is the frame just given, and the covariance is that of the rest before it.
+/// Finds the start of a visual-inertial run by static or dynamic initialisation
+/// (docs/initialisation.md). Feed samples and frames as for InertialSlam, the samples up to a frame
+/// before the frame, until it returns a start. Then feed the filter, from that start, with the
+/// samples from shortly before start.time on and the frames from start.time on:
+/// - dynamic: start.time is the first frame of the window. The covariance contains little of the
+/// window's data, because the filter uses them again.
+/// - static: start.time is the latest frame. The covariance is that of the standstill before it.
 ///
-/// Recovered and counted: a sample that is not finite or not later (ImuBuffer), a frame that is not
-/// later than the one before or has no samples around it is left out; an IMU gap begins the window
-/// anew. Deterministic.
+/// Recovered and counted: a sample that is not finite or not later (ImuBuffer); a frame that is not
+/// later than the previous one, or has no samples around it, is ignored; an IMU gap restarts the
+/// window. Deterministic.
 class Initialiser {
  public:
-  /// How often.
+  /// Numbers of events.
   struct Counts {
     int attempts = 0;
-    int restarts = 0;        ///< windows given up for an IMU gap
+    int restarts = 0;        ///< windows discarded because of an IMU gap
     int ignored_frames = 0;  ///< out of order, or without samples
   };
 
-  /// A density of 0 is taken as a small one. UsageError for settings, noise or a pixel_sigma [px]
-  /// that cannot be used, or without a camera.
+  /// A noise density of 0 is replaced by a small one. Throws UsageError for settings, noise or a
+  /// pixel_sigma [px] that cannot be used, or without a camera.
   Initialiser(const InitialiserSettings& settings, std::vector<Camera> cameras,
               const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma);
 
   void add(const ImuSample& sample);
   std::optional<InertialStart> add(const FeatureFrame& frame);
 
-  /// All conditions of the latest attempt, those at rest first; empty before there was one.
+  /// All conditions of the latest attempt, those of the static initialisation first; empty before
+  /// the first attempt.
   const std::vector<Requirement>& requirements() const { return requirements_; }
-  /// The same in a sentence, of those not met, with the time since the first frame.
+  /// One sentence with the conditions that are not met and the time since the first frame.
   std::string why_not() const;
   const Counts& counts() const { return counts_; }
   const ImuBuffer::Counts& imu_counts() const { return imu_.counts(); }
@@ -62,8 +63,8 @@ class Initialiser {
   ImuBuffer::Options imu_options_;
   double pixel_sigma_;
   ImuBuffer imu_;
-  std::deque<ImuSample> samples_;    ///< the last ones, for the start at rest
-  std::deque<FeatureFrame> window_;  ///< no gap of samples in it
+  std::deque<ImuSample> samples_;    ///< the last ones, for the static initialisation
+  std::deque<FeatureFrame> window_;  ///< without a gap of samples
   std::optional<Time> began_, last_frame_;
   int since_attempt_ = 0;  ///< frames
   std::vector<Requirement> requirements_;

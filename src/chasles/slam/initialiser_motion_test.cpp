@@ -7,7 +7,7 @@
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/slam/initialiser_motion_testing.hpp>
 
-// The initialisation over simulated scenes: how soon, how wrong, whether it knows, and why not.
+// The initialisation on simulated scenes: duration, errors, consistency, and conditions.
 
 namespace chasles {
 namespace {
@@ -20,7 +20,7 @@ InertialScene scene_of(const std::string& name) {
   return scene;
 }
 
-// What the scenes draw their biases from; and the batch's posterior as it is.
+// The distribution of the scenes' biases, and the posterior without inflation.
 InitialiserSettings exact() {
   InitialiserSettings settings;
   settings.accelerometer_bias_sigma = 0.02;
@@ -56,7 +56,7 @@ TEST(Initialiser, StartsInMotionWithOneCameraAndKnowsHowWrongItIs) {
   EXPECT_LT(median(hall.scale), 0.08);
   EXPECT_LT(median(hall.tilt), 1 / kDegrees);
   EXPECT_LT(median(hall.gyroscope), 0.003);
-  // 11 numbers; what was left out as an outlier and was none makes it a little more.
+  // 11 degrees of freedom; correct views that were removed as outliers increase it a little.
   EXPECT_GT(hall.mean_nees(), chi2_band(11, 24, 0.99).low);
   EXPECT_LT(hall.mean_nees(), 1.2 * chi2_band(11, 24, 0.99).high);
 }
@@ -86,12 +86,12 @@ TEST(Initialiser, StartsAtRestWithinASecond) {
   scene.settings.rest_duration = 3;
   scene.settings.start_duration = 1;
   InitialiserSettings settings = exact();
-  settings.inflation = 10;  // does not matter at rest
+  settings.inflation = 10;  // has no effect on a static initialisation
   const Study rest = study(scene, 20, settings, 0.2, 0);
   rest.print("at rest");
   EXPECT_EQ(rest.started, 20);
   EXPECT_LT(median(rest.seconds), 1);
-  // The velocity is exactly 0: eight numbers are left.
+  // The velocity is exactly 0: eight degrees of freedom remain.
   EXPECT_TRUE(chi2_band(8, 20, 0.999).contains(rest.mean_nees())) << rest.mean_nees();
 }
 
@@ -105,7 +105,7 @@ TEST(Initialiser, OneObservationOfFiveMayBeWrong) {
   EXPECT_LT(median(wrong.velocity), 0.15);
 }
 
-// Every fifth track is of something else: it wanders off by itself.
+// Every fifth track is wrong: it drifts.
 TEST(Initialiser, OneTrackOfFiveMayBeWrong) {
   InertialScene scene = scene_of("hallway");
   scene.settings.landmarks_in_view = 60;
@@ -124,14 +124,15 @@ TEST(Initialiser, OneTrackOfFiveMayBeWrong) {
     wrong.add(initialise(recording, 1 + 0.11 * run, 6, exact()), recording, motion);
   }
   wrong.print("20 % wrong tracks");
-  // What wanders off along its epipolar line is a nearer point for a while: overconfident by that.
+  // A track that drifts along its epipolar line appears as a nearer point for a while, which makes
+  // the start overconfident.
   EXPECT_GE(wrong.started, 8);
   EXPECT_LT(median(wrong.velocity), 0.2);
   EXPECT_LT(median(wrong.tilt), 1.2 / kDegrees);
   EXPECT_LT(wrong.mean_nees(), 3 * 11);
 }
 
-// A straight line at constant speed and attitude: the accelerometer tells no scale.
+// A straight line at constant speed and attitude: the accelerometer does not determine the scale.
 Recording constant_velocity() {
   InertialScene scene = inertial_scene("trajectory");
   for (int i = 0; i <= 100; ++i) {

@@ -16,20 +16,20 @@
 #include <chasles/numeric/spline.hpp>
 #include <chasles/slam/initialiser.hpp>
 
-// What the tests of the initialisation share.
+// Shared by the tests of the initialisation.
 namespace chasles::test {
 
 using Vector11d = Eigen::Matrix<double, 11, 1>;
 using Matrix11d = Eigen::Matrix<double, 11, 11>;
 
-/// What became of an initialisation that began at some time of a recording.
+/// The result of an initialisation from some time of a recording on.
 struct Outcome {
   std::optional<InertialStart> start;
-  double seconds = 0;  // until then
+  double seconds = 0;  // until the start
   Initialiser::Counts counts;
   std::vector<Requirement> requirements;
   std::string why_not;
-  double slowest = 0;  // of a call [s]
+  double slowest = 0;  // longest time of a call [s]
 };
 
 inline Outcome initialise(const Recording& recording, double from, double limit,
@@ -60,9 +60,9 @@ inline Outcome initialise(const Recording& recording, double from, double limit,
   return outcome;
 }
 
-/// Errors of a start, in its own nav, whose heading is free.
+/// Errors of a start in its own nav, whose heading is arbitrary.
 struct StartError {
-  Vector11d error = Vector11d::Zero();  // tilt, velocity, biases (0 where not known)
+  Vector11d error = Vector11d::Zero();  // tilt, velocity, biases (0 where unknown)
   Matrix11d covariance = Matrix11d::Zero();
   double speed = 0, scale = 0;
   double tilt() const { return error.head<2>().norm(); }
@@ -103,7 +103,7 @@ inline double median(std::vector<double> values) {
   return values.empty() ? std::nan("") : values[values.size() / 2];
 }
 
-/// Many starts.
+/// Statistics of many starts.
 struct Study {
   int tried = 0, started = 0;
   std::vector<double> seconds, tilt, velocity, scale, gyroscope, nees;

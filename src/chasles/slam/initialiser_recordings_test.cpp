@@ -8,7 +8,7 @@
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/slam/initialiser_motion_testing.hpp>
 
-// The initialisation with real IMUs: simulated pixels along real flights, and real pixels.
+// The initialisation with real IMUs: simulated pixels on real flights, and real pixels.
 
 namespace chasles {
 namespace {
@@ -22,7 +22,7 @@ std::filesystem::path euroc() {
   return data / "euroc";
 }
 
-// A flight's motion and the IMU that was on board, with simulated pixels.
+// A flight's motion and its real IMU samples, with simulated pixels.
 InertialScene flight(const std::string& name, int cameras, Recording& samples) {
   samples = read_recording(euroc() / "imu_gt" / (name + "_imu.csv.gz"));
   InertialScene scene = inertial_scene("trajectory");
@@ -30,7 +30,7 @@ InertialScene flight(const std::string& name, int cameras, Recording& samples) {
   scene.imu = samples.imu;
   InertialSettings& s = scene.settings;
   s.imu_convention = samples.imu_convention;
-  // The tables state none: as the recordings' sensor.yaml.
+  // The tables state none: values of the recordings' sensor.yaml.
   const ImuNoise noise = samples.imu_noise.value_or(
       ImuNoise{.accelerometer_noise_density = 2e-3, .gyroscope_noise_density = 1.6968e-4});
   s.accelerometer_noise_density = noise.accelerometer_noise_density;
@@ -66,7 +66,7 @@ TEST(Initialiser, StartsInTheAirWithTheImuOfTheFlights) {
     all.print(cameras == 1 ? "all mono" : "all stereo");
     EXPECT_GE(all.started, 24);
     EXPECT_LT(median(all.velocity), cameras == 1 ? 0.08 : 0.05);
-    // The accelerometer's bias of 0.15 m/s^2 looks like a tilt of 0.9 degrees.
+    // The accelerometer bias of 0.15 m/s^2 appears as a tilt of 0.9 degrees.
     EXPECT_LT(median(all.tilt), 1.1 / kDegrees);
     EXPECT_LT(median(known.gyroscope), 0.005);
   }

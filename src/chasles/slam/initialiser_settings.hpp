@@ -4,8 +4,8 @@
 
 namespace chasles {
 
-/// When an inertial run may begin. As InertialSlamSettings: the list below feeds files, --set,
-/// --help and summary.json.
+/// Settings of the initialisation of a visual-inertial run. As for InertialSlamSettings, the list
+/// below defines files, --set, --help and summary.json.
 struct InitialiserSettings {
   double tilt_sigma = 0.2;
   double velocity_sigma = 2;
@@ -37,65 +37,71 @@ struct InitialiserSettings {
   double min_inliers = 0.35;
 };
 
-/// A start whose bias is more deviations of its prior from 0 is not believed: at rest a bias's
-/// length, in motion each of its components.
+/// A start is rejected if its bias is farther from 0 than this many standard deviations of the
+/// prior. Static: the length of the bias; dynamic: each of its components.
 inline constexpr double kBiasReach = 4;
 
 /// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
 template <SettingsOf<InitialiserSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
-  visit("tilt_sigma", s.tilt_sigma, "rad", "a start's roll and pitch are never less certain",
+  visit("tilt_sigma", s.tilt_sigma, "rad", "upper limit of a start's sigma of roll and pitch",
         limits::kPositive);
-  visit("velocity_sigma", s.velocity_sigma, "m/s", "a start's velocity is never less certain",
+  visit("velocity_sigma", s.velocity_sigma, "m/s", "upper limit of a start's sigma of the velocity",
         limits::kPositive);
   visit("accelerometer_bias_sigma", s.accelerometer_bias_sigma, "m/s^2",
-        "what is known of that bias beforehand, about 0", limits::kPositive);
+        "sigma of the prior of that bias, mean 0", limits::kPositive);
   visit("gyroscope_bias_sigma", s.gyroscope_bias_sigma, "rad/s",
-        "what is known of that bias beforehand, about 0", limits::kPositive);
+        "sigma of the prior of that bias, mean 0", limits::kPositive);
   visit("gravity", s.gravity, "m/s^2", "its magnitude", limits::kPositive);
   visit("inflation", s.inflation, "1",
-        "a start in motion counts its window's data so many times less, for the filter uses them",
+        "dynamic initialisation: the information of the window's data is divided by this, because "
+        "the filter uses them again",
         limits::at_least(1));
-  visit("static_window", s.static_window, "s", "at rest for so long: a start at rest",
+  visit("static_window", s.static_window, "s", "static initialisation: duration of the standstill",
         limits::kPositive);
   visit("static_noise_factor", s.static_noise_factor, "1",
-        "at rest the samples deviate by at most so many times the stated noise", limits::kPositive);
+        "static initialisation: the samples scatter by at most so many times the stated noise",
+        limits::kPositive);
   visit("static_displacement", s.static_displacement, "px",
-        "and half of the tracks move by less than this, beyond noise", limits::kPositive);
-  visit("static_velocity_sigma", s.static_velocity_sigma, "m/s", "uncertainty of the velocity 0",
+        "static initialisation: half of the tracks move by less than this, beyond their noise",
         limits::kPositive);
-  visit("min_window", s.min_window, "s", "a start in motion needs so much, with one camera",
+  visit("static_velocity_sigma", s.static_velocity_sigma, "m/s", "sigma of the velocity 0",
         limits::kPositive);
-  visit("min_stereo_window", s.min_stereo_window, "s", "and so much where two see the same tracks",
+  visit("min_window", s.min_window, "s",
+        "shortest window of a dynamic initialisation, with one camera", limits::kPositive);
+  visit("min_stereo_window", s.min_stereo_window, "s",
+        "the same where two cameras observe the same tracks", limits::kPositive);
+  visit("max_window", s.max_window, "s", "longest window: older data are dropped",
         limits::kPositive);
-  visit("max_window", s.max_window, "s", "older data are given up", limits::kPositive);
-  visit("attempt_frames", s.attempt_frames, "count", "a start is tried at every n-th frame",
+  visit("attempt_frames", s.attempt_frames, "count", "a start is attempted at every n-th frame",
         limits::kPositive);
-  visit("keyframes", s.keyframes, "count", "frames of the window that are used",
+  visit("keyframes", s.keyframes, "count", "number of frames of the window that are used",
         limits::at_least(4));
-  visit("max_tracks", s.max_tracks, "count", "that are used, the best covered ones",
+  visit("max_tracks", s.max_tracks, "count", "maximum number that is used, those with most views",
         limits::kPositive);
-  visit("min_tracks", s.min_tracks, "count", "that fit the motion", limits::kPositive);
-  visit("min_parallax", s.min_parallax, "px", "median over the tracks, rotation taken away",
+  visit("min_tracks", s.min_tracks, "count", "minimum number that fits the motion",
+        limits::kPositive);
+  visit("min_parallax", s.min_parallax, "px", "median over the tracks, without the rotation",
         limits::kPositive);
   visit("min_parallax_angle", s.min_parallax_angle, "rad", "the same as an angle",
         limits::kPositive);
   visit("max_gravity_deviation", s.max_gravity_deviation, "m/s^2",
-        "of gravity's magnitude, estimated without knowing it", limits::kPositive);
+        "maximum error of gravity's magnitude, estimated without this constraint",
+        limits::kPositive);
   visit("max_scale_sigma", s.max_scale_sigma, "1",
-        "the velocity's posterior deviation, as a share of the speed", limits::kPositive);
+        "posterior sigma of the velocity, relative to the speed", limits::kPositive);
   visit("least_velocity_sigma", s.least_velocity_sigma, "m/s",
-        "a deviation that is good enough at any speed", limits::kPositive);
-  visit("max_tilt_sigma", s.max_tilt_sigma, "rad", "posterior deviation of roll and pitch",
+        "a sigma of the velocity that suffices at any speed", limits::kPositive);
+  visit("max_tilt_sigma", s.max_tilt_sigma, "rad", "posterior sigma of roll and pitch",
         limits::kPositive);
   visit("max_misfit", s.max_misfit, "1", "squared residuals per degree of freedom",
         limits::kPositive);
-  visit("min_inliers", s.min_inliers, "1", "share of the observations that fit the motion",
+  visit("min_inliers", s.min_inliers, "1", "fraction of the observations that fit the motion",
         limits::kPositive);
 }
 
-/// Throws UsageError with the setting's name, its value and what is expected: for one out of its
-/// limits ("start.keyframes"), and for a window that is too short.
+/// Throws UsageError with the setting's name ("start.keyframes"), its value and the expected one,
+/// for a value out of its limits and for a window that is too short.
 void validate(const InitialiserSettings& settings);
 
 }  // namespace chasles

@@ -13,7 +13,7 @@
 #include <chasles/slam/static_conditions.hpp>
 #include <chasles/slam/static_start.hpp>
 
-// What of the initialisation needs no simulator; the whole of it: lab/initialiser_test.cpp.
+// The parts of the initialisation that need no simulator; the whole is in lab/initialiser_test.cpp.
 
 namespace chasles {
 namespace {
@@ -49,7 +49,8 @@ TEST(RestStart, IsWrongByWhatItSays) {
     const Eigen::Vector3d bg = normal.vector(s.gyroscope_bias_sigma);
     const auto samples = resting(normal, 0.75, R, ba, bg);
     const InertialStart start = static_start({}, rest_means(samples, kNoise), kNoise, s);
-    // Exp(theta) takes the estimated up to the true one, z = up + theta x up; the heading is free.
+    // Exp(theta) maps the estimated up to the true one, z = up + theta x up; the heading is
+    // arbitrary.
     const Eigen::Vector3d up = start.nav_T_imu.R * R.transpose() * Eigen::Vector3d::UnitZ();
     Eigen::Matrix<double, 8, 1> error;
     error << up.y(), -up.x(), ba - start.accelerometer_bias, bg - start.gyroscope_bias;
@@ -70,7 +71,7 @@ TEST(RestStart, TiltAndHorizontalBiasCannotBeToldApart) {
   const Matrix15d& P = *start.covariance;
   EXPECT_NEAR(std::sqrt(P(0, 0)), s.accelerometer_bias_sigma / s.gravity, 1e-4);
   EXPECT_GT(std::abs(P(0, 10)) / std::sqrt(P(0, 0) * P(10, 10)), 0.99);
-  EXPECT_NEAR(start.accelerometer_bias.z(), 0.03, 0.03);  // along gravity it is told
+  EXPECT_NEAR(start.accelerometer_bias.z(), 0.03, 0.03);  // along gravity it is determined
   EXPECT_LT(std::sqrt(P(11, 11)), 0.011);
   EXPECT_EQ(P(2, 2), 0);  // heading, position
   EXPECT_EQ(P(4, 4), 0);
@@ -131,7 +132,7 @@ std::string refusal(const InitialiserSettings& settings, const ImuNoise& noise =
 
 TEST(Initialiser, SettingsThatCannotBeUsedAreRefusedByName) {
   EXPECT_EQ(refusal({}), "");
-  EXPECT_EQ(refusal({}, ImuNoise{}), "");  // densities of 0 are taken as small ones
+  EXPECT_EQ(refusal({}, ImuNoise{}), "");  // densities of 0 are replaced by small ones
   InitialiserSettings s;
   s.inflation = 0.5;
   EXPECT_NE(refusal(s).find("start.inflation: found 0.5, expected a finite number not below 1"),

@@ -6,13 +6,13 @@
 #include <chasles/camera/camera.hpp>
 #include <chasles/imu/imu_sample.hpp>
 
-// What the tests of the initialisation's parts share.
+// Shared by the tests of the parts of the initialisation.
 namespace chasles::test {
 
 inline constexpr ImuNoise kNoise{.accelerometer_noise_density = 0.01,
                                  .gyroscope_noise_density = 1e-3};
 
-/// Box-Muller over a fixed generator: the same numbers everywhere.
+/// Normal random numbers by Box-Muller over a fixed generator: the same numbers on all platforms.
 class Normal {
  public:
   explicit Normal(unsigned seed) : bits_(seed) {}

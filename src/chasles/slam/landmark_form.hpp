@@ -4,8 +4,8 @@
 
 namespace chasles {
 
-/// What a landmark is in the state: a point of the world, or a ray and an inverse depth in the
-/// camera that saw it first.
+/// Form of a landmark in the state: a point of the world, or a ray and an inverse depth in the
+/// camera of its first observation.
 enum class LandmarkForm { kCartesian, kInverseDepth };
 
 template <>

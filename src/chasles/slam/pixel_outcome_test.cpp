@@ -10,15 +10,15 @@
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/slam/inertial_session.hpp>
 
-// What the filter says of single observations, on a simulated scene.
+// The outcomes of single observations, on a simulated scene.
 namespace chasles {
 namespace {
 
 struct Seen {
   std::map<Outcome, int> fates;
   int expected = 0;    ///< observations with a prediction
-  double squares = 0;  ///< of their innovations, by their own covariance; of those that were used
-  int outside = 0;     ///< used, and yet beyond the gate
+  double squares = 0;  ///< of the innovations of used observations, by their own covariance
+  int outside = 0;     ///< used, but outside the gate
   int frames = 0, estimates_used = 0, estimates_rejected = 0, estimates_added = 0;
   std::set<LandmarkId> begun;
 };
@@ -41,7 +41,7 @@ void count(std::span<const PixelOutcome> judged, Seen& seen) {
   }
 }
 
-// With every tenth frame's observations of one landmark moved away from where it is.
+// In every tenth frame, the observations of one landmark are moved by `push` pixels.
 Seen watch(double push) {
   InertialScene scene = inertial_scene("turntable");
   Recording recording = simulate_inertial(scene, 3);
@@ -81,8 +81,8 @@ TEST(JudgedPixels, AreThoseOfTheEstimates) {
   EXPECT_EQ(seen.outside, 0);
 }
 
-// Squares are those of two numbers of unit variance each, of a filter that is consistent: their
-// mean is 2, within what some thousands, alike from frame to frame, leave.
+// Each square is the sum of two squared components of unit variance if the filter is consistent.
+// The mean is 2, within the scatter of some thousands of values that are correlated between frames.
 TEST(JudgedPixels, TheirCovariancesAreThoseOfTheirInnovations) {
   Seen seen = watch(0);
   ASSERT_GT(seen.fates[Outcome::kUsed], 2000);

@@ -29,7 +29,7 @@ TEST(RecentTracks, TracksThatWaitLongerThanAWindowDoNotCount) {
   EXPECT_EQ(tracks.end_frame(7).waiting, 7);
 }
 
-// As after seconds in the dark: the wait begins with the first that waits.
+// As after seconds in the dark: the wait begins with the first track that waits.
 TEST(RecentTracks, WhereNoneWaitsNoneWaitsInVain) {
   RecentTracks tracks(1, 10);
   for (int frame = 0; frame < 30; ++frame) tracks.end_frame(0);

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kWindow = 0.5;  // [s]
 
-// A mean may leave that of the rest's beginning by so many deviations of both, and by what biases
-// and a floor that is not quite firm may add.
+// A mean may differ from that at the beginning by this many standard deviations of both, plus the
+// effect of biases and of a floor that yields.
 constexpr double kDeviations = 4;
 constexpr double kForceReach = 0.02;  // [m/s^2]
 constexpr double kRateReach = 0.002;  // [rad/s]
@@ -28,7 +28,7 @@ void Standstill::add(const ImuSample& sample) {
   samples_.push_back(sample);
 }
 
-bool Standstill::at_rest(const FeatureFrame& frame) {
+bool Standstill::detected(const FeatureFrame& frame) {
   const Time oldest = frame.time - from_seconds(kWindow);
   const auto is_old = [&](const auto& seen) { return seen.time < oldest; };
   std::erase_if(samples_, is_old);
@@ -58,8 +58,8 @@ bool Standstill::quiet(const RestMeans& now) const {
          (now.angular_rate_imu - began_->angular_rate_imu).norm() < rate;
 }
 
-void rest_measurements(const State& x, const Clone& began, double seconds, double velocity_sigma,
-                       std::array<Measurement, 2>& result) {
+void zero_velocity_measurements(const State& x, const Clone& began, double seconds,
+                                double velocity_sigma, std::array<Measurement, 2>& result) {
   constexpr double kPositionSigma = 0.005, kRotationSigma = 0.001;  // [m], [rad]
   const double rate = 1 / seconds;
   auto& [stays, rests] = result;

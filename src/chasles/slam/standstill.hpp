@@ -14,18 +14,19 @@
 
 namespace chasles {
 
-/// Tells whether IMU and cameras stand still, from the last half second of both. A rest begins when
-/// both say so (static_conditions, with the thresholds of a start at rest): samples that deviate as
-/// their noise does, and tracks that stay where they are. It ends when one of them says otherwise;
-/// where there are no tracks any more, as with a covered lens, the samples alone carry it on, as
-/// long as their mean stays what it was when the rest began.
+/// Detects a standstill of IMU and cameras from their last half second. A standstill begins when
+/// both show no motion (static_conditions, with the thresholds of the static initialisation): the
+/// scatter of the samples matches their noise, and the tracks keep their pixels. It ends when one
+/// of them shows motion. Without tracks, as with a covered lens, the samples alone extend it as
+/// long as their mean equals that at its beginning.
 class Standstill {
  public:
   Standstill(const ImuNoise& noise, std::size_t cameras, double pixel_sigma);
 
   void add(const ImuSample& sample);
-  /// To be called with every frame, after the samples up to it.
-  bool at_rest(const FeatureFrame& frame);
+  /// Whether there is a standstill at this frame. Call it for every frame, after the samples up to
+  /// it.
+  bool detected(const FeatureFrame& frame);
 
  private:
   bool quiet(const RestMeans& now) const;
@@ -36,14 +37,15 @@ class Standstill {
   InitialiserSettings thresholds_;
   std::vector<ImuSample> samples_;  ///< of the window, and those after the last frame
   Reused<FeatureFrame> frames_;     ///< of the window
-  std::optional<RestMeans> began_;  ///< what the samples said when the rest began
+  std::optional<RestMeans> began_;  ///< means of the samples at the beginning of the standstill
   RestScratch scratch_;
 };
 
-/// What a rest tells: that the pose is still that of its beginning, the clone's (5 mm and 1 mrad
-/// for ground that gives), and that the velocity is zero (`velocity_sigma` [m/s]). The deviations
-/// are what one second of rest tells; `seconds`, since the last frame, tell their part of it.
-void rest_measurements(const State& x, const Clone& began, double seconds, double velocity_sigma,
-                       std::array<Measurement, 2>& result);
+/// The two measurements of a zero-velocity update. The pose is still that of the clone at the
+/// beginning of the standstill (5 mm and 1 mrad, because the ground may yield). The velocity is
+/// zero (`velocity_sigma` [m/s]). These sigmas are for one second of standstill; the noise is
+/// scaled to `seconds`, the time since the last frame.
+void zero_velocity_measurements(const State& x, const Clone& began, double seconds,
+                                double velocity_sigma, std::array<Measurement, 2>& result);
 
 }  // namespace chasles

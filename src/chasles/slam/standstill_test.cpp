@@ -15,14 +15,14 @@ constexpr int kImuRate = 200, kImageRate = 20, kTracks = 40;
 using ForceOf = std::function<Eigen::Vector3d(double t)>;
 using ShiftOf = std::function<double(double t)>;
 
-// What an IMU and one camera deliver: a force, and tracks that have moved by `shift` pixels; none
-// where it is not a number.
+// The data of an IMU and one camera: a force, and tracks displaced by `shift` pixels; no tracks
+// where it is NaN.
 struct Scene {
   ForceOf force = [](double) { return Eigen::Vector3d(0.3, 0.1, 9.8); };
   ShiftOf shift = [](double) { return 0.0; };
 };
 
-// From when to when it was said to be at rest.
+// Begin and end of the detected standstill.
 struct Rest {
   double begin = -1, end = -1;
   int frames = 0;
@@ -47,7 +47,7 @@ Rest watch(const Scene& scene, double seconds) {
           {.landmark = k,
            .pixel = Eigen::Vector2d(100 + 10 * k + scene.shift(t), 50 + 7 * k) + noise});
     }
-    if (!standstill.at_rest(frame)) continue;
+    if (!standstill.detected(frame)) continue;
     if (rest.frames++ == 0) rest.begin = t;
     rest.end = t;
   }
@@ -64,7 +64,7 @@ TEST(Standstill, IsSaidAfterHalfASecondAndHolds) {
 }
 
 TEST(Standstill, TracksThatMoveSteadilyDenyIt) {
-  // 20 px a second: 5 cm/s at 1 m with 400 px of focal length. The IMU feels nothing.
+  // 20 px a second: 5 cm/s at 1 m with a focal length of 400 px. The IMU measures no acceleration.
   EXPECT_EQ(watch({.shift = [](double t) { return 20 * t; }}, 5).frames, 0);
 }
 
@@ -81,7 +81,7 @@ TEST(Standstill, NeverBeginsInTheDark) {
 TEST(Standstill, GoesOnInTheDarkUntilSomethingPushes) {
   Scene scene{.shift = [](double t) { return t < 2 ? 0 : kBlind; }};
   EXPECT_NEAR(watch(scene, 6).end, 6, 0.06);
-  // A gentle start, far below the deviation of the samples (0.14 m/s^2), after 4 s.
+  // A gentle start, far below the scatter of the samples (0.14 m/s^2), after 4 s.
   scene.force = [](double t) { return Eigen::Vector3d(0.3 + (t < 4 ? 0 : 0.12), 0.1, 9.8); };
   const double end = watch(scene, 8).end;
   EXPECT_GE(end, 3.9);
@@ -97,7 +97,7 @@ TEST(Standstill, NeedsSamples) {
     standstill.add({.time = frame.time,
                     .specific_force_imu = Eigen::Vector3d::Constant(kBlind),
                     .angular_rate_imu = Eigen::Vector3d::Zero()});
-    EXPECT_FALSE(standstill.at_rest(frame));
+    EXPECT_FALSE(standstill.detected(frame));
   }
 }
 

@@ -9,45 +9,47 @@
 namespace chasles {
 namespace {
 
-constexpr double kMedianOfRayleigh = 1.1774;  // of the length of a normal vector in the plane
+constexpr double kMedianOfRayleigh = 1.1774;  // of the length of a two-dimensional normal vector
 constexpr double kFullWindow = 0.95;
 
-void collect_looks(std::span<const FeatureFrame> frames, std::size_t cameras, RestScratch& s) {
-  s.looks.clear();
+void collect_observations(std::span<const FeatureFrame> frames, std::size_t cameras,
+                          RestScratch& s) {
+  s.observations.clear();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::size_t half = 2 * i < frames.size() ? 0 : 1;
     for (const PixelObservation& o : frames[i].pixels) {
       if (!o.pixel.allFinite() || o.camera < 0 || std::cmp_greater_equal(o.camera, cameras)) {
         continue;
       }
-      s.looks.push_back({.landmark = o.landmark,
-                         .camera = o.camera,
-                         .order = s.looks.size(),
-                         .half = half,
-                         .pixel = o.pixel});
+      s.observations.push_back({.landmark = o.landmark,
+                                .camera = o.camera,
+                                .order = s.observations.size(),
+                                .half = half,
+                                .pixel = o.pixel});
     }
   }
-  std::ranges::sort(s.looks, [](const RestScratch::Look& a, const RestScratch::Look& b) {
-    return std::tie(a.landmark, a.camera, a.order) < std::tie(b.landmark, b.camera, b.order);
-  });
+  std::ranges::sort(
+      s.observations, [](const RestScratch::Observation& a, const RestScratch::Observation& b) {
+        return std::tie(a.landmark, a.camera, a.order) < std::tie(b.landmark, b.camera, b.order);
+      });
 }
 
-// How far each track moved between the halves of the window, into the scratch; returns the median
-// that noise alone would make [px].
+// Displacement of each track between the halves of the window, into the scratch. Returns the median
+// that noise alone would cause [px].
 double find_displacements(std::span<const FeatureFrame> frames, std::size_t cameras,
                           double pixel_sigma, RestScratch& s) {
-  collect_looks(frames, cameras, s);
+  collect_observations(frames, cameras, s);
   s.pixels.clear();
   double variance = 0;
-  for (auto look = s.looks.begin(); look != s.looks.end();) {
-    const RestScratch::Look& first = *look;
+  for (auto each = s.observations.begin(); each != s.observations.end();) {
+    const RestScratch::Observation& first = *each;
     Eigen::Vector2d sum[2] = {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
     int count[2] = {0, 0};
-    for (;
-         look != s.looks.end() && look->landmark == first.landmark && look->camera == first.camera;
-         ++look) {
-      sum[look->half] += look->pixel;
-      ++count[look->half];
+    for (; each != s.observations.end() && each->landmark == first.landmark &&
+           each->camera == first.camera;
+         ++each) {
+      sum[each->half] += each->pixel;
+      ++count[each->half];
     }
     if (2 * static_cast<std::size_t>(count[0] + count[1]) < frames.size()) continue;
     if (count[0] == 0 || count[1] == 0) continue;

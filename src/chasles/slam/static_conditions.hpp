@@ -11,29 +11,29 @@
 
 namespace chasles {
 
-/// Name of the condition that there are enough tracks to tell from.
+/// Name of the condition that there are enough tracks.
 constexpr const char* kTracks = "tracks";
 
-/// What static_conditions writes on the way, and its result.
+/// Temporary memory of static_conditions, and its result.
 struct RestScratch {
-  /// One look at a track, in one half of the window.
-  struct Look {
+  /// One observation of a track, in one half of the window.
+  struct Observation {
     LandmarkId landmark = 0;
     int camera = 0;
-    std::size_t order = 0;  ///< among all looks
+    std::size_t order = 0;  ///< among all observations
     std::size_t half = 0;   ///< 0 or 1
     Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   };
-  std::vector<Look> looks;
-  std::vector<double> pixels;  ///< how far each track moved between the halves
+  std::vector<Observation> observations;
+  std::vector<double> pixels;  ///< displacement of each track between the halves
   std::vector<Requirement> requirements;
 };
 
-/// Whether nothing moved: the samples deviate from their mean as their noise does, the mean rate
-/// can be a bias and the mean force gravity, and half of the tracks stay where they are (the mean
-/// pixel of the window's second half against that of the first, beyond pixel noise). What comes
-/// after a condition that is not met is not looked at.
-/// The result is the scratch's.
+/// The conditions of a standstill: the samples scatter about their mean as their noise does; the
+/// mean rate is a possible bias, and the mean force a possible gravity; and half of the tracks keep
+/// their pixels (mean pixel of the second half of the window against that of the first, beyond
+/// pixel noise). Conditions after one that is not met are not evaluated. The result is stored in
+/// the scratch.
 const std::vector<Requirement>& static_conditions(std::span<const ImuSample> samples,
                                                   std::span<const FeatureFrame> frames,
                                                   std::size_t cameras, const ImuNoise& noise,

@@ -8,14 +8,14 @@
 namespace chasles {
 namespace {
 
-// Variance of the mean of white noise over the window, at least what was stated.
+// Variance of the mean of white noise over the window; at least that of the stated noise.
 double variance_of_mean(double density, double deviation, double expected, double seconds) {
   const double excess = expected > 0 ? std::max(1.0, deviation / expected) : 1;
   return std::pow(density * excess, 2) / seconds;
 }
 
-// [tilt x, tilt y, accelerometer bias] in nav, from the force in nav axes: with theta the error of
-// the tilt, R f = -g + theta x g + b + n.
+// [tilt x, tilt y, accelerometer bias] in nav, from the force in nav axes: R f = -g + theta x g + b
+// + n, where theta is the error of the tilt.
 struct TiltAndBias {
   Eigen::Vector3d bias_nav;
   Eigen::Matrix<double, 5, 5> covariance;

@@ -12,23 +12,23 @@
 
 namespace chasles {
 
-/// What the settings of a run with body velocities mean for the filter's models: the filter and the
-/// batch take them from here.
+/// The filter model for the settings of a stereo-velocity run, for the filter and for the batch.
 BodyVelocityModel model_of(const VelocitySlamSettings& settings, const VelocitySlamNoise& noise);
 
-/// What the model's additive states are called, in their order.
+/// The names of the model's additive states, in order.
 std::vector<std::string> additive_names(const BodyVelocityModel& model);
 
-/// What is known before the first event, diagonal, of [rotation, position, additive]. With a
-/// velocity state, of that nothing: the first sample says all.
+/// Diagonal covariance of [rotation, position, additive] before the first event. A velocity state
+/// is unknown; the first sample determines it.
 Eigen::MatrixXd initial_covariance(const VelocitySlamSettings& settings,
                                    const VelocitySlamNoise& noise);
 
-/// The noise of a sample as a measurement: that of all samples and a part of its speed.
+/// The noise of a sample as a measurement: the common noise plus a fraction of its speed.
 BodyVelocityNoise sample_noise(const VelocitySlamSettings& settings, const BodyVelocityNoise& noise,
                                const BodyVelocity& u);
 
-/// The velocity that is held over a step that ends with the sample `u`; `before` is the last one.
+/// The velocity that is held over a step that ends with the sample `u`; `before` is the previous
+/// one.
 BodyVelocity held_velocity(const VelocitySlamSettings& settings, const BodyVelocity& before,
                            const BodyVelocity& u);
 

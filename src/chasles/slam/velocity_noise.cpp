@@ -10,29 +10,29 @@
 namespace chasles {
 namespace {
 
-// What the differences cannot see, since it hardly changes from sample to sample (latency,
-// mounting, the filter of the GNSS/INS behind the numbers). Chosen over all recordings at hand
-// (docs/noise.md).
+// Errors that the differences do not contain, because they hardly change from sample to sample
+// (latency, mounting, the filter of the GNSS/INS behind the data). Chosen over all available
+// recordings (docs/noise.md).
 constexpr double kRateFloor = 0.0005;         // [rad/s]
 constexpr double kVelocityFloor = 0.1;        // [m/s]
 constexpr double kRateWalkFloor = 0.025;      // [rad/s/sqrt(s)]
 constexpr double kVelocityWalkFloor = 0.013;  // [m/s/sqrt(s)]
-constexpr double kRateWalkPerSigma = 2;       // [1/sqrt(s)]: a noisy gyroscope hides what it misses
-// Of the walks read off the signal: rotation is smoother than its structure function says (it turns
-// in corners only), translation rougher (brakes and gears).
+constexpr double kRateWalkPerSigma = 2;       // [1/sqrt(s)]: a noisy gyroscope hides true changes
+// Corrections of the walks estimated from the signal: rotation is smoother than its structure
+// function (it turns in corners only), translation rougher (brakes and gears).
 constexpr double kRateWalkFactor = 0.9;
 constexpr double kVelocityWalkFactor = 1.7;
-// A gyroscope with this white noise is taken to have a bias of this part of it.
+// The assumed bias of a gyroscope, as a fraction of its white noise.
 constexpr double kBiasPerSigma = 0.02;
 constexpr double kBiasWalkPerSigma = 0.005;  // [1/sqrt(s)]
-// vL - vR sees the noise of one instant; a track's error also drifts and stays (KLT, moving
-// things).
+// vL - vR contains the noise of one instant. The error of a track also drifts and stays (KLT,
+// moving objects).
 constexpr double kPixelPerRowNoise = 5.5;
 constexpr double kDisparityPerRowNoise = 1.1;
 constexpr double kDisparityInflation = 4;
 constexpr double kSmallestRowNoise = 0.2;  // [px]
 
-// One number for a deviation that is set, else the axes' own.
+// The set value for all axes; otherwise the axes keep their own.
 void set_axes(const std::optional<double>& value, Eigen::Ref<Eigen::Vector3d> axes) {
   if (value) axes.setConstant(*value);
 }

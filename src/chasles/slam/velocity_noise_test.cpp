@@ -58,7 +58,7 @@ TEST(ChooseNoise, MeasuresWhatNobodySays) {
   EXPECT_GT(noise.update.disparity, noise.begin.disparity);
 }
 
-// What looks noise-free errs by what stays (docs/noise.md).
+// Data without visible noise still have constant errors (docs/noise.md).
 TEST(ChooseNoise, TakesNoSampleForExact) {
   const std::vector<BodyVelocity> steady = drive(0, 0);
   const Vector6d least = (Vector6d() << 5e-4, 5e-4, 5e-4, 0.1, 0.1, 0.1).finished();

@@ -8,7 +8,7 @@ void validate(const VelocitySlamSettings& s) {
   const bool state = s.mode == SlamMode::kSlam && s.velocity == VelocityRole::kMeasured;
   if (s.velocity_axes == VelocityAxes::kLevel && !state) {
     throw UsageError(
-        "velocity_axes=level estimates which way is up: expected mode=slam and velocity=measured");
+        "velocity_axes=level estimates the IMU's tilt: expected mode=slam and velocity=measured");
   }
 }
 

@@ -39,9 +39,9 @@ struct Choices<VelocityAxes> {
                                    Choice{VelocityAxes::kLevel, "level"}};
 };
 
-/// Everything that can be set about a run. An empty optional ("auto") is taken from the recording
-/// (velocity_noise.hpp). Units, choices and meanings stand in for_each_setting, the only list: it
-/// feeds the configuration files, --set, --help and summary.json.
+/// All settings of a stereo-velocity filter. An empty optional ("auto") is taken from the recording
+/// (velocity_noise.hpp). for_each_setting is the only list of units, choices and meanings. It
+/// defines the configuration files, --set, --help and summary.json.
 struct VelocitySlamSettings {
   SlamMode mode = SlamMode::kSlam;
   std::string chart = "right-sen3";
@@ -90,7 +90,7 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("mode", s.mode, "choice",
         "predict only; map along the predicted trajectory, taken as true; or both jointly",
         limits::kAny);
-  visit("chart", s.chart, "choice", "what the numbers of the error mean (docs/charts.md)",
+  visit("chart", s.chart, "choice", "error chart: coordinates of the error state (docs/charts.md)",
         limits::one_of(error_chart_names()));
 
   visit("velocity", s.velocity, "choice",
@@ -98,86 +98,86 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kAny);
   visit("hold", s.hold, "choice",
         "an input velocity over its step: mean of both ends, or the first", limits::kAny);
-  visit("velocity_sigma", s.velocity_sigma, "m/s", "white noise of a velocity sample",
+  visit("velocity_sigma", s.velocity_sigma, "m/s", "white noise (sigma) of a velocity sample",
         limits::kNonNegative);
-  visit("rate_sigma", s.rate_sigma, "rad/s", "white noise of an angular velocity sample",
+  visit("rate_sigma", s.rate_sigma, "rad/s", "white noise (sigma) of an angular velocity sample",
         limits::kNonNegative);
   visit("velocity_relative_sigma", s.velocity_relative_sigma, "1",
-        "further error of a velocity sample, as a part of the speed", limits::kNonNegative);
+        "additional sigma of a velocity sample, relative to the speed", limits::kNonNegative);
   visit("velocity_walk", s.velocity_walk, "m/s/sqrt(s)", "random walk of the true velocity",
         limits::kNonNegative);
   visit("rate_walk", s.rate_walk, "rad/s/sqrt(s)", "random walk of the true angular velocity",
         limits::kNonNegative);
   visit("gyro_bias", s.gyro_bias, "bool", "estimate the bias of the angular velocity",
         limits::kAny);
-  visit("gyro_bias_sigma", s.gyro_bias_sigma, "rad/s", "initial uncertainty of that bias",
+  visit("gyro_bias_sigma", s.gyro_bias_sigma, "rad/s", "initial sigma of that bias",
         limits::kNonNegative);
   visit("gyro_bias_walk", s.gyro_bias_walk, "rad/s/sqrt(s)", "random walk of that bias",
         limits::kNonNegative);
   visit("velocity_scale", s.velocity_scale, "bool", "estimate the scale of the velocity",
         limits::kAny);
-  visit("velocity_scale_sigma", s.velocity_scale_sigma, "1", "initial uncertainty of that scale",
+  visit("velocity_scale_sigma", s.velocity_scale_sigma, "1", "initial sigma of that scale",
         limits::kNonNegative);
   visit("velocity_scale_walk", s.velocity_scale_walk, "1/sqrt(s)", "random walk of that scale",
         limits::kNonNegative);
   visit("velocity_axes", s.velocity_axes, "choice",
-        "what velocities are along: the IMU's axes, or level ones with its heading; auto: as they "
-        "climb (docs/noise.md)",
+        "axes of the velocities: the IMU's, or level ones with its heading; auto: from their "
+        "vertical components (docs/noise.md)",
         limits::kAny);
   visit("time_offset", s.time_offset, "s",
         "frames' clock + time_offset = velocities' clock: above 0 where velocities are stamped "
-        "late; auto: as the tracks tell (docs/noise.md)",
+        "late; auto: estimated from the tracks (docs/noise.md)",
         limits::kClockOffset);
   visit("tilt_sigma", s.tilt_sigma, "rad",
-        "initial uncertainty of which way is up, where velocities are along level axes",
+        "initial sigma of the IMU's tilt, where velocities are along level axes",
         limits::kNonNegative);
   visit("tilt_walk", s.tilt_walk, "rad/sqrt(s)", "random walk of that", limits::kNonNegative);
   visit("velocity_heading_sigma", s.velocity_heading_sigma, "rad",
-        "initial uncertainty of the heading of level axes against the IMU's", limits::kNonNegative);
+        "initial sigma of the heading of level axes relative to the IMU's", limits::kNonNegative);
   visit("velocity_heading_walk", s.velocity_heading_walk, "rad/sqrt(s)", "random walk of that",
         limits::kNonNegative);
   visit("initial_pose_sigma", s.initial_pose_sigma, "rad, m",
-        "initial uncertainty of the pose; 0: the world begins at the first pose",
-        limits::kNonNegative);
+        "initial sigma of the pose; 0: the world is the first pose", limits::kNonNegative);
 
   visit("stereo_rows", s.stereo_rows, "choice",
-        "what of (uL, vL, uR, vR) updates the state: all four, means and disparity, or means",
+        "rows of (uL, vL, uR, vR) that update the state: all four, means and disparity, or means",
         limits::kAny);
   visit("pixel_sigma", s.pixel_sigma, "px",
-        "noise of a row (uL + uR)/2, (vL + vR)/2, or of each pixel where all four are used",
+        "sigma of a row (uL + uR)/2, (vL + vR)/2, or of each pixel where all four are used",
         limits::kPositive);
-  visit("disparity_sigma", s.disparity_sigma, "px", "noise of a disparity", limits::kPositive);
+  visit("disparity_sigma", s.disparity_sigma, "px", "sigma of a disparity", limits::kPositive);
   visit("disparity_inflation", s.disparity_inflation, "1",
-        "of that noise in updates, since a disparity's error hardly changes along a track",
+        "factor on that sigma in updates, because a disparity's error hardly changes along a track",
         limits::kNonNegative);
 
-  visit("gate", s.gate, "probability", "of a right observation to pass the gate; 1: no gate",
+  visit("gate", s.gate, "probability", "of a correct observation to pass the gate; 1: no gate",
         limits::kProbability);
   visit("loose_gate", s.loose_gate, "probability",
-        "gate for a frame where fewer than gate_quorum observations pass the other",
+        "gate of a frame in which fewer than gate_quorum observations pass `gate`",
         limits::kProbability);
   visit("gate_quorum", s.gate_quorum, "count", "see loose_gate", limits::kNonNegative);
   visit("updates_per_frame", s.updates_per_frame, "count",
-        "observations that may update the state, longest unused landmarks first; 0: all",
+        "maximum number of observations that update the state, longest unused landmarks first; 0: "
+        "all",
         limits::kNonNegative);
-  visit("min_disparity", s.min_disparity, "px", "below it no landmark is begun",
+  visit("min_disparity", s.min_disparity, "px", "no landmark is initialised below it",
         limits::kNonNegative);
   visit("waiting_landmarks", s.waiting_landmarks, "count",
-        "landmarks out of view wait in the state for their return while it holds fewer in all",
-        limits::kNonNegative);
-  visit("update_with_first_observation", s.update_with_first_observation, "bool",
-        "use the observation that begins a landmark for an update as well (Du; counts it twice)",
-        limits::kAny);
+        "landmarks out of view stay in the state while it has fewer in all", limits::kNonNegative);
+  visit(
+      "update_with_first_observation", s.update_with_first_observation, "bool",
+      "use the observation that initialises a landmark for an update as well (Du; counts it twice)",
+      limits::kAny);
   visit("initial_landmark_sigma", s.initial_landmark_sigma, "m",
-        "fixed and uncorrelated (Du); auto: what the observation and the pose say",
+        "fixed and uncorrelated (Du); auto: from the observation and the pose",
         limits::kNonNegative);
 
   visit("compress_map", s.compress_map, "bool",
         "false: one dense covariance over the whole map, whose cost grows with it", limits::kAny);
 }
 
-/// Throws UsageError with the setting's name, its value and what is expected: for one out of its
-/// limits, and for level axes that the mode does not estimate.
+/// Throws UsageError with the setting's name, its value and the expected one, for a value out of
+/// its limits and for level axes that the mode does not estimate.
 void validate(const VelocitySlamSettings& settings);
 
 }  // namespace chasles

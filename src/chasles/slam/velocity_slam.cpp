@@ -13,7 +13,7 @@
 namespace chasles {
 namespace {
 
-// Mapping takes the predicted trajectory for the truth.
+// Mapping takes the predicted trajectory as the truth.
 VelocitySlamNoise noise_of(const VelocitySlamSettings& s, VelocitySlamNoise noise) {
   if (s.mode == SlamMode::kMap) noise.motion = {};
   return noise;
@@ -31,7 +31,7 @@ State initial_state(const BodyVelocityModel& model) {
   return x;
 }
 
-// Of a velocity that nothing is known of the mean may be any: with the first sample's, level axes
+// The mean of an unknown velocity is arbitrary. It is set to the first sample, so that level axes
 // are linearised at a velocity that is about right.
 Prediction begin_at(const State& x, const BodyVelocity& u) {
   const int n = x.core_size();
@@ -62,8 +62,7 @@ std::vector<std::string> VelocitySlam::additive_names() const {
   return chasles::additive_names(model_);
 }
 
-// One frame of the algorithm: what is known is observed, what is gone is let go, what is new
-// begins.
+// One frame of the algorithm: update with known landmarks, retire unseen ones, initialise new ones.
 Estimate VelocitySlam::process(const FeatureFrame& frame) {
   StageClock clock;
   advance_to(frame.time, velocity_.value_or(BodyVelocity{}));
@@ -102,7 +101,8 @@ void VelocitySlam::see(const FeatureFrame& frame, Estimate& estimate) {
   estimate.nis_dof = report.dof;
   estimate.seconds->update = clock.lap();
   retire_unseen();
-  // After the update: an observation either begins a landmark or updates the state, never both.
+  // After the update: an observation either initialises a landmark or updates the state, never
+  // both.
   if (!settings_.update_with_first_observation) estimate.added = begin(matched.fresh);
   estimate.seconds->landmarks = clock.lap();
 }
@@ -126,7 +126,7 @@ void VelocitySlam::process(const BodyVelocity& u) {
   propagation_seconds_ += clock.lap();
 }
 
-// A velocity waits for a frame of its own instant, to be applied in one update with it.
+// A velocity waits for a frame of the same time, so that both make one update.
 void VelocitySlam::use_sample() {
   if (!sample_) return;
   const Measurement z[] = {*std::exchange(sample_, std::nullopt)};
@@ -173,7 +173,8 @@ VelocitySlam::Matched VelocitySlam::match(const Observations& observations) {
   return result;
 }
 
-// Where many landmarks are in view, the worst are not needed; where few are, most are.
+// With many landmarks in view, the strict gate drops the worst; with few, the loose gate keeps
+// most.
 int VelocitySlam::drop_outliers(std::vector<Measurement>& measurements) const {
   const std::vector<double> squares =
       filter_.normalised_squares(measurements, sample_ ? &*sample_ : nullptr);
@@ -189,7 +190,7 @@ int VelocitySlam::drop_outliers(std::vector<Measurement>& measurements) const {
   return static_cast<int>(squares.size() - kept);
 }
 
-// Where more are in view than a frame may use, their turn comes round.
+// If more landmarks are in view than a frame may use, those used longest ago come first.
 void VelocitySlam::choose(std::vector<Measurement>& measurements) {
   const auto landmark = [&](const Measurement& z) -> const Landmark& {
     return filter_.state().landmarks[static_cast<std::size_t>(z.landmark)];

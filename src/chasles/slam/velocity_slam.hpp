@@ -15,12 +15,12 @@
 
 namespace chasles {
 
-/// The SLAM loop: feed it velocities and frames in the order of time. The world is the IMU frame at
-/// the first event.
+/// Stereo-velocity SLAM. Feed velocities and frames in the order of time. The world is the IMU
+/// frame at the first event.
 ///
-/// Recovered and counted: an observation that is not finite, or that names a landmark a second time
-/// in its frame, is left out; a landmark that comes back after it was retired begins anew. Time
-/// that runs backwards and velocities that are not finite throw InputError.
+/// Recovered and counted: an observation that is not finite, or that repeats a landmark in its
+/// frame, is dropped. A landmark that returns after it was retired is initialised again. Time that
+/// runs backwards and velocities that are not finite throw InputError.
 class VelocitySlam {
  public:
   /// Throws UsageError for settings that cannot be used.
@@ -30,10 +30,10 @@ class VelocitySlam {
   void process(const BodyVelocity& velocity);
   Estimate process(const FeatureFrame& frame);
 
-  /// The pose, velocities and biases, and the whole map with its covariance.
+  /// The state, and the whole map with its covariance.
   const Ekf& filter() const { return filter_; }
 
-  /// Names of the numbers in Estimate::additive.
+  /// Names of the components of Estimate::additive.
   std::vector<std::string> additive_names() const;
 
  private:
@@ -63,7 +63,7 @@ class VelocitySlam {
   Ekf filter_;
   std::optional<Time> now_;
   std::optional<BodyVelocity> velocity_;  ///< the latest
-  std::optional<Measurement> sample_;     ///< it, where it is still to be applied
+  std::optional<Measurement> sample_;     ///< the same as a measurement, until it is applied
   int frame_ = 0;
   struct Last {
     int seen = 0, used = 0;  ///< numbers of frames

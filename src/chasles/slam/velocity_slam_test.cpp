@@ -15,7 +15,7 @@ StereoRig rig() {
   return rig;
 }
 
-// Points ahead and beside of a car that drives along x.
+// Points ahead of and beside a car that drives along x.
 Eigen::Vector3d point(LandmarkId id) {
   const auto i = static_cast<int>(id);
   return {12 + 2.0 * (i % 7), -6 + 2.0 * (i % 6), -1 + 0.7 * (i % 5)};
@@ -51,7 +51,7 @@ VelocitySlam make(const VelocitySlamSettings& settings = {}) {
   return VelocitySlam(settings, rig(), noise());
 }
 
-// Drives along x at 1 m/s while the velocities claim `claimed`; returns the last estimate.
+// Drives along x at 1 m/s while the velocities measure `claimed`; returns the last estimate.
 Estimate drive(VelocitySlam& slam, int frames, double claimed = 1) {
   Estimate estimate;
   for (int i = 0; i < frames; ++i) {
@@ -190,7 +190,7 @@ TEST(VelocitySlam, AfterAGapOfSecondsItRecovers) {
   VelocitySlam slam = make();
   drive(slam, 20);
   Estimate estimate;
-  for (int i = 50; i < 70; ++i) {  // 3 s without anything, then new landmarks only
+  for (int i = 50; i < 70; ++i) {  // 3 s without data, then new landmarks only
     const double t = 0.1 * i;
     slam.process(velocity_at(t));
     estimate = slam.process(frame_at(t, {Eigen::Matrix3d::Identity(), {t, 0, 0}}, 100, 30));
@@ -231,7 +231,7 @@ TEST(VelocitySlam, WhereMoreAreInViewThanAFrameMayUseTheirTurnComesRound) {
     EXPECT_EQ(estimate.rejected, 0);
     EXPECT_EQ(estimate.in_state, 20);
   }
-  // 40 updates over 20 landmarks, each begun by an observation more.
+  // 40 updates over 20 landmarks, each initialised by one further observation.
   for (const MapLandmark& landmark : slam.filter().map()) {
     EXPECT_EQ(landmark.observations, 3) << landmark.id;
   }
@@ -272,8 +272,8 @@ VelocitySlamNoise level_noise() {
   return level;
 }
 
-// A car whose IMU is pitched by 0.05 rad, on a level road: its velocities do not climb, its camera
-// sees that the IMU's x axis does not point where it drives.
+// A car whose IMU is pitched by 0.05 rad, on a level road. Its velocities have no vertical
+// component; its camera observes that the IMU's x axis differs from the direction of motion.
 TEST(VelocitySlam, LevelVelocitiesTellHowTheImuIsMounted) {
   VelocitySlam slam(VelocitySlamSettings{}, rig(), level_noise());
   const Eigen::Matrix3d nav_R_imu = so3::exp(Eigen::Vector3d(0, -0.05, 0));
@@ -292,8 +292,8 @@ TEST(VelocitySlam, LevelVelocitiesTellHowTheImuIsMounted) {
   EXPECT_NEAR(e.world_T_imu.p.z(), -std::sin(0.05) * 2, 0.02);
 }
 
-// The body pitches up by a right angle in one step; its camera looks along the axis that it turns
-// about, and sees the same points.
+// The body pitches up by a right angle in one step. Its camera points along the axis of the
+// rotation, and observes the same points.
 TEST(VelocitySlam, AFrameWithoutLevelAxesKeepsItsPixels) {
   StereoRig sideways = rig();
   sideways.cam0_T_imu.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;

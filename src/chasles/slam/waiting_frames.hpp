@@ -7,14 +7,14 @@
 
 namespace chasles {
 
-/// Frames in the order of their times that wait until IMU samples cover them: an estimator may only
-/// propagate up to a frame once the samples reach its time.
+/// Frames in order of time that wait until IMU samples cover them. An estimator propagates to a
+/// frame only when the samples reach its time.
 template <typename Frame>
 class WaitingFrames {
  public:
   void add(Frame frame) { frames_.push_back(std::move(frame)); }
 
-  /// The oldest frame, if `covered` is true of it.
+  /// The oldest frame, if `covered` is true for it.
   template <typename Covered>
   std::optional<Frame> next(const Covered& covered) {
     if (frames_.empty() || !covered(frames_.front())) return std::nullopt;
@@ -22,7 +22,7 @@ class WaitingFrames {
     frames_.pop_front();
     return frame;
   }
-  /// The oldest frame, covered or not: no more samples come.
+  /// The oldest frame, covered or not; no more samples come.
   std::optional<Frame> next() {
     return next([](const Frame&) { return true; });
   }

@@ -3,7 +3,7 @@
 #include <chasles/eval/chi2.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
-// Standing still, in the dark and with open eyes: what the filter makes of it.
+// Zero-velocity updates, with a covered lens and with images.
 
 namespace chasles {
 namespace {
@@ -25,7 +25,7 @@ struct Ending {
   int zero_velocity = 0;
 };
 
-// The last estimate before the walk begins, of a run whose lens is covered from 3 s on.
+// The last estimate before the walk begins, of a run with the lens covered from 3 s on.
 Ending covered(const InertialSlamSettings& settings) {
   Recording recording = resting_hallway(0);
   change_frames(recording, 3, kRest, [](FeatureFrame& frame) { frame.pixels.clear(); });
@@ -63,7 +63,8 @@ TEST(Standstill, HoldsThePoseThroughACoveredLens) {
   EXPECT_GT(adrift.yaw_sigma, held.yaw_sigma);
 }
 
-// Where nothing tells depths noise takes guessed ones through infinity. They are seen all the same.
+// Where the depths are not observable, noise moves assumed ones beyond infinity. The landmarks are
+// kept.
 TEST(Standstill, LosesNoLandmarkWhoseDepthIsGuessed) {
   const Recording recording = resting_hallway(0);
   InertialSlamSettings unaware;
@@ -79,7 +80,8 @@ TEST(Standstill, LosesNoLandmarkWhoseDepthIsGuessed) {
   EXPECT_GT(frames, 100);
 }
 
-// Mean NEES of the pose over ten runs, in the last second of the rest and at the end of the walk.
+// Mean NEES of the pose over ten runs, in the last second of the standstill and at the end of the
+// walk.
 struct MeanNees {
   double at_rest = 0, at_end = 0;
 };
@@ -116,9 +118,8 @@ TEST(Standstill, KeepsTheFilterConsistent) {
   EXPECT_GT(mean.at_end, chi2_quantile(0.001, 6 * kRuns) / kRuns);
 }
 
-// A tracked patch errs by the same in every image as long as nothing moves: eleven seconds of it,
-// after the one in which the rest is recognised,
-// tell no more than one image.
+// Without motion, a tracked patch has the same error in every image. Eleven seconds of images,
+// after the second in which the standstill is detected, contain no more information than one image.
 TEST(Standstill, DoesNotCountTheSameErrorAgainAndAgain) {
   const MeanNees mean = mean_nees([](Recording& recording) {
     std::map<LandmarkId, Eigen::Vector2d> first;

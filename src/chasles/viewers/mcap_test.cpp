@@ -24,8 +24,8 @@ namespace {
 using nlohmann::json;
 using test::synthetic_drive;
 
-// What Foxglove's own libraries find in the file (web/tests/read_mcap.mjs), which fail where a
-// check sum, an index, a schema or a message is not as it should be.
+// The content that Foxglove's own libraries find in the file (web/tests/read_mcap.mjs). They fail
+// on a wrong check sum, index, schema or message.
 json read_back(const std::string& bytes) {
   const auto folder =
       std::filesystem::temp_directory_path() / ("chasles_mcap_test_" + std::to_string(getpid()));

@@ -22,7 +22,7 @@ namespace {
 
 using test::synthetic_drive;
 
-// A reader of its own: elements with their rows as numbers, by the header's types.
+// An independent reader: elements with their rows as numbers, by the header's types.
 struct Ply {
   struct Element {
     std::vector<std::string> names;
@@ -129,7 +129,7 @@ TEST(PlyOfARun, TheLeastCertainLandmarkIsTheBrightest) {
   EXPECT_LT(ply.vertex.at(1, "green"), ply.vertex.at(2, "green"));
 }
 
-// A drive whose truth's world lies on the Earth, and whose own world is turned against it.
+// A run whose truth has a georeference, and whose own world is rotated against the truth's.
 chasles::Run drive_on_earth() {
   Run run = synthetic_drive({.states = 100, .landmarks = 0}).run;
   run.name = "</name><x>&\x01 of \"Karlsruhe\"";
@@ -175,7 +175,7 @@ TEST(KmlOfARun, IsWellFormedWhateverTheNameAndHasATimeForEachPlace) {
   const std::string kml = run_kml(run);
   EXPECT_NE(kml.find("<name>&lt;/name&gt;&lt;x&gt;&amp; of \"Karlsruhe\"</name>"),
             std::string::npos);
-  // A small parser: every element that is opened is closed, in order.
+  // A small parser: every opened element is closed, in order.
   std::vector<std::string> open;
   const std::regex tag("<(/?)([A-Za-z:]+)[^>]*>");
   for (std::sregex_iterator it(kml.begin(), kml.end(), tag), end; it != end; ++it) {

@@ -13,7 +13,7 @@ namespace {
 
 using namespace smooth_detail;
 
-// What is unobservable is a fault only where the estimates suffer from it.
+// An unobservable direction is an error only where it makes a position uncertain.
 void check_well_posed(const InertialBatchResult& result) {
   const std::vector<std::string>& names = result.report.unobservable;
   if (names.empty()) return;
@@ -23,7 +23,7 @@ void check_well_posed(const InertialBatchResult& result) {
   }
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : "; ") + name;
-  check.end("neither pixels nor IMU tell " + text + " at the start",
+  check.end("neither pixels nor IMU determine " + text + " at the start",
             "move with turns and changing speed past points near enough to show parallax, use two "
             "cameras, or state a better start");
 }

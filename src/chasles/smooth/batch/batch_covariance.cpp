@@ -36,8 +36,8 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
   State x;
   x.clones = {anchor};
   MapLandmark result{.id = point.id, .p_world = x.p_world(landmark)};
-  // The landmark hangs on its anchor's pose, not on its velocity; but a landmark that only the
-  // anchor has seen is not tied to it in the problem at all.
+  // The landmark depends on its anchor's pose, not on its velocity. A landmark that only the anchor
+  // observes is not constrained to it in the problem.
   const bool tied = point.views.back().keyframe != first.keyframe;
   std::vector<int> rows = range(problem.keyframe_row(k), 9);
   const std::vector<int> own = range(problem.point_row(i), 3);
@@ -62,7 +62,7 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
 void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const BatchGraph& graph,
                    InertialBatchResult& result) {
   const NormalEquations equations = normal_equations(problem);
-  check_told(equations, problem, ids_of(graph.points));
+  check_determined(equations, problem, ids_of(graph.points));
   const SelectedInverse inverse(equations.lower);
   judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
@@ -79,7 +79,7 @@ void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const
   for (std::size_t i = 0; i < graph.points.size(); ++i) {
     const BatchPoint& point = graph.points[i];
     if (graph.anchored) {
-      if (!(point.parameters.z() > 0)) continue;  // beyond infinity: a direction, no place
+      if (!(point.parameters.z() > 0)) continue;  // beyond infinity: a direction without a position
       result.landmarks.push_back(anchored_estimate(problem, inverse, input, graph, i));
     } else {
       result.landmarks.push_back({.id = point.id,

@@ -4,8 +4,8 @@
 
 namespace chasles::smooth_detail {
 
-/// Motions and landmarks with their covariances, reference chart, from the problem linearised at
-/// the graph's states, which are the problem's numbers in that chart.
+/// Adds motions and landmarks with their covariances, reference chart, from the problem linearised
+/// at the graph's states. The problem's blocks must hold these states.
 void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const BatchGraph& graph,
                    InertialBatchResult& result);
 

@@ -5,7 +5,7 @@
 namespace chasles::smooth_detail {
 namespace {
 
-// The parameters in the camera of the first view that is left; false: the point is behind it.
+// The parameters in the camera of the first remaining view; false: the point is behind it.
 bool hang_on(const InertialBatchInput& input, const BatchGraph& graph, const HomogeneousPoint& at,
              BatchPoint& point) {
   const PointView& first = point.views.front();
@@ -19,19 +19,19 @@ bool hang_on(const InertialBatchInput& input, const BatchGraph& graph, const Hom
   return true;
 }
 
-// Where an anchored point is.
+// The position of an anchored point.
 HomogeneousPoint place_of(const InertialBatchInput& input, const BatchGraph& graph,
                           const BatchPoint& point) {
   const Camera& camera = input.cameras[static_cast<std::size_t>(point.views.front().camera)];
   return homogeneous(anchor_of(graph, point), landmark_of(camera, point));
 }
 
-// Whether what agrees is a landmark still: one that was parted by its own rays, one that lost views
-// where it was, on its first view.
+// Whether the remaining part is still a landmark. A split one is triangulated from its own rays;
+// one that only lost views keeps its position, in the camera of its first view.
 bool stands(const InertialBatchInput& input, const BatchSettings& settings, const BatchGraph& graph,
             const BatchPoint& whole, bool parted, BatchPoint& part) {
   if (part.views.size() < 2) return false;
-  constexpr bool kGoodPoses = true;  // as the search has them that has roughly ended
+  constexpr bool kGoodPoses = true;  // the search has roughly converged
   if (parted) return place(input, settings, kGoodPoses, graph, part);
   const PointView &before = whole.views.front(), &now = part.views.front();
   const bool moved = now.keyframe != before.keyframe || now.camera != before.camera;

@@ -13,14 +13,14 @@
 namespace chasles::smooth_detail {
 namespace {
 
-// Where the search for an inverse depth begins that its rays do not tell [1/m].
+// Initial value of an inverse depth that its rays do not determine [1/m].
 constexpr double kGuessedInverseDepth = 0.1;
 
 ImuBuffer buffer_of(const InertialBatchInput& input) {
   ImuBuffer buffer(input.imu);
   for (const ImuSample& sample : input.samples) buffer.add(sample);
   if (!buffer.latest()) {
-    throw InputError("batch estimation needs IMU samples: none of the recording's is finite");
+    throw InputError("batch estimation needs IMU samples: none in the recording is finite");
   }
   return buffer;
 }
@@ -64,7 +64,7 @@ void check(const InertialBatchInput& input) {
   if (input.cameras.empty()) throw InputError("batch estimation needs a camera: there is none");
   if (!(input.pixel_sigma > 0) || !std::isfinite(input.pixel_sigma)) {
     throw UsageError("pixel_sigma: found " + std::to_string(input.pixel_sigma) +
-                     ", expected a deviation above 0");
+                     ", expected a standard deviation above 0");
   }
 }
 
@@ -73,11 +73,12 @@ bool is_finite(const ImuSample& s) {
 }
 
 void refuse_gap(Time last, Time next) {
-  throw InputError("the IMU has no sample between " + std::to_string(last.count()) + " ns and " +
-                   std::to_string(next.count()) + " ns: what happened in " +
-                   std::to_string(to_seconds(next - last)) +
-                   " s without samples is not known (expected gaps of at most 0.5 s); estimate "
-                   "what is before or behind by itself (--start, --stop), or use the filter");
+  throw InputError(
+      "the IMU has no sample between " + std::to_string(last.count()) + " ns and " +
+      std::to_string(next.count()) + " ns: the motion in " +
+      std::to_string(to_seconds(next - last)) +
+      " s without samples is unknown (expected gaps of at most 0.5 s); estimate the parts before "
+      "and after the gap separately (--start, --stop), or use the filter");
 }
 
 // Of the samples that the buffer uses.
@@ -121,8 +122,8 @@ bool place(const InertialBatchInput& input, const BatchSettings& settings, bool 
   const std::vector<View> views = views_of(input, graph, point);
   const auto found = triangulate(views);
   const bool wide = found && found->parallax >= settings.min_parallax;
-  // From good poses rays that do not meet are of a wrong track, and a depth that hardly anything
-  // tells keeps the search from its end. Of poor poses neither says anything.
+  // With good poses, rays that do not meet belong to a wrong track, and a depth that is hardly
+  // determined prevents convergence. With poor poses, neither can be decided.
   if (!wide && (!graph.anchored || good_poses)) return false;
   if (!graph.anchored) {
     point.parameters = found->p_world;
@@ -149,11 +150,10 @@ BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& set
   Tracked tracked = track(input, settings, *buffer.latest(), report);
   BatchGraph graph{.keyframes = std::move(tracked.keyframes)};
   if (graph.keyframes.size() < 2) {
-    throw InputError("batch estimation needs two frames with samples between them: there are " +
-                     std::to_string(input.frames.size()) + " frames, " +
-                     std::to_string(report.dropped_frames) +
-                     " of them late, there twice or without samples near, none later than the "
-                     "start's time");
+    throw InputError(
+        "batch estimation needs two frames with samples between them: there are " +
+        std::to_string(input.frames.size()) + " frames, " + std::to_string(report.dropped_frames) +
+        " of them late, repeated or without samples nearby, or none later than the start's time");
   }
   check_gaps(input, graph.keyframes.front().time, graph.keyframes.back().time);
   graph.anchored = settings.landmarks == LandmarkForm::kInverseDepth;
@@ -171,7 +171,7 @@ BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& set
     graph.points.push_back(std::move(point));
   }
   if (graph.points.empty()) {
-    throw InputError("batch estimation needs landmarks that are seen twice: of " +
+    throw InputError("batch estimation needs landmarks that are observed twice: of " +
                      std::to_string(report.landmarks_left_out) +
                      " landmarks none is, or none with parallax (" +
                      std::to_string(report.unusable) + " observations were not usable)");

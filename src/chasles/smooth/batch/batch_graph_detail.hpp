@@ -5,17 +5,17 @@
 #include <chasles/smooth/batch/numbered_detail.hpp>
 #include <chasles/smooth/terms/imu_link.hpp>
 
-/// The problem as numbers: for this folder's sources alone.
+/// The states and terms of a batch problem. Private to this folder.
 namespace chasles::smooth_detail {
 
-/// A look at a landmark.
+/// One observation of a landmark.
 struct PointView {
   int keyframe = 0, camera = 0;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 
-/// A landmark: its views, keyframe and camera rising. Anchored in the camera of the first view,
-/// parameters (x/z, y/z, 1/z), or a point of nav.
+/// A landmark: its views, sorted by keyframe and camera. Either anchored in the camera of the first
+/// view, with parameters (x/z, y/z, 1/z), or a point of nav [m].
 struct BatchPoint {
   LandmarkId id = 0;
   std::vector<PointView> views;
@@ -23,14 +23,14 @@ struct BatchPoint {
 };
 
 struct BatchKeyframe {
-  Time time{};  ///< of the IMU's clock
+  Time time{};  ///< on the IMU's clock
   InertialState state = {};
   int observations = 0;
 };
 
 struct BatchGraph {
   Numbered<BatchKeyframe> keyframes;
-  Numbered<ImuLink> links = {};  ///< between a keyframe and the next; terms point at them
+  Numbered<ImuLink> links = {};  ///< between a keyframe and the next; terms hold pointers to them
   std::vector<BatchPoint> points = {};
   InertialState start = {};                            ///< the prior's mean
   Matrix15d start_whitening = Matrix15d::Identity();   ///< W^T W = covariance^-1
@@ -39,16 +39,16 @@ struct BatchGraph {
   bool anchored = true;
 };
 
-/// Samples that are missing for longer leave open what happened (as for the filter).
+/// Longer gaps of samples leave the motion unknown (as in the filter).
 inline constexpr Time kLongestGap = InertialSession::kLongestGap;
 
-/// Which frames become keyframes: those that are not before the start, later than the one before
-/// and near enough to a sample, every batch.frames_per_keyframe-th. Counts those that are dropped.
+/// Chooses the keyframes: every batch.frames_per_keyframe-th of the frames that are not before the
+/// start, later than the previous one and close enough to a sample. Counts dropped frames.
 class KeyframeChoice {
  public:
   KeyframeChoice(const InertialBatchInput& input, const BatchSettings& settings, int& dropped)
       : input_(input), settings_(settings), dropped_(dropped) {}
-  /// The frame's time by the IMU's clock; none: it is not used.
+  /// The frame's time on the IMU's clock; none: the frame is not used.
   std::optional<Time> take(const FeatureFrame& frame, Time last_sample);
 
  private:
@@ -59,13 +59,13 @@ class KeyframeChoice {
   int frames_ = 0;
 };
 
-/// The pixels of a frame that can be used: finite, of a camera and with a ray, every landmark once
-/// in each camera; by landmark and camera. Counts the others.
+/// The usable pixels of a frame: finite, of a known camera and with a ray, every landmark once in
+/// each camera; sorted by landmark and camera. Counts the others.
 std::vector<PixelObservation> usable(const FeatureFrame& frame, const std::vector<Camera>& cameras,
                                      int& unusable);
 
-/// The frames that become keyframes, the start before them, without states, and the landmarks that
-/// they see twice, by their first views, without parameters. Counts what is not usable.
+/// The keyframes without states, the start first, and the landmarks that they observe at least
+/// twice, sorted by their first views, without parameters. Counts unusable data.
 struct Tracked {
   Numbered<BatchKeyframe> keyframes;
   std::vector<BatchPoint> points;
@@ -78,26 +78,26 @@ Tracked track(const InertialBatchInput& input, const BatchSettings& settings, Ti
 BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& settings,
                        BatchReport& report);
 
-/// What batch_graph() is made of. Throw as smooth().
+/// The steps of batch_graph(). They throw as smooth().
 void check(const InertialBatchInput& input);
 bool is_finite(const ImuSample& sample);
 [[noreturn]] void refuse_gap(Time last, Time next);
 void check_gaps(const InertialBatchInput& input, Time from, Time to);
 void add_start(const InertialBatchInput& input, BatchGraph& graph);
-/// Adds a link from that keyframe to one at `to`; returns the state that the samples predict there.
+/// Adds a link from that keyframe to one at `to`; returns the state predicted there by the samples.
 InertialState add_link(const InertialBatchInput& input, const BatchKeyframe& from, Time to,
                        ImuBuffer& buffer, BatchGraph& graph);
-/// Initial parameters by the keyframes' states; false: the landmark cannot be used in its form.
-/// From poor poses nothing can be said of an anchored landmark's rays.
+/// Sets the initial parameters from the states of the keyframes; false: the landmark cannot be used
+/// in its form. With poor poses, the rays of an anchored landmark are not checked.
 bool place(const InertialBatchInput& input, const BatchSettings& settings, bool good_poses,
            const BatchGraph& graph, BatchPoint& point);
 
-/// The graph's landmark as the filter's charts and measurements take it.
+/// The graph's landmark in the form of the filter's charts and measurements.
 Clone anchor_of(const BatchGraph& graph, const BatchPoint& point);
 Landmark landmark_of(const Camera& anchor_camera, const BatchPoint& point);
 
 /// The errors [rotation, position, velocity, biases] of a state against the prior's mean, reference
-/// chart, whitened; and the derivative by the state's own errors.
+/// chart, whitened; and their derivative by the state's own errors.
 Vector15d start_residual(const BatchGraph& graph, const InertialState& state,
                          Matrix15d* derivative);
 

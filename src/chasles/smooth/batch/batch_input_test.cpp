@@ -4,7 +4,7 @@
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/smooth_testing.hpp>
 
-// What a batch recovers from, refuses, or has no answer to.
+// Recovered faults, errors, and ill-posed problems of a batch.
 namespace chasles {
 namespace {
 
@@ -22,7 +22,7 @@ std::string refusal(const InertialBatchInput& input, const BatchSettings& settin
   return "nothing was refused";
 }
 
-// Pixels that agree with nothing: an error, and no crash.
+// Pixels that agree with no landmark: an error, and no crash.
 TEST(BatchGate, WhereNothingAgreesThereIsNoAnswer) {
   SmallScene scene = small_scene({.frames = 8});
   test::Random random(5);
@@ -42,8 +42,8 @@ TEST(BatchBadInput, IsRecoveredAndCounted) {
   frames[3].pixels[0].pixel.x() = std::nan("");
   frames[4].pixels[0].camera = 7;
   frames[4].pixels[1].camera = -1;
-  frames[5].pixels.push_back(frames[5].pixels[2]);  // twice: neither is believed
-  frames.insert(frames.begin() + 8, frames[2]);     // out of time
+  frames[5].pixels.push_back(frames[5].pixels[2]);  // twice: neither is used
+  frames.insert(frames.begin() + 8, frames[2]);     // out of order
   frames.push_back({.time = frames.back().time + std::chrono::seconds(5)});
   scene.input.samples[5].angular_rate_imu.y() = std::nan("");
   scene.input.samples.insert(scene.input.samples.begin() + 20, scene.input.samples[3]);
@@ -63,7 +63,7 @@ TEST(BatchBadInput, NothingToEstimateFromIsRefused) {
   EXPECT_NE(refusal(input).find("two frames"), std::string::npos);
   input = scene.input;
   for (FeatureFrame& frame : input.frames) frame.pixels.clear();
-  EXPECT_NE(refusal(input).find("landmarks that are seen twice"), std::string::npos);
+  EXPECT_NE(refusal(input).find("landmarks that are observed twice"), std::string::npos);
   input = scene.input;
   input.samples.clear();
   EXPECT_NE(refusal(input).find("IMU samples"), std::string::npos);
@@ -81,7 +81,7 @@ TEST(BatchBadInput, NothingToEstimateFromIsRefused) {
   EXPECT_NE(refusal(input).find("covariance"), std::string::npos);
 }
 
-// Neither parallax nor a landmark that could be begun.
+// No parallax, and no landmark that could be initialised.
 TEST(BatchIllPosed, ACartesianLandmarkNeedsParallax) {
   const SmallScene scene = small_scene({.frames = 20, .noise = 0, .speed = 0, .turning = 0});
   BatchSettings settings;
@@ -114,7 +114,7 @@ TEST(BatchBadInput, UnknownNamesAreRefused) {
   EXPECT_NE(refusal(scene.input, settings).find("frames_per_keyframe"), std::string::npos);
 }
 
-// One camera straight on at a constant speed: nobody tells how fast.
+// One camera straight on at a constant speed: the speed is unobservable.
 TEST(BatchIllPosed, NoExcitationIsNamedNotAnswered) {
   SmallScene scene = small_scene({.frames = 15, .shaking = 0, .turning = 0});
   scene.input.start_covariance.diagonal().segment<3>(6).setConstant(4);
@@ -123,12 +123,12 @@ TEST(BatchIllPosed, NoExcitationIsNamedNotAnswered) {
   const std::string text = refusal(scene.input);
   EXPECT_NE(text.find("ill-posed"), std::string::npos) << text;
   EXPECT_NE(text.find("velocity x with velocity y"), std::string::npos) << text;
-  // What the start knows by itself is an answer.
+  // With the start's own information, the problem has an answer.
   scene.input.start_covariance = small_scene().input.start_covariance;
   EXPECT_EQ(smooth(scene.input, "standard", {}).estimates.size(), 15u);
 }
 
-// One camera on the spot: points may be anywhere, and so nothing tells what the velocity was.
+// One camera without translation: the depths are arbitrary, and so is the velocity.
 TEST(BatchIllPosed, NoParallaxIsNamedNotAnswered) {
   SmallScene scene = small_scene({.frames = 100, .speed = 0, .turning = 0});
   scene.input.start_covariance.diagonal().segment<3>(9).setConstant(0.04);
@@ -140,12 +140,13 @@ TEST(BatchIllPosed, NoParallaxIsNamedNotAnswered) {
 TEST(BatchFit, AMinimumThatDoesNotFitShows) {
   SmallScene scene = small_scene({.frames = 15, .cameras = 2});
   EXPECT_NEAR(smooth(scene.input, "standard", {}).report.cost_per_dof, 1, 0.2);
-  scene.input.cameras[1].cam_T_imu.p.z() += 0.2;  // not where it is said to be
+  scene.input.cameras[1].cam_T_imu.p.z() += 0.2;  // the stated extrinsics are wrong
   EXPECT_GT(smooth(scene.input, "standard", {}).report.cost_per_dof, 3);
 }
 
 TEST(BatchIllPosed, IsOnlyReportedWhereTheEstimatesDoNotSuffer) {
-  // Two cameras tell that it stands still, but not gravity from the accelerometer's bias.
+  // Two cameras determine that there is no motion, but do not separate gravity from the
+  // accelerometer bias.
   const SmallScene scene = small_scene({.frames = 30, .cameras = 2, .speed = 0, .turning = 0});
   const InertialBatchResult result = smooth(scene.input, "standard", {});
   ASSERT_FALSE(result.report.unobservable.empty());

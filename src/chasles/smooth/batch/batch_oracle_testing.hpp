@@ -2,10 +2,10 @@
 
 #include <chasles/smooth/batch/smooth_testing.hpp>
 
-// The same minimum in the plainest way, for a few keyframes: one dense Gauss-Newton step after the
-// other, residuals in world axes, all derivatives numeric, the covariance of the samples' noise by
-// numeric derivatives too. Of the house it uses the integration of a sample, the projection of a
-// point and SO(3).
+// The same minimum by the simplest method, for a few keyframes: dense Gauss-Newton steps, residuals
+// in world axes, numeric derivatives, and the covariance of the samples' noise by numeric
+// derivatives. It shares only the integration of a sample, the projection of a point and SO(3) with
+// the product.
 namespace chasles::test {
 
 class BatchOracle {
@@ -53,8 +53,8 @@ class BatchOracle {
     return d;
   }
 
-  // Covariance of the state after the intervals from rest and level, turned with the state later:
-  // every interval's two noises and two walks one after the other.
+  // Covariance of the state after the intervals, from zero velocity and level attitude: the two
+  // noises and two walks of every interval in turn.
   Eigen::MatrixXd noise_roots(const std::vector<ImuInterval>& intervals) const {
     InertialState start;
     start.accelerometer_bias = in_.start.accelerometer_bias;

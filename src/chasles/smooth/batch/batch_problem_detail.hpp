@@ -6,21 +6,21 @@
 #include <chasles/smooth/batch/batch_graph_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 
-/// The graph as a problem of Ceres: for this folder's sources alone.
+/// The graph as a Ceres problem. Private to this folder.
 namespace chasles::smooth_detail {
 
 class BatchProblem final : public ProblemBlocks {
  public:
   BatchProblem(const InertialBatchInput& input, const std::string& chart,
                const BatchSettings& settings, const BatchGraph& graph, double least_depth);
-  /// The numbers as states and parameters.
+  /// Writes the problem's values into the graph's states and parameters.
   void write_to(BatchGraph& graph);
 };
 
-/// Takes those views out of the graph whose deviations are more than batch.gate, and parts
-/// landmarks as parts_that_agree(); an anchored landmark that loses its first view hangs on its
-/// next one. One that is left with a single view goes, and of a parted one what has no parallax.
-/// Counts into the report; returns how many views went.
+/// Removes the views with residuals above batch.gate standard deviations, and splits landmarks as
+/// parts_that_agree(). An anchored landmark that loses its first view moves its anchor to the next
+/// one. Landmarks with a single view are removed, and parts of a split landmark without parallax.
+/// Counts into the report; returns the number of removed views.
 int cull(const InertialBatchInput& input, const std::vector<double>& deviations,
          const BatchSettings& settings, BatchGraph& graph, BatchReport& report);
 

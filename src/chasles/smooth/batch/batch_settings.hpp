@@ -31,8 +31,8 @@ struct Choices<BatchSolver> {
 /// "filter", and the names of all error charts.
 std::span<const std::string_view> batch_chart_names();
 
-/// Everything that can be set about batch estimation; chart, noise and start are the filter's
-/// (InertialSlamSettings). The list below feeds files, --set, --help and summary.json.
+/// All settings of batch estimation. Chart, noise and start come from the filter's settings
+/// (InertialSlamSettings). The list below defines files, --set, --help and summary.json.
 struct BatchSettings {
   LandmarkForm landmarks = LandmarkForm::kInverseDepth;
   int frames_per_keyframe = 1;
@@ -57,55 +57,55 @@ template <SettingsOf<BatchSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
   visit("landmarks", s.landmarks, "choice",
         "form of a landmark: a point of the world, or a ray and an inverse depth in the first "
-        "keyframe that saw it",
+        "keyframe that observes it",
         limits::kAny);
   visit("frames_per_keyframe", s.frames_per_keyframe, "count",
         "every n-th frame is a keyframe; the others are not used", limits::kPositive);
   visit("loops", s.loops, "bool",
-        "a landmark that comes back into view is the same; false: a new one, as in the filter",
+        "a landmark that returns into view is the same one; false: a new one, as in the filter",
         limits::kAny);
   visit("inverse_depth_sigma", s.inverse_depth_sigma, "1/m",
-        "what is known of an inverse depth beforehand: 0 with this deviation", limits::kPositive);
+        "prior of an inverse depth: mean 0 with this sigma", limits::kPositive);
   visit("min_parallax", s.min_parallax, "rad",
-        "a landmark needs rays that differ by this angle; an anchored one only where the search "
-        "begins at the filter's run",
+        "smallest parallax of a landmark; of an anchored one only where the search starts from the "
+        "filter's estimates",
         limits::kNonNegative);
-  visit("loss", s.loss, "choice", "how much a pixel far from its prediction counts", limits::kAny);
+  visit("loss", s.loss, "choice", "robust loss of a pixel's residual", limits::kAny);
   visit("loss_width", s.loss_width, "1",
-        "where that begins, in deviations of a pixel; auto: 2.5, or 0.5 where a deviation was "
-        "measured from stereo tracks (docs/batch.md)",
+        "threshold of that loss, in standard deviations of a pixel; auto: 2.5, or 0.5 where the "
+        "noise was estimated from stereo tracks (docs/batch.md)",
         limits::kPositive);
   visit("gate", s.gate, "1",
-        "pixels that are farther from their prediction, in deviations, once the search has roughly "
-        "ended are left out of the rest of it; 0: none",
+        "pixels with larger residuals, in standard deviations, after the search has roughly "
+        "converged are rejected; 0: no gate",
         limits::kNonNegative);
   visit("max_rejections", s.max_rejections, "count",
-        "a landmark whose pixels that gate leaves out in so many keyframes in a row is another one "
-        "when they agree again (batch with an IMU alone)",
+        "a landmark that the gate rejects in so many keyframes in a row is split when its pixels "
+        "agree again (visual-inertial batch only)",
         limits::kPositive);
-  visit(
-      "solver", s.solver, "choice",
-      "how the linear system is solved: landmarks first, or whatever fills least (auto, except of "
-      "few keyframes)",
-      limits::kAny);
-  visit("max_iterations", s.max_iterations, "count", "steps of Levenberg and Marquardt at most",
+  visit("solver", s.solver, "choice",
+        "linear solver: landmarks first, or the ordering with the least fill (auto, except for few "
+        "keyframes)",
+        limits::kAny);
+  visit("max_iterations", s.max_iterations, "count", "maximum number of Levenberg-Marquardt steps",
         limits::kPositive);
   visit("tolerance", s.tolerance, "1",
-        "it has converged when the cost falls by less than this part", limits::kPositive);
+        "the search has converged when the cost decreases by less than this fraction",
+        limits::kPositive);
   visit("chart", s.chart, "choice",
-        "coordinates of the steps; filter: those of the filter where the search begins",
+        "error chart of the steps; filter: that of the filter's settings",
         limits::one_of(batch_chart_names()));
   visit("initial_error", s.initial_error, "1",
-        "what is added to where the search begins, as a part: drift [rad], scale, depths "
+        "error that is added to the initial states, as a fraction: drift [rad], scale, depths "
         "(docs/convergence.md)",
         limits::kNonNegative);
   visit("seed", s.seed, "number", "of that error", limits::kNonNegative);
   visit("window_steps", s.window_steps, "count",
-        "steps of Gauss and Newton that a window takes a frame at most", limits::kPositive);
+        "maximum number of Gauss-Newton steps of a window per frame", limits::kPositive);
 }
 
-/// Throws UsageError with the setting's name, its value and what is expected: for one out of its
-/// limits ("batch.gate").
+/// Throws UsageError with the setting's name ("batch.gate"), its value and the expected one, for a
+/// value out of its limits.
 void validate(const BatchSettings& settings);
 
 }  // namespace chasles

@@ -11,7 +11,7 @@
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 
 extern "C" {
-// Where something in this process uses OpenMP.
+// Defined where the process uses OpenMP.
 [[gnu::weak]] int omp_get_max_active_levels();
 [[gnu::weak]] void omp_set_max_active_levels(int levels);
 }
@@ -19,9 +19,9 @@ extern "C" {
 namespace chasles::smooth_detail {
 namespace {
 
-// While it is there, what this thread calls makes no threads by OpenMP. CHOLMOD asks for four
-// wherever it can, in parts that are too small for it: up to half of a batch's processor time went
-// into their waiting for each other.
+// During its lifetime, calls from this thread create no OpenMP threads. CHOLMOD requests four
+// wherever it can, for parts that are too small: they spent up to half of a batch's processor time
+// waiting for each other.
 class WithoutOpenMp {
  public:
   WithoutOpenMp() {
@@ -39,11 +39,12 @@ class WithoutOpenMp {
   std::optional<int> before_;
 };
 
-// Fewer keyframes are solved densely. Of more, the fill of the whole normal matrix is least: along
-// a way landmarks go first, before a board that is always in view the keyframes do.
+// Fewer keyframes are solved densely. For more, the whole normal matrix with a fill-reducing
+// ordering is best: along a path landmarks come first, but for a board that is always in view the
+// keyframes do.
 constexpr std::size_t kFewKeyframes = 30;
 
-// Of a deviation, its square under the loss.
+// The loss of a residual in standard deviations.
 double loss_at(const ceres::LossFunction* loss, double deviation) {
   const double square = deviation * deviation;
   if (loss == nullptr) return square;
@@ -81,10 +82,10 @@ ceres::Solver::Options options_for(ProblemBlocks& problem, int steps, double tol
   if (points_first) {
     options.linear_solver_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   }
-  // After a step each landmark is searched by itself, from the new poses. A step that throws a few
-  // landmarks behind a camera, to where a wrong pixel draws them, makes the cost jump and would be
-  // refused, again and again, until the trust region of all the others had shrunk to nothing. Ceres
-  // leaves that off once it does not help.
+  // After a step each landmark is optimised by itself, from the new poses. Otherwise a step that
+  // moves a few landmarks behind a camera, because of wrong pixels, makes the cost jump and would
+  // fail repeatedly, until the trust region of all others had vanished. Ceres stops these inner
+  // iterations once they do not help.
   options.use_inner_iterations = problem.sizes().points > 0;
   options.inner_iteration_ordering = std::make_shared<ceres::ParameterBlockOrdering>();
   for (double* block : problem.blocks()) {
@@ -102,7 +103,7 @@ void Search::run(ProblemBlocks& problem, double tolerance) {
   report.solver = solver_for(problem, *settings_);
   const int steps = std::max(settings_->max_iterations - report.iterations, 0);
   ceres::Solver::Options options = options_for(problem, steps, tolerance, report.solver);
-  // As far as before: begun anew, directions of which little is known would take a dozen steps.
+  // Keeps the previous radius: after a restart, uncertain directions would take a dozen steps.
   options.initial_trust_region_radius =
       std::max(options.initial_trust_region_radius, trust_radius_);
   ceres::Solver::Summary summary;
@@ -131,25 +132,25 @@ void check_left(std::size_t points, const BatchReport& report) {
   throw Error(ExitCode::kDiverged,
               "batch estimation ended where no landmark agrees with its pixels: " +
                   std::to_string(report.gated) +
-                  " observations are farther than batch.gate from their prediction; expected a "
-                  "beginning nearer to the truth, or a pixel_sigma as it is");
+                  " observations are farther than batch.gate from their prediction; expected an "
+                  "initial guess nearer to the truth, or the correct pixel_sigma");
 }
 
-void check_told(const NormalEquations& equations, const ProblemBlocks& problem,
-                const std::vector<LandmarkId>& ids) {
+void check_determined(const NormalEquations& equations, const ProblemBlocks& problem,
+                      const std::vector<LandmarkId>& ids) {
   const Eigen::VectorXd told = equations.lower.diagonal();
   std::vector<LandmarkId> lost;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (!(told.segment<3>(problem.point_row(i)).minCoeff() > 0)) lost.push_back(ids[i]);
   }
   if (lost.empty()) return;
-  throw Error(ExitCode::kDiverged,
-              "batch estimation ended where no pixel of landmark " + std::to_string(lost.front()) +
-                  " tells where it is (so it is with " + std::to_string(lost.size()) + " of " +
-                  std::to_string(ids.size()) +
-                  " landmarks): it is behind the cameras that saw it, or beyond their lens models; "
-                  "expected a beginning nearer to the truth (batch.gate above 0 leaves such pixels "
-                  "out)");
+  throw Error(
+      ExitCode::kDiverged,
+      "batch estimation ended where no pixel of landmark " + std::to_string(lost.front()) +
+          " constrains its position (the same holds for " + std::to_string(lost.size()) + " of " +
+          std::to_string(ids.size()) +
+          " landmarks): it is behind the cameras that observed it, or beyond their lens models; "
+          "expected an initial guess nearer to the truth (batch.gate above 0 rejects such pixels)");
 }
 
 void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
@@ -158,7 +159,7 @@ void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
   report.loss_width = loss_width_of(settings);
   report.outliers =
       static_cast<int>(std::ranges::count_if(deviations, [](double d) { return d > kLossWidth; }));
-  // As with the usual width: with a narrow one the cost of anything is small.
+  // With the usual width: with a narrow one the cost of anything is small.
   const std::unique_ptr<ceres::LossFunction> used(loss_of(settings));
   const std::unique_ptr<ceres::LossFunction> usual(loss_of(settings, kLossWidth));
   double squares = 2 * report.final_cost;
@@ -167,7 +168,7 @@ void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
 }
 
 void judge_end(double squared_distance, BatchReport& report) {
-  // A cost of zero, of data without noise, is as low as costs go.
+  // A cost of zero, for data without noise, cannot be lowered.
   report.decrease_left = report.final_cost > 0 ? squared_distance / (2 * report.final_cost) : 0;
   report.converged = report.converged || report.decrease_left < kAtMinimum;
   report.stalled = report.converged && report.decrease_left > kRough;

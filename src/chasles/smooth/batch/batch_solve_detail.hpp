@@ -6,33 +6,33 @@
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 #include <chasles/smooth/terms/cost_functions_detail.hpp>
 
-/// The search for the minimum, whatever moves: for this folder's sources alone.
+/// The search for the minimum, for any kind of batch. Private to this folder.
 namespace chasles::smooth_detail {
 
-/// What a step gains of the cost when the search is no longer on its way from a bad beginning; and
-/// when it has roughly ended, and outliers are told from the others.
+/// Relative decrease of the cost in a step: below kArrived the search has left a bad initial guess;
+/// below kRough it has roughly converged, and outliers can be detected.
 inline constexpr double kArrived = 1e-2, kRough = 1e-3;
-/// Where a whole step should lower the cost by less than this part of it, that is its minimum.
+/// The search is at its minimum where a full step should lower the cost by less than this fraction.
 inline constexpr double kAtMinimum = 1e-7;
 
-/// A search for the minimum, of one problem after the other: in all at most batch.max_iterations
-/// steps, which the report counts.
+/// A search for the minimum over several problems in turn, with at most batch.max_iterations steps
+/// in all, which the report counts.
 class Search {
  public:
   /// Keeps both references.
   Search(const BatchSettings& settings, BatchReport& report)
       : settings_(&settings), report_(&report) {}
-  /// From the present numbers until a step gains less than `tolerance` of the cost. Throws
-  /// Error(kDiverged).
+  /// Continues from the present values until a step lowers the cost by less than the fraction
+  /// `tolerance`. Throws Error(kDiverged).
   void run(ProblemBlocks& problem, double tolerance);
 
  private:
   const BatchSettings* settings_;
   BatchReport* report_;
-  double trust_radius_ = 0;  ///< how far the last step was trusted
+  double trust_radius_ = 0;  ///< radius of the trust region after the last step
 };
 
-/// The error chart of the steps: batch.chart, or the filter's.
+/// The error chart of the steps: batch.chart, or that of the filter.
 const std::string& chart_of(const BatchSettings& settings, const std::string& of_filter);
 
 /// Throws Error(kDiverged) where the gate left no landmark.
@@ -46,16 +46,16 @@ std::vector<LandmarkId> ids_of(const std::vector<Point>& points) {
   return ids;
 }
 
-/// Throws Error(kDiverged) where a landmark ended where none of its pixels tells of it, since no
-/// camera sees it there (kNotSeen). `equations`: the problem's normal_equations; `ids`: of all
-/// landmarks in the problem's order.
-void check_told(const NormalEquations& equations, const ProblemBlocks& problem,
-                const std::vector<LandmarkId>& ids);
+/// Throws Error(kDiverged) where a landmark ended at a position that none of its pixels constrains,
+/// because no camera sees it there (kNotSeen). `equations`: the problem's normal_equations; `ids`:
+/// of all landmarks in the problem's order.
+void check_determined(const NormalEquations& equations, const ProblemBlocks& problem,
+                      const std::vector<LandmarkId>& ids);
 
-/// The problem that `make` makes of the graph and a least depth, at its minimum, which the graph
-/// has as well. It begins with the least depth for the way, and has the one that holds once it has
-/// arrived. Where there is a gate, `cull` takes out of the graph what deviates too much when the
-/// search has roughly ended, and says how many.
+/// Minimises the problem that `make` builds from the graph and a least depth, and writes the
+/// minimum into the graph. The search first uses kLeastDepthOnTheWay and, after it has left a bad
+/// initial guess, the final least depth. With a gate, `cull` removes outliers from the graph when
+/// the search has roughly converged, and returns their number.
 template <typename Graph, typename Make, typename Cull>
 auto at_minimum(Graph& graph, const BatchSettings& settings, BatchReport& report, const Make& make,
                 const Cull& cull) {
@@ -78,13 +78,13 @@ auto at_minimum(Graph& graph, const BatchSettings& settings, BatchReport& report
   return problem;
 }
 
-/// What the report says of the fit, at the minimum; `dof`: rows of what was seen less parameters of
-/// landmarks. Links tie as many numbers as a keyframe has; the start ties its own.
+/// Reports the fit at the minimum. `dof`: rows of the observations minus parameters of the
+/// landmarks. Links have as many rows as a keyframe has components; so has the start.
 void judge(const ProblemBlocks& problem, int dof, const BatchSettings& settings,
            BatchReport& report);
 
-/// What the report says of where the search ended: how far from a minimum, g^T H^-1 g of gradient
-/// and normal matrix there, and whether it stalled.
+/// Reports the end of the search: its distance from a minimum, g^T H^-1 g of gradient and normal
+/// matrix, and whether it stalled.
 void judge_end(double squared_distance, BatchReport& report);
 
 }  // namespace chasles::smooth_detail

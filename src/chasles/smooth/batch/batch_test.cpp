@@ -71,7 +71,7 @@ TEST_P(Batch, HasConvergedWhereNothingIsLeftToGainThoughItsStepsAreUsedUp) {
 
 TEST_P(Batch, WithoutNoiseFindsTheTruthFromABadBeginning) {
   SmallScene scene = small_scene({.frames = 12, .noise = 0});
-  // The prior is right on average; the search begins elsewhere.
+  // The prior is unbiased; the search starts elsewhere.
   test::Random random(7);
   for (const TimedMotion& m : scene.truth) {
     scene.input.initial.push_back(m);
@@ -112,7 +112,7 @@ TEST_P(Batch, KnowsHowWrongItIs) {
 }
 
 TEST_P(Batch, TheSameBytesEveryTime) {
-  const SmallScene scene = small_scene({.frames = 40});  // of the sparse solver
+  const SmallScene scene = small_scene({.frames = 40});  // many enough for the sparse solver
   const InertialBatchResult a = smooth(scene.input, name(), {}),
                             b = smooth(scene.input, name(), {});
   ASSERT_EQ(a.estimates.size(), b.estimates.size());
@@ -174,7 +174,7 @@ TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
     settings.landmarks = landmarks;
     const InertialBatchResult clean = smooth(scene.input, "standard", settings);
     EXPECT_EQ(clean.report.gated, 0);
-    // The first look of one landmark, its anchor, and some later ones.
+    // The first observation of one landmark, its anchor, and some later ones.
     scene.input.frames[0].pixels[0].pixel += Eigen::Vector2d(60, 20);
     for (const std::size_t k : {3u, 5u, 8u}) {
       scene.input.frames[k].pixels[k].pixel += Eigen::Vector2d(40, -25);
@@ -190,7 +190,7 @@ TEST(BatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
   }
 }
 
-// Tracks that slide off and stay on a point beside: the mean of both is right nowhere.
+// Tracks that drift to a neighbouring point and stay there: the mean of both fits neither.
 void slide(SmallScene& scene) {
   for (std::size_t k = 0; k < scene.input.frames.size(); ++k) {
     for (PixelObservation& o : scene.input.frames[k].pixels) {
@@ -249,7 +249,7 @@ TEST(BatchGate, WithTwoCamerasTooAndNothingIsLostOnTheWay) {
   }
 }
 
-// A look or two behind it tell no depth: they are no landmark.
+// One or two observations after it do not determine a depth: they are no landmark.
 TEST(BatchGate, ATailWithoutParallaxIsNoLandmark) {
   for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     SmallScene scene = small_scene({.frames = 24});
@@ -269,7 +269,7 @@ TEST(BatchGate, ATailWithoutParallaxIsNoLandmark) {
   }
 }
 
-// Tracks of pixels that are nobody's.
+// Tracks with random pixels.
 TEST(BatchSearch, WrongTracksDoNotHoldItUp) {
   for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     SmallScene scene = small_scene({.frames = 12});
@@ -314,7 +314,7 @@ TEST(BatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
   EXPECT_GT(smooth(scene.input, "standard", settings).report.landmarks, all);
 }
 
-// Stars: with noise about half of their inverse depths come out below zero.
+// Stars: with noise, about half of their inverse depths are negative.
 TEST(BatchTracks, DirectionsBeyondInfinityHaveNoPlace) {
   SmallScene scene = small_scene({.frames = 12, .landmarks = 30});
   BatchSettings settings;
@@ -345,7 +345,7 @@ TEST(BatchTracks, DirectionsBeyondInfinityHaveNoPlace) {
     ASSERT_TRUE(l.p_world.allFinite() && l.covariance.allFinite());
     if (l.id < 1000) continue;
     ++stars;
-    // Before the camera, and not beside it.
+    // In front of the camera, and not beside it.
     EXPECT_GT((scene.truth.front().state.world_T_imu.R.transpose() * (l.p_world - p_start)).x(), 5);
   }
   EXPECT_EQ(result.report.landmarks, near + 20);

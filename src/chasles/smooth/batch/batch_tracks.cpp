@@ -11,7 +11,7 @@ namespace {
 
 using ByLandmark = std::map<LandmarkId, std::vector<PointView>>;
 
-// The frames that become keyframes, and what they see.
+// Collects the keyframes and their observations.
 class Collector {
  public:
   Collector(const InertialBatchInput& input, const BatchSettings& settings, Time last_sample,
@@ -33,7 +33,7 @@ class Collector {
 
   Tracked end() {
     for (auto& [id, views] : tracks_) finish(id, views);
-    // By their first views: neighbours in time are neighbours in memory.
+    // By their first views, so that neighbours in time are neighbours in memory.
     std::ranges::stable_sort(result_.points, {}, [](const BatchPoint& p) {
       return std::tuple(p.views.front().keyframe, p.id);
     });

@@ -6,7 +6,7 @@
 
 namespace chasles::test {
 
-/// Least squares and nothing else, to the last digit: no loss, no gate, steps until none helps.
+/// Plain least squares to the last digit: no loss, no gate, steps until none lowers the cost.
 inline BatchSettings exact_settings(LandmarkForm landmarks) {
   BatchSettings settings;
   settings.landmarks = landmarks;

@@ -6,8 +6,7 @@
 
 namespace chasles::smooth_detail {
 
-// Box and Muller: the distributions of <random> differ between standard libraries, its engines do
-// not.
+// Box-Muller: the distributions of <random> differ between standard libraries, its engines do not.
 double InitialError::normal() {
   const auto uniform = [&] { return (static_cast<double>(bits_() >> 11) + 0.5) * 0x1p-53; };
   const double radius = std::sqrt(-2 * std::log(uniform()));
@@ -38,7 +37,7 @@ double InitialError::depth_factor() { return scale_ * std::exp(size_ * normal())
 
 namespace {
 
-// Of an anchored landmark the ray stays, and its camera takes it along.
+// The ray of an anchored landmark in its camera is kept, and moves with the camera.
 void move(const SE3& cam_T_imu, bool anchored, const SE3& world_T_imu_before,
           const SE3& world_T_imu_after, double factor, Eigen::Vector3d& parameters) {
   if (anchored) {
@@ -49,7 +48,7 @@ void move(const SE3& cam_T_imu, bool anchored, const SE3& world_T_imu_before,
   parameters = world_T_imu_after * (cam_T_imu.inverse() * Eigen::Vector3d(factor * p_cam));
 }
 
-// Moves all; `pose_of` and `camera_of` give references.
+// Moves all; `pose_of` and `camera_of` return references.
 template <typename Keyframes, typename Points, typename PoseOf, typename CameraOf>
 void move_all(const BatchSettings& settings, bool anchored, Keyframes& keyframes, Points& points,
               const PoseOf& pose_of, const CameraOf& cam_T_imu_of, double& scale) {

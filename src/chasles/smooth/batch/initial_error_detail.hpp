@@ -7,27 +7,27 @@
 #include <chasles/smooth/batch/batch_graph_detail.hpp>
 #include <chasles/smooth/batch/velocity_graph_detail.hpp>
 
-/// Where a search begins that begins badly: for this folder's sources alone.
+/// Errors of the initial guess, for convergence studies. Private to this folder.
 namespace chasles::smooth_detail {
 
-/// Errors of one size, as a poor odometry makes them: they grow along the way, so that the terms
-/// between neighbours hardly see them. Errors of every keyframe by itself would be gone after one
-/// step, since those terms are stiff and nearly linear. A size of 0.1 is
+/// Errors of one size, as from poor odometry. They grow along the path, so that the terms between
+/// neighbours hardly contain them. Independent errors of the keyframes would vanish in one step,
+/// because those terms are stiff and nearly linear. A size of 0.1 is
 ///
-/// 1. an attitude that drifts as a random walk, by 0.1 rad about each axis until the end (one
-///    deviation); positions go the way that it steers;
-/// 2. a scale: all of the way, and all depths, by one factor exp(0.1 n), n normal;
-/// 3. depths: each landmark's by one more factor of that kind.
+/// 1. an attitude drift as a random walk, by 0.1 rad about each axis until the end (one sigma),
+/// with positions that follow the changed heading;
+/// 2. a scale: the whole path, and all depths, times one factor exp(0.1 n), n normal;
+/// 3. depths: each landmark's times one more such factor.
 ///
-/// The first pose stays where it is. The same seed gives the same errors.
+/// The first pose is not changed. The same seed gives the same errors.
 class InitialError {
  public:
   InitialError(double size, std::uint64_t seed) : size_(size), bits_(seed) {}
 
-  /// The poses with 1 and 2; draws anew with every call.
+  /// The poses with errors 1 and 2; every call draws anew.
   std::vector<SE3> drifted(const std::vector<SE3>& world_T_imu);
-  double scale() const { return scale_; }  ///< of the last way
-  double depth_factor();                   ///< 2 and 3, of a landmark
+  double scale() const { return scale_; }  ///< of the last path
+  double depth_factor();                   ///< errors 2 and 3 of a landmark
 
  private:
   double normal();
@@ -36,9 +36,10 @@ class InitialError {
   std::mt19937_64 bits_;
 };
 
-/// Gives the graph's keyframes and landmarks the errors that batch.initial_error says; nothing at
-/// 0. Velocities of the world turn and stretch with the way, biases and velocities in the body
-/// stay. Landmarks go with the camera of their first look, which sees them as before.
+/// Adds the errors of batch.initial_error to the graph's keyframes and landmarks; none at 0.
+/// Velocities in the world are rotated and scaled with the path; biases and body velocities are not
+/// changed. Landmarks move with the camera of their first observation, so that its pixel is
+/// unchanged.
 void add_initial_error(const InertialBatchInput& input, const BatchSettings& settings,
                        BatchGraph& graph);
 void add_initial_error(const VelocityBatchInput& input, const BatchSettings& settings,

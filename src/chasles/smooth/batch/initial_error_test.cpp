@@ -64,7 +64,7 @@ BatchGraph graph_of(const InertialBatchInput& input, BatchSettings settings, dou
   return batch_graph(input, settings, report);
 }
 
-// Anchored and Cartesian landmarks are moved to the same places, in sight of their first look.
+// Anchored and Cartesian landmarks are moved to the same positions, visible from their first view.
 TEST(InitialErrorGraph, TakesLandmarksAlongInBothForms) {
   SmallScene scene = small_scene({.cameras = 2});
   scene.input.initial = scene.truth;
@@ -105,7 +105,7 @@ TEST(InitialErrorGraph, TurnsVelocitiesWithTheWay) {
   }
 }
 
-// From there every chart finds the minimum that the filter's run leads to.
+// From these errors every chart finds the same minimum as from the filter's run.
 class InitialErrorSearch : public test::OverCharts {
  protected:
   BatchSettings settings(double error, LandmarkForm landmarks) const {
@@ -151,7 +151,7 @@ TEST_P(InitialErrorSearch, WithBodyVelocitiesTheSame) {
   }
 }
 
-// With a tolerance of all of the cost a search ends where it begins, and calls that converged.
+// With a tolerance of the whole cost, a search ends at its start and counts as converged.
 TEST_P(InitialErrorSearch, WhatEndsOnTheWayHasStalledAndSaysHowMuchIsLeft) {
   const SmallScene scene = [] {
     SmallScene s = small_scene({.frames = 12, .cameras = 2});

@@ -4,16 +4,16 @@
 #include <deque>
 #include <utility>
 
-/// For this folder's sources alone.
+/// Private to this folder.
 namespace chasles::smooth_detail {
 
-/// A list whose oldest elements may leave while the others keep their numbers, which rise from 0. A
-/// reference to an element holds until that one leaves.
+/// A list whose oldest elements can be removed; the others keep their numbers, which count from 0.
+/// A reference to an element is valid until its removal.
 template <typename T>
 class Numbered {
  public:
   void push_back(T value) { kept_.push_back(std::move(value)); }
-  /// Those with lower numbers leave.
+  /// Removes the elements with lower numbers.
   void forget_before(int number) {
     for (; first_ < number && !kept_.empty(); ++first_) kept_.pop_front();
   }

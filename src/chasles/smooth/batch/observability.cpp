@@ -22,7 +22,7 @@ constexpr std::array<const char*, kSize> kNames = {"roll",
                                                    "gyroscope bias x",
                                                    "gyroscope bias y",
                                                    "gyroscope bias z"};
-constexpr double kNamed = 0.4;  // of the largest part
+constexpr double kNamed = 0.4;  // of the largest component
 
 using Vector11d = Eigen::Matrix<double, kSize, 1>;
 using Matrix11d = Eigen::Matrix<double, kSize, kSize>;

@@ -15,7 +15,7 @@ Matrix15d prior() {
   return sigma.cwiseAbs2().asDiagonal();
 }
 
-// What the data say of all but position and heading, which nothing tells.
+// Information on all but position and heading, which are unobservable.
 Matrix15d informative() {
   Matrix15d data = Matrix15d::Zero();
   for (const int row : {0, 1, 6, 7, 8, 9, 10, 11, 12, 13, 14}) data(row, row) = 1e6;
@@ -36,7 +36,7 @@ TEST(Observability, ADirectionWithoutInformationIsNamedThoughThePriorKnowsIt) {
 
 TEST(Observability, ACombinationIsNamedByItsParts) {
   Matrix15d data = informative();
-  // Roll and the accelerometer's bias y look the same: only their difference is told.
+  // Roll and accelerometer bias y have the same effect: only their difference is determined.
   Eigen::Matrix<double, 1, 15> difference = Eigen::Matrix<double, 1, 15>::Zero();
   difference[0] = 9.81;
   difference[10] = 1;

@@ -6,27 +6,28 @@
 
 #include <chasles/smooth/batch/batch.hpp>
 
-/// What the gate makes of a landmark: for this folder's sources alone.
+/// The effect of the gate on a landmark. Private to this folder.
 namespace chasles::smooth_detail {
 
-/// Those of a landmark's views (`keyframe` rising) whose deviations (residual over noise) are at
-/// most `gate`, parted where the landmark was refused in `max_rejections` keyframes in a row that
-/// saw it: a track that has slid off for so long is another point when it agrees again. 0: in one
-/// part. At least one part, which may be empty.
+/// Those of a landmark's views (sorted by `keyframe`) whose `deviations` (residual in standard
+/// deviations) are at most `gate`. They are split where the landmark was rejected in
+/// `max_rejections` consecutive keyframes that observed it: a track that has drifted for so long is
+/// another point when it agrees again. 0: never split. Returns at least one part, which may be
+/// empty.
 template <typename View>
 std::vector<std::vector<View>> parts_that_agree(const std::vector<View>& views,
                                                 std::span<const double> deviations, double gate,
                                                 int max_rejections) {
   std::vector<std::vector<View>> parts(1);
-  int refused = 0;          // keyframes in a row before the present one
+  int rejected = 0;         // consecutive keyframes before the present one
   bool agreed_now = false;  // in the present one, by any camera
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (i > 0 && views[i].keyframe != views[i - 1].keyframe) {
-      refused = agreed_now ? 0 : refused + 1;
+      rejected = agreed_now ? 0 : rejected + 1;
       agreed_now = false;
     }
-    if (!(deviations[i] <= gate)) continue;  // written so that a NaN is refused
-    const bool another = max_rejections > 0 && refused >= max_rejections && !agreed_now;
+    if (!(deviations[i] <= gate)) continue;  // written so that a NaN is rejected
+    const bool another = max_rejections > 0 && rejected >= max_rejections && !agreed_now;
     if (another && !parts.back().empty()) parts.emplace_back();
     parts.back().push_back(views[i]);
     agreed_now = true;
@@ -34,10 +35,10 @@ std::vector<std::vector<View>> parts_that_agree(const std::vector<View>& views,
   return parts;
 }
 
-/// Leaves of all landmarks the parts that agree and of which `stands(whole, parted, part)` says,
-/// after it has placed them, that they are landmarks still; `use(view)` hears of all that is left
-/// of the views. `deviations`: of all views, in order. Counts into the report; returns how many
-/// views went.
+/// Reduces all landmarks to the parts that agree and that are still landmarks. `stands(whole,
+/// parted, part)` places a part and returns whether it is one; `use(view)` is called for every
+/// remaining view. `deviations`: of all views, in order. Counts into the report; returns the number
+/// of removed views.
 template <typename Point, typename Stands, typename Use>
 int keep_what_agrees(std::vector<Point>& points, std::span<const double> deviations, double gate,
                      int max_rejections, BatchReport& report, const Stands& stands,

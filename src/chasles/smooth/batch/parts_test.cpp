@@ -16,13 +16,13 @@ struct Seen {
 
 using Parts = std::vector<std::vector<Seen>>;
 
-// One look a keyframe; `x` where the gate refuses.
-Parts parts_of(const std::string& looks, int max_rejections) {
+// One observation per keyframe; `x` where the gate rejects it.
+Parts parts_of(const std::string& observations, int max_rejections) {
   std::vector<Seen> views;
   std::vector<double> deviations;
-  for (const char look : looks) {
+  for (const char each : observations) {
     views.push_back({.keyframe = static_cast<int>(views.size())});
-    deviations.push_back(look == 'x' ? 6 : 1);
+    deviations.push_back(each == 'x' ? 6 : 1);
   }
   return parts_that_agree(views, deviations, 5, max_rejections);
 }
@@ -47,8 +47,8 @@ TEST(PartsThatAgree, NotANumberDoesNot) {
             (Parts{{{1}}}));
 }
 
-// A keyframe refuses a landmark where none of its cameras agrees; what is between them does not
-// count, whichever comes first.
+// A keyframe rejects a landmark where none of its cameras agrees. The order of the views within a
+// keyframe does not matter.
 TEST(PartsThatAgree, KeyframesCountNotLooks) {
   const std::vector<Seen> views{{0, 0}, {0, 1}, {3, 0}, {3, 1}, {9, 0}, {9, 1}, {12, 0}, {12, 1}};
   const auto parts = [&](const std::vector<double>& deviations) {

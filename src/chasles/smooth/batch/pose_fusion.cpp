@@ -17,9 +17,9 @@ using namespace smooth_detail;
 
 constexpr double kLongestGap = 0.5;  // [s]
 constexpr double kLeast = 3;         // [s]
-constexpr double kHuber = 3;         // deviations of a pose
+constexpr double kHuber = 3;         // standard deviations of a pose
 
-// A pose as it was measured. Block: motion.
+// A measured pose. Block: motion.
 class PoseCost final : public ceres::SizedCostFunction<6, kMotionNumbers> {
  public:
   PoseCost(const SE3& measured, const PoseFusionSettings& settings)
@@ -122,7 +122,8 @@ Graph graph_of(const Trajectory& poses, const std::vector<ImuSample>& samples,
   return graph;
 }
 
-// From one pose to the next as the samples tell, the difference at the end spread evenly.
+// Integrates the samples from one pose to the next, and distributes the difference at the end
+// evenly.
 void append_between(Time from, const InertialState& state, const StampedPose& to,
                     const Graph& graph, const ImuLink& link, Trajectory& result) {
   std::vector<InertialState> steps = {state};
@@ -160,7 +161,8 @@ PoseFusion fuse_poses(const Trajectory& world_T_imu, const std::vector<ImuSample
                     std::to_string(report.iterations) + " steps");
   }
   result.iterations = report.iterations;
-  // Poses less the first state's own numbers; links tie as many numbers as a state has.
+  // Rows of the poses minus the components of the first state; links have as many rows as a state
+  // has components.
   const double dof = 6 * static_cast<double>(poses.size()) - 15;
   result.cost_per_dof = 2 * report.final_cost / dof;
   for (std::size_t k = 0; k < poses.size(); ++k) graph.states[k] = problem.state(k);

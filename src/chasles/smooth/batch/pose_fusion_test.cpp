@@ -41,7 +41,7 @@ struct Errors {
   double position = 0, rotation = 0;  // root mean square
 };
 
-// Of those that stand at a time of the truth.
+// Of the poses at the times of the truth.
 Errors errors(const Trajectory& poses, const Trajectory& truth) {
   Errors e;
   std::size_t k = 0;

@@ -5,15 +5,15 @@
 
 #include <Eigen/Core>
 
-/// What both kinds of batch refuse to answer: for this folder's sources alone.
+/// The check for ill-posed problems of both kinds of batch. Private to this folder.
 namespace chasles::smooth_detail {
 
-/// Whether positions are known, to 1 m and a tenth of the way.
+/// Checks that positions are known to 1 m and a tenth of the distance travelled.
 class PositionCheck {
  public:
-  /// The next one along the way, with its covariance.
+  /// Adds the next position along the path [m], with its covariance.
   void add(const Eigen::Vector3d& p, const Eigen::Matrix3d& covariance);
-  /// Throws InputError where one is not: what does not tell it, and what to do.
+  /// Throws InputError with cause and advice where one position is not known so well.
   void end(const std::string& fault, const std::string& advice) const;
 
  private:

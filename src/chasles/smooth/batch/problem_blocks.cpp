@@ -22,7 +22,7 @@ ProblemBlocks::ProblemBlocks(const BlockSizes& sizes, const std::string& chart)
       numbers_(stride() * sizes.keyframes + 3 * sizes.points),
       problem_(std::make_unique<ceres::Problem>(problem_options())) {
   for (std::size_t k = 0; k < sizes_.keyframes; ++k) {
-    write_pose({}, motion(k));  // a manifold is asked for its derivative at once
+    write_pose({}, motion(k));  // the manifold's derivative is evaluated at once
     problem_->AddParameterBlock(motion(k), sizes_.motion(),
                                 new ChartManifold(*chart_, sizes_.velocity));
     if (sizes_.additive > 0) problem_->AddParameterBlock(additive(k), sizes_.additive);

@@ -11,25 +11,24 @@
 #include <chasles/smooth/batch/batch_settings.hpp>
 #include <chasles/smooth/terms/chart_manifold_detail.hpp>
 
-/// What problems of Ceres have in common here, whatever moves: for this folder's sources alone.
+/// Common parts of the Ceres problems of this folder. Private to this folder.
 namespace chasles::smooth_detail {
 
-/// How many there are, and how many numbers each has.
+/// Numbers of blocks, and their sizes.
 struct BlockSizes {
   std::size_t keyframes = 0, points = 0;
-  bool velocity = true;  ///< of a keyframe's motion (ChartManifold)
-  int additive = 6;      ///< a keyframe's other numbers: biases, a velocity in the body
+  bool velocity = true;  ///< whether a keyframe's motion has a velocity (ChartManifold)
+  int additive = 6;      ///< other states of a keyframe: biases, a body velocity
 
   int motion() const { return velocity ? kMotionNumbers : kPoseNumbers; }
   int errors() const { return (velocity ? kMotionErrors : kPoseErrors) + additive; }
 };
 
-/// The numbers of all blocks in one piece of memory: Ceres orders blocks by their addresses, and
-/// the same order gives the same bytes. Keyframe by keyframe motion and additive numbers, then the
-/// points.
+/// The values of all blocks in one piece of memory. Ceres orders blocks by their addresses, so the
+/// same order gives the same bytes. Per keyframe motion and additive states, then the points.
 class ProblemBlocks {
  public:
-  // Ceres keeps pointers into the numbers.
+  // Ceres keeps pointers to the values.
   ProblemBlocks(const ProblemBlocks&) = delete;
   ProblemBlocks& operator=(const ProblemBlocks&) = delete;
 
@@ -41,25 +40,25 @@ class ProblemBlocks {
     return motion(keyframe) + static_cast<std::size_t>(sizes_.motion());
   }
   double* point(std::size_t i) { return &numbers_[stride() * sizes_.keyframes + 3 * i]; }
-  /// All blocks in the order of the numbers.
+  /// All blocks in the order of the values.
   std::vector<double*> blocks();
 
-  /// Where a block's errors begin in the whole error vector: those of keyframes ([the chart's of
-  /// the motion, additive]), behind them all points.
+  /// First row of a block in the error vector: per keyframe [the chart's errors of the motion,
+  /// additive], then all points.
   int keyframe_row(std::size_t k) const { return sizes_.errors() * static_cast<int>(k); }
   int point_row(std::size_t i) const {
     return keyframe_row(sizes_.keyframes) + 3 * static_cast<int>(i);
   }
 
-  /// Of every look at a point at the present numbers, points and their views in order: the length
-  /// of the whitened residual.
+  /// For every view, in the order of points and their views: the length of its whitened residual at
+  /// the present values.
   std::vector<double> deviations() const;
 
  protected:
-  /// Declares all blocks, poses the identity and all other numbers zero.
+  /// Declares all blocks, with poses the identity and all other values zero.
   ProblemBlocks(const BlockSizes& sizes, const std::string& chart);
   ~ProblemBlocks() = default;
-  /// The blocks of a keyframe: motion and, if there are any, additive numbers.
+  /// The blocks of a keyframe: motion and, if any, additive states.
   std::vector<double*> keyframe(std::size_t k);
   void add_view(ceres::CostFunction* cost, ceres::LossFunction* loss,
                 const std::vector<double*>& of);
@@ -74,20 +73,20 @@ class ProblemBlocks {
   std::vector<ceres::ResidualBlockId> views_;
 };
 
-/// So many rows of the error vector.
+/// The indices first, first + 1, ..., `count` of them.
 std::vector<int> range(int first, int count);
 
-constexpr double kLossWidth = 2.5;  ///< where deviations are as stated
+constexpr double kLossWidth = 2.5;  ///< where the stated noise is right
 
 /// batch.loss_width; auto: kLossWidth.
 double loss_width_of(const BatchSettings& settings);
 
-/// batch.loss, of that width or another; null: none.
+/// The loss of batch.loss, with that width or another; null: none.
 ceres::LossFunction* loss_of(const BatchSettings& settings);
 ceres::LossFunction* loss_of(const BatchSettings& settings, double width);
 
-/// The problem linearised at the present numbers: residual r and Jacobian J whitened and
-/// robustified.
+/// The problem linearised at the present values: residual r and Jacobian J, whitened and with the
+/// loss applied.
 struct NormalEquations {
   Eigen::SparseMatrix<double> lower;  ///< triangle of J^T J
   Eigen::VectorXd gradient;           ///< J^T r

@@ -40,8 +40,8 @@ SelectedInverse::SelectedInverse(const Sparse& lower) : cholesky_(lower) {
   if (cholesky_.info() != Eigen::Success || !(D.size() == 0 || D.minCoeff() > 0) ||
       !D.allFinite()) {
     throw Error(ExitCode::kDiverged,
-                "the normal matrix of the batch is not positive definite: something of the states "
-                "or landmarks is not determined");
+                "the normal matrix of the batch is not positive definite: a state or landmark is "
+                "unobservable");
   }
   const Sparse L = cholesky_.matrixL();
   const int n = static_cast<int>(L.cols());
@@ -55,7 +55,7 @@ SelectedInverse::SelectedInverse(const Sparse& lower) : cholesky_(lower) {
   invert(L, D);
 }
 
-// From the left: a column joins the node before it if it has the rest of its rows.
+// From the left: a column joins the node before it if it has its remaining rows.
 void SelectedInverse::find_nodes(const Sparse& L) {
   const int n = static_cast<int>(L.cols());
   supernode_.resize(static_cast<std::size_t>(n));
@@ -97,7 +97,7 @@ void SelectedInverse::invert(const Sparse& L, const Eigen::VectorXd& D) {
   }
 }
 
-// The lower triangle of Z at rows[from:], all of which have been done.
+// The lower triangle of Z at rows[from:], which are all complete.
 void SelectedInverse::gather(const std::vector<int>& rows, int from, Eigen::MatrixXd& Z) const {
   const int m = static_cast<int>(rows.size()) - from;
   std::vector<int> where(static_cast<std::size_t>(m));

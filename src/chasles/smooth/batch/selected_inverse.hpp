@@ -6,10 +6,10 @@
 
 namespace chasles {
 
-/// Entries of the inverse of a large sparse symmetric positive definite matrix: all those where the
-/// matrix itself has an entry, and more. By the recursion of Takahashi, Fagan & Chin (1973) upwards
-/// through the Cholesky factor, column blocks of equal pattern at once: the whole inverse is never
-/// formed.
+/// Selected entries of the inverse of a large sparse symmetric positive definite matrix: all where
+/// the matrix itself has an entry, and more. Uses the recursion of Takahashi, Fagan & Chin (1973)
+/// upwards through the Cholesky factor, with column blocks of equal pattern. The whole inverse is
+/// never formed.
 class SelectedInverse {
  public:
   /// `lower`: the matrix's lower triangle, diagonal included. Throws Error(kDiverged) where it is
@@ -19,9 +19,9 @@ class SelectedInverse {
   /// The inverse times a vector.
   Eigen::VectorXd times(const Eigen::VectorXd& b) const { return cholesky_.solve(b); }
 
-  /// Inverse entry (row, column); it must be one of those that there are.
+  /// Entry (row, column) of the inverse; it must be one of those that were computed.
   double operator()(int row, int column) const;
-  Eigen::MatrixXd block(const std::vector<int>& indices) const;  ///< of those rows and columns
+  Eigen::MatrixXd block(const std::vector<int>& indices) const;  ///< of these rows and columns
 
  private:
   // Columns [first, first + width) of the permuted factor, which have the same rows.

@@ -15,7 +15,7 @@ Sparse lower(const Eigen::MatrixXd& H) {
   return all.triangularView<Eigen::Lower>();
 }
 
-// Entry by entry where H has one.
+// Compares every entry that H has.
 void expect_inverse(const Eigen::MatrixXd& H) {
   const SelectedInverse inverse(lower(H));
   const Eigen::MatrixXd dense = H.inverse();
@@ -27,7 +27,7 @@ void expect_inverse(const Eigen::MatrixXd& H) {
   }
 }
 
-// Keyframes in a row and points that some of them see.
+// Keyframes in a row, and points that some of them observe.
 Eigen::MatrixXd way(test::Random& random, int keyframes, int points) {
   const int n = 3 * (keyframes + points);
   Eigen::MatrixXd H = 0.1 * Eigen::MatrixXd::Identity(n, n);

@@ -10,10 +10,10 @@
 #include <chasles/lie/testing.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 
-// A small made-up flight past a few points, for tests.
+// A small simulated flight past a few points, for tests.
 namespace chasles::test {
 
-/// A state with errors of the reference chart added, [rotation, position, velocity, biases].
+/// A state plus errors in the reference chart, [rotation, position, velocity, biases].
 inline InertialState moved(InertialState s, const Eigen::Matrix<double, 15, 1>& e) {
   s.world_T_imu.R = so3::exp(e.head<3>()) * s.world_T_imu.R;
   s.world_T_imu.p += e.segment<3>(3);
@@ -40,8 +40,8 @@ struct SmallFlight {
   int frames = 8;
   double seconds_a_frame = 0.1;
   int cameras = 1;
-  double noise = 1;    ///< factor on what is drawn; the estimator believes in 1
-  double speed = 1;    ///< factor on velocity and acceleration; 0: on the spot
+  double noise = 1;    ///< factor on the drawn noise; the estimator assumes 1
+  double speed = 1;    ///< factor on velocity and acceleration; 0: no motion
   double shaking = 1;  ///< factor on the acceleration alone
   double turning = 1;  ///< factor on the angular rate
   int landmarks = 25;
@@ -61,7 +61,7 @@ inline Camera small_camera(double aside) {
   camera.fx = camera.fy = 400;
   camera.cx = 320;
   camera.cy = 240;
-  // Looks along the IMU's x axis.
+  // The camera points along the IMU's x axis.
   camera.cam_T_imu.R << 0, -1, 0, 0, 0, -1, 1, 0, 0;
   camera.cam_T_imu.p = Eigen::Vector3d(0.03 - aside, 0.02, -0.01);
   return camera;

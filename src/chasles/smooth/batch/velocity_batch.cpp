@@ -16,8 +16,8 @@ void check_well_posed(const VelocityBatchResult& result) {
   for (const Estimate& e : result.estimates) {
     check.add(e.world_T_imu.p, e.pose_covariance().bottomRightCorner<3, 3>());
   }
-  check.end("neither pixels nor velocities tell the motion",
-            "state the noise of velocities and pixels as it is");
+  check.end("neither pixels nor velocities determine the motion",
+            "state the correct noise of velocities and pixels");
 }
 
 }  // namespace

@@ -125,7 +125,8 @@ TEST_P(DriveBatch, KnowsHowWrongItIs) {
       last += nees(s.truth.size() - 1);
       const Estimate& e = result.estimates.back();
       const Eigen::VectorXd d = drive_error(s.truth.back(), e);
-      additive += std::pow(d[6] / e.additive_sigma()[0], 2);  // one of them: they are correlated
+      additive +=
+          std::pow(d[6] / e.additive_sigma()[0], 2);  // only one of them: they are correlated
       ++additive_dof;
     }
     EXPECT_TRUE(test::is_chi2(first, 6 * runs));
@@ -150,7 +151,7 @@ TEST_P(DriveBatch, KnowsHowWrongItIsOfLevelVelocities) {
 }
 
 TEST_P(DriveBatch, TheSameBytesEveryTime) {
-  const DriveScene s = scene({.frames = 40});  // of the sparse solver
+  const DriveScene s = scene({.frames = 40});  // many enough for the sparse solver
   const VelocityBatchResult a = smooth(s.input, {}), b = smooth(s.input, {});
   ASSERT_EQ(a.estimates.size(), b.estimates.size());
   for (std::size_t k = 0; k < a.estimates.size(); ++k) {
@@ -163,7 +164,7 @@ TEST_P(DriveBatch, TheSameBytesEveryTime) {
 INSTANTIATE_TEST_SUITE_P(Charts, DriveBatch, ::testing::ValuesIn(test::all_charts()),
                          test::chart_test_name);
 
-// The filter on the same numbers errs more, on average.
+// With the same data the filter has larger errors, on average.
 TEST(DriveBatchAndFilter, TheBatchErrsLess) {
   double filter = 0, batch = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
@@ -193,7 +194,7 @@ TEST(DriveBatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
     settings.landmarks = landmarks;
     const VelocityBatchResult clean = smooth(s.input, settings);
     EXPECT_EQ(clean.report.gated, 0);
-    // The first look of one landmark, its anchor, and some later ones.
+    // The first observation of one landmark, its anchor, and some later ones.
     s.input.frames[0].observations[0].pixels += Eigen::Vector4d(15, 5, 15, 5);
     for (const std::size_t k : {3u, 5u, 8u}) {
       s.input.frames[k].observations[k].pixels += Eigen::Vector4d(40, -25, 40, -25);
@@ -249,7 +250,7 @@ TEST(DriveBatchKeyframes, EveryNthFrame) {
   EXPECT_LT(drive_error(s.truth[12], result.estimates[3]).segment<3>(3).norm(), 0.2);
 }
 
-// CHOLMOD would have three more, where it is OpenMP's.
+// CHOLMOD would create three more, if it uses OpenMP.
 TEST(DriveBatchThreads, NoneAreMade) {
   const auto threads = [] {
     return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
@@ -280,7 +281,7 @@ TEST(DriveBatchBadInput, NothingToEstimateFromIsRefused) {
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
   refused("two frames", [](VelocityBatchInput& in) { in.frames.clear(); });
-  refused("landmarks that are seen twice", [](VelocityBatchInput& in) {
+  refused("landmarks that are observed twice", [](VelocityBatchInput& in) {
     for (FeatureFrame& frame : in.frames) frame.observations.clear();
   });
   refused("needs velocities", [](VelocityBatchInput& in) { in.velocities.clear(); });
@@ -305,7 +306,7 @@ TEST(DriveBatchBadInput, SettingsThatCannotBeUsedAreRefused) {
   EXPECT_EQ(refusal(s.input, {}).find("stereo_rows: found"), 0U);
 }
 
-// Velocities that say nothing, and pixels too coarse to tell.
+// Velocities without information, and pixels too coarse to determine the motion.
 TEST(DriveBatchLoss, IsNarrowWhereTheNoiseOfPixelsWasMeasured) {
   DriveScene s = drive_scene();
   EXPECT_EQ(smooth(s.input, {}).report.loss_width, 2.5);
@@ -313,7 +314,7 @@ TEST(DriveBatchLoss, IsNarrowWhereTheNoiseOfPixelsWasMeasured) {
   const BatchReport measured = smooth(s.input, {}).report;
   EXPECT_EQ(measured.loss_width, 0.5);
   EXPECT_EQ(smooth(s.input, {.loss_width = 1.5}).report.loss_width, 1.5);
-  // Whether it fits is asked of the usual width.
+  // The fit is judged with the usual width.
   s.input.noise.begin = s.input.noise.update = {.u = 0.05, .v = 0.05, .disparity = 0.05};
   EXPECT_GT(smooth(s.input, {.gate = 0}).report.cost_per_dof, 2);
   EXPECT_LT(measured.cost_per_dof, 1.3);
@@ -334,17 +335,16 @@ TEST(DriveBatchIllPosed, NamesALandmarkThatNoPixelTellsOf) {
   smooth_detail::VelocityGraph graph =
       smooth_detail::velocity_graph(s.input, settings, result.report);
   ASSERT_EQ(graph.points[3].id, 103);
-  graph.points[3].parameters = {-50, 0, 0};  // metres behind where the drive begins
+  graph.points[3].parameters = {-50, 0, 0};  // metres behind the start of the run
   smooth_detail::VelocityProblem problem(s.input, settings, graph, smooth_detail::kLeastDepth);
   try {
     add_estimates(problem, s.input, graph, result);
     FAIL() << "nothing was refused";
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ExitCode::kDiverged);
-    EXPECT_NE(
-        std::string(e.what()).find("no pixel of landmark 103 tells where it is (so it is with "
-                                   "1 of 20 landmarks)"),
-        std::string::npos)
+    EXPECT_NE(std::string(e.what()).find("no pixel of landmark 103 constrains its position (the "
+                                         "same holds for 1 of 20 landmarks)"),
+              std::string::npos)
         << e.what();
   }
 }

@@ -31,7 +31,7 @@ Estimate estimate_of(const VelocityProblem& problem, const SelectedInverse& inve
   return e;
 }
 
-// Covariance of an anchored landmark's place: it hangs on its anchor's pose.
+// Covariance of an anchored landmark's position, which depends on its anchor's pose.
 Eigen::Matrix3d anchored_covariance(const VelocityProblem& problem, const SelectedInverse& inverse,
                                     const VelocityBatchInput& input, const VelocityGraph& graph,
                                     std::size_t i) {
@@ -51,7 +51,7 @@ Eigen::Matrix3d anchored_covariance(const VelocityProblem& problem, const Select
 void add_estimates(VelocityProblem& problem, const VelocityBatchInput& input,
                    const VelocityGraph& graph, VelocityBatchResult& result) {
   const NormalEquations equations = normal_equations(problem);
-  check_told(equations, problem, ids_of(graph.points));
+  check_determined(equations, problem, ids_of(graph.points));
   const SelectedInverse inverse(equations.lower);
   judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   const auto& keyframes = graph.timeline.keyframes;
@@ -65,7 +65,7 @@ void add_estimates(VelocityProblem& problem, const VelocityBatchInput& input,
     MapLandmark landmark{.id = point.id, .p_world = point.parameters};
     landmark.observations = static_cast<int>(point.views.size());
     if (graph.anchored) {
-      if (!(point.parameters.z() > 0)) continue;  // beyond infinity: a direction, no place
+      if (!(point.parameters.z() > 0)) continue;  // beyond infinity: a direction without a position
       const int k = point.views.front().keyframe;
       const SE3& world_T_imu = keyframes[static_cast<std::size_t>(k)].state.world_T_imu;
       const HomogeneousPoint at =

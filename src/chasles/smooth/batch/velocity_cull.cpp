@@ -5,7 +5,7 @@
 namespace chasles::smooth_detail {
 namespace {
 
-// The parameters in the left camera of the first view that is left; false: the point is behind it.
+// The parameters in the left camera of the first remaining view; false: the point is behind it.
 bool hang_on(const StereoRig& rig, const Numbered<VelocityKeyframe>& keyframes,
              const HomogeneousPoint& at, VelocityPoint& point) {
   const auto k = static_cast<std::size_t>(point.views.front().keyframe);
@@ -16,7 +16,7 @@ bool hang_on(const StereoRig& rig, const Numbered<VelocityKeyframe>& keyframes,
   return true;
 }
 
-// Where an anchored point is.
+// The position of an anchored point.
 HomogeneousPoint place_of(const VelocityBatchInput& input, const VelocityGraph& graph,
                           const VelocityPoint& point) {
   const int anchor = point.views.front().keyframe;
@@ -26,7 +26,7 @@ HomogeneousPoint place_of(const VelocityBatchInput& input, const VelocityGraph& 
                      landmark_of(input.rig, point));
 }
 
-// Whether the part is a landmark still: hangs it on its own first view with a disparity.
+// Whether the part is still a landmark; moves its anchor to its own first view with a disparity.
 bool stands(const VelocityBatchInput& input, const VelocityGraph& graph, const VelocityPoint& whole,
             VelocityPoint& part) {
   if (!begin_with_disparity(input.rig, input.settings, part) || part.views.size() < 2) return false;
@@ -40,8 +40,8 @@ bool stands(const VelocityBatchInput& input, const VelocityGraph& graph, const V
 int cull(const VelocityBatchInput& input, const std::vector<double>& deviations, double gate,
          VelocityGraph& graph, BatchReport& report) {
   for (VelocityKeyframe& keyframe : graph.timeline.keyframes) keyframe.used = 0;
-  // As the filter of drives, which keeps a landmark that it refuses: on 15 drives parting it
-  // changed nothing.
+  // As the stereo-velocity filter, which keeps a landmark that it rejects: on 15 recordings,
+  // splitting changed nothing.
   constexpr int kNeverParted = 0;
   return keep_what_agrees(
       graph.points, deviations, gate, kNeverParted, report,

@@ -12,7 +12,7 @@
 namespace chasles::smooth_detail {
 namespace {
 
-// Velocities and frames in the order of time, a velocity before a frame of the same instant; the
+// Velocities and frames in order of time, a velocity before a frame of the same time; collects the
 // views of every landmark.
 class DriveCollector {
  public:
@@ -34,7 +34,7 @@ class DriveCollector {
     }
     for (; velocity != input_.velocities.end(); ++velocity) graph_.timeline.add(*velocity);
     for (auto& [id, point] : tracks_) finish(point);
-    // By their first views: neighbours in time are neighbours in memory.
+    // By their first views, so that neighbours in time are neighbours in memory.
     std::ranges::stable_sort(graph_.points, {}, [](const VelocityPoint& p) {
       return std::tuple(p.views.front().keyframe, p.id);
     });
@@ -74,11 +74,11 @@ class DriveCollector {
   BatchReport& report_;
   VelocityGraph graph_;
   std::map<LandmarkId, VelocityPoint> tracks_;
-  int frames_ = 0, last_frame_ = 0;  // the latter as a keyframe
+  int frames_ = 0, last_frame_ = 0;  // the index of the last keyframe
 };
 
-// The states of the run where the search begins, at the same instants; after others the
-// velocities are integrated anew.
+// The given initial states at the same times; after other states the velocities are integrated
+// anew.
 void take_initial(const std::vector<Estimate>& initial, VelocityTimeline& timeline) {
   auto& keyframes = timeline.keyframes;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {
@@ -95,7 +95,7 @@ void take_initial(const std::vector<Estimate>& initial, VelocityTimeline& timeli
           x.world_T_imu * se3::exp(link.tau * corrected_velocity(timeline.model, x, link.held));
     }
   }
-  // What hardly changes begins everywhere as it was known at last.
+  // States that hardly change start everywhere at their last known value.
   const BodyVelocityModel& model = timeline.model;
   if (initial.empty() || !model.level || initial.back().additive.size() != model.size()) return;
   const auto last = initial.back().additive.segment<3>(model.tilt_index());
@@ -130,7 +130,7 @@ void check_noise(const VelocityBatchInput& input) {
     for (const double sigma : {noise->u, noise->v, noise->disparity}) {
       if (sigma > 0 && std::isfinite(sigma)) continue;
       throw UsageError("pixel_sigma and disparity_sigma: found " + std::to_string(sigma) +
-                       ", expected deviations above 0");
+                       ", expected standard deviations above 0");
     }
   }
   const Vector6d& sigma = input.noise.motion.sample_sigma;
@@ -182,7 +182,7 @@ VelocityGraph velocity_graph(const VelocityBatchInput& input, const BatchSetting
                      std::to_string(input.frames.size()));
   }
   if (graph.points.empty()) {
-    throw InputError("batch estimation needs landmarks that are seen twice: of " +
+    throw InputError("batch estimation needs landmarks that are observed twice: of " +
                      std::to_string(report.landmarks_left_out) +
                      " landmarks none is, or none with a disparity (" +
                      std::to_string(report.unusable) + " observations were not usable)");

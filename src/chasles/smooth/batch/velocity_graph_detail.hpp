@@ -10,17 +10,17 @@
 #include <chasles/smooth/batch/velocity_batch.hpp>
 #include <chasles/smooth/terms/velocity_costs_detail.hpp>
 
-/// The problem of a recording with body velocities as numbers: for this folder's sources alone.
+/// The states and terms of a batch problem with body velocities. Private to this folder.
 namespace chasles::smooth_detail {
 
-/// A look of the pair at a landmark.
+/// One observation of a landmark by the stereo pair.
 struct StereoView {
   int keyframe = 0;
   Eigen::Vector4d pixels = Eigen::Vector4d::Zero();
 };
 
-/// A landmark: its views, keyframes rising, the first of them with a disparity. Anchored in the
-/// left camera of the first view, parameters (x/z, y/z, 1/z), or a point of the world.
+/// A landmark: its views, sorted by keyframe, the first with a disparity. Either anchored in the
+/// left camera of the first view, with parameters (x/z, y/z, 1/z), or a point of the world [m].
 struct VelocityPoint {
   LandmarkId id = 0;
   std::vector<StereoView> views;
@@ -31,22 +31,22 @@ struct VelocityPoint {
 struct VelocityKeyframe {
   Time time{};
   VelocityState state;
-  bool framed = false;  ///< a frame that is used was taken then
-  int offered = 0;      ///< observations of it
+  bool framed = false;  ///< whether it is the time of a used frame
+  int offered = 0;      ///< observations of that frame
   int used = 0;
 };
 
-/// The instants of a recording as they come, with what moves between them and what was measured of
+/// The instants of a recording as they arrive, with the links between them and the measurements of
 /// the velocity; states are predicted.
 class VelocityTimeline {
  public:
-  /// Throws UsageError for settings that it does not take.
+  /// Throws UsageError for unsupported settings.
   VelocityTimeline(const VelocitySlamSettings& settings, const VelocitySlamNoise& noise);
-  /// Throw InputError for time that runs backwards and velocities that are not finite. They return
-  /// the keyframe of that instant.
+  /// Return the keyframe of that instant. Throw InputError for time that runs backwards and
+  /// velocities that are not finite.
   int add(const BodyVelocity& velocity);
   int add(const FeatureFrame& frame);
-  /// What is older than that keyframe leaves.
+  /// Removes what is older than that keyframe.
   void forget_before(int keyframe);
 
   BodyVelocityModel model;
@@ -64,18 +64,18 @@ class VelocityTimeline {
   std::optional<BodyVelocity> velocity_;
 };
 
-/// Throws UsageError or InputError where something that is measured has no noise.
+/// Throws UsageError or InputError where a measurement has no noise.
 void check_noise(const VelocityBatchInput& input);
 
-/// The pixels of a frame that can be used: finite, every landmark once; by id. Counts the others.
+/// The usable pixels of a frame: finite, every landmark once; sorted by id. Counts the others.
 std::vector<StereoObservation> usable(const FeatureFrame& frame, int& unusable);
 
-/// Drops the views before the first one that tells a disparity of at least
+/// Drops the views before the first one with a disparity of at least
 /// VelocitySlamSettings::min_disparity; false: there is none.
 bool begin_with_disparity(const StereoRig& rig, const VelocitySlamSettings& settings,
                           VelocityPoint& point);
 
-/// Parameters as the first view has them; its keyframe's state must be there.
+/// Sets the parameters from the first view; the state of its keyframe must be there.
 void place(const StereoRig& rig, bool anchored, const Numbered<VelocityKeyframe>& keyframes,
            VelocityPoint& point);
 
@@ -90,21 +90,21 @@ struct VelocityGraph {
 VelocityGraph velocity_graph(const VelocityBatchInput& input, const BatchSettings& settings,
                              BatchReport& report);
 
-/// Takes those views out of the graph whose deviations are more than `gate`, and landmarks that are
-/// left with one. Counts into the report; returns how many views went.
+/// Removes the views with residuals above `gate` standard deviations, and landmarks with fewer than
+/// two views left. Counts into the report; returns the number of removed views.
 int cull(const VelocityBatchInput& input, const std::vector<double>& deviations, double gate,
          VelocityGraph& graph, BatchReport& report);
 
-/// With batch.loss_width for this noise where it is auto. Measured noise of pixels stands for
-/// errors that stay along a track and is 2.5 times what later looks scatter by, of which
-/// Huber's 1.345 (1964) are 0.5; docs/batch.md, section 7, has what widths do.
+/// Sets batch.loss_width for this noise where it is auto. Measured pixel noise includes errors that
+/// stay along a track. It is 2.5 times the scatter of later observations, so that Huber's 1.345
+/// (1964) becomes 0.5. docs/batch.md, section 7, compares widths.
 BatchSettings with_loss_width(BatchSettings settings, const VelocitySlamNoise& noise);
 
 /// The rows of a view, the landmark's first or a later one.
 StereoRows view_rows(const VelocitySlamSettings& settings, bool first);
 int row_count(StereoRows rows);
 
-/// The graph's landmark as the filter's charts take it.
+/// The graph's landmark in the form of the filter's charts.
 Landmark landmark_of(const StereoRig& rig, const VelocityPoint& point);
 
 }  // namespace chasles::smooth_detail

@@ -3,17 +3,17 @@
 #include <chasles/smooth/batch/smooth_testing.hpp>
 #include <chasles/smooth/batch/velocity_testing.hpp>
 
-// The same minimum in the plainest way, for a few frames: one dense Gauss-Newton step after the
-// other, all derivatives numeric, the twist between two poses by a series. Of the house it uses the
-// projection of a point and SO(3).
+// The same minimum by the simplest method, for a few frames: dense Gauss-Newton steps, numeric
+// derivatives, the twist between two poses by a series. It shares only the projection of a point
+// and SO(3) with the product.
 namespace chasles::test {
 
 class DriveOracle {
  public:
-  /// Velocities and frames must be of the same instants, frames all of them.
+  /// Velocities and frames must have the same times, and every frame is a keyframe.
   explicit DriveOracle(const DriveScene& scene)
       : in_(scene.input), model_(model_of(scene.input.settings, scene.input.noise)) {
-    for (const TrueDrive& t : scene.truth) states_.push_back(t);  // where the search begins
+    for (const TrueDrive& t : scene.truth) states_.push_back(t);  // initial values of the search
     for (const auto& [id, p] : scene.landmarks) points_[id] = p;
   }
 
@@ -74,7 +74,7 @@ class DriveOracle {
     }
   }
 
-  // Of two correlated integrals, axis by axis: what the velocity's change leaves open of the way.
+  // Two correlated integrals, axis by axis: the uncertainty of the path from the velocity's change.
   void add_link(std::size_t k, const TrueDrive& a, const TrueDrive& b,
                 std::vector<double>& all) const {
     const BodyVelocityNoise& noise = in_.noise.motion;

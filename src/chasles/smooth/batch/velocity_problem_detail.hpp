@@ -5,16 +5,15 @@
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 #include <chasles/smooth/batch/velocity_graph_detail.hpp>
 
-/// The graph of a recording with body velocities as a problem of Ceres: for this folder's sources
-/// alone.
+/// The graph of a recording with body velocities as a Ceres problem. Private to this folder.
 namespace chasles::smooth_detail {
 
 class VelocityProblem final : public ProblemBlocks {
  public:
-  /// Keeps references into the graph.
+  /// Keeps references to the graph.
   VelocityProblem(const VelocityBatchInput& input, const BatchSettings& settings,
                   const VelocityGraph& graph, double least_depth);
-  /// The numbers as states and parameters.
+  /// Writes the problem's values into the graph's states and parameters.
   void write_to(VelocityGraph& graph);
   int rows() const { return rows_; }  ///< of all views
 
@@ -29,8 +28,9 @@ class VelocityProblem final : public ProblemBlocks {
   int rows_ = 0;
 };
 
-/// Estimates of all framed keyframes and landmarks with their covariances, reference chart, from
-/// the problem linearised at the graph's states, which are the problem's numbers in that chart.
+/// Adds estimates of all keyframes with a frame, and of the landmarks, with their covariances,
+/// reference chart, from the problem linearised at the graph's states. The problem's blocks must
+/// hold these states.
 void add_estimates(VelocityProblem& problem, const VelocityBatchInput& input,
                    const VelocityGraph& graph, VelocityBatchResult& result);
 

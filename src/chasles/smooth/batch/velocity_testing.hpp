@@ -9,12 +9,13 @@
 #include <chasles/slam/velocity_model.hpp>
 #include <chasles/smooth/batch/velocity_batch.hpp>
 
-// A short drive past a few points whose motion is drawn from the very model, for tests.
+// A short simulated run past a few points, whose motion is drawn from the estimator's own model,
+// for tests.
 namespace chasles::test {
 
 struct SmallDrive {
   int frames = 8;
-  double noise = 1;  ///< factor on what is drawn; the estimator believes in 1
+  double noise = 1;  ///< factor on the drawn noise; the estimator assumes 1
   VelocityRole velocity = VelocityRole::kMeasured;
   bool scale = false;
   bool level = false;
@@ -52,7 +53,7 @@ inline VelocitySlamNoise small_drive_noise() {
 
 namespace drive_scene_detail {
 
-// One interval: what the true motion does and what a sample at its end says.
+// One interval: the true motion and the sample at its end.
 struct Draw {
   Random& random;
   double noise;
@@ -62,8 +63,8 @@ struct Draw {
   }
 };
 
-inline void look(const SmallDrive& drive, const SE3& world_T_imu, Time time, Draw& draw,
-                 DriveScene& scene) {
+inline void observe(const SmallDrive& drive, const SE3& world_T_imu, Time time, Draw& draw,
+                    DriveScene& scene) {
   const VelocityBatchInput& in = scene.input;
   FeatureFrame frame{.time = time};
   for (const auto& [id, p] : scene.landmarks) {
@@ -136,7 +137,7 @@ inline DriveScene drive_scene(const SmallDrive& drive = {}) {
                                 random.uniform(-2, 3)};
   }
   for (int k = 0; k <= (drive.frames - 1) * drive.samples_a_frame; ++k) {
-    // What the sample says is that of now; as an input it then moves the pose, with its noise.
+    // The sample measures the present velocity; as an input it then moves the pose, with its noise.
     Vector6d u = v;
     u.tail<3>() *= std::exp(log_scale);
     if (drive.level) make_level(now.world_T_imu.R, tilt_heading, u);
@@ -151,11 +152,11 @@ inline DriveScene drive_scene(const SmallDrive& drive = {}) {
     if (model.level) now.additive.segment<3>(model.tilt_index()) = tilt_heading;
     if (k % drive.samples_a_frame == 0) {
       scene.truth.push_back(now);
-      look(drive, now.world_T_imu, now.time, draw, scene);
+      observe(drive, now.world_T_imu, now.time, draw, scene);
     }
     Vector6d xi = tau * v;
     if (model.velocity_state) {
-      // Of white noise its integral and the integral of that.
+      // The integral of white noise, and the integral of that.
       const Vector6d a = draw.normal6(noise.walk), b = draw.normal6(noise.walk);
       xi += std::sqrt(tau * tau * tau) * (a / 2 + b / std::sqrt(12.0));
       v += std::sqrt(tau) * a;

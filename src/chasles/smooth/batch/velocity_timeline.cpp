@@ -17,7 +17,7 @@ void check(const VelocitySlamSettings& s) {
   }
   if (s.update_with_first_observation || s.initial_landmark_sigma) {
     throw UsageError(
-        "batch estimation uses each observation once, with what it says: expected "
+        "batch estimation uses each observation once, with its own noise: expected "
         "update_with_first_observation=false and initial_landmark_sigma=auto");
   }
 }
@@ -46,7 +46,7 @@ VelocityTimeline::VelocityTimeline(const VelocitySlamSettings& settings,
   start = start_of(settings, noise, model);
 }
 
-// The state there is what the one before and the velocity make of it.
+// Predicts the state there from the previous one and the velocity.
 int VelocityTimeline::advance_to(Time time, const BodyVelocity& held) {
   if (keyframes.empty()) {
     keyframes.push_back({.time = time, .state = start.mean});

@@ -5,7 +5,7 @@
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/imu/strapdown.hpp>
 
-/// An error chart of the filter as Ceres sees it: for this folder's sources alone.
+/// An error chart of the filter as a Ceres manifold. Private to the smooth folder.
 namespace chasles::smooth_detail {
 
 /// A keyframe's pose and velocity as numbers: world_T_imu.R by columns, world_T_imu.p, v_world.
@@ -16,14 +16,14 @@ inline constexpr int kPoseNumbers = 12, kPoseErrors = 6;
 void write_pose(const SE3& world_T_imu, double* x);
 SE3 read_pose(const double* x);
 void write_motion(const InertialState& state, double* x);
-/// With the biases, six numbers beside the motion's: accelerometer's, gyroscope's.
+/// With the biases: six numbers besides the motion, accelerometer's, then gyroscope's.
 void write_state(const InertialState& state, double* motion, double* biases);
 InertialState read_state(const double* motion, const double* biases);
 
-/// Plus and Minus are the chart's retract and local. Cost functions give their derivatives by the
-/// reference chart's nine errors (six of a pose) in the first columns of a block's Jacobian, and
-/// zeros behind; so PlusJacobian is [T(x)^-1; 0], T the chart's own, and their product the
-/// derivative by the chart's errors: of the rest of Ceres nothing uses the two apart.
+/// Plus and Minus are the chart's retract and local. Cost functions write derivatives by the
+/// reference chart's nine errors (six of a pose) into the first columns of a block's Jacobian, and
+/// zeros behind. Therefore PlusJacobian is [T(x)^-1; 0], T the chart's own block, and the product
+/// is the derivative by the chart's errors. Ceres uses the two only as this product.
 class ChartManifold final : public ceres::Manifold {
  public:
   explicit ChartManifold(const ErrorChart& chart, bool velocity = true)
@@ -39,7 +39,7 @@ class ChartManifold final : public ceres::Manifold {
   State state_of(const double* x) const;
 
   const ErrorChart* chart_;
-  bool velocity_;  // is among the numbers
+  bool velocity_;  // is part of the numbers
 };
 
 }  // namespace chasles::smooth_detail

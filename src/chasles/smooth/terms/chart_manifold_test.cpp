@@ -45,7 +45,7 @@ TEST_P(ChartManifolds, MinusIsTheInverseOfPlus) {
   }
 }
 
-// What Ceres makes of a cost function's derivative by the reference chart.
+// The product that Ceres forms with a cost function's derivative by the reference chart.
 TEST_P(ChartManifolds, JacobiansTurnTheReferenceChartsDerivativesIntoTheCharts) {
   Random random(2);
   const ChartManifold manifold(chart());
@@ -69,7 +69,7 @@ TEST_P(ChartManifolds, JacobiansTurnTheReferenceChartsDerivativesIntoTheCharts) 
   }
 }
 
-// Of a pose alone: the same errors, the velocity's left out.
+// For a pose alone: the same errors without the velocity.
 TEST_P(ChartManifolds, OfAPoseAlone) {
   Random random(3);
   const ChartManifold whole(chart()), alone(chart(), false);

@@ -7,7 +7,7 @@ namespace {
 template <int Rows, int Columns>
 using RowMajorMap = Eigen::Map<Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>>;
 
-// The derivative by a keyframe's fifteen errors into its two blocks.
+// Writes the derivative by a keyframe's fifteen errors to its two blocks.
 void write(const Matrix15d& d, double* by_motion, double* by_biases) {
   if (by_motion != nullptr) {
     RowMajorMap<15, kMotionNumbers> J(by_motion);

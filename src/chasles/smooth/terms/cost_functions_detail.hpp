@@ -8,8 +8,8 @@
 #include <chasles/smooth/batch/batch_graph_detail.hpp>
 #include <chasles/smooth/terms/chart_manifold_detail.hpp>
 
-/// The terms of the sum, over blocks motion (15 numbers: chart_manifold_detail.hpp), biases (6) and
-/// point (3). Jacobians of a motion have the reference chart's derivatives in their first nine
+/// The terms of the cost, over blocks motion (15 numbers: chart_manifold_detail.hpp), biases (6)
+/// and point (3). Jacobians of a motion have the reference chart's derivatives in their first nine
 /// columns.
 namespace chasles::smooth_detail {
 
@@ -34,8 +34,8 @@ class LinkCost final : public ceres::SizedCostFunction<15, kMotionNumbers, 6, kM
   Eigen::Vector3d gravity_;
 };
 
-/// A landmark as a term sees it: predicted less measured, and derivatives of that by the point, all
-/// over sigma.
+/// The residual of a landmark in one term: prediction minus measurement, and its derivatives by the
+/// point and the pose, all over sigma.
 template <int Rows>
 struct Sight {
   Eigen::Matrix<double, Rows, 1> residual, d_w;
@@ -43,20 +43,20 @@ struct Sight {
   Eigen::Matrix<double, Rows, 6> d_pose;   ///< by [rotation; position], reference chart
 };
 
-/// A point that a camera cannot see (behind it, beyond the lens model) counts as so many deviations
-/// in every row, and tells no way out: the other views do.
+/// Residual in standard deviations, in every row, of a point that a camera cannot see (behind it,
+/// beyond the lens model). Its derivative is zero; only the other views move the point.
 inline constexpr double kNotSeen = 30;
 
-/// Nearer points are not seen [m]. At the filter's kMinDepth a cost would jump by kNotSeen: a point
-/// that wrong pixels draw nearer would stay there, and none of the steps that take all else on
-/// would be accepted. So near the camera's plane the cost has risen by far more.
+/// Nearer points are not visible [m]. At the filter's kMinDepth the cost would jump by kNotSeen. A
+/// point that wrong pixels draw nearer would stay there, and no further step would be accepted. So
+/// near the camera's plane the cost has risen by far more.
 inline constexpr double kLeastDepth = 1e-4;
 
-/// The same while a search is on its way from a bad beginning: there true points pass close before
-/// cameras, where no step would be worth the residuals that grow beyond all bounds.
+/// The same while the search leaves a bad initial guess. Then correct points pass close to cameras,
+/// where unbounded residuals would prevent every step.
 inline constexpr double kLeastDepthOnTheWay = kMinDepth;
 
-/// What a camera sees of a landmark.
+/// A pixel observation of a landmark.
 struct PixelTerm {
   static constexpr int kRows = 2, kNumbers = kMotionNumbers;  // of the residual; of a motion
   const Camera* camera = nullptr;
@@ -80,8 +80,8 @@ class PointCost final : public ceres::SizedCostFunction<Term::kRows, Term::kNumb
   Term term_;
 };
 
-/// An anchored landmark from another keyframe than its anchor. Blocks: motion of the view, of the
-/// anchor, point.
+/// An anchored landmark observed from another keyframe than its anchor. Blocks: motion of the view,
+/// of the anchor, point.
 template <typename Term>
 class AnchoredCost final
     : public ceres::SizedCostFunction<Term::kRows, Term::kNumbers, Term::kNumbers, 3> {
@@ -93,7 +93,7 @@ class AnchoredCost final
   Term term_;
 };
 
-/// An anchored landmark from its anchor: where that is does not matter. Block: point.
+/// An anchored landmark observed from its anchor, whose pose has no effect. Block: point.
 template <typename Term>
 class AnchorCost final : public ceres::SizedCostFunction<Term::kRows, 3> {
  public:
@@ -104,7 +104,7 @@ class AnchorCost final : public ceres::SizedCostFunction<Term::kRows, 3> {
   Term term_;
 };
 
-/// What is known of an inverse depth beforehand. Block: point.
+/// The prior of an inverse depth. Block: point.
 class InverseDepthCost final : public ceres::SizedCostFunction<1, 3> {
  public:
   explicit InverseDepthCost(double sigma) : sigma_(sigma) {}

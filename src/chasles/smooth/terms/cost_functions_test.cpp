@@ -116,7 +116,7 @@ TEST_P(CostFunctions, APointBehindTheCameraCountsAndDoesNotPull) {
   for (const Eigen::MatrixXd& J : jacobians(PointCost(term), behind)) EXPECT_TRUE(J.isZero(0));
 }
 
-// A search in which it jumped, down or up, would end there.
+// A search would end at a point where the cost jumps, down or up.
 TEST_P(CostFunctions, APointThatComesNearerCostsMoreAndMore) {
   Camera camera = test::small_camera(0);
   camera.cam_T_imu.p.setZero();

@@ -9,8 +9,8 @@
 namespace chasles {
 namespace {
 
-// The noise of a few samples does not reach all of pose and velocity: position and velocity would
-// be tied to each other exactly. Cut in pieces an interval's noise is white in it.
+// The noise of a few samples does not span pose and velocity: position and velocity would be tied
+// exactly. An interval is therefore divided; its noise is white within it.
 constexpr std::size_t kManyIntervals = 6;
 constexpr int kPieces = 6;
 
@@ -25,7 +25,7 @@ std::vector<ImuInterval> cut(const std::vector<ImuInterval>& intervals) {
 
 // Rows [rotation, position, velocity] of the residual in the earlier keyframe's axes.
 struct Moved {
-  Eigen::Vector3d phi, u, w;  // rotation; what position and velocity did beyond inertia, world
+  Eigen::Vector3d phi, u, w;  // rotation; changes of position and velocity beyond inertia, world
 };
 
 }  // namespace

@@ -8,27 +8,27 @@ namespace chasles {
 
 using Vector15d = Eigen::Matrix<double, 15, 1>;
 
-/// What the samples between two keyframes say of their motion: the intervals, and the whitening of
-/// the residual below. The mean is integrated at whatever biases are asked for, not extrapolated
-/// from others; only the noise's covariance is that of the biases that the link was made with.
+/// The samples between two keyframes as a term: the intervals, and the whitening of the residual
+/// below. The mean is integrated exactly at the given biases, not extrapolated. Only the covariance
+/// of the noise is that at the biases with which the link was made.
 struct ImuLink {
   std::vector<ImuInterval> intervals;
   Matrix15d whitening = Matrix15d::Zero();  ///< lower triangular W, W^T W = covariance^-1
 };
 
-/// The covariance of [rotation, position, velocity, accelerometer bias, gyroscope bias] that the
-/// noise of both sensors and their biases' random walks make of a certain state over the intervals,
-/// in the axes of the IMU at their beginning: products of the exact steps (imu/strapdown.hpp).
+/// The covariance of [rotation, position, velocity, accelerometer bias, gyroscope bias] after the
+/// intervals, from an exact state, due to the noise of both sensors and the random walks of their
+/// biases; in the IMU axes at the beginning. A product of the exact steps (imu/strapdown.hpp).
 Matrix15d link_covariance(const std::vector<ImuInterval>& intervals, const Vector6d& biases,
                           const ImuNoise& noise);
 
-/// Throws InputError where the noise densities do not make a covariance that can be inverted: white
-/// noise that is zero. A random walk below 1e-7 counts as that (it would tie two biases exactly).
+/// Throws InputError where the covariance is not invertible because white noise is zero. A random
+/// walk below 1e-7 is replaced by 1e-7 (a smaller one would tie two biases exactly).
 ImuLink imu_link(std::vector<ImuInterval> intervals, const Vector6d& biases, const ImuNoise& noise);
 
-/// The later keyframe against the earlier one moved by the samples, in the earlier one's axes and
-/// whitened; and, where asked for, its derivatives by the reference chart's errors of both
-/// [rotation, position, velocity, biases].
+/// The residual: the later keyframe against the prediction from the earlier one by the samples, in
+/// the earlier one's axes and whitened. Optionally its derivatives by the reference chart's errors
+/// of both [rotation, position, velocity, biases].
 struct LinkDerivatives {
   Matrix15d now, next;
 };

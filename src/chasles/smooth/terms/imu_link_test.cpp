@@ -41,7 +41,7 @@ TEST(ImuLink, TheResidualVanishesWhereTheSamplesLead) {
   Random random(1);
   for (int trial = 0; trial < 20; ++trial) {
     const auto intervals = random_intervals(random, 12);
-    // Made at other biases: the mean does not depend on them.
+    // Made at other biases, on which the mean does not depend.
     const ImuLink link = imu_link(intervals, random.normal_vector(6), kNoise);
     const InertialState now = random_motion(random);
     const Vector15d r = link_residual(link, now, integrated(now, intervals), kGravity);
@@ -95,8 +95,7 @@ TEST(ImuLink, TheCovarianceIsThatOfNoisySamples) {
   constexpr int kRuns = 4000;
   Eigen::MatrixXd residuals(15, kRuns);
   for (int run = 0; run < kRuns; ++run) {
-    // What happened, by the true rates and forces: the samples less their noise and biases that
-    // walk on after each of them.
+    // The true motion: the samples minus their noise and minus biases that walk after each of them.
     InertialState state = now;
     for (ImuInterval interval : intervals) {
       const double white = 1 / std::sqrt(interval.tau), walk = std::sqrt(interval.tau);

@@ -38,7 +38,7 @@ Eigen::MatrixXd covariance(const BodyVelocityModel& model, double tau,
   return Q;
 }
 
-// The scale of an input stands at the twist, so that the noise is the sample's own.
+// The scale of an input applies to the twist, so that the noise is the sample's own.
 double input_scale(const BodyVelocityModel& model, const VelocityState& now) {
   return model.scale && !model.velocity_state ? std::exp(now.additive[model.scale_index()]) : 1.0;
 }

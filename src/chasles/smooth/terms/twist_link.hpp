@@ -8,13 +8,13 @@
 
 namespace chasles {
 
-/// What moves between two instants of a recording with body velocities: the filter's motion model
-/// (filter/body_velocity_model.hpp) as a tie between a pose with its additive states and the next.
-/// The residual's rows are those of the twist [rotation; translation] that leads from the one pose
-/// to the other, less the velocity times tau, and of the later additive states less the earlier. In
-/// these coordinates the model's noise is the same wherever one is: with q the walk's density, the
-/// integrals [tau^3/3, tau^2/2; tau^2/2, tau] q of a velocity state, else a sample's noise that is
-/// held.
+/// The motion between two instants of a recording with body velocities: the filter's motion model
+/// (filter/body_velocity_model.hpp) as a term between the pose and additive states of one instant
+/// and of the next. Rows of the residual: the twist [rotation; translation] from the first pose to
+/// the second minus the velocity times tau, then the later additive states minus the earlier. In
+/// these coordinates the model's noise does not depend on the state. With q the density of the
+/// walk, it is the integrals [tau^3/3, tau^2/2; tau^2/2, tau] q of a velocity state, otherwise the
+/// noise of a held sample.
 struct TwistLink {
   BodyVelocityModel model;
   double tau = 0;             ///< [s]
@@ -23,8 +23,8 @@ struct TwistLink {
   int size() const { return 6 + model.size(); }
 };
 
-/// A walk below 1e-7 counts as that. Throws InputError where the noise leaves a pose no freedom: a
-/// walk of a velocity state, or a sample's deviation of an input, that is zero.
+/// A walk below 1e-7 is replaced by 1e-7. Throws InputError where the pose has no noise: a walk of
+/// a velocity state, or a sigma of a sample as input, that is zero.
 TwistLink twist_link(const BodyVelocityModel& model, double tau, const BodyVelocity& held,
                      const BodyVelocityNoise& noise);
 
@@ -34,7 +34,7 @@ struct VelocityState {
   Eigen::VectorXd additive;
 };
 
-/// The residual, whitened, and where asked for its derivatives by the errors [rotation; position;
+/// The residual, whitened, and optionally its derivatives by the errors [rotation; position;
 /// additive] of both in the reference chart.
 struct TwistDerivatives {
   Eigen::MatrixXd now, next;

@@ -50,8 +50,8 @@ Prediction filter_step(const BodyVelocityModel& model, const VelocityState& now,
   return predict(model, x, held, kTau, test::small_drive_noise().motion);
 }
 
-// A link that has no residual says of the next state what the filter's prediction does: its mean,
-// its transition, its noise.
+// A link with zero residual gives the filter's prediction of the next state: mean, transition and
+// noise.
 TEST(TwistLink, IsTheFiltersPrediction) {
   Random random(1);
   for (const BodyVelocityModel& model : models()) {
@@ -87,7 +87,7 @@ TEST(TwistLink, NoNoiseOrNoNumbersAreRefused) {
   EXPECT_THROW(twist_link({}, kTau, {}, noise), InputError);
   noise = test::small_drive_noise().motion;
   noise.sample_sigma[1] = 0;
-  EXPECT_NO_THROW(twist_link({}, kTau, {}, noise));  // a sample is a measurement of its own there
+  EXPECT_NO_THROW(twist_link({}, kTau, {}, noise));  // a sample is a separate measurement there
   EXPECT_THROW(twist_link({.velocity_state = false}, kTau, {}, noise), InputError);
 }
 

@@ -7,9 +7,9 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-constexpr double kLeastW = 0.01;  // where there is no depth to be too near: what lies aside
+constexpr double kLeastW = 0.01;  // for points without a depth limit: those far to the side
 
-// The additive numbers of the keyframe whose motion is block `first`.
+// The additive states of the keyframe whose motion is block `first`.
 VelocityState state_of(const double* const* x, int first, int additive) {
   VelocityState state{.world_T_imu = read_pose(x[first]), .additive = Eigen::VectorXd(additive)};
   if (additive > 0) {
@@ -18,7 +18,7 @@ VelocityState state_of(const double* const* x, int first, int additive) {
   return state;
 }
 
-// A derivative by a keyframe's errors into its one or two blocks.
+// Writes a derivative by a keyframe's errors to its one or two blocks.
 void write(const Eigen::MatrixXd& d, double** jacobians, int first) {
   const Eigen::Index additive = d.cols() - kPoseErrors;
   if (jacobians[first] != nullptr) {

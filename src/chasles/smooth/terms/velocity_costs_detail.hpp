@@ -10,11 +10,11 @@
 #include <chasles/smooth/terms/twist_link.hpp>
 
 /// The terms of a recording with body velocities, over blocks motion (12 numbers: a pose), additive
-/// (as many as the model has; left out where it has none) and point (3).
+/// (as many as the model has; omitted where it has none) and point (3).
 namespace chasles::smooth_detail {
 
-/// What a rectified pair sees of a landmark: as filter/stereo_measurement.hpp, of points that may
-/// be as far as they like. An anchored landmark hangs on the left camera.
+/// An observation of a landmark by a rectified pair: as filter/stereo_measurement.hpp, for points
+/// at any distance. The anchor of a landmark is the left camera.
 template <int Rows>
 struct StereoTerm {
   static constexpr int kRows = Rows, kNumbers = kPoseNumbers;
@@ -27,12 +27,12 @@ struct StereoTerm {
   const SE3& anchor_cam_T_imu() const { return rig->cam0_T_imu; }
 };
 
-/// The term of those rows, of which there must be so many.
+/// The term with these rows; their number must be `Rows`.
 template <int Rows>
 StereoTerm<Rows> stereo_term(const StereoRig& rig, StereoRows rows, const StereoNoise& noise,
                              const Eigen::Vector4d& pixels);
 
-/// What is known at the start. Blocks: motion, additive.
+/// The prior at the start. Blocks: motion, additive.
 struct DriveStart {
   VelocityState mean;
   Eigen::MatrixXd whitening;  ///< of [rotation, position, additive], reference chart

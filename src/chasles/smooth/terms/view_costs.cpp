@@ -3,7 +3,7 @@
 #include <chasles/filter/pixel_sight.hpp>
 #include <chasles/smooth/terms/velocity_costs_detail.hpp>
 
-// The costs of a landmark's views, once for every kind of term.
+// The costs of a landmark's views, for every kind of term.
 namespace chasles::smooth_detail {
 namespace {
 

@@ -48,7 +48,7 @@ struct InertialWindow::Implementation {
   void push_start();
   void push(Time time);
   void push_keyframe();
-  void look(const PixelObservation& observation, int now);
+  void observe(const PixelObservation& observation, int now);
   WindowView view_of(const PointView& view, int anchor_camera) const;
   void begin_landmarks();
   void read_states();
@@ -70,7 +70,7 @@ struct InertialWindow::Implementation {
   RecentUse recent;
 };
 
-// What happened in it is not known: a frame that is later cannot be tied to those before.
+// The motion during a gap is unknown: a later frame cannot be linked to those before.
 void InertialWindow::Implementation::note_gap(const ImuSample& sample) {
   if (!is_finite(sample) || sample.time <= covered_until) return;
   if (!gap && sample.time - covered_until > kLongestGap) gap = {covered_until, sample.time};
@@ -102,7 +102,7 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
   if (*time > graph.keyframes.back().time) push(*time);
   sliding.window.keyframes.back().framed = true;
   const int now = sliding.window.last();
-  for (const PixelObservation& o : usable(frame, input.cameras, report.unusable)) look(o, now);
+  for (const PixelObservation& o : usable(frame, input.cameras, report.unusable)) observe(o, now);
   begin_landmarks();
   last_frame = now;
   const SlidingWindow::Settled settled = sliding.settle(report);
@@ -118,7 +118,7 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
   return found;
 }
 
-// What has left the window.
+// Removes what has left the window.
 void InertialWindow::Implementation::forget() {
   tracks.forget(sliding.window);
   graph.keyframes.forget_before(sliding.window.first);
@@ -150,7 +150,7 @@ void InertialWindow::Implementation::push_keyframe() {
   ++report.keyframes;
 }
 
-void InertialWindow::Implementation::look(const PixelObservation& o, int now) {
+void InertialWindow::Implementation::observe(const PixelObservation& o, int now) {
   Tracks::Track& track = tracks.of(o.landmark);
   std::vector<PointView>& views = track.of.views;
   if (!settings.loops && !views.empty() && views.back().keyframe < last_frame) {
@@ -162,7 +162,7 @@ void InertialWindow::Implementation::look(const PixelObservation& o, int now) {
     return;
   }
   const int anchor_camera = sliding.window.points.at(*track.point).camera;
-  sliding.look(*track.point, view_of(views.back(), anchor_camera));
+  sliding.observe(*track.point, view_of(views.back(), anchor_camera));
   ++report.observations;
 }
 
@@ -178,7 +178,7 @@ WindowView InertialWindow::Implementation::view_of(const PointView& view, int an
   return made;
 }
 
-// After all views of a frame are there.
+// Called after all views of a frame are added.
 void InertialWindow::Implementation::begin_landmarks() {
   for (const LandmarkId id : std::exchange(seen, {})) {
     Tracks::Track& track = tracks.of(id);
@@ -250,7 +250,7 @@ std::vector<Estimate> InertialWindow::process(const FeatureFrame& frame) {
 
 std::vector<Estimate> InertialWindow::finish() {
   if (!of_->waiting.empty() && !of_->buffer.latest()) {
-    throw InputError("a window needs IMU samples: none of the recording's is finite");
+    throw InputError("a window needs IMU samples: none in the recording is finite");
   }
   std::vector<Estimate> estimates = of_->take_covered(true);
   of_->report.imu = of_->buffer.counts();
@@ -276,7 +276,7 @@ const WindowReport& InertialWindow::report() const { return of_->report; }
 void InertialWindow::check() const {
   if (of_->report.landmarks > 0) return;
   throw InputError(
-      "a window needs landmarks that are seen twice: none of the recording's is, or none with "
+      "a window needs landmarks that are observed twice: none in the recording is, or none with "
       "parallax (" +
       std::to_string(of_->report.unusable) + " observations were not usable)");
 }

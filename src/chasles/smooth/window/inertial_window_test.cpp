@@ -75,7 +75,7 @@ TEST(InertialWindowRun, KnowsNothingOfWhatComesLaterAndIsTheSameEveryTime) {
   const SmallScene scene = small_scene({.frames = 12});
   InertialBatchInput cut = scene.input;
   cut.frames.resize(8);
-  cut.samples.resize(71);  // to the eighth frame
+  cut.samples.resize(71);  // until the eighth frame
   const InertialWindowResult all = slide(scene.input, "right-sen3", {}, 4);
   const InertialWindowResult half = slide(cut, "right-sen3", {}, 4);
   ASSERT_EQ(half.estimates.size(), 8u);
@@ -92,11 +92,12 @@ TEST(InertialWindowRun, FedAsItComesIsTheSame) {
   std::vector<Estimate> motions;
   const auto keep = [&](const std::vector<Estimate>& some, const auto& when) {
     for (const Estimate& m : some) {
-      EXPECT_LE(m.time, when);  // a sample at its time or later has come
+      EXPECT_LE(m.time, when);  // a sample at its time or later has arrived
       motions.push_back(m);
     }
   };
-  // The samples of an instant before its frame, but for the third frame, which comes early.
+  // The samples up to a frame's time come before the frame, except for the third frame, which comes
+  // early.
   auto sample = scene.input.samples.begin();
   for (std::size_t k = 0; k < scene.input.frames.size(); ++k) {
     const FeatureFrame& frame = scene.input.frames[k];
@@ -166,8 +167,8 @@ TEST(InertialWindowRun, RefusesWhatItCannotUse) {
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
   refused("2 or more", [](auto&, auto&, int& n) { n = 1; });
-  refused("seen twice", [](InertialBatchInput& in, auto&, int&) { in.frames.clear(); });
-  refused("seen twice", [](InertialBatchInput& in, auto&, int&) {
+  refused("observed twice", [](InertialBatchInput& in, auto&, int&) { in.frames.clear(); });
+  refused("observed twice", [](InertialBatchInput& in, auto&, int&) {
     for (FeatureFrame& frame : in.frames) frame.pixels.clear();
   });
   refused("IMU samples", [](InertialBatchInput& in, auto&, int&) { in.samples.clear(); });

@@ -33,7 +33,7 @@ struct VelocityWindow::Implementation {
 
   void make_room();
   void take(int keyframe);
-  void look(const StereoObservation& observation, int now);
+  void observe(const StereoObservation& observation, int now);
   void begin(Tracks::Track& track);
   WindowView view_of(const StereoView& view, bool first) const;
   Estimate estimate(const FeatureFrame& frame, bool finite);
@@ -69,7 +69,7 @@ void VelocityWindow::Implementation::make_room() {
   timeline.forget_before(sliding.window.first);
 }
 
-// The timeline's keyframe, with the terms that end there, becomes one of the window.
+// Adds the timeline's keyframe, with the terms that end there, to the window.
 void VelocityWindow::Implementation::take(int k) {
   Window& window = sliding.window;
   if (!window.keyframes.empty() && k <= window.last()) return;
@@ -87,7 +87,7 @@ void VelocityWindow::Implementation::take(int k) {
   }
 }
 
-void VelocityWindow::Implementation::look(const StereoObservation& o, int now) {
+void VelocityWindow::Implementation::observe(const StereoObservation& o, int now) {
   Tracks::Track& track = tracks.of(o.landmark);
   std::vector<StereoView>& views = track.of.views;
   if (!views.empty() && views.back().keyframe == now) {  // two frames of one instant
@@ -99,7 +99,7 @@ void VelocityWindow::Implementation::look(const StereoObservation& o, int now) {
   }
   views.push_back({.keyframe = now, .pixels = o.pixels});
   if (!track.point) return begin(track);
-  sliding.look(*track.point, view_of(views.back(), false));
+  sliding.observe(*track.point, view_of(views.back(), false));
   ++report.observations;
 }
 
@@ -173,7 +173,7 @@ std::optional<Estimate> VelocityWindow::process(const FeatureFrame& frame) {
   Window& window = w.sliding.window;
   window.keyframe(now).framed = true;
   const int landmarks = w.report.landmarks;
-  for (const StereoObservation& o : usable(frame, w.report.unusable)) w.look(o, now);
+  for (const StereoObservation& o : usable(frame, w.report.unusable)) w.observe(o, now);
   w.fresh = w.report.landmarks - landmarks;
   w.last_frame = now;
   const SlidingWindow::Settled settled = w.sliding.settle(w.report);
@@ -202,7 +202,7 @@ const WindowReport& VelocityWindow::report() const { return of_->report; }
 void VelocityWindow::check() const {
   if (of_->report.landmarks > 0) return;
   throw InputError(
-      "a window needs landmarks that are seen twice: none of the recording's is, or none with a "
+      "a window needs landmarks that are observed twice: none in the recording is, or none with a "
       "disparity (" +
       std::to_string(of_->report.unusable) + " observations were not usable)");
 }

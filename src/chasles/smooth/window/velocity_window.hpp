@@ -8,13 +8,14 @@
 
 namespace chasles {
 
-/// A recording with body velocities and a stereo pair through a window that slides over it: the
-/// most probable motion and landmarks of the last keyframes, relinearised with every frame, given
-/// all velocities and frames so far; what has left the window stays as a Gaussian prior
-/// (docs/window.md). Fed as VelocitySlam is; the terms are those of smooth() of velocity_batch.hpp.
+/// A sliding window of the last N keyframes of a recording with body velocities and a stereo pair.
+/// It estimates the most probable motion and landmarks of these keyframes, relinearised with every
+/// frame, from all velocities and frames so far. Older states are marginalised into a Gaussian
+/// prior (docs/window.md). Feed it as VelocitySlam; the terms are those of smooth() of
+/// velocity_batch.hpp.
 ///
-/// Of `input` rig, settings and noise are taken. Throws as that smooth(), for velocities that are
-/// not finite and time that runs backwards as well; UsageError for a window of fewer than two
+/// Uses rig, settings and noise of `input`. Throws as that smooth(), also for velocities that are
+/// not finite and for time that runs backwards; UsageError for a window of fewer than two
 /// keyframes.
 class VelocityWindow {
  public:
@@ -22,17 +23,17 @@ class VelocityWindow {
   ~VelocityWindow();
 
   void process(const BodyVelocity& velocity);
-  /// The estimate of the frame's instant, which is the window's newest keyframe, and its
-  /// covariance, given all that came until now. None for a frame between keyframes
-  /// (batch.frames_per_keyframe). Nothing after Health::kLost counts.
+  /// The estimate at the frame's time, which is the window's newest keyframe, and its covariance,
+  /// from all data so far. None for a frame between keyframes (batch.frames_per_keyframe).
+  /// Estimates after Health::kLost are meaningless.
   std::optional<Estimate> process(const FeatureFrame& frame);
 
-  /// Landmarks as they were when they left the window, then those that are in it.
+  /// Landmarks as they were when they left the window, then those in it.
   std::vector<MapLandmark> map() const;
-  /// The landmarks that the next frame may still touch.
+  /// The landmarks that the next frame may still change.
   std::vector<LandmarkId> in_window() const;
   const WindowReport& report() const;
-  /// At the end: throws InputError where no landmark was seen twice.
+  /// At the end: throws InputError where no landmark was observed twice.
   void check() const;
 
  private:

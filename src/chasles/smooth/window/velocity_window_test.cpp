@@ -94,8 +94,8 @@ TEST_P(DriveWindowOver, OfTheWholeRecordingIsTheBatch) {
   }
 }
 
-// The last estimate is that of all data, whatever has left the window: what it costs to linearise
-// what left once for all is small beside its own deviation.
+// The last estimate uses all data, also those marginalised. The error of their fixed linearisation
+// is small against the estimate's own sigma.
 TEST_P(DriveWindowOver, ThatForgetsHardlyDiffersFromTheBatch) {
   for (const bool level : {false, true}) {
     const DriveScene s = scene({.frames = 20, .level = level});
@@ -166,7 +166,7 @@ TEST(VelocityWindow, LeavesWrongPixelsOut) {
     settings.landmarks = landmarks;
     const WindowRun clean = slide(s.input, settings, 5);
     EXPECT_EQ(clean.report.gated, 0);
-    // A first look, and some later ones.
+    // A first observation, and some later ones.
     s.input.frames[0].observations[0].pixels += Eigen::Vector4d(15, 5, 15, 5);
     for (const std::size_t k : {3u, 5u, 8u, 11u}) {
       s.input.frames[k].observations[k].pixels += Eigen::Vector4d(40, -25, 40, -25);
@@ -179,7 +179,7 @@ TEST(VelocityWindow, LeavesWrongPixelsOut) {
   }
 }
 
-// Out of view for less than the window it is the same landmark, unless batch.loops says no.
+// A landmark out of view for less than the window is the same one, unless batch.loops is false.
 TEST(VelocityWindow, ALandmarkThatComesBackIsTheSameWhileItIsThere) {
   DriveScene s = drive_scene({.frames = 14});
   for (std::size_t k = 4; k < 8; ++k) {
@@ -193,10 +193,12 @@ TEST(VelocityWindow, ALandmarkThatComesBackIsTheSameWhileItIsThere) {
   EXPECT_EQ(slide(s.input, settings, 10).report.landmarks, 30);
 }
 
-// Keyframes leave for them, and instants come; as inputs they tell nothing of what was before.
+// Keyframes are marginalised for them, and instants are added. As inputs they do not constrain
+// earlier states.
 TEST(VelocityWindow, TakesVelocitiesAfterTheLastFrame) {
   DriveScene s = drive_scene({.frames = 12, .velocity = VelocityRole::kInput});
-  for (int k = 0; k < 8; ++k) {  // of these, the prior knows nothing until the eighth frame leaves
+  for (int k = 0; k < 8;
+       ++k) {  // for these, the prior has no information until the eighth frame leaves
     std::erase_if(s.input.frames[static_cast<std::size_t>(k)].observations,
                   [](const StereoObservation& o) { return o.landmark % 2 == 0; });
   }
@@ -263,7 +265,7 @@ TEST(DriveWindowBadInput, IsRefused) {
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
   refused("2 or more", [](auto&, auto&, int& n) { n = 1; });
-  refused("seen twice", [](VelocityBatchInput& in, auto&, int&) {
+  refused("observed twice", [](VelocityBatchInput& in, auto&, int&) {
     for (FeatureFrame& frame : in.frames) frame.observations.clear();
   });
   refused("not finite", [](VelocityBatchInput& in, auto&, int&) {

@@ -16,10 +16,10 @@
 #include <chasles/filter/pixel_sight.hpp>
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 
-/// A window that slides over a recording, whatever moves in it: for this folder's sources alone.
-/// Its terms are those of the batch's problems. The linear algebra is done in the reference chart's
-/// errors; the error chart says how a step moves a state and in which coordinates the prior is
-/// Gaussian (docs/window.md).
+/// A window that slides over a recording of any kind. Private to this folder. Its terms are those
+/// of the batch problems. The linear algebra uses the reference chart's errors. The error chart
+/// determines how a step moves a state, and in which coordinates the prior is Gaussian
+/// (docs/window.md).
 namespace chasles::smooth_detail {
 
 using Matrix63d = Eigen::Matrix<double, 6, 3>;
@@ -27,38 +27,40 @@ using Matrix63d = Eigen::Matrix<double, 6, 3>;
 struct WindowKeyframe {
   Time time{};
   bool framed = false;
-  std::array<double, kMotionNumbers> motion{};  ///< or kPoseNumbers of them
+  std::array<double, kMotionNumbers> motion{};  ///< kMotionNumbers, or only kPoseNumbers of them
   Eigen::VectorXd additive;
 };
 
 /// A term of one keyframe, or of one and the next.
 struct ChainTerm {
   int first = 0, keyframes = 1;
-  bool additive_only = false;  ///< its one block is `additive`
+  bool additive_only = false;  ///< its only block is `additive`
   std::unique_ptr<ceres::CostFunction> cost = nullptr;
-  Eigen::VectorXd residual = {};  ///< at the present numbers, unless stale
+  Eigen::VectorXd residual = {};  ///< at the present values, unless stale
   Eigen::MatrixXd jacobian = {};  ///< by the reference chart's errors of its keyframes
 };
 
-/// A look at a landmark.
+/// One observation of a landmark.
 struct WindowView {
   int keyframe = 0, camera = 0;
-  bool begins = false;  ///< a landmark that is not in the prior needs such a view, if it ever had
+  bool begins = false;  ///< whether it can initialise a landmark; one that is not in the prior
+                        ///< needs such a view
   std::unique_ptr<ceres::CostFunction> cost = nullptr;       ///< blocks: motion(, anchor's), point
   std::unique_ptr<ceres::CostFunction> at_anchor = nullptr;  ///< block: point
   double deviation = 0;                                      ///< length of the whitened residual
 };
 
-/// What a landmark's views say, at the present numbers: half the squares' second derivatives and
-/// gradients by the poses of the keyframes that they hang on and by the landmark.
+/// The linearised views of a landmark at the present values: second derivatives and gradients of
+/// half the squares, by the poses of the keyframes that they depend on and by the landmark.
 struct PointLinear {
   struct Seat {
     int keyframe = 0;
-    Matrix6d H = Matrix6d::Zero(), by_anchor = Matrix6d::Zero();  ///< with the first seat's pose
+    Matrix6d H = Matrix6d::Zero(),
+             by_anchor = Matrix6d::Zero();  ///< with the pose of the first seat
     Matrix63d W = Matrix63d::Zero();
     Vector6d g = Vector6d::Zero();
   };
-  std::vector<Seat> seats = {};  ///< that of the anchor first, where there is one
+  std::vector<Seat> seats = {};  ///< that of the anchor first, if any
   Eigen::Matrix3d V = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   double cost = 0;
@@ -66,32 +68,34 @@ struct PointLinear {
 
 struct WindowPoint {
   LandmarkId id = 0;
-  int anchor = 0;      ///< keyframe, of an anchored one; one of the window
+  int anchor = 0;      ///< keyframe in the window, of an anchored landmark
   int camera = 0;      ///< of the anchor
-  SE3 cam_T_imu = {};  ///< its
+  SE3 cam_T_imu = {};  ///< of the anchor's camera
   Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
-  std::vector<WindowView> views = {};                    ///< keyframes rise
-  std::unique_ptr<ceres::CostFunction> alone = nullptr;  ///< a term of the landmark by itself
-  int looks = 0;                                         ///< views, those that have left included
+  std::vector<WindowView> views = {};                    ///< sorted by keyframe
+  std::unique_ptr<ceres::CostFunction> alone = nullptr;  ///< a prior of the landmark alone
+  int observations = 0;  ///< all views, including those of removed keyframes
   bool in_prior = false;
-  bool stale = true;  ///< `linear` is not of the present numbers, or of views that have gone
-  std::size_t linearised = 0;  ///< so many of the views are in `linear`
+  bool stale =
+      true;  ///< `linear` is not at the present values, or includes views that were removed
+  std::size_t linearised = 0;  ///< number of views in `linear`
   PointLinear linear = {};
 };
 
-/// What has left the window says of what is in it: 1/2 y^T information y + gradient^T y. y is T^-1
-/// times the chart's errors of the state against `at`, T being the chart's block there: to first
-/// order about `at` the reference chart's errors, but linear in the chart's; and where there are
-/// scale weights, with the scale among them (window_scale.cpp). Of all keyframes but the oldest,
-/// what has left saw the poses alone: the others of their errors have no rows.
+/// The information of the marginalised states about the window: 1/2 y^T information y + gradient^T
+/// y. y is T^-1 times the chart's errors of the state against `at`, with T the chart's block there.
+/// To first order about `at`, y equals the reference chart's errors, but it is linear in the
+/// chart's. With scale weights, the scale is among its components (window_scale.cpp). For all
+/// keyframes but the oldest, the prior has rows for the pose only.
 struct WindowPrior {
   Eigen::MatrixXd information;  ///< lower triangle
   Eigen::VectorXd gradient;
-  std::vector<WindowKeyframe> keyframes;             ///< `at`, of those that were there
-  std::vector<Eigen::MatrixXd> inverse_blocks = {};  ///< T^-1, of those
+  std::vector<WindowKeyframe> keyframes;             ///< `at`, of the keyframes of the prior
+  std::vector<Eigen::MatrixXd> inverse_blocks = {};  ///< T^-1, of these keyframes
   std::map<int, Eigen::Vector3d> points;
-  std::map<int, double> scale_weights = {};  ///< of points in what the scale is; empty: it is 1
-  Eigen::VectorXd scale_direction = {};      ///< of y, if all lengths grow
+  std::map<int, double> scale_weights =
+      {};  ///< weights of the points in the scale; empty: the scale is 1
+  Eigen::VectorXd scale_direction = {};  ///< derivative of y if all lengths grow
 };
 
 struct Window {
@@ -105,7 +109,7 @@ struct Window {
   std::vector<ChainTerm> terms = {};
   std::map<int, WindowPoint> points = {};
   WindowPrior prior = {};
-  bool stale = true;  ///< the terms' linear parts are not those of the present numbers
+  bool stale = true;  ///< the terms' linear parts are not at the present values
 
   int count() const { return static_cast<int>(keyframes.size()); }
   int last() const { return first + count() - 1; }
@@ -117,8 +121,8 @@ struct Window {
   }
 };
 
-/// Where everything stands in an error vector of the window: the landmarks of the prior, then the
-/// oldest keyframes. Of the first `whole` of them all errors are there, of the others the pose's.
+/// The rows of an error vector of the window: the landmarks of the prior, then the keyframes, the
+/// oldest first. The first `whole` keyframes have all errors, the others those of the pose.
 struct WindowRows {
   explicit WindowRows(const Window& window) : WindowRows(window, window.count(), window.count()) {}
   WindowRows(const Window& window, int keyframes, int whole);
@@ -132,55 +136,55 @@ struct WindowRows {
   int begin = 0, errors = 0, first = 0, keyframes = 0, whole = 0, size = 0;
 };
 
-/// Half of the weighted squares at the present numbers; makes all linear parts current.
+/// Half of the weighted squares at the present values; makes all linear parts current.
 double evaluate(Window& window);
 
-/// The linear part of those of a point's views that are of `keyframe`; none: all, and `alone`.
+/// The linear part of a point's views of `keyframe`; none: of all views, and of `alone`.
 PointLinear linearise(const Window& window, const WindowPoint& point,
                       std::optional<int> keyframe = std::nullopt);
 
-/// The quadratic form that a window's terms make of its errors, landmarks that are not in the prior
+/// The quadratic form of a window's terms in its errors, with landmarks that are not in the prior
 /// eliminated: lower triangle of S, and gradient.
 struct WindowSystem {
   Eigen::MatrixXd S;
   Eigen::VectorXd g;
 };
-/// The lower triangle in other rows: without those that are not there any more, zeros where there
-/// were none.
+/// The lower triangle in other rows: removed rows are dropped, new ones are zero.
 WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to);
-/// Needs current linear parts. Diagonals are enlarged by that part of themselves.
+/// Needs current linear parts. Diagonals are enlarged by the fraction `damping`.
 WindowSystem normal_equations(const Window& window, const WindowRows& rows, double damping);
 
-/// The inverse of a landmark's V on what it tells; what it does not tell stays as it is.
+/// The inverse of a landmark's V on its range; zero on its null space.
 Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V);
 
-/// What the last step found of the window's uncertainty.
+/// The uncertainty of the window after the last step.
 struct WindowFactor {
   Eigen::MatrixXd L;                    ///< lower triangle: S = L L^T
-  std::optional<WindowRows> rows = {};  ///< of L; none: the window was not determined
+  std::optional<WindowRows> rows = {};  ///< of L; none: the window was not fully observable
 
-  /// Whether no keyframe has come or gone since.
+  /// Whether it still has the same keyframes.
   bool fits(const Window& window) const {
     return rows && rows->first == window.first && rows->keyframes == window.count();
   }
 };
-/// That of the present numbers, without damping; needs current linear parts.
+/// The factor at the present values, without damping; needs current linear parts.
 WindowFactor factor_of(const Window& window);
 
 struct WindowSteps {
   int steps = 3;            ///< at most
-  double tolerance = 1e-8;  ///< it ends where the cost falls by less than this part
+  double tolerance = 1e-8;  ///< relative decrease of the cost at which it ends
 };
 struct WindowProgress {
   int tried = 0, successful = 0;
   bool converged = false, finite = true;
   double cost = 0;
 };
-/// Gauss's and Newton's steps, damped where one does not lower the cost.
+/// Gauss-Newton steps, damped where one does not lower the cost.
 WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& factor);
 
-/// Views that are farther than `gate` deviations from their prediction go. Landmarks that are not
-/// in the prior and are left with one view, or without the view that begins them, go as well.
+/// Removes views that are farther than `gate` standard deviations from their prediction. Removes
+/// landmarks that are not in the prior and have only one view left, or no view that can initialise
+/// them.
 struct CulledView {
   int point = 0, keyframe = 0, camera = 0;
 };
@@ -193,63 +197,63 @@ Culled cull(Window& window, double gate);
 /// The covariance of the newest keyframe's errors, reference chart; NaN without a factor.
 Eigen::MatrixXd newest_covariance(const Window& window, const WindowFactor& factor);
 
-/// A landmark as the map has it; none where it is beyond infinity, and without a factor. The factor
-/// fits the window.
+/// A landmark as an entry of the map; none where its inverse depth is not positive, and without a
+/// factor. The factor must fit the window.
 std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor& factor,
                                         int point);
 
-/// The oldest keyframe leaves, and with it what was observed from it: into the prior. Landmarks
-/// that it saw and that the newest keyframe does not see go with all their views; those that are
-/// still seen stay, and are of the prior from now on. What is of no keyframe of the window any more
-/// has left `points`. Current linear parts are needed.
+/// Marginalises the oldest keyframe and its observations into the prior. Landmarks that it observed
+/// and the newest keyframe does not are marginalised with all their views. Those that are still
+/// observed stay and become part of the prior. Landmarks without a keyframe in the window are
+/// removed from `points`. Needs current linear parts.
 void marginalise_oldest(Window& window);
 
-/// The numbers of those that would go with all keyframes up to that one, which rise.
+/// The numbers of the landmarks that would be marginalised with all keyframes up to `keyframe`;
+/// sorted.
 std::vector<int> ending_points(const Window& window, int keyframe);
 
-// Between the window's sources.
+// Shared by the sources of the window.
 
-/// The landmark and its anchor as the filter's charts take them.
+/// The landmark and its anchor in the form of the filter's charts.
 Landmark landmark_of(const WindowPoint& point);
 Clone clone_of(const Window& window, int keyframe);
 
 /// T(x) of a keyframe's motion: the chart's errors by the reference chart's.
 Eigen::MatrixXd chart_block(const Window& window, const WindowKeyframe& keyframe);
 
-/// Where everything stands in the prior.
+/// The rows of the prior.
 WindowRows prior_rows(const Window& window);
-/// What the prior says at the present numbers, reference chart: lower triangle, its rows.
+/// The prior at the present values, reference chart: lower triangle, its rows.
 WindowSystem prior_system(const Window& window);
 double prior_cost(const Window& window);
 
-/// The prior of that system at the present numbers; rows: (window, all keyframes, 1). Its lower
-/// triangle is read.
+/// Sets the prior to that system at the present values; rows: (window, all keyframes, 1). Only the
+/// lower triangle is read.
 void set_prior(Window& window, WindowSystem system);
 
-/// The logarithm of what the present numbers are larger by than those of the prior, by the depths
-/// of its landmarks; and its derivative by the prior's rows, reference chart.
+/// The logarithm of the ratio of the present scale to that of the prior, from the depths of its
+/// landmarks; and its derivative by the prior's rows, reference chart.
 struct WindowScale {
   double log = 0;
   Eigen::VectorXd by_errors;
 };
 WindowScale scale_of(const Window& window, const WindowRows& rows);
 
-/// The present numbers of what the prior has, larger by a factor about where its oldest keyframe
-/// was.
+/// The present values of the prior's states, scaled about the position of its oldest keyframe.
 struct ScaledNumbers {
   std::vector<WindowKeyframe> keyframes;
   std::map<int, Eigen::Vector3d> points;
 };
 ScaledNumbers scaled(const Window& window, double log);
-/// The derivative of that by the present numbers, which is diagonal; reference chart.
+/// The diagonal derivative of these values by the present ones; reference chart.
 Eigen::VectorXd scaling(const Window& window, const WindowRows& rows, double log);
-/// The reference chart's errors by the logarithm, if those numbers grow.
+/// The derivative of the reference chart's errors by the logarithm of the scale at those values.
 Eigen::VectorXd scale_direction(const Window& window, const WindowRows& rows,
                                 const ScaledNumbers& numbers);
-/// Says which landmarks tell the scale: those whose depths the prior knows.
+/// Chooses the landmarks that define the scale: those whose depths the prior determines.
 void weigh_scale(const Window& window, WindowPrior& prior);
 
-/// Adds a landmark's linear part to a system; by its own rows where `row` says where they are.
+/// Adds a landmark's linear part to a system; with its own rows if `row` is given.
 void add_point(const WindowRows& rows, const PointLinear& linear, std::optional<int> row,
                const Eigen::Matrix3d& V_inverse, WindowSystem& system);
 void add_term(const WindowRows& rows, const ChainTerm& term, WindowSystem& system);

@@ -4,7 +4,7 @@
 
 #include <chasles/smooth/window/window_detail.hpp>
 
-// The terms of a window and their derivatives at the present numbers.
+// The terms of a window and their derivatives at the present values.
 namespace chasles::smooth_detail {
 namespace {
 
@@ -14,7 +14,7 @@ template <int Rows, int Columns>
 using Rowwise = Eigen::Map<const Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>, 0,
                            Eigen::OuterStride<>>;
 
-// A view's residual and its derivatives as a cost function writes them.
+// A view's residual and its derivatives as written by a cost function.
 struct Written {
   std::array<double, kMostRows> residual;
   std::array<double, kMostRows * kMotionNumbers> by_view, by_anchor;
@@ -22,7 +22,7 @@ struct Written {
 };
 
 PointLinear::Seat& seat_of(int keyframe, std::size_t from, std::vector<PointLinear::Seat>& seats) {
-  // Views come with keyframes rising: the one looked for is the last, if it is there.
+  // Views are sorted by keyframe: the seat, if it exists, is the last one.
   if (seats.size() > from && seats.back().keyframe == keyframe) return seats.back();
   return seats.emplace_back(PointLinear::Seat{.keyframe = keyframe});
 }
@@ -66,8 +66,8 @@ double square(const Written& at, int rows) {
   return sum;
 }
 
-// Of a robust loss its value and slope; the slope weights the squares (Huber's iterated weights:
-// the gradient is exact, the second derivative that of the weighted squares).
+// Value and slope of a robust loss. The slope weights the squares (iteratively reweighted least
+// squares: the gradient is exact, the second derivative that of the weighted squares).
 double loss_at(const Window& window, double square, double& weight) {
   weight = 1;
   if (!window.loss) return square / 2;
@@ -154,7 +154,7 @@ void evaluate(const Window& window, ChainTerm& term) {
   for (DenseRows& j : J) into.push_back(j.data());
   term.residual.resize(rows);
   if (!term.cost->Evaluate(x.data(), term.residual.data(), into.data())) {
-    // A cost that is not a number is refused.
+    // A cost that is NaN is never accepted.
     term.residual.setConstant(std::numeric_limits<double>::quiet_NaN());
     for (DenseRows& j : J) j.setZero();
   }

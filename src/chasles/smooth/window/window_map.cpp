@@ -3,7 +3,7 @@
 #include <chasles/filter/dense.hpp>
 #include <chasles/smooth/window/window_detail.hpp>
 
-// What the factor of a window's last step says of its uncertainty.
+// Uncertainties from the factor of a window's last step.
 namespace chasles::smooth_detail {
 
 Landmark landmark_of(const WindowPoint& point) {
@@ -31,7 +31,8 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
   if (!factor.rows) return std::nullopt;
   const WindowPoint& point = window.points.at(number);
   const WindowRows& rows = *factor.rows;
-  MapLandmark landmark{.id = point.id, .p_world = point.parameters, .observations = point.looks};
+  MapLandmark landmark{
+      .id = point.id, .p_world = point.parameters, .observations = point.observations};
   Eigen::Matrix3d by_point = Eigen::Matrix3d::Identity();
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(rows.size, 3);  // d p_world / d errors, transposed
   if (window.anchored) {
@@ -53,7 +54,7 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
     }
     landmark.covariance = by_told * by_point.transpose();
   }
-  // Rows above the first that is not zero stay zero.
+  // Rows above the first nonzero row stay zero.
   const int first = point.in_prior ? rows.points.at(number) : rows.begin;
   const int count = rows.size - first;
   dense::solve_lower(factor.L.bottomRightCorner(count, count), C.bottomRows(count));

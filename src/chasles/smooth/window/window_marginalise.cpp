@@ -8,7 +8,7 @@
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/window/window_detail.hpp>
 
-// The oldest keyframe of a window goes into the prior.
+// Marginalisation of a window's oldest keyframe into the prior.
 namespace chasles::smooth_detail {
 namespace {
 
@@ -22,8 +22,8 @@ bool hangs_before(const Window& window, const WindowPoint& point, int keyframe) 
          (!point.views.empty() && point.views.front().keyframe < keyframe);
 }
 
-// An anchored landmark as another keyframe's camera has it, and the derivatives of the new
-// parameters by both poses and the old ones.
+// An anchored landmark in the camera of another keyframe, and the derivatives of the new parameters
+// by both poses and the old ones.
 struct Moved {
   Eigen::Vector3d parameters;
   Eigen::Matrix<double, 3, 6> by_old, by_new;
@@ -40,7 +40,7 @@ std::optional<Moved> moved_to(const Window& window, const WindowPoint& point, in
   if (!(q.z() > 1e-6 * q.norm())) return std::nullopt;
   Moved moved;
   moved.parameters = Eigen::Vector3d(q.x(), q.y(), at.w) / q.z();
-  // By q and by w, which is the last of the old parameters itself.
+  // By q, and by w, which is the last of the old parameters.
   Eigen::Matrix3d by_q = Eigen::Matrix3d::Zero();
   by_q.topLeftCorner<2, 2>().setIdentity();
   by_q.col(2) = -moved.parameters;
@@ -55,7 +55,7 @@ std::optional<Moved> moved_to(const Window& window, const WindowPoint& point, in
   return moved;
 }
 
-// The system by the new parameters of a landmark instead of the old ones; all of S is used.
+// The system by the new parameters of a landmark instead of the old ones; uses all of S.
 void substitute(const Moved& moved, int row, int old_anchor, int new_anchor, WindowSystem& system) {
   const Eigen::Matrix3d old_by_new = moved.by_parameters.inverse();
   const Eigen::Matrix<double, 3, 6> by_old = -old_by_new * moved.by_old;
@@ -75,12 +75,12 @@ void substitute(const Moved& moved, int row, int old_anchor, int new_anchor, Win
   system.g.segment<3>(row) = old_by_new.transpose() * g;
 }
 
-// Landmarks that stay hang on the newest keyframe from now on; all of S.
+// Moves the anchors of the remaining landmarks to the newest keyframe; uses all of S.
 void hang_on_newest(const WindowRows& rows, Window& window, WindowSystem& system) {
   for (auto& [number, point] : window.points) {
     if (!window.anchored || point.anchor != window.first || !rows.points.contains(number)) continue;
     const auto moved = moved_to(window, point, window.last());
-    if (!moved || !sees(point, window.last())) continue;  // it ends
+    if (!moved || !sees(point, window.last())) continue;  // its track ends
     const int row = rows.points.at(number);
     if (point.alone) {
       WindowPoint bare{.parameters = point.parameters, .alone = std::move(point.alone)};
@@ -95,7 +95,7 @@ void hang_on_newest(const WindowRows& rows, Window& window, WindowSystem& system
   }
 }
 
-// What the oldest keyframe takes with it, linearised; the lower triangle.
+// The linearised terms of the oldest keyframe; lower triangle.
 void absorb(const Window& window, const WindowRows& rows, const std::vector<int>& ending,
             WindowSystem& system) {
   for (const auto& [number, point] : window.points) {
@@ -114,8 +114,8 @@ void absorb(const Window& window, const WindowRows& rows, const std::vector<int>
   }
 }
 
-// Of S all is read, and the lower triangle stays. Landmarks go one after the other, but one product
-// for all of them takes a fraction of the time of one for each.
+// Reads all of S and writes the lower triangle. The landmarks are eliminated one by one, but one
+// product for all takes a fraction of the time.
 void eliminate_points(const WindowRows& rows, const std::vector<int>& ending,
                       WindowSystem& system) {
   std::vector<int> gone;
@@ -123,7 +123,7 @@ void eliminate_points(const WindowRows& rows, const std::vector<int>& ending,
     if (rows.points.contains(number)) gone.push_back(rows.points.at(number));
   }
   const Eigen::Index n = rows.size, width = 3 * std::ssize(gone);
-  Eigen::MatrixXd columns(n, width), told(n, width);  // told columns^T goes
+  Eigen::MatrixXd columns(n, width), told(n, width);  // told columns^T is subtracted
   Eigen::Index done = 0;
   for (const int row : gone) {
     auto own = columns.middleCols<3>(done);
@@ -137,10 +137,10 @@ void eliminate_points(const WindowRows& rows, const std::vector<int>& ending,
   dense::add_product_lower(-told, columns.transpose(), system.S);
 }
 
-// A keyframe is what its link to the next leaves open: in the link's whitened residual d instead of
-// the keyframe's errors the link's information is 1, whatever it is worth, and what is known of the
-// keyframe is not lost in the difference of large numbers (an information filter's prediction). Of
-// S all is read, and the lower triangle stays.
+// Eliminates a keyframe in the coordinates of its link: the keyframe's errors are replaced by the
+// link's whitened residual d. The link's information is then 1, whatever its weight, and the
+// information on the keyframe is not lost in the difference of large numbers (prediction of an
+// information filter). Reads all of S and writes the lower triangle.
 void eliminate_keyframe(const ChainTerm& link, int row, int n, WindowSystem& system) {
   Eigen::MatrixXd& S = system.S;
   const Eigen::MatrixXd M = small::inverse(link.jacobian.leftCols(n));
@@ -157,7 +157,7 @@ void eliminate_keyframe(const ChainTerm& link, int row, int n, WindowSystem& sys
   system.g.segment(next, n).noalias() -= K.transpose() * g;
   system.g.segment(row, n).noalias() = M.transpose() * g;
   S.block(row, row, n, n).diagonal().array() += 1;
-  // L^-1 of what d has to do with all, S_dd = L L^T.
+  // L^-1 of the blocks that couple d with the rest, S_dd = L L^T.
   const Eigen::LLT<Eigen::MatrixXd> cholesky(S.block(row, row, n, n));
   const Eigen::MatrixXd by_d = cholesky.matrixL().solve(S.middleRows(row, n)).transpose();
   system.g.noalias() -= by_d * cholesky.matrixL().solve(system.g.segment(row, n));

@@ -6,11 +6,11 @@
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/window/window_detail.hpp>
 
-// What a window knows of what has left it.
+// The prior of a window from its marginalised states.
 namespace chasles::smooth_detail {
 namespace {
 
-// The chart's errors of those numbers against those of the prior.
+// The chart's errors of these values against those of the prior.
 Eigen::VectorXd chart_errors(const Window& window, const WindowRows& rows,
                              const ScaledNumbers& numbers) {
   const WindowPrior& prior = window.prior;
@@ -30,8 +30,8 @@ Eigen::VectorXd chart_errors(const Window& window, const WindowRows& rows,
   return xi;
 }
 
-// The prior's coordinates of the present numbers: those of the numbers without what they are larger
-// by, and that.
+// The prior's coordinates of the present values: those of the values without the scale, and the
+// scale.
 struct Offset {
   WindowScale scale;
   ScaledNumbers numbers;
@@ -52,13 +52,13 @@ Offset offset(const Window& window, const WindowRows& rows) {
   return at;
 }
 
-// y of a keyframe by the reference chart's errors at other numbers than the prior's.
+// y of a keyframe by the reference chart's errors, at other values than the prior's.
 struct Turn {
   int row = 0;
   Eigen::MatrixXd G;
 };
 
-// G is 1 but for these.
+// G is the identity but for these blocks.
 std::vector<Turn> turns_of(const Window& window, const WindowRows& rows,
                            const ScaledNumbers& numbers) {
   const WindowPrior& prior = window.prior;
@@ -83,7 +83,7 @@ void multiply(const std::vector<Turn>& turns, bool transposed, Eigen::VectorXd& 
   }
 }
 
-// The lower triangle of a symmetric S <- G^T S G, G being 1 but for N rows.
+// The lower triangle of a symmetric S <- G^T S G, where G is the identity but for N rows.
 template <int N>
 void turn_rows(const Eigen::MatrixXd& block, Eigen::Index row, Eigen::MatrixXd& S) {
   const Eigen::Matrix<double, N, N> G = block, Gt = G.transpose();
@@ -113,9 +113,9 @@ Eigen::VectorXd times_information(const WindowPrior& prior, const Eigen::VectorX
   return product;
 }
 
-// A system by the present numbers, with the scale among the prior's coordinates: their derivative
-// is G E + d c^T, where E takes the scale off, c is the scale's own derivative, and d how its
-// direction has moved.
+// A system by the present values, with the scale among the prior's coordinates. Their derivative is
+// G E + d c^T, where E removes the scale, c is the scale's derivative, and d the change of its
+// direction.
 void turn_with_scale(const Window& window, const WindowRows& rows, const Offset& at,
                      const std::vector<Turn>& turns, WindowSystem& system) {
   const Eigen::VectorXd E = scaling(window, rows, -at.scale.log);

@@ -7,8 +7,8 @@
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/window/window_detail.hpp>
 
-// What a window's prior says at other numbers than its own, and that it does not know the scale,
-// which pixels do not tell.
+// The prior of a window at other values than its own, and its independence of the scale, which
+// pixels do not determine.
 namespace chasles::smooth_detail {
 namespace {
 
@@ -21,7 +21,7 @@ WindowKeyframe keyframe_of(const InertialState& state) {
   return keyframe;
 }
 
-// Four keyframes and six landmarks of the prior, three to ten metres off.
+// Four keyframes and six landmarks of the prior, at three to ten metres.
 Window window_of(const ErrorChart& chart, bool anchored, test::Random& random) {
   Window window{.sizes = {}, .chart = &chart, .anchored = anchored};
   for (int k = 0; k < 4; ++k) {
@@ -49,7 +49,7 @@ ScaledNumbers numbers_of(const Window& window) {
   return numbers;
 }
 
-// What pixels may say: nothing along that direction.
+// Possible information from pixels: none along that direction.
 WindowSystem blind_along(const VectorXd& s, test::Random& random) {
   const auto n = static_cast<int>(s.size());
   MatrixXd A = MatrixXd::NullaryExpr(3 * n, n, [&] { return 10 * random.normal(); });
@@ -57,7 +57,7 @@ WindowSystem blind_along(const VectorXd& s, test::Random& random) {
   return {.S = A.transpose() * A, .g = A.transpose() * random.normal_vector(3 * n)};
 }
 
-// A window whose prior is of such a system.
+// A window with the prior of such a system.
 Window blind_window(const ErrorChart& chart, bool anchored, test::Random& random) {
   Window window = window_of(chart, anchored, random);
   const WindowRows rows(window, 4, 1);
@@ -72,7 +72,7 @@ WindowSystem system_of(const Window& window) {
   return {.S = system.S.selfadjointView<Eigen::Lower>(), .g = system.g};
 }
 
-// Everything moves, and grows by the exponential of `log`.
+// Changes everything, and scales it by the exponential of `log`.
 void move(double size, double log, test::Random& random, Window& window) {
   const ScaledNumbers grown = scaled(window, log);
   const ChartManifold manifold(*window.chart, true);
@@ -86,7 +86,7 @@ void move(double size, double log, test::Random& random, Window& window) {
   window.stale = true;
 }
 
-// A prior that knows everything, but nothing of what has no rows.
+// A prior with full information, but none on errors without rows.
 Window informed_window(const ErrorChart& chart, bool anchored, test::Random& random) {
   Window window = window_of(chart, anchored, random);
   const int n = WindowRows(window, window.count(), 1).size;
@@ -130,7 +130,7 @@ TEST_P(WindowPriorOver, TurnsAsTheChartDoes) {
     const WindowSystem system = prior_system(window);
     const MatrixXd S = system.S.selfadjointView<Eigen::Lower>();
     EXPECT_TRUE(test::agree(S, G.transpose() * prior.S * G, 1e-10));
-    // y from the gradient gives the cost.
+    // the gradient determines y and so the cost.
     const VectorXd y = prior.S.inverse() * (G.transpose().inverse() * system.g - prior.g);
     EXPECT_NEAR(prior_cost(window), y.dot(prior.S * y) / 2 + prior.g.dot(y),
                 1e-8 * y.dot(prior.S * y));
@@ -142,7 +142,7 @@ INSTANTIATE_TEST_SUITE_P(Charts, WindowPriorOver, ::testing::ValuesIn(test::all_
 
 class WindowScale : public test::OverCharts {};
 
-// But for what the body's axes do to its position, which the chart turns to first order.
+// Up to the effect of the body axes on its position, which the chart rotates to first order.
 TEST_P(WindowScale, ThatThePriorWasBlindToItStaysBlindTo) {
   test::Random random(3);
   for (const bool anchored : {false, true}) {
@@ -171,7 +171,7 @@ TEST_P(WindowScale, OfItselfCostsNothing) {
 INSTANTIATE_TEST_SUITE_P(Charts, WindowScale, ::testing::ValuesIn(test::all_charts()),
                          test::chart_test_name);
 
-// In the chart whose coordinates are differences: with others the derivative is of first order.
+// In the chart whose coordinates are differences; in others the derivative is exact to first order.
 TEST(WindowScaleGradient, IsThatOfTheCost) {
   test::Random random(5);
   for (const bool anchored : {false, true}) {
@@ -191,7 +191,7 @@ TEST(WindowScaleGradient, IsThatOfTheCost) {
     };
     for (int k = 0; k < 4; ++k) {
       double* motion = window.keyframe(k).motion.data();
-      const int count = rows.errors_of(k) > kPoseErrors ? 6 : 3;  // velocities only of the oldest
+      const int count = rows.errors_of(k) > kPoseErrors ? 6 : 3;  // velocities of the oldest only
       for (int i = 0; i < count; ++i) check(rows.keyframe(k) + 3 + i, motion + 9 + i);
     }
     for (auto& [number, point] : window.points) {

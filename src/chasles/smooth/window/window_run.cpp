@@ -29,15 +29,15 @@ int SlidingWindow::push(Time time, const double* motion, const Eigen::VectorXd& 
 }
 
 int SlidingWindow::add(WindowPoint point) {
-  point.looks = static_cast<int>(point.views.size());
+  point.observations = static_cast<int>(point.views.size());
   window.points.emplace(next_point_, std::move(point));
   return next_point_++;
 }
 
-void SlidingWindow::look(int number, WindowView view) {
+void SlidingWindow::observe(int number, WindowView view) {
   WindowPoint& point = window.points.at(number);
   point.views.push_back(std::move(view));
-  ++point.looks;
+  ++point.observations;
 }
 
 bool SlidingWindow::make_room() {
@@ -53,8 +53,9 @@ bool SlidingWindow::make_room() {
 }
 
 void SlidingWindow::refresh() {
-  evaluate(window);                                        // what the gate left
-  if (!factor_.fits(window)) factor_ = factor_of(window);  // velocities after the last frame
+  evaluate(window);  // after the gate
+  if (!factor_.fits(window))
+    factor_ = factor_of(window);  // velocities may come after the last frame
 }
 
 SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
@@ -65,7 +66,7 @@ SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
   report.frames_not_converged += progress.converged ? 0 : 1;
   Settled settled{.culled = {}, .finite = progress.finite};
   if (settings_.gate > 0 && progress.finite) settled.culled = cull(window, settings_.gate);
-  for (const CulledView& view : settled.culled.views) --window.points.at(view.point).looks;
+  for (const CulledView& view : settled.culled.views) --window.points.at(view.point).observations;
   for (const int number : settled.culled.points) window.points.erase(number);
   return settled;
 }

@@ -3,10 +3,11 @@
 #include <chasles/smooth/window/window.hpp>
 #include <chasles/smooth/window/window_detail.hpp>
 
-/// What windows over all kinds of recordings do after a frame: for this folder's sources alone.
+/// The steps of a window after a frame, for all kinds of recordings. Private to this folder.
 namespace chasles::smooth_detail {
 
-/// A window that slides: of its keyframes so many are of frames, and the map of what has left it.
+/// A sliding window with a limited number of keyframes that have a frame, and the map of the
+/// landmarks that have left it.
 class SlidingWindow {
  public:
   /// Throws UsageError for fewer than two keyframes.
@@ -15,17 +16,17 @@ class SlidingWindow {
 
   Window window;
 
-  /// The numbers of a keyframe that is newer than all others; returns its own.
+  /// Adds the newest keyframe with its values; returns its number.
   int push(Time time, const double* motion, const Eigen::VectorXd& additive);
   /// A landmark with its views; returns its number.
   int add(WindowPoint point);
-  /// Another view of it.
-  void look(int point, WindowView view);
+  /// Adds another observation of it.
+  void observe(int point, WindowView view);
 
-  /// Room for a frame: what is too old leaves. Returns whether something did.
+  /// Marginalises the oldest keyframes to make room for a frame. Returns whether it removed any.
   bool make_room();
 
-  /// Steps to the minimum, and the gate; counts into the report.
+  /// Iterates to the minimum and applies the gate; counts into the report.
   struct Settled {
     Culled culled;
     bool finite = true;
@@ -35,12 +36,13 @@ class SlidingWindow {
   Eigen::MatrixXd newest_covariance() const {
     return smooth_detail::newest_covariance(window, factor_);
   }
-  /// All that have left, and those that are there (without a finite minimum: the former alone).
+  /// All landmarks that have left, and those in the window (without a finite minimum: only the
+  /// former).
   std::vector<MapLandmark> map();
   int map_size() const { return static_cast<int>(left_.size() + window.points.size()); }
 
  private:
-  void refresh();  // linear parts and factor are those of the window
+  void refresh();  // makes linear parts and factor current
 
   int keyframes_;
   BatchSettings settings_;

@@ -2,13 +2,13 @@
 
 #include <chasles/smooth/window/window_detail.hpp>
 
-// The scale of a window against its prior's (docs/window.md, section 2).
+// The scale of a window relative to its prior (docs/window.md, section 2).
 namespace chasles::smooth_detail {
 namespace {
 
 using Vector3d = Eigen::Vector3d;
 
-// A landmark whose depth is known worse than this part of it, all else given, says nothing of
+// A landmark with a larger relative sigma of its depth, all else given, does not count for the
 // scale.
 constexpr double kMostRelativeSigma = 0.1;
 
@@ -20,8 +20,8 @@ Eigen::Map<const Vector3d> velocity(const WindowKeyframe& keyframe) {
   return Eigen::Map<const Vector3d>(keyframe.motion.data() + kPoseNumbers);
 }
 
-// The distance of which a landmark's relative error is taken, as a logarithm, and its derivatives
-// by the landmark's parameters and by the position that it is measured from.
+// The logarithm of the distance to which a landmark's relative error refers, and its derivatives by
+// the landmark's parameters and by the position from which it is measured.
 struct LogDepth {
   double value = 0;
   Vector3d by_point = Vector3d::Zero(), by_position = Vector3d::Zero();
@@ -30,7 +30,7 @@ struct LogDepth {
 LogDepth log_depth(const Window& window, const Vector3d& parameters, const Vector3d& from) {
   LogDepth depth;
   if (window.anchored) {
-    depth.value = -std::log(parameters.z());  // NaN behind the camera: no step leads there
+    depth.value = -std::log(parameters.z());  // NaN behind the camera: no step is accepted there
     depth.by_point.z() = -1 / parameters.z();
     return depth;
   }
@@ -51,7 +51,7 @@ void weigh_scale(const Window& window, WindowPrior& prior) {
     const Vector3d& parameters = prior.points.at(number);
     if (window.anchored && !(parameters.z() > 0)) continue;
     const LogDepth depth = log_depth(window, parameters, from);
-    // Along the ray, all other parameters given.
+    // Along the ray, with all other parameters fixed.
     const Vector3d along = depth.by_point / depth.by_point.squaredNorm();
     const Eigen::Matrix3d block =
         prior.information.block<3, 3>(row, row).selfadjointView<Eigen::Lower>();

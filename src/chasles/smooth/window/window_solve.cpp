@@ -4,13 +4,13 @@
 #include <chasles/filter/dense.hpp>
 #include <chasles/smooth/window/window_detail.hpp>
 
-// Steps to a window's minimum, and what its Schur complement says there.
+// Steps to a window's minimum, and the Schur complement there.
 namespace chasles::smooth_detail {
 namespace {
 
 constexpr double kFirstDamping = 1e-4, kMostDamping = 1e4;
 
-// The numbers of a window, to go back to.
+// The values of a window, to restore them.
 struct Numbers {
   std::deque<WindowKeyframe> keyframes;
   std::vector<Eigen::Vector3d> points;
@@ -30,7 +30,7 @@ void restore(const Numbers& numbers, Window& window) {
 }
 
 void move(const WindowRows& rows, const Eigen::VectorXd& step, double damping, Window& window) {
-  // Landmarks first: their equations are those of the present poses.
+  // Landmarks first: their equations are at the present poses.
   for (auto& [number, point] : window.points) {
     const auto row = rows.points.find(number);
     if (row != rows.points.end()) {
@@ -69,7 +69,7 @@ bool factorise(double damping, const Window& window, WindowFactor& factor, Eigen
   return true;
 }
 
-// One step from the present numbers.
+// One step from the present values.
 bool step(double damping, Window& window, WindowFactor& factor) {
   Eigen::VectorXd g;
   if (!factorise(damping, window, factor, g)) return false;
@@ -104,7 +104,7 @@ WindowProgress improve(Window& window, const WindowSteps& steps, WindowFactor& f
       damping = damping > 0 ? 10 * damping : kFirstDamping;
     }
   }
-  // The uncertainty is that without damping.
+  // The uncertainty is defined without damping.
   if (damped) factor = factor_of(window);
   progress.finite = std::isfinite(progress.cost) && factor.rows.has_value();
   return progress;

@@ -7,15 +7,15 @@
 
 #include <chasles/smooth/window/window_detail.hpp>
 
-// The quadratic form of a window: prior, terms, landmarks by their Schur complements.
+// The quadratic form of a window: prior, terms, and landmarks by their Schur complements.
 namespace chasles::smooth_detail {
 namespace {
 
-// What a landmark's views do not tell, in parts of what they tell best; above the second,
-// Cholesky's pivots tell that all is told.
+// Limits for the eigenvalues of V, relative to the largest: directions below the first are
+// undetermined. If Cholesky's pivots are above the second, all are determined.
 constexpr double kNotTold = 1e-12, kCertainlyTold = 1e-8;
 
-// The lower triangle of the block at rows i and columns j, i and j where poses begin.
+// The lower triangle of the block at rows i and columns j, the first rows of two poses.
 void add_block(int i, int j, const Matrix6d& block, Eigen::MatrixXd& S) {
   if (i >= j) {
     S.block<6, 6>(i, j) += block;
@@ -64,7 +64,7 @@ WindowRows::WindowRows(const Window& window, int keyframe_count, int whole_count
 }
 
 WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const WindowRows& to) {
-  // Neighbours that stay neighbours are moved together.
+  // Blocks that stay adjacent are copied together.
   struct Run {
     int from, to, count;
   };

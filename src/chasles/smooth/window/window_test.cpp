@@ -5,14 +5,14 @@
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/window/window_run_detail.hpp>
 
-// A window over a linear problem, against the least squares of all of it.
+// A window over a linear problem, against the least squares of the whole.
 namespace chasles::smooth_detail {
 namespace {
 
 constexpr int kAdditive = 2, kErrors = 8;
 
-// Residual A x - z over blocks of poses (their positions; rotations are pulled to 1, and stay), of
-// additive numbers and of points.
+// Residual A x - z over blocks of poses (their positions; the rotations have residuals that keep
+// them at the identity), of additive states and of points.
 class LinearCost final : public ceres::CostFunction {
  public:
   LinearCost(Eigen::MatrixXd A, Eigen::VectorXd z, const std::vector<int>& sizes)
@@ -52,7 +52,7 @@ class LinearCost final : public ceres::CostFunction {
   Eigen::VectorXd z_;
 };
 
-// All terms that there ever were, over all keyframes and points.
+// All terms of the run, over all keyframes and points.
 class LeastSquares {
  public:
   void add(const std::vector<int>& columns, const Eigen::MatrixXd& A, const Eigen::VectorXd& z) {
@@ -66,7 +66,7 @@ class LeastSquares {
       H(term.columns, term.columns) += term.A.transpose() * term.A;
       g(term.columns) += term.A.transpose() * term.z;
     }
-    // A landmark that is seen once is not determined: what is not stays out.
+    // A landmark that is observed once is not determined and is excluded.
     P = H.completeOrthogonalDecomposition().pseudoInverse();
     x = P * g;
   }
@@ -83,8 +83,8 @@ class LeastSquares {
   int size_ = 0;
 };
 
-// Twenty keyframes and landmarks of all kinds: seen three times, seen as long as twice the window,
-// with a gap, throughout. Rotations have terms of their own that pull to 1.
+// Twenty keyframes and landmarks of all kinds: observed three times, observed for twice the window,
+// with a gap, throughout. Rotations have terms of their own that keep them at the identity.
 class LinearScene {
  public:
   explicit LinearScene(int keyframes)
@@ -138,7 +138,7 @@ class LinearScene {
   }
 
   void add_term(int k) {
-    // The link ties what it ties by far more than is known of the keyframe otherwise.
+    // The link's information far exceeds all other information on the keyframe.
     const int n = k == 0 ? kErrors : 2 * kErrors;
     Eigen::MatrixXd A = Eigen::MatrixXd::Zero(kErrors, n);
     A.leftCols(kErrors) = (k == 0 ? 0.1 : -30) * Eigen::MatrixXd::Identity(kErrors, kErrors);
@@ -166,9 +166,9 @@ class LinearScene {
     WindowView view{.keyframe = k};
     view.cost = std::make_unique<LinearCost>(A, z, std::vector<int>{kPoseNumbers, 3});
     const auto known = number_.find(point);
-    // A landmark that has left is another one when it comes back.
+    // A landmark that has left returns as another one.
     if (known != number_.end() && sliding.window.points.contains(known->second)) {
-      sliding.look(known->second, std::move(view));
+      sliding.observe(known->second, std::move(view));
     } else {
       WindowPoint made{.id = point};
       made.views.push_back(std::move(view));

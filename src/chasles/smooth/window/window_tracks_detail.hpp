@@ -7,16 +7,17 @@
 #include <chasles/smooth/terms/cost_functions_detail.hpp>
 #include <chasles/smooth/window/window_run_detail.hpp>
 
-/// The views that a window's landmarks have or may begin with: for this folder's sources alone.
+/// The views of a window's landmarks and of tracks that may become landmarks. Private to this
+/// folder.
 namespace chasles::smooth_detail {
 
-/// `Point`: a landmark with its views, as the batch has it.
+/// `Point`: a landmark with its views, as in the batch.
 template <typename Point>
 class WindowTracks {
  public:
   struct Track {
-    Point of;                       ///< views of keyframes of the window
-    std::optional<int> point = {};  ///< its number in the window, once it has begun
+    Point of;                       ///< views from keyframes of the window
+    std::optional<int> point = {};  ///< its number in the window, once it is initialised
   };
 
   Track& of(LandmarkId id) {
@@ -29,8 +30,8 @@ class WindowTracks {
     id_of_[point] = track.of.id;
   }
 
-  /// After keyframes have left. The views of landmarks that left with them have been used; those of
-  /// others that are older than the window have not, and will not be.
+  /// Call after keyframes were marginalised. The views of landmarks that left with them have been
+  /// used. Views of other tracks from older keyframes are removed unused.
   void forget(const Window& window) {
     std::erase_if(id_of_, [&](const auto& entry) {
       if (window.points.contains(entry.first)) return false;
@@ -44,7 +45,7 @@ class WindowTracks {
     });
   }
 
-  /// After the gate: a landmark that went may begin anew with the views that agreed.
+  /// Call after the gate: a removed landmark may be initialised again with the views that agreed.
   void forget(const Culled& culled, WindowReport& report) {
     report.gated += static_cast<int>(culled.views.size());
     report.observations -= static_cast<int>(culled.views.size());
@@ -72,7 +73,7 @@ class WindowTracks {
     return view.keyframe == gone.keyframe;
   }
 
-  // Null where the landmark has come back as another.
+  // Null where the landmark has returned as another one.
   Track* with(int point) {
     const auto track = tracks_.find(id_of_.at(point));
     return track != tracks_.end() && track->second.point == point ? &track->second : nullptr;
@@ -82,7 +83,7 @@ class WindowTracks {
   std::map<int, LandmarkId> id_of_;  // by number of the point
 };
 
-/// A view's costs in all the forms that the landmark may have.
+/// The costs of a view in all forms of the landmark.
 template <typename Term>
 WindowView window_view(const Term& term, bool anchored) {
   WindowView view;
