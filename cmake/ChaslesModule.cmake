@@ -53,15 +53,16 @@ function(chasles_cold target)
     $<$<CONFIG:Release,RelWithDebInfo>:$<IF:$<CXX_COMPILER_ID:Clang>,-O0,-O1>>)
 endfunction()
 
-# chasles_module(NAME [COLD | HOT] [UNITY sources [ALONE name...]]
+# chasles_module(NAME [COLD | HOT] [UNITY sources [ALONE name...]] [TESTS_UNITY sources]
 #                [USES folder...] [LINKS library...] [PRIVATE library...] [TESTS_USE folder...])
 #
 # One folder of src/chasles: all *.cpp below it are the library chasles_NAME, all *_test.cpp one test
 # program. USES are the arrows to other folders, LINKS the outside libraries that its headers need,
 # PRIVATE those that only its sources need, TESTS_USE the folders that its tests alone use. UNITY: g++ compiles so many at a time, but
-# for those ALONE; COLD: see above; HOT: loops over pixels, with -O3 where a preset asks for less.
+# for those ALONE; TESTS_UNITY: so many tests at a time (8); COLD: see above; HOT: loops over pixels, with
+# -O3 where a preset asks for less.
 function(chasles_module name)
-  cmake_parse_arguments(ARG "COLD;HOT" "UNITY" "ALONE;USES;LINKS;PRIVATE;TESTS_USE" ${ARGN})
+  cmake_parse_arguments(ARG "COLD;HOT" "UNITY;TESTS_UNITY" "ALONE;USES;LINKS;PRIVATE;TESTS_USE" ${ARGN})
   set(dir ${PROJECT_SOURCE_DIR}/src/chasles/${name})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${dir}/*.cpp)
   file(GLOB_RECURSE tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
@@ -95,16 +96,48 @@ function(chasles_module name)
   endif()
   if(CHASLES_TESTS AND tests)
     list(TRANSFORM ARG_TESTS_USE PREPEND chasles_ OUTPUT_VARIABLE tests_use)
-    chasles_test(${name}_test SOURCES ${tests} LINKS chasles_${name} ${tests_use})
+    chasles_test(${name}_test UNITY ${ARG_TESTS_UNITY} SOURCES ${tests}
+      LINKS chasles_${name} ${tests_use})
   endif()
 endfunction()
 
-# chasles_test(NAME SOURCES file... LINKS library...): a GoogleTest program whose tests CTest lists.
+# chasles_test(NAME [UNITY sources] SOURCES file... LINKS library...): a GoogleTest program whose tests
+# CTest lists. Its sources are compiled 8 or UNITY at a time and with -O1: the time of a test is spent in
+# the libraries, the time of its compiling in the headers (docs/build.md).
 function(chasles_test name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "" "UNITY" "SOURCES;LINKS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release,RelWithDebInfo>:-O1>)
+  cmake_language(EVAL CODE "cmake_language(DEFER DIRECTORY [[${PROJECT_SOURCE_DIR}]]
+    CALL chasles_library_copies_first ${name} ${ARG_LINKS})")
   target_link_libraries(${name} PRIVATE chasles_options ${ARG_LINKS} GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE CHASLES_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   gtest_discover_tests(${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
     DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES PROPERTIES TIMEOUT 300)
+endfunction()
+
+# Of a template's copies the linker takes the first one that it meets. Our libraries that the program
+# links stand whole before its own objects: what is tested is the libraries' code, not a copy with -O1.
+# Deferred to the end of the root CMakeLists.txt, where all libraries are known.
+function(chasles_library_copies_first program)
+  set(todo ${ARGN})
+  set(files)
+  set(seen)
+  while(todo)
+    list(POP_FRONT todo name)
+    string(REPLACE "chasles::" "chasles_" name "${name}")
+    if(NOT name MATCHES "^chasles_" OR NOT TARGET ${name} OR name IN_LIST seen)
+      continue()
+    endif()
+    list(APPEND seen ${name})
+    get_target_property(type ${name} TYPE)
+    if(type STREQUAL "STATIC_LIBRARY")
+      list(APPEND files $<TARGET_FILE:${name}>)
+    endif()
+    get_target_property(uses ${name} INTERFACE_LINK_LIBRARIES)
+    list(APPEND todo ${uses})
+  endwhile()
+  if(files)
+    target_link_options(${program} PRIVATE -Wl,--whole-archive ${files} -Wl,--no-whole-archive)
+  endif()
 endfunction()

@@ -33,7 +33,14 @@ inline std::string number_text(double number) {
   return {text.data(), end.ptr};
 }
 
-/// A setting's value in a message: a text or a choice is quoted.
+// By append: GCC 12 takes "'" + a string for an overlap (its bug 105651).
+inline std::string quoted_text(std::string_view text) {
+  std::string all("'");
+  all.append(text).append("'");
+  return all;
+}
+
+/// A setting's value in a message: a text or a choice is quoted_text.
 template <typename Value>
 std::string setting_text(const Value& value) {
   if constexpr (std::is_same_v<Value, std::optional<double>>) {
@@ -46,10 +53,9 @@ std::string setting_text(const Value& value) {
     return std::to_string(value);
   } else if constexpr (std::is_enum_v<Value>) {
     const std::string_view name = name_of(value);
-    return name.empty() ? "the value " + std::to_string(static_cast<int>(value))
-                        : "'" + std::string(name) + "'";
+    return name.empty() ? "the value " + std::to_string(static_cast<int>(value)) : quoted_text(name);
   } else {
-    return "'" + std::string(value) + "'";
+    return quoted_text(value);
   }
 }
 

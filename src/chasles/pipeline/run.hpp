@@ -22,16 +22,16 @@ struct FrontendTotals {
 };
 
 struct RunOptions {
-  int threads = 3;                 ///< as SensorFeedOptions::threads
-  std::optional<double> realtime;  ///< as SensorFeedOptions::realtime
-  TracksPart tracks;               ///< those that the front end follows
+  int threads = 3;                      ///< as SensorFeedOptions::threads
+  std::optional<double> realtime = {};  ///< as SensorFeedOptions::realtime
+  TracksPart tracks = {};               ///< those that the front end follows
 };
 
 /// Timing of an estimate.
 struct EstimateTiming {
-  double seconds = 0;             ///< processing time of its frame, or in real time the delay
-  double frontend_seconds = 0;    ///< time of the front end for the frame nearest to its time
-  std::optional<double> latency;  ///< in real time, for a run that had started before [s]
+  double seconds = 0;                  ///< processing time of its frame, or in real time the delay
+  double frontend_seconds = 0;         ///< time of the front end for the frame nearest to its time
+  std::optional<double> latency = {};  ///< in real time, for a run that had started before [s]
 };
 
 /// Callbacks of a run, for progress bars, live views and files. Each function does nothing unless

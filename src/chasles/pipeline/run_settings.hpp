@@ -26,18 +26,18 @@ EstimatorChoice estimator_choice(std::string_view text, std::string_view setting
 
 /// All settings of a visual-inertial run.
 struct InertialRunSettings {
-  EstimatorChoice estimator;
-  InertialSlamSettings filter;  ///< pixel_sigma: pixel_sigma_of() where none is given
-  InitialiserSettings start;
-  FrontendSettings frontend;
-  BatchSettings batch;  ///< for batch and window
+  EstimatorChoice estimator = {};
+  InertialSlamSettings filter = {};  ///< pixel_sigma: that of the sensors where none is given
+  InitialiserSettings start = {};
+  FrontendSettings frontend = {};
+  BatchSettings batch = {};  ///< for batch and window
 };
 
 /// All settings of a stereo-velocity run.
 struct VelocityRunSettings {
-  EstimatorChoice estimator;
-  VelocitySlamSettings filter;
-  BatchSettings batch;  ///< for batch and window
+  EstimatorChoice estimator = {};
+  VelocitySlamSettings filter = {};
+  BatchSettings batch = {};  ///< for batch and window
 };
 
 }  // namespace chasles

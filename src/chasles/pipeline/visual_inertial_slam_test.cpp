@@ -198,7 +198,9 @@ TEST(VisualInertialSlam, SettingsThatCannotBeUsedAreRefused) {
   refused(wrong);
   refused({.frontend = {.window = 14}});
   refused({.start = {.keyframes = 3}});
-  refused({.filter = {.init = LandmarkInit{7}}});
+  InertialRunSettings unknown;
+  unknown.filter.init = LandmarkInit{7};
+  refused(unknown);
 }
 
 }  // namespace

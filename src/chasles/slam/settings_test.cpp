@@ -6,6 +6,13 @@
 namespace chasles::test {
 namespace {
 
+template <typename Settings, typename Change>
+Settings with(const Change& change) {
+  Settings settings;
+  change(settings);
+  return settings;
+}
+
 TEST(Settings, EachIsDescribedAndJudged) {
   expect_each_field_is_described<VelocitySlamSettings>();
   expect_each_field_is_judged<VelocitySlamSettings>();
@@ -16,13 +23,13 @@ TEST(Settings, EachIsDescribedAndJudged) {
 }
 
 TEST(Settings, WhatIsAllowedIsToldInWords) {
-  EXPECT_EQ(complaint_about(VelocitySlamSettings{.gate = 2}),
+  EXPECT_EQ(complaint_about(with<VelocitySlamSettings>([](auto& s) { s.gate = 2; })),
             "gate: found 2, expected a finite number above 0 and not above 1 [probability]");
-  EXPECT_EQ(complaint_about(VelocitySlamSettings{.rate_sigma = -0.5}),
+  EXPECT_EQ(complaint_about(with<VelocitySlamSettings>([](auto& s) { s.rate_sigma = -0.5; })),
             "rate_sigma: found -0.5, expected a finite number not below 0 [rad/s], or auto");
-  EXPECT_EQ(complaint_about(VelocitySlamSettings{.chart = "left"}),
+  EXPECT_EQ(complaint_about(with<VelocitySlamSettings>([](auto& s) { s.chart = "left"; })),
             "chart: found 'left', expected one of standard, left-se3, right-se3, right-sen3");
-  EXPECT_EQ(complaint_about(InertialSlamSettings{.init = LandmarkInit{2}}),
+  EXPECT_EQ(complaint_about(with<InertialSlamSettings>([](auto& s) { s.init = LandmarkInit{2}; })),
             "init: found the value 2, expected one of multi-view, fixed-depth");
 }
 
@@ -31,13 +38,20 @@ TEST(Settings, WhatDoesNotGoTogetherIsRefused) {
     const std::string text = complaint_about(settings);
     EXPECT_NE(text.find(words), std::string::npos) << text;
   };
-  refused(VelocitySlamSettings{.mode = SlamMode::kMap, .velocity_axes = VelocityAxes::kLevel},
+  refused(with<VelocitySlamSettings>([](auto& s) {
+            s.mode = SlamMode::kMap;
+            s.velocity_axes = VelocityAxes::kLevel;
+          }),
           "velocity_axes=level");
-  refused(InertialSlamSettings{.composition_interval = 0.5},
+  refused(with<InertialSlamSettings>([](auto& s) { s.composition_interval = 0.5; }),
           "composition_interval: found 0.5, expected 0 without nav_attitude");
-  refused(InertialSlamSettings{.chart = "left-se3", .keep_scale = KeepScale::kTrue},
+  refused(with<InertialSlamSettings>([](auto& s) {
+            s.chart = "left-se3";
+            s.keep_scale = KeepScale::kTrue;
+          }),
           "keep_scale: found 'true', expected auto or false");
-  refused(InitialiserSettings{.min_window = 4}, "start.max_window: found 3, expected at least");
+  refused(with<InitialiserSettings>([](auto& s) { s.min_window = 4; }),
+          "start.max_window: found 3, expected at least");
 }
 
 }  // namespace

@@ -109,7 +109,7 @@ TEST(VelocitySlam, ALocalizedCarOnACircleComesBackToItsStart) {
     estimate = slam.process(FeatureFrame{.time = u.time, .observations = {}});
   }
   EXPECT_LT(estimate.world_T_imu.p.norm(), 1e-9);
-  EXPECT_GT(estimate.pose_covariance(5, 5), 0);
+  EXPECT_GT(estimate.pose_covariance()(5, 5), 0);
 }
 
 TEST(VelocitySlam, MappingTakesTheTrajectoryForTheTruth) {

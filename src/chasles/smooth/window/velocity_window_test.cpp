@@ -278,8 +278,8 @@ TEST(DriveWindowBadInput, IsRefused) {
           [](VelocityBatchInput& in, auto&, int&) { in.noise.motion.walk[4] = 0; });
   refused("--mode slam",
           [](VelocityBatchInput& in, auto&, int&) { in.settings.mode = SlamMode::kMap; });
-  refused("batch.loss", [](auto&, BatchSettings& s, int&) { s.loss = BatchLoss{7}; });
-  refused("batch.landmarks", [](auto&, BatchSettings& s, int&) { s.landmarks = LandmarkForm{7}; });
+  refused("batch.loss", [](auto&, BatchSettings& b, int&) { b.loss = BatchLoss{7}; });
+  refused("batch.landmarks", [](auto&, BatchSettings& b, int&) { b.landmarks = LandmarkForm{7}; });
   refused("frames_per_keyframe",
           [](auto&, BatchSettings& settings, int&) { settings.frames_per_keyframe = 0; });
 }
