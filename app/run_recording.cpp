@@ -204,7 +204,7 @@ Trajectory dead_reckoning(const Recording& recording) {
                             if (!lost)
                               trajectory.push_back({.time = e.time, .pose = e.world_T_imu});
                           },
-                          [](const ImuSample&) {}, [](const ImagesDue&) {}},
+                          [](const auto& /*other*/) {}},
                *event);
   }
   return trajectory;

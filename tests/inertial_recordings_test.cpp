@@ -11,7 +11,6 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/eval/evaluation.hpp>
-#include <chasles/filter/dense.hpp>
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/sim/inertial_sim.hpp>
@@ -48,20 +47,12 @@ FilterVariant euroc(const std::string& chart) {
   return filter;
 }
 
-// Starts at the true state, without a random error.
-InertialStart true_start(const Recording& recording) {
-  InertialSlamSettings exact;
-  exact.initial_tilt_sigma = exact.initial_velocity_sigma = 0;
-  return draw_start(recording, exact, 0, 0);
-}
-
 class AprilGrid : public testing::TestWithParam<std::tuple<std::string, int>> {};
 
 TEST_P(AprilGrid, IsFollowedThroughTheOutage) {
   const auto [chart, cameras] = GetParam();
   const fs::path folder = data() / "euroc/imu_april";
   if (!fs::exists(folder)) GTEST_SKIP() << "skipped: no recordings";
-  dense::prepare();
   Recording recording = read_recording(folder);
   recording.cameras.resize(static_cast<std::size_t>(cameras));
   for (FeatureFrame& frame : recording.frames) {
@@ -78,7 +69,6 @@ TEST_P(AprilGrid, IsFollowedThroughTheOutage) {
 TEST(AprilGridBatch, ErrsLessThanTheFilter) {
   const fs::path folder = data() / "euroc/imu_april";
   if (!fs::exists(folder)) GTEST_SKIP() << "skipped: no recordings";
-  dense::prepare();
   const Recording recording = read_recording(folder);
   const FilterVariant filter = euroc("right-sen3");
   const InertialStart start = true_start(recording);
@@ -105,7 +95,6 @@ INSTANTIATE_TEST_SUITE_P(Charts, AprilGrid,
 TEST(LongWalk, StaysConsistentOverThreeMinutes) {
   const fs::path file = data() / "trajectories/udel_gore.txt";
   if (!fs::exists(file)) GTEST_SKIP() << "skipped: no recordings";
-  dense::prepare();
   InertialScene scene = inertial_scene("trajectory");
   scene.path = read_tum(file);
   auto& s = scene.settings;

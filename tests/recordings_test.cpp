@@ -9,7 +9,6 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/eval/evaluation.hpp>
-#include <chasles/filter/dense.hpp>
 #include <chasles/slam/velocity_slam.hpp>
 
 namespace chasles {
@@ -32,7 +31,6 @@ struct Case {
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
 Recording read(const Case& c) {
-  dense::prepare();
   Recording recording = read_recording(data() / c.file);
   if (c.truth) recording.truth = read_tum(data() / "ground_truth" / c.truth);
   return recording;
@@ -66,7 +64,7 @@ Evaluation judge(const Recording& recording, const std::vector<Estimate>& estima
   std::vector<Matrix6d> covariances;
   for (const Estimate& e : estimates) {
     trajectory.push_back({.time = e.time, .pose = e.world_T_imu});
-    covariances.push_back(e.pose_covariance);
+    covariances.push_back(e.pose_covariance());
   }
   EvaluationOptions options;
   options.pose_error = pose_error;

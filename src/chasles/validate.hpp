@@ -53,7 +53,8 @@ std::string setting_text(const Value& value) {
     return std::to_string(value);
   } else if constexpr (std::is_enum_v<Value>) {
     const std::string_view name = name_of(value);
-    return name.empty() ? "the value " + std::to_string(static_cast<int>(value)) : quoted_text(name);
+    return name.empty() ? "the value " + std::to_string(static_cast<int>(value))
+                        : quoted_text(name);
   } else {
     return quoted_text(value);
   }

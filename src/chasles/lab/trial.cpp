@@ -83,7 +83,7 @@ class CoveredFrames {
       if (!event) return waiting_.next();
       std::visit(Overloaded{[&](const ImuSample& sample) { slam.process(sample); },
                             [&](const FeatureFrame& frame) { waiting_.add(frame); },
-                            [](const BodyVelocity&) {}, [](const ImagesDue&) {}},
+                            [](const auto& /*other*/) {}},
                  *event);
     }
   }

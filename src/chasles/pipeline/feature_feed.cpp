@@ -64,11 +64,10 @@ FeatureFeed::FeatureFeed(std::function<std::optional<SensorEvent>()> next,
                                        std::move(masks))) {
   if (!ahead) return;
   const auto counted = [](const Item& item) {
-    return std::visit(
-        Overloaded{[](const BodyVelocity&) { return false; },
-                   [](const ImuSample&) { return false; }, [](const FeatureFrame&) { return true; },
-                   [](const TrackedFrame&) { return true; }},
-        item);
+    return std::visit(Overloaded{[](const FeatureFrame&) { return true; },
+                                 [](const TrackedFrame&) { return true; },
+                                 [](const auto& /*sample*/) { return false; }},
+                      item);
   };
   shared_->ahead.emplace([shared = shared_.get()] { return shared->make(); }, counted, kLead);
 }

@@ -27,7 +27,7 @@ class FeatureFeed {
   ~FeatureFeed();
 
   /// Images become TrackedFrames; other events stay as they are.
-  using Item = std::variant<BodyVelocity, ImuSample, FeatureFrame, TrackedFrame>;
+  using Item = EventsWith<TrackedFrame>;
   std::optional<Item> next();
 
   /// Call once after every TrackedFrame with the filter's present estimate of the gyroscope bias

@@ -65,13 +65,12 @@ class Player {
   RunReport run() {
     while (auto item = feed_.next()) {
       const bool was_frame =
-          std::visit(Overloaded{[&](const BodyVelocity& velocity) { return take(velocity); },
-                                [&](const ImuSample& sample) { return take(sample); },
-                                [&](const FeatureFrame& frame) { return take(frame, nullptr); },
+          std::visit(Overloaded{[&](const FeatureFrame& frame) { return take(frame, nullptr); },
                                 [&](TrackedFrame& tracked) {
                                   options_.tracks.thin(tracked.frame);
                                   return take(tracked.frame, &tracked);
-                                }},
+                                },
+                                [&](const auto& sample) { return take(sample); }},
                      *item);
       if (estimator_.ended() || (was_frame && observer_.stop())) break;
     }
