@@ -13,7 +13,6 @@
 namespace chasles::test {
 namespace {
 
-using app::TracksPart;
 using Json = nlohmann::json;
 
 constexpr LandmarkId kTracks = 10000;
