@@ -16,9 +16,9 @@ deps:     ## installs the Debian or Ubuntu packages that are missing, and web/no
 dev-deps: ## the same, and what format, lint, coverage, fuzz and table need
 	@scripts/deps build test dev
 
-build: deps  ## build/release/bin/chasles
+build: deps  ## build/release/bin/chasles, the program alone
 	cmake --preset release
-	cmake --build --preset release
+	cmake --build --preset program
 
 demo: deps  ## a rendered walk, SLAM from its pixels, a page: out/demo/page.html
 	@scripts/deps demo
@@ -26,8 +26,8 @@ demo: deps  ## a rendered walk, SLAM from its pixels, a page: out/demo/page.html
 	cmake --build --preset demo
 	@scripts/demo
 
-test: build  ## all tests, on the real recordings too where they are at hand
-	ctest --preset release
+test: deps  ## builds everything; all tests, on the real recordings too where they are at hand
+	cmake --workflow --preset release
 
 bench:    ## ratios of cost, measured in one run
 	@scripts/deps build test bench

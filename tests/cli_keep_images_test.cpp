@@ -42,7 +42,7 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
 
   const auto run = read_run(folder / "one");
   ASSERT_EQ(run.images.size(), (read_recording(folder / "walk").images->size() + 6) / 7);
-  std::map<Outcome, int> fates;
+  std::map<chasles::Outcome, int> fates;
   std::map<Time, RunState> states;
   for (const RunState& state : run.states) states[state.time] = state;
   for (const RunImage& image : run.images) {
@@ -51,8 +51,8 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
     int used = 0, rejected = 0;
     for (const RunFeature& f : image.features) {
       ++fates[f.judged.outcome];
-      used += f.judged.outcome == Outcome::kUsed;
-      rejected += f.judged.outcome == Outcome::kRejected;
+      used += f.judged.outcome == chasles::Outcome::kUsed;
+      rejected += f.judged.outcome == chasles::Outcome::kRejected;
       const Eigen::Vector2d& p = f.judged.observation.pixel;
       EXPECT_TRUE(p.x() >= 0 && p.y() >= 0 && p.x() < image.width && p.y() < image.height);
     }
@@ -63,8 +63,8 @@ TEST(KeepImages, TheyAreTheSameBytesWithOneThreadAndThreeAndChangeNothingElse) {
     EXPECT_EQ(used, states.at(image.time).used);
     EXPECT_EQ(rejected, states.at(image.time).rejected);
   }
-  EXPECT_GT(fates[Outcome::kUsed], 100);
-  EXPECT_GT(fates[Outcome::kWaiting], 100);
+  EXPECT_GT(fates[chasles::Outcome::kUsed], 100);
+  EXPECT_GT(fates[chasles::Outcome::kWaiting], 100);
 
   ASSERT_EQ(chasles(folder, "report one -o with.html --quiet").code, 0);
   ASSERT_EQ(chasles(folder, "report none -o without.html --quiet").code, 0);

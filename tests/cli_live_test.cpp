@@ -13,7 +13,7 @@
 namespace chasles::test {
 namespace {
 
-std::map<std::string, std::string> files_of(const std::filesystem::path& folder) {
+std::map<std::string, std::string> files_with_bytes(const std::filesystem::path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     files[entry.path().filename().string()] = slurp(entry.path());
@@ -43,8 +43,8 @@ TEST(Live, ViewersChangeNoByteOfARun) {
   EXPECT_EQ(run.code_after(0), 0);
   EXPECT_TRUE(finished);
   EXPECT_GT(texts, 2);
-  EXPECT_EQ(files_of(folder / "alone").size(), 7U);
-  EXPECT_TRUE(files_of(folder / "alone") == files_of(folder / "seen"));
+  EXPECT_EQ(files_with_bytes(folder / "alone").size(), 7U);
+  EXPECT_TRUE(files_with_bytes(folder / "alone") == files_with_bytes(folder / "seen"));
 }
 
 TEST(Live, TheUrlIsNotAmongTheResults) {

@@ -25,7 +25,7 @@ Json json_of(const Outcome& outcome) {
   return Json::parse(outcome.out);
 }
 
-std::map<std::string, std::string> files_of(const std::filesystem::path& folder) {
+std::map<std::string, std::string> files_of_run(const std::filesystem::path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     files[entry.path().filename().string()] = slurp(entry.path());
@@ -38,7 +38,7 @@ TEST(Run, WritesTheSameBytesTwiceButForTheTiming) {
   simulate(folder);
   ASSERT_EQ(chasles(folder, "run rec -o one").code, 0);
   ASSERT_EQ(chasles(folder, "run ./rec -o elsewhere/two").code, 0);
-  auto one = files_of(folder / "one"), two = files_of(folder / "elsewhere/two");
+  auto one = files_of_run(folder / "one"), two = files_of_run(folder / "elsewhere/two");
   for (const char* file : {"timing.csv", "timing.json"}) {
     EXPECT_EQ(one.erase(file), 1u);
     EXPECT_EQ(two.erase(file), 1u);
@@ -91,7 +91,7 @@ TEST(Run, WithoutAnOutputFolderLeavesNothingBehind) {
   EXPECT_EQ(outcome.code, 0);
   EXPECT_EQ(outcome.err, "");
   expect_part(outcome.out, "ATE, SE(3)-aligned");
-  EXPECT_EQ(files_of(folder / "rec").size(), 6u);
+  EXPECT_EQ(files_of_run(folder / "rec").size(), 6u);
 }
 
 TEST(Run, AMissedThresholdEndsWithFiveAndAMetOneWithZero) {

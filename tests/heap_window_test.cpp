@@ -16,7 +16,7 @@
 namespace chasles::test {
 namespace {
 
-struct Passed {
+struct WindowCost {
   int frames = 0;
   long live_bytes = 0, landmarks = 0;
 };
@@ -43,12 +43,12 @@ class Growth {
 
  private:
   static constexpr long kRoom = 500'000;
-  Passed now(long landmarks) const {
+  WindowCost now(long landmarks) const {
     return {.frames = frames_, .live_bytes = heap_count().live_bytes, .landmarks = landmarks};
   }
 
   int frames_ = 0;
-  Passed early_, late_;
+  WindowCost early_, late_;
 };
 
 TEST(WindowHeap, WithAnImuGrowsByTheMapAlone) {

@@ -13,7 +13,7 @@
 namespace chasles {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNoEnd = std::numeric_limits<double>::infinity();
 
 // Camera coordinates of an IMU whose x axis is the optical axis of the camera, with a lever arm.
 SE3 mounted(const Eigen::Vector3d& p_imu_cam) {
@@ -269,7 +269,7 @@ TEST(Triangulation, TooFewOrUnusableViewsMeanNoPoint) {
   EXPECT_TRUE(triangulate(views));
   EXPECT_FALSE(triangulate({}));
   EXPECT_FALSE(triangulate(std::span(views).first(1)));
-  for (const double bad : {kNaN, kInfinity, 1e6}) {
+  for (const double bad : {kNaN, kNoEnd, 1e6}) {
     auto broken = views;
     broken[1].pixel.y() = bad;
     EXPECT_FALSE(triangulate(broken)) << bad;

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 using test::expect_parts;
 using test::input_error;
 
-std::string joined(const std::vector<std::string>& lines) {
+std::string joined_remarks(const std::vector<std::string>& lines) {
   return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
@@ -114,7 +114,7 @@ TEST_F(AprilFolder, TruthAndLandmarksAreTurnedSoThatZPointsUp) {
   EXPECT_LT((turn * truth.truth[3].pose.p - r.truth[3].pose.p).norm(), 1e-12);
   EXPECT_LT((turn.col(0) - r.true_landmarks[0].p_world).norm(), 1e-12);
   EXPECT_LT((turn.col(1) - r.true_landmarks[1].p_world).norm(), 1e-12);
-  expect_parts(joined(r.remarks), {"turned so that z points up", "1 of 160 poses"});
+  expect_parts(joined_remarks(r.remarks), {"turned so that z points up", "1 of 160 poses"});
 }
 
 TEST_F(AprilFolder, AnOutageAndFramesOutsideTheSamplesAreReported) {
@@ -122,7 +122,7 @@ TEST_F(AprilFolder, AnOutageAndFramesOutsideTheSamplesAreReported) {
   const std::size_t from = tracks.find("\n1025000000,"), to = tracks.find("\n2025000000,");
   tracks.erase(from, to - from);
   test::spill(folder / "tracks.csv", tracks + "8001000000,0,5,1,2\n");
-  expect_parts(joined(read_recording(folder).remarks),
+  expect_parts(joined_remarks(read_recording(folder).remarks),
                {"no frame for 1.05 s, from 0.95 s on", "1 of 141 frames are before the first"});
 }
 
@@ -205,8 +205,8 @@ TEST(RealApril, IsReadWithEveryTrapHandled) {
   std::size_t pixels = 0;
   for (const FeatureFrame& frame : r.frames) pixels += frame.pixels.size();
   EXPECT_EQ(pixels, 358288u);
-  expect_parts(joined(r.remarks), {"no frame for 1.15 s, from 55.80 s on", "2 of 1417 frames",
-                                   "81 of 1417 poses", "z points up"});
+  expect_parts(joined_remarks(r.remarks), {"no frame for 1.15 s, from 55.80 s on",
+                                           "2 of 1417 frames", "81 of 1417 poses", "z points up"});
   // The right camera is 11 cm beside the left one.
   EXPECT_NEAR((r.cameras[1].cam_T_imu * r.cameras[0].cam_T_imu.inverse()).p.norm(), 0.110, 1e-3);
 }
@@ -284,7 +284,7 @@ TEST_P(RealImu, TheTrueStatesMoveAsTheImuSays) {
   for (std::size_t k = 0; k < r.true_motion.size(); ++k) {
     ASSERT_EQ(r.true_motion[k].time, r.truth[k].time);
   }
-  expect_parts(joined(r.remarks), {expected.remark});
+  expect_parts(joined_remarks(r.remarks), {expected.remark});
   if (expected.error == 0) return;
   const double error = dead_reckoning_error(r, r.true_motion);
   EXPECT_LT(error, expected.error);
@@ -309,7 +309,7 @@ TEST(EurocImu, ANameInOtherBytesThanUtf8IsReadAsUtf8) {
   test::spill(file, "#ts,wx,wy,wz,ax,ay,az\n1,2,3,4,5,6,7\n");
   const Recording r = read_recording(file);
   EXPECT_EQ(r.name, "caf\xef\xbf\xbd");
-  expect_parts(joined(r.remarks), {"there is no caf\xef\xbf\xbd_gt.csv"});
+  expect_parts(joined_remarks(r.remarks), {"there is no caf\xef\xbf\xbd_gt.csv"});
 }
 
 TEST(EurocImu, ReadsPlainTablesAndWithoutTruth) {
@@ -319,7 +319,7 @@ TEST(EurocImu, ReadsPlainTablesAndWithoutTruth) {
   EXPECT_EQ(r.name, "walk");
   EXPECT_EQ(r.imu[0].angular_rate_imu, Eigen::Vector3d(2, 3, 4));
   EXPECT_EQ(r.imu[0].specific_force_imu, Eigen::Vector3d(5, 6, 7));
-  expect_parts(joined(r.remarks), {"no truth: there is no walk_gt.csv"});
+  expect_parts(joined_remarks(r.remarks), {"no truth: there is no walk_gt.csv"});
   test::spill(file, "#ts,wx,wy,wz,ax,ay,az\n");
   expect_parts(input_error([&] { read_recording(file); }), {"walk_imu.csv: holds no sample"});
 }

@@ -8,7 +8,7 @@ namespace fs = std::filesystem;
 using test::expect_parts;
 using test::input_error;
 
-std::string joined(const std::vector<std::string>& lines) {
+std::string lines_of(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
   return text;
@@ -100,7 +100,7 @@ TEST_F(KittiRaw, IsReadWithBothCamerasAndTheTruth) {
   ASSERT_EQ(r.imu.size(), 3u);
   EXPECT_EQ(r.imu[0].specific_force_imu, Eigen::Vector3d(1, 2, 9.5));
   EXPECT_EQ(r.imu[0].angular_rate_imu, Eigen::Vector3d(0.1, 0.2, 0.3));
-  expect_parts(joined(r.remarks), {"10 Hz", "_extract"});
+  expect_parts(lines_of(r.remarks), {"10 Hz", "_extract"});
 }
 
 TEST_F(KittiRaw, TheFastSamplesAreTakenFromBesideAndPutInOrder) {
@@ -109,7 +109,7 @@ TEST_F(KittiRaw, TheFastSamplesAreTakenFromBesideAndPutInOrder) {
   ASSERT_EQ(r.imu.size(), 7u);
   for (std::size_t k = 1; k < r.imu.size(); ++k) EXPECT_GT(r.imu[k].time, r.imu[k - 1].time);
   EXPECT_EQ(to_seconds(r.imu[4].time - r.imu[0].time), 0.04);
-  expect_parts(joined(r.remarks),
+  expect_parts(lines_of(r.remarks),
                {"3 of 8 IMU samples came after later ones", "1 of 8 IMU samples repeat the time"});
   const fs::path extract = day / "2011_09_26_drive_0001_extract";
   fs::create_directories(extract / "image_00");

@@ -13,7 +13,7 @@ using test::input_error;
 using test::scratch;
 using test::spill;
 
-Plan example() {
+Plan example_plan() {
   return {{.kind = PlanLine::Kind::kWall, .points = {{0, 0}, {1.0 / 3, 0}, {4, -2e-7}, {0, 0}}},
           {.kind = PlanLine::Kind::kFurniture, .points = {{1e3, 2}, {-1.5, 0.1}}},
           {.kind = PlanLine::Kind::kWall, .points = {{5, 5}, {6, 6}}}};
@@ -36,8 +36,8 @@ std::string error_of(const std::string& text) {
 TEST(Plan, IsReadAgainAsItWasWritten) {
   const auto folder = scratch();
   EXPECT_TRUE(read_plan_of(folder).empty()) << "no file, no plan";
-  write_plan_of(example(), folder);
-  expect_equal(read_plan_of(folder), example());
+  write_plan_of(example_plan(), folder);
+  expect_equal(read_plan_of(folder), example_plan());
   write_plan_of({}, folder);
   EXPECT_FALSE(std::filesystem::exists(folder / "plan.csv"));
 }
@@ -67,10 +67,10 @@ TEST(Plan, WhatIsMalformedIsNamedWithItsPlace) {
 TEST(Plan, ARunFolderKeepsIt) {
   chasles::Run run;  // Test::Run hides the class name
   run.name = "walk";
-  run.plan = example();
+  run.plan = example_plan();
   const auto folder = scratch();
   write_run(run, {{"name", "walk"}}, folder);
-  expect_equal(read_run(folder).plan, example());
+  expect_equal(read_run(folder).plan, example_plan());
   run.plan.clear();
   write_run(run, {{"name", "walk"}}, folder);
   EXPECT_TRUE(read_run(folder).plan.empty()) << "that of an earlier run was left";
@@ -80,10 +80,10 @@ TEST(Plan, ARecordingFolderKeepsIt) {
   Recording recording;
   recording.name = "walk";
   recording.rig.fx = recording.rig.fy = recording.rig.baseline = 1;
-  recording.plan = example();
+  recording.plan = example_plan();
   const auto folder = scratch();
   write_folder_recording(recording, folder);
-  expect_equal(read_recording(folder).plan, example());
+  expect_equal(read_recording(folder).plan, example_plan());
   recording.plan.clear();
   write_folder_recording(recording, folder);
   EXPECT_TRUE(read_recording(folder).plan.empty());

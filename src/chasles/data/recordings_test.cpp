@@ -20,7 +20,7 @@ std::size_t count(const Recording& r) {
   return sum;
 }
 
-std::string joined(const std::vector<std::string>& lines) {
+std::string all_remarks(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += line + "\n";
   return text;
@@ -38,7 +38,7 @@ TEST_P(RealRecording, IsReadWithEveryTrapHandled) {
   const Recording r = read_recording(*folder / expected.file);
   EXPECT_EQ(r.frames.size(), expected.frames);
   EXPECT_EQ(r.velocities.size(), expected.frames);
-  const std::string remarks = joined(r.remarks);
+  const std::string remarks = all_remarks(r.remarks);
   EXPECT_EQ(count(r), expected.observations - expected.stale - expected.not_positive) << remarks;
   // On every car the camera is 1.1 m in front of the IMU, 0.3 m right of it and 0.7 m above it.
   const Eigen::Vector3d p_imu = r.rig.cam0_T_imu.inverse() * Eigen::Vector3d::Zero();
@@ -111,10 +111,12 @@ TEST(RealRecordings, TheExtrinsicOfTheArchivesIsDecidedByTheirDataWhereTheyTurn)
   if (!folder) GTEST_SKIP() << "skipped: no recordings";
   for (const char* file : {"2018/0020", "2018/0027", "2020/0022", "2020/0027"}) {
     const auto r = read_recording(*folder / (std::string("ece276a_") + file + ".npz"));
-    EXPECT_EQ(joined(r.remarks).find("do not decide"), std::string::npos) << joined(r.remarks);
+    EXPECT_EQ(all_remarks(r.remarks).find("do not decide"), std::string::npos)
+        << all_remarks(r.remarks);
   }
   const auto r = read_recording(*folder / "ece276a_2018/0042.npz");
-  EXPECT_NE(joined(r.remarks).find("do not decide"), std::string::npos) << joined(r.remarks);
+  EXPECT_NE(all_remarks(r.remarks).find("do not decide"), std::string::npos)
+      << all_remarks(r.remarks);
 }
 
 void expect_truth(const Recording& r, const Trajectory& truth) {

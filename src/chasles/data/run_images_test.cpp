@@ -21,7 +21,7 @@ RunFeature feature(LandmarkId id, int camera, Outcome outcome) {
 }
 
 // Two cameras; the second has no picture of the second frame.
-std::vector<RunImage> example() {
+std::vector<RunImage> example_images() {
   const std::string picture =
       jpeg_bytes({.width = 8, .height = 6, .pixels = std::vector<std::uint8_t>(48, 90)}, 8);
   std::vector<RunImage> images;
@@ -44,8 +44,8 @@ std::vector<RunImage> example() {
 
 TEST(RunImages, AreReadAgainAsTheyWereWritten) {
   const auto folder = test::scratch();
-  write_run_images(example(), folder);
-  const auto images = example(), again = read_run_images(folder);
+  write_run_images(example_images(), folder);
+  const auto images = example_images(), again = read_run_images(folder);
   ASSERT_EQ(again.size(), images.size());
   for (std::size_t i = 0; i < images.size(); ++i) {
     EXPECT_EQ(again[i].time, images[i].time);
@@ -72,9 +72,9 @@ TEST(RunImages, AreReadAgainAsTheyWereWritten) {
 
 TEST(RunImages, ThoseOfAnEarlierRunGoAndNothingElse) {
   const auto folder = test::scratch();
-  write_run_images(example(), folder);
+  write_run_images(example_images(), folder);
   test::spill(folder / "images" / "mine.txt", "notes");
-  auto fewer = example();
+  auto fewer = example_images();
   fewer.resize(2);
   write_run_images(fewer, folder);
   EXPECT_TRUE(fs::exists(folder / "images/cam1_1000000007.jpg"));
@@ -90,7 +90,7 @@ TEST(RunImages, ThoseOfAnEarlierRunGoAndNothingElse) {
 // Replaces a text in a file of the folder and returns the error message.
 std::string error(const std::string& file, const std::string& what, const std::string& by) {
   const auto folder = test::scratch();
-  write_run_images(example(), folder);
+  write_run_images(example_images(), folder);
   std::string text = test::slurp(folder / file);
   const auto place = text.find(what);
   EXPECT_NE(place, std::string::npos) << what;
@@ -114,10 +114,10 @@ TEST(RunImages, WhatIsWrongIsToldWithItsPlace) {
 
 TEST(RunImages, AFileThatIsMissingIsTold) {
   const auto folder = test::scratch();
-  write_run_images(example(), folder);
+  write_run_images(example_images(), folder);
   fs::remove(folder / "images/cam1_1000000007.jpg");
   expect_parts(input_error([&] { read_run_images(folder); }), {"cam1_1000000007.jpg"});
-  write_run_images(example(), folder);
+  write_run_images(example_images(), folder);
   fs::remove(folder / "features.csv");
   expect_parts(input_error([&] { read_run_images(folder); }), {"features.csv"});
 }

@@ -10,7 +10,7 @@ namespace {
 using test::expect_parts;
 using test::input_error;
 
-Run example() {
+Run example_run() {
   test::Random random(11);
   Run run{.name = "example",
           .extra_names = {"velocity_x", "bias_z"},
@@ -55,12 +55,13 @@ Run example() {
   return run;
 }
 
-const nlohmann::ordered_json kSummary{{"name", "example"}, {"ate_m", 1.5}, {"nees_pose", nullptr}};
+const nlohmann::ordered_json kRunSummary{
+    {"name", "example"}, {"ate_m", 1.5}, {"nees_pose", nullptr}};
 
 TEST(RunFolder, IsReadAgainAsItWasWritten) {
-  const auto run = example();
+  const auto run = example_run();
   const auto folder = test::scratch() / "a" / "b";
-  write_run(run, kSummary, folder);
+  write_run(run, kRunSummary, folder);
   const auto again = read_run(folder);
   EXPECT_EQ(again.name, run.name);
   EXPECT_EQ(again.extra_names, run.extra_names);
@@ -96,19 +97,19 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
   }
   EXPECT_EQ(again.truth.size(), run.truth.size());
   EXPECT_EQ(again.dead_reckoning.size(), run.truth.size());
-  EXPECT_EQ(read_summary(folder), kSummary);
+  EXPECT_EQ(read_summary(folder), kRunSummary);
   EXPECT_EQ(read_tum(folder / "trajectory.tum").size(), run.states.size());
 }
 
 TEST(RunFolder, OnlyTheTimingDiffersBetweenRunsOfDifferentSpeed) {
   const auto folder = test::scratch();
-  auto run = example();
-  write_run(run, kSummary, folder / "a");
+  auto run = example_run();
+  write_run(run, kRunSummary, folder / "a");
   for (RunState& state : run.states) {
     state.milliseconds *= 2;
     for (double& stage : state.stages) stage *= 2;
   }
-  write_run(run, kSummary, folder / "b");
+  write_run(run, kRunSummary, folder / "b");
   std::vector<std::string> different;
   for (const auto& entry : std::filesystem::directory_iterator(folder / "a")) {
     const auto name = entry.path().filename();
@@ -118,13 +119,13 @@ TEST(RunFolder, OnlyTheTimingDiffersBetweenRunsOfDifferentSpeed) {
 }
 
 TEST(RunFolder, ARunThatWentWrongCanStillBeRead) {
-  auto run = example();
+  auto run = example_run();
   run.states.back().nis = INFINITY;
   run.states.back().pose_covariance(1, 1) = NAN;
   run.states.back().world_T_imu.p.x() = NAN;
   run.states.back().world_T_imu.R.setConstant(NAN);
   const auto folder = test::scratch();
-  write_run(run, kSummary, folder);
+  write_run(run, kRunSummary, folder);
   const RunState last = read_run(folder).states.back();
   EXPECT_EQ(last.nis, INFINITY);
   EXPECT_TRUE(std::isnan(last.pose_covariance(1, 1)));
@@ -133,9 +134,9 @@ TEST(RunFolder, ARunThatWentWrongCanStillBeRead) {
 }
 
 TEST(RunFolder, ThePointCloudHoldsEveryLandmark) {
-  const auto run = example();
+  const auto run = example_run();
   const auto folder = test::scratch();
-  write_run(run, kSummary, folder);
+  write_run(run, kRunSummary, folder);
   const std::string ply = test::slurp(folder / "map.ply");
   expect_parts(ply, {"ply\nformat binary_little_endian 1.0\n", "element vertex 7\n"});
   const std::string end = "end_header\n";
@@ -150,24 +151,24 @@ TEST(RunFolder, ThePointCloudHoldsEveryLandmark) {
 }
 
 TEST(RunFolder, TruthOfAnEarlierRunDoesNotStay) {
-  auto run = example();
+  auto run = example_run();
   const auto folder = test::scratch();
-  write_run(run, kSummary, folder);
+  write_run(run, kRunSummary, folder);
   run.truth.clear();
-  write_run(run, kSummary, folder);
+  write_run(run, kRunSummary, folder);
   EXPECT_TRUE(read_run(folder).truth.empty());
 }
 
 TEST(RunFolder, TheNameComesFromTheFolderWhereTheSummaryHasNone) {
   const auto folder = test::scratch() / "v1.5";
-  write_run(example(), {{"ate_m", 1}}, folder);
+  write_run(example_run(), {{"ate_m", 1}}, folder);
   EXPECT_EQ(read_run(folder / "").name, "v1.5");
 }
 
 TEST(RunFolder, WhereItIsOnTheEarthComesFromTheSummary) {
   const auto folder = test::scratch();
   const auto written = [&](const nlohmann::ordered_json& where) {
-    write_run(example(), {{"name", "x"}, {"georeference", where}}, folder);
+    write_run(example_run(), {{"name", "x"}, {"georeference", where}}, folder);
   };
   written({{"latitude", 49.5}, {"longitude", 8.25}, {"altitude", 110}});
   const auto run = read_run(folder);
@@ -185,7 +186,7 @@ TEST(RunFolder, WhereItIsOnTheEarthComesFromTheSummary) {
 TEST(RunFolder, DamageIsNamed) {
   const auto folder = test::scratch();
   const auto error = [&](const std::string& file, const std::string& from, const std::string& to) {
-    write_run(example(), kSummary, folder);
+    write_run(example_run(), kRunSummary, folder);
     std::string text = test::slurp(folder / file);
     text.replace(text.find(from), from.size(), to);
     test::spill(folder / file, text);
@@ -206,15 +207,15 @@ TEST(RunFolder, DamageIsNamed) {
 }
 
 TEST(RunFolder, AStateWithoutItsExtraNumbersIsAMistakeOfTheCaller) {
-  auto run = example();
+  auto run = example_run();
   run.states[4].extra.pop_back();
-  EXPECT_THROW(write_run(run, kSummary, test::scratch()), std::invalid_argument);
+  EXPECT_THROW(write_run(run, kRunSummary, test::scratch()), std::invalid_argument);
 }
 
 TEST(RunFolder, AFileInTheWayIsReported) {
   const auto folder = test::scratch();
   test::spill(folder / "file", "x");
-  EXPECT_THROW(write_run(example(), kSummary, folder / "file"), UsageError);
+  EXPECT_THROW(write_run(example_run(), kRunSummary, folder / "file"), UsageError);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ Camera camera(Distortion distortion, double y) {
           .cam_T_imu = {so3::exp({0.1, -1.2, 0.7}), {0.01, y, -0.3}}};
 }
 
-Recording example(std::size_t frames = 7) {
+Recording example_recording(std::size_t frames = 7) {
   Recording r;
   r.name = "example";
   const auto images = std::make_shared<Stripes>(frames);
@@ -93,7 +93,7 @@ std::string usage_error(Call call) {
 
 TEST(WriteEuroc, APlanGoesAlongAndNeverStaysBehind) {
   const fs::path folder = test::scratch() / "rec";
-  Recording r = example(2);
+  Recording r = example_recording(2);
   r.plan = {{.kind = PlanLine::Kind::kFurniture, .points = {{0, 0}, {1.0 / 3, 2}}}};
   write_euroc(r, folder);
   for (const fs::path& named : {folder, folder / "mav0"}) {
@@ -109,7 +109,7 @@ TEST(WriteEuroc, APlanGoesAlongAndNeverStaysBehind) {
 
 TEST(WriteEuroc, WhatIsWrittenIsReadAgain) {
   const fs::path folder = test::scratch() / "rec";
-  const Recording r = example();
+  const Recording r = example_recording();
   EXPECT_EQ(write_euroc(r, folder), 7U);
   const Recording back = read_recording(folder);
   ASSERT_EQ(back.imu.size(), r.imu.size());
@@ -150,7 +150,7 @@ TEST(WriteEuroc, WhatIsWrittenIsReadAgain) {
 
 TEST(WriteEuroc, HasTheLayoutOfTheRealRecordings) {
   const fs::path folder = test::scratch();
-  write_euroc(example(), folder);
+  write_euroc(example_recording(), folder);
   const std::string images = test::slurp(folder / "mav0/cam0/data.csv");
   EXPECT_TRUE(
       images.starts_with("#timestamp [ns],filename\n1403636584763555584,1403636584763555584.png\n"))
@@ -178,9 +178,9 @@ TEST(WriteEuroc, HasTheLayoutOfTheRealRecordings) {
 
 TEST(WriteEuroc, TheSameRecordingGivesTheSameBytes) {
   const fs::path folder = test::scratch();
-  write_euroc(example(), folder / "a");
+  write_euroc(example_recording(), folder / "a");
   for (const int threads : {1, 2, 3, 16}) {
-    write_euroc(example(), folder / "b", {}, threads);
+    write_euroc(example_recording(), folder / "b", {}, threads);
     std::size_t files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(folder / "a")) {
       if (!entry.is_regular_file()) continue;
@@ -203,7 +203,7 @@ TEST(WriteEuroc, WhatFailsOnAnotherThreadIsSaid) {
       return frame;
     }
   };
-  Recording r = example();
+  Recording r = example_recording();
   r.images = std::make_shared<Torn>(7);
   for (const int threads : {1, 2, 16}) {
     const fs::path folder = test::scratch() / "rec";
@@ -215,7 +215,7 @@ TEST(WriteEuroc, WhatFailsOnAnotherThreadIsSaid) {
 
 TEST(WriteEuroc, ATruthWithoutVelocitiesIsATrajectory) {
   const fs::path folder = test::scratch() / "rec";
-  Recording r = example();
+  Recording r = example_recording();
   r.true_motion.clear();
   write_euroc(r, folder);
   EXPECT_FALSE(fs::exists(folder / "mav0/state_groundtruth_estimate0"));
@@ -231,7 +231,7 @@ TEST(WriteEuroc, ATruthWithoutVelocitiesIsATrajectory) {
 
 TEST(WriteEuroc, ATrajectoryBesideTheStatesComesFirst) {
   const fs::path folder = test::scratch() / "rec";
-  const Recording r = example();
+  const Recording r = example_recording();
   write_euroc(r, folder);
   write_tum({r.truth.begin(), r.truth.begin() + 2}, folder / "truth.tum");
   EXPECT_EQ(read_recording(folder).truth.size(), 2U);
@@ -239,19 +239,20 @@ TEST(WriteEuroc, ATrajectoryBesideTheStatesComesFirst) {
 
 TEST(WriteEuroc, ASecondWriteLeavesNothingOfTheFirst) {
   const fs::path folder = test::scratch() / "rec";
-  write_euroc(example(7), folder);
-  write_euroc(example(3), folder);
+  write_euroc(example_recording(7), folder);
+  write_euroc(example_recording(3), folder);
   EXPECT_EQ(read_recording(folder).images->size(), 3U);
   EXPECT_FALSE(fs::exists(folder / "mav0/cam0/data/1403636585063555584.png"));
 }
 
 TEST(WriteEuroc, EndsEarlyWhereItIsAskedTo) {
   const fs::path folder = test::scratch() / "rec";
-  EXPECT_EQ(write_euroc(example(), folder, [](std::size_t done) { return done < 4; }), 4U);
+  EXPECT_EQ(write_euroc(example_recording(), folder, [](std::size_t done) { return done < 4; }),
+            4U);
   EXPECT_EQ(read_recording(folder).images->size(), 4U);
   // Files that are in progress are kept.
   EXPECT_EQ(write_euroc(
-                example(), folder, [](std::size_t) { return false; }, 3),
+                example_recording(), folder, [](std::size_t) { return false; }, 3),
             3U);
   EXPECT_EQ(read_recording(folder).images->size(), 3U);
 }
@@ -264,14 +265,14 @@ TEST(WriteEuroc, NeverReplacesWhatItDidNotWrite) {
   test::spill(folder / "other" / "thesis.tex", "years of work");
   test::spill(folder / "file", "");
   for (const char* name : {"real", "other"}) {
-    test::expect_parts(usage_error([&] { write_euroc(example(), folder / name); }),
+    test::expect_parts(usage_error([&] { write_euroc(example_recording(), folder / name); }),
                        {name, "is not empty", "expected a new or empty folder"});
   }
   EXPECT_EQ(test::slurp(folder / "other" / "thesis.tex"), "years of work");
   EXPECT_TRUE(fs::exists(folder / "real" / "mav0" / "body.yaml"));
-  test::expect_parts(usage_error([&] { write_euroc(example(), folder / "file"); }),
+  test::expect_parts(usage_error([&] { write_euroc(example_recording(), folder / "file"); }),
                      {"file", "cannot be made"});
-  test::expect_parts(usage_error([&] { write_euroc(example(), "/proc/chasles"); }),
+  test::expect_parts(usage_error([&] { write_euroc(example_recording(), "/proc/chasles"); }),
                      {"/proc/chasles", "cannot be made"});
 }
 
@@ -284,7 +285,7 @@ TEST(WriteEuroc, AFullDiskIsAnError) {
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
   std::string message;
   try {
-    write_euroc(example(), folder);
+    write_euroc(example_recording(), folder);
   } catch (const UsageError& error) {
     message = error.what();
   }
@@ -297,23 +298,23 @@ TEST(WriteEuroc, RefusesARecordingThatDoesNotFit) {
   const auto refused = [&](const Recording& r) {
     return usage_error([&] { write_euroc(r, folder); });
   };
-  Recording r = example();
+  Recording r = example_recording();
   r.images = nullptr;
   test::expect_parts(refused(r), {"has no images"});
-  r = example();
+  r = example_recording();
   r.cameras.clear();
   test::expect_parts(refused(r), {"has no cameras"});
-  r = example();
+  r = example_recording();
   r.imu.clear();
   test::expect_parts(refused(r), {"has no IMU samples"});
-  r = example();
+  r = example_recording();
   r.imu_noise.reset();
   test::expect_parts(refused(r), {"has no noise densities"});
   EXPECT_FALSE(fs::exists(folder));
-  r = example();
+  r = example_recording();
   r.images = std::make_shared<Stripes>(3, kWidth + 1);
   test::expect_parts(refused(r), {"the images at 1403636584763555584 ns do not fit the cameras"});
-  r = example();
+  r = example_recording();
   r.cameras.pop_back();
   test::expect_parts(refused(r), {"do not fit the cameras; expected 1"});
 }

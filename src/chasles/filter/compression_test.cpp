@@ -12,7 +12,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-MatrixXd random_matrix(test::Random& random, Index rows, Index cols) {
+MatrixXd random_rows(test::Random& random, Index rows, Index cols) {
   MatrixXd M(rows, cols);
   for (Index j = 0; j < cols; ++j) M.col(j) = random.normal_vector(static_cast<int>(rows));
   return M;
@@ -22,12 +22,12 @@ MatrixXd random_matrix(test::Random& random, Index rows, Index cols) {
 // part of rank `rank`, as with a single camera, which observes neither scale nor position.
 std::vector<Measurement> of_clones(test::Random& random, const State& x, int count, Index rank) {
   const auto clones = static_cast<Index>(x.clones.size());
-  const MatrixXd common = random_matrix(random, rank, 6 * clones);
+  const MatrixXd common = random_rows(random, rank, 6 * clones);
   std::vector<Measurement> result;
   for (int i = 0; i < count; ++i) {
     const Index k = 1 + i % 6;
-    const MatrixXd root = random_matrix(random, k, k);
-    const MatrixXd d = random_matrix(random, k, rank) * common;
+    const MatrixXd root = random_rows(random, k, k);
+    const MatrixXd d = random_rows(random, k, rank) * common;
     Measurement z;
     z.residual = random.normal_vector(static_cast<int>(k));
     z.d_core.resize(k, 0);

@@ -12,10 +12,10 @@ namespace {
 using Eigen::Lower;
 using Eigen::MatrixXd;
 
-constexpr double kTolerance = 1e-12;
+constexpr double kDenseTolerance = 1e-12;
 constexpr double kUntouched = 1e30;  // marks entries that an operation must neither read nor write
 
-MatrixXd random_matrix(test::Random& random, Eigen::Index rows, Eigen::Index cols) {
+MatrixXd random_dense(test::Random& random, Eigen::Index rows, Eigen::Index cols) {
   MatrixXd M(rows, cols);
   for (auto column : M.colwise()) column = random.normal_vector(rows);
   return M;
@@ -43,7 +43,7 @@ TEST(Dense, CholeskyFactorTimesItsTransposeIsTheMatrix) {
     block.template triangularView<Eigen::StrictlyUpper>().setConstant(kUntouched);
     ASSERT_TRUE(dense::cholesky(block));
     const MatrixXd L = lower(block);
-    EXPECT_TRUE(test::agree(L * L.transpose(), M, kTolerance));
+    EXPECT_TRUE(test::agree(L * L.transpose(), M, kDenseTolerance));
     const MatrixXd upper = block.template triangularView<Eigen::StrictlyUpper>();
     MatrixXd expected = MatrixXd::Constant(M.rows(), M.cols(), kUntouched);
     EXPECT_EQ(upper, MatrixXd(expected.triangularView<Eigen::StrictlyUpper>()));
@@ -97,29 +97,29 @@ TEST(Dense, TriangularSolvesInvertTheFactor) {
     const Eigen::Index n = M.rows();
     const MatrixXd L = M.llt().matrixL();
     block = L;
-    MatrixXd X = random_matrix(random, n, 3);
+    MatrixXd X = random_dense(random, n, 3);
     const MatrixXd right = X;
     dense::solve_lower(block, X);
-    EXPECT_TRUE(test::agree(L * X, right, kTolerance));
+    EXPECT_TRUE(test::agree(L * X, right, kDenseTolerance));
     MatrixXd Y = right.transpose();
     dense::solve_lower_from_right(block, Y);
-    EXPECT_TRUE(test::agree(Y * L.transpose(), right.transpose(), kTolerance));
+    EXPECT_TRUE(test::agree(Y * L.transpose(), right.transpose(), kDenseTolerance));
   });
 }
 
 TEST(Dense, RankUpdatesChangeTheLowerTriangleAlone) {
   for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
     const Eigen::Index n = M.rows();
-    const MatrixXd W = random_matrix(random, n, 4);
-    const MatrixXd Z = random_matrix(random, n, 4);
+    const MatrixXd W = random_dense(random, n, 4);
+    const MatrixXd Z = random_dense(random, n, 4);
     const MatrixXd upper = M.triangularView<Eigen::StrictlyUpper>();
     dense::downdate_lower(W, block);
-    EXPECT_TRUE(test::agree(lower(block), lower(M - W * W.transpose()), kTolerance));
+    EXPECT_TRUE(test::agree(lower(block), lower(M - W * W.transpose()), kDenseTolerance));
     EXPECT_EQ(MatrixXd(block.template triangularView<Eigen::StrictlyUpper>()), upper);
     block = M;
     dense::symmetric_update_lower(W, Z, block);
     const MatrixXd expected = M + W * Z.transpose() + Z * W.transpose();
-    EXPECT_TRUE(test::agree(lower(block), lower(expected), kTolerance));
+    EXPECT_TRUE(test::agree(lower(block), lower(expected), kDenseTolerance));
     EXPECT_EQ(MatrixXd(block.template triangularView<Eigen::StrictlyUpper>()), upper);
   });
 }
@@ -127,12 +127,12 @@ TEST(Dense, RankUpdatesChangeTheLowerTriangleAlone) {
 TEST(Dense, ProductsAreThoseOfEigen) {
   for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
     const Eigen::Index n = M.rows();
-    const MatrixXd A = random_matrix(random, 4, n);
-    const MatrixXd B = random_matrix(random, n, 5);
-    EXPECT_TRUE(test::agree(dense::product(A, B), A * B, kTolerance));
-    const MatrixXd C = random_matrix(random, n, 4);
+    const MatrixXd A = random_dense(random, 4, n);
+    const MatrixXd B = random_dense(random, n, 5);
+    EXPECT_TRUE(test::agree(dense::product(A, B), A * B, kDenseTolerance));
+    const MatrixXd C = random_dense(random, n, 4);
     dense::add_product(-0.5, C, A, block);
-    EXPECT_TRUE(test::agree(block, M - 0.5 * C * A, kTolerance));
+    EXPECT_TRUE(test::agree(block, M - 0.5 * C * A, kDenseTolerance));
   });
 }
 
@@ -144,7 +144,7 @@ TEST(Dense, SymmetricOperationsReadTheLowerTriangleAlone) {
     Eigen::VectorXd y = random.normal_vector(n);
     const Eigen::VectorXd expected = y + M * x;
     dense::add_symmetric_product(block, x, y);
-    EXPECT_TRUE(test::agree(y, expected, kTolerance));
+    EXPECT_TRUE(test::agree(y, expected, kDenseTolerance));
     for (const Eigen::Index first : {Eigen::Index{0}, n / 3, n / 2}) {
       const Eigen::Index count = (n - first + 1) / 2;
       EXPECT_EQ(dense::symmetric_rows(block, first, count), M.middleRows(first, count));
@@ -155,19 +155,19 @@ TEST(Dense, SymmetricOperationsReadTheLowerTriangleAlone) {
 
 TEST(Dense, SymmetricProductIsAddedToTheLowerTriangle) {
   for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
-    const MatrixXd W = random_matrix(random, M.rows(), 4);
+    const MatrixXd W = random_dense(random, M.rows(), 4);
     const MatrixXd C = test::random_covariance(random, 4, 1);
     dense::add_product_lower(W * C, W.transpose(), block);
-    EXPECT_TRUE(test::agree(lower(block), lower(M + W * C * W.transpose()), kTolerance));
+    EXPECT_TRUE(test::agree(lower(block), lower(M + W * C * W.transpose()), kDenseTolerance));
   });
 }
 
 TEST(Dense, TheProductWithASymmetricMatrixReadsTheLowerTriangle) {
   for_each_size([](const MatrixXd& M, auto block, test::Random& random) {
     block.template triangularView<Eigen::StrictlyUpper>().setConstant(kUntouched);
-    const MatrixXd B = random_matrix(random, M.rows(), 3);
+    const MatrixXd B = random_dense(random, M.rows(), 3);
     const MatrixXd expected = M.selfadjointView<Lower>() * B;
-    EXPECT_TRUE(test::agree(dense::symmetric_product(block, B), expected, kTolerance));
+    EXPECT_TRUE(test::agree(dense::symmetric_product(block, B), expected, kDenseTolerance));
   });
 }
 
@@ -199,7 +199,7 @@ TEST(Dense, AProcessorThatOpenBlasDoesNotKnowStillGetsItsKernels) {
     EXPECT_NE(dense::kernels(), "Prescott");
   }
   const MatrixXd A = MatrixXd::Random(70, 50);
-  EXPECT_TRUE(test::agree(dense::product(A.transpose(), A), A.transpose() * A, kTolerance));
+  EXPECT_TRUE(test::agree(dense::product(A.transpose(), A), A.transpose() * A, kDenseTolerance));
 }
 #endif
 

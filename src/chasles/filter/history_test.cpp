@@ -10,7 +10,7 @@ using test::DrivenFilter;
 using test::DriveOptions;
 using test::Motion;
 
-constexpr double kTolerance = 1e-8;
+constexpr double kHistoryTolerance = 1e-8;
 constexpr double kGate = 11.34;  // chi-square of 3, 99 %
 
 using HistoryTest = test::OverCharts;
@@ -51,18 +51,18 @@ void expect_same_map(const Both& filters) {
   ASSERT_EQ(map.size(), expected.size());
   ASSERT_EQ(a.map_size(), static_cast<int>(map.size()));
   ASSERT_EQ(P.rows(), P_expected.rows());
-  EXPECT_LT(test::covariance_difference(P, P_expected), kTolerance);
+  EXPECT_LT(test::covariance_difference(P, P_expected), kHistoryTolerance);
   for (std::size_t i = 0; i < map.size(); ++i) {
     SCOPED_TRACE(::testing::Message() << "landmark " << i << " of " << map.size());
     EXPECT_EQ(map[i].id, expected[i].id);
     EXPECT_EQ(map[i].observations, expected[i].observations);
-    EXPECT_TRUE(test::agree(map[i].p_world, expected[i].p_world, kTolerance, 0));
-    EXPECT_TRUE(test::agree(map[i].covariance, expected[i].covariance, kTolerance, 0));
+    EXPECT_TRUE(test::agree(map[i].p_world, expected[i].p_world, kHistoryTolerance, 0));
+    EXPECT_TRUE(test::agree(map[i].covariance, expected[i].covariance, kHistoryTolerance, 0));
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
-    EXPECT_TRUE(test::agree(P.block(row, row, 3, 3), expected[i].covariance, kTolerance, 0));
+    EXPECT_TRUE(test::agree(P.block(row, row, 3, 3), expected[i].covariance, kHistoryTolerance, 0));
   }
-  EXPECT_LT(test::distance(a.state(), b.state()), kTolerance);
-  EXPECT_TRUE(test::agree(a.core_covariance(), b.core_covariance(), kTolerance, 1e-300));
+  EXPECT_LT(test::distance(a.state(), b.state()), kHistoryTolerance);
+  EXPECT_TRUE(test::agree(a.core_covariance(), b.core_covariance(), kHistoryTolerance, 1e-300));
 }
 
 TEST_P(HistoryTest, TellsTheMapThatTheDenseFilterCarriesAlong) {

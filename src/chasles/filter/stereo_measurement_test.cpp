@@ -20,7 +20,7 @@ StereoRig rig() {
           .cam0_T_imu = {axes * so3::exp({0.02, -0.03, 0.04}), {0.1, 0.9, -0.3}}};
 }
 
-const StereoNoise kNoise{.u = 0.6, .v = 0.7, .disparity = 0.9};
+const StereoNoise kPixelNoise{.u = 0.6, .v = 0.7, .disparity = 0.9};
 
 // A random pose that has one landmark in front of it, `depth` metres away.
 State state_before_landmark(test::Random& random, double depth) {
@@ -47,10 +47,10 @@ TEST(StereoMeasurement, HasTheDerivativeOfItsResidual) {
     for (const double depth : {2.0, 10.0, 80.0}) {
       const State x = state_before_landmark(random, depth);
       const StereoObservation seen{.landmark = 0, .pixels = projected(x)};
-      const auto z = measure_stereo(rig(), rows, kNoise, x, 0, seen);
+      const auto z = measure_stereo(rig(), rows, kPixelNoise, x, 0, seen);
       ASSERT_TRUE(z);
       const auto residual = [&](const VectorXd& e) -> VectorXd {
-        return measure_stereo(rig(), rows, kNoise, test::moved(kStandardChart, x, e), 0, seen)
+        return measure_stereo(rig(), rows, kPixelNoise, test::moved(kStandardChart, x, e), 0, seen)
             ->residual;
       };
       MatrixXd H = MatrixXd::Zero(z->residual.size(), 11);
@@ -67,7 +67,7 @@ TEST(StereoMeasurement, ResidualIsWhatWasSeenMinusWhatIsExpected) {
   const State x = state_before_landmark(random, 10);
   const StereoObservation seen{.landmark = 0, .pixels = projected(x) + Eigen::Vector4d(4, 3, 2, 1)};
   const auto residual = [&](StereoRows rows) -> VectorXd {
-    return measure_stereo(rig(), rows, kNoise, x, 0, seen)->residual;
+    return measure_stereo(rig(), rows, kPixelNoise, x, 0, seen)->residual;
   };
   EXPECT_TRUE(test::agree(residual(StereoRows::kAll), Eigen::Vector4d(4, 3, 2, 1), 1e-12));
   EXPECT_TRUE(test::agree(residual(StereoRows::kMeanDisparity), Eigen::Vector3d(3, 2, 2), 1e-12));
@@ -79,7 +79,7 @@ TEST(StereoMeasurement, NoiseIsThatOfItsRows) {
   const State x = state_before_landmark(random, 10);
   const StereoObservation seen{.landmark = 0, .pixels = projected(x)};
   const auto noise = [&](StereoRows rows) -> MatrixXd {
-    return measure_stereo(rig(), rows, kNoise, x, 0, seen)->noise;
+    return measure_stereo(rig(), rows, kPixelNoise, x, 0, seen)->noise;
   };
   const Eigen::Vector4d all(0.36, 0.49, 0.36, 0.49);
   const Eigen::Vector3d three(0.36, 0.49, 0.81);
@@ -93,19 +93,19 @@ TEST(StereoMeasurement, PointBehindTheCamerasIsNotMeasured) {
   State x = state_before_landmark(random, 10);
   const StereoObservation seen{.landmark = 0, .pixels = projected(x)};
   x.landmarks[0].p_world = x.world_T_imu * Eigen::Vector3d(-10, 0, 0);
-  EXPECT_FALSE(measure_stereo(rig(), StereoRows::kAll, kNoise, x, 0, seen));
+  EXPECT_FALSE(measure_stereo(rig(), StereoRows::kAll, kPixelNoise, x, 0, seen));
 }
 
 TEST(NewLandmark, NeedsAPositiveDisparity) {
-  EXPECT_FALSE(begin_landmark(rig(), kNoise, State{}, observation({600, 180, 0})));
-  EXPECT_FALSE(begin_landmark(rig(), kNoise, State{}, observation({600, 180, -3})));
-  EXPECT_TRUE(begin_landmark(rig(), kNoise, State{}, observation({600, 180, 3})));
+  EXPECT_FALSE(begin_landmark(rig(), kPixelNoise, State{}, observation({600, 180, 0})));
+  EXPECT_FALSE(begin_landmark(rig(), kPixelNoise, State{}, observation({600, 180, -3})));
+  EXPECT_TRUE(begin_landmark(rig(), kPixelNoise, State{}, observation({600, 180, 3})));
 }
 
 TEST(NewLandmark, IsSeenWhereItWasSeen) {
   test::Random random(5);
   const State x = state_before_landmark(random, 12);
-  const auto begun = begin_landmark(rig(), kNoise, x, {.landmark = 7, .pixels = projected(x)});
+  const auto begun = begin_landmark(rig(), kPixelNoise, x, {.landmark = 7, .pixels = projected(x)});
   ASSERT_TRUE(begun);
   EXPECT_EQ(begun->id, 7);
   EXPECT_TRUE(test::agree(begun->p_world, x.landmarks[0].p_world, 1e-12));
@@ -113,7 +113,8 @@ TEST(NewLandmark, IsSeenWhereItWasSeen) {
 
 // Position of a landmark by the pose's errors and its three numbers.
 VectorXd begun_at(const State& x, const VectorXd& error, const Eigen::Vector3d& rows) {
-  return begin_landmark(rig(), kNoise, test::moved(kStandardChart, x, error), observation(rows))
+  return begin_landmark(rig(), kPixelNoise, test::moved(kStandardChart, x, error),
+                        observation(rows))
       ->p_world;
 }
 
@@ -121,15 +122,15 @@ TEST(NewLandmark, HasTheDerivativesOfItsPosition) {
   test::Random random(6);
   const State x = test::random_state(random, {});
   const Eigen::Vector3d rows(640, 140, 40);
-  const auto begun = begin_landmark(rig(), kNoise, x, observation(rows));
+  const auto begun = begin_landmark(rig(), kPixelNoise, x, observation(rows));
   ASSERT_TRUE(begun);
   const auto by_pose = [&](const VectorXd& e) { return begun_at(x, e, rows); };
   EXPECT_TRUE(
       test::agree(begun->d_pose, test::numeric_derivative(by_pose, VectorXd::Zero(6)), 1e-10));
   const auto by_rows = [&](const Eigen::Vector3d& r) { return begun_at(x, VectorXd::Zero(6), r); };
   const MatrixXd D = test::numeric_derivative(by_rows, rows, 1e-4);
-  const Eigen::Vector3d variances(kNoise.u * kNoise.u, kNoise.v * kNoise.v,
-                                  kNoise.disparity * kNoise.disparity);
+  const Eigen::Vector3d variances(kPixelNoise.u * kPixelNoise.u, kPixelNoise.v * kPixelNoise.v,
+                                  kPixelNoise.disparity * kPixelNoise.disparity);
   EXPECT_TRUE(test::agree(begun->noise, D * variances.asDiagonal() * D.transpose(), 1e-8, 0));
 }
 
@@ -137,7 +138,7 @@ TEST(NewLandmark, ErrorOfANearOneIsDistributedAsToldTogetherWithThePose) {
   test::Random random(7);
   const State x = test::random_state(random, {});
   const Eigen::Vector3d rows(640, 140, 120);  // 2 m away: linear over the noise of a pixel
-  const auto begun = begin_landmark(rig(), kNoise, x, observation(rows));
+  const auto begun = begin_landmark(rig(), kPixelNoise, x, observation(rows));
   ASSERT_TRUE(begun);
   const MatrixXd P_pose = test::random_covariance(random, 6, 0.01);
   MatrixXd P(9, 9);
@@ -148,7 +149,7 @@ TEST(NewLandmark, ErrorOfANearOneIsDistributedAsToldTogetherWithThePose) {
   // Truth and estimate are exchanged: true pose and pixels scatter around the estimate of the
   // filter.
   MatrixXd samples(9, 4000);
-  const Eigen::Vector3d sigma(kNoise.u, kNoise.v, kNoise.disparity);
+  const Eigen::Vector3d sigma(kPixelNoise.u, kPixelNoise.v, kPixelNoise.disparity);
   for (auto sample : samples.colwise()) {
     const VectorXd e = test::normal_of(random, P_pose);
     const Eigen::Vector3d noisy = rows + sigma.cwiseProduct(random.normal_vector(3));

@@ -11,8 +11,8 @@ using Eigen::MatrixXd;
 using test::Motion;
 using test::TextbookEkf;
 
-constexpr double kTolerance = 1e-9;
-const StereoNoise kNoise{
+constexpr double kTextbookTolerance = 1e-9;
+const StereoNoise kTextbookNoise{
     .u = test::kDrivePixelNoise, .v = test::kDrivePixelNoise, .disparity = test::kDrivePixelNoise};
 
 using Case = std::tuple<const ErrorChart*, Motion>;
@@ -93,7 +93,7 @@ class Pair {
       }
       const int index = static_cast<int>(at - landmarks.begin());
       in_view[static_cast<std::size_t>(index)] = true;
-      measurements.push_back(*measure_stereo(drive_.rig, StereoRows::kMeanDisparity, kNoise,
+      measurements.push_back(*measure_stereo(drive_.rig, StereoRows::kMeanDisparity, kTextbookNoise,
                                              ekf_.state(), index, observation));
       seen.push_back({all_along(observation.landmark), observation});
     }
@@ -116,7 +116,7 @@ class Pair {
   void begin(const std::vector<StereoObservation>& fresh) {
     std::vector<NewLandmark> begun;
     for (const StereoObservation& observation : fresh) {
-      begun.push_back(*begin_landmark(drive_.rig, kNoise, ekf_.state(), observation));
+      begun.push_back(*begin_landmark(drive_.rig, kTextbookNoise, ekf_.state(), observation));
       textbook_.begin(drive_.rig, test::kDrivePixelNoise, observation);
     }
     ekf_.add(begun);
@@ -172,9 +172,9 @@ TEST_P(TextbookEkfTest, FilterInTheReferenceChartIsTheOneInItsOwnCoordinates) {
                                                                   filters.textbook().covariance()));
   }
   // Metres, radians; the trajectory is 240 m long, so that 1e-9 of it is 2e-7.
-  EXPECT_LT(mean, kTolerance);
-  EXPECT_LT(covariance, kTolerance);
-  EXPECT_LT(map_difference(filters.ekf(), filters.textbook()), kTolerance);
+  EXPECT_LT(mean, kTextbookTolerance);
+  EXPECT_LT(covariance, kTextbookTolerance);
+  EXPECT_LT(map_difference(filters.ekf(), filters.textbook()), kTextbookTolerance);
   EXPECT_GE(filters.ekf().map_size(), 40);
   EXPECT_LT(filters.ekf().state().landmarks.size(), 20u);
   // The filter tracked the trajectory: its linearisation points are realistic.

@@ -14,7 +14,7 @@ using Vector15d = Eigen::Matrix<double, 15, 1>;
 
 constexpr int kRotation = 0, kPosition = 3, kVelocity = 6, kAccelerometer = 9, kGyroscope = 12;
 
-const Eigen::Vector3d kGravity(0, 0, -kStandardGravity);
+const Eigen::Vector3d kGravityWorld(0, 0, -kStandardGravity);
 // Not along an axis, so that every component is tested.
 const Eigen::Vector3d kTiltedGravity(2.1, -3.3, -8.9);
 const ImuNoise kNoise{.accelerometer_noise_density = 2e-3,
@@ -52,7 +52,7 @@ Vector15d local(const InertialState& x, const InertialState& y) {
 }
 
 InertialState integrate_for(InertialState x, const ImuInterval& interval, int steps) {
-  for (int i = 0; i < steps; ++i) x = integrate(x, interval, kGravity);
+  for (int i = 0; i < steps; ++i) x = integrate(x, interval, kGravityWorld);
   return x;
 }
 
@@ -60,10 +60,10 @@ TEST(Strapdown, RestStaysAtRest) {
   test::Random random(1);
   InertialState start = random_state(random);
   start.v_world.setZero();
-  const ImuInterval interval{
-      .tau = 0.005,
-      .specific_force_imu = start.accelerometer_bias - start.world_T_imu.R.transpose() * kGravity,
-      .angular_rate_imu = start.gyroscope_bias};
+  const ImuInterval interval{.tau = 0.005,
+                             .specific_force_imu = start.accelerometer_bias -
+                                                   start.world_T_imu.R.transpose() * kGravityWorld,
+                             .angular_rate_imu = start.gyroscope_bias};
   const InertialState end = integrate_for(start, interval, 12000);
   EXPECT_TRUE(test::agree(local(start, end), Vector15d::Zero(), 1e-9));
 }
@@ -76,8 +76,8 @@ TEST(Strapdown, TumblingFreeFallIsAParabola) {
                              .angular_rate_imu = Eigen::Vector3d(3, -2, 5)};
   const InertialState end = integrate_for(start, interval, 300);
   EXPECT_TRUE(test::agree(end.world_T_imu.p,
-                          start.world_T_imu.p + 3 * start.v_world + 4.5 * kGravity, 1e-12));
-  EXPECT_TRUE(test::agree(end.v_world, start.v_world + 3 * kGravity, 1e-12));
+                          start.world_T_imu.p + 3 * start.v_world + 4.5 * kGravityWorld, 1e-12));
+  EXPECT_TRUE(test::agree(end.v_world, start.v_world + 3 * kGravityWorld, 1e-12));
 }
 
 TEST(Strapdown, ConstantRateTurnsAboutItsAxis) {
@@ -92,16 +92,17 @@ TEST(Strapdown, ConstantRateTurnsAboutItsAxis) {
 // On a circle with the nose along the velocity, specific force and rate are constant in IMU axes.
 // The map then has no discretisation error, regardless of the number of steps.
 TEST(Strapdown, CircleIsExactForAnyStep) {
-  constexpr double kRadius = 5, kRate = 2, kPeriod = 2 * std::numbers::pi / kRate;
+  constexpr double kRadius = 5, kRate = 2, kTurnPeriod = 2 * std::numbers::pi / kRate;
   const Eigen::Matrix3d axes = so3::exp(Eigen::Vector3d(0.3, -0.2, 0.9));  // of the IMU in the car
   const Eigen::Vector3d centripetal(0, kRadius * kRate * kRate, 0);
   for (const int steps : {7, 100, 2000}) {
-    const ImuInterval interval{.tau = kPeriod / steps,
-                               .specific_force_imu = axes.transpose() * (centripetal - kGravity),
-                               .angular_rate_imu = axes.transpose() * Eigen::Vector3d(0, 0, kRate)};
+    const ImuInterval interval{
+        .tau = kTurnPeriod / steps,
+        .specific_force_imu = axes.transpose() * (centripetal - kGravityWorld),
+        .angular_rate_imu = axes.transpose() * Eigen::Vector3d(0, 0, kRate)};
     InertialState x{.world_T_imu = {axes, {0, -kRadius, 0}}, .v_world = {kRadius * kRate, 0, 0}};
     for (int i = 1; i <= steps; ++i) {
-      x = integrate(x, interval, kGravity);
+      x = integrate(x, interval, kGravityWorld);
       const Eigen::Matrix3d turn =
           so3::exp(Eigen::Vector3d(0, 0, 2 * std::numbers::pi * i / steps));
       ASSERT_TRUE(test::agree(x.world_T_imu.R, turn * axes, 1e-12));
@@ -273,7 +274,7 @@ TEST(Strapdown, CovarianceOfManyStepsIsThatOfTheContinuousProcesses) {
   Matrix15d P = Matrix15d::Zero();
   InertialState x;
   for (int i = 0; i < kSteps; ++i) {
-    const StrapdownStep step = strapdown(x, rest, kGravity, kNoise);
+    const StrapdownStep step = strapdown(x, rest, kGravityWorld, kNoise);
     P = step.F * P * step.F.transpose() + step.Q;
     x = step.state;
   }

@@ -5,7 +5,7 @@
 namespace chasles {
 namespace {
 
-constexpr double kRoundOff = 1e-14;
+constexpr double kSek3RoundOff = 1e-14;
 
 // (3+k) x (3+k): [R, x; 0, I].
 Eigen::MatrixXd matrix(const SEk3& X) {
@@ -61,20 +61,20 @@ class Sek3 : public ::testing::TestWithParam<Eigen::Index> {
 TEST_P(Sek3, ProductAndInverseAreThoseOfTheMatrices) {
   const SEk3 A = element();
   const SEk3 B = element();
-  EXPECT_TRUE(test::agree(matrix(A * B), matrix(A) * matrix(B), kRoundOff));
-  EXPECT_TRUE(
-      test::agree(matrix(A * A.inverse()), Eigen::MatrixXd::Identity(3 + k(), 3 + k()), kRoundOff));
+  EXPECT_TRUE(test::agree(matrix(A * B), matrix(A) * matrix(B), kSek3RoundOff));
+  EXPECT_TRUE(test::agree(matrix(A * A.inverse()), Eigen::MatrixXd::Identity(3 + k(), 3 + k()),
+                          kSek3RoundOff));
 }
 
 TEST_P(Sek3, ExpIsThePowerSeries) {
   for_each_tangent(test::angles(), [](const Eigen::VectorXd& xi) {
-    EXPECT_TRUE(test::agree(matrix(sek3::exp(xi)), test::series(wedge(xi), 0), kRoundOff));
+    EXPECT_TRUE(test::agree(matrix(sek3::exp(xi)), test::series(wedge(xi), 0), kSek3RoundOff));
   });
 }
 
 TEST_P(Sek3, LogInvertsExp) {
   for_each_tangent(test::angles_below_pi(), [](const Eigen::VectorXd& xi) {
-    EXPECT_TRUE(test::agree(sek3::log(sek3::exp(xi)), xi, kRoundOff));
+    EXPECT_TRUE(test::agree(sek3::log(sek3::exp(xi)), xi, kSek3RoundOff));
   });
 }
 
@@ -82,7 +82,7 @@ TEST_P(Sek3, AdjointMovesATangentThroughAnElement) {
   for_each_tangent({0, 1e-6, 0.3, 2}, [&](const Eigen::VectorXd& xi) {
     const SEk3 X = element();
     const Eigen::MatrixXd moved = matrix(X * sek3::exp(xi) * X.inverse());
-    EXPECT_TRUE(test::agree(matrix(sek3::exp(sek3::adjoint(X) * xi)), moved, 2 * kRoundOff));
+    EXPECT_TRUE(test::agree(matrix(sek3::exp(sek3::adjoint(X) * xi)), moved, 2 * kSek3RoundOff));
   });
 }
 
@@ -90,11 +90,12 @@ TEST_P(Sek3, JacobiansAreThePowerSeriesOfTheAdjointRepresentation) {
   for_each_tangent(test::angles(), [](const Eigen::VectorXd& xi) {
     const Eigen::MatrixXd left = test::series(curly(xi), 1);
     const Eigen::MatrixXd right = test::series(-curly(xi), 1);
-    EXPECT_TRUE(test::agree(sek3::left_jacobian(xi), left, kRoundOff));
-    EXPECT_TRUE(test::agree(sek3::right_jacobian(xi), right, kRoundOff));
-    EXPECT_TRUE(test::agree(sek3::left_jacobian_inverse(xi), test::inverse(left), 10 * kRoundOff));
+    EXPECT_TRUE(test::agree(sek3::left_jacobian(xi), left, kSek3RoundOff));
+    EXPECT_TRUE(test::agree(sek3::right_jacobian(xi), right, kSek3RoundOff));
     EXPECT_TRUE(
-        test::agree(sek3::right_jacobian_inverse(xi), test::inverse(right), 10 * kRoundOff));
+        test::agree(sek3::left_jacobian_inverse(xi), test::inverse(left), 10 * kSek3RoundOff));
+    EXPECT_TRUE(
+        test::agree(sek3::right_jacobian_inverse(xi), test::inverse(right), 10 * kSek3RoundOff));
   });
 }
 

@@ -9,7 +9,7 @@
 namespace chasles {
 namespace {
 
-constexpr double kRoundOff = 4e-15;
+constexpr double kSo3RoundOff = 4e-15;
 
 // Calls check(phi) for every direction and angle.
 template <typename Check>
@@ -26,49 +26,49 @@ TEST(So3, HatIsTheCrossProduct) {
   test::Random random(1);
   const Eigen::Vector3d a = random.normal_vector(3);
   const Eigen::Vector3d b = random.normal_vector(3);
-  EXPECT_TRUE(test::agree(hat(a) * b, a.cross(b), kRoundOff));
+  EXPECT_TRUE(test::agree(hat(a) * b, a.cross(b), kSo3RoundOff));
 }
 
 TEST(So3, ExpIsThePowerSeries) {
   for_each_rotation(test::angles(), [](const Eigen::Vector3d& phi) {
-    EXPECT_TRUE(test::agree(so3::exp(phi), test::series(hat(phi), 0), kRoundOff));
+    EXPECT_TRUE(test::agree(so3::exp(phi), test::series(hat(phi), 0), kSo3RoundOff));
   });
 }
 
 TEST(So3, ExpIsARotation) {
   for_each_rotation(test::angles(), [](const Eigen::Vector3d& phi) {
     const Eigen::Matrix3d R = so3::exp(phi);
-    EXPECT_TRUE(test::agree(R * R.transpose(), Eigen::Matrix3d::Identity(), kRoundOff));
+    EXPECT_TRUE(test::agree(R * R.transpose(), Eigen::Matrix3d::Identity(), kSo3RoundOff));
     EXPECT_GT(R.determinant(), 0);
   });
 }
 
 TEST(So3, LogInvertsExpToTheLastDigitsOfTheAngle) {
   for_each_rotation(test::angles_below_pi(), [](const Eigen::Vector3d& phi) {
-    EXPECT_TRUE(test::agree(so3::log(so3::exp(phi)), phi, kRoundOff, 1e-300));
+    EXPECT_TRUE(test::agree(so3::log(so3::exp(phi)), phi, kSo3RoundOff, 1e-300));
   });
 }
 
 TEST(So3, LogOfHalfATurnIsOneOfItsTwoAxes) {
   for (const Eigen::Vector3d& axis : test::axes()) {
     const Eigen::Vector3d phi = so3::log(2 * axis * axis.transpose() - Eigen::Matrix3d::Identity());
-    EXPECT_NEAR(phi.norm(), std::numbers::pi, kRoundOff);
-    EXPECT_NEAR(std::abs(phi.normalized().dot(axis)), 1, kRoundOff);
+    EXPECT_NEAR(phi.norm(), std::numbers::pi, kSo3RoundOff);
+    EXPECT_NEAR(std::abs(phi.normalized().dot(axis)), 1, kSo3RoundOff);
   }
 }
 
 TEST(So3, LogPastHalfATurnIsTheShortWayRound) {
   for (const Eigen::Vector3d& axis : test::axes()) {
     const Eigen::Vector3d expected = (5.0 - 2 * std::numbers::pi) * axis;
-    EXPECT_TRUE(test::agree(so3::log(so3::exp(5.0 * axis)), expected, kRoundOff));
+    EXPECT_TRUE(test::agree(so3::log(so3::exp(5.0 * axis)), expected, kSo3RoundOff));
   }
 }
 
 TEST(So3, JacobiansAndGamma2AreTheirPowerSeries) {
   for_each_rotation(test::angles(), [](const Eigen::Vector3d& phi) {
-    EXPECT_TRUE(test::agree(so3::left_jacobian(phi), test::series(hat(phi), 1), kRoundOff));
-    EXPECT_TRUE(test::agree(so3::right_jacobian(phi), test::series(-hat(phi), 1), kRoundOff));
-    EXPECT_TRUE(test::agree(so3::gamma2(phi), test::series(hat(phi), 2), kRoundOff));
+    EXPECT_TRUE(test::agree(so3::left_jacobian(phi), test::series(hat(phi), 1), kSo3RoundOff));
+    EXPECT_TRUE(test::agree(so3::right_jacobian(phi), test::series(-hat(phi), 1), kSo3RoundOff));
+    EXPECT_TRUE(test::agree(so3::gamma2(phi), test::series(hat(phi), 2), kSo3RoundOff));
   });
 }
 
@@ -99,16 +99,16 @@ TEST(So3, InverseJacobiansAreTheInverses) {
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
   for_each_rotation(test::angles(), [&](const Eigen::Vector3d& phi) {
     const Eigen::Matrix3d left = so3::left_jacobian_inverse(phi);
-    EXPECT_TRUE(test::agree(so3::left_jacobian(phi) * left, I, 10 * kRoundOff));
+    EXPECT_TRUE(test::agree(so3::left_jacobian(phi) * left, I, 10 * kSo3RoundOff));
     const Eigen::Matrix3d right = so3::right_jacobian_inverse(phi);
-    EXPECT_TRUE(test::agree(right * so3::right_jacobian(phi), I, 10 * kRoundOff));
+    EXPECT_TRUE(test::agree(right * so3::right_jacobian(phi), I, 10 * kSo3RoundOff));
   });
 }
 
 TEST(So3, InverseJacobianIsTheInverseOfTheSeries) {
   for_each_rotation(test::angles(), [](const Eigen::Vector3d& phi) {
     const Eigen::Matrix3d expected = test::inverse(test::series(hat(phi), 1));
-    EXPECT_TRUE(test::agree(so3::left_jacobian_inverse(phi), expected, 10 * kRoundOff));
+    EXPECT_TRUE(test::agree(so3::left_jacobian_inverse(phi), expected, 10 * kSo3RoundOff));
   });
 }
 

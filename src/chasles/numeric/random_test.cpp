@@ -13,7 +13,7 @@ namespace {
 using Words = std::array<std::uint32_t, 4>;
 
 constexpr std::size_t kSamples = 200'000;
-constexpr double kSigmas = 4;  // of the statistic under test; the seeds are fixed
+constexpr double kRandomSigmas = 4;  // of the statistic under test; the seeds are fixed
 
 std::vector<double> draw(const std::function<double(std::size_t)>& number) {
   std::vector<double> numbers(kSamples);
@@ -57,10 +57,10 @@ TEST(Random, NormalNumbersHaveTheMomentsOfTheNormalDistribution) {
     const auto x = draw([&](std::size_t i) { return random.normal(Stream::kPixelNoise, i); });
     const auto moment = [&](int n) { return mean_of(x, [&](double v) { return std::pow(v, n); }); };
     // The variances of the powers: E x^2n - (E x^n)^2 = 1, 2, 15, 96.
-    EXPECT_LT(std::abs(moment(1)), kSigmas * 1 / kRoot);
-    EXPECT_LT(std::abs(moment(2) - 1), kSigmas * std::sqrt(2) / kRoot);
-    EXPECT_LT(std::abs(moment(3)), kSigmas * std::sqrt(15) / kRoot);
-    EXPECT_LT(std::abs(moment(4) - 3), kSigmas * std::sqrt(96) / kRoot);
+    EXPECT_LT(std::abs(moment(1)), kRandomSigmas * 1 / kRoot);
+    EXPECT_LT(std::abs(moment(2) - 1), kRandomSigmas * std::sqrt(2) / kRoot);
+    EXPECT_LT(std::abs(moment(3)), kRandomSigmas * std::sqrt(15) / kRoot);
+    EXPECT_LT(std::abs(moment(4) - 3), kRandomSigmas * std::sqrt(96) / kRoot);
   }
 }
 
@@ -68,7 +68,7 @@ TEST(Random, NormalTailsAreThere) {
   const Random random{3};
   const auto x = draw([&](std::size_t i) { return random.normal(Stream::kLinearNoise, i); });
   const double beyond_three = mean_of(x, [](double v) { return std::abs(v) > 3 ? 1.0 : 0.0; });
-  EXPECT_NEAR(beyond_three, 0.0026998, kSigmas * std::sqrt(0.0027) / kRoot);
+  EXPECT_NEAR(beyond_three, 0.0026998, kRandomSigmas * std::sqrt(0.0027) / kRoot);
 }
 
 TEST(Random, UniformNumbersFillEveryCellOfTheUnitIntervalEqually) {
@@ -84,7 +84,7 @@ TEST(Random, UniformNumbersFillEveryCellOfTheUnitIntervalEqually) {
   double chi2 = 0;
   for (const double n : counts) chi2 += (n - expected) * (n - expected) / expected;
   // 99 degrees of freedom: mean 99, standard deviation sqrt(198).
-  EXPECT_NEAR(chi2, 99, kSigmas * std::sqrt(198));
+  EXPECT_NEAR(chi2, 99, kRandomSigmas * std::sqrt(198));
 }
 
 TEST(Random, StreamsSeedsComponentsAndNeighboursAreUncorrelated) {
@@ -96,7 +96,7 @@ TEST(Random, StreamsSeedsComponentsAndNeighboursAreUncorrelated) {
       draw([&](std::size_t i) { return a.normal(Stream::kLinearNoise, i + 1); }),
       draw([&](std::size_t i) { return b.normal(Stream::kLinearNoise, i); }),
   };
-  for (const auto& y : others) EXPECT_LT(std::abs(correlation(x, y)), kSigmas / kRoot);
+  for (const auto& y : others) EXPECT_LT(std::abs(correlation(x, y)), kRandomSigmas / kRoot);
 }
 
 TEST(Random, EveryPartOfTheAddressCounts) {

@@ -11,7 +11,7 @@ namespace chasles {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
-constexpr Time kSpacing = std::chrono::milliseconds(50);
+constexpr Time kImageSpacing = std::chrono::milliseconds(50);
 
 Camera camera() {
   Camera c;
@@ -44,9 +44,9 @@ std::function<std::optional<SensorEvent>()> sensors(int images, double bias) {
     const int k = i / 3, part = i % 3;
     if (k >= images) return std::nullopt;
     ++i;
-    const Time due = k * kSpacing;
+    const Time due = k * kImageSpacing;
     if (part == 2) return ImageFrame{.time = due, .images = {pattern(2.0 * k)}};
-    ImuSample sample{.time = due - (part == 0 ? kSpacing / 2 : Time(0))};
+    ImuSample sample{.time = due - (part == 0 ? kImageSpacing / 2 : Time(0))};
     sample.angular_rate_imu = {0, 2.0 / 120 / 0.05 + bias, 0};
     return sample;
   };

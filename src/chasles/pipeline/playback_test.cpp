@@ -15,7 +15,7 @@ namespace {
 
 using Events = std::function<std::optional<SensorEvent>()>;
 constexpr Time kBegin = std::chrono::seconds(1000);
-constexpr Time kSpacing = std::chrono::milliseconds(50);
+constexpr Time kPlaybackSpacing = std::chrono::milliseconds(50);
 constexpr Time kHour = std::chrono::hours(1);
 
 /// A clock that is set by hand.
@@ -36,7 +36,7 @@ class HandClock {
 Events sensors(int frames) {
   return [=, i = 0]() mutable -> std::optional<SensorEvent> {
     if (i >= 2 * frames) return std::nullopt;
-    const Time time = kBegin + (i / 2) * kSpacing;
+    const Time time = kBegin + (i / 2) * kPlaybackSpacing;
     if (i++ % 2 == 0) return ImuSample{.time = time};
     return FeatureFrame{.time = time};
   };
@@ -50,7 +50,7 @@ void wait_until_came(const Playback& playback, std::size_t frames) {
 std::optional<Time> next_frame(Playback& playback, int& samples) {
   while (auto event = playback.next()) {
     if (const auto* frame = std::get_if<FeatureFrame>(&*event)) return frame->time;
-    EXPECT_EQ(std::get<ImuSample>(*event).time, kBegin + samples * kSpacing);
+    EXPECT_EQ(std::get<ImuSample>(*event).time, kBegin + samples * kPlaybackSpacing);
     ++samples;
   }
   return std::nullopt;
@@ -61,10 +61,10 @@ TEST(Playback, GivesEachEventAtItsTimeAndNotBefore) {
   Playback playback(sensors(20), {.begin = kBegin, .waiting = 1, .clock = hand.clock()});
   int samples = 0;
   for (int k = 0; k < 20; ++k) {
-    hand.set(k * kSpacing);
-    EXPECT_EQ(next_frame(playback, samples), kBegin + k * kSpacing);
+    hand.set(k * kPlaybackSpacing);
+    EXPECT_EQ(next_frame(playback, samples), kBegin + k * kPlaybackSpacing);
     EXPECT_EQ(playback.counts().came, static_cast<std::size_t>(k + 1));
-    EXPECT_DOUBLE_EQ(playback.seconds_since(kBegin), to_seconds(k * kSpacing));
+    EXPECT_DOUBLE_EQ(playback.seconds_since(kBegin), to_seconds(k * kPlaybackSpacing));
   }
   EXPECT_EQ(next_frame(playback, samples), std::nullopt);
   EXPECT_EQ(samples, 20);
@@ -77,11 +77,13 @@ TEST(Playback, AtTwiceTheSpeedTwiceAsMuchIsDue) {
   Playback playback(sensors(20),
                     {.begin = kBegin, .speed = 2, .waiting = 20, .clock = hand.clock()});
   int samples = 0;
-  hand.set(3 * kSpacing);
+  hand.set(3 * kPlaybackSpacing);
   for (int k = 0; k <= 6; ++k) EXPECT_TRUE(next_frame(playback, samples));
   EXPECT_EQ(playback.counts().came, 7u);
-  EXPECT_DOUBLE_EQ(playback.seconds_since(kBegin + 4 * kSpacing), to_seconds(kSpacing));
-  EXPECT_DOUBLE_EQ(playback.seconds_since(kBegin + 8 * kSpacing), -to_seconds(kSpacing));
+  EXPECT_DOUBLE_EQ(playback.seconds_since(kBegin + 4 * kPlaybackSpacing),
+                   to_seconds(kPlaybackSpacing));
+  EXPECT_DOUBLE_EQ(playback.seconds_since(kBegin + 8 * kPlaybackSpacing),
+                   -to_seconds(kPlaybackSpacing));
 }
 
 // A consumer that takes nothing until the end still gets the oldest frames and every sample.
@@ -91,7 +93,8 @@ TEST(Playback, DropsFramesThatComeWhileTooManyWait) {
   hand.set(kHour);
   wait_until_came(playback, 20);
   int samples = 0;
-  for (int k = 0; k < 3; ++k) EXPECT_EQ(next_frame(playback, samples), kBegin + k * kSpacing);
+  for (int k = 0; k < 3; ++k)
+    EXPECT_EQ(next_frame(playback, samples), kBegin + k * kPlaybackSpacing);
   EXPECT_EQ(next_frame(playback, samples), std::nullopt);
   EXPECT_EQ(samples, 20);
   EXPECT_EQ(playback.counts().taken, 3u);
@@ -107,10 +110,10 @@ TEST(Playback, OfASlowFilterAccountsForEveryFrame) {
   std::size_t dropped = 0;
   int samples = 0;
   for (int k = 0; k < 60; ++k) {
-    hand.set(k * kSpacing);
+    hand.set(k * kPlaybackSpacing);
     wait_until_came(playback, static_cast<std::size_t>(k + 1));
     if (queue.size() < 2) {
-      queue.push_back(kBegin + k * kSpacing);
+      queue.push_back(kBegin + k * kPlaybackSpacing);
     } else {
       ++dropped;
     }
@@ -131,7 +134,7 @@ TEST(Playback, OfASlowFilterAccountsForEveryFrame) {
 TEST(Playback, EndsWhenItIsStopped) {
   HandClock hand;
   Playback playback(sensors(20), {.begin = kBegin, .waiting = 3, .clock = hand.clock()});
-  hand.set(4 * kSpacing);
+  hand.set(4 * kPlaybackSpacing);
   wait_until_came(playback, 5);
   int samples = 0;
   EXPECT_TRUE(next_frame(playback, samples));
@@ -175,7 +178,7 @@ TEST(Playback, ThrowsWhatTheOtherThreadThrewAfterWhatCameBefore) {
   EXPECT_FALSE(playback.next());
 }
 
-Camera camera() {
+Camera small_camera() {
   Camera c;
   c.width = 64;
   c.height = 48;
@@ -191,7 +194,7 @@ Events images(int count) {
     if (i >= count) return std::nullopt;
     const GrayImage grey{
         .width = 64, .height = 48, .pixels = std::vector<std::uint8_t>(64 * 48, 99)};
-    return ImageFrame{.time = kBegin + kSpacing * i++, .images = {grey}};
+    return ImageFrame{.time = kBegin + kPlaybackSpacing * i++, .images = {grey}};
   };
 }
 
@@ -202,10 +205,10 @@ TEST(Playback, ThroughAFrontEndEveryImageIsTrackedOrDropped) {
     Playback playback(images(101), {.begin = kBegin, .waiting = 3, .clock = hand.clock()});
     std::vector<Time> times;
     {
-      FeatureFeed feed([&] { return playback.next(); }, {}, {camera()}, {}, ahead);
+      FeatureFeed feed([&] { return playback.next(); }, {}, {small_camera()}, {}, ahead);
       for (int now = 4; auto item = feed.next(); now += 4) {
         times.push_back(std::get<TrackedFrame>(*item).frame.time);
-        hand.set(now * kSpacing);
+        hand.set(now * kPlaybackSpacing);
         wait_until_came(playback, std::min<std::size_t>(now + 1, 101));
         feed.learnt(Eigen::Vector3d::Zero());
       }

@@ -14,12 +14,12 @@ using test::column;
 using test::data_of;
 using test::synthetic_drive;
 
-ReportRun small_drive() { return synthetic_drive({.states = 50, .landmarks = 40}); }
+ReportRun drive_on_page() { return synthetic_drive({.states = 50, .landmarks = 40}); }
 
 nlohmann::json run_of(const ReportRun& run) { return data_of(run_page({run}))["runs"][0]; }
 
 TEST(PageData, HoldsTheNumbersOfTheRunToAMillimetreFarFromTheOrigin) {
-  ReportRun drive = small_drive();
+  ReportRun drive = drive_on_page();
   const Eigen::Vector3d utm(455'123.25, 5'412'877.5, 117);
   for (RunState& s : drive.run.states) s.world_T_imu.p += utm;
   for (RunLandmark& m : drive.run.landmarks) m.p_world += utm;
@@ -43,7 +43,7 @@ TEST(PageData, HoldsTheNumbersOfTheRunToAMillimetreFarFromTheOrigin) {
 }
 
 TEST(PageData, SigmasAndErrorsBelongTogether) {
-  ReportRun drive = small_drive();
+  ReportRun drive = drive_on_page();
   RunState& state = drive.run.states[20];
   state.pose_covariance.setZero();
   state.pose_covariance.diagonal() << 1e-4, 4e-4, 9e-4, 0.01, 0.04, 0.09;
@@ -68,7 +68,7 @@ TEST(PageData, SigmasAndErrorsBelongTogether) {
 }
 
 TEST(PageData, TheNeesIsMeasuredInTheCoordinatesOfTheChart) {
-  ReportRun drive = small_drive();
+  ReportRun drive = drive_on_page();
   RunState& state = drive.run.states[20];
   drive.run.states[0].world_T_imu = drive.run.truth[0].pose;
   const SE3 estimate = state.world_T_imu;
@@ -89,7 +89,7 @@ TEST(PageData, TheNeesIsMeasuredInTheCoordinatesOfTheChart) {
 }
 
 TEST(PageData, TheWorldOfTheTruthDoesNotMatter) {
-  ReportRun drive = small_drive();
+  ReportRun drive = drive_on_page();
   const nlohmann::json here = run_of(drive);
   const SE3 elsewhere{so3::exp({0.3, -0.8, 1.9}), {120, -40, 7}};
   for (StampedPose& s : drive.run.truth) s.pose = elsewhere * s.pose;
@@ -103,12 +103,12 @@ TEST(PageData, TheWorldOfTheTruthDoesNotMatter) {
 }
 
 TEST(PageData, TheBandsAreThoseOfChiSquare) {
-  const nlohmann::json data = data_of(run_page({small_drive()}));
+  const nlohmann::json data = data_of(run_page({drive_on_page()}));
   // Tables of the chi-square distribution.
   EXPECT_NEAR(data["bounds"]["chi2_3_low"].get<double>(), 0.2158, 1e-4);
   EXPECT_NEAR(data["bounds"]["chi2_3_high"].get<double>(), 9.3484, 1e-4);
   EXPECT_NEAR(data["bounds"]["chi2_6_high"].get<double>(), 14.4494, 1e-4);
-  ReportRun run = small_drive();
+  ReportRun run = drive_on_page();
   run.run.states[5].nis_dof = 3;
   run.run.states[6].nis_dof = 0;
   const nlohmann::json states = run_of(run)["states"];
@@ -126,7 +126,7 @@ TEST(PageData, WithoutTruthThereAreNoErrors) {
 }
 
 TEST(PageData, TruthThatCannotBeComparedIsShownWithTheReason) {
-  ReportRun drive = small_drive();
+  ReportRun drive = drive_on_page();
   for (StampedPose& s : drive.run.truth) s.time += std::chrono::hours(1);
   const nlohmann::json run = run_of(drive);
   EXPECT_FALSE(run.contains("errors"));
@@ -134,7 +134,7 @@ TEST(PageData, TruthThatCannotBeComparedIsShownWithTheReason) {
 }
 
 TEST(PageData, StatesThatAreNotFiniteLeaveTheComparisonOfTheOthers) {
-  ReportRun drive = small_drive();
+  ReportRun drive = drive_on_page();
   const nlohmann::json whole = run_of(drive);
   drive.run.states[7].world_T_imu.p.x() = kNaN;
   drive.run.states[8].world_T_imu.R.setConstant(kNaN);
@@ -147,7 +147,7 @@ TEST(PageData, StatesThatAreNotFiniteLeaveTheComparisonOfTheOthers) {
 }
 
 TEST(PageData, ALandmarkThatIsNotFiniteIsCountedNotDrawn) {
-  ReportRun drive = small_drive();
+  ReportRun drive = drive_on_page();
   drive.run.landmarks[7].p_world.x() = kNaN;
   drive.run.landmarks[9].covariance(1, 1) = std::numeric_limits<double>::infinity();
   const nlohmann::json run = run_of(drive);
@@ -157,7 +157,7 @@ TEST(PageData, ALandmarkThatIsNotFiniteIsCountedNotDrawn) {
 
 TEST(PageData, OneStateOrNoneIsAPage) {
   for (const int states : {0, 1}) {
-    ReportRun drive = small_drive();
+    ReportRun drive = drive_on_page();
     drive.run.states.resize(static_cast<std::size_t>(states));
     drive.run.landmarks.clear();
     EXPECT_EQ(column(run_of(drive)["states"]["t"]).size(), static_cast<std::size_t>(states));
@@ -165,7 +165,7 @@ TEST(PageData, OneStateOrNoneIsAPage) {
 }
 
 TEST(PageData, ANameThatIsNotUtf8IsShownWithReplacements) {
-  ReportRun drive = small_drive();
+  ReportRun drive = drive_on_page();
   drive.run.name = "drive \xff\xfe";
   EXPECT_EQ(run_of(drive)["name"], "drive \xef\xbf\xbd\xef\xbf\xbd");
 }

@@ -12,7 +12,7 @@ namespace {
 using test::data_of;
 using test::synthetic_drive;
 
-ReportRun small_drive() { return synthetic_drive({.states = 50, .landmarks = 40}); }
+ReportRun reported_drive() { return synthetic_drive({.states = 50, .landmarks = 40}); }
 
 std::size_t count(const std::string& text, const std::string& what) {
   std::size_t n = 0;
@@ -25,7 +25,7 @@ TEST(Report, HostileNamesStayText) {
       "</script><script>window.hostile=1</script><img src=x onerror=alert(1)>"
       "<!-- & \"quotes\" 'and' \\ \xe2\x80\xa8 " +
       std::string(5000, 'w');
-  ReportRun drive = small_drive();
+  ReportRun drive = reported_drive();
   const std::string benign_page = run_page({drive});
   drive.run.name = hostile;
   drive.run.extra_names[0] = hostile;
@@ -42,18 +42,19 @@ TEST(Report, HostileNamesStayText) {
 }
 
 TEST(Report, TheSameRunsGiveTheSameBytes) {
-  EXPECT_EQ(run_page({small_drive(), small_drive()}), run_page({small_drive(), small_drive()}));
+  EXPECT_EQ(run_page({reported_drive(), reported_drive()}),
+            run_page({reported_drive(), reported_drive()}));
 }
 
 TEST(Report, TheLivePageMayAskItsOwnServerAndNothingElse) {
   const std::string page = live_page();
   EXPECT_EQ(count(page, "content=\"default-src 'none'; connect-src 'self'; script-src"), 1U);
   EXPECT_EQ(data_of(page), nlohmann::json({{"live", true}}));
-  EXPECT_EQ(count(run_page({small_drive()}), "connect-src"), 0U);
+  EXPECT_EQ(count(run_page({reported_drive()}), "connect-src"), 0U);
 }
 
 TEST(Report, LoadsNothing) {
-  const std::string page = run_page({small_drive()});
+  const std::string page = run_page({reported_drive()});
   // Libraries contain addresses in their messages; only elements or styles can load something.
   EXPECT_FALSE(
       std::regex_search(page, std::regex("<(link|img|iframe)|<script[^>]* src|@import|url\\(")));
@@ -78,7 +79,7 @@ TEST(Report, TenMinutesStayBelowFifteenMegabytes) {
 
 TEST(Report, SaysWhatIsWrongWithItsInput) {
   EXPECT_THROW(run_page({}), UsageError);
-  ReportRun drive = small_drive();
+  ReportRun drive = reported_drive();
   drive.summary = "[1, 2";
   EXPECT_THROW(run_page({drive}), InputError);
 }

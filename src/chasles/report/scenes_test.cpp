@@ -12,7 +12,7 @@ using test::column;
 using test::data_of;
 using test::synthetic_drive;
 
-ReportRun small_drive() { return synthetic_drive({.states = 50, .landmarks = 40}); }
+ReportRun drive_of_scene() { return synthetic_drive({.states = 50, .landmarks = 40}); }
 
 /// Adds an IMU bias to the extra names, which makes the world level.
 void make_level(ReportRun& drive) {
@@ -24,7 +24,7 @@ void make_level(ReportRun& drive) {
 }
 
 TEST(Scenes, RunsOfOneRecordingArePlacedOnTheTruthByPositionAndYaw) {
-  ReportRun one = small_drive(), other = small_drive();
+  ReportRun one = drive_of_scene(), other = drive_of_scene();
   one.label = "one";
   one.summary = other.summary = R"({"chart": "standard"})";
   make_level(one);
@@ -66,7 +66,7 @@ TEST(Scenes, RunsOfOneRecordingArePlacedOnTheTruthByPositionAndYaw) {
 }
 
 TEST(Scenes, WithAnImuAnErrorOfTheFirstTiltIsNoErrorOfLaterOnes) {
-  ReportRun drive = small_drive();
+  ReportRun drive = drive_of_scene();
   const double tilt = 0.01;
   for (std::size_t i = 0; i < drive.run.states.size(); ++i) {
     RunState& state = drive.run.states[i];
@@ -87,8 +87,8 @@ TEST(Scenes, WithAnImuAnErrorOfTheFirstTiltIsNoErrorOfLaterOnes) {
 }
 
 TEST(Scenes, OnlyRunsOfOneTruthOrWithAPlanMakeAScene) {
-  ReportRun a = small_drive(), b = synthetic_drive({.states = 40, .landmarks = 0});
-  ReportRun blind = synthetic_drive({.states = 50, .truth = false}), late = small_drive();
+  ReportRun a = drive_of_scene(), b = synthetic_drive({.states = 40, .landmarks = 0});
+  ReportRun blind = synthetic_drive({.states = 50, .truth = false}), late = drive_of_scene();
   for (RunState& s : late.run.states) s.time += std::chrono::hours(1);
   EXPECT_TRUE(data_of(run_page({a}))["scenes"].empty()) << "one run without a plan";
   EXPECT_TRUE(data_of(run_page({a, b, blind, late}))["scenes"].empty()) << "different truths";

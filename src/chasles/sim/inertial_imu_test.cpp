@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kSigmas = 4;  // of the statistic under test; the seeds are fixed
+constexpr double kImuSigmas = 4;  // of the statistic under test; the seeds are fixed
 
 const Vector3d kGravity(0, 0, -kStandardGravity);
 
@@ -43,7 +43,7 @@ Drift drift(const Spline& motion, double rate, ImuConvention convention) {
   return worst;
 }
 
-const Spline& walk() {
+const Spline& walk_motion() {
   static const Spline motion = [] {
     InertialScene scene = inertial_scene("hallway");
     scene.settings.rest_duration = 1;
@@ -54,7 +54,7 @@ const Spline& walk() {
 }
 
 TEST(IdealImu, IntervalMeansCloseTheWalkExactly) {
-  const Drift error = drift(walk(), 100, ImuConvention::kIntervalMean);
+  const Drift error = drift(walk_motion(), 100, ImuConvention::kIntervalMean);
   EXPECT_LT(error.position,
             2e-4);  // the mean of a force has no information on the time within the interval
   EXPECT_LT(error.velocity, 1e-9);
@@ -62,9 +62,9 @@ TEST(IdealImu, IntervalMeansCloseTheWalkExactly) {
 }
 
 TEST(IdealImu, InstantsCloseTheWalkWithTheSecondPowerOfTheInterval) {
-  const Drift coarse = drift(walk(), 100, ImuConvention::kInstant);
-  const Drift fine = drift(walk(), 200, ImuConvention::kInstant);
-  const Drift finest = drift(walk(), 1000, ImuConvention::kInstant);
+  const Drift coarse = drift(walk_motion(), 100, ImuConvention::kInstant);
+  const Drift fine = drift(walk_motion(), 200, ImuConvention::kInstant);
+  const Drift finest = drift(walk_motion(), 1000, ImuConvention::kInstant);
   EXPECT_LT(coarse.position, 0.1);
   EXPECT_NEAR(coarse.position / fine.position, 4, 0.2);
   EXPECT_LT(finest.position, 1e-3);
@@ -78,9 +78,9 @@ TEST(IdealImu, BothConventionsCloseTheTurntable) {
 
 TEST(IdealImu, AtRestTheSpecificForcePointsUp) {
   for (const auto convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
-    const auto samples = ideal_imu(walk(), 100, convention);
+    const auto samples = ideal_imu(walk_motion(), 100, convention);
     for (std::size_t k = 0; k < 50; ++k) {
-      const SE3 pose = motion_at(walk(), 0).world_T_imu;
+      const SE3 pose = motion_at(walk_motion(), 0).world_T_imu;
       const Vector3d up = pose.R.transpose() * Vector3d(0, 0, kStandardGravity);
       EXPECT_TRUE(test::agree(samples[k].specific_force_imu, up, 1e-4));
       EXPECT_LT(samples[k].angular_rate_imu.norm(), 1e-4);
@@ -119,8 +119,8 @@ InertialSettings long_walk() {
 }
 
 // Sum of squares of n numbers of variance sigma^2: chi-square with n degrees of freedom.
-void expect_variance(double sum_of_squares, double count, double sigma) {
-  EXPECT_NEAR(sum_of_squares / (sigma * sigma), count, kSigmas * std::sqrt(2 * count));
+void expect_imu_variance(double sum_of_squares, double count, double sigma) {
+  EXPECT_NEAR(sum_of_squares / (sigma * sigma), count, kImuSigmas * std::sqrt(2 * count));
 }
 
 TEST(SimulatedImu, NoiseAndBiasesHaveTheStatedStatistics) {
@@ -148,11 +148,11 @@ TEST(SimulatedImu, NoiseAndBiasesHaveTheStatedStatistics) {
       rate_walk += (truth.gyroscope_bias - before.gyroscope_bias).squaredNorm();
     }
     const double n = 3 * static_cast<double>(ideal.size());
-    expect_variance(force, n, 0.007355 * 10);  // 7.5 mg
-    expect_variance(rate, n, 9.774e-5 * 10);
-    expect_variance(force_walk, n - 3, 0.03 / 10);
-    expect_variance(rate_walk, n - 3, 0.002 / 10);
-    EXPECT_LT(std::abs(neighbours) / std::pow(0.07355, 2), kSigmas * std::sqrt(n));
+    expect_imu_variance(force, n, 0.007355 * 10);  // 7.5 mg
+    expect_imu_variance(rate, n, 9.774e-5 * 10);
+    expect_imu_variance(force_walk, n - 3, 0.03 / 10);
+    expect_imu_variance(rate_walk, n - 3, 0.002 / 10);
+    EXPECT_LT(std::abs(neighbours) / std::pow(0.07355, 2), kImuSigmas * std::sqrt(n));
   }
 }
 
@@ -171,17 +171,17 @@ TEST(SimulatedImu, TheFirstBiasesAreDrawnAndThenWalkOverTime) {
     walk_w += (truth.back().gyroscope_bias - truth.front().gyroscope_bias).squaredNorm();
     seconds = to_seconds(truth.back().time - truth.front().time);
   }
-  expect_variance(first_f, 3 * kRuns, 0.05);
-  expect_variance(first_w, 3 * kRuns, 0.005236);
-  expect_variance(walk_f, 3 * kRuns, 0.03 * std::sqrt(seconds));
-  expect_variance(walk_w, 3 * kRuns, 0.002 * std::sqrt(seconds));
+  expect_imu_variance(first_f, 3 * kRuns, 0.05);
+  expect_imu_variance(first_w, 3 * kRuns, 0.005236);
+  expect_imu_variance(walk_f, 3 * kRuns, 0.03 * std::sqrt(seconds));
+  expect_imu_variance(walk_w, 3 * kRuns, 0.002 * std::sqrt(seconds));
 }
 
 TEST(SimulatedImu, OneSourceOfNoiseDoesNotDisturbAnother) {
   const InertialSettings settings;
   InertialSettings calm = settings;
   calm.accelerometer_noise_density = calm.accelerometer_bias_sigma = 0;
-  const auto a = simulate_imu(settings, walk(), 5), b = simulate_imu(calm, walk(), 5);
+  const auto a = simulate_imu(settings, walk_motion(), 5), b = simulate_imu(calm, walk_motion(), 5);
   for (std::size_t k = 0; k < a.samples.size(); ++k) {
     ASSERT_EQ(a.samples[k].angular_rate_imu, b.samples[k].angular_rate_imu);
     ASSERT_NE(a.samples[k].specific_force_imu, b.samples[k].specific_force_imu);

@@ -14,18 +14,18 @@
 namespace chasles {
 namespace {
 
-constexpr double kSigmas = 4;  // of the statistic under test; the seeds are fixed
+constexpr double kStreetSigmas = 4;  // of the statistic under test; the seeds are fixed
 
 const Recording& noisy() {
   static const Recording recording = simulate_street({});
   return recording;
 }
-const Recording& exact() {
+const Recording& exact_street() {
   static const Recording recording = simulate_street(street_scene("street-exact"));
   return recording;
 }
 
-std::map<LandmarkId, Eigen::Vector3d> positions(const Recording& recording) {
+std::map<LandmarkId, Eigen::Vector3d> street_positions(const Recording& recording) {
   std::map<LandmarkId, Eigen::Vector3d> result;
   for (const auto& landmark : recording.true_landmarks) result[landmark.id] = landmark.p_world;
   return result;
@@ -41,10 +41,10 @@ Eigen::Vector4d expected_pixels(const Recording& recording, const SE3& world_T_i
 }
 
 // Calls visit(frame, observation, expected pixels) for every observation of a static landmark.
-void for_each_observation(const Recording& recording,
-                          const std::function<void(std::size_t, const StereoObservation&,
-                                                   const Eigen::Vector4d&)>& visit) {
-  const auto landmarks = positions(recording);
+void for_each_street_observation(const Recording& recording,
+                                 const std::function<void(std::size_t, const StereoObservation&,
+                                                          const Eigen::Vector4d&)>& visit) {
+  const auto landmarks = street_positions(recording);
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {
     for (const auto& observation : recording.frames[i].observations) {
       const auto landmark = landmarks.find(observation.landmark);
@@ -54,12 +54,13 @@ void for_each_observation(const Recording& recording,
   }
 }
 
-void expect_variance(double sum_of_squares, double count, double sigma) {
-  EXPECT_NEAR(sum_of_squares / (sigma * sigma), count, kSigmas * std::sqrt(2 * count));
+void expect_street_variance(double sum_of_squares, double count, double sigma) {
+  EXPECT_NEAR(sum_of_squares / (sigma * sigma), count, kStreetSigmas * std::sqrt(2 * count));
 }
 
-void expect_fraction(double found, double count, double fraction) {
-  EXPECT_NEAR(found, count * fraction, kSigmas * std::sqrt(count * fraction * (1 - fraction)));
+void expect_street_fraction(double found, double count, double fraction) {
+  EXPECT_NEAR(found, count * fraction,
+              kStreetSigmas * std::sqrt(count * fraction * (1 - fraction)));
 }
 
 std::string bytes(const Recording& recording) {
@@ -124,16 +125,17 @@ TEST(Street, TheRigIsARigidMotionWithTheCameraWhereTheSettingsPutIt) {
 
 TEST(Street, ExactPixelsAreTheProjectionsOfTheTrueLandmarks) {
   std::size_t count = 0;
-  for_each_observation(exact(), [&](auto, const auto& observation, const auto& expected) {
-    ASSERT_LT((observation.pixels - expected).cwiseAbs().maxCoeff(), 1e-9);
-    ++count;
-  });
+  for_each_street_observation(
+      exact_street(), [&](auto, const auto& observation, const auto& expected) {
+        ASSERT_LT((observation.pixels - expected).cwiseAbs().maxCoeff(), 1e-9);
+        ++count;
+      });
   EXPECT_GT(count, 80'000U);
 }
 
 TEST(Street, WhatIsSeenLiesInBothImagesAndInRange) {
-  const double depth_times_disparity = exact().rig.fx * exact().rig.baseline;
-  for_each_observation(exact(), [&](auto, const auto& observation, const auto&) {
+  const double depth_times_disparity = exact_street().rig.fx * exact_street().rig.baseline;
+  for_each_street_observation(exact_street(), [&](auto, const auto& observation, const auto&) {
     const Eigen::Vector4d& z = observation.pixels;
     const double depth = depth_times_disparity / (z[0] - z[2]);
     ASSERT_GE(std::min({z[0], z[1], z[2], z[3]}), 5);
@@ -241,15 +243,15 @@ TEST(Street, VelocityNoiseAndBiasAreThoseOfTheSettings) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (std::size_t i = 0; i < noisy().velocities.size(); ++i) {
     const BodyVelocity& found = noisy().velocities[i];
-    const BodyVelocity& truth = exact().velocities[i];
+    const BodyVelocity& truth = exact_street().velocities[i];
     linear += (found.linear_imu - truth.linear_imu).squaredNorm();
     angular += (found.angular_imu - truth.angular_imu - bias).squaredNorm();
     mean += (found.angular_imu - truth.angular_imu) / n;
   }
-  expect_variance(linear, 3 * n, 0.5);
-  expect_variance(angular, 3 * n, 0.05);
-  EXPECT_LT((mean - bias).cwiseAbs().maxCoeff(), kSigmas * 0.05 / std::sqrt(n));
-  EXPECT_GT(mean.norm(), kSigmas * 0.05 / std::sqrt(n));
+  expect_street_variance(linear, 3 * n, 0.5);
+  expect_street_variance(angular, 3 * n, 0.05);
+  EXPECT_LT((mean - bias).cwiseAbs().maxCoeff(), kStreetSigmas * 0.05 / std::sqrt(n));
+  EXPECT_GT(mean.norm(), kStreetSigmas * 0.05 / std::sqrt(n));
 }
 
 TEST(Street, TheVelocityScaleStretchesTheLinearVelocityOnly) {
@@ -257,9 +259,9 @@ TEST(Street, TheVelocityScaleStretchesTheLinearVelocityOnly) {
   settings.velocity_scale = 1.03;
   const Recording scaled = simulate_street(settings);
   for (std::size_t i = 0; i < scaled.velocities.size(); ++i) {
-    const Eigen::Vector3d expected = 1.03 * exact().velocities[i].linear_imu;
+    const Eigen::Vector3d expected = 1.03 * exact_street().velocities[i].linear_imu;
     ASSERT_LT((scaled.velocities[i].linear_imu - expected).norm(), 1e-12);
-    ASSERT_EQ(scaled.velocities[i].angular_imu, exact().velocities[i].angular_imu);
+    ASSERT_EQ(scaled.velocities[i].angular_imu, exact_street().velocities[i].angular_imu);
   }
 }
 
@@ -270,7 +272,7 @@ TEST(Street, PixelNoiseIsWhiteAndHasTheSigmaOfTheSettings) {
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
   double count = 0, lagged = 0, pairs = 0;
   std::map<LandmarkId, Eigen::Vector4d> before;
-  for_each_observation(recording, [&](auto, const auto& observation, const auto& expected) {
+  for_each_street_observation(recording, [&](auto, const auto& observation, const auto& expected) {
     const Eigen::Vector4d e = observation.pixels - expected;
     sum += e * e.transpose();
     ++count;
@@ -283,12 +285,12 @@ TEST(Street, PixelNoiseIsWhiteAndHasTheSigmaOfTheSettings) {
   });
   const double variance = 0.25;
   for (int i = 0; i < 4; ++i) {
-    expect_variance(sum(i, i), count, 0.5);
+    expect_street_variance(sum(i, i), count, 0.5);
     for (int j = 0; j < i; ++j) {
-      EXPECT_LT(std::abs(sum(i, j)), kSigmas * variance * std::sqrt(count)) << i << ", " << j;
+      EXPECT_LT(std::abs(sum(i, j)), kStreetSigmas * variance * std::sqrt(count)) << i << ", " << j;
     }
   }
-  EXPECT_LT(std::abs(lagged), kSigmas * variance * std::sqrt(pairs));
+  EXPECT_LT(std::abs(lagged), kStreetSigmas * variance * std::sqrt(pairs));
 }
 
 TEST(Street, ADisparityErrorStaysTheSameAlongItsTrack) {
@@ -296,7 +298,7 @@ TEST(Street, ADisparityErrorStaysTheSameAlongItsTrack) {
   settings.disparity_sigma = 0.6;
   const Recording recording = simulate_street(settings);
   std::map<LandmarkId, double> errors;
-  for_each_observation(recording, [&](auto, const auto& observation, const auto& expected) {
+  for_each_street_observation(recording, [&](auto, const auto& observation, const auto& expected) {
     const Eigen::Vector4d e = observation.pixels - expected;
     ASSERT_LT(std::max({std::abs(e[0]), std::abs(e[1]), std::abs(e[3])}), 1e-9);
     const double first = errors.try_emplace(observation.landmark, e[2]).first->second;
@@ -304,7 +306,7 @@ TEST(Street, ADisparityErrorStaysTheSameAlongItsTrack) {
   });
   double sum = 0;
   for (const auto& [id, error] : errors) sum += error * error;
-  expect_variance(sum, static_cast<double>(errors.size()), 0.6);
+  expect_street_variance(sum, static_cast<double>(errors.size()), 0.6);
 }
 
 TEST(Street, OutliersAreAsManyAsAskedForAndLieAnywhere) {
@@ -313,23 +315,23 @@ TEST(Street, OutliersAreAsManyAsAskedForAndLieAnywhere) {
   const Recording recording = simulate_street(settings);
   double count = 0, outliers = 0;
   Eigen::Vector4d mean = Eigen::Vector4d::Zero();
-  for_each_observation(recording, [&](auto, const auto& observation, const auto& expected) {
+  for_each_street_observation(recording, [&](auto, const auto& observation, const auto& expected) {
     ++count;
     if ((observation.pixels - expected).norm() < 1e-6) return;
     ++outliers;
     mean += observation.pixels;
   });
-  expect_fraction(outliers, count, 0.1);
+  expect_street_fraction(outliers, count, 0.1);
   const Eigen::Array4d size(1241, 376, 1241, 376);
   const Eigen::Array4d off = (mean.array() / outliers - size / 2).abs();
-  EXPECT_TRUE((off < kSigmas * size / std::sqrt(12 * outliers)).all());
+  EXPECT_TRUE((off < kStreetSigmas * size / std::sqrt(12 * outliers)).all());
 }
 
 TEST(Street, MovingThingsMoveAndAreNoLandmarks) {
   StreetSettings settings = street_scene("street-exact");
   settings.moving_fraction = 0.2;
   const Recording recording = simulate_street(settings);
-  const auto standing = positions(recording);
+  const auto standing = street_positions(recording);
   std::map<LandmarkId, Eigen::Vector3d> last;
   std::set<LandmarkId> moving;
   for (std::size_t i = 0; i < recording.frames.size(); ++i) {
@@ -344,8 +346,8 @@ TEST(Street, MovingThingsMoveAndAreNoLandmarks) {
       last[id] = p;
     }
   }
-  expect_fraction(static_cast<double>(moving.size()),
-                  static_cast<double>(moving.size() + standing.size()), 0.2);
+  expect_street_fraction(static_cast<double>(moving.size()),
+                         static_cast<double>(moving.size() + standing.size()), 0.2);
 }
 
 TEST(Street, DroppedFramesAreEmptyAndEndAllTracks) {
@@ -363,7 +365,7 @@ TEST(Street, DroppedFramesAreEmptyAndEndAllTracks) {
     EXPECT_GE(frame.observations.front().landmark, oldest_allowed);
     newest = frame.observations.back().landmark;
   }
-  expect_fraction(dropped, static_cast<double>(recording.frames.size()), 0.1);
+  expect_street_fraction(dropped, static_cast<double>(recording.frames.size()), 0.1);
 }
 
 TEST(Street, SameSettingsGiveTheSameBytesAndAnotherSeedDoesNot) {

@@ -11,9 +11,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-InertialSettings walk() { return inertial_scene("walk").settings; }
+InertialSettings walk_settings() { return inertial_scene("walk").settings; }
 
-std::string complaint(const InertialSettings& settings) {
+std::string walk_complaint(const InertialSettings& settings) {
   try {
     walk_path(settings);
   } catch (const UsageError& error) {
@@ -31,7 +31,7 @@ double way_length(const Trajectory& path) {
 }
 
 TEST(WalkPath, GoesRoundBothLoopsAndComesBackToItsStart) {
-  InertialSettings s = walk();
+  InertialSettings s = walk_settings();
   s.sway_amplitude = 0;
   const Trajectory path = walk_path(s);
   // A turn cuts its corner: 1.3 m/s * 1.6 s, instead of twice its reach.
@@ -49,7 +49,7 @@ TEST(WalkPath, GoesRoundBothLoopsAndComesBackToItsStart) {
 }
 
 TEST(WalkPath, RestsAndThenBobsWithEveryStep) {
-  const InertialSettings s = walk();
+  const InertialSettings s = walk_settings();
   const Spline motion = inertial_motion(inertial_scene("walk"));
   for (double t = 0.2; t < s.rest_duration - 0.2; t += 0.1) {
     EXPECT_LT(motion_at(motion, t).v_world.norm(), 1e-6) << t;
@@ -67,7 +67,7 @@ TEST(WalkPath, RestsAndThenBobsWithEveryStep) {
 }
 
 TEST(WalkPath, ItsDurationCanBeShortened) {
-  InertialSettings s = walk();
+  InertialSettings s = walk_settings();
   const Trajectory whole = walk_path(s);
   s.walk_duration = 30;
   const Trajectory begun = walk_path(s);
@@ -84,7 +84,7 @@ TEST(WalkPath, ItsDurationCanBeShortened) {
 }
 
 TEST(WalkPath, KeepsAwayFromWallsAndFurniture) {
-  const InertialSettings s = walk();
+  const InertialSettings s = walk_settings();
   const auto walls = plan_walls(walk_plan(s));
   EXPECT_GT(walls.size(), 100U);
   double nearest = 10;
@@ -99,21 +99,22 @@ TEST(WalkPath, KeepsAwayFromWallsAndFurniture) {
 }
 
 TEST(WalkPath, RefusesABuildingThatIsTooSmall) {
-  InertialSettings s = walk();
+  InertialSettings s = walk_settings();
   s.hall_width = 8;
-  EXPECT_NE(complaint(s).find("hall_width = 8 m: expected at least 8.6 m"), std::string::npos)
-      << complaint(s);
+  EXPECT_NE(walk_complaint(s).find("hall_width = 8 m: expected at least 8.6 m"), std::string::npos)
+      << walk_complaint(s);
   s.hall_width = 1e4;
-  EXPECT_NE(complaint(s).find("at most 200 m"), std::string::npos) << complaint(s);
-  s = walk();
+  EXPECT_NE(walk_complaint(s).find("at most 200 m"), std::string::npos) << walk_complaint(s);
+  s = walk_settings();
   s.corridor_width = 0.6;
-  EXPECT_NE(complaint(s).find("corridor_width = 0.6 m: the walk comes nearer than"),
+  EXPECT_NE(walk_complaint(s).find("corridor_width = 0.6 m: the walk comes nearer than"),
             std::string::npos)
-      << complaint(s);
-  s = walk();
+      << walk_complaint(s);
+  s = walk_settings();
   s.walk_duration = 5;
-  EXPECT_NE(complaint(s).find("walk_duration = 5 s: expected more than the 5 s"), std::string::npos)
-      << complaint(s);
+  EXPECT_NE(walk_complaint(s).find("walk_duration = 5 s: expected more than the 5 s"),
+            std::string::npos)
+      << walk_complaint(s);
 }
 
 TEST(WalkPath, TheDrawnPlanHasItsWallsAndTheFurnitureOnTheFloor) {

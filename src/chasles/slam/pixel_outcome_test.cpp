@@ -15,7 +15,7 @@ namespace chasles {
 namespace {
 
 struct Seen {
-  std::map<Outcome, int> fates;
+  std::map<chasles::Outcome, int> fates;
   int expected = 0;    ///< observations with a prediction
   double squares = 0;  ///< of the innovations of used observations, by their own covariance
   int outside = 0;     ///< used, but outside the gate
@@ -28,14 +28,14 @@ void count(std::span<const PixelOutcome> judged, Seen& seen) {
   ++seen.frames;
   for (const PixelOutcome& one : judged) {
     ++seen.fates[one.outcome];
-    if (one.outcome == Outcome::kBegun) seen.begun.insert(one.observation.landmark);
-    EXPECT_FALSE(one.expected && one.outcome == Outcome::kWaiting);
-    EXPECT_TRUE(one.expected || one.outcome != Outcome::kUsed);
+    if (one.outcome == chasles::Outcome::kBegun) seen.begun.insert(one.observation.landmark);
+    EXPECT_FALSE(one.expected && one.outcome == chasles::Outcome::kWaiting);
+    EXPECT_TRUE(one.expected || one.outcome != chasles::Outcome::kUsed);
     if (!one.expected) continue;
     ++seen.expected;
     const Eigen::Vector2d r = one.observation.pixel - one.expected->pixel;
     const double square = r.dot(one.expected->covariance.inverse() * r);
-    if (one.outcome != Outcome::kUsed) continue;
+    if (one.outcome != chasles::Outcome::kUsed) continue;
     seen.squares += square;
     seen.outside += square > kGate ? 1 : 0;
   }
@@ -74,10 +74,10 @@ Seen watch(double push) {
 TEST(JudgedPixels, AreThoseOfTheEstimates) {
   Seen seen = watch(0);
   EXPECT_GT(seen.frames, 100);
-  EXPECT_EQ(seen.fates[Outcome::kUsed], seen.estimates_used);
-  EXPECT_EQ(seen.fates[Outcome::kRejected], seen.estimates_rejected);
+  EXPECT_EQ(seen.fates[chasles::Outcome::kUsed], seen.estimates_used);
+  EXPECT_EQ(seen.fates[chasles::Outcome::kRejected], seen.estimates_rejected);
   EXPECT_EQ(std::ssize(seen.begun), seen.estimates_added) << "one camera, each begins once";
-  EXPECT_GT(seen.fates[Outcome::kWaiting], 0);
+  EXPECT_GT(seen.fates[chasles::Outcome::kWaiting], 0);
   EXPECT_EQ(seen.outside, 0);
 }
 
@@ -85,14 +85,14 @@ TEST(JudgedPixels, AreThoseOfTheEstimates) {
 // The mean is 2, within the scatter of some thousands of values that are correlated between frames.
 TEST(JudgedPixels, TheirCovariancesAreThoseOfTheirInnovations) {
   Seen seen = watch(0);
-  ASSERT_GT(seen.fates[Outcome::kUsed], 2000);
-  EXPECT_NEAR(seen.squares / seen.fates[Outcome::kUsed], 2, 0.15);
+  ASSERT_GT(seen.fates[chasles::Outcome::kUsed], 2000);
+  EXPECT_NEAR(seen.squares / seen.fates[chasles::Outcome::kUsed], 2, 0.15);
 }
 
 TEST(JudgedPixels, AGrossErrorIsRejectedWhereItWasExpected) {
   const Seen clean = watch(0), pushed = watch(60);
-  EXPECT_GT(pushed.fates.at(Outcome::kRejected),
-            clean.fates.at(Outcome::kRejected) + pushed.frames / 40);
+  EXPECT_GT(pushed.fates.at(chasles::Outcome::kRejected),
+            clean.fates.at(chasles::Outcome::kRejected) + pushed.frames / 40);
 }
 
 }  // namespace

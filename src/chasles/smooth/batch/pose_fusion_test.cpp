@@ -37,13 +37,13 @@ PoseFusionSettings settings_of(const SmallScene& scene) {
           .imu = scene.input.imu};
 }
 
-struct Errors {
+struct PoseErrors {
   double position = 0, rotation = 0;  // root mean square
 };
 
 // Of the poses at the times of the truth.
-Errors errors(const Trajectory& poses, const Trajectory& truth) {
-  Errors e;
+PoseErrors errors(const Trajectory& poses, const Trajectory& truth) {
+  PoseErrors e;
   std::size_t k = 0;
   for (const StampedPose& pose : poses) {
     if (k == truth.size() || pose.time != truth[k].time) continue;
@@ -60,7 +60,7 @@ TEST(PoseFusion, TakesTheJitterOutOfPoses) {
   const SmallScene scene = flight();
   const Trajectory truth = truth_of(scene), poses = jittered(truth);
   const PoseFusion fused = fuse_poses(poses, scene.input.samples, settings_of(scene));
-  const Errors before = errors(poses, truth), after = errors(fused.world_T_imu, truth);
+  const PoseErrors before = errors(poses, truth), after = errors(fused.world_T_imu, truth);
   EXPECT_GT(before.position, kPosition);
   EXPECT_LT(after.position, before.position / 2);
   EXPECT_LT(after.rotation, before.rotation / 3);
@@ -86,7 +86,7 @@ TEST(PoseFusion, TellsTheMotionBetweenPoses) {
   for (std::size_t k = 0; k < all.size(); k += 10) poses.push_back(all[k]);
   const PoseFusion fused = fuse_poses(poses, dense.input.samples, settings_of(dense));
   ASSERT_EQ(fused.world_T_imu.size(), all.size());
-  const Errors e = errors(fused.world_T_imu, all);
+  const PoseErrors e = errors(fused.world_T_imu, all);
   EXPECT_LT(e.position, 1e-3);
   EXPECT_LT(e.rotation, 1e-3);
 }

@@ -18,7 +18,7 @@ using test::drive_scene;
 using test::DriveScene;
 using test::SmallDrive;
 
-BatchSettings exact(LandmarkForm landmarks = LandmarkForm::kCartesian) {
+BatchSettings exact_velocity_batch(LandmarkForm landmarks = LandmarkForm::kCartesian) {
   return test::exact_settings(landmarks);
 }
 
@@ -61,7 +61,7 @@ TEST_P(DriveBatch, IsTheMinimumThatADenseGaussNewtonFinds) {
     const Eigen::MatrixXd P = oracle.inverse();
     const int n = oracle.state_size();
     for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
-      const VelocityBatchResult result = smooth(s.input, exact(landmarks));
+      const VelocityBatchResult result = smooth(s.input, exact_velocity_batch(landmarks));
       ASSERT_EQ(result.estimates.size(), oracle.states().size());
       EXPECT_NEAR(result.report.final_cost / oracle.cost(), 1, 1e-6);
       for (std::size_t k = 0; k < result.estimates.size(); ++k) {
@@ -95,7 +95,7 @@ TEST_P(DriveBatch, WithoutNoiseFindsTheTruthFromABadBeginning) {
     e.additive = t.additive + 0.1 * random.normal_vector(t.additive.size());
   }
   for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
-    const VelocityBatchResult result = smooth(s.input, exact(landmarks));
+    const VelocityBatchResult result = smooth(s.input, exact_velocity_batch(landmarks));
     EXPECT_TRUE(result.report.converged) << result.report.end;
     ASSERT_EQ(result.estimates.size(), s.truth.size());
     EXPECT_EQ(result.report.keyframes, 23);  // a sample between two frames is an instant too
@@ -115,7 +115,8 @@ TEST_P(DriveBatch, KnowsHowWrongItIs) {
     for (; runs < 40; ++runs) {
       const DriveScene s =
           scene({.velocity = velocity, .seed = 100 + static_cast<std::uint64_t>(runs)});
-      const VelocityBatchResult result = smooth(s.input, exact(LandmarkForm::kInverseDepth));
+      const VelocityBatchResult result =
+          smooth(s.input, exact_velocity_batch(LandmarkForm::kInverseDepth));
       const auto nees = [&](std::size_t k) {
         const Estimate& e = result.estimates[k];
         const Eigen::VectorXd d = drive_error(s.truth[k], e);
@@ -140,7 +141,8 @@ TEST_P(DriveBatch, KnowsHowWrongItIsOfLevelVelocities) {
   constexpr int kRuns = 40;
   for (int run = 0; run < kRuns; ++run) {
     const DriveScene s = scene({.level = true, .seed = 200 + static_cast<std::uint64_t>(run)});
-    const Estimate e = smooth(s.input, exact(LandmarkForm::kInverseDepth)).estimates.back();
+    const Estimate e =
+        smooth(s.input, exact_velocity_batch(LandmarkForm::kInverseDepth)).estimates.back();
     const Eigen::VectorXd d = drive_error(s.truth.back(), e);
     pose += d.head<6>().dot(e.pose_covariance().ldlt().solve(d.head<6>()));
     const Eigen::Index at = d.size() - 3;
@@ -175,7 +177,7 @@ TEST(DriveBatchAndFilter, TheBatchErrsLess) {
       slam.process(s.input.velocities[k]);
       s.input.initial.push_back(slam.process(s.input.frames[k]));
     }
-    const VelocityBatchResult result = smooth(s.input, exact());
+    const VelocityBatchResult result = smooth(s.input, exact_velocity_batch());
     for (std::size_t k = 0; k < s.truth.size(); ++k) {
       const auto error = [&](const Estimate& e) {
         return (e.world_T_imu.p - s.truth[k].world_T_imu.p).squaredNorm();
@@ -330,7 +332,7 @@ TEST(DriveBatchIllPosed, IsNamedNotAnswered) {
 
 TEST(DriveBatchIllPosed, NamesALandmarkThatNoPixelTellsOf) {
   const DriveScene s = drive_scene();
-  const BatchSettings settings = exact();
+  const BatchSettings settings = exact_velocity_batch();
   VelocityBatchResult result;
   smooth_detail::VelocityGraph graph =
       smooth_detail::velocity_graph(s.input, settings, result.report);

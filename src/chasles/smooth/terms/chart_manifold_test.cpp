@@ -12,7 +12,7 @@ using namespace smooth_detail;
 using test::agree;
 using test::Random;
 using Numbers = Eigen::Matrix<double, kMotionNumbers, 1>;
-using Errors = Eigen::Matrix<double, kMotionErrors, 1>;
+using MotionErrors = Eigen::Matrix<double, kMotionErrors, 1>;
 
 Numbers random_numbers(Random& random) {
   Numbers x;
@@ -23,7 +23,7 @@ Numbers random_numbers(Random& random) {
   return x;
 }
 
-Numbers plus(const ChartManifold& manifold, const Numbers& x, const Errors& e) {
+Numbers plus(const ChartManifold& manifold, const Numbers& x, const MotionErrors& e) {
   Numbers y;
   manifold.Plus(x.data(), e.data(), y.data());
   return y;
@@ -36,12 +36,12 @@ TEST_P(ChartManifolds, MinusIsTheInverseOfPlus) {
   const ChartManifold manifold(chart());
   for (int trial = 0; trial < 50; ++trial) {
     const Numbers x = random_numbers(random);
-    const Errors e = 0.7 * random.normal_vector(kMotionErrors);
+    const MotionErrors e = 0.7 * random.normal_vector(kMotionErrors);
     const Numbers y = plus(manifold, x, e);
-    Errors back;
+    MotionErrors back;
     manifold.Minus(y.data(), x.data(), back.data());
     EXPECT_TRUE(agree(back, e, 1e-11));
-    EXPECT_TRUE(agree(plus(manifold, x, Errors::Zero()), x, 1e-14));
+    EXPECT_TRUE(agree(plus(manifold, x, MotionErrors::Zero()), x, 1e-14));
   }
 }
 
@@ -53,11 +53,11 @@ TEST_P(ChartManifolds, JacobiansTurnTheReferenceChartsDerivativesIntoTheCharts) 
   for (int trial = 0; trial < 20; ++trial) {
     const Numbers x = random_numbers(random);
     const Eigen::MatrixXd by_reference = test::numeric_derivative(
-        [&](const Errors& e) -> Eigen::VectorXd { return plus(reference, x, e); },
-        Errors(Errors::Zero()));
+        [&](const MotionErrors& e) -> Eigen::VectorXd { return plus(reference, x, e); },
+        MotionErrors(MotionErrors::Zero()));
     const Eigen::MatrixXd by_chart = test::numeric_derivative(
-        [&](const Errors& e) -> Eigen::VectorXd { return plus(manifold, x, e); },
-        Errors(Errors::Zero()));
+        [&](const MotionErrors& e) -> Eigen::VectorXd { return plus(manifold, x, e); },
+        MotionErrors(MotionErrors::Zero()));
     Eigen::Matrix<double, kMotionNumbers, kMotionErrors, Eigen::RowMajor> J;
     manifold.PlusJacobian(x.data(), J.data());
     Eigen::Matrix<double, kMotionErrors, kMotionNumbers, Eigen::RowMajor> back;
@@ -75,7 +75,7 @@ TEST_P(ChartManifolds, OfAPoseAlone) {
   const ChartManifold whole(chart()), alone(chart(), false);
   for (int trial = 0; trial < 20; ++trial) {
     const Numbers x = random_numbers(random);
-    Errors e = 0.7 * random.normal_vector(kMotionErrors);
+    MotionErrors e = 0.7 * random.normal_vector(kMotionErrors);
     Eigen::Matrix<double, kPoseNumbers, 1> y;
     alone.Plus(x.data(), e.data(), y.data());
     EXPECT_TRUE(agree(y, plus(whole, x, e).head<kPoseNumbers>(), 1e-13));

@@ -30,7 +30,7 @@ std::vector<ImuInterval> random_intervals(Random& random, int count) {
   return intervals;
 }
 
-InertialState random_motion(Random& random) {
+InertialState random_link_motion(Random& random) {
   return {.world_T_imu = {.R = so3::exp(random.normal_vector(3)), .p = 5 * random.normal_vector(3)},
           .v_world = random.normal_vector(3),
           .accelerometer_bias = 0.1 * random.normal_vector(3),
@@ -43,7 +43,7 @@ TEST(ImuLink, TheResidualVanishesWhereTheSamplesLead) {
     const auto intervals = random_intervals(random, 12);
     // Made at other biases, on which the mean does not depend.
     const ImuLink link = imu_link(intervals, random.normal_vector(6), kNoise);
-    const InertialState now = random_motion(random);
+    const InertialState now = random_link_motion(random);
     const Vector15d r = link_residual(link, now, integrated(now, intervals), kGravity);
     EXPECT_LT(r.cwiseAbs().maxCoeff(), 1e-6) << "in deviations";
   }
@@ -55,7 +55,7 @@ TEST(ImuLink, DerivativesAreTheNumericOnes) {
     const auto intervals = random_intervals(random, 8);
     ImuLink link = imu_link(intervals, Vector6d::Zero(), kNoise);
     link.whitening.setIdentity();
-    const InertialState now = random_motion(random);
+    const InertialState now = random_link_motion(random);
     const InertialState next = moved(integrated(now, intervals), 0.3 * random.normal_vector(15));
     LinkDerivatives d;
     link_residual(link, now, next, kGravity, &d);
@@ -90,7 +90,7 @@ TEST(ImuLink, WhiteningIsTheInverseRootOfTheCovariance) {
 TEST(ImuLink, TheCovarianceIsThatOfNoisySamples) {
   Random random(4);
   const auto intervals = random_intervals(random, 10);
-  const InertialState now = random_motion(random);
+  const InertialState now = random_link_motion(random);
   const ImuLink link = imu_link(intervals, now.biases(), kNoise);
   constexpr int kRuns = 4000;
   Eigen::MatrixXd residuals(15, kRuns);

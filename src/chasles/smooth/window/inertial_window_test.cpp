@@ -15,7 +15,7 @@ using test::motion_error;
 using test::small_scene;
 using test::SmallScene;
 
-BatchSettings exact(LandmarkForm landmarks = LandmarkForm::kInverseDepth) {
+BatchSettings exact_window(LandmarkForm landmarks = LandmarkForm::kInverseDepth) {
   BatchSettings settings = test::exact_settings(landmarks);
   settings.min_parallax = 0;
   return settings;
@@ -30,8 +30,8 @@ TEST_P(InertialWindow, OfTheWholeRecordingIsTheBatch) {
   for (const int cameras : {1, 2}) {
     const SmallScene scene = small_scene({.frames = 8, .cameras = cameras, .landmarks = 16});
     for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
-      const InertialBatchResult batch = smooth(scene.input, name(), exact(landmarks));
-      const InertialWindowResult window = slide(scene.input, name(), exact(landmarks), 8);
+      const InertialBatchResult batch = smooth(scene.input, name(), exact_window(landmarks));
+      const InertialWindowResult window = slide(scene.input, name(), exact_window(landmarks), 8);
       ASSERT_EQ(window.estimates.size(), batch.estimates.size());
       const Estimate &w = window.estimates.back(), &b = batch.estimates.back();
       EXPECT_LT((w.world_T_imu.p - b.world_T_imu.p).norm(), 1e-6);

@@ -18,7 +18,7 @@ using test::drive_scene;
 using test::DriveScene;
 using test::SmallDrive;
 
-BatchSettings exact(LandmarkForm landmarks = LandmarkForm::kInverseDepth) {
+BatchSettings exact_velocity_window(LandmarkForm landmarks = LandmarkForm::kInverseDepth) {
   return test::exact_settings(landmarks);
 }
 
@@ -72,8 +72,8 @@ TEST_P(DriveWindowOver, OfTheWholeRecordingIsTheBatch) {
   for (const SmallDrive& kind : kinds) {
     const DriveScene s = scene(kind);
     for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
-      const VelocityBatchResult batch = smooth(s.input, exact(landmarks));
-      const WindowRun run = slide(s.input, exact(landmarks), kind.frames);
+      const VelocityBatchResult batch = smooth(s.input, exact_velocity_window(landmarks));
+      const WindowRun run = slide(s.input, exact_velocity_window(landmarks), kind.frames);
       ASSERT_EQ(run.estimates.size(), batch.estimates.size());
       const Estimate &e = run.estimates.back(), &b = batch.estimates.back();
       EXPECT_LT((e.world_T_imu.p - b.world_T_imu.p).norm(), 1e-6);
@@ -99,10 +99,10 @@ TEST_P(DriveWindowOver, OfTheWholeRecordingIsTheBatch) {
 TEST_P(DriveWindowOver, ThatForgetsHardlyDiffersFromTheBatch) {
   for (const bool level : {false, true}) {
     const DriveScene s = scene({.frames = 20, .level = level});
-    const Estimate b = smooth(s.input, exact()).estimates.back();
+    const Estimate b = smooth(s.input, exact_velocity_window()).estimates.back();
     for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
       for (const int keyframes : {2, 4, 8}) {
-        const WindowRun run = slide(s.input, exact(landmarks), keyframes);
+        const WindowRun run = slide(s.input, exact_velocity_window(landmarks), keyframes);
         const Estimate& e = run.estimates.back();
         Vector6d d;
         d << so3::log(e.world_T_imu.R * b.world_T_imu.R.transpose()),
@@ -120,7 +120,7 @@ TEST_P(DriveWindowOver, KnowsHowWrongItIs) {
   int runs = 0;
   for (; runs < 40; ++runs) {
     const DriveScene s = scene({.frames = 16, .seed = 300 + static_cast<std::uint64_t>(runs)});
-    const WindowRun run = slide(s.input, exact(), 5);
+    const WindowRun run = slide(s.input, exact_velocity_window(), 5);
     const auto nees = [&](std::size_t k) {
       const Estimate& e = run.estimates[k];
       const Eigen::VectorXd d = drive_error(s.truth[k], e);
@@ -203,7 +203,7 @@ TEST(VelocityWindow, TakesVelocitiesAfterTheLastFrame) {
                   [](const StereoObservation& o) { return o.landmark % 2 == 0; });
   }
   for (const int keyframes : {4, 20}) {
-    VelocityWindow window(s.input, exact(), keyframes);
+    VelocityWindow window(s.input, exact_velocity_window(), keyframes);
     feed(s.input, window);
     const std::vector<MapLandmark> before = window.map();
     ASSERT_GT(before.size(), 5U);
