@@ -79,7 +79,7 @@ TEST(Command, BadInputEndsWithTwo) {
   expect_error(chasles(folder, "run rec --truth late.tum --quiet"), 2,
                "late.tum: does not fit the recording's frames");
   expect_error(chasles(folder, "run rec --mode map --trajectory late.tum --quiet"), 2,
-               "no frame of street lies in the time of the trajectory");
+               "no frame of street lies in the time span of the trajectory");
   expect_error(chasles(folder, "evaluate junk.tum rec"), 2, "junk.tum:1");
   expect_error(chasles(folder, "evaluate rec/truth.tum late.tum"), 2, "");
   expect_error(chasles(folder, "report rec -o page.html"), 2, "rec");

@@ -71,7 +71,7 @@ TEST(TracksPart, IsWhatARunSeesAndSays) {
     const std::string run = std::string("run rec --json --quiet --tracks 0.5 --estimator ");
     const Json half = figures_of(chasles(folder, run + estimator));
     EXPECT_NEAR(observations(half) / observations(all), 0.5, 0.15) << estimator;
-    expect_part(half.at("remarks").dump(), "0.5 of them, seed 1");
+    expect_part(half.at("remarks").dump(), "0.5 of all, seed 1");
     const Json other = figures_of(chasles(folder, run + estimator + " --tracks-seed 2"));
     EXPECT_NE(other.at("ate_m"), half.at("ate_m")) << estimator;
   }
