@@ -15,6 +15,7 @@
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/truth.hpp>
+#include <chasles/processor_time.hpp>
 #include <chasles/stopwatch.hpp>
 
 #include "calibration_report.hpp"
@@ -27,17 +28,17 @@
 #include "output_folder.hpp"
 #include "run_input.hpp"
 #include "run_recording.hpp"
-#include "run_settings.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "thresholds.hpp"
+#include "velocity_settings_io.hpp"
 
 namespace chasles::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct RunOptions {
+struct CommandOptions {
   RunInput input;
   SettingSources settings;
   std::filesystem::path trajectory, output, full_covariance;
@@ -64,7 +65,7 @@ std::string chart_help() {
   return text;
 }
 
-void declare_input(CLI::App& parser, RunOptions& o) {
+void declare_input(CLI::App& parser, CommandOptions& o) {
   parser
       .add_option("RECORDING", o.input.recording,
                   "ECE276A .npz, STARS .mat, AprilGrid folder, or a recording folder")
@@ -102,7 +103,7 @@ void declare_input(CLI::App& parser, RunOptions& o) {
       ->group("Input");
 }
 
-void declare_method(CLI::App& parser, RunOptions& o) {
+void declare_method(CLI::App& parser, CommandOptions& o) {
   const auto add = [&](const char* name, auto& value, const char* type, const std::string& text) {
     return parser.add_option(name, value, text)->type_name(type)->group("Method");
   };
@@ -126,7 +127,7 @@ void declare_method(CLI::App& parser, RunOptions& o) {
       ->allow_extra_args(false);
 }
 
-void declare_realtime(CLI::App& parser, RunOptions& o) {
+void declare_realtime(CLI::App& parser, CommandOptions& o) {
   parser
       .add_flag(
           "--realtime", o.realtime,
@@ -138,12 +139,12 @@ void declare_realtime(CLI::App& parser, RunOptions& o) {
       ->group("Method");
 }
 
-std::optional<double> realtime(const RunOptions& o) {
+std::optional<double> realtime(const CommandOptions& o) {
   if (!o.realtime && !o.realtime_speed) return std::nullopt;
   return o.realtime_speed.value_or(1);
 }
 
-void declare_output(CLI::App& parser, RunOptions& o) {
+void declare_output(CLI::App& parser, CommandOptions& o) {
   parser
       .add_option("-o,--output", o.output,
                   "Folder for the run (default: only the summary is printed)")
@@ -160,14 +161,14 @@ void declare_output(CLI::App& parser, RunOptions& o) {
   parser.add_flag("--quiet", o.quiet, "No progress and no log, only errors")->group("Output");
 }
 
-void check(const RunOptions& o, const VelocitySlamSettings& settings) {
+void check(const CommandOptions& o, const VelocitySlamSettings& settings) {
   if (!o.trajectory.empty() && settings.mode != SlamMode::kMap) {
     throw UsageError(
         fmt::format("--trajectory is for --mode map, the mode is {}", name_of(settings.mode)));
   }
 }
 
-void announce(const RunOptions& o, const Recording& recording) {
+void announce(const CommandOptions& o, const Recording& recording) {
   spdlog::info("{}: {} frames, {} velocities, {} IMU samples", recording.name,
                frame_count(recording), recording.velocities.size(), recording.imu.size());
   const Threshold* threshold = needs_truth(o.thresholds);
@@ -198,7 +199,7 @@ Json with_timing(const Json& summary, const Json& timing) {
   return all;
 }
 
-void print(const RunOptions& o, const Json& figures) {
+void print(const CommandOptions& o, const Json& figures) {
   if (o.json) {
     fmt::print("{}\n", json_text(figures, 2));
     return;
@@ -210,7 +211,7 @@ void print(const RunOptions& o, const Json& figures) {
   if (!o.output.empty()) fmt::print("\nrun folder: {}\n", o.output.string());
 }
 
-int exit_code(const RunOptions& o, const Run& run, bool interrupted, const Json& figures) {
+int exit_code(const CommandOptions& o, const Run& run, bool interrupted, const Json& figures) {
   if (figures.at("health") == "lost") {
     spdlog::error("the estimate was lost: after {} frames it is no longer valid",
                   run.states.size());
@@ -223,7 +224,7 @@ int exit_code(const RunOptions& o, const Run& run, bool interrupted, const Json&
 }
 
 // Finds errors of the outputs before the run.
-void prepare_outputs(const RunOptions& o) {
+void prepare_outputs(const CommandOptions& o) {
   if (!o.output.empty()) prepare_output(o.output);
   if (!o.full_covariance.empty()) check_full_covariance(o.full_covariance);
 }
@@ -240,15 +241,14 @@ InertialStart start_at_truth(const Recording& recording) {
   return true_start(recording);
 }
 
-// Estimator and options of a run of either kind.
+// Estimator and options of a run of either kind, and its summary.
 struct Prepared {
   std::unique_ptr<Estimator> estimator;
   RunRecordingOptions options;
   std::function<Json(const RecordedRun&)> summary;
 };
 
-Prepared prepare_inertial(const RunOptions& o, const EstimatorChoice& choice,
-                          const Recording& recording) {
+void check_inertial(const CommandOptions& o) {
   if (!o.settings.mode.empty() && o.settings.mode != "slam") {
     throw UsageError("--mode: a visual-inertial run supports only slam");
   }
@@ -258,14 +258,20 @@ Prepared prepare_inertial(const RunOptions& o, const EstimatorChoice& choice,
   if (o.begin != "auto" && o.begin != "truth") {
     throw UsageError(fmt::format("--begin: found '{}', expected auto or truth", o.begin));
   }
-  if (!choice.is_filter() && realtime(o)) {
+  if (!o.settings.estimator.is_filter() && realtime(o)) {
     throw UsageError("--realtime is for the filter, not for --estimator " + o.estimator);
   }
-  InertialRunSettings settings = inertial_run_settings_from(o.settings);
-  settings.estimator = choice;
-  prepare_outputs(o);
+}
+
+Prepared prepare(const CommandOptions& o, const InertialRunSettings& settings,
+                 const Recording& recording) {
   const bool from_truth = o.begin == "truth";
+  const InertialSensors sensors = inertial_sensors(recording);
+  InertialRunSettings decided = settings;
+  decided.filter = filter_settings(recording, settings.filter);
   Prepared prepared;
+  prepared.estimator = make_estimator(
+      decided, sensors, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt);
   prepared.options.frontend = settings.frontend;
   prepared.options.run.realtime = realtime(o);
   prepared.options.run.tracks = o.input.tracks;
@@ -273,26 +279,21 @@ Prepared prepare_inertial(const RunOptions& o, const EstimatorChoice& choice,
   prepared.options.calibration_columns =
       calibration_columns(settings.filter, recording.cameras.size());
   if (from_truth) prepared.options.truth_chart = settings.filter.chart;
-  const InertialSensors sensors = inertial_sensors(recording, settings);
-  prepared.estimator = make_estimator(
-      settings, recording, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt);
   prepared.summary = [settings, sensors, &recording](const RecordedRun& run) {
     return summary_json(run, settings, sensors, recording);
   };
   return prepared;
 }
 
-Prepared prepare_velocity(const RunOptions& o, const EstimatorChoice& choice,
-                          Recording& recording) {
-  if (!choice.is_filter() && !o.full_covariance.empty()) {
+void check_velocity(const CommandOptions& o) {
+  if (!o.settings.estimator.is_filter() && !o.full_covariance.empty()) {
     throw UsageError("--full-covariance is not available for --estimator " + o.estimator);
   }
   if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
   if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
-  VelocityRunSettings settings = settings_from(o.settings);
-  settings.estimator = choice;
-  check(o, settings.filter);
-  prepare_outputs(o);
+}
+
+Prepared prepare(const CommandOptions& o, VelocityRunSettings settings, Recording& recording) {
   const ClockCorrection clock = correct_clock(settings.filter, recording);
   if (!clock.remark.empty()) recording.remarks.push_back(clock.remark);
   Prepared prepared;
@@ -301,22 +302,36 @@ Prepared prepare_velocity(const RunOptions& o, const EstimatorChoice& choice,
     follow(recording, read_tum(o.trajectory));
     settings.filter.hold = VelocityHold::kZeroOrder;
   }
-  prepared.options.known = known_json(settings, recording);
   const VelocitySensors sensors = velocity_sensors(recording, settings);
   prepared.estimator = make_estimator(settings, sensors);
+  prepared.options.known = known_json(settings, recording);
   prepared.summary = [settings, sensors, clock, &recording](const RecordedRun& run) {
     return summary_json(run, settings, sensors, clock.offset, recording);
   };
   return prepared;
 }
 
+// Checks options and settings, before outputs and viewers exist. Returns the work that is left.
+std::function<Prepared()> plan(const CommandOptions& o, Recording& recording) {
+  if (recording.velocities.empty()) {
+    check_inertial(o);
+    return [&o, &recording, settings = inertial_run_settings_from(o.settings)] {
+      return prepare(o, settings, recording);
+    };
+  }
+  check_velocity(o);
+  const VelocityRunSettings settings = velocity_run_settings_from(o.settings);
+  check(o, settings.filter);
+  return [&o, &recording, settings] { return prepare(o, settings, recording); };
+}
+
 // Writes the outputs and returns all figures.
-Json deliver(const RunOptions& o, const Prepared& prepared, const RecordedRun& result,
+Json deliver(const CommandOptions& o, const Prepared& prepared, const RecordedRun& result,
              const Stopwatch& wall) {
   const Json summary = prepared.summary(result);
   if (!o.output.empty()) write_run(result.run, summary, o.output);
   const Json timing = timing_json(result, summary.at("recorded_seconds").get<double>(),
-                                  wall.seconds(), cpu_seconds());
+                                  wall.seconds(), process_seconds());
   if (!o.output.empty()) write_file(o.output / "timing.json", json_text(timing, 2) + "\n");
   if (!o.full_covariance.empty()) {
     write_full_covariance(*prepared.estimator->filter(), prepared.estimator->state_names(),
@@ -327,7 +342,7 @@ Json deliver(const RunOptions& o, const Prepared& prepared, const RecordedRun& r
 
 // Returns the result of `work`. If it throws, sends the reason to viewers.
 template <typename Work>
-auto telling_why_not(LiveView& live, const Work& work) {
+auto reporting_failure(LiveView& live, const Work& work) {
   try {
     return work();
   } catch (const std::exception& error) {
@@ -336,24 +351,26 @@ auto telling_why_not(LiveView& live, const Work& work) {
   }
 }
 
-int run(const RunOptions& o) {
+int run_command(CommandOptions o) {
   const Stopwatch wall;
   if (o.quiet) spdlog::set_level(spdlog::level::err);
-  const EstimatorChoice choice = estimator_choice(o.estimator, "--estimator");
+  o.settings.estimator = estimator_choice(o.estimator, "--estimator");
   if (o.keep_images && o.output.empty() && !o.live.wanted) {
     throw UsageError("--keep-images needs -o RUN or --live");
   }
   Recording recording = read_input(o.input);
   const Interrupt interrupt;  // before the log shows that the run has started
   announce(o, recording);
-  Prepared prepared = recording.velocities.empty() ? prepare_inertial(o, choice, recording)
-                                                   : prepare_velocity(o, choice, recording);
-  prepared.options.estimator = choice;
-  prepared.options.run.threads = o.threads;
-  prepared.options.quiet = o.quiet;
-  prepared.options.keep_images = o.keep_images;
+  const std::function<Prepared()> prepare_run = plan(o, recording);
+  prepare_outputs(o);
   LiveView live(o.live, interrupt, o.output);
-  const RecordedRun result = telling_why_not(live, [&] {
+  Prepared prepared;
+  const RecordedRun result = reporting_failure(live, [&] {
+    prepared = prepare_run();
+    prepared.options.estimator = o.settings.estimator;
+    prepared.options.run.threads = o.threads;
+    prepared.options.quiet = o.quiet;
+    prepared.options.keep_images = o.keep_images;
     return run_recording(recording, *prepared.estimator, prepared.options, interrupt, live);
   });
   const bool interrupted = result.report.interrupted;
@@ -367,14 +384,14 @@ int run(const RunOptions& o) {
 }  // namespace
 
 Action declare_run(CLI::App& parser) {
-  const auto options = std::make_shared<RunOptions>();
+  const auto options = std::make_shared<CommandOptions>();
   declare_input(parser, *options);
   declare_method(parser, *options);
   declare_realtime(parser, *options);
   declare_output(parser, *options);
   add_options(parser, options->thresholds);
   parser.footer(settings_help());
-  return [options] { return run(*options); };
+  return [options] { return run_command(*options); };
 }
 
 }  // namespace chasles::app

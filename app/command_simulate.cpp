@@ -39,12 +39,6 @@ struct SimulateOptions {
   bool json = false, quiet = false;
 };
 
-SettingList street_setting_list(StreetSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  return collector.settings;
-}
-
 std::string scenes_help() {
   std::string text = "Scenes with velocities and a stereo pair:\n";
   for (const StreetScene& scene : street_scenes()) {
@@ -54,14 +48,14 @@ std::string scenes_help() {
   StreetSettings defaults;
   return text +
          "\nSettings of the first, for --set and --config (defaults are those of `street`):\n" +
-         help_text(street_setting_list(defaults)) +
+         help_text(list_of(defaults)) +
          "\nSettings of the second (defaults are those of `hallway`):\n" + inertial_settings_help();
 }
 
 StreetSettings street_settings_from(const SceneChoice& choice) {
   refuse_path(choice);
   StreetSettings settings = street_scene(choice.name);
-  const SettingList list = street_setting_list(settings);
+  const SettingList list = list_of(settings);
   if (!choice.config.empty()) set_from_file(list, choice.config);
   for (const std::string& assignment : choice.sets) set(list, assignment);
   if (!choice.seed.empty()) set(list, "--seed", "seed", choice.seed);
@@ -194,7 +188,7 @@ int simulate(const SimulateOptions& o) {
   }
   StreetSettings settings = street_settings_from(o.scene);
   prepare_output(o.output);
-  return deliver(o, simulate_street(settings), to_json(street_setting_list(settings)));
+  return deliver(o, simulate_street(settings), to_json(list_of(settings)));
 }
 
 }  // namespace

@@ -97,8 +97,7 @@ std::vector<FilterVariant> with_estimators(const std::vector<FilterVariant>& fil
     for (FilterVariant filter : filters) {
       if (one.is_batch()) filter.name += "+batch";
       if (one.is_window()) filter.name += fmt::format("+window{}", one.keyframes);
-      if (!one.is_filter()) filter.batch.emplace();
-      filter.window = one.keyframes;
+      filter.estimator = one;
       all.push_back(std::move(filter));
     }
   }
@@ -111,8 +110,8 @@ void set_for_all(const std::string& assignment, std::vector<FilterVariant>& filt
   const bool of_batch = assignment.starts_with("batch.");
   bool used = false;
   for (FilterVariant& filter : filters) {
-    if (of_batch && !filter.batch) continue;
-    set(of_batch ? setting_list(*filter.batch) : setting_list(filter.settings), assignment);
+    if (of_batch && filter.estimator.is_filter()) continue;
+    set(of_batch ? setting_list(filter.batch) : setting_list(filter.settings), assignment);
     used = true;
   }
   if (used) return;
@@ -177,15 +176,18 @@ std::vector<FilterVariant> filters_from(const FilterOptions& o) {
   }
   filters = with_estimators(filters, o.estimators);
   for (const std::string& assignment : o.sets) set_for_all(assignment, filters);
-  for (const FilterVariant& filter : filters) validate(filter.settings);
+  for (const FilterVariant& filter : filters) {
+    validate(filter.settings);
+    validate(filter.batch);
+  }
   check_names(filters);
   return filters;
 }
 
 nlohmann::ordered_json settings_json(const FilterVariant& filter) {
   nlohmann::ordered_json all = settings_json(filter.settings);
-  if (!filter.batch) return all;
-  BatchSettings copy = *filter.batch;
+  if (filter.estimator.is_filter()) return all;
+  BatchSettings copy = filter.batch;
   all.update(to_json(setting_list(copy)));
   return all;
 }

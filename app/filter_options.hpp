@@ -7,7 +7,7 @@
 
 #include <chasles/lab/trial.hpp>
 
-#include "run_settings.hpp"
+#include "velocity_settings_io.hpp"
 
 namespace CLI {
 class App;

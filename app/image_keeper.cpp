@@ -9,17 +9,11 @@
 #include <chasles/data/image_encode.hpp>
 #include <chasles/error.hpp>
 
-#include "run_input.hpp"
-
 namespace chasles::app {
 namespace {
 
 // A track without observation for longer has ended; every front end drops it earlier.
 constexpr int kWaiting = 20;  // frames
-
-Time frame_time(const Recording& recording, std::size_t i) {
-  return recording.images ? recording.images->time(i) : recording.frames[i].time;
-}
 
 int every_of(const std::string& text) {
   int every = 0;

@@ -5,56 +5,38 @@
 namespace chasles::app {
 namespace {
 
-void append(SettingList more, const std::string& prefix, SettingList& list) {
-  for (Setting& setting : more) {
-    setting.name = prefix + setting.name;
-    list.push_back(std::move(setting));
-  }
-}
-
-SettingList list_of(InitialiserSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  return collector.settings;
-}
-
-SettingList list_of(FrontendSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  return collector.settings;
+void append(SettingList more, SettingList& list) {
+  for (Setting& setting : more) list.push_back(std::move(setting));
 }
 
 SettingList beside_the_filter(InertialRunSettings& settings) {
-  SettingList list;
-  append(list_of(settings.start), "start.", list);
-  append(list_of(settings.frontend), "frontend.", list);
-  append(setting_list(settings.batch), "", list);
+  SettingList list = list_of(settings.start, "start.");
+  append(list_of(settings.frontend, "frontend."), list);
+  append(setting_list(settings.batch), list);
   return list;
 }
 
-SettingList list_of(InertialRunSettings& settings) {
+SettingList all_of(InertialRunSettings& settings) {
   SettingList list = setting_list(settings.filter);
-  append(beside_the_filter(settings), "", list);
+  append(beside_the_filter(settings), list);
   return list;
 }
 
 }  // namespace
 
 InertialRunSettings inertial_run_settings_from(const SettingSources& sources) {
-  InertialRunSettings settings;
-  const SettingList list = list_of(settings);
+  InertialRunSettings settings{.estimator = sources.estimator};
+  const SettingList list = all_of(settings);
   if (!sources.config.empty()) set_from_file(list, sources.config);
   for (const std::string& assignment : sources.sets) set(list, assignment);
   if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
-  validate(settings.filter);
-  validate(settings.start);
-  validate(settings.frontend);
+  validate(settings);
   return settings;
 }
 
 nlohmann::ordered_json settings_json(const InertialRunSettings& settings) {
   InertialRunSettings copy = settings;
-  return to_json(list_of(copy));
+  return to_json(all_of(copy));
 }
 
 std::string inertial_run_settings_help() {
@@ -63,18 +45,8 @@ std::string inertial_run_settings_help() {
          help_text(beside_the_filter(defaults));
 }
 
-SettingList setting_list(InertialSlamSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  return collector.settings;
-}
-
-SettingList setting_list(BatchSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  for (Setting& s : collector.settings) s.name = "batch." + s.name;
-  return collector.settings;
-}
+SettingList setting_list(InertialSlamSettings& settings) { return list_of(settings); }
+SettingList setting_list(BatchSettings& settings) { return list_of(settings, "batch."); }
 
 nlohmann::ordered_json settings_json(const InertialSlamSettings& settings) {
   InertialSlamSettings copy = settings;

@@ -6,12 +6,12 @@
 
 #include <chasles/pipeline/run_settings.hpp>
 
-#include "run_settings.hpp"
+#include "velocity_settings_io.hpp"
 
 namespace chasles::app {
 
-/// As settings_from() of run_settings.hpp. Keys of the filter have no prefix; the others have
-/// "start.", "frontend." or "batch.".
+/// As velocity_run_settings_from() of velocity_settings_io.hpp. Keys of the filter have no prefix;
+/// the others have "start.", "frontend." or "batch.".
 InertialRunSettings inertial_run_settings_from(const SettingSources& sources);
 
 /// All settings of a visual-inertial run by name.

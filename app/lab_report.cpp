@@ -83,11 +83,6 @@ Table error_table(std::span<const FilterSummary> summaries, std::span<const doub
   return table;
 }
 
-std::string estimator_name(const FilterVariant& filter) {
-  if (filter.window > 0) return fmt::format("window:{}", filter.window);
-  return filter.batch ? "batch" : "filter";
-}
-
 }  // namespace
 
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(); }
@@ -95,7 +90,7 @@ Json number_json(double value) { return std::isfinite(value) ? Json(value) : Jso
 Json figures_json(const FilterVariant& filter, const FilterSummary& s) {
   return {{"filter", s.filter},
           {"chart", filter.settings.chart},
-          {"estimator", estimator_name(filter)},
+          {"estimator", name_of(filter.estimator)},
           {"runs", s.runs},
           {"diverged", s.diverged},
           {"position_error_m", number_json(s.mean.position_error)},

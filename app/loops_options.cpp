@@ -16,20 +16,13 @@ namespace {
 
 constexpr const char* kLoops = "loops";
 
-SettingList list_of(LoopsSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  return collector.settings;
-}
-
 // The settings of a filter that have an effect without cameras and IMU.
-SettingList list_of(InertialSlamSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  std::erase_if(collector.settings, [](const Setting& setting) {
+SettingList chart_settings(InertialSlamSettings& settings) {
+  SettingList list = list_of(settings);
+  std::erase_if(list, [](const Setting& setting) {
     return setting.name != "chart" && setting.name != "first_estimates";
   });
-  return collector.settings;
+  return list;
 }
 
 void check(const FilterOptions& o) {
@@ -51,13 +44,13 @@ void check(const FilterOptions& o) {
 FilterVariant loops_from_file(const std::string& file) {
   FilterVariant filter{.name = valid_utf8(std::filesystem::path(file).stem().string()),
                        .settings = {}};
-  set_from_file(list_of(filter.settings), file);
+  set_from_file(chart_settings(filter.settings), file);
   return filter;
 }
 
 FilterVariant with_chart(const std::string& chart) {
   FilterVariant filter{.name = chart, .settings = {}};
-  set(list_of(filter.settings), "--charts", "chart", chart);
+  set(chart_settings(filter.settings), "--charts", "chart", chart);
   return filter;
 }
 
@@ -92,7 +85,7 @@ std::vector<FilterVariant> loops_filters_from(const FilterOptions& o) {
   }
   for (const std::string& assignment : o.sets) {
     check_not_named(assignment);
-    for (FilterVariant& filter : filters) set(list_of(filter.settings), assignment);
+    for (FilterVariant& filter : filters) set(chart_settings(filter.settings), assignment);
   }
   check_names(filters);
   return filters;
@@ -115,7 +108,7 @@ nlohmann::ordered_json settings_json(const LoopsSettings& settings) {
 
 nlohmann::ordered_json loops_settings_json(const InertialSlamSettings& settings) {
   InertialSlamSettings copy = settings;
-  return to_json(list_of(copy));
+  return to_json(chart_settings(copy));
 }
 
 }  // namespace chasles::app

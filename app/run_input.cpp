@@ -88,9 +88,8 @@ void choose_tracks(Recording& r, const TracksPart& tracks) {
 // Finds out before the run that a truth does not belong to the recording.
 void check_truth(const Recording& r, const std::filesystem::path& file) {
   Trajectory stamps;
-  for (const FeatureFrame& frame : r.frames) stamps.push_back({.time = frame.time, .pose = {}});
-  for (std::size_t i = 0; r.images && i < r.images->size(); ++i) {
-    stamps.push_back({.time = r.images->time(i), .pose = {}});
+  for (std::size_t i = 0; i < frame_count(r); ++i) {
+    stamps.push_back({.time = frame_time(r, i), .pose = {}});
   }
   try {
     associate(stamps, r.truth);

@@ -6,8 +6,6 @@
 
 #include <chasles/data/recording.hpp>
 #include <chasles/pipeline/tracks_part.hpp>
-#include <chasles/slam/velocity_noise.hpp>
-#include <chasles/slam/velocity_settings.hpp>
 
 namespace chasles::app {
 

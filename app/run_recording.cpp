@@ -15,7 +15,6 @@
 #include "live_view.hpp"
 #include "observation_spans.hpp"
 #include "progress.hpp"
-#include "run_input.hpp"
 #include "run_landmarks.hpp"
 
 namespace chasles::app {

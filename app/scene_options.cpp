@@ -22,12 +22,6 @@ namespace {
 
 constexpr const char* kTrajectory = "trajectory";
 
-SettingList list_of(InertialSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  return collector.settings;
-}
-
 // Knot spacing [s]: that of the truth's poses, if it is finer than `coarsest`. Coarser knots smooth
 // away motion that the real samples contain.
 double knots_for(const Trajectory& truth, double coarsest) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -58,6 +59,15 @@ class SettingCollector {
                          std::string_view name) { *static_cast<E*>(to) = *choice_of<E>(name); }};
   }
 };
+
+/// Every setting of a struct, with this prefix.
+template <typename SettingsType>
+SettingList list_of(SettingsType& settings, std::string_view prefix = "") {
+  SettingCollector collector;
+  for_each_setting(settings, collector);
+  for (Setting& s : collector.settings) s.name.insert(0, prefix);
+  return std::move(collector.settings);
+}
 
 /// Sets one setting from text. Messages start with `where` ("--set", "FILE:LINE"). Throws
 /// UsageError for an unknown key, with the nearest and all known keys, and for a value that is

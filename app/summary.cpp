@@ -68,20 +68,23 @@ void add_axes(const VelocitySensors& sensors, const VelocityRunSettings& setting
       evidence.slope, evidence.sigma));
 }
 
-std::string line(const Json& summary, const char* label, const char* figure, const char* unit,
-                 int digits) {
-  const auto value = summary.find(figure);
-  if (value == summary.end() || !value->is_number()) return {};
-  return fmt::format("  {:<26} {:>10.{}f} {}\n", label, value->get<double>(), digits, unit);
+Json or_null(const std::optional<double>& figure) { return figure ? Json(*figure) : Json(); }
+
+Json noise_json(const ImuNoise& noise, double pixel_sigma) {
+  return {{"pixel_sigma", pixel_sigma},
+          {"accelerometer_noise_density", noise.accelerometer_noise_density},
+          {"accelerometer_random_walk", noise.accelerometer_random_walk},
+          {"gyroscope_noise_density", noise.gyroscope_noise_density},
+          {"gyroscope_random_walk", noise.gyroscope_random_walk}};
 }
 
-}  // namespace
+Json imu_json(const ImuBuffer::Counts& imu) {
+  return {{"used", imu.used}, {"not_finite", imu.not_finite}, {"not_later", imu.not_later},
+          {"gaps", imu.gaps}, {"saturated", imu.saturated},   {"extrapolated", imu.extrapolated}};
+}
 
-Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
-                  const InertialSensors& sensors, const Recording& recording) {
-  const RunReport& report = run.report;
+void append_remarks(const RunReport& report, std::vector<std::string>& remarks) {
   const EstimatorReport& own = report.estimator;
-  std::vector<std::string> remarks = recording.remarks;
   if (report.frontend.unreadable > 0) {
     remarks.push_back(fmt::format("{} frames have an unreadable image, which counts as missing",
                                   report.frontend.unreadable));
@@ -99,18 +102,33 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   if (own.resets > 0) {
     remarks.push_back(fmt::format("the filter was lost and restarted {} times", own.resets));
   }
+}
+
+std::string line(const Json& summary, const char* label, const char* figure, const char* unit,
+                 int digits) {
+  const auto value = summary.find(figure);
+  if (value == summary.end() || !value->is_number()) return {};
+  return fmt::format("  {:<26} {:>10.{}f} {}\n", label, value->get<double>(), digits, unit);
+}
+
+}  // namespace
+
+Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
+                  const InertialSensors& sensors, const Recording& recording) {
+  const EstimatorReport& report = run.report.estimator;
+  std::vector<std::string> remarks = recording.remarks;
+  append_remarks(run.report, remarks);
   Json summary =
       run_json(run.run, "slam", settings.filter.chart, recording.true_landmarks, remarks);
-  summary["nees_state"] = run.nees_state ? Json(*run.nees_state) : Json();
-  summary["innovation_correlation"] =
-      run.innovation_correlation ? Json(*run.innovation_correlation) : Json();
-  summary["start_seconds"] = run.start_seconds ? Json(*run.start_seconds) : Json();
-  summary["resets"] = own.resets;
+  summary["nees_state"] = or_null(run.nees_state);
+  summary["innovation_correlation"] = or_null(run.innovation_correlation);
+  summary["start_seconds"] = or_null(run.start_seconds);
+  summary["resets"] = report.resets;
   summary["zupt_frames"] = run.zupt_frames;
-  summary["dropped_frames"] = own.dropped_frames;
-  if (recording.images) summary["frontend"] = frontend_json(report.frontend);
-  if (own.batch) summary["batch"] = batch_json(*own.batch);
-  if (own.window) summary["window"] = window_json(*own.window);
+  summary["dropped_frames"] = report.dropped_frames;
+  if (recording.images) summary["frontend"] = frontend_json(run.report.frontend);
+  if (report.batch) summary["batch"] = batch_json(*report.batch);
+  if (report.window) summary["window"] = window_json(*report.window);
   summary["settings"] = settings_json(settings);
   summary["keep_scale"] =
       filter_settings(recording, settings.filter).keep_scale == KeepScale::kTrue;
@@ -118,16 +136,9 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
     summary["calibration"] =
         calibration_json(*run.calibration, recording.cameras, settings.filter.time_offset);
   }
-  const ImuNoise& noise = sensors.noise;
-  summary["noise"] = {{"pixel_sigma", sensors.pixel_sigma},
-                      {"accelerometer_noise_density", noise.accelerometer_noise_density},
-                      {"accelerometer_random_walk", noise.accelerometer_random_walk},
-                      {"gyroscope_noise_density", noise.gyroscope_noise_density},
-                      {"gyroscope_random_walk", noise.gyroscope_random_walk}};
-  const ImuBuffer::Counts& imu = own.imu;
-  summary["imu"] = {{"used", imu.used},           {"not_finite", imu.not_finite},
-                    {"not_later", imu.not_later}, {"gaps", imu.gaps},
-                    {"saturated", imu.saturated}, {"extrapolated", imu.extrapolated}};
+  summary["noise"] =
+      noise_json(sensors.noise, settings.filter.pixel_sigma.value_or(sensors.pixel_sigma));
+  summary["imu"] = imu_json(report.imu);
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;
   return summary;

@@ -187,7 +187,7 @@ Json plan_json(const InertialScene& scene, std::span<const FilterVariant> filter
   for (const FilterVariant& filter : filters) {
     Json& own = plan["filters"].emplace_back();
     own = {{"filter", filter.name}, {"settings", settings_json(filter)}};
-    if (filter.window > 0) own["window"] = filter.window;
+    if (filter.estimator.is_window()) own["window"] = filter.estimator.keyframes;
   }
   return plan;
 }
@@ -208,8 +208,12 @@ std::vector<FilterVariant> filters_of(const Json& plan) {
     FilterVariant& variant = filters.emplace_back();
     variant.name = filter.at("filter").get<std::string>();
     variant.settings.chart = filter.at("settings").at("chart").get<std::string>();
-    if (filter.at("settings").contains("batch.loss")) variant.batch.emplace();
-    variant.window = filter.value("window", 0);
+    variant.estimator.keyframes = filter.value("window", 0);
+    using Kind = EstimatorChoice::Kind;
+    const bool smooths = filter.at("settings").contains("batch.loss");
+    variant.estimator.kind = variant.estimator.keyframes > 0 ? Kind::kWindow
+                             : smooths                       ? Kind::kBatch
+                                                             : Kind::kFilter;
   }
   return filters;
 }

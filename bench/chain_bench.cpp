@@ -20,10 +20,10 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/processor_time.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>
 
-#include "cpu_time.hpp"
 #include "plain_klt.hpp"
 
 namespace chasles {
@@ -32,7 +32,7 @@ namespace {
 constexpr int kRepetitions = 7;
 constexpr int kTracks = 150;
 
-double cpu_ms() { return 1e3 * bench::cpu_seconds(); }  // of all threads; the benchmark has one
+double cpu_ms() { return 1e3 * process_seconds(); }  // of all threads; the benchmark has one
 
 struct Footage {
   Recording recording;

@@ -16,13 +16,12 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/data/recording.hpp>
 #include <chasles/filter/dense.hpp>
+#include <chasles/processor_time.hpp>
 #include <chasles/slam/velocity_noise.hpp>
 #include <chasles/slam/velocity_slam.hpp>
 #include <chasles/smooth/batch/exact_settings_testing.hpp>
 #include <chasles/smooth/batch/velocity_oracle_testing.hpp>
 #include <chasles/smooth/window/velocity_window.hpp>
-
-#include "cpu_time.hpp"
 
 namespace chasles {
 namespace {
@@ -30,15 +29,13 @@ namespace {
 constexpr int kRepetitions = 3;
 constexpr double kSame = 1e-6;
 
-using bench::cpu_seconds;
-
 template <typename Function>
 double seconds_of(const Function& function, int repetitions = kRepetitions) {
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < repetitions; ++i) {
-    const double begun = cpu_seconds();
+    const double begun = process_seconds();
     function();
-    least = std::min(least, cpu_seconds() - begun);
+    least = std::min(least, process_seconds() - begun);
   }
   return least;
 }

@@ -6,9 +6,9 @@
 
 #include "cli_test.hpp"
 #include "inertial_settings_io.hpp"
-#include "run_settings.hpp"
 #include "scene_options.hpp"
 #include "settings_io.hpp"
+#include "velocity_settings_io.hpp"
 
 namespace chasles::app {
 namespace {
@@ -143,10 +143,10 @@ TEST(SettingsSources, LaterOnesWin) {
   const Scratch folder;
   spill(folder / "c.yaml", "gate: 0.5\nchart: standard\nmin_disparity: 3\nmode: localize\n");
   const VelocitySlamSettings settings =
-      settings_from({.config = (folder / "c.yaml").string(),
-                     .sets = {"gate=0.6", "chart=right-se3", "gate=0.7"},
-                     .chart = "left-se3",
-                     .mode = ""})
+      velocity_run_settings_from({.config = (folder / "c.yaml").string(),
+                                  .sets = {"gate=0.6", "chart=right-se3", "gate=0.7"},
+                                  .chart = "left-se3",
+                                  .mode = ""})
           .filter;
   EXPECT_EQ(settings.waiting_landmarks, VelocitySlamSettings{}.waiting_landmarks);
   EXPECT_EQ(settings.min_disparity, 3);
@@ -158,10 +158,12 @@ TEST(SettingsSources, LaterOnesWin) {
 TEST(SettingsSources, ThePapersParameterSetsAreRead) {
   const std::string configs = CHASLES_SOURCE_DIR "/configs/";
   const VelocitySlamSettings one =
-      settings_from({.config = configs + "du-set1.yaml", .sets = {}, .chart = "", .mode = ""})
+      velocity_run_settings_from(
+          {.config = configs + "du-set1.yaml", .sets = {}, .chart = "", .mode = ""})
           .filter;
   const VelocitySlamSettings two =
-      settings_from({.config = configs + "du-set2.yaml", .sets = {}, .chart = "", .mode = ""})
+      velocity_run_settings_from(
+          {.config = configs + "du-set2.yaml", .sets = {}, .chart = "", .mode = ""})
           .filter;
   EXPECT_NEAR(*one.pixel_sigma * *one.pixel_sigma, 1e5, 1e-9);  // Du, Table 1
   EXPECT_NEAR(*two.pixel_sigma * *two.pixel_sigma, 1e3, 1e-9);  // Du, Table 2
@@ -184,7 +186,9 @@ TEST(SettingsSources, EveryFileOfTheRepositoryIsReadByWhomItIsFor) {
       scene.config = file;
       EXPECT_NO_THROW(scene_from(scene)) << name;
     } else if (name.starts_with("du-")) {
-      EXPECT_NO_THROW(settings_from({.config = file, .sets = {}, .chart = "", .mode = ""})) << name;
+      EXPECT_NO_THROW(
+          velocity_run_settings_from({.config = file, .sets = {}, .chart = "", .mode = ""}))
+          << name;
     } else {
       EXPECT_NO_THROW(
           inertial_run_settings_from({.config = file, .sets = {}, .chart = "", .mode = ""}))
@@ -204,7 +208,8 @@ TEST(SettingsSources, ThatDoNotGoTogetherAreRefusedBeforeTheRecordingIsRead) {
     }
     return "nothing was refused";
   };
-  expect_part(refused(settings_from, {"velocity_axes=level", "mode=map"}), "velocity_axes=level");
+  expect_part(refused(velocity_run_settings_from, {"velocity_axes=level", "mode=map"}),
+              "velocity_axes=level");
   expect_part(refused(inertial_run_settings_from, {"composition_interval=1"}),
               "composition_interval: found 1, expected 0 without nav_attitude");
   expect_part(refused(inertial_run_settings_from, {"start.max_window=0.5"}),

@@ -4,11 +4,16 @@
 
 namespace chasles {
 
-/// Processor time of this thread so far [s].
-inline double processor_seconds() {
+inline double seconds_of(clockid_t clock) {
   timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  clock_gettime(clock, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
+
+/// Processor time of this thread so far [s].
+inline double processor_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
+
+/// Processor time of all threads of this process so far [s].
+inline double process_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 
 }  // namespace chasles

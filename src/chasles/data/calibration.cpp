@@ -56,17 +56,12 @@ std::optional<StereoRig> read_rig(const YamlMap& map) {
 
 void read_distortion(const YamlMap& map, Camera& camera) {
   const std::string model = map.text("distortion_model");
-  const std::array<std::pair<const char*, Distortion>, 3> models{
-      {{"none", Distortion::kNone},
-       {"radtan", Distortion::kRadtan},
-       {"equidistant", Distortion::kEquidistant}}};
-  const auto* found = std::find_if(models.begin(), models.end(),
-                                   [&](const auto& known) { return known.first == model; });
-  if (found == models.end()) {
-    throw InputError(fmt::format("{}: is '{}', expected 'none', 'radtan' or 'equidistant'",
-                                 map.where("distortion_model"), model));
+  const auto known = choice_of<Distortion>(model);
+  if (!known) {
+    throw InputError(fmt::format("{}: is '{}', expected one of {}", map.where("distortion_model"),
+                                 model, fmt::join(kChoiceNames<Distortion>, ", ")));
   }
-  camera.distortion = found->second;
+  camera.distortion = *known;
   if (camera.distortion == Distortion::kNone && !map.has("distortion_coeffs")) return;
   camera.coefficients = map.numbers("distortion_coeffs", 4, "coefficients");
   if (camera.distortion == Distortion::kNone && !camera.coefficients.isZero(0)) {

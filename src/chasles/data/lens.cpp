@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
@@ -11,13 +12,12 @@ namespace {
 
 Distortion read_model(const YamlMap& map, const std::string& key) {
   const std::string model = map.text(key);
-  if (model == "radtan" || model == "radial-tangential") return Distortion::kRadtan;
-  if (model == "equidistant") return Distortion::kEquidistant;
-  if (model == "none") return Distortion::kNone;
+  if (model == "radial-tangential") return Distortion::kRadtan;  // EuRoC's name
+  if (const auto known = choice_of<Distortion>(model)) return *known;
   throw InputError(
-      fmt::format("{}: '{}' is a model that is not known here, expected 'radtan' (or "
-                  "'radial-tangential'), 'equidistant' or 'none': calibrate with one of these",
-                  map.where(key), model));
+      fmt::format("{}: '{}' is a model that is not known here, expected one of {}, or "
+                  "radial-tangential: calibrate with one of these",
+                  map.where(key), model, fmt::join(kChoiceNames<Distortion>, ", ")));
 }
 
 }  // namespace

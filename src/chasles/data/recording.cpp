@@ -8,6 +8,10 @@ std::size_t frame_count(const Recording& r) {
   return r.frames.size() + (r.images ? r.images->size() : 0);
 }
 
+Time frame_time(const Recording& r, std::size_t i) {
+  return i < r.frames.size() ? r.frames[i].time : r.images->time(i - r.frames.size());
+}
+
 Time first_event(const Recording& r) {
   Time first = Time::max();
   if (!r.frames.empty()) first = std::min(first, r.frames.front().time);

@@ -65,6 +65,8 @@ struct Recording {
 
 /// The number of frames, of tracks or of images.
 std::size_t frame_count(const Recording& recording);
+/// The time of the i-th of them; those of tracks come first.
+Time frame_time(const Recording& recording, std::size_t i);
 
 /// The earliest time of a frame, an image, a velocity or an IMU sample.
 Time first_event(const Recording& recording);

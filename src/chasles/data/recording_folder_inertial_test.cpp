@@ -220,7 +220,7 @@ TEST_F(InertialFolder, TheImuKeysOfTheCalibrationAreChecked) {
 TEST_F(InertialFolder, TheCamerasOfTheCalibrationAreChecked) {
   const std::string file = "calibration.yaml";
   expect_parts(error(file, "equidistant\n", "fisheye\n"),
-               {"'distortion_model': is 'fisheye', expected 'none', 'radtan' or 'equidistant'"});
+               {"'distortion_model': is 'fisheye', expected one of none, radtan, equidistant"});
   expect_parts(error(file, "equidistant\n", "none\n"),
                {"'distortion_coeffs': is not zero", "'none'"});
   expect_parts(error(file, "[640, 480]", "[640]"), {":7: key 'resolution': expected a list of 2"});

@@ -38,18 +38,6 @@ std::string rig_text(const StereoRig& rig) {
          motion_text(rig.cam0_T_imu, "  ");
 }
 
-const char* distortion_name(Distortion distortion) {
-  switch (distortion) {
-    case Distortion::kRadtan:
-      return "radtan";
-    case Distortion::kEquidistant:
-      return "equidistant";
-    case Distortion::kNone:
-      break;
-  }
-  return "none";
-}
-
 std::string cameras_text(const std::vector<Camera>& cameras) {
   std::string text =
       "# Single cameras. intrinsics: fx, fy, cx, cy [px]. distortion: radtan k1, k2, p1, p2;\n"
@@ -59,8 +47,8 @@ std::string cameras_text(const std::vector<Camera>& cameras) {
     text += fmt::format(
         "  - resolution: [{}, {}]\n    intrinsics: {}\n    distortion_model: {}\n"
         "    distortion_coeffs: {}\n    cam_T_imu:\n",
-        c.width, c.height, listed(Eigen::Vector4d(c.fx, c.fy, c.cx, c.cy)),
-        distortion_name(c.distortion), listed(c.coefficients));
+        c.width, c.height, listed(Eigen::Vector4d(c.fx, c.fy, c.cx, c.cy)), name_of(c.distortion),
+        listed(c.coefficients));
     text += motion_text(c.cam_T_imu, "      ");
   }
   return text;

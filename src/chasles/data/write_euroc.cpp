@@ -54,8 +54,9 @@ double rate_of(const Times& times) {
 }
 
 std::string camera_text(const Camera& c, std::size_t number, double rate) {
-  const char* model =
-      c.distortion == Distortion::kEquidistant ? "equidistant" : "radial-tangential";
+  // EuRoC's files have a model always, and a name of their own for this one.
+  const bool radtan = c.distortion == Distortion::kNone || c.distortion == Distortion::kRadtan;
+  const std::string_view model = radtan ? "radial-tangential" : name_of(c.distortion);
   const Eigen::Vector4d k =
       c.distortion == Distortion::kNone ? Eigen::Vector4d(Eigen::Vector4d::Zero()) : c.coefficients;
   return sensor_text("camera", fmt::format("camera {}", number), c.cam_T_imu.inverse()) +

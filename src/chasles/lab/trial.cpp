@@ -79,12 +79,12 @@ class CoveredFrames {
     const auto covered = [&](const FeatureFrame& frame) { return slam.covers(frame.time); };
     for (;;) {
       if (auto frame = waiting_.next(covered)) return frame;
-      const auto event = events_.next();
+      auto event = events_.next();
       if (!event) return waiting_.next();
-      std::visit(Overloaded{[&](const ImuSample& sample) { slam.process(sample); },
-                            [&](const FeatureFrame& frame) { waiting_.add(frame); },
-                            [](const auto& /*other*/) {}},
-                 *event);
+      std::visit(Overloaded{[&](ImuSample&& sample) { slam.process(sample); },
+                            [&](FeatureFrame&& frame) { waiting_.add(std::move(frame)); },
+                            [](auto&& /*other*/) {}},
+                 std::move(*event));
     }
   }
 
@@ -110,9 +110,11 @@ void align_to(const Trajectory& truth, Trial& trial) {
 Trial batch_or_diverged(const FilterVariant& filter, const Recording& recording,
                         const InertialStart& start) {
   try {
-    if (filter.window > 0) return run_window_trial(filter, *filter.batch, recording, start);
+    if (filter.estimator.is_window()) {
+      return run_window_trial(filter, filter.batch, recording, start);
+    }
     const std::vector<TimedMotion> initial = filter_motions(filter, recording, start);
-    return run_batch_trial(filter, *filter.batch, recording, start, initial).trial;
+    return run_batch_trial(filter, filter.batch, recording, start, initial).trial;
   } catch (const UsageError&) {
     throw;
   } catch (const Error&) {
@@ -197,7 +199,7 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording,
   require(recording, !recording.truth.empty(), "truth");
   Trial trial{.filter = filter.name};
   const double started = processor_seconds();
-  if (filter.batch) {
+  if (!filter.estimator.is_filter()) {
     trial = batch_or_diverged(filter, recording, start);
     trial.seconds_cpu = processor_seconds() - started;
     return trial;

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include <chasles/data/recording.hpp>
+#include <chasles/pipeline/run_settings.hpp>
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/slam/inertial_slam.hpp>
-#include <chasles/smooth/batch/batch_settings.hpp>
 
 namespace chasles {
 
@@ -19,8 +19,8 @@ namespace chasles {
 struct FilterVariant {
   std::string name;
   InertialSlamSettings settings;
-  std::optional<BatchSettings> batch = {};  ///< of batch estimation or a window
-  int window = 0;                           ///< keyframes; 0: no window
+  EstimatorChoice estimator = {};
+  BatchSettings batch = {};  ///< of batch estimation or a window
 };
 
 /// The error of a filter at a frame and its NEES. NEES are those of nav_T_imu in the coordinates of

@@ -25,25 +25,6 @@ Trial run(const Recording& recording, const FilterVariant& filter = own_filter()
   return run_trial(filter, recording, draw_start(recording, filter.settings, 1, 0));
 }
 
-TEST(Truth, IsOfTheStampOrOnTheWayBetweenTwo) {
-  const Eigen::Vector3d turn(0, 0, 0.2);
-  Trajectory truth{{.time = from_seconds(1), .pose = {}},
-                   {.time = from_seconds(1.1), .pose = {}},
-                   {.time = from_seconds(1.3), .pose = {}}};
-  truth[1].pose.p = {1, 2, 3};
-  truth[1].pose.R = so3::exp(turn);
-  EXPECT_EQ(truth_at(truth, from_seconds(1.1))->p, truth[1].pose.p);
-  const auto between = truth_at(truth, from_seconds(1.025));
-  ASSERT_TRUE(between);
-  EXPECT_LT((between->p - truth[1].pose.p / 4).norm(), 1e-9);
-  EXPECT_LT((so3::log(between->R) - turn / 4).norm(), 1e-9);
-  EXPECT_FALSE(truth_at(truth, from_seconds(1.2))) << "the gap is too long";
-  EXPECT_TRUE(truth_at(truth, from_seconds(1.3)));
-  EXPECT_FALSE(truth_at(truth, from_seconds(0.9)));
-  EXPECT_FALSE(truth_at(truth, from_seconds(1.4)));
-  EXPECT_FALSE(truth_at({}, from_seconds(1)));
-}
-
 TEST(Start, ErrsAsItsSettingsSay) {
   const Recording recording = short_hallway();
   const InertialSlamSettings settings;
@@ -62,23 +43,6 @@ TEST(Start, ErrsAsItsSettingsSay) {
   }
   EXPECT_TRUE(chi2_band(2, kDraws, 0.999).contains(tilt / kDraws)) << tilt / kDraws;
   EXPECT_TRUE(chi2_band(3, kDraws, 0.999).contains(speed / kDraws)) << speed / kDraws;
-}
-
-TEST(Start, TakesTheVelocityFromThePosesWhereNoneIsRecorded) {
-  Recording recording = short_hallway();
-  InertialSlamSettings settings;
-  settings.initial_velocity_sigma = 0;
-  const Eigen::Vector3d v = recording.true_motion.front().v_world;
-  EXPECT_GT(v.norm(), 0.5);
-  recording.true_motion.clear();
-  EXPECT_LT((draw_start(recording, settings, 1, 0).v_nav - v).norm(), 0.02);
-}
-
-TEST(Start, WaitsForTheFirstFrameWithTruth) {
-  Recording recording = short_hallway();
-  recording.truth.erase(recording.truth.begin(), recording.truth.begin() + 40);
-  EXPECT_EQ(draw_start(recording, {}, 1, 0).time, recording.frames[40].time);
-  EXPECT_EQ(run(recording).points.size(), recording.frames.size() - 40);
 }
 
 TEST(Trial, OnAShortHallwayIsCloseToTheTruthAndSaysSo) {

@@ -31,12 +31,15 @@ class Estimator {
   virtual ~Estimator() = default;
 
   /// The estimates that this event completes. A frame's estimate may come with a later event, and
-  /// none comes before the run has started.
+  /// none comes before the run has started. The visual-inertial filter recovers from any input
+  /// (InertialSession). Others throw InputError for velocities that are not finite, time that runs
+  /// backwards and, in a window, samples missing for more than InertialSession::kLongestGap;
+  /// Error(kDiverged) where a window finds no minimum.
   virtual std::vector<Estimate> process(const EstimatorEvent& event) = 0;
   /// The estimates of the frames that still wait; no more events come.
   virtual std::vector<Estimate> finish() { return {}; }
-  /// For batch estimation, after finish(): smooth() returns the estimates of all keyframes, which
-  /// replace all earlier ones. Throws as smooth() of smooth/batch/.
+  /// For batch estimation, once, after finish(): smooth() returns the estimates of all keyframes,
+  /// which replace all earlier ones. Throws as smooth() of smooth/batch/.
   virtual bool smooths() const { return false; }
   virtual std::vector<Estimate> smooth() { return {}; }
   /// After finish(), for a whole recording: throws InputError where a window had no landmark.

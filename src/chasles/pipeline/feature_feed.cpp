@@ -3,6 +3,7 @@
 #include <mutex>
 #include <utility>
 
+#include <chasles/error.hpp>
 #include <chasles/pipeline/ahead.hpp>
 #include <chasles/pipeline/feature_feed.hpp>
 
@@ -32,9 +33,10 @@ struct FeatureFeed::Shared {
   }
 
   std::optional<Item> track(const ImageFrame& images) {
+    if (!tracker) throw InputError("images need cameras: the recording has none");
     const auto bias = next_bias();
     if (!bias) return std::nullopt;
-    return tracker.value().process(images, *bias);
+    return tracker->process(images, *bias);
   }
 
   // The bias for the next image; waits for it. None when the feed stops.
@@ -63,12 +65,7 @@ FeatureFeed::FeatureFeed(std::function<std::optional<SensorEvent>()> next,
     : shared_(std::make_unique<Shared>(std::move(next), settings, std::move(cameras), imu,
                                        std::move(masks))) {
   if (!ahead) return;
-  const auto counted = [](const Item& item) {
-    return std::visit(Overloaded{[](const FeatureFrame&) { return true; },
-                                 [](const TrackedFrame&) { return true; },
-                                 [](const auto& /*sample*/) { return false; }},
-                      item);
-  };
+  const auto counted = [](const Item& item) { return is_frame(item); };
   shared_->ahead.emplace([shared = shared_.get()] { return shared->make(); }, counted, kLead);
 }
 

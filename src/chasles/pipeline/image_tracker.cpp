@@ -1,8 +1,8 @@
-#include <chrono>
 #include <utility>
 
 #include <chasles/lie/so3.hpp>
 #include <chasles/pipeline/image_tracker.hpp>
+#include <chasles/stopwatch.hpp>
 
 namespace chasles {
 namespace {
@@ -31,7 +31,7 @@ ImageTracker::ImageTracker(const FrontendSettings& settings, std::vector<Camera>
 
 TrackedFrame ImageTracker::process(const ImageFrame& images,
                                    const Eigen::Vector3d& gyroscope_bias) {
-  const auto started = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   TrackedFrame result;
   result.frame.time = images.time;
   if (last_ && images.time <= *last_) return result;
@@ -41,8 +41,7 @@ TrackedFrame ImageTracker::process(const ImageFrame& images,
   last_ = images.time;
   imu_.forget_before(images.time);
   result.report = frontend_.report();
-  result.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  result.seconds = watch.seconds();
   return result;
 }
 

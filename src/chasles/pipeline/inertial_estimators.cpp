@@ -1,3 +1,4 @@
+#include <deque>
 #include <utility>
 
 #include <chasles/pipeline/batch_input.hpp>
@@ -15,9 +16,7 @@ class InertialEstimator : public Estimator {
                     std::optional<InertialStart> start)
       : settings_(settings),
         sensors_(std::move(sensors)),
-        session_(settings.filter, settings.start, sensors_, std::move(start)) {
-    if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
-  }
+        session_(settings.filter, settings.start, sensors_, std::move(start)) {}
 
   std::vector<Estimate> process(const EstimatorEvent& event) override {
     return std::visit(Overloaded{[&](const ImuSample& sample) { return take(sample); },
@@ -85,14 +84,12 @@ class InertialBatch : public InertialFilter {
 
   bool smooths() const override { return true; }
   std::vector<Estimate> smooth() override {
-    if (!first_) return {};
+    if (!first_ || result_) return {};
     InertialBatchInput input = batch_input(sensors_, settings_.filter, start_at(*first_));
     input.samples = std::move(samples_);
     input.frames = std::move(frames_);
     input.initial = std::move(initial_);
     result_ = chasles::smooth(input, settings_.filter.chart, settings_.batch);
-    const Health health = fits_the_data(result_->report) ? Health::kOk : Health::kDegraded;
-    for (Estimate& e : result_->estimates) e.health = health;
     return std::exchange(result_->estimates, {});
   }
 
@@ -180,10 +177,18 @@ class InertialWindowEstimator : public InertialEstimator {
     if (window_) return window_->process(frame);
     frames_.push_back(frame);
     const std::vector<Estimate> first = session_.process(frame);
-    return first.empty() ? std::vector<Estimate>() : begin(first.front());
+    if (!first.empty()) return begin(first.front());
+    drop_before(frame.time - from_seconds(2 * settings_.start.max_window));
+    return {};
   }
 
  private:
+  // No start uses older data: see InertialSession.
+  void drop_before(Time oldest) {
+    while (frames_.front().time < oldest) frames_.pop_front();
+    while (samples_.size() > 2 && samples_[1].time < frames_.front().time) samples_.pop_front();
+  }
+
   // Processes the events until now, in the order of their arrival.
   std::vector<Estimate> begin(const Estimate& first) {
     window_.emplace(batch_input(sensors_, settings_.filter, start_at(first)),
@@ -201,8 +206,8 @@ class InertialWindowEstimator : public InertialEstimator {
     return estimates;
   }
 
-  std::vector<ImuSample> samples_;
-  std::vector<FeatureFrame> frames_;
+  std::deque<ImuSample> samples_;
+  std::deque<FeatureFrame> frames_;
   std::optional<InertialWindow> window_;
 };
 
@@ -211,6 +216,7 @@ class InertialWindowEstimator : public InertialEstimator {
 std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
                                           InertialSensors sensors,
                                           std::optional<InertialStart> start) {
+  validate(settings);
   sensors.pixel_sigma = settings.filter.pixel_sigma.value_or(sensors.pixel_sigma);
   using Kind = EstimatorChoice::Kind;
   switch (settings.estimator.kind) {

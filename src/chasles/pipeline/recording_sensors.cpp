@@ -32,14 +32,13 @@ ImuBuffer::Options imu_options(const Recording& recording) {
   return options;
 }
 
-InertialSensors inertial_sensors(const Recording& recording, const InertialRunSettings& settings) {
+InertialSensors inertial_sensors(const Recording& recording) {
   if (recording.cameras.empty()) throw InputError(recording.name + ": has no camera");
   const double otherwise = recording.images ? kFrontendPixelSigma : 1;
   return {.cameras = recording.cameras,
           .noise = noise_of(recording),
           .imu = imu_options(recording),
-          .pixel_sigma = settings.filter.pixel_sigma.value_or(
-              recording.single_pixel_sigma.value_or(otherwise))};
+          .pixel_sigma = recording.single_pixel_sigma.value_or(otherwise)};
 }
 
 InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t cameras) {
@@ -56,6 +55,12 @@ InertialSlamSettings filter_settings(const Recording& recording,
 }
 
 VelocitySensors velocity_sensors(const Recording& recording, const VelocityRunSettings& settings) {
+  if (recording.velocities.empty() || !(recording.rig.fx > 0)) {
+    throw InputError(
+        fmt::format("{}: has {} body velocities and a stereo rig with a focal length "
+                    "of {} px, expected both",
+                    recording.name, recording.velocities.size(), recording.rig.fx));
+  }
   return {.rig = recording.rig,
           .noise = choose_noise(
               settings.filter, recording.velocities, recording.frames,
@@ -87,7 +92,7 @@ std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
                                           std::optional<InertialStart> start) {
   InertialRunSettings decided = settings;
   decided.filter = filter_settings(recording, settings.filter);
-  return make_estimator(decided, inertial_sensors(recording, settings), std::move(start));
+  return make_estimator(decided, inertial_sensors(recording), std::move(start));
 }
 
 std::unique_ptr<Estimator> make_estimator(const VelocityRunSettings& settings,

@@ -10,10 +10,10 @@ namespace chasles {
 /// so it is larger than their scatter (docs/pixels.md).
 inline constexpr double kFrontendPixelSigma = 0.4;
 
-/// Cameras, IMU noise and ranges, and the pixel noise. The latter comes from the settings, else
-/// from the recording; else it is kFrontendPixelSigma for images and 1 px for tracks. Throws
-/// InputError where cameras or the IMU's noise are missing.
-InertialSensors inertial_sensors(const Recording& recording, const InertialRunSettings& settings);
+/// Cameras, IMU noise and ranges, and the pixel noise. Where the recording does not state the
+/// latter it is kFrontendPixelSigma for images and 1 px for tracks. Throws InputError where cameras
+/// or the IMU's noise are missing.
+InertialSensors inertial_sensors(const Recording& recording);
 
 /// The convention and the ranges of the recording's IMU.
 ImuBuffer::Options imu_options(const Recording& recording);
@@ -25,7 +25,8 @@ InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t camer
 InertialSlamSettings filter_settings(const Recording& recording,
                                      const InertialSlamSettings& settings);
 
-/// The rig, and the noise by choose_noise() (slam/velocity_noise.hpp).
+/// The rig, and the noise by choose_noise() (slam/velocity_noise.hpp). Throws InputError where
+/// velocities or the rig are missing.
 VelocitySensors velocity_sensors(const Recording& recording, const VelocityRunSettings& settings);
 
 /// A correction of the body velocities' clock.
@@ -37,8 +38,8 @@ struct ClockCorrection {
 /// `auto`, by the offset that the tracks determine (check/velocity_clock.hpp), if they do.
 ClockCorrection correct_clock(const VelocitySlamSettings& settings, Recording& recording);
 
-/// The estimator for a recording: a stereo-velocity one where it has body velocities. Throws as the
-/// functions above. `start`: see make_estimator().
+/// The estimator of that kind of run for a recording. Throws as the functions above.
+/// `start`: see make_estimator().
 std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
                                           const Recording& recording,
                                           std::optional<InertialStart> start = std::nullopt);

@@ -61,6 +61,9 @@ class Player {
           observer.on_outcomes(frame, outcomes);
         });
   }
+  Player(const Player&) = delete;
+  Player& operator=(const Player&) = delete;
+  ~Player() { estimator_.set_observer({}); }  // the estimator may live longer than the observer
 
   RunReport run() {
     while (auto item = feed_.next()) {
@@ -127,7 +130,10 @@ class Player {
 
   void complete() {
     if (!any_) {
-      throw Error(ExitCode::kNotInitialised, recording_.name + ": " + estimator_.why_not_started());
+      throw Error(
+          ExitCode::kNotInitialised,
+          recording_.name + ": " +
+              (estimator_.started() ? "no frame gave an estimate" : estimator_.why_not_started()));
     }
     estimator_.check();
     if (!estimator_.smooths()) return;
@@ -182,6 +188,7 @@ RunResult run(const Recording& recording, const InertialRunSettings& settings,
 }
 
 RunResult run(Recording recording, const VelocityRunSettings& settings) {
+  recording.images.reset();  // this kind of run takes tracks alone
   correct_clock(settings.filter, recording);
   const auto estimator = make_estimator(settings, recording);
   return collected(recording, *estimator, {}, {});

@@ -1,10 +1,21 @@
 #include <charconv>
-#include <string>
 
 #include <chasles/error.hpp>
+#include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/run_settings.hpp>
+#include <chasles/smooth/batch/velocity_batch.hpp>
 
 namespace chasles {
+namespace {
+
+void check_keyframes(const EstimatorChoice& choice) {
+  if (choice.is_window() && choice.keyframes < 2) {
+    throw UsageError("estimator: found a window of " + std::to_string(choice.keyframes) +
+                     " keyframes, expected 2 or more");
+  }
+}
+
+}  // namespace
 
 EstimatorChoice estimator_choice(std::string_view text, std::string_view setting) {
   constexpr std::string_view kWindow = "window:";
@@ -21,6 +32,27 @@ EstimatorChoice estimator_choice(std::string_view text, std::string_view setting
   }
   throw UsageError(std::string(setting) + ": found '" + std::string(text) +
                    "', expected filter, batch or window:N with N of 2 or more");
+}
+
+std::string name_of(const EstimatorChoice& choice) {
+  if (choice.is_window()) return "window:" + std::to_string(choice.keyframes);
+  return choice.is_batch() ? "batch" : "filter";
+}
+
+void validate(const InertialRunSettings& settings) {
+  validate(settings.filter);
+  validate(settings.start);
+  validate(settings.frontend);
+  validate(settings.batch);
+  check_keyframes(settings.estimator);
+  if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
+}
+
+void validate(const VelocityRunSettings& settings) {
+  validate(settings.filter);
+  validate(settings.batch);
+  check_keyframes(settings.estimator);
+  if (!settings.estimator.is_filter()) check_smoothing(settings.filter);
 }
 
 }  // namespace chasles

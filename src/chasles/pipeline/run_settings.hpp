@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include <chasles/frontend/frontend_settings.hpp>
@@ -23,6 +24,8 @@ struct EstimatorChoice {
 
 /// "filter", "batch" or "window:N" with N of 2 or more. Throws UsageError that names `setting`.
 EstimatorChoice estimator_choice(std::string_view text, std::string_view setting = "estimator");
+/// The other way round.
+std::string name_of(const EstimatorChoice& choice);
 
 /// All settings of a visual-inertial run.
 struct InertialRunSettings {
@@ -33,11 +36,18 @@ struct InertialRunSettings {
   BatchSettings batch = {};  ///< for batch and window
 };
 
+/// Throws UsageError for a part that cannot be used, a window of fewer than two keyframes, and an
+/// estimated calibration with batch or window.
+void validate(const InertialRunSettings& settings);
+
 /// All settings of a stereo-velocity run.
 struct VelocityRunSettings {
   EstimatorChoice estimator = {};
   VelocitySlamSettings filter = {};
   BatchSettings batch = {};  ///< for batch and window
 };
+
+/// The same; batch and window also need the mode slam, and the noise of each observation as it is.
+void validate(const VelocityRunSettings& settings);
 
 }  // namespace chasles

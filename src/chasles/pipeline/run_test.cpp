@@ -1,12 +1,17 @@
 #include <algorithm>
+#include <atomic>
 #include <functional>
+#include <memory>
+#include <string>
 
 #include <gtest/gtest.h>
 
+#include <chasles/check/velocity_clock.hpp>
 #include <chasles/error.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/sim/inertial_sim.hpp>
+#include <chasles/sim/render_images.hpp>
 #include <chasles/sim/street.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 #include <chasles/slam/velocity_slam.hpp>
@@ -175,14 +180,166 @@ TEST(Run, ARunThatNeverStartsSaysWhatWasMissing) {
   }
 }
 
+template <typename Work>
+std::string refusal(const Work& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+void expect_refused(const std::string& words, const std::function<void()>& work) {
+  const std::string text = refusal(work);
+  EXPECT_NE(text.find(words), std::string::npos) << text;
+}
+
 TEST(Run, WhatARecordingLacksIsNamed) {
-  EXPECT_THROW(chasles::run(street(), InertialRunSettings{}), InputError);  // no camera
+  expect_refused("has no camera", [] { chasles::run(street(), InertialRunSettings{}); });
+  expect_refused("0 body velocities", [] { chasles::run(hallway(), VelocityRunSettings{}); });
   Recording silent = hallway();
   silent.imu_noise.reset();
-  EXPECT_THROW(chasles::run(silent, InertialRunSettings{}), InputError);
-  InertialRunSettings calibrates = inertial("window:5");
-  calibrates.filter.calibrate_time_offset = true;
-  EXPECT_THROW(chasles::run(hallway(), calibrates), UsageError);
+  expect_refused("states no IMU noise", [&] { chasles::run(silent, InertialRunSettings{}); });
+}
+
+// Before the run, not after the filter has gone through the recording.
+TEST(Run, SettingsThatCannotBeUsedAreRefusedFirst) {
+  const auto refused = [](const std::string& words, const auto& settings, const auto& sensors) {
+    expect_refused(words, [&] { make_estimator(settings, sensors); });
+  };
+  const InertialSensors imu = inertial_sensors(hallway());
+  InertialRunSettings wrong = inertial("window:5");
+  wrong.filter.calibrate_time_offset = true;
+  refused("calibrate_time_offset", wrong, imu);
+  wrong = inertial("window:5");
+  wrong.estimator.keyframes = 1;
+  refused("window of 1 keyframes", wrong, imu);
+  wrong = inertial("batch");
+  wrong.batch.max_iterations = 0;
+  refused("batch.max_iterations: found 0", wrong, imu);
+  wrong = inertial("filter");
+  wrong.frontend.window = 14;
+  refused("frontend.window: found 14", wrong, imu);
+  const VelocitySensors stereo = velocity_sensors(street(), {});
+  VelocityRunSettings other = velocity("batch");
+  other.filter.mode = SlamMode::kMap;
+  refused("--mode slam", other, stereo);
+  other = velocity("window:5");
+  other.filter.initial_landmark_sigma = 0.1;
+  refused("initial_landmark_sigma", other, stereo);
+}
+
+// Images through the front end: on one thread and on three, and at the recording's own speed.
+class RunOfImages : public ::testing::Test {
+ protected:
+  static const Recording& walk() {
+    static const Recording recording = [] {
+      InertialScene scene = inertial_scene("hallway");
+      InertialSettings& s = scene.settings;
+      s.hall_length = 8;
+      s.sections = 1;
+      s.rest_duration = 1;
+      s.frame_rate = 10;
+      s.focal_length = 200;
+      s.image_width = 320;
+      s.image_height = 240;
+      s.center_u = 159.5;
+      s.center_v = 119.5;
+      return render_inertial(scene);
+    }();
+    return recording;
+  }
+
+  class Images : public RunObserver {
+   public:
+    void on_images(const ImageFrame&) override { ++images; }
+    void on_unreadable(const InputError&) override { ++unreadable; }
+    void on_estimate(const Estimate&, const EstimateTiming& timing) override {
+      latencies += timing.latency.has_value();
+      frontend_seconds += timing.frontend_seconds;
+    }
+    std::atomic<int> images = 0, unreadable = 0;
+    int latencies = 0;
+    double frontend_seconds = 0;
+  };
+};
+
+TEST_F(RunOfImages, IsTheSameOnAnyNumberOfThreads) {
+  const RunResult one = chasles::run(walk(), InertialRunSettings{}, {.threads = 1});
+  const RunResult three = chasles::run(walk(), InertialRunSettings{}, {.threads = 3});
+  ASSERT_EQ(one.estimates.size(), three.estimates.size());
+  EXPECT_EQ(one.estimates.back().world_T_imu.p, three.estimates.back().world_T_imu.p);
+  EXPECT_EQ(one.estimates.back().covariance, three.estimates.back().covariance);
+  EXPECT_EQ(one.report.frontend.frames, static_cast<int>(walk().images->size()));
+  EXPECT_LT(error_from(one.estimates, walk()), 0.1);  // 0.014 m at a rate of 15 Hz
+}
+
+TEST_F(RunOfImages, InRealTimeCountsWhatCameAndReportsTheLatency) {
+  Images observer;
+  const auto estimator = make_estimator(InertialRunSettings{}, walk());
+  const RunReport report = run(walk(), *estimator, {}, {.realtime = 20}, observer);
+  EXPECT_EQ(report.played.came, walk().images->size());
+  EXPECT_EQ(report.played.came, report.played.taken + report.played.dropped);
+  EXPECT_GT(observer.latencies, 10);
+  EXPECT_GT(observer.frontend_seconds, 0);
+}
+
+TEST_F(RunOfImages, AnUnreadableImageIsCountedAndMissing) {
+  class Torn : public ImageSource {
+   public:
+    explicit Torn(std::shared_ptr<const ImageSource> of) : of_(std::move(of)) {}
+    std::size_t size() const override { return of_->size(); }
+    Time time(std::size_t i) const override { return of_->time(i); }
+    ImageFrame read(std::size_t i) const override {
+      if (i % 10 == 5) throw InputError("torn");
+      return of_->read(i);
+    }
+
+   private:
+    std::shared_ptr<const ImageSource> of_;
+  };
+  Recording torn = walk();
+  torn.images = std::make_shared<Torn>(walk().images);
+  Images observer;
+  const auto estimator = make_estimator(InertialRunSettings{}, torn);
+  const RunReport report = run(torn, *estimator, {}, {}, observer);
+  const int count = (static_cast<int>(torn.images->size()) + 4) / 10;
+  EXPECT_EQ(report.frontend.unreadable, count);
+  EXPECT_EQ(observer.unreadable, count);
+  EXPECT_EQ(observer.images, static_cast<int>(torn.images->size()) - count);
+}
+
+TEST_F(RunOfImages, APartOfTheTracksIsFollowed) {
+  const RunResult all = chasles::run(walk(), InertialRunSettings{});
+  const RunResult half = chasles::run(walk(), InertialRunSettings{}, {.tracks = {.part = 0.5}});
+  const auto observations = [](const RunResult& run) {
+    double sum = 0;
+    for (const Estimate& e : run.estimates) sum += e.observations;
+    return sum / static_cast<double>(run.estimates.size());
+  };
+  EXPECT_LT(observations(half), 0.8 * observations(all));
+  EXPECT_GT(observations(half), 0.2 * observations(all));
+}
+
+TEST(CorrectClock, ShiftsByTheStatedOffsetOrTheEstimatedOne) {
+  Recording recording = street();
+  const Time before = recording.velocities[7].time;
+  VelocitySlamSettings settings;
+  settings.time_offset = 0.05;
+  const ClockCorrection stated = correct_clock(settings, recording);
+  EXPECT_EQ(stated.offset, 0.05);
+  EXPECT_TRUE(stated.remark.empty());
+  EXPECT_EQ(recording.velocities[7].time, before - from_seconds(0.05));
+  // By itself as check/velocity_clock.hpp finds it.
+  Recording late = street();
+  for (BodyVelocity& velocity : late.velocities) velocity.time += from_seconds(0.06);
+  const auto clock = velocity_clock(late);
+  const double expected = clock && clock->stands_out() ? clock->offset : 0;
+  settings.time_offset.reset();
+  const ClockCorrection estimated = correct_clock(settings, late);
+  EXPECT_EQ(estimated.offset, expected);
+  EXPECT_NE(estimated.remark.find("time_offset=auto"), std::string::npos) << estimated.remark;
 }
 
 TEST(EstimatorChoice, IsReadByName) {

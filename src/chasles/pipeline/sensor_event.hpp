@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <variant>
 
 #include <chasles/camera/feature_frame.hpp>
@@ -10,10 +11,11 @@
 
 namespace chasles {
 
-/// The types of events, and more: a new sensor is added here. What only passes events on is
-/// generic; each estimator handles every type or declines it, or does not compile.
-template <typename... More>
-using EventsWith = std::variant<BodyVelocity, ImuSample, FeatureFrame, More...>;
+/// The types of events: samples, then frames of tracks, then further frames. A new sensor is added
+/// here, before FeatureFrame. Code that only passes events on is generic; each estimator handles
+/// every type or ignores it by name, or does not compile.
+template <typename... MoreFrames>
+using EventsWith = std::variant<BodyVelocity, ImuSample, FeatureFrame, MoreFrames...>;
 
 /// The data of the sensors, in order of time.
 using SensorEvent = EventsWith<ImageFrame>;
@@ -22,11 +24,10 @@ using SensorEvent = EventsWith<ImageFrame>;
 using EstimatorEvent = EventsWith<>;
 
 /// Whether an event comes from a camera. The others are samples, which are small and never dropped.
-inline bool is_frame(const SensorEvent& event) {
-  return std::visit(
-      Overloaded{[](const FeatureFrame&) { return true; }, [](const ImageFrame&) { return true; },
-                 [](const auto& /*sample*/) { return false; }},
-      event);
+template <typename... Types>
+bool is_frame(const std::variant<Types...>& event) {
+  constexpr std::size_t kSampleTypes = std::variant_size_v<EstimatorEvent> - 1;
+  return event.index() >= kSampleTypes;
 }
 
 }  // namespace chasles

@@ -16,7 +16,7 @@ SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& front
     : recording_(&recording),
       stream_(recording),
       see_(options.see),
-      told_unreadable_(options.unreadable) {
+      unreadable_image_(options.unreadable) {
   std::function<std::optional<SensorEvent>()> next = [this] { return next_event(); };
   const bool images = recording.images != nullptr;
   if (options.realtime) {  // reads on its own thread
@@ -25,7 +25,8 @@ SensorFeed::SensorFeed(const Recording& recording, const FrontendSettings& front
                                                        .stop = options.stop});
     next = [this] { return playback_->next(); };
   } else if (images && options.threads > 2) {
-    ahead_.emplace(std::move(next), is_frame, kImagesReadAhead);
+    const auto counted = [](const SensorEvent& event) { return is_frame(event); };
+    ahead_.emplace(std::move(next), counted, kImagesReadAhead);
     next = [this] { return ahead_->next(); };
   }
   feed_.emplace(std::move(next), frontend, recording.cameras, imu, images && options.threads > 1,
@@ -62,7 +63,7 @@ ImageFrame SensorFeed::read(const ImagesDue& due) {
     return frame;
   } catch (const InputError& error) {
     ++unreadable_;
-    told_unreadable_(error);
+    unreadable_image_(error);
     return {.time = due.time, .images = std::vector<GrayImage>(recording_->cameras.size())};
   }
 }

@@ -48,7 +48,7 @@ class SensorFeed {
   /// were due [s].
   std::optional<double> seconds_since(Time recorded) const;
 
-  /// Ends all threads. After it only counts() and seconds_since() may be called.
+  /// Ends all threads. After it only counts() and unreadable() may be called.
   void close();
   int unreadable() const { return unreadable_; }
   Playback::Counts counts() const { return counts_; }  ///< zero, if not played in real time
@@ -60,7 +60,7 @@ class SensorFeed {
   const Recording* recording_;
   EventStream stream_;
   std::function<void(const ImageFrame&)> see_;
-  std::function<void(const InputError&)> told_unreadable_;
+  std::function<void(const InputError&)> unreadable_image_;
   int unreadable_ = 0;
   Playback::Counts counts_;
   std::optional<Playback> playback_;

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include <chasles/constants.hpp>
 #include <chasles/error.hpp>
@@ -33,15 +32,6 @@ Eigen::Vector3d true_velocity(const Recording& recording, Time time) {
   return known != recording.true_motion.end() ? known->v_world : slope(recording.truth, time);
 }
 
-std::vector<Time> frame_times(const Recording& recording) {
-  std::vector<Time> times;
-  for (const FeatureFrame& frame : recording.frames) times.push_back(frame.time);
-  for (std::size_t i = 0; recording.images && i < recording.images->size(); ++i) {
-    times.push_back(recording.images->time(i));
-  }
-  return times;
-}
-
 }  // namespace
 
 std::optional<SE3> truth_at(const Trajectory& truth, Time time) {
@@ -62,16 +52,13 @@ InertialStart true_start(const Recording& recording) {
   if (recording.truth.empty()) {
     throw InputError("recording '" + recording.name + "' has no truth");
   }
-  const std::vector<Time> times = frame_times(recording);
-  const auto first = std::ranges::find_if(
-      times, [&](Time time) { return truth_at(recording.truth, time).has_value(); });
-  if (first == times.end()) {
-    throw InputError("recording '" + recording.name +
-                     "' has no frame at whose time its truth is known");
+  for (std::size_t i = 0; i < frame_count(recording); ++i) {
+    const Time time = frame_time(recording, i);
+    const auto pose = truth_at(recording.truth, time);
+    if (pose) return {.time = time, .nav_T_imu = *pose, .v_nav = true_velocity(recording, time)};
   }
-  return {.time = *first,
-          .nav_T_imu = *truth_at(recording.truth, *first),
-          .v_nav = true_velocity(recording, *first)};
+  throw InputError("recording '" + recording.name +
+                   "' has no frame at whose time its truth is known");
 }
 
 double state_nees(const std::string& chart, const Recording& recording, const Estimate& e) {

@@ -15,12 +15,21 @@ class VelocityEstimator : public Estimator {
   VelocityEstimator(const VelocityRunSettings& settings, const VelocitySensors& sensors)
       : settings_(settings), sensors_(sensors) {}
 
+  // Once the estimate is lost: arithmetic with values that are not finite is slow, and all later
+  // estimates are meaningless.
   std::vector<Estimate> process(const EstimatorEvent& event) override {
+    if (lost_) return {};
     return std::visit(Overloaded{[&](const BodyVelocity& velocity) {
                                    take(velocity);
                                    return std::vector<Estimate>();
                                  },
-                                 [&](const FeatureFrame& frame) { return take(frame); },
+                                 [&](const FeatureFrame& frame) {
+                                   std::vector<Estimate> estimates = take(frame);
+                                   for (const Estimate& e : estimates) {
+                                     lost_ = e.health == Health::kLost;
+                                   }
+                                   return estimates;
+                                 },
                                  // IMU samples are ignored; the body velocities measure the motion.
                                  [](const ImuSample&) { return std::vector<Estimate>(); }},
                       event);
@@ -28,6 +37,7 @@ class VelocityEstimator : public Estimator {
   std::vector<std::string> state_names() const override {
     return additive_names(model_of(settings_.filter, sensors_.noise));
   }
+  bool ended() const override { return lost_; }
   EstimatorReport report() const override { return {}; }
 
  protected:
@@ -44,6 +54,9 @@ class VelocityEstimator : public Estimator {
 
   VelocityRunSettings settings_;
   VelocitySensors sensors_;
+
+ private:
+  bool lost_ = false;
 };
 
 class VelocityFilter : public VelocityEstimator {
@@ -51,8 +64,6 @@ class VelocityFilter : public VelocityEstimator {
   VelocityFilter(const VelocityRunSettings& settings, const VelocitySensors& sensors)
       : VelocityEstimator(settings, sensors), slam_(settings.filter, sensors.rig, sensors.noise) {}
 
-  // Arithmetic with values that are not finite is slow, and all later estimates are meaningless.
-  bool ended() const override { return lost_; }
   std::vector<MapLandmark> map() const override { return slam_.filter().map(); }
   std::optional<std::vector<LandmarkId>> in_state() const override {
     std::vector<LandmarkId> ids;
@@ -62,19 +73,11 @@ class VelocityFilter : public VelocityEstimator {
   const Ekf* filter() const override { return &slam_.filter(); }
 
  protected:
-  void take(const BodyVelocity& velocity) override {
-    if (!lost_) slam_.process(velocity);
-  }
-  std::vector<Estimate> take(const FeatureFrame& frame) override {
-    if (lost_) return {};
-    Estimate e = slam_.process(frame);
-    lost_ = e.health == Health::kLost;
-    return {std::move(e)};
-  }
+  void take(const BodyVelocity& velocity) override { slam_.process(velocity); }
+  std::vector<Estimate> take(const FeatureFrame& frame) override { return {slam_.process(frame)}; }
 
  private:
   VelocitySlam slam_;
-  bool lost_ = false;
 };
 
 // The filter, followed by batch estimation with the filter's estimates as initial states.
@@ -85,15 +88,22 @@ class VelocityBatch : public VelocityFilter {
   bool ended() const override { return false; }  // batch estimation uses the whole recording
   const Ekf* filter() const override { return nullptr; }
 
+  std::vector<Estimate> process(const EstimatorEvent& event) override {
+    if (const auto* velocity = std::get_if<BodyVelocity>(&event)) velocities_.push_back(*velocity);
+    if (const auto* frame = std::get_if<FeatureFrame>(&event)) frames_.push_back(*frame);
+    std::vector<Estimate> estimates = VelocityFilter::process(event);
+    initial_.insert(initial_.end(), estimates.begin(), estimates.end());
+    return estimates;
+  }
+
   bool smooths() const override { return true; }
   std::vector<Estimate> smooth() override {
+    if (result_) return {};
     VelocityBatchInput in = input();
     in.velocities = std::move(velocities_);
     in.frames = std::move(frames_);
     in.initial = std::move(initial_);
     result_ = chasles::smooth(in, settings_.batch);
-    const Health health = fits_the_data(result_->report) ? Health::kOk : Health::kDegraded;
-    for (Estimate& e : result_->estimates) e.health = health;
     return std::exchange(result_->estimates, {});
   }
   std::vector<MapLandmark> map() const override {
@@ -106,18 +116,6 @@ class VelocityBatch : public VelocityFilter {
     EstimatorReport report;
     if (result_) report.batch = result_->report;
     return report;
-  }
-
- protected:
-  void take(const BodyVelocity& velocity) override {
-    velocities_.push_back(velocity);
-    VelocityFilter::take(velocity);
-  }
-  std::vector<Estimate> take(const FeatureFrame& frame) override {
-    frames_.push_back(frame);
-    std::vector<Estimate> estimates = VelocityFilter::take(frame);
-    initial_.insert(initial_.end(), estimates.begin(), estimates.end());
-    return estimates;
   }
 
  private:
@@ -134,7 +132,6 @@ class VelocityWindowEstimator : public VelocityEstimator {
         window_(input(), settings.batch, settings.estimator.keyframes) {}
 
   void check() const override { window_.check(); }
-  bool ended() const override { return lost_; }
   std::vector<MapLandmark> map() const override { return window_.map(); }
   std::optional<std::vector<LandmarkId>> in_state() const override { return window_.in_window(); }
   EstimatorReport report() const override {
@@ -144,26 +141,21 @@ class VelocityWindowEstimator : public VelocityEstimator {
   }
 
  protected:
-  void take(const BodyVelocity& velocity) override {
-    if (!lost_) window_.process(velocity);
-  }
+  void take(const BodyVelocity& velocity) override { window_.process(velocity); }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
-    if (lost_) return {};
     std::optional<Estimate> e = window_.process(frame);
-    if (!e) return {};
-    lost_ = e->health == Health::kLost;
-    return {std::move(*e)};
+    return e ? std::vector{std::move(*e)} : std::vector<Estimate>();
   }
 
  private:
   VelocityWindow window_;
-  bool lost_ = false;
 };
 
 }  // namespace
 
 std::unique_ptr<Estimator> make_estimator(const VelocityRunSettings& settings,
                                           const VelocitySensors& sensors) {
+  validate(settings);
   using Kind = EstimatorChoice::Kind;
   switch (settings.estimator.kind) {
     case Kind::kBatch:

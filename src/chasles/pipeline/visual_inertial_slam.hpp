@@ -17,9 +17,9 @@ namespace chasles {
 /// run`, to the bit, unless a sample later than the first at or after an image's time comes before
 /// the image. One thread, and no call waits.
 ///
-/// The session (InertialSession) recovers from invalid samples and times, and counts them. Images
-/// that cannot be used, and images that are not later than the previous ones, are frames without
-/// points.
+/// With the filter, the session (InertialSession) recovers from invalid samples and times, and
+/// counts them; for windows and batch estimation see Estimator::process() and smooth(). Images that
+/// cannot be used, and images that are not later than the previous ones, are frames without points.
 class VisualInertialSlam {
  public:
   /// `masks` as for Frontend. Throws UsageError for settings, cameras or masks that cannot be used.

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
-#include <chasles/pipeline/feature_feed.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/pipeline/run.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
 #include <chasles/sim/render_images.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
@@ -56,34 +56,6 @@ Estimates play(VisualInertialSlam& slam, const Recording& recording) {
   return all;
 }
 
-/// Front end and session as in the program.
-Estimates as_the_program(const Recording& recording) {
-  const ImuBuffer::Options imu{.convention = recording.imu_convention};
-  InertialSession session(for_images({}, recording.cameras.size()), {},
-                          {.cameras = recording.cameras,
-                           .noise = *recording.imu_noise,
-                           .imu = imu,
-                           .pixel_sigma = kFrontendPixelSigma});
-  EventStream events(recording);
-  const auto next = [&]() -> std::optional<SensorEvent> {
-    const auto event = events.next();
-    if (!event) return std::nullopt;
-    if (const auto* sample = std::get_if<ImuSample>(&*event)) return *sample;
-    return recording.images->read(std::get<ImagesDue>(*event).index);
-  };
-  FeatureFeed feed(next, {}, recording.cameras, imu, true);
-  Estimates all;
-  while (auto item = feed.next()) {
-    if (const auto* sample = std::get_if<ImuSample>(&*item)) session.process(*sample);
-    const auto* tracked = std::get_if<TrackedFrame>(&*item);
-    if (!tracked) continue;
-    append(session.process(tracked->frame), all);
-    feed.learnt(session.gyroscope_bias());
-  }
-  append(session.finish(), all);
-  return all;
-}
-
 void expect_the_same(const Estimates& a, const Estimates& b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -110,11 +82,27 @@ TEST(VisualInertialSlam, GivesWhatTheProgramGives) {
   VisualInertialSlam slam = slam_for(walk());
   const Estimates own = play(slam, walk());
   ASSERT_GT(own.size(), 80u);
-  expect_the_same(own, as_the_program(walk()));
+  expect_the_same(own, chasles::run(walk(), InertialRunSettings{}).estimates);
   EXPECT_LT(error_from(own, walk()), 0.05);
   EXPECT_EQ(slam.estimator().report().resets, 0);
   EXPECT_GT(slam.report().tracked, 30);
   EXPECT_EQ(slam.waiting(), 0u);
+}
+
+TEST(VisualInertialSlam, GivesWhatTheProgramGivesWithEachEstimator) {
+  for (const char* name : {"window:5", "batch"}) {
+    InertialRunSettings settings;
+    settings.estimator = estimator_choice(name);
+    VisualInertialSlam slam(walk().cameras, *walk().imu_noise, settings,
+                            {.convention = walk().imu_convention});
+    Estimates own = play(slam, walk());
+    const Estimates expected = chasles::run(walk(), settings).estimates;
+    // What finish() returns for batch estimation replaces the filter's estimates.
+    if (settings.estimator.is_batch()) own.erase(own.begin(), own.end() - std::ssize(expected));
+    expect_the_same(own, expected);
+    EXPECT_EQ(slam.estimator().report().batch.has_value(), settings.estimator.is_batch());
+    EXPECT_TRUE(slam.finish().empty());  // once more: nothing is left
+  }
 }
 
 TEST(VisualInertialSlam, ImagesMayComeBeforeTheirSamples) {

@@ -81,6 +81,14 @@ void InertialSession::process(const ImuSample& sample) {
   initialiser_->add(sample);
 }
 
+void InertialSession::process(const TimedMeasurement& measurement) {
+  if (slam_) {
+    slam_->process(measurement);
+  } else {
+    timed_.push_back(measurement);
+  }
+}
+
 // Samples that the buffers drop do not count.
 void InertialSession::note_time(const ImuSample& sample) {
   if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite()) return;
@@ -155,6 +163,8 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
   const Time reach = clock(frames_.front().time) -
                      (settings_.calibrate_time_offset ? from_seconds(kTimeOffsetReach) : Time{});
   while (samples_.size() > 2 && samples_[1].time < reach) samples_.pop_front();
+  earlier_timed_counts_.late += static_cast<int>(
+      std::erase_if(timed_, [&](const TimedMeasurement& m) { return m.time < reach; }));
   return {};
 }
 
@@ -177,6 +187,13 @@ std::vector<Estimate> InertialSession::begin(InertialStart start) {
   initialiser_.reset();
   waiting_since_.reset();
   for (const ImuSample& sample : samples_) slam_->process(sample);
+  for (const TimedMeasurement& measurement : std::exchange(timed_, {})) {
+    if (measurement.time >= start.time) {
+      slam_->process(measurement);
+    } else {
+      ++earlier_timed_counts_.late;
+    }
+  }
   std::vector<Estimate> estimates;
   for (const FeatureFrame& frame : std::exchange(frames_, {})) {
     if (!slam_ || clock(frame.time) < start.time) continue;
@@ -231,6 +248,8 @@ void InertialSession::end_part() {
       return !l.p_world.allFinite() || !l.covariance.allFinite();
     });
     earlier_counts_ = imu_counts();
+    earlier_timed_counts_ = timed_counts();
+    earlier_timed_counts_.late += slam_->timed_waiting();
     slam_.reset();
   }
   contradictions_ = 0;
@@ -278,6 +297,16 @@ double InertialSession::waited() const {
 ImuBuffer::Counts InertialSession::imu_counts() const {
   ImuBuffer::Counts counts = earlier_counts_;
   if (slam_) add(slam_->imu_counts(), counts);
+  return counts;
+}
+
+TimedMeasurementCounts InertialSession::timed_counts() const {
+  TimedMeasurementCounts counts = earlier_timed_counts_;
+  if (!slam_) return counts;
+  const TimedMeasurementCounts& own = slam_->timed_counts();
+  counts.used += own.used;
+  counts.rejected += own.rejected;
+  counts.late += own.late;
   return counts;
 }
 

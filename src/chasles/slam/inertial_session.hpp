@@ -51,6 +51,8 @@ class InertialSession {
   void set_observer(OutcomeObserver observer) { observer_ = std::move(observer); }
 
   void process(const ImuSample& sample);
+  /// Before the start it waits for it, as samples do.
+  void process(const TimedMeasurement& measurement);
   /// The estimates that this frame completes: none before the start; with the start, those of all
   /// frames since its time. Where images are late on the IMU's clock (settings: time_offset,
   /// calibrate_time_offset), a frame waits until the samples reach its time. Its estimate then
@@ -66,6 +68,7 @@ class InertialSession {
   int resets() const { return resets_; }
   int dropped_frames() const { return dropped_frames_; }
   ImuBuffer::Counts imu_counts() const;
+  TimedMeasurementCounts timed_counts() const;
   Eigen::Vector3d gyroscope_bias() const;  ///< zero before the start [rad/s]
 
   /// The landmarks of all parts of the run, in nav (InertialSlam::map_nav).
@@ -94,7 +97,8 @@ class InertialSession {
   std::unique_ptr<InertialSlam> slam_;
   std::unique_ptr<Initialiser> initialiser_;
   std::optional<InertialStart> given_;
-  std::deque<ImuSample> samples_;  ///< since the oldest frame that the run may start with
+  std::vector<TimedMeasurement> timed_;  ///< as samples_
+  std::deque<ImuSample> samples_;        ///< since the oldest frame that the run may start with
   std::deque<FeatureFrame> frames_;
   WaitingFrames<FeatureFrame> waiting_;
   std::optional<Time> waiting_since_;
@@ -105,6 +109,7 @@ class InertialSession {
   std::optional<Estimate> agreed_;  ///< and that agreed with the frames
   std::vector<MapLandmark> earlier_map_;
   ImuBuffer::Counts earlier_counts_;
+  TimedMeasurementCounts earlier_timed_counts_;
   int resets_ = 0, dropped_frames_ = 0;
   int contradictions_ = 0;  ///< frames that contradict the filter minus those that agree
 };

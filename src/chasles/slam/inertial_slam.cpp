@@ -104,6 +104,7 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
 Estimate InertialSlam::process(const FeatureFrame& frame) {
   const Time since = frame.time - now_;
   StageClock stages;
+  if (!timed_.empty()) apply_timed(frame.time);
   advance_to(frame.time);
   ++frame_;
   Estimate e;

@@ -14,6 +14,7 @@
 #include <chasles/slam/inertial_start.hpp>
 #include <chasles/slam/recent_tracks.hpp>
 #include <chasles/slam/standstill.hpp>
+#include <chasles/slam/timed_measurement.hpp>
 
 namespace chasles {
 
@@ -35,6 +36,8 @@ class InertialSlam {
     imu_.add(sample);
     if (standstill_) standstill_->add(sample);
   }
+  /// Applied at its own time, before the next frame that is not earlier.
+  void process(TimedMeasurement measurement) { timed_.push_back(std::move(measurement)); }
   Estimate process(const FeatureFrame& frame);
 
   /// The IMU's time of a camera time, by the present estimate of the time offset.
@@ -50,6 +53,8 @@ class InertialSlam {
   /// The outcomes of the usable observations of the last frame, in the frame's order.
   std::span<const PixelOutcome> outcomes() const { return outcomes_; }
   const ImuBuffer::Counts& imu_counts() const { return imu_.counts(); }
+  const TimedMeasurementCounts& timed_counts() const { return timed_counts_; }
+  int timed_waiting() const { return static_cast<int>(timed_.size()); }
 
  private:
   using Views = std::vector<ClonedView>;
@@ -61,6 +66,7 @@ class InertialSlam {
   };
 
   void advance_to(Time time);
+  void apply_timed(Time frame);
   const Prediction& predict_to(Time time);
   Vector9d rate_at(const InertialState& state, Time of_imu) const;
   NavState motion();
@@ -110,6 +116,8 @@ class InertialSlam {
   InertialModel model_;
   ImuBuffer imu_;
   Ekf filter_;
+  std::vector<TimedMeasurement> timed_;  ///< that wait for a frame
+  TimedMeasurementCounts timed_counts_;
   std::optional<Standstill> standstill_;  ///< where it is used
   Time now_;                              ///< of the last frame, by the cameras' clock
   Time composed_;

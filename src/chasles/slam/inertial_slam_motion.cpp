@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include <chasles/error.hpp>
@@ -46,6 +47,28 @@ void InertialSlam::advance_to(Time time) {
   note_prediction();
   imu_.forget_before(clock(time) - (has_offset ? from_seconds(kTimeOffsetReach) : Time{}));
   now_ = time;
+}
+
+// With an estimated time offset the state is that of an image, whatever its time on the IMU's
+// clock: it moves to images alone, and the measurements apply at the frame.
+void InertialSlam::apply_timed(Time frame) {
+  std::ranges::stable_sort(timed_, {}, &TimedMeasurement::time);
+  const Time until = clock(frame), offset = clock(frame) - frame;
+  auto next = timed_.begin();
+  for (; next != timed_.end() && next->time <= until; ++next) {
+    const Time time = next->time - offset;
+    if (time < now_) {
+      ++timed_counts_.late;
+      continue;
+    }
+    advance_to(filter_.state().time_offset ? frame : time);
+    Measurement measurement = next->model(filter_.state());
+    const auto dof = static_cast<int>(measurement.residual.size());
+    if (!std::isfinite(measurement.gate)) measurement.gate = gate_square(dof);
+    const UpdateReport& report = filter_.update({&measurement, 1});
+    ++(!report.failed && report.accepted.front() ? timed_counts_.used : timed_counts_.rejected);
+  }
+  timed_.erase(timed_.begin(), next);
 }
 
 const Prediction& InertialSlam::predict_to(Time time) {

@@ -1,4 +1,5 @@
 #include <memory>
+#include <span>
 
 #include <chasles/filter/dense.hpp>
 #include <chasles/processor_time.hpp>
@@ -30,6 +31,11 @@ void check_well_posed(const InertialBatchResult& result) {
 
 }  // namespace
 
+void set_health(std::span<Estimate> estimates, const BatchReport& report) {
+  const Health health = fits_the_data(report) ? Health::kOk : Health::kDegraded;
+  for (Estimate& e : estimates) e.health = health;
+}
+
 bool fits_the_data(const BatchReport& report) {
   return report.converged && !report.stalled && report.cost_per_dof < kMostCostPerDof;
 }
@@ -58,6 +64,7 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   report.unobservable =
       unobservable_directions(result.estimates.front().covariance, graph.start_covariance);
   report.seconds_covariance = processor_seconds() - solved;
+  set_health(result.estimates, report);
   check_well_posed(result);
   return result;
 }

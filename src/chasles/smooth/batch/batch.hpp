@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -79,6 +80,8 @@ inline constexpr double kMostCostPerDof = 2;
 
 /// Whether the search converged, at a minimum that fits the data.
 bool fits_the_data(const BatchReport& report);
+/// Whether it does is the health of all its estimates.
+void set_health(std::span<Estimate> estimates, const BatchReport& report);
 
 struct InertialBatchResult {
   std::vector<Estimate> estimates;     ///< of all keyframes; the first is the start

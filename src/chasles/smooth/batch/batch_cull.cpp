@@ -29,10 +29,10 @@ HomogeneousPoint place_of(const InertialBatchInput& input, const BatchGraph& gra
 // Whether the remaining part is still a landmark. A split one is triangulated from its own rays;
 // one that only lost views keeps its position, in the camera of its first view.
 bool stands(const InertialBatchInput& input, const BatchSettings& settings, const BatchGraph& graph,
-            const BatchPoint& whole, bool parted, BatchPoint& part) {
+            const BatchPoint& whole, bool split, BatchPoint& part) {
   if (part.views.size() < 2) return false;
   constexpr bool kGoodPoses = true;  // the search has roughly converged
-  if (parted) return place(input, settings, kGoodPoses, graph, part);
+  if (split) return place(input, settings, kGoodPoses, graph, part);
   const PointView &before = whole.views.front(), &now = part.views.front();
   const bool moved = now.keyframe != before.keyframe || now.camera != before.camera;
   return !moved || !graph.anchored || hang_on(input, graph, place_of(input, graph, whole), part);
@@ -45,8 +45,8 @@ int cull(const InertialBatchInput& input, const std::vector<double>& deviations,
   for (BatchKeyframe& keyframe : graph.keyframes) keyframe.observations = 0;
   return keep_what_agrees(
       graph.points, deviations, settings.gate, settings.max_rejections, report,
-      [&](const BatchPoint& whole, bool parted, BatchPoint& part) {
-        return stands(input, settings, graph, whole, parted, part);
+      [&](const BatchPoint& whole, bool split, BatchPoint& part) {
+        return stands(input, settings, graph, whole, split, part);
       },
       [&](const PointView& view) {
         ++graph.keyframes[static_cast<std::size_t>(view.keyframe)].observations;

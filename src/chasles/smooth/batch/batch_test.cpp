@@ -214,17 +214,17 @@ TEST(BatchGate, ATrackThatSlidesOffIsAnotherPointBehind) {
     settings.landmarks = landmarks;
     const InertialBatchResult clean = smooth(scene.input, "standard", settings);
     slide(scene);
-    const InertialBatchResult parted = smooth(scene.input, "standard", settings);
+    const InertialBatchResult split = smooth(scene.input, "standard", settings);
     settings.max_rejections = 100;
     const InertialBatchResult whole = smooth(scene.input, "standard", settings);
     EXPECT_EQ(whole.report.landmarks_split, 0);
     EXPECT_EQ(whole.report.landmarks, clean.report.landmarks);
-    EXPECT_GT(parted.report.landmarks_split, 10) << name_of(landmarks);
-    EXPECT_EQ(parted.report.landmarks, clean.report.landmarks + parted.report.landmarks_split);
-    EXPECT_NEAR(parted.report.cost_per_dof, clean.report.cost_per_dof, 0.1);
+    EXPECT_GT(split.report.landmarks_split, 10) << name_of(landmarks);
+    EXPECT_EQ(split.report.landmarks, clean.report.landmarks + split.report.landmarks_split);
+    EXPECT_NEAR(split.report.cost_per_dof, clean.report.cost_per_dof, 0.1);
     EXPECT_GT(whole.report.cost_per_dof, 1.2 * clean.report.cost_per_dof);
-    EXPECT_LT(position_error(scene, parted), 1.4 * position_error(scene, clean));
-    EXPECT_GT(position_error(scene, whole), 1.6 * position_error(scene, parted));
+    EXPECT_LT(position_error(scene, split), 1.4 * position_error(scene, clean));
+    EXPECT_GT(position_error(scene, whole), 1.6 * position_error(scene, split));
   }
 }
 

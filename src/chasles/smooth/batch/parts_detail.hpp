@@ -36,7 +36,7 @@ std::vector<std::vector<View>> parts_that_agree(const std::vector<View>& views,
 }
 
 /// Reduces all landmarks to the parts that agree and that are still landmarks. `stands(whole,
-/// parted, part)` places a part and returns whether it is one; `use(view)` is called for every
+/// split, part)` places a part and returns whether it is one; `use(view)` is called for every
 /// remaining view. `deviations`: of all views, in order. Counts into the report; returns the number
 /// of removed views.
 template <typename Point, typename Stands, typename Use>

@@ -44,6 +44,7 @@ VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings&
   report.seconds_solve = solved - begun;
   add_estimates(*problem, input, graph, result);
   report.seconds_covariance = processor_seconds() - solved;
+  set_health(result.estimates, report);
   check_well_posed(result);
   return result;
 }

@@ -31,6 +31,10 @@ struct VelocityBatchResult {
   BatchReport report;
 };
 
+/// Throws UsageError for settings that only a filter has: mode other than slam,
+/// update_with_first_observation, initial_landmark_sigma.
+void check_smoothing(const VelocitySlamSettings& settings);
+
 /// The most probable motion and landmarks for all velocities and frames: as smooth() of batch.hpp,
 /// with the filter's model for body velocities (filter/body_velocity_model.hpp) instead of IMU
 /// samples. Every instant of a velocity or a keyframe has a pose and additive states. The world is
@@ -42,8 +46,7 @@ struct VelocityBatchResult {
 /// keyframes, no landmark that is observed twice, no velocities), for velocities that are not
 /// finite, time that runs backwards and noise that is zero, and where a position has a sigma above
 /// 1 m and a tenth of the distance travelled. Error(kDiverged) where no finite cost was found.
-/// UsageError for settings that cannot be used, and for those that only a filter has (mode other
-/// than slam, update_with_first_observation, initial_landmark_sigma).
+/// UsageError for settings that cannot be used, and as check_smoothing().
 VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings& settings);
 
 }  // namespace chasles

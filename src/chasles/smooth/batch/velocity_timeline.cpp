@@ -5,12 +5,12 @@
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/slam/velocity_model.hpp>
 #include <chasles/smooth/batch/floors_detail.hpp>
+#include <chasles/smooth/batch/velocity_batch.hpp>
 #include <chasles/smooth/batch/velocity_graph_detail.hpp>
 
-namespace chasles::smooth_detail {
-namespace {
+namespace chasles {
 
-void check(const VelocitySlamSettings& s) {
+void check_smoothing(const VelocitySlamSettings& s) {
   if (s.mode != SlamMode::kSlam) {
     throw UsageError("batch estimation is for --mode slam, the mode is " +
                      std::string(name_of(s.mode)));
@@ -21,6 +21,9 @@ void check(const VelocitySlamSettings& s) {
         "update_with_first_observation=false and initial_landmark_sigma=auto");
   }
 }
+
+namespace smooth_detail {
+namespace {
 
 DriveStart start_of(const VelocitySlamSettings& settings, const VelocitySlamNoise& noise,
                     const BodyVelocityModel& model) {
@@ -42,7 +45,7 @@ DriveStart start_of(const VelocitySlamSettings& settings, const VelocitySlamNois
 VelocityTimeline::VelocityTimeline(const VelocitySlamSettings& settings,
                                    const VelocitySlamNoise& noise)
     : model(model_of(settings, noise)), settings_(settings), noise_(noise.motion) {
-  check(settings);
+  check_smoothing(settings);
   start = start_of(settings, noise, model);
 }
 
@@ -98,4 +101,5 @@ void VelocityTimeline::forget_before(int keyframe) {
   while (!samples.empty() && samples.front().keyframe < keyframe) samples.pop_front();
 }
 
-}  // namespace chasles::smooth_detail
+}  // namespace smooth_detail
+}  // namespace chasles

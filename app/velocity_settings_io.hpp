@@ -18,10 +18,11 @@ struct SettingSources {
   std::string config;             ///< empty: none
   std::vector<std::string> sets;  ///< key=value
   std::string chart, mode;        ///< empty: not given
+  EstimatorChoice estimator = {};
 };
 
 /// The settings of a stereo-velocity run. Keys of batch estimation have the prefix "batch.". Throws
 /// UsageError or InputError as set(), set_from_file() and validate() do.
-VelocityRunSettings settings_from(const SettingSources& sources);
+VelocityRunSettings velocity_run_settings_from(const SettingSources& sources);
 
 }  // namespace chasles::app

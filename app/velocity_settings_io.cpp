@@ -1,4 +1,4 @@
-#include "run_settings.hpp"
+#include "velocity_settings_io.hpp"
 
 #include <utility>
 
@@ -6,21 +6,17 @@
 
 namespace chasles::app {
 
-SettingList setting_list(VelocitySlamSettings& settings) {
-  SettingCollector collector;
-  for_each_setting(settings, collector);
-  return collector.settings;
-}
+SettingList setting_list(VelocitySlamSettings& settings) { return list_of(settings); }
 
-VelocityRunSettings settings_from(const SettingSources& sources) {
-  VelocityRunSettings settings;
+VelocityRunSettings velocity_run_settings_from(const SettingSources& sources) {
+  VelocityRunSettings settings{.estimator = sources.estimator};
   SettingList list = setting_list(settings.filter);
   for (Setting& s : setting_list(settings.batch)) list.push_back(std::move(s));
   if (!sources.config.empty()) set_from_file(list, sources.config);
   for (const std::string& assignment : sources.sets) set(list, assignment);
   if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
   if (!sources.mode.empty()) set(list, "--mode", "mode", sources.mode);
-  validate(settings.filter);
+  validate(settings);
   return settings;
 }
 
