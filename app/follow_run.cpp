@@ -53,9 +53,9 @@ void FollowedRun::take(Run now) {
                 .dead_reckoning = now.dead_reckoning,
                 .summary = json_text(read_summary(growing_folder(folder_)))});
   }
-  for (; told_ < now.states.size(); ++told_) run_.add(now.states[told_]);
+  for (; shown_ < now.states.size(); ++shown_) run_.add(now.states[shown_]);
   run_.landmarks([&] { return now.landmarks; });
-  run_.progress(told_, to_seconds(now.states.back().time - now.states.front().time));
+  run_.progress(shown_, to_seconds(now.states.back().time - now.states.front().time));
 }
 
 void FollowedRun::end() {

@@ -25,7 +25,7 @@ class FollowedRun {
   LiveRun& run_;
   std::filesystem::file_time_type begun_;
   Clock::time_point next_ = Clock::now();
-  std::size_t told_ = 0;  ///< number of states passed on
+  std::size_t shown_ = 0;  ///< number of states passed on
   bool started_ = false, ended_ = false;
 };
 

@@ -86,7 +86,7 @@ void LiveView::advance(const Run& run, std::size_t frames, double recorded_secon
                        const std::function<std::vector<RunLandmark>()>& map) {
   if (growing_) growing_->extend(run, map);
   if (!run_) return;
-  for (; told_ < run.states.size(); ++told_) run_->add(run.states[told_]);
+  for (; shown_ < run.states.size(); ++shown_) run_->add(run.states[shown_]);
   run_->progress(frames, recorded_seconds);
   run_->landmarks(map);
 }

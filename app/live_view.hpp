@@ -59,7 +59,7 @@ class LiveView {
   std::unique_ptr<LiveRun> run_;
   std::unique_ptr<LiveServer> server_;
   std::unique_ptr<GrowingRun> growing_;
-  std::size_t told_ = 0;  ///< number of states published
+  std::size_t shown_ = 0;  ///< number of states published
 };
 
 }  // namespace chasles::app

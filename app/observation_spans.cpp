@@ -12,8 +12,8 @@ void ObservationSpans::add(const FeatureFrame& frame) {
   for (const PixelObservation& o : frame.pixels) note(o.landmark);
 }
 
-void ObservationSpans::tell(const std::optional<std::vector<LandmarkId>>& in_state,
-                            std::vector<RunLandmark>& landmarks) const {
+void ObservationSpans::fill_in(const std::optional<std::vector<LandmarkId>>& in_state,
+                               std::vector<RunLandmark>& landmarks) const {
   std::unordered_set<LandmarkId> present;
   if (in_state) present.insert(in_state->begin(), in_state->end());
   for (RunLandmark& l : landmarks) {

@@ -16,8 +16,8 @@ class ObservationSpans {
 
   /// Sets first_seen, last_seen and in_state of the landmarks. Without `in_state` all landmarks are
   /// in the state, because batch estimation retires none.
-  void tell(const std::optional<std::vector<LandmarkId>>& in_state,
-            std::vector<RunLandmark>& landmarks) const;
+  void fill_in(const std::optional<std::vector<LandmarkId>>& in_state,
+               std::vector<RunLandmark>& landmarks) const;
 
  private:
   struct Span {

@@ -160,7 +160,7 @@ class Recorder : public RunObserver {
 
   std::vector<RunLandmark> map() const {
     std::vector<RunLandmark> map = run_landmarks(estimator_.map());
-    spans_.tell(estimator_.in_state(), map);
+    spans_.fill_in(estimator_.in_state(), map);
     return map;
   }
 

@@ -79,7 +79,7 @@ void exchange(const State& before, const State& after, FrameStep& step) {
     } else if (part.landmark) {
       step.retired.push_back(index);
     } else {
-      step.forgotten.push_back(static_cast<int>(key.second));
+      step.removed.push_back(static_cast<int>(key.second));
     }
   }
   for (const auto& [key, part] : now) {

@@ -20,10 +20,10 @@ struct Fresh {
 struct FrameStep {
   Prediction prediction;
   std::vector<int> keep = {};  ///< rows of the state before, the core's among them, rising
-  std::vector<int> retired = {}, forgotten = {};  ///< landmarks by index, clones by id
-  std::vector<Fresh> fresh = {};                  ///< appended in this order
-  std::vector<Measurement> used = {};             ///< linearised at `state`, noise sigma^2 I
-  State state = {};                               ///< after drop and add
+  std::vector<int> retired = {}, removed = {};  ///< landmarks by index, clones by id
+  std::vector<Fresh> fresh = {};                ///< appended in this order
+  std::vector<Measurement> used = {};           ///< linearised at `state`, noise sigma^2 I
+  State state = {};                             ///< after drop and add
 };
 
 /// The frames of a walk of `seconds` through the building, 10 Hz with 50 landmarks and 15 clones in

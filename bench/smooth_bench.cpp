@@ -55,7 +55,7 @@ bool small_drive(int frames) {
   const BatchSettings settings = test::exact_settings(LandmarkForm::kInverseDepth);
   const VelocityBatchResult batch = smooth(scene.input, settings);
   const double of_batch = seconds_of([&] { smooth(scene.input, settings); });
-  test::DriveOracle oracle(scene);
+  test::VelocityOracle oracle(scene);
   const int steps = batch.report.iterations;
   const double of_oracle = seconds_of([&] { oracle.solve(steps); }, 1);
   double difference = 0;

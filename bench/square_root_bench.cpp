@@ -37,7 +37,7 @@ class OwnForm {
   void propagate(const FrameStep& step) { ekf_.propagate(step.prediction); }
   void exchange(const FrameStep& step) {
     ekf_.retire(step.retired);
-    ekf_.remove_clones(step.forgotten);
+    ekf_.remove_clones(step.removed);
     std::vector<NewLandmark> landmarks;
     for (const Fresh& fresh : step.fresh) {
       if (fresh.is_clone) {

@@ -22,7 +22,7 @@ struct Kind {
 std::vector<Kind> kinds();
 
 /// The kinds of one source file each.
-std::vector<Kind> drive_kinds();         ///< body velocities and tracks
+std::vector<Kind> velocity_kinds();      ///< body velocities and tracks
 std::vector<Kind> inertial_kinds();      ///< samples of an IMU, and tracks
 std::vector<Kind> image_folder_kinds();  ///< samples of an IMU, and images
 std::vector<Kind> single_file_kinds();   ///< images, trajectories, settings

@@ -26,7 +26,7 @@ constexpr double kSingular = 1e-13;       // share of the inverse depth in the i
 constexpr double kInfinitelyFar = 1e-12;  // parallax of the baseline [rad]
 
 // A view relative to the anchor. Lengths are in units of the baseline.
-struct Sight {
+struct Ray {
   const Camera* camera = nullptr;
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   Eigen::Vector3d centre_world = Eigen::Vector3d::Zero();  // of the camera [m]
@@ -36,8 +36,8 @@ struct Sight {
   Eigen::Vector3d p_cam_anchor = Eigen::Vector3d::Zero();  // the anchor's centre in this camera
 };
 
-struct Sights {
-  std::pmr::vector<Sight> views;
+struct Rays {
+  std::pmr::vector<Ray> views;
   std::size_t anchor = 0;
   double baseline = 0;  // from the anchor to the view farthest from it [m]
 };
@@ -56,10 +56,10 @@ struct Normal {
 
 // Up to this number of views, no heap memory is allocated.
 constexpr std::size_t kUsualViews = 64;
-using Room = std::array<std::byte, kUsualViews*(sizeof(Sight) + sizeof(Eigen::Vector3d))>;
+using Room = std::array<std::byte, kUsualViews*(sizeof(Ray) + sizeof(Eigen::Vector3d))>;
 
-std::optional<Sights> sights_of(std::span<const View> views, std::pmr::memory_resource* memory) {
-  Sights sights{.views = std::pmr::vector<Sight>(memory)};
+std::optional<Rays> sights_of(std::span<const View> views, std::pmr::memory_resource* memory) {
+  Rays sights{.views = std::pmr::vector<Ray>(memory)};
   sights.views.reserve(views.size());
   for (const View& view : views) {
     if (view.camera == nullptr) return std::nullopt;
@@ -67,7 +67,7 @@ std::optional<Sights> sights_of(std::span<const View> views, std::pmr::memory_re
     if (!ray) return std::nullopt;
     const SE3 world_T_cam = view.world_T_imu * view.camera->cam_T_imu.inverse();
     if (!world_T_cam.R.allFinite() || !world_T_cam.p.allFinite()) return std::nullopt;
-    Sight sight;
+    Ray sight;
     sight.camera = view.camera;
     sight.pixel = view.pixel;
     sight.centre_world = world_T_cam.p;
@@ -79,12 +79,12 @@ std::optional<Sights> sights_of(std::span<const View> views, std::pmr::memory_re
 }
 
 // Chooses the anchor; false if all views have the same position, to round-off.
-bool set_anchor(Sights& sights) {
-  std::pmr::vector<Sight>& views = sights.views;
+bool set_anchor(Rays& sights) {
+  std::pmr::vector<Ray>& views = sights.views;
   // The mean is relative to the first view: no loss of precision far from the world's origin.
   const Eigen::Vector3d first = views[0].centre_world;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Sight& view : views) middle += view.centre_world - first;
+  for (const Ray& view : views) middle += view.centre_world - first;
   middle = first + middle / static_cast<double>(views.size());
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -92,9 +92,9 @@ bool set_anchor(Sights& sights) {
     if (distance < nearest) sights.anchor = i;
     nearest = std::min(nearest, distance);
   }
-  const Sight anchor = views[sights.anchor];
+  const Ray anchor = views[sights.anchor];
   double round_off = 0;
-  for (Sight& view : views) {
+  for (Ray& view : views) {
     view.cam_R_anchor = view.cam_R_world * anchor.cam_R_world.transpose();
     view.p_cam_anchor = view.cam_R_world * (anchor.centre_world - view.centre_world);
     sights.baseline = std::max(sights.baseline, view.p_cam_anchor.norm());
@@ -102,14 +102,14 @@ bool set_anchor(Sights& sights) {
         round_off, 16 * kEpsilon * (view.centre_world.norm() + view.camera->cam_T_imu.p.norm()));
   }
   if (!(sights.baseline > round_off)) return false;
-  for (Sight& view : views) view.p_cam_anchor /= sights.baseline;
+  for (Ray& view : views) view.p_cam_anchor /= sights.baseline;
   return true;
 }
 
 // None if the point is behind a camera, or outside its lens model.
-std::optional<Normal> normal_equations(const Sights& sights, const InverseDepthPoint& point) {
+std::optional<Normal> normal_equations(const Rays& sights, const InverseDepthPoint& point) {
   Normal normal;
-  for (const Sight& view : sights.views) {
+  for (const Ray& view : sights.views) {
     Eigen::Matrix3d d_point = view.cam_R_anchor;
     d_point.col(2) = view.p_cam_anchor;
     const Eigen::Vector3d seen = d_point * point + view.cam_R_anchor.col(2);
@@ -131,11 +131,11 @@ std::optional<Normal> normal_equations(const Sights& sights, const InverseDepthP
 }
 
 // The point nearest to all rays.
-InverseDepthPoint linear_point(const Sights& sights) {
-  const Sight& anchor = sights.views[sights.anchor];
+InverseDepthPoint linear_point(const Rays& sights) {
+  const Ray& anchor = sights.views[sights.anchor];
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (const Sight& view : sights.views) {
+  for (const Ray& view : sights.views) {
     const Eigen::Matrix3d across =
         Eigen::Matrix3d::Identity() - view.ray_world * view.ray_world.transpose();
     A += across;
@@ -147,8 +147,8 @@ InverseDepthPoint linear_point(const Sights& sights) {
 
 // The best of the linear point and of some points on the anchor's ray. With little parallax, noise
 // may move the linear point behind the cameras.
-std::optional<InverseDepthPoint> start(const Sights& sights) {
-  const Sight& anchor = sights.views[sights.anchor];
+std::optional<InverseDepthPoint> start(const Rays& sights) {
+  const Ray& anchor = sights.views[sights.anchor];
   const Eigen::Vector3d ray = anchor.cam_R_world * anchor.ray_world;
   const double x = ray.x() / ray.z();
   const double y = ray.y() / ray.z();
@@ -170,7 +170,7 @@ struct Minimum {
 };
 
 // Gauss-Newton; damped only while a full step does not reduce the cost.
-std::optional<Minimum> minimise(const Sights& sights, const InverseDepthPoint& from) {
+std::optional<Minimum> minimise(const Rays& sights, const InverseDepthPoint& from) {
   Minimum at{.point = from, .normal = *normal_equations(sights, from)};
   double damping = 0;
   for (int i = 0; i < kMaxSteps && damping < kMaxDamping; ++i) {
@@ -195,11 +195,11 @@ std::optional<Minimum> minimise(const Sights& sights, const InverseDepthPoint& f
   return std::nullopt;
 }
 
-double largest_parallax(const Sights& sights, const Eigen::Vector3d& p_world) {
+double largest_parallax(const Rays& sights, const Eigen::Vector3d& p_world) {
   std::pmr::vector<Eigen::Vector3d> rays(sights.views.get_allocator());
   rays.reserve(sights.views.size());
   double chord2 = 0;
-  for (const Sight& view : sights.views) {
+  for (const Ray& view : sights.views) {
     const Eigen::Vector3d ray = (p_world - view.centre_world).normalized();
     for (const Eigen::Vector3d& other : rays)
       chord2 = std::max(chord2, (ray - other).squaredNorm());
@@ -208,8 +208,8 @@ double largest_parallax(const Sights& sights, const Eigen::Vector3d& p_world) {
   return 2 * std::asin(std::min(1.0, std::sqrt(chord2) / 2));
 }
 
-bool in_front(const Sights& sights, const Eigen::Vector3d& p_world) {
-  return std::ranges::all_of(sights.views, [&](const Sight& view) {
+bool in_front(const Rays& sights, const Eigen::Vector3d& p_world) {
+  return std::ranges::all_of(sights.views, [&](const Ray& view) {
     return view.cam_R_world.row(2).dot(p_world - view.centre_world) > kMinDepth;
   });
 }
@@ -220,7 +220,7 @@ std::optional<MultiViewPoint> triangulate(std::span<const View> views) {
   if (views.size() < 2) return std::nullopt;
   alignas(std::max_align_t) Room room;
   std::pmr::monotonic_buffer_resource memory(room.data(), room.size());
-  std::optional<Sights> sights = sights_of(views, &memory);
+  std::optional<Rays> sights = sights_of(views, &memory);
   if (!sights || !set_anchor(*sights)) return std::nullopt;
   const std::optional<InverseDepthPoint> from = start(*sights);
   if (!from) return std::nullopt;
@@ -233,7 +233,7 @@ std::optional<MultiViewPoint> triangulate(std::span<const View> views) {
   const Eigen::Matrix3d inverse = cholesky.solve(Eigen::Matrix3d::Identity());
   if (!(1 / inverse(2, 2) > kSingular * normal.matrix.trace())) return std::nullopt;
 
-  const Sight& anchor = sights->views[sights->anchor];
+  const Ray& anchor = sights->views[sights->anchor];
   const double scale = sights->baseline / point.z();
   const Eigen::Vector3d p_anchor(scale * point.x(), scale * point.y(), scale);
   Eigen::Matrix3d d_point = scale * Eigen::Matrix3d::Identity();

@@ -108,7 +108,7 @@ void check_axes(const Recording& r, CheckReport& report) {
 void check_velocity_clock(const Recording& r, CheckReport& report) {
   if (r.velocities.empty()) return;
   const std::optional<VelocityClock> clock = velocity_clock(r);
-  if (!clock || !clock->believable()) {
+  if (!clock || !clock->is_determined()) {
     report.not_checked.push_back(
         clock ? "the clock of the velocities against the frames: their noise hides it"
               : "the clock of the velocities against the frames: too few seconds of tracks of a "

@@ -251,10 +251,10 @@ double noise_in_pixels(const Recording& r, const std::vector<Interval>& interval
 
 }  // namespace
 
-bool VelocityClock::believable() const { return sample_noise < scatter; }
+bool VelocityClock::is_determined() const { return sample_noise < scatter; }
 
 bool VelocityClock::stands_out() const {
-  return believable() && std::abs(offset) > std::max(kLeastOffset, 3 * sigma);
+  return is_determined() && std::abs(offset) > std::max(kLeastOffset, 3 * sigma);
 }
 
 std::optional<VelocityClock> velocity_clock(const Recording& r) {
@@ -270,7 +270,7 @@ std::optional<VelocityClock> velocity_clock(const Recording& r) {
     const std::vector<Row> rows = fit.rows(x);
     if (rows.size() < 2 * kUnknowns) return std::nullopt;
     clock.scatter = std::max(scatter_of(rows), 1e-6);
-    if (!clock.believable()) return clock;
+    if (!clock.is_determined()) return clock;
     Unknowns right;
     const Normal A = normal_of(rows, clock.scatter, right);
     const Unknowns step = solve_symmetric<kUnknowns, 1>(A, right);

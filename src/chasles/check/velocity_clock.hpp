@@ -22,7 +22,7 @@ struct VelocityClock {
   /// Whether the offset is reliable despite the samples' noise. The mean of two noisy samples has
   /// less noise than either, which biases an offset away from the samples' own instants. If the
   /// noise is too large, offset and sigma stay 0.
-  bool believable() const;
+  bool is_determined() const;
   /// Whether it is also larger than three sigmas and than kLeastOffset.
   bool stands_out() const;
 };

@@ -92,7 +92,7 @@ Recording drive_past_points(const Drive& drive) {
   return r;
 }
 
-void expect_told(const Drive& drive) {
+void expect_found(const Drive& drive) {
   const auto clock = velocity_clock(drive_past_points(drive));
   ASSERT_TRUE(clock);
   EXPECT_NEAR(clock->offset, drive.lag, 4 * clock->sigma);
@@ -101,15 +101,15 @@ void expect_told(const Drive& drive) {
 }
 
 TEST(VelocityClock, IsToldByTheTracks) {
-  for (const double lag : {0.06, -0.045, 0.17, 0.0}) expect_told({.lag = lag});
+  for (const double lag : {0.06, -0.045, 0.17, 0.0}) expect_found({.lag = lag});
 }
 
 TEST(VelocityClock, WhatIsConstantAndWhatIsWrongDoesNotMislead) {
   for (const double lag : {0.06, 0.0}) {
-    expect_told({.lag = lag, .mounting = {0.03, -0.02, 0.01}});
-    expect_told({.lag = lag, .bias = {0.002, -0.002, 0.004}});
-    expect_told({.lag = lag, .scale = 1.03});
-    expect_told({.lag = lag, .outliers = 0.3});
+    expect_found({.lag = lag, .mounting = {0.03, -0.02, 0.01}});
+    expect_found({.lag = lag, .bias = {0.002, -0.002, 0.004}});
+    expect_found({.lag = lag, .scale = 1.03});
+    expect_found({.lag = lag, .outliers = 0.3});
   }
 }
 

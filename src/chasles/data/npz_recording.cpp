@@ -110,7 +110,7 @@ void read_extrinsics(const NpzArchive& archive, Recording& recording) {
       compare_extrinsics(recording, first.cam0_T_imu, second.cam0_T_imu);
   const bool enough = verdict.steps >= kEnoughSteps;
   const bool take_second = !(enough && verdict.sigmas <= -kSigmasAgainst);
-  const bool told = enough && (!take_second || verdict.sigmas >= kSigmasInFavour);
+  const bool decided = enough && (!take_second || verdict.sigmas >= kSigmasInFavour);
   const Reading& taken = take_second ? second : first;
   const Reading& left = take_second ? first : second;
   recording.rig.cam0_T_imu = taken.cam0_T_imu;
@@ -119,7 +119,7 @@ void read_extrinsics(const NpzArchive& archive, Recording& recording) {
       "{} is taken as {}, not as {}{}: over {} steps in turns the mean reprojection cost is {:.2f} "
       "instead of {:.2f} ({:.1f} sigmas)",
       field, taken.formula, left.formula,
-      told ? "" : ", as in every known file of this kind, because these data do not decide",
+      decided ? "" : ", as in every known file of this kind, because these data do not decide",
       verdict.steps, take_second ? verdict.second_cost : verdict.first_cost,
       take_second ? verdict.first_cost : verdict.second_cost,
       take_second ? verdict.sigmas : -verdict.sigmas));

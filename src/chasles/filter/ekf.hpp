@@ -164,7 +164,7 @@ class Ekf {
   Covariance covariance_;
   std::vector<Landmark> retired_;  ///< without compress_map: still in the covariance
   History history_;
-  std::vector<MapLandmark> forgotten_;  ///< without keep_map
+  std::vector<MapLandmark> frozen_;  ///< without keep_map
   mutable Workspace work_;
 };
 

@@ -99,7 +99,7 @@ void Ekf::compose() {
     move(landmark.row, landmark.p_world, true);
     landmark.p_world = imu_T_world * landmark.p_world;
   }
-  for (MapLandmark& landmark : forgotten_) {
+  for (MapLandmark& landmark : frozen_) {
     landmark.p_world = imu_T_world * landmark.p_world;
     landmark.covariance = Rt * landmark.covariance * Rt.transpose();
   }

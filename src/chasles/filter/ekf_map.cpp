@@ -81,7 +81,7 @@ void Ekf::retire(std::span<const int> indices) {
   }
   if (!options_.keep_map) {
     for (const Landmark& landmark : gone) {
-      if (landmark.has_place()) forgotten_.push_back(as_of_now(landmark));
+      if (landmark.has_place()) frozen_.push_back(as_of_now(landmark));
     }
     covariance_.keep(renumber_rows());
     return;
@@ -95,13 +95,13 @@ void Ekf::retire(std::span<const int> indices) {
 }
 
 int Ekf::map_size() const {
-  return history_.removed() + static_cast<int>(forgotten_.size() + retired_.size()) +
+  return history_.removed() + static_cast<int>(frozen_.size() + retired_.size()) +
          static_cast<int>(std::ranges::count_if(state_.landmarks, &Landmark::has_place));
 }
 
 std::vector<MapLandmark> Ekf::map() const {
   std::vector<MapLandmark> result = history_.landmarks();
-  result.insert(result.end(), forgotten_.begin(), forgotten_.end());
+  result.insert(result.end(), frozen_.begin(), frozen_.end());
   for (const std::vector<Landmark>* landmarks : {&retired_, &state_.landmarks}) {
     for (const Landmark& landmark : *landmarks) {
       if (landmark.has_place()) result.push_back(as_of_now(landmark));

@@ -5,7 +5,7 @@
 
 #include <chasles/filter/calibration.hpp>
 #include <chasles/filter/multi_view_start.hpp>
-#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/lie/small_matrices.hpp>
 
 namespace chasles {

@@ -1,6 +1,6 @@
 #include <chasles/filter/calibration.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
-#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {

@@ -1,4 +1,4 @@
-#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/filter/state.hpp>
 #include <chasles/lie/so3.hpp>
 

@@ -140,7 +140,7 @@ std::optional<Time> ImuBuffer::latest() const {
   return samples_.back().time;
 }
 
-void ImuBuffer::forget_before(Time time) {
+void ImuBuffer::drop_before(Time time) {
   const auto good = [this](const ImuSample& sample) {
     return !accelerometer_.saturated(sample) && !gyroscope_.saturated(sample);
   };

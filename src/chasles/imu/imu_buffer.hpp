@@ -57,7 +57,7 @@ class ImuBuffer {
   std::optional<Time> latest() const;
 
   /// Removes samples that no interval from `time` on needs; keeps the latest in any case.
-  void forget_before(Time time);
+  void drop_before(Time time);
 
   const Counts& counts() const { return counts_; }
 

@@ -148,7 +148,7 @@ TEST(ImuBuffer, SamplesThatRepeatOrGoBackAreDropped) {
   EXPECT_EQ(buffer.counts().not_later, 2);
   EXPECT_EQ(buffer.counts().used, 4);
   expect_intervals(buffer.between(milliseconds(20), milliseconds(40)), {{0.01, 3}, {0.01, 6}});
-  buffer.forget_before(milliseconds(1000));
+  buffer.drop_before(milliseconds(1000));
   buffer.add(sample(milliseconds(30), 100));  // also after the later samples are removed
   EXPECT_EQ(buffer.counts().not_later, 3);
 }
@@ -178,7 +178,7 @@ TEST(ImuBuffer, ForgettingKeepsWhatLaterIntervalsNeed) {
     for (const int ms : {5, 10, 14, 20, 29, 30, 37, 40, 55}) {
       ImuBuffer kept = four_samples(convention);
       ImuBuffer forgot = four_samples(convention);
-      forgot.forget_before(milliseconds(ms));
+      forgot.drop_before(milliseconds(ms));
       const auto expected = kept.between(milliseconds(ms), milliseconds(150));
       const auto actual = forgot.between(milliseconds(ms), milliseconds(150));
       ASSERT_EQ(actual.size(), expected.size());
@@ -190,7 +190,7 @@ TEST(ImuBuffer, ForgettingKeepsWhatLaterIntervalsNeed) {
     }
   }
   ImuBuffer buffer = four_samples(ImuConvention::kInstant);
-  buffer.forget_before(milliseconds(35));  // removes the earlier samples: 30 ms is now the first
+  buffer.drop_before(milliseconds(35));  // removes the earlier samples: 30 ms is now the first
   expect_intervals(buffer.between(milliseconds(12), milliseconds(25)), {{0.013, 4}});
   EXPECT_EQ(buffer.counts().extrapolated, 1);
 }
@@ -235,10 +235,10 @@ ImuSample interval_mean(double t, double period) {
 
 // Final position error of dead reckoning over 60 s, from one image (20 Hz, out of step with the
 // samples) to the next.
-double dead_reckoning_error(ImuConvention device, ImuConvention told, int rate) {
+double dead_reckoning_error(ImuConvention device, ImuConvention stated, int rate) {
   constexpr double kSeconds = 60;
   const double period = 1. / rate;
-  ImuBuffer buffer({.convention = told});
+  ImuBuffer buffer({.convention = stated});
   for (int i = 0; i <= 60 * rate + 1; ++i) {
     const double t = i * period;
     buffer.add(device == ImuConvention::kInstant ? instant(t) : interval_mean(t, period));
@@ -250,7 +250,7 @@ double dead_reckoning_error(ImuConvention device, ImuConvention told, int rate) 
     for (const ImuInterval& interval : buffer.between(from, to)) {
       x = integrate(x, interval, kGravity);
     }
-    buffer.forget_before(to);
+    buffer.drop_before(to);
     from = to;
   }
   EXPECT_EQ(buffer.counts().extrapolated, 0);

@@ -62,7 +62,7 @@ TEST(ImuSaturation, ASaturatedSensorHoldsItsLastValueUntilItIsBack) {
   EXPECT_EQ(held.angular_rate_imu.z(), 1);
   EXPECT_NEAR(held.gyroscope_extra_density, (2 + 3) * std::sqrt(0.02), 1e-12);
   // Removing samples keeps the start of the bridge.
-  buffer.forget_before(milliseconds(30));
+  buffer.drop_before(milliseconds(30));
   buffer.add(of_two(40, 2, 2));
   const ImuInterval back = buffer.between(milliseconds(30), milliseconds(40)).at(0);
   EXPECT_NEAR(back.angular_rate_imu.z(), 1 + 25. / 30, 1e-12);
@@ -78,7 +78,7 @@ TEST(ImuSaturation, ASensorThatStaysSaturatedDoesNotFillTheMemory) {
   ImuBuffer buffer(kSmallRanges);
   buffer.add(of_two(0, 0, 0));
   for (int ms = 5; ms < 20'000; ms += 5) buffer.add(of_two(ms, 16, 0));
-  buffer.forget_before(milliseconds(19'990));
+  buffer.drop_before(milliseconds(19'990));
   // Nothing of the first second remains: a call there holds the first sample.
   buffer.between(milliseconds(18'000), milliseconds(18'001));
   EXPECT_EQ(buffer.counts().extrapolated, 1);

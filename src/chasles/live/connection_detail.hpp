@@ -91,7 +91,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool writing() const { return writing_; }
 
   /// Sends the next update to the viewer, unless the previous one is still being sent.
-  void tell() {
+  void notify() {
     if (!joined_ || writing_ || closing_) return;
     text_ = shared_.feed->next(cursor_);
     if (!text_) return;
@@ -100,7 +100,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
       self->writing_ = false;
       self->text_.reset();
       if (f) return self->hang_up();
-      self->tell();
+      self->notify();
     });
   }
 
@@ -204,7 +204,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (message->join) {
       cursor_ = *message->join;
       joined_ = true;
-      tell();
+      notify();
     }
     return true;
   }

@@ -33,39 +33,39 @@ PoseError coordinates_of(const std::string& summary) {
 }  // namespace
 
 LiveRun::LiveRun(std::function<void()> stop) : id_(random_token()), stop_(std::move(stop)) {
-  told_.stoppable = progress_.stoppable = static_cast<bool>(stop_);
+  reported_.stoppable = progress_.stoppable = static_cast<bool>(stop_);
 }
 
 void LiveRun::begin(LiveStart start) {
   began_ = Clock::now();
-  told_.of = start.frames;
+  reported_.of = start.frames;
   if (start.summary.empty()) start.summary = "{}";
   const std::lock_guard lock(mutex_);
   inbox_.start = std::move(start);
-  inbox_.progress = told_;
+  inbox_.progress = reported_;
 }
 
 void LiveRun::add(const RunState& state) {
-  if (told_.stage == LiveStage::kWaiting) told_.stage = LiveStage::kRunning;
+  if (reported_.stage == LiveStage::kWaiting) reported_.stage = LiveStage::kRunning;
   const std::lock_guard lock(mutex_);
   inbox_.states.push_back(state);
 }
 
 void LiveRun::progress(std::size_t frames, double recorded_seconds) {
-  told_.frames = frames;
-  told_.recorded_seconds = recorded_seconds;
-  tell_progress(told_.stage);
+  reported_.frames = frames;
+  reported_.recorded_seconds = recorded_seconds;
+  report_progress(reported_.stage);
 }
 
-void LiveRun::tell_progress(LiveStage stage) {
+void LiveRun::report_progress(LiveStage stage) {
   reach(stage);
   const std::lock_guard lock(mutex_);
-  inbox_.progress = told_;
+  inbox_.progress = reported_;
 }
 
 void LiveRun::reach(LiveStage stage) {
-  told_.stage = stage;
-  told_.wall_seconds = std::chrono::duration<double>(Clock::now() - began_).count();
+  reported_.stage = stage;
+  reported_.wall_seconds = std::chrono::duration<double>(Clock::now() - began_).count();
 }
 
 void LiveRun::landmarks(const std::function<std::vector<RunLandmark>()>& make) {
@@ -78,20 +78,20 @@ void LiveRun::landmarks(const std::function<std::vector<RunLandmark>()>& make) {
   inbox_.landmarks = std::move(map);
 }
 
-void LiveRun::smoothing() { tell_progress(LiveStage::kSmoothing); }
+void LiveRun::smoothing() { report_progress(LiveStage::kSmoothing); }
 
 void LiveRun::finish(const ReportRun& run, bool interrupted) {
   // Both at once: a viewer that learns of the end has all of it.
   reach(interrupted ? LiveStage::kInterrupted : LiveStage::kFinished);
-  LiveText all = shared(page_text(id_, {run}, told_));
+  LiveText all = shared(page_text(id_, {run}, reported_));
   const std::lock_guard lock(mutex_);
-  inbox_.progress = told_;
+  inbox_.progress = reported_;
   inbox_.all = std::move(all);
 }
 
 void LiveRun::fail(const std::string& why) {
-  told_.message = why;
-  tell_progress(LiveStage::kFailed);
+  reported_.message = why;
+  report_progress(LiveStage::kFailed);
 }
 
 void LiveRun::take_start(LiveStart start) {

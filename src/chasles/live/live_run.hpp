@@ -86,7 +86,7 @@ class LiveRun final : public LiveFeed {
     LiveText all;
   };
 
-  void tell_progress(LiveStage stage);
+  void report_progress(LiveStage stage);
   void reach(LiveStage stage);
   void take_start(LiveStart start);
   bool has_news(const LiveCursor& have, const LiveCursor& then) const;
@@ -96,7 +96,7 @@ class LiveRun final : public LiveFeed {
   const std::function<void()> stop_;
 
   // Used by the run's thread only.
-  LiveProgress told_;
+  LiveProgress reported_;
   Clock::time_point began_ = Clock::now(), next_map_{};
 
   std::atomic<bool> watched_ = false;

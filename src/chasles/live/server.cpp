@@ -113,7 +113,7 @@ class LiveServer::Impl {
     shared_.feed->refresh(viewers);
     bool busy = false;
     for (const auto& connection : held()) {
-      connection->tell();
+      connection->notify();
       connection->expect_to_join();
       busy = busy || connection->writing();
     }

@@ -73,13 +73,13 @@ TEST(LiveServer, ASlowViewerLosesTextsAndNobodyElseDoes) {
   }
   EXPECT_EQ(seen, 60U);
   // The slow viewer has one text in transit; its next one is the latest.
-  std::vector<std::size_t> told;
-  while (told.empty() || told.back() < 60) {
+  std::vector<std::size_t> received;
+  while (received.empty() || received.back() < 60) {
     const auto frame = slow.frame();
     ASSERT_TRUE(frame);
-    told.push_back(std::stoul(frame->text));
+    received.push_back(std::stoul(frame->text));
   }
-  EXPECT_LT(told.size(), 20U);
+  EXPECT_LT(received.size(), 20U);
 }
 
 TEST(LiveServer, TheEndIsToldToWhoeverListensAndWaitsForNobodyElse) {

@@ -151,7 +151,7 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
       before = e.time;
       own.push_back({.time = e.time, .pose = e.world_T_imu});
     }
-    feed.learnt(session.gyroscope_bias());
+    feed.note_bias(session.gyroscope_bias());
   }
   outcome.resets = session.resets();
   outcome.dropped = session.dropped_frames();

@@ -249,7 +249,7 @@ TEST(Faults, TheFeedBearsImagesThatAreNotLaterAndAbsurdRates) {
       if (!tracked) continue;
       times.push_back(tracked->frame.time);
       EXPECT_EQ(tracked->report.missing_images, times.size() == 3 || times.size() == 4 ? 0 : 1);
-      feed.learnt(Eigen::Vector3d::Zero());
+      feed.note_bias(Eigen::Vector3d::Zero());
     }
     EXPECT_EQ(times, (std::vector{step, 2 * step, 2 * step, step, 3 * step, 4 * step}));
   }

@@ -13,7 +13,7 @@ struct FeatureFeed::Shared {
   Shared(std::function<std::optional<SensorEvent>()> next, const FrontendSettings& settings,
          std::vector<Camera> cameras, const ImuBuffer::Options& options,
          std::vector<GrayImage> masks)
-      : next_event(std::move(next)), learnt(kLead, Eigen::Vector3d::Zero()) {
+      : next_event(std::move(next)), biases(kLead, Eigen::Vector3d::Zero()) {
     if (!cameras.empty()) tracker.emplace(settings, std::move(cameras), options, std::move(masks));
   }
 
@@ -42,10 +42,10 @@ struct FeatureFeed::Shared {
   // The bias for the next image; waits for it. None when the feed stops.
   std::optional<Eigen::Vector3d> next_bias() {
     std::unique_lock lock(mutex);
-    changed.wait(lock, [&] { return stop || !learnt.empty(); });
+    changed.wait(lock, [&] { return stop || !biases.empty(); });
     if (stop) return std::nullopt;
-    const Eigen::Vector3d bias = learnt.front();
-    learnt.pop_front();
+    const Eigen::Vector3d bias = biases.front();
+    biases.pop_front();
     return bias;
   }
 
@@ -54,7 +54,7 @@ struct FeatureFeed::Shared {
 
   std::mutex mutex;
   std::condition_variable changed;
-  std::deque<Eigen::Vector3d> learnt;  // for images to come
+  std::deque<Eigen::Vector3d> biases;  // for images to come
   bool stop = false;
   std::optional<Ahead<Item>> ahead;  // last, because it uses all members above
 };
@@ -79,9 +79,9 @@ std::optional<FeatureFeed::Item> FeatureFeed::next() {
   return shared_->ahead ? shared_->ahead->next() : shared_->make();
 }
 
-void FeatureFeed::learnt(const Eigen::Vector3d& gyroscope_bias) {
+void FeatureFeed::note_bias(const Eigen::Vector3d& gyroscope_bias) {
   const std::lock_guard lock(shared_->mutex);
-  shared_->learnt.push_back(gyroscope_bias);
+  shared_->biases.push_back(gyroscope_bias);
   shared_->changed.notify_all();
 }
 

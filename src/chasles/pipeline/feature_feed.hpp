@@ -32,7 +32,7 @@ class FeatureFeed {
 
   /// Call once after every TrackedFrame with the filter's present estimate of the gyroscope bias
   /// [rad/s]; zero while there is none.
-  void learnt(const Eigen::Vector3d& gyroscope_bias);
+  void note_bias(const Eigen::Vector3d& gyroscope_bias);
 
  private:
   struct Shared;

@@ -60,7 +60,7 @@ std::vector<FeatureFrame> all_frames(bool ahead, const Eigen::Vector3d& bias) {
     if (!tracked) continue;
     frames.push_back(tracked->frame);
     if (ahead) std::this_thread::sleep_for(std::chrono::milliseconds(frames.size() % 3));
-    feed.learnt(bias);
+    feed.note_bias(bias);
   }
   return frames;
 }

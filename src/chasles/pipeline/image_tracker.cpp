@@ -39,7 +39,7 @@ TrackedFrame ImageTracker::process(const ImageFrame& images,
   if (last_) prior = rotation_between(imu_, *last_, images.time, gyroscope_bias);
   result.frame = frontend_.process(images, prior);
   last_ = images.time;
-  imu_.forget_before(images.time);
+  imu_.drop_before(images.time);
   result.report = frontend_.report();
   result.seconds = watch.seconds();
   return result;

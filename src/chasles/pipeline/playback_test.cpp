@@ -210,7 +210,7 @@ TEST(Playback, ThroughAFrontEndEveryImageIsTrackedOrDropped) {
         times.push_back(std::get<TrackedFrame>(*item).frame.time);
         hand.set(now * kPlaybackSpacing);
         wait_until_came(playback, std::min<std::size_t>(now + 1, 101));
-        feed.learnt(Eigen::Vector3d::Zero());
+        feed.note_bias(Eigen::Vector3d::Zero());
       }
     }
     EXPECT_EQ(playback.counts().came, 101u);

@@ -74,7 +74,7 @@ ClockCorrection correct_clock(const VelocitySlamSettings& settings, Recording& r
     const bool corrected = clock && clock->stands_out();
     if (corrected) correction.offset = clock->offset;
     correction.remark =
-        !clock || !clock->believable()
+        !clock || !clock->is_determined()
             ? "time_offset=auto: the tracks do not determine the velocities' time offset; their "
               "time stamps are not corrected"
             : fmt::format(

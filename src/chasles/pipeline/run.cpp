@@ -111,7 +111,7 @@ class Player {
     const Stopwatch time;
     const std::vector<Estimate> estimates = estimator_.process(frame);
     report_.estimator_seconds += time.seconds();
-    if (tracked != nullptr) feed_.learnt(estimator_.gyroscope_bias());
+    if (tracked != nullptr) feed_.note_bias(estimator_.gyroscope_bias());
     const double each = frame_time_.seconds() / static_cast<double>(estimates.size());
     for (const Estimate& e : estimates) {
       keep(e, {.seconds = each, .latency = started ? feed_.seconds_since(e.time) : std::nullopt});

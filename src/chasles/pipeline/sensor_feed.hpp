@@ -42,7 +42,7 @@ class SensorFeed {
   /// None at the end, and after a stop.
   std::optional<FeatureFeed::Item> next() { return feed_->next(); }
   /// As for FeatureFeed.
-  void learnt(const Eigen::Vector3d& gyroscope_bias) { feed_->learnt(gyroscope_bias); }
+  void note_bias(const Eigen::Vector3d& gyroscope_bias) { feed_->note_bias(gyroscope_bias); }
 
   /// For a recording that is played at its own speed: time since the data of that recorded time
   /// were due [s].

@@ -22,7 +22,7 @@ constexpr int kReweightings = 8;
 constexpr double kLeastRange = 0.1;  // [m]
 
 // A view in the axes of the first keyframe: from c = t v + t^2/2 g + known, along u.
-struct Sight {
+struct Ray {
   double t = 0;
   Eigen::Vector3d known, u;
   double sigma = 0;
@@ -35,7 +35,7 @@ struct Sight {
     return T;
   }
 };
-using Sights = std::vector<Sight>;
+using Rays = std::vector<Ray>;
 
 // A track's equations with its point eliminated: S y = s, x = x0 + X y.
 struct TrackEquations {
@@ -45,16 +45,16 @@ struct TrackEquations {
   Matrix36d X;
 };
 
-std::vector<Sights> sights_of(const MotionWindow& window, const std::vector<Preintegration>& d) {
+std::vector<Rays> sights_of(const MotionWindow& window, const std::vector<Preintegration>& d) {
   std::vector<InertialState> at(1);
   std::vector<double> seconds(1, 0);
   for (const Preintegration& p : d) {
     at.push_back(moved(at.back(), p, Eigen::Vector3d::Zero()));
     seconds.push_back(seconds.back() + p.seconds);
   }
-  std::vector<Sights> tracks;
+  std::vector<Rays> tracks;
   for (const PlaneTrack& track : window.tracks) {
-    Sights& sights = tracks.emplace_back();
+    Rays& sights = tracks.emplace_back();
     for (const PlaneView& view : track) {
       const auto k = static_cast<std::size_t>(view.keyframe);
       const SE3& imu_T_cam = window.imu_T_cam[static_cast<std::size_t>(view.camera)];
@@ -72,12 +72,12 @@ std::vector<Sights> sights_of(const MotionWindow& window, const std::vector<Prei
 // speeds: where the motion determines the scale weakly, the scale would collapse. Therefore the
 // expectation of this term, 2 sigma^2 (u . d)^2, is subtracted. A track whose parallax does not
 // exceed the noise then has no weight.
-TrackEquations equations(const Sights& sights) {
+TrackEquations equations(const Rays& sights) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero(), noise = Eigen::Matrix3d::Zero();
   Eigen::Vector3d a = Eigen::Vector3d::Zero();
   Matrix36d B = Matrix36d::Zero();
   TrackEquations e;
-  for (const Sight& sight : sights) {
+  for (const Ray& sight : sights) {
     const Eigen::Matrix3d along = sight.u * sight.u.transpose();
     A += sight.weight * (Eigen::Matrix3d::Identity() - along);
     noise += 2 * sight.sigma * sight.sigma * sight.weight * along;
@@ -86,7 +86,7 @@ TrackEquations equations(const Sights& sights) {
   const double correction = least > kParallaxOverNoise * noise.trace() ? 1 : 0;
   A -= correction * noise;
   A.diagonal().array() += 1e-9 * A.trace();
-  for (const Sight& sight : sights) {
+  for (const Ray& sight : sights) {
     const double less = 1 + correction * 2 * sight.sigma * sight.sigma;
     const Eigen::Matrix3d across =
         sight.weight * (Eigen::Matrix3d::Identity() - less * sight.u * sight.u.transpose());
@@ -110,17 +110,17 @@ TrackEquations equations(const Sights& sights) {
 
 // Angle between a view's ray and its track's point, in standard deviations; infinite behind the
 // camera.
-double residual(const Sight& sight, const Eigen::Vector3d& x, const Unknown& y) {
+double residual(const Ray& sight, const Eigen::Vector3d& x, const Unknown& y) {
   const Eigen::Vector3d to = x - sight.T() * y - sight.known;
   const double along = sight.u.dot(to);
   if (!(along > 0)) return std::numeric_limits<double>::infinity();
   return (to - along * sight.u).norm() / (along * sight.sigma);
 }
 
-double truncated_cost(const Sights& sights, const TrackEquations& e, const Unknown& y) {
+double truncated_cost(const Rays& sights, const TrackEquations& e, const Unknown& y) {
   const Eigen::Vector3d x = e.x0 + e.X * y;
   double cost = 0;
-  for (const Sight& sight : sights) {
+  for (const Ray& sight : sights) {
     const double r = std::min(residual(sight, x, y), kTruncation);
     cost += r * r;
   }
@@ -138,7 +138,7 @@ std::vector<std::size_t> subset(std::size_t h, std::size_t tracks) {
   return chosen;
 }
 
-std::optional<Unknown> best_subset(const std::vector<Sights>& tracks,
+std::optional<Unknown> best_subset(const std::vector<Rays>& tracks,
                                    const std::vector<TrackEquations>& equations) {
   std::vector<std::size_t> all(tracks.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
@@ -165,9 +165,9 @@ std::optional<Unknown> best_subset(const std::vector<Sights>& tracks,
 }
 
 // Weights by range and by the agreement of each view.
-void reweight(Sights& sights, const TrackEquations& e, const Unknown& y) {
+void reweight(Rays& sights, const TrackEquations& e, const Unknown& y) {
   const Eigen::Vector3d x = e.x0 + e.X * y;
-  for (Sight& sight : sights) {
+  for (Ray& sight : sights) {
     const double r = residual(sight, x, y);
     const double range = std::max((x - sight.T() * y - sight.known).norm(), kLeastRange);
     const double trust = r < kTruncation ? 1 / std::max(1.0, r / 2) : 1e-6;
@@ -175,7 +175,7 @@ void reweight(Sights& sights, const TrackEquations& e, const Unknown& y) {
   }
 }
 
-double truncated_cost(const std::vector<Sights>& tracks, const std::vector<TrackEquations>& each,
+double truncated_cost(const std::vector<Rays>& tracks, const std::vector<TrackEquations>& each,
                       const Unknown& y) {
   double cost = 0;
   for (std::size_t k = 0; k < tracks.size(); ++k) cost += truncated_cost(tracks[k], each[k], y);
@@ -190,7 +190,7 @@ struct Solution {
   Unknown y = Unknown::Zero();
   double cost = 0;
 };
-Solution equations_at(const std::vector<Sights>& tracks, const std::vector<TrackEquations>& each,
+Solution equations_at(const std::vector<Rays>& tracks, const std::vector<TrackEquations>& each,
                       const Unknown& y) {
   Solution solution{.fits = {}, .y = y};
   for (std::size_t k = 0; k < tracks.size(); ++k) {
@@ -206,7 +206,7 @@ Solution equations_at(const std::vector<Sights>& tracks, const std::vector<Track
 
 // The first point with a lower cost on the line to the solution of the weighted equations. The
 // weights differ from the costs, and S need not be positive after the subtraction of the noise.
-std::optional<Unknown> towards(const std::vector<Sights>& tracks,
+std::optional<Unknown> towards(const std::vector<Rays>& tracks,
                                const std::vector<TrackEquations>& each, const Solution& here,
                                const Unknown& there) {
   for (const double part : {1.0, 0.5, 0.25, 0.1}) {
@@ -239,9 +239,9 @@ std::optional<LinearMotion> linear_motion(const MotionWindow& window,
                                           const std::vector<Preintegration>& between,
                                           double gravity) {
   if (window.tracks.size() < kTracksOfSubset) return std::nullopt;
-  std::vector<Sights> tracks = sights_of(window, between);
+  std::vector<Rays> tracks = sights_of(window, between);
   std::vector<TrackEquations> each;
-  for (const Sights& sights : tracks) each.push_back(equations(sights));
+  for (const Rays& sights : tracks) each.push_back(equations(sights));
   const std::optional<Unknown> first = best_subset(tracks, each);
   if (!first) return std::nullopt;
 

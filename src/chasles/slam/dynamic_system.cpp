@@ -15,13 +15,14 @@ constexpr double kBehind = 20;  // residual of a point behind the camera, in sta
 // 1), rho the inverse depth, A the anchor and I the view's keyframe:
 //   q = C R_I^T [R_A (B h + rho c_A) + rho (p_A - p_I)] + rho c_I,
 // scaled by the depth.
-struct PointSight {
+struct PointProjection {
   Eigen::Vector3d q;
   Eigen::Matrix3d d_anchor_rotation, d_rotation, d_position, d_point;  // d_anchor_p = -d_position
 };
 
-PointSight sight(const MotionWindow& window, const WindowMotion& motion, const PlaneView& anchor,
-                 const Eigen::Vector3d& point, const PlaneView& view) {
+PointProjection sight(const MotionWindow& window, const WindowMotion& motion,
+                      const PlaneView& anchor, const Eigen::Vector3d& point,
+                      const PlaneView& view) {
   const SE3& imu_T_anchor = window.imu_T_cam[static_cast<std::size_t>(anchor.camera)];
   const SE3& cam_T_imu = window.cam_T_imu[static_cast<std::size_t>(view.camera)];
   const SE3& A = motion.keyframes[static_cast<std::size_t>(anchor.keyframe)].world_T_imu;
@@ -31,11 +32,11 @@ PointSight sight(const MotionWindow& window, const WindowMotion& motion, const P
   const Eigen::Vector3d in_anchor = A.R * (imu_T_anchor.R * h + rho * imu_T_anchor.p);
   const Eigen::Vector3d w = in_anchor + rho * (A.p - I.p);
   const Eigen::Matrix3d C = cam_T_imu.R * I.R.transpose();
-  PointSight s{.q = C * w + rho * cam_T_imu.p,
-               .d_anchor_rotation = -C * hat(in_anchor),
-               .d_rotation = C * hat(w),
-               .d_position = -rho * C,
-               .d_point = C * A.R * imu_T_anchor.R};
+  PointProjection s{.q = C * w + rho * cam_T_imu.p,
+                    .d_anchor_rotation = -C * hat(in_anchor),
+                    .d_rotation = C * hat(w),
+                    .d_position = -rho * C,
+                    .d_point = C * A.R * imu_T_anchor.R};
   s.d_point.col(2) = C * (A.R * imu_T_anchor.p + A.p - I.p) + cam_T_imu.p;
   return s;
 }
@@ -57,7 +58,7 @@ std::vector<int> keyframes_of(const PlaneTrack& track) {
 void add_view(const MotionWindow& window, const MotionWeights& weights, const WindowMotion& motion,
               std::size_t index, const PlaneView& view, MotionSystem& system) {
   const PlaneView& anchor = window.tracks[index].front();
-  const PointSight s = sight(window, motion, anchor, motion.points[index], view);
+  const PointProjection s = sight(window, motion, anchor, motion.points[index], view);
   if (!in_front(s.q)) {
     system.cost += weights.huber * (kBehind - weights.huber / 2);
     system.squares += kBehind * kBehind;
@@ -222,7 +223,7 @@ void move_points(const MotionSystem& system, const Eigen::VectorXd& delta, doubl
 
 std::optional<Eigen::Vector2d> view_residual(const MotionWindow& window, const WindowMotion& motion,
                                              std::size_t track, const PlaneView& view) {
-  const PointSight s =
+  const PointProjection s =
       sight(window, motion, window.tracks[track].front(), motion.points[track], view);
   if (!in_front(s.q)) return std::nullopt;
   return view.whitening * (s.q.head<2>() / s.q.z() - view.xy);

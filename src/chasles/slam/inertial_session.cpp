@@ -210,7 +210,7 @@ std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
   // A time offset that decreases, or restarts, does not turn time back.
   if (last_time_) e.time = std::max(e.time, *last_time_ + Time(1));
   last_time_ = e.time;
-  if (believed(e)) {
+  if (is_credible(e)) {
     if (contradictions_ > kDoubts && e.health == Health::kOk) e.health = Health::kDegraded;
     last_ = e;
     if (contradictions_ == 0) agreed_ = e;
@@ -235,7 +235,7 @@ void InertialSession::reset() {
   ++resets_;
 }
 
-bool InertialSession::believed(const Estimate& e) {
+bool InertialSession::is_credible(const Estimate& e) {
   contradictions_ = std::max(0, contradictions_ + (contradicted(e) ? 1 : -1));
   return e.health != Health::kLost && is_finite(e) && contradictions_ < kContradictions &&
          e.v_world->norm() < kImpossibleSpeed;

@@ -88,7 +88,7 @@ class InertialSession {
   void reset();
   void end_part();
   InertialStart continued(InertialStart start) const;
-  bool believed(const Estimate& e);
+  bool is_credible(const Estimate& e);
 
   InertialSlamSettings settings_;
   InitialiserSettings start_settings_;

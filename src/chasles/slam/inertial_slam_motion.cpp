@@ -45,7 +45,7 @@ void InertialSlam::advance_to(Time time) {
   if (time > now_ || (has_offset && !at_image_)) filter_.propagate(predict_to(time));
   at_image_ = true;
   note_prediction();
-  imu_.forget_before(clock(time) - (has_offset ? from_seconds(kTimeOffsetReach) : Time{}));
+  imu_.drop_before(clock(time) - (has_offset ? from_seconds(kTimeOffsetReach) : Time{}));
   now_ = time;
 }
 

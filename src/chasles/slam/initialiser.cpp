@@ -79,7 +79,7 @@ bool Initialiser::take(const FeatureFrame& frame) {
   while (window_.front().time < frame.time - from_seconds(settings_.max_window)) {
     window_.pop_front();
   }
-  imu_.forget_before(window_.front().time);
+  imu_.drop_before(window_.front().time);
   return true;
 }
 

@@ -127,8 +127,8 @@ TEST(ModelOf, LevelAxesNeedAVelocityState) {
   noise.level_velocities = true;
   EXPECT_TRUE(model_of({}, noise).level);
   for (const bool input : {false, true}) {
-    VelocitySlamSettings found, told = along(VelocityAxes::kLevel);
-    for (VelocitySlamSettings* s : {&found, &told}) {
+    VelocitySlamSettings found, stated = along(VelocityAxes::kLevel);
+    for (VelocitySlamSettings* s : {&found, &stated}) {
       if (input) {
         s->velocity = VelocityRole::kInput;
       } else {
@@ -137,7 +137,7 @@ TEST(ModelOf, LevelAxesNeedAVelocityState) {
     }
     EXPECT_FALSE(model_of(found, noise).level);
     EXPECT_NO_THROW(validate(found));
-    EXPECT_THROW(validate(told), UsageError);
+    EXPECT_THROW(validate(stated), UsageError);
   }
 }
 

@@ -1,4 +1,4 @@
-#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/smooth/batch/batch_problem_detail.hpp>
 #include <chasles/smooth/batch/parts_detail.hpp>
 

@@ -138,10 +138,10 @@ void check_left(std::size_t points, const BatchReport& report) {
 
 void check_determined(const NormalEquations& equations, const ProblemBlocks& problem,
                       const std::vector<LandmarkId>& ids) {
-  const Eigen::VectorXd told = equations.lower.diagonal();
+  const Eigen::VectorXd diagonal = equations.lower.diagonal();
   std::vector<LandmarkId> lost;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    if (!(told.segment<3>(problem.point_row(i)).minCoeff() > 0)) lost.push_back(ids[i]);
+    if (!(diagonal.segment<3>(problem.point_row(i)).minCoeff() > 0)) lost.push_back(ids[i]);
   }
   if (lost.empty()) return;
   throw Error(

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/smooth/batch/exact_settings_testing.hpp>
 #include <chasles/smooth/batch/initial_error_detail.hpp>

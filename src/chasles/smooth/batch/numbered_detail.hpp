@@ -14,7 +14,7 @@ class Numbered {
  public:
   void push_back(T value) { kept_.push_back(std::move(value)); }
   /// Removes the elements with lower numbers.
-  void forget_before(int number) {
+  void drop_before(int number) {
     for (; first_ < number && !kept_.empty(); ++first_) kept_.pop_front();
   }
 

@@ -44,7 +44,7 @@ std::vector<SmallDrive> kinds() {
            .seed = 3}};
 }
 
-class DriveBatch : public test::OverCharts {
+class VelocityBatch : public test::OverCharts {
  protected:
   DriveScene scene(const SmallDrive& drive) const {
     DriveScene s = drive_scene(drive);
@@ -53,10 +53,10 @@ class DriveBatch : public test::OverCharts {
   }
 };
 
-TEST_P(DriveBatch, IsTheMinimumThatADenseGaussNewtonFinds) {
+TEST_P(VelocityBatch, IsTheMinimumThatADenseGaussNewtonFinds) {
   for (const SmallDrive& kind : kinds()) {
     const DriveScene s = scene(kind);
-    test::DriveOracle oracle(s);
+    test::VelocityOracle oracle(s);
     oracle.solve(6);
     const Eigen::MatrixXd P = oracle.inverse();
     const int n = oracle.state_size();
@@ -84,7 +84,7 @@ TEST_P(DriveBatch, IsTheMinimumThatADenseGaussNewtonFinds) {
   }
 }
 
-TEST_P(DriveBatch, WithoutNoiseFindsTheTruthFromABadBeginning) {
+TEST_P(VelocityBatch, WithoutNoiseFindsTheTruthFromABadBeginning) {
   DriveScene s = scene({.frames = 12, .noise = 0, .samples_a_frame = 2});
   test::Random random(7);
   for (const test::TrueDrive& t : s.truth) {
@@ -108,7 +108,7 @@ TEST_P(DriveBatch, WithoutNoiseFindsTheTruthFromABadBeginning) {
   }
 }
 
-TEST_P(DriveBatch, KnowsHowWrongItIs) {
+TEST_P(VelocityBatch, KnowsHowWrongItIs) {
   for (const VelocityRole velocity : {VelocityRole::kMeasured, VelocityRole::kInput}) {
     double first = 0, last = 0, additive = 0;
     int runs = 0, additive_dof = 0;
@@ -136,7 +136,7 @@ TEST_P(DriveBatch, KnowsHowWrongItIs) {
   }
 }
 
-TEST_P(DriveBatch, KnowsHowWrongItIsOfLevelVelocities) {
+TEST_P(VelocityBatch, KnowsHowWrongItIsOfLevelVelocities) {
   double pose = 0, tilt = 0;
   constexpr int kRuns = 40;
   for (int run = 0; run < kRuns; ++run) {
@@ -152,7 +152,7 @@ TEST_P(DriveBatch, KnowsHowWrongItIsOfLevelVelocities) {
   EXPECT_TRUE(test::is_chi2(tilt, kRuns));
 }
 
-TEST_P(DriveBatch, TheSameBytesEveryTime) {
+TEST_P(VelocityBatch, TheSameBytesEveryTime) {
   const DriveScene s = scene({.frames = 40});  // many enough for the sparse solver
   const VelocityBatchResult a = smooth(s.input, {}), b = smooth(s.input, {});
   ASSERT_EQ(a.estimates.size(), b.estimates.size());
@@ -163,11 +163,11 @@ TEST_P(DriveBatch, TheSameBytesEveryTime) {
   EXPECT_EQ(a.report.costs, b.report.costs);
 }
 
-INSTANTIATE_TEST_SUITE_P(Charts, DriveBatch, ::testing::ValuesIn(test::all_charts()),
+INSTANTIATE_TEST_SUITE_P(Charts, VelocityBatch, ::testing::ValuesIn(test::all_charts()),
                          test::chart_test_name);
 
 // With the same data the filter has larger errors, on average.
-TEST(DriveBatchAndFilter, TheBatchErrsLess) {
+TEST(VelocityBatchAndFilter, TheBatchErrsLess) {
   double filter = 0, batch = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     DriveScene s = drive_scene({.frames = 20, .seed = seed});
@@ -189,7 +189,7 @@ TEST(DriveBatchAndFilter, TheBatchErrsLess) {
   EXPECT_LT(batch, 0.9 * filter);
 }
 
-TEST(DriveBatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
+TEST(VelocityBatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
   for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
     DriveScene s = drive_scene({.frames = 12});
     BatchSettings settings;
@@ -211,14 +211,14 @@ TEST(DriveBatchGate, WrongPixelsAreLeftOutAndTheirLandmarksStay) {
   }
 }
 
-TEST(DriveBatchGate, WhereNothingAgreesThereIsNoAnswer) {
+TEST(VelocityBatchGate, WhereNothingAgreesThereIsNoAnswer) {
   DriveScene s = drive_scene();
   BatchSettings settings;
   settings.gate = 1e-6;
   EXPECT_NE(refusal(s.input, settings).find("batch.gate"), std::string::npos);
 }
 
-TEST(DriveBatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
+TEST(VelocityBatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
   DriveScene s = drive_scene({.frames = 12});
   for (std::size_t k = 4; k < 8; ++k) {
     std::erase_if(s.input.frames[k].observations,
@@ -230,7 +230,7 @@ TEST(DriveBatchTracks, ALandmarkThatComesBackIsTheSameOrNot) {
   EXPECT_EQ(smooth(s.input, settings).report.landmarks, 30);
 }
 
-TEST(DriveBatchTracks, ALandmarkBeginsWhereItHasADisparity) {
+TEST(VelocityBatchTracks, ALandmarkBeginsWhereItHasADisparity) {
   DriveScene s = drive_scene({.frames = 6});
   StereoObservation& first = s.input.frames[0].observations[0];
   first.pixels[2] = first.pixels[0] + 1;  // beyond infinity
@@ -242,7 +242,7 @@ TEST(DriveBatchTracks, ALandmarkBeginsWhereItHasADisparity) {
   EXPECT_LT((found->p_world - s.landmarks.at(first.landmark)).norm(), 3);
 }
 
-TEST(DriveBatchKeyframes, EveryNthFrame) {
+TEST(VelocityBatchKeyframes, EveryNthFrame) {
   const DriveScene s = drive_scene({.frames = 13});
   BatchSettings settings;
   settings.frames_per_keyframe = 4;
@@ -253,7 +253,7 @@ TEST(DriveBatchKeyframes, EveryNthFrame) {
 }
 
 // CHOLMOD would create three more, if it uses OpenMP.
-TEST(DriveBatchThreads, NoneAreMade) {
+TEST(VelocityBatchThreads, NoneAreMade) {
   const auto threads = [] {
     return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
   };
@@ -264,7 +264,7 @@ TEST(DriveBatchThreads, NoneAreMade) {
   EXPECT_EQ(threads(), before);
 }
 
-TEST(DriveBatchBadInput, IsRecoveredAndCounted) {
+TEST(VelocityBatchBadInput, IsRecoveredAndCounted) {
   DriveScene s = drive_scene({.frames = 12});
   auto& frames = s.input.frames;
   frames[3].observations[0].pixels[1] = std::nan("");
@@ -274,7 +274,7 @@ TEST(DriveBatchBadInput, IsRecoveredAndCounted) {
   EXPECT_LT(drive_error(s.truth.back(), result.estimates.back()).segment<3>(3).norm(), 0.2);
 }
 
-TEST(DriveBatchBadInput, NothingToEstimateFromIsRefused) {
+TEST(VelocityBatchBadInput, NothingToEstimateFromIsRefused) {
   const DriveScene s = drive_scene();
   const auto refused = [&](const char* words, const auto& spoil) {
     VelocityBatchInput input = s.input;
@@ -300,7 +300,7 @@ TEST(DriveBatchBadInput, NothingToEstimateFromIsRefused) {
   refused("polar", [](VelocityBatchInput& in) { in.settings.chart = "polar"; });
 }
 
-TEST(DriveBatchBadInput, SettingsThatCannotBeUsedAreRefused) {
+TEST(VelocityBatchBadInput, SettingsThatCannotBeUsedAreRefused) {
   DriveScene s = drive_scene();
   EXPECT_EQ(refusal(s.input, {.solver = BatchSolver{7}}).find("batch.solver: found"), 0U);
   EXPECT_EQ(refusal(s.input, {.chart = "other"}).find("batch.chart: found 'other'"), 0U);
@@ -309,7 +309,7 @@ TEST(DriveBatchBadInput, SettingsThatCannotBeUsedAreRefused) {
 }
 
 // Velocities without information, and pixels too coarse to determine the motion.
-TEST(DriveBatchLoss, IsNarrowWhereTheNoiseOfPixelsWasMeasured) {
+TEST(VelocityBatchLoss, IsNarrowWhereTheNoiseOfPixelsWasMeasured) {
   DriveScene s = drive_scene();
   EXPECT_EQ(smooth(s.input, {}).report.loss_width, 2.5);
   s.input.noise.pixels_inflated = true;
@@ -322,7 +322,7 @@ TEST(DriveBatchLoss, IsNarrowWhereTheNoiseOfPixelsWasMeasured) {
   EXPECT_LT(measured.cost_per_dof, 1.3);
 }
 
-TEST(DriveBatchIllPosed, IsNamedNotAnswered) {
+TEST(VelocityBatchIllPosed, IsNamedNotAnswered) {
   DriveScene s = drive_scene({.noise = 0});
   s.input.noise.motion.sample_sigma.setConstant(1e4);
   s.input.noise.motion.walk.setConstant(1e4);
@@ -330,7 +330,7 @@ TEST(DriveBatchIllPosed, IsNamedNotAnswered) {
   EXPECT_NE(refusal(s.input).find("ill-posed"), std::string::npos);
 }
 
-TEST(DriveBatchIllPosed, NamesALandmarkThatNoPixelTellsOf) {
+TEST(VelocityBatchIllPosed, NamesALandmarkThatNoPixelTellsOf) {
   const DriveScene s = drive_scene();
   const BatchSettings settings = exact_velocity_batch();
   VelocityBatchResult result;

@@ -1,4 +1,4 @@
-#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
 #include <chasles/smooth/batch/selected_inverse.hpp>

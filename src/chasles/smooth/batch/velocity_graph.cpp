@@ -14,10 +14,10 @@ namespace {
 
 // Velocities and frames in order of time, a velocity before a frame of the same time; collects the
 // views of every landmark.
-class DriveCollector {
+class VelocityCollector {
  public:
-  DriveCollector(const VelocityBatchInput& input, const BatchSettings& settings,
-                 BatchReport& report)
+  VelocityCollector(const VelocityBatchInput& input, const BatchSettings& settings,
+                    BatchReport& report)
       : input_(input),
         settings_(settings),
         report_(report),
@@ -176,7 +176,7 @@ void place(const StereoRig& rig, bool anchored, const Numbered<VelocityKeyframe>
 VelocityGraph velocity_graph(const VelocityBatchInput& input, const BatchSettings& settings,
                              BatchReport& report) {
   check(input);
-  VelocityGraph graph = DriveCollector(input, settings, report).collect();
+  VelocityGraph graph = VelocityCollector(input, settings, report).collect();
   if (std::ranges::count_if(graph.timeline.keyframes, &VelocityKeyframe::framed) < 2) {
     throw InputError("batch estimation needs two frames: there are " +
                      std::to_string(input.frames.size()));

@@ -47,14 +47,14 @@ class VelocityTimeline {
   int add(const BodyVelocity& velocity);
   int add(const FeatureFrame& frame);
   /// Removes what is older than that keyframe.
-  void forget_before(int keyframe);
+  void drop_before(int keyframe);
 
   BodyVelocityModel model;
-  DriveStart start;
+  VelocityStart start;
   Numbered<VelocityKeyframe> keyframes = {};
   // Terms point at them.
   Numbered<TwistLink> links = {};  ///< between a keyframe and the next
-  std::deque<DriveSample> samples = {};
+  std::deque<VelocitySample> samples = {};
 
  private:
   int advance_to(Time time, const BodyVelocity& held);

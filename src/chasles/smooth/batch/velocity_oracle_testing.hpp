@@ -8,10 +8,10 @@
 // and SO(3) with the product.
 namespace chasles::test {
 
-class DriveOracle {
+class VelocityOracle {
  public:
   /// Velocities and frames must have the same times, and every frame is a keyframe.
-  explicit DriveOracle(const DriveScene& scene)
+  explicit VelocityOracle(const DriveScene& scene)
       : in_(scene.input), model_(model_of(scene.input.settings, scene.input.noise)) {
     for (const TrueDrive& t : scene.truth) states_.push_back(t);  // initial values of the search
     for (const auto& [id, p] : scene.landmarks) points_[id] = p;

@@ -31,7 +31,7 @@ VelocityProblem::VelocityProblem(const VelocityBatchInput& input, const BatchSet
     for (double* block : keyframe(k + 1)) both.push_back(block);
     ceres().AddResidualBlock(new TwistCost(timeline.links[k]), nullptr, both);
   }
-  for (const DriveSample& sample : timeline.samples) {
+  for (const VelocitySample& sample : timeline.samples) {
     const auto k = static_cast<std::size_t>(sample.keyframe);
     ceres().AddResidualBlock(
         new SampleCost(timeline.model, sample), nullptr,

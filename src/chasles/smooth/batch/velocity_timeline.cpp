@@ -25,9 +25,9 @@ void check_smoothing(const VelocitySlamSettings& s) {
 namespace smooth_detail {
 namespace {
 
-DriveStart start_of(const VelocitySlamSettings& settings, const VelocitySlamNoise& noise,
-                    const BodyVelocityModel& model) {
-  DriveStart start;
+VelocityStart start_of(const VelocitySlamSettings& settings, const VelocitySlamNoise& noise,
+                       const BodyVelocityModel& model) {
+  VelocityStart start;
   start.mean.additive = Eigen::VectorXd::Zero(model.size());
   Eigen::MatrixXd P = initial_covariance(settings, noise);
   Eigen::VectorXd floor = Eigen::VectorXd::Constant(P.rows(), kFloor * kFloor);
@@ -95,9 +95,9 @@ int VelocityTimeline::add(const FeatureFrame& frame) {
   return k;
 }
 
-void VelocityTimeline::forget_before(int keyframe) {
-  keyframes.forget_before(keyframe);
-  links.forget_before(keyframe);
+void VelocityTimeline::drop_before(int keyframe) {
+  keyframes.drop_before(keyframe);
+  links.drop_before(keyframe);
   while (!samples.empty() && samples.front().keyframe < keyframe) samples.pop_front();
 }
 

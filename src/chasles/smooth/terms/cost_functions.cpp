@@ -1,4 +1,4 @@
-#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/smooth/terms/cost_functions_detail.hpp>
 
 namespace chasles::smooth_detail {
@@ -39,14 +39,14 @@ bool LinkCost::Evaluate(const double* const* x, double* residuals, double** jaco
   return true;
 }
 
-std::optional<Sight<2>> PixelTerm::see(const SE3& world_T_imu,
-                                       const HomogeneousPoint& point) const {
+std::optional<PredictedView<2>> PixelTerm::see(const SE3& world_T_imu,
+                                               const HomogeneousPoint& point) const {
   const auto seen = chasles::see(*camera, world_T_imu, point, pixel, least_depth);
   if (!seen) return std::nullopt;
-  return Sight<2>{.residual = -seen->residual / sigma,
-                  .d_w = seen->d_w / sigma,
-                  .d_point = seen->d_point / sigma,
-                  .d_pose = seen->d_pose / sigma};
+  return PredictedView<2>{.residual = -seen->residual / sigma,
+                          .d_w = seen->d_w / sigma,
+                          .d_point = seen->d_point / sigma,
+                          .d_pose = seen->d_pose / sigma};
 }
 
 bool InverseDepthCost::Evaluate(const double* const* x, double* residuals,

@@ -37,7 +37,7 @@ class LinkCost final : public ceres::SizedCostFunction<15, kMotionNumbers, 6, kM
 /// The residual of a landmark in one term: prediction minus measurement, and its derivatives by the
 /// point and the pose, all over sigma.
 template <int Rows>
-struct Sight {
+struct PredictedView {
   Eigen::Matrix<double, Rows, 1> residual, d_w;
   Eigen::Matrix<double, Rows, 3> d_point;  ///< by p_world of a HomogeneousPoint
   Eigen::Matrix<double, Rows, 6> d_pose;   ///< by [rotation; position], reference chart
@@ -65,7 +65,7 @@ struct PixelTerm {
   double sigma = 1;
   double least_depth = kLeastDepth;
 
-  std::optional<Sight<2>> see(const SE3& world_T_imu, const HomogeneousPoint& point) const;
+  std::optional<PredictedView<2>> see(const SE3& world_T_imu, const HomogeneousPoint& point) const;
   const SE3& anchor_cam_T_imu() const { return anchor_camera->cam_T_imu; }
 };
 

@@ -39,8 +39,8 @@ void add_keyframe(int additive, std::vector<std::int32_t>& sizes) {
 }  // namespace
 
 template <int Rows>
-std::optional<Sight<Rows>> StereoTerm<Rows>::see(const SE3& world_T_imu,
-                                                 const HomogeneousPoint& point) const {
+std::optional<PredictedView<Rows>> StereoTerm<Rows>::see(const SE3& world_T_imu,
+                                                         const HomogeneousPoint& point) const {
   const Eigen::Matrix3d cam_R_world = rig->cam0_T_imu.R * world_T_imu.R.transpose();
   const Eigen::Vector3d from_imu = point.p_world - point.w * world_T_imu.p;
   const Eigen::Vector3d q = cam_R_world * from_imu + point.w * rig->cam0_T_imu.p;
@@ -55,7 +55,7 @@ std::optional<Sight<Rows>> StereoTerm<Rows>::see(const SE3& world_T_imu,
       0, rig->fy / z, -v / z;
   const Eigen::Vector4d predicted(u + rig->cx, v + rig->cy, u + rig->cx - disparity, v + rig->cy);
   const Eigen::Matrix<double, Rows, 3> d_cam = whitened_rows * d_q;
-  Sight<Rows> seen;
+  PredictedView<Rows> seen;
   seen.residual = whitened_rows * (predicted - pixels);
   seen.d_point = d_cam * cam_R_world;
   seen.d_w =
@@ -73,7 +73,7 @@ StereoTerm<Rows> stereo_term(const StereoRig& rig, StereoRows rows, const Stereo
           .whitened_rows = sigma.head<Rows>().cwiseInverse().asDiagonal() * rows_of(rows)};
 }
 
-VelocityStartCost::VelocityStartCost(const DriveStart& start) : start_(&start) {
+VelocityStartCost::VelocityStartCost(const VelocityStart& start) : start_(&start) {
   const auto additive = static_cast<int>(start.mean.additive.size());
   set_num_residuals(kPoseErrors + additive);
   add_keyframe(additive, *mutable_parameter_block_sizes());
@@ -113,7 +113,7 @@ bool TwistCost::Evaluate(const double* const* x, double* residuals, double** jac
   return true;
 }
 
-SampleCost::SampleCost(const BodyVelocityModel& model, const DriveSample& sample)
+SampleCost::SampleCost(const BodyVelocityModel& model, const VelocitySample& sample)
     : model_(model), sample_(&sample) {
   set_num_residuals(6);
   if (model.level) mutable_parameter_block_sizes()->push_back(kPoseNumbers);

@@ -23,7 +23,8 @@ struct StereoTerm {
   Eigen::Matrix<double, Rows, 4> whitened_rows = Eigen::Matrix<double, Rows, 4>::Zero();
   double least_depth = kLeastDepth;
 
-  std::optional<Sight<Rows>> see(const SE3& world_T_imu, const HomogeneousPoint& point) const;
+  std::optional<PredictedView<Rows>> see(const SE3& world_T_imu,
+                                         const HomogeneousPoint& point) const;
   const SE3& anchor_cam_T_imu() const { return rig->cam0_T_imu; }
 };
 
@@ -33,17 +34,17 @@ StereoTerm<Rows> stereo_term(const StereoRig& rig, StereoRows rows, const Stereo
                              const Eigen::Vector4d& pixels);
 
 /// The prior at the start. Blocks: motion, additive.
-struct DriveStart {
+struct VelocityStart {
   VelocityState mean;
   Eigen::MatrixXd whitening;  ///< of [rotation, position, additive], reference chart
 };
 class VelocityStartCost final : public ceres::CostFunction {
  public:
-  explicit VelocityStartCost(const DriveStart& start);
+  explicit VelocityStartCost(const VelocityStart& start);
   bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
 
  private:
-  const DriveStart* start_;
+  const VelocityStart* start_;
 };
 
 /// Blocks: motion, additive of a keyframe; of the next.
@@ -58,19 +59,19 @@ class TwistCost final : public ceres::CostFunction {
 
 /// A sample that measures the velocity state. Blocks: motion, where the samples' axes are level;
 /// additive.
-struct DriveSample {
+struct VelocitySample {
   int keyframe = 0;
   BodyVelocity velocity;
   BodyVelocityNoise noise;
 };
 class SampleCost final : public ceres::CostFunction {
  public:
-  SampleCost(const BodyVelocityModel& model, const DriveSample& sample);
+  SampleCost(const BodyVelocityModel& model, const VelocitySample& sample);
   bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override;
 
  private:
   BodyVelocityModel model_;
-  const DriveSample* sample_;
+  const VelocitySample* sample_;
 };
 
 }  // namespace chasles::smooth_detail

@@ -57,8 +57,9 @@ class VelocityCosts : public test::OverCharts {
 
 TEST_P(VelocityCosts, OfTheStart) {
   Random random(1);
-  DriveStart start{.mean = {.world_T_imu = near_pose(random), .additive = random.normal_vector(4)},
-                   .whitening = *whitening_of(test::random_covariance(random, 10, 0.5))};
+  VelocityStart start{
+      .mean = {.world_T_imu = near_pose(random), .additive = random.normal_vector(4)},
+      .whitening = *whitening_of(test::random_covariance(random, 10, 0.5))};
   expect_numeric(VelocityStartCost(start),
                  {&chart(), {pose_numbers(near_pose(random)), random_numbers(random, 4)}}, 1e-7);
 }
@@ -82,7 +83,7 @@ TEST_P(VelocityCosts, OfMotion) {
       }
       expect_numeric(TwistCost(link), blocks, 1e-6);
       if (!state) continue;
-      const DriveSample sample{.keyframe = 0, .velocity = held, .noise = noise};
+      const VelocitySample sample{.keyframe = 0, .velocity = held, .noise = noise};
       expect_numeric(SampleCost(model, sample), {&chart(), {random_numbers(random, model.size())}},
                      1e-8);
       BodyVelocityModel level = model;
@@ -100,7 +101,7 @@ TEST_P(VelocityCosts, OfALevelSampleHasNoValueWhereTheBodyLooksUp) {
       .velocity_state = true, .gyro_bias = false, .scale = false, .level = true};
   BodyVelocityNoise noise;
   noise.sample_sigma.setOnes();
-  const DriveSample sample{.keyframe = 0, .velocity = {}, .noise = noise};
+  const VelocitySample sample{.keyframe = 0, .velocity = {}, .noise = noise};
   const std::vector<double> up =
       pose_numbers({.R = so3::exp(Eigen::Vector3d(0, -std::numbers::pi / 2, 0)), .p = {0, 0, 0}});
   const std::vector<double> additive(9);

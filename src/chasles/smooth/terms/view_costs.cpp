@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/smooth/terms/velocity_costs_detail.hpp>
 
 // The costs of a landmark's views, for every kind of term.
@@ -33,7 +33,7 @@ void write_not_seen(double* residuals, double** jacobians, std::initializer_list
 }
 
 template <typename Term>
-void write_residual(const Sight<Term::kRows>& seen, double* residuals) {
+void write_residual(const PredictedView<Term::kRows>& seen, double* residuals) {
   Eigen::Map<Eigen::Matrix<double, Term::kRows, 1>>{residuals} = seen.residual;
 }
 
@@ -47,7 +47,7 @@ Landmark landmark_of(const SE3& cam_T_imu, const double* parameters) {
 
 // By the anchor's pose and the parameters.
 template <int Rows>
-Eigen::Matrix<double, Rows, 9> by_anchored(const Sight<Rows>& seen, const Clone& anchor,
+Eigen::Matrix<double, Rows, 9> by_anchored(const PredictedView<Rows>& seen, const Clone& anchor,
                                            const Landmark& landmark) {
   Eigen::Matrix<double, Rows, 9> d = seen.d_point * homogeneous_derivative(anchor, landmark);
   d.template rightCols<1>() += seen.d_w;

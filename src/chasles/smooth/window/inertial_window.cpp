@@ -44,7 +44,7 @@ struct InertialWindow::Implementation {
   void check_gap(Time frame) const;
   std::vector<Estimate> take_covered(bool all);
   std::optional<Estimate> take(const FeatureFrame& frame);
-  void forget();
+  void drop();
   void push_start();
   void push(Time time);
   void push_keyframe();
@@ -97,7 +97,7 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
   const std::optional<Time> time = choice.take(frame, *buffer.latest());
   if (!time) return std::nullopt;
   check_gap(*time);
-  if (sliding.make_room()) forget();
+  if (sliding.make_room()) drop();
   if (sliding.window.keyframes.empty()) push_start();
   if (*time > graph.keyframes.back().time) push(*time);
   sliding.window.keyframes.back().framed = true;
@@ -110,7 +110,7 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
     throw Error(ExitCode::kDiverged, "the window found no finite minimum at the frame at " +
                                          std::to_string(frame.time.count()) + " ns");
   }
-  tracks.forget(settled.culled, report);
+  tracks.drop(settled.culled, report);
   read_states();
   report.imu = buffer.counts();
   Estimate found = estimate(*time, static_cast<int>(settled.culled.views.size()));
@@ -119,10 +119,10 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
 }
 
 // Removes what has left the window.
-void InertialWindow::Implementation::forget() {
-  tracks.forget(sliding.window);
-  graph.keyframes.forget_before(sliding.window.first);
-  graph.links.forget_before(sliding.window.first);
+void InertialWindow::Implementation::drop() {
+  tracks.drop(sliding.window);
+  graph.keyframes.drop_before(sliding.window.first);
+  graph.links.drop_before(sliding.window.first);
 }
 
 void InertialWindow::Implementation::push_start() {
@@ -133,7 +133,7 @@ void InertialWindow::Implementation::push_start() {
 void InertialWindow::Implementation::push(Time time) {
   const Time from = graph.keyframes.back().time;
   const InertialState state = add_link(input, graph.keyframes.back(), time, buffer, graph);
-  buffer.forget_before(from);
+  buffer.drop_before(from);
   graph.keyframes.push_back({.time = time, .state = state});
   push_keyframe();
   sliding.window.terms.push_back(

@@ -65,8 +65,8 @@ WindowView VelocityWindow::Implementation::view_of(const StereoView& view, bool 
 
 void VelocityWindow::Implementation::make_room() {
   if (!sliding.make_room()) return;
-  tracks.forget(sliding.window);
-  timeline.forget_before(sliding.window.first);
+  tracks.drop(sliding.window);
+  timeline.drop_before(sliding.window.first);
 }
 
 // Adds the timeline's keyframe, with the terms that end there, to the window.
@@ -178,7 +178,7 @@ std::optional<Estimate> VelocityWindow::process(const FeatureFrame& frame) {
   w.last_frame = now;
   const SlidingWindow::Settled settled = w.sliding.settle(w.report);
   w.gated = static_cast<int>(std::ranges::count(settled.culled.views, now, &CulledView::keyframe));
-  w.tracks.forget(settled.culled, w.report);
+  w.tracks.drop(settled.culled, w.report);
   for (int k = window.first; k <= window.last(); ++k) {
     VelocityState& state = w.timeline.keyframes[static_cast<std::size_t>(k)].state;
     state.world_T_imu = read_pose(window.keyframe(k).motion.data());

@@ -50,7 +50,7 @@ WindowRun slide(const VelocityBatchInput& input, const BatchSettings& settings, 
   return run;
 }
 
-class DriveWindowOver : public test::OverCharts {
+class VelocityWindowOver : public test::OverCharts {
  protected:
   DriveScene scene(const SmallDrive& drive) const {
     DriveScene s = drive_scene(drive);
@@ -59,7 +59,7 @@ class DriveWindowOver : public test::OverCharts {
   }
 };
 
-TEST_P(DriveWindowOver, OfTheWholeRecordingIsTheBatch) {
+TEST_P(VelocityWindowOver, OfTheWholeRecordingIsTheBatch) {
   const SmallDrive kinds[] = {
       {.frames = 6, .landmarks = 12},
       {.frames = 5, .scale = true, .rows = StereoRows::kMean, .samples_a_frame = 2, .seed = 2},
@@ -96,7 +96,7 @@ TEST_P(DriveWindowOver, OfTheWholeRecordingIsTheBatch) {
 
 // The last estimate uses all data, also those marginalised. The error of their fixed linearisation
 // is small against the estimate's own sigma.
-TEST_P(DriveWindowOver, ThatForgetsHardlyDiffersFromTheBatch) {
+TEST_P(VelocityWindowOver, ThatForgetsHardlyDiffersFromTheBatch) {
   for (const bool level : {false, true}) {
     const DriveScene s = scene({.frames = 20, .level = level});
     const Estimate b = smooth(s.input, exact_velocity_window()).estimates.back();
@@ -115,7 +115,7 @@ TEST_P(DriveWindowOver, ThatForgetsHardlyDiffersFromTheBatch) {
   }
 }
 
-TEST_P(DriveWindowOver, KnowsHowWrongItIs) {
+TEST_P(VelocityWindowOver, KnowsHowWrongItIs) {
   double middle = 0, last = 0;
   int runs = 0;
   for (; runs < 40; ++runs) {
@@ -133,7 +133,7 @@ TEST_P(DriveWindowOver, KnowsHowWrongItIs) {
   EXPECT_TRUE(test::is_chi2(last, 6 * runs));
 }
 
-TEST_P(DriveWindowOver, TheSameBytesEveryTime) {
+TEST_P(VelocityWindowOver, TheSameBytesEveryTime) {
   const DriveScene s = scene({.frames = 12});
   const WindowRun a = slide(s.input, {}, 4), b = slide(s.input, {}, 4);
   ASSERT_EQ(a.estimates.size(), b.estimates.size());
@@ -143,7 +143,7 @@ TEST_P(DriveWindowOver, TheSameBytesEveryTime) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Charts, DriveWindowOver, ::testing::ValuesIn(test::all_charts()),
+INSTANTIATE_TEST_SUITE_P(Charts, VelocityWindowOver, ::testing::ValuesIn(test::all_charts()),
                          test::chart_test_name);
 
 TEST(VelocityWindow, KnowsNothingOfWhatComesLater) {
@@ -234,7 +234,7 @@ TEST(VelocityWindow, TakesEveryNthFrame) {
   EXPECT_LT(drive_error(s.truth[12], run.estimates[3]).segment<3>(3).norm(), 0.4);
 }
 
-TEST(DriveWindowBadInput, IsRecoveredAndCounted) {
+TEST(VelocityWindowBadInput, IsRecoveredAndCounted) {
   DriveScene s = drive_scene({.frames = 12});
   s.input.frames[3].observations[0].pixels[1] = std::nan("");
   s.input.frames[5].observations.push_back(s.input.frames[5].observations[2]);
@@ -254,7 +254,7 @@ std::string refusal(const VelocityBatchInput& input, const BatchSettings& settin
   return "nothing was refused";
 }
 
-TEST(DriveWindowBadInput, IsRefused) {
+TEST(VelocityWindowBadInput, IsRefused) {
   const DriveScene s = drive_scene();
   const auto refused = [&](const char* words, const auto& spoil) {
     VelocityBatchInput input = s.input;

@@ -13,7 +13,7 @@
 #include <ceres/loss_function.h>
 
 #include <chasles/filter/history.hpp>
-#include <chasles/filter/pixel_sight.hpp>
+#include <chasles/filter/pixel_projection.hpp>
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
 
 /// A window that slides over a recording of any kind. Private to this folder. Its terms are those

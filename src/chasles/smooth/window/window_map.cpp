@@ -48,11 +48,11 @@ std::optional<MapLandmark> map_landmark(const Window& window, const WindowFactor
   if (point.in_prior) {
     C.middleRows<3>(rows.points.at(number)) = by_point.transpose();
   } else {
-    const Eigen::Matrix3d by_told = by_point * inverse_on_range(point.linear.V);
+    const Eigen::Matrix3d by_information = by_point * inverse_on_range(point.linear.V);
     for (const PointLinear::Seat& seat : point.linear.seats) {
-      C.middleRows<6>(rows.keyframe(seat.keyframe)) -= seat.W * by_told.transpose();
+      C.middleRows<6>(rows.keyframe(seat.keyframe)) -= seat.W * by_information.transpose();
     }
-    landmark.covariance = by_told * by_point.transpose();
+    landmark.covariance = by_information * by_point.transpose();
   }
   // Rows above the first nonzero row stay zero.
   const int first = point.in_prior ? rows.points.at(number) : rows.begin;

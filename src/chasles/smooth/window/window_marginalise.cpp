@@ -123,18 +123,18 @@ void eliminate_points(const WindowRows& rows, const std::vector<int>& ending,
     if (rows.points.contains(number)) gone.push_back(rows.points.at(number));
   }
   const Eigen::Index n = rows.size, width = 3 * std::ssize(gone);
-  Eigen::MatrixXd columns(n, width), told(n, width);  // told columns^T is subtracted
+  Eigen::MatrixXd columns(n, width), informed(n, width);  // informed columns^T is subtracted
   Eigen::Index done = 0;
   for (const int row : gone) {
     auto own = columns.middleCols<3>(done);
     own = system.S.middleCols<3>(row);
-    own.noalias() -= told.leftCols(done) * columns.block(row, 0, 3, done).transpose();
-    told.middleCols<3>(done).noalias() = own * inverse_on_range(own.middleRows<3>(row));
+    own.noalias() -= informed.leftCols(done) * columns.block(row, 0, 3, done).transpose();
+    informed.middleCols<3>(done).noalias() = own * inverse_on_range(own.middleRows<3>(row));
     const Eigen::Vector3d g = system.g.segment<3>(row);
-    system.g.noalias() -= told.middleCols<3>(done) * g;
+    system.g.noalias() -= informed.middleCols<3>(done) * g;
     done += 3;
   }
-  dense::add_product_lower(-told, columns.transpose(), system.S);
+  dense::add_product_lower(-informed, columns.transpose(), system.S);
 }
 
 // Eliminates a keyframe in the coordinates of its link: the keyframe's errors are replaced by the

@@ -13,7 +13,7 @@ namespace {
 
 // Limits for the eigenvalues of V, relative to the largest: directions below the first are
 // undetermined. If Cholesky's pivots are above the second, all are determined.
-constexpr double kNotTold = 1e-12, kCertainlyTold = 1e-8;
+constexpr double kUndetermined = 1e-12, kCertainlyTold = 1e-8;
 
 // The lower triangle of the block at rows i and columns j, the first rows of two poses.
 void add_block(int i, int j, const Matrix6d& block, Eigen::MatrixXd& S) {
@@ -106,10 +106,10 @@ Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V) {
     return cholesky.solve(Eigen::Matrix3d::Identity());
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(V);
-  const Eigen::Vector3d& told = eigen.eigenvalues();
+  const Eigen::Vector3d& information = eigen.eigenvalues();
   Eigen::Vector3d inverse = Eigen::Vector3d::Zero();
   for (int i = 0; i < 3; ++i) {
-    if (told[i] > kNotTold * told[2]) inverse[i] = 1 / told[i];
+    if (information[i] > kUndetermined * information[2]) inverse[i] = 1 / information[i];
   }
   return eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
 }

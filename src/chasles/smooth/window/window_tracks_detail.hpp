@@ -32,7 +32,7 @@ class WindowTracks {
 
   /// Call after keyframes were marginalised. The views of landmarks that left with them have been
   /// used. Views of other tracks from older keyframes are removed unused.
-  void forget(const Window& window) {
+  void drop(const Window& window) {
     std::erase_if(id_of_, [&](const auto& entry) {
       if (window.points.contains(entry.first)) return false;
       if (with(entry.first) != nullptr) tracks_.erase(entry.second);
@@ -46,7 +46,7 @@ class WindowTracks {
   }
 
   /// Call after the gate: a removed landmark may be initialised again with the views that agreed.
-  void forget(const Culled& culled, WindowReport& report) {
+  void drop(const Culled& culled, WindowReport& report) {
     report.gated += static_cast<int>(culled.views.size());
     report.observations -= static_cast<int>(culled.views.size());
     for (const CulledView& gone : culled.views) {

@@ -96,7 +96,7 @@ void read_folder(const fs::path& scratch, std::string_view bytes) {
 
 }  // namespace
 
-std::vector<Kind> drive_kinds() {
+std::vector<Kind> velocity_kinds() {
   return {{"npz", npz_seed, read_npz},
           {"npy", npy_seed, read_npy},
           {"mat", mat_seed, read_mat},
