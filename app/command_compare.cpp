@@ -194,9 +194,8 @@ int compare(const CompareOptions& o) {
 Action declare_compare(CLI::App& parser) {
   const auto o = std::make_shared<CompareOptions>();
   parser
-      .add_option(
-          "SCENE", o->scene.name,
-          "hallway, turntable, trajectory, loops, or a recording with IMU, cameras and truth")
+      .add_option("SCENE", o->scene.name,
+                  lab_scene_names() + ", or a recording with IMU, cameras and truth")
       ->required()
       ->type_name("");
   declare_scene(parser, o->scene);

@@ -71,7 +71,7 @@ void check(const MonteCarloOptions& o) {
     throw UsageError("--merge takes folders alone: expected neither a SCENE nor --runs");
   }
   if (o.scene.name.empty()) {
-    throw UsageError("SCENE is required: hallway, turntable, trajectory, loops");
+    throw UsageError("SCENE is required: " + lab_scene_names());
   }
   if (o.runs == 0) throw UsageError("--runs is required: expected a whole number above 0");
   if (o.workers < 0) {
@@ -214,8 +214,7 @@ void declare_output(CLI::App& parser, MonteCarloOptions& o) {
 
 Action declare_montecarlo(CLI::App& parser) {
   const auto o = std::make_shared<MonteCarloOptions>();
-  parser.add_option("SCENE", o->scene.name, "hallway, turntable, trajectory, or loops")
-      ->type_name("");
+  parser.add_option("SCENE", o->scene.name, lab_scene_names())->type_name("");
   declare_study(parser, *o);
   declare_scene(parser, o->scene);
   declare_filters(parser, o->filters);

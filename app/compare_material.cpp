@@ -11,6 +11,7 @@
 #include <chasles/lab/loops.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 
+#include "lab_scene.hpp"
 #include "loops_options.hpp"
 
 namespace chasles::app {
@@ -55,10 +56,9 @@ void check_recording(const SceneChoice& choice) {
   std::error_code ignored;
   if (!std::filesystem::exists(choice.name, ignored)) {
     throw UsageError(
-        fmt::format("'{}' is neither a scene nor a recording: expected one of "
-                    "hallway, turntable, trajectory, loops, or a recording with an IMU, "
-                    "cameras and the truth",
-                    choice.name));
+        fmt::format("'{}' is neither a scene nor a recording: expected one of {}, or a recording "
+                    "with an IMU, cameras and the truth",
+                    choice.name, lab_scene_names()));
   }
   if (!choice.sets.empty() || !choice.config.empty() || !choice.path.empty()) {
     throw UsageError(

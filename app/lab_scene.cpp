@@ -44,6 +44,12 @@ LabScene lab_scene(const SceneChoice& choice, const FilterOptions& options) {
   return scene;
 }
 
+std::string lab_scene_names() {
+  std::string names;
+  for (const InertialScene& scene : inertial_scenes()) names += scene.name + ", ";
+  return names + "loops";
+}
+
 std::string lab_help() {
   return "Scenes:\n" + inertial_scenes_help() + loops_scene_help() + "\n" + filter_settings_help() +
          "\nThe scene loops accepts only the settings chart and first_estimates.\n"

@@ -26,6 +26,9 @@ struct LabScene {
 /// Prepares a scene of any kind. Throws as scene_from() and filters_from().
 LabScene lab_scene(const SceneChoice& scene, const FilterOptions& filters);
 
+/// "hallway, turntable, ..., loops": all scenes of a study.
+std::string lab_scene_names();
+
 /// Help text: scenes, settings of filters and settings of scenes.
 std::string lab_help();
 
