@@ -83,7 +83,7 @@ Json imu_json(const ImuBuffer::Counts& imu) {
           {"gaps", imu.gaps}, {"saturated", imu.saturated},   {"extrapolated", imu.extrapolated}};
 }
 
-void append_remarks(const RunReport& report, std::vector<std::string>& remarks) {
+void append_run_remarks(const RunReport& report, std::vector<std::string>& remarks) {
   const EstimatorReport& own = report.estimator;
   if (report.frontend.unreadable > 0) {
     remarks.push_back(fmt::format("{} frames have an unreadable image, which counts as missing",
@@ -117,7 +117,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
                   const InertialSensors& sensors, const Recording& recording) {
   const EstimatorReport& report = run.report.estimator;
   std::vector<std::string> remarks = recording.remarks;
-  append_remarks(run.report, remarks);
+  append_run_remarks(run.report, remarks);
   Json summary =
       run_json(run.run, "slam", settings.filter.chart, recording.true_landmarks, remarks);
   summary["nees_state"] = or_null(run.nees_state);

@@ -54,15 +54,15 @@ TEST(TimeOffset, OfVelocitiesIsFoundSaidAndCorrected) {
   expect_part(untouched["remarks"].dump(), "their time stamps are not corrected");
 }
 
-TEST(TimeOffset, ThatIsToldIsTakenByEveryEstimator) {
+TEST(TimeOffset, ThatIsStatedIsTakenByEveryEstimator) {
   const Scratch folder;
   simulate_late(folder);
   for (const char* estimator : {"filter", "batch", "window:5"}) {
     const std::string by = std::string(" --estimator ") + estimator;
     const Json right = run(folder, "rec --stop 6" + by);
-    const Json told = run(folder, "late --stop 6 --set time_offset=0.06" + by);
+    const Json stated = run(folder, "late --stop 6 --set time_offset=0.06" + by);
     // Only the sample at the first frame differs: it is interpolated.
-    EXPECT_NEAR(told["ate_m"].get<double>(), right["ate_m"].get<double>(), 0.01) << estimator;
+    EXPECT_NEAR(stated["ate_m"].get<double>(), right["ate_m"].get<double>(), 0.01) << estimator;
   }
   expect_error(chasles(folder, "run late --quiet --set time_offset=0.6"), 1, "time_offset");
 }

@@ -58,29 +58,29 @@ struct Normal {
 constexpr std::size_t kUsualViews = 64;
 using Room = std::array<std::byte, kUsualViews*(sizeof(Ray) + sizeof(Eigen::Vector3d))>;
 
-std::optional<Rays> sights_of(std::span<const View> views, std::pmr::memory_resource* memory) {
-  Rays sights{.views = std::pmr::vector<Ray>(memory)};
-  sights.views.reserve(views.size());
+std::optional<Rays> rays_of(std::span<const View> views, std::pmr::memory_resource* memory) {
+  Rays rays{.views = std::pmr::vector<Ray>(memory)};
+  rays.views.reserve(views.size());
   for (const View& view : views) {
     if (view.camera == nullptr) return std::nullopt;
-    const std::optional<PixelRay> ray = unproject(*view.camera, view.pixel);
-    if (!ray) return std::nullopt;
+    const std::optional<PixelRay> pixel_ray = unproject(*view.camera, view.pixel);
+    if (!pixel_ray) return std::nullopt;
     const SE3 world_T_cam = view.world_T_imu * view.camera->cam_T_imu.inverse();
     if (!world_T_cam.R.allFinite() || !world_T_cam.p.allFinite()) return std::nullopt;
-    Ray sight;
-    sight.camera = view.camera;
-    sight.pixel = view.pixel;
-    sight.centre_world = world_T_cam.p;
-    sight.cam_R_world = world_T_cam.R.transpose();
-    sight.ray_world = world_T_cam.R * ray->ray / ray->ray.norm();
-    sights.views.push_back(sight);
+    Ray ray;
+    ray.camera = view.camera;
+    ray.pixel = view.pixel;
+    ray.centre_world = world_T_cam.p;
+    ray.cam_R_world = world_T_cam.R.transpose();
+    ray.ray_world = world_T_cam.R * pixel_ray->ray / pixel_ray->ray.norm();
+    rays.views.push_back(ray);
   }
-  return sights;
+  return rays;
 }
 
 // Chooses the anchor; false if all views have the same position, to round-off.
-bool set_anchor(Rays& sights) {
-  std::pmr::vector<Ray>& views = sights.views;
+bool set_anchor(Rays& rays) {
+  std::pmr::vector<Ray>& views = rays.views;
   // The mean is relative to the first view: no loss of precision far from the world's origin.
   const Eigen::Vector3d first = views[0].centre_world;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
@@ -89,27 +89,27 @@ bool set_anchor(Rays& sights) {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < views.size(); ++i) {
     const double distance = (views[i].centre_world - middle).squaredNorm();
-    if (distance < nearest) sights.anchor = i;
+    if (distance < nearest) rays.anchor = i;
     nearest = std::min(nearest, distance);
   }
-  const Ray anchor = views[sights.anchor];
+  const Ray anchor = views[rays.anchor];
   double round_off = 0;
   for (Ray& view : views) {
     view.cam_R_anchor = view.cam_R_world * anchor.cam_R_world.transpose();
     view.p_cam_anchor = view.cam_R_world * (anchor.centre_world - view.centre_world);
-    sights.baseline = std::max(sights.baseline, view.p_cam_anchor.norm());
+    rays.baseline = std::max(rays.baseline, view.p_cam_anchor.norm());
     round_off = std::max(
         round_off, 16 * kEpsilon * (view.centre_world.norm() + view.camera->cam_T_imu.p.norm()));
   }
-  if (!(sights.baseline > round_off)) return false;
-  for (Ray& view : views) view.p_cam_anchor /= sights.baseline;
+  if (!(rays.baseline > round_off)) return false;
+  for (Ray& view : views) view.p_cam_anchor /= rays.baseline;
   return true;
 }
 
 // None if the point is behind a camera, or outside its lens model.
-std::optional<Normal> normal_equations(const Rays& sights, const InverseDepthPoint& point) {
+std::optional<Normal> normal_equations(const Rays& rays, const InverseDepthPoint& point) {
   Normal normal;
-  for (const Ray& view : sights.views) {
+  for (const Ray& view : rays.views) {
     Eigen::Matrix3d d_point = view.cam_R_anchor;
     d_point.col(2) = view.p_cam_anchor;
     const Eigen::Vector3d seen = d_point * point + view.cam_R_anchor.col(2);
@@ -131,32 +131,32 @@ std::optional<Normal> normal_equations(const Rays& sights, const InverseDepthPoi
 }
 
 // The point nearest to all rays.
-InverseDepthPoint linear_point(const Rays& sights) {
-  const Ray& anchor = sights.views[sights.anchor];
+InverseDepthPoint linear_point(const Rays& rays) {
+  const Ray& anchor = rays.views[rays.anchor];
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (const Ray& view : sights.views) {
+  for (const Ray& view : rays.views) {
     const Eigen::Matrix3d across =
         Eigen::Matrix3d::Identity() - view.ray_world * view.ray_world.transpose();
     A += across;
     b += across * (view.centre_world - anchor.centre_world);
   }
   const Eigen::Vector3d p_anchor = anchor.cam_R_world * solve_symmetric(A, b);
-  return {p_anchor.x() / p_anchor.z(), p_anchor.y() / p_anchor.z(), sights.baseline / p_anchor.z()};
+  return {p_anchor.x() / p_anchor.z(), p_anchor.y() / p_anchor.z(), rays.baseline / p_anchor.z()};
 }
 
 // The best of the linear point and of some points on the anchor's ray. With little parallax, noise
 // may move the linear point behind the cameras.
-std::optional<InverseDepthPoint> start(const Rays& sights) {
-  const Ray& anchor = sights.views[sights.anchor];
+std::optional<InverseDepthPoint> start(const Rays& rays) {
+  const Ray& anchor = rays.views[rays.anchor];
   const Eigen::Vector3d ray = anchor.cam_R_world * anchor.ray_world;
   const double x = ray.x() / ray.z();
   const double y = ray.y() / ray.z();
   std::optional<InverseDepthPoint> best;
   double least = std::numeric_limits<double>::infinity();
   for (const InverseDepthPoint& point :
-       {linear_point(sights), {x, y, 1e-3}, {x, y, 0.03}, {x, y, 0.3}, {x, y, 1.5}}) {
-    const std::optional<Normal> normal = normal_equations(sights, point);
+       {linear_point(rays), {x, y, 1e-3}, {x, y, 0.03}, {x, y, 0.3}, {x, y, 1.5}}) {
+    const std::optional<Normal> normal = normal_equations(rays, point);
     if (!normal || !(normal->cost < least)) continue;
     least = normal->cost;
     best = point;
@@ -170,8 +170,8 @@ struct Minimum {
 };
 
 // Gauss-Newton; damped only while a full step does not reduce the cost.
-std::optional<Minimum> minimise(const Rays& sights, const InverseDepthPoint& from) {
-  Minimum at{.point = from, .normal = *normal_equations(sights, from)};
+std::optional<Minimum> minimise(const Rays& rays, const InverseDepthPoint& from) {
+  Minimum at{.point = from, .normal = *normal_equations(rays, from)};
   double damping = 0;
   for (int i = 0; i < kMaxSteps && damping < kMaxDamping; ++i) {
     Eigen::Matrix3d damped = at.normal.matrix;
@@ -180,7 +180,7 @@ std::optional<Minimum> minimise(const Rays& sights, const InverseDepthPoint& fro
     const bool converged =
         damping == 0 && step.dot(at.normal.gradient) < kConvergedStep * kConvergedStep;
     const InverseDepthPoint point = at.point + step;
-    const std::optional<Normal> normal = normal_equations(sights, point);
+    const std::optional<Normal> normal = normal_equations(rays, point);
     // Round-off of the cost must not reject the last steps. It comes from the round-off of the
     // residuals, which is that of pixel coordinates, however small the residuals are.
     const double bound = std::pow(std::sqrt(at.normal.cost) * (1 + 1e-12) + kPixelRoundOff, 2);
@@ -195,21 +195,22 @@ std::optional<Minimum> minimise(const Rays& sights, const InverseDepthPoint& fro
   return std::nullopt;
 }
 
-double largest_parallax(const Rays& sights, const Eigen::Vector3d& p_world) {
-  std::pmr::vector<Eigen::Vector3d> rays(sights.views.get_allocator());
-  rays.reserve(sights.views.size());
+double largest_parallax(const Rays& rays, const Eigen::Vector3d& p_world) {
+  std::pmr::vector<Eigen::Vector3d> directions(rays.views.get_allocator());
+  directions.reserve(rays.views.size());
   double chord2 = 0;
-  for (const Ray& view : sights.views) {
-    const Eigen::Vector3d ray = (p_world - view.centre_world).normalized();
-    for (const Eigen::Vector3d& other : rays)
-      chord2 = std::max(chord2, (ray - other).squaredNorm());
-    rays.push_back(ray);
+  for (const Ray& view : rays.views) {
+    const Eigen::Vector3d direction = (p_world - view.centre_world).normalized();
+    for (const Eigen::Vector3d& other : directions) {
+      chord2 = std::max(chord2, (direction - other).squaredNorm());
+    }
+    directions.push_back(direction);
   }
   return 2 * std::asin(std::min(1.0, std::sqrt(chord2) / 2));
 }
 
-bool in_front(const Rays& sights, const Eigen::Vector3d& p_world) {
-  return std::ranges::all_of(sights.views, [&](const Ray& view) {
+bool in_front(const Rays& rays, const Eigen::Vector3d& p_world) {
+  return std::ranges::all_of(rays.views, [&](const Ray& view) {
     return view.cam_R_world.row(2).dot(p_world - view.centre_world) > kMinDepth;
   });
 }
@@ -220,11 +221,11 @@ std::optional<MultiViewPoint> triangulate(std::span<const View> views) {
   if (views.size() < 2) return std::nullopt;
   alignas(std::max_align_t) Room room;
   std::pmr::monotonic_buffer_resource memory(room.data(), room.size());
-  std::optional<Rays> sights = sights_of(views, &memory);
-  if (!sights || !set_anchor(*sights)) return std::nullopt;
-  const std::optional<InverseDepthPoint> from = start(*sights);
+  std::optional<Rays> rays = rays_of(views, &memory);
+  if (!rays || !set_anchor(*rays)) return std::nullopt;
+  const std::optional<InverseDepthPoint> from = start(*rays);
   if (!from) return std::nullopt;
-  const std::optional<Minimum> minimum = minimise(*sights, *from);
+  const std::optional<Minimum> minimum = minimise(*rays, *from);
   if (!minimum || !(minimum->point.z() > kInfinitelyFar)) return std::nullopt;
 
   const auto& [point, normal] = *minimum;
@@ -233,8 +234,8 @@ std::optional<MultiViewPoint> triangulate(std::span<const View> views) {
   const Eigen::Matrix3d inverse = cholesky.solve(Eigen::Matrix3d::Identity());
   if (!(1 / inverse(2, 2) > kSingular * normal.matrix.trace())) return std::nullopt;
 
-  const Ray& anchor = sights->views[sights->anchor];
-  const double scale = sights->baseline / point.z();
+  const Ray& anchor = rays->views[rays->anchor];
+  const double scale = rays->baseline / point.z();
   const Eigen::Vector3d p_anchor(scale * point.x(), scale * point.y(), scale);
   Eigen::Matrix3d d_point = scale * Eigen::Matrix3d::Identity();
   d_point.col(2) = -p_anchor / point.z();
@@ -242,10 +243,10 @@ std::optional<MultiViewPoint> triangulate(std::span<const View> views) {
 
   MultiViewPoint result;
   result.p_world = anchor.centre_world + anchor.cam_R_world.transpose() * p_anchor;
-  if (!in_front(*sights, result.p_world)) return std::nullopt;
+  if (!in_front(*rays, result.p_world)) return std::nullopt;
   result.covariance = d_point * inverse * d_point.transpose();
   result.rms = std::sqrt(normal.cost / static_cast<double>(2 * views.size()));
-  result.parallax = largest_parallax(*sights, result.p_world);
+  result.parallax = largest_parallax(*rays, result.p_world);
   return result;
 }
 

@@ -100,7 +100,7 @@ void expect_found(const Drive& drive) {
   EXPECT_EQ(clock->stands_out(), drive.lag != 0) << clock->offset;
 }
 
-TEST(VelocityClock, IsToldByTheTracks) {
+TEST(VelocityClock, IsDeterminedByTheTracks) {
   for (const double lag : {0.06, -0.045, 0.17, 0.0}) expect_found({.lag = lag});
 }
 
@@ -144,7 +144,7 @@ TEST(VelocityClock, OfNoisySamplesIsNotBelieved) {
   }
 }
 
-TEST(VelocityClock, IsNotToldWhereNothingTellsIt) {
+TEST(VelocityClock, IsUndeterminedWithoutInformation) {
   EXPECT_FALSE(velocity_clock({}));
   EXPECT_FALSE(velocity_clock(drive_past_points({.lag = 0.06, .seconds = 8})));
   const auto steady = velocity_clock(drive_past_points({.lag = 0.06, .turning = 0}));

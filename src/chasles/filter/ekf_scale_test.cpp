@@ -50,7 +50,7 @@ Ekf filter_with_landmarks(const ErrorChart& chart, test::Random& random, Ekf::Op
   return filter;
 }
 
-std::vector<Measurement> sights(const State& x, test::Random& random) {
+std::vector<Measurement> observations(const State& x, test::Random& random) {
   std::vector<Measurement> result;
   for (int i = 0; i < static_cast<int>(x.landmarks.size()); ++i) {
     auto z = measure_pixel(camera_at_imu(), 1, x, i, Eigen::Vector2d::Zero(),
@@ -87,7 +87,7 @@ double gain(const char* chart, Ekf::Options options, int seed) {
   Ekf filter = filter_with_landmarks(error_chart(chart), random, options, 0.02);
   const double before = information(filter);
   for (int look = 0; look < 3; ++look) {
-    const auto z = sights(filter.state(), random);
+    const auto z = observations(filter.state(), random);
     EXPECT_EQ(z.size(), 8u);
     EXPECT_FALSE(filter.update(z).failed);
   }
@@ -107,7 +107,7 @@ TEST(EkfScale, MeansAreThoseOfThePlainUpdate) {
   test::Random random(1), again(1);
   Ekf kept = filter_with_landmarks(kStandardChart, random, kKept, 0.02);
   Ekf plain = filter_with_landmarks(kStandardChart, again, kPlain, 0.02);
-  const auto z = sights(kept.state(), random);
+  const auto z = observations(kept.state(), random);
   kept.update(z);
   plain.update(z);
   EXPECT_EQ(local(kStandardChart, kept.state(), plain.state()).norm(), 0);
@@ -134,7 +134,7 @@ TEST(EkfScale, GuessedDepthsSayNothing) {
     return filter;
   };
   Ekf kept = guessed(random, kKept), plain = guessed(again, kPlain);
-  const auto z = sights(kept.state(), random);
+  const auto z = observations(kept.state(), random);
   ASSERT_EQ(z.size(), 1u);
   kept.update(z);
   plain.update(z);

@@ -173,7 +173,7 @@ TEST(ImuBuffer, GapsAreBridgedWithMoreNoise) {
                    {{0.02, 2}, {0.1, 12, 5}, {0.01, 14}, {0.03, 18, 1.5}});
 }
 
-TEST(ImuBuffer, ForgettingKeepsWhatLaterIntervalsNeed) {
+TEST(ImuBuffer, DroppingKeepsWhatLaterIntervalsNeed) {
   for (const ImuConvention convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
     for (const int ms : {5, 10, 14, 20, 29, 30, 37, 40, 55}) {
       ImuBuffer kept = four_samples(convention);

@@ -90,7 +90,7 @@ NewLandmark begin_point(const State& x, LandmarkId id, const Vector3d& z, const 
 }
 
 // The measurement of a landmark at a step.
-struct Ray {
+struct PointMeasurement {
   LandmarkId id = 0;
   Vector3d z, sigma;  // [m], in IMU axes
 };
@@ -131,14 +131,14 @@ class Loops {
   // New landmarks are initialised at the updated pose.
   UpdateReport look(int step) {
     std::vector<Measurement> known;
-    std::vector<Ray> fresh;
-    for (const Ray& ray : rays(step)) {
-      const auto found = index_.find(ray.id);
+    std::vector<PointMeasurement> fresh;
+    for (const PointMeasurement& one : measurements(step)) {
+      const auto found = index_.find(one.id);
       if (found == index_.end()) {
-        fresh.push_back(ray);
+        fresh.push_back(one);
       } else {
         known.push_back(
-            measure_point(filter_.state(), found->second, ray.z, ray.sigma, linearisation_));
+            measure_point(filter_.state(), found->second, one.z, one.sigma, linearisation_));
       }
     }
     const UpdateReport report = filter_.update(known);
@@ -157,28 +157,29 @@ class Loops {
     return x;
   }
 
-  std::vector<Ray> rays(int step) const {
+  std::vector<PointMeasurement> measurements(int step) const {
     const SE3 imu_T_world = true_pose(s_, step).inverse();
-    std::vector<Ray> result;
+    std::vector<PointMeasurement> result;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const Vector3d p_imu = imu_T_world * points_[i];
       if (!in_view(s_, p_imu)) continue;
-      Ray ray{.id = static_cast<LandmarkId>(i), .z = p_imu, .sigma = sigma_of(s_, p_imu)};
+      PointMeasurement one{
+          .id = static_cast<LandmarkId>(i), .z = p_imu, .sigma = sigma_of(s_, p_imu)};
       const auto index = static_cast<int>(static_cast<std::size_t>(step) * points_.size() + i);
-      for (int k = 0; k < 3; ++k) ray.z[k] += ray.sigma[k] * draw(Stream::kPixelNoise, index, k);
-      result.push_back(ray);
+      for (int k = 0; k < 3; ++k) one.z[k] += one.sigma[k] * draw(Stream::kPixelNoise, index, k);
+      result.push_back(one);
     }
     return result;
   }
 
-  void begin(const std::vector<Ray>& fresh) {
+  void begin(const std::vector<PointMeasurement>& fresh) {
     const State& x = filter_.state();
     const bool first = linearisation_ == Linearisation::kFirstEstimates;
     std::vector<NewLandmark> landmarks;
-    for (const Ray& ray : fresh) {
+    for (const PointMeasurement& one : fresh) {
       landmarks.push_back(
-          begin_point(x, ray.id, ray.z, ray.sigma, first ? p_predicted_ : x.world_T_imu.p));
-      index_.emplace(ray.id, static_cast<int>(index_.size()));
+          begin_point(x, one.id, one.z, one.sigma, first ? p_predicted_ : x.world_T_imu.p));
+      index_.emplace(one.id, static_cast<int>(index_.size()));
     }
     filter_.add(landmarks);
   }

@@ -69,8 +69,8 @@ class Estimator {
 };
 
 /// Makes a visual-inertial estimator. A pixel_sigma in the settings overrides the sensors'.
-/// `start`: the initial state; none: the run initialises itself. Throws UsageError for settings
-/// that exclude each other.
+/// `start`: the initial state; none: the run initialises itself. Throws as
+/// validate().
 std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
                                           InertialSensors sensors,
                                           std::optional<InertialStart> start = std::nullopt);

@@ -65,6 +65,13 @@ std::vector<FeatureFrame> all_frames(bool ahead, const Eigen::Vector3d& bias) {
   return frames;
 }
 
+TEST(FeatureFeed, AnImageWithoutACameraIsRefused) {
+  FeatureFeed feed(sensors(1, 0), {}, {}, {}, false);
+  EXPECT_TRUE(std::holds_alternative<ImuSample>(*feed.next()));
+  EXPECT_TRUE(std::holds_alternative<ImuSample>(*feed.next()));
+  EXPECT_THROW(feed.next(), InputError);
+}
+
 TEST(FeatureFeed, WorksAheadWithTheSameResult) {
   const Eigen::Vector3d bias(0, 0.4, 0);
   const auto inline_frames = all_frames(false, bias);

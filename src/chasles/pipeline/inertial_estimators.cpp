@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <deque>
 #include <utility>
 
@@ -178,15 +179,17 @@ class InertialWindowEstimator : public InertialEstimator {
     frames_.push_back(frame);
     const std::vector<Estimate> first = session_.process(frame);
     if (!first.empty()) return begin(first.front());
-    drop_before(frame.time - from_seconds(2 * settings_.start.max_window));
+    // A frame may carry a damaged time, so the samples limit what it drops.
+    const Time now = samples_.empty() ? frame.time : std::min(frame.time, samples_.back().time);
+    drop_before(now - from_seconds(2 * settings_.start.max_window));
     return {};
   }
 
  private:
   // No start uses older data: see InertialSession.
   void drop_before(Time oldest) {
-    while (frames_.front().time < oldest) frames_.pop_front();
-    while (samples_.size() > 2 && samples_[1].time < frames_.front().time) samples_.pop_front();
+    std::erase_if(frames_, [&](const FeatureFrame& frame) { return frame.time < oldest; });
+    while (samples_.size() > 2 && samples_[1].time < oldest) samples_.pop_front();
   }
 
   // Processes the events until now, in the order of their arrival.

@@ -32,7 +32,7 @@ class HandClock {
   std::atomic<Time::rep> now_ = kStart;
 };
 
-/// `frames` frames, kSpacing apart, each after a sample of the same time.
+/// `frames` frames, kPlaybackSpacing apart, each after a sample of the same time.
 Events sensors(int frames) {
   return [=, i = 0]() mutable -> std::optional<SensorEvent> {
     if (i >= 2 * frames) return std::nullopt;

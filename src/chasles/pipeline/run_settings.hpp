@@ -47,7 +47,8 @@ struct VelocityRunSettings {
   BatchSettings batch = {};  ///< for batch and window
 };
 
-/// The same; batch and window also need the mode slam, and the noise of each observation as it is.
+/// Throws UsageError for a part that cannot be used, a window of fewer than two keyframes, and,
+/// with batch or window, as check_smoothing().
 void validate(const VelocityRunSettings& settings);
 
 }  // namespace chasles

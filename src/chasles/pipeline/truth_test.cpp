@@ -1,4 +1,6 @@
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -90,7 +92,8 @@ TEST(StateNees, OfErrorsThatAreAsTheCovarianceStatesIsChiSquared) {
       e.covariance = sigma.cwiseAbs2().asDiagonal();
       sum += state_nees(chart, recording, e);
     }
-    EXPECT_TRUE(chi2_band(15, kDraws, 0.999).contains(sum / kDraws)) << chart << sum / kDraws;
+    EXPECT_TRUE(chi2_band(15, kDraws, 0.999).contains(sum / kDraws))
+        << chart << ' ' << sum / kDraws;
   }
   Estimate elsewhere;
   elsewhere.time = truth.time + Time(1);

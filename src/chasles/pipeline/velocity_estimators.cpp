@@ -15,8 +15,8 @@ class VelocityEstimator : public Estimator {
   VelocityEstimator(const VelocityRunSettings& settings, const VelocitySensors& sensors)
       : settings_(settings), sensors_(sensors) {}
 
-  // Once the estimate is lost: arithmetic with values that are not finite is slow, and all later
-  // estimates are meaningless.
+  // After the estimate is lost, events are ignored: arithmetic with values that are not finite is
+  // slow, and all later estimates are meaningless.
   std::vector<Estimate> process(const EstimatorEvent& event) override {
     if (lost_) return {};
     return std::visit(Overloaded{[&](const BodyVelocity& velocity) {

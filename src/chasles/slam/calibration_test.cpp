@@ -160,7 +160,7 @@ TEST(TimeOffset, ThatIsKnownIsAsIfTheStampsWereRight) {
   }
 }
 
-TEST(CalibratingSession, FindsItsStartAndKeepsWhatItLearntWhenItBeginsAnew) {
+TEST(CalibratingSession, FindsItsStartAndKeepsItsCalibrationWhenItBeginsAnew) {
   const InertialSlamSettings settings = expecting_much();
   Miscalibrated m = by_much(settings, 0.03);
   remove_samples(m.recording, 6, 6.7);  // the motion in between is unknown: a new part
@@ -179,10 +179,10 @@ TEST(CalibratingSession, FindsItsStartAndKeepsWhatItLearntWhenItBeginsAnew) {
     if (!anew && e.time > after(m.recording, 6.7)) anew = &e;
   }
   ASSERT_TRUE(before && anew);
-  const Eigen::VectorXd learnt = before->calibration->covariance.diagonal().cwiseSqrt();
+  const Eigen::VectorXd estimated = before->calibration->covariance.diagonal().cwiseSqrt();
   const Eigen::VectorXd kept = anew->calibration->covariance.diagonal().cwiseSqrt();
-  EXPECT_LT(learnt[6], 1e-3);
-  EXPECT_LT(kept.cwiseQuotient(learnt).maxCoeff(), 1.05);
+  EXPECT_LT(estimated[6], 1e-3);
+  EXPECT_LT(kept.cwiseQuotient(estimated).maxCoeff(), 1.05);
   const Eigen::VectorXd error = calibration_error(m.truth, *estimates.back().calibration);
   EXPECT_LT(error.head<3>().norm(), 0.006);
   EXPECT_LT(std::abs(error[6]), 5e-4);

@@ -45,7 +45,7 @@ struct TrackEquations {
   Matrix36d X;
 };
 
-std::vector<Rays> sights_of(const MotionWindow& window, const std::vector<Preintegration>& d) {
+std::vector<Rays> rays_of(const MotionWindow& window, const std::vector<Preintegration>& d) {
   std::vector<InertialState> at(1);
   std::vector<double> seconds(1, 0);
   for (const Preintegration& p : d) {
@@ -54,15 +54,15 @@ std::vector<Rays> sights_of(const MotionWindow& window, const std::vector<Preint
   }
   std::vector<Rays> tracks;
   for (const PlaneTrack& track : window.tracks) {
-    Rays& sights = tracks.emplace_back();
+    Rays& rays = tracks.emplace_back();
     for (const PlaneView& view : track) {
       const auto k = static_cast<std::size_t>(view.keyframe);
       const SE3& imu_T_cam = window.imu_T_cam[static_cast<std::size_t>(view.camera)];
-      sights.push_back({.t = seconds[k],
-                        .known = at[k].world_T_imu * imu_T_cam.p,
-                        .u = at[k].world_T_imu.R * view.ray_imu,
-                        .sigma = view.angle_sigma,
-                        .weight = 1 / (view.angle_sigma * view.angle_sigma)});
+      rays.push_back({.t = seconds[k],
+                      .known = at[k].world_T_imu * imu_T_cam.p,
+                      .u = at[k].world_T_imu.R * view.ray_imu,
+                      .sigma = view.angle_sigma,
+                      .weight = 1 / (view.angle_sigma * view.angle_sigma)});
     }
   }
   return tracks;
@@ -72,29 +72,29 @@ std::vector<Rays> sights_of(const MotionWindow& window, const std::vector<Preint
 // speeds: where the motion determines the scale weakly, the scale would collapse. Therefore the
 // expectation of this term, 2 sigma^2 (u . d)^2, is subtracted. A track whose parallax does not
 // exceed the noise then has no weight.
-TrackEquations equations(const Rays& sights) {
+TrackEquations equations(const Rays& rays) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero(), noise = Eigen::Matrix3d::Zero();
   Eigen::Vector3d a = Eigen::Vector3d::Zero();
   Matrix36d B = Matrix36d::Zero();
   TrackEquations e;
-  for (const Ray& sight : sights) {
-    const Eigen::Matrix3d along = sight.u * sight.u.transpose();
-    A += sight.weight * (Eigen::Matrix3d::Identity() - along);
-    noise += 2 * sight.sigma * sight.sigma * sight.weight * along;
+  for (const Ray& ray : rays) {
+    const Eigen::Matrix3d along = ray.u * ray.u.transpose();
+    A += ray.weight * (Eigen::Matrix3d::Identity() - along);
+    noise += 2 * ray.sigma * ray.sigma * ray.weight * along;
   }
   const double least = symmetric_eigen(A).values[0];
   const double correction = least > kParallaxOverNoise * noise.trace() ? 1 : 0;
   A -= correction * noise;
   A.diagonal().array() += 1e-9 * A.trace();
-  for (const Ray& sight : sights) {
-    const double less = 1 + correction * 2 * sight.sigma * sight.sigma;
+  for (const Ray& ray : rays) {
+    const double less = 1 + correction * 2 * ray.sigma * ray.sigma;
     const Eigen::Matrix3d across =
-        sight.weight * (Eigen::Matrix3d::Identity() - less * sight.u * sight.u.transpose());
-    const Matrix36d T = sight.T();
+        ray.weight * (Eigen::Matrix3d::Identity() - less * ray.u * ray.u.transpose());
+    const Matrix36d T = ray.T();
     B += across * T;
-    a += across * sight.known;
+    a += across * ray.known;
     e.S += T.transpose() * across * T;
-    e.s -= T.transpose() * (across * sight.known);
+    e.s -= T.transpose() * (across * ray.known);
   }
   Eigen::Matrix<double, 3, 7> solved;
   solved << a, B;
@@ -110,18 +110,18 @@ TrackEquations equations(const Rays& sights) {
 
 // Angle between a view's ray and its track's point, in standard deviations; infinite behind the
 // camera.
-double residual(const Ray& sight, const Eigen::Vector3d& x, const Unknown& y) {
-  const Eigen::Vector3d to = x - sight.T() * y - sight.known;
-  const double along = sight.u.dot(to);
+double residual(const Ray& ray, const Eigen::Vector3d& x, const Unknown& y) {
+  const Eigen::Vector3d to = x - ray.T() * y - ray.known;
+  const double along = ray.u.dot(to);
   if (!(along > 0)) return std::numeric_limits<double>::infinity();
-  return (to - along * sight.u).norm() / (along * sight.sigma);
+  return (to - along * ray.u).norm() / (along * ray.sigma);
 }
 
-double truncated_cost(const Rays& sights, const TrackEquations& e, const Unknown& y) {
+double truncated_cost(const Rays& rays, const TrackEquations& e, const Unknown& y) {
   const Eigen::Vector3d x = e.x0 + e.X * y;
   double cost = 0;
-  for (const Ray& sight : sights) {
-    const double r = std::min(residual(sight, x, y), kTruncation);
+  for (const Ray& ray : rays) {
+    const double r = std::min(residual(ray, x, y), kTruncation);
     cost += r * r;
   }
   return cost;
@@ -165,13 +165,13 @@ std::optional<Unknown> best_subset(const std::vector<Rays>& tracks,
 }
 
 // Weights by range and by the agreement of each view.
-void reweight(Rays& sights, const TrackEquations& e, const Unknown& y) {
+void reweight(Rays& rays, const TrackEquations& e, const Unknown& y) {
   const Eigen::Vector3d x = e.x0 + e.X * y;
-  for (Ray& sight : sights) {
-    const double r = residual(sight, x, y);
-    const double range = std::max((x - sight.T() * y - sight.known).norm(), kLeastRange);
+  for (Ray& ray : rays) {
+    const double r = residual(ray, x, y);
+    const double range = std::max((x - ray.T() * y - ray.known).norm(), kLeastRange);
     const double trust = r < kTruncation ? 1 / std::max(1.0, r / 2) : 1e-6;
-    sight.weight = trust / std::pow(sight.sigma * range, 2);
+    ray.weight = trust / std::pow(ray.sigma * range, 2);
   }
 }
 
@@ -239,9 +239,9 @@ std::optional<LinearMotion> linear_motion(const MotionWindow& window,
                                           const std::vector<Preintegration>& between,
                                           double gravity) {
   if (window.tracks.size() < kTracksOfSubset) return std::nullopt;
-  std::vector<Rays> tracks = sights_of(window, between);
+  std::vector<Rays> tracks = rays_of(window, between);
   std::vector<TrackEquations> each;
-  for (const Rays& sights : tracks) each.push_back(equations(sights));
+  for (const Rays& rays : tracks) each.push_back(equations(rays));
   const std::optional<Unknown> first = best_subset(tracks, each);
   if (!first) return std::nullopt;
 

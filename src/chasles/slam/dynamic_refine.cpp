@@ -62,7 +62,7 @@ InertialState first_state(const LinearMotion& linear, const Vector6d& biases) {
 }
 
 // The point nearest to a track's rays, equally weighted, in the camera of its first view.
-Eigen::Vector3d point_of(const MotionWindow& window, const WindowMotion& motion,
+Eigen::Vector3d point_of(const MotionWindow& window, const MotionUnknowns& motion,
                          const PlaneTrack& track) {
   Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -81,7 +81,7 @@ Eigen::Vector3d point_of(const MotionWindow& window, const WindowMotion& motion,
   return {anchor.xy.x(), anchor.xy.y(), z > kNearest ? 1 / z : kFarAway};
 }
 
-void set_points(const MotionWindow& window, WindowMotion& motion) {
+void set_points(const MotionWindow& window, MotionUnknowns& motion) {
   motion.points.clear();
   for (const PlaneTrack& track : window.tracks) {
     motion.points.push_back(point_of(window, motion, track));
@@ -134,7 +134,7 @@ struct Fit {
   double dof = 0, squares_per_dof = 0;
 };
 
-std::vector<Fit> fits_of(const WindowMotion& motion, const MotionWindow& window) {
+std::vector<Fit> fits_of(const MotionUnknowns& motion, const MotionWindow& window) {
   std::vector<Fit> fits;
   for (std::size_t i = 0; i < window.tracks.size(); ++i) {
     Fit fit{.track = {}};
@@ -157,7 +157,7 @@ std::vector<Fit> fits_of(const WindowMotion& motion, const MotionWindow& window)
 // Removes views that do not fit, then tracks that fit worse than most. The tracks themselves show
 // the true pixel noise. A wrong track may fit a static point so well that no single view is an
 // outlier, and still distort the scale.
-void drop_misfits(const WindowMotion& motion, MotionWindow& window) {
+void drop_misfits(const MotionUnknowns& motion, MotionWindow& window) {
   std::vector<Fit> fits = fits_of(motion, window);
   window.tracks.clear();
   if (fits.empty()) return;

@@ -14,7 +14,7 @@ using Matrix11d = Eigen::Matrix<double, 11, 11>;
 
 /// The most probable motion of a window, and its uncertainty.
 struct RefinedMotion {
-  WindowMotion motion;
+  MotionUnknowns motion;
   Matrix11d covariance = Matrix11d::Zero();  ///< posterior, including the prior of the biases
   double misfit = 0;                         ///< squared pixel residuals per degree of freedom
   double distance = 0;        ///< to the end of the next step, in posterior standard deviations

@@ -51,7 +51,7 @@ Parallax median_parallax(const MotionWindow& window, const std::vector<Preintegr
   return {.angle = middle->first, .pixels = middle->second};
 }
 
-double rms_speed(const WindowMotion& motion) {
+double rms_speed(const MotionUnknowns& motion) {
   double sum = 0;
   for (const InertialState& state : motion.keyframes) sum += state.v_world.squaredNorm();
   return std::sqrt(sum / static_cast<double>(motion.keyframes.size()));

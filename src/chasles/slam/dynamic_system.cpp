@@ -20,9 +20,9 @@ struct PointProjection {
   Eigen::Matrix3d d_anchor_rotation, d_rotation, d_position, d_point;  // d_anchor_p = -d_position
 };
 
-PointProjection sight(const MotionWindow& window, const WindowMotion& motion,
-                      const PlaneView& anchor, const Eigen::Vector3d& point,
-                      const PlaneView& view) {
+PointProjection projection(const MotionWindow& window, const MotionUnknowns& motion,
+                           const PlaneView& anchor, const Eigen::Vector3d& point,
+                           const PlaneView& view) {
   const SE3& imu_T_anchor = window.imu_T_cam[static_cast<std::size_t>(anchor.camera)];
   const SE3& cam_T_imu = window.cam_T_imu[static_cast<std::size_t>(view.camera)];
   const SE3& A = motion.keyframes[static_cast<std::size_t>(anchor.keyframe)].world_T_imu;
@@ -55,10 +55,11 @@ std::vector<int> keyframes_of(const PlaneTrack& track) {
   return keyframes;
 }
 
-void add_view(const MotionWindow& window, const MotionWeights& weights, const WindowMotion& motion,
-              std::size_t index, const PlaneView& view, MotionSystem& system) {
+void add_view(const MotionWindow& window, const MotionWeights& weights,
+              const MotionUnknowns& motion, std::size_t index, const PlaneView& view,
+              MotionSystem& system) {
   const PlaneView& anchor = window.tracks[index].front();
-  const PointProjection s = sight(window, motion, anchor, motion.points[index], view);
+  const PointProjection s = projection(window, motion, anchor, motion.points[index], view);
   if (!in_front(s.q)) {
     system.cost += weights.huber * (kBehind - weights.huber / 2);
     system.squares += kBehind * kBehind;
@@ -93,8 +94,8 @@ void add_view(const MotionWindow& window, const MotionWeights& weights, const Wi
   }
 }
 
-void add_track(const MotionWindow& window, const MotionWeights& weights, const WindowMotion& motion,
-               std::size_t index, MotionSystem& system) {
+void add_track(const MotionWindow& window, const MotionWeights& weights,
+               const MotionUnknowns& motion, std::size_t index, MotionSystem& system) {
   MotionSystem::Track& track = system.tracks[index];
   track.keyframes = keyframes_of(window.tracks[index]);
   track.H_pose_point = Eigen::MatrixXd::Zero(6 * std::ssize(track.keyframes), 3);
@@ -106,7 +107,7 @@ void add_track(const MotionWindow& window, const MotionWeights& weights, const W
 }
 
 // Residual: the later keyframe against the prediction from the earlier one by the samples.
-void add_imu(const WindowMotion& motion, const Preintegration& between, const Matrix9d& W_imu,
+void add_imu(const MotionUnknowns& motion, const Preintegration& between, const Matrix9d& W_imu,
              const Eigen::Vector3d& gravity, std::size_t k, MotionSystem& system) {
   const InertialState& now = motion.keyframes[k];
   Matrix9d W = W_imu;
@@ -155,14 +156,14 @@ Eigen::Matrix3d damped_inverse(const Eigen::Matrix3d& H, double damping) {
   return damped.inverse();
 }
 
-void set_biases(WindowMotion& motion) {
+void set_biases(MotionUnknowns& motion) {
   for (InertialState& state : motion.keyframes) {
     state.accelerometer_bias = motion.biases.head<3>();
     state.gyroscope_bias = motion.biases.tail<3>();
   }
 }
 
-void move(const Eigen::VectorXd& delta, std::size_t k, WindowMotion& motion) {
+void move(const Eigen::VectorXd& delta, std::size_t k, MotionUnknowns& motion) {
   InertialState& state = motion.keyframes[k];
   const auto d = delta.segment<9>(9 * static_cast<Eigen::Index>(k));
   state.world_T_imu.R = so3::normalized(so3::exp(d.head<3>()) * state.world_T_imu.R);
@@ -207,7 +208,7 @@ std::optional<Eigen::VectorXd> solve(const ReducedSystem& reduced, const MotionS
 
 // The points' part of a step.
 void move_points(const MotionSystem& system, const Eigen::VectorXd& delta, double damping,
-                 WindowMotion& motion) {
+                 MotionUnknowns& motion) {
   for (std::size_t i = 0; i < system.tracks.size(); ++i) {
     const MotionSystem::Track& track = system.tracks[i];
     Eigen::Vector3d b = track.b_point;
@@ -221,16 +222,17 @@ void move_points(const MotionSystem& system, const Eigen::VectorXd& delta, doubl
 
 }  // namespace
 
-std::optional<Eigen::Vector2d> view_residual(const MotionWindow& window, const WindowMotion& motion,
-                                             std::size_t track, const PlaneView& view) {
+std::optional<Eigen::Vector2d> view_residual(const MotionWindow& window,
+                                             const MotionUnknowns& motion, std::size_t track,
+                                             const PlaneView& view) {
   const PointProjection s =
-      sight(window, motion, window.tracks[track].front(), motion.points[track], view);
+      projection(window, motion, window.tracks[track].front(), motion.points[track], view);
   if (!in_front(s.q)) return std::nullopt;
   return view.whitening * (s.q.head<2>() / s.q.z() - view.xy);
 }
 
 MotionSystem linearise(const MotionWindow& window, const std::vector<Preintegration>& between,
-                       const MotionWeights& weights, const WindowMotion& motion) {
+                       const MotionWeights& weights, const MotionUnknowns& motion) {
   const Eigen::Index n = 9 * std::ssize(motion.keyframes) + 6;
   MotionSystem system{
       .H = Eigen::MatrixXd::Zero(n, n), .b = Eigen::VectorXd::Zero(n), .tracks = {}};

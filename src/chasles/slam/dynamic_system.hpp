@@ -9,7 +9,7 @@
 namespace chasles {
 
 /// The unknowns of a window's refinement, in nav (z up, origin and heading at keyframe 0).
-struct WindowMotion {
+struct MotionUnknowns {
   std::vector<InertialState> keyframes;  ///< all with the same biases; world_T_imu is nav_T_imu
   Vector6d biases = Vector6d::Zero();    ///< accelerometer [m/s^2], gyroscope [rad/s]
   /// For each track (x/z, y/z, 1/z [1/m]) in the camera of its first view.
@@ -43,11 +43,12 @@ struct MotionWeights {
 };
 
 /// Residual of a view [standard deviations]; none where the point is behind the camera.
-std::optional<Eigen::Vector2d> view_residual(const MotionWindow& window, const WindowMotion& motion,
-                                             std::size_t track, const PlaneView& view);
+std::optional<Eigen::Vector2d> view_residual(const MotionWindow& window,
+                                             const MotionUnknowns& motion, std::size_t track,
+                                             const PlaneView& view);
 
 MotionSystem linearise(const MotionWindow& window, const std::vector<Preintegration>& between,
-                       const MotionWeights& weights, const WindowMotion& motion);
+                       const MotionWeights& weights, const MotionUnknowns& motion);
 
 /// The matrix of keyframes and biases with all points eliminated, and its right-hand side. The
 /// diagonals of the points are multiplied by 1 + damping. The gauge is fixed.
@@ -68,7 +69,7 @@ enum class Shooting {
 /// the equations are singular. Single shooting has no stiff directions and therefore converges from
 /// far away. It needs a motion that follows the samples exactly, and returns one.
 struct MotionStep {
-  WindowMotion motion;
+  MotionUnknowns motion;
   std::vector<Preintegration> between;
 };
 std::optional<MotionStep> take_step(const MotionWindow& window, const MotionSystem& system,

@@ -26,8 +26,8 @@ struct InertialSensors {
 /// A whole run, from samples and frames to estimates. It initialises the filter or takes a given
 /// start, runs the filter, and initialises it again where the filter is lost. Position and heading
 /// then continue from the last estimate that agreed with the frames, with a covariance that grows
-/// over the time in between. An estimated calibration is kept with its covariance. No input throws;
-/// all estimates are finite, and their times rise strictly.
+/// over the time in between. An estimated calibration is kept with its covariance. No sample or
+/// frame throws; all estimates are finite, and their times rise strictly.
 ///
 /// Recovered and counted:
 /// - a sample that is not finite or not later than the previous one (imu_counts);
@@ -51,7 +51,7 @@ class InertialSession {
   void set_observer(OutcomeObserver observer) { observer_ = std::move(observer); }
 
   void process(const ImuSample& sample);
-  /// Before the start it waits for it, as samples do.
+  /// A measurement before the start waits for it. Once it is found, an older one counts as late.
   void process(const TimedMeasurement& measurement);
   /// The estimates that this frame completes: none before the start; with the start, those of all
   /// frames since its time. Where images are late on the IMU's clock (settings: time_offset,

@@ -36,7 +36,8 @@ class InertialSlam {
     imu_.add(sample);
     if (standstill_) standstill_->add(sample);
   }
-  /// Applied at its own time, before the next frame that is not earlier.
+  /// Applied at its own time, before the next frame that is not earlier; with an estimated time
+  /// offset, at the time of that frame.
   void process(TimedMeasurement measurement) { timed_.push_back(std::move(measurement)); }
   Estimate process(const FeatureFrame& frame);
 
@@ -119,7 +120,7 @@ class InertialSlam {
   std::vector<TimedMeasurement> timed_;  ///< that wait for a frame
   TimedMeasurementCounts timed_counts_;
   std::optional<Standstill> standstill_;  ///< where it is used
-  Time now_;                              ///< of the last frame, by the cameras' clock
+  Time now_;                              ///< of the state, by the cameras' clock
   Time composed_;
   bool at_image_ = false;  ///< the state is at the time of an image, no longer at the start's
   std::optional<int> standstill_since_;  ///< clone of the pose at which the standstill began

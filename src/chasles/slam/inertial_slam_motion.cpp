@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <chasles/error.hpp>
 #include <chasles/slam/inertial_slam.hpp>
@@ -52,23 +53,25 @@ void InertialSlam::advance_to(Time time) {
 // With an estimated time offset the state is that of an image, whatever its time on the IMU's
 // clock: it moves to images alone, and the measurements apply at the frame.
 void InertialSlam::apply_timed(Time frame) {
+  const Time until = clock(frame), offset = until - frame, begun = now_;
   std::ranges::stable_sort(timed_, {}, &TimedMeasurement::time);
-  const Time until = clock(frame), offset = clock(frame) - frame;
-  auto next = timed_.begin();
-  for (; next != timed_.end() && next->time <= until; ++next) {
-    const Time time = next->time - offset;
-    if (time < now_) {
+  const auto later = std::ranges::upper_bound(timed_, until, {}, &TimedMeasurement::time);
+  const std::vector<TimedMeasurement> due(std::make_move_iterator(timed_.begin()),
+                                          std::make_move_iterator(later));
+  timed_.erase(timed_.begin(), later);  // even if a model throws
+  for (const TimedMeasurement& one : due) {
+    const Time time = one.time - offset;
+    if (time < begun) {
       ++timed_counts_.late;
       continue;
     }
     advance_to(filter_.state().time_offset ? frame : time);
-    Measurement measurement = next->model(filter_.state());
+    Measurement measurement = one.model(filter_.state());
     const auto dof = static_cast<int>(measurement.residual.size());
     if (!std::isfinite(measurement.gate)) measurement.gate = gate_square(dof);
     const UpdateReport& report = filter_.update({&measurement, 1});
     ++(!report.failed && report.accepted.front() ? timed_counts_.used : timed_counts_.rejected);
   }
-  timed_.erase(timed_.begin(), next);
 }
 
 const Prediction& InertialSlam::predict_to(Time time) {

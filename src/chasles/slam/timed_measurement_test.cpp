@@ -25,17 +25,18 @@ TimedMeasurement height(Time time, double z, double sigma = kSigma) {
           }};
 }
 
-struct Run {
+struct Estimation {
   std::vector<Estimate> estimates;
   TimedMeasurementCounts counts;
 };
 
 /// The walk with what `at` has for each IMU sample's time; none: no measurement.
-Run walk(const Recording& recording, const InertialStart& start,
-         const std::function<std::optional<TimedMeasurement>(Time)>& at) {
-  InertialSlam slam({}, recording.cameras, *recording.imu_noise,
+Estimation walk(const Recording& recording, const InertialStart& start,
+                const std::function<std::optional<TimedMeasurement>(Time)>& at,
+                const InertialSlamSettings& settings = {}) {
+  InertialSlam slam(settings, recording.cameras, *recording.imu_noise,
                     {.convention = recording.imu_convention}, 1, start);
-  Run run;
+  Estimation run;
   EventStream events(recording);
   while (const auto event = events.next()) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) {
@@ -67,8 +68,8 @@ TEST(TimedMeasurement, OfTheHeightMakesItMoreAccurateAndKeepsTheFilterConsistent
       return height(time,
                     truth->p.z() + kSigma * random.normal(Stream::kAccelerometerNoise, number));
     };
-    const Run run = walk(recording, start, barometer);
-    const Run plain = walk(recording, start, [](Time) { return std::nullopt; });
+    const Estimation run = walk(recording, start, barometer);
+    const Estimation plain = walk(recording, start, [](Time) { return std::nullopt; });
     EXPECT_GT(run.counts.used, 300);
     EXPECT_LT(run.counts.rejected, run.counts.used / 100);  // the gate: 0.1 %
     EXPECT_EQ(run.counts.late, 0);
@@ -80,7 +81,9 @@ TEST(TimedMeasurement, OfTheHeightMakesItMoreAccurateAndKeepsTheFilterConsistent
     without += std::pow(height_error(recording, plain.estimates.back()), 2);
   }
   EXPECT_LT(with, 0.5 * without);
-  EXPECT_TRUE(is_chi2(nees, kRuns));
+  const Band band = chi2_band(1, kRuns, 0.999);
+  EXPECT_GT(nees / kRuns, band.low);
+  EXPECT_LT(nees / kRuns, band.high);
 }
 
 // Between two frames of a walk at 1 m/s and more: the state is that of the time between them.
@@ -92,7 +95,7 @@ TEST(TimedMeasurement, CountsAtItsOwnTime) {
   const Time between = before + (behind - before) / 4;
   std::optional<Eigen::Vector3d> p_between;
   bool given = false;
-  const Run run = walk(recording, start, [&](Time time) -> std::optional<TimedMeasurement> {
+  const Estimation run = walk(recording, start, [&](Time time) -> std::optional<TimedMeasurement> {
     if (given || time < between) return std::nullopt;
     given = true;
     TimedMeasurement measurement = height(between, 0, 100);  // of no weight
@@ -114,19 +117,20 @@ TEST(TimedMeasurement, CountsAtItsOwnTime) {
 TEST(TimedMeasurement, ThatIsWrongOrLateIsCountedAndChangesNothing) {
   const Recording recording = simulate_inertial(short_hallway(), 0);
   const InertialStart start = draw_start(recording, {}, 1, 0);
-  const Run plain = walk(recording, start, [](Time) { return std::nullopt; });
+  const Estimation plain = walk(recording, start, [](Time) { return std::nullopt; });
   int given = 0;
-  const Run spoilt = walk(recording, start, [&](Time time) -> std::optional<TimedMeasurement> {
-    if (time < after(recording, 1) || given == 3) return std::nullopt;
-    switch (given++) {
-      case 0:
-        return height(start.time - from_seconds(1), 0);  // late
-      case 1:
-        return height(recording.frames[50].time, 100);  // wrong, at a frame's own time
-      default:
-        return height(recording.frames[50].time, std::nan(""));
-    }
-  });
+  const Estimation spoilt =
+      walk(recording, start, [&](Time time) -> std::optional<TimedMeasurement> {
+        if (time < after(recording, 1) || given == 3) return std::nullopt;
+        switch (given++) {
+          case 0:
+            return height(start.time - from_seconds(1), 0);  // late
+          case 1:
+            return height(recording.frames[50].time, 100);  // wrong, at a frame's own time
+          default:
+            return height(recording.frames[50].time, std::nan(""));
+        }
+      });
   EXPECT_EQ(spoilt.counts.late, 1);
   EXPECT_EQ(spoilt.counts.rejected, 2);
   EXPECT_EQ(spoilt.counts.used, 0);
@@ -135,25 +139,58 @@ TEST(TimedMeasurement, ThatIsWrongOrLateIsCountedAndChangesNothing) {
             1e-9);
 }
 
+// The state is then that of an image, so several of them apply at one frame.
+TEST(TimedMeasurement, AppliesAtTheNextFrameWhereTheTimeOffsetIsEstimated) {
+  const Recording recording = simulate_inertial(short_hallway(), 0);
+  const InertialStart start = draw_start(recording, {}, 1, 0);
+  InertialSlamSettings settings;
+  settings.calibrate_time_offset = true;
+  int given = 0;
+  const Estimation run = walk(
+      recording, start,
+      [&](Time time) -> std::optional<TimedMeasurement> {
+        const auto truth = truth_at(recording.truth, time);
+        if (!truth || time < after(recording, 1)) return std::nullopt;
+        ++given;
+        return height(time, truth->p.z(), 0.2);
+      },
+      settings);
+  EXPECT_EQ(run.counts.late, 0);
+  EXPECT_GT(run.counts.used, given * 9 / 10);
+  EXPECT_LT(std::abs(height_error(recording, run.estimates.back())), 0.05);
+}
+
 TEST(TimedMeasurement, WaitsForTheStartOfASession) {
   const Recording recording = simulate_inertial(short_hallway(), 0);
   InertialSession session = session_for(recording);
   EventStream events(recording);
-  int given = 0;
+  std::vector<Time> given;
+  std::optional<Time> begun;
+  std::size_t number = 0;
   while (const auto event = events.next()) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) {
       session.process(*sample);
-      if (given++ % 10 == 0) {
+      if (number++ % 10 == 0) {
+        given.push_back(sample->time);
         session.process({.time = sample->time, .model = [](const State& x) {
                            return height(Time{}, x.world_T_imu.p.z()).model(x);
                          }});
       }
     }
-    if (const auto* frame = std::get_if<FeatureFrame>(&*event)) session.process(*frame);
+    if (const auto* frame = std::get_if<FeatureFrame>(&*event)) {
+      const std::vector<Estimate> estimates = session.process(*frame);
+      if (!begun && !estimates.empty()) begun = estimates.front().time;
+    }
   }
-  ASSERT_TRUE(session.running());
-  EXPECT_GT(session.timed_counts().used, 300);
-  EXPECT_EQ(session.timed_counts().rejected, 0);
+  ASSERT_TRUE(begun);
+  const auto before = std::ranges::count_if(given, [&](Time time) { return time < *begun; });
+  const auto behind =
+      std::ranges::count_if(given, [&](Time time) { return time > recording.frames.back().time; });
+  const TimedMeasurementCounts counts = session.timed_counts();
+  EXPECT_EQ(counts.late, before);
+  EXPECT_EQ(counts.used, std::ssize(given) - before - behind);
+  EXPECT_GT(counts.used, 300);
+  EXPECT_EQ(counts.rejected, 0);
 }
 
 }  // namespace

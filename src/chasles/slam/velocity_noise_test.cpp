@@ -65,7 +65,7 @@ TEST(ChooseNoise, TakesNoSampleForExact) {
   EXPECT_EQ(choose_noise({}, steady, {}, {}).motion.sample_sigma, least);
 }
 
-TEST(ChooseNoise, BelievesTheRecordingBeforeItMeasures) {
+TEST(ChooseNoise, PrefersTheRecordingToItsEstimate) {
   StatedNoise stated;
   stated.velocity = BodyVelocitySigma{.linear = {1, 2, 3}, .angular = {4, 5, 6}};
   stated.pixels = Eigen::Vector4d(3, 1, 4, 1);
@@ -77,7 +77,7 @@ TEST(ChooseNoise, BelievesTheRecordingBeforeItMeasures) {
   EXPECT_DOUBLE_EQ(noise.update.disparity, 5);
 }
 
-TEST(ChooseNoise, BelievesTheSettingsBeforeAnything) {
+TEST(ChooseNoise, PrefersTheSettingsToAnything) {
   VelocitySlamSettings settings;
   settings.velocity_sigma = 0.7;
   settings.rate_sigma = 0.07;
@@ -108,7 +108,7 @@ VelocitySlamSettings along(VelocityAxes axes) {
   return settings;
 }
 
-TEST(ChooseNoise, FindsOutWhichAxesVelocitiesAreAlongUnlessItIsTold) {
+TEST(ChooseNoise, EstimatesTheAxesOfVelocitiesUnlessTheyAreGiven) {
   std::vector<BodyVelocity> hills;
   for (int k = 0; k < 300; ++k) {
     const double t = 0.1 * k, slope = 0.04 * std::sin(t);

@@ -80,7 +80,7 @@ inline constexpr double kMostCostPerDof = 2;
 
 /// Whether the search converged, at a minimum that fits the data.
 bool fits_the_data(const BatchReport& report);
-/// Whether it does is the health of all its estimates.
+/// Sets the health of all estimates: kOk if the report fits_the_data(), else kDegraded.
 void set_health(std::span<Estimate> estimates, const BatchReport& report);
 
 struct InertialBatchResult {

@@ -13,7 +13,7 @@ namespace {
 
 // Limits for the eigenvalues of V, relative to the largest: directions below the first are
 // undetermined. If Cholesky's pivots are above the second, all are determined.
-constexpr double kUndetermined = 1e-12, kCertainlyTold = 1e-8;
+constexpr double kUndetermined = 1e-12, kCertainlyDetermined = 1e-8;
 
 // The lower triangle of the block at rows i and columns j, the first rows of two poses.
 void add_block(int i, int j, const Matrix6d& block, Eigen::MatrixXd& S) {
@@ -102,7 +102,7 @@ WindowSystem in_rows(const WindowSystem& system, const WindowRows& from, const W
 Eigen::Matrix3d inverse_on_range(const Eigen::Matrix3d& V) {
   const Eigen::LLT<Eigen::Matrix3d> cholesky(V);
   const double least = cholesky.matrixLLT().diagonal().cwiseAbs2().minCoeff();
-  if (cholesky.info() == Eigen::Success && least > kCertainlyTold * V.diagonal().maxCoeff()) {
+  if (cholesky.info() == Eigen::Success && least > kCertainlyDetermined * V.diagonal().maxCoeff()) {
     return cholesky.solve(Eigen::Matrix3d::Identity());
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(V);
