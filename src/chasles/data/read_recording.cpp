@@ -15,10 +15,8 @@ namespace {
 constexpr const char* kKnownKinds =
     "an ECE276A .npz archive, a STARS .mat file, an EuRoC folder (mav0), IMU table or table of "
     "tracks, a folder of AprilGrid tracks (tracks.csv), a KITTI raw recording (image_00, oxts), a "
-    "ROS "
-    "1 "
-    ".bag, a folder of images (images/cam0, imu.csv), or a recording folder with calibration.yaml "
-    "(docs/formats.md)";
+    "ROS 1 .bag, a folder of images (images/cam0, imu.csv), or a recording folder with "
+    "calibration.yaml (docs/formats.md)";
 
 std::string first_bytes(const std::filesystem::path& file) {
   std::array<char, 128> bytes{};
