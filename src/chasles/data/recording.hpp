@@ -3,17 +3,14 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include <chasles/camera/camera.hpp>
-#include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/stereo.hpp>
+#include <chasles/data/events.hpp>
 #include <chasles/data/georeference.hpp>
 #include <chasles/data/image_source.hpp>
 #include <chasles/data/plan.hpp>
-#include <chasles/imu/body_velocity.hpp>
-#include <chasles/imu/imu_sample.hpp>
 #include <chasles/lie/trajectory.hpp>
 
 namespace chasles {
@@ -78,7 +75,7 @@ struct ImagesDue {
 };
 
 /// One measurement of any sensor.
-using Event = std::variant<BodyVelocity, ImuSample, FeatureFrame, ImagesDue>;
+using Event = EventsWith<ImagesDue>;
 
 /// The recording in order of time. At the same instant, a velocity precedes a frame and a frame
 /// precedes images. Of the IMU, all samples up to the first one that is not earlier precede the

@@ -3,19 +3,11 @@
 #include <cstddef>
 #include <variant>
 
-#include <chasles/camera/feature_frame.hpp>
 #include <chasles/camera/image_frame.hpp>
-#include <chasles/imu/body_velocity.hpp>
-#include <chasles/imu/imu_sample.hpp>
+#include <chasles/data/events.hpp>
 #include <chasles/overloaded.hpp>
 
 namespace chasles {
-
-/// The types of events: samples, then frames of tracks, then further frames. A new sensor is added
-/// here, before FeatureFrame. Code that only passes events on is generic; each estimator handles
-/// every type or ignores it by name, or does not compile.
-template <typename... MoreFrames>
-using EventsWith = std::variant<BodyVelocity, ImuSample, FeatureFrame, MoreFrames...>;
 
 /// The data of the sensors, in order of time.
 using SensorEvent = EventsWith<ImageFrame>;
