@@ -54,9 +54,10 @@ struct CommandOptions {
 
 std::string settings_help() {
   VelocitySlamSettings defaults;
+  ReaderSettings reader;
   return "Settings, for --set and --config (auto: measured from the recording):\n" +
-         help_text(setting_list(defaults)) + "\n" + filter_settings_help() + "\n" +
-         inertial_run_settings_help();
+         help_text(setting_list(defaults)) + help_text(setting_list(reader)) + "\n" +
+         filter_settings_help() + "\n" + inertial_run_settings_help();
 }
 
 std::string chart_help() {
@@ -293,7 +294,7 @@ void check_velocity(const CommandOptions& o) {
   if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
 }
 
-Prepared prepare(const CommandOptions& o, VelocityRunSettings settings, Recording& recording) {
+Prepared prepare(const CommandOptions& o, VelocityCommandSettings settings, Recording& recording) {
   const ClockCorrection clock = correct_clock(settings.filter, recording);
   if (!clock.remark.empty()) recording.remarks.push_back(clock.remark);
   Prepared prepared;
@@ -320,8 +321,13 @@ std::function<Prepared()> plan(const CommandOptions& o, Recording& recording) {
     };
   }
   check_velocity(o);
-  const VelocityRunSettings settings = velocity_run_settings_from(o.settings);
+  const VelocityCommandSettings settings = velocity_run_settings_from(o.settings);
   check(o, settings.filter);
+  if (settings.reader != ReaderSettings{}) {  // known only now, because they depend on the kind
+    RunInput input = o.input;
+    input.reader = settings.reader;
+    recording = read_input(input);
+  }
   return [&o, &recording, settings] { return prepare(o, settings, recording); };
 }
 

@@ -155,7 +155,7 @@ void follow(Recording& r, const Trajectory& trajectory) {
 }
 
 Recording read_input(const RunInput& input) {
-  Recording r = read_recording(input.recording);
+  Recording r = read_recording(input.recording, input.reader);
   check_not_empty(r);
   cut(r, input);
   choose_cameras(r, input.cameras);

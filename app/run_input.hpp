@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include <chasles/data/reader_settings.hpp>
 #include <chasles/data/recording.hpp>
 #include <chasles/pipeline/tracks_part.hpp>
 
@@ -17,6 +18,7 @@ struct RunInput {
   bool backwards = false;             ///< reverse, after cutting
   std::string cameras;                ///< "mono", "stereo"; empty: all cameras
   TracksPart tracks = {};             ///< with images, applied during the run
+  ReaderSettings reader = {};
 };
 
 /// Reads the recording of a run, cuts it to [start, stop], and replaces the truth if another one is

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include <chasles/data/run.hpp>
@@ -10,7 +11,9 @@ struct MapLandmark;
 
 namespace chasles::app {
 
-/// Converts the map to the landmarks of a run. ObservationSpans adds the times of observation.
-std::vector<RunLandmark> run_landmarks(const std::vector<MapLandmark>& map);
+/// Converts the map to the landmarks of a run, with `initial` as in Estimator::initial_landmarks().
+/// ObservationSpans adds the times of observation.
+std::vector<RunLandmark> run_landmarks(const std::vector<MapLandmark>& map,
+                                       std::span<const MapLandmark> initial = {});
 
 }  // namespace chasles::app

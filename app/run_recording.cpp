@@ -51,6 +51,7 @@ std::vector<double> stages(const StageSeconds& s) {
 struct Sums {
   double nees_state = 0, products = 0, squares = 0;
   int nees_count = 0;
+  std::map<Doubt, int> doubts;
 
   // Only a run that starts at the truth has the world of the truth.
   void add(const Estimate& e, const Recording& recording,
@@ -61,11 +62,13 @@ struct Sums {
       nees_state += nees;
       ++nees_count;
     }
+    if (e.health == Health::kDegraded && e.doubt != Doubt::kNone) ++doubts[e.doubt];
     products += e.innovation_products;
     squares += e.innovation_squares;
   }
 
   void report(RecordedRun& result) const {
+    result.doubts = doubts;
     if (nees_count > 0) result.nees_state = nees_state / nees_count;
     if (squares > 0) result.innovation_correlation = products / squares;
   }
@@ -159,7 +162,7 @@ class Recorder : public RunObserver {
   }
 
   std::vector<RunLandmark> map() const {
-    std::vector<RunLandmark> map = run_landmarks(estimator_.map());
+    std::vector<RunLandmark> map = run_landmarks(estimator_.map(), estimator_.initial_landmarks());
     spans_.fill_in(estimator_.in_state(), map);
     return map;
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,6 +39,7 @@ struct RecordedRun {
   RunReport report;
   std::optional<double> start_seconds;  ///< from the first frame to the first estimate [s]
   int zupt_frames = 0;                  ///< frames with a zero-velocity update
+  std::map<Doubt, int> doubts;          ///< numbers of degraded frames, by their reasons
   std::optional<double> nees_state;     ///< mean; if the truth has velocity and biases
   std::optional<double> innovation_correlation;
   std::optional<RealtimeFigures> realtime;

@@ -83,6 +83,35 @@ Json imu_json(const ImuBuffer::Counts& imu) {
           {"gaps", imu.gaps}, {"saturated", imu.saturated},   {"extrapolated", imu.extrapolated}};
 }
 
+Json doubts_json(const std::map<Doubt, int>& doubts) {
+  Json json = Json::object();
+  for (const Doubt doubt : {Doubt::kFewObservations, Doubt::kRejections, Doubt::kInnovations}) {
+    const auto found = doubts.find(doubt);
+    json[name(doubt)] = found == doubts.end() ? 0 : found->second;
+  }
+  return json;
+}
+
+void append_doubts(const RecordedRun& run, std::vector<std::string>& remarks) {
+  const auto reason = [](Doubt doubt) {
+    switch (doubt) {
+      case Doubt::kFewObservations:
+        return std::string("the last second used fewer than 3 observations");
+      case Doubt::kRejections:
+        return std::string("the last second rejected more observations than it used");
+      default:
+        return fmt::format(
+            "the innovations of the last second had a NIS of more than {:g} per "
+            "degree of freedom: the noise is stated too small, or the model is wrong",
+            kMostNisPerDof);
+    }
+  };
+  for (const auto& [doubt, frames] : run.doubts) {
+    remarks.push_back(fmt::format("degraded in {} of {} frames: {}", frames, run.run.states.size(),
+                                  reason(doubt)));
+  }
+}
+
 void append_run_remarks(const RunReport& report, std::vector<std::string>& remarks) {
   const EstimatorReport& own = report.estimator;
   if (report.frontend.unreadable > 0) {
@@ -118,8 +147,10 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   const EstimatorReport& report = run.report.estimator;
   std::vector<std::string> remarks = recording.remarks;
   append_run_remarks(run.report, remarks);
+  append_doubts(run, remarks);
   Json summary =
       run_json(run.run, "slam", settings.filter.chart, recording.true_landmarks, remarks);
+  summary["degraded_frames"] = doubts_json(run.doubts);
   summary["nees_state"] = or_null(run.nees_state);
   summary["innovation_correlation"] = or_null(run.innovation_correlation);
   summary["start_seconds"] = or_null(run.start_seconds);
@@ -144,18 +175,21 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   return summary;
 }
 
-Json summary_json(const RecordedRun& run, const VelocityRunSettings& settings,
+Json summary_json(const RecordedRun& run, const VelocityCommandSettings& settings,
                   const VelocitySensors& sensors, double time_offset, const Recording& recording) {
   const EstimatorReport& report = run.report.estimator;
   std::vector<std::string> remarks = recording.remarks;
   add_axes(sensors, settings, recording, remarks);
   if (report.batch) append_remarks(*report.batch, remarks);
+  append_doubts(run, remarks);
   Json summary = run_json(run.run, std::string(name_of(settings.filter.mode)),
                           settings.filter.chart, recording.true_landmarks, remarks);
-  VelocityRunSettings copy = settings;
+  summary["degraded_frames"] = doubts_json(run.doubts);
+  VelocityCommandSettings copy = settings;
   if (report.batch) summary["batch"] = batch_json(*report.batch);
   if (report.window) summary["window"] = window_json(*report.window);
   summary["settings"] = to_json(setting_list(copy.filter));
+  summary["settings"].update(to_json(setting_list(copy.reader)));
   if (!settings.estimator.is_filter()) {
     summary["settings"].update(to_json(setting_list(copy.batch)));
   }
@@ -173,7 +207,7 @@ Json known_json(const InertialRunSettings& settings, const Recording& recording)
           {"cameras", cameras_json(recording)}};
 }
 
-Json known_json(const VelocityRunSettings& settings, const Recording& recording) {
+Json known_json(const VelocityCommandSettings& settings, const Recording& recording) {
   VelocitySlamSettings copy = settings.filter;
   return {{"version", CHASLES_VERSION},
           {"mode", name_of(settings.filter.mode)},

@@ -7,6 +7,7 @@
 #include <chasles/pipeline/estimator.hpp>
 
 #include "run_recording.hpp"
+#include "velocity_settings_io.hpp"
 
 // Content of summary.json and timing.json. Two runs with the same input and settings have the same
 // summary.
@@ -15,13 +16,14 @@ namespace chasles::app {
 nlohmann::ordered_json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
                                     const InertialSensors& sensors, const Recording& recording);
 /// `time_offset`: correction of the velocities' time stamps [s].
-nlohmann::ordered_json summary_json(const RecordedRun& run, const VelocityRunSettings& settings,
+nlohmann::ordered_json summary_json(const RecordedRun& run, const VelocityCommandSettings& settings,
                                     const VelocitySensors& sensors, double time_offset,
                                     const Recording& recording);
 
 /// The part of summary.json that is known before the run: version, mode, chart, settings, cameras.
 nlohmann::ordered_json known_json(const InertialRunSettings& settings, const Recording& recording);
-nlohmann::ordered_json known_json(const VelocityRunSettings& settings, const Recording& recording);
+nlohmann::ordered_json known_json(const VelocityCommandSettings& settings,
+                                  const Recording& recording);
 
 /// Content of timing.json: figures that differ from run to run. Arguments are times in seconds.
 nlohmann::ordered_json timing_json(const RecordedRun& run, double recorded_seconds,

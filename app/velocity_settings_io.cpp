@@ -7,11 +7,14 @@
 namespace chasles::app {
 
 SettingList setting_list(VelocitySlamSettings& settings) { return list_of(settings); }
+SettingList setting_list(ReaderSettings& settings) { return list_of(settings, "reader."); }
 
-VelocityRunSettings velocity_run_settings_from(const SettingSources& sources) {
-  VelocityRunSettings settings{.estimator = sources.estimator};
+VelocityCommandSettings velocity_run_settings_from(const SettingSources& sources) {
+  VelocityCommandSettings settings;
+  settings.estimator = sources.estimator;
   SettingList list = setting_list(settings.filter);
   for (Setting& s : setting_list(settings.batch)) list.push_back(std::move(s));
+  for (Setting& s : setting_list(settings.reader)) list.push_back(std::move(s));
   if (!sources.config.empty()) set_from_file(list, sources.config);
   for (const std::string& assignment : sources.sets) set(list, assignment);
   if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);

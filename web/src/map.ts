@@ -3,7 +3,8 @@ import { AXES } from './data';
 import { downloadCsv, fileName } from './files';
 import { byId, fixed, grouped, make, number, swatch, toggle } from './format';
 import { LIFE_LABELS, lifeAt, lifeText } from './landmark_life';
-import { estimateColour, type MapOptions } from './map_draw';
+import { estimateColour, layerShown, type MapOptions } from './map_draw';
+import { distanceMoved, knowsInitial } from './map_initial';
 import { type MapHost, MapInput, nearestOnScreen, placeTip } from './map_input';
 import { MapLayers } from './map_layers';
 import { COVARIANCES, MapView } from './map_view';
@@ -75,7 +76,7 @@ export class MapPanel implements MapHost {
     // Nothing is drawn while the scene is shown in its place.
     if (!this.ready || this.canvas.clientWidth === 0) return;
     this.layers.draw(this.canvas);
-    this.canvas.setAttribute('aria-label', mapDescription(activeRun()));
+    this.canvas.setAttribute('aria-label', mapDescription(activeRun(), this.options));
   }
 
   drawInFull(): void {
@@ -134,16 +135,18 @@ export function showLandmarkTip(i: number, x: number, y: number, width: number, 
   const run = activeRun(), m = run.landmarks, tip = byId('map-tip');
   const sigma = ['cxx', 'cyy', 'czz'].map((c) => number(Math.sqrt(m[c][i]), 2)).join(', ');
   const place = AXES.map((axis, k) => fixed(m[axis][i] + run.origin[k], 2)).join(', ');
+  const moved = distanceMoved(m, i);
   tip.replaceChildren(make('strong', {}, `Landmark ${m.id[i]}`),
     make('div', {}, `x, y, z  ${place} m`), make('div', {}, `σ  ${sigma} m`),
-    make('div', {}, `${grouped(m.observations[i])} observations used`), make('div', {}, lifeText(i)));
+    make('div', {}, `${grouped(m.observations[i])} observations used`), make('div', {}, lifeText(i)),
+    Number.isFinite(moved) ? make('div', {}, `moved ${number(moved, 2)} m since initialisation`) : '');
   placeTip(tip, x, y, width, height);
 }
 
 type Layer = [key: string, label: string, style: string, colour: string];
 
-/** What a map or scene of the active run can show. */
-function legendLayers(): Layer[] {
+/** What the map of the active run can show, or else its scene. */
+function legendLayers(map: boolean): Layer[] {
   const run = activeRun();
   const list: Layer[] = [['estimate', 'Estimate', 'line', estimateColour()]];
   if (run.truth) list.push(['truth', 'Truth', 'dashed', 'truth']);
@@ -153,6 +156,9 @@ function legendLayers(): Layer[] {
       ['retired', LIFE_LABELS.retired, 'dots', 'landmark'],
       ['later', LIFE_LABELS.later, 'dots faint', 'muted']);
   }
+  if (map && knowsInitial(run.landmarks)) {
+    list.push(['initial', 'Initial positions', 'dots lined', 'initial']);
+  }
   if (run.plan) list.push(['plan', 'Floor plan', 'line', 'muted']);
   (app.subjects as Run[]).forEach((other, k) => {
     if (k !== app.active) list.push([`run-${k}`, other.label, 'dashdot', other.colour]);
@@ -161,23 +167,24 @@ function legendLayers(): Layer[] {
 }
 
 /** Tells one choice of layers from another. */
-export const layersKey = (): string => JSON.stringify(legendLayers());
+export const layersKey = (map: boolean): string => JSON.stringify(legendLayers(map));
 
-export function layersText(options: MapOptions): string {
-  return legendLayers().filter(([key]) => options.show[key] !== false)
+export function layersText(options: MapOptions, map: boolean): string {
+  return legendLayers(map).filter(([key]) => layerShown(options, key))
     .map(([, label, style]) => `${label} (${style.split(' ')[0]})`).join(' · ');
 }
 
-export function showMapLegend(options: MapOptions, changed: () => void): void {
-  byId('map-legend').replaceChildren(...legendLayers().map(([key, label, style, colour]) => {
-    options.show[key] ??= true;
-    return toggle(swatch(style, colour), make('span', { dir: 'auto' }, label), options.show[key],
-      (on) => { options.show[key] = on; changed(); });
-  }));
+export function showMapLegend(options: MapOptions, map: boolean, changed: () => void): void {
+  byId('map-legend').replaceChildren(...legendLayers(map).map(([key, label, style, colour]) =>
+    toggle(swatch(style, colour), make('span', { dir: 'auto' }, label), layerShown(options, key),
+      (on) => { options.show[key] = on; changed(); })));
 }
 
-function mapDescription(run: Run): string {
+function mapDescription(run: Run, options: MapOptions): string {
   const parts = [`${run.count} estimated poses`, `${run.landmarks.id.length} landmarks`];
+  if (knowsInitial(run.landmarks) && layerShown(options, 'initial')) {
+    parts.push('their initial positions');
+  }
   if (run.truth) parts.push('the truth');
   if (run.deadReckoning) parts.push('dead reckoning');
   return `Map with ${parts.join(', ')}.`;
@@ -190,6 +197,9 @@ export function downloadLandmarks(run: Run): void {
     ['y_m', shifted('y', 1)], ['z_m', shifted('z', 2)], ['observations', m.observations],
     ['first_seen_s', m.first], ['last_seen_s', m.last], ['in_state', m.in_state],
     ...Object.values(COVARIANCES).map((c): [string, ArrayLike<number>] => [c + '_m2', m[c]])];
+  if (knowsInitial(m)) {
+    AXES.forEach((axis, k) => columns.push([`initial_${axis}_m`, shifted(`i${axis}`, k)]));
+  }
   downloadCsv(fileName(run.name, 'landmarks'),
     columns.map(([label, values]) => ({ label, values })));
 }

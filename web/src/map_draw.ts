@@ -8,12 +8,17 @@ import { app } from './store';
 import { palette, ramp } from './theme';
 
 export interface MapOptions {
-  /** Layers by their keys; other runs, run-0 and so on, are shown unless they are switched off. */
+  /** Layers by their keys; what is not there has not been switched: see layerShown(). */
   show: Record<string, boolean>;
   colour: string;
   ellipses: string;
   truth: string;
 }
+
+/** Whether a layer is shown. Until somebody switches them the initial positions are shown only of a run
+ *  that maps along known poses; every other layer is shown. */
+export const layerShown = ({ show }: MapOptions, key: string): boolean =>
+  show[key] ?? (key !== 'initial' || activeRun().summary.mode === 'map');
 
 type Points = Partial<Record<'x' | 'y' | 'z', ArrayLike<number>>>;
 
@@ -24,7 +29,7 @@ export const estimateColour = (): string =>
 /** What lies over the landmarks and does not follow the cursor: paths, the scale, the key of colours. */
 export function drawPaths(g: Pen, view: MapView, options: MapOptions, ellipses: boolean): void {
   (app.subjects as Run[]).forEach((run, k) => {
-    if (k !== app.active && options.show['run-' + k] !== false) drawOtherRun(g, view, run);
+    if (k !== app.active && layerShown(options, `run-${k}`)) drawOtherRun(g, view, run);
   });
   const run = activeRun();
   if (options.show.dead && run.deadReckoning) {

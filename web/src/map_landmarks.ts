@@ -3,7 +3,7 @@
 import type { Pen } from './canvas';
 import { clamp } from './data';
 import { type Life, lifeAt, LIVES } from './landmark_life';
-import { type MapOptions, strokeEllipse } from './map_draw';
+import { fillSquare, type MapOptions, strokeEllipse } from './map_draw';
 import type { MapView } from './map_view';
 import { activeRun } from './runs';
 import { app } from './store';
@@ -17,8 +17,6 @@ export class MapLandmarks {
   /** What each is in the picture. */
   private lives: Life[] = [];
   private readonly size: number;
-  /** Of the picture [css px]. */
-  private pixel = 1;
 
   constructor(private readonly view: MapView, private readonly options: MapOptions,
     private readonly ellipses: boolean) {
@@ -61,7 +59,6 @@ export class MapLandmarks {
       }
     });
     g.lineWidth = 0.8;
-    this.pixel = 1 / g.getTransform().a;
     for (const life of LIVES) {
       if (this.options.show[life]) for (const i of rows[life]) this.drawOne(g, i, life);
     }
@@ -75,18 +72,11 @@ export class MapLandmarks {
       strokeEllipse(g, view, x, y, view.landmarkCovariance(i), 0.06, life === 'view' ? 0.8 : 0.4);
     }
     g.globalAlpha = { later: 0.35, retired: 0.65, view: 1 }[life];
-    if (life !== 'view') return this.drawSquare(g, x, y, size);
+    if (life !== 'view') return fillSquare(g, x, y, size);
     const { fillStyle } = g;
     g.fillStyle = palette.ink;
-    this.drawSquare(g, x, y, size + 3.5);
+    fillSquare(g, x, y, size + 3.5);
     g.fillStyle = fillStyle;
-    this.drawSquare(g, x, y, size + 1.3);
-  }
-
-  /** Of whole pixels: quick to draw, and the same whatever part of the map is drawn. */
-  private drawSquare(g: Pen, x: number, y: number, size: number): void {
-    const { pixel } = this, side = pixel * Math.round(size / pixel);
-    const start = (middle: number) => pixel * Math.round((middle - side / 2) / pixel);
-    g.fillRect(start(x), start(y), side, side);
+    fillSquare(g, x, y, size + 1.3);
   }
 }

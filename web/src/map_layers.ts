@@ -1,12 +1,16 @@
 // The map in layers: what a moving cursor does not change is kept as a picture.
 import { type Pen, prepareCanvas } from './canvas';
-import { drawGrid, drawHovered, drawMarker, drawPaths, drawPlan, type MapOptions } from './map_draw';
+import { drawGrid, drawHovered, drawMarker, drawPaths, drawPlan, layerShown, type MapOptions }
+  from './map_draw';
+import { drawInitial, knowsInitial } from './map_initial';
 import { MapLandmarks, type Part } from './map_landmarks';
 import type { MapView } from './map_view';
 import { activeRun } from './runs';
 
 export class MapLayers {
-  /** The grid, the floor plan and the landmarks; above them all that stays. */
+  /** What stays under the landmarks: the grid, the floor plan, the initial positions. */
+  private readonly below = document.createElement('canvas');
+  /** That and the landmarks; above them all that stays. */
   private readonly ground = document.createElement('canvas');
   private readonly paths = document.createElement('canvas');
   private landmarks: MapLandmarks | null = null;
@@ -33,14 +37,21 @@ export class MapLayers {
     const ellipses = options.ellipses === 'always' || (options.ellipses === 'auto' && view.zoomedIn());
     this.landmarks = new MapLandmarks(view, options, ellipses);
     this.landmarks.followCursor();
+    this.drawBelow(prepareCanvas(this.below, width, height));
     this.drawGround(prepareCanvas(this.ground, width, height), this.landmarks,
       { left: 0, top: 0, right: width, bottom: height });
     drawPaths(prepareCanvas(this.paths, width, height), view, options, ellipses);
   }
 
+  private drawBelow(g: Pen): void {
+    const { view, options } = this;
+    drawGrid(g, view);
+    if (options.show.plan) drawPlan(g, view, options);
+    if (knowsInitial(view.landmarks) && layerShown(options, 'initial')) drawInitial(g, view);
+  }
+
   private drawGround(g: Pen, landmarks: MapLandmarks, part: Part): void {
-    drawGrid(g, this.view);
-    if (this.options.show.plan) drawPlan(g, this.view, this.options);
+    copy(g, this.below);
     landmarks.draw(g, part);
   }
 

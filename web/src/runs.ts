@@ -18,6 +18,7 @@ export interface Run extends Subject {
   stageNames: string[];
   /** What each took [ms]. */
   stages: Column[];
+  /** With ix, iy and iz, the initial position, only where the run knows it of a landmark. */
   landmarks: Columns;
   /** When the landmarks were like that [s]: of a run that goes on they come less often than states. */
   mapTime: number;

@@ -4,7 +4,7 @@ import { byId } from './format';
 import { notify } from './store';
 
 const NAMES = ['ink', 'muted', 'line', 'panel', 'ground', 'estimate', 'truth', 'dead', 'landmark',
-  'cursor', 'band', 'good', 'bad', 'warn',
+  'initial', 'cursor', 'band', 'good', 'bad', 'warn',
   'f-1', 'f-2', 'f-3', 'f-4', 'f-5', 'f-6', 'f-7', 'f-8'];
 
 export const palette: Record<string, string> = {};

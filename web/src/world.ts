@@ -4,9 +4,10 @@ import { fileName } from './files';
 import { byId } from './format';
 import { downloadLandmarks, layersKey, layersText, MapPanel, showMapLegend } from './map';
 import type { MapOptions } from './map_draw';
+import { knowsInitial } from './map_initial';
 import { activeRun } from './runs';
 import { ScenePanel } from './scene';
-import { listen, notify } from './store';
+import { app, listen, notify } from './store';
 import { canDraw } from './webgl';
 
 /** Views of the scene; all others are planes of the map. */
@@ -20,6 +21,7 @@ export class World {
   private readonly map = new MapPanel(this.options);
   private readonly scene = canDraw() ? new ScenePanel(this.options, () => this.map.hint()) : null;
   private readonly select = byId<HTMLSelectElement>('map-view');
+  private mapShown = true;
   private shownLayers = '';
 
   constructor() {
@@ -34,7 +36,7 @@ export class World {
     byId('map-png').addEventListener('click', () => this.savePicture());
     byId('map-csv').addEventListener('click', () => downloadLandmarks(activeRun()));
     listen('run', () => this.showRun());
-    listen('rows', () => { if (layersKey() !== this.shownLayers) this.showRun(); });
+    listen('rows', () => this.followLayers());
     // Paper gets the map: a scene is worth nothing where it cannot be turned.
     listen('print', () => { this.showMap(true); this.map.print(); });
     window.addEventListener('afterprint', () => this.showMap(!this.sceneChosen()));
@@ -66,10 +68,17 @@ export class World {
   }
 
   private showMap(shown: boolean): void {
+    this.mapShown = shown;
     byId('map').hidden = !shown;
     for (const id of ['scene', 'scene-note', 'scene-help']) byId(id).hidden = shown;
     byId('map-help').hidden = !shown;
     byId('map-tip').hidden = true;
+    this.followLayers();
+  }
+
+  /** The legend has the layers that there are: the map and the scene have not the same. */
+  private followLayers(): void {
+    if (app.subjects.length && layersKey(this.mapShown) !== this.shownLayers) this.showRun();
   }
 
   private setView(view: string): void {
@@ -82,14 +91,16 @@ export class World {
     const { name } = activeRun(), shown = this.shown();
     // What WebGL has drawn can be read only right after it.
     shown.drawInFull();
-    downloadPng(fileName(name, 'map'), shown.canvas, `Map – ${name}`, layersText(this.options));
+    downloadPng(fileName(name, 'map'), shown.canvas, `Map – ${name}`,
+      layersText(this.options, this.mapShown));
   }
 
   private showRun(): void {
     const run = activeRun(), bare = run.landmarks.id.length === 0;
     byId('truth-field').hidden = !run.truth;
     for (const id of ['map-colour-field', 'map-csv']) byId(id).hidden = bare;
-    this.shownLayers = layersKey();
-    showMapLegend(this.options, () => notify('shown'));
+    byId('initial-help').hidden = !knowsInitial(run.landmarks);
+    this.shownLayers = layersKey(this.mapShown);
+    showMapLegend(this.options, this.mapShown, () => notify('shown'));
   }
 }

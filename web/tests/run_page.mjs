@@ -6,7 +6,7 @@ import { DESKTOP, findBrowser, launch, PHONE, settle } from './browser.mjs';
 import { camera } from './run_camera.mjs';
 import { axes, exactNumbers, exports, play, stages, timeCursor, timeSpan, timeTicks, toggles }
   from './run_plots.mjs';
-import { landmarkLives, mapMoves, scene } from './run_world.mjs';
+import { initialPositions, landmarkLives, mapMoves, scene } from './run_world.mjs';
 
 const [file, folder] = process.argv.slice(2);
 if (!findBrowser()) process.exit(77);
@@ -65,7 +65,7 @@ async function print(page, label) {
 
 async function use(page, label) {
   for (const step of [axes, timeCursor, play, timeSpan, timeTicks, toggles, exports, exactNumbers, scene, mapMoves,
-    landmarkLives, stages, camera, overview, theme, otherRuns]) {
+    landmarkLives, initialPositions, stages, camera, overview, theme, otherRuns]) {
     await step(page, { run, folder }).catch((error) => check(step.name, false, String(error)));
   }
   await print(page, label).catch((error) => check('print', false, String(error)));

@@ -1,4 +1,5 @@
 // The scene and the map of a page of runs, used as a person does.
+import { inflateSync } from 'node:zlib';
 import { settle } from './browser.mjs';
 import { check, picture, saved, until } from './checks.mjs';
 
@@ -73,7 +74,7 @@ async function planInScene(page) {
   await until('the legend shows the floor plan', async () => await sceneShot(page) === before);
 }
 
-export async function mapMoves(page) {
+export async function mapMoves(page, { run }) {
   await page.selectOption('#map-view', 'top');
   const map = page.locator('#map');
   await map.scrollIntoViewIfNeeded();
@@ -91,11 +92,27 @@ export async function mapMoves(page) {
   check('the side view differs', await picture(map) !== before);
   await page.selectOption('#map-view', 'top');
   if (!await page.locator('#map-legend .dots').count()) return;
-  await findTip(page, map);
+  await findTip(page, map, run);
+}
+
+/** The numbers of a column of the page's data: see data.ts. */
+function numbers(column) {
+  const planes = inflateSync(Buffer.from(column.slice(4), 'base64'));
+  const size = column.startsWith('f64:') ? 8 : 4, count = planes.length / size;
+  const { buffer } = Uint8Array.from(planes, (_, i) => planes[(i % size) * count + Math.floor(i / size)]);
+  return size === 8 ? new Float64Array(buffer) : new Float32Array(buffer);
+}
+
+/** How far the landmark of that number has moved since its initialisation; NaN where this is not known. */
+function distanceMoved({ landmarks }, id) {
+  if (!landmarks.ix) return NaN;
+  const row = numbers(landmarks.id).indexOf(id);
+  return Math.hypot(...['x', 'y', 'z'].map((axis) =>
+    numbers(landmarks[axis])[row] - numbers(landmarks[`i${axis}`])[row]));
 }
 
 /** Goes over the map until a landmark answers. */
-async function findTip(page, map) {
+async function findTip(page, map, run) {
   const box = await map.boundingBox(), tip = page.locator('#map-tip');
   await map.evaluate((canvas) => {
     const frame = canvas.getBoundingClientRect(), tipBox = document.getElementById('map-tip');
@@ -109,6 +126,12 @@ async function findTip(page, map) {
   const text = await tip.textContent();
   check('a landmark shows its numbers', await tip.isVisible() && /Landmark \d+/.test(text) &&
     text.includes('σ'), text);
+  const told = /moved (.+) m since initialisation$/.exec(text)?.[1].replace(/\u202f/g, '')
+    .replace('−', '-');
+  const moved = distanceMoved(run, Number(/Landmark (\d+)x, y/.exec(text)?.[1]));
+  // Told are two digits.
+  check('and how far it has moved where this is known', Number.isFinite(moved) ?
+    Math.abs(Number(told) - moved) <= 0.06 * moved : told === undefined, `${text}: ${moved}`);
   const place = await tip.boundingBox();
   check('the numbers stay within the map', place && place.x >= box.x &&
     place.x + place.width <= box.x + box.width + 1);
@@ -144,4 +167,32 @@ async function followed(page, map) {
     check(`${key}: the map follows the cursor as if drawn anew`, await picture(map) === stepped);
     await page.locator('#time').focus();
   }
+}
+
+/** Where landmarks were initialised: a layer of the map, and columns of the csv, where this is known. */
+export async function initialPositions(page, { run, folder }) {
+  if (!await page.locator('#map-legend .dots').count()) return;
+  const known = Boolean(run.landmarks.ix), map = page.locator('#map');
+  const entry = page.locator('#map-legend label', { hasText: 'Initial positions' });
+  check('the legend has initial positions where they are known', await entry.count() === Number(known));
+  const { bytes } = await saved(page, folder, () => page.click('#map-csv'));
+  const head = bytes.toString().split('\n')[0];
+  check('and so has the csv', head.endsWith(',"initial_x_m","initial_y_m","initial_z_m"') === known, head);
+  if (!known) return;
+  const box = entry.locator('input');
+  check('at first they are shown of a map along known poses',
+    await box.isChecked() === (run.summary.mode === 'map'));
+  await box.setChecked(true);
+  await page.mouse.move(2, 2);
+  await settle(page);
+  const shown = await picture(map);
+  await box.click();
+  await until('the legend hides the initial positions', async () => await picture(map) !== shown);
+  await box.click();
+  await until('the legend shows the initial positions', async () => await picture(map) === shown);
+  await followed(page, map);
+  await page.selectOption('#map-view', 'above');
+  check('the scene has no initial positions', await entry.count() === 0);
+  await page.selectOption('#map-view', 'top');
+  check('back on the map they are as they were', await box.isChecked());
 }

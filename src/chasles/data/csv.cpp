@@ -60,9 +60,13 @@ void CsvReader::check_end() const {
       "{}: its last line has no line end: the file is truncated (if not, add a line end)", file_));
 }
 
-CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns)
+CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns,
+                     const std::vector<std::string>& further)
     : CsvReader(file) {
   if (columns_ == columns) return;
+  std::vector<std::string> all = columns;
+  all.insert(all.end(), further.begin(), further.end());
+  if (columns_ == all) return;
   throw InputError(fmt::format("{}: has the columns {}, expected {}", where(),
                                fmt::join(columns_, ","), fmt::join(columns, ",")));
 }

@@ -18,8 +18,9 @@ class CsvReader {
   /// Accepts any columns. Throws InputError for a file without a first line, or without a line end
   /// at its end.
   explicit CsvReader(const std::filesystem::path& file);
-  /// Throws InputError unless the columns are exactly these.
-  CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns);
+  /// Throws InputError unless the columns are exactly these, or these and then the further ones.
+  CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns,
+            const std::vector<std::string>& further = {});
 
   /// A table whose first line is a comment with the names of the columns, as in EuRoC files. Units
   /// in brackets are not part of a name. Throws InputError unless the names are one of the `known`

@@ -112,7 +112,7 @@ Recording read_mat_recording(const std::filesystem::path& path) {
     recording.velocities.push_back(
         {.time = times[k], .linear_imu = linear.col(column), .angular_imu = angular.col(column)});
   }
-  recording.frames = make_frames(table, times, Repeats::kKeep, recording.remarks);
+  recording.frames = make_frames(table, times, StalePixels::kKeep, recording.remarks);
   read_stated_noise(file, recording);
   read_truth(file, times, recording);
   read_true_landmarks(file, table.tracks, recording);

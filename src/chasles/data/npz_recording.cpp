@@ -100,12 +100,17 @@ std::pair<Reading, Reading> readings(const std::string& field, const std::string
           {.formula = "imu_T_cam", .cam0_T_imu = printed.inverse()}};
 }
 
-// Chooses the interpretation of cam0_T_imu that agrees with the data, and adds a remark.
-void read_extrinsics(const NpzArchive& archive, Recording& recording) {
+// Takes the matrix as recorded, or the interpretation that agrees with the data. Adds a remark.
+void read_extrinsics(const NpzArchive& archive, ArchiveExtrinsics choice, Recording& recording) {
   const std::string field = present(archive, {"cam_T_imu", "imu_T_cam"});
   const Eigen::Matrix4d M =
       checked_matrix(archive.read(field), 4, 4, "a rigid motion [R p; 0 0 0 1]");
   const auto [first, second] = readings(field, archive.where(field), M);
+  if (choice == ArchiveExtrinsics::kRecorded) {
+    recording.rig.cam0_T_imu = field == "cam_T_imu" ? first.cam0_T_imu : second.cam0_T_imu;
+    recording.remarks.push_back(fmt::format("{} is taken as recorded", field));
+    return;
+  }
   const ExtrinsicVerdict verdict =
       compare_extrinsics(recording, first.cam0_T_imu, second.cam0_T_imu);
   const bool enough = verdict.steps >= kEnoughSteps;
@@ -127,16 +132,16 @@ void read_extrinsics(const NpzArchive& archive, Recording& recording) {
 
 }  // namespace
 
-Recording read_npz_recording(const std::filesystem::path& file) {
+Recording read_npz_recording(const std::filesystem::path& file, const ReaderSettings& settings) {
   const NpzArchive archive(file);
   Recording recording;
   recording.name = file.stem().string();
   const std::vector<Time> times = checked_times(archive.read("time_stamps"));
   recording.rig = read_rig(archive);
   recording.velocities = read_velocities(archive, times);
-  recording.frames =
-      make_frames(read_tracks(archive, times.size()), times, Repeats::kCut, recording.remarks);
-  read_extrinsics(archive, recording);
+  recording.frames = make_frames(read_tracks(archive, times.size()), times, settings.stale_pixels,
+                                 recording.remarks);
+  read_extrinsics(archive, settings.extrinsics, recording);
   return recording;
 }
 

@@ -17,10 +17,10 @@ class NpzRecording : public ::testing::Test {
  protected:
   static constexpr std::size_t kTracks = 200;
 
-  Recording read() {
+  Recording read(const ReaderSettings& settings = {}) {
     const auto file = test::scratch() / "drive.npz";
     write_npz(file, fields);
-    return read_npz_recording(file);
+    return read_npz_recording(file, settings);
   }
   std::string error() {
     return input_error([this] { read(); });
@@ -91,6 +91,16 @@ TEST_F(NpzRecording, TheMalformedExtrinsicIsCorrectedAndReported) {
   EXPECT_LT((r.rig.cam0_T_imu.p - truth.rig.cam0_T_imu.p).norm(), 1e-12);
   ASSERT_EQ(r.remarks.size(), 1u);
   expect_parts(r.remarks[0], {"cam_T_imu is taken as [C | -C rho], not as [C | rho]", "sigmas"});
+}
+
+TEST_F(NpzRecording, TheExtrinsicIsTakenAsRecordedWhereTheSettingsSaySo) {
+  const Recording r = read({.extrinsics = ArchiveExtrinsics::kRecorded});
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(r.rig.cam0_T_imu.p[i],
+              fields["cam_T_imu"].values[4 * static_cast<std::size_t>(i) + 3]);
+  }
+  EXPECT_GT((r.rig.cam0_T_imu.p - truth.rig.cam0_T_imu.p).norm(), 0.1);
+  expect_parts(r.remarks.at(0), {"cam_T_imu is taken as recorded"});
 }
 
 TEST_F(NpzRecording, AWellFormedExtrinsicIsLeftAlone) {
@@ -167,6 +177,12 @@ TEST_F(NpzRecording, ARepeatedObservationEndsItsLandmarkAndANewOneBegins) {
   EXPECT_EQ(r.frames[4].observations[1].landmark, 3);
   EXPECT_EQ(r.frames[5].observations.size(), 1u);
   expect_parts(r.remarks.at(0), {"2 observations in 2 frames repeat"});
+  const Recording kept = read({.stale_pixels = StalePixels::kKeep});
+  for (const FeatureFrame& frame : kept.frames) {
+    ASSERT_EQ(frame.observations.size(), 2u);
+    EXPECT_EQ(frame.observations[0].landmark, 0);
+  }
+  EXPECT_EQ(kept.frames[2].observations[0].pixels, Eigen::Vector4d(402, 100, 380, 100));
 }
 
 TEST_F(NpzRecording, ACameraAtRestIsNoRepetition) {

@@ -48,7 +48,7 @@ Recording read_table(const std::filesystem::path& path) {
   return tracks ? read_klt_tracks_recording(path) : read_euroc_imu_recording(path);
 }
 
-Recording read_whatever(const std::filesystem::path& path) {
+Recording read_whatever(const std::filesystem::path& path, const ReaderSettings& settings) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) {
     throw InputError(
@@ -57,7 +57,7 @@ Recording read_whatever(const std::filesystem::path& path) {
   if (std::filesystem::is_directory(path, ignored)) return read_folder(path);
   const std::string bytes = first_bytes(path);
   if (bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06")) {
-    return read_npz_recording(path);
+    return read_npz_recording(path, settings);
   }
   if (bytes.starts_with("MATLAB 5.0") || bytes.starts_with("MATLAB 7.3") ||
       bytes.starts_with("\x89HDF\r\n")) {
@@ -74,8 +74,8 @@ Recording read_whatever(const std::filesystem::path& path) {
 
 }  // namespace
 
-Recording read_recording(const std::filesystem::path& path) {
-  Recording recording = read_whatever(path);
+Recording read_recording(const std::filesystem::path& path, const ReaderSettings& settings) {
+  Recording recording = read_whatever(path, settings);
   recording.name = valid_utf8(recording.name);
   for (std::string& remark : recording.remarks) remark = valid_utf8(remark);
   return recording;

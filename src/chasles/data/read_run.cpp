@@ -103,19 +103,37 @@ void read_timing(const std::filesystem::path& file, Run& run) {
   }
 }
 
+Eigen::Vector3d point_at(const CsvReader& csv, std::size_t column) {
+  return {csv.number(column), csv.number(column + 1), csv.number(column + 2)};
+}
+
+// Of the columns xx, xy, xz, yy, yz, zz.
+Eigen::Matrix3d symmetric_at(const CsvReader& csv, std::size_t column) {
+  const double xy = csv.number(column + 1), xz = csv.number(column + 2),
+               yz = csv.number(column + 4);
+  Eigen::Matrix3d P;
+  P << csv.number(column), xy, xz, xy, csv.number(column + 3), yz, xz, yz, csv.number(column + 5);
+  return P;
+}
+
 std::vector<RunLandmark> read_landmarks(const std::filesystem::path& file) {
-  CsvReader csv(file, landmark_columns());
+  CsvReader csv(file, landmark_columns(), initial_columns());
+  const std::size_t first = landmark_columns().size();
+  const bool initial = csv.columns().size() > first;
   std::vector<RunLandmark> landmarks;
   while (csv.next()) {
     RunLandmark& l = landmarks.emplace_back();
     l.id = csv.integer(0);
-    l.p_world = {csv.number(1), csv.number(2), csv.number(3)};
-    const double xy = csv.number(5), xz = csv.number(6), yz = csv.number(8);
-    l.covariance << csv.number(4), xy, xz, xy, csv.number(7), yz, xz, yz, csv.number(9);
+    l.p_world = point_at(csv, 1);
+    l.covariance = symmetric_at(csv, 4);
     l.observations = small_integer(csv, 11);
     l.first_seen = csv.time(12);
     l.last_seen = csv.time(13);
     l.in_state = small_integer(csv, 14) != 0;
+    if (!initial || csv.text(first).empty()) continue;
+    l.initial.emplace();
+    l.initial->p_world = point_at(csv, first);
+    l.initial->covariance = symmetric_at(csv, first + 3);
   }
   return landmarks;
 }

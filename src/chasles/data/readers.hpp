@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <string_view>
 
+#include <chasles/data/reader_settings.hpp>
 #include <chasles/data/recording.hpp>
 
 namespace chasles {
@@ -12,10 +13,12 @@ namespace chasles {
 /// Reads a recording of any supported kind: an ECE276A .npz, a STARS .mat, an EuRoC folder, IMU
 /// table or table of tracks, a folder of AprilGrid tracks, a KITTI raw recording, a ROS 1 bag, a
 /// folder of images, or the project's own format. The content determines the kind, not the name.
-Recording read_recording(const std::filesystem::path& path);
+/// `settings` apply to ECE276A archives; other kinds have nothing to repair.
+Recording read_recording(const std::filesystem::path& path, const ReaderSettings& settings = {});
 
 /// The ECE276A (UCSD) archive: body velocities and stereo tracks of a KITTI recording.
-Recording read_npz_recording(const std::filesystem::path& file);
+Recording read_npz_recording(const std::filesystem::path& file,
+                             const ReaderSettings& settings = {});
 
 /// The STARS Laboratory's and Barfoot's .mat files: body velocities, stereo tracks and truth.
 Recording read_mat_recording(const std::filesystem::path& file);

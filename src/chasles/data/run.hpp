@@ -49,6 +49,12 @@ struct RunLandmark {
   /// Times of the first and of the last frame with an observation of this landmark.
   Time first_seen{}, last_seen{};
   bool in_state = false;  ///< not retired: at the end an update could still correct it
+  /// A position with its covariance, as above.
+  struct Initial {
+    Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  };
+  std::optional<Initial> initial = {};  ///< at the initialisation, where known
 };
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,

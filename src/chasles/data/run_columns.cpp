@@ -43,6 +43,13 @@ const std::vector<std::string>& landmark_columns() {
   return columns;
 }
 
+const std::vector<std::string>& initial_columns() {
+  static const std::vector<std::string> columns{
+      "initial_x",      "initial_y",      "initial_z",      "initial_cov_xx", "initial_cov_xy",
+      "initial_cov_xz", "initial_cov_yy", "initial_cov_yz", "initial_cov_zz"};
+  return columns;
+}
+
 std::vector<std::string> timing_columns(const std::vector<std::string>& stage_names) {
   std::vector<std::string> columns{"time_ns", "ms"};
   for (const std::string& name : stage_names) columns.push_back(name + "_ms");

@@ -94,11 +94,31 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
     EXPECT_EQ(again.landmarks[j].first_seen, run.landmarks[j].first_seen);
     EXPECT_EQ(again.landmarks[j].last_seen, run.landmarks[j].last_seen);
     EXPECT_EQ(again.landmarks[j].in_state, run.landmarks[j].in_state);
+    EXPECT_FALSE(again.landmarks[j].initial);
   }
   EXPECT_EQ(again.truth.size(), run.truth.size());
   EXPECT_EQ(again.dead_reckoning.size(), run.truth.size());
   EXPECT_EQ(read_summary(folder), kRunSummary);
   EXPECT_EQ(read_tum(folder / "trajectory.tum").size(), run.states.size());
+}
+
+TEST(RunFolder, InitialPositionsAreReadAgainWhereTheyAreKnown) {
+  Run run = example_run();
+  for (std::size_t j = 0; j < 3; ++j) {
+    RunLandmark& l = run.landmarks[j];
+    l.initial = {.p_world = 2 * l.p_world, .covariance = 3 * l.covariance};
+  }
+  const auto folder = test::scratch() / "run";
+  write_run(run, kRunSummary, folder);
+  const Run again = read_run(folder);
+  for (std::size_t j = 0; j < run.landmarks.size(); ++j) {
+    const auto &read = again.landmarks[j].initial, &written = run.landmarks[j].initial;
+    ASSERT_EQ(read.has_value(), written.has_value()) << j;
+    if (!written) continue;
+    EXPECT_EQ(read->p_world, written->p_world);
+    EXPECT_EQ(read->covariance,
+              Eigen::Matrix3d(written->covariance.selfadjointView<Eigen::Upper>()));
+  }
 }
 
 TEST(RunFolder, OnlyTheTimingDiffersBetweenRunsOfDifferentSpeed) {

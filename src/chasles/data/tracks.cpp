@@ -158,7 +158,7 @@ TrackTable TrackCollector::finish() && {
 }
 
 std::vector<FeatureFrame> make_frames(const TrackTable& table, const std::vector<Time>& times,
-                                      Repeats repeated, std::vector<std::string>& remarks) {
+                                      StalePixels stale_pixels, std::vector<std::string>& remarks) {
   std::vector<FeatureFrame> frames(times.size());
   for (std::size_t k = 0; k < times.size(); ++k) frames[k].time = times[k];
   LeftOut left;
@@ -167,7 +167,7 @@ std::vector<FeatureFrame> make_frames(const TrackTable& table, const std::vector
   for (std::size_t i = 0; i < points.size(); ++i) {
     const TrackPoint& point = points[i];
     if (i == 0 || point.track != points[i - 1].track) segment = 0;
-    if (repeated == Repeats::kCut && is_stale(points, i)) {
+    if (stale_pixels == StalePixels::kCut && is_stale(points, i)) {
       ++left.stale;
       ++segment;
       left.stale_frames.insert(point.frame);

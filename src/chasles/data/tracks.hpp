@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include <chasles/camera/feature_frame.hpp>
+#include <chasles/data/reader_settings.hpp>
 
 namespace chasles {
 
@@ -64,21 +65,12 @@ class TrackCollector {
   Eigen::Vector4d pixels_ = Eigen::Vector4d::Zero();
 };
 
-/// Treatment of repeated pixels.
-enum class Repeats {
-  kKeep,
-  /// An observation whose four numbers equal those of the frame before is stale and is dropped.
-  /// Later observations of its track belong to another physical point (data/README.md, trap 5).
-  /// Equal numbers in three or more successive frames mean a static camera, and stay.
-  kCut,
-};
-
 /// The frames of a table. Frames without observations stay, as empty ones. Left out and counted in
 /// `remarks`: stale observations, and observations whose disparity uL - uR is not positive.
 ///
 /// The landmark number is `track + segment * table.tracks`, where the segment counts the cuts of
 /// the track so far. Observations are in order of landmark number.
 std::vector<FeatureFrame> make_frames(const TrackTable& table, const std::vector<Time>& times,
-                                      Repeats repeats, std::vector<std::string>& remarks);
+                                      StalePixels stale_pixels, std::vector<std::string>& remarks);
 
 }  // namespace chasles

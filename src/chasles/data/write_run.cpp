@@ -89,13 +89,25 @@ std::string states_text(const Run& run, std::size_t from) {
 }
 
 std::string landmarks_text(const std::vector<RunLandmark>& landmarks) {
-  std::string text = header(landmark_columns());
+  const bool initial =
+      std::ranges::any_of(landmarks, [](const RunLandmark& l) { return l.initial.has_value(); });
+  std::vector<std::string> columns = landmark_columns();
+  if (initial) columns.insert(columns.end(), initial_columns().begin(), initial_columns().end());
+  std::string text = header(columns);
   for (const RunLandmark& l : landmarks) {
     const Eigen::Matrix3d& P = l.covariance;
-    append(text, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:d}\n", l.id, l.p_world.x(),
+    append(text, "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:d}", l.id, l.p_world.x(),
            l.p_world.y(), l.p_world.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2),
            distance_sigma(l), l.observations, l.first_seen.count(), l.last_seen.count(),
            l.in_state);
+    if (l.initial) {
+      const auto& [p, C] = *l.initial;
+      append(text, ",{},{},{},{},{},{},{},{},{}", p.x(), p.y(), p.z(), C(0, 0), C(0, 1), C(0, 2),
+             C(1, 1), C(1, 2), C(2, 2));
+    } else if (initial) {
+      text.append(initial_columns().size(), ',');
+    }
+    text += '\n';
   }
   return text;
 }

@@ -120,6 +120,11 @@ class Ekf {
   /// Moves landmarks (indices into State::landmarks, rising) from the state to the map.
   void retire(std::span<const int> indices);
 
+  /// The position of a landmark of the state (index into State::landmarks), with its covariance.
+  MapLandmark landmark(int index) const {
+    return as_of_now(state_.landmarks[static_cast<std::size_t>(index)]);
+  }
+
   /// Number of landmarks in the whole map: retired ones and those in the state. Landmarks with a
   /// non-positive inverse depth have no position and do not count.
   int map_size() const;

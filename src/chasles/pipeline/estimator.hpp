@@ -53,6 +53,8 @@ class Estimator {
 
   /// All landmarks of the run, in the world of the estimates.
   virtual std::vector<MapLandmark> map() const = 0;
+  /// The landmarks of the map as they were initialised, in that order: of a stereo-velocity filter.
+  virtual std::span<const MapLandmark> initial_landmarks() const { return {}; }
   /// Those that the next frame may still change; absent: all.
   virtual std::optional<std::vector<LandmarkId>> in_state() const = 0;
   /// Names of the components of v_world, if any, and Estimate::additive.

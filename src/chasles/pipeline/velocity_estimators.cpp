@@ -70,6 +70,9 @@ class VelocityFilter : public VelocityEstimator {
     for (const Landmark& l : slam_.filter().state().landmarks) ids.push_back(l.id);
     return ids;
   }
+  std::span<const MapLandmark> initial_landmarks() const override {
+    return slam_.initial_landmarks();
+  }
   const Ekf* filter() const override { return &slam_.filter(); }
 
  protected:
@@ -109,6 +112,7 @@ class VelocityBatch : public VelocityFilter {
   std::vector<MapLandmark> map() const override {
     return result_ ? result_->landmarks : VelocityFilter::map();
   }
+  std::span<const MapLandmark> initial_landmarks() const override { return {}; }
   std::optional<std::vector<LandmarkId>> in_state() const override {
     return result_ ? std::nullopt : VelocityFilter::in_state();
   }

@@ -144,6 +144,13 @@ void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
   columns["last"] =
       floats(drawn, [&](const RunLandmark& m) { return to_seconds(m.last_seen - start); });
   columns["in_state"] = ints(drawn, [](const RunLandmark& m) { return m.in_state ? 1 : 0; });
+  if (std::ranges::any_of(drawn, [](const RunLandmark& m) { return m.initial.has_value(); })) {
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+    add_points(columns, "i", drawn, [&](const RunLandmark& m) -> Eigen::Vector3d {
+      if (!m.initial) return Eigen::Vector3d::Constant(kNan);
+      return m.initial->p_world - origin;
+    });
+  }
   json["landmarks_left_out"] = run.landmarks.size() - drawn.size();
 }
 

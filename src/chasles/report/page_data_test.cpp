@@ -155,6 +155,20 @@ TEST(PageData, ALandmarkThatIsNotFiniteIsCountedNotDrawn) {
   EXPECT_EQ(run["landmarks_left_out"], 2);
 }
 
+TEST(PageData, InitialPositionsAreGivenWhereTheyAreKnown) {
+  ReportRun drive = drive_on_page();
+  EXPECT_FALSE(run_of(drive)["landmarks"].contains("ix"));
+  RunLandmark& known = drive.run.landmarks[3];
+  known.initial = {.p_world = known.p_world + Eigen::Vector3d(1, 2, 3), .covariance = {}};
+  const nlohmann::json landmarks = run_of(drive)["landmarks"];
+  for (const auto& [name, shift] :
+       {std::pair{"x", 1.0}, std::pair{"y", 2.0}, std::pair{"z", 3.0}}) {
+    const auto initial = column(landmarks[std::string("i") + name]);
+    EXPECT_NEAR(initial[3] - column(landmarks[name])[3], shift, 1e-3) << name;
+    EXPECT_TRUE(std::isnan(initial[4]));
+  }
+}
+
 TEST(PageData, OneStateOrNoneIsAPage) {
   for (const int states : {0, 1}) {
     ReportRun drive = drive_on_page();

@@ -57,6 +57,7 @@ struct Estimate {
   int landmarks = 0;     ///< of the whole map
   TrackUse tracks = {};  ///< null-space updates, where the settings allow only few landmarks
   Health health = Health::kOk;
+  Doubt doubt = Doubt::kNone;                   ///< the reason of kDegraded, of a filter or window
   bool zero_velocity = false;                   ///< a zero-velocity update was made
   std::optional<Calibration> calibration = {};  ///< where any of it is estimated
   std::optional<StageSeconds> seconds = {};     ///< of a filter

@@ -1,22 +1,58 @@
+#include <chasles/eval/chi2.hpp>
 #include <chasles/slam/health.hpp>
 
 namespace chasles {
+namespace {
+
+template <typename Frame>
+void add(const Frame& frame, std::deque<Frame>& last_second) {
+  last_second.push_back(frame);
+  while (last_second.front().time < frame.time - std::chrono::seconds(1)) last_second.pop_front();
+}
+
+}  // namespace
 
 std::string name(Health health) {
   if (health == Health::kOk) return "ok";
   return health == Health::kDegraded ? "degraded" : "lost";
 }
 
-Health RecentUse::judge(Time time, int used, int rejected) {
-  last_second_.push_back({.time = time, .used = used, .rejected = rejected});
-  while (last_second_.front().time < time - std::chrono::seconds(1)) last_second_.pop_front();
+std::string name(Doubt doubt) {
+  switch (doubt) {
+    case Doubt::kFewObservations:
+      return "few_observations";
+    case Doubt::kRejections:
+      return "rejections";
+    case Doubt::kInnovations:
+      return "innovations";
+    case Doubt::kNone:
+      break;
+  }
+  return "none";
+}
+
+bool RecentInnovations::contradict(Time time, double nis, int dof) {
+  add({.time = time, .nis = nis, .dof = dof}, last_second_);
+  double sum = 0, all = 0;
+  for (const Frame& frame : last_second_) {
+    sum += frame.nis;
+    all += frame.dof;
+  }
+  return all > 0 && sum > kMostNisPerDof * all && sum > chi2_quantile(0.999, all);
+}
+
+Doubt RecentUse::judge(Time time, int used, int rejected, double nis, int dof) {
+  add({.time = time, .used = used, .rejected = rejected}, last_second_);
   int all_used = 0;
   int all_rejected = 0;
   for (const Use& use : last_second_) {
     all_used += use.used;
     all_rejected += use.rejected;
   }
-  return all_used < 3 || all_rejected > all_used ? Health::kDegraded : Health::kOk;
+  const bool contradict = innovations_.contradict(time, nis, dof);
+  if (all_used < 3) return Doubt::kFewObservations;
+  if (all_rejected > all_used) return Doubt::kRejections;
+  return contradict ? Doubt::kInnovations : Doubt::kNone;
 }
 
 }  // namespace chasles

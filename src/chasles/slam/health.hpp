@@ -10,16 +10,49 @@ namespace chasles {
 /// The reliability of an estimate.
 enum class Health {
   kOk,
-  kDegraded,  ///< in the last second: fewer than 3 observations used, or more rejected than used
+  kDegraded,  ///< see Doubt
   kLost,  ///< not finite, or an invalid covariance: this and all later estimates are meaningless
 };
 std::string name(Health health);
 
-/// Numbers of observations that were used and rejected in the last second.
+/// Why an estimate is degraded.
+enum class Doubt {
+  kNone,
+  kFewObservations,  ///< in the last second fewer than 3 observations were used
+  kRejections,       ///< in the last second more were rejected than used
+  kInnovations,      ///< in the last second the innovations contradict their covariance
+};
+
+std::string name(Doubt doubt);  ///< "few_observations"; of kNone "none"
+
+/// Above this NIS per degree of freedom, over a second, innovations contradict their covariance:
+/// the errors are more than 1.4 times as large as the filter believes, or the noise is stated
+/// wrongly. Real images reach 1.2 with the right noise, since features are not Gaussian.
+inline constexpr double kMostNisPerDof = 2;
+
+/// The innovations of the last second.
+class RecentInnovations {
+ public:
+  /// Adds a frame. Whether the NIS of the last second is above kMostNisPerDof and above its 99.9 %
+  /// bound. Times rise.
+  bool contradict(Time time, double nis, int dof);
+
+ private:
+  struct Frame {
+    Time time{};
+    double nis = 0;
+    int dof = 0;
+  };
+  std::deque<Frame> last_second_;
+};
+
+/// What speaks against an estimate: the observations of the last second, used and rejected, and
+/// their innovations.
 class RecentUse {
  public:
-  /// Adds this frame; returns degraded or ok. Times rise.
-  Health judge(Time time, int used, int rejected);
+  /// Adds this frame. Times rise. `nis`, `dof`: of a filter's innovations, or of a window's
+  /// residuals.
+  Doubt judge(Time time, int used, int rejected, double nis, int dof);
 
  private:
   struct Use {
@@ -27,6 +60,7 @@ class RecentUse {
     int used = 0, rejected = 0;
   };
   std::deque<Use> last_second_;
+  RecentInnovations innovations_;
 };
 
 }  // namespace chasles

@@ -211,7 +211,10 @@ std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
   if (last_time_) e.time = std::max(e.time, *last_time_ + Time(1));
   last_time_ = e.time;
   if (is_credible(e)) {
-    if (contradictions_ > kDoubts && e.health == Health::kOk) e.health = Health::kDegraded;
+    if (contradictions_ > kDoubts && e.health == Health::kOk) {
+      e.health = Health::kDegraded;
+      e.doubt = Doubt::kRejections;
+    }
     last_ = e;
     if (contradictions_ == 0) agreed_ = e;
     return e;

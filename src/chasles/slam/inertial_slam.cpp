@@ -140,7 +140,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   e.in_state = static_cast<int>(filter_.state().landmarks.size());
   e.landmarks = filter_.map_size();
   e.tracks = use_of_tracks();
-  e.health = judge(e);
+  judge(e);
   return e;
 }
 
@@ -234,18 +234,24 @@ void InertialSlam::remove_unused_clones() {
   filter_.remove_clones(unused);
 }
 
-Health InertialSlam::judge(const Estimate& e) {
+void InertialSlam::judge(Estimate& e) {
   const SE3& pose = e.world_T_imu;
-  if (!has_sane_clock()) return Health::kLost;
-  if (!pose.R.allFinite() || !pose.p.allFinite() || !e.v_world->allFinite() ||
+  if (!has_sane_clock() || !pose.R.allFinite() || !pose.p.allFinite() || !e.v_world->allFinite() ||
       !e.covariance.allFinite() || e.covariance.diagonal().minCoeff() < -1e-9) {
-    return Health::kLost;
+    e.health = Health::kLost;
+    return;
   }
   const int used = e.used + e.tracks.used;
-  const bool starves =
-      !e.zero_velocity && (used + e.tracks.waiting < 3 || e.rejected + e.tracks.rejected > used);
+  const bool few = used + e.tracks.waiting < 3;
+  const bool starves = !e.zero_velocity && (few || e.rejected + e.tracks.rejected > used);
   starved_ = starves ? starved_ + 1 : 0;
-  return starved_ > 10 ? Health::kDegraded : Health::kOk;
+  const bool contradict = recent_innovations_.contradict(e.time, e.nis, e.nis_dof);
+  if (starved_ > 10) {
+    e.doubt = few ? Doubt::kFewObservations : Doubt::kRejections;
+  } else if (contradict) {
+    e.doubt = Doubt::kInnovations;
+  }
+  if (e.doubt != Doubt::kNone) e.health = Health::kDegraded;
 }
 
 }  // namespace chasles

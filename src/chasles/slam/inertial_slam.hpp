@@ -106,7 +106,7 @@ class InertialSlam {
   void remove_unused_clones();
   void compose_when_due();
   void note_prediction();
-  Health judge(const Estimate& e);
+  void judge(Estimate& e);
   TrackUse use_of_tracks();
   bool has_room() const;
   static bool has_view(const Track& track, int clone);
@@ -142,7 +142,8 @@ class InertialSlam {
   };
   std::vector<PixelOutcome> outcomes_;      ///< of the last frame
   std::vector<WhitenedPixel> innovations_;  ///< of the last frame; sorted by landmark and camera
-  int starved_ = 0;                         ///< consecutive frames with almost no observation
+  RecentInnovations recent_innovations_;
+  int starved_ = 0;  ///< consecutive frames with almost no observation
 
   // Temporary lists; they keep their memory.
   struct Workspace {

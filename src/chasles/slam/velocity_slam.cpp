@@ -80,7 +80,7 @@ Estimate VelocitySlam::process(const FeatureFrame& frame) {
   estimate.observations = static_cast<int>(frame.observations.size());
   estimate.in_state = static_cast<int>(x.landmarks.size());
   estimate.landmarks = filter_.map_size();
-  estimate.health = judge(estimate);
+  judge(estimate);
   return estimate;
 }
 
@@ -225,7 +225,10 @@ int VelocitySlam::begin(const Observations& fresh) {
     landmarks.push_back(*landmark);
   }
   filter_.add(landmarks);
-  return static_cast<int>(landmarks.size());
+  const auto all = static_cast<int>(filter_.state().landmarks.size());
+  const auto added = static_cast<int>(landmarks.size());
+  for (int i = all - added; i < all; ++i) initial_.push_back(filter_.landmark(i));
+  return added;
 }
 
 void VelocitySlam::retire_unseen() {
@@ -248,14 +251,17 @@ void VelocitySlam::retire_unseen() {
   filter_.retire(indices);
 }
 
-Health VelocitySlam::judge(const Estimate& estimate) {
+void VelocitySlam::judge(Estimate& estimate) {
   if (!estimate.world_T_imu.R.allFinite() || !estimate.world_T_imu.p.allFinite() ||
       !estimate.pose_covariance().allFinite() ||
       estimate.pose_covariance().diagonal().minCoeff() < 0) {
-    return Health::kLost;
+    estimate.health = Health::kLost;
+    return;
   }
-  if (settings_.mode != SlamMode::kSlam) return Health::kOk;
-  return recent_.judge(estimate.time, estimate.used, estimate.rejected);
+  if (settings_.mode != SlamMode::kSlam) return;
+  estimate.doubt = recent_.judge(estimate.time, estimate.used, estimate.rejected, estimate.nis,
+                                 estimate.nis_dof);
+  if (estimate.doubt != Doubt::kNone) estimate.health = Health::kDegraded;
 }
 
 }  // namespace chasles

@@ -33,6 +33,10 @@ class VelocitySlam {
   /// The state, and the whole map with its covariance.
   const Ekf& filter() const { return filter_; }
 
+  /// Every landmark as it was initialised, before its first update, in that order. A landmark that
+  /// returns after it was retired is there twice, as in the map.
+  std::span<const MapLandmark> initial_landmarks() const { return initial_; }
+
   /// Names of the components of Estimate::additive.
   std::vector<std::string> additive_names() const;
 
@@ -52,7 +56,7 @@ class VelocitySlam {
   int begin(const Observations& fresh);
   void retire_unseen();
   void see(const FeatureFrame& frame, Estimate& estimate);
-  Health judge(const Estimate& estimate);
+  void judge(Estimate& estimate);
 
   VelocitySlamSettings settings_;
   StereoRig rig_;
@@ -70,6 +74,7 @@ class VelocitySlam {
   };
   std::unordered_map<LandmarkId, Last> last_;  ///< of the landmarks of the state
   RecentUse recent_;
+  std::vector<MapLandmark> initial_;
   double propagation_seconds_ = 0;  ///< since the last frame
 };
 

@@ -125,6 +125,37 @@ TEST(VelocitySlam, MappingTakesTheTrajectoryForTheTruth) {
   EXPECT_LT(map[0].covariance.trace(), 0.01);
 }
 
+// Du's figures 4 to 6: where a landmark began, and where the mapping update moved it.
+TEST(VelocitySlam, KeepsTheInitialPositionsBeforeTheFirstUpdate) {
+  for (const bool at_once : {false, true}) {
+    VelocitySlamSettings settings;
+    settings.mode = SlamMode::kMap;
+    settings.update_with_first_observation = at_once;
+    VelocitySlam slam = make(settings);
+    slam.process(velocity_at(0));
+    FeatureFrame first = frame_at(0, {}, 0, 10);
+    for (StereoObservation& o : first.observations) o.pixels[0] += 0.4;  // the depth is wrong
+    slam.process(first);
+    for (int i = 1; i < 20; ++i) {
+      slam.process(velocity_at(0.1 * i));
+      slam.process(frame_at(0.1 * i, {Eigen::Matrix3d::Identity(), {0.1 * i, 0, 0}}, 0, 10));
+    }
+    const auto map = slam.filter().map();
+    ASSERT_EQ(map.size(), 10u);
+    ASSERT_EQ(slam.initial_landmarks().size(), 10u);
+    for (std::size_t i = 0; i < map.size(); ++i) {
+      const MapLandmark& begun = slam.initial_landmarks()[i];
+      ASSERT_EQ(begun.id, map[i].id);
+      const auto expected = triangulate(rig(), first.observations[i].pixels);
+      ASSERT_TRUE(expected);
+      const Eigen::Vector3d p = rig().cam0_T_imu.inverse() * expected->p_cam0;
+      EXPECT_LT((begun.p_world - p).norm(), 1e-9) << at_once;
+      EXPECT_LT((map[i].p_world - point(begun.id)).norm(), (p - point(begun.id)).norm());
+      EXPECT_LT(map[i].covariance.trace(), begun.covariance.trace());
+    }
+  }
+}
+
 TEST(VelocitySlam, AGrossObservationIsRefusedAndChangesNothing) {
   VelocitySlam clean = make();
   VelocitySlam dirty = make();

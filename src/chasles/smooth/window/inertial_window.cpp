@@ -52,7 +52,7 @@ struct InertialWindow::Implementation {
   WindowView view_of(const PointView& view, int anchor_camera) const;
   void begin_landmarks();
   void read_states();
-  Estimate estimate(Time time, int rejected);
+  Estimate estimate(Time time, const SlidingWindow::Settled& settled);
 
   InertialBatchInput input;  // without samples and frames
   BatchSettings settings;
@@ -113,7 +113,7 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
   tracks.drop(settled.culled, report);
   read_states();
   report.imu = buffer.counts();
-  Estimate found = estimate(*time, static_cast<int>(settled.culled.views.size()));
+  Estimate found = estimate(*time, settled);
   report.seconds += processor_seconds() - begun;
   return found;
 }
@@ -210,7 +210,8 @@ void InertialWindow::Implementation::read_states() {
   }
 }
 
-Estimate InertialWindow::Implementation::estimate(Time time, int rejected) {
+Estimate InertialWindow::Implementation::estimate(Time time,
+                                                  const SlidingWindow::Settled& settled) {
   const InertialState& state = graph.keyframes.back().state;
   const Window& window = sliding.window;
   Estimate e;
@@ -224,10 +225,11 @@ Estimate InertialWindow::Implementation::estimate(Time time, int rejected) {
         point.views, [&](const WindowView& view) { return view.keyframe == window.last(); }));
   }
   e.observations = e.used;
-  e.rejected = rejected;
+  e.rejected = static_cast<int>(settled.culled.views.size());
   e.in_state = static_cast<int>(window.points.size());
   e.landmarks = sliding.map_size();
-  e.health = recent.judge(time, e.used, rejected);
+  e.doubt = recent.judge(time, e.used, e.rejected, settled.squares, settled.residuals);
+  if (e.doubt != Doubt::kNone) e.health = Health::kDegraded;
   return e;
 }
 

@@ -36,7 +36,7 @@ struct VelocityWindow::Implementation {
   void observe(const StereoObservation& observation, int now);
   void begin(Tracks::Track& track);
   WindowView view_of(const StereoView& view, bool first) const;
-  Estimate estimate(const FeatureFrame& frame, bool finite);
+  Estimate estimate(const FeatureFrame& frame, const SlidingWindow::Settled& settled);
 
   VelocityBatchInput input;
   BatchSettings settings;
@@ -120,7 +120,8 @@ void VelocityWindow::Implementation::begin(Tracks::Track& track) {
   report.observations += static_cast<int>(point.views.size());
 }
 
-Estimate VelocityWindow::Implementation::estimate(const FeatureFrame& frame, bool finite) {
+Estimate VelocityWindow::Implementation::estimate(const FeatureFrame& frame,
+                                                  const SlidingWindow::Settled& settled) {
   const Window& window = sliding.window;
   const WindowKeyframe& newest = window.keyframes.back();
   Estimate e;
@@ -136,8 +137,12 @@ Estimate VelocityWindow::Implementation::estimate(const FeatureFrame& frame, boo
   }
   e.in_state = static_cast<int>(window.points.size());
   e.landmarks = sliding.map_size();
-  const bool sane = finite && e.world_T_imu.p.allFinite() && e.pose_covariance().allFinite();
-  e.health = sane ? recent.judge(frame.time, e.used, e.rejected) : Health::kLost;
+  if (!settled.finite || !e.world_T_imu.p.allFinite() || !e.pose_covariance().allFinite()) {
+    e.health = Health::kLost;
+    return e;
+  }
+  e.doubt = recent.judge(frame.time, e.used, e.rejected, settled.squares, settled.residuals);
+  if (e.doubt != Doubt::kNone) e.health = Health::kDegraded;
   return e;
 }
 
@@ -184,7 +189,7 @@ std::optional<Estimate> VelocityWindow::process(const FeatureFrame& frame) {
     state.world_T_imu = read_pose(window.keyframe(k).motion.data());
     state.additive = window.keyframe(k).additive;
   }
-  const Estimate e = w.estimate(frame, settled.finite);
+  const Estimate e = w.estimate(frame, settled);
   w.report.seconds += processor_seconds() - begun;
   return e;
 }

@@ -30,6 +30,8 @@ class SlidingWindow {
   struct Settled {
     Culled culled;
     bool finite = true;
+    double squares = 0;  ///< of the residuals of observations and motion, robust, in sigmas
+    int residuals = 0;   ///< their number
   };
   Settled settle(WindowReport& report);
 
