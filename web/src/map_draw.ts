@@ -155,6 +155,16 @@ export function strokeEllipse(g: Pen, view: MapView, x: number, y: number, covar
   g.globalAlpha = 1;
 }
 
+/** The size of a pixel of the picture [css px]. */
+export const pixelOf = (g: Pen): number => 1 / g.getTransform().a;
+
+/** Of whole pixels: quick to draw, and the same whatever part of the map is drawn. */
+export function fillSquare(g: Pen, x: number, y: number, size: number, pixel: number): void {
+  const side = pixel * Math.round(size / pixel);
+  const start = (middle: number) => pixel * Math.round((middle - side / 2) / pixel);
+  g.fillRect(start(x), start(y), side, side);
+}
+
 /** The landmark under the pointer. */
 export function drawHovered(g: Pen, view: MapView): void {
   const [x, y] = view.landmarkAt(view.hovered);

@@ -18,9 +18,10 @@ export function distanceMoved(m: Columns, i: number): number {
 }
 
 export function drawInitial(g: Pen, view: MapView): void {
-  const size = clamp(0.9 * Math.sqrt(view.scale), 1.6, 3), lines = visibleLines(view, size);
+  const size = clamp(0.9 * Math.sqrt(view.scale), 1.6, 3), pixel = pixelOf(g);
+  const lines = visibleLines(view, size);
   g.strokeStyle = g.fillStyle = palette.initial;
-  g.lineWidth = lines.length > MANY ? pixelOf(g) : 0.8;
+  g.lineWidth = lines.length > MANY ? pixel : 0.8;
   g.globalAlpha = 0.7;
   g.beginPath();
   for (const [x, y, endX, endY] of lines) {
@@ -29,7 +30,7 @@ export function drawInitial(g: Pen, view: MapView): void {
   }
   g.stroke();
   g.globalAlpha = 1;
-  for (const [x, y] of lines) fillSquare(g, x, y, size);
+  for (const [x, y] of lines) fillSquare(g, x, y, size, pixel);
 }
 
 /** Those that may be seen, each by its two ends on the screen. */

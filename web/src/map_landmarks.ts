@@ -3,7 +3,7 @@
 import type { Pen } from './canvas';
 import { clamp } from './data';
 import { type Life, lifeAt, LIVES } from './landmark_life';
-import { fillSquare, type MapOptions, strokeEllipse } from './map_draw';
+import { fillSquare, type MapOptions, pixelOf, strokeEllipse } from './map_draw';
 import type { MapView } from './map_view';
 import { activeRun } from './runs';
 import { app } from './store';
@@ -17,6 +17,8 @@ export class MapLandmarks {
   /** What each is in the picture. */
   private lives: Life[] = [];
   private readonly size: number;
+  /** Of the picture [css px]. */
+  private pixel = 1;
 
   constructor(private readonly view: MapView, private readonly options: MapOptions,
     private readonly ellipses: boolean) {
@@ -59,6 +61,7 @@ export class MapLandmarks {
       }
     });
     g.lineWidth = 0.8;
+    this.pixel = pixelOf(g);
     for (const life of LIVES) {
       if (this.options.show[life]) for (const i of rows[life]) this.drawOne(g, i, life);
     }
@@ -66,17 +69,17 @@ export class MapLandmarks {
   }
 
   private drawOne(g: Pen, i: number, life: Life): void {
-    const { view, size } = this, [x, y] = view.landmarkAt(i);
+    const { view, size, pixel } = this, [x, y] = view.landmarkAt(i);
     g.fillStyle = g.strokeStyle = life === 'later' ? palette.muted : view.colours[i];
     if (this.ellipses && life !== 'later') {
       strokeEllipse(g, view, x, y, view.landmarkCovariance(i), 0.06, life === 'view' ? 0.8 : 0.4);
     }
     g.globalAlpha = { later: 0.35, retired: 0.65, view: 1 }[life];
-    if (life !== 'view') return fillSquare(g, x, y, size);
+    if (life !== 'view') return fillSquare(g, x, y, size, pixel);
     const { fillStyle } = g;
     g.fillStyle = palette.ink;
-    fillSquare(g, x, y, size + 3.5);
+    fillSquare(g, x, y, size + 3.5, pixel);
     g.fillStyle = fillStyle;
-    fillSquare(g, x, y, size + 1.3);
+    fillSquare(g, x, y, size + 1.3, pixel);
   }
 }
