@@ -34,7 +34,7 @@ void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::st
 }
 
 TEST(PageInABrowser, ADriveIsDrawnAndAnswers) {
-  expect_works_in_a_browser({synthetic_drive()}, "drive");
+  expect_works_in_a_browser({synthetic_drive({.initial = true})}, "drive");
 }
 
 TEST(PageInABrowser, KeptImagesAreShownWithWhatWasSeenInThem) {

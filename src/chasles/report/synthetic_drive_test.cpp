@@ -158,6 +158,10 @@ ReportRun synthetic_drive(const DriveOptions& options) {
       run.landmarks.push_back(
           landmark(static_cast<int>(run.landmarks.size()) + 1, pose, drift, random));
       RunLandmark& mark = run.landmarks.back();
+      if (options.initial && mark.id % 10 != 0) {
+        mark.initial = {.p_world = mark.p_world + Eigen::Vector3d(4, -3, 1),
+                        .covariance = 4 * mark.covariance};
+      }
       mark.first_seen = state.time;
       mark.last_seen = state.time + from_seconds(kFramePeriod * mark.observations);
       mark.in_state = i + mark.observations >= options.states;

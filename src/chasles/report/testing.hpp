@@ -17,6 +17,7 @@ struct DriveOptions {
   std::uint64_t seed = 1;
   bool truth = true;
   bool dead_reckoning = true;
+  bool initial = false;  ///< landmarks know where they were initialised, but for every tenth
 };
 
 /// A synthetic run, without a filter: a 700 m loop through streets. The error of the estimate grows
