@@ -103,14 +103,14 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
 }
 
 TEST(RunFolder, InitialPositionsAreReadAgainWhereTheyAreKnown) {
-  Run run = example_run();
+  auto run = example_run();
   for (std::size_t j = 0; j < 3; ++j) {
     RunLandmark& l = run.landmarks[j];
     l.initial = {.p_world = 2 * l.p_world, .covariance = 3 * l.covariance};
   }
   const auto folder = test::scratch() / "run";
   write_run(run, kRunSummary, folder);
-  const Run again = read_run(folder);
+  const auto again = read_run(folder);
   for (std::size_t j = 0; j < run.landmarks.size(); ++j) {
     const auto &read = again.landmarks[j].initial, &written = run.landmarks[j].initial;
     ASSERT_EQ(read.has_value(), written.has_value()) << j;
