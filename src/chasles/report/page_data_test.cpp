@@ -159,7 +159,8 @@ TEST(PageData, InitialPositionsAreGivenWhereTheyAreKnown) {
   ReportRun drive = drive_on_page();
   EXPECT_FALSE(run_of(drive)["landmarks"].contains("ix"));
   RunLandmark& known = drive.run.landmarks[3];
-  known.initial = {.p_world = known.p_world + Eigen::Vector3d(1, 2, 3), .covariance = {}};
+  known.initial = {.p_world = known.p_world + Eigen::Vector3d(1, 2, 3),
+                   .covariance = Eigen::Matrix3d::Identity()};
   const nlohmann::json landmarks = run_of(drive)["landmarks"];
   for (const auto& [name, shift] :
        {std::pair{"x", 1.0}, std::pair{"y", 2.0}, std::pair{"z", 3.0}}) {
