@@ -109,8 +109,11 @@ function drawStart(g: Pen, view: MapView, run: Run): void {
   g.stroke();
   // Behind the first pose, where the path is not.
   const behind = view.forward(run, 0)[0] > 0;
-  drawTag(g, 'start', x + (behind ? -10 : 10), y, behind ? 'right' : 'left');
+  drawTag(g, 'start', x + (behind ? -10 : 10), besideMarker(y), behind ? 'right' : 'left');
 }
+
+/** The height of a tag that the marker of a pose at y does not hide: a path may end where it began. */
+export const besideMarker = (y: number): number => y + (y > 32 ? -20 : 20);
 
 /** A short text that begins or ends at x, moved to where the picture has all of it; on a piece of
  *  ground, so that what lies below does not disturb it. */

@@ -3,7 +3,7 @@ import { downloadPng, drawDot, type Pen, prepareCanvas } from './canvas';
 import { clamp } from './data';
 import { fileName } from './files';
 import { byId, swatch, toggle } from './format';
-import { drawGrid, drawPath, drawScale, drawTag } from './map_draw';
+import { besideMarker, drawGrid, drawPath, drawScale, drawTag } from './map_draw';
 import { type MapHost, MapInput, nearestOnScreen, startMapButtons } from './map_input';
 import { MapView, rangeOf } from './map_view';
 import { app, listen, setCursor, throttled } from './store';
@@ -130,7 +130,7 @@ export class StudyMap implements MapHost {
     const [a, b] = this.view.axes.map((axis) => truth[axis]);
     const [x, y] = this.view.toScreen(a[0], b[0]);
     drawDot(g, x, y, palette.truth);
-    drawTag(g, 'start', x + 9, y, 'left');
+    drawTag(g, 'start', x + 9, besideMarker(y), 'left');
   }
 
   private drawCursors(g: Pen): void {

@@ -4,10 +4,13 @@
 namespace chasles {
 namespace {
 
+// A vector and no deque, which asks for memory as it moves on.
 template <typename Frame>
-void add(const Frame& frame, std::deque<Frame>& last_second) {
+void add(const Frame& frame, std::vector<Frame>& last_second) {
+  std::erase_if(last_second, [&](const Frame& earlier) {
+    return earlier.time < frame.time - std::chrono::seconds(1);
+  });
   last_second.push_back(frame);
-  while (last_second.front().time < frame.time - std::chrono::seconds(1)) last_second.pop_front();
 }
 
 }  // namespace

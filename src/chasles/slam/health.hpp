@@ -1,7 +1,7 @@
 #pragma once
 
-#include <deque>
 #include <string>
+#include <vector>
 
 #include <chasles/time.hpp>
 
@@ -43,7 +43,7 @@ class RecentInnovations {
     double nis = 0;
     int dof = 0;
   };
-  std::deque<Frame> last_second_;
+  std::vector<Frame> last_second_;
 };
 
 /// What speaks against an estimate: the observations of the last second, used and rejected, and
@@ -59,7 +59,7 @@ class RecentUse {
     Time time{};
     int used = 0, rejected = 0;
   };
-  std::deque<Use> last_second_;
+  std::vector<Use> last_second_;
   RecentInnovations innovations_;
 };
 

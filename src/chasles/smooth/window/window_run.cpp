@@ -7,19 +7,6 @@
 
 namespace chasles::smooth_detail {
 
-namespace {
-
-int residuals_of(const Window& window) {
-  int count = 0;
-  for (const auto& term : window.terms) count += term.cost->num_residuals();
-  for (const auto& [number, point] : window.points) {
-    for (const WindowView& view : point.views) count += view.cost->num_residuals();
-  }
-  return count;
-}
-
-}  // namespace
-
 SlidingWindow::SlidingWindow(int keyframes, const BatchSettings& settings, const ErrorChart& chart,
                              const BlockSizes& sizes)
     : keyframes_(keyframes), settings_(settings) {
@@ -77,13 +64,16 @@ SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
   report.steps += progress.tried;
   report.steps_refused += progress.tried - progress.successful;
   report.frames_not_converged += progress.converged ? 0 : 1;
-  Settled settled{.culled = {},
-                  .finite = progress.finite,
-                  .squares = 2 * (progress.cost - prior_cost(window)),
-                  .residuals = residuals_of(window)};
+  Settled settled{.culled = {}, .finite = progress.finite};
   if (settings_.gate > 0 && progress.finite) settled.culled = cull(window, settings_.gate);
   for (const CulledView& view : settled.culled.views) --window.points.at(view.point).observations;
   for (const int number : settled.culled.points) window.points.erase(number);
+  for (const auto& [number, point] : window.points) {
+    for (const WindowView& view : point.views) {
+      settled.squares += view.deviation * view.deviation;
+      settled.residuals += view.cost->num_residuals();
+    }
+  }
   return settled;
 }
 

@@ -30,7 +30,7 @@ class SlidingWindow {
   struct Settled {
     Culled culled;
     bool finite = true;
-    double squares = 0;  ///< of the residuals of observations and motion, robust, in sigmas
+    double squares = 0;  ///< of the residuals of the remaining observations, in sigmas
     int residuals = 0;   ///< their number
   };
   Settled settle(WindowReport& report);
