@@ -3,7 +3,7 @@ import { downloadPng } from './canvas';
 import { fileName } from './files';
 import { byId } from './format';
 import { downloadLandmarks, layersKey, layersText, MapPanel, showMapLegend } from './map';
-import type { MapOptions } from './map_draw';
+import { layerShown, type MapOptions } from './map_draw';
 import { knowsInitial } from './map_initial';
 import { activeRun } from './runs';
 import { ScenePanel } from './scene';
@@ -40,6 +40,9 @@ export class World {
     // Paper gets the map: a scene is worth nothing where it cannot be turned.
     listen('print', () => { this.showMap(true); this.map.print(); });
     window.addEventListener('afterprint', () => this.showMap(!this.sceneChosen()));
+    // The scene does not draw the initial positions, which are the result of a mapping run.
+    if (app.subjects.length && layerShown(this.options, 'initial')
+        && knowsInitial(activeRun().landmarks)) this.select.value = 'top';
     this.showMap(!this.sceneChosen());
   }
 

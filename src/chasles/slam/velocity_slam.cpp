@@ -258,9 +258,12 @@ void VelocitySlam::judge(Estimate& estimate) {
     estimate.health = Health::kLost;
     return;
   }
-  if (settings_.mode != SlamMode::kSlam) return;
+  if (settings_.mode == SlamMode::kLocalize) return;
   estimate.doubt = recent_.judge(estimate.time, estimate.used, estimate.rejected, estimate.nis,
                                  estimate.nis_dof);
+  // The trajectory of a mapping run is exact, whatever number of observations there is.
+  const bool mapping = settings_.mode == SlamMode::kMap;
+  if (mapping && estimate.doubt != Doubt::kInnovations) estimate.doubt = Doubt::kNone;
   if (estimate.doubt != Doubt::kNone) estimate.health = Health::kDegraded;
 }
 

@@ -174,6 +174,35 @@ TEST(VelocitySlam, AGrossObservationIsRefusedAndChangesNothing) {
   }
 }
 
+// A filter without a gate uses whatever it is given: only its NIS shows that the noise is wrong.
+TEST(VelocitySlam, InnovationsThatContradictTheirCovarianceDegradeIt) {
+  for (const SlamMode mode : {SlamMode::kSlam, SlamMode::kMap}) {
+    for (const double stated : {2.0, 0.2}) {
+      VelocitySlamSettings settings;
+      settings.mode = mode;
+      settings.gate = settings.loose_gate = 1;
+      VelocitySlamNoise noise_of_run = noise();
+      noise_of_run.begin = {.u = stated, .v = stated, .disparity = stated};
+      noise_of_run.update = noise_of_run.begin;
+      VelocitySlam slam(settings, rig(), noise_of_run);
+      Estimate estimate;
+      for (int i = 0; i < 20; ++i) {
+        const double t = 0.1 * i;
+        slam.process(velocity_at(t));
+        FeatureFrame frame = frame_at(t, {Eigen::Matrix3d::Identity(), {t, 0, 0}}, 0, 30);
+        for (StereoObservation& o : frame.observations) {
+          const double error = (i + o.landmark) % 2 == 0 ? 2 : -2;
+          o.pixels += Eigen::Vector4d(error, -error, error, -error);
+        }
+        estimate = slam.process(frame);
+      }
+      EXPECT_EQ(estimate.used, 30);
+      EXPECT_EQ(estimate.health, stated == 2 ? Health::kOk : Health::kDegraded);
+      EXPECT_EQ(estimate.doubt, stated == 2 ? Doubt::kNone : Doubt::kInnovations);
+    }
+  }
+}
+
 TEST(VelocitySlam, ObservationsThatAreNotFiniteOrComeTwiceAreLeftOut) {
   VelocitySlam slam = make();
   slam.process(velocity_at(0));
