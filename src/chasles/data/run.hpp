@@ -40,6 +40,12 @@ struct RunState {
   std::vector<double> stages = {};
 };
 
+/// A position with the covariance of its additive error, world axes.
+struct UncertainPoint {
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();         ///< [m]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Identity();  ///< [m^2]
+};
+
 /// A landmark of the final map. A row of landmarks.csv.
 struct RunLandmark {
   LandmarkId id = 0;
@@ -49,12 +55,7 @@ struct RunLandmark {
   /// Times of the first and of the last frame with an observation of this landmark.
   Time first_seen{}, last_seen{};
   bool in_state = false;  ///< not retired: at the end an update could still correct it
-  /// A position with its covariance, as above.
-  struct Initial {
-    Eigen::Vector3d p_world = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  };
-  std::optional<Initial> initial = {};  ///< at the initialisation, where known
+  std::optional<UncertainPoint> initial = {};  ///< at the initialisation, where known
 };
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
