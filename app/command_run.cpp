@@ -1,4 +1,3 @@
-#include <charconv>
 #include <functional>
 #include <memory>
 
@@ -12,7 +11,6 @@
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
-#include <chasles/filter/error_chart.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/processor_time.hpp>
@@ -20,17 +18,15 @@
 
 #include "calibration_report.hpp"
 #include "full_covariance.hpp"
-#include "image_keeper.hpp"
 #include "inertial_settings_io.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
-#include "options.hpp"
 #include "output_folder.hpp"
+#include "run_command_options.hpp"
 #include "run_input.hpp"
 #include "run_recording.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
-#include "thresholds.hpp"
 #include "velocity_settings_io.hpp"
 
 namespace chasles::app {
@@ -38,138 +34,19 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct CommandOptions {
-  RunInput input;
-  SettingSources settings;
-  std::filesystem::path trajectory, output, full_covariance;
-  std::string begin = "auto", estimator = "filter";
-  int threads = 3;
-  bool realtime = false;
-  std::optional<double> realtime_speed;
-  bool json = false, quiet = false;
-  LiveOptions live;
-  std::optional<int> keep_images;
-  std::vector<Threshold> thresholds = run_thresholds();
-};
-
-std::string settings_help() {
-  VelocitySlamSettings defaults;
-  ReaderSettings reader;
-  return "Settings, for --set and --config (auto: measured from the recording):\n" +
-         help_text(setting_list(defaults)) + help_text(setting_list(reader)) + "\n" +
-         filter_settings_help() + "\n" + inertial_run_settings_help();
-}
-
-std::string chart_help() {
-  std::string text = "Error chart:";
-  for (const ErrorChart& chart : error_charts()) text += fmt::format(" {}", chart.name);
-  return text;
-}
-
-void declare_input(CLI::App& parser, CommandOptions& o) {
-  parser
-      .add_option("RECORDING", o.input.recording,
-                  "ECE276A .npz, STARS .mat, AprilGrid folder, or a recording folder")
-      ->required()
-      ->type_name("");
-  const auto add = [&](const char* name, std::filesystem::path& path, const char* meaning) {
-    parser.add_option(name, path, meaning)->type_name("FILE")->group("Input");
-  };
-  add("--truth", o.input.truth,
-      "True trajectory: TUM, or a recording that has it (default: the recording's own)");
-  add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
-  parser.add_option("--cameras", o.input.cameras, "mono or stereo (default: all cameras)")
-      ->type_name("NAME")
-      ->group("Input");
-  parser.add_flag("--backwards", o.input.backwards, "Play the recording from its end")
-      ->group("Input");
-  add_number(parser, "--start", o.input.start, "S", "Leave out the recording before this second", 0)
-      ->group("Input");
-  add_number(parser, "--stop", o.input.stop, "S", "Leave out the recording after this second", 0)
-      ->group("Input");
-  add_number(parser, "--tracks", o.input.tracks.part, "PART",
-             "Use a random part of the tracks, from 0 to 1, to test how much the result depends on "
-             "the choice of points (default: all)",
-             0, 1)
-      ->group("Input");
-  const auto read_seed = [&seed = o.input.tracks.seed](const std::string& text) {
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-    if (error == std::errc() && end == text.data() + text.size()) return;
-    throw UsageError("--tracks-seed: found " + text + ", expected a whole number from 0 on");
-  };
-  parser
-      .add_option_function<std::string>("--tracks-seed", read_seed,
-                                        "Seed of that random part (default: 1)")
-      ->type_name("N")
-      ->group("Input");
-}
-
-void declare_method(CLI::App& parser, CommandOptions& o) {
-  const auto add = [&](const char* name, auto& value, const char* type, const std::string& text) {
-    return parser.add_option(name, value, text)->type_name(type)->group("Method");
-  };
-  add("--mode", o.settings.mode, "NAME",
-      "localize: trajectory from velocities only; map: landmarks along a given trajectory; slam: "
-      "both (default)");
-  add("--chart", o.settings.chart, "NAME", chart_help());
-  add("--config", o.settings.config, "FILE", "Settings from a YAML file, `key: value` a line");
-  add("--begin", o.begin, "NAME",
-      "start of a visual-inertial run; auto: static or dynamic initialisation (default); truth: "
-      "the true state");
-  add("--estimator", o.estimator, "NAME",
-      "filter (default); batch: the most probable motion given the whole recording, starting from "
-      "the filter's estimate (docs/batch.md); window:N: at every frame the most probable motion of "
-      "the last N frames, given the recording so far (docs/window.md)");
-  add("--threads", o.threads, "N",
-      "3 (default): one thread reads images and one tracks features, both ahead of the filter; 2: "
-      "only the tracking thread; 1: neither. The results are the same bytes")
-      ->check(CLI::Range(1, 3));
-  add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
-      ->allow_extra_args(false);
-}
-
-void declare_realtime(CLI::App& parser, CommandOptions& o) {
-  parser
-      .add_flag(
-          "--realtime", o.realtime,
-          "Play the recording in real time (visual-inertial runs). Frames that the run cannot "
-          "process in time are dropped and counted, so results depend on the machine")
-      ->group("Method");
-  add_number(parser, "--realtime-speed", o.realtime_speed, "X",
-             "As --realtime, at X times the real speed", 0.001, 1e6)
-      ->group("Method");
-}
-
-std::optional<double> realtime(const CommandOptions& o) {
+std::optional<double> realtime(const RunCommandOptions& o) {
   if (!o.realtime && !o.realtime_speed) return std::nullopt;
   return o.realtime_speed.value_or(1);
 }
 
-void declare_output(CLI::App& parser, CommandOptions& o) {
-  parser
-      .add_option("-o,--output", o.output,
-                  "Folder for the run (default: only the summary is printed)")
-      ->type_name("RUN")
-      ->group("Output");
-  parser
-      .add_option("--full-covariance", o.full_covariance,
-                  "Joint covariance of state and whole map as .npy (may take gigabytes)")
-      ->type_name("FILE")
-      ->group("Output");
-  declare_keep_images(parser, o.keep_images);
-  declare_live(parser, o.live);
-  parser.add_flag("--json", o.json, "Print the summary as JSON")->group("Output");
-  parser.add_flag("--quiet", o.quiet, "No progress and no log, only errors")->group("Output");
-}
-
-void check(const CommandOptions& o, const VelocitySlamSettings& settings) {
+void check(const RunCommandOptions& o, const VelocitySlamSettings& settings) {
   if (!o.trajectory.empty() && settings.mode != SlamMode::kMap) {
     throw UsageError(
         fmt::format("--trajectory is for --mode map, the mode is {}", name_of(settings.mode)));
   }
 }
 
-void announce(const CommandOptions& o, const Recording& recording) {
+void announce(const RunCommandOptions& o, const Recording& recording) {
   spdlog::info("{}: {} frames, {} velocities, {} IMU samples", recording.name,
                frame_count(recording), recording.velocities.size(), recording.imu.size());
   const Threshold* threshold = needs_truth(o.thresholds);
@@ -200,7 +77,7 @@ Json with_timing(const Json& summary, const Json& timing) {
   return all;
 }
 
-void print(const CommandOptions& o, const Json& figures) {
+void print(const RunCommandOptions& o, const Json& figures) {
   if (o.json) {
     fmt::print("{}\n", json_text(figures, 2));
     return;
@@ -212,7 +89,7 @@ void print(const CommandOptions& o, const Json& figures) {
   if (!o.output.empty()) fmt::print("\nrun folder: {}\n", o.output.string());
 }
 
-int exit_code(const CommandOptions& o, const Run& run, bool interrupted, const Json& figures) {
+int exit_code(const RunCommandOptions& o, const Run& run, bool interrupted, const Json& figures) {
   if (figures.at("health") == "lost") {
     spdlog::error("the estimate was lost: after {} frames it is no longer valid",
                   run.states.size());
@@ -225,7 +102,7 @@ int exit_code(const CommandOptions& o, const Run& run, bool interrupted, const J
 }
 
 // Finds errors of the outputs before the run.
-void prepare_outputs(const CommandOptions& o) {
+void prepare_outputs(const RunCommandOptions& o) {
   if (!o.output.empty()) prepare_output(o.output);
   if (!o.full_covariance.empty()) check_full_covariance(o.full_covariance);
 }
@@ -249,7 +126,7 @@ struct Prepared {
   std::function<Json(const RecordedRun&)> summary;
 };
 
-void check_inertial(const CommandOptions& o) {
+void check_inertial(const RunCommandOptions& o) {
   if (!o.settings.mode.empty() && o.settings.mode != "slam") {
     throw UsageError("--mode: a visual-inertial run supports only slam");
   }
@@ -264,7 +141,7 @@ void check_inertial(const CommandOptions& o) {
   }
 }
 
-Prepared prepare(const CommandOptions& o, const InertialRunSettings& settings,
+Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings,
                  const Recording& recording) {
   const bool from_truth = o.begin == "truth";
   const InertialSensors sensors = inertial_sensors(recording);
@@ -286,7 +163,7 @@ Prepared prepare(const CommandOptions& o, const InertialRunSettings& settings,
   return prepared;
 }
 
-void check_velocity(const CommandOptions& o) {
+void check_velocity(const RunCommandOptions& o) {
   if (!o.settings.estimator.is_filter() && !o.full_covariance.empty()) {
     throw UsageError("--full-covariance is not available for --estimator " + o.estimator);
   }
@@ -294,7 +171,8 @@ void check_velocity(const CommandOptions& o) {
   if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
 }
 
-Prepared prepare(const CommandOptions& o, VelocityCommandSettings settings, Recording& recording) {
+Prepared prepare(const RunCommandOptions& o, VelocityCommandSettings settings,
+                 Recording& recording) {
   const ClockCorrection clock = correct_clock(settings.filter, recording);
   if (!clock.remark.empty()) recording.remarks.push_back(clock.remark);
   Prepared prepared;
@@ -313,7 +191,7 @@ Prepared prepare(const CommandOptions& o, VelocityCommandSettings settings, Reco
 }
 
 // Checks options and settings, before outputs and viewers exist. Returns the work that is left.
-std::function<Prepared()> plan(const CommandOptions& o, Recording& recording) {
+std::function<Prepared()> plan(const RunCommandOptions& o, Recording& recording) {
   if (recording.velocities.empty()) {
     check_inertial(o);
     return [&o, &recording, settings = inertial_run_settings_from(o.settings)] {
@@ -332,7 +210,7 @@ std::function<Prepared()> plan(const CommandOptions& o, Recording& recording) {
 }
 
 // Writes the outputs and returns all figures.
-Json deliver(const CommandOptions& o, const Prepared& prepared, const RecordedRun& result,
+Json deliver(const RunCommandOptions& o, const Prepared& prepared, const RecordedRun& result,
              const Stopwatch& wall) {
   const Json summary = prepared.summary(result);
   if (!o.output.empty()) write_run(result.run, summary, o.output);
@@ -357,7 +235,7 @@ auto reporting_failure(LiveView& live, const Work& work) {
   }
 }
 
-int run_command(CommandOptions o) {
+int run_command(RunCommandOptions o) {
   const Stopwatch wall;
   if (o.quiet) spdlog::set_level(spdlog::level::err);
   o.settings.estimator = estimator_choice(o.estimator, "--estimator");
@@ -390,13 +268,8 @@ int run_command(CommandOptions o) {
 }  // namespace
 
 Action declare_run(CLI::App& parser) {
-  const auto options = std::make_shared<CommandOptions>();
-  declare_input(parser, *options);
-  declare_method(parser, *options);
-  declare_realtime(parser, *options);
-  declare_output(parser, *options);
-  add_options(parser, options->thresholds);
-  parser.footer(settings_help());
+  const auto options = std::make_shared<RunCommandOptions>();
+  declare_run_options(parser, *options);
   return [options] { return run_command(*options); };
 }
 

@@ -27,7 +27,8 @@ std::string name(Doubt doubt);  ///< "few_observations"; of kNone "none"
 
 /// Above this NIS per degree of freedom, over a second, innovations contradict their covariance:
 /// the errors are more than 1.4 times as large as the filter believes, or the noise is stated
-/// wrongly. Real images reach 1.2 with the right noise, since features are not Gaussian.
+/// wrongly. The recordings of docs/results.md and docs/pixels.md have 0.2 to 0.9 over a whole run,
+/// and flights with a real IMU and rendered images up to 1.2 (docs/inertial-results.md).
 inline constexpr double kMostNisPerDof = 2;
 
 /// The innovations of the last second.

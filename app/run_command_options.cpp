@@ -1,0 +1,134 @@
+#include "run_command_options.hpp"
+
+#include <charconv>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <chasles/error.hpp>
+#include <chasles/filter/error_chart.hpp>
+
+#include "image_keeper.hpp"
+#include "inertial_settings_io.hpp"
+#include "options.hpp"
+
+namespace chasles::app {
+namespace {
+
+std::string settings_help() {
+  VelocitySlamSettings defaults;
+  ReaderSettings reader;
+  return "Settings, for --set and --config (auto: measured from the recording):\n" +
+         help_text(setting_list(defaults)) + help_text(setting_list(reader)) + "\n" +
+         filter_settings_help() + "\n" + inertial_run_settings_help();
+}
+
+std::string chart_help() {
+  std::string text = "Error chart:";
+  for (const ErrorChart& chart : error_charts()) text += fmt::format(" {}", chart.name);
+  return text;
+}
+
+void declare_input(CLI::App& parser, RunCommandOptions& o) {
+  parser
+      .add_option("RECORDING", o.input.recording,
+                  "ECE276A .npz, STARS .mat, AprilGrid folder, or a recording folder")
+      ->required()
+      ->type_name("");
+  const auto add = [&](const char* name, std::filesystem::path& path, const char* meaning) {
+    parser.add_option(name, path, meaning)->type_name("FILE")->group("Input");
+  };
+  add("--truth", o.input.truth,
+      "True trajectory: TUM, or a recording that has it (default: the recording's own)");
+  add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
+  parser.add_option("--cameras", o.input.cameras, "mono or stereo (default: all cameras)")
+      ->type_name("NAME")
+      ->group("Input");
+  parser.add_flag("--backwards", o.input.backwards, "Play the recording from its end")
+      ->group("Input");
+  add_number(parser, "--start", o.input.start, "S", "Leave out the recording before this second", 0)
+      ->group("Input");
+  add_number(parser, "--stop", o.input.stop, "S", "Leave out the recording after this second", 0)
+      ->group("Input");
+  add_number(parser, "--tracks", o.input.tracks.part, "PART",
+             "Use a random part of the tracks, from 0 to 1, to test how much the result depends on "
+             "the choice of points (default: all)",
+             0, 1)
+      ->group("Input");
+  const auto read_seed = [&seed = o.input.tracks.seed](const std::string& text) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+    if (error == std::errc() && end == text.data() + text.size()) return;
+    throw UsageError("--tracks-seed: found " + text + ", expected a whole number from 0 on");
+  };
+  parser
+      .add_option_function<std::string>("--tracks-seed", read_seed,
+                                        "Seed of that random part (default: 1)")
+      ->type_name("N")
+      ->group("Input");
+}
+
+void declare_method(CLI::App& parser, RunCommandOptions& o) {
+  const auto add = [&](const char* name, auto& value, const char* type, const std::string& text) {
+    return parser.add_option(name, value, text)->type_name(type)->group("Method");
+  };
+  add("--mode", o.settings.mode, "NAME",
+      "localize: trajectory from velocities only; map: landmarks along a given trajectory; slam: "
+      "both (default)");
+  add("--chart", o.settings.chart, "NAME", chart_help());
+  add("--config", o.settings.config, "FILE", "Settings from a YAML file, `key: value` a line");
+  add("--begin", o.begin, "NAME",
+      "start of a visual-inertial run; auto: static or dynamic initialisation (default); truth: "
+      "the true state");
+  add("--estimator", o.estimator, "NAME",
+      "filter (default); batch: the most probable motion given the whole recording, starting from "
+      "the filter's estimate (docs/batch.md); window:N: at every frame the most probable motion of "
+      "the last N frames, given the recording so far (docs/window.md)");
+  add("--threads", o.threads, "N",
+      "3 (default): one thread reads images and one tracks features, both ahead of the filter; 2: "
+      "only the tracking thread; 1: neither. The results are the same bytes")
+      ->check(CLI::Range(1, 3));
+  add("--set", o.settings.sets, "KEY=VALUE", "One setting; may be repeated, the last one counts")
+      ->allow_extra_args(false);
+}
+
+void declare_realtime(CLI::App& parser, RunCommandOptions& o) {
+  parser
+      .add_flag(
+          "--realtime", o.realtime,
+          "Play the recording in real time (visual-inertial runs). Frames that the run cannot "
+          "process in time are dropped and counted, so results depend on the machine")
+      ->group("Method");
+  add_number(parser, "--realtime-speed", o.realtime_speed, "X",
+             "As --realtime, at X times the real speed", 0.001, 1e6)
+      ->group("Method");
+}
+
+void declare_output(CLI::App& parser, RunCommandOptions& o) {
+  parser
+      .add_option("-o,--output", o.output,
+                  "Folder for the run (default: only the summary is printed)")
+      ->type_name("RUN")
+      ->group("Output");
+  parser
+      .add_option("--full-covariance", o.full_covariance,
+                  "Joint covariance of state and whole map as .npy (may take gigabytes)")
+      ->type_name("FILE")
+      ->group("Output");
+  declare_keep_images(parser, o.keep_images);
+  declare_live(parser, o.live);
+  parser.add_flag("--json", o.json, "Print the summary as JSON")->group("Output");
+  parser.add_flag("--quiet", o.quiet, "No progress and no log, only errors")->group("Output");
+}
+
+}  // namespace
+
+void declare_run_options(CLI::App& parser, RunCommandOptions& options) {
+  declare_input(parser, options);
+  declare_method(parser, options);
+  declare_realtime(parser, options);
+  declare_output(parser, options);
+  add_options(parser, options.thresholds);
+  parser.footer(settings_help());
+}
+
+}  // namespace chasles::app
