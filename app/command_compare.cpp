@@ -112,12 +112,14 @@ Json summary_of(const CompareOptions& o, const CompareMaterial& material,
   return summary;
 }
 
-// For the top view of the report, in the format of a recording.
-void write_landmarks(const std::vector<TrueLandmark>& landmarks, const fs::path& file) {
+// True ones or a map, for the top view of the report, in the format of a recording.
+template <typename Landmarks>
+void write_landmarks(const Landmarks& landmarks, const fs::path& file) {
   remove_file(file);
   if (landmarks.empty()) return;
   std::string rows;
-  for (const TrueLandmark& row : landmarks) {
+  for (const auto& row : landmarks) {
+    if (!row.p_world.allFinite()) continue;
     rows += fmt::format("{},{},{},{}\n", row.id, row.p_world.x(), row.p_world.y(), row.p_world.z());
   }
   write_table(file, {"landmark", "x", "y", "z"}, rows);
@@ -128,6 +130,7 @@ void write(const CompareOptions& o, const CompareMaterial& material,
   for (const Compared& one : all) {
     write_file(o.output / (one.trial.filter + ".csv"), points_csv(one.trial));
     write_tum(one.trial.estimate, o.output / (one.trial.filter + ".tum"));
+    write_landmarks(one.trial.map, o.output / (one.trial.filter + kLandmarksFile + ".csv"));
   }
   write_tum(material.truth, o.output / "truth.tum");
   write_landmarks(material.landmarks, o.output / "landmarks_truth.csv");

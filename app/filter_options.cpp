@@ -77,15 +77,17 @@ void append(std::vector<FilterVariant>& filters, Items&& more) {
   for (auto& filter : more) filters.push_back(std::move(filter));
 }
 
-// The name appears in tables and in file names, next to the files of the truth.
+// The name appears in tables and in file names, next to the files of the truth and of the landmarks.
 void check_name(const std::string& name) {
   const bool printable = std::ranges::none_of(
       name, [](char c) { return c == ',' || c == '"' || static_cast<unsigned char>(c) < 0x20; });
-  if (printable && !name.empty() && name != "truth" && name != "landmarks_truth") return;
+  const bool is_taken =
+      name == "truth" || name == "landmarks_truth" || name.ends_with(kLandmarksFile);
+  if (printable && !name.empty() && !is_taken) return;
   throw UsageError(
       fmt::format("--config: found a filter called '{}' after its file; expected a name without "
-                  "commas and quotation marks, other than that of the truth",
-                  name));
+                  "commas and quotation marks, other than 'truth', 'landmarks_truth' and '…{}'",
+                  name, kLandmarksFile));
 }
 
 // Each filter with each estimator.

@@ -36,6 +36,13 @@ TRUTH = {
 }
 
 
+# Recordings of the same drive: 15 recordings show 12 drives. Tests of significance count a drive once.
+DRIVE = {
+    "ece276a_2018/0027": "2011_09_30_drive_0027", "ece276a_2020/0027": "2011_09_30_drive_0027", "stars/2011_09_30_drive_0027": "2011_09_30_drive_0027",
+    "ece276a_2018/0042": "2011_10_03_drive_0042", "stars/2011_10_03_drive_0042": "2011_10_03_drive_0042",
+}
+
+
 def chasles(*arguments):
     subprocess.run([str(a) for a in (CHASLES, *arguments, "--quiet")], check=True, stdout=subprocess.DEVNULL, cwd=ROOT)
 
@@ -142,6 +149,14 @@ def walks(truth, at, R_error, p_error, signs):
         R = R @ np.where(sign[:, None, None] > 0, R_true[i] @ R_error[i], R_true[i] @ R_error[i].T)
         positions.append(p)
     return np.stack(positions, axis=1)
+
+
+def by_drive(names, values):
+    """The values of recordings, averaged over those of the same drive."""
+    groups = {}
+    for name, value in zip(names, values):
+        groups.setdefault(DRIVE.get(name, name), []).append(value)
+    return np.array([np.mean(group) for group in groups.values()])
 
 
 def mean_and_error(values):

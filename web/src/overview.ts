@@ -1,4 +1,4 @@
-// The runs of one recording on the truth, over its floor plan: Kleinert & Stilla's figure 4, and what
+// The runs of one recording over its floor plan, Kleinert & Stilla's figure 4; and with a truth, what
 // theirs could not have, errors.
 import { downloadPng, type Pen, polyline, prepareCanvas } from './canvas';
 import { extremes } from './data';
@@ -17,7 +17,7 @@ const MARK = 5;  // half the size of the mark at an end [px]; that at the start 
 
 class OverviewView extends Plane {
   fitScene({ truth, plan, runs }: Scene): void {
-    const parts = [truth, plan.wall, ...runs.map((r) => r.at)];
+    const parts = [...(truth ? [truth] : []), plan.wall, ...runs.map((r) => r.at)];
     const ranges = (['x', 'y'] as const).map((axis): [number, number] => {
       const ends = parts.map((p) => extremes(p[axis])).filter(([low]) => Number.isFinite(low));
       return [Math.min(...ends.map((e) => e[0])), Math.max(...ends.map((e) => e[1]))];
@@ -58,8 +58,12 @@ export class Overview implements MapHost {
     if (!scene) return;
     byId('overview-title').textContent = scene.plan.wall.x.length
       ? 'Over the floor plan' : 'On the truth';
-    this.canvas.setAttribute('aria-label',
-      `Top view with the true trajectory and ${scene.runs.length} estimates.`);
+    this.canvas.setAttribute('aria-label', 'Top view with ' +
+      `${scene.truth ? 'the true trajectory' : 'the floor plan'} and ${scene.runs.length} estimates.`);
+    // Without a truth there is no deviation from it.
+    byId('overview-factor-label').hidden = !scene.truth;
+    byId('overview-help-truth').hidden = !scene.truth;
+    byId('overview-help-plan').hidden = Boolean(scene.truth);
     this.view.names = scene.axes;
     this.showLegend(scene);
     showOverviewTable(scene);
@@ -82,8 +86,9 @@ export class Overview implements MapHost {
     this.draw();
   }
 
-  private showLegend({ plan, runs }: Scene): void {
-    const layers: [string | number, HTMLElement, string][] = [['truth', swatch('area', 'truth'), 'Truth']];
+  private showLegend({ truth, plan, runs }: Scene): void {
+    const layers: [string | number, HTMLElement, string][] = [];
+    if (truth) layers.push(['truth', swatch('area', 'truth'), 'Truth']);
     if (plan.wall.x.length) layers.push(['plan', swatch('area', 'muted'), 'Plan']);
     for (const { index } of runs) layers.push([index, runSwatch(index), runAt(index).label]);
     byId('overview-legend').replaceChildren(...layers.map(([key, sign, label]) =>
@@ -101,8 +106,10 @@ export class Overview implements MapHost {
     const key = this.shownRuns().map(({ index }) =>
       ({ text: runAt(index).label, colour: runAt(index).colour, dash: runAt(index).dash }));
     const name = activeRun().name;
-    downloadPng(fileName(name, 'overview'), this.canvas, `Estimates on the truth – ${name}`,
-      'wide and pale: the truth; cross: start, diamonds: ends', key);
+    const [title, truth] = this.scene?.truth
+      ? ['Estimates on the truth', 'wide and pale: the truth; '] : ['Estimates over the floor plan', ''];
+    downloadPng(fileName(name, 'overview'), this.canvas, `${title} – ${name}`,
+      `${truth}cross: start, diamonds: ends`, key);
   }
 
   private drawNow(): void {
@@ -114,7 +121,7 @@ export class Overview implements MapHost {
     } else {
       drawGrid(g, this.view);
     }
-    if (!this.hidden.has('truth')) this.drawTruth(g, scene);
+    if (scene.truth && !this.hidden.has('truth')) this.drawTruth(g, scene.truth);
     for (const run of this.shownRuns()) this.drawRun(g, run);
     this.drawMarks(g, scene);
     drawScale(g, this.view);
@@ -136,12 +143,12 @@ export class Overview implements MapHost {
     g.fill('nonzero');
   }
 
-  private drawTruth(g: Pen, scene: Scene): void {
+  private drawTruth(g: Pen, truth: Way): void {
     g.strokeStyle = palette.truth;
     g.globalAlpha = 0.22;
     g.lineWidth = 7;
     g.lineCap = 'round';
-    drawWay(g, this.view, scene.truth);
+    drawWay(g, this.view, truth);
     g.lineCap = 'butt';
     g.globalAlpha = 1;
   }
@@ -156,17 +163,18 @@ export class Overview implements MapHost {
     g.setLineDash([]);
   }
 
-  private drawnWay({ at, error }: SceneRun): Way {
-    const more = this.factor - 1;
+  private drawnWay({ at, against }: SceneRun): Way {
+    if (!against) return at;
+    const more = this.factor - 1, { error } = against;
     return { x: Float32Array.from(at.x, (v, i) => v + more * error.x[i]),
       y: Float32Array.from(at.y, (v, i) => v + more * error.y[i]) };
   }
 
-  /** A cross where the truth begins, a diamond where each estimate ends. */
-  private drawMarks(g: Pen, { truth }: Scene): void {
-    const last = truth.x.length - 1;
-    const [x, y] = this.view.toScreen(truth.x[0], truth.y[0]);
-    const [endX, endY] = this.view.toScreen(truth.x[last], truth.y[last]);
+  /** A cross where the truth, or else an estimate, begins, a diamond where each estimate ends. */
+  private drawMarks(g: Pen, { truth, runs }: Scene): void {
+    const way = truth ?? runs[0].at, last = way.x.length - 1;
+    const [x, y] = this.view.toScreen(way.x[0], way.y[0]);
+    const [endX, endY] = this.view.toScreen(way.x[last], way.y[last]);
     const apart = Math.hypot(endX - x, endY - y) > 40;
     drawCross(g, x, y);
     for (const run of this.shownRuns()) {
@@ -179,7 +187,7 @@ export class Overview implements MapHost {
   }
 
   private drawFactor(g: Pen): void {
-    if (this.factor === 1) return;
+    if (this.factor === 1 || !this.scene?.truth) return;
     drawTag(g, `deviations from the truth drawn ${this.factor} times as large`,
       this.view.width - 14, this.view.height - 20, 'right');
   }

@@ -8,16 +8,16 @@ import { type Scene, sceneOf, type SceneRun } from './scenes';
 import { app } from './store';
 import { table } from './tables';
 
-const perDegree = (v: number, dof: number) => asNumber(v) / dof;
+const perDegree = (v: number | undefined, dof: number) => asNumber(v) / dof;
 
 // [heading, value of a run's summary, its entry of the scene and the run, decimals]
 
 const OVERVIEW_COLUMNS: [string, (s: Summary, entry: SceneRun, run: Run) => unknown, number][] = [
   ['ATE [m]', (s, _, { level }) => s[level ? 'ate_posyaw_m' : 'ate_m'], 3],
   ['attitude [°]', (s, _, { level }) => s[level ? 'attitude_posyaw_deg' : 'attitude_deg'], 3],
-  ['NEES position', (_, { meanNees }) => perDegree(meanNees.position, 3), 2],
-  ['NEES attitude', (_, { meanNees }) => perDegree(meanNees.attitude, 3), 2],
-  ['NEES pose', (_, { meanNees }) => perDegree(meanNees.pose, 6), 2],
+  ['NEES position', (_, { against }) => perDegree(against?.meanNees.position, 3), 2],
+  ['NEES attitude', (_, { against }) => perDegree(against?.meanNees.attitude, 3), 2],
+  ['NEES pose', (_, { against }) => perDegree(against?.meanNees.pose, 6), 2],
   ['walked [m]', (s) => s.path_m, 1], ['resets', (s) => s.resets, 0],
 ];
 
@@ -63,16 +63,16 @@ function atActiveTimes(times: ArrayLike<number>, values: ArrayLike<number>, star
   });
 }
 
-/** Errors and NEES of all runs of the scene; nothing for a run that is alone. */
+/** Errors and NEES of all runs of the scene; nothing for a run that is alone, or without a truth. */
 export function overviewPlots(): PlotSpec[] {
   const scene = sceneOf(app.active);
-  if (!scene || scene.runs.length < 2) return [];
+  if (!scene?.truth || scene.runs.length < 2) return [];
   // The active run's first row is its first state that could be compared, nearly always the first.
   const start = scene.runs.find((r) => r.index === app.active)?.t[0] ?? 0;
   const lines = (column: 'distance' | 'nees') => scene.runs.map((entry): Series => {
     const { label, colour, dash } = runAt(entry.index);
     return { label, name: label, style: 'line', colour, dash,
-      values: atActiveTimes(entry.t, entry[column], start) };
+      values: atActiveTimes(entry.t, entry.against?.[column] ?? [], start) };
   });
   const { chi2_6_low: low, chi2_6_high: high } = activeRun().bounds, nees = lines('nees');
   return [{

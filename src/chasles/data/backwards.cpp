@@ -54,10 +54,15 @@ void turn(Events& events, Time sum) {
 }
 
 void turn_imu(Recording& r, Time sum) {
-  if (r.imu_convention == ImuConvention::kIntervalMean) {
-    // A sample holds from the one before to its own time; in reverse, from its own time on.
-    for (std::size_t k = r.imu.size(); k-- > 1;) r.imu[k].time = r.imu[k - 1].time;
-    if (!r.imu.empty()) r.imu.erase(r.imu.begin());
+  if (!is_rate_of_instant(r.imu_convention) && !r.imu.empty()) {
+    // A mean holds from the sample before to its own time; in reverse, from its own time on.
+    const bool force_is_mean = !is_force_of_instant(r.imu_convention);
+    for (std::size_t k = 0; k + 1 < r.imu.size(); ++k) {
+      r.imu[k].angular_rate_imu = r.imu[k + 1].angular_rate_imu;
+      if (force_is_mean) r.imu[k].specific_force_imu = r.imu[k + 1].specific_force_imu;
+    }
+    // The first mean in reverse has no sample before it, and no interval to hold over.
+    if (force_is_mean) r.imu.pop_back();
   }
   turn(r.imu, sum);
   for (ImuSample& sample : r.imu) sample.angular_rate_imu = -sample.angular_rate_imu;

@@ -33,7 +33,8 @@ InertialState driven(const Recording& r, InertialState state) {
 
 // Forward and back: integrating the reversed samples leads back to the initial state.
 TEST(Backwards, ImuDrivesBackToTheBeginning) {
-  for (const auto convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
+  for (const auto& [convention, name] : Choices<ImuConvention>::list) {
+    SCOPED_TRACE(name);
     const Recording r = some_recording(convention);
     InertialState start;
     start.v_world = {1, 2, 0.5};

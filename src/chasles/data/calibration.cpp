@@ -86,10 +86,9 @@ Camera read_camera(const YamlMap& map) {
 std::optional<ImuConvention> read_imu_convention(const YamlMap& map) {
   if (!map.has("imu_convention")) return std::nullopt;
   const std::string text = map.text("imu_convention");
-  if (text == "instant") return ImuConvention::kInstant;
-  if (text == "interval-mean") return ImuConvention::kIntervalMean;
-  throw InputError(fmt::format("{}: is '{}', expected 'instant' or 'interval-mean'",
-                               map.where("imu_convention"), text));
+  if (const auto convention = choice_of<ImuConvention>(text)) return convention;
+  throw InputError(fmt::format("{}: is '{}', expected one of {}", map.where("imu_convention"), text,
+                               fmt::join(kChoiceNames<ImuConvention>, ", ")));
 }
 
 std::optional<ImuNoise> read_imu_noise(const YamlMap& map) {

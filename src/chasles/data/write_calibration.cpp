@@ -56,9 +56,10 @@ std::string cameras_text(const std::vector<Camera>& cameras) {
 
 std::string imu_text(const FolderCalibration& calibration) {
   std::string text = fmt::format(
-      "# An IMU sample is the value at its time (instant) or the mean since the sample before\n"
-      "# (interval-mean).\nimu_convention: {}\n",
-      *calibration.imu_convention == ImuConvention::kInstant ? "instant" : "interval-mean");
+      "# An IMU sample is the value at its time (instant), the mean since the sample before\n"
+      "# (interval-mean), or the force of the former and the rate of the latter (instant-force).\n"
+      "imu_convention: {}\n",
+      name_of(*calibration.imu_convention));
   text += imu_range_text(calibration.imu_range);
   if (!calibration.imu_noise) return text;
   const ImuNoise& noise = *calibration.imu_noise;

@@ -82,9 +82,8 @@ void write_samples(const Recording& recording, const fs::path& folder) {
   }
   write_file(folder / "data.csv", {rows.data(), rows.size()});
   const ImuNoise& noise = *recording.imu_noise;
-  const char* meaning = recording.imu_convention == ImuConvention::kInstant
-                            ? "a sample is the value at its time (instant)"
-                            : "a sample is the mean since the one before (interval-mean)";
+  const std::string meaning =
+      fmt::format("meaning of a sample: {} (docs/formats.md)", name_of(recording.imu_convention));
   write_file(
       folder / "sensor.yaml",
       sensor_text("imu", meaning, {}) +

@@ -1,3 +1,4 @@
+#include <chasles/filter/first_order_transition.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/lie/so3.hpp>
 
@@ -37,7 +38,10 @@ void predict(const InertialModel& model, const State& x, std::span<const ImuInte
   Matrix15d Q = Matrix15d::Zero();
   Eigen::Matrix<double, 15, 3> d_gravity = Eigen::Matrix<double, 15, 3>::Zero();
   for (const ImuInterval& interval : intervals) {
-    const StrapdownStep step = strapdown(state, interval, gravity, model.noise);
+    StrapdownStep step = strapdown(state, interval, gravity, model.noise);
+    if (model.first_order) {
+      linearise_to_first_order(*model.first_order, state, interval, gravity, model.noise, step);
+    }
     state = step.state;
     F = (step.F * F).eval();
     Q = (step.F * Q * step.F.transpose() + step.Q).eval();

@@ -16,6 +16,9 @@ struct InertialModel {
   static constexpr int kSize = 6;                           ///< additive states
   Eigen::Vector3d gravity_nav = {0, 0, -kStandardGravity};  ///< [m/s^2]
   ImuNoise noise;
+  /// The chart in which predict() propagates the covariance to first order
+  /// (first_order_transition.hpp); null: the exact transition.
+  const ErrorChart* first_order = nullptr;
 };
 
 /// Gravity in the world's axes [m/s^2].

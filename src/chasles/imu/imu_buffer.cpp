@@ -19,18 +19,23 @@ double middle_between(const ImuSample& before, const ImuSample& after, Time star
   return at / to_seconds(after.time - before.time);
 }
 
-// The straight line through two samples, at the middle of [start, end]: the mean over it.
-ImuSample mean_between(const ImuSample& before, const ImuSample& after, Time start, Time end) {
-  const double x = middle_between(before, after, start, end);
-  return {.time = end,
-          .specific_force_imu = (1 - x) * before.specific_force_imu + x * after.specific_force_imu,
-          .angular_rate_imu = (1 - x) * before.angular_rate_imu + x * after.angular_rate_imu};
-}
-
 }  // namespace
 
 bool ImuBuffer::Sensor::saturated(const ImuSample& sample) const {
   return (sample.*value).cwiseAbs().maxCoeff() >= range;
+}
+
+// On the straight line through two samples of instants: the mean over [start, end].
+ImuSample ImuBuffer::value_between(const ImuSample& before, const ImuSample& after, Time start,
+                                   Time end) const {
+  const double x = middle_between(before, after, start, end);
+  ImuSample value = after;
+  value.time = end;
+  for (const Sensor& sensor : {accelerometer_, gyroscope_}) {
+    if (!sensor.of_instant) continue;
+    value.*(sensor.value) = (1 - x) * before.*(sensor.value) + x * after.*(sensor.value);
+  }
+  return value;
 }
 
 void ImuBuffer::add(const ImuSample& sample) {
@@ -81,9 +86,7 @@ ImuInterval ImuBuffer::interval(Time start, Time end, const Position& after) con
       value = before;
       unmeasured = end - before.time;
     } else {
-      value = options_.convention == ImuConvention::kInstant
-                  ? mean_between(before, *after, start, end)
-                  : *after;
+      value = value_between(before, *after, start, end);
       unmeasured = after->time - before.time;
     }
   }
@@ -99,7 +102,7 @@ ImuInterval ImuBuffer::interval(Time start, Time end, const Position& after) con
 
 bool ImuBuffer::rests_on_saturated(const Sensor& sensor, const Position& after) const {
   if (after != samples_.end() && sensor.saturated(*after)) return true;
-  const bool before = after == samples_.end() || options_.convention == ImuConvention::kInstant;
+  const bool before = after == samples_.end() || sensor.of_instant;
   return before && after != samples_.begin() && sensor.saturated(*std::prev(after));
 }
 
@@ -129,10 +132,8 @@ std::optional<ImuSample> ImuBuffer::at(Time time) const {
   if (samples_.empty()) return std::nullopt;
   const auto after = std::ranges::lower_bound(samples_, time, {}, &ImuSample::time);
   if (after == samples_.end()) return samples_.back();
-  if (after == samples_.begin() || options_.convention == ImuConvention::kIntervalMean) {
-    return *after;
-  }
-  return mean_between(*std::prev(after), *after, time, time);
+  if (after == samples_.begin()) return *after;
+  return value_between(*std::prev(after), *after, time, time);
 }
 
 std::optional<Time> ImuBuffer::latest() const {

@@ -9,8 +9,8 @@ namespace chasles {
 
 /// Stores the samples of an IMU and returns the intervals between any two times. Faults are handled
 /// and counted. A sample that is not finite, or not later than the latest one, is dropped. A gap is
-/// bridged by the straight line between its neighbours (kInstant: over the whole gap their mean) or
-/// by the later sample (kIntervalMean).
+/// bridged by the straight line between its neighbours where it is that of instants (over the whole gap
+/// their mean), else by the later sample.
 ///
 /// In a gap, and where a sample is held for longer than `max_interval`, the noise variance is
 /// multiplied by (time without a sample) / max_interval.
@@ -40,16 +40,16 @@ class ImuBuffer {
   void add(const ImuSample& sample);
 
   /// The intervals of [from, to], in order, split at the samples. Their tau sum to to - from
-  /// exactly. kInstant: the signal is piecewise linear, and the value of an interval is the mean of
-  /// its two ends. kIntervalMean: sample k holds over (t_{k-1}, t_k]. Before the first sample and
+  /// exactly. Samples of instants: the signal is piecewise linear, and the value of an interval is
+  /// the mean of its two ends. Means: sample k holds over (t_{k-1}, t_k]. Before the first sample and
   /// after the last the nearest one is held (counted once per call). Empty without samples, or if
   /// to <= from.
   std::vector<ImuInterval> between(Time from, Time to);
   /// The same into an existing list.
   void between(Time from, Time to, std::vector<ImuInterval>& result);
 
-  /// The signal at an instant, as in between(): on the line between two samples (kInstant), or the
-  /// sample that holds there (kIntervalMean). Before the first sample and after the last: the
+  /// The signal at an instant, as in between(): on the line between two samples of instants, or the
+  /// mean that holds there. Before the first sample and after the last: the
   /// nearest one. None without samples.
   std::optional<ImuSample> at(Time time) const;
 
@@ -67,6 +67,7 @@ class ImuBuffer {
   struct Sensor {
     Eigen::Vector3d ImuSample::*value;
     double range;
+    bool of_instant;  ///< or the mean since the sample before
     bool saturated(const ImuSample& sample) const;
   };
   /// Estimated signal of a saturated sensor.
@@ -74,6 +75,9 @@ class ImuBuffer {
     Eigen::Vector3d mean;
     double extra_density = 0;
   };
+  /// The signal in the middle of [start, end], between two samples.
+  ImuSample value_between(const ImuSample& before, const ImuSample& after, Time start,
+                          Time end) const;
   /// [start, end], with no sample inside; `after` is the first sample later than `start`.
   ImuInterval interval(Time start, Time end, const Position& after) const;
   /// Whether the sensor's value for an interval depends on a saturated sample.
@@ -84,8 +88,10 @@ class ImuBuffer {
                const Eigen::Vector3d& mean) const;
 
   Options options_;
-  Sensor accelerometer_{&ImuSample::specific_force_imu, options_.accelerometer_range};
-  Sensor gyroscope_{&ImuSample::angular_rate_imu, options_.gyroscope_range};
+  Sensor accelerometer_{&ImuSample::specific_force_imu, options_.accelerometer_range,
+                        is_force_of_instant(options_.convention)};
+  Sensor gyroscope_{&ImuSample::angular_rate_imu, options_.gyroscope_range,
+                    is_rate_of_instant(options_.convention)};
   Counts counts_;
   std::vector<ImuSample> samples_;
 };

@@ -241,7 +241,11 @@ double dead_reckoning_error(ImuConvention device, ImuConvention stated, int rate
   ImuBuffer buffer({.convention = stated});
   for (int i = 0; i <= 60 * rate + 1; ++i) {
     const double t = i * period;
-    buffer.add(device == ImuConvention::kInstant ? instant(t) : interval_mean(t, period));
+    ImuSample sample = instant(t);
+    const ImuSample mean = interval_mean(t, period);
+    if (!is_force_of_instant(device)) sample.specific_force_imu = mean.specific_force_imu;
+    if (!is_rate_of_instant(device)) sample.angular_rate_imu = mean.angular_rate_imu;
+    buffer.add(sample);
   }
   InertialState x{.world_T_imu = {attitude(0), position(0)}, .v_world = velocity(0)};
   const Time end = from_seconds(kSeconds);
@@ -262,8 +266,9 @@ double dead_reckoning_error(ImuConvention device, ImuConvention stated, int rate
 // of times larger.
 TEST(ImuBuffer, TheRightConventionClosesAndTheWrongOneDoesNot) {
   using enum ImuConvention;
-  for (const ImuConvention device : {kInstant, kIntervalMean}) {
-    const ImuConvention other = device == kInstant ? kIntervalMean : kInstant;
+  for (const auto& [device, other] :
+       {std::pair{kInstant, kIntervalMean}, {kIntervalMean, kInstant}, {kInstantForce, kInstant}}) {
+    SCOPED_TRACE(name_of(device));
     const double right_100 = dead_reckoning_error(device, device, 100);
     const double right_200 = dead_reckoning_error(device, device, 200);
     const double wrong_100 = dead_reckoning_error(device, other, 100);
@@ -276,7 +281,8 @@ TEST(ImuBuffer, TheRightConventionClosesAndTheWrongOneDoesNot) {
 }
 
 TEST(ImuBuffer, TellsTheSignalAtAnInstant) {
-  for (const ImuConvention convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
+  for (const auto& [convention, name] : Choices<ImuConvention>::list) {
+    SCOPED_TRACE(name);
     ImuBuffer buffer({.convention = convention});
     EXPECT_FALSE(buffer.at(Time(0)));
     EXPECT_FALSE(buffer.latest());
@@ -286,16 +292,17 @@ TEST(ImuBuffer, TellsTheSignalAtAnInstant) {
                   .specific_force_imu = value,
                   .angular_rate_imu = 2 * value});
     }
-    const auto at = [&](int nanoseconds) {
+    const auto is_at = [&](int nanoseconds, double force, double rate) {
       const auto sample = buffer.at(Time(nanoseconds));
-      EXPECT_EQ(sample->angular_rate_imu, 2 * sample->specific_force_imu);
-      return sample->specific_force_imu.x();
+      EXPECT_DOUBLE_EQ(sample->specific_force_imu.x(), force) << nanoseconds;
+      EXPECT_DOUBLE_EQ(sample->angular_rate_imu.x(), 2 * rate) << nanoseconds;
     };
-    EXPECT_EQ(at(0), 1);
-    EXPECT_EQ(at(1'000'000), 1);
-    EXPECT_DOUBLE_EQ(at(1'250'000), convention == ImuConvention::kInstant ? 1.25 : 2);
-    EXPECT_DOUBLE_EQ(at(2'000'000), 2);
-    EXPECT_EQ(at(9'000'000), 3);
+    is_at(0, 1, 1);
+    is_at(1'000'000, 1, 1);
+    is_at(1'250'000, is_force_of_instant(convention) ? 1.25 : 2,
+          is_rate_of_instant(convention) ? 1.25 : 2);
+    is_at(2'000'000, 2, 2);
+    is_at(9'000'000, 3, 3);
     EXPECT_EQ(buffer.latest(), Time(3'000'000));
   }
 }

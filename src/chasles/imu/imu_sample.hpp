@@ -23,12 +23,18 @@ enum class ImuConvention {
   kInstant,       ///< the value at `time`; between two samples their mean is used
   kIntervalMean,  ///< the mean since the previous sample: velocity and angle increments over the
                   ///< time
+  kInstantForce,  ///< the specific force at `time`, but the mean angular rate since the previous
+                  ///< sample: incremental rotations (Kleinert & Stilla, V-A)
 };
+
+constexpr bool is_force_of_instant(ImuConvention c) { return c != ImuConvention::kIntervalMean; }
+constexpr bool is_rate_of_instant(ImuConvention c) { return c == ImuConvention::kInstant; }
 
 template <>
 struct Choices<ImuConvention> {
   static constexpr std::array list{Choice{ImuConvention::kInstant, "instant"},
-                                   Choice{ImuConvention::kIntervalMean, "interval-mean"}};
+                                   Choice{ImuConvention::kIntervalMean, "interval-mean"},
+                                   Choice{ImuConvention::kInstantForce, "instant-force"}};
 };
 
 /// Continuous-time noise of an IMU, by Kalibr's names and units. A discrete sample at rate f has

@@ -28,7 +28,8 @@ TEST(ImuSaturation, SaturatedSamplesAreCounted) {
 }
 
 TEST(ImuSaturation, ASaturatedSensorIsBridgedAndTheOtherIsNot) {
-  for (const ImuConvention convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
+  for (const auto& [convention, name] : Choices<ImuConvention>::list) {
+    SCOPED_TRACE(name);
     ImuBuffer buffer({.convention = convention, .accelerometer_range = 16, .gyroscope_range = 4});
     buffer.add(of_two(10, 2, 1));
     buffer.add(of_two(20, 16, 2));
@@ -36,10 +37,12 @@ TEST(ImuSaturation, ASaturatedSensorIsBridgedAndTheOtherIsNot) {
     buffer.add(of_two(40, 8, 3.5));
     const auto intervals = buffer.between(milliseconds(10), milliseconds(40));
     ASSERT_EQ(intervals.size(), 3u);
-    const bool instant = convention == ImuConvention::kInstant;
+    const bool instant = is_force_of_instant(convention);
+    const bool instant_rate = is_rate_of_instant(convention);
     // Over the first two intervals the line from 2 to 8; 16 is (11, 9) above it in their middles.
     const std::vector<double> force{3, 5, instant ? 7. : 8.}, sigma{8 + 13, 8 + 11, 8 + 9};
-    const std::vector<double> rate{instant ? 1.5 : 2, instant ? 2.5 : 3, instant ? 3.25 : 3.5};
+    const std::vector<double> rate{instant_rate ? 1.5 : 2, instant_rate ? 2.5 : 3,
+                                   instant_rate ? 3.25 : 3.5};
     for (std::size_t i = 0; i < 3; ++i) {
       SCOPED_TRACE(i);
       EXPECT_NEAR(intervals[i].specific_force_imu.y(), force[i], 1e-12);

@@ -23,11 +23,12 @@ BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& set
                            std::vector<TimedMotion> initial) {
   InertialBatchInput input = batch_input(recording, filter.settings, start);
   input.initial = std::move(initial);
-  const InertialBatchResult result = smooth(input, filter.settings.chart, settings);
+  InertialBatchResult result = smooth(input, filter.settings.chart, settings);
   BatchTrial batch{.trial = {.filter = filter.name}, .report = result.report};
   for (const Estimate& e : result.estimates) {
     if (!add_to_trial(filter.settings.chart, recording, start.time, e, batch.trial)) break;
   }
+  batch.trial.map = std::move(result.landmarks);
   batch.trial.seconds_cpu = result.report.seconds_solve + result.report.seconds_covariance;
   end_trial(recording, batch.trial);
   return batch;
@@ -35,13 +36,14 @@ BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& set
 
 Trial run_window_trial(const FilterVariant& filter, const BatchSettings& settings,
                        const Recording& recording, const InertialStart& start) {
-  const InertialWindowResult result =
+  InertialWindowResult result =
       slide(batch_input(recording, filter.settings, start), filter.settings.chart, settings,
             filter.estimator.keyframes);
   Trial trial{.filter = filter.name};
   for (const Estimate& e : result.estimates) {
     if (!add_to_trial(filter.settings.chart, recording, start.time, e, trial)) break;
   }
+  trial.map = std::move(result.landmarks);
   end_trial(recording, trial);
   return trial;
 }

@@ -249,6 +249,7 @@ Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std:
     trial.diverged = loops.lost() || !(point.position_error < kDivergedAt);
   }
   trial.landmarks = loops.filter().map_size();
+  trial.map = loops.filter().map();
   trial.seconds_cpu = processor_seconds() - started;
   return trial;
 }

@@ -181,8 +181,9 @@ bool add_to_trial(const std::string& chart, const Recording& recording, Time sta
 
 void end_trial(const Recording& recording, Trial& trial) { align_to(recording.truth, trial); }
 
-void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
-                const std::function<bool(const Estimate&)>& take) {
+std::vector<MapLandmark> run_filter(const FilterVariant& filter, const Recording& recording,
+                                    const InertialStart& start,
+                                    const std::function<bool(const Estimate&)>& take) {
   require(recording, !recording.cameras.empty(), "camera");
   require(recording, !recording.imu.empty(), "IMU samples");
   require(recording, !recording.frames.empty(), "frames");
@@ -192,6 +193,7 @@ void run_filter(const FilterVariant& filter, const Recording& recording, const I
     if (slam.clock(seen->time) < start.time) continue;
     if (!take(slam.process(*seen))) break;
   }
+  return slam.map_nav();
 }
 
 Trial run_trial(const FilterVariant& filter, const Recording& recording,
@@ -204,7 +206,7 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording,
     trial.seconds_cpu = processor_seconds() - started;
     return trial;
   }
-  run_filter(filter, recording, start, [&](const Estimate& e) {
+  trial.map = run_filter(filter, recording, start, [&](const Estimate& e) {
     return add_to_trial(filter.settings.chart, recording, start.time, e, trial);
   });
   trial.seconds_cpu = processor_seconds() - started;

@@ -43,7 +43,8 @@ struct Trial {
   std::uint64_t run = 0;
   bool diverged = false;  ///< not finite, or farther from the truth than kDivergedAt
   std::vector<TrialPoint> points = {};
-  Trajectory estimate = {};  ///< nav_T_imu
+  Trajectory estimate = {};            ///< nav_T_imu
+  std::vector<MapLandmark> map = {};   ///< at the end, in nav
   /// As in TrialAverages; NaN after divergence.
   double ate = std::nan(""), ate_posyaw = std::nan(""), attitude_posyaw = std::nan("");
   int landmarks = 0;  ///< of the whole map
@@ -92,10 +93,11 @@ bool add_to_trial(const std::string& chart, const Recording& recording, Time sta
                   const Estimate& estimate, Trial& trial);
 void end_trial(const Recording& recording, Trial& trial);
 
-/// Runs the filter over a recording from the start on, as long as `take` returns true. Throws
-/// InputError if cameras, samples or frames are missing.
-void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
-                const std::function<bool(const Estimate&)>& take);
+/// Runs the filter over a recording from the start on, as long as `take` returns true. Returns its
+/// map at the end, in nav. Throws InputError if cameras, samples or frames are missing.
+std::vector<MapLandmark> run_filter(const FilterVariant& filter, const Recording& recording,
+                                    const InertialStart& start,
+                                    const std::function<bool(const Estimate&)>& take);
 
 /// Runs the filter over a recording that has truth, cameras and an IMU, from the start on; then
 /// batch estimation initialised by it, or a window instead, if the variant has one. Throws

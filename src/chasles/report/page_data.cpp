@@ -184,16 +184,22 @@ void add_truth(Json& json, const Run& run, const AgainstTruth& errors,
   columns["nees_position"] = float_column(errors.nees_position);
 }
 
-/// The lines of a floor plan of one kind, at the height of the truth's first pose, in the run's
-/// world: with the truth aligned by the first pose, and by the best fit. NaN ends a line.
+/// The height at which the plan is drawn: that of the first true pose, else of the first estimate.
+double plan_height(const Run& run) {
+  if (!run.truth.empty()) return run.truth.front().pose.p.z();
+  const double first = run.states.empty() ? 0 : run.states.front().world_T_imu.p.z();
+  return std::isfinite(first) ? first : 0;
+}
+
+/// The lines of a floor plan of one kind, in the run's world: with the truth aligned by the first
+/// pose, and by the best fit. NaN ends a line. Without a truth the run's world is the plan's.
 Json plan_columns(const Run& run, PlanLine::Kind kind, const AgainstTruth& errors,
                   const Eigen::Vector3d& origin) {
+  const double height = plan_height(run);
   std::vector<Eigen::Vector3d> corners;
   for (const PlanLine& line : run.plan) {
     if (line.kind != kind) continue;
-    for (const Eigen::Vector2d& p : line.points) {
-      corners.emplace_back(p.x(), p.y(), run.truth.front().pose.p.z());
-    }
+    for (const Eigen::Vector2d& p : line.points) corners.emplace_back(p.x(), p.y(), height);
     corners.emplace_back(Eigen::Vector3d::Constant(std::nan("")));
   }
   Json columns;
@@ -209,7 +215,9 @@ Json plan_columns(const Run& run, PlanLine::Kind kind, const AgainstTruth& error
 
 void add_plan(Json& json, const Run& run, const AgainstTruth& errors,
               const Eigen::Vector3d& origin) {
-  if (run.plan.empty() || run.truth.empty() || !errors.problem.empty()) return;
+  // A truth that cannot be compared does not place the plan.
+  const bool is_placed = run.truth.empty() || errors.problem.empty();
+  if (run.plan.empty() || !is_placed) return;
   json["plan"] = {{"wall", plan_columns(run, PlanLine::Kind::kWall, errors, origin)},
                   {"furniture", plan_columns(run, PlanLine::Kind::kFurniture, errors, origin)}};
 }

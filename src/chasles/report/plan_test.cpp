@@ -37,13 +37,26 @@ TEST(RunPlan, LiesWhereTheTruthIsPlaced) {
   EXPECT_EQ(column(run["plan"]["furniture"]["fit_z"]).size(), 4U);
 }
 
-TEST(RunPlan, ThereIsNoneWithoutATruthThatFits) {
+TEST(RunPlan, ATruthThatDoesNotFitDoesNotPlaceIt) {
   ReportRun drive = test::synthetic_drive({.states = 20, .landmarks = 0});
   EXPECT_FALSE(test::data_of(run_page({drive}))["runs"][0].contains("plan"));
   drive.run.plan = {{.kind = PlanLine::Kind::kWall, .points = {{1, 2}, {3, 4}}}};
   EXPECT_TRUE(test::data_of(run_page({drive}))["runs"][0].contains("plan"));
   for (StampedPose& s : drive.run.truth) s.time += std::chrono::hours(1);
   EXPECT_FALSE(test::data_of(run_page({drive}))["runs"][0].contains("plan"));
+}
+
+TEST(RunPlan, WithoutATruthTheRunsWorldIsThePlans) {
+  ReportRun drive = test::synthetic_drive({.states = 20, .landmarks = 0});
+  drive.run.truth.clear();
+  drive.run.plan = {{.kind = PlanLine::Kind::kWall, .points = {{1, 2}, {3, 4}}}};
+  const nlohmann::json wall = test::data_of(run_page({drive}))["runs"][0]["plan"]["wall"];
+  const Eigen::Vector3d origin = drive.run.states.front().world_T_imu.p;
+  for (const std::string placed : {"first_", "fit_"}) {
+    EXPECT_NEAR(column(wall[placed + "x"])[1] + origin.x(), 3, 1e-4);
+    EXPECT_NEAR(column(wall[placed + "y"])[1] + origin.y(), 4, 1e-4);
+    EXPECT_EQ(column(wall[placed + "z"])[1], 0) << "at the height of the first pose";
+  }
 }
 
 }  // namespace

@@ -101,5 +101,35 @@ TEST(Scenes, OnlyRunsOfOneTruthOrWithAPlanMakeAScene) {
   EXPECT_EQ(data_of(run_page({a}))["scenes"].size(), 1U);
 }
 
+TEST(Scenes, WithoutATruthRunsShareTheirFloorPlan) {
+  ReportRun one = drive_of_scene(), other = drive_of_scene(), elsewhere = drive_of_scene();
+  const Plan hall = {{.kind = PlanLine::Kind::kWall, .points = {{1, 2}, {3, 4}}}};
+  for (ReportRun* run : {&one, &other, &elsewhere}) {
+    run->run.truth.clear();
+    run->run.plan = hall;
+  }
+  elsewhere.run.plan.front().points.front().x() = 7;
+  for (RunState& state : other.run.states) state.world_T_imu.p.x() += 5;
+  const nlohmann::json scenes = data_of(run_page({one, elsewhere, other}))["scenes"];
+  ASSERT_EQ(scenes.size(), 2U);
+  const nlohmann::json scene = scenes[0], runs = scene["runs"];
+  EXPECT_FALSE(scene.contains("truth"));
+  ASSERT_EQ(runs.size(), 2U);
+  EXPECT_EQ(runs[1]["run"], 2);
+  EXPECT_FALSE(runs[0].contains("mean_nees"));
+  EXPECT_FALSE(runs[0].contains("ex"));
+  // Nothing is aligned: the runs are where they say.
+  const double origin = scene["origin"][0];
+  const auto x = column(runs[0]["x"]), other_x = column(runs[1]["x"]);
+  ASSERT_EQ(x.size(), 50U);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    EXPECT_NEAR(x[i] + origin, one.run.states[i].world_T_imu.p.x(), 1e-4);
+    EXPECT_NEAR(other_x[i] - x[i], 5, 1e-4);
+  }
+  EXPECT_NEAR(column(scene["plan"]["wall"]["x"])[1] + origin, 3, 1e-4);
+  one.run.plan.clear();
+  EXPECT_TRUE(data_of(run_page({one, one}))["scenes"].empty());
+}
+
 }  // namespace
 }  // namespace chasles

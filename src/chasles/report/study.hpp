@@ -18,6 +18,7 @@ struct StudyCurves {
   std::vector<double> position_error, attitude_error;  ///< [m, deg]
   std::vector<double> nees_position, nees_attitude, nees_pose, nees_state;
   Trajectory estimate;  ///< nav_T_imu, one pose per row; of a single run only
+  std::vector<TrueLandmark> landmarks = {};  ///< estimated, in nav; of a single run only
 };
 
 /// One filter over one run: averages over its frames; NaN without a value.

@@ -64,27 +64,32 @@ void add_row(const Columns& row, const char* seconds, StudyCurves& curves) {
   "position_error_m", "attitude_error_deg", "nees_position", "nees_attitude", "nees_pose", \
       "nees_state"
 
-// One run: NAME.csv and NAME.tum, one row and one pose per frame.
+// Empty where there is no such file.
+std::vector<TrueLandmark> read_landmarks(const fs::path& file) {
+  std::vector<TrueLandmark> landmarks;
+  if (!is_there(file)) return landmarks;
+  Columns row(file, {"landmark", "x", "y", "z"});
+  while (row.next()) {
+    landmarks.push_back(
+        {static_cast<LandmarkId>(landmarks.size()), {row["x"], row["y"], row["z"]}});
+  }
+  return landmarks;
+}
+
+// One run: NAME.csv and NAME.tum, one row and one pose per frame, and NAME_landmarks.csv.
 void read_filter_of_one_run(const fs::path& folder, StudyCurves& curves) {
   const fs::path file = folder / (curves.filter + ".csv");
   Columns row(file, {"seconds", CHASLES_CURVE_COLUMNS});
   while (row.next()) add_row(row, "seconds", curves);
   const fs::path poses = folder / (curves.filter + ".tum");
   curves.estimate = read_tum(poses);
+  curves.landmarks = read_landmarks(folder / (curves.filter + "_landmarks.csv"));
   if (curves.estimate.size() == curves.seconds.size()) return;
   throw InputError(fmt::format(
       "{}: found {} poses, expected {}, as {} has rows; is a file truncated?", poses.string(),
       curves.estimate.size(), curves.seconds.size(), file.filename().string()));
 }
 
-void read_landmarks(const fs::path& file, Study& study) {
-  if (!is_there(file)) return;
-  Columns row(file, {"landmark", "x", "y", "z"});
-  while (row.next()) {
-    study.landmarks.push_back(
-        {static_cast<LandmarkId>(study.landmarks.size()), {row["x"], row["y"], row["z"]}});
-  }
-}
 
 void read_one_run(const fs::path& folder, const Json& summary, Study& study) {
   for (std::size_t i = 0; i < study.filters.size(); ++i) {
@@ -97,7 +102,7 @@ void read_one_run(const fs::path& folder, const Json& summary, Study& study) {
                                  expected));
   }
   study.truth = read_tum(folder / "truth.tum");
-  read_landmarks(folder / "landmarks_truth.csv", study);
+  study.landmarks = read_landmarks(folder / "landmarks_truth.csv");
 }
 
 std::size_t filter_called(const std::string& name, const Study& study, const std::string& where) {

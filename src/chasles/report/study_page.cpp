@@ -43,6 +43,7 @@ Json points(const Rows& rows, std::size_t length, const Eigen::Vector3d& origin,
 }
 
 const auto position = [](const StampedPose& s) -> const Eigen::Vector3d& { return s.pose.p; };
+const auto place = [](const TrueLandmark& mark) -> const Eigen::Vector3d& { return mark.p_world; };
 
 Json curves_json(const StudyCurves& curves, std::size_t length, const Eigen::Vector3d& origin) {
   Json json{{"name", curves.filter},
@@ -55,6 +56,7 @@ Json curves_json(const StudyCurves& curves, std::size_t length, const Eigen::Vec
   if (!curves.estimate.empty()) {
     json["estimate"] = points(curves.estimate, length, origin, position);
   }
+  if (!curves.landmarks.empty()) json["landmarks"] = points(curves.landmarks, 0, origin, place);
   return json;
 }
 
@@ -116,9 +118,7 @@ Json study_json(const Study& study) {
   json["trials"] = trials_json(study.trials);
   if (study.truth.empty()) return json;
   json["truth"] = points(thinned(study.truth), 0, origin, position);
-  json["landmarks"] =
-      points(study.landmarks, 0, origin,
-             [](const TrueLandmark& mark) -> const Eigen::Vector3d& { return mark.p_world; });
+  json["landmarks"] = points(study.landmarks, 0, origin, place);
   return json;
 }
 

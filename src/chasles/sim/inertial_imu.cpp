@@ -49,11 +49,13 @@ std::vector<ImuSample> ideal_imu(const Spline& motion, double rate, ImuConventio
     const Time since = from_seconds(k / rate);
     const Motion now = motion_at(motion, to_seconds(since));
     const Time time = motion.start + since;
-    if (convention == ImuConvention::kInstant || samples.empty()) {
-      samples.push_back(instant(now, time));
-    } else {
-      samples.push_back(mean(last, now, time, to_seconds(time - samples.back().time)));
+    ImuSample sample = instant(now, time);
+    if (!is_rate_of_instant(convention) && !samples.empty()) {
+      const ImuSample since = mean(last, now, time, to_seconds(time - samples.back().time));
+      sample.angular_rate_imu = since.angular_rate_imu;
+      if (!is_force_of_instant(convention)) sample.specific_force_imu = since.specific_force_imu;
     }
+    samples.push_back(sample);
     last = now;
   }
   return samples;

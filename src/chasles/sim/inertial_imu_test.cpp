@@ -70,14 +70,25 @@ TEST(IdealImu, InstantsCloseTheWalkWithTheSecondPowerOfTheInterval) {
   EXPECT_LT(finest.position, 1e-3);
 }
 
-TEST(IdealImu, BothConventionsCloseTheTurntable) {
+// Kleinert & Stilla's samples: the attitude is exact, the force is that of instants.
+TEST(IdealImu, InstantForcesWithIncrementalRotationsCloseTheWalk) {
+  const Drift coarse = drift(walk_motion(), 100, ImuConvention::kInstantForce);
+  const Drift fine = drift(walk_motion(), 200, ImuConvention::kInstantForce);
+  EXPECT_LT(coarse.attitude, 1e-12);
+  EXPECT_LT(coarse.position, 0.1);
+  EXPECT_NEAR(coarse.position / fine.position, 4, 0.2);
+}
+
+TEST(IdealImu, AllConventionsCloseTheTurntable) {
   const Spline motion = inertial_motion(inertial_scene("turntable"));
+  EXPECT_LT(drift(motion, 400, ImuConvention::kInstantForce).position, 1e-3);
   EXPECT_LT(drift(motion, 400, ImuConvention::kInstant).position, 1e-3);
   EXPECT_LT(drift(motion, 100, ImuConvention::kIntervalMean).position, 1e-3);
 }
 
 TEST(IdealImu, AtRestTheSpecificForcePointsUp) {
-  for (const auto convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
+  for (const auto& [convention, name] : Choices<ImuConvention>::list) {
+    SCOPED_TRACE(name);
     const auto samples = ideal_imu(walk_motion(), 100, convention);
     for (std::size_t k = 0; k < 50; ++k) {
       const SE3 pose = motion_at(walk_motion(), 0).world_T_imu;
@@ -97,7 +108,8 @@ TEST(IdealImu, ACircleGivesTheCentripetalForceAndTheRate) {
                      {so3::exp({0, 0, angle}), {2 * std::sin(angle), -2 * std::cos(angle), 0}}});
   }
   const Spline motion = fit_spline(poses, 0.05);
-  for (const auto convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
+  for (const auto& [convention, name] : Choices<ImuConvention>::list) {
+    SCOPED_TRACE(name);
     const auto samples = ideal_imu(motion, 100, convention);
     ASSERT_EQ(samples.size(), 2001U);
     EXPECT_EQ(samples[7].time, from_seconds(0.07));
@@ -124,7 +136,8 @@ void expect_imu_variance(double sum_of_squares, double count, double sigma) {
 }
 
 TEST(SimulatedImu, NoiseAndBiasesHaveTheStatedStatistics) {
-  for (const ImuConvention convention : {ImuConvention::kInstant, ImuConvention::kIntervalMean}) {
+  for (const auto& [convention, name] : Choices<ImuConvention>::list) {
+    SCOPED_TRACE(name);
     InertialSettings settings = long_walk();
     settings.imu_convention = convention;
     const Spline motion = inertial_motion({.name = "", .doc = "", .settings = settings});

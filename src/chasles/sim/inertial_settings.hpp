@@ -90,7 +90,7 @@ struct Choices<Geometry> {
   FIELD(bool, keep_ids, false, 0, 0, "", "a landmark that returns keeps its number")              \
   /* the errors of the IMU (defaults: 7.5 mg a sample; 0.0056 deg/s/sqrt(Hz), 0.3 deg/s) */       \
   FIELD(double, imu_rate, 100, 1, 1e4, "Hz", "of the IMU's samples")                              \
-  FIELD(ImuConvention, imu_convention, ImuConvention::kInstant, 0, 0, "", "meaning of a sample: instant or interval-mean") \
+  FIELD(ImuConvention, imu_convention, ImuConvention::kInstant, 0, 0, "", "meaning of a sample: instant, interval-mean or instant-force") \
   FIELD(double, accelerometer_noise_density, 0.007355, 0, 100, "m/s^2/sqrt(Hz)", "white noise")   \
   FIELD(double, gyroscope_noise_density, 9.774e-5, 0, 100, "rad/s/sqrt(Hz)", "white noise")       \
   FIELD(double, accelerometer_random_walk, 1e-4, 0, 100, "m/s^3/sqrt(Hz)", "of the bias")         \

@@ -155,7 +155,8 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
     const auto calibration =
         agreed_ ? agreed_->calibration : stated_calibration(settings_, sensors_.cameras);
     if (calibration) widen_start(*calibration, samples_, *start);
-    return begin(continued(*start));
+    return begin(agreed_ ? continued(*start)
+                         : placed(*start, start_settings_, sensors_.cameras.front()));
   }
   // Data older than any window are not replayed.
   const Time oldest = frame.time - from_seconds(2 * start_settings_.max_window);
@@ -265,21 +266,13 @@ void InertialSession::end_part() {
 
 // A start in its own nav, moved to the last pose of the run.
 InertialStart InertialSession::continued(InertialStart start) const {
-  if (!agreed_) return start;
-  start.calibration = agreed_->calibration;
-  const double gap = to_seconds(start.time - agreed_->time);
   const Estimate& before = *agreed_;
-  const Eigen::Matrix3d turn =
-      so3::exp(Eigen::Vector3d(0, 0, heading(before.world_T_imu.R) - heading(start.nav_T_imu.R)));
-  start.nav_T_imu.R = turn * start.nav_T_imu.R;
+  start = turned(std::move(start), heading(before.world_T_imu.R) - heading(start.nav_T_imu.R));
+  start.calibration = before.calibration;
   start.nav_T_imu.p = before.world_T_imu.p;
-  start.v_nav = turn * start.v_nav;
-  Matrix15d P = start.covariance.value_or(Matrix15d::Zero());
-  for (const int row : {0, 6}) {
-    P.middleRows<3>(row) = (turn * P.middleRows<3>(row)).eval();
-    P.middleCols<3>(row) = (P.middleCols<3>(row) * turn.transpose()).eval();
-  }
+  const double gap = to_seconds(start.time - before.time);
   const double way = std::max({1.0, before.v_world->norm(), start.v_nav.norm()}) * gap;
+  Matrix15d P = start.covariance.value_or(Matrix15d::Zero());
   P.block<3, 3>(3, 3) = before.covariance.block<3, 3>(3, 3);
   P.block<3, 3>(3, 3).diagonal().array() += way * way;
   P(2, 2) += before.covariance(2, 2) + std::min(gap * gap, M_PI * M_PI);  // 1 rad/s

@@ -10,6 +10,21 @@ void validate(const InertialSlamSettings& s) {
     refuse_value("composition_interval", setting_text(s.composition_interval),
                  "0 without nav_attitude, the world's attitude in the state");
   }
+  if (s.first_order_transition && s.chart == kRightSen3Chart.name) {
+    refuse_value("first_order_transition", setting_text(s.first_order_transition),
+                 "false with the chart right-sen3, which is not the paper's");
+  }
+  if (s.first_order_transition && s.first_estimates) {
+    refuse_value("first_order_transition", setting_text(s.first_order_transition),
+                 "false with first_estimates, which have a transition of their own");
+  }
+  const bool cartesian =
+      s.landmarks == LandmarkForm::kCartesian && s.init == LandmarkInit::kFixedDepth;
+  if (s.numeric_jacobians && (!cartesian || s.first_estimates || s.calibrate_extrinsics)) {
+    refuse_value("numeric_jacobians", setting_text(s.numeric_jacobians),
+                 "false, or landmarks: cartesian, init: fixed-depth, first_estimates: false, "
+                 "calibrate_extrinsics: false");
+  }
   if (s.keep_scale == KeepScale::kTrue && s.chart == kLeftSe3Chart.name) {
     refuse_value("keep_scale", setting_text(s.keep_scale),
                  "auto or false with the chart left-se3, whose pose errors turn with the pose");

@@ -37,6 +37,8 @@ struct InertialSlamSettings {
   bool nav_attitude = false;
   double composition_interval = 0;
   bool first_estimates = false;
+  bool first_order_transition = false;
+  bool numeric_jacobians = false;
   KeepScale keep_scale = KeepScale::kAuto;
 
   std::optional<double> pixel_sigma;
@@ -97,6 +99,14 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kNonNegative);
   visit("first_estimates", s.first_estimates, "bool",
         "first-estimates Jacobians (for the chart standard)", limits::kAny);
+  visit("first_order_transition", s.first_order_transition, "bool",
+        "the covariance is propagated by I + F tau, in the chart's coordinates (K&S, eq. 14, 15; not "
+        "with right-sen3); false: by the exact transition",
+        limits::kAny);
+  visit("numeric_jacobians", s.numeric_jacobians, "bool",
+        "derivatives of a pixel by finite differences in the chart's coordinates (K&S, IV-C; for "
+        "Cartesian landmarks of fixed-depth); false: analytic ones",
+        limits::kAny);
   visit("keep_scale", s.keep_scale, "choice",
         "keeps the scale unobservable by pixels in the covariance (docs/filter.md; not with "
         "left-se3); auto: with the images of one camera",

@@ -2,6 +2,7 @@
 #include <tuple>
 #include <utility>
 
+#include <chasles/filter/numeric_derivatives.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 
 // Updates of the filter with the pixels of a frame, and their innovations.
@@ -100,6 +101,9 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
       ++last.rejected;
       ++rejected;
       continue;
+    }
+    if (settings_.numeric_jacobians) {
+      differentiate_numerically(filter_.chart(), camera, filter_.state(), z);
     }
     // The product of two errors is nearly constant from image to image: all observations together
     // may contain no more information than a few.

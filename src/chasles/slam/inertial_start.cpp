@@ -1,3 +1,7 @@
+#include <cmath>
+#include <utility>
+
+#include <chasles/lie/so3.hpp>
 #include <chasles/slam/inertial_start.hpp>
 
 namespace chasles {
@@ -10,6 +14,44 @@ Matrix15d start_covariance(const InertialSlamSettings& s, const InertialStart& s
   sigma.segment<3>(9).setConstant(s.initial_accelerometer_bias_sigma);
   sigma.tail<3>().setConstant(s.initial_gyroscope_bias_sigma);
   return sigma.cwiseAbs2().asDiagonal();
+}
+
+InertialStart turned(InertialStart start, double angle) {
+  const Eigen::Matrix3d turn = so3::exp({0, 0, angle});
+  start.nav_T_imu.R = turn * start.nav_T_imu.R;
+  start.v_nav = turn * start.v_nav;
+  if (!start.covariance) return start;
+  for (const int row : {0, 3, 6}) {
+    start.covariance->middleRows<3>(row) = (turn * start.covariance->middleRows<3>(row)).eval();
+    start.covariance->middleCols<3>(row) =
+        (start.covariance->middleCols<3>(row) * turn.transpose()).eval();
+  }
+  return start;
+}
+
+double camera_heading(const Eigen::Matrix3d& nav_R_imu, const Camera& camera) {
+  const Eigen::Matrix3d nav_R_cam = nav_R_imu * camera.cam_T_imu.R.transpose();
+  const Eigen::Vector3d sight = nav_R_cam.col(2), up = -nav_R_cam.col(1);
+  const bool steep = sight.head<2>().norm() < up.head<2>().norm();
+  const Eigen::Vector3d& direction = steep ? up : sight;
+  return std::atan2(direction.y(), direction.x());
+}
+
+// An error of the heading turns the velocity as well.
+InertialStart placed(InertialStart start, const InitialiserSettings& settings,
+                     const Camera& camera) {
+  start.nav_T_imu.p += Eigen::Vector3d(settings.position_x, settings.position_y,
+                                       settings.position_z);
+  if (!settings.heading) return start;
+  start = turned(std::move(start),
+                 *settings.heading - camera_heading(start.nav_T_imu.R, camera));
+  Eigen::Matrix<double, 15, 1> by_heading = Eigen::Matrix<double, 15, 1>::Zero();
+  by_heading(2) = 1;
+  by_heading.segment<3>(6) = Eigen::Vector3d::UnitZ().cross(start.v_nav);
+  start.covariance = start.covariance.value_or(Matrix15d::Zero()) +
+                     settings.heading_sigma * settings.heading_sigma * by_heading *
+                         by_heading.transpose();
+  return start;
 }
 
 }  // namespace chasles

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include <chasles/settings.hpp>
 
 namespace chasles {
@@ -7,6 +9,12 @@ namespace chasles {
 /// Settings of the initialisation of a visual-inertial run. As for InertialSlamSettings, the list
 /// below defines files, --set, --help and summary.json.
 struct InitialiserSettings {
+  std::optional<double> heading;
+  double heading_sigma = 0;
+  double position_x = 0;
+  double position_y = 0;
+  double position_z = 0;
+
   double tilt_sigma = 0.2;
   double velocity_sigma = 2;
   double accelerometer_bias_sigma = 0.1;
@@ -44,6 +52,17 @@ inline constexpr double kBiasReach = 4;
 /// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
 template <SettingsOf<InitialiserSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
+  visit("heading", s.heading, "rad",
+        "initial direction of the first camera's view, counter-clockwise from nav's x axis, such as "
+        "from a compass or a floor plan (steeper than 45 degrees: that of the top of its image); "
+        "not set: nav's axes are those of the initialisation",
+        limits::kAny);
+  visit("heading_sigma", s.heading_sigma, "rad", "sigma of that heading; 0: it defines nav",
+        limits::kNonNegative);
+  visit("position_x", s.position_x, "m", "initial position in nav, such as on a floor plan",
+        limits::kAny);
+  visit("position_y", s.position_y, "m", "as position_x", limits::kAny);
+  visit("position_z", s.position_z, "m", "as position_x", limits::kAny);
   visit("tilt_sigma", s.tilt_sigma, "rad", "upper limit of a start's sigma of roll and pitch",
         limits::kPositive);
   visit("velocity_sigma", s.velocity_sigma, "m/s", "upper limit of a start's sigma of the velocity",
