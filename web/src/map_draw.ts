@@ -221,7 +221,9 @@ export function drawScale(g: Pen, view: Plane): void {
   g.textAlign = 'left';
   g.fillText(metres >= 1000 ? `${number(metres / 1000)} km` : `${tickText(metres, metres)} m`, x + 4, y - 5);
   g.fillStyle = palette.muted;
-  if (view.width > 480) g.fillText(`${view.names[0]} →  ${view.names[1]} ↑`, x + length + 10, y);
+  if (view.names && view.width > 480) {
+    g.fillText(`${view.names[0]} →  ${view.names[1]} ↑`, x + length + 10, y);
+  }
 }
 
 /** The key of the landmarks' colours. */

@@ -17,8 +17,8 @@ export class Plane {
   fitScale = 1;
   centre = [0, 0];
   private fitCentre = this.centre;
-  /** What the axes are called. */
-  names: [string, string] = ['x', 'y'];
+  /** What the axes are called; null where they are not the world's. */
+  names: [string, string] | null = ['x', 'y'];
 
   /** As large as the canvas is on the page; true if the view was the fitted one before. */
   measure(canvas: HTMLCanvasElement): boolean {

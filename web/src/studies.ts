@@ -1,5 +1,5 @@
 // A study as the page uses it: its filters, and what the plots need of it.
-import { type Column, type Columns, column, decodeColumns, type Vector } from './data';
+import { type Axis, type Column, type Columns, column, decodeColumns, type Vector } from './data';
 import { activeSubject, type Subject } from './store';
 
 /** An entry of `filters` in summary.json. */
@@ -12,10 +12,18 @@ export interface Figures {
   runs?: number; diverged?: number; settings?: Record<string, unknown>;
 }
 
+/** Points of the map, relative to the study's origin; empty columns where there are none. */
+export type Points = Record<Axis, Column>;
+
 export interface Filter {
   label: string;
   figures: Figures;
-  estimate: Columns;
+  /** A colour of the palette, and which kind of line: see colourFilters(). */
+  colour: string;
+  line: number;
+  estimate: Points;
+  /** The landmarks as the filter estimates them. */
+  landmarks: Points;
   curves: Columns;
 }
 
@@ -29,12 +37,13 @@ export interface Study extends Subject {
   /** Which of the filters are drawn. */
   shown: boolean[];
   trials: Columns;
-  truth: Columns | null;
-  landmarks: Columns;
+  truth: Points | null;
+  /** The true ones. */
+  landmarks: Points;
 }
 
 type RawColumns = Record<string, string>;
-type RawFilter = RawColumns & { estimate?: unknown };
+type RawFilter = RawColumns & { estimate?: unknown; landmarks?: unknown };
 export interface RawStudy {
   folder: string; single_run: boolean; summary?: Record<string, unknown>;
   bands: Record<string, number>; origin: Vector; seconds: string; filters: RawFilter[];
@@ -56,17 +65,41 @@ export function decodeStudy(raw: RawStudy): Study {
     filters: raw.filters.map((f, k) => decodeFilter(f, figures[k] ?? {}, k)),
     shown: raw.filters.map(() => true),
     trials: decodeColumns(raw.trials),
-    truth: raw.truth ? decodeColumns(raw.truth) : null,
-    landmarks: raw.landmarks ? decodeColumns(raw.landmarks)
-      : { x: new Float32Array(), y: new Float32Array(), z: new Float32Array() },
+    truth: raw.truth ? decodePoints(raw.truth) : null,
+    landmarks: decodePoints(raw.landmarks),
   };
 }
 
-function decodeFilter({ name, estimate, ...columns }: RawFilter, figures: Figures, k: number): Filter {
+const decodePoints = (raw: unknown): Points => ({ x: new Float32Array(), y: new Float32Array(),
+  z: new Float32Array(), ...decodeColumns(raw as RawColumns | undefined) });
+
+function decodeFilter({ name, estimate, landmarks, ...columns }: RawFilter, figures: Figures, k: number):
+    Filter {
   const label = name.length > 60 ? `${k + 1}: ${name.slice(0, 56)}…` : name;
-  return { label, figures, estimate: decodeColumns(estimate as RawColumns | undefined),
-    curves: decodeColumns(columns as RawColumns) };
+  return { label, figures, colour: '', line: 0, estimate: decodePoints(estimate),
+    landmarks: decodePoints(landmarks), curves: decodeColumns(columns as RawColumns) };
 }
+
+/** Where Kleinert & Stilla's paper shows a scene. */
+export interface PaperPlace { table: string; figure: number; scene: string }
+
+const PAPER_PLACES: Record<string, PaperPlace> = {
+  hallway: { table: 'I', figure: 2, scene: 'hallway' },
+  turntable: { table: 'II', figure: 3, scene: 'cube' },
+};
+
+/** The shape of a simulated scene; '' without one. */
+export function geometryOf({ summary }: Study): string {
+  const { geometry } = (summary.scene ?? {}) as Record<string, unknown>;
+  return typeof geometry === 'string' ? geometry : '';
+}
+
+/** The place of the study's scene in the paper; undefined for scenes that it does not have. */
+export const paperPlace = (study: Study): PaperPlace | undefined => PAPER_PLACES[geometryOf(study)];
+
+/** The title of a part of the paper's figure; without the letter where it is none of theirs. */
+export const partTitle = (study: Study, letter: string, title: string): string =>
+  (paperPlace(study) ? `(${letter}) ${title}` : title);
 
 /** Short names, different for each. */
 export function labelStudies(studies: Study[]): void {

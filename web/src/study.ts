@@ -8,9 +8,9 @@ import { asNumber, byId, grouped, isNumber, isScalar, number } from './format';
 import { startPicker } from './header';
 import { followStore } from './plot_list';
 import { app, listen, setActive } from './store';
-import { activeStudy, decodeStudy, figuresOf, labelStudies, type RawStudy } from './studies';
+import { activeStudy, decodeStudy, figuresOf, labelStudies, paperPlace, type RawStudy } from './studies';
 import { boxPlots, showBoxes } from './study_boxes';
-import { showFilterLegend, startFilterButtons } from './study_colours';
+import { colourFilters, showFilterLegend, startFilterButtons } from './study_colours';
 import { StudyMap } from './study_map';
 import { showOutliers } from './study_outliers';
 import { refreshPlots, showStudyPlots } from './study_plots';
@@ -32,6 +32,13 @@ function showStudyLine(): void {
   byId('plots-help').hidden = t.length < 2;
 }
 
+function showFigureTitle(): void {
+  const study = activeStudy(), place = paperPlace(study);
+  const means = study.single ? '' : `, means over ${grouped(asNumber(study.summary.runs))} runs`;
+  byId('figure-title').textContent =
+    (place ? `Figure ${place.figure}: ${place.scene}` : 'Errors and NEES over time') + means;
+}
+
 function showDiverged(): void {
   const badge = byId('health-badge');
   const count = figuresOf(activeStudy()).reduce((n, f) => n + Math.max(0, f.diverged ?? 0), 0);
@@ -42,13 +49,15 @@ function showDiverged(): void {
 const { studies: raw } = pageData() as { studies: RawStudy[] };
 const studies = raw.map(decodeStudy);
 labelStudies(studies);
+studies.forEach(colourFilters);
 app.subjects = studies;
 startTheme();
 startPicker();
 startFilterButtons();
 new StudyMap();
 for (const show of [showStudyLine, showDiverged, showStudyCards, showStudyTables, showStudyPlots,
-  showBoxes, showOutliers, showScene, showFilterSettings, showStudyRemarks, showFilterLegend]) {
+  showBoxes, showOutliers, showScene, showFilterSettings, showStudyRemarks, showFilterLegend,
+  showFigureTitle]) {
   listen('run', show);
 }
 listen('shown', () => {

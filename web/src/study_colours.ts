@@ -2,16 +2,48 @@
 import type { KeyEntry } from './canvas';
 import { byId, make, swatch, toggle } from './format';
 import { notify } from './store';
-import { activeStudy } from './studies';
+import { activeStudy, type Filter, type Study } from './studies';
 
-const HUES = 8;
+const HUES = ['f-1', 'f-2', 'f-3', 'f-4', 'f-5', 'f-6', 'f-7', 'f-8'];
 const DASHES = [[], [7, 4], [2, 3], [10, 3, 2, 3]];
 const SWATCHES = ['line', 'dashed', 'dotted', 'dashdot'];
 
-export const filterColour = (k: number): string => `f-${1 + (k % HUES)}`;
-export const filterDash = (k: number): number[] => DASHES[Math.floor(k / HUES) % DASHES.length];
-const filterSwatch = (k: number) =>
-  swatch(SWATCHES[Math.floor(k / HUES) % SWATCHES.length], filterColour(k));
+/** Kleinert & Stilla's figures 2 and 3, (b) and (c): standard blue, left-invariant red, right-invariant
+ *  green. The blue and the green are those of the charts on every page. On the map of their figure 2 (a)
+ *  the standard filter is green instead; here a filter has one colour in all figures. */
+const PAPER_COLOURS: Record<string, string> =
+  { standard: 'f-1', 'left-se3': 'left-invariant', 'right-se3': 'f-3' };
+/** Too near to the red. */
+const WARM = ['f-2', 'f-6'];
+
+function paperColour({ label, figures: { chart } }: Filter): string | undefined {
+  return label.startsWith('paper-') && typeof chart === 'string' ? PAPER_COLOURS[chart] : undefined;
+}
+
+/** The paper's filters have its colours, all others the hues that are left; where there are more filters
+ *  than hues, their lines are broken. */
+export function colourFilters({ filters }: Study): void {
+  const taken = new Set<string>(), others: Filter[] = [];
+  for (const filter of filters) {
+    const own = paperColour(filter);
+    if (own === undefined || taken.has(own)) {
+      others.push(filter);
+      continue;
+    }
+    filter.colour = own;
+    taken.add(own);
+  }
+  const warm = taken.has('left-invariant') ? WARM : [];
+  const spare = HUES.filter((hue) => !taken.has(hue) && !warm.includes(hue));
+  others.forEach((filter, k) => {
+    filter.colour = spare[k % spare.length];
+    filter.line = Math.floor(k / spare.length) % DASHES.length;
+  });
+}
+
+export const filterColour = (k: number): string => activeStudy().filters[k].colour;
+export const filterDash = (k: number): number[] => DASHES[activeStudy().filters[k].line];
+const filterSwatch = (k: number) => swatch(SWATCHES[activeStudy().filters[k].line], filterColour(k));
 
 /** The indices of the filters that are drawn. */
 export const shownFilters = (): number[] =>

@@ -1,10 +1,10 @@
-// Kleinert & Stilla's figure 3: errors and NEES over time, a line a filter.
+// Kleinert & Stilla's figures 2 and 3, (b) and (c): errors and NEES over time, a line a filter.
 import { extremes, quantile } from './data';
 import { grouped, number } from './format';
 import type { TimePlot } from './plot';
 import { showPlots, timePlots } from './plot_list';
 import type { Panel, PlotSpec, Series } from './plot_spec';
-import { activeStudy } from './studies';
+import { activeStudy, partTitle } from './studies';
 import { filterColour, filterDash, filterKey, shownFilters } from './study_colours';
 
 const PAPER_LINE = 14;
@@ -12,29 +12,29 @@ const PAPER_LINE = 14;
 // There are fewer plots than on a run's page, with more lines in each.
 const PANEL_HEIGHT = 150;
 
-/** A line for each filter that is drawn. */
-function filterSeries(column: string): Series[] {
+/** A line for each filter that is drawn; `part` tells the panels of a plot apart. */
+function filterSeries(column: string, part: string): Series[] {
   return shownFilters().map((k) => {
     const { label, curves } = activeStudy().filters[k];
-    return { label, name: label, legend: false, style: 'line', values: curves[column],
-      colour: filterColour(k), dash: filterDash(k) };
+    return { label, name: part ? `${label}, ${part}:` : label, legend: false, style: 'line',
+      values: curves[column], colour: filterColour(k), dash: filterDash(k) };
   });
 }
 
-function studyErrorPanel(column: string, unit: string): Panel {
-  return { label: '', unit, zero: true, series: filterSeries(column) };
+function studyErrorPanel(column: string, part: string, unit: string): Panel {
+  return { label: part, unit, zero: true, series: filterSeries(column, part) };
 }
 
 /** NEES with its band; logarithmic where a filter leaves the band by far. */
-function studyNeesPanel(column: string, dof: number, line: boolean): Panel {
+function studyNeesPanel(column: string, dof: number, part = ''): Panel {
   const { bands } = activeStudy();
   const low = bands[`chi2_${dof}_low`], high = bands[`chi2_${dof}_high`];
-  const lines = filterSeries(column);
+  const lines = filterSeries(column, part), line = part !== '';
   const band: Series = { label: '95 % band', style: 'band', low, high, colour: 'good' };
-  const level: Series = { label: `${PAPER_LINE}: the paper’s line`, style: 'level', values: PAPER_LINE,
-    colour: 'bad' };
+  const level: Series = { label: `${PAPER_LINE}: the paper’s threshold`, style: 'level', values: PAPER_LINE,
+    colour: 'ink' };
   return {
-    label: '', zero: true, floor: dof / 100, clip: true,
+    label: part, zero: true, floor: dof / 100, clip: true,
     log: lines.some((s) => typeof s.values === 'object' &&
       leavesFar(s.values, Math.max(high, line ? PAPER_LINE : 0))),
     summary: `expected ${dof}, 95 % within ${number(low)} … ${number(high)}`,
@@ -57,24 +57,24 @@ function clipCaption(column: string): string {
   return spiky ? ' Single spikes, as at the start, may be cut off.' : '';
 }
 
-const LINE_CAPTION = ` The dashed line is that of Kleinert & Stilla’s figure 3: ${PAPER_LINE}, which a ` +
+const LINE_CAPTION = ` The dashed line is the paper’s threshold of ${PAPER_LINE}, which a ` +
   'consistent filter’s single run passes in 3 frames of 1000 (7.8: in 50).';
 
-interface StudyPlot { title: string; column?: string; panels: () => Panel[]; caption: () => string }
+interface StudyPlot { title: () => string; column?: string; panels: () => Panel[]; caption: () => string }
 
+// The attitude is above the position, as in the paper.
 const STUDY_PLOTS: StudyPlot[] = [
-  { title: 'Position error', panels: () => [studyErrorPanel('position_error', 'm')],
-    caption: () => 'Distance from the true position.' },
-  { title: 'Attitude error', panels: () => [studyErrorPanel('attitude_error', '°')],
-    caption: () => 'Angle of the rotation from the true attitude.' },
-  { title: 'NEES of the position', panels: () => [studyNeesPanel('nees_position', 3, true)],
+  { title: () => partTitle(activeStudy(), 'b', 'Attitude and position error'),
+    panels: () => [studyErrorPanel('attitude_error', 'attitude', '°'),
+      studyErrorPanel('position_error', 'position', 'm')],
+    caption: () => 'Angle of the rotation from the true attitude; distance from the true position.' },
+  { title: () => partTitle(activeStudy(), 'c', 'NEES of attitude and position'),
+    panels: () => [studyNeesPanel('nees_attitude', 3, 'attitude'),
+      studyNeesPanel('nees_position', 3, 'position')],
     caption: () => bandCaption() + LINE_CAPTION },
-  { title: 'NEES of the attitude', panels: () => [studyNeesPanel('nees_attitude', 3, true)],
-    caption: () => bandCaption() + LINE_CAPTION },
-  { title: 'NEES of the pose', panels: () => [studyNeesPanel('nees_pose', 6, false)],
+  { title: () => 'NEES of the pose', panels: () => [studyNeesPanel('nees_pose', 6)],
     caption: () => `Position and attitude together. ${bandCaption()}${clipCaption('nees_pose')}` },
-  { title: 'NEES of the state', column: 'nees_state',
-    panels: () => [studyNeesPanel('nees_state', 15, false)],
+  { title: () => 'NEES of the state', column: 'nees_state', panels: () => [studyNeesPanel('nees_state', 15)],
     caption: () => `Pose, velocity and biases together. ${bandCaption()}${clipCaption('nees_state')}` },
 ];
 
@@ -83,7 +83,7 @@ const knownPlots = (): StudyPlot[] => STUDY_PLOTS.filter(({ column }) => !column
 
 export function showStudyPlots(): void {
   const specs = knownPlots().map(({ title, caption, panels }): PlotSpec =>
-    ({ title, caption: caption(), panels: panels(), key: filterKey(), height: PANEL_HEIGHT }));
+    ({ title: title(), caption: caption(), panels: panels(), key: filterKey(), height: PANEL_HEIGHT }));
   showPlots(specs, (plots) => plots.map((plot) => plot.element));
 }
 

@@ -1,6 +1,6 @@
-// Cards, tables I and II, settings: all that is words and single numbers.
+// Cards, Kleinert & Stilla's tables, settings: all that is words and single numbers.
 import { asNumber, byId, fixed, flattened, grouped, isNumber, make, number, percent } from './format';
-import { activeStudy, type Figures, figuresOf, type Study } from './studies';
+import { activeStudy, type Figures, figuresOf, paperPlace, type Study } from './studies';
 import { filterName } from './study_colours';
 import { keyTable, remarksIn, showRemarkList } from './tables';
 
@@ -69,42 +69,47 @@ const any = (study: Study, key: string) => figuresOf(study).some((f) => isNumber
 const medianOf = (f: Figures, key: string) => (f.median ? f.median[key] : NaN);
 const onlyIf = (condition: boolean, ...columns: TableColumn[]) => (condition ? columns : []);
 
-function neesColumns(study: Study): TableColumn[] {
+/** Those of the paper's tables I and II. A filter with its settings may lose its way in single runs,
+ *  which draw the mean away: over several runs the medians are beside it. */
+function paperColumns(study: Study): TableColumn[] {
+  const best = leastOf(study, positionError);
+  const look = (f: Figures) => (best >= 0 && f === figuresOf(study)[best] ? 'best' : '');
   return [
-    numberColumn('position', (f) => f.nees_position, 2),
-    numberColumn('attitude', (f) => f.nees_attitude, 2),
-    textColumn('pose / dof', (f) => (isNumber(f.nees_pose_per_dof)
+    numberColumn('avg. NEES position', (f) => f.nees_position, 2),
+    numberColumn('avg. NEES attitude', (f) => f.nees_attitude, 2),
+    numberColumn('avg. error position [m]', (f) => f.position_error_m, 4, look),
+    numberColumn('avg. error attitude [°]', (f) => f.attitude_error_deg, 4),
+    ...onlyIf(!study.single,
+      numberColumn('median NEES position', (f) => medianOf(f, 'nees_position'), 2),
+      numberColumn('median NEES attitude', (f) => medianOf(f, 'nees_attitude'), 2),
+      numberColumn('median error position [m]', (f) => medianOf(f, 'position_error_m'), 4),
+      numberColumn('median error attitude [°]', (f) => medianOf(f, 'attitude_error_deg'), 4)),
+  ];
+}
+
+function moreColumns(study: Study): TableColumn[] {
+  return [
+    textColumn('pose NEES / dof', (f) => (isNumber(f.nees_pose_per_dof)
       ? fixed(f.nees_pose_per_dof, 3) + (isInside(f) ? ' ✓' : '') : '–'), neesLook),
     textColumn('95 % band', (f) => (Array.isArray(f.band)
       ? `${fixed(f.band[0], 3)} … ${fixed(f.band[1], 3)}` : '–')),
     ...onlyIf(!study.single,
-      numberColumn('median', (f) => medianOf(f, 'nees_pose') / DEGREES_OF_POSE, 3),
+      numberColumn('median pose / dof', (f) => medianOf(f, 'nees_pose') / DEGREES_OF_POSE, 3),
       textColumn('seconds inside', (f) => percent(f.seconds_inside_band ?? NaN))),
     ...onlyIf(any(study, 'nees_state'),
-      numberColumn('state / dof', (f) => asNumber(f.nees_state) / DEGREES_OF_STATE, 3)),
+      numberColumn('state NEES / dof', (f) => asNumber(f.nees_state) / DEGREES_OF_STATE, 3)),
     numberColumn('NIS / dof', (f) => asNumber(f.nis_per_dof), 3),
     ...onlyIf(any(study, 'innovation_correlation'),
       numberColumn('innovation correlation', (f) => f.innovation_correlation, 3)),
+    numberColumn('position rms [m]', (f) => f.position_rms_m, 4),
+    ...onlyIf(any(study, 'ate_posyaw_m'),
+      numberColumn('ATE, yaw aligned [m]', (f) => f.ate_posyaw_m, 4)),
+    numberColumn('landmarks', (f) => f.landmarks, 0),
     ...onlyIf(!study.single, textColumn('runs', (f) => grouped(asNumber(f.runs))),
       textColumn('diverged', (f) => grouped(asNumber(f.diverged)),
         (f) => (asNumber(f.diverged) > 0 ? 'outside' : ''))),
     ...onlyIf(study.single, textColumn('health', (f) => (asNumber(f.diverged) > 0 ? 'diverged' : 'ok'),
       (f) => (asNumber(f.diverged) > 0 ? 'outside' : ''))),
-  ];
-}
-
-function errorColumns(study: Study): TableColumn[] {
-  const best = leastOf(study, positionError);
-  const look = (f: Figures) => (best >= 0 && f === figuresOf(study)[best] ? 'best' : '');
-  return [
-    numberColumn('position [m]', (f) => f.position_error_m, 4, look),
-    numberColumn('attitude [°]', (f) => f.attitude_error_deg, 3),
-    ...onlyIf(!study.single, numberColumn('median [m]', (f) => medianOf(f, 'position_error_m'), 4),
-      numberColumn('median [°]', (f) => medianOf(f, 'attitude_error_deg'), 3)),
-    numberColumn('position rms [m]', (f) => f.position_rms_m, 4),
-    ...onlyIf(any(study, 'ate_posyaw_m'),
-      numberColumn('ATE, yaw aligned [m]', (f) => f.ate_posyaw_m, 4)),
-    numberColumn('landmarks', (f) => f.landmarks, 0),
   ];
 }
 
@@ -118,25 +123,30 @@ function filterTable(study: Study, columns: TableColumn[]): HTMLElement {
 }
 
 export function showStudyTables(): void {
-  const study = activeStudy();
-  byId('nees-table').replaceChildren(filterTable(study, neesColumns(study)));
-  byId('error-table').replaceChildren(filterTable(study, errorColumns(study)));
-  const over = study.single ? 'its frames' : 'the frames and the runs that did not diverge';
-  byId('nees-caption').textContent = 'Squared error over the covariance that the filter reports, ' +
-    `averaged over ${over}, in the coordinates of the filter’s chart: 3 for position and attitude and ` +
-    '1 per degree of freedom when it is consistent; a pose NEES of 4 per degree of freedom means ' +
-    'that the covariance is 4 times too small. ' + (study.single
+  const study = activeStudy(), place = paperPlace(study);
+  byId('results-title').textContent = place ? `Table ${place.table}: ${place.scene}` : 'NEES and errors';
+  byId('results-table').replaceChildren(filterTable(study, paperColumns(study)));
+  byId('more-table').replaceChildren(filterTable(study, moreColumns(study)));
+  const over = study.single ? 'the run’s frames' : 'the frames and the runs that did not diverge';
+  byId('results-caption').textContent = `Averages over ${over}` + (study.single ? '. '
+    : '; the medians are those of the runs’ averages. ') +
+    'NEES is the squared error over the covariance that the filter reports, in the coordinates of its ' +
+    'chart: 3 for position and attitude when the filter is consistent. Nothing is aligned: the filter ' +
+    'begins at the true pose.' + (place ? ' The columns are those of Kleinert & Stilla’s ' +
+      `table ${place.table}${study.single ? '' : ', with the medians added'}.` : '');
+  byId('more-caption').textContent = 'Per degree of freedom the NEES is 1 when the filter is consistent; ' +
+    'a pose NEES of 4 per degree of freedom means that the covariance is 4 times too small. ' +
+    (study.single
       ? 'The band holds the value of a single frame with 95 % probability; ✓ is inside.'
-      : 'The band holds the mean over the runs at one instant with 95 % probability; ✓ is inside.');
-  byId('error-caption').textContent = `Means over ${over}. Nothing is aligned: the filter begins at ` +
-    'the true pose.';
+      : 'The band holds the mean over the runs at one instant with 95 % probability; ✓ is inside.') +
+    (any(study, 'ate_posyaw_m') ? ' The ATE alone is that of an aligned trajectory.' : '');
 }
 
 const textCell = (text: string) => make('td', { dir: 'auto' }, text);
 
 export function showScene(): void {
   const entries = Object.entries(flattened(activeStudy().summary.scene));
-  byId('scene').replaceChildren(keyTable(entries.map(([key, value]) => [key, textCell(value)])));
+  byId('scene-settings').replaceChildren(keyTable(entries.map(([key, value]) => [key, textCell(value)])));
   byId('scene-panel').hidden = entries.length === 0;
 }
 

@@ -5,7 +5,9 @@ import { notify } from './store';
 
 const NAMES = ['ink', 'muted', 'line', 'panel', 'ground', 'estimate', 'truth', 'dead', 'landmark',
   'initial', 'cursor', 'band', 'good', 'bad', 'warn',
-  'f-1', 'f-2', 'f-3', 'f-4', 'f-5', 'f-6', 'f-7', 'f-8'];
+  'f-1', 'f-2', 'f-3', 'f-4', 'f-5', 'f-6', 'f-7', 'f-8',
+  // Of studies alone: study.css.
+  'left-invariant', 'estimated-landmark'];
 
 export const palette: Record<string, string> = {};
 

@@ -10,12 +10,35 @@ const { studies } = JSON.parse(
   /id="report-data">([^]*?)<\/script/.exec(readFileSync(file, 'utf8'))[1]);
 const titleOf = (study) => study.summary.name || study.folder;
 
+/** What the paper calls its scenes, and how it shows them. */
+const PLACES = {
+  hallway: { table: 'Table I: hallway', figure: 'Figure 2: hallway', view: 'top', map: '(a) Top view' },
+  turntable: { table: 'Table II: cube', figure: 'Figure 3: cube', view: 'slanted', map: '(a) Slanted view' },
+};
+const ELSEWHERE = { table: 'NEES and errors', figure: 'Errors and NEES over time', view: 'top',
+  map: 'Top view' };
+
+async function isAsInThePaper(page, study) {
+  const place = PLACES[study.summary.scene?.geometry] ?? ELSEWHERE;
+  for (const [id, text] of [['results-title', place.table], ['figure-title', place.figure],
+    ...(study.truth ? [['map-title', place.map]] : [])]) {
+    const title = await page.textContent(`#${id}`);
+    check(`#${id} is that of the scene`, title.split(',')[0] === text, title);
+  }
+  if (!study.truth) return;
+  check('the map opens with the view of the scene', await page.inputValue('#map-view') === place.view);
+  check('estimated landmarks can be switched where there are any',
+    await page.locator('#map-legend', { hasText: 'Estimated landmarks' }).count() ===
+    Number(study.filters.some((filter) => filter.landmarks)));
+}
+
 async function looksRight(page, study) {
-  for (const table of ['nees-table', 'error-table']) {
+  await isAsInThePaper(page, study);
+  for (const table of ['results-table', 'more-table']) {
     check(`${table} has a row a filter`,
       await page.locator(`#${table} tbody tr`).count() === study.filters.length);
   }
-  check('the top view is there with the truth',
+  check('the map is there with the truth',
     await page.isVisible('#map') === Boolean(study.truth));
   const several = !study.single_run;
   check('distributions are there with several runs', await page.isVisible('#boxes') === several);
@@ -80,6 +103,23 @@ async function mapMoves(page) {
   await until('zooming changes the map', async () => await picture(map) !== before);
   await page.click('#map-fit');
   await until('and shows everything again', async () => await picture(map) === before);
+  const opened = await page.inputValue('#map-view'), seen = new Set([before]);
+  for (const view of ['top', 'side', 'front', 'slanted'].filter((name) => name !== opened)) {
+    await page.selectOption('#map-view', view);
+    await until(`the ${view} view is another`, async () => !seen.has(await picture(map)));
+    seen.add(await picture(map));
+    check('the title names the view', (await page.textContent('#map-title')).toLowerCase()
+      .includes(`${view} view`));
+  }
+  await page.selectOption('#map-view', opened);
+  await until('the first view comes back', async () => await picture(map) === before);
+  const layers = await page.locator('#map-legend input').all();
+  for (const [k, layer] of layers.entries()) {
+    await layer.uncheck();
+    await until(`layer ${k} of the map can be hidden`, async () => await picture(map) !== before);
+    await layer.check();
+    await until('and shown again', async () => await picture(map) === before);
+  }
 }
 
 async function dots(page) {

@@ -2,8 +2,11 @@
 #include <filesystem>
 #include <string>
 #include <unistd.h>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <chasles/data/text_file.hpp>
 #include <chasles/report/study_testing.hpp>
@@ -44,6 +47,19 @@ TEST(StudyInABrowser, ManyFiltersOverManyRunsWithHostileNames) {
       {synthetic_study({.filters = 11, .runs = 40, .name = hostile, .filter_name = hostile}),
        synthetic_study({.frames = 100})},
       "study-runs");
+}
+
+// Their numbers, titles and views are those of Kleinert & Stilla's tables and figures.
+TEST(StudyInABrowser, ScenesOfThePaperAreShownAsThere) {
+  std::vector<Study> studies;
+  for (const char* geometry : {"turntable", "hallway"}) {
+    Study study = synthetic_study({.name = geometry});
+    auto summary = nlohmann::ordered_json::parse(study.summary);
+    summary["scene"]["geometry"] = geometry;
+    study.summary = summary.dump();
+    studies.push_back(std::move(study));
+  }
+  expect_works_in_a_browser(studies, "study-paper");
 }
 
 // One frame, no truth, no scene, nothing finite.
