@@ -77,7 +77,8 @@ void append(std::vector<FilterVariant>& filters, Items&& more) {
   for (auto& filter : more) filters.push_back(std::move(filter));
 }
 
-// The name appears in tables and in file names, next to the files of the truth and of the landmarks.
+// The name appears in tables and in file names, next to the files of the truth and of the
+// landmarks.
 void check_name(const std::string& name) {
   const bool printable = std::ranges::none_of(
       name, [](char c) { return c == ',' || c == '"' || static_cast<unsigned char>(c) < 0x20; });

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 
 from pages import fill
-from papers_page import CHASLES, DOCS, ROOT, number, page, plt, save_picture, svg, table
+from papers_page import CHASLES, DOCS, PNG, ROOT, number, page, plt, svg, table
 
 DATA = pathlib.Path(os.environ.get("CHASLES_DATA", ROOT / "../shared/data")) / "kitti_tracks"
 OUT = ROOT / "out/papers/du"
@@ -140,5 +140,5 @@ results.""", [("Tables 1 and 2", parameters), ("Results", results()), ("Set 2 wi
     figure, axes = plt.subplots(1, 2, figsize=(9, 4.2), layout="constrained")
     draw(axes[0], "set2", "20", "Test 20, set 2, as he had it")
     draw(axes[1], "set2-stale-cut", "20", "The same without stale pixels")
-    save_picture(figure, PICTURE)
+    figure.savefig(PICTURE, **PNG)
     print(OUT / "page.html")

@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 
 from pages import fill
-from papers_page import CHASLES, DOCS, ROOT, page, plt, save_picture, svg, table
+from papers_page import CHASLES, DOCS, PNG, ROOT, page, plt, svg, table
 
 OUT = ROOT / "out/papers/kleinert-stilla"
 WALK = ROOT / "out/walk"
@@ -27,10 +27,7 @@ PUBLISHED = {
 TITLES = {"hallway": "Table I: hallway", "turntable": "Table II: cube"}
 KEYS = ("nees_position", "nees_attitude", "position_error_m", "attitude_error_deg")
 DIGITS = (2, 2, 4, 4)
-# Settings of all filters of a study, and of its scene.
-KNOWN_VELOCITY = ["--set", "initial_velocity_sigma=0.001"]
-RANDOM_WALK = ["--scene-config", ROOT / "configs/scene-gyroscope-random-walk.yaml"]
-WHITE_NOISE = ["--scene-config", ROOT / "configs/scene-gyroscope-white-noise.yaml"]
+STANDARD = ["--charts", "standard", "--landmarks", "cartesian", "--init", "fixed-depth", "--set", "nav_attitude=true", "--set", "gate=1"]
 
 
 def scene_sets(*assignments):
@@ -41,17 +38,73 @@ def sets(*assignments):
     return [part for one in assignments for part in ("--set", one)]
 
 
-def study(name, scene, options=(), runs=RUNS):
-    """The figures of the paper's three filters by chart: a study, which a second call reads again."""
-    folder = OUT / name
+KNOWN_VELOCITY = sets("initial_velocity_sigma=0.001")
+KNOWN_BIASES = [*scene_sets("accelerometer_bias_sigma=0", "gyroscope_bias_sigma=0"),
+                *sets("initial_accelerometer_bias_sigma=1e-4", "initial_gyroscope_bias_sigma=1e-5")]
+# The paper's filter as it is printed where this one differs.
+OPTIONS = {
+    "as here": [],
+    "numeric Jacobians": sets("numeric_jacobians=true"),
+    "I + Fτ, (14) and (15)": sets("first_order_transition=true"),
+    "instant accelerations, incremental rotations": scene_sets("imu_convention=instant-force"),
+    "all three": [*sets("numeric_jacobians=true", "first_order_transition=true"), *scene_sets("imu_convention=instant-force")],
+}
+# What the paper does not say of its scenes and its start, one change at a time, then together.
+VARIANTS = {
+    "hallway": {
+        "as here": [],
+        "known initial velocity": KNOWN_VELOCITY,
+        "known biases": KNOWN_BIASES,
+        "initial tilt of 1°": sets("initial_tilt_sigma=0.0175"),
+        "50 landmarks in view": scene_sets("landmarks_in_view=50"),
+        "landmarks at 5 to 12 m": scene_sets("min_range=5", "max_range=12", "wall_density=12"),
+        "landmarks at 2 to 25 m": scene_sets("min_range=2", "max_range=25"),
+        "depth of 8 ± 2 m": sets("fixed_depth_sigma=2"),
+        "depth of 8 ± 5 m": sets("fixed_depth_sigma=5"),
+        "gentle turns, of 3 s": scene_sets("turn_duration=3", "corridor_width=4"),
+        "block of 15 × 10 m": scene_sets("hall_length=15", "hall_width=10"),
+        "known velocity, block of 15 × 10 m": [*KNOWN_VELOCITY, *scene_sets("hall_length=15", "hall_width=10")],
+        "known velocity, 2 sections": [*KNOWN_VELOCITY, *scene_sets("sections=2")],
+        "known velocity, composition every second": [*KNOWN_VELOCITY, *sets("composition_interval=1")],
+        "known velocity, composition every 20 s": [*KNOWN_VELOCITY, *sets("composition_interval=20")],
+        "known velocity, depth of 8 ± 2 m": [*KNOWN_VELOCITY, *sets("fixed_depth_sigma=2")],
+    },
+    "turntable": {
+        "as here": [],
+        "known initial velocity": KNOWN_VELOCITY,
+        "known biases": KNOWN_BIASES,
+        "circle of 4 m": scene_sets("circle_radius=4"),
+        "cube of 4 m": scene_sets("cube_edge=4"),
+        "revolution in 8 s": scene_sets("revolution_duration=8"),
+        "revolution in 35 s": scene_sets("revolution_duration=35"),
+        "IMU at 400 Hz": scene_sets("imu_rate=400"),
+        "known velocity, revolution in 8 s": [*KNOWN_VELOCITY, *scene_sets("revolution_duration=8")],
+        "known velocity, known biases": [*KNOWN_VELOCITY, *KNOWN_BIASES],
+    },
+}
+READINGS = {"white noise (default)": "white-noise", "bias random walk": "random-walk"}
+
+
+def folder_name(*parts):
+    return "-".join("".join(c if c.isalnum() else "-" for c in part).strip("-") for part in parts)
+
+
+def study(name, scene, options=(), runs=RUNS, filters=("--preset", "paper")):
+    """The figures of the filters by chart: a study, which a second call reads again."""
     OUT.mkdir(parents=True, exist_ok=True)
-    command = [CHASLES, "montecarlo", scene, "--runs", str(runs), "--preset", "paper", *options, "--json", "--quiet", "--resume", "-o", folder]
-    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    command = [CHASLES, "montecarlo", scene, "--runs", str(runs), *filters, *options, "--json", "--quiet", "--resume", "-o", OUT / name]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
+    if done.returncode not in (0, 4):  # 4: all runs diverged, which is a result here
+        raise SystemExit(f"scripts/papers: {name} ended with {done.returncode}")
     return {f["chart"]: f for f in json.loads(done.stdout)["filters"]}
 
 
 def cells(figures):
-    return [f"{figures[key]:.{digits}f}" for key, digits in zip(KEYS, DIGITS)]
+    return ["-" if figures[key] is None else f"{figures[key]:.{digits}f}" for key, digits in zip(KEYS, DIGITS)]
+
+
+def medians_and_means(figures):
+    return [f"{median} ({mean})" for median, mean in zip(cells(figures["median"]), cells(figures))]
 
 
 def published_table(scene, figures):
@@ -64,18 +117,33 @@ def published_table(scene, figures):
     return table(["error", "", "avg. NEES position", "avg. NEES attitude", "avg. error position [m]", "avg. error attitude [°]"], rows)
 
 
-def variant_rows(scene, variants):
-    """One row a variant: the standard filter, medians; the means are in parentheses."""
+FOUR = ["NEES position", "NEES attitude", "position [m]", "attitude [°]"]
+
+
+def variants(scene):
+    rows = [["paper", *[f"{value:.{digits}f}" for value, digits in zip(PUBLISHED[scene]["standard"], DIGITS)], ""]]
+    for label, options in VARIANTS[scene].items():
+        figures = study(folder_name(scene, "variant", label), scene, options, RUNS_OF_VARIANTS, STANDARD)["standard"]
+        rows.append([label, *medians_and_means(figures), str(figures["diverged"])])
+    return table(["`standard`", *FOUR, "diverged"], rows)
+
+
+def options_table():
     rows = []
-    for label, options in variants:
-        name = f"{scene}-" + "".join(c if c.isalnum() else "-" for c in label).strip("-")
-        figures = study(name, scene, options, RUNS_OF_VARIANTS)["standard"]
-        both = [f"{middle} ({mean})" for middle, mean in zip(cells(figures["median"]), cells(figures))]
-        rows.append([label, *both])
-    return rows
+    for scene in TITLES:
+        for label, options in OPTIONS.items():
+            figures = study(folder_name(scene, "option", label), scene, options, RUNS_OF_VARIANTS)
+            rows += [[scene, label, chart, *medians_and_means(figures[chart])] for chart in CHARTS]
+    return table(["scene", "filter and IMU", "chart", *FOUR], rows)
 
 
-VARIANT_HEAD = ["scene or filter", "NEES position", "NEES attitude", "position [m]", "attitude [°]"]
+def readings():
+    rows = []
+    for scene in TITLES:
+        for label, name in READINGS.items():
+            figures = study(folder_name(scene, "gyroscope", name), scene, ["--scene-config", ROOT / f"configs/scene-gyroscope-{name}.yaml"])
+            rows += [[scene, label, chart, *medians_and_means(figures[chart])] for chart in CHARTS]
+    return table(["scene", "0.0056 °/(s √s) read as", "chart", *FOUR], rows)
 
 
 def curves(name):
@@ -89,9 +157,9 @@ def curves(name):
     return found
 
 
-def over_time(name, columns, title, bound=None):
+def over_time(figure, name, columns, title, bound=None):
     """Attitude on top, position below, as in (b) and (c) of their figures 2 and 3."""
-    figure, axes = plt.subplots(2, 1, figsize=(4.6, 4.0), sharex=True, layout="constrained")
+    axes = figure.subplots(2, 1, sharex=True)
     of = curves(name)
     for axis, (column, label) in zip(axes, columns):
         for chart in CHARTS:
@@ -104,7 +172,6 @@ def over_time(name, columns, title, bound=None):
     axes[0].set_title(title, fontsize=9)
     axes[0].legend(fontsize=7)
     axes[1].set_xlabel("time [s]")
-    return figure
 
 
 ERRORS = [("attitude_error_deg", "attitude error [°]"), ("position_error_m", "position error [m]")]
@@ -133,9 +200,8 @@ def flat(x, y, z):
     return x, y
 
 
-def run_view(folder, title, view):
+def run_view(axes, folder, title, view):
     """(a) of figures 2 and 3 in their colours: one run of the standard filter."""
-    figure, axes = plt.subplots(figsize=(4.6, 4.0), layout="constrained")
     path = lambda file: np.loadtxt(folder / file, ndmin=2)[:, 1:4].T
     marks = lambda file: [points(folder / file)[axis] for axis in "xyz"]
     axes.plot(*view(*marks("landmarks_truth.csv")), ".", color="orange", markersize=4, label="reference landmarks")
@@ -152,7 +218,6 @@ def run_view(folder, title, view):
     axes.legend(fontsize=7)
     axes.set_xlabel("x [m]" if view is flat else "[m], across the view")
     axes.set_ylabel("y [m]" if view is flat else "[m], up in the view")
-    return figure
 
 
 def plan_lines(file):
@@ -163,19 +228,57 @@ def plan_lines(file):
     return lines
 
 
-def figure_4(prefix, title):
-    """The three trajectories over the floor plan: left-invariant, right-invariant, standard."""
-    figure, axes = plt.subplots(3, 1, figsize=(5.6, 9.6), layout="constrained")
-    for axis, (chart, name) in zip(axes, CHARTS.items()):
-        folder = WALK / f"{prefix}{chart}"
-        for (_, kind), line in plan_lines(folder / "plan.csv").items():
-            axis.plot(*np.array(line).T, color="0.45" if kind == "wall" else "0.75", linewidth=0.8)
-        path = np.loadtxt(folder / "trajectory.tum", ndmin=2)[:, 1:3]
-        axis.plot(*path.T, color=COLOURS[chart], linewidth=1)
-        axis.plot(*path[0], "x", color="blue", markersize=8)
-        axis.plot(*path[-1], "D", color="blue", markersize=5)
-        axis.set_aspect("equal", adjustable="datalim")
-        axis.set_title(f"{title}: {name}", fontsize=9)
-        axis.set_xlabel("x [m]")
-        axis.set_ylabel("y [m]")
+def figure_4():
+    """The trajectories over the floor plan: left-invariant, right-invariant, standard; beside them those
+    of Chasles from the same images."""
+    figure, axes = plt.subplots(3, 2, figsize=(13, 12), layout="constrained")
+    for row, (chart, name) in zip(axes, CHARTS.items()):
+        for axis, prefix, title in zip(row, ("ks-", "here-"), ("Figure 4: their filter", "the filter of Chasles")):
+            folder = WALK / f"{prefix}{chart}"
+            for (_, kind), line in plan_lines(folder / "plan.csv").items():
+                axis.plot(*np.array(line).T, color="0.45" if kind == "wall" else "0.75", linewidth=0.8)
+            path = np.loadtxt(folder / "trajectory.tum", ndmin=2)[:, 1:3]
+            axis.plot(*path.T, color=COLOURS[chart], linewidth=1)
+            axis.plot(*path[0], "x", color="blue", markersize=8)
+            axis.plot(*path[-1], "D", color="blue", markersize=5)
+            axis.set_aspect("equal", adjustable="datalim")
+            axis.set_title(f"{title}, {name.lower()}", fontsize=9)
+            axis.set_xlabel("x [m]")
+            axis.set_ylabel("y [m]")
     return figure
+
+
+def figure_of(scene, number, view):
+    """(a), (b), (c) of figure 2 or 3, side by side."""
+    figure = plt.figure(figsize=(13, 4.4), layout="constrained")
+    a, b, c = figure.subfigures(1, 3)
+    title = f"Figure {number}: {'hallway' if scene == 'hallway' else 'cube'}"
+    run_view(a.subplots(), one_run(scene), f"{title} (a), one run", view)
+    over_time(b, scene, ERRORS, f"{title} (b), means over {RUNS} runs")
+    over_time(c, scene, NEES, f"{title} (c), means over {RUNS} runs", bound=14)
+    return figure
+
+
+def main():
+    tables = {scene: published_table(scene, study(scene, scene)) for scene in TITLES}
+    parts = []
+    for (scene, title), (number, view) in zip(TITLES.items(), ((2, flat), (3, slanted))):
+        fill(DOCS, f"ks-{scene}", tables[scene])
+        figure = figure_of(scene, number, view)
+        figure.savefig(PICTURES / f"ks-figure-{number}.png", **PNG)
+        parts += [(title, tables[scene]), (f"Figure {number}", [svg(figure)])]
+    if not (WALK / "ks-standard/trajectory.tum").exists():
+        subprocess.run([ROOT / "scripts/walk"], check=True)
+    walks = figure_4()
+    walks.savefig(PICTURES / "ks-figure-4.png", **PNG)
+    parts.append(("Figure 4", [svg(walks)]))
+    for name, title, text in (("gyroscope", "Both readings of the gyroscope's figure", readings()),
+                              ("options", "Their Jacobians, transition and samples", options_table()),
+                              ("hallway-variants", "Variants of the hallway", variants("hallway")),
+                              ("turntable-variants", "Variants of the cube", variants("turntable"))):
+        fill(DOCS, f"ks-{name}", text)
+        parts.append((title, text))
+    (OUT / "page.html").write_text(page("Kleinert and Stilla: “On Sensor Pose Parameterization for Inertial Aided Visual SLAM”",
+        "Their filters (`--preset paper`) in scenes after theirs. Medians of the runs, means in parentheses, where two numbers stand. "
+        "docs/papers.md explains the results.", parts))
+    print(OUT / "page.html")

@@ -12,6 +12,7 @@ import matplotlib.pyplot as plt
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CHASLES = pathlib.Path(os.environ.get("CHASLES_BINARY", ROOT / "build/release/bin/chasles"))
 DOCS = ROOT / "docs/papers.md"
+PNG = {"dpi": 110, "metadata": {"Software": None}}  # of savefig
 # A constant salt: the same figure is the same text.
 plt.rcParams.update({"svg.hashsalt": "chasles", "font.size": 8})
 
@@ -21,11 +22,6 @@ def svg(figure):
     figure.savefig(text, format="svg", metadata={"Date": None})
     plt.close(figure)
     return text.getvalue()[text.getvalue().index("<svg"):]
-
-
-def save_picture(figure, file):
-    figure.savefig(file, dpi=110, metadata={"Software": None})
-    plt.close(figure)
 
 
 def number(figures, name, digits):
@@ -55,7 +51,7 @@ def page(title, introduction, parts):
     return f"""<!doctype html><html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1"><title>{title}</title><style>
 body {{ font: 15px/1.5 sans-serif; max-width: 1500px; margin: 2em auto; padding: 0 1em; }}
-.figures {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(min(420px, 100%), 1fr)); gap: 8px; }}
+.figures {{ display: grid; grid-template-columns: repeat(auto-fit, minmax(min(420px, 100%), 1fr)); gap: 8px; }}
 figure {{ margin: 0; }} svg {{ width: 100%; height: auto; }}
 table {{ border-collapse: collapse; margin: 1em 0; display: block; overflow-x: auto; }}
 td, th {{ border: 1px solid #bbb; padding: 3px 9px; text-align: left; }}

@@ -83,8 +83,8 @@ TEST(Compare, WritesTheSameFolderAgain) {
   const std::string arguments = "compare " + kScene + "--preset default --run 4 -o ";
   ASSERT_EQ(chasles(folder, arguments + "a").code, 0);
   ASSERT_EQ(chasles(folder, arguments + "b").code, 0);
-  for (const char* file :
-       {"default.csv", "default.tum", "truth.tum", "landmarks_truth.csv", "summary.json"}) {
+  for (const char* file : {"default.csv", "default.tum", "default_landmarks.csv", "truth.tum",
+                           "landmarks_truth.csv", "summary.json"}) {
     const std::string bytes = slurp(folder / "a" / file);
     EXPECT_FALSE(bytes.empty()) << file;
     EXPECT_EQ(bytes, slurp(folder / "b" / file)) << file;
@@ -92,6 +92,8 @@ TEST(Compare, WritesTheSameFolderAgain) {
   const Json summary = Json::parse(slurp(folder / "a" / "summary.json"));
   EXPECT_EQ(lines_of(slurp(folder / "a" / "default.csv")),
             summary["filters"][0]["frames"].get<std::size_t>() + 1);
+  EXPECT_EQ(lines_of(slurp(folder / "a" / "default_landmarks.csv")),
+            summary["filters"][0]["landmarks"].get<std::size_t>() + 1);
   EXPECT_TRUE(Json::parse(slurp(folder / "a" / "timing.json")).contains("default"));
 }
 

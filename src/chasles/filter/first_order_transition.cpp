@@ -1,5 +1,7 @@
 #include <string>
 
+#include <Eigen/LU>
+
 #include <chasles/error.hpp>
 #include <chasles/filter/first_order_transition.hpp>
 #include <chasles/lie/so3.hpp>

@@ -37,7 +37,8 @@ TEST(NumericDerivativesAtTheEdge, WithoutAProjectionTheAnalyticOnesStay) {
   State x;
   // On the edge of what the camera sees: a perturbed point is behind it.
   const SE3 imu_T_cam = camera.cam_T_imu.inverse();
-  x.landmarks = {{.id = 1, .p_world = imu_T_cam * Eigen::Vector3d(0, 0, kMinDepth + 1e-6), .row = 6}};
+  x.landmarks = {
+      {.id = 1, .p_world = imu_T_cam * Eigen::Vector3d(0, 0, kMinDepth + 1e-6), .row = 6}};
   auto z = measure_pixel(camera, 1, x, 0, {100, 200});
   ASSERT_TRUE(z);
   const Measurement analytic = *z;

@@ -9,8 +9,8 @@ namespace chasles {
 
 /// Stores the samples of an IMU and returns the intervals between any two times. Faults are handled
 /// and counted. A sample that is not finite, or not later than the latest one, is dropped. A gap is
-/// bridged by the straight line between its neighbours where it is that of instants (over the whole gap
-/// their mean), else by the later sample.
+/// bridged by the straight line between its neighbours where it is that of instants (over the whole
+/// gap their mean), else by the later sample.
 ///
 /// In a gap, and where a sample is held for longer than `max_interval`, the noise variance is
 /// multiplied by (time without a sample) / max_interval.
@@ -41,9 +41,9 @@ class ImuBuffer {
 
   /// The intervals of [from, to], in order, split at the samples. Their tau sum to to - from
   /// exactly. Samples of instants: the signal is piecewise linear, and the value of an interval is
-  /// the mean of its two ends. Means: sample k holds over (t_{k-1}, t_k]. Before the first sample and
-  /// after the last the nearest one is held (counted once per call). Empty without samples, or if
-  /// to <= from.
+  /// the mean of its two ends. Means: sample k holds over (t_{k-1}, t_k]. Before the first sample
+  /// and after the last the nearest one is held (counted once per call). Empty without samples, or
+  /// if to <= from.
   std::vector<ImuInterval> between(Time from, Time to);
   /// The same into an existing list.
   void between(Time from, Time to, std::vector<ImuInterval>& result);

@@ -36,9 +36,8 @@ BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& set
 
 Trial run_window_trial(const FilterVariant& filter, const BatchSettings& settings,
                        const Recording& recording, const InertialStart& start) {
-  InertialWindowResult result =
-      slide(batch_input(recording, filter.settings, start), filter.settings.chart, settings,
-            filter.estimator.keyframes);
+  InertialWindowResult result = slide(batch_input(recording, filter.settings, start),
+                                      filter.settings.chart, settings, filter.estimator.keyframes);
   Trial trial{.filter = filter.name};
   for (const Estimate& e : result.estimates) {
     if (!add_to_trial(filter.settings.chart, recording, start.time, e, trial)) break;

@@ -43,8 +43,8 @@ struct Trial {
   std::uint64_t run = 0;
   bool diverged = false;  ///< not finite, or farther from the truth than kDivergedAt
   std::vector<TrialPoint> points = {};
-  Trajectory estimate = {};            ///< nav_T_imu
-  std::vector<MapLandmark> map = {};   ///< at the end, in nav
+  Trajectory estimate = {};           ///< nav_T_imu
+  std::vector<MapLandmark> map = {};  ///< at the end, in nav
   /// As in TrialAverages; NaN after divergence.
   double ate = std::nan(""), ate_posyaw = std::nan(""), attitude_posyaw = std::nan("");
   int landmarks = 0;  ///< of the whole map

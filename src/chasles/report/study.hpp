@@ -17,7 +17,7 @@ struct StudyCurves {
   std::vector<double> seconds;
   std::vector<double> position_error, attitude_error;  ///< [m, deg]
   std::vector<double> nees_position, nees_attitude, nees_pose, nees_state;
-  Trajectory estimate;  ///< nav_T_imu, one pose per row; of a single run only
+  Trajectory estimate;                       ///< nav_T_imu, one pose per row; of a single run only
   std::vector<TrueLandmark> landmarks = {};  ///< estimated, in nav; of a single run only
 };
 
@@ -50,10 +50,11 @@ bool is_study(const std::filesystem::path& folder);
 /// incomplete study.
 Study read_study(const std::filesystem::path& folder);
 
-/// One self-contained HTML page that loads nothing: Kleinert & Stilla's tables I and II with the
-/// chi-square bands, their figures 2 (top view, of a single run) and 3 (errors and NEES over time),
-/// distributions over the runs, outliers and settings. The same studies give the same bytes. Names
-/// are shown as text, whatever they contain. Throws UsageError without a study.
+/// One self-contained HTML page that loads nothing: Kleinert & Stilla's table I and figure 2 for
+/// the hallway, their table II and figure 3 for the turntable (view of a single run, errors and
+/// NEES over time), the same without a number for other scenes; distributions over the runs,
+/// outliers and settings. The same studies give the same bytes. Names are shown as text, whatever
+/// they contain. Throws UsageError without a study.
 std::string study_page(const std::vector<Study>& studies);
 
 }  // namespace chasles

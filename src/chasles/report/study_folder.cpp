@@ -90,7 +90,6 @@ void read_filter_of_one_run(const fs::path& folder, StudyCurves& curves) {
       curves.estimate.size(), curves.seconds.size(), file.filename().string()));
 }
 
-
 void read_one_run(const fs::path& folder, const Json& summary, Study& study) {
   for (std::size_t i = 0; i < study.filters.size(); ++i) {
     read_filter_of_one_run(folder, study.filters[i]);

@@ -24,6 +24,15 @@ Eigen::Vector3d place(double t) {
   return {100 + 20 * std::cos(angle), 50 + 8 * std::sin(angle), 1.2};
 }
 
+std::vector<TrueLandmark> landmarks_of(const StudyOptions& o) {
+  std::vector<TrueLandmark> landmarks;
+  for (int i = 0; i < o.frames && o.runs == 0; ++i) {
+    const Eigen::Vector3d aside(3 * noise(i, 1), 3 * noise(i, 2), 0);
+    landmarks.push_back({i, place(static_cast<double>(i) / o.frames) + aside});
+  }
+  return landmarks;
+}
+
 StudyCurves curves_of(const StudyOptions& o, int k) {
   StudyCurves curves;
   curves.filter = fmt::format("{}-{}", o.filter_name, k);
@@ -41,6 +50,11 @@ StudyCurves curves_of(const StudyOptions& o, int k) {
     StampedPose pose{.time = std::chrono::milliseconds(100 * i), .pose = {}};
     pose.pose.p = place(t) + Eigen::Vector3d(error, -error, 0);
     curves.estimate.push_back(pose);
+  }
+  for (const TrueLandmark& mark : landmarks_of(o)) {
+    const auto i = static_cast<int>(mark.id);
+    curves.landmarks.push_back(
+        {mark.id, mark.p_world + 0.3 * (1 + k) * Eigen::Vector3d(noise(k, i), noise(i, k), 0)});
   }
   return curves;
 }
@@ -102,18 +116,24 @@ std::string curves_text(const StudyCurves& c, const std::string& before) {
 constexpr const char* kCurveColumns =
     "position_error_m,attitude_error_deg,nees_position,nees_attitude,nees_pose,nees_state\n";
 
+void write_landmarks(const std::vector<TrueLandmark>& landmarks,
+                     const std::filesystem::path& file) {
+  std::string rows = "landmark,x,y,z\n";
+  for (const TrueLandmark& m : landmarks) {
+    rows += fmt::format("{},{},{},{}\n", m.id, m.p_world.x(), m.p_world.y(), m.p_world.z());
+  }
+  write_file(file, rows);
+}
+
 void write_one_run(const Study& study, const std::filesystem::path& folder) {
   for (const StudyCurves& curves : study.filters) {
     write_file(folder / (curves.filter + ".csv"),
                std::string("seconds,") + kCurveColumns + curves_text(curves, ""));
     write_tum(curves.estimate, folder / (curves.filter + ".tum"));
+    write_landmarks(curves.landmarks, folder / (curves.filter + "_landmarks.csv"));
   }
   write_tum(study.truth, folder / "truth.tum");
-  std::string rows = "landmark,x,y,z\n";
-  for (const TrueLandmark& m : study.landmarks) {
-    rows += fmt::format("{},{},{},{}\n", m.id, m.p_world.x(), m.p_world.y(), m.p_world.z());
-  }
-  write_file(folder / "landmarks_truth.csv", rows);
+  write_landmarks(study.landmarks, folder / "landmarks_truth.csv");
 }
 
 void write_runs(const Study& study, const std::filesystem::path& folder) {
@@ -154,9 +174,8 @@ Study synthetic_study(const StudyOptions& o) {
     StampedPose pose{.time = std::chrono::milliseconds(100 * i), .pose = {}};
     pose.pose.p = place(static_cast<double>(i) / o.frames);
     study.truth.push_back(pose);
-    study.landmarks.push_back(
-        {i, pose.pose.p + Eigen::Vector3d(3 * noise(i, 1), 3 * noise(i, 2), 0)});
   }
+  study.landmarks = landmarks_of(o);
   return study;
 }
 

@@ -51,9 +51,9 @@ std::vector<ImuSample> ideal_imu(const Spline& motion, double rate, ImuConventio
     const Time time = motion.start + since;
     ImuSample sample = instant(now, time);
     if (!is_rate_of_instant(convention) && !samples.empty()) {
-      const ImuSample since = mean(last, now, time, to_seconds(time - samples.back().time));
-      sample.angular_rate_imu = since.angular_rate_imu;
-      if (!is_force_of_instant(convention)) sample.specific_force_imu = since.specific_force_imu;
+      const ImuSample means = mean(last, now, time, to_seconds(time - samples.back().time));
+      sample.angular_rate_imu = means.angular_rate_imu;
+      if (!is_force_of_instant(convention)) sample.specific_force_imu = means.specific_force_imu;
     }
     samples.push_back(sample);
     last = now;

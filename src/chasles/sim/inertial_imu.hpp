@@ -14,7 +14,8 @@ namespace chasles {
 /// kInstant: f = R^T (a - g) and the angular rate at the instant. kIntervalMean: with R, v at the
 /// sample before and R+, v+ at the sample, w = Log(R^T R+) / tau and f = Jl(w tau)^-1 R^T (v+ - v -
 /// g tau) / tau, so that `integrate` (strapdown.hpp) reproduces attitude and velocity to round-off.
-/// kInstantForce: the f of the former and the w of the latter. The first sample, which has no predecessor, is that of the instant.
+/// kInstantForce: the f of the former and the w of the latter. The first sample, which has no
+/// predecessor, is that of the instant.
 std::vector<ImuSample> ideal_imu(const Spline& motion, double rate, ImuConvention convention);
 
 /// Simulated samples, and for each one the true velocity and the biases that it contains.

@@ -13,7 +13,7 @@ namespace {
 
 InertialScene hallway() {
   return {.name = "hallway",
-          .doc = "a walk of 70 s around a block of corridors, one camera, IMU as in the paper",
+          .doc = "a walk of 69 s around a block of corridors, one camera, IMU after the paper",
           .settings = {}};
 }
 

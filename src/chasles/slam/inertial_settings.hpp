@@ -99,10 +99,11 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kNonNegative);
   visit("first_estimates", s.first_estimates, "bool",
         "first-estimates Jacobians (for the chart standard)", limits::kAny);
-  visit("first_order_transition", s.first_order_transition, "bool",
-        "the covariance is propagated by I + F tau, in the chart's coordinates (K&S, eq. 14, 15; not "
-        "with right-sen3); false: by the exact transition",
-        limits::kAny);
+  visit(
+      "first_order_transition", s.first_order_transition, "bool",
+      "the covariance is propagated by I + F tau, in the chart's coordinates (K&S, eq. 14, 15; not "
+      "with right-sen3); false: by the exact transition",
+      limits::kAny);
   visit("numeric_jacobians", s.numeric_jacobians, "bool",
         "derivatives of a pixel by finite differences in the chart's coordinates (K&S, IV-C; for "
         "Cartesian landmarks of fixed-depth); false: analytic ones",

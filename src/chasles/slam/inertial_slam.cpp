@@ -89,9 +89,9 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
     : settings_(validated(settings)),
       cameras_(std::move(cameras)),
       pixel_sigma_(pixel_sigma),
-      model_{.noise = scaled(noise, settings.imu_noise_scale),
-             .first_order =
-                 settings.first_order_transition ? &error_chart(settings.chart) : nullptr},
+      model_{
+          .noise = scaled(noise, settings.imu_noise_scale),
+          .first_order = settings.first_order_transition ? &error_chart(settings.chart) : nullptr},
       imu_(imu),
       filter_(initial_filter(settings, start, cameras_)),
       now_(start.time - clock(Time{})),

@@ -40,17 +40,16 @@ double camera_heading(const Eigen::Matrix3d& nav_R_imu, const Camera& camera) {
 // An error of the heading turns the velocity as well.
 InertialStart placed(InertialStart start, const InitialiserSettings& settings,
                      const Camera& camera) {
-  start.nav_T_imu.p += Eigen::Vector3d(settings.position_x, settings.position_y,
-                                       settings.position_z);
+  start.nav_T_imu.p +=
+      Eigen::Vector3d(settings.position_x, settings.position_y, settings.position_z);
   if (!settings.heading) return start;
-  start = turned(std::move(start),
-                 *settings.heading - camera_heading(start.nav_T_imu.R, camera));
+  start = turned(std::move(start), *settings.heading - camera_heading(start.nav_T_imu.R, camera));
   Eigen::Matrix<double, 15, 1> by_heading = Eigen::Matrix<double, 15, 1>::Zero();
   by_heading(2) = 1;
-  by_heading.segment<3>(6) = Eigen::Vector3d::UnitZ().cross(start.v_nav);
-  start.covariance = start.covariance.value_or(Matrix15d::Zero()) +
-                     settings.heading_sigma * settings.heading_sigma * by_heading *
-                         by_heading.transpose();
+  by_heading.segment<3>(6) = hat(Eigen::Vector3d::UnitZ()) * start.v_nav;
+  start.covariance =
+      start.covariance.value_or(Matrix15d::Zero()) +
+      settings.heading_sigma * settings.heading_sigma * by_heading * by_heading.transpose();
   return start;
 }
 

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <chasles/lie/so3.hpp>
@@ -136,8 +136,8 @@ TEST(PlacedStart, AWalkBeginsThereAndKeepsTheErrorOfItsHeading) {
   // Far from the start it is an error of the position.
   const Vector3d way = unsure.back().world_T_imu.p - unsure.front().world_T_imu.p;
   const Vector3d aside = Vector3d::UnitZ().cross(way);
-  const double variance = aside.dot(unsure.back().covariance.block<3, 3>(3, 3) * aside) /
-                          aside.squaredNorm();
+  const double variance =
+      aside.dot(unsure.back().covariance.block<3, 3>(3, 3) * aside) / aside.squaredNorm();
   EXPECT_GT(std::sqrt(variance), 0.05 * way.norm());
 }
 

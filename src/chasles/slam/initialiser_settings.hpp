@@ -52,11 +52,12 @@ inline constexpr double kBiasReach = 4;
 /// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
 template <SettingsOf<InitialiserSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
-  visit("heading", s.heading, "rad",
-        "initial direction of the first camera's view, counter-clockwise from nav's x axis, such as "
-        "from a compass or a floor plan (steeper than 45 degrees: that of the top of its image); "
-        "not set: nav's axes are those of the initialisation",
-        limits::kAny);
+  visit(
+      "heading", s.heading, "rad",
+      "initial direction of the first camera's view, counter-clockwise from nav's x axis, such as "
+      "from a compass or a floor plan (steeper than 45 degrees: that of the top of its image); "
+      "not set: nav's axes are those of the initialisation",
+      limits::kAny);
   visit("heading_sigma", s.heading_sigma, "rad", "sigma of that heading; 0: it defines nav",
         limits::kNonNegative);
   visit("position_x", s.position_x, "m", "initial position in nav, such as on a floor plan",

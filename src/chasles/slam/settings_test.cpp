@@ -50,6 +50,21 @@ TEST(Settings, WhatDoesNotGoTogetherIsRefused) {
             s.keep_scale = KeepScale::kTrue;
           }),
           "keep_scale: found 'true', expected auto or false");
+  refused(with<InertialSlamSettings>([](auto& s) { s.first_order_transition = true; }),
+          "first_order_transition: found 'true', expected false with the chart right-sen3");
+  refused(with<InertialSlamSettings>([](auto& s) {
+            s.chart = "standard";
+            s.first_order_transition = s.first_estimates = true;
+          }),
+          "first_order_transition: found 'true', expected false with first_estimates");
+  refused(with<InertialSlamSettings>([](auto& s) { s.numeric_jacobians = true; }),
+          "numeric_jacobians: found 'true', expected false, or landmarks: cartesian");
+  validate(with<InertialSlamSettings>([](auto& s) {
+    s.chart = "left-se3";
+    s.landmarks = LandmarkForm::kCartesian;
+    s.init = LandmarkInit::kFixedDepth;
+    s.first_order_transition = s.numeric_jacobians = true;
+  }));
   refused(with<InitialiserSettings>([](auto& s) { s.min_window = 4; }),
           "start.max_window: found 3, expected at least");
 }
