@@ -12,6 +12,7 @@
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/evaluation.hpp>
+#include <chasles/report/study.hpp>
 
 #include "compare_material.hpp"
 #include "filter_options.hpp"

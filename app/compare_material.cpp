@@ -27,7 +27,7 @@ CompareMaterial loops_material(const SceneChoice& choice, const FilterOptions& o
   material.landmarks = loops_landmarks(settings);
   material.filters = loops_filters_from(options);
   material.run = [settings, run](const FilterVariant& filter) {
-    return run_loops(settings, filter, run);
+    return run_loops(settings, filter, run, KeepMap::kYes);
   };
   material.settings = [](const FilterVariant& f) { return loops_settings_json(f.settings); };
   return material;
@@ -43,7 +43,8 @@ CompareMaterial of_recording(Recording recording, std::vector<FilterVariant> fil
   material.filters = std::move(filters);
   const auto kept = std::make_shared<const Recording>(std::move(recording));
   material.run = [kept, seed, run](const FilterVariant& filter) {
-    Trial trial = run_trial(filter, *kept, draw_start(*kept, filter.settings, seed, run));
+    Trial trial =
+        run_trial(filter, *kept, draw_start(*kept, filter.settings, seed, run), KeepMap::kYes);
     trial.run = run;
     return trial;
   };

@@ -9,6 +9,7 @@
 
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
+#include <chasles/report/study.hpp>
 
 #include "inertial_settings_io.hpp"
 #include "settings_io.hpp"
@@ -87,6 +88,9 @@ void check_name(const std::string& name) {
   if (printable && !name.empty() && !is_taken) return;
   throw UsageError(
       fmt::format("--config: found a filter called '{}' after its file; expected a name without "
+                  "commas and quotation marks, other than 'truth', 'landmarks_truth' and '…{}': "
+                  "rename the file",
+                  name, kLandmarksFile)); expected a name without "
                   "commas and quotation marks, other than 'truth', 'landmarks_truth' and '…{}'",
                   name, kLandmarksFile));
 }

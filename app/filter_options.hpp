@@ -15,9 +15,6 @@ class App;
 
 namespace chasles::app {
 
-/// End of the name of the file with a filter's landmarks, beside NAME.csv and NAME.tum.
-inline constexpr const char* kLandmarksFile = "_landmarks";
-
 /// Selection of the filters to compare.
 struct FilterOptions {
   std::vector<std::string> charts, landmarks, inits;  ///< all combinations

@@ -1,5 +1,6 @@
-"""The experiments of Kleinert and Stilla's paper: see scripts/papers. Its walk (figure 4) comes from
-scripts/walk, which runs first unless out/walk is there."""
+"""The experiments of Kleinert and Stilla's paper: see scripts/papers. out/papers/kleinert-stilla keeps
+the studies, and an interrupted one resumes: remove the folder to start again. Figure 4 comes from
+scripts/walk, which runs first unless out/walk has its runs."""
 
 import csv
 import json
@@ -90,7 +91,7 @@ def folder_name(*parts):
 
 
 def study(name, scene, options=(), runs=RUNS, filters=("--preset", "paper")):
-    """The figures of the filters by chart: a study, which a second call reads again."""
+    """The figures of the filters by chart."""
     OUT.mkdir(parents=True, exist_ok=True)
     command = [CHASLES, "montecarlo", scene, "--runs", str(runs), *filters, *options, "--json", "--quiet", "--resume", "-o", OUT / name]
     done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
@@ -141,7 +142,9 @@ def readings():
     rows = []
     for scene in TITLES:
         for label, name in READINGS.items():
-            figures = study(folder_name(scene, "gyroscope", name), scene, ["--scene-config", ROOT / f"configs/scene-gyroscope-{name}.yaml"])
+            options = ["--scene-config", ROOT / f"configs/scene-gyroscope-{name}.yaml"]
+            # The default of the scenes is tables I and II.
+            figures = study(scene, scene) if name == "white-noise" else study(folder_name(scene, "gyroscope", name), scene, options)
             rows += [[scene, label, chart, *medians_and_means(figures[chart])] for chart in CHARTS]
     return table(["scene", "0.0056 °/(s √s) read as", "chart", *FOUR], rows)
 

@@ -1,6 +1,9 @@
+#include <cmath>
 #include <cstdlib>
 
 #include <nlohmann/json.hpp>
+
+#include <chasles/data/readers.hpp>
 
 #include "cli_test.hpp"
 
@@ -67,6 +70,40 @@ TEST_F(DuOnHisRecordings, TheMappingUpdateKeepsTheInitialPositions) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const std::string landmarks = slurp(folder / "run/landmarks.csv");
   expect_part(landmarks.substr(0, landmarks.find('\n')), "initial_x,initial_y,initial_z");
+}
+
+Json data_of_page(const std::string& page) {
+  const std::string opening = R"(id="report-data">)";
+  const std::size_t from = page.find(opening) + opening.size();
+  return Json::parse(page.substr(from, page.find("</script", from) - from));
+}
+
+// Kleinert & Stilla's figure 4: a walk that has a floor plan and no truth, in their filter, from a
+// heading by compass and a position on the plan. Here the true walk is known, and begins there.
+TEST(KleinertStilla, AWalkWithoutATruthLiesOnThePlan) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder, "simulate walk --set walk_duration=12 -o rec").code, 0);
+  const Trajectory truth = read_tum(folder / "rec/truth.tum");
+  for (const char* file : {"truth.tum", "landmarks_truth.csv", "true_motion.csv"}) {
+    std::filesystem::remove(folder / "rec" / file);
+  }
+  for (const std::string chart : {"standard", "left-se3", "right-se3"}) {
+    const Outcome done =
+        chasles(folder, "run rec --quiet --config " CHASLES_SOURCE_DIR
+                        "/configs/kleinert-stilla.yaml --set start.heading=0 --chart " +
+                            chart + " -o " + chart);
+    ASSERT_EQ(done.code, 0) << done.err;
+    const Trajectory path = read_tum(folder / chart / "trajectory.tum");
+    const Eigen::Vector3d end = path.back().pose.p, expected = truth.back().pose.p;
+    EXPECT_GT(expected.norm(), 5);
+    EXPECT_LT((end - expected).norm(), 0.5) << chart;
+  }
+  ASSERT_EQ(chasles(folder, "report standard left-se3 right-se3 -o page.html").code, 0);
+  const Json data = data_of_page(slurp(folder / "page.html"));
+  for (const Json& run : data["runs"]) EXPECT_TRUE(run.contains("plan"));
+  ASSERT_EQ(data["scenes"].size(), 1u);
+  EXPECT_EQ(data["scenes"][0]["runs"].size(), 3u);
+  EXPECT_FALSE(data["scenes"][0].contains("truth"));
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ export class Overview implements MapHost {
     const scene = this.scene = sceneOf();
     byId('overview').hidden = !scene;
     if (!scene) return;
-    byId('overview-title').textContent = scene.plan.wall.x.length
+    byId('overview-title').textContent = !scene.truth || scene.plan.wall.x.length
       ? 'Over the floor plan' : 'On the truth';
     this.canvas.setAttribute('aria-label', 'Top view with ' +
       `${scene.truth ? 'the true trajectory' : 'the floor plan'} and ${scene.runs.length} estimates.`);
@@ -170,18 +170,19 @@ export class Overview implements MapHost {
       y: Float32Array.from(at.y, (v, i) => v + more * error.y[i]) };
   }
 
-  /** A cross where the truth, or else an estimate, begins, a diamond where each estimate ends. */
+  /** A cross where the truth begins, or, without one, each estimate; a diamond where each ends. */
   private drawMarks(g: Pen, { truth, runs }: Scene): void {
-    const way = truth ?? runs[0].at, last = way.x.length - 1;
-    const [x, y] = this.view.toScreen(way.x[0], way.y[0]);
-    const [endX, endY] = this.view.toScreen(way.x[last], way.y[last]);
+    const ways = this.shownRuns().map((run) => this.drawnWay(run));
+    const tagged = truth ?? ways[0] ?? runs[0].at, last = tagged.x.length - 1;
+    const [x, y] = this.view.toScreen(tagged.x[0], tagged.y[0]);
+    const [endX, endY] = this.view.toScreen(tagged.x[last], tagged.y[last]);
     const apart = Math.hypot(endX - x, endY - y) > 40;
-    drawCross(g, x, y);
-    for (const run of this.shownRuns()) {
-      const way = this.drawnWay(run), end = way.x.length - 1;
-      drawDiamond(g, ...this.view.toScreen(way.x[end], way.y[end]),
-        palette[runAt(run.index).colour]);
-    }
+    for (const way of truth ? [truth] : ways) drawCross(g, ...this.view.toScreen(way.x[0], way.y[0]));
+    this.shownRuns().forEach((run, k) => {
+      const { x: wayX, y: wayY } = ways[k], end = wayX.length - 1;
+      drawDiamond(g, ...this.view.toScreen(wayX[end], wayY[end]), palette[runAt(run.index).colour]);
+    });
+    if (!truth && !ways.length) return;
     drawTag(g, apart ? 'start' : 'start (cross), end', x - 12, y - 13, 'right');
     if (apart) drawTag(g, 'end', endX + 12, endY + 14, 'left');
   }

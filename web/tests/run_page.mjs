@@ -15,7 +15,7 @@ const data = JSON.parse(/id="report-data">([^]*?)<\/script/.exec(readFileSync(fi
 const run = data.runs[0];
 const single = data.runs.length === 1;
 
-/** The runs of one recording on their truth: only where the data has them. */
+/** The runs of one recording on their truth, or on their floor plan: only where the data has them. */
 async function overview(page) {
   const scene = data.scenes.find((s) => s.runs.some((r) => r.run === 0));
   check('the overview is there with several runs or a plan',
@@ -26,10 +26,17 @@ async function overview(page) {
   const labels = await page.locator('#overview .legend .key').allTextContents();
   check('each line has a name of its own', new Set(labels).size === labels.length);
   const map = page.locator('#overview-map'), before = await picture(map);
-  await page.selectOption('#overview-factor', '20');
-  await until('deviations are drawn larger', async () => await picture(map) !== before);
-  await page.selectOption('#overview-factor', '1');
-  await until('and true to scale again', async () => await picture(map) === before);
+  check('deviations are offered only from a truth',
+    await page.isVisible('#overview-factor') === Boolean(scene.truth));
+  check('and the help tells of a truth, or of its absence',
+    await page.isVisible('#overview-help-truth') === Boolean(scene.truth) &&
+    await page.isVisible('#overview-help-plan') === !scene.truth);
+  if (scene.truth) {
+    await page.selectOption('#overview-factor', '20');
+    await until('deviations are drawn larger', async () => await picture(map) !== before);
+    await page.selectOption('#overview-factor', '1');
+    await until('and true to scale again', async () => await picture(map) === before);
+  }
   const box = page.locator('#overview .legend input').last();
   await box.click();
   await until('its legend hides a run', async () => await picture(map) !== before);

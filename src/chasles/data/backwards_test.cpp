@@ -68,7 +68,15 @@ TEST(Backwards, TwiceIsTheSame) {
   EXPECT_EQ(twice.frames.front().time, r.frames.front().time);
 }
 
-TEST(Backwards, MayBeEmpty) { EXPECT_TRUE(backwards(Recording{}).imu.empty()); }
+TEST(Backwards, MayBeEmptyOrHaveOneSample) {
+  for (const auto& [convention, name] : Choices<ImuConvention>::list) {
+    Recording r;
+    r.imu_convention = convention;
+    EXPECT_TRUE(backwards(r).imu.empty()) << name;
+    r.imu.resize(1);
+    EXPECT_EQ(backwards(r).imu.size(), is_force_of_instant(convention) ? 1U : 0U) << name;
+  }
+}
 
 }  // namespace
 }  // namespace chasles

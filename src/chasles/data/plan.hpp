@@ -11,7 +11,7 @@ namespace chasles {
 struct PlanLine {
   enum class Kind { kWall, kFurniture };
   Kind kind = Kind::kWall;
-  std::vector<Eigen::Vector2d> points;  ///< x and y in the world of the true trajectory [m]
+  std::vector<Eigen::Vector2d> points;  ///< x and y [m], in the truth's world, else the run's
 };
 
 /// A floor plan, drawn below a trajectory and not used for estimation. Empty: unknown.

@@ -83,7 +83,7 @@ void write_samples(const Recording& recording, const fs::path& folder) {
   write_file(folder / "data.csv", {rows.data(), rows.size()});
   const ImuNoise& noise = *recording.imu_noise;
   const std::string meaning =
-      fmt::format("meaning of a sample: {} (docs/formats.md)", name_of(recording.imu_convention));
+      fmt::format("imu_convention {} (docs/formats.md)", name_of(recording.imu_convention));
   write_file(
       folder / "sensor.yaml",
       sensor_text("imu", meaning, {}) +

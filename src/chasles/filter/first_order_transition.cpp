@@ -42,7 +42,7 @@ ErrorEquation biases_only() {
 }
 
 // (23), (24) with the noise's sign of (11), (26). (48), (49) are the same.
-ErrorEquation standard(const Linearised& x) {
+ErrorEquation of_standard(const Linearised& x) {
   ErrorEquation e = biases_only();
   const Matrix3d& R = x.world_R_imu;
   e.by(kPosition, kVelocity).setIdentity();
@@ -56,7 +56,7 @@ ErrorEquation standard(const Linearised& x) {
 }
 
 // (39), (40) corrected, (41).
-ErrorEquation left_se3(const Linearised& x) {
+ErrorEquation of_left_se3(const Linearised& x) {
   ErrorEquation e = biases_only();
   const Matrix3d imu_R_world = x.world_R_imu.transpose();
   const Matrix3d turn = -hat(x.rate_imu), by_rate = -hat(imu_R_world * x.v_world);
@@ -77,8 +77,8 @@ ErrorEquation left_se3(const Linearised& x) {
 }
 
 // (47) repaired, (48), (49).
-ErrorEquation right_se3(const Linearised& x) {
-  ErrorEquation e = standard(x);
+ErrorEquation of_right_se3(const Linearised& x) {
+  ErrorEquation e = of_standard(x);
   e.by(kPosition, kTheta) = hat(x.v_world);
   e.by(kPosition, kRateBias) = -hat(x.p_world) * x.world_R_imu;
   e.noise(kPosition, 3) = -hat(x.p_world) * x.world_R_imu;
@@ -86,9 +86,9 @@ ErrorEquation right_se3(const Linearised& x) {
 }
 
 ErrorEquation error_equation(const ErrorChart& chart, const Linearised& x) {
-  if (chart.name == kStandardChart.name) return standard(x);
-  if (chart.name == kLeftSe3Chart.name) return left_se3(x);
-  if (chart.name == kRightSe3Chart.name) return right_se3(x);
+  if (chart.name == kStandardChart.name) return of_standard(x);
+  if (chart.name == kLeftSe3Chart.name) return of_left_se3(x);
+  if (chart.name == kRightSe3Chart.name) return of_right_se3(x);
   throw UsageError("first-order transition: found the chart '" + std::string(chart.name) +
                    "', expected standard, left-se3 or right-se3");
 }

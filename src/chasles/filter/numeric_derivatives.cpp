@@ -1,3 +1,4 @@
+#include <cassert>
 #include <optional>
 
 #include <chasles/filter/numeric_derivatives.hpp>
@@ -31,6 +32,7 @@ std::optional<Eigen::Vector2d> pixel_of(const Camera& camera, const State& x) {
 void differentiate_numerically(const ErrorChart& chart, const Camera& camera, const State& x,
                                Measurement& measurement) {
   const State at = alone(x, measurement.landmark);
+  assert(!at.landmarks.front().anchor && x.imu_T_camera.empty());
   Derivatives in_chart;
   for (int i = 0; i < in_chart.cols(); ++i) {
     State forth = at, back = at;

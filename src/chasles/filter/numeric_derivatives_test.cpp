@@ -1,3 +1,4 @@
+#include <chasles/camera/stereo.hpp>
 #include <chasles/filter/numeric_derivatives.hpp>
 #include <chasles/filter/pixel_testing.hpp>
 

@@ -8,9 +8,9 @@
 namespace chasles {
 
 /// Stores the samples of an IMU and returns the intervals between any two times. Faults are handled
-/// and counted. A sample that is not finite, or not later than the latest one, is dropped. A gap is
-/// bridged by the straight line between its neighbours where it is that of instants (over the whole
-/// gap their mean), else by the later sample.
+/// and counted. A sample that is not finite, or not later than the latest one, is dropped. Between
+/// samples of instants a gap is bridged by the straight line through its neighbours (over the whole
+/// gap their mean); for means the later sample holds.
 ///
 /// In a gap, and where a sample is held for longer than `max_interval`, the noise variance is
 /// multiplied by (time without a sample) / max_interval.

@@ -230,7 +230,8 @@ std::vector<TrueLandmark> loops_landmarks(const LoopsSettings& settings) {
   return landmarks;
 }
 
-Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std::uint64_t run) {
+Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std::uint64_t run,
+                KeepMap keep_map) {
   validate(settings);
   const double started = processor_seconds();
   const PoseError coordinates = pose_error_of(filter.settings.chart);
@@ -249,8 +250,8 @@ Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std:
     trial.diverged = loops.lost() || !(point.position_error < kDivergedAt);
   }
   trial.landmarks = loops.filter().map_size();
-  trial.map = loops.filter().map();
   trial.seconds_cpu = processor_seconds() - started;
+  if (keep_map == KeepMap::kYes) trial.map = loops.filter().map();
   return trial;
 }
 

@@ -19,6 +19,7 @@ std::vector<TrueLandmark> loops_landmarks(const LoopsSettings& settings);
 /// starts at the truth with zero covariance. Of the variant's settings only `chart` and
 /// `first_estimates` have an effect. The trial has position error, attitude error and NEES at every
 /// step; all filters get the same noise in a run.
-Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std::uint64_t run);
+Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std::uint64_t run,
+                KeepMap keep_map = KeepMap::kNo);
 
 }  // namespace chasles

@@ -181,9 +181,9 @@ bool add_to_trial(const std::string& chart, const Recording& recording, Time sta
 
 void end_trial(const Recording& recording, Trial& trial) { align_to(recording.truth, trial); }
 
-std::vector<MapLandmark> run_filter(const FilterVariant& filter, const Recording& recording,
-                                    const InertialStart& start,
-                                    const std::function<bool(const Estimate&)>& take) {
+void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
+                const std::function<bool(const Estimate&)>& take,
+                const std::function<void(const InertialSlam&)>& done) {
   require(recording, !recording.cameras.empty(), "camera");
   require(recording, !recording.imu.empty(), "IMU samples");
   require(recording, !recording.frames.empty(), "frames");
@@ -193,11 +193,11 @@ std::vector<MapLandmark> run_filter(const FilterVariant& filter, const Recording
     if (slam.clock(seen->time) < start.time) continue;
     if (!take(slam.process(*seen))) break;
   }
-  return slam.map_nav();
+  if (done) done(slam);
 }
 
-Trial run_trial(const FilterVariant& filter, const Recording& recording,
-                const InertialStart& start) {
+Trial run_trial(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
+                KeepMap keep_map) {
   require(recording, !recording.truth.empty(), "truth");
   Trial trial{.filter = filter.name};
   const double started = processor_seconds();
@@ -206,10 +206,13 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording,
     trial.seconds_cpu = processor_seconds() - started;
     return trial;
   }
-  trial.map = run_filter(filter, recording, start, [&](const Estimate& e) {
+  const auto take = [&](const Estimate& e) {
     return add_to_trial(filter.settings.chart, recording, start.time, e, trial);
+  };
+  run_filter(filter, recording, start, take, [&](const InertialSlam& slam) {
+    trial.seconds_cpu = processor_seconds() - started;
+    if (keep_map == KeepMap::kYes) trial.map = slam.map_nav();
   });
-  trial.seconds_cpu = processor_seconds() - started;
   end_trial(recording, trial);
   return trial;
 }

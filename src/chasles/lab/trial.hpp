@@ -44,7 +44,7 @@ struct Trial {
   bool diverged = false;  ///< not finite, or farther from the truth than kDivergedAt
   std::vector<TrialPoint> points = {};
   Trajectory estimate = {};           ///< nav_T_imu
-  std::vector<MapLandmark> map = {};  ///< at the end, in nav
+  std::vector<MapLandmark> map = {};  ///< at the end, in nav; of a filter with KeepMap::kYes
   /// As in TrialAverages; NaN after divergence.
   double ate = std::nan(""), ate_posyaw = std::nan(""), attitude_posyaw = std::nan("");
   int landmarks = 0;  ///< of the whole map
@@ -93,17 +93,20 @@ bool add_to_trial(const std::string& chart, const Recording& recording, Time sta
                   const Estimate& estimate, Trial& trial);
 void end_trial(const Recording& recording, Trial& trial);
 
-/// Runs the filter over a recording from the start on, as long as `take` returns true. Returns its
-/// map at the end, in nav. Throws InputError if cameras, samples or frames are missing.
-std::vector<MapLandmark> run_filter(const FilterVariant& filter, const Recording& recording,
-                                    const InertialStart& start,
-                                    const std::function<bool(const Estimate&)>& take);
+/// Runs the filter over a recording from the start on, as long as `take` returns true; `done` then
+/// receives the filter, where given. Throws InputError if cameras, samples or frames are missing.
+void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
+                const std::function<bool(const Estimate&)>& take,
+                const std::function<void(const InertialSlam&)>& done = {});
+
+/// Whether a trial has the map: it costs a pass over the whole run.
+enum class KeepMap { kNo, kYes };
 
 /// Runs the filter over a recording that has truth, cameras and an IMU, from the start on; then
 /// batch estimation initialised by it, or a window instead, if the variant has one. Throws
 /// InputError if one of the inputs is missing. A batch or window that finds no minimum, or cannot
 /// solve the problem, counts as diverged.
-Trial run_trial(const FilterVariant& filter, const Recording& recording,
-                const InertialStart& start);
+Trial run_trial(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
+                KeepMap keep_map = KeepMap::kNo);
 
 }  // namespace chasles

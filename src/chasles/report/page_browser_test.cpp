@@ -57,7 +57,8 @@ TEST(PageInABrowser, SeveralRunsWithHostileNamesAreCompared) {
   expect_works_in_a_browser({hostile, other}, "several");
 }
 
-TEST(PageInABrowser, RunsOfOneRecordingAreShownOverItsPlan) {
+// Five runs of one recording with a floor plan. One starts later, and has fewer frames.
+std::vector<ReportRun> runs_over_a_plan() {
   std::vector<ReportRun> runs(5, synthetic_drive({.states = 600, .landmarks = 50}));
   for (std::size_t k = 0; k < runs.size(); ++k) {
     const char* charts[] = {"standard", "left-se3", "right-se3", "right-sen3", "right-sen3"};
@@ -71,9 +72,18 @@ TEST(PageInABrowser, RunsOfOneRecordingAreShownOverItsPlan) {
          .points = {{-20, -30}, {250, -30}, {250, 150}, {-20, 150}, {-20, -30}}},
         {.kind = PlanLine::Kind::kFurniture, .points = {{50, 20}, {60, 20}, {60, 30}, {50, 20}}}};
   }
-  // One starts later, and has fewer frames.
   runs[3].run.states.erase(runs[3].run.states.begin(), runs[3].run.states.begin() + 77);
-  expect_works_in_a_browser(runs, "overview");
+  return runs;
+}
+
+TEST(PageInABrowser, RunsOfOneRecordingAreShownOverItsPlan) {
+  expect_works_in_a_browser(runs_over_a_plan(), "overview");
+}
+
+TEST(PageInABrowser, WithoutATruthRunsAreShownOverTheirPlan) {
+  std::vector<ReportRun> runs = runs_over_a_plan();
+  for (ReportRun& run : runs) run.run.truth.clear();
+  expect_works_in_a_browser(runs, "plan-alone");
 }
 
 // The page that web/tests/frame_rate.mjs measures (CONTRIBUTING.md).

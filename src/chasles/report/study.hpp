@@ -42,6 +42,9 @@ struct Study {
   std::vector<TrueLandmark> landmarks = {};  ///< of a single run only; empty where unknown
 };
 
+/// End of the name of the file with a filter's estimated landmarks, beside NAME.csv and NAME.tum.
+inline constexpr const char* kLandmarksFile = "_landmarks";
+
 /// Whether the folder contains a study rather than a run, determined from its files.
 bool is_study(const std::filesystem::path& folder);
 

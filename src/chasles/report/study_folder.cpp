@@ -83,7 +83,7 @@ void read_filter_of_one_run(const fs::path& folder, StudyCurves& curves) {
   while (row.next()) add_row(row, "seconds", curves);
   const fs::path poses = folder / (curves.filter + ".tum");
   curves.estimate = read_tum(poses);
-  curves.landmarks = read_landmarks(folder / (curves.filter + "_landmarks.csv"));
+  curves.landmarks = read_landmarks(folder / (curves.filter + kLandmarksFile + ".csv"));
   if (curves.estimate.size() == curves.seconds.size()) return;
   throw InputError(fmt::format(
       "{}: found {} poses, expected {}, as {} has rows; is a file truncated?", poses.string(),

@@ -267,7 +267,8 @@ void InertialSession::end_part() {
 // A start in its own nav, moved to the last pose of the run.
 InertialStart InertialSession::continued(InertialStart start) const {
   const Estimate& before = *agreed_;
-  start = turned(std::move(start), heading(before.world_T_imu.R) - heading(start.nav_T_imu.R));
+  const double turn = heading(before.world_T_imu.R) - heading(start.nav_T_imu.R);
+  start = turned(std::move(start), turn);
   start.calibration = before.calibration;
   start.nav_T_imu.p = before.world_T_imu.p;
   const double gap = to_seconds(start.time - before.time);

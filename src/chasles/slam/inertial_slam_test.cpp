@@ -104,6 +104,27 @@ TEST(InertialSlam, FirstEstimatesMakeTheStandardChartConsistent) {
   EXPECT_LT(s[1].nees_per_dof, 1.3);
 }
 
+// Kleinert & Stilla's numeric Jacobians and their I + F tau, in their charts.
+TEST(InertialSlam, ThePapersDerivativesAndTransitionChangeTheEstimateALittle) {
+  InertialScene scene = inertial_scene("turntable");
+  scene.settings.revolutions = 0.4;
+  const auto difference = [](const Trial& a, const Trial& b) {
+    EXPECT_EQ(a.estimate.size(), b.estimate.size());
+    return (a.estimate.back().pose.p - b.estimate.back().pose.p).norm();
+  };
+  for (const char* chart : {"standard", "left-se3", "right-se3"}) {
+    SCOPED_TRACE(chart);
+    FilterVariant numeric = paper(chart), first_order = paper(chart);
+    numeric.settings.numeric_jacobians = true;
+    first_order.settings.first_order_transition = true;
+    const Trial exact = trial_of(paper(chart), scene);
+    EXPECT_GT(difference(exact, trial_of(numeric, scene)), 0);
+    EXPECT_LT(difference(exact, trial_of(numeric, scene)), 1e-4);
+    EXPECT_GT(difference(exact, trial_of(first_order, scene)), 1e-5);
+    EXPECT_LT(difference(exact, trial_of(first_order, scene)), 0.01);
+  }
+}
+
 TEST(InertialSlam, WithNextToNoNoiseThereIsNextToNoError) {
   InertialScene scene = short_hallway();
   auto& s = scene.settings;

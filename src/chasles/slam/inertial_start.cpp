@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include <chasles/lie/so3.hpp>
@@ -31,9 +32,9 @@ InertialStart turned(InertialStart start, double angle) {
 
 double camera_heading(const Eigen::Matrix3d& nav_R_imu, const Camera& camera) {
   const Eigen::Matrix3d nav_R_cam = nav_R_imu * camera.cam_T_imu.R.transpose();
-  const Eigen::Vector3d sight = nav_R_cam.col(2), up = -nav_R_cam.col(1);
-  const bool steep = sight.head<2>().norm() < up.head<2>().norm();
-  const Eigen::Vector3d& direction = steep ? up : sight;
+  const Eigen::Vector3d sight = nav_R_cam.col(2), top = -nav_R_cam.col(1);
+  Eigen::Vector3d direction = sight;
+  if (std::abs(sight.z()) > std::numbers::sqrt2 / 2) direction = sight.z() < 0 ? top : -top;
   return std::atan2(direction.y(), direction.x());
 }
 
@@ -43,7 +44,8 @@ InertialStart placed(InertialStart start, const InitialiserSettings& settings,
   start.nav_T_imu.p +=
       Eigen::Vector3d(settings.position_x, settings.position_y, settings.position_z);
   if (!settings.heading) return start;
-  start = turned(std::move(start), *settings.heading - camera_heading(start.nav_T_imu.R, camera));
+  const double turn = *settings.heading - camera_heading(start.nav_T_imu.R, camera);
+  start = turned(std::move(start), turn);
   Eigen::Matrix<double, 15, 1> by_heading = Eigen::Matrix<double, 15, 1>::Zero();
   by_heading(2) = 1;
   by_heading.segment<3>(6) = hat(Eigen::Vector3d::UnitZ()) * start.v_nav;

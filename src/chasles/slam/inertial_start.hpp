@@ -20,7 +20,7 @@ struct InertialStart {
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
   /// Covariance of the errors [rotation, position, velocity, accelerometer bias, gyroscope bias],
   /// standard error, nav axes; none: the initial sigmas of the settings. Position and heading
-  /// define nav, so their rows are 0, except with InitialiserSettings::heading_sigma.
+  /// define nav, so their rows are 0, except for InitialiserSettings::heading_sigma.
   std::optional<Matrix15d> covariance = {};
   /// Estimate of the calibration that the settings estimate; none: that of the recording and the
   /// settings.
@@ -34,12 +34,12 @@ Matrix15d start_covariance(const InertialSlamSettings& settings, const InertialS
 /// The start, turned by this angle about the vertical through its position [rad].
 InertialStart turned(InertialStart start, double angle);
 
-/// Direction of the camera's line of sight, counter-clockwise from nav's x axis [rad]; of the top
-/// of its image where the line of sight is steeper than 45 degrees.
+/// Direction of the camera's line of sight, counter-clockwise from nav's x axis [rad]. Where it
+/// looks down by more than 45 degrees: that of the top of its image; where up: of the bottom.
 double camera_heading(const Eigen::Matrix3d& nav_R_imu, const Camera& camera);
 
-/// A start at nav's origin, moved to the position of the settings and turned to their heading,
-/// which is that of this camera. The covariance gets the error of the heading (heading_sigma).
+/// A start at nav's origin, moved to the position of the settings and turned so that this camera
+/// has their heading. The covariance gets the error of the heading (heading_sigma).
 InertialStart placed(InertialStart start, const InitialiserSettings& settings,
                      const Camera& camera);
 

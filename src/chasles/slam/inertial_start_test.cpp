@@ -16,25 +16,30 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 /// A camera that looks along the IMU's x axis, with the image's top up, rotated by `tilt` about the
-/// IMU's y axis (positive: down).
-Camera camera_tilted(double tilt) {
+/// IMU's y axis (positive: down), and by `roll` about its line of sight.
+Camera camera_tilted(double tilt, double roll = 0) {
   Matrix3d imu_R_straight;  // its columns: the camera's right, down and forward
   imu_R_straight << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   Camera camera;
-  camera.cam_T_imu = SE3{so3::exp({0, tilt, 0}) * imu_R_straight, {0.1, 0, 0}}.inverse();
+  camera.cam_T_imu =
+      SE3{so3::exp({0, tilt, 0}) * so3::exp({roll, 0, 0}) * imu_R_straight, {0.1, 0, 0}}.inverse();
   return camera;
 }
 
 Matrix3d heading_of(double angle) { return so3::exp({0, 0, angle}); }
 
 TEST(CameraHeading, IsThatOfTheLineOfSight) {
-  for (const double tilt : {-0.7, 0.0, 0.5, 0.78}) {
-    EXPECT_NEAR(camera_heading(heading_of(2.5), camera_tilted(tilt)), 2.5, 1e-12) << tilt;
+  for (const double tilt : {-0.78, 0.0, 0.5, 0.78}) {
+    for (const double roll : {0.0, 0.5, std::numbers::pi / 2, 3.0}) {
+      EXPECT_NEAR(camera_heading(heading_of(2.5), camera_tilted(tilt, roll)), 2.5, 1e-12)
+          << tilt << " " << roll;
+    }
   }
 }
 
-TEST(CameraHeading, OfACameraThatLooksDownIsThatOfTheTopOfItsImage) {
-  for (const double tilt : {0.8, std::numbers::pi / 2, 2.2}) {
+// Down, and up: there the bottom of the image is ahead.
+TEST(CameraHeading, OfASteepCameraIsThatOfAnEdgeOfItsImage) {
+  for (const double tilt : {0.8, std::numbers::pi / 2, 2.2, -0.8, -1.2}) {
     EXPECT_NEAR(camera_heading(heading_of(-1.2), camera_tilted(tilt)), -1.2, 1e-12) << tilt;
   }
 }
@@ -72,6 +77,7 @@ TEST(PlacedStart, HasThePositionAndTheHeadingOfTheSettings) {
 
 TEST(PlacedStart, WithoutSettingsStaysAsItIs) {
   const InertialStart before = some_start(), after = placed(before, {}, camera_tilted(0));
+  ASSERT_TRUE(after.covariance);
   EXPECT_EQ(after.nav_T_imu.R, before.nav_T_imu.R);
   EXPECT_EQ(after.nav_T_imu.p, before.nav_T_imu.p);
   EXPECT_EQ(*after.covariance, *before.covariance);
@@ -94,7 +100,7 @@ TEST(PlacedStart, AnErrorOfTheHeadingTurnsTheVelocity) {
 }
 
 /// The short hallway, from a standstill, with these settings of the start.
-test::Estimates walk_from(const InitialiserSettings& start) {
+test::Estimates walk_from(const InitialiserSettings& start, bool nav_attitude) {
   InertialScene scene = test::short_hallway();
   scene.settings.rest_duration = 2;
   scene.settings.start_duration = 1;
@@ -103,22 +109,34 @@ test::Estimates walk_from(const InitialiserSettings& start) {
                           .noise = *recording.imu_noise,
                           .imu = {.convention = recording.imu_convention},
                           .pixel_sigma = *recording.single_pixel_sigma};
-  InertialSession session({}, start, std::move(sensors));
+  InertialSlamSettings filter;
+  filter.nav_attitude = nav_attitude;
+  InertialSession session(filter, start, std::move(sensors));
   return test::play(session, recording);
 }
 
-double heading_variance(const Estimate& e) { return e.covariance(2, 2); }
+/// Variance of the position across the way from the start [m^2].
+double variance_aside(const test::Estimates& estimates) {
+  const Vector3d way = estimates.back().world_T_imu.p - estimates.front().world_T_imu.p;
+  const Vector3d aside = Vector3d::UnitZ().cross(way).normalized();
+  return aside.dot(estimates.back().covariance.block<3, 3>(3, 3) * aside);
+}
+
+/// With the world's attitude known or in the state.
+class WalkOnThePlan : public ::testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(NavAttitude, WalkOnThePlan, ::testing::Bool());
 
 // The heading is not observable: the whole walk turns with it, and its error stays.
-TEST(PlacedStart, AWalkBeginsThereAndKeepsTheErrorOfItsHeading) {
+TEST_P(WalkOnThePlan, BeginsThereAndKeepsTheErrorOfItsHeading) {
+  constexpr double kSigma = 0.05;
   InitialiserSettings settings;
-  const test::Estimates plain = walk_from(settings);
+  const test::Estimates plain = walk_from(settings, GetParam());
   settings.heading = 2;
   settings.position_x = 12;
   settings.position_y = -3;
-  const test::Estimates moved = walk_from(settings);
-  settings.heading_sigma = 0.05;
-  const test::Estimates unsure = walk_from(settings);
+  const test::Estimates moved = walk_from(settings, GetParam());
+  settings.heading_sigma = kSigma;
+  const test::Estimates unsure = walk_from(settings, GetParam());
   ASSERT_GT(plain.size(), 200U);
   ASSERT_EQ(moved.size(), plain.size());
   ASSERT_EQ(unsure.size(), plain.size());
@@ -130,15 +148,13 @@ TEST(PlacedStart, AWalkBeginsThereAndKeepsTheErrorOfItsHeading) {
     EXPECT_LT((unsure[i].world_T_imu.p - expected.p).norm(), 1e-3) << i;
   }
   EXPECT_TRUE(test::agree(moved.front().world_T_imu.p, Vector3d(12, -3, 0), 0.01));
-  EXPECT_NEAR(std::sqrt(heading_variance(unsure.front())), 0.05, 1e-4);
-  const double at_end = heading_variance(moved.back()) + 0.05 * 0.05;
-  EXPECT_NEAR(heading_variance(unsure.back()) / at_end, 1, 0.02);
+  EXPECT_NEAR(std::sqrt(unsure.front().covariance(2, 2)), kSigma, 1e-4);
+  const double of_heading = unsure.back().covariance(2, 2) - moved.back().covariance(2, 2);
+  EXPECT_NEAR(of_heading / (kSigma * kSigma), 1, 0.02);
   // Far from the start it is an error of the position.
-  const Vector3d way = unsure.back().world_T_imu.p - unsure.front().world_T_imu.p;
-  const Vector3d aside = Vector3d::UnitZ().cross(way);
-  const double variance =
-      aside.dot(unsure.back().covariance.block<3, 3>(3, 3) * aside) / aside.squaredNorm();
-  EXPECT_GT(std::sqrt(variance), 0.05 * way.norm());
+  const double way = (moved.back().world_T_imu.p - moved.front().world_T_imu.p).norm();
+  const double of_position = variance_aside(unsure) - variance_aside(moved);
+  EXPECT_NEAR(std::sqrt(of_position), kSigma * way, 0.05 * kSigma * way);
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ Study study(const InertialScene& scene, int runs, const InitialiserSettings& set
   return result;
 }
 
-const Requirement* unmet(const test::Outcome& outcome, const std::string& name) {
+const Requirement* unmet(const test::StartOutcome& outcome, const std::string& name) {
   for (const Requirement& r : outcome.requirements) {
     if (!r.met && r.name.find(name) != std::string::npos) return &r;
   }
@@ -144,7 +144,7 @@ Recording constant_velocity() {
 }
 
 TEST(Initialiser, ConstantVelocityWithOneCameraIsRefusedForItsScale) {
-  const test::Outcome outcome = initialise(constant_velocity(), 1, 7, {});
+  const test::StartOutcome outcome = initialise(constant_velocity(), 1, 7, {});
   EXPECT_FALSE(outcome.start);
   EXPECT_GT(outcome.counts.attempts, 10);
   const Requirement* scale = unmet(outcome, "scale");
@@ -162,7 +162,7 @@ TEST(Initialiser, RotationWithoutTranslationIsRefusedForItsParallax) {
     pose.time = from_seconds(t);
     pose.pose.R = so3::exp({0, 0, 0.4 * std::sin(2 * t)});
   }
-  const test::Outcome outcome = initialise(simulate_inertial(scene, 0), 0.2, 5, {});
+  const test::StartOutcome outcome = initialise(simulate_inertial(scene, 0), 0.2, 5, {});
   EXPECT_FALSE(outcome.start);
   EXPECT_NE(unmet(outcome, "parallax"), nullptr) << outcome.why_not;
 }
@@ -170,7 +170,7 @@ TEST(Initialiser, RotationWithoutTranslationIsRefusedForItsParallax) {
 TEST(Initialiser, WithoutTracksItSaysSo) {
   Recording recording = simulate_inertial(scene_of("hallway"), 0);
   for (FeatureFrame& frame : recording.frames) frame.pixels.clear();
-  const test::Outcome outcome = initialise(recording, 1, 3, {});
+  const test::StartOutcome outcome = initialise(recording, 1, 3, {});
   EXPECT_FALSE(outcome.start);
   ASSERT_NE(unmet(outcome, "tracks"), nullptr) << outcome.why_not;
   EXPECT_EQ(unmet(outcome, "tracks")->measured, 0);
@@ -182,7 +182,7 @@ TEST(Initialiser, PixelsAnywhereAndSamplesOfNothingAreRefused) {
   for (ImuSample& sample : idle.imu) sample.specific_force_imu.setZero();
   EXPECT_FALSE(initialise(idle, 1, 4, {}).start);
   scene.settings.outlier_fraction = 1;
-  const test::Outcome outcome = initialise(simulate_inertial(scene, 0), 1, 4, {});
+  const test::StartOutcome outcome = initialise(simulate_inertial(scene, 0), 1, 4, {});
   EXPECT_FALSE(outcome.start);
   EXPECT_NE(unmet(outcome, "tracks"), nullptr) << outcome.why_not;
 }
@@ -194,7 +194,7 @@ TEST(Initialiser, AGapOfSamplesBeginsTheWindowAnew) {
   std::erase_if(recording.imu, [&](const ImuSample& sample) {
     return sample.time > gap && sample.time < gap + from_seconds(0.2);
   });
-  const test::Outcome outcome = initialise(recording, 1, 6, exact());
+  const test::StartOutcome outcome = initialise(recording, 1, 6, exact());
   ASSERT_TRUE(outcome.start);
   EXPECT_EQ(outcome.counts.restarts, 1);
   EXPECT_GT(outcome.start->time, gap);
@@ -203,7 +203,7 @@ TEST(Initialiser, AGapOfSamplesBeginsTheWindowAnew) {
 
 TEST(Initialiser, GivesTheSameBytesTwice) {
   const Recording recording = simulate_inertial(scene_of("hallway"), 0);
-  const test::Outcome a = initialise(recording, 1, 6, {}), b = initialise(recording, 1, 6, {});
+  const test::StartOutcome a = initialise(recording, 1, 6, {}), b = initialise(recording, 1, 6, {});
   ASSERT_TRUE(a.start && b.start);
   EXPECT_EQ(a.start->v_nav, b.start->v_nav);
   EXPECT_EQ(a.start->nav_T_imu.R, b.start->nav_T_imu.R);

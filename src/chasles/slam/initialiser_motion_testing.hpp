@@ -23,7 +23,7 @@ using Vector11d = Eigen::Matrix<double, 11, 1>;
 using Matrix11d = Eigen::Matrix<double, 11, 11>;
 
 /// The result of an initialisation from some time of a recording on.
-struct Outcome {
+struct StartOutcome {
   std::optional<InertialStart> start;
   double seconds = 0;  // until the start
   Initialiser::Counts counts;
@@ -32,13 +32,13 @@ struct Outcome {
   double slowest = 0;  // longest time of a call [s]
 };
 
-inline Outcome initialise(const Recording& recording, double from, double limit,
-                          const InitialiserSettings& settings) {
+inline StartOutcome initialise(const Recording& recording, double from, double limit,
+                               const InitialiserSettings& settings) {
   Initialiser initialiser(settings, recording.cameras, *recording.imu_noise,
                           {.convention = recording.imu_convention},
                           recording.single_pixel_sigma.value_or(1));
   const Time begin = recording.frames.front().time + from_seconds(from);
-  Outcome outcome;
+  StartOutcome outcome;
   EventStream events(recording);
   while (auto event = events.next()) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) {
@@ -109,7 +109,7 @@ struct Study {
   std::vector<double> seconds, tilt, velocity, scale, gyroscope, nees;
   double slowest = 0;
 
-  void add(const Outcome& outcome, const Recording& recording, const Spline& motion) {
+  void add(const StartOutcome& outcome, const Recording& recording, const Spline& motion) {
     ++tried;
     slowest = std::max(slowest, outcome.slowest);
     if (!outcome.start) return;

@@ -56,7 +56,7 @@ TEST(Initialiser, StartsInTheAirWithTheImuOfTheFlights) {
       Study one;
       const double last = to_seconds(recording.frames.back().time - recording.frames.front().time);
       for (int i = 0; i < 5; ++i) {
-        const test::Outcome outcome = initialise(recording, 2 + (last - 10) * i / 5, 8, {});
+        const test::StartOutcome outcome = initialise(recording, 2 + (last - 10) * i / 5, 8, {});
         one.add(outcome, recording, motion);
         all.add(outcome, recording, motion);
         if (!samples.true_motion.empty()) known.add(outcome, recording, motion);

@@ -11,6 +11,9 @@ void validate(const InitialiserSettings& s) {
     refuse_value("start.max_window", setting_text(s.max_window),
                  "at least min_window and min_stereo_window");
   }
+  if (s.heading_sigma > 0 && !s.heading) {
+    refuse_value("start.heading_sigma", setting_text(s.heading_sigma), "0 without start.heading");
+  }
 }
 
 }  // namespace chasles

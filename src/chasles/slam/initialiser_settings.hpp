@@ -54,14 +54,14 @@ template <SettingsOf<InitialiserSettings> S, typename Visitor>
 void for_each_setting(S& s, Visitor&& visit) {
   visit(
       "heading", s.heading, "rad",
-      "initial direction of the first camera's view, counter-clockwise from nav's x axis, such as "
-      "from a compass or a floor plan (steeper than 45 degrees: that of the top of its image); "
-      "not set: nav's axes are those of the initialisation",
+      "direction of the first camera's view at the first estimate, counter-clockwise from nav's x "
+      "axis, such as from a compass (docs/initialisation.md); auto: nav's axes are those of the "
+      "initialisation",
       limits::kAny);
   visit("heading_sigma", s.heading_sigma, "rad", "sigma of that heading; 0: it defines nav",
         limits::kNonNegative);
-  visit("position_x", s.position_x, "m", "initial position in nav, such as on a floor plan",
-        limits::kAny);
+  visit("position_x", s.position_x, "m",
+        "of the IMU at the first estimate, in nav, such as on a floor plan", limits::kAny);
   visit("position_y", s.position_y, "m", "as position_x", limits::kAny);
   visit("position_z", s.position_z, "m", "as position_x", limits::kAny);
   visit("tilt_sigma", s.tilt_sigma, "rad", "upper limit of a start's sigma of roll and pitch",

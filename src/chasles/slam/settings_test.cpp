@@ -65,6 +65,8 @@ TEST(Settings, WhatDoesNotGoTogetherIsRefused) {
     s.init = LandmarkInit::kFixedDepth;
     s.first_order_transition = s.numeric_jacobians = true;
   }));
+  refused(with<InitialiserSettings>([](auto& s) { s.heading_sigma = 0.1; }),
+          "start.heading_sigma: found 0.1, expected 0 without start.heading");
   refused(with<InitialiserSettings>([](auto& s) { s.min_window = 4; }),
           "start.max_window: found 3, expected at least");
 }
