@@ -90,8 +90,6 @@ void check_name(const std::string& name) {
       fmt::format("--config: found a filter called '{}' after its file; expected a name without "
                   "commas and quotation marks, other than 'truth', 'landmarks_truth' and '…{}': "
                   "rename the file",
-                  name, kLandmarksFile)); expected a name without "
-                  "commas and quotation marks, other than 'truth', 'landmarks_truth' and '…{}'",
                   name, kLandmarksFile));
 }
 

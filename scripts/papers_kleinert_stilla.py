@@ -234,20 +234,22 @@ def plan_lines(file):
 def figure_4():
     """The trajectories over the floor plan: left-invariant, right-invariant, standard; beside them those
     of Chasles from the same images."""
-    figure, axes = plt.subplots(3, 2, figsize=(13, 12), layout="constrained")
+    figure, axes = plt.subplots(3, 2, figsize=(13, 10.5), layout="constrained")
+    # The building is longer along y: it lies on its side.
+    lying = lambda points: np.array([points[:, 1], -points[:, 0]])
     for row, (chart, name) in zip(axes, CHARTS.items()):
         for axis, prefix, title in zip(row, ("ks-", "here-"), ("Figure 4: their filter", "the filter of Chasles")):
             folder = WALK / f"{prefix}{chart}"
             for (_, kind), line in plan_lines(folder / "plan.csv").items():
-                axis.plot(*np.array(line).T, color="0.45" if kind == "wall" else "0.75", linewidth=0.8)
-            path = np.loadtxt(folder / "trajectory.tum", ndmin=2)[:, 1:3]
-            axis.plot(*path.T, color=COLOURS[chart], linewidth=1)
-            axis.plot(*path[0], "x", color="blue", markersize=8)
-            axis.plot(*path[-1], "D", color="blue", markersize=5)
+                axis.plot(*lying(np.array(line)), color="0.45" if kind == "wall" else "0.75", linewidth=0.8)
+            path = lying(np.loadtxt(folder / "trajectory.tum", ndmin=2)[:, 1:3])
+            axis.plot(*path, color=COLOURS[chart], linewidth=1)
+            axis.plot(*path[:, 0], "x", color="blue", markersize=8)
+            axis.plot(*path[:, -1], "D", color="blue", markersize=5)
             axis.set_aspect("equal", adjustable="datalim")
             axis.set_title(f"{title}, {name.lower()}", fontsize=9)
-            axis.set_xlabel("x [m]")
-            axis.set_ylabel("y [m]")
+            axis.set_xlabel("y [m]")
+            axis.set_ylabel("−x [m]")
     return figure
 
 

@@ -9,7 +9,7 @@ namespace chasles {
 /// Settings of the initialisation of a visual-inertial run. As for InertialSlamSettings, the list
 /// below defines files, --set, --help and summary.json.
 struct InitialiserSettings {
-  std::optional<double> heading;
+  std::optional<double> heading = {};
   double heading_sigma = 0;
   double position_x = 0;
   double position_y = 0;
