@@ -205,8 +205,9 @@ TEST_F(InertialFolder, FilesThatTheCalibrationDoesNotKnowAreRefused) {
 
 TEST_F(InertialFolder, TheImuKeysOfTheCalibrationAreChecked) {
   const std::string file = "calibration.yaml";
-  expect_parts(error(file, "interval-mean\n", "mean\n"),
-               {"calibration.yaml:", "'imu_convention': is 'mean', expected 'instant' or"});
+  expect_parts(
+      error(file, "interval-mean\n", "mean\n"),
+      {"calibration.yaml:", "'imu_convention': is 'mean', expected one of instant, interval-mean"});
   expect_parts(error(file, "gyroscope_random_walk: 0\n", ""),
                {"calibration.yaml: key 'gyroscope_random_walk' is missing"});
   expect_parts(error(file, "random_walk: 0\n", "random_walk: -1\n"),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <optional>
 
 #include <chasles/settings.hpp>
@@ -57,13 +58,14 @@ void for_each_setting(S& s, Visitor&& visit) {
       "direction of the first camera's view at the first estimate, counter-clockwise from nav's x "
       "axis, such as from a compass (docs/initialisation.md); auto: nav's axes are those of the "
       "initialisation",
-      limits::kAny);
+      limits::from_to(-2 * std::numbers::pi, 2 * std::numbers::pi));
   visit("heading_sigma", s.heading_sigma, "rad", "sigma of that heading; 0: it defines nav",
         limits::kNonNegative);
   visit("position_x", s.position_x, "m",
-        "of the IMU at the first estimate, in nav, such as on a floor plan", limits::kAny);
-  visit("position_y", s.position_y, "m", "as position_x", limits::kAny);
-  visit("position_z", s.position_z, "m", "as position_x", limits::kAny);
+        "of the IMU at the first estimate, in nav, such as on a floor plan",
+        limits::from_to(-1e6, 1e6));
+  visit("position_y", s.position_y, "m", "as position_x", limits::from_to(-1e6, 1e6));
+  visit("position_z", s.position_z, "m", "as position_x", limits::from_to(-1e6, 1e6));
   visit("tilt_sigma", s.tilt_sigma, "rad", "upper limit of a start's sigma of roll and pitch",
         limits::kPositive);
   visit("velocity_sigma", s.velocity_sigma, "m/s", "upper limit of a start's sigma of the velocity",

@@ -51,14 +51,14 @@ TEST(Settings, WhatDoesNotGoTogetherIsRefused) {
           }),
           "keep_scale: found 'true', expected auto or false");
   refused(with<InertialSlamSettings>([](auto& s) { s.first_order_transition = true; }),
-          "first_order_transition: found 'true', expected false with the chart right-sen3");
+          "first_order_transition: found true, expected false with the chart right-sen3");
   refused(with<InertialSlamSettings>([](auto& s) {
             s.chart = "standard";
             s.first_order_transition = s.first_estimates = true;
           }),
-          "first_order_transition: found 'true', expected false with first_estimates");
+          "first_order_transition: found true, expected false with first_estimates");
   refused(with<InertialSlamSettings>([](auto& s) { s.numeric_jacobians = true; }),
-          "numeric_jacobians: found 'true', expected false, or landmarks: cartesian");
+          "numeric_jacobians: found true, expected false, or landmarks: cartesian");
   validate(with<InertialSlamSettings>([](auto& s) {
     s.chart = "left-se3";
     s.landmarks = LandmarkForm::kCartesian;
