@@ -284,6 +284,6 @@ def main():
         fill(DOCS, f"ks-{name}", text)
         parts.append((title, text))
     (OUT / "page.html").write_text(page("Kleinert and Stilla: “On Sensor Pose Parameterization for Inertial Aided Visual SLAM”",
-        "Their filters (`--preset paper`) in scenes after theirs. Medians of the runs, means in parentheses, where two numbers stand. "
+        "Their filters (<code>--preset paper</code>) in scenes after theirs. Medians of the runs, means in parentheses, where two numbers stand. "
         "docs/papers.md explains the results.", parts))
     print(OUT / "page.html")

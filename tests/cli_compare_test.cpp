@@ -164,7 +164,7 @@ TEST(ReportOfStudies, IsToldFromThatOfRunsByContent) {
   ASSERT_EQ(made.code, 0) << made.err;
   EXPECT_EQ(made.out, "page: pages/study.html\n");
   const std::string page = slurp(folder / "pages" / "study.html");
-  for (const char* part : {"Table I: average NEES", "paper-right-se3", "\"turntable\"",
+  for (const char* part : {"More on consistency and errors", "paper-right-se3", "\"turntable\"",
                            "right-sen3", "\"loops\"", "\"chi2_3_high\""}) {
     expect_part(page, part);
   }
