@@ -44,7 +44,7 @@ struct Trial {
   bool diverged = false;  ///< not finite, or farther from the truth than kDivergedAt
   std::vector<TrialPoint> points = {};
   Trajectory estimate = {};           ///< nav_T_imu
-  std::vector<MapLandmark> map = {};  ///< at the end, in nav; of a filter with KeepMap::kYes
+  std::vector<MapLandmark> map = {};  ///< at the end, in nav; of a filter only with KeepMap::kYes
   /// As in TrialAverages; NaN after divergence.
   double ate = std::nan(""), ate_posyaw = std::nan(""), attitude_posyaw = std::nan("");
   int landmarks = 0;  ///< of the whole map
