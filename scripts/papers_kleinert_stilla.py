@@ -83,7 +83,8 @@ VARIANTS = {
         "known velocity, known biases": [*KNOWN_VELOCITY, *KNOWN_BIASES],
     },
 }
-READINGS = {"white noise (default)": "white-noise", "bias random walk": "random-walk"}
+DEFAULT = "white-noise"
+READINGS = {"white noise (default)": DEFAULT, "bias random walk": "random-walk"}
 
 
 def folder_name(*parts):
@@ -138,14 +139,16 @@ def options_table():
     return table(["scene", "filter and IMU", "chart", *FOUR], rows)
 
 
+def reading(scene, name):
+    """The study of a scene with one reading of the gyroscope's figure."""
+    return study(folder_name(scene, name), scene, ["--scene-config", ROOT / f"configs/scene-gyroscope-{name}.yaml"])
+
+
 def readings():
     rows = []
     for scene in TITLES:
         for label, name in READINGS.items():
-            options = ["--scene-config", ROOT / f"configs/scene-gyroscope-{name}.yaml"]
-            # The default of the scenes is tables I and II.
-            figures = study(scene, scene) if name == "white-noise" else study(folder_name(scene, "gyroscope", name), scene, options)
-            rows += [[scene, label, chart, *medians_and_means(figures[chart])] for chart in CHARTS]
+            rows += [[scene, label, chart, *medians_and_means(reading(scene, name)[chart])] for chart in CHARTS]
     return table(["scene", "0.0056 °/(s √s) read as", "chart", *FOUR], rows)
 
 
@@ -259,13 +262,13 @@ def figure_of(scene, number, view):
     a, b, c = figure.subfigures(1, 3)
     title = f"Figure {number}: {'hallway' if scene == 'hallway' else 'cube'}"
     run_view(a.subplots(), one_run(scene), f"{title} (a), one run", view)
-    over_time(b, scene, ERRORS, f"{title} (b), means over {RUNS} runs")
-    over_time(c, scene, NEES, f"{title} (c), means over {RUNS} runs", bound=14)
+    over_time(b, folder_name(scene, DEFAULT), ERRORS, f"{title} (b), means over {RUNS} runs")
+    over_time(c, folder_name(scene, DEFAULT), NEES, f"{title} (c), means over {RUNS} runs", bound=14)
     return figure
 
 
 def main():
-    tables = {scene: published_table(scene, study(scene, scene)) for scene in TITLES}
+    tables = {scene: published_table(scene, reading(scene, DEFAULT)) for scene in TITLES}
     parts = []
     for (scene, title), (number, view) in zip(TITLES.items(), ((2, flat), (3, slanted))):
         fill(DOCS, f"ks-{scene}", tables[scene])
