@@ -4,7 +4,9 @@
 #include <nlohmann/json.hpp>
 
 namespace chasles::app {
-nlohmann::ordered_json batch_json(const BatchReport& r) {
+namespace {
+
+nlohmann::ordered_json one_batch_json(const BatchReport& r) {
   return {{"converged", r.converged},
           {"stalled", r.stalled},
           {"decrease_left", r.decrease_left},
@@ -25,6 +27,15 @@ nlohmann::ordered_json batch_json(const BatchReport& r) {
           {"observations_outlying", r.outliers},
           {"dropped_frames", r.dropped_frames},
           {"unobservable", r.unobservable}};
+}
+
+}  // namespace
+
+nlohmann::ordered_json batch_json(const BatchReport& r) {
+  nlohmann::ordered_json json = one_batch_json(r);
+  if (r.parts > 1) json["parts"] = r.parts;
+  if (r.parts_failed > 0) json["parts_failed"] = r.parts_failed;
+  return json;
 }
 
 nlohmann::ordered_json window_json(const WindowReport& r) {
@@ -50,6 +61,17 @@ void append_timing(const BatchReport& r, nlohmann::ordered_json& timing) {
 }
 
 void append_remarks(const BatchReport& r, std::vector<std::string>& remarks) {
+  if (r.parts > 1) {
+    remarks.push_back(
+        fmt::format("the IMU has no samples for more than 0.5 s in {} places: the {} parts between "
+                    "them are estimated separately, each from the filter's pose at its start",
+                    r.parts - 1, r.parts));
+  }
+  if (r.parts_failed > 0) {
+    remarks.push_back(
+        fmt::format("{} of the {} parts keep the filter's estimates, and have no landmarks: {}",
+                    r.parts_failed, r.parts, r.failure));
+  }
   if (!r.converged) {
     remarks.push_back(fmt::format(
         "batch estimation did not converge within {} steps (batch.max_iterations)", r.iterations));

@@ -7,8 +7,8 @@
 #include <spdlog/spdlog.h>
 
 #include <chasles/constants.hpp>
+#include <chasles/data/durable_file.hpp>
 #include <chasles/data/readers.hpp>
-#include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/evaluation.hpp>
@@ -18,6 +18,7 @@
 #include "filter_options.hpp"
 #include "lab_report.hpp"
 #include "lab_scene.hpp"
+#include "loops_options.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
 #include "run_figures.hpp"
@@ -115,28 +116,29 @@ Json summary_of(const CompareOptions& o, const CompareMaterial& material,
 
 // True ones or a map, for the top view of the report, in the format of a recording.
 template <typename Landmarks>
-void write_landmarks(const Landmarks& landmarks, const fs::path& file) {
-  remove_file(file);
-  if (landmarks.empty()) return;
-  std::string rows;
+void add_landmarks(const Landmarks& landmarks, const std::string& name, FileSet& files) {
+  if (landmarks.empty()) return files.remove(name);
+  std::string rows = "landmark,x,y,z\n";
   for (const auto& row : landmarks) {
     if (!row.p_world.allFinite()) continue;
     rows += fmt::format("{},{},{},{}\n", row.id, row.p_world.x(), row.p_world.y(), row.p_world.z());
   }
-  write_table(file, {"landmark", "x", "y", "z"}, rows);
+  files.add(name, rows);
 }
 
 void write(const CompareOptions& o, const CompareMaterial& material,
            const std::vector<Compared>& all, const Json& summary) {
+  FileSet files(o.output, "summary.json");
   for (const Compared& one : all) {
-    write_file(o.output / (one.trial.filter + ".csv"), points_csv(one.trial));
-    write_tum(one.trial.estimate, o.output / (one.trial.filter + ".tum"));
-    write_landmarks(one.trial.map, o.output / (one.trial.filter + kLandmarksFile + ".csv"));
+    files.add(one.trial.filter + ".csv", points_csv(one.trial));
+    write_tum(one.trial.estimate, files.place(one.trial.filter + ".tum"));
+    add_landmarks(one.trial.map, one.trial.filter + kLandmarksFile + ".csv", files);
   }
-  write_tum(material.truth, o.output / "truth.tum");
-  write_landmarks(material.landmarks, o.output / "landmarks_truth.csv");
-  write_file(o.output / "summary.json", json_text(summary, 2) + "\n");
-  write_file(o.output / "timing.json", json_text(timing_of(all), 2) + "\n");
+  write_tum(material.truth, files.place("truth.tum"));
+  add_landmarks(material.landmarks, "landmarks_truth.csv", files);
+  files.add("timing.json", json_text(timing_of(all), 2) + "\n");
+  files.add("summary.json", json_text(summary, 2) + "\n");
+  files.commit();
 }
 
 void print(const CompareOptions& o, const CompareMaterial& material,
@@ -176,6 +178,8 @@ int compare(const CompareOptions& o) {
   if (o.quiet) spdlog::set_level(spdlog::level::err);
   const CompareMaterial material = compare_material(o.scene, o.filters, o.run);
   const std::vector<FilterVariant>& filters = material.filters;
+  const bool scene = is_inertial_scene(o.scene.name) || is_loops(o.scene.name);
+  if (!scene) refuse_output_into(o.output, o.scene.name);
   if (!o.output.empty()) prepare_output(o.output);
   std::vector<Compared> all;
   {

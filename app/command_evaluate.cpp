@@ -1,10 +1,12 @@
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include <chasles/data/growing_run.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/data/utf8.hpp>
@@ -15,12 +17,14 @@
 #include "run_input.hpp"
 #include "subcommands.hpp"
 #include "thresholds.hpp"
+#include "truth_options.hpp"
 
 namespace chasles::app {
 namespace {
 
 struct EvaluateOptions {
   std::filesystem::path estimate, truth;
+  TruthOptions pairing;
   bool json = false, markdown = false;
   std::vector<Threshold> thresholds = truth_thresholds();
 };
@@ -29,9 +33,30 @@ struct EvaluatedEstimate {
   Trajectory trajectory;
   std::vector<Matrix6d> covariances;  ///< empty: unknown
   Trajectory truth;                   ///< of the run folder
+  TruthPairing pairing = {};
+  std::optional<double> coverage = {};  ///< of the run
   std::string chart = "standard";
   bool level = false;  ///< its world's z axis is vertical
 };
+
+bool is_run_folder(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(path / "states.csv", ignored) ||
+         std::filesystem::exists(growing_folder(path) / "states.csv", ignored);
+}
+
+// In evo's order of arguments a run would be compared with itself: its truth with the truth that it
+// was given.
+void check_order(const EvaluateOptions& o) {
+  if (o.truth.empty() || !is_run_folder(o.truth)) return;
+  const std::string run = o.truth.string();
+  throw UsageError(fmt::format(
+      "{} is a run folder, which holds an estimate; expected the truth second: {}", run,
+      is_run_folder(o.estimate)
+          ? fmt::format("{0}/truth.tum, or {0}/trajectory.tum to compare two estimates", run)
+          : fmt::format("`chasles evaluate {} {}`, or {}/truth.tum to compare {} with it", run,
+                        o.estimate.string(), run, o.estimate.string())));
+}
 
 EvaluatedEstimate read_estimate(const std::filesystem::path& path) {
   std::error_code ignored;
@@ -45,9 +70,20 @@ EvaluatedEstimate read_estimate(const std::filesystem::path& path) {
     estimate.trajectory.push_back({.time = s.time, .pose = s.world_T_imu});
     estimate.covariances.push_back(s.pose_covariance);
   }
+  estimate.pairing = run.pairing;
   const auto summary = read_summary(path);
-  if (summary.contains("chart")) estimate.chart = summary["chart"].get<std::string>();
+  const auto chart = summary.find("chart"), coverage = summary.find("coverage");
+  if (chart != summary.end() && chart->is_string()) estimate.chart = chart->get<std::string>();
+  if (coverage != summary.end() && coverage->is_number()) estimate.coverage = *coverage;
   return estimate;
+}
+
+void warn_of_same(const EvaluatedEstimate& estimate, const TruthPairing& pairing) {
+  constexpr double kRounding = 1e-9;  // [m]
+  const MatchedTrajectories matched = associate(estimate.trajectory, estimate.truth, pairing);
+  if (absolute_error(matched, Alignment::kNone).position_m.max > kRounding) return;
+  spdlog::warn("the estimate equals the truth at all {} stamps: is it the same trajectory twice?",
+               matched.truth.size());
 }
 
 std::string markdown(const Evaluation& evaluation) {
@@ -60,6 +96,7 @@ std::string markdown(const Evaluation& evaluation) {
 }
 
 int run(const EvaluateOptions& o) {
+  check_order(o);
   EvaluatedEstimate estimate = read_estimate(o.estimate);
   if (!o.truth.empty()) estimate.truth = read_truth(o.truth);
   if (estimate.truth.empty()) {
@@ -68,9 +105,12 @@ int run(const EvaluateOptions& o) {
   EvaluationOptions options;
   options.pose_error = pose_error_of(estimate.chart);
   options.level = estimate.level;
+  options.pairing = pairing_from(o.pairing, estimate.pairing);
   const Evaluation evaluation =
       evaluate(estimate.trajectory, estimate.truth, estimate.covariances, options);
-  const nlohmann::ordered_json json = figures_json(evaluation);
+  warn_of_same(estimate, options.pairing);
+  nlohmann::ordered_json json = figures_json(evaluation);
+  if (estimate.coverage) json["coverage"] = *estimate.coverage;
   fmt::print("{}", o.json       ? json_text(json, 2) + "\n"
                    : o.markdown ? markdown(evaluation)
                                 : to_text(evaluation));
@@ -84,16 +124,18 @@ int run(const EvaluateOptions& o) {
 Action declare_evaluate(CLI::App& parser) {
   const auto o = std::make_shared<EvaluateOptions>();
   parser
-      .add_option("ESTIMATE", o->estimate, "Run folder (with NEES), or TUM trajectory of the IMU")
+      .add_option("ESTIMATE", o->estimate,
+                  "Run folder (with NEES), or trajectory of the IMU: TUM, or a table of EuRoC")
       ->required()
       ->type_name("");
   parser
       .add_option("TRUTH", o->truth,
-                  "TUM trajectory of the IMU, or a recording that has the truth (default: that of "
-                  "the run folder)")
+                  "Trajectory of the IMU, or a recording that has the truth (default: that of the "
+                  "run folder)")
       ->type_name("");
   CLI::Option* json = parser.add_flag("--json", o->json, "Print the figures as JSON");
   parser.add_flag("--markdown", o->markdown, "Print the tables as Markdown")->excludes(json);
+  declare_pairing(parser, o->pairing, "Options");
   add_options(parser, o->thresholds);
   return [o] { return run(*o); };
 }

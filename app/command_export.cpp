@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/durable_file.hpp>
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/data/text_file.hpp>
@@ -44,7 +45,7 @@ int export_run(const ExportOptions& o) {
   for (const std::filesystem::path& file : o.outputs) {
     const std::string bytes = writer_for(file)(run);
     if (file.has_parent_path()) make_folder(file.parent_path());
-    write_file(file, bytes);
+    replace_file(file, bytes);
     if (!o.quiet)
       fmt::print("{}: {:.1f} MB\n", file.string(), 1e-6 * static_cast<double>(bytes.size()));
   }

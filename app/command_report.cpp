@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <chasles/data/durable_file.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 #include <chasles/report/report.hpp>
@@ -47,7 +48,7 @@ std::string page_of(const std::vector<std::filesystem::path>& folders) {
 int report(const ReportOptions& o) {
   const std::string page = page_of(o.folders);
   if (o.output.has_parent_path()) make_folder(o.output.parent_path());
-  write_file(o.output, page);
+  replace_file(o.output, page);
   if (!o.quiet) fmt::print("page: {}\n", o.output.string());
   return 0;
 }

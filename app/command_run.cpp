@@ -8,7 +8,6 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
-#include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
@@ -22,6 +21,7 @@
 #include "interrupt.hpp"
 #include "live_view.hpp"
 #include "output_folder.hpp"
+#include "remarks.hpp"
 #include "run_command_options.hpp"
 #include "run_input.hpp"
 #include "run_recording.hpp"
@@ -57,9 +57,11 @@ void announce(const RunCommandOptions& o, const Recording& recording) {
 }
 
 // Adds remarks on the end of the run.
-void add_remarks(const Run& run, bool interrupted, std::size_t frames,
+void add_remarks(const Run& run, const RunReport& report, std::size_t frames,
                  std::vector<std::string>& remarks) {
-  if (interrupted) {
+  if (report.in_smoothing) {
+    remarks.push_back("interrupted during batch estimation: the results are those of the filter");
+  } else if (report.interrupted) {
     remarks.push_back(fmt::format("interrupted after {} of {} frames: the results end there",
                                   run.states.size(), frames));
   } else if (!run.states.empty() && run.states.back().health == "lost") {
@@ -153,6 +155,9 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
   prepared.options.frontend = settings.frontend;
   prepared.options.run.realtime = realtime(o);
   prepared.options.run.tracks = o.input.tracks;
+  if (settings.estimator.is_window()) {
+    prepared.options.frames_per_estimate = settings.batch.frames_per_keyframe;
+  }
   prepared.options.known = known_json(settings, recording);
   prepared.options.calibration_columns =
       calibration_columns(settings.filter, recording.cameras.size());
@@ -183,6 +188,9 @@ Prepared prepare(const RunCommandOptions& o, VelocityCommandSettings settings,
   }
   const VelocitySensors sensors = velocity_sensors(recording, settings);
   prepared.estimator = make_estimator(settings, sensors);
+  if (settings.estimator.is_window()) {
+    prepared.options.frames_per_estimate = settings.batch.frames_per_keyframe;
+  }
   prepared.options.known = known_json(settings, recording);
   prepared.summary = [settings, sensors, clock, &recording](const RecordedRun& run) {
     return summary_json(run, settings, sensors, clock.offset, recording);
@@ -201,9 +209,13 @@ std::function<Prepared()> plan(const RunCommandOptions& o, Recording& recording)
   check_velocity(o);
   const VelocityCommandSettings settings = velocity_run_settings_from(o.settings);
   check(o, settings.filter);
+  if (!o.full_covariance.empty() && settings.filter.map_memory > 0) {
+    throw UsageError("--full-covariance needs all steps of the filter: expected map_memory=0");
+  }
   if (settings.reader != ReaderSettings{}) {  // known only now, because they depend on the kind
     RunInput input = o.input;
-    input.reader = settings.reader;
+    input.reader.stale_pixels = settings.reader.stale_pixels;
+    input.reader.extrinsics = settings.reader.extrinsics;
     recording = read_input(input);
   }
   return [&o, &recording, settings] { return prepare(o, settings, recording); };
@@ -212,11 +224,19 @@ std::function<Prepared()> plan(const RunCommandOptions& o, Recording& recording)
 // Writes the outputs and returns all figures.
 Json deliver(const RunCommandOptions& o, const Prepared& prepared, const RecordedRun& result,
              const Stopwatch& wall) {
-  const Json summary = prepared.summary(result);
-  if (!o.output.empty()) write_run(result.run, summary, o.output);
-  const Json timing = timing_json(result, summary.at("recorded_seconds").get<double>(),
-                                  wall.seconds(), process_seconds());
-  if (!o.output.empty()) write_file(o.output / "timing.json", json_text(timing, 2) + "\n");
+  Json summary = prepared.summary(result);
+  if (result.report.interrupted) summary["interrupted"] = true;
+  Json timing;
+  const auto take_time = [&] {
+    timing = timing_json(result, summary.at("recorded_seconds").get<double>(), wall.seconds(),
+                         process_seconds());
+    return json_text(timing, 2) + "\n";
+  };
+  if (o.output.empty()) {
+    take_time();
+  } else {
+    summary = write_run(result.run, summary, o.output, take_time);
+  }
   if (!o.full_covariance.empty()) {
     write_full_covariance(*prepared.estimator->filter(), prepared.estimator->state_names(),
                           result.run.landmarks, o.full_covariance);
@@ -242,7 +262,9 @@ int run_command(RunCommandOptions o) {
   if (o.keep_images && o.output.empty() && !o.live.wanted) {
     throw UsageError("--keep-images needs -o RUN or --live");
   }
+  refuse_output_into(o.output, o.input.recording);
   Recording recording = read_input(o.input);
+  const RemarksOnError remarks(recording);
   const Interrupt interrupt;  // before the log shows that the run has started
   announce(o, recording);
   const std::function<Prepared()> prepare_run = plan(o, recording);
@@ -258,7 +280,7 @@ int run_command(RunCommandOptions o) {
     return run_recording(recording, *prepared.estimator, prepared.options, interrupt, live);
   });
   const bool interrupted = result.report.interrupted;
-  add_remarks(result.run, interrupted, frame_count(recording), recording.remarks);
+  add_remarks(result.run, result.report, frame_count(recording), recording.remarks);
   const Json figures = deliver(o, prepared, result, wall);
   print(o, figures);
   live.finish(result.run, json_text(figures), interrupted);

@@ -171,6 +171,8 @@ int deliver(const SimulateOptions& o, const Recording& recording, const Json& se
 int simulate(const SimulateOptions& o) {
   if (o.quiet) spdlog::set_level(spdlog::level::err);
   check_known(o.scene.name);
+  refuse_output_into(o.output, o.cameras);
+  refuse_output_into(o.output, o.scene.path);
   if (is_inertial_scene(o.scene.name)) {
     InertialScene scene = scene_from(o.scene);
     if (!o.cameras.empty()) take_cameras(o.cameras, scene);

@@ -50,6 +50,7 @@ void FollowedRun::take(Run now) {
     run_.begin({.name = now.name,
                 .extra_names = now.extra_names,
                 .truth = now.truth,
+                .pairing = now.pairing,
                 .dead_reckoning = now.dead_reckoning,
                 .summary = json_text(read_summary(growing_folder(folder_)))});
   }

@@ -17,8 +17,11 @@ Interrupt::Interrupt() {
   interrupted = false;
   struct sigaction action {};
   action.sa_handler = remember_interrupt;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second signal has its default effect
   sigemptyset(&action.sa_mask);
+  // A terminal that closes may send it twice, so the second one has no effect. nohup ignores it.
+  ::sigaction(SIGHUP, nullptr, &before_hup_);
+  if (before_hup_.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
+  action.sa_flags = static_cast<int>(SA_RESETHAND);  // the second signal has its default effect
   ::sigaction(SIGINT, &action, &before_int_);
   ::sigaction(SIGTERM, &action, &before_term_);
 }
@@ -26,6 +29,7 @@ Interrupt::Interrupt() {
 Interrupt::~Interrupt() {
   ::sigaction(SIGINT, &before_int_, nullptr);
   ::sigaction(SIGTERM, &before_term_, nullptr);
+  ::sigaction(SIGHUP, &before_hup_, nullptr);
 }
 
 bool Interrupt::requested() const { return interrupted; }

@@ -5,7 +5,8 @@
 namespace chasles::app {
 
 /// During its lifetime the first Ctrl-C (SIGINT) or SIGTERM only sets requested(), so that the run
-/// can write its results. The second signal ends the process as usual.
+/// can write its results. The second signal ends the process as usual. A terminal that closes
+/// (SIGHUP) sets requested() too, unless the process ignores it (nohup).
 class Interrupt {
  public:
   static constexpr int kExitCode = 130;  ///< 128 + SIGINT, the convention of shells
@@ -19,7 +20,7 @@ class Interrupt {
   void request() const;  ///< same effect as the first signal; any thread
 
  private:
-  struct sigaction before_int_, before_term_;
+  struct sigaction before_int_, before_term_, before_hup_;
 };
 
 }  // namespace chasles::app

@@ -2,6 +2,7 @@
 
 #include <chasles/lab/loops.hpp>
 
+#include "inertial_settings_io.hpp"
 #include "loops_options.hpp"
 #include "trial_log.hpp"
 

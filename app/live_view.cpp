@@ -77,6 +77,7 @@ void LiveView::begin(const Run& header, const nlohmann::ordered_json& known, std
   run_->begin({.name = header.name,
                .extra_names = header.extra_names,
                .truth = header.truth,
+               .pairing = header.pairing,
                .dead_reckoning = header.dead_reckoning,
                .summary = json_text(known),
                .frames = frames});
@@ -96,6 +97,7 @@ void LiveView::smoothing() {
 }
 
 void LiveView::finish(const Run& run, std::string summary, bool interrupted) {
+  if (growing_) growing_->end();
   growing_.reset();
   if (run_) run_->finish({.run = run, .summary = std::move(summary)}, interrupted);
 }

@@ -1,14 +1,57 @@
 #include "output_folder.hpp"
 
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include <chasles/data/folder_names.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
 
 namespace chasles::app {
+namespace {
 
-void prepare_output(const std::filesystem::path& folder) {
+namespace fs = std::filesystem;
+
+// Without links, "." and a slash at the end, also of a path that is not there yet.
+fs::path resolved(const fs::path& path) {
+  std::error_code error;
+  fs::path result = fs::weakly_canonical(fs::absolute(path), error);
+  if (error) result = fs::absolute(path).lexically_normal();
+  return result.has_filename() ? result : result.parent_path();
+}
+
+bool is_within(const fs::path& path, const fs::path& folder) {
+  return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first ==
+         folder.end();
+}
+
+// Whether there is nothing, or what an earlier run wrote.
+bool is_free(const fs::path& folder) {
+  std::error_code ignored;
+  return !fs::exists(folder, ignored) || fs::is_empty(folder, ignored) ||
+         fs::exists(folder / "summary.json", ignored) || fs::exists(folder / "growing", ignored);
+}
+
+}  // namespace
+
+void prepare_output(const fs::path& folder) {
   make_folder(folder);
-  const std::filesystem::path probe = folder / ".chasles-probe";
+  const fs::path probe = folder / ".chasles-probe";
   write_file(probe, "probe");
   remove_file(probe);
+}
+
+void refuse_output_into(const fs::path& output, const fs::path& recording) {
+  std::error_code ignored;
+  if (output.empty() || !fs::is_directory(recording, ignored)) return;
+  fs::path own = resolved(recording);
+  if (own.filename() == "mav0") own = own.parent_path();  // the truth and the plan are beside it
+  const fs::path target = resolved(output);
+  if (target != own && (!is_within(target, own) || is_free(target))) return;
+  throw UsageError(fmt::format(
+      "-o {}: is {} the recording {}, whose files an output may overwrite: choose another folder",
+      output.string(), target == own ? "the folder of" : "a folder of", recording.string()));
 }
 
 }  // namespace chasles::app

@@ -26,7 +26,9 @@ Progress::~Progress() {
 void Progress::show(std::size_t done, double recorded_seconds) {
   if (!drawing_ || Clock::now() < next_) return;
   const double wall = std::chrono::duration<double>(Clock::now() - start_).count();
-  fmt::print(stderr, "\r{}\033[K", progress_text(done, frames_, recorded_seconds, wall, unit_));
+  // Not fmt::print, which throws where the terminal has gone.
+  const std::string text = progress_text(done, frames_, recorded_seconds, wall, unit_);
+  std::fputs(fmt::format("\r{}\033[K", text).c_str(), stderr);
   std::fflush(stderr);
   drawn_ = true;
   next_ = Clock::now() + kBetweenDraws;

@@ -40,8 +40,12 @@ void declare_input(CLI::App& parser, RunCommandOptions& o) {
   };
   add("--truth", o.input.truth,
       "True trajectory: TUM, or a recording that has it (default: the recording's own)");
+  declare_pairing(parser, o.input.pairing, "Input");
   add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
-  parser.add_option("--cameras", o.input.cameras, "mono or stereo (default: all cameras)")
+  parser
+      .add_option("--cameras", o.input.cameras,
+                  "mono or stereo: the first camera, or the first two; the files of others are "
+                  "ignored (default: all cameras)")
       ->type_name("NAME")
       ->group("Input");
   parser.add_flag("--backwards", o.input.backwards, "Play the recording from its end")

@@ -1,20 +1,24 @@
 #include "run_figures.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <unordered_map>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/landmarks.hpp>
+
+#include "truth_options.hpp"
 
 namespace chasles::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json counts_json(const Run& run) {
+Json counts_json(const Run& run, const Coverage& coverage) {
   long observations = 0, used = 0, rejected = 0, dof = 0, degraded = 0;
   double nis = 0;
   for (const RunState& s : run.states) {
@@ -27,8 +31,9 @@ Json counts_json(const Run& run) {
   }
   const double length =
       run.states.empty() ? 0 : to_seconds(run.states.back().time - run.states.front().time);
-  return {{"health", run_health(run.states)},
+  return {{"health", run_health(run.states, coverage)},
           {"frames", run.states.size()},
+          {"coverage", coverage.share()},
           {"frames_not_ok", degraded},
           {"recorded_seconds", length},
           {"landmarks", run.landmarks.size()},
@@ -63,20 +68,31 @@ Json landmarks_json(const Run& run, const std::vector<TrueLandmark>& truths, boo
   Trajectory estimate;
   for (const RunState& s : run.states) estimate.push_back({.time = s.time, .pose = s.world_T_imu});
   const LandmarkError error = landmark_error(
-      points, align(associate(estimate, run.truth), Alignment::kFirstPose).truth_T_estimate);
+      points,
+      align(associate(estimate, run.truth, run.pairing), Alignment::kFirstPose).truth_T_estimate);
   json["landmarks_rmse_m"] = error.rmse_first_pose_m;
   if (error.rmse_aligned_m) json["landmarks_rmse_aligned_m"] = *error.rmse_aligned_m;
   return json;
 }
 
+// OpenBLAS's kernels round differently, so the variable changes the last digits of all results.
+void add_kernels(Json& json, std::vector<std::string>& remarks) {
+  const char* kernels = std::getenv("OPENBLAS_CORETYPE");
+  if (kernels == nullptr) return;
+  json["openblas_coretype"] = valid_utf8(kernels);
+  remarks.push_back(fmt::format(
+      "OPENBLAS_CORETYPE={} was set: without it the last digits may differ", valid_utf8(kernels)));
+}
+
 }  // namespace
 
-std::string run_health(const std::vector<RunState>& states) {
+std::string run_health(const std::vector<RunState>& states, const Coverage& coverage) {
   const auto count = [&](const char* health) {
     return static_cast<std::size_t>(std::ranges::count(states, health, &RunState::health));
   };
   if (!states.empty() && states.back().health == "lost") return "lost";
-  return count("lost") > 0 || 10 * count("degraded") > states.size() ? "degraded" : "ok";
+  const bool doubtful = count("lost") > 0 || 10 * count("degraded") > states.size();
+  return doubtful || coverage.share() < kLeastCoverage ? "degraded" : "ok";
 }
 
 Json figures_json(const Evaluation& evaluation) {
@@ -96,6 +112,7 @@ Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::
   EvaluationOptions options;
   options.pose_error = pose_error_of(chart);
   options.level = is_level(run);
+  options.pairing = run.pairing;
   try {
     return figures_json(evaluate(estimate, run.truth, covariances, options));
   } catch (const InputError& error) {
@@ -104,12 +121,15 @@ Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::
   }
 }
 
-Json run_json(const Run& run, const std::string& mode, const std::string& chart,
-              const std::vector<TrueLandmark>& true_landmarks, std::vector<std::string>& remarks) {
+Json run_json(const Run& run, const Coverage& coverage, const std::string& mode,
+              const std::string& chart, const std::vector<TrueLandmark>& true_landmarks,
+              std::vector<std::string>& remarks) {
   Json json = {{"name", run.name}, {"version", CHASLES_VERSION}, {"mode", mode}, {"chart", chart}};
-  json.update(counts_json(run));
+  json.update(counts_json(run, coverage));
   json.update(evaluation_json(run, chart, remarks));
+  json.update(pairing_json(run.pairing));
   json.update(landmarks_json(run, true_landmarks, !json["ate_m"].is_null()));
+  add_kernels(json, remarks);
   if (run.georeference) {
     const Geodetic& origin = run.georeference->origin;
     json["georeference"] = {{"latitude", origin.latitude},

@@ -2,13 +2,12 @@
 
 #include <utility>
 
-#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/folder_names.hpp>
+#include <chasles/data/json_text.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
-#include <chasles/error.hpp>
 
 namespace chasles::app {
 
@@ -18,11 +17,7 @@ ReportRun read_with_timing(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "timing.json";
   std::error_code ignored;
   if (std::filesystem::exists(file, ignored)) {
-    const auto timing = nlohmann::ordered_json::parse(read_file(file), nullptr, false);
-    if (!timing.is_object()) {
-      throw InputError(fmt::format("{}: expected a JSON object", file.string()));
-    }
-    summary.update(timing);
+    summary.update(parse_json_object(read_file(file), file.string()));
   }
   return {.run = std::move(run), .summary = json_text(summary), .label = folder_name(folder)};
 }

@@ -6,10 +6,15 @@
 #include <fmt/format.h>
 
 #include <chasles/data/backwards.hpp>
+#include <chasles/data/euroc_tables.hpp>
+#include <chasles/data/gzip.hpp>
 #include <chasles/data/image_views.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/association.hpp>
+
+#include "remarks.hpp"
 
 namespace chasles::app {
 namespace {
@@ -59,13 +64,18 @@ void cut(Recording& r, const RunInput& input) {
   }
 }
 
-// Keeps only the first cameras.
+// How many of the first cameras are asked for.
+std::size_t count_of(const std::string& choice) {
+  if (choice.empty()) return kAllCameras;
+  if (choice == "mono") return 1;
+  if (choice == "stereo") return 2;
+  throw UsageError(fmt::format("--cameras: found '{}', expected mono or stereo", choice));
+}
+
+// Keeps only those.
 void choose_cameras(Recording& r, const std::string& choice) {
   if (choice.empty()) return;
-  if (choice != "mono" && choice != "stereo") {
-    throw UsageError(fmt::format("--cameras: found '{}', expected mono or stereo", choice));
-  }
-  const std::size_t count = choice == "mono" ? 1 : 2;
+  const std::size_t count = count_of(choice);
   if (r.cameras.size() < count) {
     throw UsageError(fmt::format("--cameras {}: {} has {} single cameras, expected at least {}",
                                  choice, r.name, r.cameras.size(), count));
@@ -92,24 +102,27 @@ void check_truth(const Recording& r, const std::filesystem::path& file) {
     stamps.push_back({.time = frame_time(r, i), .pose = {}});
   }
   try {
-    associate(stamps, r.truth);
+    associate(stamps, r.truth, r.pairing);
   } catch (const InputError& error) {
     throw InputError(
         fmt::format("{}: does not fit the recording's frames: {}", file.string(), error.what()));
   }
 }
 
-bool is_text(const std::filesystem::path& file) {
+// Whether a file is a recording, which may have the truth, and not a trajectory.
+bool is_recording(const std::filesystem::path& file) {
+  check_regular_file(file);
   std::ifstream stream(file, std::ios::binary);
   std::string head(512, '\0');
   stream.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(stream.gcount()));
-  return std::ranges::all_of(head,
-                             [](char c) {
-                               const auto byte = static_cast<unsigned char>(c);
-                               return byte >= 0x20 || c == '\n' || c == '\r' || c == '\t';
-                             }) &&
-         !head.starts_with("PK") && !head.starts_with("MATLAB");
+  if (is_gzip(head)) head = read_plain_or_gzip(file);
+  const bool text = std::ranges::none_of(head.substr(0, 512), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte < 0x20 && c != '\n' && c != '\r' && c != '\t';
+  });
+  return !text || head.starts_with("PK") || head.starts_with("MATLAB") || begins_euroc_imu(head) ||
+         begins_klt_tracks(head);
 }
 
 }  // namespace
@@ -120,7 +133,7 @@ Trajectory read_truth(const std::filesystem::path& path) {
   if (folder && std::filesystem::exists(path / "truth.tum", ignored)) {
     return read_tum(path / "truth.tum");
   }
-  if (!folder && is_text(path)) return read_tum(path);
+  if (!folder && !is_recording(path)) return read_tum(path);
   Trajectory truth = read_recording(path).truth;
   if (truth.empty()) {
     throw InputError(
@@ -155,8 +168,12 @@ void follow(Recording& r, const Trajectory& trajectory) {
 }
 
 Recording read_input(const RunInput& input) {
-  Recording r = read_recording(input.recording, input.reader);
+  ReaderSettings reader = input.reader;
+  reader.cameras = count_of(input.cameras);
+  Recording r = read_recording(input.recording, reader);
+  const RemarksOnError remarks(r);
   check_not_empty(r);
+  r.pairing = pairing_from(input.pairing);
   cut(r, input);
   choose_cameras(r, input.cameras);
   choose_tracks(r, input.tracks);

@@ -8,12 +8,15 @@
 #include <chasles/data/recording.hpp>
 #include <chasles/pipeline/tracks_part.hpp>
 
+#include "truth_options.hpp"
+
 namespace chasles::app {
 
 /// Input of a run, without its settings.
 struct RunInput {
   std::filesystem::path recording;
-  std::filesystem::path truth;        ///< TUM; empty: that of the recording, if any
+  std::filesystem::path truth;  ///< TUM; empty: that of the recording, if any
+  TruthOptions pairing = {};
   std::optional<double> start, stop;  ///< seconds since the recording's first event
   bool backwards = false;             ///< reverse, after cutting
   std::string cameras;                ///< "mono", "stereo"; empty: all cameras

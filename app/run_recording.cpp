@@ -1,5 +1,6 @@
 #include "run_recording.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <span>
 #include <utility>
@@ -98,6 +99,7 @@ class Recorder : public RunObserver {
       }
     }
     run.truth = recording.truth;
+    run.pairing = recording.pairing;
     run.plan = recording.plan;
     run.georeference = recording.georeference;
     run.dead_reckoning = options.dead_reckoning;
@@ -107,6 +109,10 @@ class Recorder : public RunObserver {
 
   RecordedRun finish(RunReport report) {
     if (result_.realtime) result_.realtime->frames = report.played;
+    Coverage& coverage = result_.coverage;
+    coverage.frames = report.interrupted ? frames_ : frame_count(recording_);
+    coverage.estimated = std::min(
+        coverage.frames, estimated_ * static_cast<std::size_t>(options_.frames_per_estimate));
     result_.report = std::move(report);
     result_.run.landmarks = map();
     result_.run.images = keeper_.take();
@@ -119,6 +125,7 @@ class Recorder : public RunObserver {
   void on_unreadable(const InputError& error) override { spdlog::warn("{}", error.what()); }
   void on_frame(const FeatureFrame& frame) override {
     if (!first_) first_ = frame.time;
+    ++frames_;
     spans_.add(frame);
     keeper_.follow(frame);
   }
@@ -127,7 +134,11 @@ class Recorder : public RunObserver {
   }
 
   void on_estimate(const Estimate& e, const EstimateTiming& timing) override {
-    if (!result_.start_seconds) result_.start_seconds = to_seconds(e.time - *first_);
+    if (!result_.start_seconds) {
+      result_.start_seconds = to_seconds(e.time - *first_);
+      result_.coverage.before_start = frames_ - 1;
+    }
+    estimated_ += e.health == Health::kLost ? 0 : 1;
     result_.zupt_frames += e.zero_velocity ? 1 : 0;
     result_.calibration = e.calibration;
     if (result_.realtime && timing.latency) result_.realtime->latency.push_back(*timing.latency);
@@ -178,6 +189,7 @@ class Recorder : public RunObserver {
   Sums sums_;
   ObservationSpans spans_;
   std::optional<Time> first_;  // first frame
+  std::size_t frames_ = 0, estimated_ = 0;
 };
 
 }  // namespace

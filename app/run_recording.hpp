@@ -11,6 +11,7 @@
 #include <chasles/data/run.hpp>
 #include <chasles/pipeline/run.hpp>
 
+#include "coverage.hpp"
 #include "realtime.hpp"
 
 namespace chasles::app {
@@ -23,6 +24,7 @@ struct RunRecordingOptions {
   EstimatorChoice estimator = {};  ///< kind of the given estimator
   FrontendSettings frontend = {};
   RunOptions run = {};
+  int frames_per_estimate = 1;          ///< above 1 for a window with fewer keyframes than frames
   bool quiet = false;                   ///< no progress bar
   std::optional<int> keep_images = {};  ///< as for ImageKeeper
   /// For a run that started at the truth: the chart of nees_state.
@@ -38,9 +40,10 @@ struct RecordedRun {
   Run run;
   RunReport report;
   std::optional<double> start_seconds;  ///< from the first frame to the first estimate [s]
-  int zupt_frames = 0;                  ///< frames with a zero-velocity update
-  std::map<Doubt, int> doubts;          ///< numbers of degraded frames, by their reasons
-  std::optional<double> nees_state;     ///< mean; if the truth has velocity and biases
+  Coverage coverage;
+  int zupt_frames = 0;               ///< frames with a zero-velocity update
+  std::map<Doubt, int> doubts;       ///< numbers of degraded frames, by their reasons
+  std::optional<double> nees_state;  ///< mean; if the truth has velocity and biases
   std::optional<double> innovation_correlation;
   std::optional<RealtimeFigures> realtime;
   std::optional<Calibration> calibration;  ///< last estimate, if it is estimated

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
-#include <chasles/data/text_file.hpp>
+#include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
 
 #include "settings_io.hpp"
@@ -16,10 +16,10 @@ std::string place(const std::filesystem::path& file, const YAML::Mark& mark) {
 }
 
 YAML::Node load(const std::filesystem::path& file) {
-  const std::string text = read_file(file);
+  const std::string text = read_yaml_file(file);
   try {
     return YAML::Load(text);
-  } catch (const YAML::ParserException& error) {
+  } catch (const YAML::Exception& error) {
     throw UsageError(fmt::format("{}: not YAML: {}", place(file, error.mark), error.msg));
   }
 }

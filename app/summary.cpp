@@ -1,5 +1,7 @@
 #include "summary.hpp"
 
+#include <cmath>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +13,7 @@
 #include "calibration_report.hpp"
 #include "inertial_settings_io.hpp"
 #include "run_figures.hpp"
+#include "truth_options.hpp"
 
 namespace chasles::app {
 namespace {
@@ -80,6 +83,7 @@ Json noise_json(const ImuNoise& noise, double pixel_sigma) {
 
 Json imu_json(const ImuBuffer::Counts& imu) {
   return {{"used", imu.used}, {"not_finite", imu.not_finite}, {"not_later", imu.not_later},
+          {"zero", imu.zero}, {"spikes", imu.spikes},         {"frozen", imu.frozen},
           {"gaps", imu.gaps}, {"saturated", imu.saturated},   {"extrapolated", imu.extrapolated}};
 }
 
@@ -127,10 +131,37 @@ void append_run_remarks(const RunReport& report, std::vector<std::string>& remar
         "{} IMU samples at the edge of the sensor's range: bridged with increased noise",
         own.imu.saturated));
   }
+  const int left_out = own.imu.zero + own.imu.spikes + own.imu.frozen;
+  if (left_out > 0) {
+    remarks.push_back(fmt::format(
+        "{} IMU samples are no measurements and were left out: {} of six zeros, {} spikes, {} of a "
+        "sensor that repeats its numbers in motion",
+        left_out, own.imu.zero, own.imu.spikes, own.imu.frozen));
+  }
   if (own.batch) append_remarks(*own.batch, remarks);
-  if (own.resets > 0) {
+  if (own.resets > 0 && own.window) {
+    remarks.push_back(
+        fmt::format("the IMU has no samples for more than 0.5 s in {} places: the window ended "
+                    "there, and started again at its last pose",
+                    own.resets));
+  } else if (own.resets > 0) {
     remarks.push_back(fmt::format("the filter was lost and restarted {} times", own.resets));
   }
+}
+
+void append_coverage(const RecordedRun& run, std::vector<std::string>& remarks) {
+  const EstimatorReport& own = run.report.estimator;
+  const std::string remark = coverage_remark(run.coverage, {.start_seconds = run.start_seconds,
+                                                            .resets = own.resets,
+                                                            .dropped_frames = own.dropped_frames});
+  if (!remark.empty()) remarks.push_back(remark);
+}
+
+// The share of the frames in percent, rounded down: 100 only if all were estimated.
+std::string coverage_text(const Json& summary) {
+  const auto share = summary.find("coverage");
+  if (share == summary.end() || !share->is_number()) return {};
+  return fmt::format(" ({:.0f} % of the recording's)", std::floor(100 * share->get<double>()));
 }
 
 std::string line(const Json& summary, const char* label, const char* figure, const char* unit,
@@ -148,8 +179,9 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   std::vector<std::string> remarks = recording.remarks;
   append_run_remarks(run.report, remarks);
   append_doubts(run, remarks);
-  Json summary =
-      run_json(run.run, "slam", settings.filter.chart, recording.true_landmarks, remarks);
+  append_coverage(run, remarks);
+  Json summary = run_json(run.run, run.coverage, "slam", settings.filter.chart,
+                          recording.true_landmarks, remarks);
   summary["degraded_frames"] = doubts_json(run.doubts);
   summary["nees_state"] = or_null(run.nees_state);
   summary["innovation_correlation"] = or_null(run.innovation_correlation);
@@ -182,7 +214,8 @@ Json summary_json(const RecordedRun& run, const VelocityCommandSettings& setting
   add_axes(sensors, settings, recording, remarks);
   if (report.batch) append_remarks(*report.batch, remarks);
   append_doubts(run, remarks);
-  Json summary = run_json(run.run, std::string(name_of(settings.filter.mode)),
+  append_coverage(run, remarks);
+  Json summary = run_json(run.run, run.coverage, std::string(name_of(settings.filter.mode)),
                           settings.filter.chart, recording.true_landmarks, remarks);
   summary["degraded_frames"] = doubts_json(run.doubts);
   VelocityCommandSettings copy = settings;
@@ -200,20 +233,22 @@ Json summary_json(const RecordedRun& run, const VelocityCommandSettings& setting
 }
 
 Json known_json(const InertialRunSettings& settings, const Recording& recording) {
-  return {{"version", CHASLES_VERSION},
-          {"mode", "slam"},
-          {"chart", settings.filter.chart},
-          {"settings", settings_json(settings)},
-          {"cameras", cameras_json(recording)}};
+  Json known = {{"version", CHASLES_VERSION}, {"mode", "slam"}, {"chart", settings.filter.chart}};
+  known.update(pairing_json(recording.pairing));
+  known["settings"] = settings_json(settings);
+  known["cameras"] = cameras_json(recording);
+  return known;
 }
 
 Json known_json(const VelocityCommandSettings& settings, const Recording& recording) {
   VelocitySlamSettings copy = settings.filter;
-  return {{"version", CHASLES_VERSION},
-          {"mode", name_of(settings.filter.mode)},
-          {"chart", settings.filter.chart},
-          {"settings", to_json(setting_list(copy))},
-          {"cameras", cameras_json(recording)}};
+  Json known = {{"version", CHASLES_VERSION},
+                {"mode", name_of(settings.filter.mode)},
+                {"chart", settings.filter.chart}};
+  known.update(pairing_json(recording.pairing));
+  known["settings"] = to_json(setting_list(copy));
+  known["cameras"] = cameras_json(recording);
+  return known;
 }
 
 Json timing_json(const RecordedRun& run, double recorded_seconds, double wall_seconds, double cpu) {
@@ -235,10 +270,10 @@ Json timing_json(const RecordedRun& run, double recorded_seconds, double wall_se
 
 std::string summary_text(const Json& summary) {
   std::string text =
-      fmt::format("{}: {} frames in {:.1f} s, {} landmarks, health {}\n\n",
+      fmt::format("{}: {} frames{} in {:.1f} s, {} landmarks, health {}\n\n",
                   summary.at("name").get<std::string>(), summary.at("frames").get<long>(),
-                  summary.at("recorded_seconds").get<double>(), summary.at("landmarks").get<long>(),
-                  summary.at("health").get<std::string>());
+                  coverage_text(summary), summary.at("recorded_seconds").get<double>(),
+                  summary.at("landmarks").get<long>(), summary.at("health").get<std::string>());
   text += line(summary, "ATE, SE(3)-aligned", "ate_m", "m", 3);
   text += line(summary, "ATE, yaw and position", "ate_posyaw_m", "m", 3);
   text += line(summary, "ATE, first pose", "ate_first_pose_m", "m", 3);

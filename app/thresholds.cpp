@@ -1,12 +1,24 @@
 #include "thresholds.hpp"
 
+#include <algorithm>
+
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "coverage.hpp"
 #include "options.hpp"
 
 namespace chasles::app {
+
+namespace {
+
+// The limit that applies; a figure of a small part of the recording says little about the rest.
+std::optional<double> limit_of(const Threshold& threshold, bool any_given, bool has_value) {
+  return threshold.limit || !any_given || !has_value ? threshold.limit : threshold.beside;
+}
+
+}  // namespace
 
 std::vector<Threshold> truth_thresholds() {
   return {
@@ -14,6 +26,15 @@ std::vector<Threshold> truth_thresholds() {
       {"--attitude-below", "attitude_deg", "DEG", "attitude error, SE(3)-aligned rmse"},
       {"--rpe-below", "rpe_100m_percent", "PERCENT", "relative error over 100 m"},
       {"--nees-below", "nees_pose", "X", "mean NEES of the pose (6 is consistent)"},
+      {.option = "--coverage-above",
+       .figure = "coverage",
+       .unit = "SHARE",
+       .meaning = fmt::format("estimated share of the frames, 0 to 1 (default with another "
+                              "threshold: {:g})",
+                              kLeastCoverage),
+       .below = false,
+       .needs_truth = false,
+       .beside = kLeastCoverage},
   };
 }
 
@@ -49,19 +70,23 @@ const Threshold* needs_truth(const std::vector<Threshold>& thresholds) {
 std::vector<std::string> missed(const std::vector<Threshold>& thresholds,
                                 const nlohmann::ordered_json& figures) {
   std::vector<std::string> sentences;
+  const bool any_given =
+      std::ranges::any_of(thresholds, [](const Threshold& t) { return t.limit.has_value(); });
   for (const Threshold& t : thresholds) {
-    if (!t.limit) continue;
     const auto figure = figures.find(t.figure);
+    const bool has_value = figure != figures.end() && figure->is_number();
+    const std::optional<double> limit = limit_of(t, any_given, has_value);
+    if (!limit) continue;
     const char* side = t.below ? "below" : "above";
-    if (figure == figures.end() || !figure->is_number()) {
+    if (!has_value) {
       sentences.push_back(
-          fmt::format("{} has no value here, asked for {} {}", t.figure, side, *t.limit));
+          fmt::format("{} has no value here, asked for {} {}", t.figure, side, *limit));
       continue;
     }
     const double value = figure->get<double>();
-    if (t.below ? value < *t.limit : value > *t.limit) continue;
-    sentences.push_back(
-        fmt::format("{} is {:.4g}, asked for {} {}", t.figure, value, side, *t.limit));
+    if (t.below ? value < *limit : value > *limit) continue;
+    sentences.push_back(fmt::format("{} is {:.4g}, asked for {} {}{}", t.figure, value, side,
+                                    *limit, t.limit ? "" : fmt::format(" ({})", t.option)));
   }
   return sentences;
 }

@@ -19,12 +19,14 @@ struct Threshold {
   std::string unit, meaning;
   bool below = true;  ///< the figure must be below the limit; false: above
   bool needs_truth = true;
+  /// Limit where another option is given, and the figure has a value.
+  std::optional<double> beside{};
   std::optional<double> limit{};  ///< empty: option not given
 };
 
-/// Thresholds of figures that need a truth.
+/// Thresholds of `evaluate`: figures that need a truth, and the coverage.
 std::vector<Threshold> truth_thresholds();
-/// All thresholds of a run: those above, and those of consistency and speed.
+/// All thresholds of a run: those above, and those of coverage, consistency and speed.
 std::vector<Threshold> run_thresholds();
 
 /// Adds the options; `thresholds` must outlive the parser.

@@ -10,6 +10,8 @@
 #include <fmt/format.h>
 
 #include <chasles/constants.hpp>
+#include <chasles/data/durable_file.hpp>
+#include <chasles/data/json_text.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
@@ -97,15 +99,33 @@ bool is_there(const fs::path& path) {
   return fs::exists(path, ignored);
 }
 
-Json parsed(const std::string& text, const std::string& where) {
-  Json json = Json::parse(text, nullptr, false);
-  if (!json.is_object()) throw InputError(where + ": expected a JSON object");
-  return json;
+Json summary_of(const Json& plan, std::span<const FilterVariant> filters,
+                std::span<const FilterSummary> summaries, std::size_t runs) {
+  Json summary{{"name", plan.at("scene").at("name")},
+               {"version", plan.at("version")},
+               {"seed", plan.at("scene").at("seed")},
+               {"runs", runs},
+               {"filters", Json::array()},
+               {"scene", plan.at("scene")}};
+  for (std::size_t i = 0; i < summaries.size(); ++i) {
+    Json figures = figures_json(filters[i], summaries[i]);
+    figures["settings"] = plan.at("filters").at(i).at("settings");
+    summary["filters"].push_back(std::move(figures));
+  }
+  return summary;
 }
 
+// Throws unless the plan has all that is read from it later.
 Json read_plan(const fs::path& folder) {
   const fs::path file = folder / "plan.json";
-  return parsed(read_file(file), file.string());
+  Json plan = parse_json_object(read_file(file), file.string());
+  try {
+    filters_of(plan);
+    summary_of(plan, {}, {}, 0);
+  } catch (const Json::exception& error) {
+    throw InputError(fmt::format("{}: not the plan of a study: {}", file.string(), error.what()));
+  }
+  return plan;
 }
 
 // Path of the first difference, for a message.
@@ -138,22 +158,6 @@ std::map<std::uint64_t, std::string> read_trials(const fs::path& file, const Jso
     for (const FilterVariant& filter : filters) complete[run] += lines.at(filter.name);
   }
   return complete;
-}
-
-Json summary_of(const Json& plan, std::span<const FilterVariant> filters,
-                std::span<const FilterSummary> summaries, std::size_t runs) {
-  Json summary{{"name", plan.at("scene").at("name")},
-               {"version", plan.at("version")},
-               {"seed", plan.at("scene").at("seed")},
-               {"runs", runs},
-               {"filters", Json::array()},
-               {"scene", plan.at("scene")}};
-  for (std::size_t i = 0; i < summaries.size(); ++i) {
-    Json figures = figures_json(filters[i], summaries[i]);
-    figures["settings"] = plan.at("filters").at(i).at("settings");
-    summary["filters"].push_back(std::move(figures));
-  }
-  return summary;
 }
 
 std::map<std::uint64_t, std::string> lines_to_resume(const fs::path& folder, const Json& plan,
@@ -235,7 +239,7 @@ std::string to_line(const TrialRecord& record) {
 }
 
 TrialRecord from_line(const std::string& text, const std::string& where) {
-  const Json line = parsed(text, where);
+  const Json line = parse_json_object(text, where);
   try {
     TrialRecord record{.filter = line.at("filter").get<std::string>(),
                        .run = line.at("run").get<std::uint64_t>(),
@@ -304,12 +308,7 @@ void TrialLog::add(std::uint64_t run, const std::string& lines) {
 void TrialLog::write_trials() const {
   std::string text;
   for (const auto& [run, lines] : lines_) text += lines;
-  // The old file stays until the new one is complete, so that a kill in between loses nothing.
-  const fs::path next = folder_ / "trials.jsonl.next";
-  write_file(next, text);
-  std::error_code error;
-  fs::rename(next, trials(), error);
-  if (error) throw UsageError(fmt::format("{}: {}", trials().string(), error.message()));
+  replace_file(trials(), text);
 }
 
 std::vector<FilterSummary> TrialLog::finish() {
@@ -324,9 +323,11 @@ std::vector<FilterSummary> TrialLog::finish() {
   }
   const std::vector<FilterVariant> filters = filters_of(plan_);
   std::vector<FilterSummary> summaries = summarize(filters, records);
-  write_file(folder_ / "curves.csv", curves_csv(summaries));
   summary_ = summary_of(plan_, filters, summaries, lines_.size());
-  write_file(folder_ / "summary.json", json_text(summary_, 2) + "\n");
+  FileSet files(folder_, "summary.json");
+  files.add("curves.csv", curves_csv(summaries));
+  files.add("summary.json", json_text(summary_, 2) + "\n");
+  files.commit();
   return summaries;
 }
 

@@ -1,4 +1,4 @@
-#include <chasles/data/bag_testing.hpp>
+#include <chasles/data/bags/bag_testing.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
 
@@ -22,7 +22,10 @@ void read_euroc(const fs::path& scratch, std::string_view bytes) {
 }
 
 std::string kalibr_seed(const fs::path&) {
-  return pack({{"camchain-imucam.yaml", test::kChain}, {"imu.yaml", test::kKalibrImu}});
+  const std::string scales = "[[1.1, 0, 0], [0.01, 0.9, 0], [0, 0.02, 1]]\n";
+  return pack({{"camchain-imucam.yaml", std::string(test::kChain)},
+               {"imu.yaml", std::string(test::kKalibrImu) + "accelerometers:\n  M: " + scales +
+                                "gyroscopes:\n  M: " + scales + "  A: " + scales}});
 }
 
 void read_kalibr_parts(const fs::path& scratch, std::string_view bytes) {
@@ -78,32 +81,31 @@ void read_kitti(const fs::path& scratch, std::string_view bytes) {
   use(read_kitti_raw_recording(scratch / "input" / "a_sync"));
 }
 
-#ifdef CHASLES_HAS_ROSBAG
-
-std::string bag_seed(const fs::path& scratch) {
-  test::write_bag(scratch / "seed.bag");
-  return test::slurp(scratch / "seed.bag");
+std::string odometry_seed(const fs::path&) {
+  return pack(
+      {{"calib.txt", "P0: 4 0 3.5 0 0 4 2.5 0 0 0 1 0\n"},
+       {"times.txt", "0.005\n\n1.5e-2\n"},
+       {"imu.csv", "timestamp [ns],wx,wy,wz,ax,ay,az\n" + test::five_samples()},
+       {"imu.yaml", std::string(test::kKalibrImu) +
+                        "T_cam_imu: !!opencv-matrix\n  rows: 4\n  cols: 4\n  data: [0, -1, 0, "
+                        "0.1, 0, 0, -1, 0.2, 1, 0, 0, 0.3, 0, 0, 0, 1]\n"
+                        "timeshift_cam_imu: 0.001\n"},
+       {"image_0/000000.png", test::picture_bytes(10)},
+       {"image_0/000002.png", test::picture_bytes(20)}});
 }
 
-void read_bag(const fs::path& scratch, std::string_view bytes) {
-  const fs::path folder = scratch / "bag";
-  fs::create_directories(folder);
-  test::write_kalibr(folder);
-  test::spill(folder / "walk.bag", std::string(bytes));
-  use(read_bag_recording(folder / "walk.bag"));
+void read_odometry(const fs::path& scratch, std::string_view bytes) {
+  lay_out(scratch / "input", bytes);
+  use(read_kitti_odometry_recording(scratch / "input"));
 }
-
-#endif
 
 }  // namespace
 
 std::vector<Kind> image_folder_kinds() {
   return {
-      {"euroc", euroc_seed, read_euroc},    {"kalibr", kalibr_seed, read_kalibr_parts},
-      {"images", images_seed, read_images}, {"kitti", kitti_seed, read_kitti},
-#ifdef CHASLES_HAS_ROSBAG
-      {"bag", bag_seed, read_bag},
-#endif
+      {"euroc", euroc_seed, read_euroc},          {"kalibr", kalibr_seed, read_kalibr_parts},
+      {"images", images_seed, read_images},       {"kitti", kitti_seed, read_kitti},
+      {"odometry", odometry_seed, read_odometry},
   };
 }
 

@@ -18,13 +18,15 @@ struct Kind {
 };
 
 /// All kinds. A kind of one file takes its bytes; `npy` the arrays of an archive, `png` an image
-/// (both with corrected check sums); kinds of several files take "=== NAME" parts.
+/// (both with corrected check sums), `png_pixels` its header and pixels; kinds of several files
+/// take "=== NAME" parts.
 std::vector<Kind> kinds();
 
 /// The kinds of one source file each.
 std::vector<Kind> velocity_kinds();      ///< body velocities and tracks
 std::vector<Kind> inertial_kinds();      ///< samples of an IMU, and tracks
 std::vector<Kind> image_folder_kinds();  ///< samples of an IMU, and images
+std::vector<Kind> bag_kinds();           ///< bags of ROS, their messages and chunks
 std::vector<Kind> single_file_kinds();   ///< images, trajectories, settings
 
 /// Creates a folder for this process, in memory if the system supports that.

@@ -16,6 +16,10 @@ constexpr std::array<std::string_view, 16> kWords = {
 constexpr std::array<std::uint64_t, 8> kNumbers = {
     0, 1, 0x7f, 0xffff, 0x7fffffff, 0xffffffff, 0x7fffffffffffffff, 0xffffffffffffffff};
 
+/// Beginnings of containers, of JSON, YAML and the header of an .npy array.
+constexpr std::array<std::string_view, 6> kOpen = {"[", "{\"a\":", "{a: ", "- ", "[[", "(("};
+constexpr std::size_t kMostNested = 4096;
+
 /// A range [first, second) of up to 64 bytes.
 std::pair<std::size_t, std::size_t> piece(const std::string& bytes, Dice& dice) {
   const std::size_t begin = dice.below(bytes.size());
@@ -27,11 +31,20 @@ void overwrite(std::string& bytes, Dice& dice, std::uint64_t number, std::size_t
   std::memcpy(bytes.data() + dice.below(bytes.size() - width + 1), &number, width);
 }
 
+/// A container within a container, and so on, or a piece of the bytes many times.
+std::string nested(const std::string& piece, Dice& dice) {
+  const std::size_t kind = dice.below(kOpen.size() + 1);
+  const std::string_view open = kind < kOpen.size() ? kOpen[kind] : std::string_view(piece);
+  std::string all;
+  for (std::size_t left = 1 + dice.below(kMostNested); left > 0; --left) all += open;
+  return all;
+}
+
 void damage(std::string& bytes, Dice& dice) {
   if (bytes.empty()) return;
   const std::size_t at = dice.below(bytes.size());
   const auto [begin, end] = piece(bytes, dice);
-  switch (dice.below(9)) {
+  switch (dice.below(12)) {
     case 0:
       bytes[at] = static_cast<char>(bytes[at] ^ (1 << dice.below(8)));
       break;
@@ -55,6 +68,15 @@ void damage(std::string& bytes, Dice& dice) {
       break;
     case 7:
       bytes.replace(begin, end - begin, kWords[dice.below(kWords.size())]);
+      break;
+    case 8:
+      bytes.insert(at, nested(bytes.substr(begin, end - begin), dice));
+      break;
+    case 9:  // a count of as many as there are bytes, or a few times more or less
+      overwrite(bytes, dice, bytes.size() << dice.below(20) >> 8, 4);
+      break;
+    case 10:
+      overwrite(bytes, dice, bytes.size() << dice.below(40) >> 8, 8);
       break;
     default:
       bytes.resize(at);

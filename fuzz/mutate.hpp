@@ -17,8 +17,8 @@ class Dice {
   std::uint64_t state_;
 };
 
-/// The bytes with one to four small damages: bits, bytes, numbers, and pieces cut, doubled or
-/// moved.
+/// The bytes with one to four damages: bits, bytes, numbers, pieces cut, doubled or moved,
+/// containers inside each other, and counts near the number of bytes.
 std::string mutate(std::string bytes, Dice& dice);
 
 }  // namespace chasles::fuzz

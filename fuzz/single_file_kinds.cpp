@@ -1,9 +1,15 @@
+#include <nlohmann/json.hpp>
 #include <settings_io.hpp>
 
+#include <chasles/data/bomb_testing.hpp>
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/image_testing.hpp>
+#include <chasles/data/mat_file.hpp>
 #include <chasles/data/plan.hpp>
+#include <chasles/data/png_testing.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/data/yaml_map.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 
 #include "kinds.hpp"
@@ -14,7 +20,14 @@ namespace {
 namespace fs = std::filesystem;
 
 // The expected size is that of the image, so that the size alone rejects nothing.
-void decode(std::string_view bytes) { decode_image(bytes, stated_size(bytes, "input"), "input"); }
+// Large ones take time, and nothing else.
+void decode(std::string_view bytes) {
+  constexpr std::int64_t kMostPixels = 4'000'000;
+  const ImageSize size = stated_size(bytes, "input");
+  if (std::int64_t{size.width} * size.height > kMostPixels) throw InputError("a large image");
+  largest_deep_value(bytes, size, "input");
+  decode_image(bytes, size, "input", 12);
+}
 
 std::uint32_t big_endian(std::string_view bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -46,8 +59,33 @@ void read_png(const fs::path&, std::string_view bytes) {
   decode(with_check_sums(std::string(bytes)));
 }
 
+// The header of a PNG, a palette and filtered rows: a mutation of a whole PNG seldom has pixels
+// whose check sum is right.
+constexpr std::size_t kPngHeaderBytes = 13, kPaletteBytes = 12;
+std::string png_pixels_seed(const fs::path&) {
+  const test::PngKind kind{.width = 5, .height = 9, .depth = 2, .colour = 3, .interlaced = true};
+  std::mt19937 random(1);
+  return test::png_header_of(kind) + std::string(kPaletteBytes, 'p') +
+         test::random_png_rows(kind, random);
+}
+void read_png_pixels(const fs::path&, std::string_view bytes) {
+  const std::string input(bytes);
+  if (input.size() < kPngHeaderBytes + kPaletteBytes) throw InputError("short");
+  decode(test::png_of(input.substr(0, kPngHeaderBytes),
+                      input.substr(kPngHeaderBytes, kPaletteBytes),
+                      input.substr(kPngHeaderBytes + kPaletteBytes)));
+}
+
 std::string jpeg_seed(const fs::path&) { return test::encoded(test::picture(10, 40, 30), ".jpg"); }
-void read_jpeg(const fs::path&, std::string_view bytes) { decode(bytes); }
+void read_any_image(const fs::path&, std::string_view bytes) { decode(bytes); }
+
+std::string pgm_seed(const fs::path&) { return "P2 # text\n3 2 4095\n0 1 2\n30 400 4095\n"; }
+std::string bmp_seed(const fs::path&) {
+  return test::encoded(cv::Mat(2, 2, CV_8UC3, cv::Scalar(1, 2, 3)), ".bmp");
+}
+std::string tiff_seed(const fs::path&) {
+  return test::encoded(cv::Mat(3, 2, CV_16UC1, cv::Scalar(4000)), ".tiff");
+}
 
 std::string tum_seed(const fs::path& scratch) {
   write_tum(test::drive({.frames = 8, .tracks = 1}).truth, scratch / "seed.tum");
@@ -57,6 +95,45 @@ std::string tum_seed(const fs::path& scratch) {
 void read_tum_bytes(const fs::path& scratch, std::string_view bytes) {
   test::spill(scratch / "input.tum", std::string(bytes));
   read_tum(scratch / "input.tum");
+}
+
+std::string json_seed(const fs::path&) {
+  return R"({"name": "drive", "chart": "standard", "ate_m": 1.25, "remarks": ["a", "b"],
+ "cameras": [{"imu_T_cam": [[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}],
+ "settings": {"gate": 0.99, "clones": 12, "velocity_axes": null}, "pairing": "nearest"})";
+}
+
+void read_json(const fs::path& scratch, std::string_view bytes) {
+  test::spill(scratch / "summary.json", std::string(bytes));
+  read_summary(scratch);
+}
+
+std::string yaml_seed(const fs::path&) {
+  return "name: a\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, 0]\nlist:\n  - {a: 1, b: [2, "
+         "3]}\n  - &x {a: 2, b: []}\nagain: *x\n";
+}
+
+void read_yaml(const fs::path& scratch, std::string_view bytes) {
+  test::spill(scratch / "input.yaml", std::string(bytes));
+  const YamlMap map = YamlMap::read(scratch / "input.yaml", {.known = {}, .needed = {"name"}});
+  map.map("T_BS", {.known = {"cols", "rows", "data"}, .needed = {}}).numbers("data", 4, "numbers");
+  map.maps("list", {.known = {}, .needed = {"a"}});
+}
+
+// Cells and structs, which a reader of numbers passes by: compressed or not.
+std::string cells_seed(const fs::path&) {
+  const std::string number = test::mat_element(
+      14, test::mat_array_head(6, "n") + test::mat_element(9, std::string(8, '\0')));
+  const std::string cells = test::nested_mat_cells(3);
+  const std::string structure = test::mat_element(
+      14, test::mat_array_head(2, "s") + test::mat_element(5, test::little_endian(2)) +
+              test::mat_element(1, std::string("a\0b\0", 4)) + number + cells);
+  return test::mat_file(structure + cells + number + test::mat_compressed(structure));
+}
+
+void read_cells(const fs::path& scratch, std::string_view bytes) {
+  test::spill(scratch / "input.mat", std::string(bytes));
+  MatFile(scratch / "input.mat").read("n");
 }
 
 std::string plan_seed(const fs::path& scratch) {
@@ -91,11 +168,12 @@ void read_settings(const fs::path& scratch, std::string_view bytes) {
 }  // namespace
 
 std::vector<Kind> single_file_kinds() {
-  return {{"png", png_seed, read_png},
-          {"jpeg", jpeg_seed, read_jpeg},
-          {"tum", tum_seed, read_tum_bytes},
-          {"plan", plan_seed, read_plan_bytes},
-          {"settings", settings_seed, read_settings}};
+  return {{"png", png_seed, read_png},          {"png_pixels", png_pixels_seed, read_png_pixels},
+          {"jpeg", jpeg_seed, read_any_image},  {"pgm", pgm_seed, read_any_image},
+          {"bmp", bmp_seed, read_any_image},    {"tiff", tiff_seed, read_any_image},
+          {"tum", tum_seed, read_tum_bytes},    {"json", json_seed, read_json},
+          {"yaml", yaml_seed, read_yaml},       {"mat_cells", cells_seed, read_cells},
+          {"plan", plan_seed, read_plan_bytes}, {"settings", settings_seed, read_settings}};
 }
 
 }  // namespace chasles::fuzz

@@ -142,7 +142,7 @@ TEST_F(MadeUpTree, TestsMayUseTheFoldersOfTestsUse) {
 
 TEST_F(MadeUpTree, MayNotUseALibraryThatItDoesNotLink) {
   write("top/b.cpp", "#include <fmt/format.h>\n");        // bottom has it for itself alone
-  write("top/c.cpp", "#include <opencv2/core.hpp>\n");    // no image outside the three folders
+  write("top/c.cpp", "#include <opencv2/core.hpp>\n");    // only tests use OpenCV
   write("top/d.cpp", "#include <gtest/gtest.h>\n");       // not a test
   write("top/e.cpp", "#include <boost/optional.hpp>\n");  // unknown
   write("error.hpp", "#include <chasles/bottom/a.hpp>\n");

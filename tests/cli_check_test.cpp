@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <functional>
 #include <sstream>
 
@@ -54,6 +55,7 @@ TEST(Check, ACleanRecordingGivesNoFinding) {
   EXPECT_TRUE(report["not_checked"].empty()) << report["not_checked"];
   EXPECT_NEAR(report["facts"]["imu"]["rate"]["value"].get<double>(), 100, 1e-6);
   EXPECT_NEAR(report["facts"]["imu"]["at rest"]["value"].get<double>(), 2, 0.6);
+  EXPECT_GT(report["facts"]["filter"]["estimates"]["value"].get<double>(), 90);
   EXPECT_EQ(chasles(folder, "check walk --json").out, json.out) << "the same bytes";
 }
 
@@ -85,6 +87,39 @@ TEST(Check, InvertedAndTurnedExtrinsicsAreNamed) {
   });
   const Json off = finding(chasles(folder, "check bad --json"), "rotation against the IMU is off");
   EXPECT_NEAR(off["value"].get<double>(), 5, 1.5);
+}
+
+// Without a truth. The filter itself tells with which change it works.
+TEST(Check, AWrongSignAxisOrUnitOfTheImuIsNamed) {
+  const Scratch folder;
+  simulate_walk(folder);
+  struct Fault {
+    const char* cure;
+    std::function<void(ImuSample&)> put_in;
+  };
+  const Fault faults[] = {
+      {"with the sign of the accelerometer changed",
+       [](ImuSample& s) { s.specific_force_imu *= -1; }},
+      {"with the gyroscope's numbers taken as deg/s",
+       [](ImuSample& s) { s.angular_rate_imu *= 180 / M_PI; }},
+      {"with the accelerometer's numbers taken as g",
+       [](ImuSample& s) { s.specific_force_imu /= kStandardGravity; }},
+      {"with the z axis of the gyroscope changed in sign",
+       [](ImuSample& s) { s.angular_rate_imu.z() *= -1; }},
+  };
+  for (const Fault& fault : faults) {
+    SCOPED_TRACE(fault.cure);
+    spoil(folder, [&](Recording& r) {
+      std::ranges::for_each(r.imu, fault.put_in);
+      r.truth.clear();
+      r.true_motion.clear();
+    });
+    const Outcome outcome = chasles(folder, "check bad --json");
+    EXPECT_EQ(outcome.code, 2);
+    const Json found = finding(outcome, "the filter ");
+    EXPECT_EQ(found["severity"], "error");
+    expect_part(found["advice"].get<std::string>(), fault.cure);
+  }
 }
 
 // 50 ms at the edge of every range, with ranges that are stated, or detected from the samples.

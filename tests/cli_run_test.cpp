@@ -6,6 +6,7 @@
 #include <spawn.h>
 #include <vector>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/readers.hpp>
@@ -107,6 +108,60 @@ TEST(Run, AMissedThresholdEndsWithFiveAndAMetOneWithZero) {
   EXPECT_EQ(none.code, 5);
   expect_part(none.err, "rpe_100m_percent has no value here");
   EXPECT_EQ(chasles(folder, "evaluate out --ate-below 1e-9").code, 5);
+}
+
+TEST(Run, CoverageIsAFigureAndAThreshold) {
+  const Scratch folder;
+  simulate(folder);
+  const Json whole = json_of(chasles(folder, "run rec --json --quiet --coverage-above 0.99"));
+  EXPECT_EQ(whole.at("coverage"), 1.0);
+  EXPECT_EQ(whole.at("health"), "ok");
+  const Outcome more = chasles(folder, "run rec --quiet --coverage-above 1");
+  EXPECT_EQ(more.code, 5);
+  expect_part(more.err, "missed: coverage is 1, asked for above 1");
+}
+
+// The accelerometer measures nothing at first, so the run starts late.
+TEST(Run, ThatEstimatesLessThanHalfOfTheFramesIsNotOk) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder,
+                    "simulate hallway -o rec --quiet --set hall_length=12 --set hall_width=8 "
+                    "--set sections=2")
+                .code,
+            0);
+  Recording recording = read_recording(folder / "rec");
+  const std::size_t frames = frame_count(recording);
+  const Time late = frame_time(recording, frames * 3 / 5);
+  for (ImuSample& sample : recording.imu) {
+    if (sample.time < late) sample.specific_force_imu.setZero();
+  }
+  write_folder_recording(recording, folder / "late");
+  const Outcome run = chasles(folder, "run late --json --quiet");
+  const Json summary = json_of(run);
+  EXPECT_LT(summary.at("coverage"), 0.5);
+  EXPECT_NEAR(summary.at("coverage").get<double>(),
+              summary.at("frames").get<double>() / static_cast<double>(frames), 1e-9);
+  EXPECT_EQ(summary.at("health"), "degraded");
+  expect_part(summary.at("remarks").dump(),
+              fmt::format("estimated {} of {} frames: the start was found only after ",
+                          summary.at("frames").get<int>(), frames));
+  // Other thresholds say nothing about the rest of the recording.
+  const Outcome passed = chasles(folder, "run late --quiet --ate-below 1e9");
+  EXPECT_EQ(passed.code, 5);
+  expect_part(passed.err, "asked for above 0.5 (--coverage-above)");
+  EXPECT_EQ(chasles(folder, "run late --quiet --ate-below 1e9 --coverage-above 0.01").code, 0);
+}
+
+TEST(Run, SaysThatTheKernelsOfOpenBlasWereChosen) {
+  const Scratch folder;
+  simulate(folder);
+  const Outcome outcome =
+      chasles(folder, "run rec --json --quiet --stop 1", "export OPENBLAS_CORETYPE=Haswell; ");
+  EXPECT_EQ(json_of(outcome).at("openblas_coretype"), "Haswell");
+  expect_part(json_of(outcome).at("remarks").dump(), "OPENBLAS_CORETYPE=Haswell was set");
+  EXPECT_FALSE(
+      json_of(chasles(folder, "run rec --json --quiet --stop 1", "unset OPENBLAS_CORETYPE; "))
+          .contains("openblas_coretype"));
 }
 
 TEST(Run, SettingsTakeTheLastWord) {
@@ -272,29 +327,6 @@ TEST(Run, AnInterruptWritesWhatThereIs) {
   const Json summary = Json::parse(slurp(folder / "out/summary.json"));
   expect_part(summary.at("remarks").dump(), "interrupted after ");
   EXPECT_LT(summary.at("frames"), read_recording(folder / "rec").frames.size());
-}
-
-TEST(Evaluate, FindsNothingBetweenATrajectoryAndItself) {
-  const Scratch folder;
-  simulate(folder);
-  const Json same = json_of(chasles(folder, "evaluate rec/truth.tum rec --json"));
-  EXPECT_LT(same.at("ate_m").get<double>(), 1e-6);
-  EXPECT_TRUE(same.at("nees_pose").is_null());
-}
-
-TEST(Evaluate, OfARunFolderAgreesWithItsSummary) {
-  const Scratch folder;
-  simulate(folder);
-  const Json run = json_of(chasles(folder, "run rec --json --quiet -o out"));
-  for (const char* truth : {"", " rec", " rec/truth.tum"}) {
-    const Json figures = json_of(chasles(folder, std::string("evaluate out --json") + truth));
-    for (const char* name : {"ate_m", "attitude_deg", "nees_pose"}) {
-      const double expected = run.at(name).get<double>();
-      EXPECT_NEAR(figures.at(name).get<double>(), expected, 1e-6 * expected) << name << truth;
-    }
-  }
-  expect_part(chasles(folder, "evaluate out").out, "alignment");
-  expect_part(chasles(folder, "evaluate out --markdown").out, "| alignment");
 }
 
 TEST(Report, WritesOnePageForSeveralRuns) {

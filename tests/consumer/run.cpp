@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
 
   chasles::Trajectory trajectory;
   for (const auto& e : run.estimates) trajectory.push_back({e.time, e.world_T_imu});
-  const auto matched = chasles::associate(trajectory, recording.truth, chasles::Time(0));
+  const auto matched = chasles::associate(trajectory, recording.truth);
   const double error =
       chasles::absolute_error(matched, chasles::Alignment::kPositionYaw).position_m.rmse;
   bool same = true;

@@ -30,7 +30,7 @@ int main() {
   take(slam.finish());
   if (trajectory.empty()) std::puts(slam.estimator().why_not_started().c_str());
 
-  const auto matched = chasles::associate(trajectory, walk.truth, chasles::Time(0));
+  const auto matched = chasles::associate(trajectory, walk.truth);
   const double error =
       chasles::absolute_error(matched, chasles::Alignment::kPositionYaw).position_m.rmse;
   std::printf("%zu estimates, %.3f m from the truth\n", trajectory.size(), error);

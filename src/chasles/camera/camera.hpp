@@ -10,10 +10,10 @@
 
 namespace chasles {
 
-/// Lens distortion model; the four coefficients are those of Kalibr and OpenCV.
+/// Lens distortion model; the coefficients are those of Kalibr and OpenCV.
 enum class Distortion {
   kNone,
-  kRadtan,       ///< Brown-Conrady: k1, k2, p1, p2
+  kRadtan,       ///< Brown-Conrady: k1, k2, p1, p2, and k3 in `radtan_k3`
   kEquidistant,  ///< Kannala-Brandt: k1, k2, k3, k4
 };
 
@@ -31,7 +31,8 @@ struct Camera {
   double cx = 0, cy = 0;      ///< principal point [px]
   Distortion distortion = Distortion::kNone;
   Eigen::Vector4d coefficients = Eigen::Vector4d::Zero();
-  SE3 cam_T_imu;  ///< maps IMU coordinates to those of the camera
+  SE3 cam_T_imu;         ///< maps IMU coordinates to those of the camera
+  double radtan_k3 = 0;  ///< fifth coefficient of kRadtan; 0 in other models
 };
 
 /// A projection and its derivative.

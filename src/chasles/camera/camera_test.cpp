@@ -15,6 +15,7 @@ namespace {
 
 using test::euroc_camera;
 using test::fisheye_camera;
+using test::five_coefficient_camera;
 using test::pinhole_camera;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -39,7 +40,10 @@ struct Lens {
 };
 
 std::vector<Lens> lenses() {
-  return {{pinhole_camera(), 1.3}, {euroc_camera(), 0.9}, {fisheye_camera(), 1.5}};
+  return {{pinhole_camera(), 1.3},
+          {euroc_camera(), 0.9},
+          {five_coefficient_camera(), 0.7},
+          {fisheye_camera(), 1.5}};
 }
 
 // The formulas of OpenCV's documentation, term by term.
@@ -49,7 +53,8 @@ Eigen::Vector2d opencv_pixel(const Camera& camera, double x, double y) {
   double xd = x;
   double yd = y;
   if (camera.distortion == Distortion::kRadtan) {
-    const double radial = 1 + k[0] * std::pow(r, 2) + k[1] * std::pow(r, 4);
+    const double radial =
+        1 + k[0] * std::pow(r, 2) + k[1] * std::pow(r, 4) + camera.radtan_k3 * std::pow(r, 6);
     xd = x * radial + 2 * k[2] * x * y + k[3] * (r * r + 2 * x * x);
     yd = y * radial + k[2] * (r * r + 2 * y * y) + 2 * k[3] * x * y;
   } else if (camera.distortion == Distortion::kEquidistant && r > 0) {
@@ -180,6 +185,17 @@ TEST(Camera, ARadtanLensIsNotUsedBeyondItsFold) {
   EXPECT_NEAR(unproject(camera, last - Eigen::Vector2d(0, 1))->ray.y(), 1.2, 0.1);
   EXPECT_FALSE(unproject(camera, last + Eigen::Vector2d(0, 1e-6)));
   EXPECT_FALSE(unproject(camera, last + Eigen::Vector2d(0, 1000)));
+}
+
+// 1 + 3 k1 r^2 + 5 k2 r^4 + 7 k3 r^6 = 1 - r^6 / 1.2^6: the fifth coefficient alone folds.
+TEST(Camera, AFifthCoefficientFoldsARadtanLensToo) {
+  Camera camera = euroc_camera();
+  camera.coefficients.setZero();
+  camera.radtan_k3 = -1 / (7 * std::pow(1.2, 6));
+  EXPECT_TRUE(project(camera, {0, 1.2 - 1e-9, 1}));
+  for (const double r : {1.2 + 1e-9, 1.5, 6.0}) EXPECT_FALSE(project(camera, {r, 0, 1}));
+  EXPECT_FALSE(
+      unproject(camera, project(camera, {0, 1.2 - 1e-9, 1})->pixel + Eigen::Vector2d(0, 1)));
 }
 
 // The same with theta for r: d theta_d / d theta = (1 - theta^2) (1 - theta^2 / 1.69).

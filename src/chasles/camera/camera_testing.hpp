@@ -30,6 +30,20 @@ inline Camera euroc_camera() {
           .cam_T_imu = {}};
 }
 
+/// KITTI's unrectified grey camera of 2011_09_26, with five coefficients.
+inline Camera five_coefficient_camera() {
+  return {.width = 1392,
+          .height = 512,
+          .fx = 984.2439,
+          .fy = 980.8141,
+          .cx = 690.0,
+          .cy = 233.1966,
+          .distortion = Distortion::kRadtan,
+          .coefficients = {-0.3728755, 0.2037299, 0.002219027, 0.001383707},
+          .cam_T_imu = {},
+          .radtan_k3 = -0.07233722};
+}
+
 /// As cam0 of TUM-VI; the rays of its image corners point backward.
 inline Camera fisheye_camera() {
   return {.width = 512,

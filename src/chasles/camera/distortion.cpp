@@ -43,17 +43,26 @@ bool positive_up_to(const Quartic& a, double end) {
                             40);
 }
 
-std::optional<DistortedPoint> distort_radtan(const Eigen::Vector4d& c, const Eigen::Vector2d& xy) {
+// k1, k2, p1, p2, k3.
+using Radtan = Eigen::Matrix<double, 5, 1>;
+
+Radtan radtan_of(const Camera& camera) {
+  Radtan c;
+  c << camera.coefficients, camera.radtan_k3;
+  return c;
+}
+
+std::optional<DistortedPoint> distort_radtan(const Radtan& c, const Eigen::Vector2d& xy) {
   const double x = xy.x();
   const double y = xy.y();
   const double r2 = xy.squaredNorm();
-  if (!positive_up_to({1, 3 * c[0], 5 * c[1], 0, 0}, r2)) return std::nullopt;
-  const double scale = 1 + r2 * (c[0] + r2 * c[1]);
+  if (!positive_up_to({1, 3 * c[0], 5 * c[1], 7 * c[4], 0}, r2)) return std::nullopt;
+  const double scale = 1 + r2 * (c[0] + r2 * (c[1] + r2 * c[4]));
   DistortedPoint bent;
   bent.xy = scale * xy + Eigen::Vector2d(2 * c[2] * x * y + c[3] * (r2 + 2 * x * x),
                                          c[2] * (r2 + 2 * y * y) + 2 * c[3] * x * y);
   const double cross = 2 * (c[2] * x + c[3] * y);
-  bent.d_xy = (2 * c[0] + 4 * c[1] * r2) * xy * xy.transpose();
+  bent.d_xy = (2 * c[0] + r2 * (4 * c[1] + r2 * 6 * c[4])) * xy * xy.transpose();
   bent.d_xy(0, 0) += scale + 2 * c[2] * y + 6 * c[3] * x;
   bent.d_xy(1, 1) += scale + 6 * c[2] * y + 2 * c[3] * x;
   bent.d_xy(0, 1) += cross;
@@ -93,8 +102,7 @@ std::optional<DistortedPoint> distort_equidistant(const Eigen::Vector4d& c,
 
 // Newton's method on the plane, starting from the axis. A step is halved until it stays before the
 // fold and reduces the residual. The iteration ends when round-off prevents a reduction.
-std::optional<Eigen::Vector2d> undistort_radtan(const Eigen::Vector4d& c,
-                                                const Eigen::Vector2d& target) {
+std::optional<Eigen::Vector2d> undistort_radtan(const Radtan& c, const Eigen::Vector2d& target) {
   Eigen::Vector2d xy = Eigen::Vector2d::Zero();
   std::optional<DistortedPoint> bent = distort_radtan(c, xy);
   const double tolerance = kConverged * std::max(1.0, target.norm());
@@ -150,7 +158,7 @@ std::optional<DistortedPoint> distort(const Camera& camera, const Eigen::Vector2
     case Distortion::kNone:
       return DistortedPoint{.xy = xy, .d_xy = Eigen::Matrix2d::Identity()};
     case Distortion::kRadtan:
-      return distort_radtan(camera.coefficients, xy);
+      return distort_radtan(radtan_of(camera), xy);
     case Distortion::kEquidistant:
       return distort_equidistant(camera.coefficients, xy);
   }
@@ -163,7 +171,7 @@ std::optional<Eigen::Vector2d> undistort(const Camera& camera, const Eigen::Vect
     case Distortion::kNone:
       return xy;
     case Distortion::kRadtan:
-      return undistort_radtan(camera.coefficients, xy);
+      return undistort_radtan(radtan_of(camera), xy);
     case Distortion::kEquidistant:
       return undistort_equidistant(camera.coefficients, xy);
   }

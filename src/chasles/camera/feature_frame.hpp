@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -31,5 +32,19 @@ struct FeatureFrame {
   std::vector<StereoObservation> observations = {};  ///< of a rectified pair
   std::vector<PixelObservation> pixels = {};         ///< of single cameras
 };
+
+/// A set of cameras, one bit each. Cameras from 31 on share the last bit.
+using CameraSet = std::uint32_t;
+inline CameraSet camera_bit(int camera) {
+  return CameraSet{1} << static_cast<unsigned>(std::clamp(camera, 0, 31));
+}
+
+/// The cameras that observe anything in this frame. One that does not may have had no image: that
+/// it does not observe a landmark tells nothing about the landmark.
+inline CameraSet observing(const FeatureFrame& frame) {
+  CameraSet cameras = 0;
+  for (const PixelObservation& o : frame.pixels) cameras |= camera_bit(o.camera);
+  return cameras;
+}
 
 }  // namespace chasles

@@ -21,6 +21,7 @@ constexpr double kRepeatedShare = 0.05;
 constexpr double kGravityOffAtRest = 0.3;  // [m/s^2]
 constexpr double kGravityOffMoving = 1.5;  // [m/s^2]
 constexpr double kGravityLean = 3;         // [deg]
+constexpr double kUpsideDown = 135;        // [deg]
 
 using Six = Eigen::Matrix<double, 6, 1>;
 
@@ -192,6 +193,18 @@ void report_camera_upright(const Recording& recording, int index, CheckReport& r
   const std::string about = fmt::format("cam{}", index);
   report.facts.push_back({about, "roll at rest", roll, "deg"});
   report.facts.push_back({about, "pitch at rest", pitch, "deg"});
+  if (std::abs(roll) < kUpsideDown || std::abs(pitch) > 90 - kUpsideDown / 2) return;
+  report.findings.push_back(
+      {.severity = Severity::kWarning,
+       .about = about,
+       .what =
+           fmt::format("at a standstill the camera is upside down: its roll is {:.0f} deg", roll),
+       .value = std::abs(roll),
+       .threshold = kUpsideDown,
+       .unit = "deg",
+       .advice =
+           "unless it is mounted so, the accelerometer has the wrong sign (with z up it shows "
+           "+9.81), or the extrinsics are wrong"});
 }
 
 }  // namespace chasles

@@ -10,6 +10,7 @@
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/gravity.hpp>
 #include <chasles/data/gzip.hpp>
+#include <chasles/data/image_recording.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
@@ -43,9 +44,9 @@ CsvReader open_table(const fs::path& file, const std::vector<Names>& names) {
 }
 
 std::vector<Camera> read_cameras(const fs::path& folder) {
-  std::vector<Camera> cameras{read_euroc_camera(folder / "cam0_sensor.yaml")};
+  std::vector<Camera> cameras{read_euroc_camera_of_tracks(folder / "cam0_sensor.yaml")};
   if (fs::exists(folder / "cam1_sensor.yaml")) {
-    cameras.push_back(read_euroc_camera(folder / "cam1_sensor.yaml"));
+    cameras.push_back(read_euroc_camera_of_tracks(folder / "cam1_sensor.yaml"));
   }
   return cameras;
 }
@@ -180,6 +181,7 @@ Recording read_april_recording(const fs::path& folder) {
   recording.imu_noise = read_euroc_imu_noise(folder / "imu0_sensor.yaml");
   recording.imu_range = read_euroc_imu_range(folder / "imu0_sensor.yaml");
   recording.imu = read_euroc_imu(table(folder, "imu0"));
+  leave_out_not_finite(table(folder, "imu0"), recording);
   if (recording.imu.empty()) {
     throw InputError(table(folder, "imu0").string() + ": holds no sample, expected an IMU's");
   }

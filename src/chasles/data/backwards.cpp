@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include <chasles/data/backwards.hpp>
@@ -13,8 +14,9 @@ class Reversed : public ImageSource {
 
   std::size_t size() const override { return images_->size(); }
   Time time(std::size_t i) const override { return sum_ - images_->time(size() - 1 - i); }
-  ImageFrame read(std::size_t i) const override {
-    ImageFrame frame = images_->read(size() - 1 - i);
+  ImageFrame read(std::size_t i) const override { return read_cameras(i, SIZE_MAX); }
+  ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
+    ImageFrame frame = images_->read_cameras(size() - 1 - i, cameras);
     frame.time = time(i);
     return frame;
   }

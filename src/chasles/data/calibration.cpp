@@ -5,6 +5,7 @@
 
 #include <chasles/data/calibration.hpp>
 #include <chasles/data/imu_range.hpp>
+#include <chasles/data/kalibr.hpp>
 #include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/yaml_map.hpp>
@@ -31,9 +32,9 @@ YamlMap::Keys document_keys() {
 }
 
 YamlMap::Keys camera_keys() {
-  return {
-      .known = {"resolution", "intrinsics", "distortion_model", "distortion_coeffs", "cam_T_imu"},
-      .needed = {"resolution", "intrinsics", "distortion_model", "cam_T_imu"}};
+  return {.known = {"resolution", "intrinsics", "distortion_model", "distortion_coeffs",
+                    "cam_T_imu", "timeshift_cam_imu"},
+          .needed = {"resolution", "intrinsics", "distortion_model", "cam_T_imu"}};
 }
 
 // Whether one of these keys is present.
@@ -53,33 +54,10 @@ std::optional<StereoRig> read_rig(const YamlMap& map) {
                    .cam0_T_imu = map.motion("cam0_T_imu")};
 }
 
-void read_distortion(const YamlMap& map, Camera& camera) {
-  const std::string model = map.text("distortion_model");
-  const auto known = choice_of<Distortion>(model);
-  if (!known) {
-    throw InputError(fmt::format("{}: is '{}', expected one of {}", map.where("distortion_model"),
-                                 model, fmt::join(kChoiceNames<Distortion>, ", ")));
-  }
-  camera.distortion = *known;
-  if (camera.distortion == Distortion::kNone && !map.has("distortion_coeffs")) return;
-  camera.coefficients = map.numbers("distortion_coeffs", 4, "coefficients");
-  if (camera.distortion == Distortion::kNone && !camera.coefficients.isZero(0)) {
-    throw InputError(map.where("distortion_coeffs") +
-                     ": is not zero, expected none with the distortion_model 'none'");
-  }
-}
-
 Camera read_camera(const YamlMap& map) {
-  const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
-  const Eigen::Vector4d f = map.numbers("intrinsics", 4, "numbers: fx, fy, cx, cy [px]");
-  Camera camera{.width = checked_pixels(map.where("resolution"), size[0]),
-                .height = checked_pixels(map.where("resolution"), size[1]),
-                .fx = checked_positive(map.where("intrinsics"), f[0]),
-                .fy = checked_positive(map.where("intrinsics"), f[1]),
-                .cx = f[2],
-                .cy = f[3],
-                .cam_T_imu = map.motion("cam_T_imu")};
-  read_distortion(map, camera);
+  Camera camera =
+      read_lens(map, {.distortion_model = "distortion_model", .coefficients = "distortion_coeffs"});
+  camera.cam_T_imu = map.motion("cam_T_imu");
   return camera;
 }
 
@@ -141,6 +119,7 @@ FolderCalibration read_calibration(const std::filesystem::path& file) {
   if (map.has("cameras")) {
     for (const YamlMap& entry : map.maps("cameras", camera_keys())) {
       calibration.cameras.push_back(read_camera(entry));
+      calibration.time_offsets.push_back(read_time_offset(entry));
     }
   }
   return calibration;

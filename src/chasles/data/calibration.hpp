@@ -17,6 +17,8 @@ struct FolderCalibration {
   std::string name;
   std::optional<StereoRig> rig = {};
   std::vector<Camera> cameras = {};
+  /// Of each camera: added to the stamps of its images, it gives the IMU's clock. Not written.
+  std::vector<Time> time_offsets = {};
   std::optional<ImuConvention> imu_convention = {};  ///< where there is an IMU
   std::vector<std::string> remarks = {};
   /// Standard deviations, where the recording states them (Recording).

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <utility>
 
 #include <fmt/format.h>
@@ -43,44 +44,62 @@ bool parse_fast(std::string_view text, Number& value) {
 
 }  // namespace
 
-CsvReader::CsvReader(const std::filesystem::path& file)
-    : file_(file.string()), bytes_(read_file(file)), rest_(bytes_) {
+void remark_on_open_end(const std::filesystem::path& file, std::vector<std::string>& remarks) {
+  std::ifstream stream(file, std::ios::binary);
+  const bool gzip = stream.get() == 0x1f && stream.get() == 0x8b;  // it has a check sum
+  if (!stream || gzip || !stream.seekg(-1, std::ios::end) || stream.get() == '\n') return;
+  remarks.push_back(
+      fmt::format("the last line of {} has no line end: it is read, but the file may be truncated",
+                  (file.parent_path().filename() / file.filename()).string()));
+}
+
+CsvReader::CsvReader(const std::filesystem::path& file, LastLine last)
+    : CsvReader(file.string(), read_text(file), last) {}
+
+CsvReader::CsvReader(std::string file, std::string bytes, LastLine last)
+    : file_(std::move(file)), bytes_(std::move(bytes)), rest_(bytes_) {
   split_commas(next_line(), values_);
   if (values_.size() == 1 && values_[0].empty()) {
     throw InputError(
         fmt::format("{}: is empty, expected a line with the names of the columns", file_));
   }
-  check_end();
+  check_end(last);
   columns_.assign(values_.begin(), values_.end());
 }
 
-void CsvReader::check_end() const {
-  if (bytes_.back() == '\n') return;
+// A number that ends with a sign or a point was longer.
+void CsvReader::check_end(LastLine last) const {
+  const bool whole = std::string_view(".,+-").find(bytes_.back()) == std::string_view::npos;
+  if (bytes_.back() == '\n' || (last == LastLine::kMayBeOpen && whole)) return;
   throw InputError(fmt::format(
       "{}: its last line has no line end: the file is truncated (if not, add a line end)", file_));
 }
 
 CsvReader::CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns,
-                     const std::vector<std::string>& further)
-    : CsvReader(file) {
+                     const std::vector<std::string>& further, LastLine last)
+    : CsvReader(file, last) {
   if (columns_ == columns) return;
   std::vector<std::string> all = columns;
   all.insert(all.end(), further.begin(), further.end());
   if (columns_ == all) return;
-  throw InputError(fmt::format("{}: has the columns {}, expected {}", where(),
-                               fmt::join(columns_, ","), fmt::join(columns, ",")));
+  throw InputError(
+      fmt::format("{}: has the columns {}, expected {}{}", where(), fmt::join(columns_, ","),
+                  fmt::join(columns, ","),
+                  line_ > 1 ? " (the lines before, which begin with #, are comments)" : ""));
 }
 
 CsvReader::CsvReader(std::string file, std::string bytes,
                      const std::vector<std::vector<std::string>>& known)
-    : file_(std::move(file)), bytes_(std::move(bytes)), rest_(bytes_), line_(1) {
+    : file_(std::move(file)), bytes_(std::move(bytes)), line_(1) {
+  remove_byte_order_mark(bytes_);
+  rest_ = bytes_;
   const std::string_view line = take_line(rest_);
   if (!line.starts_with('#')) {
     throw InputError(
         fmt::format("{}: begins with '{:.40}', expected a line # with the names of the columns",
                     where(), line));
   }
-  check_end();
+  check_end(LastLine::kMayBeOpen);
   const std::string names = without_brackets(line.substr(1));
   split_commas(names, values_);
   columns_.assign(values_.begin(), values_.end());
@@ -91,6 +110,29 @@ CsvReader::CsvReader(std::string file, std::string bytes,
   }
   throw InputError(fmt::format("{}: has the columns {}, expected {}", where(),
                                fmt::join(columns_, ","), expected));
+}
+
+CsvReader::CsvReader(std::string file, std::string bytes)
+    : file_(std::move(file)), bytes_(std::move(bytes)) {
+  remove_byte_order_mark(bytes_);
+  rest_ = bytes_;
+  std::string_view line;
+  while (!rest_.empty() && line.find(',') == std::string_view::npos) {  // over other comments
+    ++line_;
+    line = trimmed(take_line(rest_));
+    if (!line.empty() && line.front() != '#') break;
+  }
+  double ignored = 0;
+  split_commas(line.starts_with('#') ? line.substr(1) : line, values_);
+  if (line.empty() || parse_fast(values_.front(), ignored)) {
+    throw InputError(fmt::format(
+        "{}: begins with '{:.40}', expected a line with the names of the columns", where(), line));
+  }
+  check_end(LastLine::kMayBeOpen);
+  headings_.assign(values_.begin(), values_.end());
+  for (const std::string& heading : headings_) {
+    columns_.emplace_back(trimmed(without_brackets(heading)));
+  }
 }
 
 std::string_view CsvReader::next_line() {
@@ -107,8 +149,11 @@ bool CsvReader::next() {
   if (line.empty()) return false;
   split_commas(line, values_);
   if (values_.size() == columns_.size()) return true;
-  throw InputError(fmt::format("{}: has {} values, expected {}: {}", where(), values_.size(),
-                               columns_.size(), fmt::join(columns_, ",")));
+  throw InputError(fmt::format("{}: has {} values, expected {}: {}{}", where(), values_.size(),
+                               columns_.size(), fmt::join(columns_, ","),
+                               rest_.empty() && bytes_.back() != '\n'
+                                   ? " (the line has no end: is the file truncated?)"
+                                   : ""));
 }
 
 double CsvReader::number(std::size_t column) const {

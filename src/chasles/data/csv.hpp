@@ -10,17 +10,31 @@
 
 namespace chasles {
 
+/// What a last line without a line end means.
+enum class LastLine {
+  /// It is a row if it looks whole: many programs write no line end there. A truncated file may
+  /// look
+  /// so as well, and readers add remark_on_open_end().
+  kMayBeOpen,
+  /// The file is truncated. For files that this program wrote.
+  kMustEnd,
+};
+
+/// Adds a remark if the last line of a plain file has no line end. Nothing for a missing file.
+void remark_on_open_end(const std::filesystem::path& file, std::vector<std::string>& remarks);
+
 /// Reads a table of comma-separated values row by row. The first line has the names of the columns.
-/// Empty lines and lines that start with # are skipped. There is no quoting. A last line without a
-/// line end means that the file is truncated. Errors name file, line and column.
+/// Empty lines and lines that start with # are skipped, and so is a byte-order mark. There is no
+/// quoting. Errors name file, line and column.
 class CsvReader {
  public:
-  /// Accepts any columns. Throws InputError for a file without a first line, or without a line end
-  /// at its end.
-  explicit CsvReader(const std::filesystem::path& file);
+  /// Accepts any columns. Throws InputError for a file without a first line, or that is truncated.
+  explicit CsvReader(const std::filesystem::path& file, LastLine last = LastLine::kMustEnd);
+  /// The same for bytes that were read; `file` names the table in messages.
+  CsvReader(std::string file, std::string bytes, LastLine last);
   /// Throws InputError unless the columns are exactly these, or these and then the further ones.
   CsvReader(const std::filesystem::path& file, const std::vector<std::string>& columns,
-            const std::vector<std::string>& further = {});
+            const std::vector<std::string>& further = {}, LastLine last = LastLine::kMayBeOpen);
 
   /// A table whose first line is a comment with the names of the columns, as in EuRoC files. Units
   /// in brackets are not part of a name. Throws InputError unless the names are one of the `known`
@@ -28,7 +42,14 @@ class CsvReader {
   CsvReader(std::string file, std::string bytes,
             const std::vector<std::vector<std::string>>& known);
 
+  /// A table with any columns, whose first line is a comment or not: `#timestamp [ns],wx` or
+  /// `timestamp,wx`. `file` names the table in messages. Throws InputError if there is no first
+  /// line with names.
+  CsvReader(std::string file, std::string bytes);
+
   const std::vector<std::string>& columns() const { return columns_; }
+  /// Of a table with any columns: the names as they stand there, with units in brackets.
+  const std::vector<std::string>& headings() const { return headings_; }
 
   /// Moves to the next row; false at the end. Throws InputError if the row has too few or too many
   /// values.
@@ -47,13 +68,13 @@ class CsvReader {
 
  private:
   std::string_view next_line();
-  void check_end() const;
+  void check_end(LastLine last) const;
 
   std::string file_;
   std::string bytes_;
   std::string_view rest_;
   int line_ = 0;
-  std::vector<std::string> columns_;
+  std::vector<std::string> columns_, headings_;
   std::vector<std::string_view> values_;
 };
 

@@ -1,3 +1,4 @@
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -9,12 +10,9 @@
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/image_files.hpp>
 #include <chasles/data/image_recording.hpp>
-#include <chasles/data/inertial_tables.hpp>
-#include <chasles/data/lens.hpp>
-#include <chasles/data/numbers.hpp>
+#include <chasles/data/imu_table.hpp>
+#include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
-#include <chasles/data/time_order.hpp>
-#include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -23,8 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using Names = std::vector<std::string>;
 
-const Names kAslImuNames{"timestamp", "w_RS_S_x", "w_RS_S_y", "w_RS_S_z",
-                         "a_RS_S_x",  "a_RS_S_y", "a_RS_S_z"};
 const std::vector<Names> kImageNames{{"timestamp", "filename"}};
 
 // The folder of the sensors: mav0 in the recording, or the recording itself.
@@ -39,29 +35,22 @@ fs::path folder_of(const fs::path& folder) {
 
 std::string sequence_name(const fs::path& folder) { return folder_name(folder_of(folder)); }
 
-Camera read_camera(const fs::path& file) {
-  const YamlMap map =
-      YamlMap::read(file, {.known = {},
-                           .needed = {"sensor_type", "T_BS", "resolution", "camera_model",
-                                      "intrinsics", "distortion_model"}});
-  if (map.text("sensor_type") != "camera") {
-    throw InputError(fmt::format("{}: is '{}', expected 'camera'", map.where("sensor_type"),
-                                 map.text("sensor_type")));
-  }
-  Camera camera = read_pinhole(
-      map, {.distortion_model = "distortion_model", .coefficients = "distortion_coefficients"});
-  const YamlMap T = map.map("T_BS", {.known = {"cols", "rows", "data"}, .needed = {"data"}});
-  const Eigen::VectorXd data = T.numbers("data", 16, "numbers, row by row");
-  const SE3 imu_T_cam =
-      checked_motion(T.where("data"), Eigen::Matrix4d(data.reshaped<Eigen::RowMajor>(4, 4)));
-  camera.cam_T_imu = imu_T_cam.inverse();
-  return camera;
+bool is_folder(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored);
 }
 
-CameraFiles read_image_list(const fs::path& camera) {
+// The images of data.csv or, without it, those that are named by their times; none without a folder
+// of images.
+std::optional<CameraFiles> list_asl_images(const fs::path& camera) {
   const fs::path table = camera / "data.csv";
-  CsvReader csv(table.string(), read_plain_or_gzip(table), kImageNames);
   CameraFiles files{.folder = camera / "data", .images = {}};
+  if (!is_folder(files.folder)) return std::nullopt;
+  if (!fs::exists(table)) {
+    files.images = files_named_by_time(files.folder);
+    return files;
+  }
+  CsvReader csv(table.string(), read_plain_or_gzip(table), kImageNames);
   while (csv.next()) {
     files.images.push_back({.time = csv.time(0), .file = std::string(csv.text(1))});
   }
@@ -69,27 +58,83 @@ CameraFiles read_image_list(const fs::path& camera) {
   throw InputError(table.string() + ": lists no image, expected rows `time,file`");
 }
 
-std::vector<ImuSample> read_asl_samples(const fs::path& file) {
-  CsvReader csv(file.string(), read_plain_or_gzip(file), {kAslImuNames});
-  std::vector<ImuSample> imu;
-  while (csv.next()) {
-    imu.push_back({.time = csv.time(0),
-                   .specific_force_imu = vector_at(csv, 4),
-                   .angular_rate_imu = vector_at(csv, 1)});
+// The calibration of a recording, by one of its two kinds of files.
+struct AslCalibration {
+  std::vector<Time> time_offsets;
+  std::optional<ImuIntrinsics> imu_intrinsics;
+};
+
+// Kalibr's files beside mav0, in dso/ (TUM-VI) or in mav0.
+std::optional<KalibrFiles> kalibr_of(const fs::path& folder) {
+  for (const fs::path& place : {folder_of(folder), folder_of(folder) / "dso", sensors_of(folder)}) {
+    if (auto files = find_kalibr(place)) return files;
   }
-  return imu;
+  return std::nullopt;
+}
+
+AslCalibration take_sensor_files(const fs::path& sensors, std::size_t cameras,
+                                 Recording& recording) {
+  AslCalibration calibration;
+  for (std::size_t c = 0; c < cameras; ++c) {
+    const fs::path camera = sensors / fmt::format("cam{}", c);
+    if (c > 0 && !is_folder(camera)) break;
+    const EurocCamera read = read_euroc_camera(camera / "sensor.yaml");
+    recording.cameras.push_back(read.camera);
+    calibration.time_offsets.push_back(read.time_offset);
+  }
+  remark_on_time_offsets(calibration.time_offsets, recording.remarks);
+  recording.imu_noise = read_euroc_imu_noise(sensors / "imu0" / "sensor.yaml");
+  recording.imu_range = read_euroc_imu_range(sensors / "imu0" / "sensor.yaml");
+  return calibration;
+}
+
+void remark_on_unused_kalibr(const fs::path& folder, Recording& recording) {
+  try {
+    const auto files = kalibr_of(folder);
+    if (!files) return;
+    recording.remarks.push_back(
+        fmt::format("the calibration is that of the sensor.yaml files, and {} is not read",
+                    files->cameras.filename().string()));
+  } catch (const InputError&) {  // what is not read need not be good
+  }
+}
+
+// Kalibr's files serve where there is no sensor.yaml.
+AslCalibration take_asl_calibration(const fs::path& folder, std::size_t cameras,
+                                    Recording& recording) {
+  const fs::path sensors = sensors_of(folder);
+  const fs::path first = sensors / "cam0" / "sensor.yaml";
+  if (fs::exists(first)) {
+    remark_on_unused_kalibr(folder, recording);
+    return take_sensor_files(sensors, cameras, recording);
+  }
+  const std::optional<KalibrFiles> files = kalibr_of(folder);
+  if (!files) {
+    throw InputError(first.string() +
+                     ": no such file, and there is no camchain-imucam.yaml of Kalibr beside mav0: "
+                     "expected one of them");
+  }
+  const KalibrCalibration kalibr = read_kalibr(*files, cameras);
+  take_kalibr(kalibr, recording);
+  recording.remarks.push_back(fmt::format("there is no sensor.yaml: the calibration is that of {}",
+                                          files->cameras.filename().string()));
+  return {.time_offsets = kalibr.time_offsets, .imu_intrinsics = kalibr.imu_intrinsics};
 }
 
 void read_asl_truth(const fs::path& folder, Recording& recording) {
   const fs::path states = sensors_of(folder) / "state_groundtruth_estimate0" / "data.csv";
+  const fs::path mocap = sensors_of(folder) / "mocap0" / "data.csv";
   const fs::path poses = folder_of(folder) / "truth.tum";
   if (fs::exists(poses)) {  // not EuRoC's: placed there on purpose
     recording.truth = read_tum(poses);
   } else if (fs::exists(states)) {
     read_euroc_states(states, recording);
+  } else if (fs::exists(mocap)) {
+    recording.truth = read_euroc_poses(mocap);
   } else {
     recording.remarks.push_back(
-        "no truth: there is neither state_groundtruth_estimate0/data.csv nor truth.tum");
+        "no truth: there is neither state_groundtruth_estimate0/data.csv, mocap0/data.csv nor "
+        "truth.tum");
   }
 }
 
@@ -102,23 +147,23 @@ bool is_euroc_asl_folder(const fs::path& folder) {
          (fs::is_directory(folder / "cam0", ignored) && fs::is_directory(folder / "imu0", ignored));
 }
 
-Recording read_euroc_asl_recording(const fs::path& folder) {
+Recording read_euroc_asl_recording(const fs::path& folder, std::size_t cameras) {
   const fs::path sensors = sensors_of(folder);
   Recording recording;
   recording.name = sequence_name(folder);
-  std::vector<CameraFiles> images;
-  for (int c = 0; c == 0 || fs::is_directory(sensors / fmt::format("cam{}", c)); ++c) {
+  const AslCalibration calibration = take_asl_calibration(folder, cameras, recording);
+  if (cameras == kAllCameras) remark_on_further_camera(sensors, recording);
+  std::vector<std::optional<CameraFiles>> images;
+  for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
     const fs::path camera = sensors / fmt::format("cam{}", c);
-    recording.cameras.push_back(read_camera(camera / "sensor.yaml"));
-    images.push_back(read_image_list(camera));
+    images.push_back(list_asl_images(camera));
+    remark_on_open_end(camera / "data.csv", recording.remarks);
   }
-  recording.imu_noise = read_euroc_imu_noise(sensors / "imu0" / "sensor.yaml");
-  recording.imu_range = read_euroc_imu_range(sensors / "imu0" / "sensor.yaml");
-  recording.imu = read_asl_samples(sensors / "imu0" / "data.csv");
+  recording.imu = read_imu_table(sensors / "imu0" / "data.csv");
   tidy_samples(sensors / "imu0" / "data.csv", recording);
-  // The cameras of a rig are triggered together: EuRoC's have identical times.
-  recording.images =
-      open_image_files(std::move(images), recording.cameras, kSameInstant, recording.remarks);
+  remark_on_open_end(sensors / "imu0" / "data.csv", recording.remarks);
+  if (calibration.imu_intrinsics) correct_samples(*calibration.imu_intrinsics, recording);
+  open_cameras(std::move(images), calibration.time_offsets, sensors / "cam0" / "data", recording);
   read_asl_truth(folder, recording);
   recording.plan = read_plan_of(folder_of(folder));
   remark_on_coverage(recording);

@@ -6,6 +6,7 @@
 
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/gravity.hpp>
+#include <chasles/data/image_recording.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
 
@@ -76,6 +77,7 @@ Recording read_euroc_imu_recording(const fs::path& file) {
   if (recording.imu.empty()) {
     throw InputError(fmt::format("{}: holds no sample, expected an IMU's", file.string()));
   }
+  leave_out_not_finite(file, recording);
   if (const auto truth = truth_beside(file)) {
     read_truth_file(*truth, recording);
   } else {

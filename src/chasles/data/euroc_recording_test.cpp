@@ -156,16 +156,18 @@ TEST_F(AprilFolder, ItsTablesAreChecked) {
 
 TEST_F(AprilFolder, ItsSensorsAreChecked) {
   const std::string cam = "cam1_sensor.yaml", imu = "imu0_sensor.yaml";
-  expect_parts(error(cam, "radial-tangential", "equidistant"),
-               {"cam1_sensor.yaml:9: key 'distortion_model': is 'equidistant', expected 'radial"});
-  expect_parts(error(cam, "data: [0, -1,", "data: [0, 1,"), {"'data'", "reflection"});
+  expect_parts(error(cam, "radial-tangential", "fov"),
+               {"cam1_sensor.yaml:9: key 'distortion_model': 'fov' is a model that is not supp"});
+  expect_parts(error(cam, "data: [0, -1,", "data: [0, 1,"), {"'T_BS'", "reflection"});
   for (const char* width : {"[0.5,", "[1e300,"}) {
     expect_parts(error(cam, "resolution: [752,", std::string("resolution: ") + width),
                  {"'resolution'", "whole number of pixels"});
   }
-  expect_parts(error(cam, "0, 0, 0, 1]", "0, 0, 1]"), {"'data': expected a list of 16 numbers"});
+  expect_parts(error(cam, "0, 0, 0, 1]", "0, 0, 1]"), {"'T_BS': expected 4 rows of 4 numbers"});
   expect_parts(error(cam, "camera_model: pinhole\n", ""), {"key 'camera_model' is missing"});
   expect_parts(error(cam, "type: camera", "type: imu"), {"'sensor_type': is 'imu', expected"});
+  expect_parts(error(cam, "pinhole\n", "pinhole\ntimeshift_cam_imu: 0.01\n"),
+               {"cam1_sensor.yaml", "timeshift_cam_imu", "0.01 s", "images only"});
   expect_parts(error(imu, "data: [1, 0, 0, 0,", "data: [1, 0, 0, 0.1,"), {"is not the identity"});
   expect_parts(error(imu, "1e-4", "-1e-4"), {"'gyroscope_noise_density': is -0.0001"});
   fs::remove(folder / imu);

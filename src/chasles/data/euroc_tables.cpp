@@ -7,6 +7,7 @@
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/inertial_tables.hpp>
+#include <chasles/data/kalibr.hpp>
 #include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/yaml_map.hpp>
@@ -29,24 +30,15 @@ const std::vector<Names> kStateNames{
     {"time", "px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "bwx", "bwy", "bwz", "bax",
      "bay", "baz"}};
 
+const std::vector<Names> kPoseTableNames{
+    {"timestamp", "p_RS_R_x", "p_RS_R_y", "p_RS_R_z", "q_RS_w", "q_RS_x", "q_RS_y", "q_RS_z"}};
+
 YamlMap read_sensor(const std::filesystem::path& file, const std::string& type, Names needed) {
   needed.insert(needed.begin(), {"sensor_type", "T_BS"});
   const YamlMap map = YamlMap::read(file, {.known = {}, .needed = needed});
   if (map.text("sensor_type") == type) return map;
   throw InputError(fmt::format("{}: is '{}', expected '{}'", map.where("sensor_type"),
                                map.text("sensor_type"), type));
-}
-
-SE3 body_T_sensor(const YamlMap& sensor) {
-  const YamlMap T = sensor.map("T_BS", {.known = {"cols", "rows", "data"}, .needed = {"data"}});
-  const Eigen::VectorXd data = T.numbers("data", 16, "numbers, row by row");
-  return checked_motion(T.where("data"), Eigen::Matrix4d(data.reshaped<Eigen::RowMajor>(4, 4)));
-}
-
-void check_text(const YamlMap& map, const std::string& key, const std::string& expected) {
-  if (map.text(key) == expected) return;
-  throw InputError(
-      fmt::format("{}: is '{}', expected '{}'", map.where(key), map.text(key), expected));
 }
 
 }  // namespace
@@ -58,6 +50,19 @@ bool begins_euroc_imu(std::string_view bytes) {
 std::vector<ImuSample> read_euroc_imu(const std::filesystem::path& file) {
   CsvReader csv(file.string(), read_plain_or_gzip(file), kImuNames);
   return read_imu_rows(csv);
+}
+
+Trajectory read_euroc_poses(const std::filesystem::path& file) {
+  CsvReader csv(file.string(), read_plain_or_gzip(file), kPoseTableNames);
+  Trajectory poses;
+  while (csv.next()) {
+    const Time time = csv.time(0);
+    if (!poses.empty()) check_rises(csv.where(0), poses.back().time, time);
+    const Eigen::Vector4d xyzw(csv.finite(5), csv.finite(6), csv.finite(7), csv.finite(4));
+    poses.push_back(
+        {.time = time, .pose = {checked_quaternion(csv.where(), xyzw), vector_at(csv, 1)}});
+  }
+  return poses;
 }
 
 void read_euroc_states(const std::filesystem::path& file, Recording& recording) {
@@ -75,30 +80,30 @@ void read_euroc_states(const std::filesystem::path& file, Recording& recording) 
   }
 }
 
-Camera read_euroc_camera(const std::filesystem::path& file) {
-  const YamlMap map = read_sensor(
-      file, "camera",
-      {"resolution", "camera_model", "intrinsics", "distortion_model", "distortion_coefficients"});
-  check_text(map, "camera_model", "pinhole");
-  check_text(map, "distortion_model", "radial-tangential");
-  const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
-  const Eigen::Vector4d f = map.numbers("intrinsics", 4, "numbers: fu, fv, cu, cv [px]");
-  return {.width = checked_pixels(map.where("resolution"), size[0]),
-          .height = checked_pixels(map.where("resolution"), size[1]),
-          .fx = checked_positive(map.where("intrinsics"), f[0]),
-          .fy = checked_positive(map.where("intrinsics"), f[1]),
-          .cx = f[2],
-          .cy = f[3],
-          .distortion = Distortion::kRadtan,
-          .coefficients = map.numbers("distortion_coefficients", 4, "coefficients"),
-          .cam_T_imu = body_T_sensor(map).inverse()};
+EurocCamera read_euroc_camera(const std::filesystem::path& file) {
+  const YamlMap map =
+      read_sensor(file, "camera", {"resolution", "camera_model", "intrinsics", "distortion_model"});
+  EurocCamera result{.camera = read_pinhole(map, {.distortion_model = "distortion_model",
+                                                  .coefficients = "distortion_coefficients"}),
+                     .time_offset = read_time_offset(map)};
+  result.camera.cam_T_imu = map.motion("T_BS").inverse();
+  return result;
+}
+
+Camera read_euroc_camera_of_tracks(const std::filesystem::path& file) {
+  const EurocCamera read = read_euroc_camera(file);
+  if (read.time_offset == Time::zero()) return read.camera;
+  throw InputError(
+      fmt::format("{}: key 'timeshift_cam_imu' is {} s, expected it for images only: "
+                  "the times of tracks are by the IMU's clock",
+                  file.string(), to_seconds(read.time_offset)));
 }
 
 ImuNoise read_euroc_imu_noise(const std::filesystem::path& file) {
   const Names keys{"accelerometer_noise_density", "accelerometer_random_walk",
                    "gyroscope_noise_density", "gyroscope_random_walk"};
   const YamlMap map = read_sensor(file, "imu", keys);
-  const SE3 T = body_T_sensor(map);
+  const SE3 T = map.motion("T_BS");
   if (!T.R.isIdentity(1e-12) || !T.p.isZero(1e-12)) {
     throw InputError(map.where("T_BS") +
                      ": is not the identity, expected the IMU's frame as that of the body");

@@ -22,8 +22,21 @@ std::vector<ImuSample> read_euroc_imu(const std::filesystem::path& file);
 /// appended to the recording's truth and true motion.
 void read_euroc_states(const std::filesystem::path& file, Recording& recording);
 
-/// cam0/sensor.yaml. Its T_BS maps camera coordinates to those of the body, which is the IMU.
-Camera read_euroc_camera(const std::filesystem::path& file);
+/// mocap0/data.csv, as TUM-VI has it: world_T_imu, without velocities and biases.
+Trajectory read_euroc_poses(const std::filesystem::path& file);
+
+/// A camera of an EuRoC recording.
+struct EurocCamera {
+  Camera camera;
+  Time time_offset{};  ///< added to its stamps, it gives the IMU's clock
+};
+
+/// cam0/sensor.yaml. Its T_BS maps camera coordinates to those of the body, which is the IMU. The
+/// optional key timeshift_cam_imu is Kalibr's; EuRoC's own files do not have it.
+EurocCamera read_euroc_camera(const std::filesystem::path& file);
+/// The same for a camera whose tracks are read: their times are by the IMU's clock. Throws
+/// InputError for a time offset.
+Camera read_euroc_camera_of_tracks(const std::filesystem::path& file);
 
 /// imu0/sensor.yaml; its T_BS must be the identity.
 ImuNoise read_euroc_imu_noise(const std::filesystem::path& file);

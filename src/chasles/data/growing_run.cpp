@@ -10,8 +10,10 @@
 #include <nlohmann/json.hpp>
 #include <sys/file.h>
 
+#include <chasles/data/durable_file.hpp>
 #include <chasles/data/growing_run.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/run_replacement.hpp>
 #include <chasles/data/run_text.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
@@ -37,11 +39,11 @@ bool is_taken(int folder, int lock) {
 
 fs::path part_of(const fs::path& file) { return file.string() + ".part"; }
 
-/// Replaces the file atomically: a reader finds the old file or the new one.
-void replace_file(const fs::path& file, std::string_view bytes) {
-  const fs::path part = part_of(file);
-  write_file(part, bytes);
-  fs::rename(part, file);
+void append(const fs::path& file, std::string_view bytes) {
+  std::ofstream stream(file, std::ios::binary | std::ios::app);
+  stream << bytes << std::flush;
+  if (!stream) throw UsageError(fmt::format("{}: cannot be written", file.string()));
+  sync_to_disk(file);
 }
 
 }  // namespace
@@ -79,28 +81,31 @@ GrowingRun::GrowingRun(const fs::path& run_folder, Pace pace)
                     run_folder.string()));
   }
   remove_files();
+  discard_unfinished(run_folder);
 }
 
 GrowingRun::~GrowingRun() {
-  remove_files();
+  if (!readable_) remove_files();
   std::error_code not_empty;
   fs::remove(folder_, not_empty);
   ::close(lock_);
 }
 
-// Removes its own files only; other files in the folder are kept.
+void GrowingRun::end() { readable_ = false; }
+
+// Removes its own files only; other files in the folder are kept. Without the summary, the first,
+// the others are no run.
 void GrowingRun::remove_files() const {
   std::error_code ignored;
-  for (const char* name : {kStates, kLandmarks, kSummary, kTruth, kDeadReckoning}) {
+  for (const char* name : {kSummary, kStates, kLandmarks, kTruth, kDeadReckoning}) {
     fs::remove(folder_ / name, ignored);
     fs::remove(part_of(folder_ / name), ignored);
   }
 }
 
 void GrowingRun::begin(const Run& header, const nlohmann::ordered_json& summary) {
-  nlohmann::ordered_json known = summary;
-  known["name"] = header.name;
-  summary_ = json_text(known, 2) + "\n";
+  summary_ = std::make_unique<nlohmann::ordered_json>(summary);
+  (*summary_)["name"] = header.name;
   next_ = Clock::now() + pace_.first;
 }
 
@@ -118,17 +123,24 @@ void GrowingRun::extend(const Run& run, const std::function<std::vector<RunLandm
 
 void GrowingRun::write(const Run& run, const std::vector<RunLandmark>& landmarks) {
   const bool first = written_ == 0;
-  if (first && !run.truth.empty()) write_tum(run.truth, folder_ / kTruth);
+  if (first && !run.truth.empty()) {
+    write_tum(run.truth, folder_ / kTruth);
+    sync_to_disk(folder_ / kTruth);
+  }
   if (first && !run.dead_reckoning.empty()) {
     write_tum(run.dead_reckoning, folder_ / kDeadReckoning);
+    sync_to_disk(folder_ / kDeadReckoning);
   }
-  std::ofstream states(folder_ / kStates, std::ios::binary | std::ios::app);
-  states << states_text(run, written_) << std::flush;
-  if (!states) throw UsageError(fmt::format("{}: cannot be written", folder_.string()));
+  const std::string rows = states_text(run, written_);
+  append(folder_ / kStates, rows);
   written_ = run.states.size();
+  bytes_ += rows.size();
   replace_file(folder_ / kLandmarks, landmarks_text(landmarks));
-  // The last file: with it the folder is readable.
-  if (first) replace_file(folder_ / kSummary, summary_);
+  // The last file: with it the folder is readable, and it states how much of states.csv is whole.
+  (*summary_)[kStatesBytes] = bytes_;
+  replace_file(folder_ / kSummary, json_text(*summary_, 2) + "\n");
+  sync_to_disk(folder_);
+  readable_ = true;
 }
 
 }  // namespace chasles

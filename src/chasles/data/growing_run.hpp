@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,9 +13,12 @@
 
 namespace chasles {
 
+/// Entry of a growing run's summary.json: as many bytes of states.csv are complete rows.
+inline constexpr const char* kStatesBytes = "states_bytes";
+
 /// The folder `growing` inside a run folder while the run goes on. It is itself a run folder with
-/// the estimates so far, for readers of a running run and in case the run is killed. It is locked
-/// (flock) during the run and removed at its end.
+/// the estimates so far, for readers of a running run and in case the run is killed or its results
+/// cannot be written. It is locked (flock) during the run and removed after its end.
 class GrowingRun {
  public:
   struct Pace {
@@ -29,7 +33,7 @@ class GrowingRun {
   GrowingRun(const std::filesystem::path& run_folder, Pace pace);
   GrowingRun(const GrowingRun&) = delete;
   GrowingRun& operator=(const GrowingRun&) = delete;
-  ~GrowingRun();  ///< removes the folder
+  ~GrowingRun();  ///< removes the folder after end(), or if it is not readable yet
 
   /// `header`: the run before its first state. `summary`: the entries of summary.json that are
   /// already available.
@@ -37,6 +41,8 @@ class GrowingRun {
   /// If a write is due: appends the new states and writes the map that `map` returns. After a
   /// failed write nothing more is written, so that the run itself continues.
   void extend(const Run& run, const std::function<std::vector<RunLandmark>()>& map);
+  /// The results are in the run folder: nobody needs these files any more.
+  void end();
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -47,9 +53,9 @@ class GrowingRun {
   Pace pace_;
   int lock_ = -1;  ///< file descriptor
   Clock::time_point next_;
-  std::string summary_;
-  std::size_t written_ = 0;  ///< states
-  bool given_up_ = false;
+  std::unique_ptr<nlohmann::ordered_json> summary_;
+  std::size_t written_ = 0, bytes_ = 0;  ///< states, and their text
+  bool readable_ = false, given_up_ = false;
 };
 
 /// The path of a run folder's growing run.

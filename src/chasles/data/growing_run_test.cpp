@@ -75,6 +75,33 @@ TEST(GrowingRun, HoldsItsFolderUntilItsEndAndLeavesNothing) {
   EXPECT_TRUE(fs::is_empty(folder));
 }
 
+TEST(GrowingRun, StaysWhereTheResultsWereNotWritten) {
+  const auto folder = test::scratch() / "out";
+  {
+    GrowingRun growing(folder, kAtOnce);
+    growing.begin(run_of(0), kSummary);
+    growing.extend(run_of(3), map_of(1));
+  }
+  EXPECT_FALSE(is_growing(folder));
+  EXPECT_EQ(read_run(growing_folder(folder)).states.size(), 3U);
+}
+
+TEST(GrowingRun, RowsThatWereCutOffAreLeftOut) {
+  const auto folder = test::scratch() / "out";
+  GrowingRun growing(folder, kAtOnce);
+  growing.begin(run_of(0), kSummary);
+  growing.extend(run_of(3), map_of(1));
+  const auto states = growing_folder(folder) / "states.csv";
+  const std::string whole = test::slurp(states);
+  test::spill(states, whole + "1150000000,0.3");
+  EXPECT_EQ(read_run(growing_folder(folder)).states.size(), 3U);
+  test::spill(states, whole + std::string(100, '\0'));  // as after a power cut
+  EXPECT_EQ(read_run(growing_folder(folder)).states.size(), 3U);
+  test::spill(states, whole.substr(0, whole.size() - 1));
+  test::expect_parts(test::input_error([&] { read_run(growing_folder(folder)); }),
+                     {"states.csv", "truncated"});
+}
+
 TEST(GrowingRun, WhatAKilledRunLeftIsNamedAndThenReplaced) {
   const auto folder = test::scratch() / "out";
   make_folder(growing_folder(folder));
@@ -98,6 +125,7 @@ TEST(GrowingRun, NeverRemovesWhatItDidNotWrite) {
     growing.begin(run_of(0), kSummary);
     growing.extend(run_of(2), map_of(0));
     EXPECT_TRUE(fs::exists(growing_folder(folder) / "states.csv"));
+    growing.end();
   }
   EXPECT_FALSE(fs::exists(growing_folder(folder) / "states.csv"));
   EXPECT_TRUE(fs::exists(growing_folder(folder) / "notes.txt"));

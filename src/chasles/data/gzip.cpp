@@ -7,6 +7,7 @@
 
 #include <chasles/data/bytes.hpp>
 #include <chasles/data/gzip.hpp>
+#include <chasles/data/read_budget.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
@@ -14,7 +15,6 @@ namespace chasles {
 namespace {
 
 constexpr std::size_t kGzipHeader = 10, kGzipTrailer = 8;
-constexpr std::size_t kLargest = 1'000'000'000;
 
 enum Flag : unsigned { kHeaderSum = 2, kExtra = 4, kName = 8, kComment = 16, kUnknown = 0xe0 };
 
@@ -64,10 +64,13 @@ Member parse_member(std::string_view bytes, const std::string& where) {
   Member member{.deflated = rest.substr(0, end),
                 .check_sum = number_at(rest, end),
                 .size = number_at(rest, end + 4)};
-  if (member.size <= kLargest && member.size / kMostInflation <= end) return member;
-  throw InputError(fmt::format(
-      "{}: claims {} bytes from {} compressed ones: the file is damaged, truncated or too large",
-      where, member.size, end));
+  const std::string claim =
+      fmt::format("{}: claims {} bytes from {} compressed ones", where, member.size, end);
+  if (member.size / kMostInflation > end) {
+    throw InputError(claim + ": the file is damaged or truncated");
+  }
+  check_memory(claim, member.size);
+  return member;
 }
 
 void append_number(std::string& bytes, std::size_t value, int size) {

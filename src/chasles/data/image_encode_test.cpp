@@ -32,6 +32,14 @@ TEST(JpegBytes, AWideOneIsMadeSmallerByAveraging) {
   }
 }
 
+TEST(JpegBytes, AWidthThatDoesNotDivideTheImageIsAveragedByShares) {
+  const GrayImage again =
+      decode_image(jpeg_bytes(ramp(250, 100), 100), {.width = 100, .height = 40}, "");
+  for (int u = 2; u < 98; ++u) {  // two columns and a half each
+    EXPECT_NEAR(again.pixels[static_cast<std::size_t>(5 * 100 + u)], 2.5 * u + 0.75, 3) << u;
+  }
+}
+
 TEST(JpegBytes, ASmallOneStaysAsItIsAndNoneIsNothing) {
   EXPECT_EQ(stated_size(jpeg_bytes(ramp(20, 10), 480), ""), (ImageSize{20, 10}));
   EXPECT_EQ(stated_size(jpeg_bytes(ramp(700, 1), 70), ""), (ImageSize{70, 1}));

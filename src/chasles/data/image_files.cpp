@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -5,8 +7,10 @@
 
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/image_files.hpp>
+#include <chasles/data/image_range.hpp>
 #include <chasles/data/pair_images.hpp>
 #include <chasles/data/parse.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/data/time_order.hpp>
 #include <chasles/error.hpp>
 
@@ -15,11 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_image(const fs::path& file) {
-  const std::string ending = file.extension().string();
-  return ending == ".png" || ending == ".jpg" || ending == ".jpeg" || ending == ".PNG" ||
-         ending == ".JPG" || ending == ".JPEG";
-}
+constexpr int kFoldersUp = 3;  // from mav0/cam0/data to the recording's folder
 
 std::set<std::string> names_in(const fs::path& folder) {
   std::error_code error;
@@ -33,49 +33,99 @@ std::set<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
+// What the images of a camera must be, and how their values become grey.
+struct ImageForm {
+  ImageSize size;
+  int bits = kAllBits;
+};
+
 class ImageFiles : public ImageSource {
  public:
-  ImageFiles(std::vector<CameraFiles> cameras, std::vector<ImageSize> sizes,
+  ImageFiles(std::vector<CameraFiles> cameras, std::vector<ImageForm> forms,
              std::vector<PairedFrame> frames)
-      : cameras_(std::move(cameras)), sizes_(std::move(sizes)), frames_(std::move(frames)) {}
+      : cameras_(std::move(cameras)), forms_(std::move(forms)), frames_(std::move(frames)) {}
 
   std::size_t size() const override { return frames_.size(); }
   Time time(std::size_t i) const override { return frames_[i].time; }
-  ImageFrame read(std::size_t i) const override {
+  ImageFrame read(std::size_t i) const override { return read_cameras(i, cameras_.size()); }
+  ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
     ImageFrame frame{.time = frames_[i].time, .images = {}};
-    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    for (std::size_t c = 0; c < std::min(cameras, cameras_.size()); ++c) {
       const auto& member = frames_[i].members[c];
-      frame.images.push_back(
-          member ? read_image(cameras_[c].folder / cameras_[c].images[*member].file, sizes_[c])
-                 : GrayImage{});
+      frame.images.push_back(member
+                                 ? read_image(cameras_[c].folder / cameras_[c].images[*member].file,
+                                              forms_[c].size, forms_[c].bits)
+                                 : GrayImage{});
     }
     return frame;
   }
 
  private:
   std::vector<CameraFiles> cameras_;
-  std::vector<ImageSize> sizes_;
+  std::vector<ImageForm> forms_;
   std::vector<PairedFrame> frames_;
 };
 
 std::string camera_name(std::size_t camera) { return fmt::format("cam{}", camera); }
 
+// A table may name its files with folders: from the camera's folder, from one of those that it is
+// in up to the recording's, or as they were on the computer that wrote it (the same name in the
+// camera's folder). Returns the file's place as seen from the camera's folder; nothing if there is
+// none.
+std::optional<std::string> find_named(const CameraFiles& camera, const std::set<std::string>& there,
+                                      std::string name) {
+  if (there.contains(name)) return name;
+  std::replace(name.begin(), name.end(), '\\', '/');
+  const fs::path path(name);
+  if (!path.has_parent_path()) return std::nullopt;
+  const bool inside = path.is_relative() && std::find(path.begin(), path.end(), "..") == path.end();
+  fs::path up = ".";
+  for (int level = 0; inside && level <= kFoldersUp; ++level, up /= "..") {
+    std::error_code ignored;
+    if (fs::is_regular_file(camera.folder / up / path, ignored)) return (up / path).string();
+  }
+  const std::string plain = path.filename().string();
+  return there.contains(plain) ? std::optional<std::string>(plain) : std::nullopt;
+}
+
+[[noreturn]] void fail_without_images(const CameraFiles& camera, std::size_t index,
+                                      const std::vector<StampedFile>& listed) {
+  throw InputError(fmt::format(
+      "{}: none of the {} images of {} is there{}, expected {} files", camera.folder.string(),
+      listed.size(), camera_name(index),
+      listed.empty() ? ""
+                     : fmt::format(", such as {}", (camera.folder / listed.front().file).string()),
+      kImageKindNames));
+}
+
 // Sorts the images and keeps those whose files exist.
 void tidy(CameraFiles& camera, std::size_t index, std::vector<std::string>& remarks) {
   bring_into_order(camera.images, "images of " + camera_name(index), remarks);
   const std::set<std::string> there = names_in(camera.folder);
-  const std::size_t listed = camera.images.size();
-  std::erase_if(camera.images, [&](const StampedFile& row) { return !there.contains(row.file); });
-  if (camera.images.empty()) {
-    throw InputError(
-        fmt::format("{}: none of the {} images of {} is there, expected PNG or JPEG "
-                    "files",
-                    camera.folder.string(), listed, camera_name(index)));
+  std::vector<StampedFile> listed = std::move(camera.images);
+  camera.images.clear();
+  for (const StampedFile& row : listed) {
+    if (auto file = find_named(camera, there, row.file)) {
+      camera.images.push_back({.time = row.time, .file = *std::move(file)});
+    }
   }
-  if (camera.images.size() < listed) {
+  if (camera.images.empty()) fail_without_images(camera, index, listed);
+  if (camera.images.size() < listed.size()) {
     remarks.push_back(fmt::format("{} of {} images of {} are listed, but are not in its folder",
-                                  listed - camera.images.size(), listed, camera_name(index)));
+                                  listed.size() - camera.images.size(), listed.size(),
+                                  camera_name(index)));
   }
+}
+
+int used_bits(const CameraFiles& camera, const ImageSize& size, std::size_t index,
+              std::vector<std::string>& remarks) {
+  const auto range = deep_range(camera.images.size(), [&](std::size_t i) {
+    const fs::path file = camera.folder / camera.images[i].file;
+    return largest_deep_value(read_file(file), size, file.string());
+  });
+  if (!range) return kAllBits;
+  remarks.push_back(deep_remark(*range, camera_name(index)));
+  return range->bits;
 }
 
 }  // namespace
@@ -83,27 +133,29 @@ void tidy(CameraFiles& camera, std::size_t index, std::vector<std::string>& rema
 std::vector<StampedFile> files_named_by_time(const fs::path& folder) {
   std::vector<StampedFile> images;
   for (const std::string& name : names_in(folder)) {
-    if (!is_image(name)) continue;
+    if (!is_image_name(name)) continue;
     const std::string where =
         fmt::format("{}: the name of an image without a times.csv", (folder / name).string());
     images.push_back(
         {.time = parse_nanoseconds(where, fs::path(name).stem().string()), .file = name});
   }
+  std::ranges::stable_sort(images, {}, &StampedFile::time);  // 50.png comes before 100.png
   return images;
 }
 
 std::shared_ptr<const ImageSource> open_image_files(std::vector<CameraFiles> cameras,
                                                     const std::vector<Camera>& rig, Time tolerance,
                                                     std::vector<std::string>& remarks) {
-  std::vector<ImageSize> sizes;
+  std::vector<ImageForm> forms;
   std::vector<std::vector<Time>> stamps(cameras.size());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     tidy(cameras[c], c, remarks);
-    sizes.push_back({.width = rig[c].width, .height = rig[c].height});
+    const ImageSize size{.width = rig[c].width, .height = rig[c].height};
+    forms.push_back({.size = size, .bits = used_bits(cameras[c], size, c, remarks)});
     for (const StampedFile& image : cameras[c].images) stamps[c].push_back(image.time);
   }
   std::vector<PairedFrame> frames = pair_images(stamps, tolerance, remarks);
-  return std::make_shared<ImageFiles>(std::move(cameras), std::move(sizes), std::move(frames));
+  return std::make_shared<ImageFiles>(std::move(cameras), std::move(forms), std::move(frames));
 }
 
 }  // namespace chasles

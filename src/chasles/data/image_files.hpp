@@ -26,10 +26,10 @@ struct CameraFiles {
 /// (1403636584763555584.png). Throws InputError for an image whose name is not a number.
 std::vector<StampedFile> files_named_by_time(const std::filesystem::path& folder);
 
-/// The images of a rig, read on request. Images whose times differ by at most `tolerance` make one
-/// frame, at the time of the first camera that has one. The function corrects, and counts in
-/// `remarks`: images that are not in order of time, repeated times (the first image stays), missing
-/// files, and images that only some of the cameras have. Throws InputError if a camera's folder is
+/// The images of a rig, read on request. Each image of the first camera makes a frame, with those
+/// of the others within `tolerance` (pair_images). The function corrects, and counts in `remarks`:
+/// images that are not in order of time, repeated times (the first image stays), missing files, and
+/// images that only some of the cameras have. Throws InputError if a camera's folder is
 /// missing or none of its images is there.
 ///
 /// `cameras`: one entry for each camera of the rig; its images must have the camera's size.

@@ -1,17 +1,21 @@
+#include <algorithm>
+#include <array>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <chasles/data/calibration.hpp>
 #include <chasles/data/csv.hpp>
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/image_files.hpp>
 #include <chasles/data/image_recording.hpp>
-#include <chasles/data/inertial_tables.hpp>
+#include <chasles/data/imu_table.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -19,15 +23,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kTimeColumns{"time_ns", "file"};
+constexpr std::array kImuTables{"imu.csv", "imu0.csv"};
 
-void take_own_calibration(const fs::path& file, Recording& recording) {
-  const FolderCalibration calibration = read_calibration(file);
+// The calibration of a folder, by one of its two kinds of files.
+struct FolderRig {
+  std::vector<Time> time_offsets;
+  std::optional<ImuIntrinsics> imu_intrinsics;
+};
+
+FolderRig take_own_calibration(const fs::path& file, std::size_t cameras, Recording& recording) {
+  FolderCalibration calibration = read_calibration(file);
   if (calibration.cameras.empty() || !calibration.imu_convention) {
     throw InputError(fmt::format(
         "{}: has no {}, expected both beside a folder of images", file.string(),
         calibration.cameras.empty() ? "cameras (a list)" : "imu_convention (and so no IMU)"));
   }
+  cameras = std::min(cameras, calibration.cameras.size());
+  calibration.cameras.resize(cameras);
+  calibration.time_offsets.resize(cameras);
   recording.name = calibration.name;
   recording.cameras = calibration.cameras;
   recording.imu_convention = *calibration.imu_convention;
@@ -35,69 +48,95 @@ void take_own_calibration(const fs::path& file, Recording& recording) {
   recording.imu_range = calibration.imu_range;
   recording.single_pixel_sigma = calibration.single_pixel_sigma;
   recording.remarks = calibration.remarks;
+  remark_on_time_offsets(calibration.time_offsets, recording.remarks);
+  return {.time_offsets = calibration.time_offsets, .imu_intrinsics = std::nullopt};
 }
 
-void take_calibration(const fs::path& folder, Recording& recording) {
+FolderRig take_calibration(const fs::path& folder, std::size_t cameras, Recording& recording) {
   recording.name = folder_name(folder);
   if (fs::exists(folder / "calibration.yaml")) {
-    take_own_calibration(folder / "calibration.yaml", recording);
-    return;
+    return take_own_calibration(folder / "calibration.yaml", cameras, recording);
   }
   const auto files = find_kalibr(folder);
   if (!files) {
     throw InputError(
         fmt::format("{}: there is no calibration.yaml and no camchain-imucam.yaml, expected the "
-                    "cameras' calibration beside images/",
+                    "cameras' calibration in the folder of the recording",
                     folder.string()));
   }
-  const KalibrCalibration kalibr = read_kalibr(*files);
-  recording.cameras = kalibr.cameras;
-  recording.imu_noise = kalibr.imu_noise;
-  recording.imu_range = kalibr.imu_range;
-  recording.remarks = kalibr.remarks;
+  const KalibrCalibration kalibr = read_kalibr(*files, cameras);
+  take_kalibr(kalibr, recording);
+  return {.time_offsets = kalibr.time_offsets, .imu_intrinsics = kalibr.imu_intrinsics};
 }
 
-CameraFiles list_images(const fs::path& folder) {
+// The column of the files' names.
+std::size_t file_column(const CsvReader& csv) {
+  for (std::size_t i = 0; i < csv.columns().size(); ++i) {
+    if (csv.columns()[i] == "file" || csv.columns()[i] == "filename") return i;
+  }
+  throw InputError(fmt::format("{}: has the columns {}, expected time_ns,file", csv.where(),
+                               fmt::join(csv.headings(), ",")));
+}
+
+// The images of times.csv or, without it, those that are named by their times; none without a
+// folder.
+std::optional<CameraFiles> list_images(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) return std::nullopt;
   const fs::path table = folder / "times.csv";
-  if (!fs::exists(table)) return {.folder = folder, .images = files_named_by_time(folder)};
-  CsvReader csv(table, kTimeColumns);
+  if (!fs::exists(table)) {
+    return CameraFiles{.folder = folder, .images = files_named_by_time(folder)};
+  }
+  CsvReader csv(table.string(), read_text(table));
+  const std::size_t time = time_column(csv), file = file_column(csv);
   CameraFiles files{.folder = folder, .images = {}};
   while (csv.next()) {
-    files.images.push_back({.time = csv.time(0), .file = std::string(csv.text(1))});
+    // The images are in this folder, also where the table names them from another one on.
+    files.images.push_back(
+        {.time = time_at(csv, time), .file = fs::path(csv.text(file)).filename().string()});
   }
   return files;
 }
 
-// Checks that there are as many folders as calibrated cameras.
-std::vector<CameraFiles> list_cameras(const fs::path& images, std::size_t cameras) {
-  std::vector<CameraFiles> all;
-  for (std::size_t c = 0; c < cameras; ++c) {
-    all.push_back(list_images(images / fmt::format("cam{}", c)));
-  }
-  const fs::path next = images / fmt::format("cam{}", cameras);
-  if (!fs::exists(next)) return all;
-  throw InputError(fmt::format("{}: is there, but the calibration has {} camera{} only",
-                               next.string(), cameras, cameras == 1 ? "" : "s"));
+// images/, or the recording's folder itself as kalibr_bagextractor makes it.
+fs::path images_of(const fs::path& folder) {
+  return fs::exists(folder / "images") ? folder / "images" : folder;
 }
 
-void read_folder_samples(const fs::path& file, Recording& recording) {
-  CsvReader csv(file, kImuColumns);
-  while (csv.next()) {
-    recording.imu.push_back({.time = csv.time(0),
-                             .specific_force_imu = vector_at(csv, 4),
-                             .angular_rate_imu = vector_at(csv, 1)});
+fs::path imu_table_of(const fs::path& folder) {
+  for (const char* name : kImuTables) {
+    if (fs::exists(folder / name)) return folder / name;
   }
-  tidy_samples(file, recording);
+  return folder / kImuTables.front();
 }
 
 }  // namespace
 
-Recording read_image_folder_recording(const fs::path& folder) {
+bool is_image_folder(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder / "images", ignored)) return !fs::exists(folder / "frames.csv", ignored);
+  return fs::is_directory(folder / "cam0", ignored) &&
+         std::ranges::any_of(kImuTables,
+                             [&](const char* name) { return fs::exists(folder / name, ignored); });
+}
+
+Recording read_image_folder_recording(const fs::path& folder, std::size_t cameras) {
   Recording recording;
-  take_calibration(folder, recording);
-  read_folder_samples(folder / "imu.csv", recording);
-  recording.images = open_image_files(list_cameras(folder / "images", recording.cameras.size()),
-                                      recording.cameras, kSameInstant, recording.remarks);
+  const FolderRig rig = take_calibration(folder, cameras, recording);
+  const fs::path table = imu_table_of(folder), images = images_of(folder);
+  if (cameras == kAllCameras) remark_on_further_camera(images, recording);
+  recording.imu = read_imu_table(table);
+  tidy_samples(table, recording);
+  remark_on_open_end(table, recording.remarks);
+  if (rig.imu_intrinsics) correct_samples(*rig.imu_intrinsics, recording);
+  std::vector<std::optional<CameraFiles>> files;
+  for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
+    files.push_back(list_images(images / fmt::format("cam{}", c)));
+  }
+  for (std::size_t c = 0; c < files.size(); ++c) {
+    remark_on_open_end(images / fmt::format("cam{}", c) / "times.csv", recording.remarks);
+  }
+  open_cameras(std::move(files), rig.time_offsets, images / "cam0", recording);
   if (fs::exists(folder / "truth.tum")) recording.truth = read_tum(folder / "truth.tum");
   remark_on_coverage(recording);
   return recording;

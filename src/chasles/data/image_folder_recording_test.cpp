@@ -1,4 +1,5 @@
 #include <chasles/data/image_testing.hpp>
+#include <chasles/data/image_views.hpp>
 #include <chasles/data/readers.hpp>
 
 namespace chasles {
@@ -107,6 +108,77 @@ TEST_F(ImageFolder, ColoursAnd16BitsBecomeGreyAndJpegIsReadAsWell) {
   }
 }
 
+TEST_F(ImageFolder, NamesAreInTheOrderOfTheirNumbersAndHiddenFilesAreLeftOut) {
+  const fs::path cam0 = folder / "images/cam0";
+  test::spill(cam0 / "._5000000.png", "Mac OS X");
+  test::spill(cam0 / ".DS_Store", "");
+  test::spill(cam0 / "Thumbs.db", "");
+  fs::rename(cam0 / "10000000.png", cam0 / "10000000.PNG");
+  const Recording r = read_recording(folder);
+  ASSERT_EQ(r.images->size(), 3u);
+  EXPECT_EQ(r.images->read(1).images[0].pixels[0], test::shade_of(0, 1));
+  for (const std::string& remark : r.remarks) {
+    EXPECT_EQ(remark.find("came after later"), std::string::npos) << remark;
+  }
+}
+
+TEST_F(ImageFolder, ATableMayNameItsFilesFromAnyFolderOfTheRecording) {
+  test::spill(folder / "images/cam0/times.csv",
+              "time_ns,file\n5000000,images/cam0/5000000.png\n6000000,cam0/10000000.png\n"
+              "7000000,/home/me/walk/cam0/15000000.png\n8000000,images\\cam0\\15000000.png\n"
+              "9000000,images/cam0/lost.png\n9500000,../../imu.csv\n");
+  const Recording r = read_recording(folder);
+  ASSERT_EQ(r.images->size(), 4u);
+  for (const std::size_t k : {0u, 1u, 2u, 3u}) {
+    EXPECT_EQ(r.images->read(k).images[0].pixels[0],
+              test::shade_of(0, static_cast<int>(std::min<std::size_t>(k, 2))));
+  }
+  ASSERT_EQ(r.remarks.size(), 1u);
+  expect_parts(r.remarks[0], {"2 of 6 images of cam0 are listed, but are not in its folder"});
+  test::spill(folder / "images/cam0/times.csv", "time_ns,file\n5000000,right/0.png\n");
+  expect_parts(error(), {"none of the 1 images of cam0 is there, such as", "cam0/right/0.png",
+                         "expected PNG, JPEG, PGM, BMP or TIFF files"});
+}
+
+// Twelve bits in 16, as drivers of machine vision cameras write them; the first image is dark.
+TEST_F(ImageFolder, TheRangeOfDeepImagesIsOneForTheRecording) {
+  const auto write = [&](int k, int shade) {
+    const cv::Mat image(6, 8, CV_16UC1, cv::Scalar(shade));
+    test::spill(folder / "images/cam0" / (test::stamp_of(k) + ".png"), test::encoded(image));
+  };
+  const auto shade = [&](const Recording& r, std::size_t k) {
+    return int{r.images->read(k).images[0].pixels[0]};
+  };
+  write(0, 160);
+  write(1, 4000);
+  write(2, 2000);
+  const Recording r = read_recording(folder);
+  EXPECT_EQ(shade(r, 0), 160 / 16);
+  EXPECT_EQ(shade(r, 1), 4000 / 16);
+  EXPECT_EQ(shade(r, 2), 2000 / 16);
+  ASSERT_EQ(r.remarks.size(), 1u);
+  expect_parts(r.remarks[0], {"the images of cam0 have 16 bits and use 12 of them", "4000"});
+  write(1, 60000);  // the whole range: the high byte
+  EXPECT_EQ(shade(read_recording(folder), 2), 2000 / 256);
+  test::spill(folder / "images/cam0/5000000.png", "torn");  // the others decide
+  EXPECT_EQ(shade(read_recording(folder), 1), 60000 / 256);
+}
+
+TEST_F(ImageFolder, OnlyTheAskedForCamerasAreDecoded) {
+  test::write_euroc_folder(folder / "stereo", 2);
+  for (int k = 0; k < test::kFrames; ++k) {
+    test::spill(folder / "stereo/mav0/cam1/data" / (test::stamp_of(k) + ".png"), "torn");
+  }
+  const Recording r = read_recording(folder / "stereo");
+  const auto first = part_of(r.images, r.images->time(0), r.images->time(2), 1);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(first->read(k).images.size(), 1u);
+    EXPECT_EQ(first->read(k).images[0].pixels[0], test::shade_of(0, static_cast<int>(k)));
+    EXPECT_EQ(r.images->read_cameras(k, 1).images.size(), 1u);
+    EXPECT_THROW(r.images->read(k), InputError);
+  }
+}
+
 TEST_F(ImageFolder, HalfAJpegIsNoImage) {
   fs::remove(folder / "images/cam0/15000000.png");
   const std::string bytes = test::encoded(test::picture(9), ".jpg");
@@ -115,10 +187,128 @@ TEST_F(ImageFolder, HalfAJpegIsNoImage) {
   expect_parts(input_error([&] { r.images->read(2); }), {"15000000.jpg", "truncated"});
 }
 
-TEST_F(ImageFolder, WhatDoesNotFitIsRefused) {
+std::string all_of(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  return text;
+}
+
+// Each camera has a clock of its own: the stamps of the second differ by 20 ms from the first's.
+TEST_F(ImageFolder, StampsAreMovedToTheImusClockBeforeTheyArePaired) {
+  fs::remove(folder / "calibration.yaml");
+  std::string second = kKalibr;
+  second.replace(0, 4, "cam1");
+  test::spill(folder / "camchain-imucam.yaml", kKalibr + "  timeshift_cam_imu: -0.002\n" + second +
+                                                   "  timeshift_cam_imu: -0.0221\n");
+  test::spill(folder / "imu.yaml", kKalibrImu);
   fs::create_directories(folder / "images/cam1");
-  expect_parts(error(), {"images/cam1", "the calibration has 1 camera only"});
+  for (int k = 0; k < test::kFrames; ++k) {
+    test::spill(folder / fmt::format("images/cam1/{}.png", 25'000'000 + k * 5'000'000),
+                test::picture_bytes(test::shade_of(1, k)));
+  }
+  const Recording r = read_recording(folder);
+  ASSERT_EQ(r.images->size(), 3u);
+  for (int k = 0; k < test::kFrames; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    EXPECT_EQ(r.images->time(i), std::chrono::milliseconds(5 * (k + 1) - 2));
+    EXPECT_EQ(r.images->read(i).images[0].pixels[0], test::shade_of(0, k));
+    EXPECT_EQ(r.images->read(i).images[1].pixels[0], test::shade_of(1, k));
+  }
+  expect_parts(all_of(r.remarks), {"cam0 are 2.000 ms late", "cam1 are 22.100 ms late"});
+}
+
+TEST_F(ImageFolder, TheOwnCalibrationStatesATimeOffsetToo) {
+  std::string text = kCalibration;
+  const std::string key = "    timeshift_cam_imu: 0.003\n";
+  test::spill(folder / "calibration.yaml", text.insert(text.find("imu_conv"), key));
+  const Recording r = read_recording(folder);
+  EXPECT_EQ(r.images->time(0), std::chrono::milliseconds(8));
+  expect_parts(all_of(r.remarks), {"cam0 are 3.000 ms early"});
+}
+
+TEST_F(ImageFolder, TheImusIntrinsicsCorrectTheSamples) {
+  fs::remove(folder / "calibration.yaml");
+  test::spill(folder / "camchain-imucam.yaml", kKalibr);
+  test::spill(folder / "imu.yaml", std::string(kKalibrImu) +
+                                       "Ta: [[2, 0, 0], [0, 1, 0], [0, 0, 1]]\n"
+                                       "Tw: [[1, 0, 0], [0, 1, 0], [0, 0, 4]]\n");
+  const Recording r = read_recording(folder);
+  EXPECT_EQ(r.imu[4].specific_force_imu, Eigen::Vector3d(0.5, 2, 9.5));
+  EXPECT_EQ(r.imu[4].angular_rate_imu, Eigen::Vector3d(0.1, 0.2, 1));
+  expect_parts(all_of(r.remarks), {"corrected by the IMU's intrinsics"});
+}
+
+// kalibr_bagextractor's folder.
+TEST_F(ImageFolder, TheImagesMayBeBesideTheCalibration) {
+  fs::rename(folder / "images/cam0", folder / "cam0");
+  fs::remove(folder / "images");
+  fs::remove(folder / "imu.csv");
+  test::spill(folder / "imu0.csv",
+              "timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z\n" + test::five_samples());
+  const Recording r = read_recording(folder);
+  EXPECT_EQ(r.imu.size(), 5u);
+  EXPECT_EQ(r.images->read(1).images[0].pixels[0], test::shade_of(0, 1));
+}
+
+TEST_F(ImageFolder, TablesOfWindowsProgramsAndScriptsAreRead) {
+  test::spill(folder / "imu.csv",
+              "\xef\xbb\xbf"
+              "time_ns,wx,wy,wz,ax,ay,az\r\n0,0,0,0,0,0,9\r\n20000000,0,0,0,0,0,9");
+  test::spill(folder / "images/cam0/times.csv",
+              "\xef\xbb\xbf#timestamp [ns],filename\r\n6000000,images/cam0/5000000.png");
+  test::spill(folder / "calibration.yaml",
+              "\xef\xbb\xbf" + kCalibration.substr(0, kCalibration.size() - 1));
+  const Recording r = read_recording(folder);
+  EXPECT_EQ(r.imu.size(), 2u);
+  ASSERT_EQ(r.images->size(), 1u);
+  EXPECT_EQ(r.images->time(0), std::chrono::milliseconds(6));
+  EXPECT_EQ(r.images->read(0).images[0].pixels[0], test::shade_of(0, 0));
+}
+
+// A second camera that is calibrated, or has images, but not both.
+TEST_F(ImageFolder, ACameraWithoutItsOtherHalfIsLeftOutAndSaid) {
+  fs::create_directories(folder / "images/cam1");
+  test::spill(folder / "images/cam1/5000000.png", test::encoded(test::picture(3, 4, 4)));
+  Recording r = read_recording(folder);
+  EXPECT_EQ(r.cameras.size(), 1u);
+  expect_parts(all_of(r.remarks), {"cam1 is not read: the calibration has 1 camera"});
   fs::remove_all(folder / "images/cam1");
+  std::string two = kCalibration;
+  const std::size_t begin = two.find("  - res"), end = two.find("imu_conv");
+  test::spill(folder / "calibration.yaml", two.insert(end, two.substr(begin, end - begin)));
+  r = read_recording(folder);
+  EXPECT_EQ(r.cameras.size(), 1u);
+  EXPECT_EQ(r.images->read(0).images.size(), 1u);
+  expect_parts(all_of(r.remarks), {"cam1 is calibrated, but has no images: left out"});
+}
+
+// With one camera asked for, whatever the second one's files are.
+TEST_F(ImageFolder, CamerasThatAreNotAskedForAreNotLookedAt) {
+  std::string two = kCalibration;
+  const std::size_t begin = two.find("  - res"), end = two.find("imu_conv");
+  test::spill(folder / "calibration.yaml", two.insert(end, two.substr(begin, end - begin)));
+  test::spill(folder / "images/cam1", "not a folder");
+  const Recording r = read_recording(folder, {.cameras = 1});
+  EXPECT_EQ(r.cameras.size(), 1u);
+  EXPECT_EQ(r.images->size(), 3u);
+  EXPECT_EQ(all_of(r.remarks).find("cam1"), std::string::npos) << all_of(r.remarks);
+  fs::remove(folder / "images/cam1");
+  fs::create_directories(folder / "images/cam1");
+  test::spill(folder / "images/cam1/first.png", "no number, no image");
+  EXPECT_EQ(read_recording(folder, {.cameras = 1}).images->read(0).images.size(), 1u);
+  expect_parts(error(), {"first.png", "'first'"});
+}
+
+TEST_F(ImageFolder, ACalibrationOfAnotherSizeIsFoundAtOnce) {
+  std::string text = kCalibration;
+  test::spill(folder / "calibration.yaml", text.replace(text.find("[8, 6]"), 6, "[4, 3]"));
+  expect_parts(error(), {"5000000.png", "8 x 6", "4 x 3", "take a calibration of this size"});
+  // A damaged image tells nothing about the size, and the next one does.
+  test::spill(folder / "images/cam0/5000000.png", "half");
+  expect_parts(error(), {"10000000.png", "8 x 6"});
+}
+
+TEST_F(ImageFolder, WhatDoesNotFitIsRefused) {
   test::spill(folder / "images/cam0/first.png", test::picture_bytes(1));
   expect_parts(error(), {"first.png", "'first'"});
   fs::remove(folder / "images/cam0/first.png");
@@ -130,7 +320,7 @@ TEST_F(ImageFolder, WhatDoesNotFitIsRefused) {
   fs::remove(folder / "imu.csv");
   expect_parts(error(), {"imu.csv", "no such file"});
   test::spill(folder / "imu.csv", "time_ns,wx,wy,wz,ax,ay,az\n0,0,0,0,0,0,inf\n");
-  expect_parts(error(), {"imu.csv:2", "az", "inf"});
+  expect_parts(error(), {"imu.csv", "none of the 1 IMU samples"});
   test::spill(folder / "imu.csv", "time_ns,wx,wy,wz,ax,ay,az\n" + test::five_samples());
   fs::remove_all(folder / "images/cam0");
   expect_parts(error(), {"images/cam0", "no such folder"});
@@ -159,7 +349,8 @@ TEST(RealImageFolder, TheSparseStereoPairsAreDecoded) {
         fs::absolute(entry.path()),
         folder / "images" / ("cam" + name.substr(cut + 1, 1)) / (name.substr(0, cut) + ".jpg"));
   }
-  const Recording r = read_recording(folder);
+  // Its samples are not those of the images' time, which read_recording() would refuse.
+  const Recording r = read_image_folder_recording(folder);
   ASSERT_EQ(r.images->size(), 100u);
   for (const std::size_t k : {0u, 57u, 99u}) {
     const ImageFrame frame = r.images->read(k);

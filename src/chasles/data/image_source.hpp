@@ -3,8 +3,15 @@
 #include <cstddef>
 
 #include <chasles/camera/image_frame.hpp>
+#include <chasles/error.hpp>
 
 namespace chasles {
+
+/// An image whose size is not that of the calibration.
+class ImageSizeError : public InputError {
+ public:
+  using InputError::InputError;
+};
 
 /// The images of a recording in order of time. They are read on request, because all of them
 /// together may be larger than the memory.
@@ -15,10 +22,17 @@ class ImageSource {
   virtual std::size_t size() const = 0;
   /// The time of the i-th frame; times rise strictly.
   virtual Time time(std::size_t i) const = 0;
-  /// Decodes the i-th frame. Throws InputError with the file's name if an image is damaged or its
-  /// size differs from the calibration. Only one thread at a time may call it, unless the source
-  /// documents otherwise.
+  /// Decodes the i-th frame. Throws InputError with the file's name if an image is damaged, and
+  /// ImageSizeError if its size differs from the calibration. Only one thread at a time may call
+  /// it, unless the source documents otherwise.
   virtual ImageFrame read(std::size_t i) const = 0;
+  /// The same with the images of the first `cameras` cameras only (all, if there are fewer).
+  /// Sources that decode their images decode no other.
+  virtual ImageFrame read_cameras(std::size_t i, std::size_t cameras) const {
+    ImageFrame frame = read(i);
+    if (frame.images.size() > cameras) frame.images.resize(cameras);
+    return frame;
+  }
 };
 
 }  // namespace chasles

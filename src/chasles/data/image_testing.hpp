@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -8,6 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include <chasles/data/image_decode.hpp>
 #include <chasles/data/testing.hpp>
 
 // Small recordings of images for the tests of their readers.
@@ -28,6 +31,26 @@ inline std::string encoded(const cv::Mat& image, const std::string& ending = ".p
   std::vector<std::uint8_t> bytes;
   cv::imencode(ending, image, bytes);
   return {bytes.begin(), bytes.end()};
+}
+
+/// Decoded by us, whatever size it states; and by OpenCV, in the way that it was read before.
+inline GrayImage decoded(const std::string& bytes, int bits = kAllBits) {
+  return decode_image(bytes, stated_size(bytes, "file"), "file", bits);
+}
+inline GrayImage decoded_by_opencv(const std::string& bytes) {
+  const cv::Mat image = cv::imdecode(std::vector<std::uint8_t>(bytes.begin(), bytes.end()),
+                                     cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  return {.width = image.cols, .height = image.rows, .pixels = {image.datastart, image.dataend}};
+}
+
+/// Of the shades of two images; 256 if their sizes differ.
+inline int largest_difference(const GrayImage& a, const GrayImage& b) {
+  int most = 0;
+  if (a.width != b.width || a.height != b.height || a.pixels.size() != b.pixels.size()) return 256;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    most = std::max(most, std::abs(int{a.pixels[i]} - int{b.pixels[i]}));
+  }
+  return most;
 }
 
 inline std::string picture_bytes(int shade) { return encoded(picture(shade)); }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <utility>
 
 #include <chasles/data/image_views.hpp>
@@ -13,10 +14,9 @@ class Part : public ImageSource {
 
   std::size_t size() const override { return count_; }
   Time time(std::size_t i) const override { return images_->time(first_ + i); }
-  ImageFrame read(std::size_t i) const override {
-    ImageFrame frame = images_->read(first_ + i);
-    if (frame.images.size() > cameras_) frame.images.resize(cameras_);
-    return frame;
+  ImageFrame read(std::size_t i) const override { return read_cameras(i, cameras_); }
+  ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
+    return images_->read_cameras(first_ + i, std::min(cameras, cameras_));
   }
 
  private:

@@ -82,7 +82,8 @@ ImuRange range_of(const Recording& recording) {
 
 std::size_t count_saturated(const std::vector<ImuSample>& imu, const ImuRange& range) {
   return static_cast<std::size_t>(std::count_if(imu.begin(), imu.end(), [&](const ImuSample& s) {
-    return s.specific_force_imu.cwiseAbs().maxCoeff() >= range.accelerometer ||
+    return s.force_clipped || s.rate_clipped ||
+           s.specific_force_imu.cwiseAbs().maxCoeff() >= range.accelerometer ||
            s.angular_rate_imu.cwiseAbs().maxCoeff() >= range.gyroscope;
   }));
 }

@@ -23,12 +23,16 @@ Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column) {
   return {csv.finite(column), csv.finite(column + 1), csv.finite(column + 2)};
 }
 
+ImuSample imu_sample_at(const CsvReader& csv) {
+  return {.time = csv.time(0),
+          .specific_force_imu = {csv.number(4), csv.number(5), csv.number(6)},
+          .angular_rate_imu = {csv.number(1), csv.number(2), csv.number(3)}};
+}
+
 std::vector<ImuSample> read_imu_rows(CsvReader& csv) {
   std::vector<ImuSample> imu;
   while (csv.next()) {
-    const ImuSample row{.time = csv.time(0),
-                        .specific_force_imu = vector_at(csv, 4),
-                        .angular_rate_imu = vector_at(csv, 1)};
+    const ImuSample row = imu_sample_at(csv);
     if (!imu.empty()) check_rises(csv.where(0), imu.back().time, row.time);
     imu.push_back(row);
   }

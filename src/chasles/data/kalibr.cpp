@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -12,33 +11,7 @@
 namespace chasles {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr double kShift = 1e-4;  // [s], worth a remark
-
-bool is_camera_file(const std::string& name) {
-  return name.find("camchain-imucam") != std::string::npos || name == "kalibr_imucam_chain.yaml";
-}
-
-bool is_imu_file(const std::string& name) {
-  return name.starts_with("imu") || name == "kalibr_imu_chain.yaml";
-}
-
-// The one matching file; nothing if there is none.
-std::optional<fs::path> only_file(const fs::path& folder, bool (*wanted)(const std::string&)) {
-  std::vector<fs::path> found;
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    const fs::path& file = entry.path();
-    if (file.extension() == ".yaml" && wanted(file.filename().string())) found.push_back(file);
-  }
-  if (found.empty()) return std::nullopt;
-  std::sort(found.begin(), found.end());
-  if (found.size() == 1) return found.front();
-  throw InputError(fmt::format("{}: there are {} and {}, expected one of them: take the other away",
-                               folder.string(), found[0].filename().string(),
-                               found[1].filename().string()));
-}
+constexpr double kLargestOffset = 4e9;  // [s]: from the clock since the start to that since 1970
 
 // The extrinsics of camera `index`, by the key that names the direction.
 SE3 cam_T_imu_of(const YamlMap& map, const std::vector<Camera>& before) {
@@ -57,61 +30,89 @@ SE3 cam_T_imu_of(const YamlMap& map, const std::vector<Camera>& before) {
                   map.where("T_cam_imu")));
 }
 
-void read_camera(const YamlMap& map, const std::string& name, KalibrCalibration& calibration) {
+void read_camera(const YamlMap& map, KalibrCalibration& calibration) {
   Camera camera = read_pinhole(
       map, {.distortion_model = "distortion_model", .coefficients = "distortion_coeffs"});
   camera.cam_T_imu = cam_T_imu_of(map, calibration.cameras);
   calibration.cameras.push_back(camera);
   calibration.camera_topics.push_back(map.has("rostopic") ? map.text("rostopic") : "");
-  if (!map.has("timeshift_cam_imu")) return;
-  const double shift = map.number("timeshift_cam_imu");
-  if (std::abs(shift) < kShift) return;
-  calibration.remarks.push_back(fmt::format(
-      "Kalibr found the stamps of {} to be {:.1f} ms {} against the IMU's (timeshift_cam_imu): "
-      "they are left as they are",
-      name, 1e3 * std::abs(shift), shift < 0 ? "late" : "early"));
+  calibration.time_offsets.push_back(read_time_offset(map));
 }
 
-void read_imu_noise(const YamlMap& map, KalibrCalibration& calibration) {
+void check_imu_frame(const YamlMap& map) {
+  if (map.has("T_i_b") &&
+      !(map.motion("T_i_b").R.isIdentity(1e-6) && map.motion("T_i_b").p.isZero(1e-6))) {
+    throw InputError(map.where("T_i_b") +
+                     ": is not the identity, expected the IMU's frame as that of the body");
+  }
+  if (map.has("time_offset") && map.number("time_offset") != 0) {
+    throw InputError(fmt::format("{}: is {}, expected 0: the IMU's clock as that of the body",
+                                 map.where("time_offset"), map.number("time_offset")));
+  }
+}
+
+void read_imu_of(const YamlMap& map, KalibrCalibration& calibration) {
   calibration.imu_noise = {
       .accelerometer_noise_density = map.not_negative("accelerometer_noise_density"),
       .accelerometer_random_walk = map.not_negative("accelerometer_random_walk"),
       .gyroscope_noise_density = map.not_negative("gyroscope_noise_density"),
       .gyroscope_random_walk = map.not_negative("gyroscope_random_walk")};
   calibration.imu_range = read_imu_range(map);
+  calibration.imu_intrinsics = read_imu_intrinsics(map, calibration.remarks);
   if (map.has("rostopic")) calibration.imu_topic = map.text("rostopic");
-  if (map.has("T_i_b") &&
-      !(map.motion("T_i_b").R.isIdentity(1e-6) && map.motion("T_i_b").p.isZero(1e-6))) {
-    throw InputError(map.where("T_i_b") +
-                     ": is not the identity, expected the IMU's frame as that of the body");
-  }
+  check_imu_frame(map);
+}
+
+void read_imu_file(const std::filesystem::path& file, KalibrCalibration& calibration) {
+  const YamlMap imu = YamlMap::read(file, {});
+  read_imu_of(imu.has("imu0") ? imu.map("imu0", {}) : imu, calibration);
 }
 
 }  // namespace
 
-std::optional<KalibrFiles> find_kalibr(const fs::path& folder) {
-  const auto cameras = only_file(folder, is_camera_file);
-  if (!cameras) return std::nullopt;
-  const auto imu = only_file(folder, is_imu_file);
-  if (imu) return KalibrFiles{.cameras = *cameras, .imu = *imu};
-  throw InputError(
-      fmt::format("{}: there is no imu.yaml beside {}, expected the noise of the IMU as Kalibr "
-                  "takes it",
-                  folder.string(), cameras->filename().string()));
+Time read_time_offset(const YamlMap& map) {
+  const std::string key = "timeshift_cam_imu";
+  if (!map.has(key)) return Time::zero();
+  const double seconds = map.number(key);
+  if (std::abs(seconds) < kLargestOffset) return from_seconds(seconds);
+  throw InputError(fmt::format("{}: is {}, expected seconds", map.where(key), seconds));
 }
 
-KalibrCalibration read_kalibr(const KalibrFiles& files) {
-  KalibrCalibration calibration;
-  const YamlMap chain = YamlMap::read(files.cameras, {.known = {}, .needed = {"cam0"}});
-  for (int c = 0; chain.has(fmt::format("cam{}", c)); ++c) {
-    const std::string name = fmt::format("cam{}", c);
-    read_camera(chain.map(name, {.known = {},
-                                 .needed = {"camera_model", "intrinsics", "distortion_model",
-                                            "resolution"}}),
-                name, calibration);
+void remark_on_time_offsets(const std::vector<Time>& offsets, std::vector<std::string>& remarks) {
+  for (std::size_t c = 0; c < offsets.size(); ++c) {
+    const double ms = 1e3 * to_seconds(offsets[c]);
+    if (offsets[c] == Time::zero()) continue;
+    remarks.push_back(fmt::format(
+        "the stamps of cam{} are {:.3f} ms {} against the IMU's (timeshift_cam_imu): corrected", c,
+        std::abs(ms), ms < 0 ? "late" : "early"));
   }
-  const YamlMap imu = YamlMap::read(files.imu, {.known = {}, .needed = {}});
-  read_imu_noise(imu.has("imu0") ? imu.map("imu0", {.known = {}, .needed = {}}) : imu, calibration);
+}
+
+void take_kalibr(const KalibrCalibration& calibration, Recording& recording) {
+  recording.cameras = calibration.cameras;
+  recording.imu_noise = calibration.imu_noise;
+  recording.imu_range = calibration.imu_range;
+  recording.remarks.insert(recording.remarks.end(), calibration.remarks.begin(),
+                           calibration.remarks.end());
+}
+
+KalibrCalibration read_kalibr_imu(const std::filesystem::path& file) {
+  KalibrCalibration calibration;
+  read_imu_file(file, calibration);
+  return calibration;
+}
+
+KalibrCalibration read_kalibr(const KalibrFiles& files, std::size_t cameras) {
+  KalibrCalibration calibration{.remarks = files.remarks};
+  const YamlMap chain = YamlMap::read(files.cameras, {.known = {}, .needed = {"cam0"}});
+  for (std::size_t c = 0; c < cameras && chain.has(fmt::format("cam{}", c)); ++c) {
+    read_camera(chain.map(fmt::format("cam{}", c), {.known = {},
+                                                    .needed = {"camera_model", "intrinsics",
+                                                               "distortion_model", "resolution"}}),
+                calibration);
+  }
+  remark_on_time_offsets(calibration.time_offsets, calibration.remarks);
+  read_imu_file(files.imu, calibration);
   return calibration;
 }
 

@@ -45,7 +45,7 @@ Time parse_time(const std::string& where, std::string_view text) {
 }
 
 OxtsPacket read_packet(const fs::path& file, Time time) {
-  const std::string bytes = read_file(file);
+  const std::string bytes = read_text(file);
   std::string_view rest = bytes;
   const auto words = split_words(take_line(rest));
   if (words.size() < kNumbers) {
@@ -67,14 +67,15 @@ OxtsPacket read_packet(const fs::path& file, Time time) {
 
 }  // namespace
 
-std::vector<Time> read_kitti_times(const fs::path& file) {
-  const std::string bytes = read_file(file);
+std::vector<KittiStamp> read_kitti_times(const fs::path& file) {
+  const std::string bytes = read_text(file);
   std::string_view rest = bytes;
-  std::vector<Time> times;
-  for (int line = 1; !rest.empty(); ++line) {
+  std::vector<KittiStamp> times;
+  for (std::size_t index = 0; !rest.empty(); ++index) {
     const std::string_view text = trimmed(take_line(rest));
     if (text.empty()) continue;
-    times.push_back(parse_time(fmt::format("{}:{}", file.string(), line), text));
+    times.push_back(
+        {.index = index, .time = parse_time(fmt::format("{}:{}", file.string(), index + 1), text)});
   }
   if (times.empty()) throw InputError(file.string() + ": holds no time, expected one a line");
   return times;
@@ -82,9 +83,9 @@ std::vector<Time> read_kitti_times(const fs::path& file) {
 
 std::vector<OxtsPacket> read_oxts(const fs::path& folder) {
   std::vector<OxtsPacket> packets;
-  const std::vector<Time> times = read_kitti_times(folder / "timestamps.txt");
-  for (std::size_t k = 0; k < times.size(); ++k) {
-    packets.push_back(read_packet(folder / "data" / fmt::format("{:010}.txt", k), times[k]));
+  for (const KittiStamp& stamp : read_kitti_times(folder / "timestamps.txt")) {
+    packets.push_back(
+        read_packet(folder / "data" / fmt::format("{:010}.txt", stamp.index), stamp.time));
   }
   return packets;
 }

@@ -13,8 +13,15 @@ namespace chasles {
 // The folder oxts/ of a KITTI raw recording (Geiger et al. 2013): timestamps.txt with one line per
 // packet, data/NNNNNNNNNN.txt with thirty numbers each. Errors are InputError with file and line.
 
-/// One time per line, "2011-09-26 13:02:25.964389445", in nanoseconds since 1970 (UTC).
-std::vector<Time> read_kitti_times(const std::filesystem::path& file);
+/// A line of timestamps.txt.
+struct KittiStamp {
+  std::size_t index = 0;  ///< number of the line from 0, which is that of its file in data/
+  Time time{};            ///< since 1970 (UTC)
+};
+
+/// One time per line, "2011-09-26 13:02:25.964389445". A line that is empty stands for a file that
+/// was lost; the numbers of the later ones count it. Empty lines at the end do not count.
+std::vector<KittiStamp> read_kitti_times(const std::filesystem::path& file);
 
 /// One packet of the GNSS/INS.
 struct OxtsPacket {

@@ -1,19 +1,15 @@
-#include <array>
-#include <map>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include <chasles/data/folder_names.hpp>
-#include <chasles/data/image_files.hpp>
 #include <chasles/data/image_recording.hpp>
+#include <chasles/data/kitti_calibration.hpp>
 #include <chasles/data/kitti_oxts.hpp>
 #include <chasles/data/lens.hpp>
-#include <chasles/data/numbers.hpp>
-#include <chasles/data/parse.hpp>
 #include <chasles/data/readers.hpp>
-#include <chasles/data/text_file.hpp>
 #include <chasles/data/time_order.hpp>
 #include <chasles/error.hpp>
 
@@ -22,71 +18,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "KEY: number number …" lines.
-class KittiCalibration {
- public:
-  explicit KittiCalibration(const fs::path& file) : file_(file.string()) {
-    const std::string bytes = read_file(file);
-    std::string_view rest = bytes;
-    while (!rest.empty()) {
-      const std::string_view line = take_line(rest);
-      const std::size_t colon = line.find(':');
-      if (colon == std::string_view::npos) continue;
-      rows_[std::string(trimmed(line.substr(0, colon)))] = std::string(line.substr(colon + 1));
-    }
-  }
-  std::string where(const std::string& key) const { return file_ + ": key '" + key + "'"; }
-  Eigen::VectorXd numbers(const std::string& key, std::size_t size) const {
-    const auto row = rows_.find(key);
-    if (row == rows_.end()) throw InputError(where(key) + ": is missing");
-    const auto words = split_words(row->second);
-    if (words.size() != size) {
-      throw InputError(
-          fmt::format("{}: holds {} numbers, expected {}", where(key), words.size(), size));
-    }
-    Eigen::VectorXd values(static_cast<Eigen::Index>(size));
-    for (std::size_t i = 0; i < size; ++i) {
-      values[static_cast<Eigen::Index>(i)] = parse_finite(where(key), words[i]);
-    }
-    return values;
-  }
-  Eigen::Matrix3d rotation(const std::string& key) const {
-    return checked_rotation(where(key),
-                            Eigen::Matrix3d(numbers(key, 9).reshaped<Eigen::RowMajor>(3, 3)));
-  }
-  SE3 motion() const { return {rotation("R"), numbers("T", 3)}; }
-
- private:
-  std::string file_;
-  std::map<std::string, std::string> rows_;
-};
-
-// The rectified camera `number` (0 to 3): P = K [I | t], after R_rect_00.
+// The rectified camera `number` (0 to 3), after R_rect_00.
 Camera read_camera(const KittiCalibration& cameras, int number, const SE3& cam0_T_imu) {
-  const std::string key = fmt::format("P_rect_{:02}", number);
-  const Eigen::VectorXd P = cameras.numbers(key, 12);
+  const KittiProjection P = kitti_projection(cameras, fmt::format("P_rect_{:02}", number));
   const std::string size_key = fmt::format("S_rect_{:02}", number);
   const Eigen::VectorXd size = cameras.numbers(size_key, 2);
-  Camera camera{.width = checked_pixels(cameras.where(size_key), size[0]),
-                .height = checked_pixels(cameras.where(size_key), size[1]),
-                .fx = checked_positive(cameras.where(key), P[0]),
-                .fy = checked_positive(cameras.where(key), P[5]),
-                .cx = P[2],
-                .cy = P[6],
-                .distortion = Distortion::kNone,
-                .coefficients = Eigen::Vector4d::Zero(),
-                .cam_T_imu = {}};
-  const Eigen::Vector3d t((P[3] - camera.cx * P[11]) / camera.fx,
-                          (P[7] - camera.cy * P[11]) / camera.fy, P[11]);
-  const SE3 rectified_T_cam0{cameras.rotation("R_rect_00"), t};
-  camera.cam_T_imu = rectified_T_cam0 * cam0_T_imu;
-  return camera;
+  const SE3 rectified_T_cam0{cameras.rotation("R_rect_00"), P.t};
+  return {.width = checked_pixels(cameras.where(size_key), size[0]),
+          .height = checked_pixels(cameras.where(size_key), size[1]),
+          .fx = P.fx,
+          .fy = P.fy,
+          .cx = P.cx,
+          .cy = P.cy,
+          .cam_T_imu = rectified_T_cam0 * cam0_T_imu};
 }
 
 CameraFiles list_kitti_images(const fs::path& camera) {
   CameraFiles files{.folder = camera / "data", .images = {}};
-  for (const Time time : read_kitti_times(camera / "timestamps.txt")) {
-    files.images.push_back({.time = time, .file = fmt::format("{:010}.png", files.images.size())});
+  for (const KittiStamp& stamp : read_kitti_times(camera / "timestamps.txt")) {
+    files.images.push_back({.time = stamp.time, .file = fmt::format("{:010}.png", stamp.index)});
   }
   return files;
 }
@@ -136,11 +86,11 @@ bool is_kitti_raw_folder(const fs::path& folder) {
           fs::is_directory(folder / "image_02", ignored));
 }
 
-Recording read_kitti_raw_recording(const fs::path& folder) {
+Recording read_kitti_raw_recording(const fs::path& folder, std::size_t cameras) {
   if (folder_name(folder).ends_with("_extract")) {
     throw InputError(fmt::format(
-        "{}: its images are not rectified, and KITTI's lens model has five coefficients, of which "
-        "four are known here: give {}, the samples are taken from here",
+        "{}: its images are not rectified, and their calibration is not read: give {}, the samples "
+        "are taken from here",
         folder.string(), sibling(folder, "_extract", "_sync").filename().string()));
   }
   const fs::path day = folder / "..";
@@ -149,15 +99,15 @@ Recording read_kitti_raw_recording(const fs::path& folder) {
   const SE3 cam0_T_imu = KittiCalibration(day / "calib_velo_to_cam.txt").motion() *
                          KittiCalibration(day / "calib_imu_to_velo.txt").motion();
   const KittiCalibration calibration(day / "calib_cam_to_cam.txt");
-  std::vector<CameraFiles> images;
+  std::vector<std::optional<CameraFiles>> images;
   for (const int number : cameras_in(folder)) {
+    if (images.size() == cameras) break;
     recording.cameras.push_back(read_camera(calibration, number, cam0_T_imu));
     images.push_back(list_kitti_images(folder / fmt::format("image_{:02}", number)));
   }
   read_oxts_samples(folder, recording);
   read_oxts_truth(folder, recording);
-  recording.images =
-      open_image_files(std::move(images), recording.cameras, kSameInstant, recording.remarks);
+  open_cameras(std::move(images), {}, folder / "image_00", recording);
   remark_on_coverage(recording);
   return recording;
 }

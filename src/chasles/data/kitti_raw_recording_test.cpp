@@ -117,6 +117,25 @@ TEST_F(KittiRaw, TheFastSamplesAreTakenFromBesideAndPutInOrder) {
                {"not rectified", "give 2011_09_26_drive_0001_sync"});
 }
 
+// The line of a frame that was lost is empty, and its files are not there.
+TEST_F(KittiRaw, ALostFrameMovesNoOther) {
+  for (const char* sensor : {"image_00", "image_01", "oxts"}) {
+    std::string text = test::slurp(drive / sensor / "timestamps.txt");
+    const std::size_t first = text.find('\n') + 1, second = text.find('\n', first);
+    test::spill(drive / sensor / "timestamps.txt", text.erase(first, second - first) + "\n");
+    const char* ending = std::string(sensor) == "oxts" ? ".txt" : ".png";
+    fs::remove(drive / sensor / "data" / ("0000000001" + std::string(ending)));
+  }
+  const Recording r = read_recording(drive);
+  ASSERT_EQ(r.images->size(), 2u);
+  EXPECT_EQ(r.images->time(1).count(), 1317042146100000000);
+  EXPECT_EQ(r.images->read(1).images[0].pixels[0], test::shade_of(0, 2));
+  EXPECT_EQ(r.imu.size(), 2u);
+  ASSERT_EQ(r.truth.size(), 2u);
+  EXPECT_NEAR(so3::log(r.truth[1].pose.R).z(), 0.2, 1e-12);
+  EXPECT_EQ(read_recording(drive, {.cameras = 1}).cameras.size(), 1u);
+}
+
 TEST_F(KittiRaw, MalformedFilesAreNamed) {
   test::spill(drive / "oxts/data/0000000001.txt", "49.0 8.4 110\n");
   expect_parts(error(), {"0000000001.txt", "holds 3 numbers, expected 30"});

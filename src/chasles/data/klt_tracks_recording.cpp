@@ -104,7 +104,7 @@ Recording read_klt_tracks_recording(const fs::path& file) {
   recording.name = sequence + "_tracks";
   const fs::path sensor = file.parent_path() / "cam0_sensor.yaml";
   if (fs::exists(sensor)) {
-    recording.cameras = {read_euroc_camera(sensor)};
+    recording.cameras = {read_euroc_camera_of_tracks(sensor)};
   } else {
     recording.cameras = {euroc_cam0()};
     recording.remarks.push_back(

@@ -1,7 +1,10 @@
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
@@ -10,14 +13,66 @@
 namespace chasles {
 namespace {
 
-Distortion read_model(const YamlMap& map, const std::string& key) {
-  const std::string model = map.text(key);
-  if (model == "radial-tangential") return Distortion::kRadtan;  // EuRoC's name
-  if (const auto known = choice_of<Distortion>(model)) return *known;
+constexpr const char* kSupported =
+    "expected a pinhole camera with none, radtan (also radial-tangential, plumb_bob; four or five "
+    "coefficients) or equidistant (also equi, fisheye): calibrate with one of these";
+
+struct ModelName {
+  std::string_view name;
+  Distortion model;
+};
+// By the names of Kalibr, EuRoC, OpenVINS, ROS and OpenCV, in small letters.
+constexpr std::array kModelNames{ModelName{"none", Distortion::kNone},
+                                 ModelName{"radtan", Distortion::kRadtan},
+                                 ModelName{"radial-tangential", Distortion::kRadtan},
+                                 ModelName{"radial_tangential", Distortion::kRadtan},
+                                 ModelName{"plumb_bob", Distortion::kRadtan},
+                                 ModelName{"equidistant", Distortion::kEquidistant},
+                                 ModelName{"equi", Distortion::kEquidistant},
+                                 ModelName{"fisheye", Distortion::kEquidistant}};
+
+std::string small_letters(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+[[noreturn]] void not_supported(const YamlMap& map, const std::string& key) {
+  throw InputError(fmt::format("{}: '{}' is a model that is not supported, {}", map.where(key),
+                               map.text(key), kSupported));
+}
+
+// k1, k2, p1, p2 and, of radtan, k3. OpenCV writes zeros for the coefficients of the models that
+// were not asked for.
+void read_coefficients(const YamlMap& map, const std::string& key, Camera& camera) {
+  const bool radtan = camera.distortion == Distortion::kRadtan;
+  const std::size_t count = map.has(key) ? map.count(key) : 0;
+  if (count < 4 || (!radtan && count > 4)) {
+    throw InputError(fmt::format("{}: has {} coefficients, expected {} with the model {}",
+                                 map.where(key), count, radtan ? "4 coefficients, or 5" : "4",
+                                 name_of(camera.distortion)));
+  }
+  const Eigen::VectorXd all = map.numbers(key, count, "coefficients");
+  camera.coefficients = all.head<4>();
+  if (count > 4) camera.radtan_k3 = all[4];
+  if (count <= 5 || all.tail(all.size() - 5).isZero(0)) return;
   throw InputError(
-      fmt::format("{}: '{}' is a model that is not known here, expected one of {}, or "
-                  "radial-tangential: calibrate with one of these",
-                  map.where(key), model, fmt::join(kChoiceNames<Distortion>, ", ")));
+      fmt::format("{}: has {} coefficients, those of a rational model or of a thin prism, {}",
+                  map.where(key), count, kSupported));
+}
+
+void read_distortion(const YamlMap& map, const LensKeys& keys, Camera& camera) {
+  const std::string name = small_letters(map.text(keys.distortion_model));
+  const auto* found = std::ranges::find(kModelNames, name, &ModelName::name);
+  if (found == kModelNames.end()) not_supported(map, keys.distortion_model);
+  camera.distortion = found->model;
+  if (camera.distortion != Distortion::kNone) {
+    read_coefficients(map, keys.coefficients, camera);
+  } else if (map.has(keys.coefficients)) {
+    const std::size_t count = map.count(keys.coefficients);
+    if (map.numbers(keys.coefficients, count, "coefficients").isZero(0)) return;
+    throw InputError(map.where(keys.coefficients) +
+                     ": is not zero, expected none with the distortion_model 'none'");
+  }
 }
 
 }  // namespace
@@ -28,13 +83,7 @@ int checked_pixels(const std::string& where, double value) {
       fmt::format("{}: is {}, expected a whole number of pixels from 1 to 100000", where, value));
 }
 
-Camera read_pinhole(const YamlMap& map, const LensKeys& keys) {
-  if (map.text("camera_model") != "pinhole") {
-    throw InputError(fmt::format(
-        "{}: '{}' is a model that is not known here, expected 'pinhole': calibrate with "
-        "pinhole and, for a fisheye lens, equidistant",
-        map.where("camera_model"), map.text("camera_model")));
-  }
+Camera read_lens(const YamlMap& map, const LensKeys& keys) {
   const Eigen::Vector2d size = map.numbers("resolution", 2, "numbers: width, height [px]");
   const Eigen::Vector4d f = map.numbers("intrinsics", 4, "numbers: fx, fy, cx, cy [px]");
   Camera camera{.width = checked_pixels(map.where("resolution"), size[0]),
@@ -43,12 +92,14 @@ Camera read_pinhole(const YamlMap& map, const LensKeys& keys) {
                 .fy = checked_positive(map.where("intrinsics"), f[1]),
                 .cx = f[2],
                 .cy = f[3],
-                .distortion = read_model(map, keys.distortion_model),
                 .cam_T_imu = {}};
-  if (camera.distortion != Distortion::kNone) {
-    camera.coefficients = map.numbers(keys.coefficients, 4, "coefficients");
-  }
+  read_distortion(map, keys, camera);
   return camera;
+}
+
+Camera read_pinhole(const YamlMap& map, const LensKeys& keys) {
+  if (small_letters(map.text("camera_model")) != "pinhole") not_supported(map, "camera_model");
+  return read_lens(map, keys);
 }
 
 }  // namespace chasles

@@ -18,9 +18,13 @@ struct LensKeys {
 };
 
 /// Size, focal lengths, principal point and distortion of a camera in EuRoC's and Kalibr's
-/// notation: keys `resolution`, `camera_model` (pinhole), `intrinsics` and the two of `keys`. The
-/// distortion models are radtan (also radial-tangential), equidistant and none. cam_T_imu is not
-/// set. Throws InputError for another model, and for a wrong number of coefficients.
+/// notation: keys `resolution`, `intrinsics` and the two of `keys`. The distortion models are none,
+/// radtan with four or five coefficients (also radial-tangential, plumb_bob) and equidistant (also
+/// equi, fisheye), in small or capital letters. cam_T_imu is not set. Throws InputError for another
+/// model, and for a wrong number of coefficients.
+Camera read_lens(const YamlMap& map, const LensKeys& keys);
+
+/// The same, with the key `camera_model`, which must be pinhole.
 Camera read_pinhole(const YamlMap& map, const LensKeys& keys);
 
 }  // namespace chasles

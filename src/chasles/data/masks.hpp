@@ -8,7 +8,7 @@
 
 namespace chasles {
 
-/// The masks that a setting names: PNG or JPEG files separated by commas, one per camera in order.
+/// The masks that a setting names: image files separated by commas, one per camera in order.
 /// Returns one image per camera, empty where there is no mask (an empty name, or fewer names than
 /// cameras), and an empty list for an empty text. The front end ignores black pixels (0). Throws
 /// UsageError for more names than cameras, and InputError for a file that cannot be read or has

@@ -41,7 +41,7 @@ TEST(Masks, WhatIsNoMaskOfTheCameraIsRefused) {
   test::spill(text, "of years");
   expect_parts(input_error([&] { read_masks(large, {small()}); }),
                {"large.png: is 9 x 6 pixels, expected 8 x 6 as in the calibration"});
-  expect_parts(input_error([&] { read_masks(text, {small()}); }), {"text", "PNG or JPEG"});
+  expect_parts(input_error([&] { read_masks(text, {small()}); }), {"text", "PNG, JPEG, PGM"});
   expect_parts(input_error([&] { read_masks("none.png", {small()}); }), {"none.png"});
   try {
     read_masks(",,x.png", {small(), small()});

@@ -105,10 +105,7 @@ std::vector<double> last_index_fastest(const std::vector<double>& values,
 }
 
 zip* open_archive(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) {
-    throw InputError(fmt::format("{}: no such file", file.string()));
-  }
+  check_regular_file(file);
   int code = 0;
   if (zip* archive = zip_open(file.c_str(), ZIP_RDONLY, &code)) return archive;
   zip_error_t error;

@@ -15,10 +15,10 @@ struct PairedFrame {
   std::vector<std::optional<std::size_t>> members;
 };
 
-/// Images whose times differ by at most `tolerance` make one frame, at the time of the first camera
-/// that has one. `stamps`: the times of each camera, rising strictly. The frames' times rise
-/// strictly. `remarks` receives the counts of incomplete frames, and of images that are left out
-/// because they lie between the images of another frame.
+/// Each image of the first camera makes a frame, because tracks belong to that camera. An image of
+/// another camera joins the nearest frame, within `tolerance`; others are left out. `stamps`: the
+/// times of each camera, at least one, rising strictly. `remarks` receives a sentence on each
+/// camera that lacks images for some frames, or has images of no frame.
 std::vector<PairedFrame> pair_images(const std::vector<std::vector<Time>>& stamps, Time tolerance,
                                      std::vector<std::string>& remarks);
 

@@ -1,11 +1,18 @@
+#include <algorithm>
 #include <array>
 #include <fstream>
+#include <optional>
 
 #include <fmt/format.h>
 
+#include <chasles/data/bags/bag_file.hpp>
+#include <chasles/data/bags/bag_paths.hpp>
 #include <chasles/data/euroc_tables.hpp>
+#include <chasles/data/foreign_kinds.hpp>
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/data/time_spans.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
@@ -14,11 +21,13 @@ namespace {
 
 constexpr const char* kKnownKinds =
     "an ECE276A .npz archive, a STARS .mat file, an EuRoC folder (mav0), IMU table or table of "
-    "tracks, a folder of AprilGrid tracks (tracks.csv), a KITTI raw recording (image_00, oxts), a "
-    "ROS 1 .bag, a folder of images (images/cam0, imu.csv), or a recording folder with "
+    "tracks, a folder of AprilGrid tracks (tracks.csv), a KITTI raw recording (image_00, oxts) or "
+    "odometry sequence (image_0, times.txt) with an IMU, a bag of ROS 1 (.bag) or ROS 2 (.db3, "
+    ".mcap), a folder of images (images/cam0, imu.csv), or a recording folder with "
     "calibration.yaml (docs/formats.md)";
 
 std::string first_bytes(const std::filesystem::path& file) {
+  check_regular_file(file);
   std::array<char, 128> bytes{};
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(fmt::format("{}: cannot be opened", file.string()));
@@ -26,36 +35,46 @@ std::string first_bytes(const std::filesystem::path& file) {
   return {bytes.data(), static_cast<std::size_t>(stream.gcount())};
 }
 
-Recording read_folder(const std::filesystem::path& folder) {
+[[noreturn]] void unknown(const std::filesystem::path& path, const std::string& what) {
+  throw InputError(fmt::format("{}: {}, expected {}", path.string(), what, kKnownKinds));
+}
+
+// Refuses what is known to be no recording, with what to do.
+void refuse_foreign(const std::filesystem::path& path, const std::optional<std::string>& verdict) {
+  if (verdict) throw InputError(fmt::format("{}: {}", path.string(), *verdict));
+}
+
+Recording read_folder(const std::filesystem::path& folder, std::size_t cameras) {
   std::error_code ignored;
   const auto holds = [&](const char* file) {
     return std::filesystem::exists(folder / file, ignored);
   };
-  if (is_euroc_asl_folder(folder)) return read_euroc_asl_recording(folder);
-  if (is_kitti_raw_folder(folder)) return read_kitti_raw_recording(folder);
-  if (holds("images") && !holds("frames.csv")) return read_image_folder_recording(folder);
+  if (is_euroc_asl_folder(folder)) return read_euroc_asl_recording(folder, cameras);
+  if (is_kitti_raw_folder(folder)) return read_kitti_raw_recording(folder, cameras);
+  if (is_kitti_odometry_folder(folder)) return read_kitti_odometry_recording(folder, cameras);
+  if (holds("states.csv") && holds("summary.json")) {
+    refuse_foreign(folder, foreign_folder(folder));  // a run may hold images/ too
+  }
+  if (is_image_folder(folder)) return read_image_folder_recording(folder, cameras);
   if (holds("calibration.yaml")) return read_folder_recording(folder);
   if (holds("tracks.csv") || holds("tracks.csv.gz")) return read_april_recording(folder);
-  throw InputError(fmt::format(
-      "{}: the folder holds no calibration.yaml nor any other first file of a recording, "
-      "expected {}",
-      folder.string(), kKnownKinds));
+  if (is_bag_folder(folder)) return read_bag_recording(folder, cameras);
+  refuse_foreign(folder, foreign_folder(folder));
+  unknown(folder, "the folder holds no calibration.yaml nor any other first file of a recording");
 }
 
 // A table whose first line identifies it, plain or compressed.
 Recording read_table(const std::filesystem::path& path) {
-  const bool tracks = begins_klt_tracks(read_plain_or_gzip(path));
-  return tracks ? read_klt_tracks_recording(path) : read_euroc_imu_recording(path);
+  std::string bytes = read_plain_or_gzip(path);
+  remove_byte_order_mark(bytes);
+  return begins_klt_tracks(bytes) ? read_klt_tracks_recording(path)
+                                  : read_euroc_imu_recording(path);
 }
 
-Recording read_whatever(const std::filesystem::path& path, const ReaderSettings& settings) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) {
-    throw InputError(
-        fmt::format("{}: no such file or folder, expected {}", path.string(), kKnownKinds));
-  }
-  if (std::filesystem::is_directory(path, ignored)) return read_folder(path);
-  const std::string bytes = first_bytes(path);
+Recording read_file_recording(const std::filesystem::path& path, const ReaderSettings& settings) {
+  std::string bytes = first_bytes(path);
+  remove_byte_order_mark(bytes);
+  refuse_foreign(path, foreign_file(path, bytes));
   if (bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06")) {
     return read_npz_recording(path, settings);
   }
@@ -63,19 +82,42 @@ Recording read_whatever(const std::filesystem::path& path, const ReaderSettings&
       bytes.starts_with("\x89HDF\r\n")) {
     return read_mat_recording(path);
   }
-  if (bytes.starts_with("#ROSBAG V")) return read_bag_recording(path);
+  if (begins_bag(bytes)) return read_bag_recording(path, settings.cameras);
   if (is_gzip(bytes) || begins_euroc_imu(bytes) || begins_klt_tracks(bytes)) {
     return read_table(path);
   }
-  throw InputError(fmt::format("{}: {}, expected {}", path.string(),
-                               bytes.empty() ? "is empty" : "its first bytes are of no known kind",
-                               kKnownKinds));
+  unknown(path, bytes.empty() ? "is empty" : "its first bytes are of no known kind");
+}
+
+Recording read_whatever(const std::filesystem::path& path, const ReaderSettings& settings) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) unknown(path, "no such file or folder");
+  if (std::filesystem::is_directory(path, ignored)) return read_folder(path, settings.cameras);
+  return read_file_recording(path, settings);
+}
+
+// A calibration of another image size is found before the run, not at each image of it.
+void check_image_sizes(const Recording& recording) {
+  constexpr std::size_t kTries = 5;  // one image may be damaged, or one camera's missing
+  const std::size_t frames = recording.images ? recording.images->size() : 0;
+  for (std::size_t i = 0; i < std::min(frames, kTries); ++i) {
+    try {
+      const ImageFrame frame = recording.images->read(i);
+      if (std::ranges::none_of(frame.images, &GrayImage::empty)) return;
+    } catch (const ImageSizeError& error) {
+      throw InputError(
+          fmt::format("{}: take a calibration of this size, or scale the images", error.what()));
+    } catch (const InputError&) {
+    }
+  }
 }
 
 }  // namespace
 
 Recording read_recording(const std::filesystem::path& path, const ReaderSettings& settings) {
   Recording recording = read_whatever(path, settings);
+  check_image_sizes(recording);
+  check_time_spans(path.string(), recording);
   recording.name = valid_utf8(recording.name);
   for (std::string& remark : recording.remarks) remark = valid_utf8(remark);
   return recording;

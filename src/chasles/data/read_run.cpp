@@ -9,10 +9,12 @@
 #include <chasles/data/csv.hpp>
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/growing_run.hpp>
+#include <chasles/data/json_text.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/data/run_columns.hpp>
+#include <chasles/data/run_replacement.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
@@ -65,8 +67,22 @@ RunState read_state(const CsvReader& csv, std::size_t extras) {
   return s;
 }
 
-void read_states(const std::filesystem::path& file, Run& run) {
-  CsvReader csv(file);
+// A run in progress appends rows; those that its summary counts are complete.
+std::string states_bytes(const std::filesystem::path& file, const nlohmann::ordered_json& summary) {
+  std::string bytes = read_file(file);
+  const auto whole = summary.find(kStatesBytes);
+  if (whole == summary.end()) return bytes;
+  if (!whole->is_number_unsigned() || whole->get<std::size_t>() > bytes.size()) {
+    throw InputError(fmt::format("{}: has {} bytes, summary.json states {}: the file is truncated",
+                                 file.string(), bytes.size(), json_text(*whole)));
+  }
+  bytes.resize(whole->get<std::size_t>());
+  return bytes;
+}
+
+void read_states(const std::filesystem::path& file, const nlohmann::ordered_json& summary,
+                 Run& run) {
+  CsvReader csv(file.string(), states_bytes(file, summary), LastLine::kMustEnd);
   run.extra_names = extra_names(csv);
   while (csv.next()) {
     run.states.push_back(read_state(csv, run.extra_names.size()));
@@ -117,7 +133,7 @@ Eigen::Matrix3d symmetric_at(const CsvReader& csv, std::size_t column) {
 }
 
 std::vector<RunLandmark> read_landmarks(const std::filesystem::path& file) {
-  CsvReader csv(file, landmark_columns(), initial_columns());
+  CsvReader csv(file, landmark_columns(), initial_columns(), LastLine::kMustEnd);
   const std::size_t first = landmark_columns().size();
   const bool initial = csv.columns().size() > first;
   std::vector<RunLandmark> landmarks;
@@ -164,6 +180,47 @@ std::optional<Georeference> georeference(const nlohmann::ordered_json& summary,
                        .altitude = number("altitude", 1e6)}};
 }
 
+nlohmann::ordered_json parsed_summary(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "summary.json";
+  return parse_json_object(read_file(file), file.string());
+}
+
+// Of a folder whose summary does not list its files, as earlier versions wrote it.
+void check_frames(const std::filesystem::path& folder, const nlohmann::ordered_json& summary,
+                  std::size_t states) {
+  const auto frames = summary.find("frames");
+  if (frames == summary.end() || !frames->is_number() || *frames == states) return;
+  throw InputError(
+      fmt::format("{}: has {} rows, summary.json states {} frames: the files are of two runs, or a "
+                  "copy was cut "
+                  "off; copy the folder again, or run again",
+                  (folder / "states.csv").string(), states, json_text(*frames)));
+}
+
+TruthPairing truth_pairing(const nlohmann::ordered_json& summary,
+                           const std::filesystem::path& folder) {
+  TruthPairing result;
+  const std::string file = (folder / "summary.json").string();
+  if (const auto found = summary.find("pairing"); found != summary.end()) {
+    const auto choice =
+        found->is_string() ? choice_of<Pairing>(found->get<std::string>()) : std::nullopt;
+    if (!choice) {
+      throw InputError(
+          fmt::format("{}: pairing: expected {}", file, fmt::join(kChoiceNames<Pairing>, " or ")));
+    }
+    result.pairing = *choice;
+  }
+  if (const auto found = summary.find("max_truth_gap"); found != summary.end()) {
+    const double gap = found->is_number() ? found->get<double>() : -1;
+    if (!(gap >= 0 && gap <= kMostTruthGap)) {
+      throw InputError(
+          fmt::format("{}: max_truth_gap: expected seconds from 0 to {:g}", file, kMostTruthGap));
+    }
+    result.longest_gap = from_seconds(gap);
+  }
+  return result;
+}
+
 Trajectory read_where_present(const std::filesystem::path& file) {
   return std::filesystem::exists(file) ? read_tum(file) : Trajectory();
 }
@@ -171,6 +228,7 @@ Trajectory read_where_present(const std::filesystem::path& file) {
 }  // namespace
 
 Run read_run(const std::filesystem::path& folder) {
+  settle_run(folder);
   if (!std::filesystem::exists(folder / "states.csv")) {
     const std::filesystem::path growing = growing_folder(folder);
     throw InputError(
@@ -181,10 +239,13 @@ Run read_run(const std::filesystem::path& folder) {
                         : fmt::format("; of a run that was killed there is {}", growing.string())));
   }
   Run run;
-  const nlohmann::ordered_json summary = read_summary(folder);
+  const nlohmann::ordered_json summary = parsed_summary(folder);
+  check_run_files(folder, summary);
   run.name = recording_name(summary, folder);
   run.georeference = georeference(summary, folder);
-  read_states(folder / "states.csv", run);
+  run.pairing = truth_pairing(summary, folder);
+  read_states(folder / "states.csv", summary, run);
+  check_frames(folder, summary, run.states.size());
   if (std::filesystem::exists(folder / "timing.csv")) {
     read_timing(folder / "timing.csv", run);
   }
@@ -197,15 +258,9 @@ Run read_run(const std::filesystem::path& folder) {
 }
 
 nlohmann::ordered_json read_summary(const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder / "summary.json";
-  const std::string bytes = read_file(file);
-  try {
-    auto summary = nlohmann::ordered_json::parse(bytes);
-    if (summary.is_object()) return summary;
-  } catch (const nlohmann::json::parse_error& error) {
-    throw InputError(fmt::format("{}: is not valid JSON: {}", file.string(), error.what()));
-  }
-  throw InputError(fmt::format("{}: expected a JSON object", file.string()));
+  nlohmann::ordered_json summary = parsed_summary(folder);
+  for (const char* of_the_folder : {"files", kStatesBytes}) summary.erase(of_the_folder);
+  return summary;
 }
 
 }  // namespace chasles

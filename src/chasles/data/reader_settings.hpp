@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <limits>
 
 #include <chasles/settings.hpp>
 
@@ -30,10 +32,15 @@ struct Choices<ArchiveExtrinsics> {
                                    Choice{ArchiveExtrinsics::kRecorded, "recorded"}};
 };
 
-/// How an ECE276A archive is read. The defaults repair its known faults.
+inline constexpr std::size_t kAllCameras = std::numeric_limits<std::size_t>::max();
+
+/// How an ECE276A archive is read. The defaults repair its known faults. `cameras` is no setting of
+/// that kind: it applies to recordings of images.
 struct ReaderSettings {
   StalePixels stale_pixels = StalePixels::kCut;
   ArchiveExtrinsics extrinsics = ArchiveExtrinsics::kAuto;
+  /// How many of the first cameras are read. The files of further cameras are ignored altogether.
+  std::size_t cameras = kAllCameras;
 
   bool operator==(const ReaderSettings&) const = default;
 };

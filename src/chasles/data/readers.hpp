@@ -11,9 +11,9 @@ namespace chasles {
 // Every reader throws InputError with file, field, index, the value found and the value expected.
 
 /// Reads a recording of any supported kind: an ECE276A .npz, a STARS .mat, an EuRoC folder, IMU
-/// table or table of tracks, a folder of AprilGrid tracks, a KITTI raw recording, a ROS 1 bag, a
-/// folder of images, or the project's own format. The content determines the kind, not the name.
-/// `settings` apply to ECE276A archives; other kinds have nothing to repair.
+/// table or table of tracks, a folder of AprilGrid tracks, a KITTI raw recording, a bag of ROS 1
+/// or 2, a folder of images, or the project's own format. The content determines the kind, not the
+/// name. `settings` apply to ECE276A archives, and its number of cameras to recordings of images.
 Recording read_recording(const std::filesystem::path& path, const ReaderSettings& settings = {});
 
 /// The ECE276A (UCSD) archive: body velocities and stereo tracks of a KITTI recording.
@@ -36,8 +36,10 @@ Recording read_euroc_imu_recording(const std::filesystem::path& file);
 /// An EuRoC recording of images and IMU samples in the ASL format: a folder that contains mav0/, or
 /// mav0/ itself. It has camN/sensor.yaml, camN/data.csv, camN/data/, imu0/sensor.yaml,
 /// imu0/data.csv and, where known, state_groundtruth_estimate0/data.csv, or truth.tum beside mav0
-/// instead. All cameras are kept.
-Recording read_euroc_asl_recording(const std::filesystem::path& folder);
+/// instead. Without sensor.yaml, Kalibr's files beside mav0 or in dso/ (TUM-VI) calibrate it, and
+/// mocap0/data.csv may be the truth. The first `cameras` cameras are read.
+Recording read_euroc_asl_recording(const std::filesystem::path& folder,
+                                   std::size_t cameras = kAllCameras);
 /// Whether the files in a folder are those of such a recording.
 bool is_euroc_asl_folder(const std::filesystem::path& folder);
 
@@ -49,27 +51,43 @@ Recording read_klt_tracks_recording(const std::filesystem::path& file);
 /// Whether a file's first bytes are those of such a table.
 bool begins_klt_tracks(std::string_view bytes);
 
-/// A folder of images (docs/formats.md): images/camN/ with times.csv or files named by their times,
-/// imu.csv, calibration.yaml or Kalibr's two files and, where known, truth.tum.
-Recording read_image_folder_recording(const std::filesystem::path& folder);
+/// A folder of images (docs/formats.md): images/camN/ (or camN/) with times.csv or files named by
+/// their times, imu.csv (or imu0.csv), calibration.yaml or Kalibr's two files and, where known,
+/// truth.tum. The first `cameras` cameras are read.
+Recording read_image_folder_recording(const std::filesystem::path& folder,
+                                      std::size_t cameras = kAllCameras);
+/// Whether the files in a folder are those of such a recording.
+bool is_image_folder(const std::filesystem::path& folder);
 
 /// A KITTI raw recording, synced and rectified (DATE_drive_NNNN_sync). The calibration of its day
 /// is in the parent folder; the unsynced samples, where available, in the _extract folder beside
 /// it.
-Recording read_kitti_raw_recording(const std::filesystem::path& folder);
+Recording read_kitti_raw_recording(const std::filesystem::path& folder,
+                                   std::size_t cameras = kAllCameras);
 /// Whether the files in a folder are those of such a recording.
 bool is_kitti_raw_folder(const std::filesystem::path& folder);
 
-/// A ROS 1 bag with images and IMU samples, and Kalibr's calibration beside it. Throws InputError
-/// if the program was built without librosbag-storage.
-Recording read_bag_recording(const std::filesystem::path& file);
+/// A sequence of KITTI odometry (image_0, image_1, calib.txt, times.txt) with inertial data that
+/// are not KITTI's beside it: imu.csv, imu.yaml (docs/formats.md) and, where known, truth.tum. The
+/// first `cameras` cameras are read. Throws InputError with what is missing.
+Recording read_kitti_odometry_recording(const std::filesystem::path& folder,
+                                        std::size_t cameras = kAllCameras);
+/// Whether the files in a folder are those of such a sequence.
+bool is_kitti_odometry_folder(const std::filesystem::path& folder);
+
+/// A bag of ROS 1 (.bag) or ROS 2 (.db3, .mcap) with images and IMU samples: a file, or a folder
+/// with the files of one recording. Kalibr's calibration is beside it, or the bag has CameraInfo
+/// and /tf_static, and imu.yaml is beside it. The first `cameras` cameras are read.
+Recording read_bag_recording(const std::filesystem::path& path, std::size_t cameras = kAllCameras);
 
 /// The project's own folder (docs/formats.md).
 Recording read_folder_recording(const std::filesystem::path& folder);
 void write_folder_recording(const Recording& recording, const std::filesystem::path& folder);
 
-/// TUM trajectories: `t tx ty tz qx qy qz qw`, seconds and metres, # comments. read_tum() also
-/// accepts gzip-compressed files.
+/// Trajectories. read_tum() reads TUM's lines `t tx ty tz qx qy qz qw` (seconds and metres, #
+/// comments), between blanks or commas, and tables whose first line names other columns, as EuRoC's
+/// state_groundtruth_estimate0, vicon0 and mocap0; the last two are moved to the IMU by a T_BS in
+/// sensor.yaml beside them. Times may be milli-, micro- or nanoseconds. Also gzip-compressed.
 Trajectory read_tum(const std::filesystem::path& file);
 void write_tum(const Trajectory& trajectory, const std::filesystem::path& file);
 

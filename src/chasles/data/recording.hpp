@@ -11,7 +11,7 @@
 #include <chasles/data/georeference.hpp>
 #include <chasles/data/image_source.hpp>
 #include <chasles/data/plan.hpp>
-#include <chasles/lie/trajectory.hpp>
+#include <chasles/lie/truth_pairing.hpp>
 
 namespace chasles {
 
@@ -48,6 +48,7 @@ struct Recording {
   std::vector<FeatureFrame> frames;
   std::shared_ptr<const ImageSource> images;  ///< the input of a front end, instead of `frames`
   Trajectory truth;  ///< world_T_imu; empty where unknown. With an IMU the world's z axis points up
+  TruthPairing pairing = {};                 ///< of estimates with the truth
   std::vector<TrueMotion> true_motion;       ///< at the times of `truth`; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown
   Plan plan;                                 ///< of the place, in the truth's world

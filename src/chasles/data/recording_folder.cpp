@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include <chasles/data/calibration.hpp>
 #include <chasles/data/csv.hpp>
+#include <chasles/data/image_recording.hpp>
 #include <chasles/data/inertial_tables.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
@@ -21,6 +23,10 @@ const std::vector<std::string> kFramePixelColumns{"time_ns", "observations", "pi
 const std::vector<std::string> kFeatureColumns{"time_ns", "landmark", "u_left",
                                                "v_left",  "u_right",  "v_right"};
 const std::vector<std::string> kLandmarkColumns{"landmark", "x", "y", "z"};
+
+constexpr std::array kTables{
+    "velocities.csv", "imu.csv",   "frames.csv",      "features.csv",
+    "pixels.csv",     "truth.tum", "true_motion.csv", "landmarks_truth.csv"};
 
 using Text = fmt::memory_buffer;
 namespace fs = std::filesystem;
@@ -177,11 +183,23 @@ void read_motion_tables(const fs::path& folder, const FolderCalibration& calibra
   const fs::path imu = folder / "imu.csv", velocities = folder / "velocities.csv";
   if (calibration.imu_convention) {
     recording.imu = read_imu(imu);
+    leave_out_not_finite(imu, recording);
   } else {
     refuse(imu, "imu_convention");
   }
   if (!calibration.imu_convention || fs::exists(velocities)) {
     recording.velocities = read_velocities(velocities);
+  }
+}
+
+// Tracks have one table of times for all cameras.
+void refuse_time_offsets(const fs::path& file, const FolderCalibration& calibration) {
+  for (const Time offset : calibration.time_offsets) {
+    if (offset == Time::zero()) continue;
+    throw InputError(fmt::format(
+        "{}: key 'timeshift_cam_imu' is {} s, expected it for images only: the times of tracks "
+        "are those of frames.csv, by the IMU's clock",
+        file.string(), to_seconds(offset)));
   }
 }
 
@@ -244,19 +262,18 @@ Recording read_folder_recording(const fs::path& folder) {
   recording.pixel_sigma = calibration.pixel_sigma;
   recording.single_pixel_sigma = calibration.single_pixel_sigma;
   recording.remarks = calibration.remarks;
+  refuse_time_offsets(folder / "calibration.yaml", calibration);
   read_motion_tables(folder, calibration, recording);
   read_frame_tables(folder, calibration, recording);
   read_truth_tables(folder, recording);
   recording.plan = read_plan_of(folder);
+  for (const char* table : kTables) remark_on_open_end(folder / table, recording.remarks);
   return recording;
 }
 
 void write_folder_recording(const Recording& recording, const fs::path& folder) {
   make_folder(folder);
-  for (const char* file : {"velocities.csv", "imu.csv", "features.csv", "pixels.csv", "truth.tum",
-                           "true_motion.csv", "landmarks_truth.csv"}) {
-    remove_file(folder / file);
-  }
+  for (const char* table : kTables) remove_file(folder / table);
   write_plan_of(recording.plan, folder);
   write_calibration(calibration_of(recording), folder / "calibration.yaml");
   if (!recording.velocities.empty() || !has_imu(recording)) {

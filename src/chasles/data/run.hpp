@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +12,7 @@
 #include <chasles/data/georeference.hpp>
 #include <chasles/data/plan.hpp>
 #include <chasles/data/run_images.hpp>
-#include <chasles/lie/trajectory.hpp>
+#include <chasles/lie/truth_pairing.hpp>
 
 namespace chasles {
 
@@ -68,6 +69,7 @@ struct Run {
   std::vector<RunState> states;
   std::vector<RunLandmark> landmarks;
   Trajectory truth;           ///< world_T_imu in the truth's own world; empty where unknown
+  TruthPairing pairing = {};  ///< of the states with the truth, for all comparisons
   Trajectory dead_reckoning;  ///< world_T_imu
   Plan plan = {};             ///< of the place, in the truth's world; empty where unknown
   /// Of the truth's world, where known: summary.json's "georeference" when read.
@@ -78,14 +80,20 @@ struct Run {
 /// Whether the z axis of the run's world is vertical: true if the run estimated IMU biases.
 bool is_level(const Run& run);
 
-/// Writes the folder, and creates it if missing. `summary` becomes summary.json unchanged. Throws
-/// UsageError if the folder cannot be written.
-void write_run(const Run& run, const nlohmann::ordered_json& summary,
-               const std::filesystem::path& folder);
+/// Writes the folder, and creates it if missing. An earlier run in it is replaced as a whole, or
+/// stays as it is where this fails (RunReplacement). `timing` is called when the other files are
+/// written, for the text of timing.json; empty: no such file. Returns summary.json: `summary`, and
+/// the entry `files` with the sizes and check sums. Throws UsageError if the folder cannot be
+/// written.
+nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& summary,
+                                 const std::filesystem::path& folder,
+                                 const std::function<std::string()>& timing = {});
 
 /// Reads a folder that write_run() wrote. All numbers are identical; rotations agree to round-off.
-/// Throws InputError with file, line and column.
+/// Throws InputError with file, line and column, and where the files are not those that
+/// summary.json lists.
 Run read_run(const std::filesystem::path& folder);
+/// summary.json without its entry `files`.
 nlohmann::ordered_json read_summary(const std::filesystem::path& folder);
 
 }  // namespace chasles

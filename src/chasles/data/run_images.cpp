@@ -46,14 +46,9 @@ void append_features(const RunImage& image, fmt::memory_buffer& rows) {
 
 // Removes the images of an earlier run; nothing else in the folder.
 void remove_pictures(const fs::path& folder) {
-  std::error_code none;
-  std::vector<fs::path> old;
-  for (const auto& entry : fs::directory_iterator(folder / "images", none)) {
-    const std::string file = entry.path().filename().string();
-    if (file.starts_with("cam") && file.ends_with(".jpg")) old.push_back(entry.path());
-  }
-  for (const fs::path& file : old) remove_file(file);
-  fs::remove(folder / "images", none);  // if it is empty
+  for (const std::string& file : pictures_of(folder)) remove_file(folder / file);
+  std::error_code not_empty;
+  fs::remove(folder / "images", not_empty);
 }
 
 int whole(const CsvReader& csv, std::size_t column, int most) {
@@ -111,7 +106,7 @@ bool is_of(const RunImage& image, const CsvReader& csv) {
 
 // Rows of one image are consecutive, in the order of images.csv.
 void read_features(const fs::path& file, std::vector<RunImage>& images) {
-  CsvReader csv(file, kImageFeatureColumns);
+  CsvReader csv(file, kImageFeatureColumns, {}, LastLine::kMustEnd);
   auto image = images.begin();
   while (csv.next()) {
     while (image != images.end() && !is_of(*image, csv)) ++image;
@@ -124,6 +119,16 @@ void read_features(const fs::path& file, std::vector<RunImage>& images) {
 }
 
 }  // namespace
+
+std::vector<std::string> pictures_of(const fs::path& folder) {
+  std::error_code none;
+  std::vector<std::string> pictures;
+  for (const auto& entry : fs::directory_iterator(folder / "images", none)) {
+    const std::string file = entry.path().filename().string();
+    if (file.starts_with("cam") && file.ends_with(".jpg")) pictures.push_back("images/" + file);
+  }
+  return pictures;
+}
 
 void write_run_images(const std::vector<RunImage>& images, const fs::path& folder) {
   remove_pictures(folder);
@@ -149,7 +154,7 @@ void write_run_images(const std::vector<RunImage>& images, const fs::path& folde
 std::vector<RunImage> read_run_images(const fs::path& folder) {
   std::vector<RunImage> images;
   if (!fs::exists(folder / "images.csv")) return images;
-  CsvReader csv(folder / "images.csv", kImageColumns);
+  CsvReader csv(folder / "images.csv", kImageColumns, {}, LastLine::kMustEnd);
   while (csv.next()) {
     RunImage image{.time = csv.time(0),
                    .camera = whole(csv, 1, kLargestSide),

@@ -30,6 +30,9 @@ struct RunImage {
 /// removes them if there are no images. Throws UsageError if that is not possible.
 void write_run_images(const std::vector<RunImage>& images, const std::filesystem::path& folder);
 
+/// The pictures in a run folder, as images/camC_TIME.jpg.
+std::vector<std::string> pictures_of(const std::filesystem::path& folder);
+
 /// Reads the images of a run folder; empty if there is no images.csv. Throws InputError with file,
 /// line and column.
 std::vector<RunImage> read_run_images(const std::filesystem::path& folder);

@@ -99,6 +99,7 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
   EXPECT_EQ(again.truth.size(), run.truth.size());
   EXPECT_EQ(again.dead_reckoning.size(), run.truth.size());
   EXPECT_EQ(read_summary(folder), kRunSummary);
+  EXPECT_FALSE(std::filesystem::exists(folder / "timing.json"));
   EXPECT_EQ(read_tum(folder / "trajectory.tum").size(), run.states.size());
 }
 
@@ -136,6 +137,59 @@ TEST(RunFolder, OnlyTheTimingDiffersBetweenRunsOfDifferentSpeed) {
     if (test::slurp(entry.path()) != test::slurp(folder / "b" / name)) different.push_back(name);
   }
   EXPECT_EQ(different, std::vector<std::string>{"timing.csv"});
+}
+
+TEST(RunFolder, TheTimesOfTheWholeRunAreTakenLast) {
+  const auto folder = test::scratch();
+  const auto written = write_run(example_run(), kRunSummary, folder, [&] {
+    EXPECT_TRUE(std::filesystem::exists(folder / ".writing/map.ply"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "map.ply"));
+    return std::string("{}\n");
+  });
+  EXPECT_EQ(test::slurp(folder / "timing.json"), "{}\n");
+  EXPECT_EQ(written, nlohmann::ordered_json::parse(test::slurp(folder / "summary.json")));
+}
+
+TEST(RunFolder, FilesThatAreNotThoseOfTheSummaryAreRefused) {
+  const auto root = test::scratch(), folder = root / "run", other = root / "other";
+  const auto error = [&](const std::string& file, const auto& spoil) {
+    write_run(example_run(), kRunSummary, folder);
+    spoil(folder / file);
+    return input_error([&] { read_run(folder); });
+  };
+  const auto truncate = [](const auto& file) {
+    const std::string text = test::slurp(file);
+    test::spill(file, text.substr(0, text.rfind('\n', text.size() - 2) + 1));  // a whole last line
+  };
+  for (const char* file :
+       {"trajectory.tum", "states.csv", "landmarks.csv", "map.ply", "dead_reckoning.tum"}) {
+    expect_parts(error(file, truncate), {file, "bytes", "copy the folder again, or run again"});
+  }
+  expect_parts(error("truth.tum", [](const auto& file) { std::filesystem::remove(file); }),
+               {"truth.tum", "summary.json lists it"});
+  auto longer = example_run();
+  longer.states.back().nis = 17;
+  write_run(longer, kRunSummary, other);
+  const auto of_another = [&](const auto& file) {
+    std::filesystem::copy_file(other / file.filename(), file,
+                               std::filesystem::copy_options::overwrite_existing);
+  };
+  expect_parts(error("states.csv", of_another), {"states.csv", "of another run"});
+  expect_parts(error("summary.json",
+                     [](const auto& file) { test::spill(file, R"({"files": {"../x": 3}})"); }),
+               {"../x", "cannot be read"});
+  expect_parts(
+      error("summary.json", [](const auto& file) { test::spill(file, R"({"files": 3})"); }),
+      {"summary.json", "'files'"});
+}
+
+TEST(RunFolder, AFolderOfAnEarlierVersionIsComparedByItsNumberOfFrames) {
+  const auto folder = test::scratch();
+  write_run(example_run(), kRunSummary, folder);
+  test::spill(folder / "summary.json", R"({"frames": 20})");
+  EXPECT_EQ(read_run(folder).states.size(), 20U);
+  test::spill(folder / "summary.json", R"({"frames": 21})");
+  expect_parts(input_error([&] { read_run(folder); }), {"states.csv", "20 rows", "21 frames"});
 }
 
 TEST(RunFolder, ARunThatWentWrongCanStillBeRead) {
@@ -207,6 +261,7 @@ TEST(RunFolder, DamageIsNamed) {
   const auto folder = test::scratch();
   const auto error = [&](const std::string& file, const std::string& from, const std::string& to) {
     write_run(example_run(), kRunSummary, folder);
+    test::spill(folder / "summary.json", kRunSummary.dump());  // lists no files
     std::string text = test::slurp(folder / file);
     text.replace(text.find(from), from.size(), to);
     test::spill(folder / file, text);

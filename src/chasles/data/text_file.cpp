@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/data/read_budget.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
@@ -43,25 +44,47 @@ std::string_view without_group(std::string_view name) {
 
 }  // namespace
 
-std::string read_file(const std::filesystem::path& file) {
+void check_regular_file(const std::filesystem::path& file) {
   std::error_code ignored;
-  if (!std::filesystem::exists(file, ignored)) {
+  const std::filesystem::file_status status = std::filesystem::status(file, ignored);
+  if (std::filesystem::is_regular_file(status)) return;
+  if (!std::filesystem::exists(status)) {
     throw InputError(fmt::format("{}: no such file", file.string()));
   }
-  if (std::filesystem::is_directory(file, ignored)) {
+  if (std::filesystem::is_directory(status)) {
     throw InputError(fmt::format("{}: is a folder, expected a file", file.string()));
   }
+  throw InputError(
+      fmt::format("{}: is a pipe or a device, expected a regular file", file.string()));
+}
+
+std::string read_file(const std::filesystem::path& file) {
+  check_regular_file(file);
   std::ifstream stream(file, std::ios::binary | std::ios::ate);
   if (!stream) {
     throw InputError(fmt::format("{}: cannot be opened: {}", file.string(), std::strerror(errno)));
   }
   const std::streamoff size = stream.tellg();
+  if (size > 0) {
+    const auto bytes = static_cast<std::size_t>(size);
+    check_memory(fmt::format("{}: has {} bytes", file.string(), bytes), bytes);
+  }
   std::string bytes(size > 0 ? static_cast<std::size_t>(size) : 0, '\0');
   stream.seekg(0);
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
     throw InputError(fmt::format("{}: cannot be read to its end", file.string()));
   }
   return bytes;
+}
+
+std::string read_text(const std::filesystem::path& file) {
+  std::string text = read_file(file);
+  remove_byte_order_mark(text);
+  return text;
+}
+
+void remove_byte_order_mark(std::string& text) {
+  if (text.starts_with("\xef\xbb\xbf")) text.erase(0, 3);
 }
 
 void write_file(const std::filesystem::path& file, std::string_view bytes) {
@@ -114,7 +137,12 @@ std::string did_you_mean(std::string_view name, const std::vector<std::string>& 
 }
 
 std::string quoted_list(const std::vector<std::string>& names) {
-  return names.empty() ? "nothing" : fmt::format("'{}'", fmt::join(names, "', '"));
+  constexpr std::size_t kMostNames = 30;
+  if (names.empty()) return "nothing";
+  const std::size_t shown = std::min(names.size(), kMostNames);
+  const auto end = names.begin() + static_cast<std::ptrdiff_t>(shown);
+  const std::string list = fmt::format("'{}'", fmt::join(names.begin(), end, "', '"));
+  return shown == names.size() ? list : fmt::format("{} and {} more", list, names.size() - shown);
 }
 
 std::string_view take_line(std::string_view& text) {

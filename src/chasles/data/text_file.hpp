@@ -7,8 +7,20 @@
 
 namespace chasles {
 
-/// The bytes of a file. Throws InputError if it is missing, a folder, or cannot be read.
+/// Throws InputError unless this is a regular file: it is missing, a folder, or a pipe or device,
+/// which may never end.
+void check_regular_file(const std::filesystem::path& file);
+
+/// The bytes of a regular file. Throws InputError if it cannot be read, or is larger than the
+/// budget (read_budget.hpp).
 std::string read_file(const std::filesystem::path& file);
+
+/// The text of a file, without the byte-order mark of UTF-8 that some programs write first. Throws
+/// as read_file().
+std::string read_text(const std::filesystem::path& file);
+
+/// Removes that mark, if there is one.
+void remove_byte_order_mark(std::string& text);
 
 /// Writes the bytes, replacing the file. Throws UsageError if that is not possible.
 void write_file(const std::filesystem::path& file, std::string_view bytes);
@@ -28,7 +40,7 @@ void make_folder(const std::filesystem::path& folder);
 /// group that has it.
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known);
 
-/// `'a', 'b', 'c'`.
+/// `'a', 'b', 'c'`; of more than 30 names the first ones, and how many are left out.
 std::string quoted_list(const std::vector<std::string>& names);
 
 /// Removes the next line from the front of `text` and returns it without its end (\n or \r\n).

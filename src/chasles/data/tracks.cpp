@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/read_budget.hpp>
 #include <chasles/data/tracks.hpp>
 #include <chasles/error.hpp>
 
@@ -11,7 +12,7 @@ namespace chasles {
 namespace {
 
 constexpr double kMissing = -1;
-constexpr std::size_t kMostPoints = 20'000'000;
+constexpr std::size_t kBytesOfPoint = 400;  // in this table, then in the frames
 
 bool stands_before(const TrackPoint& a, const TrackPoint& b) {
   return a.track != b.track ? a.track < b.track : a.frame < b.frame;
@@ -67,7 +68,8 @@ TrackCollector::TrackCollector(std::size_t tracks, std::size_t frames, Order ord
                                std::string where)
     : table_{.tracks = tracks, .frames = frames, .points = {}},
       order_(order),
-      where_(std::move(where)) {}
+      where_(std::move(where)),
+      most_points_(read_budget().bytes / kBytesOfPoint) {}
 
 void TrackCollector::fail_not_finite(std::size_t pixel, std::size_t track, std::size_t frame,
                                      double value) const {
@@ -84,8 +86,9 @@ void TrackCollector::add(std::span<const double> values) {
 }
 
 void TrackCollector::keep(std::size_t track, std::size_t frame, const Eigen::Vector4d& pixels) {
-  if (table_.points.size() == kMostPoints) {
-    throw InputError(fmt::format("{}: holds more than {} observations", where_, kMostPoints));
+  if (table_.points.size() == most_points_) {
+    check_memory(fmt::format("{}: has more than {} observations", where_, most_points_),
+                 (most_points_ + 1) * kBytesOfPoint);
   }
   table_.points.push_back({.track = static_cast<std::uint32_t>(track),
                            .frame = static_cast<std::uint32_t>(frame),

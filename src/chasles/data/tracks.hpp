@@ -42,7 +42,8 @@ class TrackCollector {
   /// `where` names the field in messages.
   TrackCollector(std::size_t tracks, std::size_t frames, Order order, std::string where);
 
-  /// Adds the next numbers. Throws InputError for a number that is not finite.
+  /// Adds the next numbers. Throws InputError for a number that is not finite, and for more
+  /// observations than the budget allows.
   void add(std::span<const double> values);
 
   /// The table, its points in order of track, then frame.
@@ -60,6 +61,7 @@ class TrackCollector {
   TrackTable table_;
   Order order_;
   std::string where_;
+  std::size_t most_points_;
   std::size_t position_ = 0;  // of the next number in the array
   std::size_t next_ = 0;      // the point that the next number of a plane can belong to
   Eigen::Vector4d pixels_ = Eigen::Vector4d::Zero();

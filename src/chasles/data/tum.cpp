@@ -1,34 +1,103 @@
 #include <array>
+#include <cctype>
+#include <system_error>
 
 #include <fmt/format.h>
 
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/parse.hpp>
+#include <chasles/data/pose_columns.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
 namespace {
 
 constexpr std::array<const char*, 8> kTumColumns{"t", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 // OpenVINS writes six variances behind the pose; they are not read.
 constexpr std::size_t kColumnsOfOpenVins = 14;
 
-StampedPose parse_row(const std::string& where, const std::vector<std::string_view>& words) {
-  if (words.size() != kTumColumns.size() && words.size() != kColumnsOfOpenVins) {
-    throw InputError(fmt::format("{}: has {} columns, expected {}: t tx ty tz qx qy qz qw", where,
-                                 words.size(), kTumColumns.size()));
+// What a row with another number of columns may be.
+std::string likely_kind(std::size_t count) {
+  if (count == 4) {
+    return "; times and positions alone, as in EuRoC's leica0, are no poses: EuRoC's are in "
+           "state_groundtruth_estimate0/data.csv";
   }
-  std::array<double, 8> numbers{};
-  for (std::size_t i = 1; i < kTumColumns.size(); ++i) {
-    numbers[i] = parse_finite(where + ": " + kTumColumns[i], words[i]);
+  if (count == 12 || count == 16) {
+    return "; a matrix without a time, as in KITTI's pose files? Convert them with their times.txt "
+           "to lines t tx ty tz qx qy qz qw";
   }
-  return {.time = parse_seconds(where + ": t", words[0]),
-          .pose = {checked_quaternion(where, {numbers[4], numbers[5], numbers[6], numbers[7]}),
-                   {numbers[1], numbers[2], numbers[3]}}};
+  return "";
+}
+
+bool is_tum(std::size_t count) {
+  return count == kTumColumns.size() || count == kColumnsOfOpenVins;
+}
+
+// Rows of a table of poses, whose columns are those of TUM until a line names others.
+class PoseRows {
+ public:
+  /// False for a line without names of columns.
+  bool take_names(std::string_view line) {
+    const auto named = pose_columns(line);
+    if (named) columns_ = *named;
+    return named.has_value();
+  }
+
+  StampedPose parse(const std::string& where, std::string_view line) {
+    const std::vector<std::string_view> words = split_row(line);
+    check_count(where, words.size());
+    if (!columns_.time_digits) columns_.time_digits = digits_of_stamp(words[columns_.index[0]]);
+    std::array<double, 8> numbers{};
+    for (std::size_t i = 1; i < kTumColumns.size(); ++i) {
+      numbers[i] = parse_finite(where + ": " + kTumColumns[i], words[columns_.index[i]]);
+    }
+    return {.time = parse_stamp(where + ": t", words[columns_.index[0]], *columns_.time_digits),
+            .pose = {checked_quaternion(where, {numbers[4], numbers[5], numbers[6], numbers[7]}),
+                     {numbers[1], numbers[2], numbers[3]}}};
+  }
+
+  const PoseColumns& columns() const { return columns_; }
+
+ private:
+  void check_count(const std::string& where, std::size_t count) {
+    // A comment may name TUM's columns and say more.
+    if (columns_.index == PoseColumns{}.index && is_tum(count)) columns_.count = 0;
+    if (columns_.count > 0 ? count == columns_.count : is_tum(count)) return;
+    throw InputError(fmt::format("{}: has {} columns, expected {}{}", where, count,
+                                 columns_.count > 0
+                                     ? fmt::format("{}, as many as have names", columns_.count)
+                                     : "8: t tx ty tz qx qy qz qw",
+                                 likely_kind(count)));
+  }
+
+  PoseColumns columns_;
+};
+
+bool begins_with_letter(std::string_view line) {
+  const auto c = static_cast<unsigned char>(line.front());
+  return std::isalpha(c) != 0 && !line.starts_with("nan") && !line.starts_with("inf");
+}
+
+// EuRoC's vicon0 and mocap0 have the pose of a sensor; sensor.yaml beside the table, if there is
+// one, says where it is on the body, which is the IMU.
+void move_to_body(const std::filesystem::path& table, Trajectory& trajectory) {
+  const std::filesystem::path file = table.parent_path() / "sensor.yaml";
+  std::error_code ignored;
+  if (!std::filesystem::exists(file, ignored)) return;
+  const YamlMap sensor = YamlMap::read(file, {});
+  if (!sensor.has("T_BS")) return;
+  const YamlMap T = sensor.map("T_BS", {.known = {"cols", "rows", "data"}, .needed = {"data"}});
+  const Eigen::VectorXd data = T.numbers("data", 16, "numbers, row by row");
+  const SE3 body_T_sensor =
+      checked_motion(T.where("data"), Eigen::Matrix4d(data.reshaped<Eigen::RowMajor>(4, 4)));
+  if (body_T_sensor.R.isIdentity(0) && body_T_sensor.p.isZero(0)) return;
+  for (StampedPose& row : trajectory) row.pose = row.pose * body_T_sensor.inverse();
 }
 
 }  // namespace
@@ -36,19 +105,28 @@ StampedPose parse_row(const std::string& where, const std::vector<std::string_vi
 Trajectory read_tum(const std::filesystem::path& file) {
   const std::string bytes = read_plain_or_gzip(file);
   Trajectory trajectory;
+  PoseRows rows;
   std::string_view rest = bytes;
+  if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
   for (int number = 1; !rest.empty(); ++number) {
     const std::string_view line = trimmed(take_line(rest));
-    if (line.empty() || line.front() == '#') continue;
+    if (line.empty()) continue;
     const std::string where = fmt::format("{}:{}", file.string(), number);
-    const StampedPose row = parse_row(where, split_words(line));
-    if (!trajectory.empty()) check_rises(where, trajectory.back().time, row.time);
+    const bool first = trajectory.empty();
+    if (line.front() == '#') {
+      if (first) rows.take_names(line);
+      continue;
+    }
+    if (first && begins_with_letter(line) && rows.take_names(line)) continue;
+    const StampedPose row = rows.parse(where, line);
+    if (!first) check_rises(where, trajectory.back().time, row.time);
     trajectory.push_back(row);
   }
   if (trajectory.empty()) {
     throw InputError(
         fmt::format("{}: holds no pose, expected lines `t tx ty tz qx qy qz qw`", file.string()));
   }
+  if (rows.columns().of_euroc) move_to_body(file, trajectory);
   return trajectory;
 }
 

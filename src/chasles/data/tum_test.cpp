@@ -68,6 +68,98 @@ TEST(Tum, DecimalsBeyondANanosecondAreRounded) {
   EXPECT_EQ(read("3 0 0 0 0 0 0 1").at(0).time.count(), 3000000000);
 }
 
+TEST(Tum, CommasAndAByteOrderMarkAreTaken) {
+  const Trajectory t = read(
+      "\xef\xbb\xbf# timestamp tx ty tz qx qy qz qw\n1.5,1,2,3,0,0,0,1\n"
+      "2.5, 4, 5, 6, 0, 0, 0, 1\r\n");
+  ASSERT_EQ(t.size(), 2u);
+  EXPECT_EQ(t[0].time.count(), 1'500'000'000);
+  EXPECT_EQ(t[1].pose.p, Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(read("\xef\xbb\xbf"
+                 "1.5 1 2 3 0 0 0 1")
+                .at(0)
+                .pose.p,
+            Eigen::Vector3d(1, 2, 3));
+}
+
+TEST(Tum, TimesMayBeMilliMicroOrNanoseconds) {
+  for (const char* time : {"1403636580.123456789", "1403636580123.456789", "1403636580123456.789",
+                           "1403636580123456789", "1403636580123456789.000000"}) {
+    EXPECT_EQ(read(std::string(time) + " 1 2 3 0 0 0 1").at(0).time.count(), 1403636580123456789)
+        << time;
+  }
+  EXPECT_EQ(read("-1403636580123456789 1 2 3 0 0 0 1").at(0).time.count(), -1403636580123456789);
+  EXPECT_NEAR(static_cast<double>(read("1.403636580123e18 1 2 3 0 0 0 1").at(0).time.count()),
+              1.403636580123e18, 1e3);
+  // The unit that the first line names counts also for small times.
+  EXPECT_EQ(read("#time_ns,x,y,z,qx,qy,qz,qw\n7,1,2,3,0,0,0,1\n").at(0).time.count(), 7);
+}
+
+TEST(Tum, ColumnsAreTakenByTheirNames) {
+  const std::string half = "0.70710678";
+  const std::string row = "1403636580000000000,1,2,3," + half + ",0,0," + half;
+  const std::string names =
+      "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], "
+      "q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []";
+  const Eigen::Vector3d left = Eigen::Vector3d::UnitY();
+  for (const std::string& text :
+       {names + "\n" + row + "\n",  // EuRoC's vicon0, and its states
+        names + ", v_RS_R_x [m s^-1], v_RS_R_y [m s^-1]\r\n" + row + ",9,9\r\n",
+        "time,px,py,pz,qw,qx,qy,qz\n" + row,
+        "# t x y z q_w q_x q_y q_z\n1403636580 1 2 3 " + half + " 0 0 " + half + "\n"}) {
+    const Trajectory t = read(text);
+    ASSERT_EQ(t.size(), 1u) << text;
+    EXPECT_EQ(t[0].time.count(), 1403636580000000000) << text;
+    EXPECT_EQ(t[0].pose.p, Eigen::Vector3d(1, 2, 3)) << text;
+    EXPECT_LT((t[0].pose.R * Eigen::Vector3d::UnitX() - left).norm(), 1e-8) << text;
+  }
+  // Names of TUM's columns with more words are a comment.
+  EXPECT_EQ(read("# t tx ty tz qx qy qz qw of the IMU\n1 2 3 4 0 0 0 1").size(), 1u);
+}
+
+// sensor.yaml states where EuRoC's marker is on the body.
+TEST(Tum, ThePoseOfAMarkerIsMovedToTheBody) {
+  const auto folder = test::scratch();
+  test::spill(folder / "data.csv",
+              "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], "
+              "q_RS_y [], q_RS_z []\n5,1,2,3,1,0,0,0\n");
+  EXPECT_EQ(read_tum(folder / "data.csv").at(0).pose.p, Eigen::Vector3d(1, 2, 3));
+  test::spill(folder / "sensor.yaml",
+              "sensor_type: pose\nT_BS:\n  cols: 4\n  rows: 4\n  data: [0, -1, 0, 0.5, 1, 0, 0, 0, "
+              "0, 0, 1, 0, 0, 0, 0, 1]\n");
+  const SE3 body = read_tum(folder / "data.csv").at(0).pose;
+  // The marker is 0.5 m in front of the body, turned to the left.
+  EXPECT_LT((body * Eigen::Vector3d(0.5, 0, 0) - Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
+  EXPECT_LT((body.R * Eigen::Vector3d::UnitY() - Eigen::Vector3d::UnitX()).norm(), 1e-12);
+}
+
+TEST(Tum, OtherTablesAreNamed) {
+  const auto message = [&](const std::string& text) { return input_error([&] { read(text); }); };
+  const std::string leica = "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]\n1,2,3,4\n";
+  expect_parts(message(leica),
+               {"t.tum:2: has 4 columns", "times and positions alone, as in EuRoC's leica0"});
+  expect_parts(message("1 0 0 0 0 1 0 0 0 0 1 0\n"), {"t.tum:1: has 12", "KITTI's pose files?"});
+  expect_parts(message("a,b,c\n1,2,3\n"), {"t.tum:1: has 3 columns"});
+}
+
+// The cases of ../shared/cases: the same poses in all of them.
+TEST(Tum, TheSamePosesAreReadFromEveryForm) {
+  const std::filesystem::path cases =
+      std::filesystem::path(CHASLES_SOURCE_DIR) / ".." / "shared" / "cases" / "truth";
+  if (!std::filesystem::exists(cases)) GTEST_SKIP() << "skipped: no cases";
+  const Trajectory plain = read_tum(cases / "plain.tum");
+  for (const char* file :
+       {"byte_order_mark.tum", "commas.tum", "nanoseconds.tum", "euroc_states.csv", "mocap0.csv"}) {
+    const Trajectory other = read_tum(cases / file);
+    ASSERT_EQ(other.size(), plain.size()) << file;
+    for (std::size_t i = 0; i < plain.size(); ++i) {
+      EXPECT_EQ(other[i].time, plain[i].time) << file;
+      EXPECT_EQ(other[i].pose.p, plain[i].pose.p) << file;
+      EXPECT_EQ(other[i].pose.R, plain[i].pose.R) << file;
+    }
+  }
+}
+
 TEST(Tum, ErrorsNameFileAndLine) {
   const std::string good = "1 0 0 0 0 0 0 1\n";
   const auto message = [&](const std::string& text) { return input_error([&] { read(text); }); };

@@ -5,9 +5,8 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
+#include <chasles/data/image_encode.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
@@ -57,14 +56,16 @@ std::string camera_text(const Camera& c, std::size_t number, double rate) {
   // EuRoC's files have a model always, and a name of their own for this one.
   const bool radtan = c.distortion == Distortion::kNone || c.distortion == Distortion::kRadtan;
   const std::string_view model = radtan ? "radial-tangential" : name_of(c.distortion);
-  const Eigen::Vector4d k =
-      c.distortion == Distortion::kNone ? Eigen::Vector4d(Eigen::Vector4d::Zero()) : c.coefficients;
+  std::string k = c.distortion == Distortion::kNone
+                      ? "0, 0, 0, 0"
+                      : fmt::format("{}", fmt::join(c.coefficients, ", "));
+  if (c.radtan_k3 != 0) k += fmt::format(", {}", c.radtan_k3);
   return sensor_text("camera", fmt::format("camera {}", number), c.cam_T_imu.inverse()) +
          fmt::format(
              "rate_hz: {:.6g}\nresolution: [{}, {}]\ncamera_model: pinhole\n"
              "intrinsics: [{}, {}, {}, {}] # fu, fv, cu, cv\n"
-             "distortion_model: {}\ndistortion_coefficients: [{}, {}, {}, {}]\n",
-             rate, c.width, c.height, c.fx, c.fy, c.cx, c.cy, model, k[0], k[1], k[2], k[3]);
+             "distortion_model: {}\ndistortion_coefficients: [{}]\n",
+             rate, c.width, c.height, c.fx, c.fy, c.cx, c.cy, model, k);
 }
 
 void write_samples(const Recording& recording, const fs::path& folder) {
@@ -129,17 +130,6 @@ void write_truth(const Recording& recording, const fs::path& folder) {
   }
 }
 
-std::string png_of(const GrayImage& image) {
-  // The pixels are not changed; cv::Mat has no const view.
-  const cv::Mat view(image.height, image.width, CV_8UC1,
-                     const_cast<std::uint8_t*>(image.pixels.data()));
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", view, bytes,
-               {cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
-                cv::IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY});
-  return {bytes.begin(), bytes.end()};
-}
-
 void check(const Recording& r) {
   const auto need = [&](bool there, const char* what) {
     if (there) return;
@@ -178,7 +168,7 @@ Lists write_frame(const Recording& r, std::size_t i, const fs::path& sensors) {
   for (std::size_t c = 0; c < r.cameras.size(); ++c) {
     if (frame.images[c].empty()) continue;
     const std::string name = fmt::format("{}.png", frame.time.count());
-    write_file(sensors / fmt::format("cam{}", c) / "data" / name, png_of(frame.images[c]));
+    write_file(sensors / fmt::format("cam{}", c) / "data" / name, png_bytes(frame.images[c]));
     lines[c] = fmt::format("{},{}\n", frame.time.count(), name);
   }
   return lines;

@@ -60,6 +60,7 @@ Recording example_recording(std::size_t frames = 7) {
   const auto images = std::make_shared<Stripes>(frames);
   r.images = images;
   r.cameras = {camera(Distortion::kRadtan, 0.02), camera(Distortion::kEquidistant, 0.13)};
+  r.cameras[0].radtan_k3 = -0.1 / 3;
   r.imu_noise = ImuNoise{.accelerometer_noise_density = 2e-3,
                          .accelerometer_random_walk = 3e-3,
                          .gyroscope_noise_density = 1.7e-4,
@@ -124,6 +125,7 @@ TEST(WriteEuroc, WhatIsWrittenIsReadAgain) {
   for (std::size_t c = 0; c < 2; ++c) {
     EXPECT_EQ(back.cameras[c].distortion, r.cameras[c].distortion);
     EXPECT_EQ(back.cameras[c].coefficients, r.cameras[c].coefficients);
+    EXPECT_EQ(back.cameras[c].radtan_k3, r.cameras[c].radtan_k3);
     EXPECT_EQ(back.cameras[c].cx, r.cameras[c].cx);
     EXPECT_EQ(back.cameras[c].fy, r.cameras[c].fy);
     EXPECT_LT((back.cameras[c].cam_T_imu.R - r.cameras[c].cam_T_imu.R).norm(), 1e-14);

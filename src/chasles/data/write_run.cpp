@@ -9,9 +9,9 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/data/run.hpp>
 #include <chasles/data/run_columns.hpp>
+#include <chasles/data/run_replacement.hpp>
 #include <chasles/data/run_text.hpp>
 #include <chasles/data/text_file.hpp>
-#include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -131,26 +131,25 @@ std::string ply_bytes(const std::vector<RunLandmark>& landmarks) {
   return bytes;
 }
 
-void write_or_remove(const Trajectory& trajectory, const std::filesystem::path& file) {
-  trajectory.empty() ? remove_file(file) : write_tum(trajectory, file);
-}
-
 }  // namespace
 
-void write_run(const Run& run, const nlohmann::ordered_json& summary,
-               const std::filesystem::path& folder) {
+nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& summary,
+                                 const std::filesystem::path& folder,
+                                 const std::function<std::string()>& timing) {
   check_sizes(run);
-  make_folder(folder);
-  write_tum(trajectory_of(run.states), folder / "trajectory.tum");
-  write_file(folder / "states.csv", states_text(run, 0));
-  write_file(folder / "timing.csv", timing_text(run));
-  write_file(folder / "landmarks.csv", landmarks_text(run.landmarks));
-  write_file(folder / "map.ply", ply_bytes(run.landmarks));
-  write_file(folder / "summary.json", json_text(summary, 2) + "\n");
-  write_or_remove(run.truth, folder / "truth.tum");
-  write_or_remove(run.dead_reckoning, folder / "dead_reckoning.tum");
-  write_plan_of(run.plan, folder);
-  write_run_images(run.images, folder);
+  RunReplacement replacement(folder);
+  const std::filesystem::path& place = replacement.place();
+  write_tum(trajectory_of(run.states), place / "trajectory.tum");
+  write_file(place / "states.csv", states_text(run, 0));
+  write_file(place / "timing.csv", timing_text(run));
+  write_file(place / "landmarks.csv", landmarks_text(run.landmarks));
+  write_file(place / "map.ply", ply_bytes(run.landmarks));
+  if (!run.truth.empty()) write_tum(run.truth, place / "truth.tum");
+  if (!run.dead_reckoning.empty()) write_tum(run.dead_reckoning, place / "dead_reckoning.tum");
+  write_plan_of(run.plan, place);
+  write_run_images(run.images, place);
+  if (timing) write_file(place / "timing.json", timing());
+  return replacement.commit(summary);
 }
 
 }  // namespace chasles

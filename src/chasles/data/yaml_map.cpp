@@ -6,6 +6,7 @@
 
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/parse.hpp>
+#include <chasles/data/read_budget.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
@@ -17,15 +18,29 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+// OpenCV's first line, %YAML:1.0, is no directive of YAML.
+std::string without_header(std::string text) {
+  if (text.starts_with("%YAML:")) text.front() = '#';
+  return text;
+}
+
 std::string key_of(const YAML::Node& node) { return node.IsScalar() ? node.Scalar() : ""; }
 
 }  // namespace
+
+std::string read_yaml_file(const std::filesystem::path& file) {
+  constexpr std::size_t kBytesOfText = 200;  // of yaml-cpp's nodes, for a byte of the file
+  std::string text = read_text(file);
+  check_memory(fmt::format("{}: has {} bytes of YAML", file.string(), text.size()),
+               text.size() * kBytesOfText);
+  return without_header(std::move(text));
+}
 
 YamlMap YamlMap::read(const std::filesystem::path& file, const Keys& keys) {
   const std::string name = file.string();
   YAML::Node root;
   try {
-    root = YAML::Load(read_file(file));
+    root = YAML::Load(read_yaml_file(file));
   } catch (const YAML::Exception& error) {
     throw InputError(
         fmt::format("{}:{}: is not valid YAML: {}", name, error.mark.line + 1, error.msg));
@@ -41,10 +56,9 @@ YamlMap::YamlMap(std::string file, std::string begin, const YAML::Node& node, co
       named_(keys.known) {
   for (const auto& entry : *map_) {
     const std::string key = key_of(entry.first);
-    if (contains(found_, key)) {
+    if (!found_.insert(key).second) {
       throw InputError(where(entry.first, key) + ": is there twice, expected once");
     }
-    found_.push_back(key);
   }
   check_keys(keys);
 }
@@ -59,7 +73,7 @@ void YamlMap::check_keys(const Keys& keys) const {
   for (const std::string& key : keys.needed) need(key);
 }
 
-bool YamlMap::has(const std::string& key) const { return contains(found_, key); }
+bool YamlMap::has(const std::string& key) const { return found_.contains(key); }
 
 void YamlMap::need(const std::string& key) const {
   if (has(key)) return;
@@ -104,9 +118,23 @@ double YamlMap::not_negative(const std::string& key) const {
       fmt::format("{}: is {}, expected a number that is not negative", where(key), value));
 }
 
+// The list itself, or that of `data` in a map.
+YAML::Node YamlMap::list_at(const std::string& key) const {
+  const YAML::Node node = at(key);
+  if (!node.IsMap()) return node;
+  const YAML::Node data = node["data"];
+  if (data) return data;
+  throw InputError(where(node, key) + ": expected a list, or a matrix with rows, cols and data");
+}
+
+std::size_t YamlMap::count(const std::string& key) const {
+  const YAML::Node list = list_at(key);
+  return list.IsSequence() ? list.size() : 0;
+}
+
 Eigen::VectorXd YamlMap::numbers(const std::string& key, std::size_t size,
                                  const std::string& what) const {
-  const YAML::Node list = at(key);
+  const YAML::Node list = list_at(key);
   if (!list.IsSequence() || list.size() != size) {
     throw InputError(fmt::format("{}: expected a list of {} {}", where(list, key), size, what));
   }
@@ -117,18 +145,28 @@ Eigen::VectorXd YamlMap::numbers(const std::string& key, std::size_t size,
   return values;
 }
 
-SE3 YamlMap::motion(const std::string& key) const {
-  const YAML::Node rows = at(key);
-  const auto four = [](const YAML::Node& node) { return node.IsSequence() && node.size() == 4; };
-  Eigen::Matrix4d M;
-  if (!four(rows)) throw InputError(where(rows, key) + ": expected four rows of four numbers");
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (!four(rows[i])) throw InputError(where(rows[i], key) + ": expected a row of four numbers");
-    for (std::size_t j = 0; j < 4; ++j) {
-      M(static_cast<int>(i), static_cast<int>(j)) = number(rows[i][j], key);
+Eigen::MatrixXd YamlMap::matrix(const std::string& key, std::size_t rows, std::size_t cols) const {
+  const YAML::Node list = list_at(key);
+  const bool flat = list.IsSequence() && list.size() == rows * cols && list[0].IsScalar();
+  if (!flat && !(list.IsSequence() && list.size() == rows)) {
+    throw InputError(
+        fmt::format("{}: expected {} rows of {} numbers", where(list, key), rows, cols));
+  }
+  Eigen::MatrixXd M(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(cols));
+  for (std::size_t i = 0; i < rows; ++i) {
+    if (!flat && !(list[i].IsSequence() && list[i].size() == cols)) {
+      throw InputError(fmt::format("{}: expected a row of {} numbers", where(list[i], key), cols));
+    }
+    for (std::size_t j = 0; j < cols; ++j) {
+      M(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          number(flat ? list[i * cols + j] : list[i][j], key);
     }
   }
-  return checked_motion(where(rows, key), M);
+  return M;
+}
+
+SE3 YamlMap::motion(const std::string& key) const {
+  return checked_motion(where(key), Eigen::Matrix4d(matrix(key, 4, 4)));
 }
 
 std::vector<std::string> YamlMap::texts(const std::string& key) const {

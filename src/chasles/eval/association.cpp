@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <string>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -39,6 +40,24 @@ Time default_tolerance(const Trajectory& a, const Trajectory& b) {
   return std::min(spacing_a, spacing_b) / 2;
 }
 
+bool overlap(const Trajectory& a, const Trajectory& b) {
+  return !a.empty() && !b.empty() && a.front().time <= b.back().time &&
+         b.front().time <= a.back().time;
+}
+
+std::string likely_cause(const Trajectory& estimate, const Trajectory& truth,
+                         const TruthPairing& pairing) {
+  const Time spacing = median_spacing(truth);
+  if (pairing.pairing == Pairing::kNearest || spacing <= pairing.longest_gap ||
+      !overlap(estimate, truth)) {
+    return "are both stamped by the same clock?";
+  }
+  return fmt::format(
+      "its poses are {:.3g} s apart; a longer gap (--max-truth-gap) or the nearest stamps "
+      "(--pairing nearest) would pair them",
+      to_seconds(spacing));
+}
+
 // For each stamp of `from`, the index of the nearest stamp in `to` (the earlier one if both are
 // equally near). Both in order of time, `to` not empty.
 std::vector<std::size_t> nearest(const Trajectory& from, const Trajectory& to) {
@@ -52,6 +71,38 @@ std::vector<std::size_t> nearest(const Trajectory& from, const Trajectory& to) {
     result[i] = j;
   }
   return result;
+}
+
+MatchedTrajectories pair_nearest(const Trajectory& estimate, const Trajectory& truth,
+                                 Time tolerance) {
+  MatchedTrajectories matched;
+  if (estimate.empty() || truth.empty()) return matched;
+  const std::vector<std::size_t> to_truth = nearest(estimate, truth);
+  const std::vector<std::size_t> to_estimate = nearest(truth, estimate);
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    const std::size_t j = to_truth[i];
+    if (to_estimate[j] != i) continue;
+    if (std::chrono::abs(estimate[i].time - truth[j].time) > tolerance) continue;
+    matched.estimate.push_back(estimate[i]);
+    matched.truth.push_back(truth[j]);
+    matched.estimate_index.push_back(i);
+  }
+  return matched;
+}
+
+MatchedTrajectories interpolate(const Trajectory& estimate, const Trajectory& truth,
+                                Time longest_gap) {
+  MatchedTrajectories matched;
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    const Time time = estimate[i].time;
+    const auto pose = pose_at(truth, time, longest_gap);
+    if (!pose) continue;
+    matched.estimate.push_back(estimate[i]);
+    matched.truth.push_back({.time = time, .pose = *pose});
+    matched.estimate_index.push_back(i);
+    if (!std::ranges::binary_search(truth, time, {}, &StampedPose::time)) ++matched.interpolated;
+  }
+  return matched;
 }
 
 }  // namespace
@@ -68,31 +119,22 @@ Time median_spacing(const Trajectory& trajectory) {
 }
 
 MatchedTrajectories associate(const Trajectory& estimate, const Trajectory& truth,
-                              std::optional<Time> tolerance) {
+                              const TruthPairing& pairing) {
   require_valid(estimate, "estimate");
   require_valid(truth, "truth");
-  MatchedTrajectories matched;
-  matched.tolerance = tolerance.value_or(default_tolerance(estimate, truth));
-  if (!estimate.empty() && !truth.empty()) {
-    const std::vector<std::size_t> to_truth = nearest(estimate, truth);
-    const std::vector<std::size_t> to_estimate = nearest(truth, estimate);
-    for (std::size_t i = 0; i < estimate.size(); ++i) {
-      const std::size_t j = to_truth[i];
-      if (to_estimate[j] != i) continue;
-      if (std::chrono::abs(estimate[i].time - truth[j].time) > matched.tolerance) continue;
-      matched.estimate.push_back(estimate[i]);
-      matched.truth.push_back(truth[j]);
-      matched.estimate_index.push_back(i);
-    }
-  }
-  if (matched.estimate.size() < kFewestPairs) {
-    throw InputError(fmt::format(
-        "only {} poses of estimate and truth have the same time within {:.6f} s, expected at least "
-        "{}; the estimate has {}, the truth {}: are both stamped by the same clock?",
-        matched.estimate.size(), to_seconds(matched.tolerance), kFewestPairs, describe(estimate),
-        describe(truth)));
-  }
-  return matched;
+  const bool nearest = pairing.pairing == Pairing::kNearest;
+  const Time tolerance = pairing.tolerance.value_or(default_tolerance(estimate, truth));
+  MatchedTrajectories matched = nearest ? pair_nearest(estimate, truth, tolerance)
+                                        : interpolate(estimate, truth, pairing.longest_gap);
+  if (matched.estimate.size() >= kFewestPairs) return matched;
+  throw InputError(fmt::format(
+      "only {} poses of the estimate have a truth, expected at least {}; {}; the estimate has {}, "
+      "the truth {}: {}",
+      matched.estimate.size(), kFewestPairs,
+      nearest ? fmt::format("one counts within {:.6f} s of a stamp", to_seconds(tolerance))
+              : fmt::format("between stamps up to {:g} s apart it is interpolated",
+                            to_seconds(pairing.longest_gap)),
+      describe(estimate), describe(truth), likely_cause(estimate, truth, pairing)));
 }
 
 std::vector<double> distances_along(const Trajectory& trajectory) {

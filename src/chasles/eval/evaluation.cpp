@@ -58,9 +58,10 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& truth,
     throw InputError(fmt::format("{} covariances for {} poses of the estimate, expected one a pose",
                                  covariances.size(), estimate.size()));
   }
-  const MatchedTrajectories matched = associate(estimate, truth, options.tolerance);
+  const MatchedTrajectories matched = associate(estimate, truth, options.pairing);
   Evaluation result;
   result.matched = matched.truth.size();
+  result.interpolated = matched.interpolated;
   result.estimates = estimate.size();
   result.truths = truth.size();
   result.duration_s = to_seconds(matched.truth.back().time - matched.truth.front().time);
@@ -149,9 +150,12 @@ Table nees_table(const Evaluation& evaluation) {
 
 std::string to_text(const Evaluation& evaluation) {
   std::string text = fmt::format(
-      "{} stamps compared ({} of the estimate, {} of the truth), {:.1f} m in {:.1f} s\n\n",
-      evaluation.matched, evaluation.estimates, evaluation.truths, evaluation.path_m,
-      evaluation.duration_s);
+      "{} stamps compared ({} of the estimate, {} of the truth{}), {:.1f} m in {:.1f} s\n\n",
+      evaluation.matched, evaluation.estimates, evaluation.truths,
+      evaluation.interpolated > 0
+          ? fmt::format(", interpolated at {} stamps", evaluation.interpolated)
+          : "",
+      evaluation.path_m, evaluation.duration_s);
   text += to_text(absolute_table(evaluation));
   for (const Table& table :
        {distance_table(evaluation), time_table(evaluation), nees_table(evaluation)}) {

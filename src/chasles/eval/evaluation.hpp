@@ -15,7 +15,7 @@ namespace chasles {
 
 /// What to compute. The defaults are those of every table of the project.
 struct EvaluationOptions {
-  std::optional<Time> tolerance;  ///< of the association; none: half the median spacing
+  TruthPairing pairing;  ///< of estimate and truth
   std::vector<Alignment> alignments = {Alignment::kRigid, Alignment::kPositionYaw,
                                        Alignment::kFirstPose};
   RelativeErrorOptions relative;
@@ -25,11 +25,12 @@ struct EvaluationOptions {
 
 /// An estimate compared with the truth (docs/evaluation.md defines each figure).
 struct Evaluation {
-  std::size_t matched = 0;    ///< stamps compared
-  std::size_t estimates = 0;  ///< poses of the estimate
-  std::size_t truths = 0;     ///< poses of the truth
-  double duration_s = 0;      ///< from the first to the last matched stamp
-  double path_m = 0;          ///< the truth's path through the matched stamps
+  std::size_t matched = 0;       ///< stamps compared
+  std::size_t interpolated = 0;  ///< of these, stamps between two of the truth
+  std::size_t estimates = 0;     ///< poses of the estimate
+  std::size_t truths = 0;        ///< poses of the truth
+  double duration_s = 0;         ///< from the first to the last matched stamp
+  double path_m = 0;             ///< the truth's path through the matched stamps
   std::vector<AbsoluteError> absolute;
   std::vector<RelativeError> over_distance;
   std::vector<RelativeError> over_time;

@@ -32,7 +32,7 @@ Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance
       options_(options),
       state_(std::move(initial)),
       covariance_(core_covariance),
-      history_(core_covariance) {
+      history_(core_covariance, options.map_bytes) {
   dense::prepare();
   if (options_.keep_map && state_.calibration_size() > 0) {
     throw UsageError("estimated extrinsics and time offset need a filter without keep_map");
@@ -52,6 +52,7 @@ MatrixXd Ekf::core_covariance() const {
 }
 
 void Ekf::propagate(const Prediction& prediction) {
+  if (remembers()) history_.keep_bound(covariance_);
   state_.world_T_imu = prediction.world_T_imu;
   state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
   state_.v_world = prediction.v_world;

@@ -65,6 +65,9 @@ class Ekf {
     /// changes (docs/filter.md, section 3). Requires v_world, keep_map = false, and a chart whose
     /// pose errors do not rotate with the pose: not left-se3.
     bool keep_scale = false;
+    /// Bound on the memory of the steps from which the map is computed, with compress_map and
+    /// keep_map [bytes]; 0: none (History).
+    std::size_t map_bytes = 0;
   };
 
   /// Throws UsageError for incompatible options.
@@ -125,6 +128,9 @@ class Ekf {
     return as_of_now(state_.landmarks[static_cast<std::size_t>(index)]);
   }
 
+  /// Memory of the steps from which the map is computed.
+  std::size_t map_bytes() const { return history_.bytes(); }
+
   /// Number of landmarks in the whole map: retired ones and those in the state. Landmarks with a
   /// non-positive inverse depth have no position and do not count.
   int map_size() const;
@@ -136,7 +142,7 @@ class Ekf {
   /// The covariance of the whole map in the order of map(), 3 rows each, followed by the core, by
   /// block rows of the lower triangle: visit(r, block) has rows r … r + block.rows() of the columns
   /// 0 … r + block.rows(). The visitor decides what to store: the lower triangle for 8,000
-  /// landmarks takes 2.3 GB.
+  /// landmarks takes 2.3 GB. Throws UsageError where a bound on the memory has removed steps.
   void visit_map_covariance(const History::RowVisitor& visit) const;
 
  private:

@@ -2,6 +2,7 @@
 #include <numeric>
 #include <utility>
 
+#include <chasles/error.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/lie/small_matrices.hpp>
 
@@ -111,6 +112,10 @@ std::vector<MapLandmark> Ekf::map() const {
 }
 
 void Ekf::visit_map_covariance(const History::RowVisitor& visit) const {
+  if (options_.compress_map && !history_.is_complete()) {
+    throw UsageError(
+        "the covariance of the whole map needs all steps of the filter: expected map_memory 0");
+  }
   if (options_.compress_map) {
     history_.visit_covariance(visit);
     return;

@@ -8,6 +8,7 @@
 #include <chasles/filter/covariance.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/history.hpp>
+#include <chasles/overloaded.hpp>
 
 namespace chasles {
 namespace {
@@ -208,7 +209,7 @@ class Forward {
         P_(P),
         known_(sweep.rbegin()),
         reader_(reader),
-        gone_(MatrixXd::Zero(0, core)) {}
+        gone_(MatrixXd::Zero(0, d_.size())) {}
 
   void operator()(const History::Propagation&) {
     const KnownNoise& known = *known_++;
@@ -309,9 +310,8 @@ class Forward {
   MatrixXd gone_;  // cov(errors of the removed landmarks, d)
 };
 
-void read(const MatrixXd& initial, const std::vector<History::Step>& steps, Index size_now,
-          const Forward::Reader& reader) {
-  const int core = static_cast<int>(initial.rows());
+void read(int core, const MatrixXd& initial, const std::vector<History::Step>& steps,
+          Index size_now, const Forward::Reader& reader) {
   Information later{Covariance(MatrixXd::Zero(size_now, size_now)), VectorXd::Zero(size_now)};
   Sweep sweep;
   Backward backward(core, later, sweep);
@@ -323,9 +323,32 @@ void read(const MatrixXd& initial, const std::vector<History::Step>& steps, Inde
   forward.finish();
 }
 
+std::size_t bytes_of(const MatrixXd& M) {
+  return sizeof(double) * static_cast<std::size_t>(M.size());
+}
+
+std::size_t bytes_of(const History::Step& step) {
+  return sizeof(History::Step) +
+         std::visit(
+             Overloaded{
+                 [](const History::Propagation& s) { return bytes_of(s.F) + bytes_of(s.Q); },
+                 [](const Correction& s) {
+                   return bytes_of(s.core) + bytes_of(s.A_motion) + bytes_of(s.A_landmarks) +
+                          sizeof(Correction::OfLandmark) * s.landmarks.size() +
+                          sizeof(double) *
+                              static_cast<std::size_t>(s.core_vector.size() + s.delta.size());
+                 },
+                 [](const History::Addition& s) { return bytes_of(s.d_pose) + bytes_of(s.noise); },
+                 [](const History::Removal& s) {
+                   return sizeof(int) * s.indices.size() + sizeof(Landmark) * s.landmarks.size();
+                 }},
+             step);
+}
+
 }  // namespace
 
 void History::append(Step step) {
+  bytes_ += bytes_of(step);
   if (const auto* addition = std::get_if<Addition>(&step)) {
     state_landmarks_ += static_cast<int>(addition->d_pose.rows() / 3);
   } else if (const auto* removal = std::get_if<Removal>(&step)) {
@@ -335,10 +358,35 @@ void History::append(Step step) {
   steps_.push_back(std::move(step));
 }
 
+void History::keep_bound(const Covariance& covariance) {
+  if (most_bytes_ == 0) return;
+  if (!middle_ && 2 * bytes_ >= most_bytes_) {
+    middle_ = Middle{.steps = steps_.size(), .bytes = bytes_, .covariance = covariance.all()};
+  } else if (bytes_ >= most_bytes_) {
+    give_up_older_half();
+  }
+}
+
+// Their landmarks are estimated from both halves.
+void History::give_up_older_half() {
+  const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(middle_->steps);
+  std::size_t count = final_.size();
+  for (auto step = steps_.begin(); step != middle; ++step) {
+    if (const auto* removal = std::get_if<Removal>(&*step)) count += removal->indices.size();
+  }
+  final_ = landmarks();
+  final_.resize(count);
+  steps_given_up_ += middle_->steps;
+  bytes_ -= middle_->bytes;
+  steps_.erase(steps_.begin(), middle);
+  initial_ = std::move(middle_->covariance);
+  middle_.reset();
+}
+
 std::vector<MapLandmark> History::landmarks() const {
-  std::vector<MapLandmark> result;
+  std::vector<MapLandmark> result = final_;
   result.reserve(static_cast<std::size_t>(removed_));
-  const Index core = initial_.rows();
+  const auto core = static_cast<int>(core_);
   const auto take = [&](const Removal& removal, const VectorXd& d, Covariance::ConstBlock& P) {
     for (std::size_t i = 0; i < removal.indices.size(); ++i) {
       const Landmark& landmark = removal.landmarks[i];
@@ -349,12 +397,13 @@ std::vector<MapLandmark> History::landmarks() const {
                         .observations = landmark.observations});
     }
   };
-  read(initial_, steps_, core + 3 * state_landmarks_, {.landmarks = take, .covariance = nullptr});
+  read(core, initial_, steps_, core + 3 * state_landmarks_,
+       {.landmarks = take, .covariance = nullptr});
   return result;
 }
 
 void History::visit_covariance(const RowVisitor& visit) const {
-  read(initial_, steps_, initial_.rows() + 3 * state_landmarks_,
+  read(static_cast<int>(core_), initial_, steps_, core_ + 3 * state_landmarks_,
        {.landmarks = nullptr, .covariance = visit});
 }
 

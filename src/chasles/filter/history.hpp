@@ -1,11 +1,14 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
+#include <optional>
 #include <variant>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <chasles/filter/covariance.hpp>
 #include <chasles/filter/state.hpp>
 
 namespace chasles {
@@ -20,7 +23,8 @@ struct MapLandmark {
 
 /// The steps of a filter as linear maps of its errors. From them, the estimate of a removed
 /// landmark given all measurements can be computed afterwards. The memory of one step is
-/// proportional to the landmarks in view, not to the map (docs/map.md).
+/// proportional to the landmarks in view, not to the map (docs/map.md). With a bound on the memory
+/// the oldest steps are given up in time: the landmarks removed in them are then final.
 ///
 /// An error is true minus estimated, in the reference chart. The core's rows come first, then three
 /// rows for every landmark of the state, in order.
@@ -57,23 +61,45 @@ class History {
   };
   using Step = std::variant<Propagation, Correction, Addition, Removal>;
 
-  explicit History(const Eigen::MatrixXd& core_covariance) : initial_(core_covariance) {}
+  /// `most_bytes`: the bound on the memory of the steps; 0: none. Evaluating them takes about as
+  /// much again.
+  explicit History(const Eigen::MatrixXd& core_covariance, std::size_t most_bytes = 0)
+      : core_(core_covariance.rows()), initial_(core_covariance), most_bytes_(most_bytes) {}
 
   void append(Step step);
+  /// Keeps the bound: gives up the older half of the steps where it is reached. `covariance`: of
+  /// the errors d after all steps so far.
+  void keep_bound(const Covariance& covariance);
+  std::size_t bytes() const { return bytes_; }  ///< of the steps
+  bool is_complete() const { return final_.empty() && steps_given_up_ == 0; }
   int removed() const { return removed_; }
 
-  /// All removed landmarks, in the order of removal, estimated from all measurements so far.
+  /// All removed landmarks, in the order of removal, estimated from all measurements so far; final
+  /// ones from those before the older half of the steps was given up.
   std::vector<MapLandmark> landmarks() const;
 
   /// The covariance of all removed landmarks, of the landmarks of the state and, last, of the core,
   /// by block rows of the lower triangle: visit(r, block) has rows r … r + block.rows() of the
-  /// columns 0 … r + block.rows().
+  /// columns 0 … r + block.rows(). Requires is_complete().
   using RowVisitor = std::function<void(Eigen::Index row, const Eigen::MatrixXd& block)>;
   void visit_covariance(const RowVisitor& visit) const;
 
  private:
-  Eigen::MatrixXd initial_;
+  /// Between the older and the younger half.
+  struct Middle {
+    std::size_t steps = 0, bytes = 0;  ///< of the older half
+    Eigen::MatrixXd covariance;        ///< of d
+  };
+
+  void give_up_older_half();
+
+  Eigen::Index core_;
+  Eigen::MatrixXd initial_;  ///< covariance of d before the first step
+  std::size_t most_bytes_, bytes_ = 0;
   std::vector<Step> steps_;
+  std::optional<Middle> middle_;
+  std::vector<MapLandmark> final_;
+  std::size_t steps_given_up_ = 0;
   int state_landmarks_ = 0;
   int removed_ = 0;
 };

@@ -1,3 +1,4 @@
+#include <chasles/error.hpp>
 #include <chasles/filter/history.hpp>
 #include <chasles/filter/run_drive_testing.hpp>
 #include <chasles/filter/testing.hpp>
@@ -76,6 +77,43 @@ TEST_P(HistoryTest, TellsTheMapThatTheDenseFilterCarriesAlong) {
   ASSERT_GE(filters.dense.refused(), 20);
   expect_same_map(filters);
   EXPECT_EQ(filters.compressed.refused(), filters.dense.refused());
+}
+
+// The bound gives up what later measurements say about the oldest landmarks, and nothing else.
+TEST_P(HistoryTest, ABoundOnItsMemoryMakesOldLandmarksFinal) {
+  const test::Drive drive =
+      test::simulate_drive({.frames = 150, .begin_with = 10, .points_a_frame = 2, .seed = 12});
+  const MatrixXd P = test::initial_covariance(Motion::kVelocityState, 0.01);
+  DrivenFilter whole(chart(), drive, {.gate = kGate}, P, true);
+  whole.run();
+  const std::size_t bound = whole.ekf().map_bytes() / 4;
+  DrivenFilter bounded(chart(), drive, {.gate = kGate, .map_bytes = bound}, P, true);
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < drive.frames.size(); ++i) {
+    bounded.step();
+    most = std::max(most, bounded.ekf().map_bytes());
+  }
+  EXPECT_LT(most, bound + bound / 5) << "at most by the steps of one frame";
+  EXPECT_GT(most, bound / 2);
+  EXPECT_EQ(test::distance(bounded.ekf().state(), whole.ekf().state()), 0);
+  EXPECT_EQ(bounded.ekf().map_size(), whole.ekf().map_size());
+  EXPECT_THROW(test::whole_covariance(bounded.ekf()), UsageError);
+  const auto map = bounded.ekf().map(), expected = whole.ekf().map();
+  ASSERT_EQ(map.size(), expected.size());
+  std::size_t final = 0;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    SCOPED_TRACE(::testing::Message() << "landmark " << i << " of " << map.size());
+    ASSERT_EQ(map[i].id, expected[i].id);
+    EXPECT_EQ(map[i].observations, expected[i].observations);
+    const double sigma = std::sqrt(map[i].covariance.trace());
+    EXPECT_GT(sigma, (1 - 1e-6) * std::sqrt(expected[i].covariance.trace()));
+    EXPECT_LT((map[i].p_world - expected[i].p_world).norm(), 4 * sigma);
+    const bool same = test::agree(map[i].p_world, expected[i].p_world, kHistoryTolerance, 0) &&
+                      test::agree(map[i].covariance, expected[i].covariance, kHistoryTolerance, 0);
+    if (!same) final = i + 1;
+  }
+  EXPECT_GT(final, map.size() / 4);
+  EXPECT_LT(final, map.size() - map.size() / 8) << "an eighth of the steps is kept at least";
 }
 
 TEST_P(HistoryTest, TellsTheMapOfEveryMotion) {

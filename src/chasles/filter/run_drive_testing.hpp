@@ -18,6 +18,7 @@ struct DriveOptions {
   double gate = std::numeric_limits<double>::infinity();
   int patience = 2;          ///< frames that an unobserved landmark stays in the state
   double process_noise = 1;  ///< factor on Q
+  std::size_t map_bytes = 0;
 };
 
 class DrivenFilter {
@@ -27,7 +28,7 @@ class DrivenFilter {
       : drive_(drive),
         options_(options),
         ekf_(chart, initial_state(options.motion, drive.frames[0]), covariance,
-             {.compress_map = compress_map}) {}
+             {.compress_map = compress_map, .map_bytes = options.map_bytes}) {}
 
   Ekf& ekf() { return ekf_; }
   const Ekf& ekf() const { return ekf_; }

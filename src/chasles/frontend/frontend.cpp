@@ -45,10 +45,9 @@ struct Frontend::State {
   LandmarkId next_id = 0;
   Eigen::Matrix3d now_R_last_imu = Eigen::Matrix3d::Identity();  // since that image
   bool rotation_trusted = true;
-  int waited = 0;  // frames
 
   std::vector<char> build_pyramids(const ImageFrame& frame);
-  void wait();
+  void end_after_gap(Time time);
   void follow(Time time);
   void add_tracks();
   void match_others(std::size_t camera);
@@ -77,9 +76,9 @@ std::vector<char> Frontend::State::build_pyramids(const ImageFrame& frame) {
   return usable;
 }
 
-void Frontend::State::wait() {
-  ++waited;
-  if (waited <= settings.waiting_frames) return;
+// A patch that is found again after a long gap may be another one.
+void Frontend::State::end_after_gap(Time time) {
+  if (time - last_image <= from_seconds(settings.max_gap)) return;
   report.lost_waiting += static_cast<int>(tracks.size());
   tracks.clear();
 }
@@ -99,7 +98,6 @@ void Frontend::State::follow(Time time) {
   last_image = time;
   now_R_last_imu.setIdentity();
   rotation_trusted = true;
-  waited = 0;
 }
 
 void Frontend::State::add_tracks() {
@@ -201,10 +199,8 @@ FeatureFrame Frontend::process(const ImageFrame& frame, const RotationPrior& rot
   state.now_R_last_imu = rotation.now_R_last_imu * state.now_R_last_imu;
   state.rotation_trusted = state.rotation_trusted && rotation.trusted;
   const std::vector<char> usable = state.build_pyramids(frame);
-  if (!usable[0]) {
-    state.wait();
-    return {.time = frame.time};
-  }
+  state.end_after_gap(frame.time);
+  if (!usable[0]) return {.time = frame.time};
   state.follow(frame.time);
   state.add_tracks();
   StageClock clock;

@@ -33,7 +33,7 @@ struct FrontendReport {
   int lost_changed = 0;     ///< no longer similar to the stored patch
   int lost_outlier = 0;     ///< inconsistent with the common motion
   int lost_merged = 0;      ///< met an older track
-  int lost_waiting = 0;     ///< waited for too many frames without an image
+  int lost_waiting = 0;     ///< no usable image for longer than max_gap
 
   int missing_images = 0, black_images = 0,
       saturated_images = 0;  ///< cameras without a usable image

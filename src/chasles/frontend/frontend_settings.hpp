@@ -44,7 +44,7 @@ struct FrontendSettings {
   int predicted_levels = 1;
   double min_correlation = 0.9;
   double max_backward_error = 0.7;
-  int waiting_frames = 5;
+  double max_gap = 0.5;
   int patch_frames = 30;
   double min_kept_correlation = 0.95;
   double max_stretch = 1.6;
@@ -94,9 +94,9 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("max_backward_error", s.max_backward_error, "px",
         "maximum distance of a patch that is followed to the new image and back",
         limits::from_to(0.01, 1000));
-  visit("waiting_frames", s.waiting_frames, "count",
-        "tracks survive so many frames without an image (missing, black, saturated)",
-        limits::from_to(0, 10000));
+  visit("max_gap", s.max_gap, "s",
+        "tracks end after this time without a usable image (missing, black, saturated)",
+        limits::from_to(0, 10));
   visit("patch_frames", s.patch_frames, "count",
         "a track's patch is kept for so many images while it fits, and searched in every third of "
         "them, so that errors of single steps do not accumulate; 1 or 2: only each image's patch "

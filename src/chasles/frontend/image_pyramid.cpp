@@ -1,10 +1,9 @@
 #include <algorithm>
 #include <string>
-
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include <chasles/error.hpp>
+#include <chasles/frontend/equalise.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
 
 namespace chasles {
@@ -19,30 +18,65 @@ void resize(PyramidLevel& level, int width, int height) {
                       static_cast<std::size_t>(height + 2 * kPad));
 }
 
-cv::Mat with_padding(PyramidLevel& level) {
-  return {level.height + 2 * kPad, level.stride(), CV_8UC1, level.padded.data()};
+std::uint8_t* row_of(PyramidLevel& level, int y) {
+  return level.padded.data() + static_cast<std::ptrdiff_t>(y + kPad) * level.stride() + kPad;
 }
 
-cv::Mat without_padding(PyramidLevel& level) {
-  return with_padding(level)(cv::Rect(kPad, kPad, level.width, level.height));
-}
-
+// Mirrors the pixels beyond the edges, which are not repeated.
 void pad(PyramidLevel& level) {
-  cv::copyMakeBorder(without_padding(level), with_padding(level), kPad, kPad, kPad, kPad,
-                     cv::BORDER_REFLECT_101 | cv::BORDER_ISOLATED);
+  for (int y = 0; y < level.height; ++y) {
+    std::uint8_t* row = row_of(level, y);
+    for (int i = 1; i <= kPad; ++i) {
+      row[-i] = row[i];
+      row[level.width - 1 + i] = row[level.width - 1 - i];
+    }
+  }
+  const auto copy = [&](int from, int to) {
+    std::copy_n(row_of(level, from) - kPad, level.stride(), row_of(level, to) - kPad);
+  };
+  for (int i = 1; i <= kPad; ++i) {
+    copy(i, -i);
+    copy(level.height - 1 - i, level.height - 1 + i);
+  }
 }
 
-void copy_equalised(const cv::Mat& image, Equalisation equalisation, cv::Mat to) {
+void copy_equalised(const GrayImage& image, Equalisation equalisation, PyramidLevel& level) {
   switch (equalisation) {
     case Equalisation::kNone:
-      image.copyTo(to);
+      for (int y = 0; y < image.height; ++y) {
+        std::copy_n(image.pixels.data() + std::ptrdiff_t{y} * image.width, image.width,
+                    row_of(level, y));
+      }
       return;
     case Equalisation::kHistogram:
-      cv::equalizeHist(image, to);
-      return;
+      return equalise_histogram(image, row_of(level, 0), level.stride());
     case Equalisation::kClahe:
-      cv::createCLAHE(3.0, cv::Size(8, 8))->apply(image, to);
-      return;
+      return equalise_tiles(image, row_of(level, 0), level.stride());
+  }
+}
+
+// The weights (1 4 6 4 1) / 16 in both directions, at every second pixel (Burt and Adelson, 1983),
+// rounded: in integers of 16 bits, of which the largest sum leaves 127. At the edges it reads the
+// padding.
+void halve(const PyramidLevel& fine, PyramidLevel& coarse, std::vector<std::uint16_t>& sums) {
+  const auto weighted = [](int a, int b, int c, int d, int e) {
+    return static_cast<std::uint16_t>(a + 4 * (b + d) + 6 * c + e);
+  };
+  const int columns = 2 * coarse.width + 3;
+  sums.resize(static_cast<std::size_t>(columns));
+  std::uint16_t* const sum = sums.data();
+  for (int y = 0; y < coarse.height; ++y) {
+    const std::uint8_t* const row = fine.at(-2, 2 * y);
+    const std::ptrdiff_t down = fine.stride();
+    for (int x = 0; x < columns; ++x) {
+      sum[x] = weighted(row[x - 2 * down], row[x - down], row[x], row[x + down], row[x + 2 * down]);
+    }
+    std::uint8_t* const out = row_of(coarse, y);
+    for (int x = 0; x < coarse.width; ++x) {
+      const std::uint16_t* s = sum + 2 * x;
+      out[x] = static_cast<std::uint8_t>(
+          static_cast<std::uint16_t>(weighted(s[0], s[1], s[2], s[3], s[4]) + 128) >> 8);
+    }
   }
 }
 
@@ -66,19 +100,16 @@ void build_pyramid(const GrayImage& image, Equalisation equalisation, int levels
   int count = 1;
   while (count < levels && (smallest >> count) > kPad) ++count;
   pyramid.levels.resize(static_cast<std::size_t>(count));
+  std::vector<std::uint16_t> sums;
   for (std::size_t l = 0; l < pyramid.levels.size(); ++l) {
     PyramidLevel& level = pyramid.levels[l];
     if (l == 0) {
       resize(level, image.width, image.height);
-      // OpenCV's Mat requires a pointer to mutable pixels, but only reads them here.
-      const cv::Mat pixels(image.height, image.width, CV_8UC1,
-                           const_cast<std::uint8_t*>(image.pixels.data()));
-      copy_equalised(pixels, equalisation, without_padding(level));
+      copy_equalised(image, equalisation, level);
     } else {
-      PyramidLevel& finer = pyramid.levels[l - 1];
+      const PyramidLevel& finer = pyramid.levels[l - 1];
       resize(level, (finer.width + 1) / 2, (finer.height + 1) / 2);
-      cv::Mat coarse = without_padding(level);
-      cv::pyrDown(without_padding(finer), coarse, coarse.size());
+      halve(finer, level, sums);
     }
     pad(level);
   }

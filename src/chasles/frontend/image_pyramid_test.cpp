@@ -1,6 +1,8 @@
 #include <numeric>
 
 #include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include <chasles/error.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
@@ -55,6 +57,47 @@ TEST(ImagePyramid, PixelsOfALevelLieAtHalfTheirCoordinates) {
       }
     }
   }
+}
+
+// OpenCV's image, without padding.
+cv::Mat mat_of(const GrayImage& image) {
+  return cv::Mat(image.height, image.width, CV_8UC1, const_cast<std::uint8_t*>(image.pixels.data()))
+      .clone();
+}
+
+void expect_level(const PyramidLevel& level, const cv::Mat& expected) {
+  ASSERT_EQ(level.width, expected.cols);
+  ASSERT_EQ(level.height, expected.rows);
+  for (int y = 0; y < level.height; ++y) {
+    for (int x = 0; x < level.width; ++x) {
+      ASSERT_EQ(*level.at(x, y), expected.at<std::uint8_t>(y, x)) << x << ' ' << y;
+    }
+  }
+}
+
+TEST(ImagePyramid, HalvesAndEqualisesToThePixelsOfOpenCv) {
+  for (const auto& [width, height] :
+       std::vector<std::pair<int, int>>{{752, 480}, {161, 104}, {104, 161}, {160, 121}, {61, 47}}) {
+    SCOPED_TRACE(width);
+    const GrayImage image = random_image(width, height);
+    cv::Mat expected = mat_of(image);
+    const ImagePyramid pyramid = pyramid_of(image, 4);
+    for (const PyramidLevel& level : pyramid.levels) {
+      expect_level(level, expected);
+      cv::pyrDown(expected, expected);
+    }
+    // Dark ones, so that the tables are not the identity.
+    GrayImage dark = image;
+    for (std::size_t i = 0; i < dark.pixels.size(); ++i) {
+      dark.pixels[i] = static_cast<std::uint8_t>(20 + dark.pixels[i] / (3 + i % 7));
+    }
+    cv::equalizeHist(mat_of(dark), expected);
+    expect_level(pyramid_of(dark, 1, Equalisation::kHistogram).levels[0], expected);
+    cv::createCLAHE(3.0, cv::Size(8, 8))->apply(mat_of(dark), expected);
+    expect_level(pyramid_of(dark, 1, Equalisation::kClahe).levels[0], expected);
+  }
+  const GrayImage flat{.width = 40, .height = 40, .pixels = std::vector<std::uint8_t>(1600, 77)};
+  expect_level(pyramid_of(flat, 1, Equalisation::kHistogram).levels[0], mat_of(flat));
 }
 
 TEST(ImagePyramid, HasNoLevelSmallerThanItsPadding) {

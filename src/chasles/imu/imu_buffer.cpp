@@ -22,7 +22,7 @@ double middle_between(const ImuSample& before, const ImuSample& after, Time star
 }  // namespace
 
 bool ImuBuffer::Sensor::saturated(const ImuSample& sample) const {
-  return (sample.*value).cwiseAbs().maxCoeff() >= range;
+  return sample.*clipped || (sample.*value).cwiseAbs().maxCoeff() >= range;
 }
 
 // On the straight line through two samples of instants: the mean over [start, end].
@@ -38,17 +38,30 @@ ImuSample ImuBuffer::value_between(const ImuSample& before, const ImuSample& aft
   return value;
 }
 
-void ImuBuffer::add(const ImuSample& sample) {
-  if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite()) {
-    ++counts_.not_finite;
-    return;
-  }
-  if (!samples_.empty()) {
-    if (sample.time <= samples_.back().time) {
-      ++counts_.not_later;
-      return;
-    }
-    if (to_seconds(sample.time - samples_.back().time) > options_.max_interval) ++counts_.gaps;
+bool ImuBuffer::add(const ImuSample& sample) {
+  const auto dropped = [this] {
+    const SampleScreen::Counts& c = screen_.counts();
+    return c.not_finite + c.not_later + c.zero + c.frozen;
+  };
+  const int before = dropped();
+  for (const ImuSample& released : screen_.add(sample)) keep(released);
+  return dropped() == before;
+}
+
+ImuBuffer::Counts ImuBuffer::counts() const {
+  Counts counts = counts_;
+  const SampleScreen::Counts& screened = screen_.counts();
+  counts.not_finite = screened.not_finite;
+  counts.not_later = screened.not_later;
+  counts.zero = screened.zero;
+  counts.spikes = screened.spikes;
+  counts.frozen = screened.frozen;
+  return counts;
+}
+
+void ImuBuffer::keep(const ImuSample& sample) {
+  if (!samples_.empty() && to_seconds(sample.time - samples_.back().time) > options_.max_interval) {
+    ++counts_.gaps;
   }
   if (accelerometer_.saturated(sample) || gyroscope_.saturated(sample)) ++counts_.saturated;
   ++counts_.used;

@@ -3,14 +3,15 @@
 #include <optional>
 #include <vector>
 
+#include <chasles/imu/sample_screen.hpp>
 #include <chasles/imu/strapdown.hpp>
 
 namespace chasles {
 
 /// Stores the samples of an IMU and returns the intervals between any two times. Faults are handled
-/// and counted. A sample that is not finite, or not later than the latest one, is dropped. Between
-/// samples of instants a gap is bridged by the straight line through its neighbours (over the whole
-/// gap their mean); for means the later sample holds.
+/// and counted. What is no measurement is dropped (SampleScreen). Between samples of instants a gap
+/// is bridged by the straight line through its neighbours (over the whole gap their mean); for
+/// means the later sample holds.
 ///
 /// In a gap, and where a sample is held for longer than `max_interval`, the noise variance is
 /// multiplied by (time without a sample) / max_interval.
@@ -32,12 +33,14 @@ class ImuBuffer {
   };
   /// Samples, except `extrapolated`, which counts calls of between().
   struct Counts {
-    int used = 0, not_finite = 0, not_later = 0, gaps = 0, saturated = 0, extrapolated = 0;
+    int used = 0, not_finite = 0, not_later = 0, zero = 0, spikes = 0, frozen = 0, gaps = 0,
+        saturated = 0, extrapolated = 0;
   };
 
   explicit ImuBuffer(const Options& options) : options_(options) {}
 
-  void add(const ImuSample& sample);
+  /// Whether the sample is a measurement; one that may be a spike counts as such until the next.
+  bool add(const ImuSample& sample);
 
   /// The intervals of [from, to], in order, split at the samples. Their tau sum to to - from
   /// exactly. Samples of instants: the signal is piecewise linear, and the value of an interval is
@@ -59,13 +62,14 @@ class ImuBuffer {
   /// Removes samples that no interval from `time` on needs; keeps the latest in any case.
   void drop_before(Time time);
 
-  const Counts& counts() const { return counts_; }
+  Counts counts() const;
 
  private:
   using Position = std::vector<ImuSample>::const_iterator;
   /// Accelerometer or gyroscope.
   struct Sensor {
     Eigen::Vector3d ImuSample::*value;
+    bool ImuSample::*clipped;
     double range;
     bool of_instant;  ///< or the mean since the sample before
     bool saturated(const ImuSample& sample) const;
@@ -87,11 +91,15 @@ class ImuBuffer {
   Guess bridge(const Sensor& sensor, Time start, Time end, const Position& after,
                const Eigen::Vector3d& mean) const;
 
+  void keep(const ImuSample& sample);
+
   Options options_;
-  Sensor accelerometer_{&ImuSample::specific_force_imu, options_.accelerometer_range,
-                        is_force_of_instant(options_.convention)};
-  Sensor gyroscope_{&ImuSample::angular_rate_imu, options_.gyroscope_range,
-                    is_rate_of_instant(options_.convention)};
+  SampleScreen screen_{
+      {.accelerometer = options_.accelerometer_range, .gyroscope = options_.gyroscope_range}};
+  Sensor accelerometer_{&ImuSample::specific_force_imu, &ImuSample::force_clipped,
+                        options_.accelerometer_range, is_force_of_instant(options_.convention)};
+  Sensor gyroscope_{&ImuSample::angular_rate_imu, &ImuSample::rate_clipped,
+                    options_.gyroscope_range, is_rate_of_instant(options_.convention)};
   Counts counts_;
   std::vector<ImuSample> samples_;
 };

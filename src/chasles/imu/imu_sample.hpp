@@ -15,6 +15,9 @@ struct ImuSample {
   Time time{};
   Eigen::Vector3d specific_force_imu = Eigen::Vector3d::Zero();  ///< [m/s^2]
   Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();    ///< [rad/s]
+  /// Whether the sensor was at the limit of its range. Known only of samples that a calibration has
+  /// corrected, whose values no longer show it.
+  bool force_clipped = false, rate_clipped = false;
 };
 
 /// The meaning of a sample. It must match the device: a mismatch acts like a bias that rotates with

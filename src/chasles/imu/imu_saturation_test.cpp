@@ -9,9 +9,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// f = (0, f, 0), w = (0, 0, w).
+// f = (0, f, 1), w = (0, 0, w).
 ImuSample of_two(int ms, double f, double w) {
-  return {.time = milliseconds(ms), .specific_force_imu = {0, f, 0}, .angular_rate_imu = {0, 0, w}};
+  return {.time = milliseconds(ms), .specific_force_imu = {0, f, 1}, .angular_rate_imu = {0, 0, w}};
 }
 const ImuBuffer::Options kSmallRanges{.accelerometer_range = 16, .gyroscope_range = 4};
 

@@ -94,13 +94,13 @@ class CoveredFrames {
 };
 
 // With too few common poses an alignment is meaningless.
-void align_to(const Trajectory& truth, Trial& trial) {
-  Trajectory own;
-  for (const StampedPose& pose : trial.estimate) {
-    if (const auto known = truth_at(truth, pose.time)) own.push_back({pose.time, *known});
-  }
-  if (trial.diverged || own.size() < 3) return;
-  const MatchedTrajectories matched = associate(trial.estimate, own, Time{0});
+void align_to(const Recording& recording, Trial& trial) {
+  const auto known = std::ranges::count_if(trial.estimate, [&](const StampedPose& pose) {
+    return true_pose_at(recording, pose.time).has_value();
+  });
+  if (trial.diverged || known < 3) return;
+  const MatchedTrajectories matched =
+      associate(trial.estimate, recording.truth, {.longest_gap = recording.pairing.longest_gap});
   trial.ate = absolute_error(matched, Alignment::kRigid).position_m.rmse;
   const AbsoluteError upright = absolute_error(matched, Alignment::kPositionYaw);
   trial.ate_posyaw = upright.position_m.rmse;
@@ -168,7 +168,7 @@ InertialStart draw_start(const Recording& recording, const InertialSlamSettings&
 
 bool add_to_trial(const std::string& chart, const Recording& recording, Time start,
                   const Estimate& e, Trial& trial) {
-  TrialPoint point = point_of(e, truth_at(recording.truth, e.time), pose_error_of(chart));
+  TrialPoint point = point_of(e, true_pose_at(recording, e.time), pose_error_of(chart));
   point.seconds = to_seconds(e.time - start);
   point.nees_state = state_nees(chart, recording, e);
   trial.points.push_back(point);
@@ -179,7 +179,7 @@ bool add_to_trial(const std::string& chart, const Recording& recording, Time sta
   return !trial.diverged;
 }
 
-void end_trial(const Recording& recording, Trial& trial) { align_to(recording.truth, trial); }
+void end_trial(const Recording& recording, Trial& trial) { align_to(recording, trial); }
 
 void run_filter(const FilterVariant& filter, const Recording& recording, const InertialStart& start,
                 const std::function<bool(const Estimate&)>& take,

@@ -6,8 +6,10 @@
 #include <chasles/live/comparison.hpp>
 
 namespace chasles {
-GrowingComparison::GrowingComparison(Trajectory truth, PoseError coordinates, bool level)
+GrowingComparison::GrowingComparison(Trajectory truth, const TruthPairing& pairing,
+                                     PoseError coordinates, bool level)
     : truth_(std::move(truth)),
+      pairing_(pairing),
       coordinates_(coordinates),
       level_(level),
       truth_spacing_(median_spacing(truth_)) {}
@@ -22,6 +24,9 @@ void GrowingComparison::extend(const std::vector<RunState>& states) {
 }
 
 std::optional<SE3> GrowingComparison::true_pose(const RunState& state, Time tolerance) const {
+  if (pairing_.pairing == Pairing::kInterpolate) {
+    return pose_at(truth_, state.time, pairing_.longest_gap);
+  }
   const auto after = std::ranges::lower_bound(truth_, state.time, {}, &StampedPose::time);
   const auto distance = [&](auto pose) { return std::chrono::abs(pose->time - state.time); };
   auto nearest = after;

@@ -10,12 +10,13 @@ namespace chasles {
 
 /// against_truth() of a running run: each state is compared once, when it arrives. Two things
 /// differ from the final comparison. The first matched pose alone aligns the truth, also for
-/// `world_T_truth_fit`. A state takes the nearest true pose within half the spacing of the states
-/// before it, or of the true poses if that is smaller.
+/// `world_T_truth_fit`. With Pairing::kNearest a state takes the nearest true pose within half the
+/// spacing of the states before it, or of the true poses if that is smaller.
 class GrowingComparison {
  public:
   GrowingComparison() = default;
-  GrowingComparison(Trajectory truth, PoseError coordinates, bool level);
+  GrowingComparison(Trajectory truth, const TruthPairing& pairing, PoseError coordinates,
+                    bool level);
 
   /// Compares the run's new states. Does nothing before the second state.
   void extend(const std::vector<RunState>& states);
@@ -32,6 +33,7 @@ class GrowingComparison {
   void add(const RunState& state, Time tolerance);
 
   Trajectory truth_;
+  TruthPairing pairing_;
   PoseError coordinates_ = PoseError::kStandard;
   bool level_ = false;
   Time truth_spacing_{};

@@ -14,7 +14,7 @@ TEST(GrowingComparison, StatesThatAreNotFiniteLeaveThatOfTheOthers) {
   for (const std::size_t lost : std::vector<std::size_t>{0, 20}) {
     run.states[lost].world_T_imu.p.setConstant(std::numeric_limits<double>::quiet_NaN());
   }
-  GrowingComparison growing(run.truth, PoseError::kStandard, false);
+  GrowingComparison growing(run.truth, run.pairing, PoseError::kStandard, false);
   growing.extend(run.states);
   ASSERT_TRUE(growing.begun());
   std::vector<std::size_t> all(run.states.size());

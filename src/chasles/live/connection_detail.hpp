@@ -127,11 +127,14 @@ class Connection : public std::enable_shared_from_this<Connection> {
  private:
   void answer_request() {
     const auto& request = parser_.get();
-    const Answer decided = decide(shared_.gate, {.method = view_of(request.method_string()),
-                                                 .target = view_of(request.target()),
-                                                 .host = view_of(request[http::field::host]),
-                                                 .origin = view_of(request[http::field::origin]),
-                                                 .upgrade = websocket::is_upgrade(request)});
+    const auto repeated = [&](http::field field) { return request.count(field) > 1; };
+    const Answer decided = decide(
+        shared_.gate, {.method = view_of(request.method_string()),
+                       .target = view_of(request.target()),
+                       .host = view_of(request[http::field::host]),
+                       .origin = view_of(request[http::field::origin]),
+                       .upgrade = websocket::is_upgrade(request),
+                       .repeated = repeated(http::field::host) || repeated(http::field::origin)});
     switch (decided) {
       case Answer::kPage:
         return answer("200 OK", "text/html", shared_.page);

@@ -115,7 +115,7 @@ std::vector<std::string> urls(const Gate& gate) {
 }
 
 Answer decide(const Gate& gate, const Request& request) {
-  if (!knows_host(gate, request.host)) return Answer::kForbidden;
+  if (request.repeated || !knows_host(gate, request.host)) return Answer::kForbidden;
   if (!request.origin.empty() && request.origin != fmt::format("http://{}", request.host)) {
     return Answer::kForbidden;
   }

@@ -32,7 +32,7 @@ enum class Answer {
   kPage,       ///< GET /
   kSocket,     ///< GET /live with an upgrade to WebSocket
   kNotFound,   ///< everything else: the server serves no files
-  kForbidden,  ///< a foreign Host or Origin, a missing or wrong token
+  kForbidden,  ///< a foreign or repeated Host or Origin, a missing or wrong token
 };
 
 /// The parts of a request that determine the answer.
@@ -40,8 +40,9 @@ struct Request {
   std::string_view method, target;
   std::string_view host;  ///< the header Host; empty: absent
   std::string_view
-      origin;            ///< the header Origin; empty: absent, as for programs other than browsers
-  bool upgrade = false;  ///< requests a WebSocket
+      origin;             ///< the header Origin; empty: absent, as for programs other than browsers
+  bool upgrade = false;   ///< requests a WebSocket
+  bool repeated = false;  ///< has a second Host or Origin, whose values a proxy may see instead
 };
 
 /// Determines the answer to a request. Against DNS rebinding, the Host must be this server's. On

@@ -40,6 +40,13 @@ TEST(Gate, KnowsOnlyThePageAndTheSocket) {
             Answer::kNotFound);
 }
 
+TEST(Gate, ASecondHostOrOriginIsForbidden) {
+  Request request{.method = "GET", .target = "/", .host = "127.0.0.1:8080", .origin = ""};
+  EXPECT_EQ(decide(kHere, request), Answer::kPage);
+  request.repeated = true;
+  EXPECT_EQ(decide(kHere, request), Answer::kForbidden);
+}
+
 TEST(Gate, OnLoopbackTheHostIsLoopbackByName) {
   for (const char* host : {"localhost:8080", "127.0.0.1:8080", "[::1]:8080"}) {
     EXPECT_EQ(asked(kHere, host), Answer::kPage) << host;

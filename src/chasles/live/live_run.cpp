@@ -100,7 +100,7 @@ void LiveRun::take_start(LiveStart start) {
   run_.extra_names = std::move(start.extra_names);
   run_.dead_reckoning = std::move(start.dead_reckoning);
   summary_ = std::move(start.summary);
-  comparison_ = {std::move(start.truth), coordinates_of(summary_), is_level(run_)};
+  comparison_ = {std::move(start.truth), start.pairing, coordinates_of(summary_), is_level(run_)};
   started_ = true;
 }
 

@@ -18,8 +18,10 @@ namespace chasles {
 /// The data of a run before its first estimate.
 struct LiveStart {
   std::string name;
-  std::vector<std::string> extra_names;   ///< Run::extra_names
-  Trajectory truth, dead_reckoning = {};  ///< empty where unknown
+  std::vector<std::string> extra_names;  ///< Run::extra_names
+  Trajectory truth;                      ///< empty where unknown
+  TruthPairing pairing = {};
+  Trajectory dead_reckoning = {};  ///< empty where unknown
   /// The available part of summary.json (an object): chart, mode, settings, cameras, version.
   std::string summary;
   std::size_t frames = 0;  ///< number of frames of the recording; 0: unknown

@@ -49,6 +49,12 @@ TEST(LiveServer, ForeignHostsAndOriginsAreForbidden) {
     EXPECT_EQ(status_of(served.port, get(served.port, "/live", upgrade + origin(foreign))),
               "HTTP/1.1 403 Forbidden");
   }
+  const std::string host = fmt::format("Host: 127.0.0.1:{}\r\n", served.port);
+  for (const std::string& second : {host, std::string("hOST: evil.example\r\n")}) {
+    EXPECT_EQ(status_of(served.port, get(served.port, "/", second)), "HTTP/1.1 403 Forbidden");
+  }
+  EXPECT_EQ(status_of(served.port, get(served.port, "/live", upgrade + origin(own) + origin(own))),
+            "HTTP/1.1 403 Forbidden");
   Client client(served.port);
   client.send(get(served.port, "/live", upgrade + origin(own)));
   EXPECT_TRUE(client.answer_head().starts_with("HTTP/1.1 101 "));

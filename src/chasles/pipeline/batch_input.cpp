@@ -1,3 +1,5 @@
+#include <Eigen/Geometry>
+
 #include <chasles/error.hpp>
 #include <chasles/pipeline/batch_input.hpp>
 
@@ -10,6 +12,15 @@ ImuNoise scaled(ImuNoise noise, double factor) {
   noise.gyroscope_noise_density *= factor;
   noise.gyroscope_random_walk *= factor;
   return noise;
+}
+
+constexpr int kPlaceRow = 2;  // of [theta, dp, ...]: rotation about z, then position
+
+// What an error of the place does to a point.
+Eigen::Matrix<double, 3, 4> moved(const Eigen::Vector3d& p, const Place& place) {
+  Eigen::Matrix<double, 3, 4> J;
+  J << Eigen::Vector3d::UnitZ().cross(p - place.origin), Eigen::Matrix3d::Identity();
+  return J;
 }
 
 }  // namespace
@@ -35,6 +46,28 @@ InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSla
           .frames = {},
           .start = start,
           .start_covariance = start_covariance(settings, start)};
+}
+
+Place take_place(InertialBatchInput& input) {
+  Matrix15d& P = input.start_covariance;
+  const Place place{.origin = input.start.nav_T_imu.p,
+                    .covariance = P.block<4, 4>(kPlaceRow, kPlaceRow)};
+  P.middleRows<4>(kPlaceRow).setZero();
+  P.middleCols<4>(kPlaceRow).setZero();
+  return place;
+}
+
+void add_place(const Place& place, Estimate& e) {
+  Eigen::Matrix<double, 15, 4> J = Eigen::Matrix<double, 15, 4>::Zero();
+  J(kPlaceRow, 0) = 1;
+  J.middleRows<3>(3) = moved(e.world_T_imu.p, place);
+  J.block<3, 1>(6, 0) = Eigen::Vector3d::UnitZ().cross(*e.v_world);
+  e.covariance += J * place.covariance * J.transpose();
+}
+
+void add_place(const Place& place, MapLandmark& landmark) {
+  const auto J = moved(landmark.p_world, place);
+  landmark.covariance += J * place.covariance * J.transpose();
 }
 
 InertialStart start_at(const Estimate& e) {

@@ -16,6 +16,19 @@ InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSla
 /// A filter's estimate as a start; it does not depend on any landmark yet.
 InertialStart start_at(const Estimate& e);
 
+/// The uncertainty of position and heading at a start after a gap. Pixels and samples do not depend
+/// on it, and where it is large the normal equations are ill-conditioned. So the part is estimated
+/// with an exact place, to whose results the uncertainty is added.
+struct Place {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< [rotation about z, position]
+};
+
+/// Removes it from the covariance of the input's start.
+Place take_place(InertialBatchInput& input);
+void add_place(const Place& place, Estimate& estimate);
+void add_place(const Place& place, MapLandmark& landmark);
+
 /// A filter's estimate as an initial state of batch estimation.
 TimedMotion timed_motion(const Estimate& e);
 

@@ -32,16 +32,19 @@ class Estimator {
 
   /// The estimates that this event completes. A frame's estimate may come with a later event, and
   /// none comes before the run has started. The visual-inertial filter recovers from any input
-  /// (InertialSession). Others throw InputError for velocities that are not finite, time that runs
-  /// backwards and, in a window, samples missing for more than InertialSession::kLongestGap;
-  /// Error(kDiverged) where a window finds no minimum.
+  /// (InertialSession). Others throw InputError for velocities that are not finite and time that
+  /// runs backwards, Error(kDiverged) where a window finds no minimum. Where samples are missing
+  /// for more than InertialSession::kLongestGap, a window ends and begins again; batch estimation
+  /// estimates the parts separately.
   virtual std::vector<Estimate> process(const EstimatorEvent& event) = 0;
   /// The estimates of the frames that still wait; no more events come.
   virtual std::vector<Estimate> finish() { return {}; }
   /// For batch estimation, once, after finish(): smooth() returns the estimates of all keyframes,
-  /// which replace all earlier ones. Throws as smooth() of smooth/batch/.
+  /// which replace all earlier ones. Throws as smooth() of smooth/batch/, but not BatchStopped:
+  /// where `stop` returns true it ends within a second or so, with none, and map() stays the
+  /// filter's.
   virtual bool smooths() const { return false; }
-  virtual std::vector<Estimate> smooth() { return {}; }
+  virtual std::vector<Estimate> smooth(const StopRequest& /*stop*/ = {}) { return {}; }
   /// After finish(), for a whole recording: throws InputError where a window had no landmark.
   virtual void check() const {}
 

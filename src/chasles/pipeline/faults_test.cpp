@@ -132,6 +132,52 @@ void covered(FaultySensors& s) {
   }
 }
 
+void every_second_torn(FaultySensors& s) {
+  for (auto& due : s.frames) due.unreadable = due.index % 2 == 1;
+}
+
+// The images that would become clones.
+void every_fourth_torn(FaultySensors& s) {
+  for (auto& due : s.frames) due.unreadable = due.index % 4 == 0;
+}
+
+void every_seventh_black(FaultySensors& s) {
+  for (auto& due : s.frames) {
+    if (due.index % 7 != 3) continue;
+    due.change = [](ImageFrame& frame) { std::ranges::for_each(frame.images, blacken); };
+  }
+}
+
+void outage(FaultySensors& s) {
+  std::erase_if(s.frames, [&](const auto& due) { return s.within(due.time, 2, 6); });
+}
+
+void spikes(FaultySensors& s) {
+  for (std::size_t k = 300; k < s.imu.size(); k += 400) {
+    s.imu[k].angular_rate_imu.x() = 15;
+    s.imu[k + 100].specific_force_imu.y() = -160;
+  }
+}
+
+void every_tenth_zero(FaultySensors& s) {
+  for (std::size_t k = 5; k < s.imu.size(); k += 10) {
+    s.imu[k].specific_force_imu.setZero();
+    s.imu[k].angular_rate_imu.setZero();
+  }
+}
+
+void frozen(FaultySensors& s) {
+  const ImuSample* last = nullptr;
+  for (ImuSample& sample : s.imu) {
+    if (!s.within(sample.time, kFaultAt, kFaultAt + 0.4)) {
+      last = &sample;
+      continue;
+    }
+    sample.specific_force_imu = last->specific_force_imu;
+    sample.angular_rate_imu = last->angular_rate_imu;
+  }
+}
+
 // Three tracks of ten drift, each in its own direction, by 40 px/s.
 void wander_off(FaultySensors& s, std::uint64_t seed) {
   s.spoil = [&s, seed](FeatureFrame& frame) {
@@ -205,6 +251,13 @@ const Fault kFaults[] = {
     {"none", nullptr, 2, 0.04, 0.04, 0},
     {"2 s without images", without_images, 2, 0.05, 0.04, 0},
     {"every tenth frame missing", frames_dropped, 1, 0.04, 0.04, 0},
+    {"every second image torn", every_second_torn, 1, 0.04, 0.04, 0},
+    {"every fourth image torn", every_fourth_torn, 1, 0.04, 0.04, 0},
+    {"every seventh image black", every_seventh_black, 2, 0.04, 0.04, 0},
+    {"4 s without frames", outage, 1, 1, 0.1, 0},
+    {"one absurd sample a second", spikes, 1, 0.04, 0.04, 0},
+    {"every tenth sample zero", every_tenth_zero, 1, 0.04, 0.04, 0},
+    {"IMU frozen for 0.4 s", frozen, 2, 0.2, 0.04, 0},
     {"0.2 s without samples", imu_gap, 2, 0.1, 0.04, 0},
     {"1 s without samples", long_imu_gap, 2, 0.5, 0.04, 1},
     {"frames and samples out of order", disordered, 1, 0.05, 0.04, 0},

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include <chasles/pipeline/batch_input.hpp>
+#include <chasles/pipeline/batch_parts.hpp>
 #include <chasles/pipeline/estimator.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 
@@ -84,13 +85,13 @@ class InertialBatch : public InertialFilter {
   std::vector<Estimate> finish() override { return keep(InertialFilter::finish()); }
 
   bool smooths() const override { return true; }
-  std::vector<Estimate> smooth() override {
-    if (!first_ || result_) return {};
-    InertialBatchInput input = batch_input(sensors_, settings_.filter, start_at(*first_));
-    input.samples = std::move(samples_);
-    input.frames = std::move(frames_);
-    input.initial = std::move(initial_);
-    result_ = chasles::smooth(input, settings_.filter.chart, settings_.batch);
+  std::vector<Estimate> smooth(const StopRequest& stop) override {
+    if (material_.estimates.empty() || result_) return {};
+    try {
+      result_ = smooth_parts(sensors_, settings_, std::move(material_), stop);
+    } catch (const BatchStopped&) {
+      return {};
+    }
     return std::exchange(result_->estimates, {});
   }
 
@@ -108,29 +109,26 @@ class InertialBatch : public InertialFilter {
 
  protected:
   std::vector<Estimate> take(const ImuSample& sample) override {
-    samples_.push_back(sample);
+    material_.samples.push_back(sample);
     return InertialFilter::take(sample);
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
-    frames_.push_back(frame);
+    material_.frames.push_back(frame);
     return keep(InertialFilter::take(frame));
   }
 
  private:
   std::vector<Estimate> keep(std::vector<Estimate> estimates) {
-    for (const Estimate& e : estimates) initial_.push_back(timed_motion(e));
-    if (!first_ && !estimates.empty()) first_ = estimates.front();
+    material_.estimates.insert(material_.estimates.end(), estimates.begin(), estimates.end());
     return estimates;
   }
 
-  std::vector<ImuSample> samples_;
-  std::vector<FeatureFrame> frames_;
-  std::vector<TimedMotion> initial_;
-  std::optional<Estimate> first_;
+  BatchMaterial material_;
   std::optional<InertialBatchResult> result_;
 };
 
-// The session only finds the start; the window begins there, with all events since.
+// The session only finds the start; the window begins there, with all events since. Where samples
+// are missing for too long the window ends, and another session finds the start of the next one.
 class InertialWindowEstimator : public InertialEstimator {
  public:
   using InertialEstimator::InertialEstimator;
@@ -142,15 +140,18 @@ class InertialWindowEstimator : public InertialEstimator {
       if (first.empty()) return {};
       estimates = begin(first.front());
     }
-    append(window_->finish(), estimates);
+    append(noted(window_->finish()), estimates);
     return estimates;
   }
   void check() const override {
-    if (window_) window_->check();
+    if (window_ && earlier_.report.landmarks == 0) window_->check();
   }
 
   std::vector<MapLandmark> map() const override {
-    return window_ ? window_->map() : session_.map_nav();
+    std::vector<MapLandmark> map = earlier_.map;
+    const std::vector<MapLandmark> own = window_ ? window_map() : session_.map_nav();
+    map.insert(map.end(), own.begin(), own.end());
+    return map;
   }
   std::optional<std::vector<LandmarkId>> in_state() const override {
     return window_ ? window_->in_window() : session_.in_state();
@@ -160,22 +161,26 @@ class InertialWindowEstimator : public InertialEstimator {
   }
   EstimatorReport report() const override {
     EstimatorReport report = InertialEstimator::report();
-    if (!window_) return report;
-    report.window = window_->report();
-    report.imu = window_->report().imu;
-    report.dropped_frames = window_->report().dropped_frames;
+    report.resets += earlier_.resets;
+    if (!window_ && earlier_.resets == 0) return report;
+    report.window = earlier_.report;
+    if (window_) add(window_->report(), *report.window);
+    report.imu = report.window->imu;
+    report.dropped_frames = report.window->dropped_frames;
     return report;
   }
 
  protected:
   std::vector<Estimate> take(const ImuSample& sample) override {
-    if (window_) return window_->process(sample);
+    std::vector<Estimate> estimates;
+    if (ends_part(sample)) estimates = end_part();
+    if (window_) return noted(window_->process(sample));
     session_.process(sample);
     samples_.push_back(sample);
-    return {};
+    return estimates;
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
-    if (window_) return window_->process(frame);
+    if (window_) return noted(window_->process(frame));
     frames_.push_back(frame);
     const std::vector<Estimate> first = session_.process(frame);
     if (!first.empty()) return begin(first.front());
@@ -186,6 +191,55 @@ class InertialWindowEstimator : public InertialEstimator {
   }
 
  private:
+  // The results of the windows before this one.
+  struct Earlier {
+    std::vector<MapLandmark> map;
+    WindowReport report;
+    int resets = 0;
+  };
+
+  // Of the window.
+  std::vector<Estimate> noted(std::vector<Estimate> estimates) {
+    for (Estimate& e : estimates) {
+      if (place_) add_place(*place_, e);
+    }
+    if (!estimates.empty()) last_ = estimates.back();
+    return estimates;
+  }
+
+  // Whether the motion before this sample is unknown. Samples that a window drops do not count.
+  bool ends_part(const ImuSample& sample) {
+    if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite())
+      return false;
+    if (last_sample_ && sample.time <= *last_sample_) return false;
+    const bool gap = last_sample_ && sample.time - *last_sample_ > InertialSession::kLongestGap;
+    last_sample_ = sample.time;
+    return gap && window_;
+  }
+
+  std::vector<Estimate> end_part() {
+    std::vector<Estimate> estimates = noted(window_->finish());
+    append_map();
+    add(window_->report(), earlier_.report);
+    ++earlier_.resets;
+    window_.reset();
+    session_ = InertialSession(settings_.filter, settings_.start, sensors_);
+    return estimates;
+  }
+
+  std::vector<MapLandmark> window_map() const {
+    std::vector<MapLandmark> map = window_->map();
+    for (MapLandmark& l : map) {
+      if (place_) add_place(*place_, l);
+    }
+    return map;
+  }
+
+  void append_map() {
+    const std::vector<MapLandmark> own = window_map();
+    earlier_.map.insert(earlier_.map.end(), own.begin(), own.end());
+  }
+
   // No start uses older data: see InertialSession.
   void drop_before(Time oldest) {
     std::erase_if(frames_, [&](const FeatureFrame& frame) { return frame.time < oldest; });
@@ -194,8 +248,11 @@ class InertialWindowEstimator : public InertialEstimator {
 
   // Processes the events until now, in the order of their arrival.
   std::vector<Estimate> begin(const Estimate& first) {
-    window_.emplace(batch_input(sensors_, settings_.filter, start_at(first)),
-                    settings_.filter.chart, settings_.batch, settings_.estimator.keyframes);
+    InertialStart start = start_at(first);
+    if (last_) start = continued(std::move(start), *last_);
+    InertialBatchInput input = batch_input(sensors_, settings_.filter, start);
+    if (last_) place_ = take_place(input);
+    window_.emplace(input, settings_.filter.chart, settings_.batch, settings_.estimator.keyframes);
     std::vector<Estimate> estimates;
     auto sample = samples_.begin();
     for (const FeatureFrame& frame : std::exchange(frames_, {})) {
@@ -206,12 +263,16 @@ class InertialWindowEstimator : public InertialEstimator {
     }
     for (; sample != samples_.end(); ++sample) append(window_->process(*sample), estimates);
     samples_.clear();
-    return estimates;
+    return noted(std::move(estimates));
   }
 
   std::deque<ImuSample> samples_;
   std::deque<FeatureFrame> frames_;
   std::optional<InertialWindow> window_;
+  Earlier earlier_;
+  std::optional<Time> last_sample_;
+  std::optional<Place> place_;  // of the window, after a gap
+  std::optional<Estimate> last_;
 };
 
 }  // namespace

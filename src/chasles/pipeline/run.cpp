@@ -139,7 +139,11 @@ class Player {
     if (!estimator_.smooths()) return;
     observer_.on_smoothing();
     const Stopwatch time;
-    const std::vector<Estimate> estimates = estimator_.smooth();
+    const std::vector<Estimate> estimates = estimator_.smooth([this] { return observer_.stop(); });
+    if (estimates.empty()) {
+      report_.interrupted = report_.in_smoothing = true;
+      return;
+    }
     observer_.on_smoothed(estimates, time.seconds());
   }
 

@@ -40,7 +40,8 @@ class RunObserver {
  public:
   virtual ~RunObserver() = default;
 
-  virtual bool stop() { return false; }             ///< polled after every frame, from any thread
+  /// Polled after every frame and during batch estimation, from any thread.
+  virtual bool stop() { return false; }
   virtual void on_images(const ImageFrame&) {}      ///< maybe from another thread
   virtual void on_unreadable(const InputError&) {}  ///< the same
   virtual void on_frame(const FeatureFrame&) {}     ///< before it is processed
@@ -59,6 +60,7 @@ struct RunReport {
   FrontendTotals frontend;
   double estimator_seconds = 0;  ///< without batch estimation
   bool interrupted = false;      ///< by RunObserver::stop()
+  bool in_smoothing = false;     ///< that was in batch estimation: the estimates are the filter's
   Playback::Counts played;       ///< in real time: images or frames
 };
 

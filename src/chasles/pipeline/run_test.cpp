@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>
@@ -27,6 +28,17 @@ const Recording& hallway() {
     InertialScene scene = inertial_scene("hallway");
     scene.settings.hall_length = 8;
     scene.settings.sections = 1;
+    scene.settings.rest_duration = 1.5;
+    return simulate_inertial(scene);
+  }();
+  return recording;
+}
+
+const Recording& walk_of_two_halls() {
+  static const Recording recording = [] {
+    InertialScene scene = inertial_scene("hallway");
+    scene.settings.hall_length = 10;
+    scene.settings.sections = 2;
     scene.settings.rest_duration = 1.5;
     return simulate_inertial(scene);
   }();
@@ -177,6 +189,83 @@ TEST(Run, AStopEndsItEarlyWithoutBatchEstimation) {
   EXPECT_FALSE(report.estimator.batch);
 }
 
+TEST(Run, AStopDuringBatchEstimationLeavesTheFiltersResult) {
+  class StopsInSmoothing : public Counter {
+   public:
+    bool stop() override { return smoothings > 0 && ++polls > 2; }
+    int polls = 0;
+  };
+  const auto check = [](const Recording& recording, Estimator& estimator) {
+    StopsInSmoothing observer;
+    const RunReport report = run(recording, estimator, {}, {}, observer);
+    EXPECT_TRUE(report.interrupted);
+    EXPECT_TRUE(report.in_smoothing);
+    EXPECT_EQ(observer.frames, recording.frames.size());
+    EXPECT_EQ(observer.smoothed, 0u);
+    EXPECT_FALSE(report.estimator.batch);
+    EXPECT_GT(estimator.map().size(), 20u) << "the filter's";
+    EXPECT_LT(observer.polls, 6) << "it goes on after the stop";
+  };
+  check(hallway(), *make_estimator(inertial("batch"), hallway()));
+  check(street(), *make_estimator(velocity("batch"), velocity_sensors(street(), {})));
+}
+
+// A recording that pauses: samples and frames between the times are missing, and all later ones
+// come so much later.
+Recording pausing(double from, double to, double later) {
+  Recording recording = walk_of_two_halls();
+  const Time begin = recording.frames.front().time;
+  const auto edit = [&](auto& events) {
+    std::erase_if(events, [&](const auto& event) {
+      const double at = to_seconds(event.time - begin);
+      return at > from && at < to;
+    });
+    for (auto& event : events) {
+      if (to_seconds(event.time - begin) >= to) event.time += from_seconds(later);
+    }
+  };
+  edit(recording.imu);
+  edit(recording.frames);
+  for (StampedPose& pose : recording.truth) {
+    if (to_seconds(pose.time - begin) >= to) pose.time += from_seconds(later);
+  }
+  return recording;
+}
+
+// Estimates before a time, or from it on.
+std::vector<Estimate> side(const std::vector<Estimate>& all, Time middle, bool after) {
+  std::vector<Estimate> some;
+  std::ranges::copy_if(all, std::back_inserter(some),
+                       [&](const Estimate& e) { return (e.time > middle) == after; });
+  return some;
+}
+
+TEST(Run, APauseOfTheDataEndsAPartAndNotTheRun) {
+  constexpr double kFrom = 8, kTo = 8.7;
+  for (const double later : {0.0, 86400.0}) {
+    const Recording recording = pausing(kFrom, kTo, later);
+    const Time middle = recording.frames.front().time + from_seconds(kFrom + 0.3);
+    for (const char* estimator : {"filter", "window:5", "batch"}) {
+      SCOPED_TRACE(::testing::Message() << estimator << ", " << later << " s");
+      const RunResult run = chasles::run(recording, inertial(estimator));
+      expect_complete(run);
+      for (const bool after : {false, true}) {
+        const std::vector<Estimate> part = side(run.estimates, middle, after);
+        ASSERT_GT(part.size(), 40u) << after;
+        EXPECT_LT(error_from(part, recording), 0.15) << after;
+      }
+      const EstimatorReport& report = run.report.estimator;
+      EXPECT_EQ(report.resets, 1);
+      EXPECT_EQ(report.batch ? report.batch->parts : 2, 2);
+      // The way in the pause is unknown, and the covariance says so.
+      const std::vector<Estimate> last = side(run.estimates, middle, true);
+      EXPECT_GT(std::sqrt(last.front().pose_covariance().diagonal().tail<3>().sum()),
+                0.5 * std::min(later + kTo - kFrom, 5000.0));
+      EXPECT_TRUE(std::ranges::is_sorted(run.estimates, {}, &Estimate::time));
+    }
+  }
+}
+
 TEST(Run, ARunThatNeverStartsSaysWhatWasMissing) {
   Recording dark = hallway();
   for (FeatureFrame& frame : dark.frames) frame.pixels.clear();
@@ -323,6 +412,50 @@ TEST_F(RunOfImages, AnUnreadableImageIsCountedAndMissing) {
   EXPECT_EQ(report.frontend.unreadable, count);
   EXPECT_EQ(observer.unreadable, count);
   EXPECT_EQ(observer.images, static_cast<int>(torn.images->size()) - count);
+}
+
+TEST_F(RunOfImages, EndsSoonIfNoImageCanBeRead) {
+  class Hopeless : public ImageSource {
+   public:
+    Hopeless(std::shared_ptr<const ImageSource> of, std::size_t first_good)
+        : of_(std::move(of)), first_good_(first_good) {}
+    std::size_t size() const override { return of_->size(); }
+    Time time(std::size_t i) const override { return of_->time(i); }
+    ImageFrame read(std::size_t i) const override {
+      if (i < first_good_) throw InputError("torn " + std::to_string(i));
+      return of_->read(i);
+    }
+
+   private:
+    std::shared_ptr<const ImageSource> of_;
+    std::size_t first_good_;
+  };
+  Recording torn = walk();
+  for (const int threads : {1, 2, 3}) {
+    Images observer;
+    const auto estimator = make_estimator(InertialRunSettings{}, torn);
+    torn.images = std::make_shared<Hopeless>(walk().images, 25);
+    try {
+      run(torn, *estimator, {}, {.threads = threads}, observer);
+      FAIL() << "expected an InputError";
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()), "none of the first 20 of " +
+                                               std::to_string(torn.images->size()) +
+                                               " frames of images can be read; the first: torn 0");
+    }
+    EXPECT_EQ(observer.unreadable, 19);
+  }
+  // One frame less, and the run goes on; whether it finds a start is not the feed's matter.
+  torn.images = std::make_shared<Hopeless>(walk().images, 19);
+  Images observer;
+  const auto estimator = make_estimator(InertialRunSettings{}, torn);
+  try {
+    run(torn, *estimator, {}, {}, observer);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kNotInitialised) << error.what();
+  }
+  EXPECT_EQ(observer.unreadable, 19);
+  EXPECT_EQ(observer.images, static_cast<int>(torn.images->size()) - 19);
 }
 
 TEST_F(RunOfImages, APartOfTheTracksIsFollowed) {

@@ -1,5 +1,7 @@
 #include <utility>
 
+#include <fmt/format.h>
+
 #include <chasles/pipeline/sensor_feed.hpp>
 
 namespace chasles {
@@ -7,6 +9,9 @@ namespace {
 
 // Decoding an image may take longer than processing it: at most so many wait.
 constexpr std::size_t kImagesReadAhead = 4;
+// So many frames that cannot be read, and none before that can: it is not the disk, but the kind of
+// the images.
+constexpr int kFramesToGiveUp = 20;
 
 }  // namespace
 
@@ -59,13 +64,24 @@ std::optional<SensorEvent> SensorFeed::next_event() {
 ImageFrame SensorFeed::read(const ImagesDue& due) {
   try {
     ImageFrame frame = recording_->images->read(due.index);
+    any_read_ = true;
     see_(frame);
     return frame;
   } catch (const InputError& error) {
-    ++unreadable_;
+    if (unreadable_++ == 0) first_error_ = error.what();
+    give_up_if_hopeless();
     unreadable_image_(error);
     return {.time = due.time, .images = std::vector<GrayImage>(recording_->cameras.size())};
   }
+}
+
+void SensorFeed::give_up_if_hopeless() const {
+  const std::size_t all = recording_->images->size();
+  const bool last = static_cast<std::size_t>(unreadable_) == all;
+  if (any_read_ || !(last || unreadable_ >= kFramesToGiveUp)) return;
+  throw InputError(fmt::format("none of {}{} frames of images can be read; the first: {}",
+                               last ? "" : fmt::format("the first {} of ", unreadable_), all,
+                               first_error_));
 }
 
 }  // namespace chasles

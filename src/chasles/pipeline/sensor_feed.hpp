@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <chasles/data/recording.hpp>
@@ -28,7 +29,8 @@ struct SensorFeedOptions {
 
 /// The events of a recording as the input of an estimator: its samples and frames, its images
 /// through the front end. As fast as they are taken, or at the recording's own speed; then some may
-/// be dropped. An image that cannot be read counts as missing.
+/// be dropped. An image that cannot be read counts as missing; next() throws InputError if that
+/// holds for all of them, or for the first twenty.
 class SensorFeed {
  public:
   /// The recording must outlive the feed.
@@ -56,12 +58,16 @@ class SensorFeed {
  private:
   std::optional<SensorEvent> next_event();
   ImageFrame read(const ImagesDue& due);
+  /// Throws InputError if there are many images that cannot be read, and none that can.
+  void give_up_if_hopeless() const;
 
   const Recording* recording_;
   EventStream stream_;
   std::function<void(const ImageFrame&)> see_;
   std::function<void(const InputError&)> unreadable_image_;
   int unreadable_ = 0;
+  bool any_read_ = false;
+  std::string first_error_;  // of an unreadable image
   Playback::Counts counts_;
   std::optional<Playback> playback_;
   std::optional<Ahead<SensorEvent>> ahead_;

@@ -12,8 +12,6 @@
 namespace chasles {
 namespace {
 
-constexpr Time kLongestTruthGap =
-    std::chrono::milliseconds(100);  // longer gaps are not interpolated
 constexpr double kSlopeReach = 0.5;  // [s] to both sides
 constexpr double kSlopeKnots = 0.1;  // [s]
 
@@ -27,25 +25,28 @@ Eigen::Vector3d slope(const Trajectory& truth, Time time) {
   return motion_at(spline, to_seconds(time - spline.start)).v_world;
 }
 
-Eigen::Vector3d true_velocity(const Recording& recording, Time time) {
-  const auto known = std::ranges::find(recording.true_motion, time, &TrueMotion::time);
-  return known != recording.true_motion.end() ? known->v_world : slope(recording.truth, time);
-}
-
 }  // namespace
 
-std::optional<SE3> truth_at(const Trajectory& truth, Time time) {
-  const auto next = std::ranges::lower_bound(truth, time, {}, &StampedPose::time);
-  if (next == truth.end()) return std::nullopt;
-  if (next->time == time) return next->pose;
-  if (next == truth.begin()) return std::nullopt;
-  const StampedPose& before = *std::prev(next);
-  if (next->time - before.time > kLongestTruthGap) return std::nullopt;
+std::optional<SE3> true_pose_at(const Recording& recording, Time time) {
+  return pose_at(recording.truth, time, recording.pairing.longest_gap);
+}
+
+std::optional<TrueMotion> true_motion_at(const Recording& recording, Time time) {
+  const std::vector<TrueMotion>& motion = recording.true_motion;
+  const auto next = std::ranges::lower_bound(motion, time, {}, &TrueMotion::time);
+  if (next == motion.end()) return std::nullopt;
+  if (next->time == time) return *next;
+  if (next == motion.begin()) return std::nullopt;
+  const TrueMotion& before = *std::prev(next);
+  if (next->time - before.time > recording.pairing.longest_gap) return std::nullopt;
   const double part = to_seconds(time - before.time) / to_seconds(next->time - before.time);
-  SE3 pose;
-  pose.p = before.pose.p + part * (next->pose.p - before.pose.p);
-  pose.R = before.pose.R * so3::exp(part * so3::log(before.pose.R.transpose() * next->pose.R));
-  return pose;
+  const auto between = [&](const Eigen::Vector3d TrueMotion::*vector) -> Eigen::Vector3d {
+    return before.*vector + part * ((*next).*vector - before.*vector);
+  };
+  return TrueMotion{.time = time,
+                    .v_world = between(&TrueMotion::v_world),
+                    .accelerometer_bias = between(&TrueMotion::accelerometer_bias),
+                    .gyroscope_bias = between(&TrueMotion::gyroscope_bias)};
 }
 
 InertialStart true_start(const Recording& recording) {
@@ -54,17 +55,21 @@ InertialStart true_start(const Recording& recording) {
   }
   for (std::size_t i = 0; i < frame_count(recording); ++i) {
     const Time time = frame_time(recording, i);
-    const auto pose = truth_at(recording.truth, time);
-    if (pose) return {.time = time, .nav_T_imu = *pose, .v_nav = true_velocity(recording, time)};
+    const auto pose = true_pose_at(recording, time);
+    if (!pose) continue;
+    const auto known = true_motion_at(recording, time);
+    return {.time = time,
+            .nav_T_imu = *pose,
+            .v_nav = known ? known->v_world : slope(recording.truth, time)};
   }
   throw InputError("recording '" + recording.name +
                    "' has no frame at whose time its truth is known");
 }
 
 double state_nees(const std::string& chart, const Recording& recording, const Estimate& e) {
-  const auto known = std::ranges::lower_bound(recording.true_motion, e.time, {}, &TrueMotion::time);
-  const auto pose = truth_at(recording.truth, e.time);
-  if (known == recording.true_motion.end() || known->time != e.time || !pose) return kNaN;
+  const auto known = true_motion_at(recording, e.time);
+  const auto pose = true_pose_at(recording, e.time);
+  if (!known || !pose) return kNaN;
   State truth{.world_T_imu = *pose, .v_world = known->v_world, .additive = Eigen::VectorXd(6)};
   truth.additive << known->accelerometer_bias, known->gyroscope_bias;
   const State estimate{.world_T_imu = e.world_T_imu, .v_world = *e.v_world, .additive = e.additive};

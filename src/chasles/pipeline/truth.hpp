@@ -10,9 +10,12 @@
 // A recording's ground truth, for runs that start from it or are compared with it.
 namespace chasles {
 
-/// The true pose world_T_imu at that time: of that stamp, or interpolated between two that are at
-/// most 0.1 s apart; none elsewhere.
-std::optional<SE3> truth_at(const Trajectory& truth, Time time);
+/// The true pose world_T_imu at that time, as pose_at() with the recording's longest gap.
+std::optional<SE3> true_pose_at(const Recording& recording, Time time);
+
+/// Velocity and biases at that time: of that stamp, or on a straight line between two that are at
+/// most the recording's longest gap apart; none elsewhere.
+std::optional<TrueMotion> true_motion_at(const Recording& recording, Time time);
 
 /// The truth at the first frame that has one; biases are 0. The true velocity is the recording's,
 /// or the slope of its true positions. The covariance is absent: the settings' initial sigmas.

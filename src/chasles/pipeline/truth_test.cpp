@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chasles/error.hpp>
 #include <chasles/eval/chi2.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>
@@ -14,23 +15,24 @@
 namespace chasles {
 namespace {
 
-TEST(Truth, IsOfTheStampOrOnTheWayBetweenTwo) {
-  const Eigen::Vector3d turn(0, 0, 0.2);
-  Trajectory truth{{.time = from_seconds(1), .pose = {}},
-                   {.time = from_seconds(1.1), .pose = {}},
-                   {.time = from_seconds(1.3), .pose = {}}};
-  truth[1].pose.p = {1, 2, 3};
-  truth[1].pose.R = so3::exp(turn);
-  EXPECT_EQ(truth_at(truth, from_seconds(1.1))->p, truth[1].pose.p);
-  const auto between = truth_at(truth, from_seconds(1.025));
+TEST(Truth, BetweenTwoStampsTheMotionIsOnAStraightLine) {
+  Recording recording;
+  recording.true_motion = {{.time = from_seconds(1), .v_world = {1, 0, 0}},
+                           {.time = from_seconds(1.1), .v_world = {2, 4, 0}},
+                           {.time = from_seconds(1.4), .v_world = {0, 0, 0}}};
+  recording.true_motion[1].accelerometer_bias = {0.4, 0, 0};
+  recording.true_motion[1].gyroscope_bias = {0, 0.8, 0};
+  const auto between = true_motion_at(recording, from_seconds(1.025));
   ASSERT_TRUE(between);
-  EXPECT_LT((between->p - truth[1].pose.p / 4).norm(), 1e-9);
-  EXPECT_LT((so3::log(between->R) - turn / 4).norm(), 1e-9);
-  EXPECT_FALSE(truth_at(truth, from_seconds(1.2))) << "the gap is too long";
-  EXPECT_TRUE(truth_at(truth, from_seconds(1.3)));
-  EXPECT_FALSE(truth_at(truth, from_seconds(0.9)));
-  EXPECT_FALSE(truth_at(truth, from_seconds(1.4)));
-  EXPECT_FALSE(truth_at({}, from_seconds(1)));
+  EXPECT_LT((between->v_world - Eigen::Vector3d(1.25, 1, 0)).norm(), 1e-12);
+  EXPECT_LT((between->accelerometer_bias - Eigen::Vector3d(0.1, 0, 0)).norm(), 1e-12);
+  EXPECT_LT((between->gyroscope_bias - Eigen::Vector3d(0, 0.2, 0)).norm(), 1e-12);
+  EXPECT_EQ(true_motion_at(recording, from_seconds(1.1))->v_world, Eigen::Vector3d(2, 4, 0));
+  EXPECT_FALSE(true_motion_at(recording, from_seconds(1.2))) << "the gap is too long";
+  recording.pairing.longest_gap = from_seconds(0.3);
+  EXPECT_TRUE(true_motion_at(recording, from_seconds(1.2)));
+  EXPECT_FALSE(true_motion_at(recording, from_seconds(0.9)));
+  EXPECT_FALSE(true_motion_at(recording, from_seconds(1.5)));
 }
 
 TEST(TrueStart, TakesTheVelocityFromThePosesWhereNoneIsRecorded) {
@@ -72,7 +74,7 @@ TEST(TrueStart, NeedsATruthAtTheTimeOfAFrame) {
 TEST(StateNees, OfErrorsThatAreAsTheCovarianceStatesIsChiSquared) {
   const Recording recording = simulate_inertial(test::short_hallway());
   const TrueMotion& truth = recording.true_motion[50];
-  const SE3 pose = *truth_at(recording.truth, truth.time);
+  const SE3 pose = *pose_at(recording.truth, truth.time);
   Eigen::Matrix<double, 15, 1> sigma;
   sigma << 1e-3, 2e-3, 3e-3, 0.01, 0.02, 0.03, 0.02, 0.02, 0.02, 0.1, 0.1, 0.1, 0.01, 0.01, 0.01;
   const Random random{.seed = 3};

@@ -100,13 +100,17 @@ class VelocityBatch : public VelocityFilter {
   }
 
   bool smooths() const override { return true; }
-  std::vector<Estimate> smooth() override {
+  std::vector<Estimate> smooth(const StopRequest& stop) override {
     if (result_) return {};
     VelocityBatchInput in = input();
     in.velocities = std::move(velocities_);
     in.frames = std::move(frames_);
     in.initial = std::move(initial_);
-    result_ = chasles::smooth(in, settings_.batch);
+    try {
+      result_ = chasles::smooth(in, settings_.batch, stop);
+    } catch (const BatchStopped&) {
+      return {};
+    }
     return std::exchange(result_->estimates, {});
   }
   std::vector<MapLandmark> map() const override {

@@ -44,7 +44,7 @@ AgainstTruth against_truth(const Run& run, PoseError nees_coordinates) {
     finite.push_back(i);
   }
   try {
-    out.matched = associate(estimate, run.truth);
+    out.matched = associate(estimate, run.truth, run.pairing);
     for (std::size_t& row : out.matched.estimate_index) row = finite[row];
     compare(out, covariances, nees_coordinates, is_level(run));
   } catch (const InputError& error) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/csv.hpp>
+#include <chasles/data/json_text.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -122,7 +123,7 @@ void read_curves(const fs::path& file, Study& study) {
 }
 
 StudyTrial trial_from(std::string_view text, const Study& study, const std::string& where) {
-  const Json line = Json::parse(text, nullptr, false);
+  const Json line = parse_json(text, where);
   try {
     StudyTrial trial;
     trial.filter = filter_called(line.at("filter").get<std::string>(), study, where);
@@ -172,10 +173,7 @@ Json read_study_summary(const fs::path& folder, Study& study) {
                     folder.string()));
   }
   study.summary = read_file(file);
-  Json summary = Json::parse(study.summary, nullptr, false);
-  if (!summary.is_object()) {
-    throw InputError(fmt::format("{}: expected a JSON object", file.string()));
-  }
+  Json summary = parse_json_object(study.summary, file.string());
   for (const Json& filter : summary.at("filters")) {
     study.filters.emplace_back().filter = filter.at("filter").get<std::string>();
     check_name(study.filters.back().filter, file);
@@ -193,7 +191,7 @@ bool is_study(const fs::path& folder) {
   if (is_there(folder / "plan.json") || is_there(folder / "trials.jsonl")) return true;
   const fs::path file = folder / "summary.json";
   if (!is_there(file)) return false;
-  const Json summary = Json::parse(read_file(file), nullptr, false);
+  const Json summary = parse_json(read_file(file), file.string());
   return summary.is_object() && summary.contains("filters");
 }
 

@@ -165,7 +165,7 @@ TEST_F(StudyFolder, WhatIsMissingOrTruncatedOfSeveralRunsIsNamed) {
   expect_part(changed("summary.json", "\"runs\": 5", "\"runs\": \"x\""), "summary.json");
   expect_part(changed("summary.json", "\"filters\"", "\"fliters\""), "summary.json");
   expect_part(changed("summary.json", "filter-0", "../filter-0"), "expected the name of a file");
-  expect_part(changed("summary.json", "{", "["), "expected a JSON object");
+  expect_part(changed("summary.json", "{", "["), "is not valid JSON");
 }
 
 TEST(StudyPage, HoldsTheNumbers) {

@@ -27,10 +27,11 @@ class RenderedImages : public ImageSource {
   std::size_t size() const override { return times_.size(); }
   Time time(std::size_t i) const override { return times_[i]; }
 
-  ImageFrame read(std::size_t i) const override {
+  ImageFrame read(std::size_t i) const override { return read_cameras(i, rays_.size()); }
+  ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
     ImageFrame frame{.time = times_[i], .images = {}};
     const double time = to_seconds(times_[i] - motion_.start);
-    for (std::size_t camera = 0; camera < rays_.size(); ++camera) {
+    for (std::size_t camera = 0; camera < std::min(cameras, rays_.size()); ++camera) {
       const RayTable& rays = rays_[camera];
       frame.images.push_back(sensor_.expose(light_at(time, camera), rays.width, rays.height, time,
                                             static_cast<std::uint32_t>(i),

@@ -22,17 +22,11 @@ constexpr double kSurprising = 1.5;
 constexpr int kManyObservations = 20, kFewUsed = 4;
 // A speed that no person, car or drone reaches [m/s].
 constexpr double kImpossibleSpeed = 150;
+// Sigma of a place that is not known at all [m]. With more, after a pause of a day, the filter's
+// arithmetic has too few digits.
+constexpr double kUnknownPlace = 5000;
 
 double heading(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
-
-void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum) {
-  sum.used += more.used;
-  sum.not_finite += more.not_finite;
-  sum.not_later += more.not_later;
-  sum.gaps += more.gaps;
-  sum.saturated += more.saturated;
-  sum.extrapolated += more.extrapolated;
-}
 
 bool is_finite(const Calibration& c) {
   return c.covariance.allFinite() && std::isfinite(c.time_offset.value_or(0)) &&
@@ -61,12 +55,26 @@ bool contradicted(const Estimate& e) {
 
 }  // namespace
 
+void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum) {
+  sum.used += more.used;
+  sum.not_finite += more.not_finite;
+  sum.not_later += more.not_later;
+  sum.zero += more.zero;
+  sum.spikes += more.spikes;
+  sum.frozen += more.frozen;
+  sum.gaps += more.gaps;
+  sum.saturated += more.saturated;
+  sum.extrapolated += more.extrapolated;
+}
+
 InertialSession::InertialSession(const InertialSlamSettings& filter,
                                  const InitialiserSettings& start, InertialSensors sensors,
                                  std::optional<InertialStart> given)
     : settings_(validated(filter)),
       start_settings_(start),
       sensors_(std::move(sensors)),
+      screen_({.accelerometer = sensors_.imu.accelerometer_range,
+               .gyroscope = sensors_.imu.gyroscope_range}),
       given_(std::move(given)) {
   end_part();
 }
@@ -91,11 +99,11 @@ void InertialSession::process(const TimedMeasurement& measurement) {
 
 // Samples that the buffers drop do not count.
 void InertialSession::note_time(const ImuSample& sample) {
-  if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite()) return;
-  if (last_sample_ && sample.time <= *last_sample_) return;
-  const bool unknown = last_sample_ && sample.time - *last_sample_ > kLongestGap;
-  last_sample_ = sample.time;
-  if (slam_ && unknown) reset();
+  for (const ImuSample& measured : screen_.add(sample)) {
+    const bool unknown = last_sample_ && measured.time - *last_sample_ > kLongestGap;
+    last_sample_ = measured.time;
+    if (slam_ && unknown) reset();
+  }
 }
 
 bool InertialSession::usable(const FeatureFrame& frame) const {
@@ -148,14 +156,17 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
   }
   if (given_) return wait_for_given(frame);
   frames_.push_back(frame);
-  FeatureFrame by_clock = frame;
-  by_clock.time = clock(frame.time);
-  auto start = initialiser_->add(by_clock);
+  std::optional<InertialStart> start;
+  if (!frame.pixels.empty()) {
+    FeatureFrame by_clock = frame;
+    by_clock.time = clock(frame.time);
+    start = initialiser_->add(by_clock);
+  }
   if (start) {
     const auto calibration =
         agreed_ ? agreed_->calibration : stated_calibration(settings_, sensors_.cameras);
     if (calibration) widen_start(*calibration, samples_, *start);
-    return begin(agreed_ ? continued(*start)
+    return begin(agreed_ ? continued(*start, *agreed_)
                          : placed(*start, start_settings_, sensors_.cameras.front()));
   }
   // Data older than any window are not replayed.
@@ -264,15 +275,14 @@ void InertialSession::end_part() {
       sensors_.noise, sensors_.imu, sensors_.pixel_sigma);
 }
 
-// A start in its own nav, moved to the last pose of the run.
-InertialStart InertialSession::continued(InertialStart start) const {
-  const Estimate& before = *agreed_;
+InertialStart continued(InertialStart start, const Estimate& before) {
   const double turn = heading(before.world_T_imu.R) - heading(start.nav_T_imu.R);
   start = turned(std::move(start), turn);
   start.calibration = before.calibration;
   start.nav_T_imu.p = before.world_T_imu.p;
   const double gap = to_seconds(start.time - before.time);
-  const double way = std::max({1.0, before.v_world->norm(), start.v_nav.norm()}) * gap;
+  const double speed = std::max({1.0, before.v_world->norm(), start.v_nav.norm()});
+  const double way = std::min(speed * gap, kUnknownPlace);
   Matrix15d P = start.covariance.value_or(Matrix15d::Zero());
   P.block<3, 3>(3, 3) = before.covariance.block<3, 3>(3, 3);
   P.block<3, 3>(3, 3).diagonal().array() += way * way;

@@ -23,6 +23,13 @@ struct InertialSensors {
   double pixel_sigma = 1;  ///< [px]
 };
 
+/// Adds the counts of another part of a run.
+void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum);
+
+/// A start in its own nav, moved to the pose of an estimate before it, with a covariance that grows
+/// over the time in between, up to a sigma of 5 km.
+InertialStart continued(InertialStart start, const Estimate& before);
+
 /// A whole run, from samples and frames to estimates. It initialises the filter or takes a given
 /// start, runs the filter, and initialises it again where the filter is lost. Position and heading
 /// then continue from the last estimate that agreed with the frames, with a covariance that grows
@@ -30,7 +37,8 @@ struct InertialSensors {
 /// frame throws; all estimates are finite, and their times rise strictly.
 ///
 /// Recovered and counted:
-/// - a sample that is not finite or not later than the previous one (imu_counts);
+/// - a sample that is no measurement: not finite, not later than the previous one, six zeros, a
+/// spike, or of a frozen sensor (SampleScreen; imu_counts);
 /// - a frame that is not later than the previous one, or more than kLongestGap later than the last
 /// sample, is dropped (dropped_frames);
 /// - samples that are missing for longer than kLongestGap end this part of the run (resets),
@@ -87,12 +95,12 @@ class InertialSession {
   bool covered(const FeatureFrame& frame) const;
   void reset();
   void end_part();
-  InertialStart continued(InertialStart start) const;
   bool is_credible(const Estimate& e);
 
   InertialSlamSettings settings_;
   InitialiserSettings start_settings_;
   InertialSensors sensors_;
+  SampleScreen screen_;
   OutcomeObserver observer_;
   std::unique_ptr<InertialSlam> slam_;
   std::unique_ptr<Initialiser> initialiser_;

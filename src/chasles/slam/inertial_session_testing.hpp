@@ -64,13 +64,13 @@ inline Estimates play(InertialSession& session, const Recording& recording) {
 inline double error_from(const Trajectory& poses, const Trajectory& truth, Time from = Time(0)) {
   Trajectory own, known;
   for (const StampedPose& pose : poses) {
-    const auto true_pose = truth_at(truth, pose.time);
+    const auto true_pose = pose_at(truth, pose.time);
     if (!true_pose || pose.time < from) continue;
     own.push_back(pose);
     known.push_back({.time = pose.time, .pose = *true_pose});
   }
   if (own.size() < 3) return std::nan("");
-  return absolute_error(associate(own, known, Time(0)), Alignment::kPositionYaw).position_m.rmse;
+  return absolute_error(associate(own, known), Alignment::kPositionYaw).position_m.rmse;
 }
 
 inline double error_from(const Estimates& estimates, const Recording& recording,

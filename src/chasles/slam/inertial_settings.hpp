@@ -63,6 +63,7 @@ struct InertialSlamSettings {
 
   int clones = 15;
   int frames_per_clone = 4;
+  double clone_interval = 0.2;
   double max_relative_depth_sigma = 0.2;
   double max_total_depth_sigma = 0.3;
   double min_parallax = 0.02;
@@ -153,6 +154,9 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kNonNegative);
   visit("frames_per_clone", s.frames_per_clone, "count", "every n-th frame's pose becomes a clone",
         limits::at_least(1));
+  visit("clone_interval", s.clone_interval, "s",
+        "and the pose of the first frame after this time, where frames are rarer or have no image",
+        limits::kPositive);
   visit("max_relative_depth_sigma", s.max_relative_depth_sigma, "1",
         "a track becomes a landmark when its pixels determine the relative depth to this sigma",
         limits::kNonNegative);

@@ -109,6 +109,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   if (!timed_.empty()) apply_timed(frame.time);
   advance_to(frame.time);
   ++frame_;
+  const CameraSet looking = observing(frame);
   Estimate e;
   StageSeconds& seconds = e.seconds.emplace();
   e.observations = static_cast<int>(frame.pixels.size());
@@ -117,8 +118,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   seconds.propagation = stages.lap();
   e.zero_velocity = zero_velocity_update(frame, since);
   // During a standstill all poses are the same, and a pixel has the same error in all of them.
-  cloned_ = settings_.init == LandmarkInit::kMultiView && !e.zero_velocity &&
-            (frame_ - 1) % settings_.frames_per_clone == 0;
+  cloned_ = settings_.init == LandmarkInit::kMultiView && is_clone_due(frame) && !e.zero_velocity;
   if (cloned_) {
     keep_pose(frame.time);
     window_.push_back(frame_);
@@ -126,8 +126,8 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   observe(observations, e);
   seconds.update = stages.lap();
   settle();
-  retire_unseen();
-  if (settings_.init == LandmarkInit::kMultiView) begin_from_tracks(e);
+  retire_unseen(looking);
+  if (settings_.init == LandmarkInit::kMultiView) begin_from_tracks(looking, e);
   remove_unused_clones();
   note_begun(e.added);
   seconds.landmarks = stages.lap();
@@ -161,6 +161,18 @@ std::vector<MapLandmark> InertialSlam::map_nav() const {
 double InertialSlam::gate_square(int dof) const {
   return settings_.gate < 1 ? chi2_quantile(settings_.gate, dof)
                             : std::numeric_limits<double>::max();
+}
+
+// Counts frames during a standstill too. A frame may be a little early for the interval.
+bool InertialSlam::is_clone_due(const FeatureFrame& frame) {
+  constexpr double kEarly = 0.95;
+  if (observing(frame) == 0) return false;
+  const bool due = !last_clone_ || ++since_clone_ >= settings_.frames_per_clone ||
+                   to_seconds(frame.time - *last_clone_) >= kEarly * settings_.clone_interval;
+  if (!due) return false;
+  since_clone_ = 0;
+  last_clone_ = frame.time;
+  return true;
 }
 
 // As a clone, at most once per frame.
@@ -204,14 +216,20 @@ void InertialSlam::settle() {
   }
 }
 
-void InertialSlam::retire_unseen() {
+// A landmark out of view ages in the frames whose images might have shown it.
+void InertialSlam::retire_unseen(CameraSet looking) {
   std::vector<int>& indices = work_.retired;
   indices.clear();
   const auto& landmarks = filter_.state().landmarks;
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
-    const Last& last = last_[static_cast<std::size_t>(i)];
+    Last& last = last_[static_cast<std::size_t>(i)];
+    if (last.seen == frame_) {
+      last.missed = 0;
+    } else if ((last.cameras & looking) != 0) {
+      ++last.missed;
+    }
     const bool accepted = last.rejected < settings_.max_rejections;
-    if (accepted && frame_ - last.seen <= settings_.waiting_frames) continue;
+    if (accepted && last.missed <= settings_.waiting_frames) continue;
     indices.push_back(i);
   }
   for (auto i = indices.rbegin(); i != indices.rend(); ++i) last_.erase(last_.begin() + *i);

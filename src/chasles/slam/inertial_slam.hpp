@@ -33,8 +33,7 @@ class InertialSlam {
                const InertialStart& start);
 
   void process(const ImuSample& sample) {
-    imu_.add(sample);
-    if (standstill_) standstill_->add(sample);
+    if (imu_.add(sample) && standstill_) standstill_->add(sample);
   }
   /// Applied at its own time, before the next frame that is not earlier; with an estimated time
   /// offset, at the time of that frame.
@@ -53,7 +52,7 @@ class InertialSlam {
   std::vector<MapLandmark> map_nav() const;
   /// The outcomes of the usable observations of the last frame, in the frame's order.
   std::span<const PixelOutcome> outcomes() const { return outcomes_; }
-  const ImuBuffer::Counts& imu_counts() const { return imu_.counts(); }
+  ImuBuffer::Counts imu_counts() const { return imu_.counts(); }
   const TimedMeasurementCounts& timed_counts() const { return timed_counts_; }
   int timed_waiting() const { return static_cast<int>(timed_.size()); }
 
@@ -62,8 +61,9 @@ class InertialSlam {
   struct Track {
     LandmarkId id = 0;
     Views views;
-    int seen = 0;        ///< the latest frame
-    bool ended = false;  ///< it is now a landmark, or no longer in view
+    int seen = 0;           ///< the latest frame
+    CameraSet cameras = 0;  ///< that have observed it
+    bool ended = false;     ///< it is now a landmark, or no longer in view
   };
 
   void advance_to(Time time);
@@ -78,7 +78,7 @@ class InertialSlam {
   std::optional<int> number_of(LandmarkId id) const;
   void observe(const std::vector<const PixelObservation*>& observations, Estimate& e);
   void begin_at_once(const std::vector<const PixelObservation*>& fresh, Estimate& e);
-  void begin_from_tracks(Estimate& e);
+  void begin_from_tracks(CameraSet looking, Estimate& e);
   void begin_what_is_missing(Estimate& e);
   Track& track_of(LandmarkId id);
   void remove_ended_tracks();
@@ -92,6 +92,7 @@ class InertialSlam {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
   void keep_pose(Time time);
+  bool is_clone_due(const FeatureFrame& frame);
   bool zero_velocity_update(const FeatureFrame& frame, Time since);
   double noise_inflation(int landmark) const;
   bool cannot_be(const Landmark& landmark) const;
@@ -102,7 +103,7 @@ class InertialSlam {
   void note_begun(int added);
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
                            const UpdateReport& report, Estimate& e);
-  void retire_unseen();
+  void retire_unseen(CameraSet looking);
   void remove_unused_clones();
   void compose_when_due();
   void note_prediction();
@@ -126,13 +127,17 @@ class InertialSlam {
   std::optional<int> standstill_since_;  ///< clone of the pose at which the standstill began
   PredictedMotion predicted_;            ///< for first estimates
   int frame_ = 0;
+  int since_clone_ = 0;                        ///< frames with observations since a clone was due
+  std::optional<Time> last_clone_;             ///< when it was due
   std::vector<int> window_;                    ///< clones that views of tracks may refer to
   bool cloned_ = false;                        ///< the present frame's pose is a clone
   Reused<Track> tracks_;                       ///< not in the state; in the order of their ids
   std::optional<RecentTracks> recent_tracks_;  ///< where the filter works mainly with tracks
   struct Last {
-    int seen = 0;      ///< number of a frame
-    int rejected = 0;  ///< consecutive frames in which the gate rejected it
+    int seen = 0;           ///< number of a frame
+    CameraSet cameras = 0;  ///< that have observed it
+    int missed = 0;         ///< later frames in which one of them observes anything
+    int rejected = 0;       ///< consecutive frames in which the gate rejected it
   };
   std::vector<Last> last_;  ///< of the landmarks of the state, in the same order
   struct WhitenedPixel {

@@ -85,6 +85,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     }
     Last& last = last_[static_cast<std::size_t>(*number)];
     last.seen = frame_;
+    last.cameras |= camera_bit(o->camera);
     if (e.zero_velocity) continue;
     outcomes_.back().outcome = Outcome::kRejected;  // until it is used
     const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(*number)];
@@ -128,6 +129,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
   for (const PixelObservation* o : fresh) {
     Track& track = track_of(o->landmark);
     track.seen = frame_;
+    track.cameras |= camera_bit(o->camera);
     if (cloned_) {
       track.views.push_back({.clone = frame_, .camera = o->camera, .pixel = o->pixel});
     }
@@ -156,9 +158,12 @@ void InertialSlam::note_outcomes(std::span<const Measurement> known, const Updat
 // The landmarks that the frame has added are the last ones of the state.
 void InertialSlam::note_begun(int added) {
   const auto& landmarks = filter_.state().landmarks;
-  for (auto begun = landmarks.end() - added; begun != landmarks.end(); ++begun) {
+  for (std::size_t i = landmarks.size() - static_cast<std::size_t>(added); i < landmarks.size();
+       ++i) {
     for (PixelOutcome& judged : outcomes_) {
-      if (judged.observation.landmark == begun->id) judged.outcome = Outcome::kBegun;
+      if (judged.observation.landmark != landmarks[i].id) continue;
+      judged.outcome = Outcome::kBegun;
+      last_[i].cameras |= camera_bit(judged.observation.camera);
     }
   }
 }

@@ -12,6 +12,7 @@ InertialSlam::Track& InertialSlam::track_of(LandmarkId id) {
   if (place != tracks_.end() && place->id == id) return *place;
   Track& track = tracks_.insert(place);
   track.id = id;
+  track.cameras = 0;
   track.ended = false;
   track.views.clear();
   track.views.reserve(static_cast<std::size_t>(settings_.clones) * cameras_.size());
@@ -75,13 +76,14 @@ void InertialSlam::null_space_update(Estimate& e) {
 // Many tracks are processed in one update, which costs less than one by one. But not all at once:
 // later ones are linearised at a better state, which matters where the window of a start's tracks
 // ends.
-void InertialSlam::begin_from_tracks(Estimate& e) {
+void InertialSlam::begin_from_tracks(CameraSet looking, Estimate& e) {
   const bool full = static_cast<int>(window_.size()) >= settings_.clones;
   const auto many = static_cast<std::size_t>(2 * settings_.clones);  // twice the rows of the clones
   for (Track& track : tracks_) {
-    const bool lost = track.seen < frame_;
+    const bool seen = track.seen == frame_;
+    const bool lost = !seen && (track.cameras & looking) != 0;
     const bool last_chance = lost || (cloned_ && full && has_view(track, window_.front()));
-    const bool may_begin = !lost && cloned_ && has_room();
+    const bool may_begin = seen && cloned_ && has_room();
     if (!last_chance && !may_begin) continue;
     const bool found = find_start(track.id, track.views);
     if (found && may_begin && is_certain(work_.start) && take_rest(work_.start)) {

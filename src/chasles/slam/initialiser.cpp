@@ -51,10 +51,9 @@ Initialiser::Initialiser(const InitialiserSettings& settings, std::vector<Camera
 }
 
 void Initialiser::add(const ImuSample& sample) {
-  const ImuBuffer::Counts before = imu_.counts();
-  imu_.add(sample);
-  if (imu_.counts().used == before.used) return;
-  if (imu_.counts().gaps > before.gaps) restart();
+  const int gaps = imu_.counts().gaps;
+  if (!imu_.add(sample)) return;
+  if (imu_.counts().gaps > gaps) restart();
   samples_.push_back(sample);
   const Time from = sample.time - from_seconds(2 * settings_.static_window);
   while (samples_.front().time < from) samples_.pop_front();

@@ -48,7 +48,7 @@ class Initialiser {
   /// One sentence with the conditions that are not met and the time since the first frame.
   std::string why_not() const;
   const Counts& counts() const { return counts_; }
-  const ImuBuffer::Counts& imu_counts() const { return imu_.counts(); }
+  ImuBuffer::Counts imu_counts() const { return imu_.counts(); }
 
  private:
   bool take(const FeatureFrame& frame);

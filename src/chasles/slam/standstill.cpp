@@ -22,20 +22,18 @@ Standstill::Standstill(const ImuNoise& noise, std::size_t cameras, double pixel_
   thresholds_.static_window = kWindow;
 }
 
-void Standstill::add(const ImuSample& sample) {
-  if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite()) return;
-  if (!samples_.empty() && sample.time <= samples_.back().time) return;
-  samples_.push_back(sample);
-}
+void Standstill::add(const ImuSample& sample) { samples_.push_back(sample); }
 
 bool Standstill::detected(const FeatureFrame& frame) {
   const Time oldest = frame.time - from_seconds(kWindow);
   const auto is_old = [&](const auto& seen) { return seen.time < oldest; };
   std::erase_if(samples_, is_old);
   frames_.remove_if(is_old);
-  FeatureFrame& kept = frames_.append();
-  kept.time = frame.time;
-  kept.pixels = frame.pixels;
+  if (!frame.pixels.empty()) {
+    FeatureFrame& kept = frames_.append();
+    kept.time = frame.time;
+    kept.pixels = frame.pixels;
+  }
   const auto& conditions =
       static_conditions(samples_, frames_, cameras_, noise_, pixel_sigma_, thresholds_, scratch_);
   const bool blind = !conditions.back().met && conditions.back().name == kTracks;

@@ -23,6 +23,7 @@ class Standstill {
  public:
   Standstill(const ImuNoise& noise, std::size_t cameras, double pixel_sigma);
 
+  /// Finite samples, with times that rise.
   void add(const ImuSample& sample);
   /// Whether there is a standstill at this frame. Call it for every frame, after the samples up to
   /// it.

@@ -51,7 +51,7 @@ Estimation walk(const Recording& recording, const InertialStart& start,
 }
 
 double height_error(const Recording& recording, const Estimate& e) {
-  return e.world_T_imu.p.z() - truth_at(recording.truth, e.time)->p.z();
+  return e.world_T_imu.p.z() - pose_at(recording.truth, e.time)->p.z();
 }
 
 TEST(TimedMeasurement, OfTheHeightMakesItMoreAccurateAndKeepsTheFilterConsistent) {
@@ -64,7 +64,7 @@ TEST(TimedMeasurement, OfTheHeightMakesItMoreAccurateAndKeepsTheFilterConsistent
     const Random random = random_of_run(2, k);
     std::uint64_t number = 0;
     const auto barometer = [&](Time time) -> std::optional<TimedMeasurement> {
-      const auto truth = truth_at(recording.truth, time);
+      const auto truth = pose_at(recording.truth, time);
       if (++number % 10 != 0 || !truth || time < start.time) return std::nullopt;
       return height(time,
                     truth->p.z() + kSigma * random.normal(Stream::kAccelerometerNoise, number));
@@ -151,7 +151,7 @@ TEST(TimedMeasurement, AppliesAtTheNextFrameWhereTheTimeOffsetIsEstimated) {
   const Estimation run = walk(
       recording, start,
       [&](Time time) -> std::optional<TimedMeasurement> {
-        const auto truth = truth_at(recording.truth, time);
+        const auto truth = pose_at(recording.truth, time);
         if (!truth || time < after(recording, 1)) return std::nullopt;
         ++given;
         return height(time, truth->p.z(), 0.2);

@@ -10,6 +10,10 @@ void validate(const VelocitySlamSettings& s) {
     throw UsageError(
         "velocity_axes=level estimates the IMU's tilt: expected mode=slam and velocity=measured");
   }
+  if (s.map_memory > 0 && !s.compress_map) {
+    throw UsageError(
+        "map_memory bounds the memory of a compressed map: expected compress_map=true");
+  }
 }
 
 }  // namespace chasles

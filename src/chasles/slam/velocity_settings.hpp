@@ -82,6 +82,7 @@ struct VelocitySlamSettings {
   std::optional<double> initial_landmark_sigma;
 
   bool compress_map = true;
+  double map_memory = 0;
 };
 
 /// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
@@ -174,6 +175,10 @@ void for_each_setting(S& s, Visitor&& visit) {
 
   visit("compress_map", s.compress_map, "bool",
         "false: one dense covariance over the whole map, whose cost grows with it", limits::kAny);
+  visit("map_memory", s.map_memory, "MB",
+        "memory of the steps by which later measurements correct landmarks out of view; beyond it "
+        "the oldest landmarks are final; 0: no bound (docs/map.md)",
+        limits::from_to(0.0, 1e9));
 }
 
 /// Throws UsageError with the setting's name, its value and the expected one, for a value out of

@@ -40,7 +40,7 @@ Ending covered(const InertialSlamSettings& settings) {
     if (!frame || frame->time < start.time) continue;
     if (frame->time > after(recording, kRest - 0.1)) break;
     const Estimate e = slam.process(*frame);
-    const auto truth = truth_at(recording.truth, e.time);
+    const auto truth = pose_at(recording.truth, e.time);
     ending.position_error = (e.world_T_imu.p - truth->p).norm();
     ending.position_sigma = position_sigma(e);
     ending.yaw_sigma = std::sqrt(e.covariance(2, 2));

@@ -14,7 +14,7 @@ Trajectory finite_poses(const Run& run) {
 
 SE3 truth_T_world(const Run& run) {
   const Alignment fit = is_level(run) ? Alignment::kPositionYaw : Alignment::kRigid;
-  return align(associate(finite_poses(run), run.truth), fit).truth_T_estimate;
+  return align(associate(finite_poses(run), run.truth, run.pairing), fit).truth_T_estimate;
 }
 
 }  // namespace chasles

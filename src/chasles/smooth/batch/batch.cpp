@@ -41,7 +41,7 @@ bool fits_the_data(const BatchReport& report) {
 }
 
 InertialBatchResult smooth(const InertialBatchInput& input, const std::string& chart,
-                           const BatchSettings& settings) {
+                           const BatchSettings& settings, const StopRequest& stop) {
   dense::prepare();
   validate(settings);
   InertialBatchResult result;
@@ -55,12 +55,13 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
       },
       [&](const std::vector<double>& deviations) {
         return cull(input, deviations, settings, graph, report);
-      });
+      },
+      stop);
   const int dof = 2 * report.observations - (graph.anchored ? 2 : 3) * report.landmarks;
   judge(*problem, dof, settings, report);
   const double solved = processor_seconds();
   report.seconds_solve = solved - begun;
-  add_estimates(*problem, input, graph, result);
+  add_estimates(*problem, input, graph, result, stop);
   report.unobservable =
       unobservable_directions(result.estimates.front().covariance, graph.start_covariance);
   report.seconds_covariance = processor_seconds() - solved;

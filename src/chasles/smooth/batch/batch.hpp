@@ -1,5 +1,7 @@
 #pragma once
 
+#include <exception>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -68,6 +70,9 @@ struct BatchReport {
   /// short to change the cost.
   bool stalled = false;
   std::string end;  ///< why it ended, in Ceres's words
+  int parts = 1;    ///< that were estimated separately, and those of them that failed
+  int parts_failed = 0;
+  std::string failure;  ///< of the first that failed
   /// Directions of the state at the start that neither pixels nor samples determine to 1 m/s, 0.1
   /// rad, 1 m/s^2 or 0.1 rad/s, in words. Their estimates come from the start's covariance.
   std::vector<std::string> unobservable;
@@ -82,6 +87,13 @@ inline constexpr double kMostCostPerDof = 2;
 bool fits_the_data(const BatchReport& report);
 /// Sets the health of all estimates: kOk if the report fits_the_data(), else kDegraded.
 void set_health(std::span<Estimate> estimates, const BatchReport& report);
+
+/// Polled during batch estimation: true ends it.
+using StopRequest = std::function<bool()>;
+/// Thrown by smooth() where a StopRequest ends it.
+struct BatchStopped : std::exception {
+  const char* what() const noexcept override { return "batch estimation was stopped"; }
+};
 
 struct InertialBatchResult {
   std::vector<Estimate> estimates;     ///< of all keyframes; the first is the start
@@ -106,8 +118,8 @@ struct InertialBatchResult {
 /// direction at the start is unobservable (BatchReport::unobservable), and a position has a sigma
 /// above 1 m and a tenth of the distance travelled. The message names the direction.
 /// Error(kDiverged) where no finite cost was found. UsageError for an unknown chart and for
-/// settings that cannot be used.
+/// settings that cannot be used. BatchStopped as `stop` says.
 InertialBatchResult smooth(const InertialBatchInput& input, const std::string& chart,
-                           const BatchSettings& settings);
+                           const BatchSettings& settings, const StopRequest& stop = {});
 
 }  // namespace chasles

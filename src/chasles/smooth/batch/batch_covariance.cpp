@@ -60,10 +60,10 @@ MapLandmark anchored_estimate(const ProblemBlocks& problem, const SelectedInvers
 }  // namespace
 
 void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const BatchGraph& graph,
-                   InertialBatchResult& result) {
+                   InertialBatchResult& result, const StopRequest& stop) {
   const NormalEquations equations = normal_equations(problem);
   check_determined(equations, problem, ids_of(graph.points));
-  const SelectedInverse inverse(equations.lower);
+  const SelectedInverse inverse(equations.lower, stop);
   judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   for (std::size_t k = 0; k < graph.keyframes.size(); ++k) {
     const BatchKeyframe& keyframe = graph.keyframes[k];

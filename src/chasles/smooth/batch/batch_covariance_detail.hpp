@@ -7,6 +7,6 @@ namespace chasles::smooth_detail {
 /// Adds motions and landmarks with their covariances, reference chart, from the problem linearised
 /// at the graph's states. The problem's blocks must hold these states.
 void add_estimates(BatchProblem& problem, const InertialBatchInput& input, const BatchGraph& graph,
-                   InertialBatchResult& result);
+                   InertialBatchResult& result, const StopRequest& stop = {});
 
 }  // namespace chasles::smooth_detail

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include <ceres/iteration_callback.h>
 #include <ceres/ordered_groups.h>
 #include <ceres/solver.h>
 
@@ -96,6 +97,18 @@ ceres::Solver::Options options_for(ProblemBlocks& problem, int steps, double tol
   return options;
 }
 
+// Ends a search after the present step.
+class StopBetweenSteps : public ceres::IterationCallback {
+ public:
+  explicit StopBetweenSteps(const StopRequest& stop) : stop_(&stop) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return *stop_ && (*stop_)() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const StopRequest* stop_;
+};
+
 }  // namespace
 
 void Search::run(ProblemBlocks& problem, double tolerance) {
@@ -106,9 +119,12 @@ void Search::run(ProblemBlocks& problem, double tolerance) {
   // Keeps the previous radius: after a restart, uncertain directions would take a dozen steps.
   options.initial_trust_region_radius =
       std::max(options.initial_trust_region_radius, trust_radius_);
+  StopBetweenSteps between_steps(stop_);
+  options.callbacks.push_back(&between_steps);
   ceres::Solver::Summary summary;
   const WithoutOpenMp one_thread;
   ceres::Solve(options, &problem.ceres(), &summary);
+  if (summary.termination_type == ceres::USER_FAILURE) throw BatchStopped();
   if (!summary.iterations.empty()) trust_radius_ = summary.iterations.back().trust_region_radius;
   if (report.costs.empty()) report.initial_cost = summary.initial_cost;
   report.iterations += std::max(static_cast<int>(summary.iterations.size()) - 1, 0);

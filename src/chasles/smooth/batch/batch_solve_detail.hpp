@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/problem_blocks_detail.hpp>
@@ -19,16 +20,17 @@ inline constexpr double kAtMinimum = 1e-7;
 /// in all, which the report counts.
 class Search {
  public:
-  /// Keeps both references.
-  Search(const BatchSettings& settings, BatchReport& report)
-      : settings_(&settings), report_(&report) {}
+  /// Keeps the references.
+  Search(const BatchSettings& settings, BatchReport& report, StopRequest stop = {})
+      : settings_(&settings), report_(&report), stop_(std::move(stop)) {}
   /// Continues from the present values until a step lowers the cost by less than the fraction
-  /// `tolerance`. Throws Error(kDiverged).
+  /// `tolerance`. Throws Error(kDiverged) and BatchStopped.
   void run(ProblemBlocks& problem, double tolerance);
 
  private:
   const BatchSettings* settings_;
   BatchReport* report_;
+  StopRequest stop_;
   double trust_radius_ = 0;  ///< radius of the trust region after the last step
 };
 
@@ -58,9 +60,9 @@ void check_determined(const NormalEquations& equations, const ProblemBlocks& pro
 /// the search has roughly converged, and returns their number.
 template <typename Graph, typename Make, typename Cull>
 auto at_minimum(Graph& graph, const BatchSettings& settings, BatchReport& report, const Make& make,
-                const Cull& cull) {
+                const Cull& cull, const StopRequest& stop) {
   auto problem = make(kLeastDepthOnTheWay);
-  Search search(settings, report);
+  Search search(settings, report, stop);
   const auto run = [&](double tolerance) {
     search.run(*problem, tolerance);
     problem->write_to(graph);

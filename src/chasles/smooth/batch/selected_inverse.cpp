@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <chasles/error.hpp>
+#include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/selected_inverse.hpp>
 
 namespace chasles {
@@ -35,7 +36,8 @@ Eigen::MatrixXd columns_of(const Sparse& L, int first, int width, const std::vec
 
 }  // namespace
 
-SelectedInverse::SelectedInverse(const Sparse& lower) : cholesky_(lower) {
+SelectedInverse::SelectedInverse(const Sparse& lower, const std::function<bool()>& stop)
+    : cholesky_(lower) {
   const Eigen::VectorXd D = cholesky_.vectorD();
   if (cholesky_.info() != Eigen::Success || !(D.size() == 0 || D.minCoeff() > 0) ||
       !D.allFinite()) {
@@ -52,7 +54,7 @@ SelectedInverse::SelectedInverse(const Sparse& lower) : cholesky_(lower) {
     for (int i = 0; i < n; ++i) place_[static_cast<std::size_t>(i)] = i;
   }
   find_nodes(L);
-  invert(L, D);
+  invert(L, D, stop);
 }
 
 // From the left: a column joins the node before it if it has its remaining rows.
@@ -76,9 +78,11 @@ void SelectedInverse::find_nodes(const Sparse& L) {
   }
 }
 
-void SelectedInverse::invert(const Sparse& L, const Eigen::VectorXd& D) {
+void SelectedInverse::invert(const Sparse& L, const Eigen::VectorXd& D,
+                             const std::function<bool()>& stop) {
   Eigen::MatrixXd below;
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
+    if (stop && stop()) throw BatchStopped();
     const int w = node->width, m = static_cast<int>(node->rows.size()) - w;
     const Eigen::MatrixXd factor = columns_of(L, node->first, w, node->rows);
     // Z_SJ = -Z_SS M, Z_JJ = (L D L^T)^-1 - M^T Z_SJ, M = L_SJ L_JJ^-1.

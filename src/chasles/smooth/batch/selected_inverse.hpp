@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <Eigen/SparseCholesky>
@@ -13,8 +14,9 @@ namespace chasles {
 class SelectedInverse {
  public:
   /// `lower`: the matrix's lower triangle, diagonal included. Throws Error(kDiverged) where it is
-  /// not positive definite to working precision.
-  explicit SelectedInverse(const Eigen::SparseMatrix<double>& lower);
+  /// not positive definite to working precision, and BatchStopped where `stop` returns true.
+  explicit SelectedInverse(const Eigen::SparseMatrix<double>& lower,
+                           const std::function<bool()>& stop = {});
 
   /// The inverse times a vector.
   Eigen::VectorXd times(const Eigen::VectorXd& b) const { return cholesky_.solve(b); }
@@ -31,7 +33,8 @@ class SelectedInverse {
     Eigen::MatrixXd Z = {};      // rows x width: the inverse
   };
   void find_nodes(const Eigen::SparseMatrix<double>& L);
-  void invert(const Eigen::SparseMatrix<double>& L, const Eigen::VectorXd& D);
+  void invert(const Eigen::SparseMatrix<double>& L, const Eigen::VectorXd& D,
+              const std::function<bool()>& stop);
   void gather(const std::vector<int>& rows, int from, Eigen::MatrixXd& Z) const;
 
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::AMDOrdering<int>>

@@ -22,7 +22,8 @@ void check_well_posed(const VelocityBatchResult& result) {
 
 }  // namespace
 
-VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings& given) {
+VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings& given,
+                           const StopRequest& stop) {
   validate(input.settings);
   validate(given);
   const BatchSettings settings = with_loss_width(given, input.noise);
@@ -38,11 +39,12 @@ VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings&
       },
       [&](const std::vector<double>& deviations) {
         return cull(input, deviations, settings.gate, graph, report);
-      });
+      },
+      stop);
   judge(*problem, problem->rows() - 3 * report.landmarks, settings, report);
   const double solved = processor_seconds();
   report.seconds_solve = solved - begun;
-  add_estimates(*problem, input, graph, result);
+  add_estimates(*problem, input, graph, result, stop);
   report.seconds_covariance = processor_seconds() - solved;
   set_health(result.estimates, report);
   check_well_posed(result);

@@ -46,7 +46,9 @@ void check_smoothing(const VelocitySlamSettings& settings);
 /// keyframes, no landmark that is observed twice, no velocities), for velocities that are not
 /// finite, time that runs backwards and noise that is zero, and where a position has a sigma above
 /// 1 m and a tenth of the distance travelled. Error(kDiverged) where no finite cost was found.
-/// UsageError for settings that cannot be used, and as check_smoothing().
-VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings& settings);
+/// UsageError for settings that cannot be used, and as check_smoothing(). BatchStopped as `stop`
+/// says.
+VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings& settings,
+                           const StopRequest& stop = {});
 
 }  // namespace chasles

@@ -49,10 +49,11 @@ Eigen::Matrix3d anchored_covariance(const VelocityProblem& problem, const Select
 }  // namespace
 
 void add_estimates(VelocityProblem& problem, const VelocityBatchInput& input,
-                   const VelocityGraph& graph, VelocityBatchResult& result) {
+                   const VelocityGraph& graph, VelocityBatchResult& result,
+                   const StopRequest& stop) {
   const NormalEquations equations = normal_equations(problem);
   check_determined(equations, problem, ids_of(graph.points));
-  const SelectedInverse inverse(equations.lower);
+  const SelectedInverse inverse(equations.lower, stop);
   judge_end(equations.gradient.dot(inverse.times(equations.gradient)), result.report);
   const auto& keyframes = graph.timeline.keyframes;
   for (std::size_t k = 0; k < keyframes.size(); ++k) {

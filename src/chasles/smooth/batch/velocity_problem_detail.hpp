@@ -32,6 +32,7 @@ class VelocityProblem final : public ProblemBlocks {
 /// reference chart, from the problem linearised at the graph's states. The problem's blocks must
 /// hold these states.
 void add_estimates(VelocityProblem& problem, const VelocityBatchInput& input,
-                   const VelocityGraph& graph, VelocityBatchResult& result);
+                   const VelocityGraph& graph, VelocityBatchResult& result,
+                   const StopRequest& stop = {});
 
 }  // namespace chasles::smooth_detail

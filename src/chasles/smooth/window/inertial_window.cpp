@@ -104,7 +104,7 @@ std::optional<Estimate> InertialWindow::Implementation::take(const FeatureFrame&
   const int now = sliding.window.last();
   for (const PixelObservation& o : usable(frame, input.cameras, report.unusable)) observe(o, now);
   begin_landmarks();
-  last_frame = now;
+  if (!frame.pixels.empty()) last_frame = now;
   const SlidingWindow::Settled settled = sliding.settle(report);
   if (!settled.finite) {
     throw Error(ExitCode::kDiverged, "the window found no finite minimum at the frame at " +

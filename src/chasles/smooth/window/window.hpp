@@ -21,4 +21,7 @@ struct WindowReport {
   double seconds = 0;  ///< processor time [s]; differs from run to run
 };
 
+/// Adds the counts of another window.
+void add(const WindowReport& more, WindowReport& sum);
+
 }  // namespace chasles

@@ -3,6 +3,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/filter/dense.hpp>
+#include <chasles/slam/inertial_session.hpp>
 #include <chasles/smooth/window/window_run_detail.hpp>
 
 namespace chasles::smooth_detail {
@@ -87,3 +88,19 @@ std::vector<MapLandmark> SlidingWindow::map() {
 }
 
 }  // namespace chasles::smooth_detail
+
+namespace chasles {
+
+void add(const WindowReport& more, WindowReport& sum) {
+  sum.window = more.window;
+  for (int WindowReport::*count :
+       {&WindowReport::keyframes, &WindowReport::observations, &WindowReport::unusable,
+        &WindowReport::gated, &WindowReport::dropped_frames, &WindowReport::landmarks,
+        &WindowReport::steps, &WindowReport::steps_refused, &WindowReport::frames_not_converged}) {
+    sum.*count += more.*count;
+  }
+  add(more.imu, sum.imu);
+  sum.seconds += more.seconds;
+}
+
+}  // namespace chasles

@@ -1,0 +1,149 @@
+#include "check_trial.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <chasles/constants.hpp>
+#include <chasles/pipeline/recording_sensors.hpp>
+
+namespace chasles::app {
+namespace {
+
+constexpr double kLeastShare = 0.5;     // of the frames with an estimate
+constexpr double kMostDoubtful = 0.1;   // of the estimates
+constexpr std::size_t kFewFrames = 40;  // a start may need as many
+constexpr Time kSlack = std::chrono::milliseconds(100);
+
+struct Outcome {
+  std::size_t frames = 0, estimates = 0, doubtful = 0;
+  std::string why;  // there is no start
+
+  double share() const { return static_cast<double>(estimates) / static_cast<double>(frames); }
+  bool works() const {
+    return share() >= kLeastShare &&
+           static_cast<double>(doubtful) <= kMostDoubtful * static_cast<double>(estimates);
+  }
+};
+
+// The part of the recording that the tracks of its first camera cover.
+Recording part_with(const Recording& recording, const std::vector<FeatureFrame>& frames) {
+  Recording part;
+  part.name = recording.name;
+  part.cameras = {recording.cameras.front()};
+  part.imu_convention = recording.imu_convention;
+  part.imu_noise = recording.imu_noise;
+  part.imu_range = recording.imu_range;
+  part.single_pixel_sigma = inertial_sensors(recording).pixel_sigma;
+  for (const ImuSample& sample : recording.imu) {
+    if (sample.time < frames.front().time - kSlack) continue;
+    if (sample.time > frames.back().time + kSlack) break;
+    part.imu.push_back(sample);
+  }
+  for (const FeatureFrame& frame : frames) {
+    part.frames.push_back({.time = frame.time});
+    std::ranges::copy_if(frame.pixels, std::back_inserter(part.frames.back().pixels),
+                         [](const PixelObservation& o) { return o.camera == 0; });
+  }
+  return part;
+}
+
+Outcome run_filter(const Recording& part) {
+  const InertialRunSettings settings{.filter = for_images({}, 1)};
+  const std::unique_ptr<Estimator> estimator = make_estimator(settings, part);
+  Outcome outcome{.frames = part.frames.size()};
+  EventStream stream(part);
+  const auto note = [&](const std::vector<Estimate>& estimates) {
+    outcome.estimates += estimates.size();
+    outcome.doubtful += static_cast<std::size_t>(std::ranges::count_if(
+        estimates, [](const Estimate& e) { return e.health != Health::kOk; }));
+  };
+  while (const auto event = stream.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) note(estimator->process(*sample));
+    if (const auto* frame = std::get_if<FeatureFrame>(&*event)) note(estimator->process(*frame));
+  }
+  note(estimator->finish());
+  outcome.why = estimator->why_not_started();
+  return outcome;
+}
+
+// What is often wrong with an IMU, and how it is undone.
+struct Suspicion {
+  std::string what;
+  std::function<void(ImuSample&)> undo;
+};
+
+std::vector<Suspicion> suspicions() {
+  std::vector<Suspicion> list{
+      {"the sign of the accelerometer changed (at rest, with z up, it shows +9.81)",
+       [](ImuSample& s) { s.specific_force_imu *= -1; }},
+      {"the gyroscope's numbers taken as deg/s",
+       [](ImuSample& s) { s.angular_rate_imu *= kRadians; }},
+      {"the accelerometer's numbers taken as g",
+       [](ImuSample& s) { s.specific_force_imu *= kStandardGravity; }},
+      {"the sign of the gyroscope changed", [](ImuSample& s) { s.angular_rate_imu *= -1; }}};
+  for (int axis = 0; axis < 3; ++axis) {
+    const char name = "xyz"[axis];
+    list.push_back({fmt::format("the {} axis of the accelerometer changed in sign", name),
+                    [axis](ImuSample& s) { s.specific_force_imu[axis] *= -1; }});
+    list.push_back({fmt::format("the {} axis of the gyroscope changed in sign", name),
+                    [axis](ImuSample& s) { s.angular_rate_imu[axis] *= -1; }});
+  }
+  return list;
+}
+
+// The first suspicion with which the filter works; empty: none.
+std::string cure_of(const Recording& part) {
+  for (const Suspicion& suspicion : suspicions()) {
+    Recording changed = part;
+    std::ranges::for_each(changed.imu, suspicion.undo);
+    const Outcome outcome = run_filter(changed);
+    if (!outcome.works()) continue;
+    return fmt::format("with {}, it estimates {} of them", suspicion.what, outcome.estimates);
+  }
+  return {};
+}
+
+std::string what_happens(const Outcome& o) {
+  if (o.share() >= kLeastShare) {
+    return fmt::format("the filter doubts {} of its {} estimates in the part that was tracked",
+                       o.doubtful, o.estimates);
+  }
+  return fmt::format("the filter estimates {} of the {} frames of the part that was tracked{}{}",
+                     o.estimates, o.frames, o.why.empty() ? "" : ": ", o.why);
+}
+
+}  // namespace
+
+void report_trial(const Recording& recording, const std::vector<FeatureFrame>& frames,
+                  CheckReport& report) {
+  if (recording.imu.empty() || recording.cameras.empty() || !recording.imu_noise) return;
+  if (frames.size() < kFewFrames) {
+    report.not_checked.push_back(
+        fmt::format("a start of the filter: {} frames are too few", frames.size()));
+    return;
+  }
+  const Recording part = part_with(recording, frames);
+  const Outcome outcome = run_filter(part);
+  report.facts.push_back({"filter", "estimates", 100 * outcome.share(), "% of the frames"});
+  if (outcome.works()) return;
+  const std::string cure = cure_of(part);
+  const bool few = outcome.share() < kLeastShare;
+  report.findings.push_back(
+      {.severity = cure.empty() ? Severity::kWarning : Severity::kError,
+       .about = "filter",
+       .what = what_happens(outcome),
+       .value = few ? 100 * outcome.share()
+                    : 100.0 * static_cast<double>(outcome.doubtful) /
+                          static_cast<double>(outcome.estimates),
+       .threshold = 100 * (few ? kLeastShare : kMostDoubtful),
+       .unit = "%",
+       .advice = !cure.empty() ? cure
+                               : "see the other findings and docs/troubleshooting.md; a start "
+                                 "needs a second of rest, or of motion that accelerates"});
+}
+
+}  // namespace chasles::app

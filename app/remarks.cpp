@@ -1,0 +1,22 @@
+#include "remarks.hpp"
+
+#include <exception>
+
+#include <fmt/format.h>
+
+namespace chasles::app {
+
+RemarksOnError::RemarksOnError(const Recording& recording)
+    : recording_(recording), exceptions_(std::uncaught_exceptions()) {}
+
+RemarksOnError::~RemarksOnError() {
+  if (std::uncaught_exceptions() == exceptions_) return;
+  try {
+    for (const std::string& remark : recording_.remarks) {
+      fmt::print(stderr, "chasles: remark: {}\n", remark);
+    }
+  } catch (const std::exception&) {  // a closed stderr hides no error
+  }
+}
+
+}  // namespace chasles::app

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include <chasles/data/bags/bag_contents.hpp>
+#include <chasles/data/bags/bag_topics.hpp>
+#include <chasles/data/recording.hpp>
+
+namespace chasles {
+
+/// Calibrates the cameras of the chosen topics by the bag itself: the sensor_msgs/CameraInfo beside
+/// each topic of images, and the static transforms (/tf_static) from the frame of the IMU's
+/// messages to that of the images. Images of a topic image_rect… are rectified: P and R of the
+/// CameraInfo apply. Throws InputError that says what is missing.
+void calibrate_by_bag(const std::string& bag, const BagContents& contents,
+                      const ChosenTopics& chosen, Recording& recording);
+
+}  // namespace chasles

@@ -1,0 +1,177 @@
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <chasles/data/bags/bag_contents.hpp>
+#include <chasles/data/bags/ros_image.hpp>
+#include <chasles/data/parse.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr Time kLongestBreak = std::chrono::minutes(1);
+constexpr std::uint64_t kMostUnpacked = 1'000'000'000, kMostMessageInflation = 200;
+
+/// The times of recording of a file.
+struct FileSpan {
+  fs::path file;
+  Time begin = Time::max(), end = Time::min();
+};
+
+/// The topics, by name and type.
+using TopicMap = std::map<std::pair<std::string, std::string>, TopicContents>;
+
+void note_image(const RosMessage& message, TopicContents& topic) {
+  if (topic.topic.type == "sensor_msgs/CompressedImage") {
+    if (topic.images.size() > 1) return;
+    const ImageSize size = stated_size(ros_compressed_image(message), message.where);
+    topic.width = size.width;
+    topic.height = size.height;
+    return;
+  }
+  const RosImage image = ros_image(message);
+  if (topic.images.size() == 1) {
+    topic.encoding = image.encoding;
+    // A larger size is none that a calibration has.
+    topic.width = static_cast<int>(std::min(image.width, 1u << 30));
+    topic.height = static_cast<int>(std::min(image.height, 1u << 30));
+  }
+  if (topic.encoding.find("16") != std::string::npos) {
+    topic.brightest |= brightest_of(image, message.where);
+  }
+}
+
+// An image that is damaged is one that cannot be read later; here it gives no figures.
+void add_image(const RosMessage& message, const BagImage& image, TopicContents& topic) {
+  topic.images.push_back(image);
+  try {
+    note_image(message, topic);
+  } catch (const InputError&) {
+  }
+}
+
+bool is_read(const BagTopic& topic) {
+  return topic.wire != Wire::kOther &&
+         (topic.type.starts_with("sensor_msgs/") || topic.name.ends_with("tf_static"));
+}
+
+void take_message(const RosMessage& message, const BagImage& place, TopicContents& topic,
+                  std::vector<RosTransform>& transforms) {
+  if (topic.topic.type == "tf2_msgs/TFMessage" || topic.topic.type == "tf/tfMessage") {
+    for (RosTransform& one : ros_transforms(message)) transforms.push_back(std::move(one));
+    return;
+  }
+  const bool image = is_image(topic), imu = is_of(topic, "sensor_msgs/Imu");
+  const bool info = is_of(topic, "sensor_msgs/CameraInfo") && !topic.info;
+  if (!image && !imu && !info) return;
+  const RosHeader header = ros_header(message);
+  if (topic.frame.empty()) topic.frame = header.frame;
+  if (info) {
+    topic.info = ros_camera_info(message);
+  } else if (header.stamp == Time{}) {
+    ++topic.unset;
+  } else if (imu) {
+    topic.imu.push_back(ros_imu(message));
+  } else {
+    add_image(message, {.time = header.stamp, .file = place.file, .place = place.place}, topic);
+  }
+}
+
+class BagScan {
+ public:
+  void scan(const fs::path& path, BagContents& contents) {
+    const std::shared_ptr<BagFile> file = open_bag_file(path);
+    const std::size_t number = contents.files.size();
+    FileSpan span{.file = path};
+    std::error_code ignored;
+    budget_ += kMostMessageInflation * fs::file_size(path, ignored);
+    file->scan(
+        [&](const BagMessage& message) {
+          const Time recorded = std::clamp(message.recorded, Time{}, Time(kLastNanosecond));
+          span.begin = std::min(span.begin, recorded);
+          span.end = std::max(span.end, recorded);
+          take(message, path, {.file = number, .place = message.place}, contents);
+        },
+        contents.remarks);
+    if (span.begin <= span.end) spans_.push_back(span);
+    contents.files.push_back(file);
+  }
+
+  // The longest time without a message between two files, after the end of all files before.
+  void check_breaks() {
+    std::sort(spans_.begin(), spans_.end(),
+              [](const FileSpan& a, const FileSpan& b) { return a.begin < b.begin; });
+    for (std::size_t i = 1; i < spans_.size(); ++i) {
+      if (spans_[i].begin - spans_[i - 1].end > kLongestBreak) {
+        throw InputError(fmt::format(
+            "{}: begins {:.0f} s after the end of {} beside it, expected the bags of one recording "
+            "in a folder: name one of the files, or move the others away",
+            spans_[i].file.string(), to_seconds(spans_[i].begin - spans_[i - 1].end),
+            spans_[i - 1].file.filename().string()));
+      }
+      spans_[i].end = std::max(spans_[i].end, spans_[i - 1].end);
+    }
+  }
+
+  std::vector<TopicContents> topics() {
+    std::vector<TopicContents> topics;
+    for (auto& [name, topic] : topics_) topics.push_back(std::move(topic));
+    return topics;
+  }
+
+ private:
+  void take(const BagMessage& message, const fs::path& path, const BagImage& place,
+            BagContents& contents) {
+    const BagTopic& name = *message.topic;
+    TopicContents& topic = topics_[{name.name, name.type}];
+    if (topic.messages++ == 0) topic.topic = name;
+    if (!is_read(name)) return;
+    RosMessage decoded{.bytes = message.bytes, .wire = name.wire};
+    decoded.where = fmt::format("{}: topic {}", path.string(), name.name);
+    try {
+      std::string unpacked;
+      unpack_message(decoded, unpacked);
+      unpacked_ += unpacked.size();
+      take_message(decoded, place, topic, contents.transforms);
+    } catch (const InputError& error) {
+      if (topic.damage.empty()) topic.damage = error.what();
+    }
+    if (unpacked_ <= budget_) return;
+    throw InputError(
+        fmt::format("{}: {} bytes were unpacked from its messages, expected at most {} "
+                    "times its size: it is damaged",
+                    path.string(), unpacked_, kMostMessageInflation));
+  }
+
+  TopicMap topics_;
+  std::vector<FileSpan> spans_;
+  // Of messages that are compressed by themselves: a small file must not fill the day.
+  std::uint64_t unpacked_ = 0, budget_ = kMostUnpacked;
+};
+
+}  // namespace
+
+bool is_of(const TopicContents& topic, const std::string& type) {
+  return topic.topic.type == type && topic.topic.wire != Wire::kOther;
+}
+
+bool is_image(const TopicContents& topic) {
+  return is_of(topic, "sensor_msgs/Image") || (is_of(topic, "sensor_msgs/CompressedImage") &&
+                                               !topic.topic.name.ends_with("/compressedDepth"));
+}
+
+BagContents scan_bags(const std::vector<fs::path>& files) {
+  BagContents contents;
+  BagScan scan;
+  for (const fs::path& file : files) scan.scan(file, contents);
+  scan.check_breaks();
+  contents.topics = scan.topics();
+  return contents;
+}
+
+}  // namespace chasles

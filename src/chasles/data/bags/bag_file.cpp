@@ -1,0 +1,40 @@
+#include <array>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include <chasles/data/bags/bag_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+
+std::string ros1_type(std::string_view name) {
+  std::string type(name);
+  const std::size_t middle = type.find("/msg/");
+  return middle == std::string::npos ? type : type.erase(middle, 4);
+}
+
+bool begins_bag(std::string_view bytes) {
+  return bytes.starts_with("#ROSBAG V") || bytes.starts_with(kMcapMagic) ||
+         bytes.starts_with(kSqliteMagic);
+}
+
+std::unique_ptr<BagFile> open_bag_file(const std::filesystem::path& file) {
+  std::array<char, 16> begin{};
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw InputError(file.string() + ": cannot be opened");
+  stream.read(begin.data(), begin.size());
+  const std::string_view bytes(begin.data(), static_cast<std::size_t>(stream.gcount()));
+  if (bytes.starts_with("#ROSBAG V")) return open_ros1_bag(file);
+  if (bytes.starts_with(kMcapMagic)) return open_mcap_bag(file);
+  if (bytes.starts_with(kSqliteMagic)) return open_sqlite_bag(file);
+  if (bytes.starts_with("\x28\xb5\x2f\xfd")) {
+    throw InputError(fmt::format("{}: is compressed as a whole: decompress it (zstd -d {})",
+                                 file.string(), file.filename().string()));
+  }
+  throw InputError(fmt::format("{}: {}, expected a ROS 1 bag, an MCAP file or a .db3 of ROS 2",
+                               file.string(),
+                               bytes.empty() ? "is empty" : "is no bag by its first bytes"));
+}
+
+}  // namespace chasles

@@ -1,0 +1,107 @@
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <chasles/data/bags/bag_images.hpp>
+#include <chasles/data/bags/ros_image.hpp>
+#include <chasles/data/image_recording.hpp>
+#include <chasles/data/pair_images.hpp>
+#include <chasles/data/time_order.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+/// The images of one camera.
+struct CameraImages {
+  std::string where;  // the bag and the topic
+  BagTopic topic;
+  ImageSize size;
+  int shift = 0;  // of 16-bit values
+  std::vector<BagImage> images;
+};
+
+class BagImages : public ImageSource {
+ public:
+  BagImages(std::vector<std::shared_ptr<const BagFile>> files, std::vector<CameraImages> cameras,
+            std::vector<PairedFrame> frames)
+      : files_(std::move(files)), cameras_(std::move(cameras)), frames_(std::move(frames)) {}
+
+  std::size_t size() const override { return frames_.size(); }
+  Time time(std::size_t i) const override { return frames_[i].time; }
+  ImageFrame read(std::size_t i) const override { return read_cameras(i, cameras_.size()); }
+  // Decodes the images of the first cameras only.
+  ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
+    ImageFrame frame{.time = frames_[i].time, .images = {}};
+    for (std::size_t c = 0; c < std::min(cameras, cameras_.size()); ++c) {
+      const auto& member = frames_[i].members[c];
+      frame.images.push_back(member ? read_one(cameras_[c], cameras_[c].images[*member])
+                                    : GrayImage{});
+    }
+    return frame;
+  }
+
+ private:
+  GrayImage read_one(const CameraImages& camera, const BagImage& image) const {
+    RosMessage message{.bytes = {}, .wire = camera.topic.wire};
+    message.where = fmt::format("{} at {} ns", camera.where, image.time.count());
+    const std::string bytes = files_[image.file]->read(image.place);
+    std::string unpacked;
+    message.bytes = bytes;
+    unpack_message(message, unpacked);
+    return camera.topic.type == "sensor_msgs/Image"
+               ? grey_image(ros_image(message), camera.size, camera.shift, message.where)
+               : decode_image(ros_compressed_image(message), camera.size, message.where);
+  }
+
+  std::vector<std::shared_ptr<const BagFile>> files_;
+  std::vector<CameraImages> cameras_;
+  std::vector<PairedFrame> frames_;
+};
+
+void check_first(const TopicContents& topic, const Camera& camera, const std::string& where) {
+  if (!topic.encoding.empty()) check_encoding(topic.encoding, where);
+  if (topic.width == 0 || (topic.width == camera.width && topic.height == camera.height)) return;
+  throw ImageSizeError(
+      fmt::format("{}: its images have {} x {} pixels, expected {} x {} as in the "
+                  "calibration",
+                  where, topic.width, topic.height, camera.width, camera.height));
+}
+
+CameraImages camera_images(const TopicContents& topic, const Camera& camera, std::size_t number,
+                           const std::string& bag, std::vector<std::string>& remarks) {
+  CameraImages images{.where = fmt::format("{}: topic {}", bag, topic.topic.name),
+                      .topic = topic.topic,
+                      .size = {.width = camera.width, .height = camera.height},
+                      .shift = shift_of(topic.brightest),
+                      .images = topic.images};
+  check_first(topic, camera, images.where);
+  bring_into_order(images.images, fmt::format("images of cam{}", number), remarks);
+  if (topic.brightest > 0) {
+    remarks.push_back(fmt::format("the 16-bit images of cam{} use {} bits: all are divided by {}",
+                                  number, images.shift + 8, 1 << images.shift));
+  }
+  return images;
+}
+
+}  // namespace
+
+std::shared_ptr<const ImageSource> open_bag_images(
+    const std::vector<std::shared_ptr<const BagFile>>& files,
+    std::vector<const TopicContents*> topics, const std::vector<Camera>& rig,
+    const std::vector<Time>& offsets, const std::string& where, std::vector<std::string>& remarks) {
+  std::vector<CameraImages> cameras;
+  std::vector<std::vector<Time>> stamps(topics.size());
+  for (std::size_t c = 0; c < topics.size(); ++c) {
+    cameras.push_back(camera_images(*topics[c], rig[c], c, where, remarks));
+    const Time offset = offsets.empty() ? Time::zero() : offsets[c];
+    for (const BagImage& image : cameras[c].images) {
+      stamps[c].push_back(by_imu_clock(image.time, offset, cameras[c].where));
+    }
+  }
+  std::vector<PairedFrame> frames = pair_images(stamps, kSameInstant, remarks);
+  return std::make_shared<BagImages>(files, std::move(cameras), std::move(frames));
+}
+
+}  // namespace chasles

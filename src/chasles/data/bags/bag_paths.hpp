@@ -1,0 +1,24 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace chasles {
+
+/// The files of a bag, and what belongs to it.
+struct BagPaths {
+  std::string name;                            ///< of the recording
+  std::vector<std::filesystem::path> files;    ///< at least one
+  std::vector<std::filesystem::path> folders;  ///< where calibration may be, the nearest first
+  std::vector<std::string> remarks;
+};
+
+/// Whether a folder is that of a bag: metadata.yaml of rosbag2, or files .bag, .db3 or .mcap.
+bool is_bag_folder(const std::filesystem::path& folder);
+
+/// The files of a path that is a bag's file, or a folder with bags: those that metadata.yaml of
+/// rosbag2 lists, else all of them. Throws InputError if there are none.
+BagPaths find_bag_files(const std::filesystem::path& path);
+
+}  // namespace chasles

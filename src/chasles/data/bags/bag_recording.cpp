@@ -1,0 +1,121 @@
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include <chasles/data/bags/bag_calibration.hpp>
+#include <chasles/data/bags/bag_contents.hpp>
+#include <chasles/data/bags/bag_images.hpp>
+#include <chasles/data/bags/bag_paths.hpp>
+#include <chasles/data/bags/bag_topics.hpp>
+#include <chasles/data/image_recording.hpp>
+#include <chasles/data/kalibr.hpp>
+#include <chasles/data/readers.hpp>
+#include <chasles/data/time_spans.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Kalibr's two files in the nearest folder that has them.
+std::optional<KalibrCalibration> kalibr_of(const BagPaths& paths) {
+  for (const fs::path& folder : paths.folders) {
+    if (const auto files = find_kalibr(folder)) return read_kalibr(*files);
+  }
+  return std::nullopt;
+}
+
+KalibrCalibration imu_of(const std::string& bag, const BagPaths& paths) {
+  for (const fs::path& folder : paths.folders) {
+    if (const auto file = find_kalibr_imu(folder)) return read_kalibr_imu(*file);
+  }
+  throw InputError(fmt::format(
+      "{}: there is neither camchain-imucam.yaml nor imu.yaml beside it, expected Kalibr's two "
+      "files, or, if the bag has CameraInfo and /tf_static, an imu.yaml with the noise of the IMU: "
+      "accelerometer_noise_density, accelerometer_random_walk, gyroscope_noise_density and "
+      "gyroscope_random_walk (docs/your-recording.md)",
+      bag));
+}
+
+// Throws for a topic without a message that can be used.
+void check_topic(const std::string& bag, const TopicContents& topic, std::size_t used,
+                 std::vector<std::string>& remarks) {
+  if (!topic.damage.empty()) throw InputError(topic.damage);
+  if (topic.unset == 0) return;
+  if (used == 0) {
+    throw InputError(fmt::format(
+        "{}: topic {}: header.stamp of all {} messages is 0, expected the times of the "
+        "measurements: the driver did not set the stamps, set them and write the bag anew",
+        bag, topic.topic.name, topic.unset));
+  }
+  remarks.push_back(fmt::format("{} of {} messages of {} have a header.stamp of 0: left out",
+                                topic.unset, topic.messages, topic.topic.name));
+}
+
+void take_samples(const std::string& bag, const TopicContents& topic,
+                  const std::optional<ImuIntrinsics>& intrinsics, Recording& recording) {
+  check_topic(bag, topic, topic.imu.size(), recording.remarks);
+  recording.imu = topic.imu;
+  tidy_samples(fmt::format("{}: topic {}", bag, topic.topic.name), recording);
+  if (intrinsics) correct_samples(*intrinsics, recording);
+}
+
+// `offsets`: of each camera, added to its stamps; empty: none.
+void take_cameras(const std::string& bag, const BagContents& contents, const ChosenTopics& chosen,
+                  const std::vector<Time>& offsets, Recording& recording) {
+  for (const TopicContents* topic : chosen.cameras) {
+    check_topic(bag, *topic, topic->images.size(), recording.remarks);
+    std::vector<Time> times;
+    for (const BagImage& image : topic->images) times.push_back(image.time);
+    check_distinct(fmt::format("{}: topic {}", bag, topic->topic.name), "images", std::move(times));
+  }
+  recording.images = open_bag_images(contents.files, chosen.cameras, recording.cameras, offsets,
+                                     bag, recording.remarks);
+}
+
+}  // namespace
+
+Recording read_bag_recording(const fs::path& path, std::size_t cameras) {
+  const std::string bag = path.string();
+  const BagPaths paths = find_bag_files(path);
+  for (const fs::path& file : paths.files) open_bag_file(file);  // what is no bag comes first
+  const auto kalibr = kalibr_of(paths);
+  const KalibrCalibration calibration = kalibr ? *kalibr : imu_of(bag, paths);
+  const BagContents contents = scan_bags(paths.files);
+  ChosenTopics chosen =
+      choose_topics(bag, contents.topics, kalibr ? &*kalibr : nullptr, paths.folders);
+  if (chosen.cameras.size() > cameras) {
+    chosen.cameras.resize(cameras);
+    chosen.chain.resize(cameras);
+  }
+  Recording recording;
+  recording.name = paths.name;
+  recording.imu_noise = calibration.imu_noise;
+  recording.imu_range = calibration.imu_range;
+  for (const auto& remarks :
+       {paths.remarks, contents.remarks, calibration.remarks, chosen.remarks}) {
+    recording.remarks.insert(recording.remarks.end(), remarks.begin(), remarks.end());
+  }
+  if (paths.files.size() > 1) {
+    recording.remarks.push_back(
+        fmt::format("{} bags are read as one recording", paths.files.size()));
+  }
+  std::vector<Time> offsets;
+  if (kalibr) {
+    for (const std::size_t c : chosen.chain) {
+      recording.cameras.push_back(calibration.cameras[c]);
+      offsets.push_back(calibration.time_offsets[c]);
+    }
+  } else {
+    calibrate_by_bag(bag, contents, chosen, recording);
+  }
+  take_samples(bag, *chosen.imu, calibration.imu_intrinsics, recording);
+  take_cameras(bag, contents, chosen, offsets, recording);
+  remark_on_coverage(recording);
+  return recording;
+}
+
+}  // namespace chasles

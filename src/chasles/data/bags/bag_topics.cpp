@@ -1,0 +1,217 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include <chasles/data/bags/bag_topics.hpp>
+#include <chasles/data/yaml_map.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kCompressed = "/compressed";
+
+std::string without_slash(const std::string& name) {
+  return name.starts_with('/') ? name.substr(1) : name;
+}
+
+std::string topic_list(const std::vector<TopicContents>& topics) {
+  std::string text;
+  for (const TopicContents& t : topics) {
+    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", t.topic.name,
+                        t.topic.type.empty() ? "of unknown type" : t.topic.type);
+  }
+  return text.empty() ? "no message" : text;
+}
+
+std::string camera_list(const KalibrCalibration& kalibr) {
+  std::string text;
+  for (std::size_t c = 0; c < kalibr.cameras.size(); ++c) {
+    const std::string& topic = kalibr.camera_topics[c];
+    text += fmt::format("{}cam{}{}", text.empty() ? "" : ", ", c,
+                        topic.empty() ? "" : fmt::format(" ({})", topic));
+  }
+  return text;
+}
+
+class TopicChoice {
+ public:
+  TopicChoice(const std::string& bag, const std::vector<TopicContents>& topics,
+              const KalibrCalibration* kalibr)
+      : bag_(bag), topics_(topics), kalibr_(kalibr) {
+    for (const TopicContents& topic : topics) {
+      if (is_of(topic, "sensor_msgs/Imu")) imus_.push_back(&topic);
+      if (!is_image(topic)) continue;
+      // Of a topic and its compressed copy the raw one.
+      const auto raw = [&](const TopicContents& other) {
+        return other.topic.name == raw_topic(topic.topic.name) && is_image(other);
+      };
+      const bool copy = raw_topic(topic.topic.name) != topic.topic.name &&
+                        std::any_of(topics.begin(), topics.end(), raw);
+      if (!copy) images_.push_back(&topic);
+    }
+  }
+
+  void by_file(const fs::path& file) {
+    const YamlMap map =
+        YamlMap::read(file, {.known = {"imu", "cameras"}, .needed = {"imu", "cameras"}});
+    chosen_.imu = named(file, map.text("imu"), imus_, "sensor_msgs/Imu");
+    const std::vector<std::string> names = map.texts("cameras");
+    if (names.empty() || (kalibr_ != nullptr && names.size() != kalibr_->cameras.size())) {
+      fail(fmt::format("{} cameras as in the calibration, but {} has {}",
+                       kalibr_ != nullptr ? kalibr_->cameras.size() : 1, file.string(),
+                       names.size()));
+    }
+    std::vector<const TopicContents*> all;
+    for (const TopicContents& topic : topics_) {
+      if (is_image(topic)) all.push_back(&topic);
+    }
+    for (const std::string& name : names) {
+      take_camera(named(file, name, all, "sensor_msgs/Image or CompressedImage"),
+                  chosen_.cameras.size());
+    }
+  }
+
+  void by_calibration() {
+    choose_imu(kalibr_ != nullptr ? kalibr_->imu_topic : "");
+    if (images_.empty()) fail("a topic of sensor_msgs/Image or CompressedImage");
+    if (kalibr_ == nullptr) {
+      take_all();
+    } else {
+      take_named();
+      if (chosen_.cameras.empty()) take_by_camera_name();
+      if (chosen_.cameras.empty()) take_only();
+      remark_on_the_rest();
+    }
+  }
+
+  ChosenTopics chosen() { return std::move(chosen_); }
+
+ private:
+  [[noreturn]] void fail(const std::string& expected) const {
+    throw InputError(fmt::format(
+        "{}: holds {}; {}expected {}: choose them in a file topics.yaml beside the bag (imu: "
+        "/TOPIC, cameras: [/TOPIC, ...])",
+        bag_, topic_list(topics_),
+        kalibr_ == nullptr ? "" : "the calibration has " + camera_list(*kalibr_) + "; ", expected));
+  }
+
+  const TopicContents* named(const fs::path& file, const std::string& name,
+                             const std::vector<const TopicContents*>& of,
+                             const std::string& type) const {
+    for (const TopicContents* topic : of) {
+      if (without_slash(topic->topic.name) == without_slash(name)) return topic;
+    }
+    fail(fmt::format("the topic {} of {} as {} states", name, type, file.string()));
+  }
+
+  void take_camera(const TopicContents* topic, std::size_t chain) {
+    chosen_.cameras.push_back(topic);
+    chosen_.chain.push_back(chain);
+  }
+
+  void choose_imu(const std::string& name) {
+    for (const TopicContents* topic : imus_) {
+      if (without_slash(topic->topic.name) == without_slash(name)) chosen_.imu = topic;
+    }
+    if (chosen_.imu != nullptr) return;
+    if (imus_.size() != 1) fail("one topic of sensor_msgs/Imu");
+    chosen_.imu = imus_.front();
+    if (name.empty()) return;
+    chosen_.remarks.push_back(fmt::format("the bag has no topic {}: the samples are those of {}",
+                                          name, chosen_.imu->topic.name));
+  }
+
+  // The topic that a calibration names, or its raw or compressed copy.
+  const TopicContents* copy_of(const std::string& name) const {
+    if (name.empty()) return nullptr;
+    const TopicContents* found = nullptr;
+    for (const TopicContents& topic : topics_) {
+      if (!is_image(topic)) continue;
+      if (without_slash(topic.topic.name) == without_slash(name)) return &topic;
+      if (without_slash(raw_topic(topic.topic.name)) != without_slash(raw_topic(name))) continue;
+      if (found == nullptr || topic.topic.type == "sensor_msgs/Image") found = &topic;
+    }
+    return found;
+  }
+
+  void take_named() {
+    for (std::size_t c = 0; c < kalibr_->cameras.size(); ++c) {
+      if (const TopicContents* topic = copy_of(kalibr_->camera_topics[c])) take_camera(topic, c);
+    }
+  }
+
+  // /cam0/image_raw is cam0's.
+  void take_by_camera_name() {
+    for (std::size_t c = 0; c < kalibr_->cameras.size(); ++c) {
+      const std::string part = fmt::format("/cam{}/", c);
+      std::vector<const TopicContents*> found;
+      for (const TopicContents* topic : images_) {
+        if (("/" + topic->topic.name + "/").find(part) != std::string::npos) found.push_back(topic);
+      }
+      if (found.size() != 1) continue;
+      take_camera(found.front(), c);
+      if (kalibr_->camera_topics[c].empty()) continue;
+      chosen_.remarks.push_back(
+          fmt::format("the bag has no topic {}: the images of cam{} are "
+                      "those of {}",
+                      kalibr_->camera_topics[c], c, found.front()->topic.name));
+    }
+  }
+
+  void take_only() {
+    if (images_.size() != 1 || kalibr_->cameras.size() != 1) {
+      fail("topics of images with the names that the calibration has");
+    }
+    take_camera(images_.front(), 0);
+    if (kalibr_->camera_topics[0].empty()) return;
+    chosen_.remarks.push_back(fmt::format("the bag has no topic {}: the images are those of {}",
+                                          kalibr_->camera_topics[0], images_.front()->topic.name));
+  }
+
+  void take_all() {
+    if (images_.size() > 2) fail("one or two topics of images");
+    for (const TopicContents* topic : images_) take_camera(topic, chosen_.cameras.size());
+  }
+
+  void remark_on_the_rest() {
+    for (std::size_t c = 0; c < kalibr_->cameras.size(); ++c) {
+      const auto& chain = chosen_.chain;
+      if (std::find(chain.begin(), chain.end(), c) != chain.end()) continue;
+      const std::string& name = kalibr_->camera_topics[c];
+      chosen_.remarks.push_back(fmt::format(
+          "cam{} of the calibration is left out: the bag, which holds {}, has no images of {}", c,
+          topic_list(topics_), name.empty() ? fmt::format("cam{}", c) : name));
+    }
+  }
+
+  const std::string& bag_;
+  const std::vector<TopicContents>& topics_;
+  const KalibrCalibration* kalibr_;
+  std::vector<const TopicContents*> imus_, images_;
+  ChosenTopics chosen_;
+};
+
+}  // namespace
+
+std::string raw_topic(const std::string& name) {
+  return name.ends_with(kCompressed) ? name.substr(0, name.size() - kCompressed.size()) : name;
+}
+
+ChosenTopics choose_topics(const std::string& bag, const std::vector<TopicContents>& topics,
+                           const KalibrCalibration* kalibr, const std::vector<fs::path>& folders) {
+  TopicChoice choice(bag, topics, kalibr);
+  const auto file = std::find_if(folders.begin(), folders.end(), [](const fs::path& folder) {
+    return fs::exists(folder / "topics.yaml");
+  });
+  if (file != folders.end()) {
+    choice.by_file(*file / "topics.yaml");
+  } else {
+    choice.by_calibration();
+  }
+  return choice.chosen();
+}
+
+}  // namespace chasles

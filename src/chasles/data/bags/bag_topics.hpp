@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <chasles/data/bags/bag_contents.hpp>
+#include <chasles/data/kalibr.hpp>
+
+namespace chasles {
+
+/// The topics that make a recording.
+struct ChosenTopics {
+  const TopicContents* imu = nullptr;
+  std::vector<const TopicContents*> cameras;
+  /// For each of them its camera of the calibration: its number in the chain. Without a calibration
+  /// the numbers are 0, 1, ….
+  std::vector<std::size_t> chain;
+  std::vector<std::string> remarks;
+};
+
+/// Chooses the topics of a bag, in this order of preference:
+///
+/// 1. topics.yaml in one of the `folders`: `imu: /TOPIC` and `cameras: [/TOPIC, …]`, one for each
+///    camera of the calibration;
+/// 2. those that the calibration names. A topic and its compressed copy (/compressed) are the same
+///    images: the raw ones are preferred. A camera whose topic is not there is left out, with a
+///    remark;
+/// 3. where the calibration names none of the bag's topics: the only IMU, and the only topic of
+///    images for the only camera; or topics with the names of the cameras in them (/cam0/…).
+///
+/// Nothing else is assumed. Without a calibration (`kalibr` is null) the topics of images are all
+/// of them, if there are one or two. Throws InputError with the topics of the bag and of the
+/// calibration.
+ChosenTopics choose_topics(const std::string& bag, const std::vector<TopicContents>& topics,
+                           const KalibrCalibration* kalibr,
+                           const std::vector<std::filesystem::path>& folders);
+
+/// The name of a topic of images without /compressed.
+std::string raw_topic(const std::string& name);
+
+}  // namespace chasles

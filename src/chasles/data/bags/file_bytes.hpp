@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+namespace chasles {
+
+/// Random access to the bytes of a file. Reading beyond the end is an InputError; nothing is
+/// allocated before the size is compared with that of the file.
+class FileBytes {
+ public:
+  /// Throws InputError if the file cannot be opened.
+  explicit FileBytes(const std::filesystem::path& file);
+
+  std::uint64_t size() const { return size_; }
+  const std::string& name() const { return name_; }
+  /// Whether so many bytes are there.
+  bool holds(std::uint64_t at, std::uint64_t count) const {
+    return at <= size_ && count <= size_ - at;
+  }
+  /// At most kLargestPiece bytes.
+  std::string read(std::uint64_t at, std::uint64_t count) const;
+  /// Throws InputError: the file, what, and where.
+  [[noreturn]] void fail(std::uint64_t at, const std::string& what) const;
+
+ private:
+  std::string name_;
+  mutable std::ifstream stream_;
+  std::uint64_t size_ = 0;
+};
+
+/// The largest chunk or message of a bag that is read, packed or not: 256 MiB. Recorders make
+/// chunks of a megabyte.
+inline constexpr std::uint64_t kLargestPiece = std::uint64_t{1} << 28;
+
+}  // namespace chasles

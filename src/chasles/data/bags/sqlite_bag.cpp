@@ -1,0 +1,127 @@
+#include <map>
+
+#include <fmt/format.h>
+#include <sqlite3.h>
+
+#include <chasles/data/bags/bag_file.hpp>
+#include <chasles/data/bags/file_bytes.hpp>
+#include <chasles/error.hpp>
+
+// A database of rosbag2_storage_sqlite3: tables `topics` (id, name, type, serialization_format) and
+// `messages` (topic_id, timestamp, data).
+namespace chasles {
+namespace {
+
+using Database = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
+using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
+
+// Only plain reading: a view or a generated column of a made-up database could compute for ever.
+int only_reading(void*, int action, const char*, const char*, const char*, const char*) {
+  return action == SQLITE_SELECT || action == SQLITE_READ ? SQLITE_OK : SQLITE_DENY;
+}
+
+// A database without a journal is opened as one that nobody writes to: it then needs no files
+// beside it, which may be in a folder without the right to make them.
+std::string uri_of(const std::filesystem::path& file) {
+  std::string uri = "file:";
+  for (const char c : std::filesystem::absolute(file).string()) {
+    uri += c == '?' || c == '#' || c == '%' ? fmt::format("%{:02x}", c) : std::string(1, c);
+  }
+  std::error_code ignored;
+  const bool journal = std::filesystem::exists(file.string() + "-wal", ignored);
+  return uri + (journal ? "" : "?immutable=1");
+}
+
+std::string text_of(sqlite3_stmt* row, int column) {
+  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(row, column));
+  return text == nullptr
+             ? std::string()
+             : std::string(text, static_cast<std::size_t>(sqlite3_column_bytes(row, column)));
+}
+
+std::string_view blob_of(sqlite3_stmt* row, int column) {
+  const auto* bytes = static_cast<const char*>(sqlite3_column_blob(row, column));
+  return bytes == nullptr
+             ? std::string_view()
+             : std::string_view(bytes, static_cast<std::size_t>(sqlite3_column_bytes(row, column)));
+}
+
+class SqliteBag : public BagFile {
+ public:
+  explicit SqliteBag(const std::filesystem::path& file)
+      : name_(file.string()), database_(nullptr, &sqlite3_close) {
+    sqlite3* opened = nullptr;
+    const int result = sqlite3_open_v2(uri_of(file).c_str(), &opened,
+                                       SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
+    database_.reset(opened);
+    if (result != SQLITE_OK) fail();
+    sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kLargestPiece));
+    sqlite3_set_authorizer(opened, &only_reading, nullptr);
+  }
+
+  void scan(const Visit& visit, std::vector<std::string>&) override {
+    read_topics();
+    const Statement rows = prepare("SELECT rowid, topic_id, timestamp, data FROM messages");
+    while (step(rows)) {
+      const auto topic = topics_.find(sqlite3_column_int64(rows.get(), 1));
+      if (topic == topics_.end()) continue;
+      const sqlite3_int64 row = sqlite3_column_int64(rows.get(), 0);
+      const Time recorded(sqlite3_column_int64(rows.get(), 2));
+      const std::string_view data = blob_of(rows.get(), 3);
+      visit({.topic = &topic->second,
+             .recorded = recorded,
+             .place = {.at = static_cast<std::uint64_t>(row), .size = data.size()},
+             .bytes = data});
+    }
+  }
+
+  std::string read(const MessagePlace& place) const override {
+    const Statement row = prepare("SELECT data FROM messages WHERE rowid = ?");
+    sqlite3_bind_int64(row.get(), 1, static_cast<sqlite3_int64>(place.at));
+    if (step(row)) return std::string(blob_of(row.get(), 0));
+    throw InputError(
+        fmt::format("{}: message {} is no longer there: was the bag changed?", name_, place.at));
+  }
+
+ private:
+  void read_topics() {
+    const Statement rows = prepare("SELECT id, name, type, serialization_format FROM topics");
+    while (step(rows)) {
+      const bool cdr = text_of(rows.get(), 3) == "cdr";
+      topics_.insert({sqlite3_column_int64(rows.get(), 0),
+                      {.name = text_of(rows.get(), 1),
+                       .type = ros1_type(text_of(rows.get(), 2)),
+                       .wire = cdr ? Wire::kCdr : Wire::kOther}});
+    }
+  }
+
+  Statement prepare(const char* query) const {
+    sqlite3_stmt* statement = nullptr;
+    if (sqlite3_prepare_v2(database_.get(), query, -1, &statement, nullptr) != SQLITE_OK) fail();
+    return {statement, &sqlite3_finalize};
+  }
+  // Whether there is a row.
+  bool step(const Statement& statement) const {
+    const int result = sqlite3_step(statement.get());
+    if (result == SQLITE_ROW) return true;
+    if (result == SQLITE_DONE) return false;
+    fail();
+  }
+  [[noreturn]] void fail() const {
+    throw InputError(fmt::format(
+        "{}: {}: the database is damaged, or is no bag of ROS 2 (a copy that broke off?)", name_,
+        database_ ? sqlite3_errmsg(database_.get()) : "cannot be opened"));
+  }
+
+  std::string name_;
+  Database database_;
+  std::map<sqlite3_int64, BagTopic> topics_;
+};
+
+}  // namespace
+
+std::unique_ptr<BagFile> open_sqlite_bag(const std::filesystem::path& file) {
+  return std::make_unique<SqliteBag>(file);
+}
+
+}  // namespace chasles

@@ -1,0 +1,207 @@
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <chasles/data/folder_names.hpp>
+#include <chasles/data/foreign_kinds.hpp>
+#include <chasles/data/readers.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The names in a folder, in order; hidden ones are left out.
+struct Listing {
+  fs::path folder;
+  std::vector<std::string> files, folders;
+
+  explicit Listing(const fs::path& path) : folder(path) {
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::directory_iterator(path, ignored)) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with('.')) continue;
+      (entry.is_directory(ignored) ? folders : files).push_back(name);
+    }
+    std::ranges::sort(files);
+    std::ranges::sort(folders);
+  }
+  bool file(std::string_view name) const { return std::ranges::find(files, name) != files.end(); }
+  bool dir(std::string_view name) const {
+    return std::ranges::find(folders, name) != folders.end();
+  }
+  // The files whose names end so, in small or capital letters.
+  std::vector<std::string> ending(std::initializer_list<std::string_view> endings) const {
+    std::vector<std::string> found;
+    for (const std::string& name : files) {
+      std::string small = name;
+      for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      const auto ends = [&](std::string_view ending) { return small.ends_with(ending); };
+      if (std::ranges::any_of(endings, ends)) found.push_back(name);
+    }
+    return found;
+  }
+};
+
+// The first names, and how many more there are.
+std::string some_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 3;
+  if (names.size() <= kMost) return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{}, {}, {} and {} more", names[0], names[1], names[2], names.size() - kMost);
+}
+
+bool is_recording_folder(const fs::path& folder) {
+  std::error_code ignored;
+  return is_euroc_asl_folder(folder) || is_kitti_raw_folder(folder) ||
+         is_kitti_odometry_folder(folder) || is_image_folder(folder) ||
+         fs::exists(folder / "calibration.yaml", ignored);
+}
+
+using Verdict = std::optional<std::string>;
+
+Verdict run_of_ours(const Listing& l) {
+  if (!l.file("states.csv") || !l.file("summary.json")) return std::nullopt;
+  return "looks like a run folder of chasles run -o: give the recording; chasles report and "
+         "chasles "
+         "evaluate read runs";
+}
+
+Verdict part_of_euroc(const Listing& l) {
+  if (!l.file("data.csv") || !(l.file("sensor.yaml") || l.dir("data"))) return std::nullopt;
+  return "looks like one sensor of an EuRoC recording: give the folder that holds mav0";
+}
+
+Verdict archives(const Listing& l) {
+  const auto found = l.ending({".zip", ".tar", ".tar.gz", ".tgz", ".7z"});
+  if (found.empty()) return std::nullopt;
+  return fmt::format(
+      "looks like a folder of archives ({}): unpack them, and give the folder that "
+      "holds mav0 or images",
+      some_of(found));
+}
+
+// Also two levels below: MH_01_easy/MH_01_easy/mav0.
+Verdict above_recordings(const Listing& l) {
+  std::vector<std::string> found;
+  for (const std::string& name : l.folders) {
+    if (is_recording_folder(l.folder / name)) {
+      found.push_back(name);
+      continue;
+    }
+    for (const std::string& below : Listing(l.folder / name).folders) {
+      if (is_recording_folder(l.folder / name / below)) found.push_back(name + "/" + below);
+    }
+  }
+  if (found.empty()) return std::nullopt;
+  return fmt::format("looks like the folder above {}: give {} ({})",
+                     found.size() == 1 ? "a recording" : "several recordings",
+                     found.size() == 1 ? "that one" : "one of them", some_of(found));
+}
+
+Verdict tum_rgbd(const Listing& l) {
+  const bool lists = l.file("rgb.txt") || (l.dir("rgb") && l.dir("depth"));
+  if (!lists || !(l.file("depth.txt") || l.dir("depth"))) return std::nullopt;
+  return "looks like a TUM RGB-D sequence: it has no gyroscope, which a run with images needs";
+}
+
+Verdict kitti_odometry_without_images(const Listing& l) {
+  if (!l.file("calib.txt") || !l.file("times.txt")) return std::nullopt;
+  return "looks like KITTI odometry without its images: image_0 and image_1 are expected here";
+}
+
+Verdict extracted_bag(const Listing& l) {
+  const bool slashes = std::ranges::any_of(
+      l.files, [](const std::string& name) { return name.find("_slash_") != std::string::npos; });
+  if (!slashes && !l.dir("cam0")) return std::nullopt;
+  return "looks like an extracted bag: a run needs the IMU's table beside the folders of the "
+         "images "
+         "(imu.csv or imu0.csv), and Kalibr's files or calibration.yaml";
+}
+
+Verdict images_alone(const Listing& l) {
+  const std::size_t count =
+      l.ending({".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff"}).size();
+  if (count == 0) return std::nullopt;
+  return fmt::format(
+      "looks like {} images alone: a run needs them in images/cam0, and imu.csv and "
+      "a calibration beside images (docs/your-recording.md)",
+      count);
+}
+
+Verdict nothing(const Listing& l) {
+  if (!l.files.empty() || !l.folders.empty()) return std::nullopt;
+  return "is empty";
+}
+
+// The first one that knows the folder counts.
+constexpr std::array kForeignFolders{run_of_ours,      part_of_euroc, archives,
+                                     above_recordings, tum_rgbd,      kitti_odometry_without_images,
+                                     extracted_bag,    images_alone,  nothing};
+
+struct Signature {
+  std::size_t at;
+  std::string_view bytes;
+  std::string_view what;
+};
+
+constexpr std::string_view kVideo =
+    "a video: extract its images into images/cam0, named by their times in nanoseconds, and put "
+    "imu.csv and a calibration beside images";
+constexpr std::string_view kPicture =
+    "a single image: give the folder of a recording (docs/your-recording.md)";
+constexpr std::array kSignatures{
+    Signature{4, "ftyp", kVideo},
+    Signature{8, "AVI ", kVideo},
+    Signature{0, "\x1a\x45\xdf\xa3", kVideo},
+    Signature{0, "\x89PNG", kPicture},
+    Signature{0, "\xff\xd8\xff", kPicture},
+    Signature{0, "7z\xbc\xaf\x27\x1c", "an archive: unpack it, and give the folder"}};
+
+// The name of the first file in a zip archive.
+std::string_view first_in_zip(std::string_view bytes) {
+  constexpr std::size_t kHeader = 30, kLength = 26;
+  if (!bytes.starts_with("PK\x03\x04") || bytes.size() < kHeader) return {};
+  const auto byte = [&](std::size_t i) {
+    return static_cast<std::size_t>(static_cast<unsigned char>(bytes[i]));
+  };
+  return bytes.substr(kHeader, byte(kLength) + 256 * byte(kLength + 1));
+}
+
+}  // namespace
+
+std::optional<std::string> foreign_folder(const fs::path& folder) {
+  const Listing listing(folder);
+  for (const auto& knows : kForeignFolders) {
+    if (Verdict verdict = knows(listing)) return verdict;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> foreign_file(const fs::path& file, const std::string& first_bytes) {
+  const std::string name = file.filename().string();
+  for (const Signature& s : kSignatures) {
+    if (std::string_view(first_bytes)
+            .substr(std::min(s.at, first_bytes.size()))
+            .starts_with(s.bytes)) {
+      return fmt::format("looks like {}", s.what);
+    }
+  }
+  if (name.ends_with(".tar") || name.ends_with(".tar.gz") || name.ends_with(".tgz")) {
+    return "looks like an archive: unpack it, and give the folder";
+  }
+  if (name.ends_with(".yaml") || name.ends_with(".yml")) {
+    return "looks like a calibration or a configuration: give the folder of the recording";
+  }
+  const std::string_view packed = first_in_zip(first_bytes);
+  if (!packed.empty() && packed.find(".npy") == std::string_view::npos) {
+    return fmt::format("looks like a zip archive of {}: unzip it, and give the folder", packed);
+  }
+  return std::nullopt;
+}
+
+}  // namespace chasles

@@ -1,0 +1,96 @@
+#include <chasles/data/image_testing.hpp>
+#include <chasles/data/readers.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+using test::expect_parts;
+using test::input_error;
+
+class ForeignKinds : public ::testing::Test {
+ protected:
+  void SetUp() override { folder = test::scratch() / "given"; }
+  void add(const std::string& file, const std::string& bytes = "x") const {
+    fs::create_directories((folder / file).parent_path());
+    test::spill(folder / file, bytes);
+  }
+  // The message about the folder or a file in it; the folder is empty again afterwards.
+  std::string told(const std::string& file = "") {
+    const std::string message =
+        input_error([&] { read_recording(file.empty() ? folder : folder / file); });
+    EXPECT_EQ(message.find("ECE276A"), std::string::npos) << "the list of all kinds: " << message;
+    fs::remove_all(folder);
+    fs::create_directories(folder);
+    return message;
+  }
+  fs::path folder;
+};
+
+TEST_F(ForeignKinds, FoldersAreNamedForWhatTheyLookLike) {
+  add("MH_01_easy.zip");
+  expect_parts(told(), {"archives (MH_01_easy.zip): unpack"});
+  for (const char* archive : {"a.zip", "b.zip", "c.tar", "d.7z"}) add(archive);
+  expect_parts(told(), {"archives (a.zip, b.zip, c.tar and 1 more)"});
+  add("states.csv");
+  add("summary.json");
+  add("images/cam0_5.jpg");
+  expect_parts(told(), {"run folder", "give the recording"});
+  add("rgb.txt");
+  add("depth.txt");
+  expect_parts(told(), {"TUM RGB-D", "no gyroscope"});
+  add("calib.txt");
+  add("times.txt");
+  expect_parts(told(), {"KITTI odometry without its images"});
+  add("cam0/5.png");
+  expect_parts(told(), {"extracted bag", "imu.csv"});
+  add("_slash_cam0_slash_image_raw.csv");
+  expect_parts(told(), {"extracted bag"});
+  add("0001.PNG");
+  add("0002.jpg");
+  expect_parts(told(), {"2 images alone", "images/cam0"});
+  expect_parts(told(), {"given: is empty"});
+}
+
+TEST_F(ForeignKinds, TheFolderAboveARecordingNamesIt) {
+  test::write_euroc_folder(folder / "MH_01_easy" / "MH_01_easy", 1);
+  expect_parts(told(), {"the folder above a recording", "MH_01_easy/MH_01_easy"});
+  test::write_euroc_folder(folder / "MH_01_easy", 1);
+  test::write_euroc_folder(folder / "V1_01_easy", 1);
+  expect_parts(told(), {"several recordings: give one of them (MH_01_easy, V1_01_easy)"});
+  test::write_euroc_folder(folder / "MH_01_easy", 1);
+  fs::create_directories(folder / "MH_01_easy/mav0/cam0/data");
+  expect_parts(input_error([&] { read_recording(folder / "MH_01_easy/mav0/cam0"); }),
+               {"one sensor of an EuRoC recording"});
+}
+
+TEST_F(ForeignKinds, FilesAreNamedForWhatTheyLookLike) {
+  add("walk.mp4", std::string("\0\0\0\x20"
+                              "ftypisom",
+                              12));
+  expect_parts(told("walk.mp4"), {"walk.mp4: looks like a video"});
+  add("walk.mkv", "\x1a\x45\xdf\xa3");
+  expect_parts(told("walk.mkv"), {"a video"});
+  add("0.png", test::picture_bytes(3));
+  expect_parts(told("0.png"), {"a single image"});
+  add("imu.yaml", "update_rate: 200\n");
+  expect_parts(told("imu.yaml"), {"a calibration", "give the folder"});
+  const std::string name = "mav0/cam0/data.csv";
+  add("MH_01.zip", std::string("PK\x03\x04", 4) + std::string(22, '\0') +
+                       std::string(1, static_cast<char>(name.size())) + std::string(3, '\0') +
+                       name);
+  expect_parts(told("MH_01.zip"), {"zip archive of mav0/cam0/data.csv: unzip it"});
+  add("MH_01.tar.gz", "\x1f\x8b\x08");
+  expect_parts(told("MH_01.tar.gz"), {"unpack it"});
+}
+
+// What nobody knows still gets the list of what is read.
+TEST_F(ForeignKinds, AnythingElseGetsTheList) {
+  add("notes.txt");
+  expect_parts(input_error([&] { read_recording(folder); }), {"expected", "docs/formats.md"});
+  expect_parts(input_error([&] { read_recording(folder / "notes.txt"); }),
+               {"its first bytes are of no known kind", "docs/formats.md"});
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/data/recording.hpp>
+#include <chasles/data/yaml_map.hpp>
+
+namespace chasles {
+
+/// Scales, misalignments and g-sensitivity of an IMU, as the correction of its samples f_m, w_m:
+///   f = force f_m,   w = rate w_m - rate_of_force f.
+/// The biases are those of the corrected samples.
+struct ImuIntrinsics {
+  Eigen::Matrix3d force = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d rate = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d rate_of_force = Eigen::Matrix3d::Zero();  ///< [rad/s / (m/s^2)]
+};
+
+/// The intrinsics of an IMU's calibration file; none where they are missing or the identity.
+///
+/// Kalibr (Rehder et al. 2016), `model: scale-misalignment`, with the maps `accelerometers` (M) and
+/// `gyroscopes` (M, A, C_gyro_i):
+///   f_m = M f,   w_m = M C_gyro_i w + A C_gyro_i f.
+/// OpenVINS (Yang et al. 2023), keys Ta, R_IMUtoACC, Tw, R_IMUtoGYRO, Tg:
+///   f_m = Ta R_IMUtoACC f,   w_m = Tw R_IMUtoGYRO w + Tg f.
+///
+/// Adds a remark for the lever arms of Kalibr's scale-misalignment-size-effect, which a single
+/// sample cannot be corrected for. Throws InputError for a matrix that has no inverse or is a
+/// reflection.
+std::optional<ImuIntrinsics> read_imu_intrinsics(const YamlMap& map,
+                                                 std::vector<std::string>& remarks);
+
+/// Corrects the samples of the recording, with a remark. Samples at the limit of the range are
+/// marked before (ImuSample::force_clipped): the range is that of the sensor, so it is judged on
+/// what the sensor measured. The recording's range then is one that no other sample reaches.
+void correct_samples(const ImuIntrinsics& intrinsics, Recording& recording);
+
+}  // namespace chasles

@@ -1,0 +1,84 @@
+#include <chasles/data/imu_table.hpp>
+#include <chasles/data/testing.hpp>
+
+namespace chasles {
+namespace {
+
+using test::expect_parts;
+using test::input_error;
+
+std::vector<ImuSample> read(const std::string& text) {
+  const auto file = test::scratch() / "imu.csv";
+  test::spill(file, text);
+  return read_imu_table(file);
+}
+
+std::string error(const std::string& text) {
+  return input_error([&] { read(text); });
+}
+
+void expect_sample(const std::string& text) {
+  SCOPED_TRACE(text);
+  const std::vector<ImuSample> imu = read(text);
+  ASSERT_EQ(imu.size(), 1u);
+  EXPECT_EQ(imu[0].time, std::chrono::milliseconds(1500));
+  EXPECT_EQ(imu[0].angular_rate_imu, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(imu[0].specific_force_imu, Eigen::Vector3d(4, 5, 6));
+}
+
+TEST(ImuTable, IsReadByTheNamesOfItsColumns) {
+  expect_sample("time_ns,wx,wy,wz,ax,ay,az\n1500000000,1,2,3,4,5,6\n");
+  expect_sample(
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+      "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n1500000000,1,2,3,4,5,6\n");
+  expect_sample(
+      "timestamp,omega_x,omega_y,omega_z,alpha_x,alpha_y,alpha_z\n1500000000,1,2,3,4,5,6\n");
+  expect_sample(
+      "t,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,temperature\n"
+      "1500000000,4,5,6,1,2,3,36.6\n");
+  expect_sample(
+      "%time,field.header.seq,field.header.stamp,field.header.frame_id,"
+      "field.orientation.x,field.angular_velocity.x,field.angular_velocity.y,"
+      "field.angular_velocity.z,field.linear_acceleration.x,"
+      "field.linear_acceleration.y,field.linear_acceleration.z\n"
+      "9,7,1500000000,imu,0,1,2,3,4,5,6\n");
+}
+
+TEST(ImuTable, TimesAreInTheUnitOfTheirColumn) {
+  expect_sample("timestamp [s],wx,wy,wz,ax,ay,az\n1.5,1,2,3,4,5,6\n");
+  expect_sample("timestamp [ms],wx,wy,wz,ax,ay,az\n1500,1,2,3,4,5,6\n");
+  expect_sample("timestamp [us],wx,wy,wz,ax,ay,az\n1500000,1,2,3,4,5,6\n");
+  expect_parts(error("t [h],wx,wy,wz,ax,ay,az\n1,1,2,3,4,5,6\n"), {"imu.csv:2", "1 h"});
+  expect_parts(error("t [ms],wx,wy,wz,ax,ay,az\n9000000000000000000,1,2,3,4,5,6\n"), {"imu.csv:2"});
+  expect_parts(error("t,wx,wy,wz,ax,ay,az\n1.5,1,2,3,4,5,6\n"), {"imu.csv:2", "'t'", "1.5"});
+}
+
+TEST(ImuTable, MayComeFromWindowsAndFromScripts) {
+  expect_sample("\xef\xbb\xbftime_ns,wx,wy,wz,ax,ay,az\r\n1500000000,1,2,3,4,5,6\r\n");
+  expect_sample("\xef\xbb\xbf#timestamp [ns],wx,wy,wz,ax,ay,az\n1500000000,1,2,3,4,5,6");
+  expect_sample(
+      "# recorded on the roof\n\n# time_ns, wx, wy, wz, ax, ay, az\n"
+      "1500000000, 1, 2, 3, 4, 5, 6");
+  expect_parts(error("time_ns,wx,wy,wz,ax,ay,az\n1500000000,1,2,3,4,5"),
+               {"imu.csv:2", "6 values, expected 7", "truncated"});
+  expect_parts(error("time_ns,wx,wy,wz,ax,ay,az\n1500000000,1,2,3,4,5,6."), {"truncated"});
+}
+
+TEST(ImuTable, NamesThatDoNotTellAreRefusedAtTheirLine) {
+  expect_parts(error("1500000000,1,2,3,4,5,6\n"),
+               {"imu.csv:1", "begins with '1500000000,1", "names of the columns"});
+  expect_parts(error("time_ns,x1,x2,x3,ax,ay,az\n1,1,2,3,4,5,6\n"),
+               {"imu.csv:1", "x1,x2,x3", "time_ns,wx,wy,wz,ax,ay,az"});
+  expect_parts(error("wx,wy,wz,ax,ay,az\n1,2,3,4,5,6\n"), {"imu.csv:1", "none is the time"});
+  expect_parts(error("time_ns,wx,wy,wz,ax,ay,az,acc_x\n1,1,2,3,4,5,6,7\n"),
+               {"imu.csv:1", "both ax and acc_x"});
+  expect_parts(error("time_ns,wx [deg/s],wy,wz,ax,ay,az\n1,1,2,3,4,5,6\n"),
+               {"imu.csv:1", "deg/s", "expected rad/s"});
+  expect_parts(error("time_ns,wx,wy,wz,ax [g],ay,az\n1,1,2,3,4,5,6\n"), {"the unit of ax is g"});
+  expect_parts(error(""), {"imu.csv", "names of the columns"});
+  expect_parts(error("time_ns,wx,wy,wz,ax,ay,az\n1,1,2,3,4,five,6\n"),
+               {"imu.csv:2", "'ay'", "five"});
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,138 @@
+#include <algorithm>
+#include <charconv>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include <chasles/data/folder_names.hpp>
+#include <chasles/data/image_decode.hpp>
+#include <chasles/data/image_recording.hpp>
+#include <chasles/data/imu_table.hpp>
+#include <chasles/data/kalibr.hpp>
+#include <chasles/data/kitti_calibration.hpp>
+#include <chasles/data/parse.hpp>
+#include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The numbers of the grey cameras or, without them, of the colour cameras.
+std::vector<int> odometry_cameras(const fs::path& folder) {
+  std::vector<int> numbers;
+  std::error_code ignored;
+  for (const int first : {0, 2}) {
+    for (int n = first; n < first + 2 && numbers.size() < 2; ++n) {
+      if (fs::is_directory(folder / fmt::format("image_{}", n), ignored)) numbers.push_back(n);
+    }
+    if (!numbers.empty()) break;
+  }
+  return numbers;
+}
+
+// One time in seconds a line; an empty line stands for an image that was lost.
+std::vector<std::optional<Time>> read_times(const fs::path& file) {
+  const std::string bytes = read_text(file);
+  std::string_view rest = bytes;
+  std::vector<std::optional<Time>> times;
+  while (!rest.empty()) {
+    const std::string_view text = trimmed(take_line(rest));
+    const std::string where = fmt::format("{}:{}", file.string(), times.size() + 1);
+    times.push_back(text.empty() ? std::nullopt : std::optional(parse_seconds(where, text)));
+  }
+  return times;
+}
+
+// The images NNNNNN.png at the times of their lines.
+CameraFiles list_odometry_images(const fs::path& camera,
+                                 const std::vector<std::optional<Time>>& times) {
+  CameraFiles files{.folder = camera, .images = {}};
+  for (const fs::directory_entry& entry : fs::directory_iterator(camera)) {
+    const std::string name = entry.path().filename().string(), stem = entry.path().stem().string();
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), index);
+    if (error != std::errc() || end != stem.data() + stem.size()) continue;
+    if (index < times.size() && times[index]) {
+      files.images.push_back({.time = *times[index], .file = name});
+    }
+  }
+  if (files.images.empty()) {
+    throw InputError(fmt::format("{}: holds no image 000000.png, ..., with a line in times.txt",
+                                 camera.string()));
+  }
+  std::ranges::sort(files.images, {}, &StampedFile::time);
+  return files;
+}
+
+// Its file states no size: that is the first image's.
+Camera odometry_camera(const KittiCalibration& calibration, int number, const fs::path& image,
+                       const SE3& cam0_T_imu) {
+  const KittiProjection P = kitti_projection(calibration, fmt::format("P{}", number));
+  const ImageSize size = stated_size(read_file(image), image.string());
+  return {.width = size.width,
+          .height = size.height,
+          .fx = P.fx,
+          .fy = P.fy,
+          .cx = P.cx,
+          .cy = P.cy,
+          .cam_T_imu = SE3{Eigen::Matrix3d::Identity(), P.t} * cam0_T_imu};
+}
+
+void check_inertial_data(const fs::path& folder) {
+  const bool samples = fs::exists(folder / "imu.csv"),
+             calibration = fs::exists(folder / "imu.yaml");
+  if (samples && calibration) return;
+  throw InputError(fmt::format(
+      "{}: is a sequence of KITTI odometry: images without inertial data, which a run needs. Put "
+      "{}beside calib.txt: imu.csv with the columns time_ns,wx,wy,wz,ax,ay,az, and imu.yaml with "
+      "the four noise densities as Kalibr names them and T_cam_imu, from the IMU to the rectified "
+      "left grey camera (docs/formats.md). KITTI's raw drives have inertial data",
+      folder.string(),
+      samples       ? "imu.yaml "
+      : calibration ? "imu.csv "
+                    : "both "));
+}
+
+}  // namespace
+
+bool is_kitti_odometry_folder(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::exists(folder / "calib.txt", ignored) && fs::exists(folder / "times.txt", ignored) &&
+         !odometry_cameras(folder).empty();
+}
+
+Recording read_kitti_odometry_recording(const fs::path& folder, std::size_t cameras) {
+  check_inertial_data(folder);
+  Recording recording;
+  recording.name = folder_name(folder);
+  const YamlMap map = YamlMap::read(folder / "imu.yaml", {.known = {}, .needed = {"T_cam_imu"}});
+  const KalibrCalibration imu = read_kalibr_imu(folder / "imu.yaml");
+  take_kalibr(imu, recording);
+  const std::vector<std::optional<Time>> times = read_times(folder / "times.txt");
+  const KittiCalibration calibration(folder / "calib.txt");
+  std::vector<std::optional<CameraFiles>> images;
+  for (const int number : odometry_cameras(folder)) {
+    if (images.size() == cameras) break;
+    images.emplace_back(list_odometry_images(folder / fmt::format("image_{}", number), times));
+    const fs::path first = images.back()->folder / images.back()->images.front().file;
+    recording.cameras.push_back(
+        odometry_camera(calibration, number, first, map.motion("T_cam_imu")));
+  }
+  recording.imu = read_imu_table(folder / "imu.csv");
+  tidy_samples(folder / "imu.csv", recording);
+  if (imu.imu_intrinsics) correct_samples(*imu.imu_intrinsics, recording);
+  const std::vector<Time> offsets(images.size(), read_time_offset(map));
+  remark_on_time_offsets(offsets, recording.remarks);
+  open_cameras(std::move(images), offsets, folder / "image_0", recording);
+  if (fs::exists(folder / "truth.tum")) recording.truth = read_tum(folder / "truth.tum");
+  remark_on_coverage(recording);
+  return recording;
+}
+
+}  // namespace chasles

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <chasles/time.hpp>
+
+namespace chasles {
+
+/// Which column of a table of poses holds which number.
+struct PoseColumns {
+  /// Of t, x, y, z, qx, qy, qz, qw; TUM's order.
+  std::array<std::size_t, 8> index{0, 1, 2, 3, 4, 5, 6, 7};
+  std::size_t count = 0;  ///< of all columns; 0: the table does not name them
+  /// Decimal digits from the unit of the times to seconds, 9 for nanoseconds; none: not stated.
+  std::optional<int> time_digits = {};
+  bool of_euroc = false;  ///< named as in EuRoC's tables
+};
+
+/// The values of a row, between commas or blanks, of which there are more.
+std::vector<std::string_view> split_row(std::string_view line);
+
+/// The columns that a line names, as `# timestamp tx ty tz qx qy qz qw`, in any order and with
+/// other columns beside them; none for another text.
+std::optional<PoseColumns> pose_columns(std::string_view line);
+
+/// The unit of a present-day time stamp: 0, 3, 6 or 9 digits behind seconds.
+int digits_of_stamp(std::string_view text);
+
+/// A time in a unit of 10^-digits seconds, exact for plain decimals. Throws InputError.
+Time parse_stamp(const std::string& where, std::string_view text, int digits);
+
+}  // namespace chasles

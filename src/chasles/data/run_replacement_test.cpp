@@ -1,0 +1,144 @@
+#include <map>
+
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/growing_run.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/data/run_replacement.hpp>
+#include <chasles/data/testing.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+namespace {
+
+namespace fs = std::filesystem;
+
+Run small_run(int states, bool with_truth) {
+  Run run;
+  run.name = "small";
+  for (int k = 0; k < states; ++k) {
+    RunState& s = run.states.emplace_back();
+    s.time = Time(1'000'000'000LL + k);
+    s.pose_covariance.setIdentity();
+    s.health = "ok";
+    if (with_truth) run.truth.push_back({.time = s.time, .pose = s.world_T_imu});
+  }
+  return run;
+}
+
+RunImage picture_at(int nanoseconds) {
+  return {.time = Time(nanoseconds),
+          .camera = 0,
+          .width = 4,
+          .height = 3,
+          .jpeg = "no real picture",
+          .features = {}};
+}
+
+std::map<std::string, std::string> all_files(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) {
+      files[entry.path().lexically_relative(folder)] = test::slurp(entry.path());
+    }
+  }
+  return files;
+}
+
+// A folder as a kill leaves it after the new run is complete: the old run, and the new one beside
+// it.
+void leave_committed(const fs::path& folder) {
+  write_run(small_run(5, true), {{"run", "old"}}, folder);
+  const fs::path other = folder.parent_path() / "new";
+  write_run(small_run(3, false), {{"run", "new"}}, other, [] { return std::string("{}\n"); });
+  fs::rename(other, folder / ".written");
+}
+
+TEST(RunReplacement, AKillAfterTheCommitLeavesTheNewRunToItsFirstReader) {
+  const auto folder = test::scratch() / "out";
+  leave_committed(folder);
+  const auto expected = all_files(folder / ".written");
+  // Any of the files may have moved up already.
+  for (std::size_t moved = 0; moved < expected.size(); ++moved) {
+    fs::remove_all(folder);
+    leave_committed(folder);
+    if (moved > 0) fs::remove(folder / "summary.json");
+    std::size_t count = 0;
+    for (const auto& [name, bytes] : expected) {
+      if (name == "summary.json" || ++count > moved) continue;
+      fs::rename(folder / ".written" / name, folder / name);
+    }
+    EXPECT_EQ(read_run(folder).states.size(), 3U) << moved;
+    EXPECT_EQ(all_files(folder), expected) << moved;
+  }
+}
+
+TEST(RunReplacement, AKillBeforeTheCommitLeavesTheOldRun) {
+  const auto folder = test::scratch() / "out";
+  write_run(small_run(5, true), {{"run", "old"}}, folder);
+  write_file(folder / "notes.txt", "of the user");
+  const auto before = all_files(folder);
+  make_folder(folder / ".writing");
+  write_file(folder / ".writing/states.csv", "cut o");
+  EXPECT_EQ(read_run(folder).states.size(), 5U);
+  { const GrowingRun next(folder); }
+  EXPECT_EQ(all_files(folder), before) << "the next run removes the remains when it begins";
+}
+
+TEST(RunReplacement, AnExceptionLeavesTheOldRun) {
+  const auto folder = test::scratch() / "out";
+  write_run(small_run(5, true), {{"run", "old"}}, folder);
+  const auto before = all_files(folder);
+  EXPECT_THROW(write_run(small_run(3, true), {{"run", "new"}}, folder,
+                         []() -> std::string { throw UsageError("a full disk"); }),
+               UsageError);
+  EXPECT_EQ(all_files(folder), before);
+  EXPECT_FALSE(fs::exists(folder / ".writing"));
+}
+
+TEST(RunReplacement, FilesOfTheUserStayAndThoseOfTheOldRunGo) {
+  const auto folder = test::scratch() / "out";
+  auto old = small_run(5, true);
+  old.images = {picture_at(1), picture_at(2)};
+  write_run(old, {{"run", "old"}}, folder, [] { return std::string("{}\n"); });
+  write_file(folder / "notes.txt", "of the user");
+  write_file(folder / "images/sketch.jpg", "of the user");
+  auto next = small_run(3, false);
+  next.images = {picture_at(2)};
+  write_run(next, {{"run", "new"}}, folder);
+  const auto files = all_files(folder);
+  EXPECT_TRUE(files.contains("notes.txt"));
+  EXPECT_TRUE(files.contains("images/sketch.jpg"));
+  EXPECT_TRUE(files.contains("images/cam0_2.jpg"));
+  for (const char* gone : {"images/cam0_1.jpg", "truth.tum", "timing.json"}) {
+    EXPECT_FALSE(files.contains(gone)) << gone;
+  }
+}
+
+TEST(RunReplacement, AFolderInTheWayLeavesTheOldRun) {
+  const auto folder = test::scratch() / "out";
+  write_run(small_run(5, false), {{"run", "old"}}, folder);
+  make_folder(folder / "truth.tum" / "of the user");
+  const auto before = all_files(folder);
+  try {
+    write_run(small_run(3, true), {{"run", "new"}}, folder);
+    FAIL() << "it was written";
+  } catch (const UsageError& error) {
+    test::expect_parts(error.what(), {"truth.tum", "in the way"});
+  }
+  EXPECT_EQ(all_files(folder), before);
+}
+
+TEST(RunReplacement, WorksThroughALinkAndInAFolderThatCannotBeRenamed) {
+  const auto root = test::scratch(), real = root / "real", link = root / "link";
+  make_folder(real);
+  fs::create_directory_symlink(real, link);
+  write_run(small_run(5, true), {{"run", "old"}}, link);
+  write_run(small_run(3, true), {{"run", "new"}}, link / ".");
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(read_run(real).states.size(), 3U);
+}
+
+}  // namespace
+}  // namespace chasles

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include <chasles/imu/imu_sample.hpp>
+
+namespace chasles {
+
+/// Leaves out what is no measurement, and counts it:
+/// - a sample that is not finite, or not later than the one before;
+/// - a sample of six zeros, which drivers write without a measurement;
+/// - a spike: one sample leaves the signal, by far more than samples differ otherwise, and the next
+///   returns to it. A blow that lasts for two samples is a measurement;
+/// - a frozen sensor: a noisy signal in motion repeats its six numbers for longer than 0.1 s. At
+///   rest the repeated numbers would be right, and a simulated sensor without noise may repeat
+///   them.
+/// Samples at the limit of the sensor's range are no spikes and not frozen: ImuBuffer bridges them.
+class SampleScreen {
+ public:
+  struct Counts {
+    int not_finite = 0, not_later = 0, zero = 0, spikes = 0, frozen = 0;
+  };
+
+  explicit SampleScreen(const ImuRange& range) : range_(range) {}
+
+  /// The samples that are released, in order: none, one or two. One that may be a spike waits for
+  /// the next. The span is valid until the next call.
+  std::span<const ImuSample> add(const ImuSample& sample);
+
+  const Counts& counts() const { return counts_; }
+
+ private:
+  /// How much one sensor's signal changes between two samples.
+  struct Change {
+    double mean = 0;  ///< of the recent magnitudes
+    int count = 0;
+    void note(double magnitude);
+    /// Over the limit of what is usual: a spike is above 1. Zero until enough changes are known.
+    double unusual(double magnitude, double least) const;
+  };
+
+  bool is_frozen(const ImuSample& sample);
+  double unusual_change(const ImuSample& from, const ImuSample& to) const;
+  bool at_limit(const ImuSample& sample) const;
+  void release(const ImuSample& sample);
+
+  ImuRange range_;
+  Counts counts_;
+  std::optional<ImuSample> last_;      ///< that was released
+  std::optional<ImuSample> doubtful_;  ///< that waits
+  Change force_, rate_;
+  std::optional<ImuSample> repeated_;  ///< the first sample with the present numbers
+  int repeats_ = 0;
+  int different_ = 0;  ///< consecutive samples that differ, before the repeats
+  std::array<ImuSample, 2> released_;
+  std::size_t releases_ = 0;
+};
+
+}  // namespace chasles
