@@ -55,7 +55,7 @@ std::vector<std::string> calibration_columns(const InertialSlamSettings& setting
       names.push_back(fmt::format("imu_T_cam{}_{}", i, of));
     }
   }
-  if (settings.calibrate_time_offset) names.emplace_back("time_offset");
+  if (settings.estimates_time_offset()) names.emplace_back("time_offset");
   return names;
 }
 

@@ -52,9 +52,9 @@ Recording part_with(const Recording& recording, const std::vector<FeatureFrame>&
 }
 
 Outcome run_filter(const Recording& part) {
-  const InertialRunSettings settings{.filter = for_images({}, 1)};
+  const InertialRunSettings settings = for_images({}, 1);
   const std::unique_ptr<Estimator> estimator = make_estimator(settings, part);
-  Outcome outcome{.frames = part.frames.size()};
+  Outcome outcome{.frames = part.frames.size(), .why = {}};
   EventStream stream(part);
   const auto note = [&](const std::vector<Estimate>& estimates) {
     outcome.estimates += estimates.size();

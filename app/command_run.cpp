@@ -147,11 +147,10 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
                  const Recording& recording) {
   const bool from_truth = o.begin == "truth";
   const InertialSensors sensors = inertial_sensors(recording);
-  InertialRunSettings decided = settings;
-  decided.filter = filter_settings(recording, settings.filter);
+  const InertialRunSettings of_run = decided(settings, recording);
   Prepared prepared;
   prepared.estimator = make_estimator(
-      decided, sensors, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt);
+      of_run, sensors, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt);
   prepared.options.frontend = settings.frontend;
   prepared.options.run.realtime = realtime(o);
   prepared.options.run.tracks = o.input.tracks;
@@ -160,7 +159,7 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
   }
   prepared.options.known = known_json(settings, recording);
   prepared.options.calibration_columns =
-      calibration_columns(settings.filter, recording.cameras.size());
+      calibration_columns(of_run.filter, recording.cameras.size());
   if (from_truth) prepared.options.truth_chart = settings.filter.chart;
   prepared.summary = [settings, sensors, &recording](const RecordedRun& run) {
     return summary_json(run, settings, sensors, recording);

@@ -194,7 +194,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   if (report.window) summary["window"] = window_json(*report.window);
   summary["settings"] = settings_json(settings);
   summary["keep_scale"] =
-      filter_settings(recording, settings.filter).keep_scale == KeepScale::kTrue;
+      decided(settings, recording).filter.keep_scale == Toggle::kTrue;
   if (run.calibration) {
     summary["calibration"] =
         calibration_json(*run.calibration, recording.cameras, settings.filter.time_offset);

@@ -96,7 +96,7 @@ std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
   InertialSlamSettings settings;
   settings.max_landmarks = 50;
   settings.clones = 10;
-  const auto estimator = make_estimator({.filter = for_images(settings, cameras)},
+  const auto estimator = make_estimator(for_images({.filter = settings}, cameras),
                                         {.cameras = used,
                                          .noise = *m.recording.imu_noise,
                                          .imu = imu,

@@ -91,9 +91,7 @@ std::optional<CameraFiles> list_images(const fs::path& folder) {
   const std::size_t time = time_column(csv), file = file_column(csv);
   CameraFiles files{.folder = folder, .images = {}};
   while (csv.next()) {
-    // The images are in this folder, also where the table names them from another one on.
-    files.images.push_back(
-        {.time = time_at(csv, time), .file = fs::path(csv.text(file)).filename().string()});
+    files.images.push_back({.time = time_at(csv, time), .file = std::string(csv.text(file))});
   }
   return files;
 }

@@ -117,7 +117,12 @@ Recording read_kitti_odometry_recording(const fs::path& folder, std::size_t came
   const std::vector<std::optional<Time>> times = read_times(folder / "times.txt");
   const KittiCalibration calibration(folder / "calib.txt");
   std::vector<std::optional<CameraFiles>> images;
-  for (const int number : odometry_cameras(folder)) {
+  const std::vector<int> numbers = odometry_cameras(folder);
+  if (numbers.empty()) {
+    throw InputError(fmt::format("{}: has no folder of images, expected image_0 or image_2",
+                                 folder.string()));
+  }
+  for (const int number : numbers) {
     if (images.size() == cameras) break;
     images.emplace_back(list_odometry_images(folder / fmt::format("image_{}", number), times));
     const fs::path first = images.back()->folder / images.back()->images.front().file;

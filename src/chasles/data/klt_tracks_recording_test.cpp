@@ -45,7 +45,7 @@ TEST_F(KltTracks, MalformedTablesAreRefused) {
   expect_parts(error(), {"cam0.csv:3", "track 0 is there twice"});
   write("5000000,0,379,nan\n");
   expect_parts(error(), {"cam0.csv:2", "nan"});
-  write("5000000,0,379,48");
+  write("5000000,0,379,4.");
   expect_parts(error(), {"truncated"});
   write("");
   expect_parts(error(), {"holds no track"});

@@ -52,6 +52,8 @@ std::vector<Name> names_of(std::string_view line) {
     if (part) names.back().name += lower;
     blank = is_blank;
   }
+  // "# format: timestamp tx …"
+  if (names.size() > 1 && names.front().name.ends_with(':')) names.erase(names.begin());
   for (Name& each : names) {
     for (const std::string_view end : {"_ns", "_us", "_ms", "_s"}) {
       if (!each.name.ends_with(end) || each.name.size() == end.size()) continue;

@@ -61,9 +61,9 @@ TEST_F(FrontendInput, WithoutAnImageTracksWaitAndAreFoundAgain) {
 }
 
 TEST_F(FrontendInput, TracksThatWaitTooLongEnd) {
-  for (int k = 1; k <= 6; ++k) process(frame(k, {}), k - 1, k);
+  for (int k = 1; k <= 11; ++k) process(frame(k, {}), k - 1, k);  // longer than max_gap
   EXPECT_EQ(frontend.report().lost_waiting, 150);
-  process(frame(7), 6, 7);
+  process(frame(12), 11, 12);
   EXPECT_EQ(frontend.report().tracked, 0);
   EXPECT_EQ(frontend.report().added, 150);
 }

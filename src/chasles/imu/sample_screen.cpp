@@ -47,17 +47,19 @@ bool SampleScreen::at_limit(const ImuSample& sample) const {
          sample.angular_rate_imu.cwiseAbs().maxCoeff() >= range_.gyroscope;
 }
 
-bool SampleScreen::is_frozen(const ImuSample& sample) {
+SampleScreen::Repeat SampleScreen::compare(const ImuSample& sample) {
   if (!repeated_ || !same_numbers(sample, *repeated_)) {
     const bool known_as_noisy = repeats_ == 0 || different_ >= kNoisy;
     different_ = known_as_noisy ? different_ + 1 : 0;
     repeats_ = 0;
     repeated_ = sample;
-    return false;
+    return Repeat::kNone;
   }
   ++repeats_;
-  return different_ >= kNoisy && repeats_ >= kFewRepeats &&
-         sample.time - repeated_->time > kLongestRepeat && in_motion(sample) && !at_limit(sample);
+  if (different_ < kNoisy || !in_motion(sample) || at_limit(sample)) return Repeat::kNone;
+  const bool long_enough =
+      repeats_ >= kFewRepeats && sample.time - repeated_->time > kLongestRepeat;
+  return long_enough ? Repeat::kFrozen : Repeat::kMayFreeze;
 }
 
 double SampleScreen::unusual_change(const ImuSample& from, const ImuSample& to) const {
@@ -72,36 +74,55 @@ void SampleScreen::release(const ImuSample& sample) {
     rate_.note((sample.angular_rate_imu - last_->angular_rate_imu).norm());
   }
   last_ = sample;
-  released_[releases_++] = sample;
+  released_.push_back(sample);
+}
+
+void SampleScreen::check_for_spike(const ImuSample& sample) {
+  if (doubtful_) {
+    if (unusual_change(*last_, sample) < unusual_change(*doubtful_, sample)) {
+      ++counts_.spikes;
+    } else {
+      release(*doubtful_);
+    }
+    doubtful_.reset();
+  }
+  if (last_ && !at_limit(sample) && unusual_change(*last_, sample) > 1) {
+    doubtful_ = sample;
+  } else {
+    release(sample);
+  }
 }
 
 std::span<const ImuSample> SampleScreen::add(const ImuSample& sample) {
-  releases_ = 0;
+  released_.clear();
   if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite()) {
     ++counts_.not_finite;
-  } else if ((last_ && sample.time <= last_->time) ||
-             (doubtful_ && sample.time <= doubtful_->time)) {
-    ++counts_.not_later;
-  } else if (sample.specific_force_imu.isZero(0) && sample.angular_rate_imu.isZero(0)) {
-    ++counts_.zero;
-  } else if (is_frozen(sample)) {
-    ++counts_.frozen;
-  } else {
-    if (doubtful_) {
-      if (unusual_change(*last_, sample) < unusual_change(*doubtful_, sample)) {
-        ++counts_.spikes;
-      } else {
-        release(*doubtful_);
-      }
-      doubtful_.reset();
-    }
-    if (last_ && !at_limit(sample) && unusual_change(*last_, sample) > 1) {
-      doubtful_ = sample;
-    } else {
-      release(sample);
-    }
+    return {};
   }
-  return {released_.data(), releases_};
+  if (newest_ && sample.time <= *newest_) {
+    ++counts_.not_later;
+    return {};
+  }
+  newest_ = sample.time;
+  if (sample.specific_force_imu.isZero(0) && sample.angular_rate_imu.isZero(0)) {
+    ++counts_.zero;
+    return {};
+  }
+  switch (compare(sample)) {
+    case Repeat::kMayFreeze:
+      held_.push_back(sample);
+      break;
+    case Repeat::kFrozen:
+      counts_.frozen += static_cast<int>(held_.size()) + 1;
+      held_.clear();
+      break;
+    case Repeat::kNone:
+      for (const ImuSample& repeat : held_) check_for_spike(repeat);
+      held_.clear();
+      check_for_spike(sample);
+      break;
+  }
+  return released_;
 }
 
 }  // namespace chasles

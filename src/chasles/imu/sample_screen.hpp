@@ -1,8 +1,8 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <chasles/imu/imu_sample.hpp>
 
@@ -15,7 +15,7 @@ namespace chasles {
 ///   returns to it. A blow that lasts for two samples is a measurement;
 /// - a frozen sensor: a noisy signal in motion repeats its six numbers for longer than 0.1 s. At
 ///   rest the repeated numbers would be right, and a simulated sensor without noise may repeat
-///   them.
+///   them. The repeats wait until it is decided, so that none of a frozen sensor is released.
 /// Samples at the limit of the sensor's range are no spikes and not frozen: ImuBuffer bridges them.
 class SampleScreen {
  public:
@@ -25,8 +25,8 @@ class SampleScreen {
 
   explicit SampleScreen(const ImuRange& range) : range_(range) {}
 
-  /// The samples that are released, in order: none, one or two. One that may be a spike waits for
-  /// the next. The span is valid until the next call.
+  /// The samples that are released, in order. One that may be a spike waits for the next. The span
+  /// is valid until the next call.
   std::span<const ImuSample> add(const ImuSample& sample);
 
   const Counts& counts() const { return counts_; }
@@ -41,21 +41,24 @@ class SampleScreen {
     double unusual(double magnitude, double least) const;
   };
 
-  bool is_frozen(const ImuSample& sample);
+  enum class Repeat { kNone, kMayFreeze, kFrozen };
+  Repeat compare(const ImuSample& sample);
+  void check_for_spike(const ImuSample& sample);
   double unusual_change(const ImuSample& from, const ImuSample& to) const;
   bool at_limit(const ImuSample& sample) const;
   void release(const ImuSample& sample);
 
   ImuRange range_;
   Counts counts_;
+  std::optional<Time> newest_;         ///< of the finite samples
   std::optional<ImuSample> last_;      ///< that was released
   std::optional<ImuSample> doubtful_;  ///< that waits
   Change force_, rate_;
   std::optional<ImuSample> repeated_;  ///< the first sample with the present numbers
   int repeats_ = 0;
   int different_ = 0;  ///< consecutive samples that differ, before the repeats
-  std::array<ImuSample, 2> released_;
-  std::size_t releases_ = 0;
+  std::vector<ImuSample> held_;  ///< repeats that wait
+  std::vector<ImuSample> released_;
 };
 
 }  // namespace chasles

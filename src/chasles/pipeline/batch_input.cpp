@@ -26,7 +26,7 @@ Eigen::Matrix<double, 3, 4> moved(const Eigen::Vector3d& p, const Place& place) 
 }  // namespace
 
 void check_smoothing(const InertialSlamSettings& settings) {
-  if (settings.calibrate_extrinsics || settings.calibrate_time_offset) {
+  if (settings.calibrate_extrinsics || settings.estimates_time_offset()) {
     throw UsageError(
         "batch estimation takes the calibration as known: calibrate_extrinsics and "
         "calibrate_time_offset are for the filter; run the filter first, and use the calibration "

@@ -128,7 +128,7 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
                                .accelerometer_range = 175,
                                .gyroscope_range = 17.3};  // that of EuRoC's sensor
   InertialSession session(
-      for_images({}, sensors.cameras.size()), {},
+      for_images({}, sensors.cameras.size()).filter, {},
       {.cameras = sensors.cameras,
        .noise = *recording.imu_noise,
        .imu = imu,

@@ -41,17 +41,19 @@ InertialSensors inertial_sensors(const Recording& recording) {
           .pixel_sigma = recording.single_pixel_sigma.value_or(otherwise)};
 }
 
-InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t cameras) {
-  const bool can = settings.chart != kLeftSe3Chart.name;
-  if (settings.keep_scale == KeepScale::kAuto && cameras == 1 && can) {
-    settings.keep_scale = KeepScale::kTrue;
+InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras) {
+  InertialSlamSettings& filter = settings.filter;
+  const bool can = filter.chart != kLeftSe3Chart.name;
+  if (filter.keep_scale == Toggle::kAuto && cameras == 1 && can) filter.keep_scale = Toggle::kTrue;
+  if (filter.calibrate_time_offset == Toggle::kAuto && settings.estimator.is_filter()) {
+    filter.calibrate_time_offset = Toggle::kTrue;
   }
   return settings;
 }
 
-InertialSlamSettings filter_settings(const Recording& recording,
-                                     const InertialSlamSettings& settings) {
-  return recording.images ? for_images(settings, recording.cameras.size()) : settings;
+InertialRunSettings decided(InertialRunSettings settings, const Recording& recording) {
+  if (!recording.images) return settings;
+  return for_images(std::move(settings), recording.cameras.size());
 }
 
 VelocitySensors velocity_sensors(const Recording& recording, const VelocityRunSettings& settings) {
@@ -90,9 +92,8 @@ ClockCorrection correct_clock(const VelocitySlamSettings& settings, Recording& r
 std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
                                           const Recording& recording,
                                           std::optional<InertialStart> start) {
-  InertialRunSettings decided = settings;
-  decided.filter = filter_settings(recording, settings.filter);
-  return make_estimator(decided, inertial_sensors(recording), std::move(start));
+  return make_estimator(decided(settings, recording), inertial_sensors(recording),
+                        std::move(start));
 }
 
 std::unique_ptr<Estimator> make_estimator(const VelocityRunSettings& settings,

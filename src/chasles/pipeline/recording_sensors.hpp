@@ -18,12 +18,13 @@ InertialSensors inertial_sensors(const Recording& recording);
 /// The convention and the ranges of the recording's IMU.
 ImuBuffer::Options imu_options(const Recording& recording);
 
-/// The filter's settings with `keep_scale: auto` decided: true for the images of one camera, where
-/// pixels alone have to find the scale after a standstill. Not with the chart left-se3, which has
-/// no such option.
-InertialSlamSettings for_images(InertialSlamSettings settings, std::size_t cameras);
-InertialSlamSettings filter_settings(const Recording& recording,
-                                     const InertialSlamSettings& settings);
+/// The settings of a run on images, with what is `auto` decided:
+/// - keep_scale: true with one camera, where pixels alone have to find the scale after a
+///   standstill. Not with the chart left-se3, which has no such option;
+/// - calibrate_time_offset: true for the filter. Batch and window take the calibration as known.
+InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras);
+/// Those of a run on the recording: as they are, where it has no images.
+InertialRunSettings decided(InertialRunSettings settings, const Recording& recording);
 
 /// The rig, and the noise by choose_noise() (slam/velocity_noise.hpp). Throws InputError where
 /// velocities or the rig are missing.

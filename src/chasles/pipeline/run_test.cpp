@@ -312,7 +312,7 @@ TEST(Run, SettingsThatCannotBeUsedAreRefusedFirst) {
   };
   const InertialSensors imu = inertial_sensors(hallway());
   InertialRunSettings wrong = inertial("window:5");
-  wrong.filter.calibrate_time_offset = true;
+  wrong.filter.calibrate_time_offset = Toggle::kTrue;
   refused("calibrate_time_offset", wrong, imu);
   wrong = inertial("window:5");
   wrong.estimator.keyframes = 1;

@@ -11,11 +11,6 @@ namespace {
 // Maximum number of images that wait for samples, where later images do not show that none come.
 constexpr std::size_t kMostWaiting = 64;
 
-InertialRunSettings decided(InertialRunSettings settings, std::size_t cameras) {
-  settings.filter = for_images(std::move(settings.filter), cameras);
-  return settings;
-}
-
 }  // namespace
 
 VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const ImuNoise& noise,
@@ -24,7 +19,7 @@ VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const
     : cameras_(cameras),
       tracker_(settings.frontend, cameras, imu, std::move(masks)),
       estimator_(make_estimator(
-          decided(settings, cameras.size()),
+          for_images(settings, cameras.size()),
           InertialSensors{
               .cameras = cameras, .noise = noise, .imu = imu, .pixel_sigma = kFrontendPixelSigma})),
       biases_(FeatureFeed::kLead, Eigen::Vector3d::Zero()) {}

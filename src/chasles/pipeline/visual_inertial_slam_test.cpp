@@ -68,14 +68,23 @@ void expect_the_same(const Estimates& a, const Estimates& b) {
 }
 
 TEST(VisualInertialSlam, KeepsTheScaleWithOneCameraWhereTheChartCan) {
-  InertialSlamSettings settings;
-  EXPECT_EQ(for_images(settings, 1).keep_scale, KeepScale::kTrue);
-  EXPECT_EQ(for_images(settings, 2).keep_scale, KeepScale::kAuto);
-  settings.chart = "left-se3";
-  EXPECT_EQ(for_images(settings, 1).keep_scale, KeepScale::kAuto);
+  InertialRunSettings settings;
+  EXPECT_EQ(for_images(settings, 1).filter.keep_scale, Toggle::kTrue);
+  EXPECT_EQ(for_images(settings, 2).filter.keep_scale, Toggle::kAuto);
+  settings.filter.chart = "left-se3";
+  EXPECT_EQ(for_images(settings, 1).filter.keep_scale, Toggle::kAuto);
   settings = {};
-  settings.keep_scale = KeepScale::kFalse;
-  EXPECT_EQ(for_images(settings, 1).keep_scale, KeepScale::kFalse);
+  settings.filter.keep_scale = Toggle::kFalse;
+  EXPECT_EQ(for_images(settings, 1).filter.keep_scale, Toggle::kFalse);
+}
+
+TEST(VisualInertialSlam, OnlyAFilterEstimatesTheTimeOffset) {
+  InertialRunSettings settings;
+  EXPECT_EQ(for_images(settings, 2).filter.calibrate_time_offset, Toggle::kTrue);
+  settings.filter.calibrate_time_offset = Toggle::kFalse;
+  EXPECT_EQ(for_images(settings, 2).filter.calibrate_time_offset, Toggle::kFalse);
+  settings = {.estimator = {.kind = EstimatorChoice::Kind::kBatch}};
+  EXPECT_EQ(for_images(settings, 2).filter.calibrate_time_offset, Toggle::kAuto);
 }
 
 TEST(VisualInertialSlam, GivesWhatTheProgramGives) {

@@ -13,7 +13,7 @@ namespace chasles::test {
 inline InertialSlamSettings calibrating() {
   InertialSlamSettings settings;
   settings.calibrate_extrinsics = true;
-  settings.calibrate_time_offset = true;
+  settings.calibrate_time_offset = Toggle::kTrue;
   return settings;
 }
 

@@ -33,7 +33,7 @@ double rotation_variance(const Calibration& calibration) {
 
 std::optional<Calibration> stated_calibration(const InertialSlamSettings& s,
                                               std::span<const Camera> cameras) {
-  if (!s.calibrate_extrinsics && !s.calibrate_time_offset) return std::nullopt;
+  if (!s.calibrate_extrinsics && !s.estimates_time_offset()) return std::nullopt;
   Calibration result;
   std::vector<double> sigmas;
   if (s.calibrate_extrinsics) {
@@ -43,7 +43,7 @@ std::optional<Calibration> stated_calibration(const InertialSlamSettings& s,
       sigmas.insert(sigmas.end(), 3, s.initial_extrinsic_translation_sigma);
     }
   }
-  if (s.calibrate_time_offset) {
+  if (s.estimates_time_offset()) {
     result.time_offset = s.time_offset;
     sigmas.push_back(s.initial_time_offset_sigma);
   }

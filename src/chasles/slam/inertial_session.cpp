@@ -145,7 +145,7 @@ Time InertialSession::clock(Time of_cameras) const {
 }
 
 bool InertialSession::covered(const FeatureFrame& frame) const {
-  const bool shifted = settings_.calibrate_time_offset || settings_.time_offset != 0;
+  const bool shifted = settings_.estimates_time_offset() || settings_.time_offset != 0;
   return !shifted || clock(frame.time) <= *last_sample_;
 }
 
@@ -173,7 +173,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
   const Time oldest = frame.time - from_seconds(2 * start_settings_.max_window);
   while (frames_.front().time < oldest) frames_.pop_front();
   const Time reach = clock(frames_.front().time) -
-                     (settings_.calibrate_time_offset ? from_seconds(kTimeOffsetReach) : Time{});
+                     (settings_.estimates_time_offset() ? from_seconds(kTimeOffsetReach) : Time{});
   while (samples_.size() > 2 && samples_[1].time < reach) samples_.pop_front();
   earlier_timed_counts_.late += static_cast<int>(
       std::erase_if(timed_, [&](const TimedMeasurement& m) { return m.time < reach; }));

@@ -170,11 +170,30 @@ TEST(InertialSessionFaults, WhenTheSamplesEndTheFramesAreDropped) {
   EXPECT_GT(session.dropped_frames(), 100);
 }
 
-TEST(InertialSessionFaults, AnAbsurdSampleEndsThePartAndNotTheRun) {
+TEST(InertialSessionFaults, OneAbsurdSampleIsBridged) {
+  const Recording intact = simulate_inertial(short_hallway(), 0);
+  InertialSession session = session_for(intact);
+  const double error = error_from(play(session, intact), intact);
   for (const double absurd : {1e5, 1e160, 1e308}) {
-    Recording recording = simulate_inertial(short_hallway(), 0);
+    Recording recording = intact;
     recording.imu[700].specific_force_imu.setConstant(absurd);
     recording.imu[700].angular_rate_imu.setConstant(absurd);
+    InertialSession spoilt = session_for(recording);
+    const Estimates estimates = play(spoilt, recording);
+    expect_sound(estimates);
+    EXPECT_EQ(spoilt.resets(), 0) << absurd;
+    EXPECT_EQ(spoilt.imu_counts().spikes, 1) << absurd;
+    EXPECT_LT(error_from(estimates, recording), 1.5 * error) << absurd;
+  }
+}
+
+TEST(InertialSessionFaults, TwoAbsurdSamplesEndThePartAndNotTheRun) {
+  for (const double absurd : {1e5, 1e160, 1e308}) {
+    Recording recording = simulate_inertial(short_hallway(), 0);
+    for (const std::size_t k : {700u, 701u}) {
+      recording.imu[k].specific_force_imu.setConstant(absurd);
+      recording.imu[k].angular_rate_imu.setConstant(absurd);
+    }
     InertialSession session = session_for(recording);
     const Estimates estimates = play(session, recording);
     expect_sound(estimates);

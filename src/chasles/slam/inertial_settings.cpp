@@ -25,7 +25,7 @@ void validate(const InertialSlamSettings& s) {
                  "false, or landmarks: cartesian, init: fixed-depth, first_estimates: false, "
                  "calibrate_extrinsics: false");
   }
-  if (s.keep_scale == KeepScale::kTrue && s.chart == kLeftSe3Chart.name) {
+  if (s.keep_scale == Toggle::kTrue && s.chart == kLeftSe3Chart.name) {
     refuse_value("keep_scale", setting_text(s.keep_scale),
                  "auto or false with the chart left-se3, whose pose errors turn with the pose");
   }

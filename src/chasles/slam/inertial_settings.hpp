@@ -10,7 +10,7 @@
 namespace chasles {
 
 enum class LandmarkInit { kMultiView, kFixedDepth };
-enum class KeepScale { kAuto, kTrue, kFalse };
+enum class Toggle { kAuto, kTrue, kFalse };
 
 template <>
 struct Choices<LandmarkInit> {
@@ -19,10 +19,10 @@ struct Choices<LandmarkInit> {
 };
 
 template <>
-struct Choices<KeepScale> {
-  static constexpr std::array list{Choice{KeepScale::kAuto, "auto"},
-                                   Choice{KeepScale::kTrue, "true"},
-                                   Choice{KeepScale::kFalse, "false"}};
+struct Choices<Toggle> {
+  static constexpr std::array list{Choice{Toggle::kAuto, "auto"},
+                                   Choice{Toggle::kTrue, "true"},
+                                   Choice{Toggle::kFalse, "false"}};
 };
 
 /// An estimated time offset may decrease, so samples are kept for this long [s].
@@ -39,7 +39,7 @@ struct InertialSlamSettings {
   bool first_estimates = false;
   bool first_order_transition = false;
   bool numeric_jacobians = false;
-  KeepScale keep_scale = KeepScale::kAuto;
+  Toggle keep_scale = Toggle::kAuto;
 
   std::optional<double> pixel_sigma;
   double imu_noise_scale = 1;
@@ -48,12 +48,15 @@ struct InertialSlamSettings {
   double initial_accelerometer_bias_sigma = 0.02;
   double initial_gyroscope_bias_sigma = 0.005236;
 
+  /// Whether the filter estimates the time offset. `auto` is decided by for_images() alone.
+  bool estimates_time_offset() const { return calibrate_time_offset == Toggle::kTrue; }
+
   bool calibrate_extrinsics = false;
   double initial_extrinsic_rotation_sigma = 0.02;
   double initial_extrinsic_translation_sigma = 0.02;
-  bool calibrate_time_offset = false;
+  Toggle calibrate_time_offset = Toggle::kAuto;
   double time_offset = 0;
-  double initial_time_offset_sigma = 0.01;
+  double initial_time_offset_sigma = 0.005;
 
   double fixed_depth = 8;
   double fixed_depth_sigma = 3;
@@ -131,8 +134,10 @@ void for_each_setting(S& s, Visitor&& visit) {
         "initial sigma of the rotation about each axis", limits::kNonNegative);
   visit("initial_extrinsic_translation_sigma", s.initial_extrinsic_translation_sigma, "m",
         "initial sigma of the translation along each axis", limits::kNonNegative);
-  visit("calibrate_time_offset", s.calibrate_time_offset, "bool",
-        "estimate the cameras' time offset, starting from time_offset", limits::kAny);
+  visit("calibrate_time_offset", s.calibrate_time_offset, "choice",
+        "estimate the cameras' time offset, starting from time_offset; auto: the filter does with "
+        "images",
+        limits::kAny);
   visit("time_offset", s.time_offset, "s",
         "added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu)",
         limits::kClockOffset);

@@ -77,7 +77,7 @@ TEST(InertialSlam, IsConsistentInTheHallwayWhereThePapersFiltersAreNot) {
 
 TEST(InertialSlam, StaysConsistentInTheHallwayWhereTheScaleIsKept) {
   FilterVariant kept = ours();
-  kept.settings.keep_scale = KeepScale::kTrue;
+  kept.settings.keep_scale = Toggle::kTrue;
   const auto s = study(inertial_scene("hallway"), {kept}, 6);
   EXPECT_LT(s[0].nees_per_dof, 1.3);
   EXPECT_LT(s[0].mean.position_error, 0.2);

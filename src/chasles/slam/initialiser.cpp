@@ -132,10 +132,15 @@ std::optional<InertialStart> Initialiser::try_in_motion() {
   return attempt.start;
 }
 
+std::vector<Requirement> Initialiser::requirements() const {
+  if (!requirements_.empty()) return requirements_;
+  return {at_least("frames with observations and IMU samples around them", since_attempt_,
+                   settings_.attempt_frames, "")};
+}
+
 std::string Initialiser::why_not() const {
   const double seconds = began_ ? to_seconds(*last_frame_ - *began_) : 0;
-  if (!requirements_.empty()) return why_not_initialised(seconds, requirements_);
-  return why_not_initialised(seconds, {}) + ": too few frames with IMU samples around them";
+  return why_not_initialised(seconds, requirements());
 }
 
 }  // namespace chasles

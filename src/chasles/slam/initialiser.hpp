@@ -42,9 +42,9 @@ class Initialiser {
   void add(const ImuSample& sample);
   std::optional<InertialStart> add(const FeatureFrame& frame);
 
-  /// All conditions of the latest attempt, those of the static initialisation first; empty before
-  /// the first attempt.
-  const std::vector<Requirement>& requirements() const { return requirements_; }
+  /// All conditions of the latest attempt, those of the static initialisation first. Before the
+  /// first attempt: the number of frames that it needs.
+  std::vector<Requirement> requirements() const;
   /// One sentence with the conditions that are not met and the time since the first frame.
   std::string why_not() const;
   const Counts& counts() const { return counts_; }

@@ -47,7 +47,7 @@ TEST(Settings, WhatDoesNotGoTogetherIsRefused) {
           "composition_interval: found 0.5, expected 0 without nav_attitude");
   refused(with<InertialSlamSettings>([](auto& s) {
             s.chart = "left-se3";
-            s.keep_scale = KeepScale::kTrue;
+            s.keep_scale = Toggle::kTrue;
           }),
           "keep_scale: found 'true', expected auto or false");
   refused(with<InertialSlamSettings>([](auto& s) { s.first_order_transition = true; }),

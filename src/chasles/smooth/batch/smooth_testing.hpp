@@ -105,7 +105,7 @@ inline SmallScene small_scene(const SmallFlight& flight = {}) {
   state.accelerometer_bias = e.segment<3>(9);
   state.gyroscope_bias = e.tail<3>();
 
-  in.samples.push_back({.time = begin});
+  in.samples.push_back({.time = begin, .specific_force_imu = -gravity});
   scene.truth.push_back({.time = begin, .state = state});
   const double white = flight.noise / std::sqrt(tau), walk = flight.noise * std::sqrt(tau);
   for (int k = 1; k <= (flight.frames - 1) * samples_a_frame; ++k) {
