@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -12,8 +11,7 @@
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
-#include "check_tracks.hpp"
-#include "check_trial.hpp"
+#include "diagnosis.hpp"
 #include "remarks.hpp"
 #include "subcommands.hpp"
 
@@ -22,7 +20,7 @@ namespace {
 
 struct CheckOptions {
   std::filesystem::path recording;
-  double seconds = 20;  // of tracked images [s]
+  double seconds = kCheckedSeconds;
   bool json = false;
 };
 
@@ -110,35 +108,10 @@ nlohmann::ordered_json json_of(const Recording& recording, const CheckReport& re
   return json;
 }
 
-std::vector<FeatureFrame> first_part(const std::vector<FeatureFrame>& frames, double seconds) {
-  std::vector<FeatureFrame> part;
-  for (const FeatureFrame& frame : frames) {
-    if (frame.time - frames.front().time > from_seconds(seconds)) break;
-    part.push_back(frame);
-  }
-  return part;
-}
-
-// Uses the tracks of the recording, or those of the front end in its images.
-CheckReport look_at(const Recording& recording, double seconds) {
-  if (!recording.images) {
-    CheckReport report = check_recording(recording);
-    report_trial(recording, first_part(recording.frames, seconds), report);
-    return report;
-  }
-  ImageTracks tracks = track_images(recording, seconds);
-  CheckReport report = check_recording(recording, tracks.frames);
-  std::move(tracks.facts.begin(), tracks.facts.end(), std::back_inserter(report.facts));
-  std::move(tracks.not_checked.begin(), tracks.not_checked.end(),
-            std::back_inserter(report.not_checked));
-  report_trial(recording, tracks.frames, report);
-  return report;
-}
-
 int run(const CheckOptions& o) {
   const Recording recording = read_recording(o.recording);
   const RemarksOnError remarks(recording);
-  const CheckReport report = look_at(recording, o.seconds);
+  const CheckReport report = diagnose(recording, o.seconds);
   fmt::print("{}",
              o.json ? json_text(json_of(recording, report), 2) + "\n" : text_of(recording, report));
   return static_cast<int>(has_error(report) ? ExitCode::kBadInput : ExitCode::kOk);

@@ -16,6 +16,7 @@
 #include <chasles/stopwatch.hpp>
 
 #include "calibration_report.hpp"
+#include "diagnosis.hpp"
 #include "full_covariance.hpp"
 #include "inertial_settings_io.hpp"
 #include "interrupt.hpp"
@@ -254,6 +255,17 @@ auto reporting_failure(LiveView& live, const Work& work) {
   }
 }
 
+// As run_recording(). A run without an estimate ends with what a check of the recording finds.
+RecordedRun run_or_diagnose(const Recording& recording, const Prepared& prepared,
+                            const Interrupt& interrupt, LiveView& live) {
+  try {
+    return run_recording(recording, *prepared.estimator, prepared.options, interrupt, live);
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::kNotInitialised) throw;
+    throw Error(error.code(), fmt::format("{}; {}", error.what(), finding_of_check(recording)));
+  }
+}
+
 int run_command(RunCommandOptions o) {
   const Stopwatch wall;
   if (o.quiet) spdlog::set_level(spdlog::level::err);
@@ -276,7 +288,7 @@ int run_command(RunCommandOptions o) {
     prepared.options.run.threads = o.threads;
     prepared.options.quiet = o.quiet;
     prepared.options.keep_images = o.keep_images;
-    return run_recording(recording, *prepared.estimator, prepared.options, interrupt, live);
+    return run_or_diagnose(recording, prepared, interrupt, live);
   });
   const bool interrupted = result.report.interrupted;
   add_remarks(result.run, result.report, frame_count(recording), recording.remarks);

@@ -29,8 +29,8 @@ double Coverage::share() const {
 
 std::string coverage_remark(const Coverage& coverage, const CoverageCauses& causes) {
   if (coverage.share() >= kLeastCoverage) return {};
-  return fmt::format("estimated {} of {} frames{}; see `chasles check`", coverage.estimated,
-                     coverage.frames, cause_of(coverage, causes));
+  return fmt::format("estimated {} of {} frames{}", coverage.estimated, coverage.frames,
+                     cause_of(coverage, causes));
 }
 
 }  // namespace chasles::app

@@ -11,6 +11,7 @@
 
 #include "batch_report.hpp"
 #include "calibration_report.hpp"
+#include "diagnosis.hpp"
 #include "inertial_settings_io.hpp"
 #include "run_figures.hpp"
 #include "truth_options.hpp"
@@ -149,12 +150,15 @@ void append_run_remarks(const RunReport& report, std::vector<std::string>& remar
   }
 }
 
-void append_coverage(const RecordedRun& run, std::vector<std::string>& remarks) {
+void append_coverage(const RecordedRun& run, const Recording& recording,
+                     std::vector<std::string>& remarks) {
   const EstimatorReport& own = run.report.estimator;
   const std::string remark = coverage_remark(run.coverage, {.start_seconds = run.start_seconds,
                                                             .resets = own.resets,
                                                             .dropped_frames = own.dropped_frames});
-  if (!remark.empty()) remarks.push_back(remark);
+  if (remark.empty()) return;
+  const bool checked = !run.report.interrupted;  // who interrupts does not wait for a check
+  remarks.push_back(checked ? remark + "; " + finding_of_check(recording) : remark);
 }
 
 // The share of the frames in percent, rounded down: 100 only if all were estimated.
@@ -179,7 +183,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   std::vector<std::string> remarks = recording.remarks;
   append_run_remarks(run.report, remarks);
   append_doubts(run, remarks);
-  append_coverage(run, remarks);
+  append_coverage(run, recording, remarks);
   Json summary = run_json(run.run, run.coverage, "slam", settings.filter.chart,
                           recording.true_landmarks, remarks);
   summary["degraded_frames"] = doubts_json(run.doubts);
@@ -193,8 +197,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   if (report.batch) summary["batch"] = batch_json(*report.batch);
   if (report.window) summary["window"] = window_json(*report.window);
   summary["settings"] = settings_json(settings);
-  summary["keep_scale"] =
-      decided(settings, recording).filter.keep_scale == Toggle::kTrue;
+  summary["keep_scale"] = decided(settings, recording).filter.keep_scale == Toggle::kTrue;
   if (run.calibration) {
     summary["calibration"] =
         calibration_json(*run.calibration, recording.cameras, settings.filter.time_offset);
@@ -214,7 +217,7 @@ Json summary_json(const RecordedRun& run, const VelocityCommandSettings& setting
   add_axes(sensors, settings, recording, remarks);
   if (report.batch) append_remarks(*report.batch, remarks);
   append_doubts(run, remarks);
-  append_coverage(run, remarks);
+  append_coverage(run, recording, remarks);
   Json summary = run_json(run.run, run.coverage, std::string(name_of(settings.filter.mode)),
                           settings.filter.chart, recording.true_landmarks, remarks);
   summary["degraded_frames"] = doubts_json(run.doubts);

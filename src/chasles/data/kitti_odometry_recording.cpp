@@ -119,8 +119,8 @@ Recording read_kitti_odometry_recording(const fs::path& folder, std::size_t came
   std::vector<std::optional<CameraFiles>> images;
   const std::vector<int> numbers = odometry_cameras(folder);
   if (numbers.empty()) {
-    throw InputError(fmt::format("{}: has no folder of images, expected image_0 or image_2",
-                                 folder.string()));
+    throw InputError(
+        fmt::format("{}: has no folder of images, expected image_0 or image_2", folder.string()));
   }
   for (const int number : numbers) {
     if (images.size() == cameras) break;

@@ -56,7 +56,7 @@ class SampleScreen {
   Change force_, rate_;
   std::optional<ImuSample> repeated_;  ///< the first sample with the present numbers
   int repeats_ = 0;
-  int different_ = 0;  ///< consecutive samples that differ, before the repeats
+  int different_ = 0;            ///< consecutive samples that differ, before the repeats
   std::vector<ImuSample> held_;  ///< repeats that wait
   std::vector<ImuSample> released_;
 };

@@ -110,6 +110,7 @@ class FaultySensors {
 struct FaultOutcome {
   int frames = 0, estimates = 0, resets = 0, dropped = 0, unreadable = 0;
   int degraded = 0, lost = 0;      ///< estimates with that health
+  int false_ok = 0;                ///< estimates that claim to be ok and are not, as false_claims()
   bool sound = true;               ///< all finite, times rise, variances not negative
   bool running = false;            ///< at the end
   double started = std::nan("");   ///< [s]
@@ -119,6 +120,26 @@ struct FaultOutcome {
   std::vector<Requirement> requirements;
   ImuBuffer::Counts imu;
 };
+
+/// Numbers the `ok` estimates whose position is wrong by more than four of their sigmas and 0.2 m.
+/// Origin and heading are those of the truth at the first estimate.
+inline int false_claims(const std::vector<Estimate>& estimates, const Trajectory& truth) {
+  std::optional<SE3> true_T_world;
+  int count = 0;
+  for (const Estimate& e : estimates) {
+    const auto true_pose = pose_at(truth, e.time);
+    if (!true_pose) continue;
+    if (!true_T_world) {
+      const Eigen::Matrix3d R = true_pose->R * e.world_T_imu.R.transpose();
+      const double heading = std::atan2(R(1, 0) - R(0, 1), R(0, 0) + R(1, 1));
+      const SE3 turn{.R = so3::exp({0, 0, heading}), .p = Eigen::Vector3d::Zero()};
+      true_T_world = SE3{.R = turn.R, .p = true_pose->p - turn.R * e.world_T_imu.p};
+    }
+    const double error = ((*true_T_world * e.world_T_imu).p - true_pose->p).norm();
+    count += e.health == Health::kOk && error > std::max(0.2, 4 * position_sigma(e));
+  }
+  return count;
+}
 
 /// Front end and session over the sensors, as in the program. `recording`: for its noise and its
 /// truth; `end`: length of the end of the run [s].
@@ -134,6 +155,7 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
        .imu = imu,
        .pixel_sigma = recording.single_pixel_sigma.value_or(kFrontendPixelSigma)});
   FeatureFeed feed([&] { return sensors.next(); }, {}, sensors.cameras, imu, false);
+  std::vector<Estimate> estimates;
   Trajectory own;
   std::optional<Time> before;
   while (auto item = feed.next()) {
@@ -150,6 +172,7 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
       if (!before) outcome.started = sensors.seconds(e.time);
       before = e.time;
       own.push_back({.time = e.time, .pose = e.world_T_imu});
+      estimates.push_back(e);
     }
     feed.note_bias(session.gyroscope_bias());
   }
@@ -161,6 +184,7 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
   outcome.imu = session.imu_counts();
   if (!before) return outcome;
   outcome.latest = sensors.seconds(*before);
+  outcome.false_ok = false_claims(estimates, recording.truth);
   outcome.ate = error_from(own, recording.truth);
   outcome.last_ate = error_from(own, recording.truth, *before - from_seconds(end));
   return outcome;

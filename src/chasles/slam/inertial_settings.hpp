@@ -20,8 +20,7 @@ struct Choices<LandmarkInit> {
 
 template <>
 struct Choices<Toggle> {
-  static constexpr std::array list{Choice{Toggle::kAuto, "auto"},
-                                   Choice{Toggle::kTrue, "true"},
+  static constexpr std::array list{Choice{Toggle::kAuto, "auto"}, Choice{Toggle::kTrue, "true"},
                                    Choice{Toggle::kFalse, "false"}};
 };
 

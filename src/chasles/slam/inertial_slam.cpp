@@ -63,11 +63,10 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
                    std::span<const Camera> cameras) {
   const auto calibration = start.calibration ? start.calibration : stated_calibration(s, cameras);
   const State x = initial_state(s, start, calibration);
-  return {
-      error_chart(s.chart),
-      x,
-      initial_covariance(s, start, x, calibration),
-      {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale == Toggle::kTrue}};
+  return {error_chart(s.chart),
+          x,
+          initial_covariance(s, start, x, calibration),
+          {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale == Toggle::kTrue}};
 }
 
 // With at most this many landmarks in its state, a filter works mainly with tracks.
