@@ -51,8 +51,8 @@ Recording part_with(const Recording& recording, const std::vector<FeatureFrame>&
   return part;
 }
 
-Outcome run_filter(const Recording& part) {
-  const InertialRunSettings settings = for_images({}, 1);
+Outcome run_filter(const Recording& part, bool images) {
+  const InertialRunSettings settings = images ? for_images({}, 1) : InertialRunSettings{};
   const std::unique_ptr<Estimator> estimator = make_estimator(settings, part);
   Outcome outcome{.frames = part.frames.size(), .why = {}};
   EventStream stream(part);
@@ -96,11 +96,11 @@ std::vector<Suspicion> suspicions() {
 }
 
 // The first suspicion with which the filter works; empty: none.
-std::string cure_of(const Recording& part) {
+std::string cure_of(const Recording& part, bool images) {
   for (const Suspicion& suspicion : suspicions()) {
     Recording changed = part;
     std::ranges::for_each(changed.imu, suspicion.undo);
-    const Outcome outcome = run_filter(changed);
+    const Outcome outcome = run_filter(changed, images);
     if (!outcome.works()) continue;
     return fmt::format("with {}, it estimates {} of them", suspicion.what, outcome.estimates);
   }
@@ -127,10 +127,11 @@ void report_trial(const Recording& recording, const std::vector<FeatureFrame>& f
     return;
   }
   const Recording part = part_with(recording, frames);
-  const Outcome outcome = run_filter(part);
+  const bool images = recording.images != nullptr;
+  const Outcome outcome = run_filter(part, images);
   report.facts.push_back({"filter", "estimates", 100 * outcome.share(), "% of the frames"});
   if (outcome.works()) return;
-  const std::string cure = cure_of(part);
+  const std::string cure = cure_of(part, images);
   const bool few = outcome.share() < kLeastShare;
   report.findings.push_back(
       {.severity = cure.empty() ? Severity::kWarning : Severity::kError,

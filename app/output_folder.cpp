@@ -44,11 +44,13 @@ void prepare_output(const fs::path& folder) {
 
 void refuse_output_into(const fs::path& output, const fs::path& recording) {
   std::error_code ignored;
-  if (output.empty() || !fs::is_directory(recording, ignored)) return;
+  if (output.empty()) return;
+  const bool is_folder = fs::is_directory(recording, ignored);
   fs::path own = resolved(recording);
-  if (own.filename() == "mav0") own = own.parent_path();  // the truth and the plan are beside it
+  // Truth and plan are beside a mav0 folder, and calibration and truth beside a file.
+  if (!is_folder || own.filename() == "mav0") own = own.parent_path();
   const fs::path target = resolved(output);
-  if (target != own && (!is_within(target, own) || is_free(target))) return;
+  if (target != own && (!is_folder || !is_within(target, own) || is_free(target))) return;
   throw UsageError(fmt::format(
       "-o {}: is {} the recording {}, whose files an output may overwrite: choose another folder",
       output.string(), target == own ? "the folder of" : "a folder of", recording.string()));

@@ -136,7 +136,7 @@ void append_run_remarks(const RunReport& report, std::vector<std::string>& remar
   if (left_out > 0) {
     remarks.push_back(fmt::format(
         "{} IMU samples are no measurements and were left out: {} of six zeros, {} spikes, {} of a "
-        "sensor that repeats its numbers in motion",
+        "sensor that repeats its numbers",
         left_out, own.imu.zero, own.imu.spikes, own.imu.frozen));
   }
   if (own.batch) append_remarks(*own.batch, remarks);

@@ -77,14 +77,14 @@ std::vector<std::string> missed(const std::vector<Threshold>& thresholds,
     const bool has_value = figure != figures.end() && figure->is_number();
     const std::optional<double> limit = limit_of(t, any_given, has_value);
     if (!limit) continue;
-    const char* side = t.below ? "below" : "above";
+    const char* side = t.below ? "below" : "at least";
     if (!has_value) {
       sentences.push_back(
           fmt::format("{} has no value here, asked for {} {}", t.figure, side, *limit));
       continue;
     }
     const double value = figure->get<double>();
-    if (t.below ? value < *limit : value > *limit) continue;
+    if (t.below ? value < *limit : value >= *limit) continue;
     sentences.push_back(fmt::format("{} is {:.4g}, asked for {} {}{}", t.figure, value, side,
                                     *limit, t.limit ? "" : fmt::format(" ({})", t.option)));
   }

@@ -113,12 +113,12 @@ TEST(Run, AMissedThresholdEndsWithFiveAndAMetOneWithZero) {
 TEST(Run, CoverageIsAFigureAndAThreshold) {
   const Scratch folder;
   simulate(folder);
-  const Json whole = json_of(chasles(folder, "run rec --json --quiet --coverage-above 0.99"));
+  const Json whole = json_of(chasles(folder, "run rec --json --quiet --coverage-above 1"));
   EXPECT_EQ(whole.at("coverage"), 1.0);
   EXPECT_EQ(whole.at("health"), "ok");
-  const Outcome more = chasles(folder, "run rec --quiet --coverage-above 1");
+  const Outcome more = chasles(folder, "run rec --quiet --coverage-above 1.1");
   EXPECT_EQ(more.code, 5);
-  expect_part(more.err, "missed: coverage is 1, asked for above 1");
+  expect_part(more.err, "missed: coverage is 1, asked for at least 1.1");
 }
 
 // The accelerometer measures nothing at first, so the run starts late.
@@ -148,7 +148,7 @@ TEST(Run, ThatEstimatesLessThanHalfOfTheFramesIsNotOk) {
   // Other thresholds say nothing about the rest of the recording.
   const Outcome passed = chasles(folder, "run late --quiet --ate-below 1e9");
   EXPECT_EQ(passed.code, 5);
-  expect_part(passed.err, "asked for above 0.5 (--coverage-above)");
+  expect_part(passed.err, "asked for at least 0.5 (--coverage-above)");
   EXPECT_EQ(chasles(folder, "run late --quiet --ate-below 1e9 --coverage-above 0.01").code, 0);
 }
 

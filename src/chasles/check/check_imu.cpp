@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -8,6 +9,7 @@
 #include <chasles/check/check_imu.hpp>
 #include <chasles/data/gravity.hpp>
 #include <chasles/data/imu_range.hpp>
+#include <chasles/imu/sample_screen.hpp>
 
 namespace chasles {
 namespace {
@@ -128,6 +130,33 @@ void report_repeats(const std::vector<ImuSample>& imu, CheckReport& report) {
        .advice = "the sensor is read faster than it measures: read it at its own rate"});
 }
 
+// By the rules of a run (SampleScreen).
+void report_no_measurements(const std::vector<ImuSample>& imu, const ImuRange& range,
+                            CheckReport& report) {
+  SampleScreen screen(range);
+  std::optional<Time> first;
+  int left_out = 0;
+  for (const ImuSample& sample : imu) {
+    screen.add(sample);
+    const SampleScreen::Counts& c = screen.counts();
+    left_out = c.zero + c.spikes + c.frozen;
+    if (left_out > 0 && !first) first = sample.time;
+  }
+  if (left_out == 0) return;
+  const SampleScreen::Counts& c = screen.counts();
+  report.findings.push_back(
+      {.severity = Severity::kWarning,
+       .about = "imu",
+       .what =
+           fmt::format("{} samples are no measurements: {} of six zeros, {} spikes, {} of a "
+                       "sensor that repeats its numbers; the first after {:.2f} s",
+                       left_out, c.zero, c.spikes, c.frozen, to_seconds(*first - imu.front().time)),
+       .value = static_cast<double>(left_out),
+       .threshold = 0,
+       .unit = "samples",
+       .advice = "a run leaves them out and bridges the gaps; check the driver and the cable"});
+}
+
 }  // namespace
 
 std::vector<Rest> find_rests(const std::vector<ImuSample>& imu) {
@@ -162,6 +191,7 @@ void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckR
   report_gravity_size(imu, longest(rests), report);
   report_saturation(imu, range, report);
   report_repeats(imu, report);
+  report_no_measurements(imu, range, report);
 }
 
 void report_true_gravity(const Recording& recording, CheckReport& report) {

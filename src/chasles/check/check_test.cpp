@@ -190,6 +190,19 @@ TEST(Check, FramesWithoutSamplesAndASlowImuAreNamed) {
   EXPECT_NEAR(finding(check_recording(slow), "imu", "samples a frame").value, 1.25, 1e-6);
 }
 
+TEST(Check, SamplesThatAreNoMeasurementsAreCounted) {
+  Recording r = tracked();
+  ASSERT_FALSE(check_recording(r).findings.size() > 0);
+  r.imu[900].specific_force_imu.setConstant(400);
+  r.imu[700].specific_force_imu.setZero();
+  r.imu[700].angular_rate_imu.setZero();
+  EXPECT_EQ(finding(check_recording(r), "imu",
+                    "2 samples are no measurements: 1 of six zeros, 1 "
+                    "spikes, 0 of a sensor that repeats")
+                .value,
+            2);
+}
+
 TEST(Check, WhatCannotBeTakenFromTheRecordingIsSaid) {
   Recording still = tracked();
   for (ImuSample& s : still.imu) s.angular_rate_imu.setZero();

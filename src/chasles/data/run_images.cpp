@@ -44,13 +44,6 @@ void append_features(const RunImage& image, fmt::memory_buffer& rows) {
   }
 }
 
-// Removes the images of an earlier run; nothing else in the folder.
-void remove_pictures(const fs::path& folder) {
-  for (const std::string& file : pictures_of(folder)) remove_file(folder / file);
-  std::error_code not_empty;
-  fs::remove(folder / "images", not_empty);
-}
-
 int whole(const CsvReader& csv, std::size_t column, int most) {
   const std::int64_t value = csv.integer(column);
   if (value >= 0 && value <= most) return static_cast<int>(value);
@@ -131,12 +124,7 @@ std::vector<std::string> pictures_of(const fs::path& folder) {
 }
 
 void write_run_images(const std::vector<RunImage>& images, const fs::path& folder) {
-  remove_pictures(folder);
-  if (images.empty()) {
-    remove_file(folder / "images.csv");
-    remove_file(folder / "features.csv");
-    return;
-  }
+  if (images.empty()) return;
   fmt::memory_buffer rows, features;
   for (const RunImage& image : images) {
     const std::string file = image.jpeg.empty() ? "" : picture_name(image);

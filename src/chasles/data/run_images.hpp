@@ -26,8 +26,8 @@ struct RunImage {
   std::vector<RunFeature> features;
 };
 
-/// Writes images.csv, features.csv and images/camC_TIME.jpg of a run folder (docs/formats.md), or
-/// removes them if there are no images. Throws UsageError if that is not possible.
+/// Writes images.csv, features.csv and images/camC_TIME.jpg of a run folder (docs/formats.md);
+/// nothing without images. Throws UsageError if that is not possible.
 void write_run_images(const std::vector<RunImage>& images, const std::filesystem::path& folder);
 
 /// The pictures in a run folder, as images/camC_TIME.jpg.

@@ -70,23 +70,6 @@ TEST(RunImages, AreReadAgainAsTheyWereWritten) {
   }
 }
 
-TEST(RunImages, ThoseOfAnEarlierRunGoAndNothingElse) {
-  const auto folder = test::scratch();
-  write_run_images(example_images(), folder);
-  test::spill(folder / "images" / "mine.txt", "notes");
-  auto fewer = example_images();
-  fewer.resize(2);
-  write_run_images(fewer, folder);
-  EXPECT_TRUE(fs::exists(folder / "images/cam1_1000000007.jpg"));
-  EXPECT_FALSE(fs::exists(folder / "images/cam0_2000000000.jpg"));
-  write_run_images({}, folder);
-  EXPECT_FALSE(fs::exists(folder / "images.csv"));
-  EXPECT_FALSE(fs::exists(folder / "features.csv"));
-  EXPECT_FALSE(fs::exists(folder / "images/cam0_1000000007.jpg"));
-  EXPECT_TRUE(fs::exists(folder / "images/mine.txt"));
-  EXPECT_TRUE(read_run_images(folder).empty());
-}
-
 // Replaces a text in a file of the folder and returns the error message.
 std::string error(const std::string& file, const std::string& what, const std::string& by) {
   const auto folder = test::scratch();

@@ -2,9 +2,11 @@
 #include <cerrno>
 #include <fcntl.h>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -30,7 +32,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char *kWriting = ".writing", *kWritten = ".written", *kSummaryFile = "summary.json",
                      *kFiles = "files";
-// All files of a run but summary.json and pictures.
+// All files but summary.json and pictures of a run whose summary does not list them (before 0.2).
 constexpr const char* kRunFiles[] = {"trajectory.tum", "states.csv",        "timing.csv",
                                      "landmarks.csv",  "map.ply",           "truth.tum",
                                      "plan.csv",       "images.csv",        "features.csv",
@@ -119,9 +121,15 @@ void sync_folders(const fs::path& folder) {
 // After the files are committed nothing may be in their way.
 void check_way(const fs::path& folder, const Json& files) {
   const auto check = [&](const std::string& name) {
-    if (!fs::is_directory(fs::symlink_status(folder / name))) return;
-    throw UsageError(fmt::format("{}: is a folder, in the way of a file of the run; move it",
-                                 (folder / name).string()));
+    const fs::path file = folder / name, above = file.parent_path();
+    if (fs::is_directory(fs::symlink_status(file))) {
+      throw UsageError(
+          fmt::format("{}: is a folder, in the way of a file of the run; move it", file.string()));
+    }
+    if (fs::exists(fs::symlink_status(above)) && !fs::is_directory(above)) {
+      throw UsageError(
+          fmt::format("{}: is a file, in the way of a folder of the run; move it", above.string()));
+    }
   };
   check(kSummaryFile);
   for (const auto& [name, content] : files.items()) check(name);
@@ -136,13 +144,29 @@ Json parsed_summary(const fs::path& file) {
       fmt::format("{}: expected a JSON object with the entry '{}'", file.string(), kFiles));
 }
 
-void remove_earlier(const fs::path& folder, const Json& files) {
-  for (const char* name : kRunFiles) {
-    if (!files.contains(name)) fs::remove(folder / name);
+// Whether it is a place of a run's files. A summary is the user's to change.
+bool is_run_file(const std::string& name) {
+  const std::string_view plain =
+      name.starts_with("images/") ? std::string_view(name).substr(7) : name;
+  return plain.find('/') == std::string_view::npos && plain != "." && plain != "..";
+}
+
+// The files of the run in the folder; empty without one. Other files of the folder are not its own.
+std::vector<std::string> earlier_files(const fs::path& folder) {
+  std::error_code ignored;
+  std::vector<std::string> names;
+  if (!fs::is_regular_file(folder / kSummaryFile, ignored)) return names;
+  const Json summary = Json::parse(read_file(folder / kSummaryFile), nullptr, false);
+  if (!summary.is_object()) return names;
+  const auto files = summary.find(kFiles);
+  if (files == summary.end()) {
+    names.assign(std::begin(kRunFiles), std::end(kRunFiles));
+    std::ranges::copy(pictures_of(folder), std::back_inserter(names));
+  } else if (files->is_object()) {
+    for (const auto& [name, content] : files->items()) names.push_back(name);
   }
-  for (const std::string& picture : pictures_of(folder)) {
-    if (!files.contains(picture)) fs::remove(folder / picture);
-  }
+  std::erase_if(names, [](const std::string& name) { return !is_run_file(name); });
+  return names;
 }
 
 // May begin again after any of its steps.
@@ -150,8 +174,10 @@ void move_up(const fs::path& folder) {
   const fs::path from = folder / kWritten;
   if (fs::exists(from / kSummaryFile)) {
     const Json files = parsed_summary(from / kSummaryFile).at(kFiles);
+    for (const std::string& name : earlier_files(folder)) {
+      if (!files.contains(name)) fs::remove(folder / name);
+    }
     fs::remove(folder / kSummaryFile);
-    remove_earlier(folder, files);
     for (const std::string& name : files_below(from)) {
       if (name == kSummaryFile) continue;
       fs::create_directories((folder / name).parent_path());

@@ -55,6 +55,50 @@ void leave_committed(const fs::path& folder) {
   fs::rename(other, folder / ".written");
 }
 
+TEST(RunReplacement, FilesOfTheEarlierRunGoAndNothingElse) {
+  const auto folder = test::scratch() / "out";
+  Run run = small_run(5, true);
+  run.images = {picture_at(1), picture_at(2)};
+  write_run(run, {}, folder);
+  for (const char* mine : {"plan.csv", "images/cam0_7.jpg", "images/mine.txt", "notes.txt"}) {
+    test::spill(folder / mine, "mine");
+  }
+  test::spill(folder.parent_path() / "truth.tum", "mine");
+  // A summary that was changed by hand may name any file.
+  auto summary = nlohmann::ordered_json::parse(test::slurp(folder / "summary.json"));
+  summary["files"]["../truth.tum"] = nullptr;
+  test::spill(folder / "summary.json", summary.dump());
+  run = small_run(3, false);
+  run.images = {picture_at(2)};
+  write_run(run, {}, folder);
+  EXPECT_FALSE(fs::exists(folder / "truth.tum"));
+  EXPECT_FALSE(fs::exists(folder / "images/cam0_1.jpg"));
+  EXPECT_TRUE(fs::exists(folder / "images/cam0_2.jpg"));
+  for (const char* mine : {"plan.csv", "images/cam0_7.jpg", "images/mine.txt", "notes.txt"}) {
+    EXPECT_TRUE(fs::exists(folder / mine)) << mine;
+  }
+  EXPECT_TRUE(fs::exists(folder.parent_path() / "truth.tum"));
+}
+
+TEST(RunReplacement, AFolderWithoutARunKeepsItsFiles) {
+  const auto folder = test::scratch() / "mine";
+  fs::create_directories(folder);
+  test::spill(folder / "plan.csv", "mine");
+  write_run(small_run(3, false), {}, folder);
+  EXPECT_EQ(test::slurp(folder / "plan.csv"), "mine");
+}
+
+TEST(RunReplacement, AFileInTheWayOfAFolderIsRejectedBeforeAnythingChanges) {
+  const auto folder = test::scratch() / "out";
+  write_run(small_run(5, true), {}, folder);
+  test::spill(folder / "images", "a file");
+  const auto before = all_files(folder);
+  Run run = small_run(3, false);
+  run.images = {picture_at(1)};
+  EXPECT_THROW(write_run(run, {}, folder), UsageError);
+  EXPECT_EQ(all_files(folder), before);
+}
+
 TEST(RunReplacement, AKillAfterTheCommitLeavesTheNewRunToItsFirstReader) {
   const auto folder = test::scratch() / "out";
   leave_committed(folder);

@@ -10,6 +10,10 @@ namespace {
 
 // Assumed sigma of the unmeasured excess, as a fraction of the sensor's range.
 constexpr double kMissed = 0.5;
+// A signal changes by about its spread in this time: hand-held and flying IMUs move with 1 to 3 Hz.
+constexpr double kSteady = 0.13;  // [s]
+// Time constant of the spread, which a gap at the beginning of a motion finds small.
+constexpr double kRemembered = 1;  // [s]
 // Beyond this time, a saturated sensor has no usable neighbours.
 constexpr Time kLongestBridge = std::chrono::seconds(1);
 
@@ -20,6 +24,16 @@ double middle_between(const ImuSample& before, const ImuSample& after, Time star
 }
 
 }  // namespace
+
+void ImuBuffer::Spread::note(const Eigen::Vector3d& value, double weight) {
+  const Eigen::Vector3d difference = value - mean;
+  mean += weight * difference;
+  variance += weight * ((1 - weight) * difference.cwiseAbs2() - variance);
+}
+
+double ImuBuffer::Spread::of_bridge(double T) const {
+  return std::min(1.0, T * T / (2 * kSteady * kSteady)) * std::sqrt(variance.maxCoeff());
+}
 
 bool ImuBuffer::Sensor::saturated(const ImuSample& sample) const {
   return sample.*clipped || (sample.*value).cwiseAbs().maxCoeff() >= range;
@@ -65,6 +79,13 @@ void ImuBuffer::keep(const ImuSample& sample) {
   }
   if (accelerometer_.saturated(sample) || gyroscope_.saturated(sample)) ++counts_.saturated;
   ++counts_.used;
+  // The first sample is the mean.
+  const double since = samples_.empty()
+                           ? 1e9
+                           : std::min(to_seconds(sample.time - samples_.back().time), kRemembered);
+  const double weight = 1 - std::exp(-since / kRemembered);
+  force_.note(sample.specific_force_imu, weight);
+  rate_.note(sample.angular_rate_imu, weight);
   samples_.push_back(sample);
 }
 
@@ -105,12 +126,18 @@ ImuInterval ImuBuffer::interval(Time start, Time end, const Position& after) con
   }
   const Guess force = bridge(accelerometer_, start, end, after, value.specific_force_imu);
   const Guess rate = bridge(gyroscope_, start, end, after, value.angular_rate_imu);
+  const double T = to_seconds(unmeasured);
+  const bool gap = T > options_.max_interval;
+  const auto density = [&](const Guess& guess, const Spread& spread) {
+    return gap ? std::hypot(guess.extra_density, spread.of_bridge(T) * std::sqrt(T))
+               : guess.extra_density;
+  };
   return {.tau = to_seconds(end - start),
           .specific_force_imu = force.mean,
           .angular_rate_imu = rate.mean,
-          .noise_scale = std::max(1.0, to_seconds(unmeasured) / options_.max_interval),
-          .accelerometer_extra_density = force.extra_density,
-          .gyroscope_extra_density = rate.extra_density};
+          .noise_scale = std::max(1.0, T / options_.max_interval),
+          .accelerometer_extra_density = density(force, force_),
+          .gyroscope_extra_density = density(rate, rate_)};
 }
 
 bool ImuBuffer::rests_on_saturated(const Sensor& sensor, const Position& after) const {

@@ -14,7 +14,9 @@ namespace chasles {
 /// means the later sample holds.
 ///
 /// In a gap, and where a sample is held for longer than `max_interval`, the noise variance is
-/// multiplied by (time without a sample) / max_interval.
+/// multiplied by T / max_interval, T being the time without a sample. The noise density grows by
+/// sigma sqrt(T), as sigma is the error of the bridge: the spread of the sensor's signal over the
+/// last second, or less in a short gap.
 ///
 /// A saturated sample only bounds the signal. Saturated samples are counted and bridged by the
 /// straight line between their unsaturated neighbours: a signal that stays near the range is near
@@ -30,6 +32,10 @@ class ImuBuffer {
     double max_interval = 0.05;        ///< a longer interval between two samples is a gap [s]
     double accelerometer_range = 1e9;  ///< |component| at or above: saturated [m/s^2]
     double gyroscope_range = 1e9;      ///< [rad/s]
+
+    ImuRange range() const {
+      return {.accelerometer = accelerometer_range, .gyroscope = gyroscope_range};
+    }
   };
   /// Samples, except `extrapolated`, which counts calls of between().
   struct Counts {
@@ -74,6 +80,13 @@ class ImuBuffer {
     bool of_instant;  ///< or the mean since the sample before
     bool saturated(const ImuSample& sample) const;
   };
+  /// Mean and variance of a sensor's signal over the last second, per axis.
+  struct Spread {
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero(), variance = Eigen::Vector3d::Zero();
+    void note(const Eigen::Vector3d& value, double weight);
+    /// Sigma of the straight line through a gap of T seconds.
+    double of_bridge(double T) const;
+  };
   /// Estimated signal of a saturated sensor.
   struct Guess {
     Eigen::Vector3d mean;
@@ -94,13 +107,13 @@ class ImuBuffer {
   void keep(const ImuSample& sample);
 
   Options options_;
-  SampleScreen screen_{
-      {.accelerometer = options_.accelerometer_range, .gyroscope = options_.gyroscope_range}};
+  SampleScreen screen_{options_.range()};
   Sensor accelerometer_{&ImuSample::specific_force_imu, &ImuSample::force_clipped,
                         options_.accelerometer_range, is_force_of_instant(options_.convention)};
   Sensor gyroscope_{&ImuSample::angular_rate_imu, &ImuSample::rate_clipped,
                     options_.gyroscope_range, is_rate_of_instant(options_.convention)};
   Counts counts_;
+  Spread force_, rate_;
   std::vector<ImuSample> samples_;
 };
 

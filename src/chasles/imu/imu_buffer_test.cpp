@@ -307,5 +307,36 @@ TEST(ImuBuffer, TellsTheSignalAtAnInstant) {
   }
 }
 
+// A walk: what the straight line through a gap misses has the variance that the intervals state.
+TEST(ImuBuffer, TheNoiseOfAGapIsTheErrorOfItsBridge) {
+  const double dt = 0.005;
+  const auto signal = [](double t) {
+    return Eigen::Vector3d(2 * std::sin(6 * t) + std::sin(13 * t + 1), 1.5 * std::cos(8 * t),
+                           9.8 + 2 * std::sin(11 * t));
+  };
+  for (const double gap : {0.06, 0.1, 0.2, 0.4}) {
+    double squares = 0;
+    int count = 0;
+    for (double from = 3; from < 9; from += 0.1) {
+      ImuBuffer buffer({});
+      Eigen::Vector3d missed = Eigen::Vector3d::Zero();
+      for (double t = 0; t < from + gap + 0.1; t += dt) {
+        const bool inside = t > from && t < from + gap - dt / 2;
+        if (!inside) buffer.add({.time = from_seconds(t), .specific_force_imu = signal(t)});
+      }
+      double variance = 0;
+      for (const ImuInterval& i : buffer.between(from_seconds(from), from_seconds(from + gap))) {
+        missed -= i.specific_force_imu * i.tau;
+        variance += i.accelerometer_extra_density * i.accelerometer_extra_density * i.tau;
+      }
+      for (double t = from; t < from + gap - dt / 2; t += dt) missed += signal(t + dt / 2) * dt;
+      squares += missed.squaredNorm() / variance;
+      count += 3;
+    }
+    EXPECT_LT(squares / count, 2) << gap;
+    EXPECT_GT(squares / count, 0.02) << gap;
+  }
+}
+
 }  // namespace
 }  // namespace chasles

@@ -13,9 +13,9 @@ namespace chasles {
 /// - a sample of six zeros, which drivers write without a measurement;
 /// - a spike: one sample leaves the signal, by far more than samples differ otherwise, and the next
 ///   returns to it. A blow that lasts for two samples is a measurement;
-/// - a frozen sensor: a noisy signal in motion repeats its six numbers for longer than 0.1 s. At
-///   rest the repeated numbers would be right, and a simulated sensor without noise may repeat
-///   them. The repeats wait until it is decided, so that none of a frozen sensor is released.
+/// - a frozen sensor: a noisy signal repeats its six numbers for longer than 0.1 s. A simulated
+///   sensor without noise may repeat them. The repeats wait until it is decided, so that none of a
+///   frozen sensor is released.
 /// Samples at the limit of the sensor's range are no spikes and not frozen: ImuBuffer bridges them.
 class SampleScreen {
  public:
@@ -34,9 +34,13 @@ class SampleScreen {
  private:
   /// How much one sensor's signal changes between two samples.
   struct Change {
-    double mean = 0;  ///< of the recent magnitudes
+    Eigen::Vector3d last = Eigen::Vector3d::Zero();
+    double mean = 0;   ///< of the recent magnitudes
+    double noisy = 0;  ///< share of the recent changes that differ from the one before
     int count = 0;
-    void note(double magnitude);
+    void note(const Eigen::Vector3d& change);
+    /// Noise changes anew with every sample, a motion that is sampled fast enough does not.
+    bool is_noise() const;
     /// Over the limit of what is usual: a spike is above 1. Zero until enough changes are known.
     double unusual(double magnitude, double least) const;
   };

@@ -100,6 +100,18 @@ TEST(SampleScreen, ReleasesNoneOfAFrozenSensor) {
   expect_left_out(samples, out);
 }
 
+// Numbers as at rest tell nothing: a walker's are so at every eighth sample.
+TEST(SampleScreen, FreezesAtNumbersAsAtRestToo) {
+  auto samples = swing(1000);
+  std::vector<std::size_t> out;
+  for (std::size_t k = 400; k < 800; ++k) {
+    samples[k].specific_force_imu = {0, 0, 9.81};
+    samples[k].angular_rate_imu.setZero();
+    if (k > 400) out.push_back(k);
+  }
+  expect_left_out(samples, out);
+}
+
 TEST(SampleScreen, RepeatsForLessThanATenthOfASecondAreReleasedLater) {
   auto samples = swing(1000);
   for (std::size_t k = 401; k <= 420; ++k) {
@@ -111,7 +123,7 @@ TEST(SampleScreen, RepeatsForLessThanATenthOfASecondAreReleasedLater) {
 
 // As an ideal sensor of a simulation, at rest and in a steady turn; as one that is read twice.
 TEST(SampleScreen, KeepsRepeatsThatAreNoFault) {
-  auto samples = swing(1000);
+  auto samples = swing(1000, 0);
   for (std::size_t k = 401; k < 800; ++k) {
     samples[k].specific_force_imu = {0, 0, 9.81};
     samples[k].angular_rate_imu.setZero();

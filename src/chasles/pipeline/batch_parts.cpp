@@ -19,16 +19,20 @@ struct Stretch {
   Time first{}, last{};
 };
 
-// Samples that the filter drops do not count.
-std::vector<Stretch> stretches(const std::vector<ImuSample>& samples) {
+std::vector<Stretch> stretches(const std::vector<ImuSample>& samples, const ImuRange& range) {
   std::vector<Stretch> all;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const ImuSample& s = samples[i];
-    if (!s.specific_force_imu.allFinite() || !s.angular_rate_imu.allFinite()) continue;
-    if (all.empty() || s.time - all.back().last > kLongestGap) {
-      all.push_back({.begin = i, .first = s.time, .last = s.time});
+  SampleGaps gaps(range);
+  for (const ImuSample& sample : samples) {
+    const auto gap = gaps.add(sample);
+    if (!gaps.last()) continue;
+    if (all.empty()) all.push_back({.begin = 0, .first = *gaps.last(), .last = *gaps.last()});
+    if (gap) {
+      const auto next = std::ranges::find(samples, gap->next, &ImuSample::time);
+      all.push_back({.begin = static_cast<std::size_t>(next - samples.begin()),
+                     .first = gap->next,
+                     .last = gap->next});
     }
-    all.back().last = std::max(all.back().last, s.time);
+    all.back().last = *gaps.last();
   }
   return all;
 }
@@ -53,17 +57,15 @@ BatchMaterial part_of(const BatchMaterial& all, const std::vector<Stretch>& stre
   return part;
 }
 
-std::vector<BatchMaterial> divided(BatchMaterial material, Time offset) {
-  const std::vector<Stretch> all = stretches(material.samples);
+// One part, which then says where the gap is, if no stretch has an estimate.
+std::vector<BatchMaterial> divided(BatchMaterial material, const ImuRange& range, Time offset) {
+  const std::vector<Stretch> all = stretches(material.samples, range);
   std::vector<BatchMaterial> parts;
-  if (all.size() < 2) {
-    parts.push_back(std::move(material));
-    return parts;
-  }
-  for (std::size_t k = 0; k < all.size(); ++k) {
+  for (std::size_t k = 0; k < all.size() && all.size() > 1; ++k) {
     BatchMaterial part = part_of(material, all, k, offset);
     if (!part.estimates.empty()) parts.push_back(std::move(part));
   }
+  if (parts.empty()) parts.push_back(std::move(material));
   return parts;
 }
 
@@ -126,7 +128,7 @@ InertialBatchResult smooth_parts(const InertialSensors& sensors,
   std::string failure;
   std::exception_ptr first_error;
   std::vector<BatchMaterial> parts =
-      divided(std::move(material), from_seconds(settings.filter.time_offset));
+      divided(std::move(material), sensors.imu.range(), from_seconds(settings.filter.time_offset));
   for (BatchMaterial& part : parts) {
     InertialBatchInput input =
         batch_input(sensors, settings.filter, start_at(part.estimates.front()));

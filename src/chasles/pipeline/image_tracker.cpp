@@ -13,7 +13,7 @@ RotationPrior rotation_between(ImuBuffer& imu, Time from, Time to, const Eigen::
   RotationPrior prior;
   bool measured = !intervals.empty();
   for (const ImuInterval& interval : intervals) {
-    measured = measured && interval.gyroscope_extra_density == 0;  // not saturated
+    measured = measured && interval.gyroscope_extra_density == 0;  // no gap, not saturated
     prior.now_R_last_imu =
         so3::exp(-(interval.angular_rate_imu - bias) * interval.tau) * prior.now_R_last_imu;
   }

@@ -207,15 +207,8 @@ class InertialWindowEstimator : public InertialEstimator {
     return estimates;
   }
 
-  // Whether the motion before this sample is unknown. Samples that a window drops do not count.
-  bool ends_part(const ImuSample& sample) {
-    if (!sample.specific_force_imu.allFinite() || !sample.angular_rate_imu.allFinite())
-      return false;
-    if (last_sample_ && sample.time <= *last_sample_) return false;
-    const bool gap = last_sample_ && sample.time - *last_sample_ > InertialSession::kLongestGap;
-    last_sample_ = sample.time;
-    return gap && window_;
-  }
+  // Whether the motion before this sample is unknown.
+  bool ends_part(const ImuSample& sample) { return gaps_.add(sample) && window_; }
 
   std::vector<Estimate> end_part() {
     std::vector<Estimate> estimates = noted(window_->finish());
@@ -270,7 +263,7 @@ class InertialWindowEstimator : public InertialEstimator {
   std::deque<FeatureFrame> frames_;
   std::optional<InertialWindow> window_;
   Earlier earlier_;
-  std::optional<Time> last_sample_;
+  SampleGaps gaps_{sensors_.imu.range()};
   std::optional<Place> place_;  // of the window, after a gap
   std::optional<Estimate> last_;
 };

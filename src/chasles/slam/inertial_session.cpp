@@ -73,8 +73,7 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
     : settings_(validated(filter)),
       start_settings_(start),
       sensors_(std::move(sensors)),
-      screen_({.accelerometer = sensors_.imu.accelerometer_range,
-               .gyroscope = sensors_.imu.gyroscope_range}),
+      gaps_(sensors_.imu.range()),
       given_(std::move(given)) {
   end_part();
 }
@@ -99,11 +98,9 @@ void InertialSession::process(const TimedMeasurement& measurement) {
 
 // Samples that the buffers drop do not count.
 void InertialSession::note_time(const ImuSample& sample) {
-  for (const ImuSample& measured : screen_.add(sample)) {
-    const bool unknown = last_sample_ && measured.time - *last_sample_ > kLongestGap;
-    last_sample_ = measured.time;
-    if (slam_ && unknown) reset();
-  }
+  const bool unknown = gaps_.add(sample).has_value();
+  last_sample_ = gaps_.last();
+  if (slam_ && unknown) reset();
 }
 
 bool InertialSession::usable(const FeatureFrame& frame) const {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <chasles/imu/sample_gaps.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 #include <chasles/slam/initialiser.hpp>
 #include <chasles/slam/waiting_frames.hpp>
@@ -47,7 +48,7 @@ InertialStart continued(InertialStart start, const Estimate& before);
 /// initialises itself.
 class InertialSession {
  public:
-  static constexpr Time kLongestGap = std::chrono::milliseconds(500);
+  static constexpr Time kLongestGap = SampleGaps::kLongest;
 
   /// Throws UsageError for settings that cannot be used.
   InertialSession(const InertialSlamSettings& filter, const InitialiserSettings& start,
@@ -100,7 +101,7 @@ class InertialSession {
   InertialSlamSettings settings_;
   InitialiserSettings start_settings_;
   InertialSensors sensors_;
-  SampleScreen screen_;
+  SampleGaps gaps_;
   OutcomeObserver observer_;
   std::unique_ptr<InertialSlam> slam_;
   std::unique_ptr<Initialiser> initialiser_;

@@ -68,10 +68,6 @@ void check(const InertialBatchInput& input) {
   }
 }
 
-bool is_finite(const ImuSample& s) {
-  return s.specific_force_imu.allFinite() && s.angular_rate_imu.allFinite();
-}
-
 void refuse_gap(Time last, Time next) {
   throw InputError(
       "the IMU has no sample between " + std::to_string(last.count()) + " ns and " +
@@ -83,17 +79,12 @@ void refuse_gap(Time last, Time next) {
 
 // Of the samples that the buffer uses.
 void check_gaps(const InertialBatchInput& input, Time from, Time to) {
-  Time last = from;
-  const auto check = [&](Time next) {
-    if (next - last > kLongestGap) refuse_gap(last, next);
-  };
+  SampleGaps gaps(input.imu.range(), from);
   for (const ImuSample& sample : input.samples) {
-    if (!is_finite(sample) || sample.time <= last) continue;
     if (sample.time >= to) break;
-    check(sample.time);
-    last = sample.time;
+    if (const auto gap = gaps.add(sample)) refuse_gap(gap->last, gap->next);
   }
-  check(to);
+  if (to - *gaps.last() > kLongestGap) refuse_gap(*gaps.last(), to);
 }
 
 void add_start(const InertialBatchInput& input, BatchGraph& graph) {

@@ -80,7 +80,6 @@ BatchGraph batch_graph(const InertialBatchInput& input, const BatchSettings& set
 
 /// The steps of batch_graph(). They throw as smooth().
 void check(const InertialBatchInput& input);
-bool is_finite(const ImuSample& sample);
 [[noreturn]] void refuse_gap(Time last, Time next);
 void check_gaps(const InertialBatchInput& input, Time from, Time to);
 void add_start(const InertialBatchInput& input, BatchGraph& graph);

@@ -25,7 +25,7 @@ struct InertialWindow::Implementation {
         sliding(keyframes, settings, error_chart(chart), BlockSizes{}),
         buffer(input.imu),
         choice(input, settings, report.dropped_frames),
-        covered_until(input.start.time) {
+        gaps(input.imu.range(), input.start.time) {
     smooth_detail::check(input);
     report.window = keyframes;
     graph.anchored = sliding.window.anchored;
@@ -40,7 +40,6 @@ struct InertialWindow::Implementation {
     return input;
   }
 
-  void note_gap(const ImuSample& sample);
   void check_gap(Time frame) const;
   std::vector<Estimate> take_covered(bool all);
   std::optional<Estimate> take(const FeatureFrame& frame);
@@ -62,8 +61,8 @@ struct InertialWindow::Implementation {
   ImuBuffer buffer;
   KeyframeChoice choice;
   WaitingFrames<FeatureFrame> waiting;
-  Time covered_until;  // by samples, from the start on
-  std::optional<std::pair<Time, Time>> gap;
+  SampleGaps gaps;  // from the start on
+  std::optional<SampleGaps::Gap> gap;
   Tracks tracks;
   std::vector<LandmarkId> seen;  // of the present frame, not in the window
   int last_frame = -1;
@@ -71,14 +70,8 @@ struct InertialWindow::Implementation {
 };
 
 // The motion during a gap is unknown: a later frame cannot be linked to those before.
-void InertialWindow::Implementation::note_gap(const ImuSample& sample) {
-  if (!is_finite(sample) || sample.time <= covered_until) return;
-  if (!gap && sample.time - covered_until > kLongestGap) gap = {covered_until, sample.time};
-  covered_until = sample.time;
-}
-
 void InertialWindow::Implementation::check_gap(Time frame) const {
-  if (gap && frame - gap->first > kLongestGap) refuse_gap(gap->first, std::min(frame, gap->second));
+  if (gap && frame - gap->last > kLongestGap) refuse_gap(gap->last, std::min(frame, gap->next));
 }
 
 std::vector<Estimate> InertialWindow::Implementation::take_covered(bool all) {
@@ -240,7 +233,8 @@ InertialWindow::InertialWindow(const InertialBatchInput& input, const std::strin
 InertialWindow::~InertialWindow() = default;
 
 std::vector<Estimate> InertialWindow::process(const ImuSample& sample) {
-  of_->note_gap(sample);
+  const auto gap = of_->gaps.add(sample);
+  if (!of_->gap) of_->gap = gap;
   of_->buffer.add(sample);
   return of_->take_covered(false);
 }
