@@ -53,9 +53,9 @@ FrontendSettings independent_settings() {
 }
 
 ImageFrame read(const ImageSource& images, std::size_t i, std::size_t cameras) {
-  try {
-    return images.read(i);
-  } catch (const InputError&) {  // the exposure check counts them
+  try {  // the exposure check counts what cannot be read
+    return images.read_undamaged(i, cameras, [](const InputError&) {});
+  } catch (const InputError&) {
     return {.time = images.time(i), .images = std::vector<GrayImage>(cameras)};
   }
 }

@@ -122,7 +122,13 @@ class Recorder : public RunObserver {
 
   bool stop() override { return interrupt_.requested(); }
   void on_images(const ImageFrame& images) override { keeper_.see(images); }
-  void on_unreadable(const InputError& error) override { spdlog::warn("{}", error.what()); }
+  // A camera may have no image that can be read, of thousands.
+  void on_unreadable(const InputError& error) override {
+    constexpr int kMostWarnings = 20;
+    if (++unreadable_ > kMostWarnings) return;
+    spdlog::warn("{}", error.what());
+    if (unreadable_ == kMostWarnings) spdlog::warn("further unreadable images are only counted");
+  }
   void on_frame(const FeatureFrame& frame) override {
     if (!first_) first_ = frame.time;
     ++frames_;
@@ -190,6 +196,7 @@ class Recorder : public RunObserver {
   ObservationSpans spans_;
   std::optional<Time> first_;  // first frame
   std::size_t frames_ = 0, estimated_ = 0;
+  int unreadable_ = 0;  // frames with an image that cannot be read
 };
 
 }  // namespace

@@ -60,7 +60,7 @@ void read_message(const fs::path&, std::string_view bytes) {
       // The expected size is that of the image, so that it alone rejects nothing.
       if (image.width > 4096 || image.height > 4096) throw InputError("too large");
       const ImageSize size{static_cast<int>(image.width), static_cast<int>(image.height)};
-      grey_image(image, size, shift_of(brightest_of(image, "image")), "image");
+      grey_image(image, size, largest_deep_value(image, size, "image") ? 12 : 8, "image");
       break;
     }
     case 2:

@@ -82,7 +82,8 @@ TEST(Folders, ImagesThatCannotBeReadEndTheRunAfterAFew) {
                "frames of images can be read; the first: ");
   const Outcome check = chasles(folder, "check rec");
   EXPECT_EQ(check.code, 2);
-  expect_part(check.out, "60 of the 60 frames examined cannot be read; the first: ");
+  expect_part(check.out,
+              "60 of the 60 frames examined have an image that cannot be read; the first: ");
   expect_part(check.out, "the PNG file is truncated");
 }
 

@@ -161,6 +161,24 @@ TEST(RenderedWalk, AnImageThatCannotBeReadIsTakenAsMissing) {
   EXPECT_NE(outcome.err.find(images[70].filename().string()), std::string::npos) << outcome.err;
 }
 
+TEST(RenderedWalk, WithAnUnreadableSecondCameraTheFirstRunsAlone) {
+  const Scratch folder;
+  ASSERT_EQ(chasles(folder,
+                    "simulate walk --images --set cameras=2 --set walk_duration=6 -o walk --quiet")
+                .code,
+            0);
+  int images = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "walk/mav0/cam1/data")) {
+    spill(entry.path(), slurp(entry.path()).substr(0, 200));
+    ++images;
+  }
+  const Outcome both = chasles(folder, "run walk --json");
+  ASSERT_EQ(both.code, 0) << both.err;
+  EXPECT_EQ(figures(both).at("frontend").at("unreadable"), images);
+  EXPECT_NE(both.err.find("further unreadable images are only counted"), std::string::npos);
+  EXPECT_LT(figures(both).at("ate_m").get<double>(), 0.05);
+}
+
 TEST(RenderedWalk, WithTooLittleToBeginSaysWhatWasMissing) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder, "simulate walk --images --set walk_duration=6 -o walk --quiet").code,

@@ -38,23 +38,31 @@ struct CameraSums {
 class Damages {
  public:
   explicit Damages(const ImageSource& images) : images_(&images) {}
-  // The frame; nothing if it cannot be read, which is counted.
-  std::optional<ImageFrame> read(std::size_t i) {
+  // The frame with the images that can be read; nothing if none can. The others are counted.
+  std::optional<ImageFrame> read(std::size_t i, std::size_t cameras) {
     ++tried_;
+    std::optional<ImageFrame> frame;
+    bool damaged = false;
+    const auto note = [&](const InputError& error) {
+      if (damaged_ == 0 && !damaged) first_ = error.what();
+      damaged = true;
+    };
     try {
-      return images_->read(i);
+      frame = images_->read_undamaged(i, cameras, note);
     } catch (const InputError& error) {
-      if (damaged_++ == 0) first_ = error.what();
-      return std::nullopt;
+      note(error);
     }
+    damaged_ += damaged ? 1 : 0;
+    return frame;
   }
   void report(CheckReport& report) const {
     if (damaged_ == 0) return;
     report.findings.push_back(
         {.severity = Severity::kError,
          .about = "images",
-         .what = fmt::format("{} of the {} frames examined cannot be read; the first: {}", damaged_,
-                             tried_, first_),
+         .what = fmt::format("{} of the {} frames examined have an image that cannot be read; the "
+                             "first: {}",
+                             damaged_, tried_, first_),
          .value = static_cast<double>(damaged_),
          .threshold = 0,
          .unit = "frames",
@@ -121,7 +129,7 @@ void report_exposure(const ImageSource& images, std::size_t cameras, std::size_t
   Damages files(images);
   for (std::size_t n = 0; n < pairs; ++n) {
     const std::size_t k = n * (images.size() - 1) / pairs;
-    const auto first = files.read(k), second = files.read(k + 1);
+    const auto first = files.read(k, cameras), second = files.read(k + 1, cameras);
     for (std::size_t c = 0; first && c < cameras; ++c) {
       sums[c].add(first->images[c]);
       if (!second || first->images[c].empty()) continue;

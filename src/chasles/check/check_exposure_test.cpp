@@ -52,6 +52,25 @@ TEST(CheckExposure, GoodImagesGiveNoFinding) {
   EXPECT_NEAR(fact(report, "cam0", "brightness"), 20 + 75 + 19, 1);
 }
 
+TEST(CheckExposure, OfAnUnreadableCameraTheOtherIsExamined) {
+  class TornSecond : public MadeImages {
+   public:
+    TornSecond() : MadeImages([](std::size_t i) { return image_of(int(i) + 20, 10); }) {}
+    ImageFrame read_undamaged(std::size_t i, std::size_t, const OnDamage& damaged) const override {
+      ImageFrame frame = read(i);
+      frame.images.push_back(
+          read_or_empty([]() -> GrayImage { throw InputError("torn"); }, damaged));
+      return frame;
+    }
+  };
+  CheckReport report;
+  report_exposure(TornSecond(), 2, 50, report);
+  EXPECT_NEAR(fact(report, "cam0", "brightness"), 20 + 75 + 19, 1);
+  ASSERT_EQ(report.findings.size(), 1u);
+  EXPECT_EQ(report.findings[0].what,
+            "78 of the 78 frames examined have an image that cannot be read; the first: torn");
+}
+
 TEST(CheckExposure, DarkBrightBlankAndFrozenImagesAreNamed) {
   finding(report_of([](std::size_t i) { return image_of(int(i % 2), 1); }), "cam0",
           "the pixels are dark");

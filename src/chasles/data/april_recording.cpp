@@ -11,6 +11,7 @@
 #include <chasles/data/gravity.hpp>
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/image_recording.hpp>
+#include <chasles/data/imu_table.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
@@ -180,11 +181,9 @@ Recording read_april_recording(const fs::path& folder) {
   recording.cameras = read_cameras(folder);
   recording.imu_noise = read_euroc_imu_noise(folder / "imu0_sensor.yaml");
   recording.imu_range = read_euroc_imu_range(folder / "imu0_sensor.yaml");
-  recording.imu = read_euroc_imu(table(folder, "imu0"));
-  leave_out_not_finite(table(folder, "imu0"), recording);
-  if (recording.imu.empty()) {
-    throw InputError(table(folder, "imu0").string() + ": holds no sample, expected an IMU's");
-  }
+  recording.imu = read_imu_table(table(folder, "imu0"));
+  tidy_samples(table(folder, "imu0"), recording);
+  remark_on_open_end(table(folder, "imu0"), recording.remarks);
   recording.frames = read_tracks(table(folder, "tracks"), recording.cameras.size());
   remark_on_times(recording);
   const fs::path poses = table(folder, "gt_pnp"), corners = table(folder, "landmarks");

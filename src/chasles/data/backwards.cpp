@@ -20,6 +20,12 @@ class Reversed : public ImageSource {
     frame.time = time(i);
     return frame;
   }
+  ImageFrame read_undamaged(std::size_t i, std::size_t cameras,
+                            const OnDamage& damaged) const override {
+    ImageFrame frame = images_->read_undamaged(size() - 1 - i, cameras, damaged);
+    frame.time = time(i);
+    return frame;
+  }
 
  private:
   std::shared_ptr<const ImageSource> images_;

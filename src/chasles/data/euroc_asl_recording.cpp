@@ -130,7 +130,7 @@ void read_asl_truth(const fs::path& folder, Recording& recording) {
   } else if (fs::exists(states)) {
     read_euroc_states(states, recording);
   } else if (fs::exists(mocap)) {
-    recording.truth = read_euroc_poses(mocap);
+    recording.truth = read_tum(mocap);
   } else {
     recording.remarks.push_back(
         "no truth: there is neither state_groundtruth_estimate0/data.csv, mocap0/data.csv nor "

@@ -215,6 +215,10 @@ TEST_F(EurocFolder, KalibrsFilesServeWithoutSensorFiles) {
   ASSERT_EQ(r.truth.size(), 2u);
   EXPECT_EQ(r.truth[1].pose.p.z(), 4);
   EXPECT_NEAR(r.truth[0].pose.R(0, 0), -1, 1e-15) << "the real part comes first";
+  test::spill(mav / "mocap0/sensor.yaml",
+              "sensor_type: pose\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, 0, 0, 1, 0, 0, "
+              "0, 0, 1, 0.5, 0, 0, 0, 1]\n");
+  EXPECT_EQ(read_recording(rec).truth[1].pose.p.z(), 3.5) << "of the body below the marker";
   EXPECT_EQ(r.images->read(2).images[1].pixels[0], test::shade_of(1, 2));
   test::spill(mav / "cam0/sensor.yaml", test::kEurocCamera0);
   test::spill(mav / "cam1/sensor.yaml", test::kEurocCamera0);
@@ -291,6 +295,11 @@ TEST_F(EurocFolder, DamagedImagesAreRefusedByName) {
     test::spill(file, bytes);
     const Recording r = read_recording(rec);
     EXPECT_FALSE(r.images->read(0).images[1].empty()) << "the others are read";
+    int damages = 0;
+    const ImageFrame frame = r.images->read_undamaged(1, 2, [&](const InputError&) { ++damages; });
+    EXPECT_EQ(damages, 1);
+    EXPECT_FALSE(frame.images[0].empty());
+    EXPECT_TRUE(frame.images[1].empty());
     return input_error([&] { r.images->read(1); });
   };
   std::string flipped = good;

@@ -4,9 +4,11 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/csv.hpp>
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/gravity.hpp>
 #include <chasles/data/image_recording.hpp>
+#include <chasles/data/imu_table.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
 
@@ -73,11 +75,9 @@ void read_truth_file(const fs::path& file, Recording& recording) {
 Recording read_euroc_imu_recording(const fs::path& file) {
   Recording recording;
   recording.name = sequence_of(file);
-  recording.imu = read_euroc_imu(file);
-  if (recording.imu.empty()) {
-    throw InputError(fmt::format("{}: holds no sample, expected an IMU's", file.string()));
-  }
-  leave_out_not_finite(file, recording);
+  recording.imu = read_imu_table(file);
+  tidy_samples(file, recording);
+  remark_on_open_end(file, recording.remarks);
   if (const auto truth = truth_beside(file)) {
     read_truth_file(*truth, recording);
   } else {

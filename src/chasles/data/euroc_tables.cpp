@@ -20,18 +20,12 @@ using Names = std::vector<std::string>;
 
 // The real part of a quaternion comes first, and the gyroscope bias before the accelerometer bias.
 // Other orders would be read without an error, so the names are checked against these.
-const std::vector<Names> kImuNames{
-    {"timestamp", "w_RS_S_x", "w_RS_S_y", "w_RS_S_z", "a_RS_S_x", "a_RS_S_y", "a_RS_S_z"},
-    {"ts", "wx", "wy", "wz", "ax", "ay", "az"}};
 const std::vector<Names> kStateNames{
     {"timestamp", "p_RS_R_x", "p_RS_R_y", "p_RS_R_z", "q_RS_w", "q_RS_x", "q_RS_y", "q_RS_z",
      "v_RS_R_x", "v_RS_R_y", "v_RS_R_z", "b_w_RS_S_x", "b_w_RS_S_y", "b_w_RS_S_z", "b_a_RS_S_x",
      "b_a_RS_S_y", "b_a_RS_S_z"},
     {"time", "px", "py", "pz", "qw", "qx", "qy", "qz", "vx", "vy", "vz", "bwx", "bwy", "bwz", "bax",
      "bay", "baz"}};
-
-const std::vector<Names> kPoseTableNames{
-    {"timestamp", "p_RS_R_x", "p_RS_R_y", "p_RS_R_z", "q_RS_w", "q_RS_x", "q_RS_y", "q_RS_z"}};
 
 YamlMap read_sensor(const std::filesystem::path& file, const std::string& type, Names needed) {
   needed.insert(needed.begin(), {"sensor_type", "T_BS"});
@@ -45,24 +39,6 @@ YamlMap read_sensor(const std::filesystem::path& file, const std::string& type, 
 
 bool begins_euroc_imu(std::string_view bytes) {
   return bytes.starts_with("#timestamp [ns],w_RS_S_x") || bytes.starts_with("#ts,wx,wy,wz,ax");
-}
-
-std::vector<ImuSample> read_euroc_imu(const std::filesystem::path& file) {
-  CsvReader csv(file.string(), read_plain_or_gzip(file), kImuNames);
-  return read_imu_rows(csv);
-}
-
-Trajectory read_euroc_poses(const std::filesystem::path& file) {
-  CsvReader csv(file.string(), read_plain_or_gzip(file), kPoseTableNames);
-  Trajectory poses;
-  while (csv.next()) {
-    const Time time = csv.time(0);
-    if (!poses.empty()) check_rises(csv.where(0), poses.back().time, time);
-    const Eigen::Vector4d xyzw(csv.finite(5), csv.finite(6), csv.finite(7), csv.finite(4));
-    poses.push_back(
-        {.time = time, .pose = {checked_quaternion(csv.where(), xyzw), vector_at(csv, 1)}});
-  }
-  return poses;
 }
 
 void read_euroc_states(const std::filesystem::path& file, Recording& recording) {

@@ -15,15 +15,9 @@ namespace chasles {
 /// Whether these first bytes are those of an IMU table.
 bool begins_euroc_imu(std::string_view bytes);
 
-/// imu0/data.csv: time [ns], angular rate [rad/s], specific force [m/s^2].
-std::vector<ImuSample> read_euroc_imu(const std::filesystem::path& file);
-
 /// state_groundtruth_estimate0/data.csv: world_T_imu, velocity, gyroscope and accelerometer bias;
 /// appended to the recording's truth and true motion.
 void read_euroc_states(const std::filesystem::path& file, Recording& recording);
-
-/// mocap0/data.csv, as TUM-VI has it: world_T_imu, without velocities and biases.
-Trajectory read_euroc_poses(const std::filesystem::path& file);
 
 /// A camera of an EuRoC recording.
 struct EurocCamera {

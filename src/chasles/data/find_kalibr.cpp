@@ -50,6 +50,7 @@ std::vector<Candidate> candidates(const fs::path& folder, const Rank& rank_of) {
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
     const fs::path& file = entry.path();
+    if (file.filename().string().starts_with(".")) continue;  // ._imu.yaml of macOS
     if (file.extension() != ".yaml" && file.extension() != ".yml") continue;
     if (const auto rank = rank_of(file.stem().string())) found.push_back({file, *rank});
   }

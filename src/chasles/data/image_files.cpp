@@ -49,18 +49,25 @@ class ImageFiles : public ImageSource {
   Time time(std::size_t i) const override { return frames_[i].time; }
   ImageFrame read(std::size_t i) const override { return read_cameras(i, cameras_.size()); }
   ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
+    return read_undamaged(i, cameras, &throw_damage);
+  }
+  ImageFrame read_undamaged(std::size_t i, std::size_t cameras,
+                            const OnDamage& damaged) const override {
     ImageFrame frame{.time = frames_[i].time, .images = {}};
     for (std::size_t c = 0; c < std::min(cameras, cameras_.size()); ++c) {
-      const auto& member = frames_[i].members[c];
-      frame.images.push_back(member
-                                 ? read_image(cameras_[c].folder / cameras_[c].images[*member].file,
-                                              forms_[c].size, forms_[c].bits)
-                                 : GrayImage{});
+      frame.images.push_back(read_or_empty([&] { return read_one(i, c); }, damaged));
     }
     return frame;
   }
 
  private:
+  GrayImage read_one(std::size_t i, std::size_t camera) const {
+    const auto& member = frames_[i].members[camera];
+    if (!member) return {};
+    return read_image(cameras_[camera].folder / cameras_[camera].images[*member].file,
+                      forms_[camera].size, forms_[camera].bits);
+  }
+
   std::vector<CameraFiles> cameras_;
   std::vector<ImageForm> forms_;
   std::vector<PairedFrame> frames_;

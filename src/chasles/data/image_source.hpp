@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 
 #include <chasles/camera/image_frame.hpp>
 #include <chasles/error.hpp>
@@ -12,6 +13,9 @@ class ImageSizeError : public InputError {
  public:
   using InputError::InputError;
 };
+
+/// Called with the error of an image that cannot be read.
+using OnDamage = std::function<void(const InputError&)>;
 
 /// The images of a recording in order of time. They are read on request, because all of them
 /// together may be larger than the memory.
@@ -33,6 +37,26 @@ class ImageSource {
     if (frame.images.size() > cameras) frame.images.resize(cameras);
     return frame;
   }
+  /// The same, but an image that cannot be read is empty, and `damaged` receives its error. Sources
+  /// that read all images of a frame at once throw the error instead.
+  virtual ImageFrame read_undamaged(std::size_t i, std::size_t cameras,
+                                    const OnDamage& /*damaged*/) const {
+    return read_cameras(i, cameras);
+  }
 };
+
+/// The image that `read` returns; an empty one if it throws InputError, which `damaged` receives.
+template <typename Read>
+GrayImage read_or_empty(const Read& read, const OnDamage& damaged) {
+  try {
+    return read();
+  } catch (const InputError& error) {
+    damaged(error);
+    return {};
+  }
+}
+
+/// For read_or_empty(): the error is thrown on.
+inline void throw_damage(const InputError&) { throw; }
 
 }  // namespace chasles

@@ -18,6 +18,10 @@ class Part : public ImageSource {
   ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
     return images_->read_cameras(first_ + i, std::min(cameras, cameras_));
   }
+  ImageFrame read_undamaged(std::size_t i, std::size_t cameras,
+                            const OnDamage& damaged) const override {
+    return images_->read_undamaged(first_ + i, std::min(cameras, cameras_), damaged);
+  }
 
  private:
   std::shared_ptr<const ImageSource> images_;

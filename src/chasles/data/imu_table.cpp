@@ -131,7 +131,9 @@ Time time_at(const CsvReader& csv, std::size_t column) {
   if (unit == "s" || unit == "sec") return parse_seconds(csv.where(column), csv.text(column));
   const std::int64_t factor = unit == "us" ? 1'000 : unit == "ms" ? 1'000'000 : 0;
   const std::int64_t value = csv.integer(column);
-  if (factor > 0 && std::abs(value) < kLastNanosecond / factor) return Time(value * factor);
+  if (factor > 0 && value > -kLastNanosecond / factor && value < kLastNanosecond / factor) {
+    return Time(value * factor);
+  }
   throw InputError(
       fmt::format("{}: is {} {}, expected a time in ns, us, ms or s up to the year 2115",
                   csv.where(column), value, unit));

@@ -50,6 +50,11 @@ TEST(ImuTable, TimesAreInTheUnitOfTheirColumn) {
   expect_sample("timestamp [us],wx,wy,wz,ax,ay,az\n1500000,1,2,3,4,5,6\n");
   expect_parts(error("t [h],wx,wy,wz,ax,ay,az\n1,1,2,3,4,5,6\n"), {"imu.csv:2", "1 h"});
   expect_parts(error("t [ms],wx,wy,wz,ax,ay,az\n9000000000000000000,1,2,3,4,5,6\n"), {"imu.csv:2"});
+  for (const char* unit : {"us", "ms"}) {
+    expect_parts(error(std::string("t [") + unit +
+                       "],wx,wy,wz,ax,ay,az\n-9223372036854775808,1,2,3,4,5,6\n"),
+                 {"imu.csv:2", "is -9223372036854775808"});
+  }
   expect_parts(error("t,wx,wy,wz,ax,ay,az\n1.5,1,2,3,4,5,6\n"), {"imu.csv:2", "'t'", "1.5"});
 }
 

@@ -23,25 +23,17 @@ Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column) {
   return {csv.finite(column), csv.finite(column + 1), csv.finite(column + 2)};
 }
 
-ImuSample imu_sample_at(const CsvReader& csv) {
-  return {.time = csv.time(0),
-          .specific_force_imu = {csv.number(4), csv.number(5), csv.number(6)},
-          .angular_rate_imu = {csv.number(1), csv.number(2), csv.number(3)}};
-}
-
-std::vector<ImuSample> read_imu_rows(CsvReader& csv) {
-  std::vector<ImuSample> imu;
-  while (csv.next()) {
-    const ImuSample row = imu_sample_at(csv);
-    if (!imu.empty()) check_rises(csv.where(0), imu.back().time, row.time);
-    imu.push_back(row);
-  }
-  return imu;
-}
-
 std::vector<ImuSample> read_imu(const std::filesystem::path& file) {
   CsvReader csv(file, kImuColumns);
-  return read_imu_rows(csv);
+  std::vector<ImuSample> imu;
+  while (csv.next()) {
+    const Time time = csv.time(0);
+    if (!imu.empty()) check_rises(csv.where(0), imu.back().time, time);
+    imu.push_back({.time = time,
+                   .specific_force_imu = {csv.number(4), csv.number(5), csv.number(6)},
+                   .angular_rate_imu = {csv.number(1), csv.number(2), csv.number(3)}});
+  }
+  return imu;
 }
 
 void write_imu(const std::vector<ImuSample>& imu, const std::filesystem::path& file) {

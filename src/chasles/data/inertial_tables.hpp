@@ -17,13 +17,8 @@ extern const std::vector<std::string> kImuColumns;  ///< of imu.csv
 /// The finite numbers of that column and the two columns after it.
 Eigen::Vector3d vector_at(const CsvReader& csv, std::size_t column);
 
-/// A row `time, wx, wy, wz, ax, ay, az`, in EuRoC's order of columns. The numbers may be "nan" or
-/// "inf": leave_out_not_finite() of image_recording.hpp removes such samples.
-ImuSample imu_sample_at(const CsvReader& csv);
-
-/// All rows; times rise strictly.
-std::vector<ImuSample> read_imu_rows(CsvReader& csv);
-
+/// All rows; times rise strictly. The numbers may be "nan" or "inf": leave_out_not_finite() of
+/// image_recording.hpp removes such samples.
 std::vector<ImuSample> read_imu(const std::filesystem::path& file);
 void write_imu(const std::vector<ImuSample>& imu, const std::filesystem::path& file);
 

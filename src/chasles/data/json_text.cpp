@@ -13,15 +13,18 @@ namespace {
 using OrderedJson = nlohmann::ordered_json;
 
 constexpr std::size_t kBytesOfValue = 32;
-// The keys of an object are compared with each other.
+// The keys of an object are compared with each other. An object of a run has about a hundred.
 constexpr std::size_t kMostJsonKeys = 10'000;
+constexpr std::size_t kMostCompared = 100'000'000, kComparedOfByte = 20, kBytesOfComparison = 16;
 
 // Counts what a text would take, before the value is made. Stops at an error of the text, of which
 // the parser then makes the message.
 class JsonLimits : public nlohmann::json_sax<OrderedJson> {
  public:
-  explicit JsonLimits(const std::string& where)
-      : where_(where), most_values_(read_budget().bytes / kBytesOfValue) {}
+  JsonLimits(const std::string& where, std::size_t bytes)
+      : where_(where),
+        most_values_(read_budget().bytes / kBytesOfValue),
+        most_compared_(kMostCompared + kComparedOfByte * bytes) {}
 
   bool null() override { return count(); }
   bool boolean(bool) override { return count(); }
@@ -37,9 +40,13 @@ class JsonLimits : public nlohmann::json_sax<OrderedJson> {
   bool parse_error(std::size_t, const std::string&, const OrderedJson::exception&) override {
     return false;
   }
-  bool key(string_t&) override {
-    if (++keys_.back() <= kMostJsonKeys) return true;
-    throw InputError(fmt::format("{}: an object has more than {} keys", where_, kMostJsonKeys));
+  bool key(string_t& name) override {
+    compared_ += keys_.back() * (1 + name.size() / kBytesOfComparison);
+    if (++keys_.back() > kMostJsonKeys) {
+      throw InputError(fmt::format("{}: an object has more than {} keys", where_, kMostJsonKeys));
+    }
+    if (compared_ <= most_compared_) return true;
+    throw InputError(fmt::format("{}: too many objects have thousands of keys", where_));
   }
 
  private:
@@ -62,13 +69,14 @@ class JsonLimits : public nlohmann::json_sax<OrderedJson> {
 
   const std::string& where_;
   std::size_t most_values_, values_ = 0;
-  std::vector<std::size_t> keys_;  // of the objects and arrays that are open
+  std::size_t most_compared_, compared_ = 0;  // pairs of keys
+  std::vector<std::size_t> keys_;             // of the objects and arrays that are open
 };
 
 }  // namespace
 
 OrderedJson parse_json(std::string_view text, const std::string& where) {
-  JsonLimits limits(where);
+  JsonLimits limits(where, text.size());
   OrderedJson::sax_parse(text, &limits);
   try {
     return OrderedJson::parse(text);

@@ -176,6 +176,15 @@ TEST_F(Kalibr, MatricesOfOpenCvAreRead) {
   EXPECT_EQ(k.camera_topics[0], "/cam0/image_raw");
 }
 
+TEST_F(Kalibr, HiddenFilesAreLeftOut) {
+  for (const char* name : {"._camchain-imucam.yaml", "._imu.yaml", ".walk-imu.yaml"}) {
+    test::spill(folder / name, "of macOS");
+  }
+  EXPECT_EQ(find_kalibr(folder)->cameras.filename(), "camchain-imucam.yaml");
+  EXPECT_EQ(find_kalibr(folder)->imu.filename(), "imu.yaml");
+  EXPECT_TRUE(find_kalibr(folder)->remarks.empty());
+}
+
 TEST_F(Kalibr, OnlyTheCamerasThatAreAskedForMustBeGood) {
   write(changed(kChain, "equidistant", "omni"), kImu);
   expect_parts(error(), {"'omni'"});

@@ -3,6 +3,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -55,6 +56,7 @@ CameraFiles list_odometry_images(const fs::path& camera,
   CameraFiles files{.folder = camera, .images = {}};
   for (const fs::directory_entry& entry : fs::directory_iterator(camera)) {
     const std::string name = entry.path().filename().string(), stem = entry.path().stem().string();
+    if (!is_image_name(name)) continue;
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), index);
     if (error != std::errc() || end != stem.data() + stem.size()) continue;
@@ -66,7 +68,10 @@ CameraFiles list_odometry_images(const fs::path& camera,
     throw InputError(fmt::format("{}: holds no image 000000.png, ..., with a line in times.txt",
                                  camera.string()));
   }
-  std::ranges::sort(files.images, {}, &StampedFile::time);
+  // Of two files of one line (000000.jpg, 000000.png) the reader takes the first.
+  std::ranges::sort(files.images, [](const StampedFile& a, const StampedFile& b) {
+    return std::tie(a.time, a.file) < std::tie(b.time, b.file);
+  });
   return files;
 }
 

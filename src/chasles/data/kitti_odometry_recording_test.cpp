@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <chasles/data/image_testing.hpp>
 #include <chasles/data/readers.hpp>
 
@@ -66,6 +68,22 @@ TEST_F(KittiOdometry, WithInertialDataBesideItIsARecording) {
   EXPECT_EQ(r.imu.size(), 5u);
   EXPECT_EQ(r.truth.size(), 2u);
   EXPECT_EQ(read_recording(sequence, {.cameras = 1}).images->read(0).images.size(), 1u);
+}
+
+TEST_F(KittiOdometry, OtherFilesAndSecondFormsOfAnImageAreLeftOut) {
+  add_imu();
+  for (const char* name : {"000000.txt", "000002.yaml", "._000003.png", "2"}) {
+    test::spill(sequence / "image_0" / name, "no image");
+  }
+  test::spill(sequence / "image_0/000002.tif", test::encoded(test::picture(200), ".tif"));
+  const Recording r = read_recording(sequence);
+  ASSERT_EQ(r.images->size(), 3u);
+  EXPECT_EQ(r.images->read(0).images[0].pixels[0], 10);
+  EXPECT_EQ(r.images->read(1).images[0].pixels[0], 12) << "the first by its name";
+  EXPECT_EQ(r.images->read(2).images[0].pixels[0], 13);
+  EXPECT_TRUE(std::ranges::any_of(r.remarks, [](const std::string& remark) {
+    return remark.find("1 of 4 images of cam0 repeat the time") != std::string::npos;
+  }));
 }
 
 TEST_F(KittiOdometry, FilesThatDoNotFitAreNamed) {

@@ -61,10 +61,9 @@ void read_coefficients(const YamlMap& map, const std::string& key, Camera& camer
 }
 
 void read_distortion(const YamlMap& map, const LensKeys& keys, Camera& camera) {
-  const std::string name = small_letters(map.text(keys.distortion_model));
-  const auto* found = std::ranges::find(kModelNames, name, &ModelName::name);
-  if (found == kModelNames.end()) not_supported(map, keys.distortion_model);
-  camera.distortion = found->model;
+  const auto model = distortion_named(map.text(keys.distortion_model));
+  if (!model) not_supported(map, keys.distortion_model);
+  camera.distortion = *model;
   if (camera.distortion != Distortion::kNone) {
     read_coefficients(map, keys.coefficients, camera);
   } else if (map.has(keys.coefficients)) {
@@ -76,6 +75,11 @@ void read_distortion(const YamlMap& map, const LensKeys& keys, Camera& camera) {
 }
 
 }  // namespace
+
+std::optional<Distortion> distortion_named(const std::string& name) {
+  const auto* found = std::ranges::find(kModelNames, small_letters(name), &ModelName::name);
+  return found == kModelNames.end() ? std::nullopt : std::optional(found->model);
+}
 
 int checked_pixels(const std::string& where, double value) {
   if (value >= 1 && value <= 1e5 && value == std::floor(value)) return static_cast<int>(value);

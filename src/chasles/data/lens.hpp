@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include <chasles/camera/camera.hpp>
@@ -10,6 +11,10 @@ namespace chasles {
 /// The width or height of an image, from 1 to 100000 px. Throws InputError, starting with `where`,
 /// for anything else.
 int checked_pixels(const std::string& where, double value);
+
+/// The model of a name of Kalibr, EuRoC, OpenVINS, ROS or OpenCV, in small or capital letters;
+/// nothing for another.
+std::optional<Distortion> distortion_named(const std::string& name);
 
 /// The names of the distortion keys in a calibration file.
 struct LensKeys {

@@ -7,6 +7,7 @@
 #include <chasles/data/mat_file.hpp>
 #include <chasles/data/mat_structure.hpp>
 #include <chasles/data/matio_library.hpp>
+#include <chasles/data/read_budget.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
@@ -142,6 +143,7 @@ void MatFile::visit(const std::string& field,
   std::size_t count = 1;
   for (const std::size_t size : shape) count *= size;
   if (count == 0) return;
+  check_memory(fmt::format("{}: has {} numbers", where(field), count), count * sizeof(double));
   const int failed = matio().read_data(mat_.get(), variable.get());
   if (failed || !variable->data || variable->nbytes < count * variable->data_size) {
     throw InputError(where(field) + ": ends early or is damaged (is the file truncated?)");

@@ -230,6 +230,22 @@ TEST(MatFile, AnArrayWhoseHeaderIsNoneIsRefused) {
 }
 
 // Any truncation gives an InputError, never a crash.
+// Numbers of one byte, which compress well, take eight as doubles.
+TEST(MatFile, AnArrayThatTakesMoreThanTheBudgetIsRefused) {
+  const auto file = test::scratch() / "a.mat";
+  mat_t* mat = Mat_CreateVer(file.c_str(), nullptr, MAT_FT_MAT5);
+  std::size_t shape[] = {1, 100'000};
+  std::vector<std::int8_t> zeros(100'000);
+  matvar_t* variable = Mat_VarCreate("t", MAT_C_INT8, MAT_T_INT8, 2, shape, zeros.data(), 0);
+  ASSERT_EQ(Mat_VarWrite(mat, variable, MAT_COMPRESSION_ZLIB), 0);
+  Mat_VarFree(variable);
+  Mat_Close(mat);
+  ::setenv("CHASLES_READ_MEMORY", "500K", 1);
+  const std::string message = input_error([&] { read_mat_recording(file); });
+  ::unsetenv("CHASLES_READ_MEMORY");
+  expect_parts(message, {"a.mat: field 't': has 100000 numbers", "CHASLES_READ_MEMORY"});
+}
+
 TEST(MatFile, NoTruncationCrashes) {
   const auto folder = test::scratch();
   for (const auto compression : {MAT_COMPRESSION_NONE, MAT_COMPRESSION_ZLIB}) {

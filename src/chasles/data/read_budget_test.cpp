@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
+#include <chasles/data/bags/bag_contents.hpp>
 #include <chasles/data/bomb_testing.hpp>
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/json_text.hpp>
@@ -104,6 +105,16 @@ TEST(ReadBudget, OfTracksCountsTheObservations) {
                {"a.npz: field 'features': has more than 2621 observations", "CHASLES_READ_MEMORY"});
 }
 
+TEST(ReadBudget, OfABagCountsTheChunks) {
+  const auto bags = std::filesystem::path(CHASLES_SOURCE_DIR) / "src/chasles/data/bags/testdata";
+  EXPECT_EQ(scan_bags({bags / "none.bag"}).files.size(), 1u);
+  const Variable variable("CHASLES_READ_MEMORY", "5K");
+  expect_parts(input_error([&] { scan_bags({bags / "none.bag"}); }),
+               {"none.bag: a part at byte", "more than the 5120 bytes", "CHASLES_READ_MEMORY"});
+  expect_parts(input_error([&] { scan_bags({bags / "lz4.bag"}); }),
+               {"lz4.bag", "expected at most"});
+}
+
 TEST(Json, BracketsInsideEachOtherAreCounted) {
   const BombStopwatch quick;
   for (const std::string& open : {std::string("["), std::string("{\"a\":")}) {
@@ -130,6 +141,14 @@ TEST(Json, TooManyKeysOrValuesAreRefused) {
   std::string keys = "{";
   for (int i = 0; i < 100'000; ++i) keys += fmt::format("\"{}\":0,", i);
   expect_parts(input_error([&] { parse_json(keys, "x.json"); }), {"more than 10000 keys"});
+  std::string object = "{";
+  for (int i = 0; i < 9'999; ++i) object += fmt::format("\"{}\":0,", i);
+  object += "\"\":0}";
+  EXPECT_EQ(parse_json(object, "x.json").size(), 10'000u);
+  std::string many = "[" + object;
+  for (int i = 0; i < 50; ++i) many += "," + object;
+  expect_parts(input_error([&] { parse_json(many + "]", "x.json"); }),
+               {"x.json: too many objects have thousands of keys"});
   std::string objects = "[{}";
   for (int i = 0; i < 100'000; ++i) objects += ",{}";
   EXPECT_EQ(parse_json(objects + "]", "x.json").size(), 100'001u);

@@ -18,6 +18,7 @@
 #include <sys/file.h>
 
 #include <chasles/data/durable_file.hpp>
+#include <chasles/data/json_text.hpp>
 #include <chasles/data/run_images.hpp>
 #include <chasles/data/run_replacement.hpp>
 #include <chasles/data/text_file.hpp>
@@ -136,8 +137,8 @@ void check_way(const fs::path& folder, const Json& files) {
 }
 
 Json parsed_summary(const fs::path& file) {
-  Json summary = Json::parse(read_file(file), nullptr, false);
-  if (summary.is_object() && summary.contains(kFiles) && summary.at(kFiles).is_object()) {
+  Json summary = parse_json_object(read_file(file), file.string());
+  if (summary.contains(kFiles) && summary.at(kFiles).is_object()) {
     return summary;
   }
   throw InputError(

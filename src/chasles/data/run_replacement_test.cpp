@@ -118,6 +118,14 @@ TEST(RunReplacement, AKillAfterTheCommitLeavesTheNewRunToItsFirstReader) {
   }
 }
 
+TEST(RunReplacement, ASummaryThatNestsWithoutEndIsRefused) {
+  const auto folder = test::scratch() / "out";
+  leave_committed(folder);
+  test::spill(folder / ".written/summary.json", "{\"files\":" + std::string(200, '['));
+  test::expect_parts(test::input_error([&] { read_run(folder); }),
+                     {"summary.json: nests more than 100 values"});
+}
+
 TEST(RunReplacement, AKillBeforeTheCommitLeavesTheOldRun) {
   const auto folder = test::scratch() / "out";
   write_run(small_run(5, true), {{"run", "old"}}, folder);

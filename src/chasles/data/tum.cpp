@@ -17,7 +17,6 @@ namespace chasles {
 namespace {
 
 constexpr std::array<const char*, 8> kTumColumns{"t", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
-constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
 
 // OpenVINS writes six variances behind the pose; they are not read.
 constexpr std::size_t kColumnsOfOpenVins = 14;
@@ -92,10 +91,7 @@ void move_to_body(const std::filesystem::path& table, Trajectory& trajectory) {
   if (!std::filesystem::exists(file, ignored)) return;
   const YamlMap sensor = YamlMap::read(file, {});
   if (!sensor.has("T_BS")) return;
-  const YamlMap T = sensor.map("T_BS", {.known = {"cols", "rows", "data"}, .needed = {"data"}});
-  const Eigen::VectorXd data = T.numbers("data", 16, "numbers, row by row");
-  const SE3 body_T_sensor =
-      checked_motion(T.where("data"), Eigen::Matrix4d(data.reshaped<Eigen::RowMajor>(4, 4)));
+  const SE3 body_T_sensor = sensor.motion("T_BS");
   if (body_T_sensor.R.isIdentity(0) && body_T_sensor.p.isZero(0)) return;
   for (StampedPose& row : trajectory) row.pose = row.pose * body_T_sensor.inverse();
 }
@@ -103,11 +99,11 @@ void move_to_body(const std::filesystem::path& table, Trajectory& trajectory) {
 }  // namespace
 
 Trajectory read_tum(const std::filesystem::path& file) {
-  const std::string bytes = read_plain_or_gzip(file);
+  std::string bytes = read_plain_or_gzip(file);
+  remove_byte_order_mark(bytes);
   Trajectory trajectory;
   PoseRows rows;
   std::string_view rest = bytes;
-  if (rest.starts_with(kByteOrderMark)) rest.remove_prefix(kByteOrderMark.size());
   for (int number = 1; !rest.empty(); ++number) {
     const std::string_view line = trimmed(take_line(rest));
     if (line.empty()) continue;

@@ -16,7 +16,7 @@ namespace chasles {
 /// Totals of the front end over the frames.
 struct FrontendTotals {
   int frames = 0;
-  int unreadable = 0;  ///< images, counted as missing
+  int unreadable = 0;  ///< frames with an image that cannot be read, which counts as missing
   long tracked = 0, added = 0, lost = 0, outliers = 0, stereo_tried = 0, stereo_matched = 0;
   double seconds = 0;  ///< its time, without reading the images
 };
@@ -42,8 +42,8 @@ class RunObserver {
 
   /// Polled after every frame and during batch estimation, from any thread.
   virtual bool stop() { return false; }
-  virtual void on_images(const ImageFrame&) {}      ///< maybe from another thread
-  virtual void on_unreadable(const InputError&) {}  ///< the same
+  virtual void on_images(const ImageFrame&) {}      ///< as SensorFeedOptions::see
+  virtual void on_unreadable(const InputError&) {}  ///< as SensorFeedOptions::unreadable
   virtual void on_frame(const FeatureFrame&) {}     ///< before it is processed
   virtual void on_outcomes(const FeatureFrame&, std::span<const PixelOutcome>) {}
   virtual void on_estimate(const Estimate&, const EstimateTiming&) {}

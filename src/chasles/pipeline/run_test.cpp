@@ -414,6 +414,37 @@ TEST_F(RunOfImages, AnUnreadableImageIsCountedAndMissing) {
   EXPECT_EQ(observer.images, static_cast<int>(torn.images->size()) - count);
 }
 
+TEST_F(RunOfImages, WithTheSecondCameraUnreadableTheFirstContinues) {
+  class TornSecond : public ImageSource {
+   public:
+    explicit TornSecond(std::shared_ptr<const ImageSource> of) : of_(std::move(of)) {}
+    std::size_t size() const override { return of_->size(); }
+    Time time(std::size_t i) const override { return of_->time(i); }
+    ImageFrame read(std::size_t i) const override { return of_->read(i); }
+    ImageFrame read_undamaged(std::size_t i, std::size_t, const OnDamage& damaged) const override {
+      ImageFrame frame = of_->read(i);
+      frame.images.push_back(
+          read_or_empty([]() -> GrayImage { throw InputError("torn"); }, damaged));
+      return frame;
+    }
+
+   private:
+    std::shared_ptr<const ImageSource> of_;
+  };
+  Recording torn = walk();
+  torn.cameras.push_back(torn.cameras[0]);
+  torn.cameras[1].cam_T_imu.p.x() -= 0.1;
+  torn.images = std::make_shared<TornSecond>(walk().images);
+  Images observer;
+  const auto estimator = make_estimator(InertialRunSettings{}, torn);
+  const RunReport report = run(torn, *estimator, {}, {}, observer);
+  const int all = static_cast<int>(torn.images->size());
+  EXPECT_EQ(report.frontend.unreadable, all);
+  EXPECT_EQ(observer.unreadable, all);
+  EXPECT_EQ(observer.images, all);
+  EXPECT_GT(report.frontend.tracked, 0);
+}
+
 TEST_F(RunOfImages, EndsSoonIfNoImageCanBeRead) {
   class Hopeless : public ImageSource {
    public:

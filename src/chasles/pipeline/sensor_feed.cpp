@@ -9,8 +9,8 @@ namespace {
 
 // Decoding an image may take longer than processing it: at most so many wait.
 constexpr std::size_t kImagesReadAhead = 4;
-// So many frames that cannot be read, and none before that can: it is not the disk, but the kind of
-// the images.
+// So many frames whose first image cannot be read, and none before that can: it is not the disk,
+// but the kind of the images. The other cameras only join the tracks of the first.
 constexpr int kFramesToGiveUp = 20;
 
 }  // namespace
@@ -62,25 +62,35 @@ std::optional<SensorEvent> SensorFeed::next_event() {
 }
 
 ImageFrame SensorFeed::read(const ImagesDue& due) {
+  const std::size_t cameras = recording_->cameras.size();
+  std::optional<InputError> first;  // of the frame
+  const auto damaged = [&](const InputError& error) {
+    if (!first) first = error;
+  };
+  ImageFrame frame{.time = due.time, .images = std::vector<GrayImage>(cameras)};
   try {
-    ImageFrame frame = recording_->images->read(due.index);
+    frame = recording_->images->read_undamaged(due.index, cameras, damaged);
+  } catch (const InputError& error) {
+    damaged(error);
+  }
+  if (first) ++unreadable_;
+  if (!frame.images.empty() && !frame.images[0].empty()) {
     any_read_ = true;
     see_(frame);
-    return frame;
-  } catch (const InputError& error) {
-    if (unreadable_++ == 0) first_error_ = error.what();
+  } else if (first) {
+    if (without_first_++ == 0) first_error_ = first->what();
     give_up_if_hopeless();
-    unreadable_image_(error);
-    return {.time = due.time, .images = std::vector<GrayImage>(recording_->cameras.size())};
   }
+  if (first) unreadable_image_(*first);
+  return frame;
 }
 
 void SensorFeed::give_up_if_hopeless() const {
   const std::size_t all = recording_->images->size();
-  const bool last = static_cast<std::size_t>(unreadable_) == all;
-  if (any_read_ || !(last || unreadable_ >= kFramesToGiveUp)) return;
+  const bool last = static_cast<std::size_t>(without_first_) == all;
+  if (any_read_ || !(last || without_first_ >= kFramesToGiveUp)) return;
   throw InputError(fmt::format("none of {}{} frames of images can be read; the first: {}",
-                               last ? "" : fmt::format("the first {} of ", unreadable_), all,
+                               last ? "" : fmt::format("the first {} of ", without_first_), all,
                                first_error_));
 }
 

@@ -21,16 +21,18 @@ struct SensorFeedOptions {
   std::function<bool()> stop = [] {
     return false;
   };  ///< polled while the feed waits for a live sensor
-  /// Called with all images that are read, maybe from another thread, until close().
+  /// Called with the frames whose first image can be read, maybe from another thread, until
+  /// close().
   std::function<void(const ImageFrame&)> see = [](const ImageFrame&) {};
-  /// Called with the error of an image that cannot be read; the image counts as missing.
+  /// Called once for each frame with images that cannot be read, with the error of the first one;
+  /// these images count as missing.
   std::function<void(const InputError&)> unreadable = [](const InputError&) {};
 };
 
 /// The events of a recording as the input of an estimator: its samples and frames, its images
 /// through the front end. As fast as they are taken, or at the recording's own speed; then some may
 /// be dropped. An image that cannot be read counts as missing; next() throws InputError if that
-/// holds for all of them, or for the first twenty.
+/// holds for all images of the first camera, or for its first twenty.
 class SensorFeed {
  public:
   /// The recording must outlive the feed.
@@ -52,22 +54,22 @@ class SensorFeed {
 
   /// Ends all threads. After it only counts() and unreadable() may be called.
   void close();
-  int unreadable() const { return unreadable_; }
+  int unreadable() const { return unreadable_; }       ///< frames with an image that cannot be read
   Playback::Counts counts() const { return counts_; }  ///< zero, if not played in real time
 
  private:
   std::optional<SensorEvent> next_event();
   ImageFrame read(const ImagesDue& due);
-  /// Throws InputError if there are many images that cannot be read, and none that can.
+  /// Throws InputError if many images of the first camera cannot be read, and none can.
   void give_up_if_hopeless() const;
 
   const Recording* recording_;
   EventStream stream_;
   std::function<void(const ImageFrame&)> see_;
   std::function<void(const InputError&)> unreadable_image_;
-  int unreadable_ = 0;
+  int unreadable_ = 0, without_first_ = 0;  // frames
   bool any_read_ = false;
-  std::string first_error_;  // of an unreadable image
+  std::string first_error_;  // of an unreadable image of the first camera
   Playback::Counts counts_;
   std::optional<Playback> playback_;
   std::optional<Ahead<SensorEvent>> ahead_;

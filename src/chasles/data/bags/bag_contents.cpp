@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include <chasles/data/bags/bag_contents.hpp>
-#include <chasles/data/bags/ros_image.hpp>
+#include <chasles/data/bags/file_bytes.hpp>
+#include <chasles/data/image_decode.hpp>
 #include <chasles/data/parse.hpp>
 #include <chasles/error.hpp>
 
@@ -15,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Time kLongestBreak = std::chrono::minutes(1);
-constexpr std::uint64_t kMostUnpacked = 1'000'000'000, kMostMessageInflation = 200;
+constexpr std::size_t kMostTransforms = 10'000;
 
 /// The times of recording of a file.
 struct FileSpan {
@@ -23,27 +25,47 @@ struct FileSpan {
   Time begin = Time::max(), end = Time::min();
 };
 
+/// Where the messages of a topic of one file go.
+struct ScanTarget {
+  TopicContents* topic = nullptr;
+  RosMessage message = {};  // the one that is read
+};
+
 /// The topics, by name and type.
 using TopicMap = std::map<std::pair<std::string, std::string>, TopicContents>;
 
+/// The transforms between frames; of those between the same two, the first one.
+class StaticTransforms {
+ public:
+  void add(RosTransform&& one, const std::string& where) {
+    std::pair frames(one.parent, one.child);
+    if (frames_.contains(frames)) return;
+    if (all.size() == kMostTransforms) {
+      throw InputError(
+          fmt::format("{}: has more than {} static transforms", where, kMostTransforms));
+    }
+    frames_.insert(std::move(frames));
+    all.push_back(std::move(one));
+  }
+  std::vector<RosTransform> all;
+
+ private:
+  std::set<std::pair<std::string, std::string>> frames_;
+};
+
 void note_image(const RosMessage& message, TopicContents& topic) {
+  if (topic.images.size() > 1) return;
   if (topic.topic.type == "sensor_msgs/CompressedImage") {
-    if (topic.images.size() > 1) return;
     const ImageSize size = stated_size(ros_compressed_image(message), message.where);
     topic.width = size.width;
     topic.height = size.height;
     return;
   }
   const RosImage image = ros_image(message);
-  if (topic.images.size() == 1) {
-    topic.encoding = image.encoding;
-    // A larger size is none that a calibration has.
-    topic.width = static_cast<int>(std::min(image.width, 1u << 30));
-    topic.height = static_cast<int>(std::min(image.height, 1u << 30));
-  }
-  if (topic.encoding.find("16") != std::string::npos) {
-    topic.brightest |= brightest_of(image, message.where);
-  }
+  topic.encoding = image.encoding;
+  // A larger size is none that a calibration has.
+  topic.width = static_cast<int>(std::min(image.width, 1u << 30));
+  topic.height = static_cast<int>(std::min(image.height, 1u << 30));
 }
 
 // An image that is damaged is one that cannot be read later; here it gives no figures.
@@ -61,9 +83,9 @@ bool is_read(const BagTopic& topic) {
 }
 
 void take_message(const RosMessage& message, const BagImage& place, TopicContents& topic,
-                  std::vector<RosTransform>& transforms) {
+                  StaticTransforms& transforms) {
   if (topic.topic.type == "tf2_msgs/TFMessage" || topic.topic.type == "tf/tfMessage") {
-    for (RosTransform& one : ros_transforms(message)) transforms.push_back(std::move(one));
+    for (RosTransform& one : ros_transforms(message)) transforms.add(std::move(one), message.where);
     return;
   }
   const bool image = is_image(topic), imu = is_of(topic, "sensor_msgs/Imu");
@@ -89,13 +111,15 @@ class BagScan {
     const std::size_t number = contents.files.size();
     FileSpan span{.file = path};
     std::error_code ignored;
-    budget_ += kMostMessageInflation * fs::file_size(path, ignored);
+    unpacked_ = 0;
+    budget_ = most_unpacked(fs::file_size(path, ignored));
+    targets_.clear();
     file->scan(
         [&](const BagMessage& message) {
           const Time recorded = std::clamp(message.recorded, Time{}, Time(kLastNanosecond));
           span.begin = std::min(span.begin, recorded);
           span.end = std::max(span.end, recorded);
-          take(message, path, {.file = number, .place = message.place}, contents);
+          take(message, path, {.file = number, .place = message.place});
         },
         contents.remarks);
     if (span.begin <= span.end) spans_.push_back(span);
@@ -118,6 +142,7 @@ class BagScan {
     }
   }
 
+  std::vector<RosTransform> transforms() { return std::move(transforms_.all); }
   std::vector<TopicContents> topics() {
     std::vector<TopicContents> topics;
     for (auto& [name, topic] : topics_) topics.push_back(std::move(topic));
@@ -125,33 +150,44 @@ class BagScan {
   }
 
  private:
-  void take(const BagMessage& message, const fs::path& path, const BagImage& place,
-            BagContents& contents) {
-    const BagTopic& name = *message.topic;
-    TopicContents& topic = topics_[{name.name, name.type}];
-    if (topic.messages++ == 0) topic.topic = name;
-    if (!is_read(name)) return;
-    RosMessage decoded{.bytes = message.bytes, .wire = name.wire};
-    decoded.where = fmt::format("{}: topic {}", path.string(), name.name);
+  void take(const BagMessage& message, const fs::path& path, const BagImage& place) {
+    ScanTarget& target = target_of(*message.topic, path);
+    TopicContents& topic = *target.topic;
+    ++topic.messages;
+    if (!is_read(*message.topic)) return;
+    target.message.bytes = message.bytes;
     try {
       std::string unpacked;
-      unpack_message(decoded, unpacked);
+      unpack_message(target.message, unpacked);
       unpacked_ += unpacked.size();
-      take_message(decoded, place, topic, contents.transforms);
+      take_message(target.message, place, topic, transforms_);
     } catch (const InputError& error) {
       if (topic.damage.empty()) topic.damage = error.what();
     }
     if (unpacked_ <= budget_) return;
     throw InputError(
-        fmt::format("{}: {} bytes were unpacked from its messages, expected at most {} "
-                    "times its size: it is damaged",
-                    path.string(), unpacked_, kMostMessageInflation));
+        fmt::format("{}: {} bytes were unpacked from its messages, expected at most {}: it is "
+                    "damaged",
+                    path.string(), unpacked_, budget_));
+  }
+
+  // A small file may have many messages: their topic is looked up without copies of its name.
+  ScanTarget& target_of(const BagTopic& name, const fs::path& path) {
+    const auto [found, fresh] = targets_.try_emplace(&name);
+    ScanTarget& target = found->second;
+    if (!fresh) return target;
+    target.topic = &topics_[{name.name, name.type}];
+    if (target.topic->messages == 0) target.topic->topic = name;
+    target.message.wire = name.wire;
+    target.message.where = fmt::format("{}: topic {:.100}", path.string(), name.name);
+    return target;
   }
 
   TopicMap topics_;
+  std::map<const BagTopic*, ScanTarget> targets_;  // of the file that is scanned
+  StaticTransforms transforms_;
   std::vector<FileSpan> spans_;
-  // Of messages that are compressed by themselves: a small file must not fill the day.
-  std::uint64_t unpacked_ = 0, budget_ = kMostUnpacked;
+  std::uint64_t unpacked_ = 0, budget_ = 0;  // of messages that are compressed by themselves
 };
 
 }  // namespace
@@ -171,6 +207,7 @@ BagContents scan_bags(const std::vector<fs::path>& files) {
   for (const fs::path& file : files) scan.scan(file, contents);
   scan.check_breaks();
   contents.topics = scan.topics();
+  contents.transforms = scan.transforms();
   return contents;
 }
 

@@ -29,7 +29,6 @@ struct TopicContents {
   std::vector<BagImage> images;  ///< in the order of the files
   std::string encoding = {};     ///< of the first sensor_msgs/Image
   int width = 0, height = 0;     ///< of the first image; 0 if it could not be decoded [px]
-  std::uint32_t brightest = 0;   ///< of the images of 16 bits
   std::optional<RosCameraInfo> info = {};  ///< the first one
   std::string damage = {};                 ///< on the first message that could not be decoded
 };
@@ -38,7 +37,7 @@ struct TopicContents {
 struct BagContents {
   std::vector<std::shared_ptr<const BagFile>> files;  ///< for reading the images
   std::vector<TopicContents> topics;                  ///< in order of name
-  std::vector<RosTransform> transforms;               ///< of /tf_static
+  std::vector<RosTransform> transforms;               ///< of /tf_static, each once
   std::vector<std::string> remarks;
 };
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <fstream>
 
@@ -12,6 +13,19 @@ std::string ros1_type(std::string_view name) {
   std::string type(name);
   const std::size_t middle = type.find("/msg/");
   return middle == std::string::npos ? type : type.erase(middle, 4);
+}
+
+BagTopic checked_topic(const std::string& where, std::string_view name, std::string_view type,
+                       Wire wire) {
+  constexpr std::size_t kLongestName = 4096;  // [bytes]
+  const std::size_t length = std::max(name.size(), type.size());
+  if (length <= kLongestName) {
+    return {.name = std::string(name), .type = ros1_type(type), .wire = wire};
+  }
+  throw InputError(
+      fmt::format("{}: the name of a topic or its type has {} bytes, expected at most {}: the bag "
+                  "is damaged",
+                  where, length, kLongestName));
 }
 
 bool begins_bag(std::string_view bytes) {

@@ -60,6 +60,11 @@ bool begins_bag(std::string_view bytes);
 /// "sensor_msgs/Imu" from "sensor_msgs/msg/Imu".
 std::string ros1_type(std::string_view name);
 
+/// A topic as the file `where` names it, the type in either form. Throws InputError for a name of
+/// more than 4096 bytes.
+BagTopic checked_topic(const std::string& where, std::string_view name, std::string_view type,
+                       Wire wire);
+
 // One function for each kind of file; open_bag_file() chooses.
 std::unique_ptr<BagFile> open_ros1_bag(const std::filesystem::path& file);
 std::unique_ptr<BagFile> open_mcap_bag(const std::filesystem::path& file);

@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include <chasles/data/bags/bag_images.hpp>
 #include <chasles/data/bags/ros_image.hpp>
+#include <chasles/data/image_range.hpp>
 #include <chasles/data/image_recording.hpp>
 #include <chasles/data/pair_images.hpp>
 #include <chasles/data/time_order.hpp>
@@ -18,14 +20,31 @@ struct CameraImages {
   std::string where;  // the bag and the topic
   BagTopic topic;
   ImageSize size;
-  int shift = 0;  // of 16-bit values
+  int bits = kAllBits;  // of the 16, those in use
   std::vector<BagImage> images;
 };
 
+using BagFiles = std::vector<std::shared_ptr<const BagFile>>;
+
+// Reads the message of an image. Calls `raw` with a sensor_msgs/Image, or `packed` with the bytes
+// of a PNG or a JPEG; both with the name for messages.
+template <typename Raw, typename Packed>
+auto visit_image(const BagFiles& files, const CameraImages& camera, const BagImage& image,
+                 const Raw& raw, const Packed& packed) {
+  RosMessage message{.bytes = {}, .wire = camera.topic.wire};
+  message.where = fmt::format("{} at {} ns", camera.where, image.time.count());
+  const std::string bytes = files[image.file]->read(image.place);
+  std::string unpacked;
+  message.bytes = bytes;
+  unpack_message(message, unpacked);
+  return camera.topic.type == "sensor_msgs/Image"
+             ? raw(ros_image(message), message.where)
+             : packed(ros_compressed_image(message), message.where);
+}
+
 class BagImages : public ImageSource {
  public:
-  BagImages(std::vector<std::shared_ptr<const BagFile>> files, std::vector<CameraImages> cameras,
-            std::vector<PairedFrame> frames)
+  BagImages(BagFiles files, std::vector<CameraImages> cameras, std::vector<PairedFrame> frames)
       : files_(std::move(files)), cameras_(std::move(cameras)), frames_(std::move(frames)) {}
 
   std::size_t size() const override { return frames_.size(); }
@@ -33,29 +52,33 @@ class BagImages : public ImageSource {
   ImageFrame read(std::size_t i) const override { return read_cameras(i, cameras_.size()); }
   // Decodes the images of the first cameras only.
   ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
+    return read_undamaged(i, cameras, &throw_damage);
+  }
+  ImageFrame read_undamaged(std::size_t i, std::size_t cameras,
+                            const OnDamage& damaged) const override {
     ImageFrame frame{.time = frames_[i].time, .images = {}};
     for (std::size_t c = 0; c < std::min(cameras, cameras_.size()); ++c) {
       const auto& member = frames_[i].members[c];
-      frame.images.push_back(member ? read_one(cameras_[c], cameras_[c].images[*member])
-                                    : GrayImage{});
+      frame.images.push_back(read_or_empty(
+          [&] { return member ? read_one(cameras_[c], cameras_[c].images[*member]) : GrayImage{}; },
+          damaged));
     }
     return frame;
   }
 
  private:
   GrayImage read_one(const CameraImages& camera, const BagImage& image) const {
-    RosMessage message{.bytes = {}, .wire = camera.topic.wire};
-    message.where = fmt::format("{} at {} ns", camera.where, image.time.count());
-    const std::string bytes = files_[image.file]->read(image.place);
-    std::string unpacked;
-    message.bytes = bytes;
-    unpack_message(message, unpacked);
-    return camera.topic.type == "sensor_msgs/Image"
-               ? grey_image(ros_image(message), camera.size, camera.shift, message.where)
-               : decode_image(ros_compressed_image(message), camera.size, message.where);
+    return visit_image(
+        files_, camera, image,
+        [&](const RosImage& raw, const std::string& where) {
+          return grey_image(raw, camera.size, camera.bits, where);
+        },
+        [&](std::string_view packed, const std::string& where) {
+          return decode_image(packed, camera.size, where, camera.bits);
+        });
   }
 
-  std::vector<std::shared_ptr<const BagFile>> files_;
+  BagFiles files_;
   std::vector<CameraImages> cameras_;
   std::vector<PairedFrame> frames_;
 };
@@ -69,32 +92,41 @@ void check_first(const TopicContents& topic, const Camera& camera, const std::st
                   where, topic.width, topic.height, camera.width, camera.height));
 }
 
-CameraImages camera_images(const TopicContents& topic, const Camera& camera, std::size_t number,
-                           const std::string& bag, std::vector<std::string>& remarks) {
-  CameraImages images{.where = fmt::format("{}: topic {}", bag, topic.topic.name),
+std::optional<int> largest_value(const BagFiles& files, const CameraImages& camera,
+                                 const BagImage& image) {
+  const auto largest = [&](const auto& pixels, const std::string& where) {
+    return largest_deep_value(pixels, camera.size, where);
+  };
+  return visit_image(files, camera, image, largest, largest);
+}
+
+CameraImages camera_images(const BagFiles& files, const TopicContents& topic, const Camera& camera,
+                           std::size_t number, const std::string& bag,
+                           std::vector<std::string>& remarks) {
+  CameraImages images{.where = fmt::format("{}: topic {:.100}", bag, topic.topic.name),
                       .topic = topic.topic,
                       .size = {.width = camera.width, .height = camera.height},
-                      .shift = shift_of(topic.brightest),
                       .images = topic.images};
   check_first(topic, camera, images.where);
   bring_into_order(images.images, fmt::format("images of cam{}", number), remarks);
-  if (topic.brightest > 0) {
-    remarks.push_back(fmt::format("the 16-bit images of cam{} use {} bits: all are divided by {}",
-                                  number, images.shift + 8, 1 << images.shift));
-  }
+  const auto range = deep_range(images.images.size(), [&](std::size_t i) {
+    return largest_value(files, images, images.images[i]);
+  });
+  if (!range) return images;
+  images.bits = range->bits;
+  remarks.push_back(deep_remark(*range, fmt::format("cam{}", number)));
   return images;
 }
 
 }  // namespace
 
 std::shared_ptr<const ImageSource> open_bag_images(
-    const std::vector<std::shared_ptr<const BagFile>>& files,
-    std::vector<const TopicContents*> topics, const std::vector<Camera>& rig,
+    const BagFiles& files, std::vector<const TopicContents*> topics, const std::vector<Camera>& rig,
     const std::vector<Time>& offsets, const std::string& where, std::vector<std::string>& remarks) {
   std::vector<CameraImages> cameras;
   std::vector<std::vector<Time>> stamps(topics.size());
   for (std::size_t c = 0; c < topics.size(); ++c) {
-    cameras.push_back(camera_images(*topics[c], rig[c], c, where, remarks));
+    cameras.push_back(camera_images(files, *topics[c], rig[c], c, where, remarks));
     const Time offset = offsets.empty() ? Time::zero() : offsets[c];
     for (const BagImage& image : cameras[c].images) {
       stamps[c].push_back(by_imu_clock(image.time, offset, cameras[c].where));

@@ -20,10 +20,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of the whole chain, because the bag may not have its first cameras; of the first ones if a later
+// one cannot be read.
+KalibrCalibration read_chain(const KalibrFiles& files, std::size_t cameras) {
+  try {
+    return read_kalibr(files);
+  } catch (const InputError&) {
+    return read_kalibr(files, cameras);
+  }
+}
+
 // Kalibr's two files in the nearest folder that has them.
-std::optional<KalibrCalibration> kalibr_of(const BagPaths& paths) {
+std::optional<KalibrCalibration> kalibr_of(const BagPaths& paths, std::size_t cameras) {
   for (const fs::path& folder : paths.folders) {
-    if (const auto files = find_kalibr(folder)) return read_kalibr(*files);
+    if (const auto files = find_kalibr(folder)) return read_chain(*files, cameras);
   }
   return std::nullopt;
 }
@@ -82,11 +92,11 @@ Recording read_bag_recording(const fs::path& path, std::size_t cameras) {
   const std::string bag = path.string();
   const BagPaths paths = find_bag_files(path);
   for (const fs::path& file : paths.files) open_bag_file(file);  // what is no bag comes first
-  const auto kalibr = kalibr_of(paths);
+  const auto kalibr = kalibr_of(paths, cameras);
   const KalibrCalibration calibration = kalibr ? *kalibr : imu_of(bag, paths);
   const BagContents contents = scan_bags(paths.files);
   ChosenTopics chosen =
-      choose_topics(bag, contents.topics, kalibr ? &*kalibr : nullptr, paths.folders);
+      choose_topics(bag, contents.topics, kalibr ? &*kalibr : nullptr, paths.folders, cameras);
   if (chosen.cameras.size() > cameras) {
     chosen.cameras.resize(cameras);
     chosen.chain.resize(cameras);

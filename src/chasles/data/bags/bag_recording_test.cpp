@@ -1,6 +1,11 @@
 #include <algorithm>
 
+#include <sqlite3.h>
+
+#include <chasles/data/bags/bag_contents.hpp>
+#include <chasles/data/bags/bag_images.hpp>
 #include <chasles/data/bags/bag_testing.hpp>
+#include <chasles/data/bomb_testing.hpp>
 #include <chasles/data/readers.hpp>
 
 // The bags are those of scripts/test-bags, by the Python packages rosbags and mcap.
@@ -8,6 +13,7 @@ namespace chasles {
 namespace {
 
 namespace fs = std::filesystem;
+using test::BombStopwatch;
 using test::expect_parts;
 using test::input_error;
 using test::kStamp;
@@ -152,6 +158,9 @@ TEST_F(Bag, ABagThatWasNotClosedIsReadUpToItsEnd) {
   const Recording r = read_recording(folder / "walk.bag.active");
   expect_the_walk(r);
   expect_parts(r.remarks[0], {"walk.bag.active", "was not closed", "rosbag reindex"});
+  // Space that the file system gave to the file before a crash.
+  test::spill(folder / "walk.bag.active", bytes.substr(0, index) + std::string(4096, '\0'));
+  expect_the_walk(read_recording(folder / "walk.bag.active"));
   test::spill(folder / "walk.bag.active", bytes.substr(0, 4200));
   expect_parts(refusal(folder / "walk.bag.active"), {"holds no message"});
 }
@@ -163,6 +172,107 @@ TEST_F(Bag, AnMcapFileThatWasNotClosedIsReadUpToItsEnd) {
   const Recording r = read_recording(folder / "walk.mcap");
   expect_the_walk(r);
   expect_parts(r.remarks[0], {"walk.mcap", "was not closed by its recorder"});
+}
+
+// A PNG of 12 bits in 16 lost its upper four bits, and so did every bright pixel.
+TEST_F(Bag, OfCompressedImagesTheBitsInUseAreTaken) {
+  cv::Mat image(6, 8, CV_16UC1, cv::Scalar(1000));
+  image.at<std::uint16_t>(0, 1) = 3000;
+  std::string message = test::message_header(kStamp);
+  test::put_text(message, "mono16; png compressed");
+  test::put_text(message, test::encoded(image));
+  test::spill(folder / "walk.mcap",
+              test::mcap_of("/cam0/compressed", "sensor_msgs/CompressedImage", {message}));
+  const BagContents contents = scan_bags({folder / "walk.mcap"});
+  const Camera camera{
+      .width = 8, .height = 6, .fx = 4, .fy = 4, .cx = 3.5, .cy = 2.5, .cam_T_imu = {}};
+  std::vector<std::string> remarks;
+  const auto images =
+      open_bag_images(contents.files, {&contents.topics[0]}, {camera}, {}, "walk.mcap", remarks);
+  EXPECT_EQ(images->read(0).images[0].pixels[0], 1000 / 16);
+  EXPECT_EQ(images->read(0).images[0].pixels[1], 3000 / 16);
+  ASSERT_EQ(remarks.size(), 1u);
+  expect_parts(remarks[0], {"cam0 have 16 bits and use 12"});
+}
+
+TEST_F(Bag, ManyMessagesOfALongNameTakeTimeInProportion) {
+  const BombStopwatch quick;
+  const std::string name = "/" + std::string(4000, 'n');
+  const std::vector<std::string> messages(100'000);
+  test::spill(folder / "a.mcap", test::mcap_of(name, "sensor_msgs/Imu", messages));
+  const BagContents contents = scan_bags({folder / "a.mcap"});
+  EXPECT_EQ(contents.topics.at(0).messages, messages.size());
+  EXPECT_LT(contents.topics[0].damage.size(), 500u) << "the name is shortened";
+  test::spill(folder / "a.mcap", test::mcap_of(name + name, "sensor_msgs/Imu", messages));
+  expect_parts(input_error([&] { scan_bags({folder / "a.mcap"}); }),
+               {"a.mcap: the name of a topic", "8002 bytes, expected at most 4096"});
+}
+
+TEST_F(Bag, StaticTransformsAreKeptOnceAndCounted) {
+  const auto message = [](int frames) {
+    std::string bytes;
+    test::put(bytes, static_cast<std::uint32_t>(frames));
+    for (int i = 0; i < frames; ++i) {
+      bytes += test::message_header(kStamp);
+      test::put_text(bytes, "frame" + std::to_string(i));
+      for (int k = 0; k < 7; ++k) test::put(bytes, k == 6 ? 1.0 : 0.0);
+    }
+    return bytes;
+  };
+  const auto scanned = [&](const std::vector<std::string>& messages) {
+    test::spill(folder / "a.mcap", test::mcap_of("/tf_static", "tf2_msgs/TFMessage", messages));
+    return scan_bags({folder / "a.mcap"});
+  };
+  const BombStopwatch quick;
+  const BagContents repeated = scanned(std::vector<std::string>(100, message(50)));
+  EXPECT_EQ(repeated.transforms.size(), 50u);
+  EXPECT_EQ(repeated.topics.at(0).damage, "");
+  expect_parts(scanned({message(10'001)}).topics.at(0).damage,
+               {"a.mcap: topic /tf_static: has more than 10000 static transforms"});
+}
+
+// The chain is read up to the cameras of the run.
+TEST_F(Bag, OfALensThatIsNotReadTheOtherCamerasRun) {
+  const fs::path path = copy("none.bag", "walk.bag");
+  test::write_kalibr(folder);
+  std::string chain = test::slurp(folder / "camchain-imucam.yaml");
+  chain.replace(chain.rfind("pinhole"), 7, "omni");
+  test::spill(folder / "camchain-imucam.yaml", chain);
+  expect_parts(refusal(path), {"camchain-imucam.yaml", "'omni'"});
+  EXPECT_EQ(read_recording(path, {.cameras = 1}).images->size(), 3u);
+  test::spill(folder / "topics.yaml", "imu: /imu0\ncameras: [/cam0/image_raw, /cam1/image_raw]\n");
+  EXPECT_EQ(read_recording(path, {.cameras = 1}).cameras.size(), 1u);
+}
+
+void make_database(const fs::path& file, const std::string& statements) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, statements.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
+      << sqlite3_errmsg(database);
+  sqlite3_close(database);
+}
+
+TEST_F(Bag, ADatabaseThatComputesIsRefused) {
+  const std::string topics =
+      "CREATE TABLE topics(id INTEGER PRIMARY KEY, name, type, serialization_format);"
+      "INSERT INTO topics VALUES (1, '/imu0', 'sensor_msgs/msg/Imu', 'cdr');";
+  const std::string rows =
+      "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 5000) ";
+  make_database(folder / "view.db3",
+                topics + "CREATE TABLE m(topic_id, timestamp, data);" + rows +
+                    "INSERT INTO m SELECT 2, i, x'00' FROM n;" +
+                    "CREATE VIEW messages AS SELECT a.rowid, a.topic_id, a.timestamp, a.data "
+                    "FROM m a, m b, m c;");
+  std::string sum = "topic_id";
+  for (int i = 0; i < 900; ++i) sum += " + 1";
+  make_database(folder / "sum.db3",
+                topics + "CREATE TABLE messages(topic_id, data, timestamp AS (" + sum + "));" +
+                    rows + "INSERT INTO messages SELECT 2, x'00' FROM n;");
+  const BombStopwatch quick;
+  expect_parts(input_error([&] { scan_bags({folder / "view.db3"}); }),
+               {"view.db3: 'messages' is no table"});
+  expect_parts(input_error([&] { scan_bags({folder / "sum.db3"}); }),
+               {"sum.db3: reading takes more than", "steps"});
 }
 
 TEST_F(Bag, ChangedBytesAreFoundByTheCheckSums) {

@@ -28,6 +28,41 @@ inline void put_text(std::string& bytes, const std::string& text) {
   bytes += text;
 }
 
+/// An MCAP file, not closed, of one topic of ROS 1 messages.
+inline std::string mcap_of(const std::string& topic, const std::string& type,
+                           const std::vector<std::string>& messages) {
+  std::string file("\x89MCAP0\r\n", 8);
+  const auto record = [&file](int op, const std::string& content) {
+    file += static_cast<char>(op);
+    put(file, std::uint64_t{content.size()});
+    file += content;
+  };
+  std::string header, schema, channel;
+  put_text(header, "ros1");
+  put_text(header, "test");
+  record(1, header);
+  put(schema, std::uint16_t{1});
+  for (const std::string& text : {type, std::string("ros1msg"), std::string()}) {
+    put_text(schema, text);
+  }
+  record(3, schema);
+  put(channel, std::uint16_t{1});
+  put(channel, std::uint16_t{1});
+  for (const std::string& text : {topic, std::string("ros1"), std::string()}) {
+    put_text(channel, text);
+  }
+  record(4, channel);
+  for (const std::string& bytes : messages) {
+    std::string message;
+    put(message, std::uint16_t{1});
+    put(message, std::uint32_t{0});
+    put(message, std::uint64_t{1});
+    put(message, std::uint64_t{1});
+    record(5, message + bytes);
+  }
+  return file;
+}
+
 inline std::string message_header(Time time) {
   std::string bytes;
   put(bytes, std::uint32_t{7});

@@ -18,11 +18,14 @@ std::string without_slash(const std::string& name) {
 }
 
 std::string topic_list(const std::vector<TopicContents>& topics) {
+  constexpr std::size_t kMostListed = 100;
   std::string text;
-  for (const TopicContents& t : topics) {
-    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", t.topic.name,
-                        t.topic.type.empty() ? "of unknown type" : t.topic.type);
+  for (std::size_t i = 0; i < std::min(topics.size(), kMostListed); ++i) {
+    const BagTopic& t = topics[i].topic;
+    text += fmt::format("{}{:.100} ({:.100})", text.empty() ? "" : ", ", t.name,
+                        t.type.empty() ? "of unknown type" : t.type);
   }
+  if (topics.size() > kMostListed) text += fmt::format(" and {} more", topics.size() - kMostListed);
   return text.empty() ? "no message" : text;
 }
 
@@ -54,12 +57,14 @@ class TopicChoice {
     }
   }
 
-  void by_file(const fs::path& file) {
+  void by_file(const fs::path& file, std::size_t cameras) {
     const YamlMap map =
         YamlMap::read(file, {.known = {"imu", "cameras"}, .needed = {"imu", "cameras"}});
     chosen_.imu = named(file, map.text("imu"), imus_, "sensor_msgs/Imu");
-    const std::vector<std::string> names = map.texts("cameras");
-    if (names.empty() || (kalibr_ != nullptr && names.size() != kalibr_->cameras.size())) {
+    std::vector<std::string> names = map.texts("cameras");
+    names.resize(std::min(names.size(), cameras));
+    if (names.empty() ||
+        (kalibr_ != nullptr && names.size() != std::min(kalibr_->cameras.size(), cameras))) {
       fail(fmt::format("{} cameras as in the calibration, but {} has {}",
                        kalibr_ != nullptr ? kalibr_->cameras.size() : 1, file.string(),
                        names.size()));
@@ -201,13 +206,14 @@ std::string raw_topic(const std::string& name) {
 }
 
 ChosenTopics choose_topics(const std::string& bag, const std::vector<TopicContents>& topics,
-                           const KalibrCalibration* kalibr, const std::vector<fs::path>& folders) {
+                           const KalibrCalibration* kalibr, const std::vector<fs::path>& folders,
+                           std::size_t cameras) {
   TopicChoice choice(bag, topics, kalibr);
   const auto file = std::find_if(folders.begin(), folders.end(), [](const fs::path& folder) {
     return fs::exists(folder / "topics.yaml");
   });
   if (file != folders.end()) {
-    choice.by_file(*file / "topics.yaml");
+    choice.by_file(*file / "topics.yaml", cameras);
   } else {
     choice.by_calibration();
   }

@@ -31,12 +31,13 @@ struct ChosenTopics {
 /// 3. where the calibration names none of the bag's topics: the only IMU, and the only topic of
 ///    images for the only camera; or topics with the names of the cameras in them (/cam0/…).
 ///
-/// Nothing else is assumed. Without a calibration (`kalibr` is null) the topics of images are all
-/// of them, if there are one or two. Throws InputError with the topics of the bag and of the
-/// calibration.
+/// Of topics.yaml the first `cameras` cameras count. Nothing else is assumed. Without a calibration
+/// (`kalibr` is null) the topics of images are all of them, if there are one or two. Throws
+/// InputError with the topics of the bag and of the calibration.
 ChosenTopics choose_topics(const std::string& bag, const std::vector<TopicContents>& topics,
                            const KalibrCalibration* kalibr,
-                           const std::vector<std::filesystem::path>& folders);
+                           const std::vector<std::filesystem::path>& folders,
+                           std::size_t cameras = kAllCameras);
 
 /// The name of a topic of images without /compressed.
 std::string raw_topic(const std::string& name);

@@ -1,6 +1,7 @@
 #include <cstddef>
 
 #include <chasles/data/bags/bayer.hpp>
+#include <chasles/data/image_kinds.hpp>
 
 namespace chasles {
 namespace {
@@ -10,6 +11,8 @@ int mirrored(int i, int size) {
   if (size == 1) return 0;
   return i < 0 ? 1 : i == size ? size - 2 : i;
 }
+
+std::uint32_t quarter(std::uint32_t sum) { return (sum + 2) / 4; }
 
 }  // namespace
 
@@ -34,7 +37,7 @@ std::vector<std::uint16_t> grey_of_mosaic(const std::vector<std::uint16_t>& mosa
       const std::uint32_t R4 = green ? (red_row ? aside : across) : red_row ? own : corners;
       const std::uint32_t B4 = green ? (red_row ? across : aside) : red_row ? corners : own;
       const std::uint32_t G4 = green ? own : around;
-      out[u] = static_cast<std::uint16_t>((299 * R4 + 587 * G4 + 114 * B4 + 2000) / 4000);
+      out[u] = static_cast<std::uint16_t>(grey_of_colour(quarter(R4), quarter(G4), quarter(B4)));
     }
   }
   return grey;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <deque>
 #include <map>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -19,25 +20,30 @@ bool all_zero(const std::vector<double>& values, std::size_t from) {
                      values.end(), [](double value) { return value == 0; });
 }
 
-// plumb_bob has k1, k2, p1, p2, k3; rational_polynomial the same and k4, k5, k6.
+// plumb_bob has k1, k2, p1, p2, k3; rational_polynomial the same and k4, k5, k6. Without a name and
+// coefficients the images are without distortion.
+std::optional<Distortion> model_of(const RosCameraInfo& info) {
+  if (info.distortion_model == "rational_polynomial") return Distortion::kRadtan;
+  if (info.distortion_model.empty() && all_zero(info.D, 0)) return Distortion::kNone;
+  return distortion_named(info.distortion_model);
+}
+
 void read_lens(const RosCameraInfo& info, const std::string& where, Camera& camera) {
-  const std::string& model = info.distortion_model;
-  if (all_zero(info.D, 0) && (model.empty() || model == "plumb_bob" ||
-                              model == "rational_polynomial" || model == "none")) {
-    return;
-  }
-  const bool radial = model == "plumb_bob" || model == "rational_polynomial";
-  const bool fisheye = model == "equidistant" || model == "fisheye";
-  if ((!radial && !fisheye) || info.D.size() < 4 || !all_zero(info.D, 4)) {
+  const auto model = model_of(info);
+  if (model && *model != Distortion::kEquidistant && all_zero(info.D, 0)) return;
+  const bool radtan = model == Distortion::kRadtan;
+  if ((!radtan && model != Distortion::kEquidistant) || info.D.size() < 4 ||
+      !all_zero(info.D, radtan ? 5 : 4)) {
     throw InputError(
         fmt::format("{}: the distortion model is '{}' with D = [{}], expected plumb_bob with k1, "
-                    "k2, p1, p2 and no further coefficient, equidistant with four, or rectified "
-                    "images: calibrate with one of these (Kalibr's files beside the bag have "
-                    "precedence)",
-                    where, model, fmt::join(info.D, ", ")));
+                    "k2, p1, p2, k3 and no further coefficient, equidistant with four, or "
+                    "rectified images: calibrate with one of these (Kalibr's files beside the bag "
+                    "have precedence)",
+                    where, info.distortion_model, fmt::join(info.D, ", ")));
   }
-  camera.distortion = radial ? Distortion::kRadtan : Distortion::kEquidistant;
+  camera.distortion = *model;
   camera.coefficients = Eigen::Vector4d(info.D[0], info.D[1], info.D[2], info.D[3]);
+  if (radtan && info.D.size() > 4) camera.radtan_k3 = info.D[4];
 }
 
 void check_finite_info(const RosCameraInfo& info, const std::string& where) {
@@ -82,19 +88,23 @@ Camera camera_of(const RosCameraInfo& info, bool rectified, const std::string& w
 
 std::optional<SE3> find_transform(const std::vector<RosTransform>& transforms,
                                   const std::string& to, const std::string& from) {
-  std::map<std::string, SE3> known{{from, SE3{}}};  // frame_T_from
-  std::deque<std::string> next{from};
+  struct Step {
+    const std::string* frame;
+    SE3 frame_T_this;
+  };
+  std::map<std::string_view, std::vector<Step>> steps;  // from each frame
+  for (const RosTransform& t : transforms) {
+    steps[t.child].push_back({&t.parent, t.parent_T_child});
+    steps[t.parent].push_back({&t.child, t.parent_T_child.inverse()});
+  }
+  std::map<std::string_view, SE3> known{{from, SE3{}}};  // frame_T_from
+  std::deque<std::string_view> next{from};
   while (!next.empty() && !known.contains(to)) {
-    const std::string frame = next.front();
+    const std::string_view frame = next.front();
     next.pop_front();
-    for (const RosTransform& t : transforms) {
-      if (t.child == frame && !known.contains(t.parent)) {
-        known[t.parent] = t.parent_T_child * known[frame];
-        next.push_back(t.parent);
-      } else if (t.parent == frame && !known.contains(t.child)) {
-        known[t.child] = t.parent_T_child.inverse() * known[frame];
-        next.push_back(t.child);
-      }
+    for (const Step& step : steps[frame]) {
+      const SE3 frame_T_from = step.frame_T_this * known[frame];
+      if (known.insert({*step.frame, frame_T_from}).second) next.push_back(*step.frame);
     }
   }
   const auto found = known.find(to);

@@ -9,8 +9,8 @@
 
 namespace chasles {
 
-/// The camera of a sensor_msgs/CameraInfo, without extrinsics: K and D with plumb_bob (a fifth
-/// coefficient only if it is zero), equidistant or no distortion; of rectified images P alone.
+/// The camera of a sensor_msgs/CameraInfo, without extrinsics: K and D with plumb_bob (radtan,
+/// four or five coefficients), equidistant or no distortion; of rectified images P alone.
 /// Throws InputError, starting with `where`, for other lenses, for a camera that is not calibrated,
 /// and for binning or a region of interest.
 Camera camera_of(const RosCameraInfo& info, bool rectified, const std::string& where);

@@ -1,4 +1,6 @@
+#include <chasles/data/bags/bag_calibration.hpp>
 #include <chasles/data/bags/camera_info.hpp>
+#include <chasles/data/bomb_testing.hpp>
 #include <chasles/data/testing.hpp>
 
 namespace chasles {
@@ -14,10 +16,12 @@ RosCameraInfo info(const std::string& model, std::vector<double> D) {
   return info;
 }
 
-TEST(CameraInfo, LensesOfFourCoefficientsAreRead) {
+TEST(CameraInfo, LensesOfFourOrFiveCoefficientsAreRead) {
   const Camera radtan = camera_of(info("plumb_bob", {-0.3, 0.1, 1e-3, 2e-3, 0}), false, "info");
   EXPECT_EQ(radtan.distortion, Distortion::kRadtan);
   EXPECT_EQ(radtan.coefficients, Eigen::Vector4d(-0.3, 0.1, 1e-3, 2e-3));
+  EXPECT_EQ(radtan.radtan_k3, 0);
+  EXPECT_EQ(camera_of(info("plumb_bob", {-0.3, 0.1, 0, 0, 0.2}), false, "info").radtan_k3, 0.2);
   EXPECT_EQ(radtan.fx, 4);
   EXPECT_EQ(radtan.cy, 2.5);
   const Camera rational =
@@ -43,7 +47,9 @@ TEST(CameraInfo, OtherCamerasAreRefused) {
   };
   expect_parts(error(info("rational_polynomial", {1, 2, 0, 0, 0, 3, 0, 0})),
                {"topic /info", "'rational_polynomial' with D = [1, 2", "expected plumb_bob"});
-  expect_parts(error(info("plumb_bob", {-0.3, 0.1, 0, 0, 0.2})), {"no further coefficient"});
+  expect_parts(error(info("plumb_bob", {-0.3, 0.1, 0, 0, 0, 0.2})), {"no further coefficient"});
+  expect_parts(error(info("equidistant", {-0.3, 0.1, 0, 0, 0.2})), {"no further coefficient"});
+  expect_parts(error(info("none", {-0.3, 0.1, 0, 0})), {"'none' with D"});
   expect_parts(error(info("plumb_bob", {-0.3})), {"D = [-0.3]"});
   RosCameraInfo other = info("plumb_bob", {});
   other.K[0] = 0;
@@ -54,6 +60,64 @@ TEST(CameraInfo, OtherCamerasAreRefused) {
   other = info("plumb_bob", {});
   other.K[2] = std::nan("");
   expect_parts(error(other), {"not finite"});
+}
+
+/// Two topics of rectified images, 0.1 m apart by P, and the CameraInfo beside them.
+BagContents rectified_pair(const std::string& frame0, const std::string& frame1) {
+  const auto topic = [](const std::string& name, const std::string& type,
+                        const std::string& frame) {
+    TopicContents topic;
+    topic.topic = {.name = name, .type = "sensor_msgs/" + type};
+    topic.frame = frame;
+    return topic;
+  };
+  BagContents contents;
+  for (const bool right : {false, true}) {
+    const std::string name = right ? "/right" : "/left", frame = right ? frame1 : frame0;
+    TopicContents calibration = topic(name + "/camera_info", "CameraInfo", frame);
+    calibration.info = info("plumb_bob", {});
+    calibration.info->P[3] = right ? -0.5 : 0;
+    const double turn = right ? -0.1 : 0.1;  // of the camera's own frame
+    calibration.info->R = {
+        1, 0, 0, 0, std::cos(turn), -std::sin(turn), 0, std::sin(turn), std::cos(turn)};
+    contents.topics.push_back(calibration);
+    contents.topics.push_back(topic(name + "/image_rect", "Image", frame));
+  }
+  contents.topics.push_back(topic("/imu", "Imu", "imu"));
+  contents.transforms = {{"imu", "left", SE3{Eigen::Matrix3d::Identity(), {1, 2, 3}}},
+                         {"imu", "right", SE3{Eigen::Matrix3d::Identity(), {1.1, 2, 3}}}};
+  return contents;
+}
+
+Recording calibrated(const BagContents& contents) {
+  ChosenTopics chosen;
+  chosen.imu = &contents.topics[4];
+  chosen.cameras = {&contents.topics[1], &contents.topics[3]};
+  Recording recording;
+  calibrate_by_bag("walk.bag", contents, chosen, recording);
+  return recording;
+}
+
+TEST(CameraInfo, ARectifiedPairInOneFrameIsPlacedByP) {
+  const Recording r = calibrated(rectified_pair("left", "left"));
+  const SE3 cam1_T_cam0 = r.cameras[1].cam_T_imu * r.cameras[0].cam_T_imu.inverse();
+  EXPECT_TRUE(cam1_T_cam0.R.isIdentity(1e-12)) << "the R of the frame's own camera";
+  EXPECT_TRUE(cam1_T_cam0.p.isApprox(Eigen::Vector3d(-0.1, 0, 0), 1e-12));
+}
+
+TEST(CameraInfo, ARectifiedPairInTwoFramesIsPlacedByThem) {
+  const Recording r = calibrated(rectified_pair("left", "right"));
+  const Eigen::Vector3d p_cam1 = r.cameras[1].cam_T_imu * Eigen::Vector3d(1.1, 2, 3);
+  EXPECT_LT(p_cam1.norm(), 1e-12);
+}
+
+TEST(CameraInfo, TwoCamerasAtOnePlaceAreRefused) {
+  BagContents contents = rectified_pair("left", "left");
+  contents.topics[2].info->P[3] = 0;
+  contents.topics[2].info->R = contents.topics[0].info->R;
+  expect_parts(
+      input_error([&] { calibrated(contents); }),
+      {"walk.bag: cam0 and cam1 are at the same place", "/right/image_rect", "Kalibr's files"});
 }
 
 TEST(StaticTransforms, AreComposedInBothDirections) {
@@ -67,6 +131,16 @@ TEST(StaticTransforms, AreComposedInBothDirections) {
   EXPECT_TRUE(found->p.isApprox(expected.p, 1e-14));
   EXPECT_TRUE(find_transform(tree, "imu", "imu")->p.isZero(0));
   EXPECT_FALSE(find_transform(tree, "x", "imu"));
+}
+
+TEST(StaticTransforms, ALongChainTakesTimeInProportion) {
+  std::vector<RosTransform> chain;
+  const SE3 step{Eigen::Matrix3d::Identity(), {1, 0, 0}};
+  for (int i = 0; i < 100'000; ++i) {
+    chain.push_back({"f" + std::to_string(i + 1), "f" + std::to_string(i), step});
+  }
+  const test::BombStopwatch quick;
+  EXPECT_EQ(find_transform(chain, "f100000", "f0")->p.x(), 100'000);
 }
 
 }  // namespace

@@ -25,14 +25,13 @@ std::string ChunkedBag::read(const MessagePlace& place) const {
 
 std::string ChunkedBag::unpack(std::string_view packed, std::string_view compression,
                                std::uint64_t size, std::uint64_t at) const {
-  constexpr std::uint64_t kMost = 1'000'000'000, kMostInflated = 200;
   const std::string where = fmt::format("{}: the chunk at byte {}", file_.name(), at);
-  std::string content = decompress(packed, compression, std::min(size, kLargestPiece), where);
+  std::string content = decompress(packed, compression, std::min(size, largest_piece()), where);
   if (content.size() != size) {
     file_.fail(at, fmt::format("a chunk has {} bytes, expected {}", content.size(), size));
   }
   unpacked_ += content.size();
-  if (unpacked_ > kMost + kMostInflated * file_.size()) {
+  if (unpacked_ > most_unpacked(file_.size())) {
     file_.fail(at, fmt::format("{} bytes were unpacked from {}", unpacked_, file_.size()));
   }
   return content;

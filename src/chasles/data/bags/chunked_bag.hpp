@@ -23,7 +23,7 @@ class ChunkedBag : public BagFile {
   /// The content of the chunk whose record begins at this offset.
   virtual std::string unpack_chunk(std::uint64_t at) const = 0;
   /// Decompresses and compares the size with the one that the file states. All chunks together may
-  /// not exceed a gigabyte and 200 times the file's size: such a file is made to fill the machine.
+  /// not exceed most_unpacked(): such a file is made to fill the machine.
   std::string unpack(std::string_view packed, std::string_view compression, std::uint64_t size,
                      std::uint64_t at) const;
 

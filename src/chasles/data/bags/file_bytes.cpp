@@ -1,12 +1,20 @@
 #include <fmt/format.h>
 
 #include <chasles/data/bags/file_bytes.hpp>
+#include <chasles/data/read_budget.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
 
+std::uint64_t largest_piece() { return read_budget().bytes / 2; }
+
+std::uint64_t most_unpacked(std::uint64_t file_size) {
+  constexpr std::uint64_t kMostBagInflation = 200;
+  return 2 * read_budget().bytes + kMostBagInflation * file_size;
+}
+
 FileBytes::FileBytes(const std::filesystem::path& file)
-    : name_(file.string()), stream_(file, std::ios::binary) {
+    : name_(file.string()), stream_(file, std::ios::binary), largest_(largest_piece()) {
   if (!stream_) throw InputError(name_ + ": cannot be opened");
   stream_.seekg(0, std::ios::end);
   size_ = static_cast<std::uint64_t>(stream_.tellg());
@@ -14,8 +22,10 @@ FileBytes::FileBytes(const std::filesystem::path& file)
 
 std::string FileBytes::read(std::uint64_t at, std::uint64_t count) const {
   if (!holds(at, count)) fail(at, "it is truncated, or a length is wrong");
-  if (count > kLargestPiece) {
-    fail(at, fmt::format("a part has {} bytes, expected at most {}", count, kLargestPiece));
+  if (count > largest_) {
+    check_memory(
+        fmt::format("{}: a part at byte {} has {} bytes, packed and unpacked", name_, at, count),
+        2 * count);
   }
   std::string bytes(count, '\0');
   stream_.clear();

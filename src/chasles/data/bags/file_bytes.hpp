@@ -20,7 +20,7 @@ class FileBytes {
   bool holds(std::uint64_t at, std::uint64_t count) const {
     return at <= size_ && count <= size_ - at;
   }
-  /// At most kLargestPiece bytes.
+  /// At most largest_piece() bytes.
   std::string read(std::uint64_t at, std::uint64_t count) const;
   /// Throws InputError: the file, what, and where.
   [[noreturn]] void fail(std::uint64_t at, const std::string& what) const;
@@ -28,11 +28,16 @@ class FileBytes {
  private:
   std::string name_;
   mutable std::ifstream stream_;
-  std::uint64_t size_ = 0;
+  std::uint64_t size_ = 0, largest_;
 };
 
-/// The largest chunk or message of a bag that is read, packed or not: 256 MiB. Recorders make
-/// chunks of a megabyte.
-inline constexpr std::uint64_t kLargestPiece = std::uint64_t{1} << 28;
+/// The largest chunk or message of a bag that is read [bytes]: half of the budget
+/// (read_budget.hpp), because it may be there packed and unpacked. Recorders make chunks of a
+/// megabyte.
+std::uint64_t largest_piece();
+
+/// What all chunks or messages of a bag of this size may take, unpacked one after the other: a
+/// small file must not fill the day.
+std::uint64_t most_unpacked(std::uint64_t file_size);
 
 }  // namespace chasles

@@ -176,12 +176,12 @@ class McapBag : public ChunkedBag {
     McapFields fields(content, file_, at);
     if (op == McapOp::kSchema) {
       const auto number = fields.number<std::uint16_t>();
-      schemas_[number] = ros1_type(fields.text());
+      schemas_[number] = fields.text();
     } else if (op == McapOp::kChannel) {
       const auto number = fields.number<std::uint16_t>(), schema = fields.number<std::uint16_t>();
-      BagTopic topic{.name = std::string(fields.text()), .type = schemas_[schema]};
-      topic.wire = wire_of(fields.text());
-      channels_.insert({number, std::move(topic)});
+      const std::string_view name = fields.text();
+      channels_.insert(
+          {number, checked_topic(file_.name(), name, schemas_[schema], wire_of(fields.text()))});
     } else if (op == McapOp::kMessage) {
       const auto number = fields.number<std::uint16_t>();
       const auto channel = channels_.find(number);

@@ -122,9 +122,10 @@ class Ros1Bag : public ChunkedBag {
       if (header > kLargestHeader || !file_.holds(at + 4, header + 4)) break;
       const std::uint64_t size = number_of<std::uint32_t>(file_.read(at + 4 + header, 4));
       if (!file_.holds(at + 8 + header, size)) break;
+      if (header == 0 || size == 0) break;  // space of the file that was not written
       const BagRecord next = record(at);
       const BagOp op = BagFields(next.header, file_, at).op();
-      if (size == 0 || (op != BagOp::kChunk && op != BagOp::kIndex)) break;
+      if (op != BagOp::kChunk && op != BagOp::kIndex) break;
       at = scan_record(at, visit);
     }
     remarks.push_back(
@@ -178,9 +179,8 @@ class Ros1Bag : public ChunkedBag {
 
   void add_connection(const BagFields& fields, std::string_view data, std::uint64_t at) {
     topics_.insert({fields.number<std::uint32_t>("conn"),
-                    {.name = std::string(fields.text("topic")),
-                     .type = std::string(BagFields(data, file_, at).text("type")),
-                     .wire = Wire::kRos1}});
+                    checked_topic(file_.name(), fields.text("topic"),
+                                  BagFields(data, file_, at).text("type"), Wire::kRos1)});
   }
 
   // A record of the file.

@@ -1,5 +1,5 @@
+#include <algorithm>
 #include <array>
-#include <bit>
 #include <utility>
 #include <vector>
 
@@ -8,6 +8,7 @@
 #include <chasles/data/bags/bayer.hpp>
 #include <chasles/data/bags/ros_image.hpp>
 #include <chasles/data/bytes.hpp>
+#include <chasles/data/image_kinds.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -68,13 +69,21 @@ const PixelLayout& layout_of(std::string_view encoding, const std::string& where
       fmt::format("{}: the encoding is '{:.30}', expected one of {}", where, encoding, known));
 }
 
-/// The layout of an image whose rows lie within its data.
-const PixelLayout& checked_layout(const RosImage& image, const std::string& where) {
+/// The layout of an image of the expected size whose rows lie within its data.
+const PixelLayout& checked_layout(const RosImage& image, const ImageSize& expected,
+                                  const std::string& where) {
+  if (std::cmp_not_equal(image.width, expected.width) ||
+      std::cmp_not_equal(image.height, expected.height)) {
+    throw InputError(fmt::format("{}: is {} x {} pixels, expected {} x {} as in the calibration",
+                                 where, image.width, image.height, expected.width,
+                                 expected.height));
+  }
+  if (image.width == 0 || image.height == 0) throw InputError(where + ": has no pixels");
   const PixelLayout& layout = layout_of(image.encoding, where);
   const std::size_t row = std::size_t{image.width} * static_cast<std::size_t>(layout.bytes) *
                           static_cast<std::size_t>(layout.values);
   const std::size_t rows = image.height + (layout.half ? (std::size_t{image.height} + 1) / 2 : 0);
-  if (image.step >= row && (rows == 0 || image.data.size() / rows >= image.step)) return layout;
+  if (image.step >= row && image.data.size() / rows >= image.step) return layout;
   throw InputError(fmt::format("{}: holds {} bytes in rows of {}, expected {} rows of {} or more",
                                where, image.data.size(), image.step, rows, row));
 }
@@ -91,11 +100,6 @@ void for_each_row(const RosImage& image, Visit&& visit) {
   for (std::size_t v = 0; v < image.height; ++v) visit(image.data.substr(v * image.step));
 }
 
-/// Grey of ITU-R BT.601, as in every image library.
-std::uint32_t grey_of(std::uint32_t red, std::uint32_t green, std::uint32_t blue) {
-  return (299 * red + 587 * green + 114 * blue + 500) / 1000;
-}
-
 std::vector<std::uint16_t> values_of(const RosImage& image, const PixelLayout& layout) {
   std::vector<std::uint16_t> values;
   values.reserve(std::size_t{image.width} * image.height);
@@ -108,7 +112,7 @@ std::vector<std::uint16_t> values_of(const RosImage& image, const PixelLayout& l
         return value_at(row, u + i, layout.bytes, image.big_endian);
       };
       values.push_back(static_cast<std::uint16_t>(
-          first == last ? at(first) : grey_of(at(first), at(1), at(last))));
+          first == last ? at(first) : grey_of_colour(at(first), at(1), at(last))));
     }
   });
   return values;
@@ -120,37 +124,24 @@ void check_encoding(std::string_view encoding, const std::string& where) {
   layout_of(encoding, where);
 }
 
-std::uint32_t brightest_of(const RosImage& image, const std::string& where) {
-  const PixelLayout& layout = checked_layout(image, where);
-  if (layout.bytes == 1) return 0;
-  std::uint32_t bits = 0;  // those of all values together use as many as the largest one
-  const std::size_t values = std::size_t{image.width} * static_cast<std::size_t>(layout.values);
-  for_each_row(image, [&](std::string_view row) {
-    for (std::size_t i = 0; i < values; ++i) bits |= value_at(row, i, 2, image.big_endian);
-  });
-  return bits;
+std::optional<int> largest_deep_value(const RosImage& image, const ImageSize& expected,
+                                      const std::string& where) {
+  const PixelLayout& layout = checked_layout(image, expected, where);
+  if (layout.bytes == 1) return std::nullopt;
+  const std::vector<std::uint16_t> values = values_of(image, layout);
+  return *std::ranges::max_element(values);
 }
 
-int shift_of(std::uint32_t brightest) {
-  return std::max(0, static_cast<int>(std::bit_width(brightest)) - 8);
-}
-
-GrayImage grey_image(const RosImage& image, const ImageSize& expected, int shift,
+GrayImage grey_image(const RosImage& image, const ImageSize& expected, int bits,
                      const std::string& where) {
-  if (std::cmp_not_equal(image.width, expected.width) ||
-      std::cmp_not_equal(image.height, expected.height)) {
-    throw InputError(fmt::format("{}: is {} x {} pixels, expected {} x {} as in the calibration",
-                                 where, image.width, image.height, expected.width,
-                                 expected.height));
-  }
-  const PixelLayout& layout = checked_layout(image, where);
+  const PixelLayout& layout = checked_layout(image, expected, where);
   std::vector<std::uint16_t> values = values_of(image, layout);
   if (layout.red >= 0) {
     values = grey_of_mosaic(values, expected.width, expected.height, layout.red);
   }
   GrayImage grey{.width = expected.width, .height = expected.height, .pixels = {}};
   grey.pixels.reserve(values.size());
-  const int by = layout.bytes == 1 ? 0 : shift;
+  const int by = layout.bytes == 1 ? 0 : bits - 8;
   for (const std::uint16_t value : values) {
     grey.pixels.push_back(static_cast<std::uint8_t>(std::min(value >> by, 255)));
   }

@@ -15,16 +15,16 @@ using test::kStamp;
 
 const ImageSize kSize{.width = 8, .height = 6};
 
-GrayImage grey(const cv::Mat& image, const std::string& encoding, int shift = 0,
-               std::size_t gap = 0, bool big_endian = false) {
+GrayImage grey(const cv::Mat& image, const std::string& encoding, int bits = 8, std::size_t gap = 0,
+               bool big_endian = false) {
   const std::string bytes = test::image_message(kStamp, image, encoding, gap, big_endian);
-  return grey_image(ros_image({.bytes = bytes}), kSize, shift, "image");
+  return grey_image(ros_image({.bytes = bytes}), kSize, bits, "image");
 }
 
 TEST(RosImage, GreyIsTakenAsItIs) {
   for (const std::size_t gap : {0u, 5u}) {
     for (const char* encoding : {"mono8", "8UC1"}) {
-      const GrayImage image = grey(test::picture(40), encoding, 0, gap);
+      const GrayImage image = grey(test::picture(40), encoding, 8, gap);
       ASSERT_EQ(image.pixels.size(), 48u);
       EXPECT_EQ(image.pixels[47], 47);
     }
@@ -32,15 +32,15 @@ TEST(RosImage, GreyIsTakenAsItIs) {
 }
 
 TEST(RosImage, ColoursOfEveryOrderBecomeGrey) {
-  // 0.299 * 200 + 0.587 * 100 + 0.114 * 10 = 119.64
+  // 0.299 * 200 + 0.587 * 100 + 0.114 * 10 = 119.64, rounded down as in image files
   const cv::Scalar bgr(10, 100, 200), rgb(200, 100, 10);
   for (const char* name : {"bgr8", "8UC3", "bgra8", "8UC4"}) {
     const int type = std::string(name).find_first_of("a4") < 4 ? CV_8UC4 : CV_8UC3;
-    EXPECT_EQ(grey(cv::Mat(6, 8, type, bgr), name).pixels[5], 120) << name;
+    EXPECT_EQ(grey(cv::Mat(6, 8, type, bgr), name).pixels[5], 119) << name;
   }
-  EXPECT_EQ(grey(cv::Mat(6, 8, CV_8UC3, rgb), "rgb8").pixels[5], 120);
-  EXPECT_EQ(grey(cv::Mat(6, 8, CV_8UC4, rgb), "rgba8").pixels[5], 120);
-  EXPECT_EQ(grey(cv::Mat(6, 8, CV_16UC3, rgb * 16), "rgb16", 4).pixels[5], 119);  // 119.64
+  EXPECT_EQ(grey(cv::Mat(6, 8, CV_8UC3, rgb), "rgb8").pixels[5], 119);
+  EXPECT_EQ(grey(cv::Mat(6, 8, CV_8UC4, rgb), "rgba8").pixels[5], 119);
+  EXPECT_EQ(grey(cv::Mat(6, 8, CV_16UC3, rgb * 16), "rgb16", 12).pixels[5], 119);
 }
 
 TEST(RosImage, OfYuvTheGreyIsTaken) {
@@ -53,14 +53,14 @@ TEST(RosImage, OfYuvTheGreyIsTaken) {
     const std::string bytes = test::image_message(kStamp, planes, name);
     RosImage image = ros_image({.bytes = bytes});
     image.height = 6;
-    EXPECT_EQ(grey_image(image, kSize, 0, "image").pixels[47], 55);
+    EXPECT_EQ(grey_image(image, kSize, 8, "image").pixels[47], 55);
     image.height = 7;
-    expect_parts(input_error([&] { grey_image(image, {8, 7}, 0, "image"); }), {"holds 72 bytes"});
+    expect_parts(input_error([&] { grey_image(image, {8, 7}, 8, "image"); }), {"holds 72 bytes"});
   }
 }
 
-// A camera of 12 bits: the brightest pixel of the recording decides, not that of one image.
-TEST(RosImage, SixteenBitsAreShiftedByTheBitsInUse) {
+// A camera of 12 bits.
+TEST(RosImage, OfSixteenBitsThoseInUseAreTaken) {
   cv::Mat image(6, 8, CV_16UC1, cv::Scalar(1000));
   image.at<std::uint16_t>(3, 2) = 2600;
   for (const bool big : {false, true}) {
@@ -73,15 +73,28 @@ TEST(RosImage, SixteenBitsAreShiftedByTheBitsInUse) {
     }
     const std::string bytes = test::image_message(kStamp, sent, "mono16", 0, big);
     const RosImage read = ros_image({.bytes = bytes});
-    const int shift = shift_of(brightest_of(read, "image"));
-    EXPECT_EQ(shift, 4);
-    const GrayImage made = grey_image(read, kSize, shift, "image");
+    EXPECT_EQ(largest_deep_value(read, kSize, "image"), 2600);
+    const GrayImage made = grey_image(read, kSize, 12, "image");
     EXPECT_EQ(made.pixels[0], 1000 / 16);
     EXPECT_EQ(made.pixels[3 * 8 + 2], 2600 / 16);
   }
-  EXPECT_EQ(shift_of(255), 0);
-  EXPECT_EQ(shift_of(1023), 2);
-  EXPECT_EQ(shift_of(65535), 8);
+  const std::string shallow = test::image_message(kStamp, test::picture(1), "mono8");
+  EXPECT_EQ(largest_deep_value(ros_image({.bytes = shallow}), kSize, "image"), std::nullopt);
+}
+
+// A row of no bytes would lie in any data, as often as a height of 32 bits says.
+TEST(RosImage, WithoutPixelsIsRefusedAtOnce) {
+  const std::string bytes = test::image_message(kStamp, test::picture(1), "mono16");
+  RosImage image = ros_image({.bytes = bytes});
+  image.width = 0;
+  image.step = 0;
+  image.height = 0x7fffffff;
+  expect_parts(input_error([&] {
+                 largest_deep_value(image, {0, 0x7fffffff}, "image");
+               }),
+               {"image: has no pixels"});
+  expect_parts(input_error([&] { largest_deep_value(image, kSize, "image"); }),
+               {"is 0 x 2147483647 pixels, expected 8 x 6"});
 }
 
 // Another demosaicing of the same kind: OpenCV's, whose names of patterns begin at the second row
@@ -119,7 +132,7 @@ TEST(RosImage, AMosaicOfOneColourIsOfThatGreyUpToTheEdges) {
       }
     }
     const GrayImage made = grey(mosaic, names[static_cast<std::size_t>(red)]);
-    for (const std::uint8_t pixel : made.pixels) EXPECT_EQ(pixel, 120);
+    for (const std::uint8_t pixel : made.pixels) EXPECT_EQ(pixel, 119);
   }
 }
 

@@ -28,7 +28,7 @@ void read_numbers(MessageFields& fields, std::array<double, N>& numbers) {
 // CDR begins with a zero, never as zstd does.
 void unpack_message(RosMessage& message, std::string& storage) {
   if (message.wire != Wire::kCdr || !message.bytes.starts_with("\x28\xb5\x2f\xfd")) return;
-  storage = decompress(message.bytes, "zstd", kLargestPiece, message.where);
+  storage = decompress(message.bytes, "zstd", largest_piece(), message.where);
   message.bytes = storage;
 }
 

@@ -21,7 +21,7 @@ struct RosMessage {
 };
 
 /// Decompresses a message that is compressed by itself (rosbag2's compression_mode MESSAGE, zstd)
-/// into `storage`, at most kLargestPiece bytes; others stay as they are.
+/// into `storage`, at most largest_piece() bytes; others stay as they are.
 void unpack_message(RosMessage& message, std::string& storage);
 
 /// The stamp and frame of a message that begins with a std_msgs/Header.

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cstdint>
 #include <map>
 
 #include <fmt/format.h>
@@ -11,6 +13,8 @@
 // `messages` (topic_id, timestamp, data).
 namespace chasles {
 namespace {
+
+constexpr std::uint64_t kSqliteMost = 0x7fffffff;  // SQLite's own limit is below
 
 using Database = std::unique_ptr<sqlite3, decltype(&sqlite3_close)>;
 using Statement = std::unique_ptr<sqlite3_stmt, decltype(&sqlite3_finalize)>;
@@ -46,21 +50,33 @@ std::string_view blob_of(sqlite3_stmt* row, int column) {
              : std::string_view(bytes, static_cast<std::size_t>(sqlite3_column_bytes(row, column)));
 }
 
+// The bytes of the database, with those that its journal has.
+std::uint64_t bytes_of(const std::filesystem::path& file) {
+  std::error_code ignored;
+  const std::filesystem::path journal = file.string() + "-wal";
+  return std::filesystem::file_size(file) +
+         (std::filesystem::exists(journal, ignored) ? std::filesystem::file_size(journal) : 0);
+}
+
 class SqliteBag : public BagFile {
  public:
   explicit SqliteBag(const std::filesystem::path& file)
-      : name_(file.string()), database_(nullptr, &sqlite3_close) {
+      : name_(file.string()), bytes_(bytes_of(file)), database_(nullptr, &sqlite3_close) {
     sqlite3* opened = nullptr;
     const int result = sqlite3_open_v2(uri_of(file).c_str(), &opened,
                                        SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
     database_.reset(opened);
     if (result != SQLITE_OK) fail();
-    sqlite3_limit(opened, SQLITE_LIMIT_LENGTH, static_cast<int>(kLargestPiece));
+    sqlite3_limit(opened, SQLITE_LIMIT_LENGTH,
+                  static_cast<int>(std::min(largest_piece(), kSqliteMost)));
     sqlite3_set_authorizer(opened, &only_reading, nullptr);
+    sqlite3_progress_handler(opened, kStepsOfCall, &count_steps, this);
   }
 
   void scan(const Visit& visit, std::vector<std::string>&) override {
+    for (const char* table : {"topics", "messages"}) check_table(table);
     read_topics();
+    std::uint64_t read = 0;
     const Statement rows = prepare("SELECT rowid, topic_id, timestamp, data FROM messages");
     while (step(rows)) {
       const auto topic = topics_.find(sqlite3_column_int64(rows.get(), 1));
@@ -68,6 +84,8 @@ class SqliteBag : public BagFile {
       const sqlite3_int64 row = sqlite3_column_int64(rows.get(), 0);
       const Time recorded(sqlite3_column_int64(rows.get(), 2));
       const std::string_view data = blob_of(rows.get(), 3);
+      read += data.size();
+      if (read > bytes_) fail_with("its messages have more bytes than the file");
       visit({.topic = &topic->second,
              .recorded = recorded,
              .place = {.at = static_cast<std::uint64_t>(row), .size = data.size()},
@@ -84,14 +102,32 @@ class SqliteBag : public BagFile {
   }
 
  private:
+  static constexpr int kStepsOfCall = 1000;
+  static constexpr std::uint64_t kStepsOfByte = 10, kLeastSteps = 1'000'000;
+
+  // A row takes about ten steps and as many bytes: a scan is over before, unless the database is
+  // made to compute for ever.
+  static int count_steps(void* self) {
+    auto& bag = *static_cast<SqliteBag*>(self);
+    bag.steps_ += kStepsOfCall;
+    return bag.steps_ > kLeastSteps + kStepsOfByte * bag.bytes_ ? 1 : 0;
+  }
+
+  // A view would be read as a table is, and may compute anything.
+  void check_table(const char* name) const {
+    const Statement rows = prepare("SELECT type FROM sqlite_master WHERE name = ? COLLATE NOCASE");
+    sqlite3_bind_text(rows.get(), 1, name, -1, SQLITE_STATIC);
+    if (!step(rows)) fail_with(fmt::format("there is no table '{}'", name));
+    if (text_of(rows.get(), 0) != "table") fail_with(fmt::format("'{}' is no table", name));
+  }
+
   void read_topics() {
     const Statement rows = prepare("SELECT id, name, type, serialization_format FROM topics");
     while (step(rows)) {
       const bool cdr = text_of(rows.get(), 3) == "cdr";
       topics_.insert({sqlite3_column_int64(rows.get(), 0),
-                      {.name = text_of(rows.get(), 1),
-                       .type = ros1_type(text_of(rows.get(), 2)),
-                       .wire = cdr ? Wire::kCdr : Wire::kOther}});
+                      checked_topic(name_, text_of(rows.get(), 1), text_of(rows.get(), 2),
+                                    cdr ? Wire::kCdr : Wire::kOther)});
     }
   }
 
@@ -108,12 +144,20 @@ class SqliteBag : public BagFile {
     fail();
   }
   [[noreturn]] void fail() const {
+    if (!database_) fail_with("cannot be opened");
+    if (sqlite3_errcode(database_.get()) == SQLITE_INTERRUPT) {
+      fail_with(fmt::format("reading takes more than {} steps", steps_));
+    }
+    fail_with(sqlite3_errmsg(database_.get()));
+  }
+  [[noreturn]] void fail_with(const std::string& what) const {
     throw InputError(fmt::format(
         "{}: {}: the database is damaged, or is no bag of ROS 2 (a copy that broke off?)", name_,
-        database_ ? sqlite3_errmsg(database_.get()) : "cannot be opened"));
+        what));
   }
 
   std::string name_;
+  std::uint64_t bytes_, steps_ = 0;
   Database database_;
   std::map<sqlite3_int64, BagTopic> topics_;
 };
