@@ -57,7 +57,7 @@ void leave_committed(const fs::path& folder) {
 
 TEST(RunReplacement, FilesOfTheEarlierRunGoAndNothingElse) {
   const auto folder = test::scratch() / "out";
-  Run run = small_run(5, true);
+  auto run = small_run(5, true);
   run.images = {picture_at(1), picture_at(2)};
   write_run(run, {}, folder);
   for (const char* mine : {"plan.csv", "images/cam0_7.jpg", "images/mine.txt", "notes.txt"}) {
@@ -93,7 +93,7 @@ TEST(RunReplacement, AFileInTheWayOfAFolderIsRejectedBeforeAnythingChanges) {
   write_run(small_run(5, true), {}, folder);
   test::spill(folder / "images", "a file");
   const auto before = all_files(folder);
-  Run run = small_run(3, false);
+  auto run = small_run(3, false);
   run.images = {picture_at(1)};
   EXPECT_THROW(write_run(run, {}, folder), UsageError);
   EXPECT_EQ(all_files(folder), before);

@@ -16,7 +16,7 @@ namespace {
 // agrees with its youngest landmarks. It initialises such landmarks in every frame, because the
 // rejected ones are retired.
 constexpr int kContradictions = 40;
-constexpr int kDoubts = 5;  // as many already degrade it
+constexpr int kDoubts = 2;  // as many already degrade it
 constexpr int kFewCompared = 6;
 constexpr double kSurprising = 1.5;
 constexpr int kManyObservations = 20, kFewUsed = 4;

@@ -71,6 +71,7 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
 
 // With at most this many landmarks in its state, a filter works mainly with tracks.
 constexpr int kFewLandmarks = 4;
+constexpr Time kBlind = std::chrono::seconds(1);
 
 std::optional<RecentTracks> recent_tracks(const InertialSlamSettings& s) {
   if (s.init != LandmarkInit::kMultiView ||
@@ -253,6 +254,18 @@ void InertialSlam::remove_unused_clones() {
   filter_.remove_clones(unused);
 }
 
+// For a second without observations, and for the first second with them again: the drift is
+// corrected only when the new observations have determined the velocity.
+bool InertialSlam::was_blind(Time time, bool sees) {
+  if (!last_seen_) last_seen_ = time;
+  const bool blind = time - *last_seen_ > kBlind;
+  if (sees) {
+    if (blind) regained_ = time;
+    last_seen_ = time;
+  }
+  return blind || (regained_ && time - *regained_ < kBlind);
+}
+
 void InertialSlam::judge(Estimate& e) {
   const SE3& pose = e.world_T_imu;
   if (!has_sane_clock() || !pose.R.allFinite() || !pose.p.allFinite() || !e.v_world->allFinite() ||
@@ -265,7 +278,9 @@ void InertialSlam::judge(Estimate& e) {
   const bool starves = !e.zero_velocity && (few || e.rejected + e.tracks.rejected > used);
   starved_ = starves ? starved_ + 1 : 0;
   const bool contradict = recent_innovations_.contradict(e.time, e.nis, e.nis_dof);
-  if (starved_ > 10) {
+  if (was_blind(e.time, used >= 3 || e.zero_velocity)) {
+    e.doubt = Doubt::kFewObservations;
+  } else if (starved_ > 10) {
     e.doubt = few ? Doubt::kFewObservations : Doubt::kRejections;
   } else if (contradict) {
     e.doubt = Doubt::kInnovations;

@@ -107,6 +107,7 @@ class InertialSlam {
   void remove_unused_clones();
   void compose_when_due();
   void note_prediction();
+  bool was_blind(Time time, bool sees);
   void judge(Estimate& e);
   TrackUse use_of_tracks();
   bool has_room() const;
@@ -148,7 +149,9 @@ class InertialSlam {
   std::vector<PixelOutcome> outcomes_;      ///< of the last frame
   std::vector<WhitenedPixel> innovations_;  ///< of the last frame; sorted by landmark and camera
   RecentInnovations recent_innovations_;
-  int starved_ = 0;  ///< consecutive frames with almost no observation
+  int starved_ = 0;                ///< consecutive frames with almost no observation
+  std::optional<Time> last_seen_;  ///< the last frame that used observations, or stood still
+  std::optional<Time> regained_;   ///< the first such frame after a second without
 
   // Temporary lists; they keep their memory.
   struct Workspace {
