@@ -29,11 +29,13 @@ struct Outcome {
   }
 };
 
-// The part of the recording that the tracks of its first camera cover.
-Recording part_with(const Recording& recording, const std::vector<FeatureFrame>& frames) {
+// The part of the recording that the tracks of its first cameras cover.
+Recording part_with(const Recording& recording, const std::vector<FeatureFrame>& frames,
+                    std::size_t cameras) {
   Recording part;
   part.name = recording.name;
-  part.cameras = {recording.cameras.front()};
+  part.cameras.assign(recording.cameras.begin(),
+                      recording.cameras.begin() + static_cast<std::ptrdiff_t>(cameras));
   part.imu_convention = recording.imu_convention;
   part.imu_noise = recording.imu_noise;
   part.imu_range = recording.imu_range;
@@ -45,14 +47,16 @@ Recording part_with(const Recording& recording, const std::vector<FeatureFrame>&
   }
   for (const FeatureFrame& frame : frames) {
     part.frames.push_back({.time = frame.time});
-    std::ranges::copy_if(frame.pixels, std::back_inserter(part.frames.back().pixels),
-                         [](const PixelObservation& o) { return o.camera == 0; });
+    std::ranges::copy_if(
+        frame.pixels, std::back_inserter(part.frames.back().pixels),
+        [&](const PixelObservation& o) { return static_cast<std::size_t>(o.camera) < cameras; });
   }
   return part;
 }
 
 Outcome run_filter(const Recording& part, bool images) {
-  const InertialRunSettings settings = images ? for_images({}, 1) : InertialRunSettings{};
+  const InertialRunSettings settings =
+      images ? for_images({}, part.cameras.size()) : InertialRunSettings{};
   const std::unique_ptr<Estimator> estimator = make_estimator(settings, part);
   Outcome outcome{.frames = part.frames.size(), .why = {}};
   EventStream stream(part);
@@ -95,14 +99,24 @@ std::vector<Suspicion> suspicions() {
   return list;
 }
 
-// The first suspicion with which the filter works; empty: none.
-std::string cure_of(const Recording& part, bool images) {
+// The first change with which the filter works; empty: none. `alone`: the first camera.
+std::string cure_of(const Recording& alone, std::size_t cameras, bool images) {
+  const auto text = [](const std::string& change, const Outcome& outcome) {
+    return fmt::format("{}{}, it estimates {} of them", kCureBegins, change, outcome.estimates);
+  };
+  if (cameras > 1) {
+    const Outcome outcome = run_filter(alone, images);
+    if (outcome.works()) {
+      return text(
+          "the first camera alone (--cameras mono: the extrinsics of the others do not fit)",
+          outcome);
+    }
+  }
   for (const Suspicion& suspicion : suspicions()) {
-    Recording changed = part;
+    Recording changed = alone;
     std::ranges::for_each(changed.imu, suspicion.undo);
     const Outcome outcome = run_filter(changed, images);
-    if (!outcome.works()) continue;
-    return fmt::format("with {}, it estimates {} of them", suspicion.what, outcome.estimates);
+    if (outcome.works()) return text(suspicion.what, outcome);
   }
   return {};
 }
@@ -126,15 +140,16 @@ void report_trial(const Recording& recording, const std::vector<FeatureFrame>& f
         fmt::format("a start of the filter: {} frames are too few", frames.size()));
     return;
   }
-  const Recording part = part_with(recording, frames);
+  const std::size_t cameras = std::min<std::size_t>(recording.cameras.size(), 2);
+  const Recording part = part_with(recording, frames, cameras);
   const bool images = recording.images != nullptr;
   const Outcome outcome = run_filter(part, images);
   report.facts.push_back({"filter", "estimates", 100 * outcome.share(), "% of the frames"});
   if (outcome.works()) return;
-  const std::string cure = cure_of(part, images);
+  const std::string cure = cure_of(part_with(recording, frames, 1), cameras, images);
   const bool few = outcome.share() < kLeastShare;
   report.findings.push_back(
-      {.severity = cure.empty() ? Severity::kWarning : Severity::kError,
+      {.severity = !cure.empty() || outcome.estimates == 0 ? Severity::kError : Severity::kWarning,
        .about = "filter",
        .what = what_happens(outcome),
        .value = few ? 100 * outcome.share()

@@ -50,7 +50,8 @@ std::string finding_of_check(const Recording& recording) {
   }
   // A trial of the filter without a cure says what the run says.
   std::erase_if(report.findings, [](const Finding& f) {
-    return f.severity == Severity::kNote || (f.about == "filter" && f.severity != Severity::kError);
+    return f.severity == Severity::kNote ||
+           (f.about == "filter" && !f.advice.starts_with(kCureBegins));
   });
   if (report.findings.empty()) return see;
   const Finding& worst = *std::ranges::max_element(report.findings, {}, &Finding::severity);

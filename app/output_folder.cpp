@@ -44,7 +44,7 @@ void prepare_output(const fs::path& folder) {
 
 void refuse_output_into(const fs::path& output, const fs::path& recording) {
   std::error_code ignored;
-  if (output.empty()) return;
+  if (output.empty() || !fs::exists(recording, ignored)) return;
   const bool is_folder = fs::is_directory(recording, ignored);
   fs::path own = resolved(recording);
   // Truth and plan are beside a mav0 folder, and calibration and truth beside a file.

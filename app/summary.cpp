@@ -191,6 +191,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   summary["innovation_correlation"] = or_null(run.innovation_correlation);
   summary["start_seconds"] = or_null(run.start_seconds);
   summary["resets"] = report.resets;
+  if (report.resets > 0 && summary["health"] == "ok") summary["health"] = "degraded";
   summary["zupt_frames"] = run.zupt_frames;
   summary["dropped_frames"] = report.dropped_frames;
   if (recording.images) summary["frontend"] = frontend_json(run.report.frontend);

@@ -102,6 +102,7 @@ std::optional<PoseColumns> pose_columns(std::string_view line) {
     }
   }
   if (std::ranges::find(found, false) != found.end()) return std::nullopt;
+  if (columns.of_euroc && !columns.time_digits) columns.time_digits = 9;
   return columns;
 }
 

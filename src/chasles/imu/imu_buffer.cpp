@@ -10,8 +10,9 @@ namespace {
 
 // Assumed sigma of the unmeasured excess, as a fraction of the sensor's range.
 constexpr double kMissed = 0.5;
-// A signal changes by about its spread in this time: hand-held and flying IMUs move with 1 to 3 Hz.
-constexpr double kSteady = 0.13;  // [s]
+// The line through a gap of T misses T^2 / (2 kSteady^2) of the signal's spread, until it misses
+// all of it: a body that moves with 1 to 2 Hz.
+constexpr double kSteady = 0.28;  // [s]
 // Time constant of the spread, which a gap at the beginning of a motion finds small.
 constexpr double kRemembered = 1;  // [s]
 // Beyond this time, a saturated sensor has no usable neighbours.
