@@ -254,7 +254,7 @@ void InertialSlam::remove_unused_clones() {
   filter_.remove_clones(unused);
 }
 
-// For a second without observations, and for the first second with them again: the drift is
+// After a second without observations, and for the first second with them again: the drift is
 // corrected only when the new observations have determined the velocity.
 bool InertialSlam::was_blind(Time time, bool sees) {
   if (!last_seen_) last_seen_ = time;
@@ -278,7 +278,7 @@ void InertialSlam::judge(Estimate& e) {
   const bool starves = !e.zero_velocity && (few || e.rejected + e.tracks.rejected > used);
   starved_ = starves ? starved_ + 1 : 0;
   const bool contradict = recent_innovations_.contradict(e.time, e.nis, e.nis_dof);
-  if (was_blind(e.time, used >= 3 || e.zero_velocity)) {
+  if (was_blind(e.time, !few || e.zero_velocity)) {
     e.doubt = Doubt::kFewObservations;
   } else if (starved_ > 10) {
     e.doubt = few ? Doubt::kFewObservations : Doubt::kRejections;

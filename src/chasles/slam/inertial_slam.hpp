@@ -150,7 +150,7 @@ class InertialSlam {
   std::vector<WhitenedPixel> innovations_;  ///< of the last frame; sorted by landmark and camera
   RecentInnovations recent_innovations_;
   int starved_ = 0;                ///< consecutive frames with almost no observation
-  std::optional<Time> last_seen_;  ///< the last frame that used observations, or stood still
+  std::optional<Time> last_seen_;  ///< the last frame with observations, or at a standstill
   std::optional<Time> regained_;   ///< the first such frame after a second without
 
   // Temporary lists; they keep their memory.
