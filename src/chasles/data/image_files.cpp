@@ -8,7 +8,7 @@
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/image_files.hpp>
 #include <chasles/data/image_range.hpp>
-#include <chasles/data/pair_images.hpp>
+#include <chasles/data/paired_images.hpp>
 #include <chasles/data/parse.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/time_order.hpp>
@@ -39,38 +39,23 @@ struct ImageForm {
   int bits = kAllBits;
 };
 
-class ImageFiles : public ImageSource {
+class ImageFiles : public PairedImages {
  public:
   ImageFiles(std::vector<CameraFiles> cameras, std::vector<ImageForm> forms,
              std::vector<PairedFrame> frames)
-      : cameras_(std::move(cameras)), forms_(std::move(forms)), frames_(std::move(frames)) {}
-
-  std::size_t size() const override { return frames_.size(); }
-  Time time(std::size_t i) const override { return frames_[i].time; }
-  ImageFrame read(std::size_t i) const override { return read_cameras(i, cameras_.size()); }
-  ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
-    return read_undamaged(i, cameras, &throw_damage);
-  }
-  ImageFrame read_undamaged(std::size_t i, std::size_t cameras,
-                            const OnDamage& damaged) const override {
-    ImageFrame frame{.time = frames_[i].time, .images = {}};
-    for (std::size_t c = 0; c < std::min(cameras, cameras_.size()); ++c) {
-      frame.images.push_back(read_or_empty([&] { return read_one(i, c); }, damaged));
-    }
-    return frame;
-  }
+      : PairedImages(std::move(frames), cameras.size()),
+        cameras_(std::move(cameras)),
+        forms_(std::move(forms)) {}
 
  private:
-  GrayImage read_one(std::size_t i, std::size_t camera) const {
-    const auto& member = frames_[i].members[camera];
-    if (!member) return {};
-    return read_image(cameras_[camera].folder / cameras_[camera].images[*member].file,
-                      forms_[camera].size, forms_[camera].bits);
+  GrayImage read_one(std::size_t camera, std::size_t image) const override {
+    const CameraFiles& files = cameras_[camera];
+    return read_image(files.folder / files.images[image].file, forms_[camera].size,
+                      forms_[camera].bits);
   }
 
   std::vector<CameraFiles> cameras_;
   std::vector<ImageForm> forms_;
-  std::vector<PairedFrame> frames_;
 };
 
 std::string camera_name(std::size_t camera) { return fmt::format("cam{}", camera); }

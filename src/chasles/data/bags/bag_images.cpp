@@ -8,7 +8,7 @@
 #include <chasles/data/bags/ros_image.hpp>
 #include <chasles/data/image_range.hpp>
 #include <chasles/data/image_recording.hpp>
-#include <chasles/data/pair_images.hpp>
+#include <chasles/data/paired_images.hpp>
 #include <chasles/data/time_order.hpp>
 #include <chasles/error.hpp>
 
@@ -42,34 +42,18 @@ auto visit_image(const BagFiles& files, const CameraImages& camera, const BagIma
              : packed(ros_compressed_image(message), message.where);
 }
 
-class BagImages : public ImageSource {
+class BagImages : public PairedImages {
  public:
   BagImages(BagFiles files, std::vector<CameraImages> cameras, std::vector<PairedFrame> frames)
-      : files_(std::move(files)), cameras_(std::move(cameras)), frames_(std::move(frames)) {}
-
-  std::size_t size() const override { return frames_.size(); }
-  Time time(std::size_t i) const override { return frames_[i].time; }
-  ImageFrame read(std::size_t i) const override { return read_cameras(i, cameras_.size()); }
-  // Decodes the images of the first cameras only.
-  ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
-    return read_undamaged(i, cameras, &throw_damage);
-  }
-  ImageFrame read_undamaged(std::size_t i, std::size_t cameras,
-                            const OnDamage& damaged) const override {
-    ImageFrame frame{.time = frames_[i].time, .images = {}};
-    for (std::size_t c = 0; c < std::min(cameras, cameras_.size()); ++c) {
-      const auto& member = frames_[i].members[c];
-      frame.images.push_back(read_or_empty(
-          [&] { return member ? read_one(cameras_[c], cameras_[c].images[*member]) : GrayImage{}; },
-          damaged));
-    }
-    return frame;
-  }
+      : PairedImages(std::move(frames), cameras.size()),
+        files_(std::move(files)),
+        cameras_(std::move(cameras)) {}
 
  private:
-  GrayImage read_one(const CameraImages& camera, const BagImage& image) const {
+  GrayImage read_one(std::size_t index, std::size_t image) const override {
+    const CameraImages& camera = cameras_[index];
     return visit_image(
-        files_, camera, image,
+        files_, camera, camera.images[image],
         [&](const RosImage& raw, const std::string& where) {
           return grey_image(raw, camera.size, camera.bits, where);
         },
@@ -80,7 +64,6 @@ class BagImages : public ImageSource {
 
   BagFiles files_;
   std::vector<CameraImages> cameras_;
-  std::vector<PairedFrame> frames_;
 };
 
 void check_first(const TopicContents& topic, const Camera& camera, const std::string& where) {
