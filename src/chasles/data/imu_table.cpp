@@ -16,7 +16,7 @@
 namespace chasles {
 namespace {
 
-using Names = std::span<const std::string_view>;
+using Spellings = std::span<const std::string_view>;
 
 constexpr std::array<std::string_view, 9> kTimeNames{
     "time_ns", "timestamp", "timestamp_ns", "timestamps",        "ts",
@@ -76,7 +76,7 @@ std::string unit_of(const CsvReader& csv, std::size_t column) {
 }
 
 // The column whose name is one of these with `axis` behind it.
-std::size_t column_of(const CsvReader& csv, Names names, std::string_view axis,
+std::size_t column_of(const CsvReader& csv, Spellings names, std::string_view axis,
                       const std::string& what) {
   std::optional<std::size_t> found;
   for (std::size_t i = 0; i < csv.columns().size(); ++i) {
@@ -98,7 +98,7 @@ std::size_t column_of(const CsvReader& csv, Names names, std::string_view axis,
 
 using Axes = std::array<std::size_t, 3>;
 
-Axes axes_of(const CsvReader& csv, Names names, std::string_view what,
+Axes axes_of(const CsvReader& csv, Spellings names, std::string_view what,
              std::span<const std::string_view> foreign_units) {
   Axes columns{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -114,7 +114,7 @@ Axes axes_of(const CsvReader& csv, Names names, std::string_view what,
   return columns;
 }
 
-constexpr std::array<std::string_view, 2> kDegrees{"deg", "\u00b0"};
+constexpr std::array<std::string_view, 2> kDegreeUnits{"deg", "\u00b0"};
 constexpr std::array<std::string_view, 2> kGravities{"g", "mg"};
 
 Eigen::Vector3d vector_of(const CsvReader& csv, const Axes& axes) {
@@ -142,7 +142,7 @@ Time time_at(const CsvReader& csv, std::size_t column) {
 std::vector<ImuSample> read_imu_table(const std::filesystem::path& file) {
   CsvReader csv(file.string(), read_plain_or_gzip(file));
   const std::size_t time = time_column(csv);
-  const Axes rate = axes_of(csv, kRateNames, "angular rate", kDegrees);
+  const Axes rate = axes_of(csv, kRateNames, "angular rate", kDegreeUnits);
   const Axes force = axes_of(csv, kForceNames, "specific force", kGravities);
   std::vector<ImuSample> imu;
   while (csv.next()) {

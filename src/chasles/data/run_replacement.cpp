@@ -136,7 +136,7 @@ void check_way(const fs::path& folder, const Json& files) {
   for (const auto& [name, content] : files.items()) check(name);
 }
 
-Json parsed_summary(const fs::path& file) {
+Json committed_summary(const fs::path& file) {
   Json summary = parse_json_object(read_file(file), file.string());
   if (summary.contains(kFiles) && summary.at(kFiles).is_object()) {
     return summary;
@@ -174,7 +174,7 @@ std::vector<std::string> earlier_files(const fs::path& folder) {
 void move_up(const fs::path& folder) {
   const fs::path from = folder / kWritten;
   if (fs::exists(from / kSummaryFile)) {
-    const Json files = parsed_summary(from / kSummaryFile).at(kFiles);
+    const Json files = committed_summary(from / kSummaryFile).at(kFiles);
     for (const std::string& name : earlier_files(folder)) {
       if (!files.contains(name)) fs::remove(folder / name);
     }
