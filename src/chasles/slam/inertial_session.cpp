@@ -24,7 +24,7 @@ constexpr int kManyObservations = 20, kFewUsed = 4;
 constexpr double kImpossibleSpeed = 150;
 // Sigma of a place that is not known at all [m]. With more, after a pause of a day, the filter's
 // arithmetic has too few digits.
-constexpr double kUnknownPlace = 5000;
+constexpr double kUnknownPlace = 500;
 
 double heading(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
 
