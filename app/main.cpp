@@ -1,3 +1,26 @@
+#include <cstdlib>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
 #include "program.hpp"
 
-int main(int argc, char** argv) { return chasles::app::program(argc, argv); }
+namespace {
+
+// Every frame allocates and frees images. By default glibc gives their memory back to the system
+// each time, and then clears the same pages again: 4 to 8 % of a run's processor time.
+void keep_freed_memory() {
+#if defined(__GLIBC__)
+  constexpr int kBytes = 64 << 20;
+  mallopt(M_MMAP_THRESHOLD, kBytes / 2);
+  mallopt(M_TRIM_THRESHOLD, kBytes);
+#endif
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  keep_freed_memory();
+  return chasles::app::program(argc, argv);
+}

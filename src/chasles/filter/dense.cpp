@@ -28,22 +28,27 @@ void multiply(double alpha, const ConstBlock& A, const ConstBlock& B, double bet
               as_int(B.outerStride()), beta, C.data(), as_int(C.outerStride()));
 }
 
+#if defined(__x86_64__)
+bool supports_avx2() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
+bool supports_avx512() {
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+         __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+}
+#else
+bool supports_avx2() { return false; }
+bool supports_avx512() { return false; }
+#endif
+
 void prepare_once() {
   openblas_set_num_threads(1);
-#if defined(__x86_64__)
-  // OpenBLAS before 0.3.25 uses the kernels of 2004 for an Intel processor with an unknown model
-  // number (https://github.com/OpenMathLib/OpenBLAS/pull/4268): half the speed or less.
-  const bool misjudged = std::string_view(openblas_get_corename()) == "Prescott" &&
-                         __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-  if (!misjudged || !gotoblas_dynamic_init || !gotoblas_dynamic_quit) return;
+  if (!gotoblas_dynamic_init || !gotoblas_dynamic_quit) return;
   if (std::getenv("OPENBLAS_CORETYPE")) return;  // set by the user
-  const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-                    __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
-  setenv("OPENBLAS_CORETYPE", wide ? "SkylakeX" : "Haswell", 1);
+  const std::string_view better = better_kernels(kernels(), supports_avx2(), supports_avx512());
+  if (better.empty()) return;
+  setenv("OPENBLAS_CORETYPE", better.data(), 1);
   gotoblas_dynamic_quit();
   gotoblas_dynamic_init();
   unsetenv("OPENBLAS_CORETYPE");
-#endif
 }
 
 }  // namespace
@@ -54,6 +59,12 @@ void prepare() {
 }
 
 std::string_view kernels() { return openblas_get_corename(); }
+
+std::string_view better_kernels(std::string_view chosen, bool avx2, bool avx512) {
+  const bool for_old = chosen == "Prescott", for_avx2 = chosen == "Haswell" || chosen == "Zen";
+  if (avx512 && (for_old || for_avx2)) return "SkylakeX";
+  return avx2 && for_old ? "Haswell" : "";
+}
 
 bool cholesky(Block S) {
   const int n = as_int(S.rows());

@@ -15,14 +15,20 @@ using Block = Eigen::Ref<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 using ConstBlock = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
 /// Restricts BLAS to one thread in this process, so that results do not depend on the machine's
-/// load. Selects suitable kernels if OpenBLAS does not recognise the processor. The environment
-/// variable OPENBLAS_CORETYPE takes precedence. Only the first call has an effect. Filters, windows
-/// and batch estimation call it themselves, so that a program and the command give identical
-/// results.
+/// load. Selects better kernels where OpenBLAS misjudges the processor. The environment variable
+/// OPENBLAS_CORETYPE takes precedence. Only the first call has an effect. Filters, windows and
+/// batch estimation call it themselves, so that a program and the command give identical results.
 void prepare();
 
 /// OpenBLAS's name for the kernels in use.
 std::string_view kernels();
+
+/// The kernels to request instead of those that OpenBLAS chose on an x86-64 processor with or
+/// without AVX2 (and FMA) and AVX-512; empty if its choice is right. OpenBLAS before 0.3.25 chooses
+/// the kernels of 2004 for an Intel processor with an unknown model number
+/// (https://github.com/OpenMathLib/OpenBLAS/pull/4268), and 0.3.21 those of AVX2 for AMD processors
+/// with AVX-512.
+std::string_view better_kernels(std::string_view chosen, bool avx2, bool avx512);
 
 /// S = L L^T, L in the lower triangle of S; false if S is not positive definite, or not finite. The
 /// upper triangle is neither read nor written.

@@ -192,6 +192,18 @@ TEST(Dense, ASymmetricProductIsAddedToTheLowerTriangleAlsoBeyondOnePanel) {
   EXPECT_LT(error.triangularView<Eigen::Lower>().toDenseMatrix().norm(), 1e-11);
 }
 
+TEST(Dense, AProcessorGetsTheKernelsThatItSupports) {
+  using dense::better_kernels;
+  EXPECT_EQ(better_kernels("Prescott", false, false), "");
+  EXPECT_EQ(better_kernels("Prescott", true, false), "Haswell");
+  EXPECT_EQ(better_kernels("Prescott", true, true), "SkylakeX");
+  EXPECT_EQ(better_kernels("Zen", true, false), "");
+  EXPECT_EQ(better_kernels("Zen", true, true), "SkylakeX");
+  EXPECT_EQ(better_kernels("Haswell", true, true), "SkylakeX");
+  EXPECT_EQ(better_kernels("SkylakeX", true, true), "");
+  EXPECT_EQ(better_kernels("Cooperlake", true, true), "");
+}
+
 #if defined(__x86_64__)
 TEST(Dense, AProcessorThatOpenBlasDoesNotKnowStillGetsItsKernels) {
   dense::prepare();

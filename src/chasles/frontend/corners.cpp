@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include <chasles/frontend/corners.hpp>
+#include <chasles/vector_clones.hpp>
 
 namespace chasles {
 namespace {
@@ -135,6 +136,7 @@ Eigen::Vector2d gradient_intersection(const PyramidLevel& image, const Eigen::Ve
 
 }  // namespace
 
+CHASLES_VECTOR_CLONES
 std::vector<Corner> find_corners(const PyramidLevel& image, const PixelBox& box,
                                  CornerMeasure measure, double min_gradient) {
   std::vector<Corner> corners;
@@ -167,6 +169,7 @@ std::vector<Corner> find_corners(const PyramidLevel& image, const PixelBox& box,
   return corners;
 }
 
+CHASLES_VECTOR_CLONES
 Eigen::Vector2d refine_corner(const PyramidLevel& image, const Eigen::Vector2d& pixel) {
   constexpr int kSteps = 8;
   Eigen::Vector2d estimate = pixel;

@@ -6,6 +6,7 @@
 
 #include <chasles/frontend/deformation.hpp>
 #include <chasles/frontend/patch_sampling.hpp>
+#include <chasles/vector_clones.hpp>
 
 namespace chasles {
 namespace {
@@ -103,6 +104,7 @@ std::optional<Deformation> deformation_lanes(const Patch& patch, const PyramidLe
 
 }  // namespace
 
+CHASLES_VECTOR_CLONES
 std::optional<Deformation> deformation(const Patch& patch, const PyramidLevel& level,
                                        const Eigen::Vector2f& centre) {
   return patch.side <= 16 ? deformation_lanes<16>(patch, level, centre)

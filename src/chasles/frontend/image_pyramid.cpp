@@ -5,6 +5,7 @@
 #include <chasles/error.hpp>
 #include <chasles/frontend/equalise.hpp>
 #include <chasles/frontend/image_pyramid.hpp>
+#include <chasles/vector_clones.hpp>
 
 namespace chasles {
 namespace {
@@ -58,6 +59,7 @@ void copy_equalised(const GrayImage& image, Equalisation equalisation, PyramidLe
 // The weights (1 4 6 4 1) / 16 in both directions, at every second pixel (Burt and Adelson, 1983),
 // rounded: in integers of 16 bits, of which the largest sum leaves 127. At the edges it reads the
 // padding.
+CHASLES_VECTOR_CLONES
 void halve(const PyramidLevel& fine, PyramidLevel& coarse, std::vector<std::uint16_t>& sums) {
   const auto weighted = [](int a, int b, int c, int d, int e) {
     return static_cast<std::uint16_t>(a + 4 * (b + d) + 6 * c + e);

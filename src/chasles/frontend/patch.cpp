@@ -5,6 +5,7 @@
 
 #include <chasles/frontend/patch.hpp>
 #include <chasles/frontend/patch_sampling.hpp>
+#include <chasles/vector_clones.hpp>
 
 namespace chasles {
 namespace {
@@ -204,6 +205,7 @@ bool make_patch_lanes(const PyramidLevel& level, const Eigen::Vector2f& centre,
 
 }  // namespace
 
+CHASLES_VECTOR_CLONES
 bool make_patch(const PyramidLevel& level, const Eigen::Vector2f& centre,
                 const Eigen::Matrix2f& last_A_now, int side, float min_gradient, Patch& patch) {
   if (!inside(level, centre)) return false;
@@ -212,12 +214,14 @@ bool make_patch(const PyramidLevel& level, const Eigen::Vector2f& centre,
                     : make_patch_lanes<24>(level, centre, last_A_now, min_gradient, patch);
 }
 
+CHASLES_VECTOR_CLONES
 std::optional<PatchPosition> align(const Patch& patch, const PyramidLevel& level,
                                    const Eigen::Vector2f& start, int max_steps, float precision) {
   return patch.side <= 16 ? align_lanes<16>(patch, level, start, max_steps, precision)
                           : align_lanes<24>(patch, level, start, max_steps, precision);
 }
 
+CHASLES_VECTOR_CLONES
 float correlation(const Patch& patch, const PyramidLevel& level, const Eigen::Vector2f& centre) {
   return patch.side <= 16 ? correlation_lanes<16>(patch, level, centre)
                           : correlation_lanes<24>(patch, level, centre);
