@@ -11,6 +11,7 @@
 #include <chasles/data/run.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
+#include <chasles/eval/association.hpp>
 #include <chasles/eval/evaluation.hpp>
 
 #include "run_figures.hpp"
@@ -58,10 +59,11 @@ void check_order(const EvaluateOptions& o) {
                         o.estimate.string(), run, o.estimate.string())));
 }
 
-EvaluatedEstimate read_estimate(const std::filesystem::path& path) {
+EvaluatedEstimate read_estimate(const std::filesystem::path& path,
+                                std::vector<std::string>& remarks) {
   std::error_code ignored;
   if (!std::filesystem::is_directory(path, ignored)) {
-    return {.trajectory = read_tum(path), .covariances = {}, .truth = {}};
+    return {.trajectory = read_tum(path, remarks), .covariances = {}, .truth = {}};
   }
   const Run run = read_run(path);
   EvaluatedEstimate estimate{.trajectory = {}, .covariances = {}, .truth = run.truth};
@@ -78,9 +80,10 @@ EvaluatedEstimate read_estimate(const std::filesystem::path& path) {
   return estimate;
 }
 
-void warn_of_same(const EvaluatedEstimate& estimate, const TruthPairing& pairing) {
+void warn_of_misreading(const EvaluatedEstimate& estimate, const TruthPairing& pairing) {
   constexpr double kRounding = 1e-9;  // [m]
   const MatchedTrajectories matched = associate(estimate.trajectory, estimate.truth, pairing);
+  if (const auto remark = remark_on_quaternions(matched)) spdlog::warn("{}", *remark);
   if (absolute_error(matched, Alignment::kNone).position_m.max > kRounding) return;
   spdlog::warn("the estimate equals the truth at all {} stamps: is it the same trajectory twice?",
                matched.truth.size());
@@ -97,8 +100,10 @@ std::string markdown(const Evaluation& evaluation) {
 
 int run(const EvaluateOptions& o) {
   check_order(o);
-  EvaluatedEstimate estimate = read_estimate(o.estimate);
-  if (!o.truth.empty()) estimate.truth = read_truth(o.truth);
+  std::vector<std::string> remarks;
+  EvaluatedEstimate estimate = read_estimate(o.estimate, remarks);
+  if (!o.truth.empty()) estimate.truth = read_truth(o.truth, remarks);
+  for (const std::string& remark : remarks) spdlog::warn("{}", remark);
   if (estimate.truth.empty()) {
     throw UsageError(fmt::format("{} has no truth: expected a TRUTH", o.estimate.string()));
   }
@@ -108,7 +113,7 @@ int run(const EvaluateOptions& o) {
   options.pairing = pairing_from(o.pairing, estimate.pairing);
   const Evaluation evaluation =
       evaluate(estimate.trajectory, estimate.truth, estimate.covariances, options);
-  warn_of_same(estimate, options.pairing);
+  warn_of_misreading(estimate, options.pairing);
   nlohmann::ordered_json json = figures_json(evaluation);
   if (estimate.coverage) json["coverage"] = *estimate.coverage;
   fmt::print("{}", o.json       ? json_text(json, 2) + "\n"

@@ -183,7 +183,7 @@ Prepared prepare(const RunCommandOptions& o, VelocityCommandSettings settings,
   Prepared prepared;
   prepared.options.dead_reckoning = dead_reckoning(recording);
   if (!o.trajectory.empty()) {
-    follow(recording, read_tum(o.trajectory));
+    follow(recording, read_tum(o.trajectory, recording.remarks));
     settings.filter.hold = VelocityHold::kZeroOrder;
   }
   const VelocitySensors sensors = velocity_sensors(recording, settings);

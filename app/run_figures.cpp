@@ -9,6 +9,7 @@
 
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
+#include <chasles/eval/association.hpp>
 #include <chasles/eval/landmarks.hpp>
 
 #include "truth_options.hpp"
@@ -114,6 +115,8 @@ Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::
   options.level = is_level(run);
   options.pairing = run.pairing;
   try {
+    const auto misread = remark_on_quaternions(associate(estimate, run.truth, run.pairing));
+    if (misread) remarks.push_back(*misread);
     return figures_json(evaluate(estimate, run.truth, covariances, options));
   } catch (const InputError& error) {
     remarks.push_back(fmt::format("not evaluated: {}", error.what()));

@@ -127,13 +127,13 @@ bool is_recording(const std::filesystem::path& file) {
 
 }  // namespace
 
-Trajectory read_truth(const std::filesystem::path& path) {
+Trajectory read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks) {
   std::error_code ignored;
   const bool folder = std::filesystem::is_directory(path, ignored);
   if (folder && std::filesystem::exists(path / "truth.tum", ignored)) {
-    return read_tum(path / "truth.tum");
+    return read_tum(path / "truth.tum", remarks);
   }
-  if (!folder && !is_recording(path)) return read_tum(path);
+  if (!folder && !is_recording(path)) return read_tum(path, remarks);
   Trajectory truth = read_recording(path).truth;
   if (truth.empty()) {
     throw InputError(
@@ -180,7 +180,7 @@ Recording read_input(const RunInput& input) {
   if (input.backwards) r = backwards(std::move(r));
   check_not_empty(r);
   if (!input.truth.empty()) {
-    r.truth = read_truth(input.truth);
+    r.truth = read_truth(input.truth, r.remarks);
     check_truth(r, input.truth);
     r.plan.clear();  // its frame is the world of the recording's own truth
     r.georeference.reset();

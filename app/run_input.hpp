@@ -31,9 +31,9 @@ struct RunInput {
 /// samples.
 Recording read_input(const RunInput& input);
 
-/// Reads the truth from a TUM file or from a recording of any kind. Throws InputError if there is
-/// none.
-Trajectory read_truth(const std::filesystem::path& path);
+/// Reads the truth from a TUM file, with remarks on what was mended, or from a recording of any
+/// kind. Throws InputError if there is none.
+Trajectory read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks);
 
 /// Replaces the velocities by those that move the pose exactly along the trajectory (world_T_imu),
 /// each held until the next one (hold `zero-order`). The first pose becomes the world frame.

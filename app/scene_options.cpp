@@ -65,7 +65,9 @@ void take_path(const SceneChoice& choice, InertialScene& scene) {
                     "recording that has the truth",
                     kTrajectory));
   }
-  scene.path = read_truth(choice.path);
+  std::vector<std::string> remarks;
+  scene.path = read_truth(choice.path, remarks);
+  for (const std::string& remark : remarks) spdlog::warn("{}", remark);
   if (choice.real_imu) take_real_imu(choice.path, scene);
 }
 

@@ -8,6 +8,7 @@
 #include <chasles/check/check_exposure.hpp>
 #include <chasles/check/check_imu.hpp>
 #include <chasles/check/check_times.hpp>
+#include <chasles/check/check_truth.hpp>
 #include <chasles/check/velocity_clock.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/imu/level_axes.hpp>
@@ -220,7 +221,7 @@ CheckReport check_recording(const Recording& recording, const std::vector<Featur
   check_coverage(recording, report);
   if (!recording.imu.empty()) {
     report_imu(recording.imu, range_of(recording), report);
-    report_true_gravity(recording, report);
+    report_truth(recording, report);
     for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
       report_camera_upright(recording, static_cast<int>(c), report);
     }

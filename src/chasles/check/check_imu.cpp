@@ -22,7 +22,6 @@ constexpr double kRestRate = 0.2;      // [rad/s]
 constexpr double kRepeatedShare = 0.05;
 constexpr double kGravityOffAtRest = 0.3;  // [m/s^2]
 constexpr double kGravityOffMoving = 1.5;  // [m/s^2]
-constexpr double kGravityLean = 3;         // [deg]
 constexpr double kUpsideDown = 135;        // [deg]
 
 using Six = Eigen::Matrix<double, 6, 1>;
@@ -192,24 +191,6 @@ void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckR
   report_saturation(imu, range, report);
   report_repeats(imu, report);
   report_no_measurements(imu, range, report);
-}
-
-void report_true_gravity(const Recording& recording, CheckReport& report) {
-  const auto fit = fit_gravity(recording.truth, recording.imu);
-  if (!fit) return;
-  const double cosine = -fit->gravity_world.normalized().z();
-  const double lean = std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
-  report.facts.push_back({"truth", "gravity", fit->gravity_world.norm(), "m/s^2"});
-  report.facts.push_back({"truth", "lean of gravity", lean, "deg"});
-  if (lean <= kGravityLean) return;
-  report.findings.push_back(
-      {.severity = Severity::kWarning,
-       .about = "truth",
-       .what = fmt::format("gravity leans {:.1f} deg from the truth's z axis", lean),
-       .value = lean,
-       .threshold = kGravityLean,
-       .unit = "deg",
-       .advice = "check the truth's frames: it must be the IMU's pose in a world with z up"});
 }
 
 void report_camera_upright(const Recording& recording, int index, CheckReport& report) {

@@ -27,9 +27,6 @@ std::vector<Rest> find_rests(const std::vector<ImuSample>& imu);
 /// from the median of all samples.
 void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckReport& report);
 
-/// Checks that gravity points down in the truth's world (fit_gravity).
-void report_true_gravity(const Recording& recording, CheckReport& report);
-
 /// Roll and pitch of camera `index` during a standstill (up is -y for an upright camera), and a
 /// finding where it is upside down.
 void report_camera_upright(const Recording& recording, int index, CheckReport& report);

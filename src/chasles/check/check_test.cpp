@@ -1,7 +1,10 @@
+#include <Eigen/Geometry>
+
 #include <chasles/check/check.hpp>
 #include <chasles/check/check_imu.hpp>
 #include <chasles/check/check_testing.hpp>
 #include <chasles/check/check_times.hpp>
+#include <chasles/check/check_truth.hpp>
 #include <chasles/data/readers.hpp>
 
 // Each test adds one deficiency to a recording without any and expects its finding. Without it
@@ -271,12 +274,31 @@ TEST(CheckImu, ASensorThatIsReadTooFastIsNamed) {
 TEST(CheckImu, ATruthThatLeansIsNamed) {
   Recording r = test::swung({0, 0, -kStandardGravity}, 12);
   CheckReport level, leaning;
-  report_true_gravity(r, level);
+  report_truth(r, level);
   EXPECT_EQ(findings(level), "");
   const SE3 lean{so3::exp({0.1, 0, 0}), Eigen::Vector3d::Zero()};
   for (StampedPose& row : r.truth) row.pose = lean * row.pose;
-  report_true_gravity(r, leaning);
+  report_truth(r, leaning);
   EXPECT_NEAR(finding(leaning, "truth", "leans").value, 0.1 * 180 / M_PI, 0.1);
+}
+
+TEST(CheckTruth, TurnsThatAreNotTheGyroscopesAreNamed) {
+  const Recording good = test::swung({0, 0, -kStandardGravity}, 12);
+  Recording w_first = good, of_camera = good;
+  for (StampedPose& row : w_first.truth) {
+    const Eigen::Quaterniond q(row.pose.R);
+    row.pose.R = Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()).toRotationMatrix();
+  }
+  CheckReport report;
+  report_truth(w_first, report);
+  const Finding& order = finding(report, "truth", "differ from the gyroscope's");
+  EXPECT_NE(order.advice.find("its quaternions are w, x, y, z (then 0."), std::string::npos)
+      << order.advice << order.value;
+  report = {};
+  for (StampedPose& row : of_camera.truth) row.pose.R *= so3::exp({0, M_PI / 2, 0});
+  report_truth(of_camera, report);
+  const Finding& frame = finding(report, "truth", "differ from the gyroscope's");
+  EXPECT_NE(frame.advice.find("must have the pose of the IMU"), std::string::npos);
 }
 
 // EuRoC's own calibration is accurate to a fraction of a degree and its clocks to a fraction of a

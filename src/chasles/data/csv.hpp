@@ -61,6 +61,7 @@ class CsvReader {
   Time time(std::size_t column) const;  ///< from nanoseconds
   std::string_view text(std::size_t column) const { return values_[column]; }
 
+  int line() const { return line_; }  ///< of the row, from 1
   /// "FILE:LINE".
   std::string where() const;
   /// "FILE:LINE: column 'NAME'".

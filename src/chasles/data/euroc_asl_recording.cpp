@@ -126,11 +126,11 @@ void read_asl_truth(const fs::path& folder, Recording& recording) {
   const fs::path mocap = sensors_of(folder) / "mocap0" / "data.csv";
   const fs::path poses = folder_of(folder) / "truth.tum";
   if (fs::exists(poses)) {  // not EuRoC's: placed there on purpose
-    recording.truth = read_tum(poses);
+    recording.truth = read_tum(poses, recording.remarks);
   } else if (fs::exists(states)) {
     read_euroc_states(states, recording);
   } else if (fs::exists(mocap)) {
-    recording.truth = read_tum(mocap);
+    recording.truth = read_tum(mocap, recording.remarks);
   } else {
     recording.remarks.push_back(
         "no truth: there is neither state_groundtruth_estimate0/data.csv, mocap0/data.csv nor "

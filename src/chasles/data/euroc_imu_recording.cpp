@@ -56,7 +56,7 @@ void read_truth_file(const fs::path& file, Recording& recording) {
   if (name.find("_gt.csv") != std::string::npos) {
     read_euroc_states(file, recording);
   } else {
-    recording.truth = read_tum(file);
+    recording.truth = read_tum(file, recording.remarks);
     recording.remarks.push_back(
         fmt::format("the truth {} holds poses only: no velocities, no biases", name));
   }

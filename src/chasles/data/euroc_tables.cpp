@@ -10,6 +10,7 @@
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
+#include <chasles/data/time_order.hpp>
 #include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
 
@@ -42,17 +43,34 @@ bool begins_euroc_imu(std::string_view bytes) {
 }
 
 void read_euroc_states(const std::filesystem::path& file, Recording& recording) {
+  struct StateRow {
+    Time time{};
+    int line = 0;
+    Eigen::Vector<double, 16> values;
+  };
   CsvReader csv(file.string(), read_plain_or_gzip(file), kStateNames);
+  std::vector<StateRow> rows;
   while (csv.next()) {
-    const Time time = csv.time(0);
-    if (!recording.truth.empty()) check_rises(csv.where(0), recording.truth.back().time, time);
-    const Eigen::Vector4d xyzw(csv.finite(5), csv.finite(6), csv.finite(7), csv.finite(4));
+    StateRow& row = rows.emplace_back();
+    row.time = csv.time(0);
+    row.line = csv.line();
+    for (Eigen::Index i = 0; i < row.values.size(); ++i) {
+      row.values[i] = csv.number(static_cast<std::size_t>(i) + 1);
+    }
+  }
+  if (rows.empty()) return;
+  const auto known = [](const StateRow& row) { return row.values.allFinite(); };
+  leave_out_unknown(file, known, kTruePoses, rows, recording.remarks);
+  bring_into_order(rows, kTruePoses, recording.remarks);
+  for (const StateRow& row : rows) {
+    const Eigen::Vector4d xyzw(row.values[4], row.values[5], row.values[6], row.values[3]);
+    const std::string where = fmt::format("{}:{}", file.string(), row.line);
     recording.truth.push_back(
-        {.time = time, .pose = {checked_quaternion(csv.where(), xyzw), vector_at(csv, 1)}});
-    recording.true_motion.push_back({.time = time,
-                                     .v_world = vector_at(csv, 8),
-                                     .accelerometer_bias = vector_at(csv, 14),
-                                     .gyroscope_bias = vector_at(csv, 11)});
+        {.time = row.time, .pose = {checked_quaternion(where, xyzw), row.values.head<3>()}});
+    recording.true_motion.push_back({.time = row.time,
+                                     .v_world = row.values.segment<3>(7),
+                                     .accelerometer_bias = row.values.segment<3>(13),
+                                     .gyroscope_bias = row.values.segment<3>(10)});
   }
 }
 

@@ -23,18 +23,10 @@ void tidy_samples(const std::filesystem::path& file, Recording& recording) {
 }
 
 void leave_out_not_finite(const std::filesystem::path& file, Recording& recording) {
-  const std::size_t all = recording.imu.size();
-  std::erase_if(recording.imu, [](const ImuSample& s) {
-    return !s.specific_force_imu.allFinite() || !s.angular_rate_imu.allFinite();
-  });
-  const std::size_t lost = all - recording.imu.size();
-  if (lost == 0) return;
-  if (lost == all) {
-    throw InputError(
-        fmt::format("{}: none of the {} IMU samples is of finite numbers", file.string(), all));
-  }
-  recording.remarks.push_back(
-      fmt::format("{} of {} IMU samples are not finite numbers: left out", lost, all));
+  const auto known = [](const ImuSample& s) {
+    return s.specific_force_imu.allFinite() && s.angular_rate_imu.allFinite();
+  };
+  leave_out_unknown(file, known, "IMU samples", recording.imu, recording.remarks);
 }
 
 Time by_imu_clock(Time stamp, Time offset, const std::string& where) {

@@ -74,7 +74,7 @@ void read_oxts_truth(const fs::path& synced, Recording& recording) {
   const std::vector<OxtsPacket> packets = read_oxts(synced / "oxts");
   recording.truth = oxts_trajectory(packets);
   recording.georeference = oxts_georeference(packets);
-  bring_into_order(recording.truth, "poses of the truth", recording.remarks);
+  bring_into_order(recording.truth, kTruePoses, recording.remarks);
 }
 
 }  // namespace

@@ -88,7 +88,11 @@ void write_folder_recording(const Recording& recording, const std::filesystem::p
 /// comments), between blanks or commas, and tables whose first line names other columns, as EuRoC's
 /// state_groundtruth_estimate0, vicon0 and mocap0; the last two are moved to the IMU by a T_BS in
 /// sensor.yaml beside them. Times may be milli-, micro- or nanoseconds. Also gzip-compressed.
+/// Throws InputError for a row that is not a pose, and for times that do not rise strictly.
 Trajectory read_tum(const std::filesystem::path& file);
+/// The same for a table as motion capture and scripts write it: rows without a pose (NaN, or a
+/// quaternion of zeros) and repeated times are left out, and rows are sorted by time, with remarks.
+Trajectory read_tum(const std::filesystem::path& file, std::vector<std::string>& remarks);
 void write_tum(const Trajectory& trajectory, const std::filesystem::path& file);
 
 }  // namespace chasles

@@ -225,7 +225,7 @@ void read_frame_tables(const fs::path& folder, const FolderCalibration& calibrat
 void read_truth_tables(const fs::path& folder, Recording& recording) {
   const fs::path truth = folder / "truth.tum", motion = folder / "true_motion.csv",
                  landmarks = folder / "landmarks_truth.csv";
-  if (fs::exists(truth)) recording.truth = read_tum(truth);
+  if (fs::exists(truth)) recording.truth = read_tum(truth, recording.remarks);
   if (fs::exists(motion)) recording.true_motion = read_true_motion(motion, recording.truth);
   if (fs::exists(landmarks)) recording.true_landmarks = read_true_landmarks(landmarks);
 }

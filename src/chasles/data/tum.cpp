@@ -1,5 +1,8 @@
 #include <array>
 #include <cctype>
+#include <cmath>
+#include <functional>
+#include <optional>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -10,6 +13,7 @@
 #include <chasles/data/pose_columns.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/time_order.hpp>
 #include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
 
@@ -48,17 +52,23 @@ class PoseRows {
     return named.has_value();
   }
 
-  StampedPose parse(const std::string& where, std::string_view line) {
+  /// With `unknown`, a pose that the row does not have is that, and not an error: motion capture
+  /// that lost the body writes NaN, or a quaternion of zeros.
+  StampedPose parse(const std::string& where, std::string_view line,
+                    const std::optional<SE3>& unknown) {
     const std::vector<std::string_view> words = split_row(line);
     check_count(where, words.size());
     if (!columns_.time_digits) columns_.time_digits = digits_of_stamp(words[columns_.index[0]]);
-    std::array<double, 8> numbers{};
+    const Time time = parse_stamp(where + ": t", words[columns_.index[0]], *columns_.time_digits);
+    Eigen::Vector<double, 7> pose;
     for (std::size_t i = 1; i < kTumColumns.size(); ++i) {
-      numbers[i] = parse_finite(where + ": " + kTumColumns[i], words[columns_.index[i]]);
+      const std::string column = where + ": " + kTumColumns[i];
+      const std::string_view word = words[columns_.index[i]];
+      pose[static_cast<Eigen::Index>(i) - 1] =
+          unknown ? parse_number(column, word) : parse_finite(column, word);
     }
-    return {.time = parse_stamp(where + ": t", words[columns_.index[0]], *columns_.time_digits),
-            .pose = {checked_quaternion(where, {numbers[4], numbers[5], numbers[6], numbers[7]}),
-                     {numbers[1], numbers[2], numbers[3]}}};
+    if (unknown && (!pose.allFinite() || pose.tail<4>().isZero())) return {time, *unknown};
+    return {time, {checked_quaternion(where, pose.tail<4>()), pose.head<3>()}};
   }
 
   const PoseColumns& columns() const { return columns_; }
@@ -96,33 +106,54 @@ void move_to_body(const std::filesystem::path& table, Trajectory& trajectory) {
   for (StampedPose& row : trajectory) row.pose = row.pose * body_T_sensor.inverse();
 }
 
-}  // namespace
-
-Trajectory read_tum(const std::filesystem::path& file) {
+// `use` takes the place and the pose of each row.
+PoseColumns read_rows(const std::filesystem::path& file, const std::optional<SE3>& unknown,
+                      const std::function<void(const std::string&, const StampedPose&)>& use) {
   std::string bytes = read_plain_or_gzip(file);
   remove_byte_order_mark(bytes);
-  Trajectory trajectory;
   PoseRows rows;
   std::string_view rest = bytes;
+  bool first = true;
   for (int number = 1; !rest.empty(); ++number) {
     const std::string_view line = trimmed(take_line(rest));
     if (line.empty()) continue;
-    const std::string where = fmt::format("{}:{}", file.string(), number);
-    const bool first = trajectory.empty();
     if (line.front() == '#') {
       if (first) rows.take_names(line);
       continue;
     }
     if (first && begins_with_letter(line) && rows.take_names(line)) continue;
-    const StampedPose row = rows.parse(where, line);
-    if (!first) check_rises(where, trajectory.back().time, row.time);
+    const std::string where = fmt::format("{}:{}", file.string(), number);
+    use(where, rows.parse(where, line, unknown));
+    first = false;
+  }
+  if (!first) return rows.columns();
+  throw InputError(
+      fmt::format("{}: holds no pose, expected lines `t tx ty tz qx qy qz qw`", file.string()));
+}
+
+}  // namespace
+
+Trajectory read_tum(const std::filesystem::path& file) {
+  Trajectory trajectory;
+  const auto add = [&](const std::string& where, const StampedPose& row) {
+    if (!trajectory.empty()) check_rises(where, trajectory.back().time, row.time);
     trajectory.push_back(row);
-  }
-  if (trajectory.empty()) {
-    throw InputError(
-        fmt::format("{}: holds no pose, expected lines `t tx ty tz qx qy qz qw`", file.string()));
-  }
-  if (rows.columns().of_euroc) move_to_body(file, trajectory);
+  };
+  const PoseColumns columns = read_rows(file, std::nullopt, add);
+  if (columns.of_euroc) move_to_body(file, trajectory);
+  return trajectory;
+}
+
+Trajectory read_tum(const std::filesystem::path& file, std::vector<std::string>& remarks) {
+  const std::string what = "poses of " + file.filename().string();
+  const SE3 unknown{Eigen::Matrix3d::Identity(), Eigen::Vector3d::Constant(std::nan(""))};
+  Trajectory trajectory;
+  const PoseColumns columns =
+      read_rows(file, unknown, [&](const auto&, const auto& row) { trajectory.push_back(row); });
+  const auto known = [](const StampedPose& row) { return row.pose.p.allFinite(); };
+  leave_out_unknown(file, known, what, trajectory, remarks);
+  bring_into_order(trajectory, what, remarks);
+  if (columns.of_euroc) move_to_body(file, trajectory);
   return trajectory;
 }
 

@@ -186,5 +186,31 @@ TEST(Tum, AFolderThatIsMissingCannotBeWritten) {
   EXPECT_THROW(write_tum({}, "/no/such/folder/t.tum"), UsageError);
 }
 
+TEST(Tum, ATruthAsMotionCaptureWritesItIsMended) {
+  const auto file = test::scratch() / "t.tum";
+  test::spill(file,
+              "3 3 0 0 0 0 0 1\n"
+              "1 1 0 0 0 0 0 1\n"
+              "1 9 0 0 0 0 0 1\n"
+              "4 nan nan nan nan nan nan nan\n"
+              "5 0 0 0 0 0 0 0\n"
+              "2 2 0 0 0 0 0 1\n");
+  std::vector<std::string> remarks;
+  const Trajectory trajectory = read_tum(file, remarks);
+  ASSERT_EQ(trajectory.size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(trajectory[static_cast<std::size_t>(i)].time, std::chrono::seconds(i + 1));
+    EXPECT_EQ(trajectory[static_cast<std::size_t>(i)].pose.p.x(), i + 1);
+  }
+  ASSERT_EQ(remarks.size(), 3u);
+  EXPECT_EQ(remarks[0], "2 of 6 poses of t.tum are not finite numbers: left out");
+  EXPECT_EQ(remarks[1], "3 of 4 poses of t.tum came after later ones: put in order of time");
+  EXPECT_EQ(remarks[2], "1 of 4 poses of t.tum repeat the time of another: left out");
+  test::spill(file, "4 nan nan nan nan nan nan nan\n");
+  expect_parts(input_error([&] { read_tum(file, remarks); }), {"t.tum: none of the 1 poses"});
+  test::spill(file, "4 1 1 1 2 0 0 0\n");
+  expect_parts(input_error([&] { read_tum(file, remarks); }), {"t.tum:1: the quaternion"});
+}
+
 }  // namespace
 }  // namespace chasles
