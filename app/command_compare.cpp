@@ -19,6 +19,7 @@
 #include "lab_report.hpp"
 #include "lab_scene.hpp"
 #include "loops_options.hpp"
+#include "options.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
 #include "run_figures.hpp"
@@ -212,6 +213,7 @@ Action declare_compare(CLI::App& parser) {
       ->group("Scene");
   declare_filters(parser, o->filters);
   parser.add_option("-o,--output", o->output, "Folder for the errors, trajectories and figures")
+      ->check(require_path)
       ->type_name("DIR")
       ->group("Output");
   CLI::Option* json = parser.add_flag("--json", o->json, "Print the figures as JSON");

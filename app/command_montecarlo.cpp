@@ -16,6 +16,7 @@
 #include "interrupt.hpp"
 #include "lab_report.hpp"
 #include "lab_scene.hpp"
+#include "options.hpp"
 #include "progress.hpp"
 #include "ranks.hpp"
 #include "scene_options.hpp"
@@ -200,6 +201,7 @@ void declare_study(CLI::App& parser, MonteCarloOptions& o) {
 void declare_output(CLI::App& parser, MonteCarloOptions& o) {
   parser.add_option("-o,--output", o.output, "Folder of the study")
       ->required()
+      ->check(require_path)
       ->type_name("DIR")
       ->group("Output");
   CLI::Option* json = parser.add_flag("--json", o.json, "Print the summary as JSON");

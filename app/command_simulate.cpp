@@ -19,6 +19,7 @@
 #include <chasles/sim/street.hpp>
 
 #include "interrupt.hpp"
+#include "options.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
 #include "scene_options.hpp"
@@ -201,6 +202,7 @@ Action declare_simulate(CLI::App& parser) {
   parser.add_option("SCENE", scene.name, "Name of the scene")->required()->type_name("");
   parser.add_option("-o,--output", o->output, "Folder for the recording")
       ->required()
+      ->check(require_path)
       ->type_name("RECORDING");
   parser.add_option("--config", scene.config, "Settings from a YAML file, `key: value` a line")
       ->type_name("FILE");

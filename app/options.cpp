@@ -40,6 +40,10 @@ CLI::Option* add_number(CLI::App& parser, const std::string& name, std::optional
   return parser.add_option_function<std::string>(name, read, meaning)->type_name(unit);
 }
 
+std::string require_path(const std::string& path) {
+  return path.empty() ? "is empty, expected a path" : "";
+}
+
 std::vector<std::string> known_words(const CLI::App& parser) {
   std::vector<std::string> words;
   for (const CLI::Option* option : parser.get_options()) {

@@ -19,6 +19,9 @@ CLI::Option* add_number(CLI::App& parser, const std::string& name, std::optional
                         double low = -std::numeric_limits<double>::infinity(),
                         double high = std::numeric_limits<double>::infinity());
 
+/// For a path's CLI::Option::check(): an empty one is an error (-o "$UNSET").
+std::string require_path(const std::string& path);
+
 /// The long names of the options and the names of the subcommands, for suggestions.
 std::vector<std::string> known_words(const CLI::App& parser);
 

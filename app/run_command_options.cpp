@@ -111,6 +111,7 @@ void declare_output(CLI::App& parser, RunCommandOptions& o) {
   parser
       .add_option("-o,--output", o.output,
                   "Folder for the run (default: only the summary is printed)")
+      ->check(require_path)
       ->type_name("RUN")
       ->group("Output");
   parser

@@ -19,10 +19,17 @@ enum class ExitCode {
 /// value expected, and a remedy.
 class Error : public std::runtime_error {
  public:
-  Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
+  Error(ExitCode code, const std::string& message)
+      : std::runtime_error(without_zeros(message)), code_(code) {}
   ExitCode code() const { return code_; }
 
  private:
+  // what() ends at a zero, and a damaged file may have one in what the message quotes.
+  static std::string without_zeros(std::string text) {
+    for (char& c : text) c = c == '\0' ? '?' : c;
+    return text;
+  }
+
   ExitCode code_;
 };
 

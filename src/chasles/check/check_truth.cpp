@@ -12,11 +12,11 @@
 namespace chasles {
 namespace {
 
-constexpr double kGravityLean = 3;                  // [deg]
-constexpr Time kTurn = std::chrono::seconds(1);     // over which turns are compared
-constexpr double kTurnError = 3;                    // [deg]
+constexpr double kGravityLean = 3;               // [deg]
+constexpr Time kTurn = std::chrono::seconds(1);  // over which turns are compared
+constexpr double kTurnError = 3;                 // [deg]
 constexpr std::size_t kFewestTurns = 5;
-constexpr double kLeastTurn = 5;                    // of turns that tell something [deg]
+constexpr double kLeastTurn = 5;  // of turns that tell something [deg]
 
 constexpr double kDegree = std::numbers::pi / 180;  // [rad]
 
@@ -83,12 +83,13 @@ void report_turns(const Recording& recording, CheckReport& report) {
        .value = degrees,
        .threshold = kTurnError,
        .unit = "deg",
-       .advice = errors.is_w_first()
-                     ? fmt::format("its quaternions are w, x, y, z (then {:.1f} deg): write them as "
-                                   "x, y, z, w, or name the columns in the first line",
-                                   errors.w_first / kDegree)
-                     : "it must have the pose of the IMU, by the same clock; or the gyroscope's "
-                       "axes or unit are wrong"});
+       .advice =
+           errors.is_w_first()
+               ? fmt::format("its quaternions are w, x, y, z (then {:.1f} deg): write them as "
+                             "x, y, z, w, or name the columns in the first line",
+                             errors.w_first / kDegree)
+               : "it must have the pose of the IMU, by the same clock; or the gyroscope's "
+                 "axes or unit are wrong"});
 }
 
 }  // namespace

@@ -14,9 +14,13 @@
 namespace chasles {
 namespace {
 
+// No table has as many columns. A line of more is not split to its end.
+constexpr std::size_t kMostColumns = 1000;
+
 void split_commas(std::string_view line, std::vector<std::string_view>& values) {
   values.clear();
-  for (std::size_t comma = 0; (comma = line.find(',')) != std::string_view::npos;) {
+  for (std::size_t comma = 0;
+       values.size() < kMostColumns && (comma = line.find(',')) != std::string_view::npos;) {
     values.push_back(trimmed(line.substr(0, comma)));
     line.remove_prefix(comma + 1);
   }
@@ -48,9 +52,10 @@ void remark_on_open_end(const std::filesystem::path& file, std::vector<std::stri
   std::ifstream stream(file, std::ios::binary);
   const bool gzip = stream.get() == 0x1f && stream.get() == 0x8b;  // it has a check sum
   if (!stream || gzip || !stream.seekg(-1, std::ios::end) || stream.get() == '\n') return;
-  remarks.push_back(
-      fmt::format("the last line of {} has no line end: it is read, but the file may be truncated",
-                  (file.parent_path().filename() / file.filename()).string()));
+  remarks.push_back(fmt::format(
+      "the last line of {} has no line end, and is left out if it is not whole: the file "
+      "may be truncated",
+      (file.parent_path().filename() / file.filename()).string()));
 }
 
 CsvReader::CsvReader(const std::filesystem::path& file, LastLine last)
@@ -58,7 +63,7 @@ CsvReader::CsvReader(const std::filesystem::path& file, LastLine last)
 
 CsvReader::CsvReader(std::string file, std::string bytes, LastLine last)
     : file_(std::move(file)), bytes_(std::move(bytes)), rest_(bytes_) {
-  split_commas(next_line(), values_);
+  split_names(next_line());
   if (values_.size() == 1 && values_[0].empty()) {
     throw InputError(
         fmt::format("{}: is empty, expected a line with the names of the columns", file_));
@@ -68,9 +73,15 @@ CsvReader::CsvReader(std::string file, std::string bytes, LastLine last)
 }
 
 // A number that ends with a sign or a point was longer.
-void CsvReader::check_end(LastLine last) const {
+void CsvReader::check_end(LastLine last) {
   const bool whole = std::string_view(".,+-").find(bytes_.back()) == std::string_view::npos;
   if (bytes_.back() == '\n' || (last == LastLine::kMayBeOpen && whole)) return;
+  const std::size_t end = rest_.rfind('\n');
+  if (last == LastLine::kMayBeOpen && end != std::string_view::npos) {
+    rest_ = rest_.substr(0, end + 1);
+    torn_ = true;
+    return;
+  }
   throw InputError(fmt::format(
       "{}: its last line has no line end: the file is truncated (if not, add a line end)", file_));
 }
@@ -101,7 +112,7 @@ CsvReader::CsvReader(std::string file, std::string bytes,
   }
   check_end(LastLine::kMayBeOpen);
   const std::string names = without_brackets(line.substr(1));
-  split_commas(names, values_);
+  split_names(names);
   columns_.assign(values_.begin(), values_.end());
   if (std::find(known.begin(), known.end(), columns_) != known.end()) return;
   std::string expected;
@@ -123,7 +134,7 @@ CsvReader::CsvReader(std::string file, std::string bytes)
     if (!line.empty() && line.front() != '#') break;
   }
   double ignored = 0;
-  split_commas(line.starts_with('#') ? line.substr(1) : line, values_);
+  split_names(line.starts_with('#') ? line.substr(1) : line);
   if (line.empty() || parse_fast(values_.front(), ignored)) {
     throw InputError(fmt::format(
         "{}: begins with '{:.40}', expected a line with the names of the columns", where(), line));
@@ -133,6 +144,13 @@ CsvReader::CsvReader(std::string file, std::string bytes)
   for (const std::string& heading : headings_) {
     columns_.emplace_back(trimmed(without_brackets(heading)));
   }
+}
+
+void CsvReader::split_names(std::string_view line) {
+  split_commas(line, values_);
+  if (values_.size() <= kMostColumns) return;
+  throw InputError(fmt::format("{}: has more than {} columns, expected a table of numbers", where(),
+                               kMostColumns));
 }
 
 std::string_view CsvReader::next_line() {
@@ -149,11 +167,17 @@ bool CsvReader::next() {
   if (line.empty()) return false;
   split_commas(line, values_);
   if (values_.size() == columns_.size()) return true;
-  throw InputError(fmt::format("{}: has {} values, expected {}: {}{}", where(), values_.size(),
-                               columns_.size(), fmt::join(columns_, ","),
-                               rest_.empty() && bytes_.back() != '\n'
-                                   ? " (the line has no end: is the file truncated?)"
-                                   : ""));
+  const bool open = rest_.empty() && bytes_.back() != '\n';
+  torn_ = open && values_.size() < columns_.size();
+  if (torn_) return false;
+  throw InputError(fmt::format("{}: has {} values, expected {}: {}", where(), values_.size(),
+                               columns_.size(), fmt::join(columns_, ",")));
+}
+
+void CsvReader::require_whole() const {
+  if (!torn_) return;
+  throw InputError(fmt::format(
+      "{}: its last line is not whole: the file is truncated, expected a line end", file_));
 }
 
 double CsvReader::number(std::size_t column) const {

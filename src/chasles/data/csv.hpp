@@ -12,9 +12,9 @@ namespace chasles {
 
 /// What a last line without a line end means.
 enum class LastLine {
-  /// It is a row if it looks whole: many programs write no line end there. A truncated file may
-  /// look
-  /// so as well, and readers add remark_on_open_end().
+  /// It is a row if it looks whole: many programs write no line end there. If not, the file was
+  /// truncated, as when a robot loses its power, and the line is left out. Readers add
+  /// remark_on_open_end().
   kMayBeOpen,
   /// The file is truncated. For files that this program wrote.
   kMustEnd,
@@ -52,7 +52,7 @@ class CsvReader {
   const std::vector<std::string>& headings() const { return headings_; }
 
   /// Moves to the next row; false at the end. Throws InputError if the row has too few or too many
-  /// values.
+  /// values, but for a last line without a line end.
   bool next();
 
   double number(std::size_t column) const;  ///< "nan" and "inf" too
@@ -61,6 +61,8 @@ class CsvReader {
   Time time(std::size_t column) const;  ///< from nanoseconds
   std::string_view text(std::size_t column) const { return values_[column]; }
 
+  /// Throws InputError if the last line was left out. For tables whose readers have no remarks.
+  void require_whole() const;
   int line() const { return line_; }  ///< of the row, from 1
   /// "FILE:LINE".
   std::string where() const;
@@ -68,13 +70,15 @@ class CsvReader {
   std::string where(std::size_t column) const;
 
  private:
+  void split_names(std::string_view line);
   std::string_view next_line();
-  void check_end(LastLine last) const;
+  void check_end(LastLine last);
 
   std::string file_;
   std::string bytes_;
   std::string_view rest_;
   int line_ = 0;
+  bool torn_ = false;
   std::vector<std::string> columns_, headings_;
   std::vector<std::string_view> values_;
 };

@@ -77,14 +77,23 @@ AslCalibration take_sensor_files(const fs::path& sensors, std::size_t cameras,
   AslCalibration calibration;
   for (std::size_t c = 0; c < cameras; ++c) {
     const fs::path camera = sensors / fmt::format("cam{}", c);
-    if (c > 0 && !is_folder(camera)) break;
+    const bool is_there = is_folder(camera) && !fs::is_empty(camera);
+    if (c > 0 && !is_there) break;
     const EurocCamera read = read_euroc_camera(camera / "sensor.yaml");
     recording.cameras.push_back(read.camera);
     calibration.time_offsets.push_back(read.time_offset);
   }
   remark_on_time_offsets(calibration.time_offsets, recording.remarks);
-  recording.imu_noise = read_euroc_imu_noise(sensors / "imu0" / "sensor.yaml");
-  recording.imu_range = read_euroc_imu_range(sensors / "imu0" / "sensor.yaml");
+  const fs::path imu = sensors / "imu0" / "sensor.yaml";
+  if (!fs::exists(imu)) {
+    throw InputError(fmt::format(
+        "{}: no such file, expected the IMU's noise: accelerometer_noise_density, "
+        "accelerometer_random_walk, gyroscope_noise_density and gyroscope_random_walk, with "
+        "sensor_type: imu and T_BS (docs/your-recording.md)",
+        imu.string()));
+  }
+  recording.imu_noise = read_euroc_imu_noise(imu);
+  recording.imu_range = read_euroc_imu_range(imu);
   return calibration;
 }
 

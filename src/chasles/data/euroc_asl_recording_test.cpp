@@ -171,7 +171,7 @@ TEST_F(EurocFolder, FilesOfOtherProgramsAreRead) {
   EXPECT_EQ(r.images->size(), 3u);
   EXPECT_EQ(r.truth.size(), 2u);
   for (const std::string& remark : r.remarks) expect_parts(remark, {"data.csv has no line end"});
-  EXPECT_EQ(r.remarks.size(), 2u);
+  EXPECT_EQ(r.remarks.size(), 3u);
 }
 
 TEST_F(EurocFolder, ASecondCameraWithoutImagesIsLeftOut) {

@@ -58,6 +58,7 @@ void read_euroc_states(const std::filesystem::path& file, Recording& recording) 
       row.values[i] = csv.number(static_cast<std::size_t>(i) + 1);
     }
   }
+  remark_on_open_end(file, recording.remarks);
   if (rows.empty()) return;
   const auto known = [](const StateRow& row) { return row.values.allFinite(); };
   leave_out_unknown(file, known, kTruePoses, rows, recording.remarks);

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/data/bags/bag_paths.hpp>
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/foreign_kinds.hpp>
 #include <chasles/data/readers.hpp>
@@ -58,7 +59,7 @@ std::string some_of(const std::vector<std::string>& names) {
 bool is_recording_folder(const fs::path& folder) {
   std::error_code ignored;
   return is_euroc_asl_folder(folder) || is_kitti_raw_folder(folder) ||
-         is_kitti_odometry_folder(folder) || is_image_folder(folder) ||
+         is_kitti_odometry_folder(folder) || is_image_folder(folder) || is_bag_folder(folder) ||
          fs::exists(folder / "calibration.yaml", ignored);
 }
 

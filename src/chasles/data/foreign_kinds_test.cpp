@@ -30,6 +30,8 @@ class ForeignKinds : public ::testing::Test {
 TEST_F(ForeignKinds, FoldersAreNamedForWhatTheyLookLike) {
   add("MH_01_easy.zip");
   expect_parts(told(), {"archives (MH_01_easy.zip): unpack"});
+  add("walk/walk_0.mcap");
+  expect_parts(told(), {"the folder above a recording: give that one (walk)"});
   for (const char* archive : {"a.zip", "b.zip", "c.tar", "d.7z"}) add(archive);
   expect_parts(told(), {"archives (a.zip, b.zip, c.tar and 1 more)"});
   add("states.csv");

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/image_kinds.hpp>
+#include <chasles/data/image_range.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
@@ -106,7 +107,7 @@ std::optional<int> largest_deep_value(std::string_view bytes, const ImageSize& e
                                       const std::string& where) {
   if (!stated_image(bytes, where).deep) return std::nullopt;
   const std::vector<std::uint16_t> deep = decode_pixels(bytes, expected, where).deep;
-  return deep.empty() ? std::nullopt : std::optional<int>(*std::ranges::max_element(deep));
+  return deep.empty() ? std::nullopt : std::optional<int>(largest_but_hot(deep));
 }
 
 }  // namespace chasles

@@ -51,7 +51,8 @@ GrayImage decode_image(std::string_view bytes, const ImageSize& expected, const 
 GrayImage read_image(const std::filesystem::path& file, const ImageSize& expected,
                      int bits = kAllBits);
 
-/// The largest value of an image of 16 bits; nothing for one of 8 bits. Throws as decode_image().
+/// The largest value of an image of 16 bits, as largest_but_hot(); nothing for one of 8 bits.
+/// Throws as decode_image().
 std::optional<int> largest_deep_value(std::string_view bytes, const ImageSize& expected,
                                       const std::string& where);
 

@@ -78,6 +78,14 @@ TEST(ImageDecode, OfDeepImagesTheUsedBitsAreTaken) {
   EXPECT_EQ(largest_deep_value(test::picture_bytes(1), {8, 6}, ""), std::nullopt);
 }
 
+TEST(ImageDecode, AHotPixelIsNotTheRange) {
+  cv::Mat deep(50, 50, CV_16UC1, cv::Scalar(800));
+  deep.at<std::uint16_t>(0, 7) = 1020;
+  deep.at<std::uint16_t>(3, 7) = 65535;
+  deep.at<std::uint16_t>(40, 7) = 65535;
+  EXPECT_EQ(largest_deep_value(test::encoded(deep, ".png"), {50, 50}, ""), 1020);
+}
+
 TEST(ImageDecode, PgmHasItsOwnRangeTextAndComments) {
   const auto pixels = [](const std::string& bytes) { return test::decoded(bytes).pixels; };
   using Pixels = std::vector<std::uint8_t>;

@@ -19,6 +19,12 @@ int bits_for(int largest) {
 
 }  // namespace
 
+int largest_but_hot(std::vector<std::uint16_t> values) {
+  const auto last = values.end() - 1 - static_cast<std::ptrdiff_t>(values.size() / 1000);
+  std::nth_element(values.begin(), last, values.end());
+  return *last;
+}
+
 std::optional<DeepRange> deep_range(std::size_t count,
                                     const std::function<std::optional<int>(std::size_t)>& largest) {
   DeepRange range;

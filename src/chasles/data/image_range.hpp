@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -15,6 +16,10 @@ struct DeepRange {
   int largest = 0;  ///< value in the images that were looked at
   int images = 0;   ///< that were looked at
 };
+
+/// The largest value of a picture. One pixel in a thousand may be larger: a hot one, or damage.
+/// `values`: at least one.
+int largest_but_hot(std::vector<std::uint16_t> values);
 
 /// Looks at up to nine images, spread evenly over a camera's `count`, so that one setting holds for
 /// the whole recording: a range of each image's own would change the brightness from image to

@@ -79,9 +79,19 @@ void remark_on_coverage(Recording& recording) {
     const Time time = recording.images->time(k);
     outside += time < begin || time > end ? 1 : 0;
   }
-  if (outside == 0) return;
-  recording.remarks.push_back(fmt::format(
-      "{} of {} frames are before the first IMU sample or after the last: kept", outside, frames));
+  if (outside > 0) {
+    recording.remarks.push_back(
+        fmt::format("{} of {} frames are before the first IMU sample or after the last: kept",
+                    outside, frames));
+  }
+  constexpr double kTail = 2;  // [s]
+  const double tail = frames == 0 ? 0 : to_seconds(end - recording.images->time(frames - 1));
+  if (tail > kTail) {
+    recording.remarks.push_back(fmt::format(
+        "the images end {:.1f} s before the last IMU sample: there is no estimate after "
+        "them",
+        tail));
+  }
 }
 
 }  // namespace chasles

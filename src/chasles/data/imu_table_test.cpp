@@ -1,3 +1,4 @@
+#include <chasles/data/bomb_testing.hpp>
 #include <chasles/data/imu_table.hpp>
 #include <chasles/data/testing.hpp>
 
@@ -64,9 +65,24 @@ TEST(ImuTable, MayComeFromWindowsAndFromScripts) {
   expect_sample(
       "# recorded on the roof\n\n# time_ns, wx, wy, wz, ax, ay, az\n"
       "1500000000, 1, 2, 3, 4, 5, 6");
-  expect_parts(error("time_ns,wx,wy,wz,ax,ay,az\n1500000000,1,2,3,4,5"),
-               {"imu.csv:2", "6 values, expected 7", "truncated"});
-  expect_parts(error("time_ns,wx,wy,wz,ax,ay,az\n1500000000,1,2,3,4,5,6."), {"truncated"});
+}
+
+// As a robot that lost its power leaves it.
+TEST(ImuTable, ATornLastLineIsLeftOut) {
+  const std::string whole = "time_ns,wx,wy,wz,ax,ay,az\n1500000000,1,2,3,4,5,6\n";
+  for (const char* torn :
+       {"1600000000,1,2,3,4,5", "1600000000,1,2,3,4,5,-", "16", "1,1,1,1,1,1,9."}) {
+    expect_sample(whole + torn);
+  }
+  expect_parts(error(whole + "1600000000,1,2,3,4,5\n"), {"imu.csv:3", "6 values, expected 7"});
+  expect_parts(error(whole + "1,2,3,4,5,6,7,8"), {"imu.csv:3", "8 values, expected 7"});
+}
+
+TEST(ImuTable, ALineOfCommasIsNoTable) {
+  const test::BombStopwatch quick;
+  const std::string commas(30'000'000, ',');
+  expect_parts(error("time_ns,wx,wy,wz,ax,ay,az\n" + commas + "\n"), {"imu.csv:2", "expected 7"});
+  EXPECT_LT(error(commas + "\n").size(), 5000u);
 }
 
 TEST(ImuTable, NamesThatDoNotTellAreRefusedAtTheirLine) {

@@ -93,7 +93,9 @@ GreyPixels decode_jpeg(std::string_view bytes, const std::string& where) {
   jpeg_decompress_struct jpeg{};
   jpeg.err = &errors.base;
   const bool good = decompress(bytes, size, jpeg, errors, progress, pixels.shallow.data());
+  const bool of_print = jpeg.jpeg_color_space == JCS_CMYK || jpeg.jpeg_color_space == JCS_YCCK;
   jpeg_destroy_decompress(&jpeg);
+  if (!good && of_print) unsupported_image(where, "a JPEG in CMYK", "grey levels or RGB");
   if (!good) {
     damaged_image(where, fmt::format("the JPEG cannot be decoded ({})",
                                      *errors.message ? errors.message : "another size inside"));

@@ -83,8 +83,9 @@ void remark_on_time_offsets(const std::vector<Time>& offsets, std::vector<std::s
     const double ms = 1e3 * to_seconds(offsets[c]);
     if (offsets[c] == Time::zero()) continue;
     remarks.push_back(fmt::format(
-        "the stamps of cam{} are {:.3f} ms {} against the IMU's (timeshift_cam_imu): corrected", c,
-        std::abs(ms), ms < 0 ? "late" : "early"));
+        "the stamps of cam{} are {:.3f} ms {} against the IMU's (timeshift_cam_imu): corrected{}",
+        c, std::abs(ms), ms < 0 ? "late" : "early",
+        std::abs(ms) < 1000 ? "" : ". Is the offset in milliseconds? Seconds are expected"));
   }
 }
 

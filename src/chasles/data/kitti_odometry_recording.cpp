@@ -52,14 +52,17 @@ std::vector<std::optional<Time>> read_times(const fs::path& file) {
 
 // The images NNNNNN.png at the times of their lines.
 CameraFiles list_odometry_images(const fs::path& camera,
-                                 const std::vector<std::optional<Time>>& times) {
+                                 const std::vector<std::optional<Time>>& times,
+                                 std::vector<std::string>& remarks) {
   CameraFiles files{.folder = camera, .images = {}};
+  std::size_t all = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(camera)) {
     const std::string name = entry.path().filename().string(), stem = entry.path().stem().string();
     if (!is_image_name(name)) continue;
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(stem.data(), stem.data() + stem.size(), index);
     if (error != std::errc() || end != stem.data() + stem.size()) continue;
+    ++all;
     if (index < times.size() && times[index]) {
       files.images.push_back({.time = *times[index], .file = name});
     }
@@ -68,6 +71,14 @@ CameraFiles list_odometry_images(const fs::path& camera,
     throw InputError(fmt::format("{}: holds no image 000000.png, ..., with a line in times.txt",
                                  camera.string()));
   }
+  const auto stated = static_cast<std::size_t>(
+      std::ranges::count_if(times, [](const auto& time) { return time.has_value(); }));
+  if (files.images.size() < all || files.images.size() < stated) {
+    remarks.push_back(
+        fmt::format("{} has {} images, and times.txt {} times: {} images have one, the others are "
+                    "left out",
+                    camera.filename().string(), all, stated, files.images.size()));
+  }
   // Of two files of one line (000000.jpg, 000000.png) the reader takes the first.
   std::ranges::sort(files.images, [](const StampedFile& a, const StampedFile& b) {
     return std::tie(a.time, a.file) < std::tie(b.time, b.file);
@@ -75,11 +86,22 @@ CameraFiles list_odometry_images(const fs::path& camera,
   return files;
 }
 
+// Images that were scaled down have the centre of the calibration near or beyond their edge.
+void check_centre(const KittiProjection& P, const ImageSize& size, const std::string& where) {
+  const auto central = [](double c, int length) { return c > 0.2 * length && c < 0.8 * length; };
+  if (central(P.cx, size.width) && central(P.cy, size.height)) return;
+  throw InputError(fmt::format(
+      "{}: the principal point ({:.1f}, {:.1f}) is not near the centre of the images, which have "
+      "{} x {} pixels, expected the calibration of images of this size",
+      where, P.cx, P.cy, size.width, size.height));
+}
+
 // Its file states no size: that is the first image's.
 Camera odometry_camera(const KittiCalibration& calibration, int number, const fs::path& image,
                        const SE3& cam0_T_imu) {
   const KittiProjection P = kitti_projection(calibration, fmt::format("P{}", number));
   const ImageSize size = stated_size(read_file(image), image.string());
+  check_centre(P, size, fmt::format("calib.txt: P{}", number));
   return {.width = size.width,
           .height = size.height,
           .fx = P.fx,
@@ -129,7 +151,8 @@ Recording read_kitti_odometry_recording(const fs::path& folder, std::size_t came
   }
   for (const int number : numbers) {
     if (images.size() == cameras) break;
-    images.emplace_back(list_odometry_images(folder / fmt::format("image_{}", number), times));
+    images.emplace_back(
+        list_odometry_images(folder / fmt::format("image_{}", number), times, recording.remarks));
     const fs::path first = images.back()->folder / images.back()->images.front().file;
     recording.cameras.push_back(
         odometry_camera(calibration, number, first, map.motion("T_cam_imu")));
@@ -140,7 +163,8 @@ Recording read_kitti_odometry_recording(const fs::path& folder, std::size_t came
   const std::vector<Time> offsets(images.size(), read_time_offset(map));
   remark_on_time_offsets(offsets, recording.remarks);
   open_cameras(std::move(images), offsets, folder / "image_0", recording);
-  if (fs::exists(folder / "truth.tum")) recording.truth = read_tum(folder / "truth.tum", recording.remarks);
+  if (fs::exists(folder / "truth.tum"))
+    recording.truth = read_tum(folder / "truth.tum", recording.remarks);
   remark_on_coverage(recording);
   return recording;
 }

@@ -86,6 +86,28 @@ TEST_F(KittiOdometry, OtherFilesAndSecondFormsOfAnImageAreLeftOut) {
   }));
 }
 
+TEST_F(KittiOdometry, TimesAndImagesThatDoNotMatchAreCounted) {
+  add_imu();
+  EXPECT_TRUE(read_recording(sequence).remarks.empty() ||
+              read_recording(sequence).remarks[0].find("times.txt") == std::string::npos);
+  test::spill(sequence / "times.txt", "0\n0.005\n0.010\n");
+  const Recording r = read_recording(sequence);
+  const auto counted = [&](const std::string& camera) {
+    return std::ranges::any_of(r.remarks, [&](const std::string& remark) {
+      return remark.starts_with(camera + " has 3 images, and times.txt 3 times: 2 images have one");
+    });
+  };
+  EXPECT_TRUE(counted("image_0"));
+  EXPECT_TRUE(counted("image_1"));
+}
+
+TEST_F(KittiOdometry, ImagesOfAnotherSizeThanTheCalibrationsAreRejected) {
+  add_imu();
+  test::spill(sequence / "calib.txt",
+              "P0: 8 0 7 0 0 8 5 0 0 0 1 0\nP1: 8 0 7 -4.32 0 8 5 0 0 0 1 0\n");
+  expect_parts(error(), {"calib.txt: P0", "(7.0, 5.0)", "8 x 6 pixels"});
+}
+
 TEST_F(KittiOdometry, FilesThatDoNotFitAreNamed) {
   add_imu();
   test::spill(sequence / "times.txt", "0\nten\n");

@@ -91,6 +91,7 @@ std::vector<FeatureFrame> read_tracks(const fs::path& file, const Camera& camera
     }
     frames.back().pixels.push_back(row);
   }
+  csv.require_whole();
   return frames;
 }
 

@@ -69,6 +69,7 @@ Plan read_plan(const fs::path& file) {
     PlanLine& line = line_of(csv, plan);
     line.points.emplace_back(csv.finite(2), csv.finite(3));
   }
+  csv.require_whole();
   check_over(file.string(), plan);
   return plan;
 }

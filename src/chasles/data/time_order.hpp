@@ -134,8 +134,7 @@ void leave_out_unknown(const std::filesystem::path& file, const Known& known,
     throw InputError(
         fmt::format("{}: none of the {} {} is of finite numbers", file.string(), all, what));
   }
-  remarks.push_back(
-      fmt::format("{} of {} {} are not finite numbers: left out", lost, all, what));
+  remarks.push_back(fmt::format("{} of {} {} are not finite numbers: left out", lost, all, what));
 }
 
 }  // namespace chasles

@@ -155,8 +155,8 @@ std::optional<std::string> remark_on_quaternions(const MatchedTrajectories& matc
   for (std::size_t a = 0, b = 0; a < truth.size(); ++a) {
     while (b < truth.size() && truth[b].time < truth[a].time + kTurn) ++b;
     if (b == truth.size()) break;
-    turns.push_back({truth[a].pose.R, truth[b].pose.R,
-                     estimate[a].pose.R.transpose() * estimate[b].pose.R});
+    turns.push_back(
+        {truth[a].pose.R, truth[b].pose.R, estimate[a].pose.R.transpose() * estimate[b].pose.R});
   }
   if (turns.empty()) return std::nullopt;
   const TurnErrors errors = turn_errors(turns);

@@ -37,7 +37,8 @@ double error_with(const std::vector<TwoTurns>& turns,
     std::ranges::transform(errors, values.begin(), [axis](const auto& e) { return e[axis]; });
     common[axis] = middle(values);
   }
-  std::ranges::transform(errors, values.begin(), [&](const auto& e) { return (e - common).norm(); });
+  std::ranges::transform(errors, values.begin(),
+                         [&](const auto& e) { return (e - common).norm(); });
   return middle(values);
 }
 

@@ -1,6 +1,5 @@
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
+#include <gtest/gtest.h>
 
 #include <chasles/lie/quaternion_order.hpp>
 #include <chasles/lie/so3.hpp>

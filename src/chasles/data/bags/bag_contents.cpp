@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <map>
-#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -34,23 +33,25 @@ struct ScanTarget {
 /// The topics, by name and type.
 using TopicMap = std::map<std::pair<std::string, std::string>, TopicContents>;
 
-/// The transforms between frames; of those between the same two, the first one.
+/// The transforms between frames. As in tf2 a frame has one parent, and its last transform counts.
 class StaticTransforms {
  public:
   void add(RosTransform&& one, const std::string& where) {
-    std::pair frames(one.parent, one.child);
-    if (frames_.contains(frames)) return;
+    if (const auto known = of_child_.find(one.child); known != of_child_.end()) {
+      all[known->second] = std::move(one);
+      return;
+    }
     if (all.size() == kMostTransforms) {
       throw InputError(
           fmt::format("{}: has more than {} static transforms", where, kMostTransforms));
     }
-    frames_.insert(std::move(frames));
+    of_child_[one.child] = all.size();
     all.push_back(std::move(one));
   }
   std::vector<RosTransform> all;
 
  private:
-  std::set<std::pair<std::string, std::string>> frames_;
+  std::map<std::string, std::size_t> of_child_;
 };
 
 void note_image(const RosMessage& message, TopicContents& topic) {

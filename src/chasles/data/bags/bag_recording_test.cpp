@@ -209,13 +209,13 @@ TEST_F(Bag, ManyMessagesOfALongNameTakeTimeInProportion) {
 }
 
 TEST_F(Bag, StaticTransformsAreKeptOnceAndCounted) {
-  const auto message = [](int frames) {
+  const auto message = [](int frames, double x = 0) {
     std::string bytes;
     test::put(bytes, static_cast<std::uint32_t>(frames));
     for (int i = 0; i < frames; ++i) {
       bytes += test::message_header(kStamp);
       test::put_text(bytes, "frame" + std::to_string(i));
-      for (int k = 0; k < 7; ++k) test::put(bytes, k == 6 ? 1.0 : 0.0);
+      for (int k = 0; k < 7; ++k) test::put(bytes, k == 0 ? x : k == 6 ? 1.0 : 0.0);
     }
     return bytes;
   };
@@ -227,6 +227,9 @@ TEST_F(Bag, StaticTransformsAreKeptOnceAndCounted) {
   const BagContents repeated = scanned(std::vector<std::string>(100, message(50)));
   EXPECT_EQ(repeated.transforms.size(), 50u);
   EXPECT_EQ(repeated.topics.at(0).damage, "");
+  const BagContents corrected = scanned({message(3), message(1, 0.2)});
+  ASSERT_EQ(corrected.transforms.size(), 3u);
+  EXPECT_EQ(corrected.transforms[0].parent_T_child.p.x(), 0.2) << "the last one counts";
   expect_parts(scanned({message(10'001)}).topics.at(0).damage,
                {"a.mcap: topic /tf_static: has more than 10000 static transforms"});
 }

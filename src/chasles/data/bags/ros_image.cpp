@@ -9,6 +9,7 @@
 #include <chasles/data/bags/ros_image.hpp>
 #include <chasles/data/bytes.hpp>
 #include <chasles/data/image_kinds.hpp>
+#include <chasles/data/image_range.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -128,8 +129,7 @@ std::optional<int> largest_deep_value(const RosImage& image, const ImageSize& ex
                                       const std::string& where) {
   const PixelLayout& layout = checked_layout(image, expected, where);
   if (layout.bytes == 1) return std::nullopt;
-  const std::vector<std::uint16_t> values = values_of(image, layout);
-  return *std::ranges::max_element(values);
+  return largest_but_hot(values_of(image, layout));
 }
 
 GrayImage grey_image(const RosImage& image, const ImageSize& expected, int bits,
