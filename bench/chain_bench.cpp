@@ -1,7 +1,8 @@
 // The processor time per frame from pixels to the estimate, on one thread: front end and filter
 // with 150 tracks, 50 landmarks and 10 clones on images of 752 x 480 px in memory, mono and stereo.
-// The reference is plain KLT of OpenCV on the same images in the same run. The images are those of
-// EuRoC's MH_01 if available ($CHASLES_DATA, ../shared/data), else rendered ones.
+// The references are plain KLT of OpenCV on the same images in the same run, and reading them from
+// their files (PNG). The images are those of EuRoC's MH_01 if available ($CHASLES_DATA,
+// ../shared/data), else rendered ones, which have no files.
 //
 // A frame's work is the same in every repetition, so its time is the minimum over the repetitions:
 // this excludes other load on the machine. Frames up to the initialisation are excluded as well.
@@ -37,6 +38,7 @@ double cpu_ms() { return 1e3 * process_seconds(); }  // of all threads; the benc
 struct Footage {
   Recording recording;
   std::vector<ImageFrame> frames;
+  bool real = false;  // from files
 };
 
 Recording rendered() {
@@ -59,7 +61,7 @@ Footage footage() {
   const std::filesystem::path data = given ? given : CHASLES_SOURCE_DIR "/../shared/data";
   const auto euroc = data / "euroc/MH_01_easy_17s";
   const bool real = std::filesystem::exists(euroc);
-  Footage m{.recording = real ? read_recording(euroc) : rendered(), .frames = {}};
+  Footage m{.recording = real ? read_recording(euroc) : rendered(), .frames = {}, .real = real};
   std::printf("%s images\n", real ? "MH_01's" : "rendered");
   const ImageSource& images = *m.recording.images;
   for (std::size_t i = 0; i < images.size(); ++i) m.frames.push_back(images.read(i));
@@ -141,6 +143,17 @@ std::vector<double> plain(const Footage& m, bool stereo, std::size_t count) {
   return costs;
 }
 
+/// Reading the images from their files, likewise.
+std::vector<double> reading(const Footage& m, std::size_t cameras, std::size_t count) {
+  std::vector<double> costs;
+  for (std::size_t i = m.frames.size() - count; i < m.frames.size(); ++i) {
+    const double before = cpu_ms();
+    m.recording.images->read_cameras(i, cameras);
+    costs.push_back(cpu_ms() - before);
+  }
+  return costs;
+}
+
 double mean(const std::vector<double>& v) {
   return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
 }
@@ -150,9 +163,16 @@ double p99(std::vector<double> v) {
   return v[static_cast<std::size_t>(0.99 * static_cast<double>(v.size() - 1))];
 }
 
-void print(const char* name, const std::vector<double>& ms, double yardstick) {
-  std::printf("  %-10s mean %6.3f ms  p99 %6.3f ms  p99/mean %4.2f  ratio to plain KLT %.2f\n",
-              name, mean(ms), p99(ms), p99(ms) / mean(ms), mean(ms) / yardstick);
+/// The means of the references [ms].
+struct Yardsticks {
+  double klt = 0, reading = 0;
+};
+
+void print(const char* name, const std::vector<double>& ms, const Yardsticks& yardsticks) {
+  std::printf("  %-10s mean %6.3f ms  p99 %6.3f ms  p99/mean %4.2f  ratio to plain KLT %.2f", name,
+              mean(ms), p99(ms), p99(ms) / mean(ms), mean(ms) / yardsticks.klt);
+  if (yardsticks.reading > 0) std::printf("  to reading %.2f", mean(ms) / yardsticks.reading);
+  std::puts("");
 }
 
 void print_slow(std::vector<Cost> costs) {
@@ -170,6 +190,11 @@ void print_slow(std::vector<Cost> costs) {
 }
 
 /// The minimum of the repetitions, frame by frame.
+void keep_least(const std::vector<double>& more, std::vector<double>& least) {
+  if (least.empty()) least = more;
+  for (std::size_t i = 0; i < least.size(); ++i) least[i] = std::min(least[i], more[i]);
+}
+
 void keep_least(const std::vector<Cost>& more, std::vector<Cost>& least) {
   if (least.empty()) least = more;
   for (std::size_t i = 0; i < least.size(); ++i) {
@@ -180,12 +205,11 @@ void keep_least(const std::vector<Cost>& more, std::vector<Cost>& least) {
 
 void measure(const Footage& m, bool stereo, bool slow) {
   std::vector<Cost> costs;
-  std::vector<double> klt;
+  std::vector<double> klt, files;
   for (int i = 0; i < kRepetitions; ++i) {
     keep_least(chain(m, stereo ? 2 : 1), costs);
-    const std::vector<double> once = plain(m, stereo, costs.size());
-    if (klt.empty()) klt = once;
-    for (std::size_t k = 0; k < klt.size(); ++k) klt[k] = std::min(klt[k], once[k]);
+    keep_least(plain(m, stereo, costs.size()), klt);
+    if (m.real) keep_least(reading(m, stereo ? 2 : 1, costs.size()), files);
   }
   std::vector<double> frontend, filter, both;
   double pixels = 0, landmarks = 0;
@@ -199,10 +223,12 @@ void measure(const Footage& m, bool stereo, bool slow) {
   const auto n = static_cast<double>(costs.size());
   std::printf("%s: %zu frames, %.0f tracks, %.0f landmarks in the state on average\n",
               stereo ? "stereo" : "mono", costs.size(), pixels / n, landmarks / n);
-  print("plain KLT", klt, mean(klt));
-  print("front end", frontend, mean(klt));
-  print("filter", filter, mean(klt));
-  print("both", both, mean(klt));
+  const Yardsticks yardsticks{.klt = mean(klt), .reading = files.empty() ? 0 : mean(files)};
+  print("plain KLT", klt, yardsticks);
+  if (!files.empty()) print("reading", files, yardsticks);
+  print("front end", frontend, yardsticks);
+  print("filter", filter, yardsticks);
+  print("both", both, yardsticks);
   if (slow) print_slow(costs);
 }
 

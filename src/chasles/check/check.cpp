@@ -216,6 +216,7 @@ CheckReport check_recording(const Recording& recording) {
 CheckReport check_recording(const Recording& recording, const std::vector<FeatureFrame>& tracks) {
   CheckReport report;
   check_streams(recording, report);
+  report_lenses(recording.cameras, report);
   check_axes(recording, report);
   check_velocity_clock(recording, report);
   check_coverage(recording, report);

@@ -103,6 +103,22 @@ void report_rotation(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_imu,
 
 }  // namespace
 
+void report_lenses(const std::vector<Camera>& cameras, CheckReport& report) {
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (cameras[c].distortion != Distortion::kEquidistant) continue;
+    if (!cameras[c].coefficients.isZero(0)) continue;
+    report.findings.push_back(
+        {.severity = Severity::kWarning,
+         .about = fmt::format("cam{}", c),
+         .what = "is a fisheye lens (equidistant) whose coefficients are all 0",
+         .value = 0,
+         .threshold = 0,
+         .unit = "",
+         .advice = "that is an ideal fisheye lens; images without distortion have the model "
+                   "'radtan' with zeros, or 'none'"});
+  }
+}
+
 void report_gyroscope_fit(const GyroscopeFit& fit, const SE3& cam_T_imu, const std::string& about,
                           CheckReport& report) {
   report_gain(fit, about, report);

@@ -13,6 +13,9 @@ namespace chasles {
 void report_gyroscope_fit(const GyroscopeFit& fit, const SE3& cam_T_imu, const std::string& about,
                           CheckReport& report);
 
+/// A finding for a fisheye lens whose coefficients are all zero.
+void report_lenses(const std::vector<Camera>& cameras, CheckReport& report);
+
 /// Facts and findings about the second and further cameras relative to the first: baseline and
 /// angle. For tracks that both observe: whether the points lie in front of the cameras, and their
 /// distances from the epipolar lines.

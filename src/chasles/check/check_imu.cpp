@@ -129,6 +129,31 @@ void report_repeats(const std::vector<ImuSample>& imu, CheckReport& report) {
        .advice = "the sensor is read faster than it measures: read it at its own rate"});
 }
 
+// An axis that shows one number while the others move is not connected, or not read.
+void report_dead_axes(const std::vector<ImuSample>& imu, CheckReport& report) {
+  constexpr std::size_t kFewestSamples = 100;
+  if (imu.size() < kFewestSamples) return;
+  Six low = as_vector(imu.front()), high = low;
+  for (const ImuSample& sample : imu) {
+    low = low.cwiseMin(as_vector(sample));
+    high = high.cwiseMax(as_vector(sample));
+  }
+  const bool moves = (high - low).maxCoeff() > 0;
+  for (int i = 0; moves && i < 6; ++i) {
+    if (high[i] > low[i]) continue;
+    report.findings.push_back(
+        {.severity = Severity::kError,
+         .about = "imu",
+         .what = fmt::format("the {}'s {} axis shows {:g} {} in all samples",
+                             i < 3 ? "accelerometer" : "gyroscope", "xyz"[i % 3], low[i],
+                             i < 3 ? "m/s^2" : "rad/s"),
+         .value = 0,
+         .threshold = 0,
+         .unit = i < 3 ? "m/s^2" : "rad/s",
+         .advice = "a run needs all six axes: check the driver and the columns"});
+  }
+}
+
 // By the rules of a run (SampleScreen).
 void report_no_measurements(const std::vector<ImuSample>& imu, const ImuRange& range,
                             CheckReport& report) {
@@ -190,6 +215,7 @@ void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckR
   report_gravity_size(imu, longest(rests), report);
   report_saturation(imu, range, report);
   report_repeats(imu, report);
+  report_dead_axes(imu, report);
   report_no_measurements(imu, range, report);
 }
 

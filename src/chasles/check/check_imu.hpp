@@ -23,8 +23,8 @@ struct Rest {
 std::vector<Rest> find_rests(const std::vector<ImuSample>& imu);
 
 /// Facts and findings: saturation (`range`: range_of() the recording), samples that repeat the one
-/// before, standstills, and the magnitude of gravity: during the longest standstill, or without one
-/// from the median of all samples.
+/// before, axes that show one number only, standstills, and the magnitude of gravity: during the
+/// longest standstill, or without one from the median of all samples.
 void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckReport& report);
 
 /// Roll and pitch of camera `index` during a standstill (up is -y for an upright camera), and a

@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 
 #include <chasles/check/check.hpp>
+#include <chasles/check/check_calibration.hpp>
 #include <chasles/check/check_imu.hpp>
 #include <chasles/check/check_testing.hpp>
 #include <chasles/check/check_times.hpp>
@@ -228,8 +229,8 @@ std::vector<ImuSample> rest_and_swing(double gravity) {
   for (int k = 0; k < 1200; ++k) {
     const double t = 0.005 * k, s = t < 3 ? 0 : std::sin(9 * t);
     imu.push_back({.time = from_seconds(t),
-                   .specific_force_imu = {0, 0.01 * (k % 3), gravity + 3 * s},
-                   .angular_rate_imu = {0.02, 0.3 * s, 0}});
+                   .specific_force_imu = {0.1 * s, 0.01 * (k % 3), gravity + 3 * s},
+                   .angular_rate_imu = {0.02 + 0.01 * s, 0.3 * s, 0.01 * s}});
   }
   return imu;
 }
@@ -269,6 +270,25 @@ TEST(CheckImu, ASensorThatIsReadTooFastIsNamed) {
   CheckReport report;
   report_imu(imu, {}, report);
   EXPECT_NEAR(finding(report, "imu", "same as the one before").value, 25, 1);
+}
+
+TEST(CheckImu, AnAxisThatShowsOneNumberIsNamed) {
+  std::vector<ImuSample> imu = test::swung({0, 0, -kStandardGravity}, 5).imu;
+  CheckReport good, dead;
+  report_imu(imu, {}, good);
+  EXPECT_EQ(findings(good), "");
+  for (ImuSample& sample : imu) sample.angular_rate_imu.y() = 0;
+  report_imu(imu, {}, dead);
+  finding(dead, "imu", "the gyroscope's y axis shows 0 rad/s in all samples");
+}
+
+TEST(CheckCalibration, AFisheyeWithoutCoefficientsIsNamed) {
+  CheckReport report;
+  std::vector<Camera> cameras(2);
+  cameras[1].distortion = Distortion::kEquidistant;
+  report_lenses(cameras, report);
+  ASSERT_EQ(report.findings.size(), 1u);
+  finding(report, "cam1", "fisheye lens (equidistant)");
 }
 
 TEST(CheckImu, ATruthThatLeansIsNamed) {
