@@ -53,9 +53,15 @@ inline std::string mat_array_head(char kind, const std::string& name = "") {
 
 /// A struct whose names of fields, of one byte each, claim `size` bytes.
 inline std::string mat_struct_claiming(std::uint32_t size) {
-  const std::string data =
-      mat_array_head(2) + mat_element(5, little_endian(1)) + little_endian(1) + little_endian(size);
-  return mat_element(14, data);
+  const std::string length = little_endian(4 << 16 | 5) + little_endian(1);  // within its tag
+  return mat_element(14, mat_array_head(2) + length + little_endian(1) + little_endian(size));
+}
+
+/// A struct without fields, whose length of a name is beside its tag. A reader that expects it
+/// within takes the zeros behind it, here `size`, for the size of the names.
+inline std::string mat_struct_beside(std::uint32_t size) {
+  const std::string length = little_endian(5) + little_endian(4) + little_endian(1);
+  return mat_element(14, mat_array_head(2) + length + little_endian(size) + mat_element(1, ""));
 }
 
 /// Cells of one cell each, and in the innermost an empty array.

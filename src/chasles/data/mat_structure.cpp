@@ -24,6 +24,7 @@ enum MatClass : std::size_t { kCell = 1, kStruct = 2, kObject = 3, kFunction = 1
 struct MatElement {
   std::size_t type = 0;
   std::string_view data;
+  bool within = false;  // the tag
 };
 
 // The data elements of a file: a tag (type, size) and the data, padded to eight bytes. Up to four
@@ -47,7 +48,8 @@ class MatElements {
     const std::size_t size = within ? tag >> 16 : number(rest_, 4);
     if (within ? size > 4 : size > rest_.size() - kMatTag) return std::nullopt;
     const MatElement element{.type = within ? tag & 0xffff : tag,
-                             .data = rest_.substr(within ? 4 : kMatTag, size)};
+                             .data = rest_.substr(within ? 4 : kMatTag, size),
+                             .within = within};
     const std::size_t padded = within ? 0 : (size + 7) / 8 * 8;
     rest_.remove_prefix(std::min(rest_.size(), kMatTag + padded));
     return element;
@@ -126,6 +128,8 @@ class MatArrays {
       if (length && length->type == kText) length = elements.next();  // after the name of a class
       const auto names = elements.next();
       if (!length || length->type != kInt32 || length->data.size() != 4 || !names) return false;
+      // libmatio knows these two forms only, and would take other bytes for the sizes.
+      if (!length->within || names->within) return false;
       const std::size_t each = elements.number(length->data, 0);
       if (each == 0 && !names->data.empty()) return false;
       count = times(count, each == 0 ? 0 : names->data.size() / each);
