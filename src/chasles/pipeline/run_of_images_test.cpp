@@ -1,0 +1,189 @@
+#include <atomic>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <chasles/error.hpp>
+#include <chasles/pipeline/run.hpp>
+#include <chasles/sim/inertial_sim.hpp>
+#include <chasles/sim/render_images.hpp>
+#include <chasles/slam/inertial_session_testing.hpp>
+
+// Runs from images, on a rendered walk.
+namespace chasles {
+namespace {
+
+using test::error_from;
+
+// Images through the front end: on one thread and on three, and in real time.
+class RunOfImages : public ::testing::Test {
+ protected:
+  static const Recording& walk() {
+    static const Recording recording = [] {
+      InertialScene scene = inertial_scene("hallway");
+      InertialSettings& s = scene.settings;
+      s.hall_length = 8;
+      s.sections = 1;
+      s.rest_duration = 1;
+      s.frame_rate = 10;
+      s.focal_length = 200;
+      s.image_width = 320;
+      s.image_height = 240;
+      s.center_u = 159.5;
+      s.center_v = 119.5;
+      return render_inertial(scene);
+    }();
+    return recording;
+  }
+
+  class Images : public RunObserver {
+   public:
+    void on_images(const ImageFrame&) override { ++images; }
+    void on_unreadable(const InputError&) override { ++unreadable; }
+    void on_estimate(const Estimate&, const EstimateTiming& timing) override {
+      latencies += timing.latency.has_value();
+      frontend_seconds += timing.frontend_seconds;
+    }
+    std::atomic<int> images = 0, unreadable = 0;
+    int latencies = 0;
+    double frontend_seconds = 0;
+  };
+};
+
+TEST_F(RunOfImages, IsTheSameOnAnyNumberOfThreads) {
+  const RunResult one = chasles::run(walk(), InertialRunSettings{}, {.threads = 1});
+  const RunResult three = chasles::run(walk(), InertialRunSettings{}, {.threads = 3});
+  ASSERT_EQ(one.estimates.size(), three.estimates.size());
+  for (std::size_t i = 0; i < one.estimates.size(); ++i) {
+    EXPECT_EQ(one.estimates[i].world_T_imu.p, three.estimates[i].world_T_imu.p) << i;
+    EXPECT_EQ(one.estimates[i].covariance, three.estimates[i].covariance) << i;
+  }
+  EXPECT_EQ(one.report.frontend.frames, static_cast<int>(walk().images->size()));
+  EXPECT_LT(error_from(one.estimates, walk()), 0.1);
+}
+
+TEST_F(RunOfImages, InRealTimeCountsWhatCameAndReportsTheLatency) {
+  Images observer;
+  const auto estimator = make_estimator(InertialRunSettings{}, walk());
+  const RunReport report = run(walk(), *estimator, {}, {.realtime = 4}, observer);
+  EXPECT_EQ(report.played.came, walk().images->size());
+  EXPECT_EQ(report.played.came, report.played.taken + report.played.dropped);
+  EXPECT_GT(observer.latencies, 10);
+  EXPECT_GT(observer.frontend_seconds, 0);
+}
+
+TEST_F(RunOfImages, AnUnreadableImageIsCountedAndMissing) {
+  class Torn : public ImageSource {
+   public:
+    explicit Torn(std::shared_ptr<const ImageSource> of) : of_(std::move(of)) {}
+    std::size_t size() const override { return of_->size(); }
+    Time time(std::size_t i) const override { return of_->time(i); }
+    ImageFrame read(std::size_t i) const override {
+      if (i % 10 == 5) throw InputError("torn");
+      return of_->read(i);
+    }
+
+   private:
+    std::shared_ptr<const ImageSource> of_;
+  };
+  Recording torn = walk();
+  torn.images = std::make_shared<Torn>(walk().images);
+  Images observer;
+  const auto estimator = make_estimator(InertialRunSettings{}, torn);
+  const RunReport report = run(torn, *estimator, {}, {}, observer);
+  const int count = (static_cast<int>(torn.images->size()) + 4) / 10;
+  EXPECT_EQ(report.frontend.unreadable, count);
+  EXPECT_EQ(observer.unreadable, count);
+  EXPECT_EQ(observer.images, static_cast<int>(torn.images->size()) - count);
+}
+
+TEST_F(RunOfImages, WithTheSecondCameraUnreadableTheFirstContinues) {
+  class TornSecond : public ImageSource {
+   public:
+    explicit TornSecond(std::shared_ptr<const ImageSource> of) : of_(std::move(of)) {}
+    std::size_t size() const override { return of_->size(); }
+    Time time(std::size_t i) const override { return of_->time(i); }
+    ImageFrame read(std::size_t i) const override { return of_->read(i); }
+    ImageFrame read_undamaged(std::size_t i, std::size_t, const OnDamage& damaged) const override {
+      ImageFrame frame = of_->read(i);
+      frame.images.push_back(
+          read_or_empty([]() -> GrayImage { throw InputError("torn"); }, damaged));
+      return frame;
+    }
+
+   private:
+    std::shared_ptr<const ImageSource> of_;
+  };
+  Recording torn = walk();
+  torn.cameras.push_back(torn.cameras[0]);
+  torn.cameras[1].cam_T_imu.p.x() -= 0.1;
+  torn.images = std::make_shared<TornSecond>(walk().images);
+  Images observer;
+  const auto estimator = make_estimator(InertialRunSettings{}, torn);
+  const RunReport report = run(torn, *estimator, {}, {}, observer);
+  const int all = static_cast<int>(torn.images->size());
+  EXPECT_EQ(report.frontend.unreadable, all);
+  EXPECT_EQ(observer.unreadable, all);
+  EXPECT_EQ(observer.images, all);
+  EXPECT_GT(report.frontend.tracked, 0);
+}
+
+TEST_F(RunOfImages, EndsSoonIfNoImageCanBeRead) {
+  class Hopeless : public ImageSource {
+   public:
+    Hopeless(std::shared_ptr<const ImageSource> of, std::size_t first_good)
+        : of_(std::move(of)), first_good_(first_good) {}
+    std::size_t size() const override { return of_->size(); }
+    Time time(std::size_t i) const override { return of_->time(i); }
+    ImageFrame read(std::size_t i) const override {
+      if (i < first_good_) throw InputError("torn " + std::to_string(i));
+      return of_->read(i);
+    }
+
+   private:
+    std::shared_ptr<const ImageSource> of_;
+    std::size_t first_good_;
+  };
+  Recording torn = walk();
+  for (const int threads : {1, 2, 3}) {
+    Images observer;
+    const auto estimator = make_estimator(InertialRunSettings{}, torn);
+    torn.images = std::make_shared<Hopeless>(walk().images, 25);
+    try {
+      run(torn, *estimator, {}, {.threads = threads}, observer);
+      FAIL() << "expected an InputError";
+    } catch (const InputError& error) {
+      EXPECT_EQ(std::string(error.what()), "none of the first 20 of " +
+                                               std::to_string(torn.images->size()) +
+                                               " frames of images can be read; the first: torn 0");
+    }
+    EXPECT_EQ(observer.unreadable, 19);
+  }
+  // One frame less, and the run goes on; whether it finds a start is not the feed's matter.
+  torn.images = std::make_shared<Hopeless>(walk().images, 19);
+  Images observer;
+  const auto estimator = make_estimator(InertialRunSettings{}, torn);
+  try {
+    run(torn, *estimator, {}, {}, observer);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::kNotInitialised) << error.what();
+  }
+  EXPECT_EQ(observer.unreadable, 19);
+  EXPECT_EQ(observer.images, static_cast<int>(torn.images->size()) - 19);
+}
+
+TEST_F(RunOfImages, APartOfTheTracksIsFollowed) {
+  const RunResult all = chasles::run(walk(), InertialRunSettings{});
+  const RunResult half = chasles::run(walk(), InertialRunSettings{}, {.tracks = {.part = 0.5}});
+  const auto observations = [](const RunResult& run) {
+    double sum = 0;
+    for (const Estimate& e : run.estimates) sum += e.observations;
+    return sum / static_cast<double>(run.estimates.size());
+  };
+  EXPECT_LT(observations(half), 0.8 * observations(all));
+  EXPECT_GT(observations(half), 0.2 * observations(all));
+}
+
+}  // namespace
+}  // namespace chasles
