@@ -125,9 +125,9 @@ std::string cells_seed(const fs::path&) {
   const std::string number = test::mat_element(
       14, test::mat_array_head(6, "n") + test::mat_element(9, std::string(8, '\0')));
   const std::string cells = test::nested_mat_cells(3);
-  const std::string structure = test::mat_element(
-      14, test::mat_array_head(2, "s") + test::mat_element(5, test::little_endian(2)) +
-              test::mat_element(1, std::string("a\0b\0", 4)) + number + cells);
+  const std::string structure =
+      test::mat_element(14, test::mat_array_head(2, "s") + test::mat_name_length(2) +
+                                test::mat_element(1, std::string("a\0b\0", 4)) + number + cells);
   return test::mat_file(structure + cells + number + test::mat_compressed(structure));
 }
 

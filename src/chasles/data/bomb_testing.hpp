@@ -51,10 +51,15 @@ inline std::string mat_array_head(char kind, const std::string& name = "") {
          mat_element(5, little_endian(1) + little_endian(1)) + mat_element(1, name);
 }
 
+/// The length of the names of a struct's fields, within its tag as MATLAB writes it.
+inline std::string mat_name_length(std::uint32_t length) {
+  return little_endian(4 << 16 | 5) + little_endian(length);
+}
+
 /// A struct whose names of fields, of one byte each, claim `size` bytes.
 inline std::string mat_struct_claiming(std::uint32_t size) {
-  const std::string length = little_endian(4 << 16 | 5) + little_endian(1);  // within its tag
-  return mat_element(14, mat_array_head(2) + length + little_endian(1) + little_endian(size));
+  return mat_element(
+      14, mat_array_head(2) + mat_name_length(1) + little_endian(1) + little_endian(size));
 }
 
 /// A struct without fields, whose length of a name is beside its tag. A reader that expects it
