@@ -9,7 +9,7 @@
 namespace {
 
 // Every frame allocates and frees images. By default glibc gives their memory back to the system
-// each time, and then clears the same pages again: 4 to 8 % of a run's processor time.
+// each time, which then clears the same pages again (docs/benchmarks.md).
 void keep_freed_memory() {
 #if defined(__GLIBC__)
   constexpr int kBytes = 64 << 20;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include <chasles/data/gravity.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/imu/sample_screen.hpp>
+#include <chasles/median.hpp>
 
 namespace chasles {
 namespace {
@@ -64,9 +66,7 @@ const Rest* longest(const std::vector<Rest>& rests) {
 double median_force(const std::vector<ImuSample>& imu) {
   std::vector<double> sizes;
   for (const ImuSample& s : imu) sizes.push_back(s.specific_force_imu.norm());
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle;
+  return median(std::move(sizes));
 }
 
 std::string gravity_advice(double size) {

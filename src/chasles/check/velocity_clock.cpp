@@ -6,10 +6,10 @@
 #include <vector>
 
 #include <chasles/check/velocity_clock.hpp>
-#include <chasles/data/median.hpp>
 #include <chasles/imu/signal_noise.hpp>
 #include <chasles/lie/se3.hpp>
 #include <chasles/lie/small_matrices.hpp>
+#include <chasles/median.hpp>
 
 namespace chasles {
 namespace {

@@ -3,8 +3,8 @@
 #include <numeric>
 
 #include <chasles/data/extrinsics.hpp>
-#include <chasles/data/median.hpp>
 #include <chasles/lie/small_matrices.hpp>
+#include <chasles/median.hpp>
 
 namespace chasles {
 namespace {

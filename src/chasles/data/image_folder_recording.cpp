@@ -135,8 +135,8 @@ Recording read_image_folder_recording(const fs::path& folder, std::size_t camera
     remark_on_open_end(images / fmt::format("cam{}", c) / "times.csv", recording.remarks);
   }
   open_cameras(std::move(files), rig.time_offsets, images / "cam0", recording);
-  if (fs::exists(folder / "truth.tum"))
-    recording.truth = read_tum(folder / "truth.tum", recording.remarks);
+  const fs::path truth = folder / "truth.tum";
+  if (fs::exists(truth)) recording.truth = read_tum(truth, recording.remarks);
   remark_on_coverage(recording);
   return recording;
 }

@@ -88,9 +88,7 @@ void remark_on_coverage(Recording& recording) {
   const double tail = frames == 0 ? 0 : to_seconds(end - recording.images->time(frames - 1));
   if (tail > kTail) {
     recording.remarks.push_back(fmt::format(
-        "the images end {:.1f} s before the last IMU sample: there is no estimate after "
-        "them",
-        tail));
+        "the images end {:.1f} s before the last IMU sample: no estimate comes after them", tail));
   }
 }
 

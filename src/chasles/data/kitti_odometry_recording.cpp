@@ -163,8 +163,8 @@ Recording read_kitti_odometry_recording(const fs::path& folder, std::size_t came
   const std::vector<Time> offsets(images.size(), read_time_offset(map));
   remark_on_time_offsets(offsets, recording.remarks);
   open_cameras(std::move(images), offsets, folder / "image_0", recording);
-  if (fs::exists(folder / "truth.tum"))
-    recording.truth = read_tum(folder / "truth.tum", recording.remarks);
+  const fs::path truth = folder / "truth.tum";
+  if (fs::exists(truth)) recording.truth = read_tum(truth, recording.remarks);
   remark_on_coverage(recording);
   return recording;
 }

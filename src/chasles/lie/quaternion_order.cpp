@@ -6,15 +6,10 @@
 
 #include <chasles/lie/quaternion_order.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/median.hpp>
 
 namespace chasles {
 namespace {
-
-double middle(std::vector<double> values) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 Eigen::Matrix3d as_read(const Eigen::Matrix3d& R) { return R; }
 
@@ -35,11 +30,11 @@ double error_with(const std::vector<TwoTurns>& turns,
   std::vector<double> values(errors.size());
   for (int axis = 0; axis < 3; ++axis) {
     std::ranges::transform(errors, values.begin(), [axis](const auto& e) { return e[axis]; });
-    common[axis] = middle(values);
+    common[axis] = median(values);
   }
   std::ranges::transform(errors, values.begin(),
                          [&](const auto& e) { return (e - common).norm(); });
-  return middle(values);
+  return median(values);
 }
 
 }  // namespace
