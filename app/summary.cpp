@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/camera/track_noise.hpp>
 #include <chasles/imu/level_axes.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/slam/velocity_model.hpp>
@@ -74,8 +75,9 @@ void add_axes(const VelocitySensors& sensors, const VelocityRunSettings& setting
 
 Json or_null(const std::optional<double>& figure) { return figure ? Json(*figure) : Json(); }
 
-Json noise_json(const ImuNoise& noise, double pixel_sigma) {
-  return {{"pixel_sigma", pixel_sigma},
+Json noise_json(const ImuNoise& noise, const TrackNoise& pixels) {
+  return {{"pixel_sigma", pixels.sigma},
+          {"track_drift", pixels.drift},
           {"accelerometer_noise_density", noise.accelerometer_noise_density},
           {"accelerometer_random_walk", noise.accelerometer_random_walk},
           {"gyroscope_noise_density", noise.gyroscope_noise_density},
@@ -198,13 +200,15 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   if (report.batch) summary["batch"] = batch_json(*report.batch);
   if (report.window) summary["window"] = window_json(*report.window);
   summary["settings"] = settings_json(settings);
-  summary["keep_scale"] = decided(settings, recording).filter.keep_scale == Toggle::kTrue;
+  const InertialSlamSettings decided_filter = decided(settings, recording).filter;
+  summary["keep_scale"] = decided_filter.keep_scale == Toggle::kTrue;
   if (run.calibration) {
     summary["calibration"] =
         calibration_json(*run.calibration, recording.cameras, settings.filter.time_offset);
   }
   summary["noise"] =
-      noise_json(sensors.noise, settings.filter.pixel_sigma.value_or(sensors.pixel_sigma));
+      noise_json(sensors.noise, {.sigma = decided_filter.pixel_sigma.value_or(sensors.pixel_sigma),
+                                 .drift = decided_filter.track_drift.value_or(0)});
   summary["imu"] = imu_json(report.imu);
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;

@@ -71,6 +71,12 @@ void Ekf::propagate(const Prediction& prediction) {
   }
 }
 
+void Ekf::add_noise(int landmark, const Eigen::Matrix3d& noise) {
+  if (options_.keep_map) throw UsageError("landmarks that move need a filter without keep_map");
+  const int row = state_.landmarks[static_cast<std::size_t>(landmark)].row;
+  covariance_.all().block<3, 3>(row, row) += noise;
+}
+
 Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1> Innovation::whitened() const {
   const auto L = S.llt();
   if (L.info() == Eigen::Success) return L.matrixL().solve(residual);

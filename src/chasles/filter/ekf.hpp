@@ -85,6 +85,10 @@ class Ekf {
 
   void propagate(const Prediction& prediction);
 
+  /// Adds noise to the parameters of a landmark of the state (index into State::landmarks), because
+  /// the observed point moves. Throws UsageError with keep_map.
+  void add_noise(int landmark, const Eigen::Matrix3d& noise);
+
   /// residual^T S^-1 residual of a single measurement: the value that its gate tests.
   double normalised_square(const Measurement& measurement) const;
 

@@ -161,7 +161,7 @@ inline Ekf inertial_filter(const ErrorChart& chart, Random& random, bool nav = t
   for (int i = 0; i < 3; ++i) {
     walk_on(filter, random);
     add_cartesian(filter, random, 100 + 2 * i);
-    filter.clone_pose(i, Time{});
+    filter.clone_pose(i, from_seconds(0.3 * i));
     walk_on(filter, random);
     add_anchored(filter, random, 101 + 2 * i, cameras[static_cast<std::size_t>(i)], i);
   }

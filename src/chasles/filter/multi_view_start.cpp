@@ -2,11 +2,13 @@
 #include <cmath>
 
 #include <Eigen/Householder>
+#include <Eigen/LU>
 
 #include <chasles/filter/calibration.hpp>
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_projection.hpp>
 #include <chasles/lie/small_matrices.hpp>
+#include <chasles/time.hpp>
 
 namespace chasles {
 namespace {
@@ -84,6 +86,42 @@ std::optional<Linear> linearise(const State& x, std::span<const ClonedView> view
   return result;
 }
 
+// Makes the noise of all rows sigma^2 I: the rows are multiplied by L^-1, L L^T the covariance of
+// the views' errors over sigma^2. Two views share the walk from the later of them to the last view.
+void whiten(const State& x, std::span<const ClonedView> views, const TrackNoise& noise,
+            MultiViewScratch& s, Linear& linear) {
+  if (noise.drift <= 0) return;
+  const auto time = [&](Index i) { return x.clone(views[static_cast<std::size_t>(i)].clone).time; };
+  const auto n = static_cast<Index>(views.size());
+  const Time last = time(n - 1);
+  auto L = s.correlation.take(n, n);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) {
+      const Time later = std::max(time(i), time(j));
+      L(i, j) = noise.drift_variance(to_seconds(last - later)) / (noise.sigma * noise.sigma);
+    }
+    L(j, j) += 1;
+  }
+  const auto rows_of = [](auto& M, Index i) { return M.template middleRows<2>(2 * i); };
+  const auto subtract = [&](Index i, Index k) {
+    rows_of(linear.r, i) -= L(i, k) * rows_of(linear.r, k);
+    rows_of(linear.H_point, i) -= L(i, k) * rows_of(linear.H_point, k);
+    rows_of(linear.H_others, i) -= L(i, k) * rows_of(linear.H_others, k);
+  };
+  for (Index i = 0; i < n; ++i) {
+    for (Index k = 0; k < i; ++k) {
+      for (Index j = 0; j < k; ++j) L(i, k) -= L(i, j) * L(k, j);
+      L(i, k) /= L(k, k);
+      L(i, i) -= L(i, k) * L(i, k);
+      subtract(i, k);
+    }
+    L(i, i) = std::sqrt(L(i, i));
+    rows_of(linear.r, i) /= L(i, i);
+    rows_of(linear.H_point, i) /= L(i, i);
+    rows_of(linear.H_others, i) /= L(i, i);
+  }
+}
+
 // The distance from the last view, which has the clone of row `last`.
 void find_distance(const Linear& linear, const MultiViewPoint& point, double sigma, int last,
                    MultiViewScratch& s, MultiViewStart& result) {
@@ -96,7 +134,7 @@ void find_distance(const Linear& linear, const MultiViewPoint& point, double sig
   d_point = -right;
   small::solve_symmetric(normal, d_point);
   result.distance = from_imu.norm();
-  result.distance_noise = sigma * sigma * along.dot(point.covariance * along);
+  result.distance_noise = sigma * sigma * along.dot(normal.inverse() * along);
   result.d_distance.clear();
   for (const int row : s.rows) {
     Eigen::Matrix<double, 1, 6> d = along.transpose() * d_point.middleCols<6>(column_of(row, s));
@@ -171,16 +209,14 @@ Matrix3d separate(Linear& linear, MultiViewScratch& s) {
   return H_point.topRows<3>().triangularView<Eigen::Upper>();
 }
 
-// R d_point = r_1 - H_1 d_others - n_1, and r_1 = 0 at the least-squares point.
-void solve_for_point(const Linear& linear, const Matrix3d& R, double sigma, Linearisation at,
-                     MultiViewScratch& s, NewLandmark& landmark) {
+// R d_point = r_1 - H_1 d_others - n_1. r_1 is zero only if the rows are those of the triangulation:
+// current estimates, white noise.
+void solve_for_point(const Linear& linear, const Matrix3d& R, double sigma, MultiViewScratch& s,
+                     NewLandmark& landmark) {
   const Matrix3d R_inverse = R.triangularView<Eigen::Upper>().solve(Matrix3d::Identity());
   landmark.noise = sigma * sigma * R_inverse * R_inverse.transpose();
-  if (at == Linearisation::kFirstEstimates) {
-    // r_1 is zero only if linearised at the least-squares point.
-    const Vector3d step = R_inverse * linear.r.head<3>();
-    (landmark.anchor ? landmark.inverse_depth : landmark.p_world) += step;
-  }
+  const Vector3d step = R_inverse * linear.r.head<3>();
+  (landmark.anchor ? landmark.inverse_depth : landmark.p_world) += step;
   auto d_others = s.d_point.take(3, linear.H_others.cols());
   d_others.noalias() = -R_inverse * linear.H_others.topRows<3>();
   for (const int row : s.rows) {
@@ -210,32 +246,33 @@ void keep_rest(const Linear& linear, double sigma, const MultiViewScratch& s,
 
 }  // namespace
 
-std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, double sigma,
-                                               const State& x, LandmarkId id,
-                                               std::span<const ClonedView> views, bool anchored,
+std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras,
+                                               const TrackNoise& noise, const State& x,
+                                               LandmarkId id, std::span<const ClonedView> views, bool anchored,
                                                Linearisation at) {
   MultiViewScratch scratch;
   MultiViewStart result;
-  if (!begin_multi_view(cameras, sigma, x, id, views, anchored, at, scratch, result)) {
+  if (!begin_multi_view(cameras, noise, x, id, views, anchored, at, scratch, result)) {
     return std::nullopt;
   }
   return result;
 }
 
-bool begin_multi_view(std::span<const Camera> cameras, double sigma, const State& x, LandmarkId id,
-                      std::span<const ClonedView> views, bool anchored, Linearisation at,
+bool begin_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, const State& x,
+                      LandmarkId id, std::span<const ClonedView> views, bool anchored, Linearisation at,
                       MultiViewScratch& scratch, MultiViewStart& result) {
   look_up(cameras, x, views, scratch);
   const auto point = triangulate(scratch.views);
   if (!point) return false;
   auto linear = linearise(x, views, point->p_world, at, scratch);
   if (!linear) return false;
-  find_distance(*linear, *point, sigma, x.clone(views.back().clone).row, scratch, result);
+  whiten(x, views, noise, scratch, *linear);
+  find_distance(*linear, *point, noise.sigma, x.clone(views.back().clone).row, scratch, result);
   set_point(id, point->p_world, static_cast<int>(views.size()), result.landmark);
   if (anchored) hang_on_anchor(x, views.back(), at, scratch, *linear, result.landmark);
   const Matrix3d R = separate(*linear, scratch);
-  solve_for_point(*linear, R, sigma, at, scratch, result.landmark);
-  keep_rest(*linear, sigma, scratch, result);
+  solve_for_point(*linear, R, noise.sigma, scratch, result.landmark);
+  keep_rest(*linear, noise.sigma, scratch, result);
   result.parallax = point->parallax;
   return true;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <chasles/camera/camera.hpp>
+#include <chasles/camera/track_noise.hpp>
 #include <chasles/camera/triangulation.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/scratch.hpp>
@@ -47,21 +48,22 @@ struct MultiViewScratch {
   std::vector<Camera> cameras;  ///< as estimated
   std::vector<View> views;
   std::vector<int> rows;  ///< of the clones and cameras that the views depend on, each once
-  Scratch r, H_point, H_others, moved, d_point, workspace;
+  Scratch r, H_point, H_others, moved, d_point, workspace, correlation;
 };
 
 /// Triangulates the point and linearises all views there. An orthogonal transformation of the rows
 /// separates the point from the rest. The noise of the landmark and that of the rest are
-/// independent, so that each observation counts once. `sigma` is the pixel noise [px]. An anchored
-/// landmark is anchored on the last view's clone. None if the views do not meet in a point in front
-/// of all cameras.
-std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras, double sigma,
-                                               const State& x, LandmarkId id,
+/// independent, so that each observation counts once. The landmark is the point as it is observed
+/// at the time of the last view, which must be the latest. An anchored landmark is anchored on the
+/// last view's clone. None if the views do not meet in a point in front of all cameras.
+std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras,
+                                               const TrackNoise& noise, const State& x,
+                                               LandmarkId id,
                                                std::span<const ClonedView> views, bool anchored,
                                                Linearisation at = Linearisation::kCurrent);
 /// The same into an existing result; false for none, and then the result has no meaning.
-bool begin_multi_view(std::span<const Camera> cameras, double sigma, const State& x, LandmarkId id,
-                      std::span<const ClonedView> views, bool anchored, Linearisation at,
+bool begin_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, const State& x,
+                      LandmarkId id, std::span<const ClonedView> views, bool anchored, Linearisation at,
                       MultiViewScratch& scratch, MultiViewStart& result);
 
 }  // namespace chasles

@@ -47,7 +47,7 @@ Tracked tracked(test::Random& random, bool calibrating, double pixel_noise, int 
 }
 
 std::optional<MultiViewStart> begin(const Tracked& t, bool anchored, double sigma = 0.8) {
-  return begin_multi_view(kCameras, sigma, t.filter.state(), 7, t.views, anchored);
+  return begin_multi_view(kCameras, {.sigma = sigma}, t.filter.state(), 7, t.views, anchored);
 }
 
 // The state with the landmark of a start appended.
@@ -137,6 +137,43 @@ TEST_P(MultiViewStartTest, LandmarkAndRestTogetherAreTheBatchSolution) {
     EXPECT_GT(test::distance(before, expected), 1e-3);
     EXPECT_LT(test::covariance_difference(t.filter.covariance(), P), 1e-8);
     EXPECT_EQ(t.filter.state().landmarks.back().observations, static_cast<int>(t.views.size()));
+  }
+}
+
+// The same with a track that drifts: batch least squares weighted by the covariance of its views.
+// They meet in a point, so that the weights do not move it.
+TEST_P(MultiViewStartTest, OfADriftingTrackItIsTheWeightedBatchSolution) {
+  test::Random random(10);
+  constexpr TrackNoise kNoise{.sigma = 0.4, .drift = 1.5};
+  for (const bool anchored : {false, true}) {
+    Tracked t = tracked(random, GetParam(), 0);
+    const State x = t.filter.state();
+    const auto time = [&](std::size_t view) { return x.clone(t.views[view].clone).time; };
+    const auto start =
+        begin_multi_view(kCameras, kNoise, t.filter.state(), 7, t.views, anchored);
+    ASSERT_TRUE(start);
+    const Batch batch = batch_of(t, start->landmark);
+    MatrixXd R = MatrixXd::Zero(batch.r.size(), batch.r.size());
+    for (std::size_t i = 0; i < t.views.size(); ++i) {
+      for (std::size_t j = 0; j < t.views.size(); ++j) {
+        const double shared = to_seconds(time(t.views.size() - 1) - std::max(time(i), time(j)));
+        const double variance = (i == j ? 0.16 : 0) + 1.5 * 1.5 * shared;
+        R.block<2, 2>(2 * static_cast<Eigen::Index>(i), 2 * static_cast<Eigen::Index>(j)) =
+            variance * Eigen::Matrix2d::Identity();
+      }
+    }
+    const Eigen::Index n = x.size();
+    MatrixXd information = batch.H.transpose() * R.inverse() * batch.H;
+    information.topLeftCorner(n, n) += t.filter.covariance().inverse();
+    const MatrixXd P = information.inverse();
+    Ekf white = t.filter;
+    t.filter.add({&start->landmark, 1});
+    ASSERT_FALSE(t.filter.update(start->rest).failed);
+    EXPECT_LT(test::covariance_difference(t.filter.covariance(), P), 1e-8);
+    const auto of_white = begin(t, anchored, kNoise.sigma);
+    white.add({&of_white->landmark, 1});
+    white.update(of_white->rest);
+    EXPECT_GT(test::covariance_difference(white.covariance(), P), 0.01);
   }
 }
 

@@ -28,6 +28,12 @@ bool measure_pixel(const Camera& camera, double sigma, const State& x, int landm
 /// depth. Zero for a Cartesian landmark.
 Eigen::Matrix2d bilinear_noise(const Camera& camera, const Ekf& filter, int landmark, int index);
 
+/// The noise of a landmark's parameters if its point moves across the ray by `variance` [px^2] in
+/// each coordinate of the pixel: a pixel of the anchor's camera for an anchored landmark, of this
+/// camera at the present pose for a Cartesian one. The distance is without noise.
+Eigen::Matrix3d drift_noise(const Camera& camera, const State& x, const Landmark& landmark,
+                            double variance, int index);
+
 /// Undelayed initialisation of a landmark on the pixel's ray, at a depth [m] of the given mean and
 /// standard deviation (Kleinert & Stilla). None if the lens model has no ray.
 std::optional<NewLandmark> begin_at_depth(const Camera& camera, double sigma, const State& x,

@@ -6,6 +6,7 @@ namespace chasles {
 namespace {
 
 using Eigen::Matrix2d;
+using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -122,6 +123,31 @@ TEST_P(PixelMeasurement, BilinearNoiseIsTheCovarianceOfWhatIsNotLinear) {
     ++compared;
   }
   EXPECT_EQ(compared, 3);
+}
+
+// In the middle of the image the pixel has the variance of the walk.
+TEST(DriftNoise, IsThatOfThePixelAndHasNoDepth) {
+  constexpr double kVariance = 0.25;
+  State x;
+  const Camera& camera = kCameras[0];
+  const SE3 world_T_cam = camera.cam_T_imu.inverse();
+  x.landmarks.push_back({.id = 1, .p_world = world_T_cam * Vector3d(0, 0, 6), .row = 6});
+  x.clones.push_back({.id = 3, .time = {}, .world_T_imu = {}, .row = 9});
+  x.landmarks.push_back({.id = 2,
+                         .row = 15,
+                         .anchor = 3,
+                         .cam_T_imu = camera.cam_T_imu,
+                         .inverse_depth = {0, 0, 1.0 / 6}});
+  for (int i = 0; i < 2; ++i) {
+    const Landmark& landmark = x.landmarks[static_cast<std::size_t>(i)];
+    const Matrix3d noise = drift_noise(camera, x, landmark, kVariance, 0);
+    const auto z = measure_pixel(camera, 1, x, i, {camera.cx, camera.cy});
+    ASSERT_TRUE(z);
+    const MatrixXd pixel = z->d_landmark * noise * z->d_landmark.transpose();
+    EXPECT_TRUE(test::agree(pixel, kVariance * Matrix2d::Identity(), 2e-2)) << pixel;
+    const Vector3d depth = landmark.anchor ? Vector3d(0, 0, 1) : world_T_cam.R.col(2);
+    EXPECT_NEAR(depth.dot(noise * depth), 0, 1e-12);
+  }
 }
 
 TEST(PixelMeasurementOfAPoint, BehindTheCameraThereIsNone) {

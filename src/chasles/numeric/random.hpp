@@ -29,6 +29,7 @@ enum class Stream : std::uint32_t {
   kImageNoise = 19,
   kExposure = 20,
   kTrackKept = 21,
+  kTrackDrift = 22,
 };
 
 /// 128 random bits as a pure function of a counter and a key: Philox-4x32 with ten rounds (Salmon,

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -61,14 +63,45 @@ void add_errors(const InertialSettings& settings, const std::vector<Camera>& cam
                                 random.normal(Stream::kPixelNoise, index, component + 1));
 }
 
+// The random walk of each track's pixels: zero at its first observation, one step per frame.
+class TrackWalks {
+ public:
+  TrackWalks(double drift, const Random& random, std::size_t tracks)
+      : drift_(drift), random_(random), walks_(drift > 0 ? tracks : 0) {}
+
+  Eigen::Vector2d at(LandmarkId landmark, Time time, std::uint64_t index) {
+    if (walks_.empty()) return Eigen::Vector2d::Zero();
+    Walk& walk = walks_[static_cast<std::size_t>(landmark)];
+    if (walk.latest && time > *walk.latest) {
+      const double sigma = drift_ * std::sqrt(to_seconds(time - *walk.latest));
+      walk.at += sigma * Eigen::Vector2d(random_.normal(Stream::kTrackDrift, index, 0),
+                                         random_.normal(Stream::kTrackDrift, index, 1));
+    }
+    walk.latest = time;
+    return walk.at;
+  }
+
+ private:
+  struct Walk {
+    std::optional<Time> latest;
+    Eigen::Vector2d at = Eigen::Vector2d::Zero();
+  };
+
+  double drift_;
+  const Random& random_;
+  std::vector<Walk> walks_;
+};
+
 void add_errors(const InertialSettings& settings, const std::vector<Camera>& cameras,
                 std::uint64_t run, InertialTracks& tracks) {
   const Random random = random_of_run(settings.seed, run);
+  TrackWalks walks(settings.track_drift, random, tracks.points.size());
   for (std::size_t i = 0; i < tracks.frames.size(); ++i) {
     auto& pixels = tracks.frames[i].pixels;
     if (random.uniform(Stream::kDropped, i) < settings.dropped_fraction) pixels.clear();
     for (PixelObservation& seen : pixels) {
       const std::size_t point = tracks.points[static_cast<std::size_t>(seen.landmark)];
+      seen.pixel += walks.at(seen.landmark, tracks.frames[i].time, error_index(point, i));
       add_errors(settings, cameras, random, error_index(point, i), seen);
     }
   }

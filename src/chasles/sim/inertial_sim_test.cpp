@@ -246,6 +246,34 @@ TEST(InertialSim, TwoCamerasShareTheLandmarks) {
   });
 }
 
+// Steps of variance drift^2 dt, the same in both cameras, from zero at the first observation.
+TEST(InertialSim, TracksDriftAlikeInAllCameras) {
+  constexpr double kDrift = 2;
+  InertialScene scene = exact();
+  scene.settings.cameras = 2;
+  scene.settings.track_drift = kDrift;
+  const Recording recording = simulate_inertial(scene);
+  std::map<LandmarkId, std::map<std::size_t, std::vector<Vector2d>>> tracks;
+  for_each_observation(recording, [&](auto frame, const auto& seen, const Vector2d& expected) {
+    tracks[seen.landmark][frame].push_back(seen.pixel - expected);
+  });
+  double sum = 0, count = 0;
+  for (const auto& [landmark, errors] : tracks) {
+    EXPECT_LT(errors.begin()->second.front().norm(), 1e-9);
+    for (auto now = errors.begin(); now != errors.end(); ++now) {
+      EXPECT_LT((now->second.back() - now->second.front()).norm(), 1e-9);
+      if (now == errors.begin()) continue;
+      const auto before = std::prev(now);
+      const double dt =
+          to_seconds(recording.frames[now->first].time - recording.frames[before->first].time);
+      sum += (now->second.front() - before->second.front()).squaredNorm() / dt;
+      count += 2;
+    }
+  }
+  EXPECT_GT(count, 5000);
+  EXPECT_NEAR(sum, kDrift * kDrift * count, kSigmas * kDrift * kDrift * std::sqrt(2 * count));
+}
+
 TEST(InertialSim, OutliersAreAsManyAsAskedForAndLieAnywhere) {
   InertialScene scene = exact();
   scene.settings.outlier_fraction = 0.1;

@@ -41,6 +41,7 @@ struct InertialSlamSettings {
   Toggle keep_scale = Toggle::kAuto;
 
   std::optional<double> pixel_sigma;
+  std::optional<double> track_drift;
   double imu_noise_scale = 1;
   double initial_tilt_sigma = 0.002;
   double initial_velocity_sigma = 0.05;
@@ -116,6 +117,10 @@ void for_each_setting(S& s, Visitor&& visit) {
         "left-se3); auto: with the images of one camera",
         limits::kAny);
   visit("pixel_sigma", s.pixel_sigma, "px", "standard deviation of a pixel", limits::kPositive);
+  visit("track_drift", s.track_drift, "px/sqrt(s)",
+        "density of the random walk by which a tracked point slides over its surface "
+        "(docs/noise.md); auto: that of the front end for the filter with images, otherwise 0",
+        limits::kNonNegative);
   visit("imu_noise_scale", s.imu_noise_scale, "1", "factor on the IMU's stated noise densities",
         limits::kPositive);
   visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial sigma of roll and pitch",

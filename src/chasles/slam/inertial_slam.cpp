@@ -117,6 +117,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   const auto& observations = usable(frame);
   seconds.propagation = stages.lap();
   e.zero_velocity = zero_velocity_update(frame, since);
+  if (!e.zero_velocity) let_points_drift(since);
   // During a standstill all poses are the same, and a pixel has the same error in all of them.
   cloned_ = settings_.init == LandmarkInit::kMultiView && is_clone_due(frame) && !e.zero_velocity;
   if (cloned_) {

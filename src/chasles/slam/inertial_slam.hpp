@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <chasles/camera/pixel_outcome.hpp>
+#include <chasles/camera/track_noise.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
@@ -91,6 +92,9 @@ class InertialSlam {
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
+  TrackNoise track_noise() const {
+    return {.sigma = pixel_sigma_, .drift = settings_.track_drift.value_or(0)};
+  }
   void keep_pose(Time time);
   bool is_clone_due(const FeatureFrame& frame);
   bool zero_velocity_update(const FeatureFrame& frame, Time since);
@@ -105,6 +109,7 @@ class InertialSlam {
                            const UpdateReport& report, Estimate& e);
   void retire_unseen(CameraSet looking);
   void remove_unused_clones();
+  void let_points_drift(Time since);
   void compose_when_due();
   void note_prediction();
   bool was_blind(Time time, bool sees);

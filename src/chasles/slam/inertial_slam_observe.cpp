@@ -46,6 +46,19 @@ std::optional<int> InertialSlam::number_of(LandmarkId id) const {
   return found->second;
 }
 
+// During a standstill the same patch is seen from the same place: nothing slides.
+void InertialSlam::let_points_drift(Time since) {
+  const double variance = track_noise().drift_variance(to_seconds(since));
+  if (variance <= 0) return;
+  const auto& landmarks = filter_.state().landmarks;
+  for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
+    const Landmark& landmark = landmarks[static_cast<std::size_t>(i)];
+    const Camera& camera = cameras_[static_cast<std::size_t>(landmark.camera)];
+    filter_.add_noise(i,
+                      drift_noise(camera, filter_.state(), landmark, variance, landmark.camera));
+  }
+}
+
 // The first linearisations are the worst, so they get more noise (docs/derivations.md, D50).
 double InertialSlam::noise_inflation(int landmark) const {
   if (settings_.noise_inflation <= 0 || settings_.noise_inflation_frames <= 0) return 1;

@@ -75,6 +75,20 @@ TEST(InertialSlam, IsConsistentInTheHallwayWhereThePapersFiltersAreNot) {
   }
 }
 
+// Tracks that slide, as those of images do, with and without a model of it.
+TEST(InertialSlam, IsConsistentWithTracksThatDriftIfItKnowsTheirDrift) {
+  InertialScene scene = inertial_scene("hallway");
+  scene.settings.pixel_sigma = 0.4;
+  scene.settings.track_drift = 1.5;
+  FilterVariant knows = ours(), white = ours();
+  knows.settings.track_drift = scene.settings.track_drift;
+  const auto s = study(scene, {knows, white}, 6);
+  EXPECT_LT(s[0].nees_per_dof, 1.4);
+  EXPECT_NEAR(s[0].mean.nis_per_dof, 1, 0.05);
+  EXPECT_GT(s[1].nees_per_dof, 4 * s[0].nees_per_dof);
+  EXPECT_GT(s[1].mean.position_error, 1.2 * s[0].mean.position_error);
+}
+
 TEST(InertialSlam, StaysConsistentInTheHallwayWhereTheScaleIsKept) {
   FilterVariant kept = ours();
   kept.settings.keep_scale = Toggle::kTrue;

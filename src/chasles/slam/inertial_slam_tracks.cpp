@@ -136,7 +136,7 @@ TrackUse InertialSlam::use_of_tracks() {
 bool InertialSlam::find_start(LandmarkId id, const Views& views) {
   constexpr std::size_t kLeastViews = 3;
   return views.size() >= kLeastViews &&
-         begin_multi_view(cameras_, pixel_sigma_, filter_.state(), id, views,
+         begin_multi_view(cameras_, track_noise(), filter_.state(), id, views,
                           settings_.landmarks == LandmarkForm::kInverseDepth, linearisation(),
                           work_.multi_view, work_.start);
 }
