@@ -208,7 +208,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   }
   summary["noise"] =
       noise_json(sensors.noise, {.sigma = decided_filter.pixel_sigma.value_or(sensors.pixel_sigma),
-                                 .drift = decided_filter.track_drift.value_or(0)});
+                                 .drift = decided_filter.track_drift});
   summary["imu"] = imu_json(report.imu);
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;

@@ -209,8 +209,8 @@ Matrix3d separate(Linear& linear, MultiViewScratch& s) {
   return H_point.topRows<3>().triangularView<Eigen::Upper>();
 }
 
-// R d_point = r_1 - H_1 d_others - n_1. r_1 is zero only if the rows are those of the triangulation:
-// current estimates, white noise.
+// R d_point = r_1 - H_1 d_others - n_1. r_1 is zero only if the rows are those of the
+// triangulation: current estimates, white noise.
 void solve_for_point(const Linear& linear, const Matrix3d& R, double sigma, MultiViewScratch& s,
                      NewLandmark& landmark) {
   const Matrix3d R_inverse = R.triangularView<Eigen::Upper>().solve(Matrix3d::Identity());
@@ -248,8 +248,8 @@ void keep_rest(const Linear& linear, double sigma, const MultiViewScratch& s,
 
 std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras,
                                                const TrackNoise& noise, const State& x,
-                                               LandmarkId id, std::span<const ClonedView> views, bool anchored,
-                                               Linearisation at) {
+                                               LandmarkId id, std::span<const ClonedView> views,
+                                               bool anchored, Linearisation at) {
   MultiViewScratch scratch;
   MultiViewStart result;
   if (!begin_multi_view(cameras, noise, x, id, views, anchored, at, scratch, result)) {
@@ -259,8 +259,8 @@ std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras,
 }
 
 bool begin_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, const State& x,
-                      LandmarkId id, std::span<const ClonedView> views, bool anchored, Linearisation at,
-                      MultiViewScratch& scratch, MultiViewStart& result) {
+                      LandmarkId id, std::span<const ClonedView> views, bool anchored,
+                      Linearisation at, MultiViewScratch& scratch, MultiViewStart& result) {
   look_up(cameras, x, views, scratch);
   const auto point = triangulate(scratch.views);
   if (!point) return false;

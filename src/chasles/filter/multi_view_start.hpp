@@ -58,12 +58,12 @@ struct MultiViewScratch {
 /// last view's clone. None if the views do not meet in a point in front of all cameras.
 std::optional<MultiViewStart> begin_multi_view(std::span<const Camera> cameras,
                                                const TrackNoise& noise, const State& x,
-                                               LandmarkId id,
-                                               std::span<const ClonedView> views, bool anchored,
+                                               LandmarkId id, std::span<const ClonedView> views,
+                                               bool anchored,
                                                Linearisation at = Linearisation::kCurrent);
 /// The same into an existing result; false for none, and then the result has no meaning.
 bool begin_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, const State& x,
-                      LandmarkId id, std::span<const ClonedView> views, bool anchored, Linearisation at,
-                      MultiViewScratch& scratch, MultiViewStart& result);
+                      LandmarkId id, std::span<const ClonedView> views, bool anchored,
+                      Linearisation at, MultiViewScratch& scratch, MultiViewStart& result);
 
 }  // namespace chasles

@@ -149,8 +149,7 @@ TEST_P(MultiViewStartTest, OfADriftingTrackItIsTheWeightedBatchSolution) {
     Tracked t = tracked(random, GetParam(), 0);
     const State x = t.filter.state();
     const auto time = [&](std::size_t view) { return x.clone(t.views[view].clone).time; };
-    const auto start =
-        begin_multi_view(kCameras, kNoise, t.filter.state(), 7, t.views, anchored);
+    const auto start = begin_multi_view(kCameras, kNoise, t.filter.state(), 7, t.views, anchored);
     ASSERT_TRUE(start);
     const Batch batch = batch_of(t, start->landmark);
     MatrixXd R = MatrixXd::Zero(batch.r.size(), batch.r.size());

@@ -88,6 +88,21 @@ void ImuBuffer::keep(const ImuSample& sample) {
   force_.note(sample.specific_force_imu, weight);
   rate_.note(sample.angular_rate_imu, weight);
   samples_.push_back(sample);
+  if (options_.vibration_noise > 0) note_vibration(sample);
+}
+
+void ImuBuffer::note_vibration(const ImuSample& sample) {
+  AddedNoise added = vibration_.add(
+      sample, {.force = accelerometer_.saturated(sample), .rate = gyroscope_.saturated(sample)});
+  added.accelerometer *= std::sqrt(options_.vibration_noise);
+  added.gyroscope *= std::sqrt(options_.vibration_noise);
+  added_.push_back(added);
+}
+
+AddedNoise ImuBuffer::added_at(const Position& after) const {
+  if (added_.empty()) return {};
+  const auto i = static_cast<std::size_t>(after - samples_.begin());
+  return added_[std::min(i, added_.size() - 1)];
 }
 
 std::vector<ImuInterval> ImuBuffer::between(Time from, Time to) {
@@ -129,16 +144,18 @@ ImuInterval ImuBuffer::interval(Time start, Time end, const Position& after) con
   const Guess rate = bridge(gyroscope_, start, end, after, value.angular_rate_imu);
   const double T = to_seconds(unmeasured);
   const bool gap = T > options_.max_interval;
-  const auto density = [&](const Guess& guess, const Spread& spread) {
-    return gap ? std::hypot(guess.extra_density, spread.of_bridge(T) * std::sqrt(T))
-               : guess.extra_density;
+  const auto density = [&](const Guess& guess, const Spread& spread, double added) {
+    const double bridged = gap ? std::hypot(guess.extra_density, spread.of_bridge(T) * std::sqrt(T))
+                               : guess.extra_density;
+    return added > 0 ? std::hypot(bridged, added) : bridged;
   };
+  const AddedNoise added = added_at(after);
   return {.tau = to_seconds(end - start),
           .specific_force_imu = force.mean,
           .angular_rate_imu = rate.mean,
           .noise_scale = std::max(1.0, T / options_.max_interval),
-          .accelerometer_extra_density = density(force, force_),
-          .gyroscope_extra_density = density(rate, rate_)};
+          .accelerometer_extra_density = density(force, force_, added.accelerometer),
+          .gyroscope_extra_density = density(rate, rate_, added.gyroscope)};
 }
 
 bool ImuBuffer::rests_on_saturated(const Sensor& sensor, const Position& after) const {
@@ -192,6 +209,7 @@ void ImuBuffer::drop_before(Time time) {
   while (first != samples_.begin() && !good(*first) && time - first->time <= kLongestBridge) {
     --first;
   }
+  if (!added_.empty()) added_.erase(added_.begin(), added_.begin() + (first - samples_.begin()));
   samples_.erase(samples_.begin(), first);
 }
 

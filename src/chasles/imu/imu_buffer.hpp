@@ -5,6 +5,7 @@
 
 #include <chasles/imu/sample_screen.hpp>
 #include <chasles/imu/strapdown.hpp>
+#include <chasles/imu/vibration_noise.hpp>
 
 namespace chasles {
 
@@ -25,6 +26,9 @@ namespace chasles {
 /// density grows by sigma sqrt(T), an error of sigma for the time T between the neighbours. Sigma
 /// is half of the range plus the distance of the saturated samples from the line. The other
 /// sensor's samples of the same time are used unchanged.
+///
+/// With `vibration_noise`, the noise density of an interval grows by what VibrationNoise finds in
+/// the samples until the end of the interval.
 class ImuBuffer {
  public:
   struct Options {
@@ -32,6 +36,7 @@ class ImuBuffer {
     double max_interval = 0.05;        ///< a longer interval between two samples is a gap [s]
     double accelerometer_range = 1e9;  ///< |component| at or above: saturated [m/s^2]
     double gyroscope_range = 1e9;      ///< [rad/s]
+    double vibration_noise = 0;        ///< factor on the variances that VibrationNoise adds
 
     ImuRange range() const {
       return {.accelerometer = accelerometer_range, .gyroscope = gyroscope_range};
@@ -105,6 +110,9 @@ class ImuBuffer {
                const Eigen::Vector3d& mean) const;
 
   void keep(const ImuSample& sample);
+  void note_vibration(const ImuSample& sample);
+  /// The added noise of an interval that ends at `after` or before.
+  AddedNoise added_at(const Position& after) const;
 
   Options options_;
   SampleScreen screen_{options_.range()};
@@ -114,7 +122,9 @@ class ImuBuffer {
                     options_.gyroscope_range, is_rate_of_instant(options_.convention)};
   Counts counts_;
   Spread force_, rate_;
+  VibrationNoise vibration_;
   std::vector<ImuSample> samples_;
+  std::vector<AddedNoise> added_;  ///< at the samples; empty without vibration_noise
 };
 
 }  // namespace chasles

@@ -45,9 +45,9 @@ InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras
   InertialSlamSettings& filter = settings.filter;
   const bool can = filter.chart != kLeftSe3Chart.name;
   if (filter.keep_scale == Toggle::kAuto && cameras == 1 && can) filter.keep_scale = Toggle::kTrue;
-  if (!settings.estimator.is_filter()) return settings;
-  if (!filter.track_drift) filter.track_drift = kFrontendTrackDrift;
-  if (filter.calibrate_time_offset == Toggle::kAuto) filter.calibrate_time_offset = Toggle::kTrue;
+  if (filter.calibrate_time_offset == Toggle::kAuto && settings.estimator.is_filter()) {
+    filter.calibrate_time_offset = Toggle::kTrue;
+  }
   return settings;
 }
 

@@ -9,8 +9,6 @@ namespace chasles {
 /// Standard deviation of a point of this front end [px]. Its errors are correlated between frames,
 /// so it is larger than their scatter (docs/pixels.md).
 inline constexpr double kFrontendPixelSigma = 0.4;
-/// The drift of the front end's tracks [px/sqrt(s)] (docs/noise.md).
-inline constexpr double kFrontendTrackDrift = 1.5;
 
 /// Cameras, IMU noise and ranges, and the pixel noise. Where the recording does not state the
 /// latter it is kFrontendPixelSigma for images and 1 px for tracks. Throws InputError where cameras
@@ -23,7 +21,6 @@ ImuBuffer::Options imu_options(const Recording& recording);
 /// The settings of a run on images, with what is `auto` decided:
 /// - keep_scale: true with one camera, where pixels alone have to find the scale after a
 ///   standstill. Not with the chart left-se3, which has no such option;
-/// - track_drift: that of the front end for the filter. Batch and window take pixels as white;
 /// - calibrate_time_offset: true for the filter. Batch and window take the calibration as known.
 InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras);
 /// Those of a run on the recording: as they are, where it has no images.

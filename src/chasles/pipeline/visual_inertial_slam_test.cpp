@@ -87,15 +87,6 @@ TEST(VisualInertialSlam, OnlyAFilterEstimatesTheTimeOffset) {
   EXPECT_EQ(for_images(settings, 2).filter.calibrate_time_offset, Toggle::kAuto);
 }
 
-TEST(VisualInertialSlam, OnlyAFilterModelsTheDriftOfTracks) {
-  InertialRunSettings settings;
-  EXPECT_EQ(for_images(settings, 1).filter.track_drift, kFrontendTrackDrift);
-  settings.filter.track_drift = 0.5;
-  EXPECT_EQ(for_images(settings, 1).filter.track_drift, 0.5);
-  settings = {.estimator = {.kind = EstimatorChoice::Kind::kWindow}};
-  EXPECT_FALSE(for_images(settings, 1).filter.track_drift);
-}
-
 TEST(VisualInertialSlam, GivesWhatTheProgramGives) {
   VisualInertialSlam slam = slam_for(walk());
   const Estimates own = play(slam, walk());

@@ -41,8 +41,9 @@ struct InertialSlamSettings {
   Toggle keep_scale = Toggle::kAuto;
 
   std::optional<double> pixel_sigma;
-  std::optional<double> track_drift;
+  double track_drift = 0;
   double imu_noise_scale = 1;
+  double vibration_noise = 0;
   double initial_tilt_sigma = 0.002;
   double initial_velocity_sigma = 0.05;
   double initial_accelerometer_bias_sigma = 0.02;
@@ -119,10 +120,14 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("pixel_sigma", s.pixel_sigma, "px", "standard deviation of a pixel", limits::kPositive);
   visit("track_drift", s.track_drift, "px/sqrt(s)",
         "density of the random walk by which a tracked point slides over its surface "
-        "(docs/noise.md); auto: that of the front end for the filter with images, otherwise 0",
+        "(docs/noise.md); the filter alone has it",
         limits::kNonNegative);
   visit("imu_noise_scale", s.imu_noise_scale, "1", "factor on the IMU's stated noise densities",
         limits::kPositive);
+  visit("vibration_noise", s.vibration_noise, "1",
+        "factor on the variance that vibration and motion add to the IMU's stated noise "
+        "(docs/noise.md); the filter alone has it; 0: the stated noise",
+        limits::kNonNegative);
   visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial sigma of roll and pitch",
         limits::kNonNegative);
   visit("initial_velocity_sigma", s.initial_velocity_sigma, "m/s", "initial sigma of the velocity",

@@ -21,6 +21,11 @@ ImuNoise scaled(ImuNoise noise, double factor) {
   return noise;
 }
 
+ImuBuffer::Options with_vibration(ImuBuffer::Options imu, const InertialSlamSettings& s) {
+  imu.vibration_noise = s.vibration_noise;
+  return imu;
+}
+
 State initial_state(const InertialSlamSettings& s, const InertialStart& start,
                     const std::optional<Calibration>& calibration) {
   State x;
@@ -92,7 +97,7 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       model_{
           .noise = scaled(noise, settings.imu_noise_scale),
           .first_order = settings.first_order_transition ? &error_chart(settings.chart) : nullptr},
-      imu_(imu),
+      imu_(with_vibration(imu, settings)),
       filter_(initial_filter(settings, start, cameras_)),
       now_(start.time - clock(Time{})),
       composed_(now_),

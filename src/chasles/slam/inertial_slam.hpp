@@ -92,9 +92,7 @@ class InertialSlam {
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
-  TrackNoise track_noise() const {
-    return {.sigma = pixel_sigma_, .drift = settings_.track_drift.value_or(0)};
-  }
+  TrackNoise track_noise() const { return {.sigma = pixel_sigma_, .drift = settings_.track_drift}; }
   void keep_pose(Time time);
   bool is_clone_due(const FeatureFrame& frame);
   bool zero_velocity_update(const FeatureFrame& frame, Time since);

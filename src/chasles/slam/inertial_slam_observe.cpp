@@ -54,8 +54,7 @@ void InertialSlam::let_points_drift(Time since) {
   for (int i = 0; i < static_cast<int>(landmarks.size()); ++i) {
     const Landmark& landmark = landmarks[static_cast<std::size_t>(i)];
     const Camera& camera = cameras_[static_cast<std::size_t>(landmark.camera)];
-    filter_.add_noise(i,
-                      drift_noise(camera, filter_.state(), landmark, variance, landmark.camera));
+    filter_.add_noise(i, drift_noise(camera, filter_.state(), landmark, variance, landmark.camera));
   }
 }
 
