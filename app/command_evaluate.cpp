@@ -13,6 +13,7 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/evaluation.hpp>
+#include <chasles/eval/truth_tilt.hpp>
 
 #include "run_figures.hpp"
 #include "run_input.hpp"
@@ -25,7 +26,7 @@ namespace {
 
 struct EvaluateOptions {
   std::filesystem::path estimate, truth;
-  TruthOptions pairing;
+  TruthOptions truth_options;
   bool json = false, markdown = false;
   std::vector<Threshold> thresholds = truth_thresholds();
 };
@@ -35,7 +36,7 @@ struct EvaluatedEstimate {
   std::vector<Matrix6d> covariances;  ///< empty: unknown
   Trajectory truth;                   ///< of the run folder
   TruthPairing pairing = {};
-  std::optional<double> coverage = {};  ///< of the run
+  std::optional<double> coverage = {}, truth_tilt_deg = {};  ///< of the run
   std::string chart = "standard";
   bool level = false;  ///< its world's z axis is vertical
 };
@@ -74,10 +75,37 @@ EvaluatedEstimate read_estimate(const std::filesystem::path& path,
   }
   estimate.pairing = run.pairing;
   const auto summary = read_summary(path);
-  const auto chart = summary.find("chart"), coverage = summary.find("coverage");
+  const auto chart = summary.find("chart"), coverage = summary.find("coverage"),
+             tilt = summary.find("truth_tilt_deg");
   if (chart != summary.end() && chart->is_string()) estimate.chart = chart->get<std::string>();
   if (coverage != summary.end() && coverage->is_number()) estimate.coverage = *coverage;
+  if (tilt != summary.end() && tilt->is_number()) estimate.truth_tilt_deg = *tilt;
   return estimate;
+}
+
+// The truth to compare with: the given one or the run's, turned to be level where it is not.
+void take_truth(const EvaluateOptions& o, EvaluatedEstimate& estimate,
+                std::vector<std::string>& remarks) {
+  std::optional<bool> stated = true;  // the run has turned its truth if it was not
+  if (!o.truth.empty()) {
+    StatedTruth truth = read_truth(o.truth, remarks);
+    estimate.truth = std::move(truth.poses);
+    estimate.truth_tilt_deg.reset();
+    stated = truth.level;
+  }
+  if (estimate.truth.empty()) {
+    throw UsageError(fmt::format("{} has no truth: expected a TRUTH", o.estimate.string()));
+  }
+  const bool level = is_truth_level(o.truth_options, stated, estimate.truth);
+  const bool run = !estimate.covariances.empty();
+  if (run && !estimate.level) check_level_is_auto(o.truth_options);
+  // Of a trajectory alone it is not known whether its z axis is vertical.
+  const bool vertical = run ? estimate.level : o.truth_options.level == "no";
+  if (level || !vertical) return;
+  const TruthTilt tilt = turn_to_level(estimate.truth, estimate.trajectory,
+                                       pairing_from(o.truth_options, estimate.pairing));
+  estimate.truth_tilt_deg = tilt.degrees;
+  remarks.push_back(tilt_remark(tilt.degrees));
 }
 
 void warn_of_misreading(const EvaluatedEstimate& estimate, const TruthPairing& pairing) {
@@ -91,8 +119,9 @@ void warn_of_misreading(const EvaluatedEstimate& estimate, const TruthPairing& p
 
 std::string markdown(const Evaluation& evaluation) {
   std::string text;
-  for (const Table& table : {absolute_table(evaluation), distance_table(evaluation),
-                             time_table(evaluation), nees_table(evaluation)}) {
+  for (const Table& table :
+       {absolute_table(evaluation), distance_table(evaluation), time_table(evaluation),
+        nees_table(evaluation), within_3_sigma_table(evaluation)}) {
     if (!table.rows.empty()) text += (text.empty() ? "" : "\n") + to_markdown(table);
   }
   return text;
@@ -102,20 +131,18 @@ int run(const EvaluateOptions& o) {
   check_order(o);
   std::vector<std::string> remarks;
   EvaluatedEstimate estimate = read_estimate(o.estimate, remarks);
-  if (!o.truth.empty()) estimate.truth = read_truth(o.truth, remarks);
+  take_truth(o, estimate, remarks);
   for (const std::string& remark : remarks) spdlog::warn("{}", remark);
-  if (estimate.truth.empty()) {
-    throw UsageError(fmt::format("{} has no truth: expected a TRUTH", o.estimate.string()));
-  }
   EvaluationOptions options;
   options.pose_error = pose_error_of(estimate.chart);
   options.level = estimate.level;
-  options.pairing = pairing_from(o.pairing, estimate.pairing);
+  options.pairing = pairing_from(o.truth_options, estimate.pairing);
   const Evaluation evaluation =
       evaluate(estimate.trajectory, estimate.truth, estimate.covariances, options);
   warn_of_misreading(estimate, options.pairing);
   nlohmann::ordered_json json = figures_json(evaluation);
   if (estimate.coverage) json["coverage"] = *estimate.coverage;
+  if (estimate.truth_tilt_deg) json["truth_tilt_deg"] = *estimate.truth_tilt_deg;
   fmt::print("{}", o.json       ? json_text(json, 2) + "\n"
                    : o.markdown ? markdown(evaluation)
                                 : to_text(evaluation));
@@ -140,7 +167,7 @@ Action declare_evaluate(CLI::App& parser) {
       ->type_name("");
   CLI::Option* json = parser.add_flag("--json", o->json, "Print the figures as JSON");
   parser.add_flag("--markdown", o->markdown, "Print the tables as Markdown")->excludes(json);
-  declare_pairing(parser, o->pairing, "Options");
+  declare_truth(parser, o->truth_options, "Options");
   add_options(parser, o->thresholds);
   return [o] { return run(*o); };
 }

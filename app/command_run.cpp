@@ -10,6 +10,7 @@
 #include <chasles/data/run.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
+#include <chasles/eval/truth_tilt.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/processor_time.hpp>
@@ -28,6 +29,7 @@
 #include "run_recording.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
+#include "truth_options.hpp"
 #include "velocity_settings_io.hpp"
 
 namespace chasles::app {
@@ -112,6 +114,12 @@ void prepare_outputs(const RunCommandOptions& o) {
 
 // The true state, without a random error.
 InertialStart start_at_truth(const Recording& recording) {
+  if (!recording.truth.empty() && !recording.truth_level.value_or(true)) {
+    throw UsageError(fmt::format(
+        "--begin truth: the truth of {} is not level (its calibration.yaml states it, or it begins "
+        "at the identity), expected one whose z axis points up; --truth-level yes overrides this",
+        recording.name));
+  }
   if (recording.truth.empty()) {
     throw Error(
         ExitCode::kNotInitialised,
@@ -128,6 +136,25 @@ struct Prepared {
   RunRecordingOptions options;
   std::function<Json(const RecordedRun&)> summary;
 };
+
+// Turns the truth of a run with a vertical, and what is in the truth's world, to be level where the
+// truth is not.
+void level_truth(Recording& recording, RecordedRun& result) {
+  Run& run = result.run;
+  if (run.truth.empty() || recording.truth_level.value_or(true) || !is_level(run)) return;
+  Trajectory estimate;
+  for (const RunState& s : run.states) estimate.push_back({.time = s.time, .pose = s.world_T_imu});
+  try {
+    const TruthTilt tilt = turn_to_level(run.truth, estimate, run.pairing);
+    for (TrueLandmark& landmark : recording.true_landmarks) {
+      landmark.p_world = tilt.level_R_truth * landmark.p_world;
+    }
+    result.truth_tilt_deg = tilt.degrees;
+    recording.remarks.push_back(tilt_remark(tilt.degrees));
+  } catch (const InputError&) {
+    // The evaluation reports why the truth cannot be compared.
+  }
+}
 
 void check_inertial(const RunCommandOptions& o) {
   if (!o.settings.mode.empty() && o.settings.mode != "slam") {
@@ -169,6 +196,7 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
 }
 
 void check_velocity(const RunCommandOptions& o) {
+  check_level_is_auto(o.input.truth_options);
   if (!o.settings.estimator.is_filter() && !o.full_covariance.empty()) {
     throw UsageError("--full-covariance is not available for --estimator " + o.estimator);
   }
@@ -282,7 +310,7 @@ int run_command(RunCommandOptions o) {
   prepare_outputs(o);
   LiveView live(o.live, interrupt, o.output);
   Prepared prepared;
-  const RecordedRun result = reporting_failure(live, [&] {
+  RecordedRun result = reporting_failure(live, [&] {
     prepared = prepare_run();
     prepared.options.estimator = o.settings.estimator;
     prepared.options.run.threads = o.threads;
@@ -291,6 +319,7 @@ int run_command(RunCommandOptions o) {
     return run_or_diagnose(recording, prepared, interrupt, live);
   });
   const bool interrupted = result.report.interrupted;
+  level_truth(recording, result);
   add_remarks(result.run, result.report, frame_count(recording), recording.remarks);
   const Json figures = deliver(o, prepared, result, wall);
   print(o, figures);

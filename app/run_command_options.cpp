@@ -40,7 +40,7 @@ void declare_input(CLI::App& parser, RunCommandOptions& o) {
   };
   add("--truth", o.input.truth,
       "True trajectory: TUM, or a recording that has it (default: the recording's own)");
-  declare_pairing(parser, o.input.pairing, "Input");
+  declare_truth(parser, o.input.truth_options, "Input");
   add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
   parser
       .add_option("--cameras", o.input.cameras,

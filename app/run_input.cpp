@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/backwards.hpp>
+#include <chasles/data/calibration.hpp>
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/image_views.hpp>
@@ -127,15 +128,20 @@ bool is_recording(const std::filesystem::path& file) {
 
 }  // namespace
 
-Trajectory read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks) {
+StatedTruth read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks) {
   std::error_code ignored;
   const bool folder = std::filesystem::is_directory(path, ignored);
   if (folder && std::filesystem::exists(path / "truth.tum", ignored)) {
-    return read_tum(path / "truth.tum", remarks);
+    const std::filesystem::path calibration = path / "calibration.yaml";
+    return {.poses = read_tum(path / "truth.tum", remarks),
+            .level = std::filesystem::exists(calibration, ignored)
+                         ? read_calibration(calibration).truth_level
+                         : std::nullopt};
   }
-  if (!folder && !is_recording(path)) return read_tum(path, remarks);
-  Trajectory truth = read_recording(path).truth;
-  if (truth.empty()) {
+  if (!folder && !is_recording(path)) return {.poses = read_tum(path, remarks), .level = {}};
+  Recording recording = read_recording(path);
+  StatedTruth truth{.poses = std::move(recording.truth), .level = recording.truth_level};
+  if (truth.poses.empty()) {
     throw InputError(
         fmt::format("{}: has no true trajectory; expected a TUM file, or a recording "
                     "with the truth",
@@ -173,14 +179,18 @@ Recording read_input(const RunInput& input) {
   Recording r = read_recording(input.recording, reader);
   const RemarksOnError remarks(r);
   check_not_empty(r);
-  r.pairing = pairing_from(input.pairing);
+  r.pairing = pairing_from(input.truth_options);
+  const bool level = is_truth_level(input.truth_options, r.truth_level, r.truth);
+  if (!r.truth.empty()) r.truth_level = level;  // before its first pose becomes its last
   cut(r, input);
   choose_cameras(r, input.cameras);
   choose_tracks(r, input.tracks);
   if (input.backwards) r = backwards(std::move(r));
   check_not_empty(r);
   if (!input.truth.empty()) {
-    r.truth = read_truth(input.truth, r.remarks);
+    StatedTruth truth = read_truth(input.truth, r.remarks);
+    r.truth_level = is_truth_level(input.truth_options, truth.level, truth.poses);
+    r.truth = std::move(truth.poses);
     check_truth(r, input.truth);
     r.plan.clear();  // its frame is the world of the recording's own truth
     r.georeference.reset();

@@ -16,7 +16,7 @@ namespace chasles::app {
 struct RunInput {
   std::filesystem::path recording;
   std::filesystem::path truth;  ///< TUM; empty: that of the recording, if any
-  TruthOptions pairing = {};
+  TruthOptions truth_options = {};
   std::optional<double> start, stop;  ///< seconds since the recording's first event
   bool backwards = false;             ///< reverse, after cutting
   std::string cameras;                ///< "mono", "stereo"; empty: all cameras
@@ -25,15 +25,21 @@ struct RunInput {
 };
 
 /// Reads the recording of a run, cuts it to [start, stop], and replaces the truth if another one is
-/// given. Throws InputError as the readers do, and for a truth that has no time in common with the
-/// frames. Throws UsageError if start and stop leave nothing, or cameras are missing. Throws
-/// Error(kNotInitialised) for a recording without frames, or with neither velocities nor IMU
-/// samples.
+/// given. Decides `truth_level` (is_truth_level()) where there is a truth. Throws InputError as the
+/// readers do, and for a truth that has no time in common with the frames. Throws UsageError if
+/// start and stop leave nothing, or cameras are missing. Throws Error(kNotInitialised) for a
+/// recording without frames, or with neither velocities nor IMU samples.
 Recording read_input(const RunInput& input);
+
+/// A truth, and whether its world's z axis points up where its recording states it.
+struct StatedTruth {
+  Trajectory poses;  ///< world_T_imu
+  std::optional<bool> level;
+};
 
 /// Reads the truth from a TUM file, with remarks on what was mended, or from a recording of any
 /// kind. Throws InputError if there is none.
-Trajectory read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks);
+StatedTruth read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks);
 
 /// Replaces the velocities by those that move the pose exactly along the trajectory (world_T_imu),
 /// each held until the next one (hold `zero-order`). The first pose becomes the world frame.

@@ -45,6 +45,7 @@ struct RecordedRun {
   std::map<Doubt, int> doubts;       ///< numbers of degraded frames, by their reasons
   std::optional<double> nees_state;  ///< mean; if the truth has velocity and biases
   std::optional<double> innovation_correlation;
+  std::optional<double> truth_tilt_deg;  ///< removed from the truth, where its world is not level
   std::optional<RealtimeFigures> realtime;
   std::optional<Calibration> calibration;  ///< last estimate, if it is estimated
 };

@@ -66,7 +66,7 @@ void take_path(const SceneChoice& choice, InertialScene& scene) {
                     kTrajectory));
   }
   std::vector<std::string> remarks;
-  scene.path = read_truth(choice.path, remarks);
+  scene.path = read_truth(choice.path, remarks).poses;
   for (const std::string& remark : remarks) spdlog::warn("{}", remark);
   if (choice.real_imu) take_real_imu(choice.path, scene);
 }

@@ -177,6 +177,22 @@ std::string line(const Json& summary, const char* label, const char* figure, con
   return fmt::format("  {:<26} {:>10.{}f} {}\n", label, value->get<double>(), digits, unit);
 }
 
+// The axis with the smallest share stands for the six.
+std::string within_3_sigma(const Json& summary) {
+  std::optional<double> least;
+  std::string axis;
+  for (const char* name : {"rx", "ry", "rz", "x", "y", "z"}) {
+    const auto share = summary.find(fmt::format("within_3_sigma_{}", name));
+    if (share == summary.end() || !share->is_number()) continue;
+    if (least && *least <= share->get<double>()) continue;
+    least = share->get<double>();
+    axis = name;
+  }
+  if (!least) return {};
+  return fmt::format("  {:<26} {:>10.2f} {}\n", "poses within 3 sigma", 100 * *least,
+                     fmt::format("% on the worst axis, {} (consistent: 99.73)", axis));
+}
+
 }  // namespace
 
 Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
@@ -191,6 +207,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   summary["degraded_frames"] = doubts_json(run.doubts);
   summary["nees_state"] = or_null(run.nees_state);
   summary["innovation_correlation"] = or_null(run.innovation_correlation);
+  summary["truth_tilt_deg"] = or_null(run.truth_tilt_deg);
   summary["start_seconds"] = or_null(run.start_seconds);
   summary["resets"] = report.resets;
   if (report.resets > 0 && summary["health"] == "ok") summary["health"] = "degraded";
@@ -287,9 +304,11 @@ std::string summary_text(const Json& summary) {
   text += line(summary, "ATE, first pose", "ate_first_pose_m", "m", 3);
   text += line(summary, "attitude", "attitude_deg", "deg", 3);
   text += line(summary, "RPE over 100 m", "rpe_100m_percent", "%", 3);
+  text += line(summary, "tilt of the truth", "truth_tilt_deg", "deg, removed", 2);
   text += line(summary, "NEES of the pose", "nees_pose", "(consistent: 6)", 2);
   text += line(summary, "NEES of the position", "nees_position", "(consistent: 3)", 2);
   text += line(summary, "NEES of the attitude", "nees_attitude", "(consistent: 3)", 2);
+  text += within_3_sigma(summary);
   text += line(summary, "NIS per degree of freedom", "nis_per_dof", "(consistent: 1)", 3);
   text += line(summary, "landmarks", "landmarks_rmse_m", "m rmse", 3);
   text += line(summary, "time", "seconds_wall", "s", 2);

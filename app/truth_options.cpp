@@ -5,12 +5,13 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/error.hpp>
+#include <chasles/eval/truth_tilt.hpp>
 
 #include "options.hpp"
 
 namespace chasles::app {
 
-void declare_pairing(CLI::App& parser, TruthOptions& options, const std::string& group) {
+void declare_truth(CLI::App& parser, TruthOptions& options, const std::string& group) {
   parser
       .add_option(
           "--pairing", options.pairing,
@@ -23,6 +24,13 @@ void declare_pairing(CLI::App& parser, TruthOptions& options, const std::string&
       fmt::format("Interpolate the truth between poses at most this far apart (default: {:g})",
                   to_seconds(kLongestTruthGap)),
       0, kMostTruthGap)
+      ->group(group);
+  parser
+      .add_option("--truth-level", options.level,
+                  "Whether the z axis of the truth's world points up. no: remove its tilt, and "
+                  "report it; auto (default): as truth_level in calibration.yaml, or else no where "
+                  "the truth begins at the identity. For estimates with an IMU")
+      ->type_name("NAME")
       ->group(group);
 }
 
@@ -37,6 +45,31 @@ TruthPairing pairing_from(const TruthOptions& options, TruthPairing pairing) {
   }
   if (options.max_gap) pairing.longest_gap = from_seconds(*options.max_gap);
   return pairing;
+}
+
+bool is_truth_level(const TruthOptions& options, std::optional<bool> stated,
+                    const Trajectory& truth) {
+  if (options.level == "yes") return true;
+  if (options.level == "no") return false;
+  if (!options.level.empty() && options.level != "auto") {
+    throw UsageError(
+        fmt::format("--truth-level: found '{}', expected auto, yes or no", options.level));
+  }
+  return stated.value_or(!begins_at_identity(truth));
+}
+
+void check_level_is_auto(const TruthOptions& options) {
+  if (options.level.empty() || options.level == "auto") return;
+  throw UsageError(
+      "--truth-level is for a run with an IMU: others have no vertical, and their worlds are "
+      "aligned by the first pose");
+}
+
+std::string tilt_remark(double degrees) {
+  return fmt::format(
+      "the z axis of the truth's world is {:.2f} deg off the vertical of the estimate: removed "
+      "before the comparison (--truth-level yes keeps it)",
+      degrees);
 }
 
 nlohmann::ordered_json pairing_json(const TruthPairing& pairing) {

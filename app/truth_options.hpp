@@ -13,17 +13,30 @@ class App;
 
 namespace chasles::app {
 
-/// Options for the pairing of an estimate with its truth; those not given are empty.
+/// Options for the comparison of an estimate with its truth; those not given are empty.
 struct TruthOptions {
   std::string pairing;            ///< "interpolate", "nearest"
   std::optional<double> max_gap;  ///< [s]
+  std::string level;              ///< "auto", "yes", "no"
 };
 
-/// Adds --pairing and --max-truth-gap; `options` must outlive the parser.
-void declare_pairing(CLI::App& parser, TruthOptions& options, const std::string& group);
+/// Adds --pairing, --max-truth-gap and --truth-level; `options` must outlive the parser.
+void declare_truth(CLI::App& parser, TruthOptions& options, const std::string& group);
 
 /// The pairing with the given options replaced. Throws UsageError for an unknown name.
 TruthPairing pairing_from(const TruthOptions& options, TruthPairing pairing = {});
+
+/// Whether the z axis of the truth's world points up: as --truth-level gives it; with `auto` as the
+/// recording states it (`stated`), or else unless the truth begins at the identity. Throws
+/// UsageError for an unknown name.
+bool is_truth_level(const TruthOptions& options, std::optional<bool> stated,
+                    const Trajectory& truth);
+
+/// Throws UsageError if --truth-level is not `auto`, for an estimate without a vertical.
+void check_level_is_auto(const TruthOptions& options);
+
+/// One sentence for the user on a tilt [deg] that was removed.
+std::string tilt_remark(double degrees);
 
 /// The fields `pairing` and `max_truth_gap` of summary.json.
 nlohmann::ordered_json pairing_json(const TruthPairing& pairing);

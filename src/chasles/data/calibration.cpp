@@ -27,7 +27,7 @@ YamlMap::Keys document_keys() {
   known.insert(known.end(), {"remarks", "linear_sigma", "angular_sigma", "pixel_sigma"});
   known.insert(known.end(), {"single_pixel_sigma", "cameras", "imu_convention"});
   known.insert(known.end(), kNoiseKeys.begin(), kNoiseKeys.end());
-  known.insert(known.end(), {"accelerometer_range", "gyroscope_range"});
+  known.insert(known.end(), {"accelerometer_range", "gyroscope_range", "truth_level"});
   return {.known = known, .needed = {"format", "name"}};
 }
 
@@ -78,6 +78,15 @@ std::optional<ImuNoise> read_imu_noise(const YamlMap& map) {
                   .gyroscope_random_walk = map.not_negative("gyroscope_random_walk")};
 }
 
+std::optional<bool> read_truth_level(const YamlMap& map) {
+  if (!map.has("truth_level")) return std::nullopt;
+  const std::string text = map.text("truth_level");
+  if (text == "true" || text == "false") return text == "true";
+  throw InputError(
+      fmt::format("{}: is '{}', expected true (the z axis of the truth's world points up) or false",
+                  map.where("truth_level"), text));
+}
+
 // Standard deviations, one for each of `size` components; none where the key is missing.
 std::optional<Eigen::VectorXd> read_sigma(const YamlMap& map, const std::string& key,
                                           std::size_t size) {
@@ -114,7 +123,8 @@ FolderCalibration read_calibration(const std::filesystem::path& file) {
   FolderCalibration calibration{.name = map.text("name"),
                                 .rig = read_rig(map),
                                 .imu_convention = read_imu_convention(map),
-                                .remarks = map.texts("remarks")};
+                                .remarks = map.texts("remarks"),
+                                .truth_level = read_truth_level(map)};
   read_stated_noise(map, calibration);
   if (map.has("cameras")) {
     for (const YamlMap& entry : map.maps("cameras", camera_keys())) {

@@ -27,6 +27,7 @@ struct FolderCalibration {
   std::optional<double> single_pixel_sigma = {};
   std::optional<ImuNoise> imu_noise = {};
   ImuRange imu_range = {};
+  std::optional<bool> truth_level = {};  ///< as in Recording
 };
 
 /// Throws InputError with file and line for an unknown, missing, repeated or malformed key.

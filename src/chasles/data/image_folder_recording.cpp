@@ -47,6 +47,7 @@ FolderRig take_own_calibration(const fs::path& file, std::size_t cameras, Record
   recording.imu_noise = calibration.imu_noise;
   recording.imu_range = calibration.imu_range;
   recording.single_pixel_sigma = calibration.single_pixel_sigma;
+  recording.truth_level = calibration.truth_level;
   recording.remarks = calibration.remarks;
   remark_on_time_offsets(calibration.time_offsets, recording.remarks);
   return {.time_offsets = calibration.time_offsets, .imu_intrinsics = std::nullopt};

@@ -47,7 +47,9 @@ struct Recording {
   ImuRange imu_range;                 ///< as the recording states it; infinite: not stated
   std::vector<FeatureFrame> frames;
   std::shared_ptr<const ImageSource> images;  ///< the input of a front end, instead of `frames`
-  Trajectory truth;  ///< world_T_imu; empty where unknown. With an IMU the world's z axis points up
+  Trajectory truth;                           ///< world_T_imu; empty where unknown
+  /// Whether the z axis of the truth's world points up, as the recording states it.
+  std::optional<bool> truth_level;
   TruthPairing pairing = {};                 ///< of estimates with the truth
   std::vector<TrueMotion> true_motion;       ///< at the times of `truth`; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown

@@ -241,7 +241,8 @@ FolderCalibration calibration_of(const Recording& r) {
                                 .pixel_sigma = r.pixel_sigma,
                                 .single_pixel_sigma = r.single_pixel_sigma,
                                 .imu_noise = r.imu_noise,
-                                .imu_range = r.imu_range};
+                                .imu_range = r.imu_range,
+                                .truth_level = r.truth_level};
   if (has_rig(r)) calibration.rig = r.rig;
   if (has_imu(r)) calibration.imu_convention = r.imu_convention;
   return calibration;
@@ -261,6 +262,7 @@ Recording read_folder_recording(const fs::path& folder) {
   recording.velocity_sigma = calibration.velocity_sigma;
   recording.pixel_sigma = calibration.pixel_sigma;
   recording.single_pixel_sigma = calibration.single_pixel_sigma;
+  recording.truth_level = calibration.truth_level;
   recording.remarks = calibration.remarks;
   refuse_time_offsets(folder / "calibration.yaml", calibration);
   read_motion_tables(folder, calibration, recording);

@@ -236,6 +236,17 @@ TEST_F(InertialFolder, TheImuKeysOfTheCalibrationAreChecked) {
                {"'single_pixel_sigma': is -0.33", "expected a positive number"});
 }
 
+TEST_F(InertialFolder, StatesWhetherTheTruthIsLevel) {
+  EXPECT_EQ(read_folder_recording(folder).truth_level, std::nullopt);
+  for (const bool level : {true, false}) {
+    recording.truth_level = level;
+    write_folder_recording(recording, folder);
+    EXPECT_EQ(read_folder_recording(folder).truth_level, level);
+  }
+  expect_parts(error("calibration.yaml", "truth_level: false", "truth_level: 3 deg"),
+               {"calibration.yaml:", "key 'truth_level': is '3 deg', expected true", "or false"});
+}
+
 TEST_F(InertialFolder, TheCamerasOfTheCalibrationAreChecked) {
   const std::string file = "calibration.yaml";
   expect_parts(error(file, "equidistant\n", "omni\n"),

@@ -111,6 +111,10 @@ void write_calibration(const FolderCalibration& calibration, const std::filesyst
   if (!calibration.cameras.empty()) text += cameras_text(calibration.cameras);
   if (calibration.imu_convention) text += imu_text(calibration);
   text += stated_noise_text(calibration);
+  if (calibration.truth_level) {
+    text += fmt::format("# Whether the z axis of the truth's world points up.\ntruth_level: {}\n",
+                        *calibration.truth_level);
+  }
   if (!calibration.remarks.empty()) text += "# What was corrected, dropped or counted.\nremarks:\n";
   for (const std::string& remark : calibration.remarks) {
     text += fmt::format("  - {}\n", quoted(remark));

@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -43,6 +44,9 @@ Figure mean_of(const Evaluation& evaluation, ConsistencySummary Nees::*summary) 
   return evaluation.nees ? finite(((*evaluation.nees).*summary).mean) : std::nullopt;
 }
 
+// The components of the standard pose error.
+constexpr std::array kAxes{"rx", "ry", "rz", "x", "y", "z"};
+
 void append(Table& table, const char* quantity, const ConsistencySummary& s) {
   table.rows.push_back({quantity, fmt::format("{}", s.dof), cell(s.mean, 2), cell(s.median, 2),
                         s.count > 0 ? fmt::format("{:.2f} to {:.2f}", s.band.low, s.band.high) : "",
@@ -84,22 +88,28 @@ const AbsoluteError* find(const Evaluation& evaluation, Alignment alignment) {
 }
 
 std::vector<std::pair<std::string, std::optional<double>>> figures(const Evaluation& e) {
-  return {{"matched", static_cast<double>(e.matched)},
-          {"path_m", e.path_m},
-          {"duration_s", e.duration_s},
-          {"ate_m", position(e, Alignment::kRigid)},
-          {"ate_posyaw_m", position(e, Alignment::kPositionYaw)},
-          {"ate_first_pose_m", position(e, Alignment::kFirstPose)},
-          {"attitude_deg", attitude(e, Alignment::kRigid)},
-          {"attitude_posyaw_deg", attitude(e, Alignment::kPositionYaw)},
-          {"attitude_first_pose_deg", attitude(e, Alignment::kFirstPose)},
-          {"rpe_100m_percent", mean_translation(e.over_distance, 100)},
-          {"rpe_100m_deg_per_m", mean_rotation(e.over_distance, 100)},
-          {"rpe_1s_m", mean_translation(e.over_time, 1)},
-          {"rpe_1s_deg", mean_rotation(e.over_time, 1)},
-          {"nees_position", mean_of(e, &Nees::position_summary)},
-          {"nees_attitude", mean_of(e, &Nees::attitude_summary)},
-          {"nees_pose", mean_of(e, &Nees::pose_summary)}};
+  std::vector<std::pair<std::string, Figure>> all = {
+      {"matched", static_cast<double>(e.matched)},
+      {"path_m", e.path_m},
+      {"duration_s", e.duration_s},
+      {"ate_m", position(e, Alignment::kRigid)},
+      {"ate_posyaw_m", position(e, Alignment::kPositionYaw)},
+      {"ate_first_pose_m", position(e, Alignment::kFirstPose)},
+      {"attitude_deg", attitude(e, Alignment::kRigid)},
+      {"attitude_posyaw_deg", attitude(e, Alignment::kPositionYaw)},
+      {"attitude_first_pose_deg", attitude(e, Alignment::kFirstPose)},
+      {"rpe_100m_percent", mean_translation(e.over_distance, 100)},
+      {"rpe_100m_deg_per_m", mean_rotation(e.over_distance, 100)},
+      {"rpe_1s_m", mean_translation(e.over_time, 1)},
+      {"rpe_1s_deg", mean_rotation(e.over_time, 1)},
+      {"nees_position", mean_of(e, &Nees::position_summary)},
+      {"nees_attitude", mean_of(e, &Nees::attitude_summary)},
+      {"nees_pose", mean_of(e, &Nees::pose_summary)}};
+  for (std::size_t i = 0; i < kAxes.size(); ++i) {
+    all.emplace_back(fmt::format("within_3_sigma_{}", kAxes[i]),
+                     e.nees ? finite(e.nees->within_3_sigma.share[i]) : std::nullopt);
+  }
+  return all;
 }
 
 Table absolute_table(const Evaluation& evaluation) {
@@ -148,6 +158,17 @@ Table nees_table(const Evaluation& evaluation) {
   return table;
 }
 
+Table within_3_sigma_table(const Evaluation& evaluation) {
+  Table table{.header = {"within 3 sigma %", "expected"}, .rows = {}};
+  if (!evaluation.nees) return table;
+  table.header.insert(table.header.end(), kAxes.begin(), kAxes.end());
+  table.rows.push_back({"of the poses", "99.73"});
+  for (const double share : evaluation.nees->within_3_sigma.share) {
+    table.rows.back().push_back(cell(100 * share, 2));
+  }
+  return table;
+}
+
 std::string to_text(const Evaluation& evaluation) {
   std::string text = fmt::format(
       "{} stamps compared ({} of the estimate, {} of the truth{}), {:.1f} m in {:.1f} s\n\n",
@@ -157,8 +178,8 @@ std::string to_text(const Evaluation& evaluation) {
           : "",
       evaluation.path_m, evaluation.duration_s);
   text += to_text(absolute_table(evaluation));
-  for (const Table& table :
-       {distance_table(evaluation), time_table(evaluation), nees_table(evaluation)}) {
+  for (const Table& table : {distance_table(evaluation), time_table(evaluation),
+                             nees_table(evaluation), within_3_sigma_table(evaluation)}) {
     if (!table.rows.empty()) text += '\n' + to_text(table);
   }
   return text;

@@ -47,8 +47,8 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& truth,
 const AbsoluteError* find(const Evaluation& evaluation, Alignment alignment);
 
 /// The figures with the names of docs/evaluation.md (ate_m, ate_posyaw_m, ate_first_pose_m,
-/// attitude_deg, rpe_100m_percent, nees_position, nees_attitude, nees_pose) and some more, in a
-/// fixed order. Figures that do not apply have no value.
+/// attitude_deg, rpe_100m_percent, nees_position, nees_attitude, nees_pose, within_3_sigma_rx to
+/// within_3_sigma_z) and some more, in a fixed order. Figures that do not apply have no value.
 std::vector<std::pair<std::string, std::optional<double>>> figures(const Evaluation& evaluation);
 
 /// One row per alignment: position and attitude errors.
@@ -60,6 +60,10 @@ Table time_table(const Evaluation& evaluation);
 
 /// One row each for position, attitude and pose; empty without covariances.
 Table nees_table(const Evaluation& evaluation);
+
+/// One row: for each axis the share of the poses whose error is within 3 of its own sigmas [%].
+/// Empty without covariances.
+Table within_3_sigma_table(const Evaluation& evaluation);
 
 /// All tables as text.
 std::string to_text(const Evaluation& evaluation);

@@ -119,6 +119,8 @@ TEST(Evaluation, FiguresCarryTheNamesOfTheSummary) {
   EXPECT_NEAR(*figure.at("nees_position"), 5.51213535622, kTolerance);
   EXPECT_NEAR(*figure.at("nees_attitude"), 0.753669812656, kTolerance);
   EXPECT_NEAR(*figure.at("nees_pose"), 6.51200337488, kTolerance);
+  EXPECT_EQ(*figure.at("within_3_sigma_x"), evaluated().nees->within_3_sigma.share[3]);
+  EXPECT_EQ(*figure.at("within_3_sigma_rz"), evaluated().nees->within_3_sigma.share[2]);
 }
 
 TEST(Evaluation, WhatDoesNotApplyHasNoValue) {
@@ -128,6 +130,7 @@ TEST(Evaluation, WhatDoesNotApplyHasNoValue) {
   EXPECT_FALSE(result.nees.has_value());
   EXPECT_FALSE(figure.at("rpe_100m_percent").has_value());
   EXPECT_FALSE(figure.at("nees_pose").has_value());
+  EXPECT_FALSE(figure.at("within_3_sigma_rx").has_value());
   EXPECT_NEAR(figure.at("ate_m").value(), 0, 1e-12);
   EXPECT_EQ(to_text(result).find("nan"), std::string::npos) << to_text(result);
   EXPECT_EQ(to_text(result).find("NEES"), std::string::npos);
@@ -135,8 +138,9 @@ TEST(Evaluation, WhatDoesNotApplyHasNoValue) {
 
 TEST(Evaluation, TheTextNamesEveryAlignmentAndLength) {
   const std::string text = to_text(evaluated());
-  for (const char* expected : {"400 stamps compared", "SE(3)", "Sim(3)", "position + yaw",
-                               "first pose", "1.068", "800", "0.844", "position", "5.51"}) {
+  for (const char* expected :
+       {"400 stamps compared", "SE(3)", "Sim(3)", "position + yaw", "first pose", "1.068", "800",
+        "0.844", "position", "5.51", "within 3 sigma %"}) {
     EXPECT_NE(text.find(expected), std::string::npos) << expected << "\n" << text;
   }
 }

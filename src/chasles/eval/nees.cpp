@@ -90,6 +90,24 @@ ConsistencySummary summarize_nees(std::span<const double> values, int dof) {
   return summary;
 }
 
+SigmaShares sigma_shares(std::span<const Vector6d> errors, std::span<const Matrix6d> covariances,
+                         double sigmas) {
+  SigmaShares result{.sigmas = sigmas};
+  for (Eigen::Index axis = 0; axis < 6; ++axis) {
+    std::size_t inside = 0, count = 0;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+      const double variance = covariances[i](axis, axis);
+      if (!(variance > 0) || !std::isfinite(variance)) continue;
+      ++count;
+      inside += std::abs(errors[i][axis]) <= sigmas * std::sqrt(variance) ? 1 : 0;
+    }
+    const auto i = static_cast<std::size_t>(axis);
+    result.count[i] = count;
+    result.share[i] = count == 0 ? kNaN : static_cast<double>(inside) / static_cast<double>(count);
+  }
+  return result;
+}
+
 Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
           PoseError definition, bool level) {
   Nees result;
@@ -98,6 +116,8 @@ Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covarian
   const SE3 estimate_T_truth =
       align(matched, level ? Alignment::kFirstLevel : Alignment::kFirstPose)
           .truth_T_estimate.inverse();
+  std::vector<Vector6d> errors;
+  std::vector<Matrix6d> matched_covariances;
   for (std::size_t i = 0; i < matched.truth.size(); ++i) {
     const std::size_t row = matched.estimate_index[i];
     if (row >= covariances.size()) {
@@ -106,8 +126,10 @@ Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covarian
           covariances.size(), row));
     }
     const SE3& estimate = matched.estimate[i].pose;
-    const PoseNees one =
-        pose_nees(definition, estimate_T_truth * matched.truth[i].pose, estimate, covariances[row]);
+    const SE3 truth = estimate_T_truth * matched.truth[i].pose;
+    const PoseNees one = pose_nees(definition, truth, estimate, covariances[row]);
+    errors.push_back(pose_error(PoseError::kStandard, truth, estimate));
+    matched_covariances.push_back(covariances[row]);
     result.times.push_back(matched.estimate[i].time);
     result.attitude.push_back(one.attitude);
     result.position.push_back(one.position);
@@ -116,6 +138,7 @@ Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covarian
   result.attitude_summary = summarize_nees(result.attitude, 3);
   result.position_summary = summarize_nees(result.position, 3);
   result.pose_summary = summarize_nees(result.pose, 6);
+  result.within_3_sigma = sigma_shares(errors, matched_covariances);
   return result;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string_view>
@@ -58,12 +59,27 @@ struct ConsistencySummary {
 /// NaN entries count as skipped.
 ConsistencySummary summarize_nees(std::span<const double> values, int dof);
 
+/// The shares of errors within `sigmas` of their own standard deviations, component by component of
+/// the standard pose error [rotation x, y, z; position x, y, z], world axes.
+struct SigmaShares {
+  double sigmas = 3;
+  std::array<std::size_t, 6> count{};  ///< errors whose sigma is positive and finite
+  /// Expected with 3 sigmas: 0.9973, of Gaussian errors. NaN without errors.
+  std::array<double, 6> share{};
+};
+
+/// `errors[i]` has the covariance `covariances[i]`, both of the same length and in the same
+/// coordinates. An error whose variance is zero, negative or not finite does not count.
+SigmaShares sigma_shares(std::span<const Vector6d> errors, std::span<const Matrix6d> covariances,
+                         double sigmas = 3);
+
 /// Normalised estimation error squared, e^T P^-1 e, at each matched stamp; NaN where P is singular.
 struct Nees {
   PoseError definition = PoseError::kStandard;
   std::vector<Time> times;
   std::vector<double> position, attitude, pose;
   ConsistencySummary position_summary, attitude_summary, pose_summary;
+  SigmaShares within_3_sigma;  ///< of the standard error, whatever `definition` is
 };
 
 /// `covariances[i]` belongs to row i of the whole estimate (matched.estimate_index refers to it):

@@ -151,5 +151,47 @@ TEST(Nees, TakesTheCovarianceOfTheMatchedRow) {
   EXPECT_THROW(nees(part, sampled.covariances), InputError);
 }
 
+TEST(SigmaShares, CountErrorsWithinTheirOwnSigmas) {
+  // The i-th error is i of its sigmas on axis 0, so 0 to 3 of 10 are inside.
+  std::vector<Vector6d> errors;
+  std::vector<Matrix6d> covariances;
+  for (int i = 0; i < 10; ++i) {
+    const Vector6d sigma = (1 + i) * Vector6d::Constant(0.1);
+    covariances.emplace_back(sigma.cwiseAbs2().asDiagonal());
+    errors.emplace_back(Vector6d::Zero());
+    errors.back()[0] = (i % 2 == 0 ? 0.999 : -0.999) * i * sigma[0];
+    errors.back()[5] = 3.001 * sigma[5];
+  }
+  covariances[9](3, 3) = 0;  // these do not count
+  covariances[8](3, 3) = std::numeric_limits<double>::quiet_NaN();
+  const SigmaShares shares = sigma_shares(errors, covariances);
+  EXPECT_DOUBLE_EQ(shares.share[0], 0.4);
+  EXPECT_DOUBLE_EQ(shares.share[1], 1);
+  EXPECT_DOUBLE_EQ(shares.share[3], 1);
+  EXPECT_DOUBLE_EQ(shares.share[5], 0);
+  EXPECT_EQ(shares.count, (std::array<std::size_t, 6>{10, 10, 10, 8, 10, 10}));
+  EXPECT_DOUBLE_EQ(sigma_shares(errors, covariances, 5).share[0], 0.6);
+  EXPECT_TRUE(std::isnan(sigma_shares({}, {}).share[2]));
+}
+
+TEST(SigmaShares, OfNeesAreThoseOfItsErrorsInWorldAxes) {
+  const Sampled sampled = sample(20000, 60);
+  for (const PoseError definition : kDefinitions) {
+    const SigmaShares shares =
+        nees(sampled.matched, sampled.covariances, definition).within_3_sigma;
+    for (std::size_t axis = 0; axis < 6; ++axis) {
+      EXPECT_EQ(shares.count[axis], 19999U);
+      EXPECT_NEAR(shares.share[axis], 0.9973, 4 * std::sqrt(0.9973 * 0.0027 / 20000));
+      EXPECT_LT(shares.share[axis], 1);
+    }
+  }
+  // A sigma too small by 3 leaves the share within one sigma: 0.6827.
+  Sampled overconfident = sampled;
+  for (Matrix6d& P : overconfident.covariances) P.row(4) /= 3, P.col(4) /= 3;
+  const SigmaShares shares = nees(overconfident.matched, overconfident.covariances).within_3_sigma;
+  EXPECT_NEAR(shares.share[4], 0.6827, 4 * std::sqrt(0.6827 * 0.3173 / 20000));
+  EXPECT_GT(shares.share[3], 0.99);
+}
+
 }  // namespace
 }  // namespace chasles

@@ -174,6 +174,7 @@ Recording simulate_sensors(const InertialScene& scene, const Spline& motion, std
   recording.name = settings.name;
   recording.cameras = scene.cameras.empty() ? make_cameras(settings) : scene.cameras;
   recording.truth = poses_at_frames(scene, motion);
+  if (scene.imu.empty()) recording.truth_level = true;  // gravity is along its z axis
   if (settings.geometry == Geometry::kWalk) recording.plan = drawn_walk_plan(settings);
   add_imu(scene, motion, run, recording);
   return recording;
