@@ -23,13 +23,16 @@ class TruthLevel : public ::testing::Test {
     simulate_turntable(folder);
     truth = read_tum(folder / "rec/truth.tum");
   }
-  // Turns the truth of the recording, with calibration.yaml as it is or without its statement.
-  void lean(double degrees, bool stated = true) {
+  // Turns and moves the world of the recording's truth; calibration.yaml states still that it is
+  // level.
+  void lean(double degrees) {
     const SE3 tilt{so3::exp({0, -degrees / kDegrees, 0}), Eigen::Vector3d(1, 2, 3)};
-    Trajectory leaning = truth;
-    for (StampedPose& row : leaning) row.pose = tilt * row.pose;
-    write_tum(leaning, folder / "rec/truth.tum");
-    if (!stated) state("");
+    Recording recording = read_recording(folder / "rec");
+    for (StampedPose& row : recording.truth) row.pose = tilt * row.pose;
+    for (TrueLandmark& landmark : recording.true_landmarks) {
+      landmark.p_world = tilt * landmark.p_world;
+    }
+    write_folder_recording(recording, folder / "rec");
   }
   void relative_to_first_pose() {
     Trajectory relative = truth;
