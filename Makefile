@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test bench table study convergence docs prose format lint \
+.PHONY: help deps dev-deps build demo test bench table study convergence honesty docs prose format lint \
   coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
@@ -43,6 +43,9 @@ study: build  ## 100 simulated runs of each inertial scene: fills docs/consisten
 
 convergence: build  ## the error charts in batch estimation: fills docs/convergence.md
 	@scripts/convergence
+
+honesty: build  ## errors against sigmas on all recordings: out/honesty/table.md
+	@scripts/honesty $(ARGS)
 
 docs:     ## the documentation site: out/docs/index.html
 	@scripts/deps docs
