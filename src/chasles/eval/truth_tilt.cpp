@@ -41,7 +41,7 @@ TruthTilt truth_tilt(const MatchedTrajectories& matched) {
 
 TruthTilt turn_to_level(Trajectory& truth, const Trajectory& estimate,
                         const TruthPairing& pairing) {
-  const TruthTilt tilt = truth_tilt(associate(estimate, truth, pairing));
+  TruthTilt tilt = truth_tilt(associate(estimate, truth, pairing));
   const SE3 level_T_truth{tilt.level_R_truth, Eigen::Vector3d::Zero()};
   for (StampedPose& row : truth) row.pose = level_T_truth * row.pose;
   return tilt;
