@@ -39,7 +39,8 @@ Recording part_with(const Recording& recording, const std::vector<FeatureFrame>&
   part.imu_convention = recording.imu_convention;
   part.imu_noise = recording.imu_noise;
   part.imu_range = recording.imu_range;
-  part.single_pixel_sigma = inertial_sensors(recording).pixel_sigma;
+  part.single_pixel_sigma =
+      recording.images ? recording.single_pixel_sigma : inertial_sensors(recording).pixel_sigma;
   for (const ImuSample& sample : recording.imu) {
     if (sample.time < frames.front().time - kSlack) continue;
     if (sample.time > frames.back().time + kSlack) break;
@@ -55,8 +56,9 @@ Recording part_with(const Recording& recording, const std::vector<FeatureFrame>&
 }
 
 Outcome run_filter(const Recording& part, bool images) {
-  const InertialRunSettings settings =
-      images ? for_images({}, part.cameras.size()) : InertialRunSettings{};
+  InertialRunSettings settings;
+  settings.filter.pixel_sigma = part.single_pixel_sigma;
+  if (images) settings = for_images(settings, part.cameras.size(), part.imu_noise.value());
   const std::unique_ptr<Estimator> estimator = make_estimator(settings, part);
   Outcome outcome{.frames = part.frames.size(), .why = {}};
   EventStream stream(part);

@@ -75,9 +75,11 @@ void add_axes(const VelocitySensors& sensors, const VelocityRunSettings& setting
 
 Json or_null(const std::optional<double>& figure) { return figure ? Json(*figure) : Json(); }
 
-Json noise_json(const ImuNoise& noise, const TrackNoise& pixels) {
+Json noise_json(const ImuNoise& noise, const TrackNoise& pixels, double vibration_noise) {
   return {{"pixel_sigma", pixels.sigma},
           {"track_drift", pixels.drift},
+          {"match_sigma", pixels.match},
+          {"vibration_noise", vibration_noise},
           {"accelerometer_noise_density", noise.accelerometer_noise_density},
           {"accelerometer_random_walk", noise.accelerometer_random_walk},
           {"gyroscope_noise_density", noise.gyroscope_noise_density},
@@ -225,7 +227,9 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   }
   summary["noise"] =
       noise_json(sensors.noise, {.sigma = decided_filter.pixel_sigma.value_or(sensors.pixel_sigma),
-                                 .drift = decided_filter.track_drift});
+                                 .drift = decided_filter.track_drift.value_or(0),
+                                 .match = decided_filter.match_sigma.value_or(0)},
+                 decided_filter.vibration_noise.value_or(0));
   summary["imu"] = imu_json(report.imu);
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;

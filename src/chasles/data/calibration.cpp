@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/calibration.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/kalibr.hpp>
@@ -27,7 +28,7 @@ YamlMap::Keys document_keys() {
   known.insert(known.end(), {"remarks", "linear_sigma", "angular_sigma", "pixel_sigma"});
   known.insert(known.end(), {"single_pixel_sigma", "cameras", "imu_convention"});
   known.insert(known.end(), kNoiseKeys.begin(), kNoiseKeys.end());
-  known.insert(known.end(), {"accelerometer_range", "gyroscope_range", "truth_level"});
+  known.insert(known.end(), {"accelerometer_range", "gyroscope_range", "noise_is_exact", "truth_level"});
   return {.known = known, .needed = {"format", "name"}};
 }
 
@@ -75,16 +76,13 @@ std::optional<ImuNoise> read_imu_noise(const YamlMap& map) {
   return ImuNoise{.accelerometer_noise_density = map.not_negative("accelerometer_noise_density"),
                   .accelerometer_random_walk = map.not_negative("accelerometer_random_walk"),
                   .gyroscope_noise_density = map.not_negative("gyroscope_noise_density"),
-                  .gyroscope_random_walk = map.not_negative("gyroscope_random_walk")};
+                  .gyroscope_random_walk = map.not_negative("gyroscope_random_walk"),
+                  .exact = read_noise_is_exact(map)};
 }
 
 std::optional<bool> read_truth_level(const YamlMap& map) {
   if (!map.has("truth_level")) return std::nullopt;
-  const std::string text = map.text("truth_level");
-  if (text == "true" || text == "false") return text == "true";
-  throw InputError(
-      fmt::format("{}: is '{}', expected true (the z axis of the truth's world points up) or false",
-                  map.where("truth_level"), text));
+  return map.flag("truth_level", "the z axis of the truth's world points up");
 }
 
 // Standard deviations, one for each of `size` components; none where the key is missing.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/csv.hpp>
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/gzip.hpp>
@@ -106,7 +107,8 @@ ImuNoise read_euroc_imu_noise(const std::filesystem::path& file) {
   return {.accelerometer_noise_density = map.not_negative(keys[0]),
           .accelerometer_random_walk = map.not_negative(keys[1]),
           .gyroscope_noise_density = map.not_negative(keys[2]),
-          .gyroscope_random_walk = map.not_negative(keys[3])};
+          .gyroscope_random_walk = map.not_negative(keys[3]),
+          .exact = read_noise_is_exact(map)};
 }
 
 ImuRange read_euroc_imu_range(const std::filesystem::path& file) {

@@ -247,6 +247,18 @@ TEST_F(InertialFolder, StatesWhetherTheTruthIsLevel) {
                {"calibration.yaml:", "key 'truth_level': is '3 deg', expected true", "or false"});
 }
 
+TEST_F(InertialFolder, StatesWhetherTheNoiseIsExact) {
+  for (const bool exact : {true, false}) {
+    recording.imu_noise->exact = exact;
+    write_folder_recording(recording, folder);
+    EXPECT_EQ(read_folder_recording(folder).imu_noise->exact, exact);
+  }
+  recording.imu_noise->exact = true;
+  write_folder_recording(recording, folder);
+  expect_parts(error("calibration.yaml", "noise_is_exact: true", "noise_is_exact: 1"),
+               {"calibration.yaml:", "key 'noise_is_exact': is '1', expected true", "or false"});
+}
+
 TEST_F(InertialFolder, TheCamerasOfTheCalibrationAreChecked) {
   const std::string file = "calibration.yaml";
   expect_parts(error(file, "equidistant\n", "omni\n"),

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/calibration.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/text_file.hpp>
@@ -76,7 +77,8 @@ std::string imu_text(const FolderCalibration& calibration) {
                     "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n"
                     "gyroscope_noise_density: {}\ngyroscope_random_walk: {}\n",
                     noise.accelerometer_noise_density, noise.accelerometer_random_walk,
-                    noise.gyroscope_noise_density, noise.gyroscope_random_walk);
+                    noise.gyroscope_noise_density, noise.gyroscope_random_walk) +
+         noise_is_exact_text(noise);
 }
 
 std::string stated_noise_text(const FolderCalibration& calibration) {

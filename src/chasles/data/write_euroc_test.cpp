@@ -121,6 +121,7 @@ TEST(WriteEuroc, WhatIsWrittenIsReadAgain) {
   }
   EXPECT_EQ(back.imu_noise->accelerometer_random_walk, 3e-3);
   EXPECT_EQ(back.imu_noise->gyroscope_noise_density, 1.7e-4);
+  EXPECT_FALSE(back.imu_noise->exact);
   ASSERT_EQ(back.cameras.size(), 2U);
   for (std::size_t c = 0; c < 2; ++c) {
     EXPECT_EQ(back.cameras[c].distortion, r.cameras[c].distortion);

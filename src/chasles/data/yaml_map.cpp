@@ -105,6 +105,13 @@ double YamlMap::number(const YAML::Node& node, const std::string& key) const {
 
 std::string YamlMap::text(const std::string& key) const { return scalar(at(key), key); }
 
+bool YamlMap::flag(const std::string& key, const std::string& meaning) const {
+  const std::string value = text(key);
+  if (value == "true" || value == "false") return value == "true";
+  throw InputError(
+      fmt::format("{}: is '{}', expected true ({}) or false", where(key), value, meaning));
+}
+
 double YamlMap::number(const std::string& key) const { return number(at(key), key); }
 
 double YamlMap::positive(const std::string& key) const {

@@ -40,6 +40,8 @@ class YamlMap {
   std::string where(const std::string& key) const;
 
   std::string text(const std::string& key) const;
+  /// true or false; `meaning` is what true means, for the message.
+  bool flag(const std::string& key, const std::string& meaning) const;
   double number(const std::string& key) const;  ///< finite
   double positive(const std::string& key) const;
   double not_negative(const std::string& key) const;

@@ -87,10 +87,14 @@ std::optional<Linear> linearise(const State& x, std::span<const ClonedView> view
 }
 
 // Makes the noise of all rows sigma^2 I: the rows are multiplied by L^-1, L L^T the covariance of
-// the views' errors over sigma^2. Two views share the walk from the later of them to the last view.
+// the views' errors over sigma^2. Two views share the walk from the later of them to the last view,
+// and two matches the error of the match.
 void whiten(const State& x, std::span<const ClonedView> views, const TrackNoise& noise,
             MultiViewScratch& s, Linear& linear) {
-  if (noise.drift <= 0) return;
+  if (noise.is_white()) return;
+  const auto is_match = [&](Index i) {
+    return TrackNoise::is_match(views[static_cast<std::size_t>(i)].camera);
+  };
   const auto time = [&](Index i) { return x.clone(views[static_cast<std::size_t>(i)].clone).time; };
   const auto n = static_cast<Index>(views.size());
   const Time last = time(n - 1);
@@ -98,7 +102,9 @@ void whiten(const State& x, std::span<const ClonedView> views, const TrackNoise&
   for (Index j = 0; j < n; ++j) {
     for (Index i = j; i < n; ++i) {
       const Time later = std::max(time(i), time(j));
-      L(i, j) = noise.drift_variance(to_seconds(last - later)) / (noise.sigma * noise.sigma);
+      double common = noise.drift_variance(to_seconds(last - later));
+      if (is_match(i) && is_match(j)) common += noise.match * noise.match;
+      L(i, j) = common / (noise.sigma * noise.sigma);
     }
     L(j, j) += 1;
   }
@@ -144,11 +150,14 @@ void find_distance(const Linear& linear, const MultiViewPoint& point, double sig
 }
 
 // Cartesian.
-void set_point(LandmarkId id, const Vector3d& p_world, int observations, NewLandmark& landmark) {
+void set_point(LandmarkId id, const Vector3d& p_world, std::span<const ClonedView> views,
+               NewLandmark& landmark) {
   landmark.clear();
   landmark.id = id;
   landmark.p_world = p_world;
-  landmark.observations = observations;
+  landmark.observations = static_cast<int>(views.size());
+  landmark.matches = static_cast<int>(std::ranges::count_if(
+      views, [](const ClonedView& view) { return TrackNoise::is_match(view.camera); }));
 }
 
 // Anchored in the last view, and linearised in this form.
@@ -268,7 +277,7 @@ bool begin_multi_view(std::span<const Camera> cameras, const TrackNoise& noise, 
   if (!linear) return false;
   whiten(x, views, noise, scratch, *linear);
   find_distance(*linear, *point, noise.sigma, x.clone(views.back().clone).row, scratch, result);
-  set_point(id, point->p_world, static_cast<int>(views.size()), result.landmark);
+  set_point(id, point->p_world, views, result.landmark);
   if (anchored) hang_on_anchor(x, views.back(), at, scratch, *linear, result.landmark);
   const Matrix3d R = separate(*linear, scratch);
   solve_for_point(*linear, R, noise.sigma, scratch, result.landmark);

@@ -144,19 +144,22 @@ TEST_P(MultiViewStartTest, LandmarkAndRestTogetherAreTheBatchSolution) {
 // They meet in a point, so that the weights do not move it.
 TEST_P(MultiViewStartTest, OfADriftingTrackItIsTheWeightedBatchSolution) {
   test::Random random(10);
-  constexpr TrackNoise kNoise{.sigma = 0.4, .drift = 1.5};
+  constexpr TrackNoise kNoise{.sigma = 0.4, .drift = 1.5, .match = 0.7};
   for (const bool anchored : {false, true}) {
     Tracked t = tracked(random, GetParam(), 0);
     const State x = t.filter.state();
     const auto time = [&](std::size_t view) { return x.clone(t.views[view].clone).time; };
     const auto start = begin_multi_view(kCameras, kNoise, t.filter.state(), 7, t.views, anchored);
     ASSERT_TRUE(start);
+    EXPECT_EQ(start->landmark.matches, 2);
     const Batch batch = batch_of(t, start->landmark);
     MatrixXd R = MatrixXd::Zero(batch.r.size(), batch.r.size());
     for (std::size_t i = 0; i < t.views.size(); ++i) {
       for (std::size_t j = 0; j < t.views.size(); ++j) {
         const double shared = to_seconds(time(t.views.size() - 1) - std::max(time(i), time(j)));
-        const double variance = (i == j ? 0.16 : 0) + 1.5 * 1.5 * shared;
+        const bool matches = t.views[i].camera > 0 && t.views[j].camera > 0;
+        const double variance =
+            (i == j ? 0.16 : 0) + 1.5 * 1.5 * shared + (matches ? 0.7 * 0.7 : 0);
         R.block<2, 2>(2 * static_cast<Eigen::Index>(i), 2 * static_cast<Eigen::Index>(j)) =
             variance * Eigen::Matrix2d::Identity();
       }

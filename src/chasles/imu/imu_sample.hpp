@@ -47,6 +47,7 @@ struct ImuNoise {
   double accelerometer_random_walk = 0;    ///< [m/s^3/sqrt(Hz)]
   double gyroscope_noise_density = 0;      ///< [rad/s/sqrt(Hz)]
   double gyroscope_random_walk = 0;        ///< [rad/s^2/sqrt(Hz)]
+  bool exact = false;  ///< the samples are simulated with this noise, and vibrate with no more
 };
 
 /// Range of each sensor, per axis and sign; at or beyond it a sample is saturated.

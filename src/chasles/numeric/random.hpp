@@ -30,6 +30,7 @@ enum class Stream : std::uint32_t {
   kExposure = 20,
   kTrackKept = 21,
   kTrackDrift = 22,
+  kMatchError = 23,
 };
 
 /// 128 random bits as a pure function of a counter and a key: Philox-4x32 with ten rounds (Salmon,

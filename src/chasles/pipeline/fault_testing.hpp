@@ -148,12 +148,14 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
   const ImuBuffer::Options imu{.convention = recording.imu_convention,
                                .accelerometer_range = 175,
                                .gyroscope_range = 17.3};  // that of EuRoC's sensor
-  InertialSession session(
-      for_images({}, sensors.cameras.size()).filter, {},
-      {.cameras = sensors.cameras,
-       .noise = *recording.imu_noise,
-       .imu = imu,
-       .pixel_sigma = recording.single_pixel_sigma.value_or(kFrontendPixelSigma)});
+  const InertialSlamSettings filter =
+      for_images({}, sensors.cameras.size(), *recording.imu_noise).filter;
+  InertialSession session(filter, {},
+                          {.cameras = sensors.cameras,
+                           .noise = *recording.imu_noise,
+                           .imu = imu,
+                           .pixel_sigma = recording.single_pixel_sigma.value_or(
+                               filter.pixel_sigma.value())});
   FeatureFeed feed([&] { return sensors.next(); }, {}, sensors.cameras, imu, false);
   std::vector<Estimate> estimates;
   Trajectory own;

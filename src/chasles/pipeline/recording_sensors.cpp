@@ -13,6 +13,9 @@
 namespace chasles {
 namespace {
 
+// Of a track that slides, few observations tell more than a guessed depth does.
+constexpr double kGuessedDepth = 5;
+
 ImuNoise noise_of(const Recording& recording) {
   if (recording.imu_noise) return *recording.imu_noise;
   throw InputError(
@@ -41,19 +44,26 @@ InertialSensors inertial_sensors(const Recording& recording) {
           .pixel_sigma = recording.single_pixel_sigma.value_or(otherwise)};
 }
 
-InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras) {
+InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
+                               const ImuNoise& noise) {
   InertialSlamSettings& filter = settings.filter;
   const bool can = filter.chart != kLeftSe3Chart.name;
   if (filter.keep_scale == Toggle::kAuto && cameras == 1 && can) filter.keep_scale = Toggle::kTrue;
-  if (filter.calibrate_time_offset == Toggle::kAuto && settings.estimator.is_filter()) {
-    filter.calibrate_time_offset = Toggle::kTrue;
-  }
+  if (!settings.estimator.is_filter()) return settings;
+  if (filter.calibrate_time_offset == Toggle::kAuto) filter.calibrate_time_offset = Toggle::kTrue;
+  if (!filter.track_drift) filter.track_drift = kFrontendTrackNoise.drift;
+  if (!filter.match_sigma) filter.match_sigma = kFrontendTrackNoise.match;
+  if (!filter.pixel_sigma && filter.track_drift > 0) filter.pixel_sigma = kFrontendTrackNoise.sigma;
+  if (!filter.guessed_depth_observations) filter.guessed_depth_observations = kGuessedDepth;
+  if (!filter.vibration_noise) filter.vibration_noise = noise.exact ? 0 : 1;
   return settings;
 }
 
 InertialRunSettings decided(InertialRunSettings settings, const Recording& recording) {
   if (!recording.images) return settings;
-  return for_images(std::move(settings), recording.cameras.size());
+  std::optional<double>& pixel_sigma = settings.filter.pixel_sigma;
+  if (!pixel_sigma) pixel_sigma = recording.single_pixel_sigma;
+  return for_images(std::move(settings), recording.cameras.size(), noise_of(recording));
 }
 
 VelocitySensors velocity_sensors(const Recording& recording, const VelocityRunSettings& settings) {

@@ -1,14 +1,17 @@
 #pragma once
 
+#include <chasles/camera/track_noise.hpp>
 #include <chasles/data/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
 
 // The sensors of a recording, for an estimator.
 namespace chasles {
 
-/// Standard deviation of a point of this front end [px]. Its errors are correlated between frames,
-/// so it is larger than their scatter (docs/pixels.md).
+/// Standard deviation of a point of this front end [px], where all of its error is taken as white.
+/// It is correlated between frames, so this is larger than its scatter (docs/pixels.md).
 inline constexpr double kFrontendPixelSigma = 0.4;
+/// The noise of its tracks, where the walk is known (docs/noise.md).
+inline constexpr TrackNoise kFrontendTrackNoise{.sigma = 0.2, .drift = 1.5, .match = 0.3};
 
 /// Cameras, IMU noise and ranges, and the pixel noise. Where the recording does not state the
 /// latter it is kFrontendPixelSigma for images and 1 px for tracks. Throws InputError where cameras
@@ -21,9 +24,15 @@ ImuBuffer::Options imu_options(const Recording& recording);
 /// The settings of a run on images, with what is `auto` decided:
 /// - keep_scale: true with one camera, where pixels alone have to find the scale after a
 ///   standstill. Not with the chart left-se3, which has no such option;
-/// - calibrate_time_offset: true for the filter. Batch and window take the calibration as known.
-InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras);
-/// Those of a run on the recording: as they are, where it has no images.
+/// - calibrate_time_offset: true for the filter. Batch and window take the calibration as known;
+/// - track_drift, match_sigma and pixel_sigma: kFrontendTrackNoise for the filter, and without a
+///   walk kFrontendPixelSigma;
+/// - guessed_depth_observations: 5 for the filter;
+/// - vibration_noise: 1 for the filter, unless the noise of the IMU is exact.
+InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
+                               const ImuNoise& noise);
+/// Those of a run on the recording: as they are, where it has no images. A pixel noise that the
+/// recording states is kept.
 InertialRunSettings decided(InertialRunSettings settings, const Recording& recording);
 
 /// The rig, and the noise by choose_noise() (slam/velocity_noise.hpp). Throws InputError where

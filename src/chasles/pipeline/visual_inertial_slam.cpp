@@ -19,7 +19,7 @@ VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const
     : cameras_(cameras),
       tracker_(settings.frontend, cameras, imu, std::move(masks)),
       estimator_(make_estimator(
-          for_images(settings, cameras.size()),
+          for_images(settings, cameras.size(), noise),
           InertialSensors{
               .cameras = cameras, .noise = noise, .imu = imu, .pixel_sigma = kFrontendPixelSigma})),
       biases_(FeatureFeed::kLead, Eigen::Vector3d::Zero()) {}

@@ -69,22 +69,41 @@ void expect_the_same(const Estimates& a, const Estimates& b) {
 
 TEST(VisualInertialSlam, KeepsTheScaleWithOneCameraWhereTheChartCan) {
   InertialRunSettings settings;
-  EXPECT_EQ(for_images(settings, 1).filter.keep_scale, Toggle::kTrue);
-  EXPECT_EQ(for_images(settings, 2).filter.keep_scale, Toggle::kAuto);
+  EXPECT_EQ(for_images(settings, 1, {}).filter.keep_scale, Toggle::kTrue);
+  EXPECT_EQ(for_images(settings, 2, {}).filter.keep_scale, Toggle::kAuto);
   settings.filter.chart = "left-se3";
-  EXPECT_EQ(for_images(settings, 1).filter.keep_scale, Toggle::kAuto);
+  EXPECT_EQ(for_images(settings, 1, {}).filter.keep_scale, Toggle::kAuto);
   settings = {};
   settings.filter.keep_scale = Toggle::kFalse;
-  EXPECT_EQ(for_images(settings, 1).filter.keep_scale, Toggle::kFalse);
+  EXPECT_EQ(for_images(settings, 1, {}).filter.keep_scale, Toggle::kFalse);
 }
 
 TEST(VisualInertialSlam, OnlyAFilterEstimatesTheTimeOffset) {
   InertialRunSettings settings;
-  EXPECT_EQ(for_images(settings, 2).filter.calibrate_time_offset, Toggle::kTrue);
+  EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Toggle::kTrue);
   settings.filter.calibrate_time_offset = Toggle::kFalse;
-  EXPECT_EQ(for_images(settings, 2).filter.calibrate_time_offset, Toggle::kFalse);
+  EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Toggle::kFalse);
   settings = {.estimator = {.kind = EstimatorChoice::Kind::kBatch}};
-  EXPECT_EQ(for_images(settings, 2).filter.calibrate_time_offset, Toggle::kAuto);
+  EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Toggle::kAuto);
+}
+
+TEST(VisualInertialSlam, AFilterKnowsTheNoiseOfTracksAndOfAnImuInMotion) {
+  const InertialSlamSettings filter = for_images({}, 2, {}).filter;
+  EXPECT_EQ(filter.track_drift, kFrontendTrackNoise.drift);
+  EXPECT_EQ(filter.match_sigma, kFrontendTrackNoise.match);
+  EXPECT_EQ(filter.pixel_sigma, kFrontendTrackNoise.sigma);
+  EXPECT_EQ(filter.vibration_noise, 1);
+  EXPECT_EQ(for_images({}, 2, {.exact = true}).filter.vibration_noise, 0);
+  InertialRunSettings given;
+  given.filter.track_drift = 0;
+  given.filter.vibration_noise = 2;
+  const InertialSlamSettings kept = for_images(given, 2, {.exact = true}).filter;
+  EXPECT_EQ(kept.track_drift, 0);
+  EXPECT_EQ(kept.pixel_sigma, std::nullopt);  // white: that of the sensors
+  EXPECT_EQ(kept.vibration_noise, 2);
+  const InertialRunSettings batch{.estimator = {.kind = EstimatorChoice::Kind::kBatch}};
+  EXPECT_EQ(for_images(batch, 2, {}).filter.track_drift, std::nullopt);
+  EXPECT_EQ(for_images(batch, 2, {}).filter.vibration_noise, std::nullopt);
 }
 
 TEST(VisualInertialSlam, GivesWhatTheProgramGives) {

@@ -100,6 +100,7 @@ struct Choices<Geometry> {
   /* the errors of the images */                                                                  \
   FIELD(double, pixel_sigma, 1, 0, 100, "px", "white noise on each of u and v")                   \
   FIELD(double, track_drift, 0, 0, 100, "px/sqrt(s)", "random walk of u and of v along a track, alike in all cameras") \
+  FIELD(double, match_sigma, 0, 0, 100, "px", "constant error of u and of v along a track, in the second camera") \
   FIELD(double, outlier_fraction, 0, 0, 1, "", "observations at random positions in the image")     \
   FIELD(double, dropped_fraction, 0, 0, 1, "", "frames without an observation; tracks continue after them") \
   /* rendered images (--images), in place of the tracks */                                        \

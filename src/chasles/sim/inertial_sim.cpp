@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/camera/track_noise.hpp>
 #include <chasles/error.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/sim/inertial_imu.hpp>
@@ -92,6 +93,13 @@ class TrackWalks {
   std::vector<Walk> walks_;
 };
 
+Eigen::Vector2d match_error(double sigma, const Random& random, const PixelObservation& seen) {
+  if (!TrackNoise::is_match(seen.camera)) return Eigen::Vector2d::Zero();
+  const auto track = static_cast<std::uint64_t>(seen.landmark);
+  return sigma * Eigen::Vector2d(random.normal(Stream::kMatchError, track, 0),
+                                 random.normal(Stream::kMatchError, track, 1));
+}
+
 void add_errors(const InertialSettings& settings, const std::vector<Camera>& cameras,
                 std::uint64_t run, InertialTracks& tracks) {
   const Random random = random_of_run(settings.seed, run);
@@ -102,6 +110,7 @@ void add_errors(const InertialSettings& settings, const std::vector<Camera>& cam
     for (PixelObservation& seen : pixels) {
       const std::size_t point = tracks.points[static_cast<std::size_t>(seen.landmark)];
       seen.pixel += walks.at(seen.landmark, tracks.frames[i].time, error_index(point, i));
+      seen.pixel += match_error(settings.match_sigma, random, seen);
       add_errors(settings, cameras, random, error_index(point, i), seen);
     }
   }
@@ -145,6 +154,7 @@ void add_imu(const InertialScene& scene, const Spline& motion, std::uint64_t run
   }
   SimulatedImu imu = simulate_imu(scene.settings, motion, run);
   recording.imu = std::move(imu.samples);
+  recording.imu_noise->exact = true;
   recording.true_motion = motion_at_frames(recording.truth, motion, imu.truth);
 }
 

@@ -274,6 +274,30 @@ TEST(InertialSim, TracksDriftAlikeInAllCameras) {
   EXPECT_NEAR(sum, kDrift * kDrift * count, kSigmas * kDrift * kDrift * std::sqrt(2 * count));
 }
 
+// Of the second camera only, and the same in all frames.
+TEST(InertialSim, MatchesHaveAConstantErrorAlongATrack) {
+  constexpr double kSigma = 0.5;
+  InertialScene scene = exact();
+  scene.settings.cameras = 2;
+  scene.settings.match_sigma = kSigma;
+  std::map<LandmarkId, Vector2d> errors;
+  for_each_observation(simulate_inertial(scene),
+                       [&](auto, const auto& seen, const Vector2d& expected) {
+                         const Vector2d error = seen.pixel - expected;
+                         if (seen.camera == 0) {
+                           EXPECT_LT(error.norm(), 1e-9);
+                           return;
+                         }
+                         const Vector2d first = errors.emplace(seen.landmark, error).first->second;
+                         EXPECT_LT((error - first).norm(), 1e-9);
+                       });
+  double sum = 0;
+  for (const auto& [landmark, error] : errors) sum += error.squaredNorm();
+  const double count = 2 * static_cast<double>(errors.size());
+  EXPECT_GT(count, 200);
+  EXPECT_NEAR(sum, kSigma * kSigma * count, kSigmas * kSigma * kSigma * std::sqrt(2 * count));
+}
+
 TEST(InertialSim, OutliersAreAsManyAsAskedForAndLieAnywhere) {
   InertialScene scene = exact();
   scene.settings.outlier_fraction = 0.1;

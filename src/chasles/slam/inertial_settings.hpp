@@ -41,9 +41,10 @@ struct InertialSlamSettings {
   Toggle keep_scale = Toggle::kAuto;
 
   std::optional<double> pixel_sigma;
-  double track_drift = 0;
+  std::optional<double> track_drift;
+  std::optional<double> match_sigma;
   double imu_noise_scale = 1;
-  double vibration_noise = 0;
+  std::optional<double> vibration_noise;
   double initial_tilt_sigma = 0.002;
   double initial_velocity_sigma = 0.05;
   double initial_accelerometer_bias_sigma = 0.02;
@@ -63,7 +64,7 @@ struct InertialSlamSettings {
   double fixed_depth_sigma = 3;
   double inverse_depth = 0.1;
   double inverse_depth_sigma = 0.5;
-  int guessed_depth_observations = 0;
+  std::optional<double> guessed_depth_observations;
 
   int clones = 15;
   int frames_per_clone = 4;
@@ -120,13 +121,18 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("pixel_sigma", s.pixel_sigma, "px", "standard deviation of a pixel", limits::kPositive);
   visit("track_drift", s.track_drift, "px/sqrt(s)",
         "density of the random walk by which a tracked point slides over its surface "
-        "(docs/noise.md); the filter alone has it",
+        "(docs/noise.md); the filter alone has it; auto: 1.5 with images, 0 with tracks",
+        limits::kNonNegative);
+  visit("match_sigma", s.match_sigma, "px",
+        "constant error, along a track, of the matches in the cameras after the first "
+        "(docs/noise.md); the filter alone has it; auto: 0.3 with images, 0 with tracks",
         limits::kNonNegative);
   visit("imu_noise_scale", s.imu_noise_scale, "1", "factor on the IMU's stated noise densities",
         limits::kPositive);
   visit("vibration_noise", s.vibration_noise, "1",
         "factor on the variance that vibration and motion add to the IMU's stated noise "
-        "(docs/noise.md); the filter alone has it; 0: the stated noise",
+        "(docs/noise.md); the filter alone has it; auto: 1 with images, 0 with tracks and where "
+        "the stated noise is exact",
         limits::kNonNegative);
   visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial sigma of roll and pitch",
         limits::kNonNegative);
@@ -162,7 +168,8 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kPositive);
   visit("guessed_depth_observations", s.guessed_depth_observations, "count",
         "the product of the errors of an assumed depth and of the motion adds to the pixel noise, "
-        "times the number of observations, up to this number; 0: not at all",
+        "times the number of observations, up to this number; 0: not at all; auto: 5 in a filter "
+        "with images, else 0",
         limits::kNonNegative);
   visit("clones", s.clones, "count", "maximum number of clones for delayed landmark initialisation",
         limits::kNonNegative);

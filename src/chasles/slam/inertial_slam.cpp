@@ -22,7 +22,7 @@ ImuNoise scaled(ImuNoise noise, double factor) {
 }
 
 ImuBuffer::Options with_vibration(ImuBuffer::Options imu, const InertialSlamSettings& s) {
-  imu.vibration_noise = s.vibration_noise;
+  imu.vibration_noise = s.vibration_noise.value_or(0);
   return imu;
 }
 

@@ -92,7 +92,11 @@ class InertialSlam {
   Linearisation linearisation() const {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
-  TrackNoise track_noise() const { return {.sigma = pixel_sigma_, .drift = settings_.track_drift}; }
+  TrackNoise track_noise() const {
+    return {.sigma = pixel_sigma_,
+            .drift = settings_.track_drift.value_or(0),
+            .match = settings_.match_sigma.value_or(0)};
+  }
   void keep_pose(Time time);
   bool is_clone_due(const FeatureFrame& frame);
   bool zero_velocity_update(const FeatureFrame& frame, Time since);
@@ -142,6 +146,7 @@ class InertialSlam {
     CameraSet cameras = 0;  ///< that have observed it
     int missed = 0;         ///< later frames in which one of them observes anything
     int rejected = 0;       ///< consecutive frames in which the gate rejected it
+    int matches = 0;        ///< used, in the cameras after the first
   };
   std::vector<Last> last_;  ///< of the landmarks of the state, in the same order
   struct WhitenedPixel {

@@ -118,9 +118,13 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     if (settings_.numeric_jacobians) {
       differentiate_numerically(filter_.chart(), camera, filter_.state(), z);
     }
+    if (TrackNoise::is_match(o->camera)) {
+      z.noise += track_noise().match_variance(last.matches + 1) * Eigen::Matrix2d::Identity();
+    }
     // The product of two errors is nearly constant from image to image: all observations together
     // may contain no more information than a few.
-    const int repeated = std::min(landmark.observations, settings_.guessed_depth_observations);
+    const double repeated = std::min<double>(landmark.observations,
+                                             settings_.guessed_depth_observations.value_or(0));
     if (repeated > 0) z.noise += repeated * bilinear_noise(camera, filter_, *number, o->camera);
     z.gate = gate;
     predicted.push_back(o);
@@ -161,7 +165,11 @@ void InertialSlam::note_refusals(std::span<const Measurement> known,
 void InertialSlam::note_outcomes(std::span<const Measurement> known, const UpdateReport& report) {
   for (std::size_t i = 0; i < known.size(); ++i) {
     PixelOutcome& judged = outcomes_[work_.judged[i]];
-    if (report.accepted[i]) judged.outcome = Outcome::kUsed;
+    if (report.accepted[i]) {
+      judged.outcome = Outcome::kUsed;
+      Last& last = last_[static_cast<std::size_t>(known[i].landmark)];
+      last.matches += TrackNoise::is_match(judged.observation.camera);
+    }
     judged.expected = {.pixel = judged.observation.pixel - known[i].residual,
                        .covariance = report.covariances[i]};
   }

@@ -93,6 +93,25 @@ TEST(InertialSlam, IsConsistentWithTracksThatDriftIfItKnowsTheirDrift) {
   EXPECT_GT(s[1].mean.position_error, 1.2 * s[0].mean.position_error);
 }
 
+// The second camera's matches, off by the same in every frame.
+TEST(InertialSlam, CountsTheMatchesOfAPointOnce) {
+  double information = 0;
+  for (int n = 1; n <= 1000; ++n) information += 1 / TrackNoise{.match = 0.5}.match_variance(n);
+  EXPECT_NEAR(information, 1 / 0.25, 0.01);
+
+  InertialScene scene = short_hallway();
+  scene.settings.cameras = 2;
+  scene.settings.pixel_sigma = 0.2;
+  scene.settings.match_sigma = 0.5;
+  FilterVariant knows = ours(), white = ours();
+  white.name = "white";
+  knows.settings.match_sigma = scene.settings.match_sigma;
+  const auto s = study(scene, {knows, white}, 6);
+  EXPECT_LT(s[0].nees_per_dof, 2);
+  EXPECT_GT(s[1].nees_per_dof, 4 * s[0].nees_per_dof);
+  EXPECT_GT(s[1].mean.position_error, s[0].mean.position_error);
+}
+
 TEST(InertialSlam, StaysConsistentInTheHallwayWhereTheScaleIsKept) {
   FilterVariant kept = ours();
   kept.settings.keep_scale = Toggle::kTrue;

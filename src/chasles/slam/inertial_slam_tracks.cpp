@@ -61,7 +61,9 @@ bool InertialSlam::has_view(const Track& track, int clone) {
 void InertialSlam::add_begun(Estimate& e) {
   const Reused<NewLandmark>& landmarks = work_.begun;
   filter_.add(landmarks);
-  last_.resize(last_.size() + landmarks.size(), {.seen = frame_});
+  for (const NewLandmark& landmark : landmarks) {
+    last_.push_back({.seen = frame_, .matches = landmark.matches});
+  }
   e.added += static_cast<int>(landmarks.size());
   work_.begun.clear();
 }
