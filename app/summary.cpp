@@ -75,11 +75,13 @@ void add_axes(const VelocitySensors& sensors, const VelocityRunSettings& setting
 
 Json or_null(const std::optional<double>& figure) { return figure ? Json(*figure) : Json(); }
 
-Json noise_json(const ImuNoise& noise, const TrackNoise& pixels, double vibration_noise) {
-  return {{"pixel_sigma", pixels.sigma},
-          {"track_drift", pixels.drift},
-          {"match_sigma", pixels.match},
-          {"vibration_noise", vibration_noise},
+Json noise_json(const ImuNoise& noise, double pixel_sigma, const InertialSlamSettings& filter) {
+  return {{"pixel_sigma", pixel_sigma},
+          {"track_sigma", filter.track_sigma.value_or(pixel_sigma)},
+          {"track_drift", filter.track_drift.value_or(0)},
+          {"match_sigma", filter.match_sigma.value_or(0)},
+          {"imu_noise_scale", filter.imu_noise_scale.value_or(1)},
+          {"vibration_noise", filter.vibration_noise.value_or(0)},
           {"accelerometer_noise_density", noise.accelerometer_noise_density},
           {"accelerometer_random_walk", noise.accelerometer_random_walk},
           {"gyroscope_noise_density", noise.gyroscope_noise_density},
@@ -225,11 +227,8 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
     summary["calibration"] =
         calibration_json(*run.calibration, recording.cameras, settings.filter.time_offset);
   }
-  summary["noise"] =
-      noise_json(sensors.noise, {.sigma = decided_filter.pixel_sigma.value_or(sensors.pixel_sigma),
-                                 .drift = decided_filter.track_drift.value_or(0),
-                                 .match = decided_filter.match_sigma.value_or(0)},
-                 decided_filter.vibration_noise.value_or(0));
+  summary["noise"] = noise_json(
+      sensors.noise, decided_filter.pixel_sigma.value_or(sensors.pixel_sigma), decided_filter);
   summary["imu"] = imu_json(report.imu);
   summary["cameras"] = cameras_json(recording);
   summary["remarks"] = remarks;

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/calibration.hpp>
+#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/lens.hpp>
@@ -28,7 +28,8 @@ YamlMap::Keys document_keys() {
   known.insert(known.end(), {"remarks", "linear_sigma", "angular_sigma", "pixel_sigma"});
   known.insert(known.end(), {"single_pixel_sigma", "cameras", "imu_convention"});
   known.insert(known.end(), kNoiseKeys.begin(), kNoiseKeys.end());
-  known.insert(known.end(), {"accelerometer_range", "gyroscope_range", "noise_is_exact", "truth_level"});
+  known.insert(known.end(),
+               {"accelerometer_range", "gyroscope_range", "noise_is_exact", "truth_level"});
   return {.known = known, .needed = {"format", "name"}};
 }
 

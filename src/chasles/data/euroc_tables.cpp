@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/csv.hpp>
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/gzip.hpp>
+#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/inertial_tables.hpp>
 #include <chasles/data/kalibr.hpp>

@@ -2,8 +2,8 @@
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
-#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/calibration.hpp>
+#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
@@ -71,13 +71,14 @@ std::string imu_text(const FolderCalibration& calibration) {
   text += imu_range_text(calibration.imu_range);
   if (!calibration.imu_noise) return text;
   const ImuNoise& noise = *calibration.imu_noise;
-  return text + fmt::format(
-                    "# White noise [m/s^2/sqrt(Hz)], [rad/s/sqrt(Hz)], and the biases' random\n"
-                    "# walks [m/s^3/sqrt(Hz)], [rad/s^2/sqrt(Hz)].\n"
-                    "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n"
-                    "gyroscope_noise_density: {}\ngyroscope_random_walk: {}\n",
-                    noise.accelerometer_noise_density, noise.accelerometer_random_walk,
-                    noise.gyroscope_noise_density, noise.gyroscope_random_walk) +
+  return text +
+         fmt::format(
+             "# White noise [m/s^2/sqrt(Hz)], [rad/s/sqrt(Hz)], and the biases' random\n"
+             "# walks [m/s^3/sqrt(Hz)], [rad/s^2/sqrt(Hz)].\n"
+             "accelerometer_noise_density: {}\naccelerometer_random_walk: {}\n"
+             "gyroscope_noise_density: {}\ngyroscope_random_walk: {}\n",
+             noise.accelerometer_noise_density, noise.accelerometer_random_walk,
+             noise.gyroscope_noise_density, noise.gyroscope_random_walk) +
          noise_is_exact_text(noise);
 }
 

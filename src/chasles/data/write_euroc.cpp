@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/image_encode.hpp>
+#include <chasles/data/imu_noise.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
@@ -96,8 +96,7 @@ void write_samples(const Recording& recording, const fs::path& folder) {
                       "accelerometer_random_walk: {} # m/s^3/sqrt(Hz)\n",
                       rate_of(times), noise.gyroscope_noise_density, noise.gyroscope_random_walk,
                       noise.accelerometer_noise_density, noise.accelerometer_random_walk) +
-          noise_is_exact_text(noise) +
-          imu_range_text(recording.imu_range));
+          noise_is_exact_text(noise) + imu_range_text(recording.imu_range));
 }
 
 void write_states(const Recording& recording, const fs::path& folder) {

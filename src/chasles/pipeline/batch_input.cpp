@@ -38,7 +38,7 @@ InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSla
                                const InertialStart& start) {
   check_smoothing(settings);
   return {.cameras = sensors.cameras,
-          .noise = scaled(sensors.noise, settings.imu_noise_scale),
+          .noise = scaled(sensors.noise, settings.imu_noise_scale.value_or(1)),
           .imu = sensors.imu,
           .pixel_sigma = sensors.pixel_sigma,
           .time_offset = from_seconds(settings.time_offset),

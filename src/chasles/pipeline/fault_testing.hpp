@@ -150,12 +150,12 @@ inline FaultOutcome run(FaultySensors& sensors, const Recording& recording, doub
                                .gyroscope_range = 17.3};  // that of EuRoC's sensor
   const InertialSlamSettings filter =
       for_images({}, sensors.cameras.size(), *recording.imu_noise).filter;
-  InertialSession session(filter, {},
-                          {.cameras = sensors.cameras,
-                           .noise = *recording.imu_noise,
-                           .imu = imu,
-                           .pixel_sigma = recording.single_pixel_sigma.value_or(
-                               filter.pixel_sigma.value())});
+  InertialSession session(
+      filter, {},
+      {.cameras = sensors.cameras,
+       .noise = *recording.imu_noise,
+       .imu = imu,
+       .pixel_sigma = recording.single_pixel_sigma.value_or(kFrontendPixelSigma)});
   FeatureFeed feed([&] { return sensors.next(); }, {}, sensors.cameras, imu, false);
   std::vector<Estimate> estimates;
   Trajectory own;

@@ -14,7 +14,9 @@ namespace chasles {
 namespace {
 
 // Of a track that slides, few observations tell more than a guessed depth does.
-constexpr double kGuessedDepth = 5;
+constexpr double kGuessedDepth = 20;
+// Data sheets state the noise of an IMU that stands still.
+constexpr double kImuInUse = 3;
 
 ImuNoise noise_of(const Recording& recording) {
   if (recording.imu_noise) return *recording.imu_noise;
@@ -51,10 +53,12 @@ InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras
   if (filter.keep_scale == Toggle::kAuto && cameras == 1 && can) filter.keep_scale = Toggle::kTrue;
   if (!settings.estimator.is_filter()) return settings;
   if (filter.calibrate_time_offset == Toggle::kAuto) filter.calibrate_time_offset = Toggle::kTrue;
-  if (!filter.track_drift) filter.track_drift = kFrontendTrackNoise.drift;
-  if (!filter.match_sigma) filter.match_sigma = kFrontendTrackNoise.match;
-  if (!filter.pixel_sigma && filter.track_drift > 0) filter.pixel_sigma = kFrontendTrackNoise.sigma;
+  const TrackNoise& tracks = noise.exact ? kRenderedTrackNoise : kFrontendTrackNoise;
+  if (!filter.track_drift) filter.track_drift = tracks.drift;
+  if (!filter.match_sigma) filter.match_sigma = tracks.match;
+  if (!filter.track_sigma && !filter.pixel_sigma) filter.track_sigma = tracks.sigma;
   if (!filter.guessed_depth_observations) filter.guessed_depth_observations = kGuessedDepth;
+  if (!filter.imu_noise_scale) filter.imu_noise_scale = noise.exact ? 1 : kImuInUse;
   if (!filter.vibration_noise) filter.vibration_noise = noise.exact ? 0 : 1;
   return settings;
 }

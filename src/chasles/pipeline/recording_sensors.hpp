@@ -10,8 +10,11 @@ namespace chasles {
 /// Standard deviation of a point of this front end [px], where all of its error is taken as white.
 /// It is correlated between frames, so this is larger than its scatter (docs/pixels.md).
 inline constexpr double kFrontendPixelSigma = 0.4;
-/// The noise of its tracks, where the walk is known (docs/noise.md).
-inline constexpr TrackNoise kFrontendTrackNoise{.sigma = 0.2, .drift = 1.5, .match = 0.3};
+/// The noise of its tracks for a filter. It stands for errors of calibration, too, which many
+/// tracks have in common (docs/noise.md).
+inline constexpr TrackNoise kFrontendTrackNoise{.sigma = 3, .drift = 2, .match = 1};
+/// The same for rendered images, whose calibration is exact.
+inline constexpr TrackNoise kRenderedTrackNoise{.sigma = 0.4, .drift = 0.3, .match = 0.1};
 
 /// Cameras, IMU noise and ranges, and the pixel noise. Where the recording does not state the
 /// latter it is kFrontendPixelSigma for images and 1 px for tracks. Throws InputError where cameras
@@ -25,10 +28,11 @@ ImuBuffer::Options imu_options(const Recording& recording);
 /// - keep_scale: true with one camera, where pixels alone have to find the scale after a
 ///   standstill. Not with the chart left-se3, which has no such option;
 /// - calibrate_time_offset: true for the filter. Batch and window take the calibration as known;
-/// - track_drift, match_sigma and pixel_sigma: kFrontendTrackNoise for the filter, and without a
-///   walk kFrontendPixelSigma;
-/// - guessed_depth_observations: 5 for the filter;
-/// - vibration_noise: 1 for the filter, unless the noise of the IMU is exact.
+/// - track_sigma (if no pixel_sigma is stated), track_drift and match_sigma: kFrontendTrackNoise
+/// for
+///   the filter. kRenderedTrackNoise where the noise of the IMU is exact, as in a simulation;
+/// - guessed_depth_observations: 20 for the filter;
+/// - imu_noise_scale 3 and vibration_noise 1 for the filter, unless the noise of the IMU is exact.
 InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
                                const ImuNoise& noise);
 /// Those of a run on the recording: as they are, where it has no images. A pixel noise that the

@@ -91,15 +91,21 @@ TEST(VisualInertialSlam, AFilterKnowsTheNoiseOfTracksAndOfAnImuInMotion) {
   const InertialSlamSettings filter = for_images({}, 2, {}).filter;
   EXPECT_EQ(filter.track_drift, kFrontendTrackNoise.drift);
   EXPECT_EQ(filter.match_sigma, kFrontendTrackNoise.match);
-  EXPECT_EQ(filter.pixel_sigma, kFrontendTrackNoise.sigma);
+  EXPECT_EQ(filter.track_sigma, kFrontendTrackNoise.sigma);
+  EXPECT_EQ(filter.pixel_sigma, std::nullopt);
   EXPECT_EQ(filter.vibration_noise, 1);
-  EXPECT_EQ(for_images({}, 2, {.exact = true}).filter.vibration_noise, 0);
+  EXPECT_EQ(filter.imu_noise_scale, 3);
+  const InertialSlamSettings simulated = for_images({}, 2, {.exact = true}).filter;
+  EXPECT_EQ(simulated.vibration_noise, 0);
+  EXPECT_EQ(simulated.imu_noise_scale, 1);
+  EXPECT_EQ(simulated.track_sigma, kRenderedTrackNoise.sigma);
   InertialRunSettings given;
   given.filter.track_drift = 0;
+  given.filter.pixel_sigma = 0.5;
   given.filter.vibration_noise = 2;
   const InertialSlamSettings kept = for_images(given, 2, {.exact = true}).filter;
   EXPECT_EQ(kept.track_drift, 0);
-  EXPECT_EQ(kept.pixel_sigma, std::nullopt);  // white: that of the sensors
+  EXPECT_EQ(kept.track_sigma, std::nullopt);  // pixel_sigma
   EXPECT_EQ(kept.vibration_noise, 2);
   const InertialRunSettings batch{.estimator = {.kind = EstimatorChoice::Kind::kBatch}};
   EXPECT_EQ(for_images(batch, 2, {}).filter.track_drift, std::nullopt);

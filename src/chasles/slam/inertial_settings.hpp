@@ -41,9 +41,10 @@ struct InertialSlamSettings {
   Toggle keep_scale = Toggle::kAuto;
 
   std::optional<double> pixel_sigma;
+  std::optional<double> track_sigma;
   std::optional<double> track_drift;
   std::optional<double> match_sigma;
-  double imu_noise_scale = 1;
+  std::optional<double> imu_noise_scale;
   std::optional<double> vibration_noise;
   double initial_tilt_sigma = 0.002;
   double initial_velocity_sigma = 0.05;
@@ -119,16 +120,23 @@ void for_each_setting(S& s, Visitor&& visit) {
         "left-se3); auto: with the images of one camera",
         limits::kAny);
   visit("pixel_sigma", s.pixel_sigma, "px", "standard deviation of a pixel", limits::kPositive);
+  visit("track_sigma", s.track_sigma, "px",
+        "standard deviation of a pixel in the updates of the filter, with errors that many tracks "
+        "share (docs/noise.md); auto: 3 with images if no pixel_sigma is stated, else pixel_sigma",
+        limits::kPositive);
   visit("track_drift", s.track_drift, "px/sqrt(s)",
         "density of the random walk by which a tracked point slides over its surface "
-        "(docs/noise.md); the filter alone has it; auto: 1.5 with images, 0 with tracks",
+        "(docs/noise.md); the filter alone has it; auto: 2 with images, 0 with tracks",
         limits::kNonNegative);
   visit("match_sigma", s.match_sigma, "px",
         "constant error, along a track, of the matches in the cameras after the first "
-        "(docs/noise.md); the filter alone has it; auto: 0.3 with images, 0 with tracks",
+        "(docs/noise.md); the filter alone has it; auto: 1 with images, 0 with tracks",
         limits::kNonNegative);
-  visit("imu_noise_scale", s.imu_noise_scale, "1", "factor on the IMU's stated noise densities",
-        limits::kPositive);
+  visit(
+      "imu_noise_scale", s.imu_noise_scale, "1",
+      "factor on the IMU's stated noise densities; auto: 3 in a filter with images, 1 with tracks "
+      "and where the stated noise is exact",
+      limits::kPositive);
   visit("vibration_noise", s.vibration_noise, "1",
         "factor on the variance that vibration and motion add to the IMU's stated noise "
         "(docs/noise.md); the filter alone has it; auto: 1 with images, 0 with tracks and where "
@@ -168,7 +176,7 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kPositive);
   visit("guessed_depth_observations", s.guessed_depth_observations, "count",
         "the product of the errors of an assumed depth and of the motion adds to the pixel noise, "
-        "times the number of observations, up to this number; 0: not at all; auto: 5 in a filter "
+        "times the number of observations, up to this number; 0: not at all; auto: 20 in a filter "
         "with images, else 0",
         limits::kNonNegative);
   visit("clones", s.clones, "count", "maximum number of clones for delayed landmark initialisation",

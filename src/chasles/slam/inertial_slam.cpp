@@ -95,7 +95,7 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       cameras_(std::move(cameras)),
       pixel_sigma_(pixel_sigma),
       model_{
-          .noise = scaled(noise, settings.imu_noise_scale),
+          .noise = scaled(noise, settings.imu_noise_scale.value_or(1)),
           .first_order = settings.first_order_transition ? &error_chart(settings.chart) : nullptr},
       imu_(with_vibration(imu, settings)),
       filter_(initial_filter(settings, start, cameras_)),

@@ -93,7 +93,7 @@ class InertialSlam {
     return settings_.first_estimates ? Linearisation::kFirstEstimates : Linearisation::kCurrent;
   }
   TrackNoise track_noise() const {
-    return {.sigma = pixel_sigma_,
+    return {.sigma = settings_.track_sigma.value_or(pixel_sigma_),
             .drift = settings_.track_drift.value_or(0),
             .match = settings_.match_sigma.value_or(0)};
   }

@@ -108,8 +108,8 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     }
     const Camera& camera = cameras_[static_cast<std::size_t>(o->camera)];
     Measurement& z = known.append();
-    if (!measure_pixel(camera, pixel_sigma_ * noise_inflation(*number), filter_.state(), *number,
-                       o->pixel, linearisation(), o->camera, z)) {
+    if (!measure_pixel(camera, track_noise().sigma * noise_inflation(*number), filter_.state(),
+                       *number, o->pixel, linearisation(), o->camera, z)) {
       known.remove_last();  // at its estimated position it is not visible
       ++last.rejected;
       ++rejected;
@@ -123,8 +123,8 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     }
     // The product of two errors is nearly constant from image to image: all observations together
     // may contain no more information than a few.
-    const double repeated = std::min<double>(landmark.observations,
-                                             settings_.guessed_depth_observations.value_or(0));
+    const double repeated =
+        std::min<double>(landmark.observations, settings_.guessed_depth_observations.value_or(0));
     if (repeated > 0) z.noise += repeated * bilinear_noise(camera, filter_, *number, o->camera);
     z.gate = gate;
     predicted.push_back(o);

@@ -36,9 +36,9 @@ void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fre
     if (anchored && landmarks.empty()) keep_pose(now_);
     const State& x = filter_.state();
     const auto landmark =
-        anchored ? begin_anchored(camera, pixel_sigma_, x, o->landmark, o->pixel,
+        anchored ? begin_anchored(camera, track_noise().sigma, x, o->landmark, o->pixel,
                                   settings_.inverse_depth, settings_.inverse_depth_sigma, o->camera)
-                 : begin_at_depth(camera, pixel_sigma_, x, o->landmark, o->pixel,
+                 : begin_at_depth(camera, track_noise().sigma, x, o->landmark, o->pixel,
                                   settings_.fixed_depth, settings_.fixed_depth_sigma, o->camera);
     if (!landmark) continue;
     landmarks.append() = *landmark;
@@ -117,8 +117,8 @@ void InertialSlam::begin_what_is_missing(Estimate& e) {
     if (track.views.empty() || track.views.back().clone != frame_) continue;
     const ClonedView& view = track.views.back();
     const auto landmark = begin_anchored(
-        cameras_[static_cast<std::size_t>(view.camera)], pixel_sigma_, filter_.state(), track.id,
-        view.pixel, settings_.inverse_depth, settings_.inverse_depth_sigma, view.camera);
+        cameras_[static_cast<std::size_t>(view.camera)], track_noise().sigma, filter_.state(),
+        track.id, view.pixel, settings_.inverse_depth, settings_.inverse_depth_sigma, view.camera);
     if (!landmark) continue;
     landmarks.append() = *landmark;
     track.ended = true;
