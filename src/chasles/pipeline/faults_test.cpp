@@ -287,7 +287,7 @@ const Fault kFaults[] = {
     {"every second image torn", every_second_torn, 1, 0.04, 0.04, 0},
     {"every fourth image torn", every_fourth_torn, 1, 0.04, 0.04, 0},
     {"every seventh image black", every_seventh_black, 2, 0.04, 0.04, 0},
-    {"4 s without frames", outage, 1, 1, 0.1, 0},
+    {"4 s without frames", outage, 1, 1, 0.2, 0},
     {"one absurd sample a second", spikes, 1, 0.04, 0.04, 0},
     {"every tenth sample zero", every_tenth_zero, 1, 0.04, 0.04, 0},
     {"IMU frozen for 0.4 s", frozen, 2, 0.04, 0.04, 0},
