@@ -13,7 +13,7 @@
 namespace chasles {
 namespace {
 
-// Of a track that slides, few observations tell more than a guessed depth does.
+// Observations of a landmark with an undelayed initialisation that count as one (docs/noise.md).
 constexpr double kGuessedDepth = 20;
 // Data sheets state the noise of an IMU that stands still.
 constexpr double kImuInUse = 3;

@@ -28,9 +28,8 @@ ImuBuffer::Options imu_options(const Recording& recording);
 /// - keep_scale: true with one camera, where pixels alone have to find the scale after a
 ///   standstill. Not with the chart left-se3, which has no such option;
 /// - calibrate_time_offset: true for the filter. Batch and window take the calibration as known;
-/// - track_sigma (if no pixel_sigma is stated), track_drift and match_sigma: kFrontendTrackNoise
-/// for
-///   the filter. kRenderedTrackNoise where the noise of the IMU is exact, as in a simulation;
+/// - track_sigma (if no pixel_sigma is stated), track_drift and match_sigma: for the filter as
+///   kFrontendTrackNoise, or as kRenderedTrackNoise where the noise of the IMU is exact;
 /// - guessed_depth_observations: 20 for the filter;
 /// - imu_noise_scale 3 and vibration_noise 1 for the filter, unless the noise of the IMU is exact.
 InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
