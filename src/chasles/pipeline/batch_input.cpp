@@ -37,10 +37,13 @@ void check_smoothing(const InertialSlamSettings& settings) {
 InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSlamSettings& settings,
                                const InertialStart& start) {
   check_smoothing(settings);
+  ImuBuffer::Options imu = sensors.imu;
+  imu.vibration_noise = settings.vibration_noise.value_or(0);
   return {.cameras = sensors.cameras,
           .noise = scaled(sensors.noise, settings.imu_noise_scale.value_or(1)),
-          .imu = sensors.imu,
-          .pixel_sigma = sensors.pixel_sigma,
+          .imu = imu,
+          .pixel_sigma = settings.track_sigma.value_or(sensors.pixel_sigma),
+          .match_sigma = settings.match_sigma.value_or(0),
           .time_offset = from_seconds(settings.time_offset),
           .samples = {},
           .frames = {},

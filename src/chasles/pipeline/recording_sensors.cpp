@@ -15,6 +15,9 @@ namespace {
 
 // Observations of a landmark with an undelayed initialisation that count as one (docs/noise.md).
 constexpr double kGuessedDepth = 20;
+// Robust loss and gate of batch and window, in track_sigma. They judge a track against its scatter,
+// which is far below it.
+constexpr double kSmoothedLoss = 1, kSmoothedGate = 2;
 // Data sheets state the noise of an IMU that stands still.
 constexpr double kImuInUse = 3;
 
@@ -51,12 +54,19 @@ InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras
   InertialSlamSettings& filter = settings.filter;
   const bool can = filter.chart != kLeftSe3Chart.name;
   if (filter.keep_scale == Toggle::kAuto && cameras == 1 && can) filter.keep_scale = Toggle::kTrue;
-  if (!settings.estimator.is_filter()) return settings;
-  if (filter.calibrate_time_offset == Toggle::kAuto) filter.calibrate_time_offset = Toggle::kTrue;
-  const TrackNoise& tracks = noise.exact ? kRenderedTrackNoise : kFrontendTrackNoise;
+  const bool filters = settings.estimator.is_filter();
+  if (filters && filter.calibrate_time_offset == Toggle::kAuto) {
+    filter.calibrate_time_offset = Toggle::kTrue;
+  }
+  const TrackNoise& real = filters ? kFrontendTrackNoise : kSmoothedTrackNoise;
+  const TrackNoise& tracks = noise.exact ? kRenderedTrackNoise : real;
   if (!filter.track_drift) filter.track_drift = tracks.drift;
   if (!filter.match_sigma) filter.match_sigma = tracks.match;
-  if (!filter.track_sigma && !filter.pixel_sigma) filter.track_sigma = tracks.sigma;
+  if (!filter.track_sigma && !filter.pixel_sigma) {
+    filter.track_sigma = tracks.sigma;
+    if (!noise.exact && !settings.batch.loss_width) settings.batch.loss_width = kSmoothedLoss;
+    if (!noise.exact && !settings.batch.gate) settings.batch.gate = kSmoothedGate;
+  }
   if (!filter.guessed_depth_observations) filter.guessed_depth_observations = kGuessedDepth;
   if (!filter.imu_noise_scale) filter.imu_noise_scale = noise.exact ? 1 : kImuInUse;
   if (!filter.vibration_noise) filter.vibration_noise = noise.exact ? 0 : 1;

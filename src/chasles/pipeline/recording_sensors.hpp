@@ -13,6 +13,8 @@ inline constexpr double kFrontendPixelSigma = 0.4;
 /// The noise of its tracks for a filter. It stands for errors of calibration, too, which many
 /// tracks have in common (docs/noise.md).
 inline constexpr TrackNoise kFrontendTrackNoise{.sigma = 3, .drift = 2, .match = 1};
+/// The same for batch and window, which have no walk; the filter that a batch starts from has it.
+inline constexpr TrackNoise kSmoothedTrackNoise{.sigma = 4, .drift = 2, .match = 1};
 /// The same for rendered images, whose calibration is exact.
 inline constexpr TrackNoise kRenderedTrackNoise{.sigma = 0.4, .drift = 0.3, .match = 0.1};
 
@@ -28,10 +30,12 @@ ImuBuffer::Options imu_options(const Recording& recording);
 /// - keep_scale: true with one camera, where pixels alone have to find the scale after a
 ///   standstill. Not with the chart left-se3, which has no such option;
 /// - calibrate_time_offset: true for the filter. Batch and window take the calibration as known;
-/// - track_sigma (if no pixel_sigma is stated), track_drift and match_sigma: for the filter as
-///   kFrontendTrackNoise, or as kRenderedTrackNoise where the noise of the IMU is exact;
-/// - guessed_depth_observations: 20 for the filter;
-/// - imu_noise_scale 3 and vibration_noise 1 for the filter, unless the noise of the IMU is exact.
+/// - track_sigma (if no pixel_sigma is stated), track_drift and match_sigma: as
+///   kFrontendTrackNoise, with batch and window as kSmoothedTrackNoise, and as kRenderedTrackNoise
+///   where the noise of the IMU is exact;
+/// - batch.loss_width 1 and batch.gate 2 with kSmoothedTrackNoise;
+/// - guessed_depth_observations: 20;
+/// - imu_noise_scale 3 and vibration_noise 1, unless the noise of the IMU is exact.
 InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
                                const ImuNoise& noise);
 /// Those of a run on the recording: as they are, where it has no images. A pixel noise that the

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
+#include <chasles/pipeline/batch_input.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
@@ -87,7 +88,7 @@ TEST(VisualInertialSlam, OnlyAFilterEstimatesTheTimeOffset) {
   EXPECT_EQ(for_images(settings, 2, {}).filter.calibrate_time_offset, Toggle::kAuto);
 }
 
-TEST(VisualInertialSlam, AFilterKnowsTheNoiseOfTracksAndOfAnImuInMotion) {
+TEST(VisualInertialSlam, AnEstimatorKnowsTheNoiseOfTracksAndOfAnImuInMotion) {
   const InertialSlamSettings filter = for_images({}, 2, {}).filter;
   EXPECT_EQ(filter.track_drift, kFrontendTrackNoise.drift);
   EXPECT_EQ(filter.match_sigma, kFrontendTrackNoise.match);
@@ -108,8 +109,17 @@ TEST(VisualInertialSlam, AFilterKnowsTheNoiseOfTracksAndOfAnImuInMotion) {
   EXPECT_EQ(kept.track_sigma, std::nullopt);  // pixel_sigma
   EXPECT_EQ(kept.vibration_noise, 2);
   const InertialRunSettings batch{.estimator = {.kind = EstimatorChoice::Kind::kBatch}};
-  EXPECT_EQ(for_images(batch, 2, {}).filter.track_drift, std::nullopt);
-  EXPECT_EQ(for_images(batch, 2, {}).filter.vibration_noise, std::nullopt);
+  const InertialRunSettings smoothing = for_images(batch, 2, {});
+  EXPECT_EQ(smoothing.filter.track_sigma, kSmoothedTrackNoise.sigma);
+  EXPECT_EQ(smoothing.filter.vibration_noise, 1);
+  EXPECT_EQ(smoothing.batch.loss_width, 1);
+  EXPECT_EQ(smoothing.batch.gate, 2);
+  EXPECT_EQ(for_images(batch, 2, {.exact = true}).batch.loss_width, std::nullopt);
+  const InertialBatchInput input = batch_input(
+      {.cameras = {}, .noise = {}, .imu = {}, .pixel_sigma = 0.4}, smoothing.filter, {});
+  EXPECT_EQ(input.pixel_sigma, kSmoothedTrackNoise.sigma);
+  EXPECT_EQ(input.match_sigma, kSmoothedTrackNoise.match);
+  EXPECT_EQ(input.imu.vibration_noise, 1);
 }
 
 TEST(VisualInertialSlam, GivesWhatTheProgramGives) {

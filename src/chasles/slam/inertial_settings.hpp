@@ -121,8 +121,9 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kAny);
   visit("pixel_sigma", s.pixel_sigma, "px", "standard deviation of a pixel", limits::kPositive);
   visit("track_sigma", s.track_sigma, "px",
-        "standard deviation of a pixel in the updates of the filter, with errors that many tracks "
-        "share (docs/noise.md); auto: 3 with images if no pixel_sigma is stated, else pixel_sigma",
+        "standard deviation of a pixel in updates, with errors that many tracks share "
+        "(docs/noise.md); auto: with images 3, or 4 in batch and window, if no pixel_sigma is "
+        "stated; else pixel_sigma",
         limits::kPositive);
   visit("track_drift", s.track_drift, "px/sqrt(s)",
         "density of the random walk by which a tracked point slides over its surface "
@@ -130,17 +131,15 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kNonNegative);
   visit("match_sigma", s.match_sigma, "px",
         "constant error, along a track, of the matches in the cameras after the first "
-        "(docs/noise.md); the filter alone has it; auto: 1 with images, 0 with tracks",
+        "(docs/noise.md); auto: 1 with images, 0 with tracks",
         limits::kNonNegative);
-  visit(
-      "imu_noise_scale", s.imu_noise_scale, "1",
-      "factor on the IMU's stated noise densities; auto: 3 in a filter with images, 1 with tracks "
-      "and where the stated noise is exact",
-      limits::kPositive);
+  visit("imu_noise_scale", s.imu_noise_scale, "1",
+        "factor on the IMU's stated noise densities; auto: 3 with images, 1 with tracks and "
+        "where the stated noise is exact",
+        limits::kPositive);
   visit("vibration_noise", s.vibration_noise, "1",
         "factor on the variance that vibration and motion add to the IMU's stated noise "
-        "(docs/noise.md); the filter alone has it; auto: 1 with images, 0 with tracks and where "
-        "the stated noise is exact",
+        "(docs/noise.md); auto: 1 with images, 0 with tracks and where the stated noise is exact",
         limits::kNonNegative);
   visit("initial_tilt_sigma", s.initial_tilt_sigma, "rad", "initial sigma of roll and pitch",
         limits::kNonNegative);

@@ -26,6 +26,7 @@ struct InertialBatchInput {
   ImuNoise noise;
   ImuBuffer::Options imu;
   double pixel_sigma = 1;  ///< [px]
+  double match_sigma = 0;  ///< TrackNoise::match [px]
   Time time_offset{};      ///< added to a frame's time to get the IMU's time
   std::vector<ImuSample> samples;
   std::vector<FeatureFrame> frames;

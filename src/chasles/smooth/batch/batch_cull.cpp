@@ -44,7 +44,7 @@ int cull(const InertialBatchInput& input, const std::vector<double>& deviations,
          const BatchSettings& settings, BatchGraph& graph, BatchReport& report) {
   for (BatchKeyframe& keyframe : graph.keyframes) keyframe.observations = 0;
   return keep_what_agrees(
-      graph.points, deviations, settings.gate, settings.max_rejections, report,
+      graph.points, deviations, settings.gate_sigmas(), settings.max_rejections, report,
       [&](const BatchPoint& whole, bool split, BatchPoint& part) {
         return stands(input, settings, graph, whole, split, part);
       },

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include <chasles/camera/track_noise.hpp>
 #include <chasles/camera/triangulation.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lie/small_matrices.hpp>
@@ -66,6 +67,16 @@ void check(const InertialBatchInput& input) {
     throw UsageError("pixel_sigma: found " + std::to_string(input.pixel_sigma) +
                      ", expected a standard deviation above 0");
   }
+}
+
+double sigma_of(const InertialBatchInput& input, std::span<const PointView> views,
+                std::size_t index) {
+  const TrackNoise noise{.sigma = input.pixel_sigma, .drift = 0, .match = input.match_sigma};
+  if (noise.is_white() || !TrackNoise::is_match(views[index].camera)) return noise.sigma;
+  const auto n = std::ranges::count_if(views.first(index + 1), [](const PointView& view) {
+    return TrackNoise::is_match(view.camera);
+  });
+  return std::sqrt(noise.sigma * noise.sigma + noise.match_variance(static_cast<int>(n)));
 }
 
 void refuse_gap(Time last, Time next) {

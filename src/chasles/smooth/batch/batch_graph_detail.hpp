@@ -1,5 +1,7 @@
 #pragma once
 
+#include <span>
+
 #include <chasles/slam/inertial_session.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/numbered_detail.hpp>
@@ -21,6 +23,10 @@ struct BatchPoint {
   std::vector<PointView> views;
   Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
 };
+
+/// The standard deviation of the view with that index [px]. The matches of a point before it count.
+double sigma_of(const InertialBatchInput& input, std::span<const PointView> views,
+                std::size_t index);
 
 struct BatchKeyframe {
   Time time{};  ///< on the IMU's clock

@@ -121,13 +121,19 @@ class BatchOracle {
     for (const auto& [id, p] : points_) {
       const Eigen::Vector3d moved_p = p + e.segment<3>(at);
       at += 3;
+      int matches = 0;
       for (std::size_t k = 0; k < in_.frames.size(); ++k) {
         for (const PixelObservation& o : in_.frames[k].pixels) {
           if (o.landmark != id) continue;
           const Camera& camera = in_.cameras[static_cast<std::size_t>(o.camera)];
           const auto seen =
               project(camera, camera.cam_T_imu * (states[k].world_T_imu.inverse() * moved_p));
-          add((seen.value().pixel - o.pixel) / in_.pixel_sigma);
+          double variance = in_.pixel_sigma * in_.pixel_sigma;
+          if (o.camera > 0) {
+            ++matches;
+            variance += in_.match_sigma * in_.match_sigma * matches * (matches + 1);
+          }
+          add((seen.value().pixel - o.pixel) / std::sqrt(variance));
         }
       }
     }

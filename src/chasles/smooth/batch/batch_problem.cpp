@@ -27,11 +27,12 @@ BatchProblem::BatchProblem(const InertialBatchInput& input, const std::string& c
       ceres().AddResidualBlock(new InverseDepthCost(settings.inverse_depth_sigma), nullptr,
                                point(i));
     }
-    for (const PointView& view : views) {
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      const PointView& view = views[v];
       const PixelTerm term{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
                            .anchor_camera = &input.cameras[static_cast<std::size_t>(anchor.camera)],
                            .pixel = view.pixel,
-                           .sigma = input.pixel_sigma,
+                           .sigma = sigma_of(input, views, v),
                            .least_depth = least_depth};
       double* at = motion(static_cast<std::size_t>(view.keyframe));
       if (!graph.anchored) {

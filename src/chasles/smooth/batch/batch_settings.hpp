@@ -41,7 +41,7 @@ struct BatchSettings {
   double min_parallax = 0.01;
   BatchLoss loss = BatchLoss::kHuber;
   std::optional<double> loss_width = {};
-  double gate = 5;
+  std::optional<double> gate = {};
   int max_rejections = 5;
   BatchSolver solver = BatchSolver::kAuto;
   int max_iterations = 100;
@@ -50,6 +50,9 @@ struct BatchSettings {
   double initial_error = 0;
   int seed = 1;
   int window_steps = 2;
+
+  /// The gate; auto: 5.
+  double gate_sigmas() const { return gate.value_or(5); }
 };
 
 /// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
@@ -72,12 +75,12 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kNonNegative);
   visit("loss", s.loss, "choice", "robust loss of a pixel's residual", limits::kAny);
   visit("loss_width", s.loss_width, "1",
-        "threshold of that loss, in standard deviations of a pixel; auto: 2.5, or 0.5 where the "
-        "noise was estimated from stereo tracks (docs/batch.md)",
+        "threshold of that loss, in standard deviations of a pixel; auto: 2.5, 1 with the "
+        "noise of images, or 0.5 where the noise was estimated from stereo tracks (docs/batch.md)",
         limits::kPositive);
   visit("gate", s.gate, "1",
         "pixels with larger residuals, in standard deviations, after the search has roughly "
-        "converged are rejected; 0: no gate",
+        "converged are rejected; 0: no gate; auto: 5, or 2 with the noise of images",
         limits::kNonNegative);
   visit("max_rejections", s.max_rejections, "count",
         "a landmark that the gate rejects in so many keyframes in a row is split when its pixels "

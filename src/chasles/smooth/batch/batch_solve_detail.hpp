@@ -69,7 +69,7 @@ auto at_minimum(Graph& graph, const BatchSettings& settings, BatchReport& report
   };
   run(std::max(kArrived, settings.tolerance));
   problem = make(kLeastDepth);
-  if (settings.gate > 0) {
+  if (settings.gate_sigmas() > 0) {
     run(std::max(kRough, settings.tolerance));
     if (report.converged && cull(problem->deviations()) > 0) {
       check_left(graph.points.size(), report);

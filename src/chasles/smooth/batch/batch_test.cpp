@@ -28,7 +28,8 @@ class Batch : public test::OverCharts {
 };
 
 TEST_P(Batch, IsTheMinimumThatADenseGaussNewtonFinds) {
-  const SmallScene scene = small_scene({.frames = 6, .cameras = 2, .landmarks = 14});
+  SmallScene scene = small_scene({.frames = 6, .cameras = 2, .landmarks = 14});
+  scene.input.match_sigma = 0.3;
   test::BatchOracle oracle(scene);
   oracle.solve(8);
   const Eigen::MatrixXd P = oracle.covariance();

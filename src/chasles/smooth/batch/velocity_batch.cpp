@@ -38,7 +38,7 @@ VelocityBatchResult smooth(const VelocityBatchInput& input, const BatchSettings&
         return std::make_unique<VelocityProblem>(input, settings, graph, least_depth);
       },
       [&](const std::vector<double>& deviations) {
-        return cull(input, deviations, settings.gate, graph, report);
+        return cull(input, deviations, settings.gate_sigmas(), graph, report);
       },
       stop);
   judge(*problem, problem->rows() - 3 * report.landmarks, settings, report);

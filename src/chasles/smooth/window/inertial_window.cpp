@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include <chasles/error.hpp>
@@ -48,7 +49,7 @@ struct InertialWindow::Implementation {
   void push(Time time);
   void push_keyframe();
   void observe(const PixelObservation& observation, int now);
-  WindowView view_of(const PointView& view, int anchor_camera) const;
+  WindowView view_of(std::span<const PointView> views, std::size_t index, int anchor_camera) const;
   void begin_landmarks();
   void read_states();
   Estimate estimate(Time time, const SlidingWindow::Settled& settled);
@@ -155,16 +156,18 @@ void InertialWindow::Implementation::observe(const PixelObservation& o, int now)
     return;
   }
   const int anchor_camera = sliding.window.points.at(*track.point).camera;
-  sliding.observe(*track.point, view_of(views.back(), anchor_camera));
+  sliding.observe(*track.point, view_of(views, views.size() - 1, anchor_camera));
   ++report.observations;
 }
 
-WindowView InertialWindow::Implementation::view_of(const PointView& view, int anchor_camera) const {
+WindowView InertialWindow::Implementation::view_of(std::span<const PointView> views,
+                                                   std::size_t index, int anchor_camera) const {
+  const PointView& view = views[index];
   const auto camera = [&](int i) { return &input.cameras[static_cast<std::size_t>(i)]; };
   WindowView made = window_view(PixelTerm{.camera = camera(view.camera),
                                           .anchor_camera = camera(anchor_camera),
                                           .pixel = view.pixel,
-                                          .sigma = input.pixel_sigma},
+                                          .sigma = sigma_of(input, views, index)},
                                 graph.anchored);
   made.keyframe = view.keyframe;
   made.camera = view.camera;
@@ -184,7 +187,9 @@ void InertialWindow::Implementation::begin_landmarks() {
                      .camera = first.camera,
                      .cam_T_imu = input.cameras[static_cast<std::size_t>(first.camera)].cam_T_imu,
                      .parameters = point.parameters};
-    for (const PointView& view : point.views) made.views.push_back(view_of(view, first.camera));
+    for (std::size_t v = 0; v < point.views.size(); ++v) {
+      made.views.push_back(view_of(point.views, v, first.camera));
+    }
     if (graph.anchored) {
       made.alone = std::make_unique<InverseDepthCost>(settings.inverse_depth_sigma);
     }

@@ -28,7 +28,8 @@ class InertialWindow : public test::OverCharts {
 
 TEST_P(InertialWindow, OfTheWholeRecordingIsTheBatch) {
   for (const int cameras : {1, 2}) {
-    const SmallScene scene = small_scene({.frames = 8, .cameras = cameras, .landmarks = 16});
+    SmallScene scene = small_scene({.frames = 8, .cameras = cameras, .landmarks = 16});
+    scene.input.match_sigma = 0.3;
     for (const LandmarkForm landmarks : {LandmarkForm::kCartesian, LandmarkForm::kInverseDepth}) {
       const InertialBatchResult batch = smooth(scene.input, name(), exact_window(landmarks));
       const InertialWindowResult window = slide(scene.input, name(), exact_window(landmarks), 8);

@@ -66,7 +66,8 @@ SlidingWindow::Settled SlidingWindow::settle(WindowReport& report) {
   report.steps_refused += progress.tried - progress.successful;
   report.frames_not_converged += progress.converged ? 0 : 1;
   Settled settled{.culled = {}, .finite = progress.finite};
-  if (settings_.gate > 0 && progress.finite) settled.culled = cull(window, settings_.gate);
+  const double gate = settings_.gate_sigmas();
+  if (gate > 0 && progress.finite) settled.culled = cull(window, gate);
   for (const CulledView& view : settled.culled.views) --window.points.at(view.point).observations;
   for (const int number : settled.culled.points) window.points.erase(number);
   for (const auto& [number, point] : window.points) {
