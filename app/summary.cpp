@@ -96,7 +96,8 @@ Json imu_json(const ImuBuffer::Counts& imu) {
 
 Json doubts_json(const std::map<Doubt, int>& doubts) {
   Json json = Json::object();
-  for (const Doubt doubt : {Doubt::kFewObservations, Doubt::kRejections, Doubt::kInnovations}) {
+  for (const Doubt doubt :
+       {Doubt::kFewObservations, Doubt::kRejections, Doubt::kInnovations, Doubt::kUnknownSpeed}) {
     const auto found = doubts.find(doubt);
     json[name(doubt)] = found == doubts.end() ? 0 : found->second;
   }
@@ -110,6 +111,10 @@ void append_doubts(const RecordedRun& run, std::vector<std::string>& remarks) {
         return std::string("the last second used fewer than 3 observations");
       case Doubt::kRejections:
         return std::string("the last second rejected more observations than it used");
+      case Doubt::kUnknownSpeed:
+        return std::string(
+            "the sigma of the speed is above 1 m/s and above half of the speed, although the "
+            "images have tracks");
       default:
         return fmt::format(
             "the innovations of the last second had a NIS of more than {:g} per "

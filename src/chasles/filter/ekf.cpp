@@ -191,6 +191,19 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
 }
 
 // Fills the report and the list of accepted measurements.
+namespace {
+
+// residual^T S^-1 residual of the latest measurement in the report, without what the gate leaves
+// out.
+double gate_square(const Measurement& z, const UpdateReport& report) {
+  if (z.shared_variance <= 0) return report.whitened.back().squaredNorm();
+  Innovation own{.residual = z.residual, .S = report.covariances.back()};
+  own.S.diagonal().array() -= z.shared_variance;
+  return own.normalised_square();
+}
+
+}  // namespace
+
 void Ekf::gate(std::span<const Measurement> measurements) {
   UpdateReport& report = work_.report;
   report.nis = 0;
@@ -210,8 +223,7 @@ void Ekf::gate(std::span<const Measurement> measurements) {
       report.covariances.back() = own.S;
     }
     // Written so that a NaN is rejected.
-    const bool inside =
-        gated ? report.whitened.back().squaredNorm() < z.gate : z.residual.allFinite();
+    const bool inside = gated ? gate_square(z, report) < z.gate : z.residual.allFinite();
     report.accepted.push_back(inside);
     if (inside) work_.accepted.push_back(&z);
   }

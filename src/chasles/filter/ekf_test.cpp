@@ -166,22 +166,29 @@ TEST_P(EkfTest, NisIsTheSquareOfTheInnovationByItsInverseCovariance) {
 TEST_P(EkfTest, GateRefusesExactlyTheSquaresAboveIt) {
   test::Random random(3);
   const Ekf ekf = some_filter(chart(), random, 3);
-  std::vector<Measurement> measurements = some_measurements(random);
-  std::vector<Measurement> inside;
-  std::vector<bool> expected;
-  for (std::size_t i = 0; i < measurements.size(); ++i) {
-    const Stacked z = stacked(ekf, {measurements[i]});
-    const double square = z.r.dot(innovation(ekf, z).inverse() * z.r);
-    expected.push_back(i % 2 == 0);
-    measurements[i].gate = square * (i % 2 == 0 ? 1 + 1e-9 : 1 - 1e-9);
-    if (i % 2 == 0) inside.push_back(measurements[i]);
+  for (const double shared : {0.0, 0.5}) {  // part of the noise that the gate leaves out
+    std::vector<Measurement> measurements = some_measurements(random);
+    std::vector<Measurement> inside;
+    std::vector<bool> expected;
+    for (std::size_t i = 0; i < measurements.size(); ++i) {
+      Measurement& m = measurements[i];
+      const Stacked z = stacked(ekf, {m});
+      m.shared_variance =
+          shared * MatrixXd(m.noise).selfadjointView<Eigen::Lower>().eigenvalues()[0];
+      MatrixXd S = innovation(ekf, z);
+      S.diagonal().array() -= m.shared_variance;
+      const double square = z.r.dot(S.inverse() * z.r);
+      expected.push_back(i % 2 == 0);
+      m.gate = square * (i % 2 == 0 ? 1 + 1e-9 : 1 - 1e-9);
+      if (i % 2 == 0) inside.push_back(m);
+    }
+    Ekf gated = ekf;
+    Ekf chosen = ekf;
+    EXPECT_EQ(gated.update(measurements).accepted, expected);
+    chosen.update(inside);
+    EXPECT_EQ(test::distance(gated.state(), chosen.state()), 0);
+    EXPECT_EQ(MatrixXd(gated.covariance()), MatrixXd(chosen.covariance()));
   }
-  Ekf gated = ekf;
-  Ekf chosen = ekf;
-  EXPECT_EQ(gated.update(measurements).accepted, expected);
-  chosen.update(inside);
-  EXPECT_EQ(test::distance(gated.state(), chosen.state()), 0);
-  EXPECT_EQ(MatrixXd(gated.covariance()), MatrixXd(chosen.covariance()));
 }
 
 TEST_P(EkfTest, SquaresGivenAMeasurementAreThoseAfterIt) {

@@ -31,7 +31,10 @@ struct Measurement {
   Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 6, 3> d_landmark;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6> noise;
   double gate = std::numeric_limits<double>::infinity();  ///< on residual^T S^-1 residual
-  std::vector<OfClone> clones = {};                       ///< the same six errors may occur twice
+  /// A part of the diagonal of `noise` that the gate leaves out of S: for errors that many
+  /// measurements share. A measurement that disagrees with the others cannot have it from them.
+  double shared_variance = 0;
+  std::vector<OfClone> clones = {};  ///< the same six errors may occur twice
 
   /// As new, but that `clones` keep their room.
   void clear() {

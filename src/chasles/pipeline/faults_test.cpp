@@ -362,6 +362,17 @@ TEST(Faults, AStartBearsThatTracksWanderOffWhicheverTheyAre) {
   }
 }
 
+// After the saturation wrong tracks do not determine the speed of one camera. The covariance tells.
+TEST(Faults, ASpeedThatIsUnknownIsDoubted) {
+  if (!std::filesystem::exists(flight_folder())) GTEST_SKIP() << "skipped: no recordings";
+  FaultySensors sensors(flight().recording, *flight().images, 4, 8, 1);
+  all_together(sensors);
+  const FaultOutcome o = run(sensors, flight().recording, 1);
+  EXPECT_TRUE(o.sound);
+  EXPECT_EQ(o.false_ok, 0);
+  EXPECT_GE(o.degraded, 40);
+}
+
 class Flights : public ::testing::TestWithParam<Fault> {};
 
 TEST_P(Flights, WithAFaultAreSurvived) {

@@ -28,6 +28,8 @@ std::string name(Doubt doubt) {
       return "rejections";
     case Doubt::kInnovations:
       return "innovations";
+    case Doubt::kUnknownSpeed:
+      return "unknown_speed";
     case Doubt::kNone:
       break;
   }

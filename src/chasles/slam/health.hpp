@@ -21,6 +21,7 @@ enum class Doubt {
   kFewObservations,  ///< in the last second fewer than 3 observations were used
   kRejections,       ///< in the last second more were rejected than used
   kInnovations,      ///< in the last second the innovations contradict their covariance
+  kUnknownSpeed,     ///< many observations, and the speed is as uncertain as unknown
 };
 
 std::string name(Doubt doubt);  ///< "few_observations"; of kNone "none"

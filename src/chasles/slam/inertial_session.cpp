@@ -20,6 +20,9 @@ constexpr int kDoubts = 2;  // as many already degrade it
 constexpr int kFewCompared = 6;
 constexpr double kSurprising = 1.5;
 constexpr int kManyObservations = 20, kFewUsed = 4;
+// A speed with this sigma [m/s], and this part of itself, is unknown. New landmarks then have
+// depths as wrong, and do not correct it; an initialisation finds it in a second.
+constexpr double kUnknownSpeed = 1, kUnknownPart = 0.5;
 // A speed that no person, car or drone reaches [m/s].
 constexpr double kImpossibleSpeed = 150;
 // Sigma of a place that is not known at all [m]. With more, after a pause of a day, the filter's
@@ -42,6 +45,12 @@ bool is_finite(const Estimate& e) {
          std::isfinite(e.innovation_products) && std::isfinite(e.innovation_squares);
 }
 
+bool has_unknown_speed(const Estimate& e) {
+  const double variance = e.covariance.diagonal().segment<3>(6).maxCoeff();
+  const double limit = std::max(kUnknownSpeed, kUnknownPart * e.v_world->norm());
+  return e.observations >= kManyObservations && variance > limit * limit;
+}
+
 bool contradicted(const Estimate& e) {
   const int used = e.used + e.tracks.used, rejected = e.rejected + e.tracks.rejected;
   const int compared = rejected + used;
@@ -50,7 +59,7 @@ bool contradicted(const Estimate& e) {
       compared >= kFewCompared && (surprised ? 5 : 3) * rejected > compared;
   const bool starves =
       !e.zero_velocity && e.observations >= kManyObservations && used + e.tracks.waiting < kFewUsed;
-  return mostly_rejected || starves;
+  return mostly_rejected || starves || has_unknown_speed(e);
 }
 
 }  // namespace
@@ -222,7 +231,7 @@ std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
   if (is_credible(e)) {
     if (contradictions_ > kDoubts && e.health == Health::kOk) {
       e.health = Health::kDegraded;
-      e.doubt = Doubt::kRejections;
+      e.doubt = has_unknown_speed(e) ? Doubt::kUnknownSpeed : Doubt::kRejections;
     }
     last_ = e;
     if (contradictions_ == 0) agreed_ = e;

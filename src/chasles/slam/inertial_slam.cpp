@@ -163,6 +163,13 @@ std::vector<MapLandmark> InertialSlam::map_nav() const {
   return map;
 }
 
+// track_sigma stands for errors that many tracks share. A wrong track is one that differs from the
+// others, so the gate judges it by pixel_sigma.
+double InertialSlam::shared_variance() const {
+  const double sigma = track_noise().sigma;
+  return std::max(0.0, sigma * sigma - pixel_sigma_ * pixel_sigma_);
+}
+
 // Finite, so that an update computes every squared innovation, with a gate or without.
 double InertialSlam::gate_square(int dof) const {
   return settings_.gate < 1 ? chi2_quantile(settings_.gate, dof)

@@ -103,6 +103,7 @@ class InertialSlam {
   double noise_inflation(int landmark) const;
   bool cannot_be(const Landmark& landmark) const;
   double gate_square(int dof) const;  ///< limit of a squared normalised innovation
+  double shared_variance() const;     ///< of a pixel, beyond its scatter [px^2]
   void settle();
   void note_refusals(std::span<const Measurement> known, const std::vector<bool>& accepted);
   void note_outcomes(std::span<const Measurement> known, const UpdateReport& report);

@@ -127,6 +127,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
         std::min<double>(landmark.observations, settings_.guessed_depth_observations.value_or(0));
     if (repeated > 0) z.noise += repeated * bilinear_noise(camera, filter_, *number, o->camera);
     z.gate = gate;
+    z.shared_variance = shared_variance();
     predicted.push_back(o);
     work_.judged.push_back(outcomes_.size() - 1);
   }

@@ -75,7 +75,7 @@ struct VelocitySlamSettings {
   double gate = 0.8;
   double loose_gate = 0.99;
   int gate_quorum = 15;
-  int updates_per_frame = 50;
+  int updates_per_frame = 20;
   double min_disparity = 1;
   int waiting_landmarks = 24;
   bool update_with_first_observation = false;
