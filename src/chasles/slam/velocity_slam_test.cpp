@@ -47,6 +47,13 @@ VelocitySlamNoise noise() {
   return noise;
 }
 
+// Every observation updates the state.
+VelocitySlamSettings with_all() {
+  VelocitySlamSettings settings;
+  settings.updates_per_frame = 0;
+  return settings;
+}
+
 VelocitySlam make(const VelocitySlamSettings& settings = {}) {
   return VelocitySlam(settings, rig(), noise());
 }
@@ -63,7 +70,7 @@ Estimate drive(VelocitySlam& slam, int frames, double claimed = 1) {
 }
 
 TEST(VelocitySlam, StaysOnTheTruthWhenEverythingIsExact) {
-  VelocitySlam slam = make();
+  VelocitySlam slam = make(with_all());
   const Estimate estimate = drive(slam, 50);
   EXPECT_LT((estimate.world_T_imu.p - Eigen::Vector3d(4.9, 0, 0)).norm(), 1e-6);
   EXPECT_LT(so3::log(estimate.world_T_imu.R).norm(), 1e-7);
@@ -113,7 +120,7 @@ TEST(VelocitySlam, ALocalizedCarOnACircleComesBackToItsStart) {
 }
 
 TEST(VelocitySlam, MappingTakesTheTrajectoryForTheTruth) {
-  VelocitySlamSettings settings;
+  VelocitySlamSettings settings = with_all();
   settings.mode = SlamMode::kMap;
   VelocitySlam slam = make(settings);
   const Estimate estimate = drive(slam, 20);
@@ -178,7 +185,7 @@ TEST(VelocitySlam, AGrossObservationIsRefusedAndChangesNothing) {
 TEST(VelocitySlam, InnovationsThatContradictTheirCovarianceDegradeIt) {
   for (const SlamMode mode : {SlamMode::kSlam, SlamMode::kMap}) {
     for (const double stated : {2.0, 0.2}) {
-      VelocitySlamSettings settings;
+      VelocitySlamSettings settings = with_all();
       settings.mode = mode;
       settings.gate = settings.loose_gate = 1;
       VelocitySlamNoise noise_of_run = noise();
@@ -357,7 +364,7 @@ TEST(VelocitySlam, LevelVelocitiesTellHowTheImuIsMounted) {
 TEST(VelocitySlam, AFrameWithoutLevelAxesKeepsItsPixels) {
   StereoRig sideways = rig();
   sideways.cam0_T_imu.R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  VelocitySlam slam(VelocitySlamSettings{}, sideways, level_noise());
+  VelocitySlam slam(with_all(), sideways, level_noise());
   const double step = -std::numbers::pi / 2;
   Estimate e;
   for (int i = 0; i < 2; ++i) {
