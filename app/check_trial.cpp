@@ -58,7 +58,10 @@ Recording part_with(const Recording& recording, const std::vector<FeatureFrame>&
 Outcome run_filter(const Recording& part, bool images) {
   InertialRunSettings settings;
   settings.filter.pixel_sigma = part.single_pixel_sigma;
-  if (images) settings = for_images(settings, part.cameras.size(), part.imu_noise.value());
+  if (images) {
+    settings =
+        for_images(settings, part.cameras.size(), part.imu_noise.value(), part.exact_calibration);
+  }
   const std::unique_ptr<Estimator> estimator = make_estimator(settings, part);
   Outcome outcome{.frames = part.frames.size(), .why = {}};
   EventStream stream(part);

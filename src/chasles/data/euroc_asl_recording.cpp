@@ -80,6 +80,7 @@ AslCalibration take_sensor_files(const fs::path& sensors, std::size_t cameras,
     const bool is_there = is_folder(camera) && !fs::is_empty(camera);
     if (c > 0 && !is_there) break;
     const EurocCamera read = read_euroc_camera(camera / "sensor.yaml");
+    recording.exact_calibration = read.exact && (c == 0 || recording.exact_calibration);
     recording.cameras.push_back(read.camera);
     calibration.time_offsets.push_back(read.time_offset);
   }

@@ -82,6 +82,9 @@ EurocCamera read_euroc_camera(const std::filesystem::path& file) {
   EurocCamera result{.camera = read_pinhole(map, {.distortion_model = "distortion_model",
                                                   .coefficients = "distortion_coefficients"}),
                      .time_offset = read_time_offset(map)};
+  constexpr const char* kExact = "calibration_is_exact";
+  result.exact =
+      map.has(kExact) && map.flag(kExact, "the images are rendered with this calibration");
   result.camera.cam_T_imu = map.motion("T_BS").inverse();
   return result;
 }

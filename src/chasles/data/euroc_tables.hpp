@@ -23,10 +23,12 @@ void read_euroc_states(const std::filesystem::path& file, Recording& recording);
 struct EurocCamera {
   Camera camera;
   Time time_offset{};  ///< added to its stamps, it gives the IMU's clock
+  bool exact = false;  ///< its images are rendered with this calibration
 };
 
 /// cam0/sensor.yaml. Its T_BS maps camera coordinates to those of the body, which is the IMU. The
-/// optional key timeshift_cam_imu is Kalibr's; EuRoC's own files do not have it.
+/// optional key timeshift_cam_imu is Kalibr's, and calibration_is_exact that of rendered
+/// recordings; EuRoC's own files have neither.
 EurocCamera read_euroc_camera(const std::filesystem::path& file);
 /// The same for a camera whose tracks are read: their times are by the IMU's clock. Throws
 /// InputError for a time offset.

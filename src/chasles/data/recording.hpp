@@ -59,6 +59,8 @@ struct Recording {
   std::optional<BodyVelocitySigma> velocity_sigma;
   std::optional<Eigen::Vector4d> pixel_sigma;  ///< of (uL, vL, uR, vR) [px]
   std::optional<double> single_pixel_sigma;    ///< of u and of v of a PixelObservation [px]
+  /// Whether the images are rendered with this calibration of the cameras, which then has no error.
+  bool exact_calibration = false;
   /// One sentence for the user on each correction, omission or count of the reader.
   std::vector<std::string> remarks;
 };

@@ -53,7 +53,7 @@ double rate_of(const Times& times) {
   return 1 / *middle;
 }
 
-std::string camera_text(const Camera& c, std::size_t number, double rate) {
+std::string camera_text(const Camera& c, std::size_t number, double rate, bool exact) {
   // EuRoC's files have a model always, and a name of their own for this one.
   const bool radtan = c.distortion == Distortion::kNone || c.distortion == Distortion::kRadtan;
   const std::string_view model = radtan ? "radial-tangential" : name_of(c.distortion);
@@ -66,7 +66,9 @@ std::string camera_text(const Camera& c, std::size_t number, double rate) {
              "rate_hz: {:.6g}\nresolution: [{}, {}]\ncamera_model: pinhole\n"
              "intrinsics: [{}, {}, {}, {}] # fu, fv, cu, cv\n"
              "distortion_model: {}\ndistortion_coefficients: [{}]\n",
-             rate, c.width, c.height, c.fx, c.fy, c.cx, c.cy, model, k);
+             rate, c.width, c.height, c.fx, c.fy, c.cx, c.cy, model, k) +
+         (exact ? "# The images are rendered with this calibration.\ncalibration_is_exact: true\n"
+                : "");
 }
 
 void write_samples(const Recording& recording, const fs::path& folder) {
@@ -195,7 +197,8 @@ void write_calibrations(const Recording& r, const fs::path& sensors) {
   for (std::size_t c = 0; c < r.cameras.size(); ++c) {
     const fs::path camera = sensors / fmt::format("cam{}", c);
     make_folder(camera / "data");
-    write_file(camera / "sensor.yaml", camera_text(r.cameras[c], c, rate_of(times)));
+    write_file(camera / "sensor.yaml",
+               camera_text(r.cameras[c], c, rate_of(times), r.exact_calibration));
   }
 }
 

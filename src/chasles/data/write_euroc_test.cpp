@@ -108,6 +108,21 @@ TEST(WriteEuroc, APlanGoesAlongAndNeverStaysBehind) {
   EXPECT_TRUE(read_recording(folder).plan.empty());
 }
 
+TEST(WriteEuroc, ThatTheCalibrationIsExactIsReadOfAllCamerasOrOfNone) {
+  const fs::path folder = test::scratch() / "rec";
+  Recording r = example_recording();
+  r.exact_calibration = true;
+  write_euroc(r, folder);
+  EXPECT_TRUE(read_recording(folder).exact_calibration);
+  const fs::path file = folder / "mav0" / "cam1" / "sensor.yaml";
+  std::string text = test::slurp(file);
+  const std::string line = "calibration_is_exact: true";
+  ASSERT_NE(text.find(line), std::string::npos);
+  text.replace(text.find(line), line.size(), "calibration_is_exact: false");
+  test::spill(file, text);
+  EXPECT_FALSE(read_recording(folder).exact_calibration);
+}
+
 TEST(WriteEuroc, WhatIsWrittenIsReadAgain) {
   const fs::path folder = test::scratch() / "rec";
   const Recording r = example_recording();
@@ -122,6 +137,7 @@ TEST(WriteEuroc, WhatIsWrittenIsReadAgain) {
   EXPECT_EQ(back.imu_noise->accelerometer_random_walk, 3e-3);
   EXPECT_EQ(back.imu_noise->gyroscope_noise_density, 1.7e-4);
   EXPECT_FALSE(back.imu_noise->exact);
+  EXPECT_FALSE(back.exact_calibration);
   ASSERT_EQ(back.cameras.size(), 2U);
   for (std::size_t c = 0; c < 2; ++c) {
     EXPECT_EQ(back.cameras[c].distortion, r.cameras[c].distortion);

@@ -50,7 +50,7 @@ InertialSensors inertial_sensors(const Recording& recording) {
 }
 
 InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
-                               const ImuNoise& noise) {
+                               const ImuNoise& noise, bool exact_calibration) {
   InertialSlamSettings& filter = settings.filter;
   const bool can = filter.chart != kLeftSe3Chart.name;
   if (filter.keep_scale == Toggle::kAuto && cameras == 1 && can) filter.keep_scale = Toggle::kTrue;
@@ -59,13 +59,14 @@ InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras
     filter.calibrate_time_offset = Toggle::kTrue;
   }
   const TrackNoise& real = filters ? kFrontendTrackNoise : kSmoothedTrackNoise;
-  const TrackNoise& tracks = noise.exact ? kRenderedTrackNoise : real;
+  const bool rendered = noise.exact || exact_calibration;
+  const TrackNoise& tracks = rendered ? kRenderedTrackNoise : real;
   if (!filter.track_drift) filter.track_drift = tracks.drift;
   if (!filter.match_sigma) filter.match_sigma = tracks.match;
   if (!filter.track_sigma && !filter.pixel_sigma) {
     filter.track_sigma = tracks.sigma;
-    if (!noise.exact && !settings.batch.loss_width) settings.batch.loss_width = kSmoothedLoss;
-    if (!noise.exact && !settings.batch.gate) settings.batch.gate = kSmoothedGate;
+    if (!rendered && !settings.batch.loss_width) settings.batch.loss_width = kSmoothedLoss;
+    if (!rendered && !settings.batch.gate) settings.batch.gate = kSmoothedGate;
   }
   if (!filter.guessed_depth_observations) filter.guessed_depth_observations = kGuessedDepth;
   if (!filter.imu_noise_scale) filter.imu_noise_scale = noise.exact ? 1 : kImuInUse;
@@ -77,7 +78,8 @@ InertialRunSettings decided(InertialRunSettings settings, const Recording& recor
   if (!recording.images) return settings;
   std::optional<double>& pixel_sigma = settings.filter.pixel_sigma;
   if (!pixel_sigma) pixel_sigma = recording.single_pixel_sigma;
-  return for_images(std::move(settings), recording.cameras.size(), noise_of(recording));
+  return for_images(std::move(settings), recording.cameras.size(), noise_of(recording),
+                    recording.exact_calibration);
 }
 
 VelocitySensors velocity_sensors(const Recording& recording, const VelocityRunSettings& settings) {

@@ -32,12 +32,12 @@ ImuBuffer::Options imu_options(const Recording& recording);
 /// - calibrate_time_offset: true for the filter. Batch and window take the calibration as known;
 /// - track_sigma (if no pixel_sigma is stated), track_drift and match_sigma: as
 ///   kFrontendTrackNoise, with batch and window as kSmoothedTrackNoise, and as kRenderedTrackNoise
-///   where the noise of the IMU is exact;
+///   where the calibration of the cameras or the noise of the IMU is exact;
 /// - batch.loss_width 1 and batch.gate 2 with kSmoothedTrackNoise;
 /// - guessed_depth_observations: 20;
 /// - imu_noise_scale 3 and vibration_noise 1, unless the noise of the IMU is exact.
 InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
-                               const ImuNoise& noise);
+                               const ImuNoise& noise, bool exact_calibration = false);
 /// Those of a run on the recording: as they are, where it has no images. A pixel noise that the
 /// recording states is kept.
 InertialRunSettings decided(InertialRunSettings settings, const Recording& recording);

@@ -100,6 +100,9 @@ TEST(VisualInertialSlam, AnEstimatorKnowsTheNoiseOfTracksAndOfAnImuInMotion) {
   EXPECT_EQ(simulated.vibration_noise, 0);
   EXPECT_EQ(simulated.imu_noise_scale, 1);
   EXPECT_EQ(simulated.track_sigma, kRenderedTrackNoise.sigma);
+  const InertialSlamSettings rendered = for_images({}, 2, {}, true).filter;
+  EXPECT_EQ(rendered.track_sigma, kRenderedTrackNoise.sigma);
+  EXPECT_EQ(rendered.vibration_noise, 1);
   InertialRunSettings given;
   given.filter.track_drift = 0;
   given.filter.pixel_sigma = 0.5;

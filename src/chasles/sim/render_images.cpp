@@ -108,6 +108,7 @@ Recording render_inertial(const InertialScene& scene, std::uint64_t run) {
       settings, run,
       paint_world(make_render_world(settings, motion), settings.texel_size, settings.seed),
       recording.cameras, motion, times);
+  recording.exact_calibration = true;
   return recording;
 }
 
