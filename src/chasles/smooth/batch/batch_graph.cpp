@@ -69,14 +69,10 @@ void check(const InertialBatchInput& input) {
   }
 }
 
-double sigma_of(const InertialBatchInput& input, std::span<const PointView> views,
-                std::size_t index) {
+double sigma_of(const InertialBatchInput& input, const PointView& view, int& matches) {
   const TrackNoise noise{.sigma = input.pixel_sigma, .drift = 0, .match = input.match_sigma};
-  if (noise.is_white() || !TrackNoise::is_match(views[index].camera)) return noise.sigma;
-  const auto n = std::ranges::count_if(views.first(index + 1), [](const PointView& view) {
-    return TrackNoise::is_match(view.camera);
-  });
-  return std::sqrt(noise.sigma * noise.sigma + noise.match_variance(static_cast<int>(n)));
+  if (!TrackNoise::is_match(view.camera)) return noise.sigma;
+  return std::sqrt(noise.sigma * noise.sigma + noise.match_variance(++matches));
 }
 
 void refuse_gap(Time last, Time next) {

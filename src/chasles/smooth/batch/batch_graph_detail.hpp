@@ -1,7 +1,5 @@
 #pragma once
 
-#include <span>
-
 #include <chasles/slam/inertial_session.hpp>
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/numbered_detail.hpp>
@@ -24,9 +22,9 @@ struct BatchPoint {
   Eigen::Vector3d parameters = Eigen::Vector3d::Zero();
 };
 
-/// The standard deviation of the view with that index [px]. The matches of a point before it count.
-double sigma_of(const InertialBatchInput& input, std::span<const PointView> views,
-                std::size_t index);
+/// The standard deviation of the next view of a point [px]. `matches`: of the point so far; counts
+/// the view if it is one.
+double sigma_of(const InertialBatchInput& input, const PointView& view, int& matches);
 
 struct BatchKeyframe {
   Time time{};  ///< on the IMU's clock

@@ -27,12 +27,12 @@ BatchProblem::BatchProblem(const InertialBatchInput& input, const std::string& c
       ceres().AddResidualBlock(new InverseDepthCost(settings.inverse_depth_sigma), nullptr,
                                point(i));
     }
-    for (std::size_t v = 0; v < views.size(); ++v) {
-      const PointView& view = views[v];
+    int matches = 0;
+    for (const PointView& view : views) {
       const PixelTerm term{.camera = &input.cameras[static_cast<std::size_t>(view.camera)],
                            .anchor_camera = &input.cameras[static_cast<std::size_t>(anchor.camera)],
                            .pixel = view.pixel,
-                           .sigma = sigma_of(input, views, v),
+                           .sigma = sigma_of(input, view, matches),
                            .least_depth = least_depth};
       double* at = motion(static_cast<std::size_t>(view.keyframe));
       if (!graph.anchored) {

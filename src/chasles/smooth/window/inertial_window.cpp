@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <optional>
-#include <span>
 #include <utility>
 
 #include <chasles/error.hpp>
@@ -49,7 +48,7 @@ struct InertialWindow::Implementation {
   void push(Time time);
   void push_keyframe();
   void observe(const PixelObservation& observation, int now);
-  WindowView view_of(std::span<const PointView> views, std::size_t index, int anchor_camera) const;
+  WindowView view_of(const PointView& view, int anchor_camera, int& matches) const;
   void begin_landmarks();
   void read_states();
   Estimate estimate(Time time, const SlidingWindow::Settled& settled);
@@ -156,18 +155,17 @@ void InertialWindow::Implementation::observe(const PixelObservation& o, int now)
     return;
   }
   const int anchor_camera = sliding.window.points.at(*track.point).camera;
-  sliding.observe(*track.point, view_of(views, views.size() - 1, anchor_camera));
+  sliding.observe(*track.point, view_of(views.back(), anchor_camera, track.matches));
   ++report.observations;
 }
 
-WindowView InertialWindow::Implementation::view_of(std::span<const PointView> views,
-                                                   std::size_t index, int anchor_camera) const {
-  const PointView& view = views[index];
+WindowView InertialWindow::Implementation::view_of(const PointView& view, int anchor_camera,
+                                                   int& matches) const {
   const auto camera = [&](int i) { return &input.cameras[static_cast<std::size_t>(i)]; };
   WindowView made = window_view(PixelTerm{.camera = camera(view.camera),
                                           .anchor_camera = camera(anchor_camera),
                                           .pixel = view.pixel,
-                                          .sigma = sigma_of(input, views, index)},
+                                          .sigma = sigma_of(input, view, matches)},
                                 graph.anchored);
   made.keyframe = view.keyframe;
   made.camera = view.camera;
@@ -187,8 +185,9 @@ void InertialWindow::Implementation::begin_landmarks() {
                      .camera = first.camera,
                      .cam_T_imu = input.cameras[static_cast<std::size_t>(first.camera)].cam_T_imu,
                      .parameters = point.parameters};
-    for (std::size_t v = 0; v < point.views.size(); ++v) {
-      made.views.push_back(view_of(point.views, v, first.camera));
+    track.matches = 0;
+    for (const PointView& view : point.views) {
+      made.views.push_back(view_of(view, first.camera, track.matches));
     }
     if (graph.anchored) {
       made.alone = std::make_unique<InverseDepthCost>(settings.inverse_depth_sigma);

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 
 #include <gtest/gtest.h>
 
@@ -67,6 +68,39 @@ TEST_P(InertialWindow, KnowsHowWrongItIs) {
   }
   EXPECT_TRUE(test::is_chi2(poses, 6 * runs));
   EXPECT_TRUE(test::is_chi2(states, 15 * runs));
+}
+
+// Landmarks are observed for longer than the window, with a constant error of their matches.
+TEST(InertialWindowRun, KnowsTheConstantErrorOfMatches) {
+  double poses[2] = {0, 0};
+  int runs = 0;
+  for (; runs < 10; ++runs) {
+    SmallScene scene = small_scene({.frames = 30,
+                                    .cameras = 2,
+                                    .landmarks = 16,
+                                    .seed = 900 + static_cast<std::uint64_t>(runs)});
+    const double sigma = 3;
+    std::map<LandmarkId, Eigen::Vector2d> error;
+    test::Random random(static_cast<std::uint64_t>(runs));
+    for (FeatureFrame& frame : scene.input.frames) {
+      for (PixelObservation& o : frame.pixels) {
+        if (o.camera == 0) continue;
+        const auto [at, fresh] = error.try_emplace(o.landmark, sigma * random.normal_vector(2));
+        o.pixel += at->second;
+      }
+    }
+    BatchSettings settings;
+    settings.loss = BatchLoss::kNone;
+    settings.gate = 0;
+    for (const bool known : {false, true}) {
+      scene.input.match_sigma = known ? sigma : 0;
+      const Estimate m = slide(scene.input, "right-sen3", settings, 4).estimates.back();
+      const Eigen::VectorXd e = motion_error(scene.truth.back().state, m);
+      poses[known] += e.head<6>().dot(m.covariance.topLeftCorner<6, 6>().ldlt().solve(e.head<6>()));
+    }
+  }
+  EXPECT_GT(poses[0], 5 * 6 * runs);
+  EXPECT_LT(poses[1], 2 * 6 * runs);
 }
 
 INSTANTIATE_TEST_SUITE_P(Charts, InertialWindow, ::testing::ValuesIn(test::all_charts()),

@@ -18,6 +18,7 @@ class WindowTracks {
   struct Track {
     Point of;                       ///< views from keyframes of the window
     std::optional<int> point = {};  ///< its number in the window, once it is initialised
+    int matches = 0;                ///< of the landmark, also in keyframes that have left
   };
 
   Track& of(LandmarkId id) {
