@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 
 #include <chasles/filter/ekf.hpp>
+#include <chasles/filter/random_ekf_testing.hpp>
 #include <chasles/filter/run_drive_testing.hpp>
 #include <chasles/filter/testing.hpp>
 
@@ -12,78 +13,11 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+using namespace test;
 
 using EkfTest = test::OverCharts;
 INSTANTIATE_TEST_SUITE_P(Charts, EkfTest, ::testing::ValuesIn(test::all_charts()),
                          test::chart_test_name);
-
-MatrixXd random_matrix(test::Random& random, Eigen::Index rows, Eigen::Index cols) {
-  MatrixXd M(rows, cols);
-  for (auto column : M.colwise()) column = random.normal_vector(rows);
-  return M;
-}
-
-// A filter with a velocity, six additive states and landmarks that are correlated with the core.
-Ekf some_filter(const ErrorChart& chart, test::Random& random, int landmarks) {
-  const State x = test::random_state(random, {true, 6, 0, 0});
-  Ekf ekf(chart, x, test::random_covariance(random, 15, 0.1), {});
-  std::vector<NewLandmark> fresh;
-  for (int i = 0; i < landmarks; ++i) {
-    fresh.push_back({.id = 100 + i,
-                     .p_world = 20 * random.normal_vector(3),
-                     .d_pose = random_matrix(random, 3, 6),
-                     .noise = test::random_covariance(random, 3, 0.2)});
-  }
-  ekf.add(fresh);
-  return ekf;
-}
-
-Measurement some_measurement(test::Random& random, int landmark, Eigen::Index rows) {
-  Measurement z;
-  z.landmark = landmark;
-  z.residual = 0.2 * random.normal_vector(rows);
-  z.d_core = random_matrix(random, rows, 6);
-  z.d_landmark = random_matrix(random, rows, 3);
-  z.noise = test::random_covariance(random, static_cast<int>(rows), 0.3);
-  return z;
-}
-
-Measurement some_core_measurement(test::Random& random, int column, Eigen::Index width) {
-  Measurement z = some_measurement(random, -1, 4);
-  z.core_column = column;
-  z.d_core = random_matrix(random, 4, width);
-  z.d_landmark.resize(0, 3);
-  return z;
-}
-
-// One linear measurement of all errors, in textbook form.
-struct Stacked {
-  MatrixXd H, R;
-  VectorXd r;
-};
-
-Stacked stacked(const Ekf& ekf, const std::vector<Measurement>& measurements) {
-  Eigen::Index m = 0;
-  for (const Measurement& z : measurements) m += z.residual.size();
-  Stacked all{MatrixXd::Zero(m, ekf.covariance().rows()), MatrixXd::Zero(m, m), VectorXd(m)};
-  Eigen::Index at = 0;
-  for (const Measurement& z : measurements) {
-    const Eigen::Index k = z.residual.size();
-    all.H.block(at, z.core_column, k, z.d_core.cols()) = z.d_core;
-    if (z.landmark >= 0) {
-      const int row = ekf.state().landmarks[static_cast<std::size_t>(z.landmark)].row;
-      all.H.block(at, row, k, 3) = z.d_landmark;
-    }
-    all.R.block(at, at, k, k) = z.noise;
-    all.r.segment(at, k) = z.residual;
-    at += k;
-  }
-  return all;
-}
-
-MatrixXd innovation(const Ekf& ekf, const Stacked& all) {
-  return all.H * ekf.covariance() * all.H.transpose() + all.R;
-}
 
 // Up to round-off: a failed update copies one triangle of the covariance from the other.
 void expect_unchanged(const Ekf& ekf, const Ekf& before) {
@@ -95,22 +29,6 @@ void expect_unchanged(const Ekf& ekf, const Ekf& before) {
   for (std::size_t i = 0; i < map.size(); ++i) {
     EXPECT_EQ(map[i].observations, map_before[i].observations);
   }
-}
-
-std::vector<Measurement> some_measurements(test::Random& random) {
-  return {some_measurement(random, 0, 3),       some_measurement(random, 2, 2),
-          some_core_measurement(random, 9, 6),  some_measurement(random, 1, 4),
-          some_core_measurement(random, 3, 12), some_measurement(random, 2, 3)};
-}
-
-// More rows than are applied together.
-std::vector<Measurement> many_measurements(test::Random& random, int landmarks) {
-  std::vector<Measurement> result{some_core_measurement(random, 9, 6)};
-  for (int i = 0; i < 90; ++i) {
-    result.push_back(some_measurement(random, i % landmarks, 1 + i % 5));
-    result.back().noise *= 100;
-  }
-  return result;
 }
 
 TEST_P(EkfTest, UpdateIsKalmansInTheCoordinatesOfTheChart) {

@@ -315,39 +315,6 @@ const Fault kFaults[] = {
     {"samples 100 ms late", much_time_offset, 2, 0, 0, 0, 0, true},
 };
 
-// Data that a live sensor may deliver and a reader does not; the front end does not receive them.
-TEST(Faults, TheFeedBearsImagesThatAreNotLaterAndAbsurdRates) {
-  Camera camera;
-  camera.width = 160;
-  camera.height = 120;
-  camera.fx = camera.fy = 120;
-  const Time step = std::chrono::milliseconds(50);
-  std::vector<SensorEvent> events;
-  for (const int k : {1, 2, 2, 1, 3, 4}) {
-    ImuSample sample{.time = k * step};
-    sample.angular_rate_imu.setConstant(k == 3 ? 1e300 : 0.1);
-    events.emplace_back(sample);
-    events.emplace_back(ImageFrame{.time = k * step, .images = {GrayImage{}}});
-  }
-  for (const bool ahead : {false, true}) {
-    std::size_t i = 0;
-    FeatureFeed feed(
-        [&]() -> std::optional<SensorEvent> {
-          return i < events.size() ? std::optional(events[i++]) : std::nullopt;
-        },
-        {}, {camera}, {}, ahead);
-    std::vector<Time> times;
-    while (auto item = feed.next()) {
-      const auto* tracked = std::get_if<TrackedFrame>(&*item);
-      if (!tracked) continue;
-      times.push_back(tracked->frame.time);
-      EXPECT_EQ(tracked->report.missing_images, times.size() == 3 || times.size() == 4 ? 0 : 1);
-      feed.note_bias(Eigen::Vector3d::Zero());
-    }
-    EXPECT_EQ(times, (std::vector{step, 2 * step, 2 * step, step, 3 * step, 4 * step}));
-  }
-}
-
 TEST(Faults, AStartBearsThatTracksWanderOffWhicheverTheyAre) {
   if (!std::filesystem::exists(flight_folder())) GTEST_SKIP() << "skipped: no recordings";
   Recording recording = flight().recording;

@@ -12,9 +12,9 @@ namespace {
 
 // The filter is lost when so many more frames contradict it than agree with it. A frame contradicts
 // it if it rejects a third of the compared observations, or a fifth where the accepted ones have a
-// large NIS per degree of freedom, or if it uses almost none of many observations. A wrong filter
-// agrees with its youngest landmarks. It initialises such landmarks in every frame, because the
-// rejected ones are retired.
+// large NIS per degree of freedom, if it uses almost none of many observations, or if these leave
+// the speed unknown. A wrong filter agrees with its youngest landmarks. It initialises such
+// landmarks in every frame, because the rejected ones are retired.
 constexpr int kContradictions = 40;
 constexpr int kDoubts = 2;  // as many already degrade it
 constexpr int kFewCompared = 6;
