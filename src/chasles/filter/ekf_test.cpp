@@ -40,7 +40,7 @@ TEST_P(EkfTest, UpdateIsKalmansInTheCoordinatesOfTheChart) {
         many ? many_measurements(random, 30) : some_measurements(random);
     const State before = ekf.state();
     const MatrixXd P = ekf.covariance();
-    const Stacked z = stacked(ekf, measurements);
+    const DenseMeasurement z = dense_measurement(ekf.state(), measurements);
     const MatrixXd S = innovation(ekf, z);
     const MatrixXd K = P * z.H.transpose() * S.inverse();
     const MatrixXd I_KH = MatrixXd::Identity(P.rows(), P.cols()) - K * z.H;
@@ -69,10 +69,10 @@ TEST_P(EkfTest, NisIsTheSquareOfTheInnovationByItsInverseCovariance) {
   test::Random random(2);
   Ekf ekf = some_filter(chart(), random, 3);
   const std::vector<Measurement> measurements = some_measurements(random);
-  const Stacked z = stacked(ekf, measurements);
+  const DenseMeasurement z = dense_measurement(ekf.state(), measurements);
   const double expected = z.r.dot(innovation(ekf, z).inverse() * z.r);
   for (const Measurement& one : measurements) {
-    const Stacked single = stacked(ekf, {one});
+    const DenseMeasurement single = dense_measurement(ekf.state(), {one});
     const double square = single.r.dot(innovation(ekf, single).inverse() * single.r);
     EXPECT_NEAR(ekf.normalised_square(one), square, 1e-11 * square);
   }
@@ -90,7 +90,7 @@ TEST_P(EkfTest, GateRefusesExactlyTheSquaresAboveIt) {
     std::vector<bool> expected;
     for (std::size_t i = 0; i < measurements.size(); ++i) {
       Measurement& m = measurements[i];
-      const Stacked z = stacked(ekf, {m});
+      const DenseMeasurement z = dense_measurement(ekf.state(), {m});
       m.shared_variance = shared / MatrixXd(m.noise).inverse().norm();
       MatrixXd S = innovation(ekf, z);
       S.diagonal().array() -= m.shared_variance;
@@ -114,7 +114,7 @@ TEST_P(EkfTest, SquaresGivenAMeasurementAreThoseAfterIt) {
   const std::vector<Measurement> measurements = some_measurements(random);
   Measurement given = some_core_measurement(random, 9, 6);
   given.noise *= 0.01;
-  const Stacked first = stacked(ekf, {given});
+  const DenseMeasurement first = dense_measurement(ekf.state(), {given});
   const MatrixXd P = ekf.covariance();
   const MatrixXd K = P * first.H.transpose() * innovation(ekf, first).inverse();
   const MatrixXd P_after = P - K * first.H * P;
@@ -122,7 +122,7 @@ TEST_P(EkfTest, SquaresGivenAMeasurementAreThoseAfterIt) {
   const std::vector<double> after = ekf.normalised_squares(measurements, &given);
   ASSERT_EQ(after.size(), measurements.size());
   for (std::size_t i = 0; i < measurements.size(); ++i) {
-    const Stacked z = stacked(ekf, {measurements[i]});
+    const DenseMeasurement z = dense_measurement(ekf.state(), {measurements[i]});
     const VectorXd r = z.r - z.H * K * first.r;
     const double expected = r.dot((z.H * P_after * z.H.transpose() + z.R).inverse() * r);
     EXPECT_NEAR(after[i], expected, 1e-9 * expected);

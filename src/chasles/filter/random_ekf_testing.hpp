@@ -3,9 +3,10 @@
 #include <vector>
 
 #include <chasles/filter/ekf.hpp>
+#include <chasles/filter/inertial_testing.hpp>
 #include <chasles/filter/testing.hpp>
 
-// Filters and measurements at random, and the measurements in textbook form.
+// Filters and measurements at random.
 namespace chasles::test {
 
 inline Eigen::MatrixXd random_matrix(Random& random, Eigen::Index rows, Eigen::Index cols) {
@@ -47,33 +48,7 @@ inline Measurement some_core_measurement(Random& random, int column, Eigen::Inde
   return z;
 }
 
-/// One linear measurement of all errors, in textbook form.
-struct Stacked {
-  Eigen::MatrixXd H, R;
-  Eigen::VectorXd r;
-};
-
-inline Stacked stacked(const Ekf& ekf, const std::vector<Measurement>& measurements) {
-  Eigen::Index m = 0;
-  for (const Measurement& z : measurements) m += z.residual.size();
-  Stacked all{Eigen::MatrixXd::Zero(m, ekf.covariance().rows()), Eigen::MatrixXd::Zero(m, m),
-              Eigen::VectorXd(m)};
-  Eigen::Index at = 0;
-  for (const Measurement& z : measurements) {
-    const Eigen::Index k = z.residual.size();
-    all.H.block(at, z.core_column, k, z.d_core.cols()) = z.d_core;
-    if (z.landmark >= 0) {
-      const int row = ekf.state().landmarks[static_cast<std::size_t>(z.landmark)].row;
-      all.H.block(at, row, k, 3) = z.d_landmark;
-    }
-    all.R.block(at, at, k, k) = z.noise;
-    all.r.segment(at, k) = z.residual;
-    at += k;
-  }
-  return all;
-}
-
-inline Eigen::MatrixXd innovation(const Ekf& ekf, const Stacked& all) {
+inline Eigen::MatrixXd innovation(const Ekf& ekf, const DenseMeasurement& all) {
   return all.H * ekf.covariance() * all.H.transpose() + all.R;
 }
 

@@ -91,16 +91,18 @@ TEST(FeatureFeed, WorksAheadWithTheSameResult) {
   EXPECT_GT(followed, 5u);
 }
 
+// Keeps the reference.
+auto one_by_one(const std::vector<SensorEvent>& events) {
+  return [&events, i = std::size_t{0}]() mutable -> std::optional<SensorEvent> {
+    return i < events.size() ? std::optional(events[i++]) : std::nullopt;
+  };
+}
+
 TEST(FeatureFeed, PassesSamplesAndFramesThroughInOrder) {
   std::vector<SensorEvent> events = {ImuSample{.time = Time(1)}, FeatureFrame{.time = Time(2)},
                                      ImuSample{.time = Time(3)}};
   for (const bool ahead : {false, true}) {
-    std::size_t i = 0;
-    FeatureFeed feed(
-        [&]() -> std::optional<SensorEvent> {
-          return i < events.size() ? std::optional(events[i++]) : std::nullopt;
-        },
-        {}, {camera()}, {}, ahead);
+    FeatureFeed feed(one_by_one(events), {}, {camera()}, {}, ahead);
     std::vector<bool> samples;
     while (auto item = feed.next()) samples.push_back(std::holds_alternative<ImuSample>(*item));
     EXPECT_EQ(samples, (std::vector<bool>{true, false, true}));
@@ -138,12 +140,7 @@ TEST(FeatureFeed, BearsImagesThatAreNotLaterAndAbsurdRates) {
     events.emplace_back(ImageFrame{.time = k * step, .images = {GrayImage{}}});
   }
   for (const bool ahead : {false, true}) {
-    std::size_t i = 0;
-    FeatureFeed feed(
-        [&]() -> std::optional<SensorEvent> {
-          return i < events.size() ? std::optional(events[i++]) : std::nullopt;
-        },
-        {}, {camera()}, {}, ahead);
+    FeatureFeed feed(one_by_one(events), {}, {camera()}, {}, ahead);
     std::vector<Time> times;
     while (auto item = feed.next()) {
       const auto* tracked = std::get_if<TrackedFrame>(&*item);
