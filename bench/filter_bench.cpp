@@ -38,8 +38,8 @@ StereoObservation observe(LandmarkId id) {
 }
 
 struct Drive {
-  explicit Drive(const std::string& chart, bool compress_map, int in_view)
-      : filter(error_chart(chart), initial(), covariance(), {.compress_map = compress_map}) {
+  explicit Drive(const std::string& chart, Ekf::Map map, int in_view)
+      : filter(error_chart(chart), initial(), covariance(), {.map = map}) {
     noise.walk.setConstant(0.1);
     noise.sample_sigma.setConstant(0.1);
     begin(in_view);
@@ -93,30 +93,30 @@ struct Drive {
 
 // A frame after the map has this number of landmarks. The dense filter reaches it without updates,
 // which would take minutes; the time of a frame does not depend on the values.
-void frame(benchmark::State& state, bool compress_map) {
-  Drive drive("right-sen3", compress_map, kInView);
+void frame(benchmark::State& state, Ekf::Map map) {
+  Drive drive("right-sen3", map, kInView);
   while (drive.filter.map_size() < state.range(0)) drive.exchange(kInView / 2);
   for (auto _ : state) drive.frame();
 }
 
 void chart(benchmark::State& state, const char* name) {
-  Drive drive(name, true, kInView);
+  Drive drive(name, Ekf::Map::kHistory, kInView);
   for (auto _ : state) drive.frame();
 }
 
 void propagate(benchmark::State& state) {
-  Drive drive("right-sen3", true, static_cast<int>(state.range(0)));
+  Drive drive("right-sen3", Ekf::Map::kHistory, static_cast<int>(state.range(0)));
   for (auto _ : state) drive.propagate();
 }
 
 void update(benchmark::State& state) {
-  Drive drive("right-sen3", true, static_cast<int>(state.range(0)));
+  Drive drive("right-sen3", Ekf::Map::kHistory, static_cast<int>(state.range(0)));
   for (auto _ : state) drive.update();
 }
 
 // The whole map, with its covariances, after this number of frames: time per frame so far.
 void read_map(benchmark::State& state) {
-  Drive drive("right-sen3", true, kInView);
+  Drive drive("right-sen3", Ekf::Map::kHistory, kInView);
   for (int i = 0; i < state.range(0); ++i) drive.frame();
   for (auto _ : state) benchmark::DoNotOptimize(drive.filter.map());
   state.counters["ms_per_frame"] = benchmark::Counter(
@@ -145,9 +145,10 @@ void declare() {
   const auto add = [](const std::string& name, auto function) {
     return benchmark::RegisterBenchmark(name.c_str(), function)->Unit(benchmark::kMillisecond);
   };
-  for (const bool compress : {true, false}) {
+  for (const Ekf::Map map : {Ekf::Map::kHistory, Ekf::Map::kDense}) {
+    const bool compress = map == Ekf::Map::kHistory;
     add(compress ? "compressed" : "dense",
-        [compress](benchmark::State& state) { frame(state, compress); })
+        [map](benchmark::State& state) { frame(state, map); })
         ->Arg(500)
         ->Arg(1000)
         ->Arg(2000)

@@ -32,7 +32,7 @@ class OwnForm {
  public:
   static constexpr bool kNewestFirst = false;
   explicit OwnForm(const Eigen::MatrixXd& core_covariance)
-      : ekf_(error_chart("standard"), initial(), core_covariance, {.keep_map = false}) {}
+      : ekf_(error_chart("standard"), initial(), core_covariance, {.map = Ekf::Map::kFrozen}) {}
 
   void propagate(const FrameStep& step) { ekf_.propagate(step.prediction); }
   void exchange(const FrameStep& step) {

@@ -69,7 +69,7 @@ class Standing {
 
  private:
   static constexpr StereoNoise kPixels{.u = 1, .v = 1, .disparity = 0.5};
-  static Ekf::Options options() { return {.compress_map = true, .keep_map = false}; }
+  static Ekf::Options options() { return {.map = Ekf::Map::kFrozen}; }
   static State initial() {
     State x;
     x.additive = Eigen::VectorXd::Zero(BodyVelocityModel{}.size());
@@ -120,7 +120,7 @@ class Inertial {
  public:
   explicit Inertial(const ErrorChart& chart)
       : filter_(chart, initial(), 0.01 * Eigen::MatrixXd::Identity(15, 15),
-                {.compress_map = true, .keep_map = false}) {
+                {.map = Ekf::Map::kFrozen}) {
     filter_.clone_pose(clone_++, Time{});
     for (LandmarkId id = 0; id < 50; ++id) filter_.add(std::array{begun(id)});
     for (int i = 0; i < 5; ++i) filter_.clone_pose(clone_++, Time{});

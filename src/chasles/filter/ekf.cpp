@@ -32,13 +32,14 @@ Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance
       options_(options),
       state_(std::move(initial)),
       covariance_(core_covariance),
+      past_(options.past),
       history_(core_covariance, options.map_bytes) {
   dense::prepare();
-  if (options_.keep_map && state_.calibration_size() > 0) {
-    throw UsageError("estimated extrinsics and time offset need a filter without keep_map");
+  if (remembers() && state_.calibration_size() > 0) {
+    throw UsageError("estimated extrinsics and time offset need a filter without Map::kHistory");
   }
-  if (options_.keep_scale && (options_.keep_map || !state_.v_world)) {
-    throw UsageError("keep_scale needs an inertial filter without keep_map");
+  if (options_.keep_scale && (remembers() || !state_.v_world)) {
+    throw UsageError("keep_scale needs an inertial filter without Map::kHistory");
   }
   if (options_.keep_scale && chart.name == kLeftSe3Chart.name) {
     throw UsageError(
@@ -53,6 +54,7 @@ MatrixXd Ekf::core_covariance() const {
 
 void Ekf::propagate(const Prediction& prediction) {
   if (remembers()) history_.keep_bound(covariance_);
+  if (options_.map == Map::kPast) end_segment_when_due();
   state_.world_T_imu = prediction.world_T_imu;
   state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
   state_.v_world = prediction.v_world;
@@ -72,7 +74,7 @@ void Ekf::propagate(const Prediction& prediction) {
 }
 
 void Ekf::add_noise(int landmark, const Eigen::Matrix3d& noise) {
-  if (options_.keep_map) throw UsageError("landmarks that move need a filter without keep_map");
+  if (remembers()) throw UsageError("landmarks that move need a filter without Map::kHistory");
   const int row = state_.landmarks[static_cast<std::size_t>(landmark)].row;
   covariance_.all().block<3, 3>(row, row) += noise;
 }

@@ -9,6 +9,7 @@
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/filter/history.hpp>
 #include <chasles/filter/measurement.hpp>
+#include <chasles/filter/past.hpp>
 #include <chasles/filter/scratch.hpp>
 #include <chasles/filter/state.hpp>
 
@@ -54,19 +55,22 @@ struct Innovation {
 /// at a time, including its const functions.
 class Ekf {
  public:
+  /// What becomes of the landmarks that leave the state (docs/map.md).
+  enum class Map {
+    kFrozen,   ///< each keeps its mean and covariance; later measurements do not change them
+    kHistory,  ///< map() has what later measurements say about them; no clones, calibration or nav
+    kPast,     ///< so has past_estimates(), of poses too; they can return into the state
+    kDense,    ///< they stay in one dense covariance, at a cost that grows: a reference for tests
+  };
   struct Options {
-    /// False: retired landmarks stay in one dense covariance, at a cost that grows with the map. It
-    /// is the reference for tests of the history.
-    bool compress_map = true;
-    /// False: a retired landmark keeps its mean and covariance at retirement; later measurements do
-    /// not change them. Clones, composition and calibration require false.
-    bool keep_map = true;
+    Map map = Map::kHistory;
+    Past::Options past = {};  ///< with Map::kPast
     /// True: the scale, which pixels alone cannot observe, stays unobservable to them when the mean
-    /// changes (docs/filter.md, section 3). Requires v_world, keep_map = false, and a chart whose
+    /// changes (docs/filter.md, section 3). Requires v_world, not Map::kHistory, and a chart whose
     /// pose errors do not rotate with the pose: not left-se3.
     bool keep_scale = false;
-    /// Bound on the memory of the steps from which the map is computed, with compress_map and
-    /// keep_map [bytes]; 0: none (History).
+    /// Bound on the memory of the steps from which the map is computed, with Map::kHistory [bytes];
+    /// 0: none.
     std::size_t map_bytes = 0;
   };
 
@@ -79,14 +83,18 @@ class Ekf {
 
   /// Covariance of the core's errors, reference chart.
   Eigen::MatrixXd core_covariance() const;
-  /// Covariance of all errors of the state, in the row order of State, reference chart. Without
-  /// compress_map it includes the rows of retired landmarks.
+  /// Covariance of all errors of the state, in the row order of State, reference chart. With
+  /// Map::kPast and kDense there are further rows, which belong to no state.
   Covariance::ConstBlock covariance() const { return covariance_.all(); }
+
+  /// The same without rows that belong to no state.
+  Eigen::MatrixXd state_covariance() const;
 
   void propagate(const Prediction& prediction);
 
   /// Adds noise to the parameters of a landmark of the state (index into State::landmarks), because
-  /// the observed point moves. Throws UsageError with keep_map.
+  /// the observed point moves. Throws UsageError with
+  /// Map::kHistory.
   void add_noise(int landmark, const Eigen::Matrix3d& noise);
 
   /// residual^T S^-1 residual of a single measurement: the value that its gate tests.
@@ -105,7 +113,8 @@ class Ekf {
   /// r^T S^-1 r of some measurements together; infinite where S is not positive definite.
   double joint_normalised_square(std::span<const Measurement> measurements) const;
 
-  /// Adds a copy of the current pose as a clone. Throws UsageError with keep_map.
+  /// Adds a copy of the current pose as a clone. Throws UsageError with
+  /// Map::kHistory.
   void clone_pose(int id, Time time);
   /// Removes clones; no landmark may be anchored on them.
   void remove_clones(std::span<const int> ids);
@@ -126,6 +135,19 @@ class Ekf {
 
   /// Moves landmarks (indices into State::landmarks, rising) from the state to the map.
   void retire(std::span<const int> indices);
+
+  /// Remembers a linear function of the core as a past pose: map_T_imu with d_core, the derivative
+  /// of its errors [rotation; position] by the core's (6 x core_size). Requires
+  /// Map::kPast or kDense.
+  void remember_pose(Time time, const SE3& map_T_imu, const Eigen::MatrixXd& d_core);
+
+  /// Past landmarks (numbers of past(), rising) return to the end of the state, with their exact
+  /// covariance with all other states, as if they had not left. Requires past.recalls.
+  void revive(std::span<const int> numbers);
+
+  /// The estimates of all past states, given all measurements. Requires past.records.
+  Past::Estimates past_estimates() const;
+  const Past& past() const { return past_; }
 
   /// The position of a landmark of the state (index into State::landmarks), with its covariance.
   MapLandmark landmark(int index) const {
@@ -157,6 +179,7 @@ class Ekf {
     State before;
     std::vector<Landmark> gone;
     std::vector<int> rows;
+    std::vector<std::pair<int*, int>> used;  ///< first row and number of rows
     WhiteningScratch whitening;
     Scratch delta, xi, product, other, B, Z;
   };
@@ -166,7 +189,27 @@ class Ekf {
   void change_chart(const State& before, History::Correction& record);
   void change_chart_of_clones(const State& before);
   void keep_scale(const State& before);
-  bool remembers() const { return options_.compress_map && options_.keep_map; }
+  bool remembers() const { return options_.map == Map::kHistory; }
+  bool has_past() const { return options_.map == Map::kPast || options_.map == Map::kDense; }
+  struct RowTerm {
+    int row = 0;
+    Eigen::Matrix3d d;
+  };
+  void substitute(int row, std::span<const RowTerm> terms);
+  MapLandmark in_map_axes(const Landmark& landmark) const;
+  void to_map_axes(Landmark& landmark);
+  void to_world_axes(Landmark& landmark);
+  void leave(std::span<const int> indices);
+  std::vector<int> state_rows() const;
+  Segment latest_segment() const;
+  void end_segment();
+  void begin_segment();
+  void end_segment_when_due();
+  std::vector<Landmark> rows_that_return(const std::vector<int>& numbers);
+  std::vector<Landmark> recalled_rows(const std::vector<int>& numbers);
+  void move_to_present_mean(const Eigen::Vector3d& as_it_left, const Landmark& landmark,
+                            const std::optional<Eigen::VectorXd>& scale);
+  std::optional<Eigen::VectorXd> scale_error(std::span<const Landmark> landmarks) const;
   const std::vector<int>& renumber_rows();
   MapLandmark as_of_now(const Landmark& landmark) const;
   void gate(std::span<const Measurement> measurements);
@@ -177,9 +220,18 @@ class Ekf {
   Options options_;
   State state_;
   Covariance covariance_;
-  std::vector<Landmark> retired_;  ///< without compress_map: still in the covariance
+  /// Rows of the covariance that belong to no state: the errors of the state at the beginning of
+  /// the segment, and past states that have left since.
+  struct Kept {
+    int number = 0;
+    int row = 0, size = 0;
+    Eigen::VectorXd correction;
+  };
+  std::optional<Kept> starts_;
+  std::vector<Kept> leavers_;
+  Past past_;
   History history_;
-  std::vector<MapLandmark> frozen_;  ///< without keep_map
+  std::vector<MapLandmark> frozen_;
   mutable Workspace work_;
 };
 

@@ -13,7 +13,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 void Ekf::clone_pose(int id, Time time) {
-  if (options_.keep_map) throw UsageError("clones need a filter without keep_map");
+  if (remembers()) throw UsageError("clones need a filter without Map::kHistory");
   const int row = covariance_.append(6);
   auto P = covariance_.all();
   P.block(row, 0, 6, row) = P.topLeftCorner(6, row);
@@ -75,7 +75,7 @@ double Ekf::inverse_depth_sigma(const Landmark& landmark) const {
 }
 
 void Ekf::compose() {
-  if (options_.keep_map) throw UsageError("composition needs a filter without keep_map");
+  if (remembers()) throw UsageError("composition needs a filter without Map::kHistory");
   if (!state_.nav_T_world) throw UsageError("composition needs nav_T_world in the state");
   const SE3 imu_T_world = state_.world_T_imu.inverse();
   const Matrix3d Rt = imu_T_world.R;

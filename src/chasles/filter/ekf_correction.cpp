@@ -16,7 +16,8 @@ void Ekf::correct_mean(const ErrorRef& delta) {
   push(*chart_, state_, xi);
   retract(*chart_, state_, xi);
   state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
-  for (Landmark& landmark : retired_) landmark.p_world += delta.segment<3>(landmark.row);
+  if (starts_) starts_->correction += delta.segment(starts_->row, starts_->size);
+  for (Kept& past : leavers_) past.correction += delta.segment(past.row, past.size);
 }
 
 // P <- A P A^T with A = T(x+)^-1 T(x), on the lower triangle.

@@ -11,34 +11,25 @@
 namespace chasles {
 namespace {
 
-std::vector<int> rows_of(int core, const std::vector<Landmark>& landmarks) {
-  std::vector<int> rows(static_cast<std::size_t>(core));
-  std::iota(rows.begin(), rows.end(), 0);
-  for (const Landmark& landmark : landmarks) {
-    for (int i = 0; i < 3; ++i) rows.push_back(landmark.row + i);
-  }
-  return rows;
-}
-
 }  // namespace
 
-// Returns the rows of the core, the clones and the landmarks, rising, and renumbers them without
-// gaps.
+// Returns the rows that are still used, rising, and renumbers them without gaps.
 const std::vector<int>& Ekf::renumber_rows() {
+  auto& used = work_.used;
+  used.clear();
+  for (Landmark& landmark : state_.landmarks) used.emplace_back(&landmark.row, 3);
+  for (Clone& clone : state_.clones) used.emplace_back(&clone.row, 6);
+  if (starts_) used.emplace_back(&starts_->row, starts_->size);
+  for (Kept& past : leavers_) used.emplace_back(&past.row, past.size);
+  std::ranges::sort(used, {}, [](const auto& part) { return *part.first; });
   std::vector<int>& rows = work_.rows;
   rows.resize(static_cast<std::size_t>(state_.core_size()));
   std::iota(rows.begin(), rows.end(), 0);
-  const auto take = [&](int& row, int width) {
-    const int first = row;
-    row = static_cast<int>(rows.size());
-    for (int i = 0; i < width; ++i) rows.push_back(first + i);
-  };
-  auto clone = state_.clones.begin();
-  for (Landmark& landmark : state_.landmarks) {
-    for (; clone != state_.clones.end() && clone->row < landmark.row; ++clone) take(clone->row, 6);
-    take(landmark.row, 3);
+  for (const auto& [row, size] : used) {
+    const int first = *row;
+    *row = static_cast<int>(rows.size());
+    for (int i = 0; i < size; ++i) rows.push_back(first + i);
   }
-  for (; clone != state_.clones.end(); ++clone) take(clone->row, 6);
   return rows;
 }
 
@@ -72,6 +63,10 @@ MapLandmark Ekf::as_of_now(const Landmark& landmark) const {
 
 void Ekf::retire(std::span<const int> indices) {
   if (indices.empty()) return;
+  if (has_past()) {
+    leave(indices);
+    return;
+  }
   std::vector<Landmark>& gone = work_.gone;
   gone.clear();
   for (const int index : indices) {
@@ -80,51 +75,49 @@ void Ekf::retire(std::span<const int> indices) {
   for (auto index = indices.rbegin(); index != indices.rend(); ++index) {
     state_.landmarks.erase(state_.landmarks.begin() + *index);
   }
-  if (!options_.keep_map) {
+  if (remembers()) {
+    history_.append(
+        History::Removal{.indices = {indices.begin(), indices.end()}, .landmarks = gone});
+  } else {
     for (const Landmark& landmark : gone) {
       if (landmark.has_place()) frozen_.push_back(as_of_now(landmark));
     }
-    covariance_.keep(renumber_rows());
-    return;
   }
-  if (!options_.compress_map) {
-    retired_.insert(retired_.end(), gone.begin(), gone.end());
-    return;
-  }
-  history_.append(History::Removal{.indices = {indices.begin(), indices.end()}, .landmarks = gone});
   covariance_.keep(renumber_rows());
 }
 
 int Ekf::map_size() const {
-  return history_.removed() + static_cast<int>(frozen_.size() + retired_.size()) +
+  return history_.removed() + past_.landmarks() + static_cast<int>(frozen_.size()) +
          static_cast<int>(std::ranges::count_if(state_.landmarks, &Landmark::has_place));
 }
 
 std::vector<MapLandmark> Ekf::map() const {
+  if (has_past()) return past_estimates().landmarks;
   std::vector<MapLandmark> result = history_.landmarks();
   result.insert(result.end(), frozen_.begin(), frozen_.end());
-  for (const std::vector<Landmark>* landmarks : {&retired_, &state_.landmarks}) {
-    for (const Landmark& landmark : *landmarks) {
-      if (landmark.has_place()) result.push_back(as_of_now(landmark));
-    }
+  for (const Landmark& landmark : state_.landmarks) {
+    if (landmark.has_place()) result.push_back(as_of_now(landmark));
   }
   return result;
 }
 
 void Ekf::visit_map_covariance(const History::RowVisitor& visit) const {
-  if (options_.compress_map && !history_.is_complete()) {
+  if (options_.map == Map::kDense) {
+    std::vector<int> rows;
+    const auto take = [&](int first, int size) {
+      for (int i = 0; i < size; ++i) rows.push_back(first + i);
+    };
+    for (const Kept& past : leavers_) take(past.row, past.size);
+    for (const Landmark& landmark : state_.landmarks) take(landmark.row, 3);
+    take(0, state_.core_size());
+    visit(0, covariance_.all()(rows, rows));
+    return;
+  }
+  if (!history_.is_complete()) {
     throw UsageError(
         "the covariance of the whole map needs all steps of the filter: expected map_memory 0");
   }
-  if (options_.compress_map) {
-    history_.visit_covariance(visit);
-    return;
-  }
-  std::vector<Landmark> landmarks = retired_;
-  landmarks.insert(landmarks.end(), state_.landmarks.begin(), state_.landmarks.end());
-  std::vector<int> rows = rows_of(state_.core_size(), landmarks);
-  std::rotate(rows.begin(), rows.begin() + state_.core_size(), rows.end());
-  visit(0, covariance_.all()(rows, rows));
+  history_.visit_covariance(visit);
 }
 
 }  // namespace chasles

@@ -1,3 +1,5 @@
+#include <optional>
+
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/ekf.hpp>
 
@@ -8,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-using Vector = Eigen::Map<VectorXd, Eigen::AlignedMax>;
+using Vector = Eigen::Ref<VectorXd>;
 
 // Direction of scale in the error state: d/ds at s = 0 if all lengths are scaled by e^s about the
 // world's origin.
@@ -29,7 +31,8 @@ void scale_direction(const State& x, Vector s) {
 // c with c^T error = an error of scale: the mean of the landmarks' relative errors of distance from
 // the IMU, or of depth, weighted by their variances. False if no landmark is accurate enough for
 // its error to be an error of scale.
-bool scale_functional(const State& x, const Covariance& covariance, Vector c) {
+bool scale_functional(const SE3& world_T_imu, std::span<const Landmark> landmarks,
+                      const Covariance& covariance, Vector c) {
   // Of the relative error. The error of an assumed depth may be several times the depth. Simulated
   // flights had a NEES per degree of freedom of 2.3 without a limit, 1.5 with 0.3, and 1.2 with
   // 0.1, which is the value without keep_scale.
@@ -37,7 +40,7 @@ bool scale_functional(const State& x, const Covariance& covariance, Vector c) {
   const auto P = covariance.all();
   c.setZero();
   double sum = 0;
-  for (const Landmark& landmark : x.landmarks) {
+  for (const Landmark& landmark : landmarks) {
     const int row = landmark.row;
     if (landmark.anchor) {
       const double w = landmark.inverse_depth.z();
@@ -46,7 +49,7 @@ bool scale_functional(const State& x, const Covariance& covariance, Vector c) {
       c[row + 2] = -1 / (w * variance);
       sum += 1 / variance;
     } else {
-      const Vector3d from_imu = landmark.p_world - x.world_T_imu.p;
+      const Vector3d from_imu = landmark.p_world - world_T_imu.p;
       const Vector3d d = from_imu / from_imu.squaredNorm();
       const Eigen::Matrix3d own = P.block<3, 3>(row, row).selfadjointView<Eigen::Lower>();
       const Eigen::Matrix3d imu = P.block<3, 3>(3, 3).selfadjointView<Eigen::Lower>();
@@ -64,12 +67,18 @@ bool scale_functional(const State& x, const Covariance& covariance, Vector c) {
 
 }  // namespace
 
+std::optional<VectorXd> Ekf::scale_error(std::span<const Landmark> landmarks) const {
+  VectorXd c(covariance_.size());
+  if (!scale_functional(state_.world_T_imu, landmarks, covariance_, c)) return std::nullopt;
+  return c;
+}
+
 // P <- A P A^T with A = I + (s(x+) - s(x)) c^T, on the lower triangle: an error along s(x),
 // unobservable to the pixels so far, becomes one along s(x+), unobservable to later pixels.
 void Ekf::keep_scale(const State& before) {
   auto P = covariance_.all();
   auto c = work_.xi.take<VectorXd>(P.rows());
-  if (!scale_functional(before, covariance_, c)) return;
+  if (!scale_functional(before.world_T_imu, before.landmarks, covariance_, c)) return;
   auto moved = work_.B.take<VectorXd>(P.rows());
   auto s = work_.Z.take<VectorXd>(P.rows());
   scale_direction(state_, moved);

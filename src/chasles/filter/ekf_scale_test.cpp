@@ -12,8 +12,8 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr Ekf::Options kKept{.keep_map = false, .keep_scale = true};
-constexpr Ekf::Options kPlain{.keep_map = false};
+constexpr Ekf::Options kKept{.map = Ekf::Map::kFrozen, .keep_scale = true};
+constexpr Ekf::Options kPlain{.map = Ekf::Map::kFrozen};
 
 // At the IMU: a lever arm would be a known length.
 Camera camera_at_imu() {
@@ -157,7 +157,7 @@ TEST(EkfScale, RefusesWhatItCannotDo) {
   EXPECT_EQ(message(kRightSen3Chart, x, kKept), "");
   EXPECT_NE(message(kLeftSe3Chart, x, kKept).find("left-se3"), std::string::npos);
   EXPECT_NE(message(kStandardChart, drive, kKept).find("inertial"), std::string::npos);
-  EXPECT_NE(message(kStandardChart, x, {.keep_scale = true}).find("keep_map"), std::string::npos);
+  EXPECT_NE(message(kStandardChart, x, {.keep_scale = true}).find("Map::kHistory"), std::string::npos);
 }
 
 }  // namespace

@@ -305,7 +305,7 @@ TEST_P(EkfTest, CovarianceStaysSymmetricAndPositiveDefiniteThroughADrive) {
        {test::Motion::kVelocityState, test::Motion::kVelocityInput, test::Motion::kInertial}) {
     SCOPED_TRACE(test::motion_test_name(motion));
     test::DrivenFilter filter(chart(), drive, {.motion = motion, .gate = 11.34},
-                              test::initial_covariance(motion, 0.05), true);
+                              test::initial_covariance(motion, 0.05), Ekf::Map::kHistory);
     for (std::size_t i = 0; i < drive.frames.size(); ++i) {
       filter.step();
       const MatrixXd P = filter.ekf().covariance();

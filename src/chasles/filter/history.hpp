@@ -9,17 +9,10 @@
 #include <Eigen/Core>
 
 #include <chasles/filter/covariance.hpp>
+#include <chasles/filter/past.hpp>
 #include <chasles/filter/state.hpp>
 
 namespace chasles {
-
-/// A landmark of the whole map.
-struct MapLandmark {
-  LandmarkId id = 0;
-  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();     ///< [m]
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< additive error, world axes [m^2]
-  int observations = 0;                                  ///< used, including the first
-};
 
 /// The steps of a filter as linear maps of its errors. From them, the estimate of a removed
 /// landmark given all measurements can be computed afterwards. The memory of one step is

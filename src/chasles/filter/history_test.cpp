@@ -24,8 +24,8 @@ struct Both {
 
   Both(const ErrorChart& chart, const test::Drive& drive, const DriveOptions& options,
        const MatrixXd& covariance)
-      : compressed(chart, drive, options, covariance, true),
-        dense(chart, drive, options, covariance, false) {}
+      : compressed(chart, drive, options, covariance, Ekf::Map::kHistory),
+        dense(chart, drive, options, covariance, Ekf::Map::kDense) {}
 
   void run() {
     compressed.run();
@@ -84,10 +84,10 @@ TEST_P(HistoryTest, ABoundOnItsMemoryMakesOldLandmarksFinal) {
   const test::Drive drive =
       test::simulate_drive({.frames = 150, .begin_with = 10, .points_a_frame = 2, .seed = 12});
   const MatrixXd P = test::initial_covariance(Motion::kVelocityState, 0.01);
-  DrivenFilter whole(chart(), drive, {.gate = kGate}, P, true);
+  DrivenFilter whole(chart(), drive, {.gate = kGate}, P, Ekf::Map::kHistory);
   whole.run();
   const std::size_t bound = whole.ekf().map_bytes() / 4;
-  DrivenFilter bounded(chart(), drive, {.gate = kGate, .map_bytes = bound}, P, true);
+  DrivenFilter bounded(chart(), drive, {.gate = kGate, .map_bytes = bound}, P, Ekf::Map::kHistory);
   std::size_t most = 0;
   for (std::size_t i = 0; i < drive.frames.size(); ++i) {
     bounded.step();
@@ -231,7 +231,7 @@ TEST_P(HistoryTest, LaterMeasurementsBetterARetiredLandmark) {
   // The latest landmark leaves at once. The remaining ones increasingly constrain the pose from
   // which it was observed.
   DrivenFilter filter(chart(), drive, {.patience = 100},
-                      test::initial_covariance(Motion::kVelocityState, 0.01), true);
+                      test::initial_covariance(Motion::kVelocityState, 0.01), Ekf::Map::kHistory);
   for (int i = 0; i < 6; ++i) filter.step();
   const int youngest[] = {static_cast<int>(filter.ekf().state().landmarks.size()) - 1};
   filter.ekf().retire(youngest);

@@ -161,7 +161,7 @@ TEST_P(InertialOracleTest, AnchoredPixelHasTheSameDerivative) {
 TEST_P(InertialOracleTest, CompositionIsTheSameMatrix) {
   test::Random random(1);
   const State x = state();
-  Ekf filter(chart(), x, test::random_covariance(random, kErrors, 0.1), {.keep_map = false});
+  Ekf filter(chart(), x, test::random_covariance(random, kErrors, 0.1), {.map = Ekf::Map::kFrozen});
   const MatrixXd T = test::change_of_chart(chart(), x);
   const MatrixXd P = T * filter.covariance() * T.transpose();
   filter.compose();

@@ -147,7 +147,8 @@ inline void add_anchored(Ekf& filter, Random& random, LandmarkId id, const Camer
 /// (Cartesian), 101 (anchored on 0), 102, 103 (1), 104 and 105 (2). `calibrating`: the extrinsics
 /// of the three cameras, with errors against inertial_cameras(), and a time offset are estimated.
 inline Ekf inertial_filter(const ErrorChart& chart, Random& random, bool nav = true,
-                           bool calibrating = false) {
+                           bool calibrating = false,
+                           const Ekf::Options& options = {.map = Ekf::Map::kFrozen}) {
   State x = random_state(random, {.velocity = true, .additive = 6, .nav = nav});
   const std::vector<Camera> cameras = inertial_cameras();
   if (calibrating) {
@@ -157,7 +158,7 @@ inline Ekf inertial_filter(const ErrorChart& chart, Random& random, bool nav = t
     }
     x.time_offset = 0.01;
   }
-  Ekf filter(chart, x, random_covariance(random, x.core_size(), 0.05), {.keep_map = false});
+  Ekf filter(chart, x, random_covariance(random, x.core_size(), 0.05), options);
   for (int i = 0; i < 3; ++i) {
     walk_on(filter, random);
     add_cartesian(filter, random, 100 + 2 * i);

@@ -24,11 +24,11 @@ struct DriveOptions {
 class DrivenFilter {
  public:
   DrivenFilter(const ErrorChart& chart, const Drive& drive, const DriveOptions& options,
-               const Eigen::MatrixXd& covariance, bool compress_map)
+               const Eigen::MatrixXd& covariance, Ekf::Map map)
       : drive_(drive),
         options_(options),
         ekf_(chart, initial_state(options.motion, drive.frames[0]), covariance,
-             {.compress_map = compress_map, .map_bytes = options.map_bytes}) {}
+             {.map = map, .map_bytes = options.map_bytes}) {}
 
   Ekf& ekf() { return ekf_; }
   const Ekf& ekf() const { return ekf_; }

@@ -42,7 +42,7 @@ class Pair {
       : motion_(motion),
         drive_(drive),
         ekf_(chart, test::initial_state(motion, drive.frames[0]),
-             test::initial_covariance(motion, 0.02), {.compress_map = false}),
+             test::initial_covariance(motion, 0.02), {.map = Ekf::Map::kDense}),
         textbook_(TextbookEkf::error_named(chart.name), ekf_.state(), in_chart_coordinates()) {}
 
   const Ekf& ekf() const { return ekf_; }

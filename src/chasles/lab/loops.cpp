@@ -104,7 +104,7 @@ class Loops {
         random_(random_of_run(settings.seed, run)),
         points_(true_points(settings)),
         filter_(error_chart(filter.chart), initial(settings), Eigen::MatrixXd::Zero(6, 6),
-                {.compress_map = true, .keep_map = false}),
+                {.map = Ekf::Map::kFrozen}),
         p_predicted_(filter_.state().world_T_imu.p) {}
 
   void move(int step) {

@@ -71,7 +71,7 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
   return {error_chart(s.chart),
           x,
           initial_covariance(s, start, x, calibration),
-          {.compress_map = true, .keep_map = false, .keep_scale = s.keep_scale == Toggle::kTrue}};
+          {.map = Ekf::Map::kFrozen, .keep_scale = s.keep_scale == Toggle::kTrue}};
 }
 
 // With at most this many landmarks in its state, a filter works mainly with tracks.

@@ -57,7 +57,7 @@ VelocitySlam::VelocitySlam(const VelocitySlamSettings& settings, const StereoRig
       loose_gate_(gate_of(settings.loose_gate, rows_)),
       filter_(error_chart(settings.chart), initial_state(model_),
               initial_covariance(settings, noise_),
-              {.compress_map = settings.compress_map,
+              {.map = settings.compress_map ? Ekf::Map::kHistory : Ekf::Map::kDense,
                .map_bytes = static_cast<std::size_t>(1e6 * settings.map_memory)}) {}
 
 std::vector<std::string> VelocitySlam::additive_names() const {

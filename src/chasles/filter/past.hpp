@@ -1,0 +1,87 @@
+#pragma once
+
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/filter/segment.hpp>
+#include <chasles/filter/state.hpp>
+
+namespace chasles {
+
+/// A pose of the past, with the covariance of its errors [rotation; position] (standard chart).
+struct PastPose {
+  Time time{};
+  SE3 map_T_imu;
+  Matrix6d covariance = Matrix6d::Zero();
+};
+
+/// A landmark of the whole map.
+struct MapLandmark {
+  LandmarkId id = 0;
+  Eigen::Vector3d p_world = Eigen::Vector3d::Zero();     ///< [m]
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< additive error, world axes [m^2]
+  int observations = 0;                                  ///< used, including the first
+};
+
+/// The states that have left a filter: landmarks, and poses of its path. Their estimates given all
+/// measurements, and their joint covariance with the present state, follow from the segments of
+/// its run (docs/map.md).
+class Past {
+ public:
+  struct Options {
+    bool recalls = false;  ///< landmarks can return into the state
+    bool records = false;  ///< all segments are kept, for estimates of every past state
+  };
+
+  explicit Past(Options options) : options_(options) {}
+
+  /// A state leaves the filter. Returns its number; numbers rise from 0.
+  int add(const Landmark& landmark);  ///< Cartesian, in the map's axes
+  int add(Time time, const SE3& map_T_imu);
+
+  /// The filter's run since the last segment.
+  void append(Segment segment);
+
+  /// These landmarks, with all that has been measured until the end of the last segment.
+  Carried recall(const std::vector<int>& numbers) const;
+  /// The same, and they are states of the filter from now on: the last rows of the next segment's
+  /// starts, in this order.
+  Carried revive(const std::vector<int>& numbers);
+  void note_returned(const std::vector<int>& numbers);
+
+  /// Estimates given all measurements; `latest` is the run since the last segment. Landmarks of
+  /// the past in the order in which they left, without those that have returned.
+  struct Estimates {
+    std::vector<MapLandmark> landmarks;
+    std::vector<PastPose> poses;
+  };
+  Estimates estimates(const Segment& latest) const;
+
+  /// A past landmark as it left.
+  const Landmark& landmark(int number) const;
+  int states() const { return static_cast<int>(states_.size()); }
+  int landmarks() const { return landmarks_; }  ///< that have not returned
+  std::size_t bytes() const;                    ///< of the segments
+
+ private:
+  struct PastLandmark {
+    Landmark landmark;
+    bool has_returned = false;
+  };
+  struct Recorded {
+    Segment segment;
+    std::vector<int> revived;  ///< landmarks that are the last of its starts
+  };
+
+  Options options_;
+  std::vector<std::variant<PastLandmark, PastPose>> states_;
+  std::vector<Segment> chain_;     ///< of landmarks; composed, so that there are few
+  std::vector<Recorded> records_;  ///< all segments, with all states
+  std::vector<int> revived_;       ///< since the last segment
+  int landmarks_ = 0;
+};
+
+}  // namespace chasles

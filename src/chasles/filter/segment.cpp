@@ -1,0 +1,152 @@
+#include <algorithm>
+#include <utility>
+
+#include <chasles/filter/dense.hpp>
+#include <chasles/filter/segment.hpp>
+
+namespace chasles {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Indices = std::vector<Index>;
+
+void append_rows(Indices& rows, Index first, Index count) {
+  for (Index i = 0; i < count; ++i) rows.push_back(first + i);
+}
+
+bool contains(const std::vector<int>& numbers, int number) {
+  return std::ranges::binary_search(numbers, number);
+}
+
+// The variables of the starts and of the items for which `keeps` is true.
+template <class Predicate>
+Segment select(const Segment& segment, const Predicate& keeps) {
+  Segment result;
+  result.starts = segment.starts;
+  result.length = segment.length;
+  Indices variables;
+  append_rows(variables, 0, segment.starts);
+  Index at = segment.starts;
+  for (const Segment::Item& item : segment.items) {
+    if (keeps(item.number)) {
+      result.items.push_back(item);
+      append_rows(variables, at, item.size);
+    }
+    at += item.size;
+  }
+  result.X = segment.X(Eigen::all, variables);
+  result.G = segment.G(variables, variables);
+  result.g = segment.g(variables);
+  return result;
+}
+
+MatrixXd symmetric(const MatrixXd& M) { return (M + M.transpose()) / 2; }
+
+}  // namespace
+
+std::ptrdiff_t Segment::place(int number) const {
+  Index at = starts;
+  for (const Item& item : items) {
+    if (item.number == number) return at;
+    at += item.size;
+  }
+  return -1;
+}
+
+Segment compose(const Segment& older, const Segment& younger) {
+  const Index n = younger.starts, own = younger.g.size() - n, q = older.g.size();
+  const MatrixXd through = dense::product(younger.G.topLeftCorner(n, n), older.X);
+  Segment result{.starts = older.starts,
+                 .items = older.items,
+                 .X = MatrixXd(younger.X.rows(), q + own),
+                 .G = MatrixXd(q + own, q + own),
+                 .g = VectorXd(q + own),
+                 .length = older.length + younger.length};
+  result.items.insert(result.items.end(), younger.items.begin(), younger.items.end());
+  result.X << dense::product(younger.X.leftCols(n), older.X), younger.X.rightCols(own);
+  const MatrixXd X_transposed = older.X.transpose();
+  const MatrixXd cross = dense::product(X_transposed, younger.G.topRightCorner(n, own));
+  result.G << symmetric(older.G + dense::product(X_transposed, through)), cross, cross.transpose(),
+      younger.G.bottomRightCorner(own, own);
+  result.g << older.g + X_transposed * younger.g.head(n), younger.g.tail(own);
+  return result;
+}
+
+Segment with_items(const Segment& segment, const std::vector<int>& numbers) {
+  return select(segment, [&](int number) { return contains(numbers, number); });
+}
+
+Segment without_items(const Segment& segment, const std::vector<int>& numbers) {
+  return select(segment, [&](int number) { return !contains(numbers, number); });
+}
+
+void pass_through(Segment& segment, const MatrixXd& C) {
+  const Index n = segment.starts, k = C.rows(), q = segment.g.size(), own = q - n;
+  const Index rows = segment.X.rows();
+  const MatrixXd moved = dense::product(C, segment.G.topRows(n));  // k x q
+  MatrixXd X = MatrixXd::Zero(rows + k, q + k), G = MatrixXd::Zero(q + k, q + k);
+  X.topLeftCorner(rows, n) = segment.X.leftCols(n);
+  X.topRightCorner(rows, own) = segment.X.rightCols(own);
+  X.bottomLeftCorner(k, n) = moved.leftCols(n);
+  X.block(rows, n, k, k).setIdentity();
+  X.bottomRightCorner(k, own) = moved.rightCols(own);
+  G.topLeftCorner(n, n) = segment.G.topLeftCorner(n, n);
+  G.topRightCorner(n, own) = segment.G.topRightCorner(n, own);
+  G.bottomLeftCorner(own, n) = segment.G.bottomLeftCorner(own, n);
+  G.bottomRightCorner(own, own) = segment.G.bottomRightCorner(own, own);
+  VectorXd g = VectorXd::Zero(q + k);
+  g << segment.g.head(n), VectorXd::Zero(k), segment.g.tail(own);
+  segment.starts += k;
+  segment.X = std::move(X);
+  segment.G = std::move(G);
+  segment.g = std::move(g);
+}
+
+void take_along(Segment& segment, const std::vector<int>& numbers) {
+  if (numbers.empty()) return;
+  Indices rows;
+  for (const int number : numbers) {
+    const auto item = std::ranges::find(segment.items, number, &Segment::Item::number);
+    append_rows(rows, segment.place(number), item->size);
+  }
+  MatrixXd X(segment.X.rows() + static_cast<Index>(rows.size()), segment.X.cols());
+  X << segment.X, segment.G(rows, Eigen::all);
+  segment.X = std::move(X);
+  segment = without_items(segment, numbers);
+}
+
+void carry(Carried& past, const Segment& segment, const std::vector<int>& numbers) {
+  const Index n = segment.starts, r = past.rows();
+  Indices rows;
+  Index at = n;
+  for (const Segment::Item& item : segment.items) {
+    if (contains(numbers, item.number)) {
+      past.items.push_back(item);
+      append_rows(rows, at, item.size);
+    }
+    at += item.size;
+  }
+  const auto k = static_cast<Index>(rows.size());
+  MatrixXd C(r + k, segment.X.rows()), P(r + k, r + k);
+  VectorXd correction(r + k);
+  if (r > 0) {
+    const MatrixXd starts = segment.X.leftCols(n).transpose();
+    C.topRows(r) = dense::product(past.C, starts);
+    const MatrixXd moved = dense::product(past.C, segment.G.topLeftCorner(n, n));
+    const MatrixXd C_transposed = past.C.transpose();
+    P.topLeftCorner(r, r) = symmetric(past.P + dense::product(moved, C_transposed));
+    P.topRightCorner(r, k) = past.C * segment.G.topRows(n)(Eigen::all, rows);
+    P.bottomLeftCorner(k, r) = P.topRightCorner(r, k).transpose();
+    correction.head(r) = past.correction + past.C * segment.g.head(n);
+  }
+  C.bottomRows(k) = segment.X(Eigen::all, rows).transpose();
+  P.bottomRightCorner(k, k) = segment.G(rows, rows);
+  correction.tail(k) = segment.g(rows);
+  past.C = std::move(C);
+  past.P = std::move(P);
+  past.correction = std::move(correction);
+}
+
+}  // namespace chasles

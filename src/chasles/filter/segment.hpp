@@ -1,0 +1,66 @@
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace chasles {
+
+/// A segment of a filter's run, condensed: what its steps did to states that had left the filter
+/// before it, and to those that left during it (docs/map.md).
+///
+/// Its variables are the errors of the state when it began (`starts` rows) and of the states that
+/// left during it (`items`). For anything o that left earlier, with the cross-covariance C =
+/// cov(o, state at the beginning), the segment gives
+///
+///   cov(o, state at the end) = C X_starts^T    cov(o, items) = C G_starts,items
+///   P_o <- P_o + C G_starts C^T                mean of o <- mean + C g_starts
+///
+/// where X_starts and so on are columns and blocks. Those of the items are their covariances
+/// themselves. A segment without starts is absolute: nothing is older than it.
+struct Segment {
+  struct Item {
+    int number = 0;  ///< of the past state; the numbers of a segment rise
+    int size = 0;    ///< rows
+  };
+
+  Eigen::Index starts = 0;
+  std::vector<Item> items;
+  Eigen::MatrixXd X;  ///< rows of the state at the end x variables
+  Eigen::MatrixXd G;  ///< variables x variables
+  Eigen::VectorXd g;  ///< of the variables: correction of their means
+  int length = 1;     ///< number of segments composed into it
+
+  /// First variable of an item, and none if the segment does not have it.
+  std::ptrdiff_t place(int number) const;
+};
+
+/// The segment that consists of one after the other. The rows of older.X must be younger's starts.
+Segment compose(const Segment& older, const Segment& younger);
+
+/// The variables of these items alone, or without these items. The numbers rise.
+Segment with_items(const Segment& segment, const std::vector<int>& numbers);
+Segment without_items(const Segment& segment, const std::vector<int>& numbers);
+
+/// Dormant states that pass a segment with its steps: they become starts and rows of its end. C:
+/// their cross-covariance with the state at the beginning.
+void pass_through(Segment& segment, const Eigen::MatrixXd& C);
+
+/// Makes rows of the end of some items, in the order of the list: they have not left after all.
+void take_along(Segment& segment, const std::vector<int>& numbers);
+
+/// Past states as they are at the end of some segment: their covariance, that with the state, and
+/// the corrections of their means.
+struct Carried {
+  std::vector<Segment::Item> items;
+  Eigen::MatrixXd C;  ///< rows of the items x rows of the state
+  Eigen::MatrixXd P;
+  Eigen::VectorXd correction;
+
+  Eigen::Index rows() const { return P.rows(); }
+};
+
+/// Carries them through a segment, and adds those of its items that are in the list.
+void carry(Carried& past, const Segment& segment, const std::vector<int>& numbers);
+
+}  // namespace chasles
