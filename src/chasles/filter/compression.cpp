@@ -76,10 +76,9 @@ std::optional<Compressed> compress(const Map<MatrixXd>& H, const Map<VectorXd>& 
   return result;
 }
 
-// P L, with a row for every error of the state.
-void times_factor(const Covariance& covariance, const Map<MatrixXd>& Lt, WhiteningScratch& scratch,
+// P L for a P with a column for every error of the state.
+void times_factor(const dense::ConstBlock& P, const Map<MatrixXd>& Lt, WhiteningScratch& scratch,
                   dense::Block result) {
-  const auto P = covariance.all();
   auto of_clones = scratch.gathered.take(P.rows(), Lt.cols());
   Index six = 0;
   for (const int row : scratch.clone_rows)
@@ -100,6 +99,7 @@ bool can_be_compressed(Measurements measurements, WhiteningScratch& scratch) {
 }
 
 std::optional<Whitened> whiten_compressed(Measurements measurements, const Covariance& covariance,
+                                          const dense::ConstBlock& kept,
                                           WhiteningScratch& scratch) {
   const std::vector<int>& rows = scratch.clone_rows;
   find_rows(measurements, scratch.clone_rows);
@@ -112,8 +112,10 @@ std::optional<Whitened> whiten_compressed(Measurements measurements, const Covar
   const auto& [Lt, z, outside] = *compressed;
   const Index rank = Lt.rows();
 
-  Whitened result{.W = scratch.W.take(covariance.size(), rank), .w = z};
-  times_factor(covariance, Lt, scratch, result.W);
+  const Index n = covariance.size();
+  Whitened result{.W = scratch.W.take(n + kept.rows(), rank), .w = z};
+  times_factor(covariance.all(), Lt, scratch, result.W.topRows(n));
+  if (kept.rows() > 0) times_factor(kept, Lt, scratch, result.W.bottomRows(kept.rows()));
   auto PL = scratch.gathered.take(c, rank);
   Index six = 0;
   for (const int row : rows) PL.middleRows<6>(6 * six++) = result.W.middleRows<6>(row);

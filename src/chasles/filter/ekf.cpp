@@ -35,6 +35,7 @@ Ekf::Ekf(const ErrorChart& chart, State initial, const MatrixXd& core_covariance
       past_(options.past),
       history_(core_covariance, options.map_bytes) {
   dense::prepare();
+  latest_.clear(covariance_.size());
   if (remembers() && state_.calibration_size() > 0) {
     throw UsageError("estimated extrinsics and time offset need a filter without Map::kHistory");
   }
@@ -68,6 +69,10 @@ void Ekf::propagate(const Prediction& prediction) {
   core.noalias() = P.topLeftCorner(n, n) * prediction.F.transpose();
   P.topLeftCorner(n, n) = core + prediction.Q;
   P.bottomLeftCorner(P.rows() - n, n) = P.topRightCorner(n, P.cols() - n).transpose();
+  if (latest_.variables() > 0) {
+    auto of_core = latest_.Z().leftCols(n);
+    of_core = dense::product(of_core, MatrixXd(prediction.F.transpose()));
+  }
   if (remembers()) {
     history_.append(History::Propagation{.F = prediction.F, .Q = prediction.Q});
   }
@@ -94,7 +99,7 @@ Innovation Ekf::innovation(const Measurement& z) const {
     const Measurement* one[] = {&z};
     const Jacobian H(one, state_, work_.whitening);
     auto PHt = work_.product.take(covariance_.size(), z.residual.size());
-    H.times_transpose(covariance_, PHt);
+    H.times_transpose(P, PHt);
     auto HPHt = work_.other.take(PHt.cols(), PHt.cols());
     H.times(PHt, HPHt);
     result.S += HPHt;
@@ -164,14 +169,16 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   UpdateReport& report = work_.report;
   if (accepted.empty()) return report;
 
-  const std::optional<Whitened> z = whiten(accepted, covariance_, state_, work_.whitening);
+  const std::optional<Whitened> z = whiten(accepted, covariance_, latest_.Z(), state_, work_.whitening);
   report.failed = !z;
   if (!z) return report;
   report.nis = z->nis;
   report.dof = static_cast<int>(rows_of(accepted));
-  auto delta = work_.delta.take<VectorXd>(z->W.rows());
-  delta.noalias() = z->W * z->w;
-  dense::downdate_lower(z->W, covariance_.all());
+  const int n = covariance_.size();
+  auto delta = work_.delta.take<VectorXd>(n);
+  delta.noalias() = z->W.topRows(n) * z->w;
+  dense::downdate_lower(z->W.topRows(n), covariance_.all());
+  latest_.correct(z->W, z->w);
 
   History::Correction record;
   if (remembers()) remember(accepted, delta, record);
@@ -256,11 +263,25 @@ void Ekf::remember(const std::vector<const Measurement*>& used, const ErrorRef& 
   }
 }
 
+// The new rows' cross-covariance with the variables of the segment.
+void Ekf::add_to_latest(std::span<const NewLandmark> landmarks, int first) {
+  auto Z = latest_.Z();
+  for (const NewLandmark& landmark : landmarks) {
+    auto own = Z.middleCols<3>(first);
+    own.noalias() = Z.leftCols<6>() * landmark.d_pose.transpose();
+    for (const NewLandmark::OfClone& clone : landmark.clones) {
+      own.noalias() += Z.middleCols<6>(clone.row) * clone.d.transpose();
+    }
+    first += 3;
+  }
+}
+
 void Ekf::add(std::span<const NewLandmark> landmarks) {
   if (landmarks.empty()) return;
   const int old_size = covariance_.size();
   const int rows = 3 * static_cast<int>(landmarks.size());
   covariance_.append(rows);
+  latest_.append_rows(rows);
   auto P = covariance_.all();
   auto d_pose = work_.B.take(rows, 6);
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
@@ -275,6 +296,7 @@ void Ekf::add(std::span<const NewLandmark> landmarks) {
       cross.middleRows<3>(3 * static_cast<int>(i)) += more;
     }
   }
+  if (latest_.variables() > 0) add_to_latest(landmarks, old_size);
   P.block(old_size, 0, rows, old_size) = cross;
   P.block(0, old_size, old_size, rows) = cross.transpose();
   auto own = work_.other.take(rows, rows);

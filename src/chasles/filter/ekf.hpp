@@ -8,6 +8,7 @@
 #include <chasles/filter/covariance.hpp>
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/filter/history.hpp>
+#include <chasles/filter/latest_segment.hpp>
 #include <chasles/filter/measurement.hpp>
 #include <chasles/filter/past.hpp>
 #include <chasles/filter/scratch.hpp>
@@ -83,12 +84,8 @@ class Ekf {
 
   /// Covariance of the core's errors, reference chart.
   Eigen::MatrixXd core_covariance() const;
-  /// Covariance of all errors of the state, in the row order of State, reference chart. With
-  /// Map::kPast and kDense there are further rows, which belong to no state.
+  /// Covariance of all errors of the state, in the row order of State, reference chart.
   Covariance::ConstBlock covariance() const { return covariance_.all(); }
-
-  /// The same without rows that belong to no state.
-  Eigen::MatrixXd state_covariance() const;
 
   void propagate(const Prediction& prediction);
 
@@ -179,7 +176,6 @@ class Ekf {
     State before;
     std::vector<Landmark> gone;
     std::vector<int> rows;
-    std::vector<std::pair<int*, int>> used;  ///< first row and number of rows
     WhiteningScratch whitening;
     Scratch delta, xi, product, other, B, Z;
   };
@@ -200,17 +196,16 @@ class Ekf {
   void to_map_axes(Landmark& landmark);
   void to_world_axes(Landmark& landmark);
   void leave(std::span<const int> indices);
-  std::vector<int> state_rows() const;
-  Segment latest_segment() const;
   void end_segment();
-  void begin_segment();
   void end_segment_when_due();
   std::vector<Landmark> rows_that_return(const std::vector<int>& numbers);
   std::vector<Landmark> recalled_rows(const std::vector<int>& numbers);
   void move_to_present_mean(const Eigen::Vector3d& as_it_left, const Landmark& landmark,
                             const std::optional<Eigen::VectorXd>& scale);
   std::optional<Eigen::VectorXd> scale_error(std::span<const Landmark> landmarks) const;
-  const std::vector<int>& renumber_rows();
+  void keep_rows();
+  void add_to_latest(std::span<const NewLandmark> landmarks, int first);
+  void visit_dense_covariance(const History::RowVisitor& visit) const;
   MapLandmark as_of_now(const Landmark& landmark) const;
   void gate(std::span<const Measurement> measurements);
   void remember(const std::vector<const Measurement*>& used, const ErrorRef& delta,
@@ -220,15 +215,7 @@ class Ekf {
   Options options_;
   State state_;
   Covariance covariance_;
-  /// Rows of the covariance that belong to no state: the errors of the state at the beginning of
-  /// the segment, and past states that have left since.
-  struct Kept {
-    int number = 0;
-    int row = 0, size = 0;
-    Eigen::VectorXd correction;
-  };
-  std::optional<Kept> starts_;
-  std::vector<Kept> leavers_;
+  LatestSegment latest_;  ///< past states, and what they need
   Past past_;
   History history_;
   std::vector<MapLandmark> frozen_;

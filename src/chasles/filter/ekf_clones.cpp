@@ -19,6 +19,8 @@ void Ekf::clone_pose(int id, Time time) {
   P.block(row, 0, 6, row) = P.topLeftCorner(6, row);
   P.block(0, row, row, 6) = P.topLeftCorner(row, 6);
   P.block<6, 6>(row, row) = P.topLeftCorner<6, 6>();
+  latest_.append_rows(6);
+  latest_.Z().rightCols<6>() = latest_.Z().leftCols<6>();
   state_.clones.push_back({.id = id,
                            .time = time,
                            .world_T_imu = state_.world_T_imu,
@@ -31,7 +33,7 @@ void Ekf::remove_clones(std::span<const int> ids) {
   std::erase_if(state_.clones, [&](const Clone& clone) {
     return std::find(ids.begin(), ids.end(), clone.id) != ids.end();
   });
-  covariance_.keep(renumber_rows());
+  keep_rows();
 }
 
 void Ekf::make_cartesian(int index) {
@@ -63,6 +65,14 @@ void Ekf::make_cartesian(int index) {
     columns += more_columns;
   }
   P.middleCols<3>(landmark.row) = columns;
+  if (latest_.variables() > 0) {
+    auto Z = latest_.Z();
+    Eigen::Matrix<double, Eigen::Dynamic, 3> of_point =
+        Z.middleCols<6>(clone.row) * J.leftCols<6>().transpose() +
+        Z.middleCols<3>(landmark.row) * J.rightCols<3>().transpose();
+    if (camera) of_point += Z.middleCols<6>(*camera) * J_camera.transpose();
+    Z.middleCols<3>(landmark.row) = of_point;
+  }
   const Matrix3d own = P.block<3, 3>(landmark.row, landmark.row);
   P.block<3, 3>(landmark.row, landmark.row) = (own + own.transpose()) / 2;
   landmark.p_world = state_.p_world(landmark);
@@ -125,6 +135,7 @@ void Ekf::compose() {
   J_transposed = J.transpose();
   dense::multiply(JP, J_transposed, P);
   dense::mirror_lower(P);
+  if (latest_.variables() > 0) latest_.Z() = dense::product(latest_.Z(), J_transposed);
 }
 
 }  // namespace chasles

@@ -7,6 +7,7 @@
 
 namespace chasles {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using MotionMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9>;
 
@@ -16,8 +17,6 @@ void Ekf::correct_mean(const ErrorRef& delta) {
   push(*chart_, state_, xi);
   retract(*chart_, state_, xi);
   state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
-  if (starts_) starts_->correction += delta.segment(starts_->row, starts_->size);
-  for (Kept& past : leavers_) past.correction += delta.segment(past.row, past.size);
 }
 
 // P <- A P A^T with A = T(x+)^-1 T(x), on the lower triangle.
@@ -41,6 +40,10 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
     half.noalias() = B * (0.5 * P_theta);
     Z += half;
     dense::symmetric_update_lower(B, Z, P);
+    if (latest_.variables() > 0) {
+      auto Z_latest = latest_.Z();
+      dense::add_product(1, MatrixXd(Z_latest.leftCols<3>()), MatrixXd(B.transpose()), Z_latest);
+    }
     if (remembers()) record.A_landmarks = B.bottomRows(B.rows() - state_.core_size());
   }
   change_chart_of_clones(before);
@@ -55,6 +58,8 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
   auto turned = work_.product.take(below.rows(), n);
   turned.noalias() = below * A.transpose();
   below = turned;
+  auto of_motion = latest_.Z().leftCols(n);
+  of_motion = (of_motion * A.transpose()).eval();
   if (remembers()) record.A_motion = A;
 }
 
@@ -78,6 +83,8 @@ void Ekf::change_chart_of_clones(const State& before) {
         work_.product.take<Eigen::Matrix<double, Eigen::Dynamic, 6>>(below.rows(), 6);
     turned_below.noalias() = below * A.transpose();
     below = turned_below;
+    auto of_clone = latest_.Z().middleCols<6>(r);
+    of_clone = (of_clone * A.transpose()).eval();
   }
 }
 

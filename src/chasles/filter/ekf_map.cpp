@@ -13,24 +13,24 @@ namespace {
 
 }  // namespace
 
-// Returns the rows that are still used, rising, and renumbers them without gaps.
-const std::vector<int>& Ekf::renumber_rows() {
-  auto& used = work_.used;
-  used.clear();
-  for (Landmark& landmark : state_.landmarks) used.emplace_back(&landmark.row, 3);
-  for (Clone& clone : state_.clones) used.emplace_back(&clone.row, 6);
-  if (starts_) used.emplace_back(&starts_->row, starts_->size);
-  for (Kept& past : leavers_) used.emplace_back(&past.row, past.size);
-  std::ranges::sort(used, {}, [](const auto& part) { return *part.first; });
+// Removes the rows that no state has any longer, and renumbers the others without gaps.
+void Ekf::keep_rows() {
   std::vector<int>& rows = work_.rows;
   rows.resize(static_cast<std::size_t>(state_.core_size()));
   std::iota(rows.begin(), rows.end(), 0);
-  for (const auto& [row, size] : used) {
-    const int first = *row;
-    *row = static_cast<int>(rows.size());
-    for (int i = 0; i < size; ++i) rows.push_back(first + i);
+  const auto take = [&](int& row, int width) {
+    const int first = row;
+    row = static_cast<int>(rows.size());
+    for (int i = 0; i < width; ++i) rows.push_back(first + i);
+  };
+  auto clone = state_.clones.begin();
+  for (Landmark& landmark : state_.landmarks) {
+    for (; clone != state_.clones.end() && clone->row < landmark.row; ++clone) take(clone->row, 6);
+    take(landmark.row, 3);
   }
-  return rows;
+  for (; clone != state_.clones.end(); ++clone) take(clone->row, 6);
+  covariance_.keep(rows);
+  latest_.keep_rows(rows);
 }
 
 // The position of an anchored landmark also depends on its anchor.
@@ -83,7 +83,7 @@ void Ekf::retire(std::span<const int> indices) {
       if (landmark.has_place()) frozen_.push_back(as_of_now(landmark));
     }
   }
-  covariance_.keep(renumber_rows());
+  keep_rows();
 }
 
 int Ekf::map_size() const {
@@ -103,14 +103,7 @@ std::vector<MapLandmark> Ekf::map() const {
 
 void Ekf::visit_map_covariance(const History::RowVisitor& visit) const {
   if (options_.map == Map::kDense) {
-    std::vector<int> rows;
-    const auto take = [&](int first, int size) {
-      for (int i = 0; i < size; ++i) rows.push_back(first + i);
-    };
-    for (const Kept& past : leavers_) take(past.row, past.size);
-    for (const Landmark& landmark : state_.landmarks) take(landmark.row, 3);
-    take(0, state_.core_size());
-    visit(0, covariance_.all()(rows, rows));
+    visit_dense_covariance(visit);
     return;
   }
   if (!history_.is_complete()) {

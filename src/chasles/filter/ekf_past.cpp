@@ -7,25 +7,15 @@
 #include <chasles/filter/ekf.hpp>
 #include <chasles/lie/so3.hpp>
 
-// States that leave the filter, and return (docs/map.md). Their rows stay in the covariance until
-// the end of a segment, so that every step of the filter moves them too. With the rows of the
-// state at the segment's beginning, which are kept likewise, the covariance then contains the
-// segment.
+// States that leave the filter, and return (docs/map.md).
 
 namespace chasles {
-namespace {
 
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-void append_rows(std::vector<int>& rows, int first, int count) {
-  for (int i = 0; i < count; ++i) rows.push_back(first + i);
-}
-
-}  // namespace
 
 // Three rows become a linear function of some rows, their own among them.
 void Ekf::substitute(int row, std::span<const RowTerm> terms) {
@@ -38,6 +28,14 @@ void Ekf::substitute(int row, std::span<const RowTerm> terms) {
       Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(P.rows(), 3);
   for (const RowTerm& term : terms) columns += P.middleCols<3>(term.row) * term.d.transpose();
   P.middleCols<3>(row) = columns;
+  if (latest_.variables() > 0) {
+    Eigen::Matrix<double, Eigen::Dynamic, 3> with_latest =
+        Eigen::Matrix<double, Eigen::Dynamic, 3>::Zero(latest_.variables(), 3);
+    for (const RowTerm& term : terms) {
+      with_latest += latest_.Z().middleCols<3>(term.row) * term.d.transpose();
+    }
+    latest_.Z().middleCols<3>(row) = with_latest;
+  }
   const Matrix3d own = P.block<3, 3>(row, row);
   P.block<3, 3>(row, row) = (own + own.transpose()) / 2;
 }
@@ -75,147 +73,61 @@ void Ekf::leave(std::span<const int> indices) {
     if (!landmark.has_place()) continue;
     make_cartesian(index);
     to_map_axes(landmark);
-    leavers_.push_back({.number = past_.add(landmark),
-                        .row = landmark.row,
-                        .size = 3,
-                        .correction = VectorXd::Zero(3)});
+    MatrixXd d = MatrixXd::Zero(3, covariance_.size());
+    d.middleCols<3>(landmark.row).setIdentity();
+    latest_.add_item({.number = past_.add(landmark), .size = 3}, d, covariance_.all());
   }
   for (auto index = indices.rbegin(); index != indices.rend(); ++index) {
     state_.landmarks.erase(state_.landmarks.begin() + *index);
   }
-  covariance_.keep(renumber_rows());
+  keep_rows();
 }
 
 void Ekf::remember_pose(Time time, const SE3& map_T_imu, const MatrixXd& d_core) {
   if (!has_past()) throw UsageError("past poses need a filter with Map::kPast");
-  const int row = covariance_.append(6);
-  auto P = covariance_.all();
-  const MatrixXd cross = d_core * P.topLeftCorner(d_core.cols(), row);
-  P.block(row, 0, 6, row) = cross;
-  P.block(0, row, row, 6) = cross.transpose();
-  P.block<6, 6>(row, row) = cross.leftCols(d_core.cols()) * d_core.transpose();
-  leavers_.push_back({.number = past_.add(time, map_T_imu),
-                      .row = row,
-                      .size = 6,
-                      .correction = VectorXd::Zero(6)});
+  MatrixXd d = MatrixXd::Zero(6, covariance_.size());
+  d.leftCols(d_core.cols()) = d_core;
+  latest_.add_item({.number = past_.add(time, map_T_imu), .size = 6}, d, covariance_.all());
 }
 
-// All rows of the state.
-std::vector<int> Ekf::state_rows() const {
-  std::vector<int> rows;
-  append_rows(rows, 0, state_.core_size());
-  for (const Landmark& landmark : state_.landmarks) append_rows(rows, landmark.row, 3);
-  for (const Clone& clone : state_.clones) append_rows(rows, clone.row, 6);
-  std::ranges::sort(rows);
-  return rows;
-}
-
-MatrixXd Ekf::state_covariance() const {
-  const std::vector<int> rows = state_rows();
-  return covariance_.all()(rows, rows);
-}
-
-Segment Ekf::latest_segment() const {
-  Segment segment;
-  std::vector<int> variables;
-  if (starts_) {
-    segment.starts = starts_->size;
-    append_rows(variables, starts_->row, starts_->size);
-  }
-  for (const Kept& past : leavers_) {
-    segment.items.push_back({.number = past.number, .size = past.size});
-    append_rows(variables, past.row, past.size);
-  }
-  segment.X = covariance_.all()(state_rows(), variables);
-  segment.G = covariance_.all()(variables, variables);
-  segment.g.resize(static_cast<Index>(variables.size()));
-  Index at = segment.starts;
-  if (starts_) segment.g.head(at) = starts_->correction;
-  for (const Kept& past : leavers_) {
-    segment.g.segment(at, past.size) = past.correction;
-    at += past.size;
-  }
-  return segment;
-}
-
-void Ekf::end_segment() {
-  past_.append(latest_segment());
-  starts_.reset();
-  leavers_.clear();
-  covariance_.keep(renumber_rows());
-}
-
-// The rows that are kept have the unit covariance with those of the state, and none with each
-// other: what becomes of them is a factor on any true cross-covariance.
-void Ekf::begin_segment() {
-  const int n = covariance_.size();
-  starts_ = Kept{.row = covariance_.append(n), .size = n, .correction = VectorXd::Zero(n)};
-  auto P = covariance_.all();
-  P.bottomLeftCorner(n, n).setIdentity();
-  P.topRightCorner(n, n).setIdentity();
-}
-
-// The rows of those who left take part in every step. Ending a segment costs a copy of its rows.
+// Ending a segment costs little. A segment's steps cost the more the more states have left in it.
 void Ekf::end_segment_when_due() {
-  constexpr int kMostRows = 120;
-  int rows = 0;
-  for (const Kept& past : leavers_) rows += past.size;
-  if (rows < kMostRows) return;
-  end_segment();
-  begin_segment();
+  constexpr Index kMostRows = 120;
+  if (latest_.item_rows() < kMostRows) return;
+  past_.append(latest_.segment());
+  latest_.begin(covariance_.size());
 }
 
-// With Map::kDense their rows are there already.
-std::vector<Landmark> Ekf::rows_that_return(const std::vector<int>& numbers) {
-  std::vector<Landmark> result;
-  for (const int number : numbers) {
-    const auto past = std::ranges::find(leavers_, number, &Kept::number);
-    const int row = covariance_.append(3);
-    auto P = covariance_.all();
-    P.middleRows<3>(row) = P.middleRows<3>(past->row);
-    P.middleCols<3>(row) = P.middleCols<3>(past->row);
-    result.push_back(past_.landmark(number));
-    result.back().row = row;
-    result.back().p_world += past->correction;
+// The past states become the last rows of the state.
+void Ekf::revive(std::span<const int> numbers) {
+  if (numbers.empty()) return;
+  const std::vector<int> list(numbers.begin(), numbers.end());
+  Carried past;
+  if (options_.map == Map::kDense) {
+    carry(past, latest_.segment(), list);
+    past_.note_returned(list);
+  } else {
+    past_.append(latest_.segment());
+    past = past_.revive(list);
+    latest_.clear(covariance_.size());
   }
-  std::erase_if(leavers_, [&](const Kept& past) {
-    return std::ranges::find(numbers, past.number) != numbers.end();
-  });
-  past_.note_returned(numbers);
-  return result;
-}
-
-std::vector<Landmark> Ekf::recalled_rows(const std::vector<int>& numbers) {
-  const Carried past = past_.revive(numbers);
-  const auto k = past.rows();
-  const int row = covariance_.append(static_cast<int>(k));
+  const auto k = static_cast<int>(past.rows());
+  const int row = covariance_.append(k);
   auto P = covariance_.all();
   P.block(row, 0, k, row) = past.C;
   P.block(0, row, row, k) = past.C.transpose();
   P.bottomRightCorner(k, k) = past.P;
-  std::vector<Landmark> result;
-  int at = 0;
-  for (const Segment::Item& item : past.items) {
-    result.push_back(past_.landmark(item.number));
-    result.back().row = row + at;
-    result.back().p_world += past.correction.segment<3>(at);
-    at += item.size;
-  }
-  return result;
-}
-
-void Ekf::revive(std::span<const int> numbers) {
-  if (numbers.empty()) return;
-  const std::vector<int> list(numbers.begin(), numbers.end());
-  const bool dense = options_.map == Map::kDense;
-  if (!dense) end_segment();
-  const std::vector<Landmark> returning = dense ? rows_that_return(list) : recalled_rows(list);
   const std::size_t first = state_.landmarks.size();
-  state_.landmarks.insert(state_.landmarks.end(), returning.begin(), returning.end());
-  if (dense) {
-    covariance_.keep(renumber_rows());
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    Landmark landmark = past_.landmark(list[i]);
+    landmark.row = row + 3 * static_cast<int>(i);
+    landmark.p_world += past.correction.segment<3>(3 * static_cast<Index>(i));
+    state_.landmarks.push_back(landmark);
+  }
+  if (options_.map == Map::kDense) {
+    latest_.make_states(list);
   } else {
-    begin_segment();  // first, so that the segment contains the changes that follow
+    latest_.begin(covariance_.size());  // first, so that the segment contains what follows
   }
   const std::optional<VectorXd> scale =
       options_.keep_scale ? scale_error({state_.landmarks.data(), first}) : std::nullopt;
@@ -245,6 +157,8 @@ void Ekf::move_to_present_mean(const Vector3d& as_it_left, const Landmark& landm
     P.middleRows<3>(landmark.row) += by * before.transpose();
     const VectorXd after = P * *scale;
     P.middleCols<3>(landmark.row) += after * by.transpose();
+    const VectorXd with_latest = latest_.Z() * *scale;
+    latest_.Z().middleCols<3>(landmark.row) += with_latest * by.transpose();
   }
 }
 
@@ -274,9 +188,24 @@ MapLandmark Ekf::in_map_axes(const Landmark& landmark) const {
   return result;
 }
 
+void Ekf::visit_dense_covariance(const History::RowVisitor& visit) const {
+  const Segment past = latest_.segment();
+  const Index q = past.g.size(), n = covariance_.size();
+  std::vector<int> rows;
+  const auto take = [&](int first, int size) {
+    for (int i = 0; i < size; ++i) rows.push_back(first + i);
+  };
+  for (const Landmark& landmark : state_.landmarks) take(landmark.row, 3);
+  take(0, state_.core_size());
+  MatrixXd whole(q + n, q + n);
+  whole << past.G, past.X(rows, Eigen::all).transpose(), past.X(rows, Eigen::all),
+      covariance_.all()(rows, rows);
+  visit(0, whole);
+}
+
 Past::Estimates Ekf::past_estimates() const {
   if (!has_past()) throw UsageError("past estimates need a filter with Map::kPast");
-  Past::Estimates result = past_.estimates(latest_segment());
+  Past::Estimates result = past_.estimates(latest_.segment());
   for (const Landmark& landmark : state_.landmarks) {
     if (landmark.has_place()) result.landmarks.push_back(in_map_axes(landmark));
   }

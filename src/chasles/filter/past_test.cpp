@@ -123,7 +123,7 @@ class Wanderer {
 
 void expect_same_estimates(const Ekf& a, const Ekf& b) {
   EXPECT_LT(test::distance(a.state(), b.state()), kPastTolerance);
-  const MatrixXd P = a.state_covariance(), expected = b.state_covariance();
+  const MatrixXd P = a.covariance(), expected = b.covariance();
   ASSERT_EQ(P.rows(), expected.rows());
   EXPECT_LT(test::covariance_difference(P, expected), kPastTolerance);
   const Past::Estimates past = a.past_estimates(), dense = b.past_estimates();

@@ -1,3 +1,5 @@
+#include <numeric>
+#include <chasles/filter/run_drive_testing.hpp>
 #include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
@@ -53,16 +55,41 @@ class Pair {
     observe(drive_.frames[frame].observations);
   }
 
-  // The filter's covariance in the coordinates of the textbook filter.
+  // The filter's covariance, with the past landmarks, in the coordinates and the order of the
+  // textbook filter.
   MatrixXd in_chart_coordinates() const {
-    MatrixXd P = ekf_.covariance();
+    const MatrixXd map = test::whole_covariance(ekf_);  // past landmarks, landmarks, core
+    const Eigen::Index past = 3 * static_cast<Eigen::Index>(retired_.size());
+    const int core = ekf_.state().core_size();
+    std::vector<Eigen::Index> rows(static_cast<std::size_t>(map.rows()));
+    std::iota(rows.begin(), rows.end(), 0);
+    std::rotate(rows.begin(), rows.end() - core, rows.end());
+    std::rotate(rows.begin() + core, rows.begin() + core + past, rows.end());
+    MatrixXd P = map(rows, rows);  // core, landmarks, past landmarks
     push(ekf_.chart(), ekf_.state(), P);
     P.transposeInPlace();
     push(ekf_.chart(), ekf_.state(), P);
-    return P;
+    std::vector<int> landmarks;
+    for (int i = 0; i < static_cast<int>(textbook_landmarks()); ++i) {
+      if (std::ranges::find(retired_, i) == retired_.end()) landmarks.push_back(i);
+    }
+    landmarks.insert(landmarks.end(), retired_.begin(), retired_.end());
+    std::vector<Eigen::Index> places(static_cast<std::size_t>(map.rows()));
+    for (int i = 0; i < core; ++i) places[static_cast<std::size_t>(i)] = i;
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      const auto at = static_cast<std::size_t>(core + 3 * landmarks[i]);
+      for (std::size_t k = 0; k < 3; ++k) {
+        places[at + k] = core + 3 * static_cast<Eigen::Index>(i) + static_cast<Eigen::Index>(k);
+      }
+    }
+    return P(places, places);
   }
 
  private:
+  std::size_t textbook_landmarks() const {
+    return retired_.size() + ekf_.state().landmarks.size();
+  }
+
   void propagate(const test::DriveFrame& frame) {
     ekf_.propagate(test::predict_drive(motion_, ekf_.state(), frame));
     if (motion_ == Motion::kInertial) {
@@ -108,7 +135,8 @@ class Pair {
     for (std::size_t i = 0; i < in_view.size(); ++i) {
       if (in_view[i]) continue;
       gone.push_back(static_cast<int>(i));
-      textbook_.retire(all_along(ekf_.state().landmarks[i].id));
+      retired_.push_back(all_along(ekf_.state().landmarks[i].id));
+      textbook_.retire(retired_.back());
     }
     ekf_.retire(gone);
   }
@@ -133,6 +161,7 @@ class Pair {
   Motion motion_;
   const test::Drive& drive_;
   Ekf ekf_;
+  std::vector<int> retired_;  // textbook's landmarks, in the order in which they left
   TextbookEkf textbook_;
 };
 

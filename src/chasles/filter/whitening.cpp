@@ -131,8 +131,7 @@ void Jacobian::times(const dense::ConstBlock& M, dense::Block result) const {
   dense::add_product(1, clones_, gathered, result);
 }
 
-void Jacobian::times_transpose(const Covariance& covariance, dense::Block result) const {
-  const auto P = covariance.all();
+void Jacobian::times_transpose(const dense::ConstBlock& P, dense::Block result) const {
   auto transposed = scratch_.transposed.take(core_.cols(), core_.rows());
   transposed = core_.transpose();
   dense::multiply(P.leftCols(core_.cols()), transposed, result);
@@ -185,7 +184,7 @@ double normalised_square(Measurements measurements, const Covariance& covariance
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const Jacobian H(measurements, x, scratch);
   if (!H.is_of_clones()) {
-    const auto z = whiten(measurements, covariance, x, scratch);
+    const auto z = whiten(measurements, covariance, Eigen::MatrixXd(0, covariance.size()), x, scratch);
     return z ? z->nis : kInfinite;
   }
   const Eigen::Index m = rows_of(measurements);
@@ -205,13 +204,16 @@ double normalised_square(Measurements measurements, const Covariance& covariance
 }
 
 std::optional<Whitened> whiten(Measurements measurements, const Covariance& covariance,
-                               const State& x, WhiteningScratch& scratch) {
+                               const dense::ConstBlock& kept, const State& x,
+                               WhiteningScratch& scratch) {
   if (can_be_compressed(measurements, scratch)) {
-    return whiten_compressed(measurements, covariance, scratch);
+    return whiten_compressed(measurements, covariance, kept, scratch);
   }
-  const Eigen::Index m = rows_of(measurements);
-  Whitened result{scratch.W.take(covariance.size(), m), scratch.w.take<VectorXd>(m)};
-  Jacobian(measurements, x, scratch).times_transpose(covariance, result.W);
+  const Eigen::Index m = rows_of(measurements), n = covariance.size();
+  Whitened result{scratch.W.take(n + kept.rows(), m), scratch.w.take<VectorXd>(m)};
+  const Jacobian H(measurements, x, scratch);
+  H.times_transpose(covariance.all(), result.W.topRows(n));
+  if (kept.rows() > 0) H.times_transpose(kept, result.W.bottomRows(kept.rows()));
   Eigen::Index at = 0;
   for (const Measurement* one : measurements) {
     result.w.segment(at, one->residual.size()) = one->residual;

@@ -28,8 +28,8 @@ class Jacobian {
   /// result <- H M for an M with one row per error of the state.
   void times(const dense::ConstBlock& M, dense::Block result) const;
 
-  /// result <- P H^T, n x m, for a symmetric P, whose columns are contiguous.
-  void times_transpose(const Covariance& covariance, dense::Block result) const;
+  /// result <- P H^T for a P with a column, contiguous, for every error of the state.
+  void times_transpose(const dense::ConstBlock& P, dense::Block result) const;
 
   /// Whether the measurements depend only on clones (or imu_T_camera), densely; if so,
   /// square_of_clones gives result <- H P H^T, m x m.
@@ -60,8 +60,11 @@ struct Whitened {
 double normalised_square(Measurements measurements, const Covariance& covariance, const State& x,
                          WhiteningScratch& scratch);
 
-/// W, w and the NIS of an update; none if S is not positive definite.
+/// W, w and the NIS of an update; none if S is not positive definite. `kept`: the cross-covariance
+/// of further variables with the state (latest_segment.hpp): W has their rows below those of the
+/// state.
 std::optional<Whitened> whiten(Measurements measurements, const Covariance& covariance,
-                               const State& x, WhiteningScratch& scratch);
+                               const dense::ConstBlock& kept, const State& x,
+                               WhiteningScratch& scratch);
 
 }  // namespace chasles

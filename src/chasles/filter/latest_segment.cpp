@@ -1,0 +1,102 @@
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include <chasles/filter/latest_segment.hpp>
+
+namespace chasles {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+void LatestSegment::make_room(Index variables, Index rows) {
+  if (variables > Z_.rows() || rows > Z_.cols()) {
+    MatrixXd larger(std::max(Z_.rows(), variables + variables / 4),
+                    std::max(Z_.cols(), rows + rows / 4));
+    larger.topLeftCorner(q_, n_) = Z();
+    Z_ = std::move(larger);
+  }
+  if (variables > G_.rows()) {
+    const Index room = Z_.rows();
+    MatrixXd larger(room, room);
+    larger.topLeftCorner(q_, q_) = G_.topLeftCorner(q_, q_);
+    G_ = std::move(larger);
+    g_.conservativeResize(room);
+  }
+}
+
+void LatestSegment::clear(Index n) {
+  segment_ = {};
+  q_ = 0;
+  n_ = n;
+  make_room(q_, n_);
+}
+
+void LatestSegment::begin(Index n) {
+  clear(n);
+  make_room(n, n);
+  q_ = n;
+  segment_.starts = n;
+  Z().setIdentity();
+  G_.topLeftCorner(q_, q_).setZero();
+  g_.head(q_).setZero();
+}
+
+void LatestSegment::append_rows(int count) {
+  make_room(q_, n_ + count);
+  Z_.block(0, n_, q_, count).setZero();
+  n_ += count;
+}
+
+void LatestSegment::keep_rows(const std::vector<int>& rows) {
+  n_ = static_cast<Index>(rows.size());
+  if (q_ == 0) return;
+  for (Index j = 0; j < n_; ++j) {  // rows rise, so no column is overwritten before it is read
+    const Index from = rows[static_cast<std::size_t>(j)];
+    if (from != j) Z_.col(j).head(q_) = Z_.col(from).head(q_);
+  }
+}
+
+void LatestSegment::add_item(Segment::Item item, const MatrixXd& d, const dense::ConstBlock& P) {
+  const Index k = d.rows();
+  make_room(q_ + k, n_);
+  const MatrixXd dP = dense::product(d, P), d_transposed = d.transpose();
+  G_.block(q_, 0, k, q_) = dense::product(Z(), d_transposed).transpose();
+  G_.block(q_, q_, k, k) = dense::product(dP, d_transposed);
+  g_.segment(q_, k).setZero();
+  q_ += k;
+  Z().bottomRows(k) = dP;
+  segment_.items.push_back(item);
+}
+
+void LatestSegment::make_states(const std::vector<int>& numbers) {
+  Segment changed = segment();
+  take_along(changed, numbers);
+  segment_.items = changed.items;
+  q_ = changed.g.size();
+  make_room(q_, changed.X.rows());
+  n_ = changed.X.rows();
+  Z() = changed.X.transpose();
+  G_.topLeftCorner(q_, q_) = changed.G;
+  g_.head(q_) = changed.g;
+}
+
+void LatestSegment::correct(const dense::ConstBlock& W,
+                            const Eigen::Ref<const Eigen::VectorXd>& w) {
+  if (q_ == 0) return;
+  const auto own = W.bottomRows(q_);
+  const MatrixXd of_state = W.topRows(n_).transpose();
+  dense::add_product(-1, own, of_state, Z());
+  dense::downdate_lower(own, G_.topLeftCorner(q_, q_));
+  g_.head(q_).noalias() += own * w;
+}
+
+Segment LatestSegment::segment() const {
+  Segment result = segment_;
+  result.X = Z().transpose();
+  result.G = G_.topLeftCorner(q_, q_).selfadjointView<Eigen::Lower>();
+  result.g = g_.head(q_);
+  return result;
+}
+
+}  // namespace chasles
