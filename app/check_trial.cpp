@@ -57,6 +57,7 @@ Recording part_with(const Recording& recording, const std::vector<FeatureFrame>&
 
 Outcome run_filter(const Recording& part, bool images) {
   InertialRunSettings settings;
+  settings.filter.exact_map = Toggle::kFalse;
   settings.filter.pixel_sigma = part.single_pixel_sigma;
   if (images) {
     settings =

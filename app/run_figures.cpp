@@ -76,6 +76,32 @@ Json landmarks_json(const Run& run, const std::vector<TrueLandmark>& truths, boo
   return json;
 }
 
+template <class Pose>
+std::pair<Trajectory, std::vector<Matrix6d>> poses_of(const std::vector<Pose>& poses) {
+  std::pair<Trajectory, std::vector<Matrix6d>> result;
+  for (const Pose& pose : poses) {
+    result.first.push_back({.time = pose.time, .pose = pose.world_T_imu});
+    result.second.push_back(pose.pose_covariance);
+  }
+  return result;
+}
+
+EvaluationOptions evaluation_options(const Run& run, const std::string& chart) {
+  EvaluationOptions options;
+  options.pose_error = pose_error_of(chart);
+  options.level = is_level(run);
+  options.pairing = run.pairing;
+  return options;
+}
+
+Json smoothed_json(const Run& run, const std::string& chart) {
+  const auto [estimate, covariances] = poses_of(run.smoothed);
+  Json json = {{"frames", estimate.size()}};
+  json.update(
+      figures_json(evaluate(estimate, run.truth, covariances, evaluation_options(run, chart))));
+  return json;
+}
+
 // OpenBLAS's kernels round differently, so the variable changes the last digits of all results.
 void add_kernels(Json& json, std::vector<std::string>& remarks) {
   const char* kernels = std::getenv("OPENBLAS_CORETYPE");
@@ -104,20 +130,11 @@ Json figures_json(const Evaluation& evaluation) {
 
 Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::string>& remarks) {
   if (run.truth.empty() || run.states.empty()) return no_evaluation();
-  Trajectory estimate;
-  std::vector<Matrix6d> covariances;
-  for (const RunState& s : run.states) {
-    estimate.push_back({.time = s.time, .pose = s.world_T_imu});
-    covariances.push_back(s.pose_covariance);
-  }
-  EvaluationOptions options;
-  options.pose_error = pose_error_of(chart);
-  options.level = is_level(run);
-  options.pairing = run.pairing;
+  const auto [estimate, covariances] = poses_of(run.states);
   try {
     const auto misread = remark_on_quaternions(associate(estimate, run.truth, run.pairing));
     if (misread) remarks.push_back(*misread);
-    return figures_json(evaluate(estimate, run.truth, covariances, options));
+    return figures_json(evaluate(estimate, run.truth, covariances, evaluation_options(run, chart)));
   } catch (const InputError& error) {
     remarks.push_back(fmt::format("not evaluated: {}", error.what()));
     return no_evaluation();
@@ -132,6 +149,9 @@ Json run_json(const Run& run, const Coverage& coverage, const std::string& mode,
   json.update(evaluation_json(run, chart, remarks));
   json.update(pairing_json(run.pairing));
   json.update(landmarks_json(run, true_landmarks, !json["ate_m"].is_null()));
+  if (!run.smoothed.empty() && !json["ate_m"].is_null()) {
+    json["smoothed"] = smoothed_json(run, chart);
+  }
   add_kernels(json, remarks);
   if (run.georeference) {
     const Geodetic& origin = run.georeference->origin;

@@ -114,7 +114,12 @@ class Recorder : public RunObserver {
     coverage.estimated = std::min(
         coverage.frames, estimated_ * static_cast<std::size_t>(options_.frames_per_estimate));
     result_.report = std::move(report);
-    result_.run.landmarks = map();
+    const Past::Estimates past = estimator_.past();
+    result_.run.landmarks = map(past.landmarks);
+    for (const PastPose& pose : past.poses) {
+      result_.run.smoothed.push_back(
+          {.time = pose.time, .world_T_imu = pose.map_T_imu, .pose_covariance = pose.covariance});
+    }
     result_.run.images = keeper_.take();
     sums_.report(result_);
     return std::move(result_);
@@ -159,7 +164,7 @@ class Recorder : public RunObserver {
   void on_progress(std::size_t frames, Time now) override {
     const double seconds = to_seconds(now - *first_);
     progress_.show(frames, seconds);
-    live_.advance(result_.run, frames, seconds, [this] { return map(); });
+    live_.advance(result_.run, frames, seconds, [this] { return map(estimator_.map()); });
   }
 
   void on_smoothing() override { live_.smoothing(); }
@@ -178,8 +183,8 @@ class Recorder : public RunObserver {
     return result_.run.states.back();
   }
 
-  std::vector<RunLandmark> map() const {
-    std::vector<RunLandmark> map = run_landmarks(estimator_.map(), estimator_.initial_landmarks());
+  std::vector<RunLandmark> map(const std::vector<MapLandmark>& landmarks) const {
+    std::vector<RunLandmark> map = run_landmarks(landmarks, estimator_.initial_landmarks());
     spans_.fill_in(estimator_.in_state(), map);
     return map;
   }

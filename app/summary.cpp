@@ -311,6 +311,9 @@ std::string summary_text(const Json& summary) {
   text += line(summary, "ATE, yaw and position", "ate_posyaw_m", "m", 3);
   text += line(summary, "ATE, first pose", "ate_first_pose_m", "m", 3);
   text += line(summary, "attitude", "attitude_deg", "deg", 3);
+  if (const auto smoothed = summary.find("smoothed"); smoothed != summary.end()) {
+    text += line(*smoothed, "ATE of the smoothed path", "ate_m", "m", 3);
+  }
   text += line(summary, "RPE over 100 m", "rpe_100m_percent", "%", 3);
   text += line(summary, "tilt of the truth", "truth_tilt_deg", "deg, removed", 2);
   text += line(summary, "NEES of the pose", "nees_pose", "(consistent: 6)", 2);

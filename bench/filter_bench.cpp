@@ -147,8 +147,7 @@ void declare() {
   };
   for (const Ekf::Map map : {Ekf::Map::kHistory, Ekf::Map::kDense}) {
     const bool compress = map == Ekf::Map::kHistory;
-    add(compress ? "compressed" : "dense",
-        [map](benchmark::State& state) { frame(state, map); })
+    add(compress ? "compressed" : "dense", [map](benchmark::State& state) { frame(state, map); })
         ->Arg(500)
         ->Arg(1000)
         ->Arg(2000)

@@ -42,8 +42,10 @@ int small_integer(const CsvReader& csv, std::size_t column) {
   throw InputError(fmt::format("{}: {} is out of range", csv.where(column), value));
 }
 
-RunState read_state(const CsvReader& csv, std::size_t extras) {
-  RunState s;
+// The columns of state_head_columns().
+template <class Pose>
+Pose read_pose(const CsvReader& csv) {
+  Pose s;
   s.time = csv.time(0);
   s.world_T_imu.p = {csv.number(1), csv.number(2), csv.number(3)};
   const Eigen::Vector4d q(csv.number(4), csv.number(5), csv.number(6), csv.number(7));
@@ -56,6 +58,12 @@ RunState read_state(const CsvReader& csv, std::size_t extras) {
       s.pose_covariance(i, j) = s.pose_covariance(j, i) = csv.number(column++);
     }
   }
+  return s;
+}
+
+RunState read_state(const CsvReader& csv, std::size_t extras) {
+  auto s = read_pose<RunState>(csv);
+  std::size_t column = state_head_columns().size();
   for (std::size_t i = 0; i < extras; ++i) s.extra.push_back(csv.number(column++));
   for (std::size_t i = 0; i < extras; ++i) s.extra_sigma.push_back(csv.number(column++));
   s.nis = csv.number(column++);
@@ -89,6 +97,18 @@ void read_states(const std::filesystem::path& file, const nlohmann::ordered_json
     if (run.states.size() < 2) continue;
     check_rises(csv.where(0), run.states[run.states.size() - 2].time, run.states.back().time);
   }
+}
+
+std::vector<SmoothedPose> read_smoothed(const std::filesystem::path& file) {
+  std::vector<SmoothedPose> poses;
+  if (!std::filesystem::exists(file)) return poses;
+  CsvReader csv(file, state_head_columns(), {}, LastLine::kMustEnd);
+  while (csv.next()) {
+    poses.push_back(read_pose<SmoothedPose>(csv));
+    if (poses.size() < 2) continue;
+    check_rises(csv.where(0), poses[poses.size() - 2].time, poses.back().time);
+  }
+  return poses;
 }
 
 // The columns of timing.csv after the wall time, without their unit.
@@ -249,6 +269,7 @@ Run read_run(const std::filesystem::path& folder) {
   if (std::filesystem::exists(folder / "timing.csv")) {
     read_timing(folder / "timing.csv", run);
   }
+  run.smoothed = read_smoothed(folder / "smoothed.csv");
   run.landmarks = read_landmarks(folder / "landmarks.csv");
   run.truth = read_where_present(folder / "truth.tum");
   run.dead_reckoning = read_where_present(folder / "dead_reckoning.tum");

@@ -41,6 +41,14 @@ struct RunState {
   std::vector<double> stages = {};
 };
 
+/// A pose of the path given all measurements, with the covariance as in RunState. A row of
+/// smoothed.csv.
+struct SmoothedPose {
+  Time time{};
+  SE3 world_T_imu;
+  Matrix6d pose_covariance = Matrix6d::Zero();
+};
+
 /// A position with the covariance of its additive error, world axes.
 struct UncertainPoint {
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();         ///< [m]
@@ -60,13 +68,14 @@ struct RunLandmark {
 };
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
-/// timing.csv and, where known, truth.tum, dead_reckoning.tum, plan.csv and images that were kept
-/// (docs/formats.md).
+/// timing.csv and, where known, trajectory_smoothed.tum, smoothed.csv, truth.tum,
+/// dead_reckoning.tum, plan.csv and images that were kept (docs/formats.md).
 struct Run {
   std::string name;                      ///< of the recording: summary.json's "name" when read
   std::vector<std::string> extra_names;  ///< e.g. "velocity_x", with the unit in docs/formats.md
   std::vector<std::string> stage_names = {};  ///< of RunState::stages, "front_end"; may be empty
   std::vector<RunState> states;
+  std::vector<SmoothedPose> smoothed = {};  ///< by time; empty where unknown
   std::vector<RunLandmark> landmarks;
   Trajectory truth;           ///< world_T_imu in the truth's own world; empty where unknown
   TruthPairing pairing = {};  ///< of the states with the truth, for all comparisons

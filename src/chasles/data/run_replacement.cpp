@@ -34,10 +34,19 @@ using Json = nlohmann::ordered_json;
 constexpr const char *kWriting = ".writing", *kWritten = ".written", *kSummaryFile = "summary.json",
                      *kFiles = "files";
 // All files but summary.json and pictures of a run whose summary does not list them (before 0.2).
-constexpr const char* kRunFiles[] = {"trajectory.tum", "states.csv",        "timing.csv",
-                                     "landmarks.csv",  "map.ply",           "truth.tum",
-                                     "plan.csv",       "images.csv",        "features.csv",
-                                     "timing.json",    "dead_reckoning.tum"};
+constexpr const char* kRunFiles[] = {"trajectory.tum",
+                                     "states.csv",
+                                     "timing.csv",
+                                     "landmarks.csv",
+                                     "map.ply",
+                                     "truth.tum",
+                                     "plan.csv",
+                                     "images.csv",
+                                     "features.csv",
+                                     "timing.json",
+                                     "dead_reckoning.tum",
+                                     "smoothed.csv",
+                                     "trajectory_smoothed.tum"};
 
 // Their content differs from run to run, so summary.json cannot describe it.
 bool is_timing(const std::string& name) { return name.starts_with("timing."); }

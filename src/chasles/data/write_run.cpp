@@ -26,10 +26,11 @@ void append(std::string& text, const char* format, const Values&... values) {
   fmt::format_to(std::back_inserter(text), fmt::runtime(format), values...);
 }
 
-Trajectory trajectory_of(const std::vector<RunState>& states) {
+template <class Pose>
+Trajectory trajectory_of(const std::vector<Pose>& poses) {
   Trajectory trajectory;
-  for (const RunState& state : states) {
-    trajectory.push_back({.time = state.time, .pose = state.world_T_imu});
+  for (const Pose& pose : poses) {
+    trajectory.push_back({.time = pose.time, .pose = pose.world_T_imu});
   }
   return trajectory;
 }
@@ -49,16 +50,32 @@ void check_sizes(const Run& run) {
   }
 }
 
+// The columns of state_head_columns().
+template <class Pose>
+void append_pose(std::string& text, const Pose& pose) {
+  const Eigen::Vector3d& p = pose.world_T_imu.p;
+  const Eigen::Vector4d q = unit_quaternion(pose.world_T_imu.R);
+  append(text, "{},{},{},{},{},{},{},{}", pose.time.count(), p.x(), p.y(), p.z(), q[0], q[1], q[2],
+         q[3]);
+  const Matrix6d& P = pose.pose_covariance;
+  for (int i = 0; i < 6; ++i) append(text, ",{}", std::sqrt(P(i, i)));
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) append(text, ",{}", P(i, j));
+  }
+}
+
+std::string smoothed_text(const std::vector<SmoothedPose>& poses) {
+  std::string text = header(state_head_columns());
+  for (const SmoothedPose& pose : poses) {
+    append_pose(text, pose);
+    text += '\n';
+  }
+  return text;
+}
+
 void append_rows(std::string& text, std::span<const RunState> states) {
   for (const RunState& s : states) {
-    const Eigen::Vector3d& p = s.world_T_imu.p;
-    const Eigen::Vector4d q = unit_quaternion(s.world_T_imu.R);
-    append(text, "{},{},{},{},{},{},{},{}", s.time.count(), p.x(), p.y(), p.z(), q[0], q[1], q[2],
-           q[3]);
-    for (int i = 0; i < 6; ++i) append(text, ",{}", std::sqrt(s.pose_covariance(i, i)));
-    for (int i = 0; i < 6; ++i) {
-      for (int j = i; j < 6; ++j) append(text, ",{}", s.pose_covariance(i, j));
-    }
+    append_pose(text, s);
     for (const double value : s.extra) append(text, ",{}", value);
     for (const double value : s.extra_sigma) append(text, ",{}", value);
     append(text, ",{},{},{},{},{},{},{},{},{}\n", s.nis, s.nis_dof, s.observations, s.used,
@@ -141,6 +158,10 @@ nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& s
   const std::filesystem::path& place = replacement.place();
   write_tum(trajectory_of(run.states), place / "trajectory.tum");
   write_file(place / "states.csv", states_text(run, 0));
+  if (!run.smoothed.empty()) {
+    write_tum(trajectory_of(run.smoothed), place / "trajectory_smoothed.tum");
+    write_file(place / "smoothed.csv", smoothed_text(run.smoothed));
+  }
   write_file(place / "timing.csv", timing_text(run));
   write_file(place / "landmarks.csv", landmarks_text(run.landmarks));
   write_file(place / "map.ply", ply_bytes(run.landmarks));

@@ -129,7 +129,8 @@ TEST(Calibration, OfAFilterWithoutAnyThereIsNone) {
   EXPECT_FALSE(calibration_of(test::inertial_filter(kStandardChart, random)));
   State x = test::random_state(random, {.velocity = true, .additive = 6});
   x.time_offset = 0.01;
-  EXPECT_THROW(Ekf(kStandardChart, x, MatrixXd::Identity(16, 16), {.map = Ekf::Map::kHistory}), UsageError);
+  EXPECT_THROW(Ekf(kStandardChart, x, MatrixXd::Identity(16, 16), {.map = Ekf::Map::kHistory}),
+               UsageError);
 }
 
 // Hand-held motion: smooth samples at a high rate.

@@ -75,7 +75,8 @@ TEST(Compression, CorrectionCovarianceAndNisAreThoseOfAllRows) {
     WhiteningScratch scratch;
     const auto all = pointers(measurements);
     ASSERT_TRUE(can_be_compressed(all, scratch));
-    const auto whitened = whiten_compressed(all, covariance, MatrixXd(0, covariance.size()), scratch);
+    const auto whitened =
+        whiten_compressed(all, covariance, MatrixXd(0, covariance.size()), scratch);
     ASSERT_TRUE(whitened);
     EXPECT_EQ(whitened->W.cols(), rank);
     EXPECT_TRUE(test::agree(whitened->W * whitened->w, gain * z.r, 1e-9));
@@ -108,7 +109,8 @@ TEST(Compression, WhatIsNoMeasurementGivesNone) {
   const auto tells = [&](auto&& spoil) {
     auto bad = good;
     spoil(bad[3]);
-    return whiten_compressed(pointers(bad), covariance, MatrixXd(0, covariance.size()), scratch).has_value();
+    return whiten_compressed(pointers(bad), covariance, MatrixXd(0, covariance.size()), scratch)
+        .has_value();
   };
   EXPECT_TRUE(tells([](Measurement&) {}));
   EXPECT_FALSE(tells([](Measurement& z) { z.residual[0] = kNan; }));

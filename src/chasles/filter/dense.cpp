@@ -172,6 +172,13 @@ void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C
   if (C.size() > 0 && A.cols() > 0) multiply(alpha, A, B, 1, C);
 }
 
+void subtract_outer(const ConstBlock& A, const ConstBlock& B, Block C) {
+  if (C.size() == 0 || A.cols() == 0) return;
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(C.rows()), as_int(C.cols()),
+              as_int(A.cols()), -1.0, A.data(), as_int(A.outerStride()), B.data(),
+              as_int(B.outerStride()), 1.0, C.data(), as_int(C.outerStride()));
+}
+
 void mirror_lower(Block P) {
   // Tiles small enough that source and destination stay in the first-level cache.
   constexpr Eigen::Index kTile = 32;

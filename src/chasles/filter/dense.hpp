@@ -70,6 +70,9 @@ Eigen::MatrixXd product(const ConstBlock& A, const ConstBlock& B);
 void multiply(const ConstBlock& A, const ConstBlock& B, Block C);
 void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C);
 
+/// C <- C - A B^T.
+void subtract_outer(const ConstBlock& A, const ConstBlock& B, Block C);
+
 /// The upper triangle of P <- the lower one.
 void mirror_lower(Block P);
 

@@ -71,7 +71,11 @@ void Ekf::propagate(const Prediction& prediction) {
   P.bottomLeftCorner(P.rows() - n, n) = P.topRightCorner(n, P.cols() - n).transpose();
   if (latest_.variables() > 0) {
     auto of_core = latest_.Z().leftCols(n);
-    of_core = dense::product(of_core, MatrixXd(prediction.F.transpose()));
+    auto F_transposed = work_.other.take(n, n);
+    F_transposed = prediction.F.transpose();
+    auto moved_core = work_.product.take(of_core.rows(), n);
+    dense::multiply(of_core, F_transposed, moved_core);
+    of_core = moved_core;
   }
   if (remembers()) {
     history_.append(History::Propagation{.F = prediction.F, .Q = prediction.Q});
@@ -169,7 +173,8 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   UpdateReport& report = work_.report;
   if (accepted.empty()) return report;
 
-  const std::optional<Whitened> z = whiten(accepted, covariance_, latest_.Z(), state_, work_.whitening);
+  const std::optional<Whitened> z =
+      whiten(accepted, covariance_, latest_.Z(), state_, work_.whitening);
   report.failed = !z;
   if (!z) return report;
   report.nis = z->nis;

@@ -133,16 +133,18 @@ class Ekf {
   /// Moves landmarks (indices into State::landmarks, rising) from the state to the map.
   void retire(std::span<const int> indices);
 
-  /// Remembers a linear function of the core as a past pose: map_T_imu with d_core, the derivative
-  /// of its errors [rotation; position] by the core's (6 x core_size). Requires
-  /// Map::kPast or kDense.
+  /// Remembers the present pose, or another linear function of the core, as a past pose: map_T_imu
+  /// with d_core, the derivative of its errors [rotation; position] by the core's (6 x core_size).
+  /// Throws UsageError with Map::kFrozen; the second also with kHistory.
+  void remember_pose(Time time);
   void remember_pose(Time time, const SE3& map_T_imu, const Eigen::MatrixXd& d_core);
 
   /// Past landmarks (numbers of past(), rising) return to the end of the state, with their exact
   /// covariance with all other states, as if they had not left. Requires past.recalls.
   void revive(std::span<const int> numbers);
 
-  /// The estimates of all past states, given all measurements. Requires past.records.
+  /// The estimates of all past states and of the landmarks in the state, given all measurements.
+  /// With Map::kPast it requires past.records.
   Past::Estimates past_estimates() const;
   const Past& past() const { return past_; }
 
@@ -159,7 +161,8 @@ class Ekf {
   int map_size() const;
 
   /// The current estimate of the whole map: retired landmarks in the order of retirement, then
-  /// those of the state. The computing time is proportional to the length of the history.
+  /// those of the state; with Map::kPast and kDense in nav axes where nav_T_world is a state, else
+  /// in world axes. The computing time is proportional to the length of the history.
   std::vector<MapLandmark> map() const;
 
   /// The covariance of the whole map in the order of map(), 3 rows each, followed by the core, by

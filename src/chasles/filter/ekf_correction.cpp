@@ -7,7 +7,6 @@
 
 namespace chasles {
 
-using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using MotionMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9>;
 
@@ -42,7 +41,9 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
     dense::symmetric_update_lower(B, Z, P);
     if (latest_.variables() > 0) {
       auto Z_latest = latest_.Z();
-      dense::add_product(1, MatrixXd(Z_latest.leftCols<3>()), MatrixXd(B.transpose()), Z_latest);
+      auto turned = work_.product.take(Z_latest.rows(), 3);
+      turned = -Z_latest.leftCols<3>();
+      dense::subtract_outer(turned, B, Z_latest);
     }
     if (remembers()) record.A_landmarks = B.bottomRows(B.rows() - state_.core_size());
   }
@@ -58,8 +59,12 @@ void Ekf::change_chart(const State& before, History::Correction& record) {
   auto turned = work_.product.take(below.rows(), n);
   turned.noalias() = below * A.transpose();
   below = turned;
-  auto of_motion = latest_.Z().leftCols(n);
-  of_motion = (of_motion * A.transpose()).eval();
+  if (latest_.variables() > 0) {
+    auto of_motion = latest_.Z().leftCols(n);
+    auto turned_variables = work_.product.take(of_motion.rows(), n);
+    turned_variables.noalias() = of_motion * A.transpose();
+    of_motion = turned_variables;
+  }
   if (remembers()) record.A_motion = A;
 }
 
@@ -83,8 +88,12 @@ void Ekf::change_chart_of_clones(const State& before) {
         work_.product.take<Eigen::Matrix<double, Eigen::Dynamic, 6>>(below.rows(), 6);
     turned_below.noalias() = below * A.transpose();
     below = turned_below;
+    if (latest_.variables() == 0) continue;
     auto of_clone = latest_.Z().middleCols<6>(r);
-    of_clone = (of_clone * A.transpose()).eval();
+    auto turned_variables =
+        work_.product.take<Eigen::Matrix<double, Eigen::Dynamic, 6>>(of_clone.rows(), 6);
+    turned_variables.noalias() = of_clone * A.transpose();
+    of_clone = turned_variables;
   }
 }
 

@@ -9,9 +9,7 @@
 // Retirement of landmarks and access to the whole map (docs/map.md).
 
 namespace chasles {
-namespace {
-
-}  // namespace
+namespace {}  // namespace
 
 // Removes the rows that no state has any longer, and renumbers the others without gaps.
 void Ekf::keep_rows() {
@@ -91,15 +89,7 @@ int Ekf::map_size() const {
          static_cast<int>(std::ranges::count_if(state_.landmarks, &Landmark::has_place));
 }
 
-std::vector<MapLandmark> Ekf::map() const {
-  if (has_past()) return past_estimates().landmarks;
-  std::vector<MapLandmark> result = history_.landmarks();
-  result.insert(result.end(), frozen_.begin(), frozen_.end());
-  for (const Landmark& landmark : state_.landmarks) {
-    if (landmark.has_place()) result.push_back(as_of_now(landmark));
-  }
-  return result;
-}
+std::vector<MapLandmark> Ekf::map() const { return past_estimates().landmarks; }
 
 void Ekf::visit_map_covariance(const History::RowVisitor& visit) const {
   if (options_.map == Map::kDense) {

@@ -47,9 +47,8 @@ void Ekf::to_map_axes(Landmark& landmark) {
   const SE3& nav_T_world = *state_.nav_T_world;
   const Vector3d arm = nav_T_world.R * landmark.p_world;
   const int nav = state_.nav_row();
-  const RowTerm terms[] = {{landmark.row, nav_T_world.R},
-                           {nav, -hat(arm)},
-                           {nav + 3, Matrix3d::Identity()}};
+  const RowTerm terms[] = {
+      {landmark.row, nav_T_world.R}, {nav, -hat(arm)}, {nav + 3, Matrix3d::Identity()}};
   substitute(landmark.row, terms);
   landmark.p_world = nav_T_world * landmark.p_world;
   landmark.first = nav_T_world * landmark.first;
@@ -73,9 +72,10 @@ void Ekf::leave(std::span<const int> indices) {
     if (!landmark.has_place()) continue;
     make_cartesian(index);
     to_map_axes(landmark);
-    MatrixXd d = MatrixXd::Zero(3, covariance_.size());
-    d.middleCols<3>(landmark.row).setIdentity();
-    latest_.add_item({.number = past_.add(landmark), .size = 3}, d, covariance_.all());
+    const auto P = covariance_.all();
+    latest_.add_item({.number = past_.add(landmark), .size = 3}, P.middleRows<3>(landmark.row),
+                     P.block<3, 3>(landmark.row, landmark.row),
+                     latest_.Z().middleCols<3>(landmark.row));
   }
   for (auto index = indices.rbegin(); index != indices.rend(); ++index) {
     state_.landmarks.erase(state_.landmarks.begin() + *index);
@@ -83,11 +83,21 @@ void Ekf::leave(std::span<const int> indices) {
   keep_rows();
 }
 
+void Ekf::remember_pose(Time time) {
+  if (remembers()) {
+    history_.append(History::Pose{.time = time, .world_T_imu = state_.world_T_imu});
+    return;
+  }
+  remember_pose(time, state_.world_T_imu, MatrixXd::Identity(6, state_.core_size()));
+}
+
 void Ekf::remember_pose(Time time, const SE3& map_T_imu, const MatrixXd& d_core) {
   if (!has_past()) throw UsageError("past poses need a filter with Map::kPast");
-  MatrixXd d = MatrixXd::Zero(6, covariance_.size());
-  d.leftCols(d_core.cols()) = d_core;
-  latest_.add_item({.number = past_.add(time, map_T_imu), .size = 6}, d, covariance_.all());
+  const Index n = d_core.cols();
+  const MatrixXd with_state = d_core * covariance_.all().topRows(n);
+  latest_.add_item({.number = past_.add(time, map_T_imu), .size = 6}, with_state,
+                   with_state.leftCols(n) * d_core.transpose(),
+                   latest_.Z().leftCols(n) * d_core.transpose());
 }
 
 // Ending a segment costs little. A segment's steps cost the more the more states have left in it.
@@ -204,10 +214,11 @@ void Ekf::visit_dense_covariance(const History::RowVisitor& visit) const {
 }
 
 Past::Estimates Ekf::past_estimates() const {
-  if (!has_past()) throw UsageError("past estimates need a filter with Map::kPast");
-  Past::Estimates result = past_.estimates(latest_.segment());
+  Past::Estimates result = has_past() ? past_.estimates(latest_.segment()) : history_.estimates();
+  result.landmarks.insert(result.landmarks.end(), frozen_.begin(), frozen_.end());
   for (const Landmark& landmark : state_.landmarks) {
-    if (landmark.has_place()) result.landmarks.push_back(in_map_axes(landmark));
+    if (!landmark.has_place()) continue;
+    result.landmarks.push_back(has_past() ? in_map_axes(landmark) : as_of_now(landmark));
   }
   return result;
 }

@@ -157,7 +157,8 @@ TEST(EkfScale, RefusesWhatItCannotDo) {
   EXPECT_EQ(message(kRightSen3Chart, x, kKept), "");
   EXPECT_NE(message(kLeftSe3Chart, x, kKept).find("left-se3"), std::string::npos);
   EXPECT_NE(message(kStandardChart, drive, kKept).find("inertial"), std::string::npos);
-  EXPECT_NE(message(kStandardChart, x, {.keep_scale = true}).find("Map::kHistory"), std::string::npos);
+  EXPECT_NE(message(kStandardChart, x, {.keep_scale = true}).find("Map::kHistory"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ std::size_t bytes_of(const History::Step& step) {
                  [](const History::Addition& s) { return bytes_of(s.d_pose) + bytes_of(s.noise); },
                  [](const History::Removal& s) {
                    return sizeof(int) * s.indices.size() + sizeof(Landmark) * s.landmarks.size();
-                 }},
+                 },
+                 [](const History::Pose&) { return std::size_t{0}; }},
              step);
 }
 
@@ -59,12 +60,14 @@ void History::keep_bound(const Covariance& covariance) {
 // Their landmarks are estimated from both halves.
 void History::give_up_older_half() {
   const auto middle = steps_.begin() + static_cast<std::ptrdiff_t>(middle_->steps);
-  std::size_t count = final_.size();
+  std::size_t landmarks = final_.landmarks.size(), poses = final_.poses.size();
   for (auto step = steps_.begin(); step != middle; ++step) {
-    if (const auto* removal = std::get_if<Removal>(&*step)) count += removal->indices.size();
+    if (const auto* removal = std::get_if<Removal>(&*step)) landmarks += removal->indices.size();
+    poses += std::holds_alternative<Pose>(*step) ? 1 : 0;
   }
-  final_ = landmarks();
-  final_.resize(count);
+  final_ = estimates();
+  final_.landmarks.resize(landmarks);
+  final_.poses.resize(poses);
   steps_given_up_ += middle_->steps;
   bytes_ -= middle_->bytes;
   steps_.erase(steps_.begin(), middle);
@@ -72,22 +75,26 @@ void History::give_up_older_half() {
   middle_.reset();
 }
 
-std::vector<MapLandmark> History::landmarks() const {
-  std::vector<MapLandmark> result = final_;
-  result.reserve(static_cast<std::size_t>(removed_));
+Past::Estimates History::estimates() const {
+  Past::Estimates result = final_;
+  result.landmarks.reserve(static_cast<std::size_t>(removed_));
   const auto core = static_cast<int>(core_);
   const auto take = [&](const Removal& removal, const VectorXd& d, Covariance::ConstBlock& P) {
     for (std::size_t i = 0; i < removal.indices.size(); ++i) {
       const Landmark& landmark = removal.landmarks[i];
       const Index row = core + 3 * removal.indices[i];
-      result.push_back({.id = landmark.id,
-                        .p_world = landmark.p_world + d.segment<3>(row),
-                        .covariance = P.block<3, 3>(row, row),
-                        .observations = landmark.observations});
+      result.landmarks.push_back({.id = landmark.id,
+                                  .p_world = landmark.p_world + d.segment<3>(row),
+                                  .covariance = P.block<3, 3>(row, row),
+                                  .observations = landmark.observations});
     }
   };
+  const auto take_pose = [&](const Pose& pose, const VectorXd& d, Covariance::ConstBlock& P) {
+    result.poses.push_back(corrected({.time = pose.time, .map_T_imu = pose.world_T_imu},
+                                     d.head<6>(), P.topLeftCorner<6, 6>()));
+  };
   filter_detail::read(core, initial_, steps_, core + 3 * state_landmarks_,
-                      {.landmarks = take, .covariance = nullptr});
+                      {.landmarks = take, .covariance = nullptr, .poses = take_pose});
   return result;
 }
 

@@ -52,7 +52,12 @@ class History {
     std::vector<int> indices;  ///< in the state, rising
     std::vector<Landmark> landmarks;
   };
-  using Step = std::variant<Propagation, Correction, Addition, Removal>;
+  /// The pose at this time is remembered: the first six errors.
+  struct Pose {
+    Time time{};
+    SE3 world_T_imu;
+  };
+  using Step = std::variant<Propagation, Correction, Addition, Removal, Pose>;
 
   /// `most_bytes`: the bound on the memory of the steps; 0: none. Evaluating them takes about as
   /// much again.
@@ -64,12 +69,12 @@ class History {
   /// the errors d after all steps so far.
   void keep_bound(const Covariance& covariance);
   std::size_t bytes() const { return bytes_; }  ///< of the steps
-  bool is_complete() const { return final_.empty() && steps_given_up_ == 0; }
+  bool is_complete() const { return steps_given_up_ == 0; }
   int removed() const { return removed_; }
 
-  /// All removed landmarks, in the order of removal, estimated from all measurements so far; final
-  /// ones from those before the older half of the steps was given up.
-  std::vector<MapLandmark> landmarks() const;
+  /// All removed landmarks, in the order of removal, and all remembered poses, estimated from all
+  /// measurements so far; final ones from those before the older half of the steps was given up.
+  Past::Estimates estimates() const;
 
   /// The covariance of all removed landmarks, of the landmarks of the state and, last, of the core,
   /// by block rows of the lower triangle: visit(r, block) has rows r … r + block.rows() of the
@@ -91,7 +96,7 @@ class History {
   std::size_t most_bytes_, bytes_ = 0;
   std::vector<Step> steps_;
   std::optional<Middle> middle_;
-  std::vector<MapLandmark> final_;
+  Past::Estimates final_;
   std::size_t steps_given_up_ = 0;
   int state_landmarks_ = 0;
   int removed_ = 0;

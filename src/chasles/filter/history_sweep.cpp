@@ -156,6 +156,8 @@ class Backward {
     later_.y = std::move(y);
   }
 
+  void operator()(const History::Pose&) {}
+
  private:
   // M <- A^T M A, y <- A^T y for an A that is the identity except for its first rows and columns.
   void change_leading(const MatrixXd& A) {
@@ -261,6 +263,10 @@ class Forward {
     if (reader_.covariance) remove_with_covariance(step, rows);
     d_ = d_(rows).eval();
     P_.keep(rows);
+  }
+
+  void operator()(const History::Pose& step) {
+    if (reader_.poses) reader_.poses(step, d_, std::as_const(P_).all());
   }
 
   // The state itself, after all removed landmarks: its landmarks, then the core.

@@ -10,13 +10,16 @@
 /// this folder.
 namespace chasles::filter_detail {
 
-/// What the sweep forwards is read for. Either function may be null.
+/// What the sweep forwards is read for. Any function may be null.
 struct HistoryReader {
   /// Called at each removal, before the rows are removed: mean and covariance of the errors d,
   /// given all measurements.
   std::function<void(const History::Removal&, const Eigen::VectorXd& d, Covariance::ConstBlock& P)>
       landmarks;
   History::RowVisitor covariance;  ///< as History::visit_covariance()
+  /// Called at each remembered pose, likewise.
+  std::function<void(const History::Pose&, const Eigen::VectorXd& d, Covariance::ConstBlock& P)>
+      poses = nullptr;
 };
 
 /// `core`: rows of the core; `initial`: covariance of d before the first step; `size_now`: rows of

@@ -57,15 +57,15 @@ void LatestSegment::keep_rows(const std::vector<int>& rows) {
   }
 }
 
-void LatestSegment::add_item(Segment::Item item, const MatrixXd& d, const dense::ConstBlock& P) {
-  const Index k = d.rows();
+void LatestSegment::add_item(Segment::Item item, const MatrixXd& with_state, const MatrixXd& own,
+                             const MatrixXd& with_variables) {
+  const Index k = own.rows();
   make_room(q_ + k, n_);
-  const MatrixXd dP = dense::product(d, P), d_transposed = d.transpose();
-  G_.block(q_, 0, k, q_) = dense::product(Z(), d_transposed).transpose();
-  G_.block(q_, q_, k, k) = dense::product(dP, d_transposed);
+  G_.block(q_, 0, k, q_) = with_variables.transpose();
+  G_.block(q_, q_, k, k) = own;
   g_.segment(q_, k).setZero();
   q_ += k;
-  Z().bottomRows(k) = dP;
+  Z().bottomRows(k) = with_state;
   segment_.items.push_back(item);
 }
 
@@ -85,8 +85,7 @@ void LatestSegment::correct(const dense::ConstBlock& W,
                             const Eigen::Ref<const Eigen::VectorXd>& w) {
   if (q_ == 0) return;
   const auto own = W.bottomRows(q_);
-  const MatrixXd of_state = W.topRows(n_).transpose();
-  dense::add_product(-1, own, of_state, Z());
+  dense::subtract_outer(own, W.topRows(n_), Z());
   dense::downdate_lower(own, G_.topLeftCorner(q_, q_));
   g_.head(q_).noalias() += own * w;
 }

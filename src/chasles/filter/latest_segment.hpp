@@ -32,8 +32,10 @@ class LatestSegment {
   /// The state keeps these errors. The indices must rise.
   void keep_rows(const std::vector<int>& rows);
 
-  /// A past state is a linear function d of the errors of the state, whose covariance is P.
-  void add_item(Segment::Item item, const Eigen::MatrixXd& d, const dense::ConstBlock& P);
+  /// A past state is a linear function of the errors of the state: its cross-covariance with them,
+  /// its own covariance, and Z's product with the function transposed.
+  void add_item(Segment::Item item, const Eigen::MatrixXd& with_state, const Eigen::MatrixXd& own,
+                const Eigen::MatrixXd& with_variables);
   /// Items become the last rows of the state.
   void make_states(const std::vector<int>& numbers);
 

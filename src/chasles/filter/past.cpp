@@ -1,15 +1,26 @@
 #include <algorithm>
 #include <utility>
 
+#include <chasles/filter/fixed_interval.hpp>
 #include <chasles/filter/past.hpp>
-#include <chasles/filter/past_estimates_detail.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/overloaded.hpp>
 
 namespace chasles {
+namespace {
 
-using Eigen::Index;
-using Eigen::VectorXd;
+std::size_t bytes_of(const Segment& s) {
+  return sizeof(double) * static_cast<std::size_t>(s.X.size() + s.G.size() + s.g.size());
+}
+
+}  // namespace
+
+PastPose corrected(PastPose pose, const Vector6d& correction, const Matrix6d& covariance) {
+  pose.map_T_imu.R = so3::exp(correction.head<3>()) * pose.map_T_imu.R;
+  pose.map_T_imu.p += correction.tail<3>();
+  pose.covariance = covariance;
+  return pose;
+}
 
 int Past::add(const Landmark& landmark) {
   states_.emplace_back(PastLandmark{.landmark = landmark});
@@ -41,7 +52,9 @@ void Past::append(Segment segment) {
     }
   }
   if (options_.records) {
+    recorded_bytes_ += bytes_of(segment);
     records_.push_back({.segment = std::move(segment), .revived = std::move(revived_)});
+    if (options_.most_bytes > 0 && recorded_bytes_ > options_.most_bytes) give_up_older_half();
   }
   revived_.clear();
 }
@@ -77,41 +90,55 @@ void Past::note_returned(const std::vector<int>& numbers) {
 }
 
 Past::Estimates Past::estimates(const Segment& latest) const {
-  std::vector<filter_detail::Stretch> stretches;
-  for (const Recorded& record : records_) stretches.push_back({&record.segment, &record.revived});
+  std::vector<Stretch> stretches = recorded();
   stretches.push_back({&latest, &revived_});
-  Estimates result;
-  std::vector<filter_detail::Smoothed> all = filter_detail::smooth(stretches);
-  for (const filter_detail::Smoothed& one : all) {
-    std::visit(Overloaded{[&](const PastLandmark& past) {
-                            if (past.has_returned) return;
-                            const Landmark& landmark = past.landmark;
-                            result.landmarks.push_back(
-                                {.id = landmark.id,
-                                 .p_world = landmark.p_world + one.correction,
-                                 .covariance = one.covariance,
-                                 .observations = landmark.observations});
-                          },
-                          [&](const PastPose& pose) {
-                            result.poses.push_back(
-                                {.time = pose.time,
-                                 .map_T_imu = {so3::exp(one.correction.head<3>()) *
-                                                   pose.map_T_imu.R,
-                                               pose.map_T_imu.p + one.correction.tail<3>()},
-                                 .covariance = one.covariance});
-                          }},
-               states_[static_cast<std::size_t>(one.number)]);
-  }
+  Estimates result = final_;
+  append_estimates(smooth_segments(stretches), result);
   return result;
 }
 
+std::vector<Stretch> Past::recorded() const {
+  std::vector<Stretch> stretches;
+  for (const Recorded& record : records_) stretches.push_back({&record.segment, &record.revived});
+  return stretches;
+}
+
+void Past::append_estimates(std::span<const SmoothedState> smoothed, Estimates& estimates) const {
+  for (const SmoothedState& one : smoothed) {
+    std::visit(
+        Overloaded{[&](const PastLandmark& past) {
+                     if (past.has_returned) return;
+                     const Landmark& landmark = past.landmark;
+                     estimates.landmarks.push_back({.id = landmark.id,
+                                                    .p_world = landmark.p_world + one.correction,
+                                                    .covariance = one.covariance,
+                                                    .observations = landmark.observations});
+                   },
+                   [&](const PastPose& pose) {
+                     estimates.poses.push_back(corrected(pose, one.correction, one.covariance));
+                   }},
+        states_[static_cast<std::size_t>(one.number)]);
+  }
+}
+
+// Its states are estimated from both halves.
+void Past::give_up_older_half() {
+  const std::vector<SmoothedState> smoothed = smooth_segments(recorded());
+  const auto middle = records_.begin() + static_cast<std::ptrdiff_t>(records_.size() / 2);
+  std::size_t states = 0;
+  for (auto record = records_.begin(); record != middle; ++record) {
+    states += record->segment.items.size();
+  }
+  append_estimates(std::span(smoothed).first(states), final_);
+  for (auto record = records_.begin(); record != middle; ++record) {
+    recorded_bytes_ -= bytes_of(record->segment);
+  }
+  records_.erase(records_.begin(), middle);
+}
+
 std::size_t Past::bytes() const {
-  const auto of = [](const Segment& s) {
-    return sizeof(double) * static_cast<std::size_t>(s.X.size() + s.G.size() + s.g.size());
-  };
-  std::size_t sum = 0;
-  for (const Segment& segment : chain_) sum += of(segment);
-  for (const Recorded& record : records_) sum += of(record.segment);
+  std::size_t sum = recorded_bytes_;
+  for (const Segment& segment : chain_) sum += bytes_of(segment);
   return sum;
 }
 

@@ -1,11 +1,12 @@
 #pragma once
 
-#include <optional>
+#include <span>
 #include <variant>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <chasles/filter/fixed_interval.hpp>
 #include <chasles/filter/segment.hpp>
 #include <chasles/filter/state.hpp>
 
@@ -17,6 +18,9 @@ struct PastPose {
   SE3 map_T_imu;
   Matrix6d covariance = Matrix6d::Zero();
 };
+
+/// The pose after a correction, with another covariance.
+PastPose corrected(PastPose pose, const Vector6d& correction, const Matrix6d& covariance);
 
 /// A landmark of the whole map.
 struct MapLandmark {
@@ -34,6 +38,9 @@ class Past {
   struct Options {
     bool recalls = false;  ///< landmarks can return into the state
     bool records = false;  ///< all segments are kept, for estimates of every past state
+    /// Bound on the memory of those segments [bytes]; 0: none. Where it is reached, the states
+    /// that left in their older half are final: later measurements no longer change them.
+    std::size_t most_bytes = 0;
   };
 
   explicit Past(Options options) : options_(options) {}
@@ -76,12 +83,18 @@ class Past {
     std::vector<int> revived;  ///< landmarks that are the last of its starts
   };
 
+  void give_up_older_half();
+  std::vector<Stretch> recorded() const;
+  void append_estimates(std::span<const SmoothedState> smoothed, Estimates& estimates) const;
+
   Options options_;
+  Estimates final_;
   std::vector<std::variant<PastLandmark, PastPose>> states_;
   std::vector<Segment> chain_;     ///< of landmarks; composed, so that there are few
   std::vector<Recorded> records_;  ///< all segments, with all states
   std::vector<int> revived_;       ///< since the last segment
   int landmarks_ = 0;
+  std::size_t recorded_bytes_ = 0;
 };
 
 }  // namespace chasles

@@ -33,7 +33,8 @@ std::vector<Case> cases() {
     all.push_back({.chart = name});
     all.push_back({.chart = name, .revives = false});
     all.push_back({.chart = name, .nav = true, .calibrating = true});
-    if (name != "left-se3") all.push_back({.chart = name, .calibrating = true, .keeps_scale = true});
+    if (name != "left-se3")
+      all.push_back({.chart = name, .calibrating = true, .keeps_scale = true});
   }
   return all;
 }

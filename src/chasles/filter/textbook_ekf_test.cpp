@@ -1,7 +1,8 @@
 #include <numeric>
-#include <chasles/filter/run_drive_testing.hpp>
+
 #include <chasles/filter/drive_motion_testing.hpp>
 #include <chasles/filter/ekf.hpp>
+#include <chasles/filter/run_drive_testing.hpp>
 #include <chasles/filter/stereo_measurement.hpp>
 #include <chasles/filter/testing.hpp>
 #include <chasles/filter/textbook_ekf_testing.hpp>
@@ -86,9 +87,7 @@ class Pair {
   }
 
  private:
-  std::size_t textbook_landmarks() const {
-    return retired_.size() + ekf_.state().landmarks.size();
-  }
+  std::size_t textbook_landmarks() const { return retired_.size() + ekf_.state().landmarks.size(); }
 
   void propagate(const test::DriveFrame& frame) {
     ekf_.propagate(test::predict_drive(motion_, ekf_.state(), frame));

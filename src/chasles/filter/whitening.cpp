@@ -184,7 +184,8 @@ double normalised_square(Measurements measurements, const Covariance& covariance
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   const Jacobian H(measurements, x, scratch);
   if (!H.is_of_clones()) {
-    const auto z = whiten(measurements, covariance, Eigen::MatrixXd(0, covariance.size()), x, scratch);
+    const auto z =
+        whiten(measurements, covariance, Eigen::MatrixXd(0, covariance.size()), x, scratch);
     return z ? z->nis : kInfinite;
   }
   const Eigen::Index m = rows_of(measurements);

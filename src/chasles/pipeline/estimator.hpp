@@ -56,6 +56,8 @@ class Estimator {
 
   /// All landmarks of the run, in the world of the estimates.
   virtual std::vector<MapLandmark> map() const = 0;
+  /// The same with the poses of all frames given all measurements, which a filter has.
+  virtual Past::Estimates past() const { return {.landmarks = map(), .poses = {}}; }
   /// The landmarks of the map as they were initialised, in that order: of a stereo-velocity filter.
   virtual std::span<const MapLandmark> initial_landmarks() const { return {}; }
   /// Those that the next frame may still change; absent: all.

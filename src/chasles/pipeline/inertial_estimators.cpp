@@ -66,6 +66,7 @@ class InertialFilter : public InertialEstimator {
 
   std::vector<Estimate> finish() override { return session_.finish(); }
   std::vector<MapLandmark> map() const override { return session_.map_nav(); }
+  Past::Estimates past() const override { return session_.past_nav(); }
   std::optional<std::vector<LandmarkId>> in_state() const override { return session_.in_state(); }
   Eigen::Vector3d gyroscope_bias() const override { return session_.gyroscope_bias(); }
 
@@ -97,6 +98,9 @@ class InertialBatch : public InertialFilter {
 
   std::vector<MapLandmark> map() const override {
     return result_ ? result_->landmarks : InertialFilter::map();
+  }
+  Past::Estimates past() const override {
+    return result_ ? Estimator::past() : InertialFilter::past();
   }
   std::optional<std::vector<LandmarkId>> in_state() const override {
     return result_ ? std::nullopt : InertialFilter::in_state();

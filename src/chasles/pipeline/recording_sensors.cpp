@@ -75,6 +75,8 @@ InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras
 }
 
 InertialRunSettings decided(InertialRunSettings settings, const Recording& recording) {
+  Toggle& exact_map = settings.filter.exact_map;
+  if (exact_map == Toggle::kAuto && settings.estimator.is_filter()) exact_map = Toggle::kTrue;
   if (!recording.images) return settings;
   std::optional<double>& pixel_sigma = settings.filter.pixel_sigma;
   if (!pixel_sigma) pixel_sigma = recording.single_pixel_sigma;

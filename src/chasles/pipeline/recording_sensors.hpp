@@ -38,8 +38,8 @@ ImuBuffer::Options imu_options(const Recording& recording);
 /// - imu_noise_scale 3 and vibration_noise 1, unless the noise of the IMU is exact.
 InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
                                const ImuNoise& noise, bool exact_calibration = false);
-/// Those of a run on the recording: as they are, where it has no images. A pixel noise that the
-/// recording states is kept.
+/// Those of a run on the recording, images or not. A pixel noise that the recording states is kept.
+/// exact_map: true for the filter.
 InertialRunSettings decided(InertialRunSettings settings, const Recording& recording);
 
 /// The rig, and the noise by choose_noise() (slam/velocity_noise.hpp). Throws InputError where

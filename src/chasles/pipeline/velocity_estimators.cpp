@@ -65,6 +65,7 @@ class VelocityFilter : public VelocityEstimator {
       : VelocityEstimator(settings, sensors), slam_(settings.filter, sensors.rig, sensors.noise) {}
 
   std::vector<MapLandmark> map() const override { return slam_.filter().map(); }
+  Past::Estimates past() const override { return slam_.filter().past_estimates(); }
   std::optional<std::vector<LandmarkId>> in_state() const override {
     std::vector<LandmarkId> ids;
     for (const Landmark& l : slam_.filter().state().landmarks) ids.push_back(l.id);
@@ -115,6 +116,9 @@ class VelocityBatch : public VelocityFilter {
   }
   std::vector<MapLandmark> map() const override {
     return result_ ? result_->landmarks : VelocityFilter::map();
+  }
+  Past::Estimates past() const override {
+    return result_ ? Estimator::past() : VelocityFilter::past();
   }
   std::span<const MapLandmark> initial_landmarks() const override { return {}; }
   std::optional<std::vector<LandmarkId>> in_state() const override {

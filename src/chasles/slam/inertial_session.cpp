@@ -45,6 +45,11 @@ bool is_finite(const Estimate& e) {
          std::isfinite(e.innovation_products) && std::isfinite(e.innovation_squares);
 }
 
+bool is_finite(const PastPose& pose) {
+  return pose.map_T_imu.R.allFinite() && pose.map_T_imu.p.allFinite() &&
+         pose.covariance.allFinite();
+}
+
 bool has_unknown_speed(const Estimate& e) {
   const double variance = e.covariance.diagonal().segment<3>(6).maxCoeff();
   const double limit = std::max(kUnknownSpeed, kUnknownPart * e.v_world->norm());
@@ -264,10 +269,11 @@ bool InertialSession::is_credible(const Estimate& e) {
 
 void InertialSession::end_part() {
   if (slam_) {
-    earlier_map_ = map_nav();
-    std::erase_if(earlier_map_, [](const MapLandmark& l) {
+    earlier_ = past_nav();
+    std::erase_if(earlier_.landmarks, [](const MapLandmark& l) {
       return !l.p_world.allFinite() || !l.covariance.allFinite();
     });
+    std::erase_if(earlier_.poses, [](const PastPose& pose) { return !is_finite(pose); });
     earlier_counts_ = imu_counts();
     earlier_timed_counts_ = timed_counts();
     earlier_timed_counts_.late += slam_->timed_waiting();
@@ -327,12 +333,13 @@ Eigen::Vector3d InertialSession::gyroscope_bias() const {
   return slam_ && last_ ? Eigen::Vector3d(last_->additive.tail<3>()) : Eigen::Vector3d::Zero();
 }
 
-std::vector<MapLandmark> InertialSession::map_nav() const {
-  std::vector<MapLandmark> map = earlier_map_;
-  if (!slam_) return map;
-  const std::vector<MapLandmark> own = slam_->map_nav();
-  map.insert(map.end(), own.begin(), own.end());
-  return map;
+Past::Estimates InertialSession::past_nav() const {
+  Past::Estimates past = earlier_;
+  if (!slam_) return past;
+  const Past::Estimates own = slam_->past_nav();
+  past.landmarks.insert(past.landmarks.end(), own.landmarks.begin(), own.landmarks.end());
+  past.poses.insert(past.poses.end(), own.poses.begin(), own.poses.end());
+  return past;
 }
 
 std::vector<LandmarkId> InertialSession::in_state() const {

@@ -81,7 +81,9 @@ class InertialSession {
   Eigen::Vector3d gyroscope_bias() const;  ///< zero before the start [rad/s]
 
   /// The landmarks of all parts of the run, in nav (InertialSlam::map_nav).
-  std::vector<MapLandmark> map_nav() const;
+  std::vector<MapLandmark> map_nav() const { return past_nav().landmarks; }
+  /// The same with the poses of all frames of all parts.
+  Past::Estimates past_nav() const;
   /// Those of them that the next frame may still change.
   std::vector<LandmarkId> in_state() const;
 
@@ -116,7 +118,7 @@ class InertialSession {
   std::optional<Time> last_time_;   ///< of the last estimate
   std::optional<Estimate> last_;    ///< that was finite
   std::optional<Estimate> agreed_;  ///< and that agreed with the frames
-  std::vector<MapLandmark> earlier_map_;
+  Past::Estimates earlier_;
   ImuBuffer::Counts earlier_counts_;
   TimedMeasurementCounts earlier_timed_counts_;
   int resets_ = 0, dropped_frames_ = 0;

@@ -51,6 +51,9 @@ struct InertialSlamSettings {
   double initial_accelerometer_bias_sigma = 0.02;
   double initial_gyroscope_bias_sigma = 0.005236;
 
+  /// `auto` is decided by decided() alone.
+  bool keeps_exact_map() const { return exact_map == Toggle::kTrue; }
+
   /// Whether the filter estimates the time offset. `auto` is decided by for_images() alone.
   bool estimates_time_offset() const { return calibrate_time_offset == Toggle::kTrue; }
 
@@ -85,6 +88,8 @@ struct InertialSlamSettings {
   int max_rejections = 5;
   int max_landmarks = 50;
   int waiting_frames = 0;
+  Toggle exact_map = Toggle::kAuto;
+  double map_memory = 1000;
 };
 
 /// Calls visit(name, value, unit, meaning, limits) for every setting, in order.
@@ -220,6 +225,15 @@ void for_each_setting(S& s, Visitor&& visit) {
       limits::kNonNegative);
   visit("waiting_frames", s.waiting_frames, "count",
         "a landmark out of view stays in the state for so many frames", limits::kNonNegative);
+  visit("exact_map", s.exact_map, "choice",
+        "landmarks out of the state and the poses of the past are estimated given all measurements "
+        "(docs/map.md); false: landmarks keep their last estimate, and there is no smoothed path; "
+        "auto: a filter does so for a recording",
+        limits::kAny);
+  visit("map_memory", s.map_memory, "MB",
+        "exact_map: bound on the memory; beyond it the oldest landmarks and poses are final; 0: no "
+        "bound",
+        limits::kNonNegative);
 }
 
 /// Throws UsageError with the setting's name, its value and the expected one, for a value out of

@@ -71,7 +71,9 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
   return {error_chart(s.chart),
           x,
           initial_covariance(s, start, x, calibration),
-          {.map = Ekf::Map::kFrozen, .keep_scale = s.keep_scale == Toggle::kTrue}};
+          {.map = s.keeps_exact_map() ? Ekf::Map::kPast : Ekf::Map::kFrozen,
+           .past = {.records = true, .most_bytes = static_cast<std::size_t>(1e6 * s.map_memory)},
+           .keep_scale = s.keep_scale == Toggle::kTrue}};
 }
 
 // With at most this many landmarks in its state, a filter works mainly with tracks.
@@ -148,19 +150,22 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   e.in_state = static_cast<int>(filter_.state().landmarks.size());
   e.landmarks = filter_.map_size();
   e.tracks = use_of_tracks();
+  if (settings_.keeps_exact_map()) {
+    filter_.remember_pose(e.time, e.world_T_imu, work_.nav.derivative.topRows<6>());
+  }
   judge(e);
   return e;
 }
 
-std::vector<MapLandmark> InertialSlam::map_nav() const {
-  std::vector<MapLandmark> map = filter_.map();
+Past::Estimates InertialSlam::past_nav() const {
+  Past::Estimates past = filter_.past_estimates();
   const auto& nav_T_world = filter_.state().nav_T_world;
-  if (!nav_T_world) return map;
-  for (MapLandmark& landmark : map) {
+  if (settings_.keeps_exact_map() || !nav_T_world) return past;
+  for (MapLandmark& landmark : past.landmarks) {
     landmark.p_world = *nav_T_world * landmark.p_world;
     landmark.covariance = nav_T_world->R * landmark.covariance * nav_T_world->R.transpose();
   }
-  return map;
+  return past;
 }
 
 // track_sigma stands for errors that many tracks share. A wrong track is one that differs from the

@@ -48,9 +48,11 @@ class InertialSlam {
   bool covers(Time frame) const;
 
   const Ekf& filter() const { return filter_; }
-  /// The map in nav axes. Where the world's attitude is estimated, its error is not in the
-  /// covariances of the landmarks.
-  std::vector<MapLandmark> map_nav() const;
+  /// The map in nav axes. Without exact_map, where the world's attitude is estimated, its error is
+  /// not in the covariances of the landmarks.
+  std::vector<MapLandmark> map_nav() const { return past_nav().landmarks; }
+  /// The map, and the poses of all frames given all measurements; no poses without exact_map.
+  Past::Estimates past_nav() const;
   /// The outcomes of the usable observations of the last frame, in the frame's order.
   std::span<const PixelOutcome> outcomes() const { return outcomes_; }
   ImuBuffer::Counts imu_counts() const { return imu_.counts(); }

@@ -3,9 +3,9 @@
 #include <utility>
 
 #include <chasles/filter/dense.hpp>
-#include <chasles/filter/past_estimates_detail.hpp>
+#include <chasles/filter/fixed_interval.hpp>
 
-namespace chasles::filter_detail {
+namespace chasles {
 namespace {
 
 using Eigen::Index;
@@ -34,8 +34,8 @@ std::vector<int> sorted_numbers(const std::vector<Stretch>& stretches) {
   return numbers;
 }
 
-std::vector<Index> rows_of(const std::vector<Segment::Item>& items,
-                           const std::vector<int>& numbers, bool listed) {
+std::vector<Index> rows_of(const std::vector<Segment::Item>& items, const std::vector<int>& numbers,
+                           bool listed) {
   std::vector<Index> rows;
   Index at = 0;
   for (const Segment::Item& item : items) {
@@ -116,10 +116,10 @@ void reorder(Later& later, const Stretch& next, const Dormant& dormant) {
 
 }  // namespace
 
-std::vector<Smoothed> smooth(const std::vector<Stretch>& stretches) {
+std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches) {
   const std::vector<int> returning = sorted_numbers(stretches);
   const std::vector<Dormant> dormant = find_dormant(stretches, returning);
-  std::vector<Smoothed> result;
+  std::vector<SmoothedState> result;
   Later later;
   for (std::size_t i = stretches.size(); i-- > 0;) {
     const Segment& segment = *stretches[i].segment;
@@ -147,14 +147,13 @@ std::vector<Smoothed> smooth(const std::vector<Stretch>& stretches) {
     own_by_end.rightCols(l) = segment.G.bottomRows(own)(Eigen::all, leaving);
     const MatrixXd gain = dense::product(own_by_end, later.G);
     Index at = 0;
-    std::vector<Smoothed> here;
+    std::vector<SmoothedState> here;
     for (const Segment::Item& item : segment.items) {
       const auto C_item = own_by_end.middleRows(at, item.size);
-      here.push_back(
-          {.number = item.number,
-           .correction = segment.g.segment(n + at, item.size) + C_item * later.g,
-           .covariance = segment.G.block(n + at, n + at, item.size, item.size) +
-                         gain.middleRows(at, item.size) * C_item.transpose()});
+      here.push_back({.number = item.number,
+                      .correction = segment.g.segment(n + at, item.size) + C_item * later.g,
+                      .covariance = segment.G.block(n + at, n + at, item.size, item.size) +
+                                    gain.middleRows(at, item.size) * C_item.transpose()});
       at += item.size;
     }
     result.insert(result.end(), here.rbegin(), here.rend());
@@ -169,4 +168,4 @@ std::vector<Smoothed> smooth(const std::vector<Stretch>& stretches) {
   return result;
 }
 
-}  // namespace chasles::filter_detail
+}  // namespace chasles
