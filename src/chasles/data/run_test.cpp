@@ -52,6 +52,11 @@ Run example_run() {
     l.in_state = j % 2 == 1;
   }
   run.dead_reckoning = run.truth;
+  for (const RunState& s : run.states) {
+    run.smoothed.push_back({.time = s.time,
+                            .world_T_imu = {s.world_T_imu.R, s.world_T_imu.p / 3},
+                            .pose_covariance = s.pose_covariance / 3});
+  }
   return run;
 }
 
@@ -96,6 +101,15 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
     EXPECT_EQ(again.landmarks[j].in_state, run.landmarks[j].in_state);
     EXPECT_FALSE(again.landmarks[j].initial);
   }
+  ASSERT_EQ(again.smoothed.size(), run.smoothed.size());
+  for (std::size_t k = 0; k < run.smoothed.size(); ++k) {
+    const SmoothedPose &a = again.smoothed[k], &b = run.smoothed[k];
+    EXPECT_EQ(a.time, b.time);
+    EXPECT_EQ(a.world_T_imu.p, b.world_T_imu.p);
+    EXPECT_LT((a.world_T_imu.R - b.world_T_imu.R).norm(), 1e-14);
+    EXPECT_EQ(a.pose_covariance, Matrix6d(b.pose_covariance.selfadjointView<Eigen::Upper>()));
+  }
+  EXPECT_EQ(read_tum(folder / "trajectory_smoothed.tum").size(), run.smoothed.size());
   EXPECT_EQ(again.truth.size(), run.truth.size());
   EXPECT_EQ(again.dead_reckoning.size(), run.truth.size());
   EXPECT_EQ(read_summary(folder), kRunSummary);
@@ -224,13 +238,16 @@ TEST(RunFolder, ThePointCloudHoldsEveryLandmark) {
   EXPECT_NEAR(numbers[3], std::sqrt(run.landmarks[3].covariance.trace()), 1e-6);
 }
 
-TEST(RunFolder, TruthOfAnEarlierRunDoesNotStay) {
+TEST(RunFolder, TruthAndSmoothedPathOfAnEarlierRunDoNotStay) {
   auto run = example_run();
   const auto folder = test::scratch();
   write_run(run, kRunSummary, folder);
   run.truth.clear();
+  run.smoothed.clear();
   write_run(run, kRunSummary, folder);
   EXPECT_TRUE(read_run(folder).truth.empty());
+  EXPECT_TRUE(read_run(folder).smoothed.empty());
+  EXPECT_FALSE(std::filesystem::exists(folder / "trajectory_smoothed.tum"));
 }
 
 TEST(RunFolder, TheNameComesFromTheFolderWhereTheSummaryHasNone) {

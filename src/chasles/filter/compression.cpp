@@ -99,8 +99,7 @@ bool can_be_compressed(Measurements measurements, WhiteningScratch& scratch) {
 }
 
 std::optional<Whitened> whiten_compressed(Measurements measurements, const Covariance& covariance,
-                                          const dense::ConstBlock& kept,
-                                          WhiteningScratch& scratch) {
+                                          const dense::ConstBlock& Z, WhiteningScratch& scratch) {
   const std::vector<int>& rows = scratch.clone_rows;
   find_rows(measurements, scratch.clone_rows);
   const Index m = rows_of(measurements), c = 6 * static_cast<Index>(rows.size());
@@ -112,10 +111,11 @@ std::optional<Whitened> whiten_compressed(Measurements measurements, const Covar
   const auto& [Lt, z, outside] = *compressed;
   const Index rank = Lt.rows();
 
-  const Index n = covariance.size();
-  Whitened result{.W = scratch.W.take(n + kept.rows(), rank), .w = z};
-  times_factor(covariance.all(), Lt, scratch, result.W.topRows(n));
-  if (kept.rows() > 0) times_factor(kept, Lt, scratch, result.W.bottomRows(kept.rows()));
+  Whitened result{.W = scratch.W.take(covariance.size(), rank),
+                  .kept = scratch.kept.take(Z.rows(), rank),
+                  .w = z};
+  times_factor(covariance.all(), Lt, scratch, result.W);
+  if (Z.rows() > 0) times_factor(Z, Lt, scratch, result.kept);
   auto PL = scratch.gathered.take(c, rank);
   Index six = 0;
   for (const int row : rows) PL.middleRows<6>(6 * six++) = result.W.middleRows<6>(row);
@@ -124,6 +124,7 @@ std::optional<Whitened> whiten_compressed(Measurements measurements, const Covar
   S.diagonal().array() += 1;
   if (!dense::cholesky(S)) return std::nullopt;
   dense::solve_lower_from_right(S, result.W);
+  dense::solve_lower_from_right(S, result.kept);
   dense::solve_lower(S, result.w);
   result.nis = outside + result.w.squaredNorm();
   return result;

@@ -20,6 +20,6 @@ bool can_be_compressed(Measurements measurements, WhiteningScratch& scratch);
 /// (Mourikis & Roumeliotis 2007), which takes twice the time. None if a noise or S is not positive
 /// definite or a number is not finite.
 std::optional<Whitened> whiten_compressed(Measurements measurements, const Covariance& covariance,
-                                          const dense::ConstBlock& kept, WhiteningScratch& scratch);
+                                          const dense::ConstBlock& Z, WhiteningScratch& scratch);
 
 }  // namespace chasles

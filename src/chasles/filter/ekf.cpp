@@ -179,11 +179,10 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   if (!z) return report;
   report.nis = z->nis;
   report.dof = static_cast<int>(rows_of(accepted));
-  const int n = covariance_.size();
-  auto delta = work_.delta.take<VectorXd>(n);
-  delta.noalias() = z->W.topRows(n) * z->w;
-  dense::downdate_lower(z->W.topRows(n), covariance_.all());
-  latest_.correct(z->W, z->w);
+  auto delta = work_.delta.take<VectorXd>(z->W.rows());
+  delta.noalias() = z->W * z->w;
+  dense::downdate_lower(z->W, covariance_.all());
+  latest_.correct(*z);
 
   History::Correction record;
   if (remembers()) remember(accepted, delta, record);

@@ -139,6 +139,11 @@ class Ekf {
   void remember_pose(Time time);
   void remember_pose(Time time, const SE3& map_T_imu, const Eigen::MatrixXd& d_core);
 
+  /// Past landmarks (numbers of past(), rising) with all that is known now: their covariance, that
+  /// with the errors of the state, and the corrections of their means since they left. Requires
+  /// past.recalls.
+  Carried recall(std::span<const int> numbers) const;
+
   /// Past landmarks (numbers of past(), rising) return to the end of the state, with their exact
   /// covariance with all other states, as if they had not left. Requires past.recalls.
   void revive(std::span<const int> numbers);

@@ -108,8 +108,16 @@ void Ekf::end_segment_when_due() {
   latest_.begin(covariance_.size());
 }
 
+Carried Ekf::recall(std::span<const int> numbers) const {
+  const std::vector<int> list(numbers.begin(), numbers.end());
+  Carried past = past_.recall(list);
+  carry(past, latest_.segment(), list);
+  return past;
+}
+
 // The past states become the last rows of the state.
 void Ekf::revive(std::span<const int> numbers) {
+  if (!has_past()) throw UsageError("landmarks return in a filter with Map::kPast alone");
   if (numbers.empty()) return;
   const std::vector<int> list(numbers.begin(), numbers.end());
   Carried past;
@@ -199,7 +207,11 @@ MapLandmark Ekf::in_map_axes(const Landmark& landmark) const {
 }
 
 void Ekf::visit_dense_covariance(const History::RowVisitor& visit) const {
-  const Segment past = latest_.segment();
+  std::vector<int> landmarks;
+  for (const Segment::Item& item : latest_.items()) {
+    if (item.size == 3) landmarks.push_back(item.number);
+  }
+  const Segment past = with_items(latest_.segment(), landmarks);
   const Index q = past.g.size(), n = covariance_.size();
   std::vector<int> rows;
   const auto take = [&](int first, int size) {

@@ -41,6 +41,17 @@ struct Both {
   }
 };
 
+void expect_same_path(const std::vector<PastPose>& path, const std::vector<PastPose>& expected) {
+  ASSERT_EQ(path.size(), expected.size());
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    SCOPED_TRACE(::testing::Message() << "pose " << i << " of " << path.size());
+    EXPECT_EQ(path[i].time, expected[i].time);
+    EXPECT_LT(test::distance(path[i].map_T_imu, expected[i].map_T_imu), kHistoryTolerance);
+    // An exact first pose has none.
+    EXPECT_TRUE(test::agree(path[i].covariance, expected[i].covariance, kHistoryTolerance, 1e-15));
+  }
+}
+
 // All results of the two filters, each in units of its standard deviation.
 void expect_same_map(const Both& filters) {
   const Ekf& a = filters.compressed.ekf();
@@ -62,6 +73,7 @@ void expect_same_map(const Both& filters) {
     const Eigen::Index row = 3 * static_cast<Eigen::Index>(i);
     EXPECT_TRUE(test::agree(P.block(row, row, 3, 3), expected[i].covariance, kHistoryTolerance, 0));
   }
+  expect_same_path(a.past_estimates().poses, b.past_estimates().poses);
   EXPECT_LT(test::distance(a.state(), b.state()), kHistoryTolerance);
   EXPECT_TRUE(test::agree(a.core_covariance(), b.core_covariance(), kHistoryTolerance, 1e-300));
 }

@@ -81,13 +81,11 @@ void LatestSegment::make_states(const std::vector<int>& numbers) {
   g_.head(q_) = changed.g;
 }
 
-void LatestSegment::correct(const dense::ConstBlock& W,
-                            const Eigen::Ref<const Eigen::VectorXd>& w) {
+void LatestSegment::correct(const Whitened& update) {
   if (q_ == 0) return;
-  const auto own = W.bottomRows(q_);
-  dense::subtract_outer(own, W.topRows(n_), Z());
-  dense::downdate_lower(own, G_.topLeftCorner(q_, q_));
-  g_.head(q_).noalias() += own * w;
+  dense::subtract_outer(update.kept, update.W, Z());
+  dense::downdate_lower(update.kept, G_.topLeftCorner(q_, q_));
+  g_.head(q_).noalias() += update.kept * update.w;
 }
 
 Segment LatestSegment::segment() const {

@@ -6,6 +6,7 @@
 
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/segment.hpp>
+#include <chasles/filter/whitening.hpp>
 
 namespace chasles {
 
@@ -39,8 +40,7 @@ class LatestSegment {
   /// Items become the last rows of the state.
   void make_states(const std::vector<int>& numbers);
 
-  /// An update of the filter (whitening.hpp); the last rows of W are those of the variables.
-  void correct(const dense::ConstBlock& W, const Eigen::Ref<const Eigen::VectorXd>& w);
+  void correct(const Whitened& update);
 
   Segment segment() const;
 

@@ -1,3 +1,5 @@
+#include <numeric>
+
 #include <chasles/error.hpp>
 #include <chasles/filter/inertial_testing.hpp>
 
@@ -42,16 +44,18 @@ std::vector<Case> cases() {
 // A filter that makes random steps; equal ones make equal steps.
 class Wanderer {
  public:
-  Wanderer(const Case& c, Ekf::Map map)
+  Wanderer(const Case& c, Ekf::Map map, std::size_t most_bytes = 0)
       : case_(c),
         random_(17),
-        ekf_(test::inertial_filter(error_chart(c.chart), random_, c.nav, c.calibrating,
-                                   {.map = map,
-                                    .past = {.recalls = true, .records = true},
-                                    .keep_scale = c.keeps_scale})) {}
+        ekf_(test::inertial_filter(
+            error_chart(c.chart), random_, c.nav, c.calibrating,
+            {.map = map,
+             .past = {.recalls = most_bytes == 0, .records = true, .most_bytes = most_bytes},
+             .keep_scale = c.keeps_scale})) {}
 
   const Ekf& ekf() const { return ekf_; }
   int revived() const { return revived_; }
+  const std::vector<int>& dormant() const { return dormant_; }
 
   void step() {
     ++frame_;
@@ -146,6 +150,115 @@ void expect_same_estimates(const Ekf& a, const Ekf& b) {
     EXPECT_TRUE(
         test::agree(past.poses[i].covariance, dense.poses[i].covariance, kPastTolerance, 0));
   }
+}
+
+TEST(Past, RecallTellsWhatRevivalWouldBring) {
+  const Case c{.chart = "left-se3", .calibrating = true, .revives = false};
+  Wanderer filter(c, Ekf::Map::kPast), dense(c, Ekf::Map::kDense);
+  for (int i = 0; i < 40; ++i) {
+    filter.step();
+    dense.step();
+  }
+  const std::vector<int> numbers{filter.dormant()[1], filter.dormant()[7], filter.dormant().back()};
+  const Carried recalled = filter.ekf().recall(numbers), expected = dense.ekf().recall(numbers);
+  EXPECT_TRUE(test::agree(recalled.P, expected.P, kPastTolerance, 0));
+  EXPECT_TRUE(test::agree(recalled.C, expected.C, kPastTolerance, 0));
+  EXPECT_TRUE(test::agree(recalled.correction, expected.correction, kPastTolerance, 1e-12));
+  Ekf revived = filter.ekf();
+  const Eigen::Index before = revived.covariance().rows();
+  revived.revive(numbers);
+  const MatrixXd P = revived.covariance();
+  ASSERT_EQ(P.rows(), before + 9);
+  EXPECT_TRUE(test::agree(P.bottomRightCorner(9, 9), recalled.P, 1e-12, 0));
+  EXPECT_TRUE(test::agree(P.bottomLeftCorner(9, before), recalled.C, 1e-12, 0));
+  EXPECT_EQ(P.topLeftCorner(before, before), filter.ekf().covariance());
+}
+
+// In a chart with additive landmarks, a landmark that leaves and returns is one that stayed.
+TEST(Past, ALandmarkThatReturnsIsOneThatNeverLeft) {
+  for (const char* chart : {"standard", "left-se3", "right-se3"}) {
+    SCOPED_TRACE(chart);
+    test::Random random(5), same(5);
+    const Ekf::Options options{.map = Ekf::Map::kPast, .past = {.recalls = true}};
+    Ekf leaves = test::inertial_filter(error_chart(chart), random, false, true, options);
+    Ekf stays = test::inertial_filter(error_chart(chart), same, false, true, options);
+    for (Ekf* filter : {&leaves, &stays}) filter->make_cartesian(3);
+    const int away[] = {2, 3};
+    leaves.retire(away);
+    for (int i = 0; i < 20; ++i) {
+      for (const auto& [filter, source] : {std::pair(&leaves, &random), std::pair(&stays, &same)}) {
+        test::walk_on(*filter, *source);
+        filter->clone_pose(50 + i, from_seconds(10 + i));
+        std::vector<Measurement> measurements;
+        for (const LandmarkId id : {100, 101, 104, 105}) {
+          const auto& landmarks = filter->state().landmarks;
+          const auto at = std::ranges::find(landmarks, id, &Landmark::id);
+          const auto index = static_cast<int>(at - landmarks.begin());
+          auto z = measure_pixel(test::inertial_cameras()[0], 1, filter->state(), index, {0, 0});
+          const Eigen::Vector2d noise = 0.3 * source->normal_vector(2);
+          if (!z) continue;
+          z->residual = noise;
+          measurements.push_back(*z);
+        }
+        filter->update(measurements);
+        const int old[] = {49 + i};
+        if (i > 0) filter->remove_clones(old);
+      }
+    }
+    const int back[] = {0, 1};
+    leaves.revive(back);
+    const State &a = leaves.state(), &b = stays.state();
+    ASSERT_EQ(a.landmarks.size(), b.landmarks.size());
+    std::vector<int> rows_a(static_cast<std::size_t>(a.core_size()));
+    std::iota(rows_a.begin(), rows_a.end(), 0);
+    std::vector<int> rows_b = rows_a;
+    for (const Landmark& one : b.landmarks) {
+      const auto other = std::ranges::find(a.landmarks, one.id, &Landmark::id);
+      ASSERT_NE(other, a.landmarks.end());
+      EXPECT_LT((a.p_world(*other) - b.p_world(one)).norm(), kPastTolerance);
+      for (int k = 0; k < 3; ++k) {
+        rows_a.push_back(other->row + k);
+        rows_b.push_back(one.row + k);
+      }
+    }
+    const MatrixXd P = leaves.covariance()(rows_a, rows_a), Q = stays.covariance()(rows_b, rows_b);
+    EXPECT_LT(test::covariance_difference(P, Q), kPastTolerance);
+  }
+}
+
+TEST(Past, ABoundOnItsMemoryMakesOldStatesFinal) {
+  const Case c{.chart = "right-sen3", .revives = false};
+  Wanderer whole(c, Ekf::Map::kPast);
+  for (int i = 0; i < 150; ++i) whole.step();
+  const std::size_t bound = whole.ekf().past().bytes() / 3;
+  Wanderer bounded(c, Ekf::Map::kPast, bound);
+  std::size_t most = 0;
+  for (int i = 0; i < 150; ++i) {
+    bounded.step();
+    most = std::max(most, bounded.ekf().past().bytes());
+  }
+  EXPECT_LT(most, bound + bound / 5);
+  EXPECT_EQ(test::distance(bounded.ekf().state(), whole.ekf().state()), 0);
+  const Past::Estimates some = bounded.ekf().past_estimates(), all = whole.ekf().past_estimates();
+  ASSERT_EQ(some.landmarks.size(), all.landmarks.size());
+  ASSERT_EQ(some.poses.size(), all.poses.size());
+  std::size_t final = 0;
+  for (std::size_t i = 0; i < some.poses.size(); ++i) {
+    EXPECT_EQ(some.poses[i].time, all.poses[i].time);
+    EXPECT_GT(some.poses[i].covariance.trace(), (1 - 1e-9) * all.poses[i].covariance.trace());
+    final += test::agree(some.poses[i].covariance, all.poses[i].covariance, 1e-9, 0) ? 0u : 1u;
+  }
+  EXPECT_GT(final, some.poses.size() / 4);
+  EXPECT_LT(final, some.poses.size());
+}
+
+TEST(Past, NeedsAFilterThatKeepsIt) {
+  test::Random random(6);
+  Ekf filter = test::inertial_filter(kStandardChart, random, false, false);
+  const int none[] = {0};
+  EXPECT_THROW(filter.remember_pose(Time{}), UsageError);
+  EXPECT_THROW(filter.revive(none), UsageError);
+  EXPECT_TRUE(filter.past_estimates().poses.empty());
 }
 
 class PastTest : public ::testing::TestWithParam<Case> {};

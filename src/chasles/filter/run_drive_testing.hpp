@@ -42,6 +42,7 @@ class DrivenFilter {
     if (frame_ > 0) propagate(drive_.frames[frame_ - 1]);
     const auto& observations = drive_.frames[frame_].observations;
     update(observations);
+    ekf_.remember_pose(from_seconds(kDriveStep * static_cast<double>(frame_)));
     retire();
     begin(observations);
     ++frame_;

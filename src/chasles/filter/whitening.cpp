@@ -53,8 +53,8 @@ constexpr Eigen::Index kLeafRows = 32;
 
 // From P H^T and r to W and w, recursively by halves: the information of the first half is removed
 // from the second. False if S is not positive definite.
-bool whiten(Measurements z, const State& x, dense::Block W, Eigen::Ref<VectorXd> w,
-            WhiteningScratch& scratch) {
+bool whiten(Measurements z, const State& x, dense::Block W, dense::Block kept,
+            Eigen::Ref<VectorXd> w, WhiteningScratch& scratch) {
   if (z.size() == 1 || w.size() <= kLeafRows) {
     auto S = scratch.S.take(w.size(), w.size());
     Jacobian(z, x, scratch).times(W, S);
@@ -66,6 +66,7 @@ bool whiten(Measurements z, const State& x, dense::Block W, Eigen::Ref<VectorXd>
     }
     if (!dense::cholesky(S)) return false;
     dense::solve_lower_from_right(S, W);
+    dense::solve_lower_from_right(S, kept);
     dense::solve_lower(S, w);
     return true;
   }
@@ -73,14 +74,15 @@ bool whiten(Measurements z, const State& x, dense::Block W, Eigen::Ref<VectorXd>
   const Measurements second = z.subspan(first.size());
   const Eigen::Index k = rows_of(first);
   const Eigen::Index rest = w.size() - k;
-  if (!whiten(first, x, W.leftCols(k), w.head(k), scratch)) return false;
+  if (!whiten(first, x, W.leftCols(k), kept.leftCols(k), w.head(k), scratch)) return false;
   auto HW = scratch.HW.take(rest, k);
   Jacobian(second, x, scratch).times(W.leftCols(k), HW);
   auto HW_transposed = scratch.HW_transposed.take(k, rest);
   HW_transposed = HW.transpose();
   dense::add_product(-1, W.leftCols(k), HW_transposed, W.rightCols(rest));
+  dense::add_product(-1, kept.leftCols(k), HW_transposed, kept.rightCols(rest));
   w.tail(rest).noalias() -= HW * w.head(k);
-  return whiten(second, x, W.rightCols(rest), w.tail(rest), scratch);
+  return whiten(second, x, W.rightCols(rest), kept.rightCols(rest), w.tail(rest), scratch);
 }
 
 }  // namespace
@@ -205,22 +207,24 @@ double normalised_square(Measurements measurements, const Covariance& covariance
 }
 
 std::optional<Whitened> whiten(Measurements measurements, const Covariance& covariance,
-                               const dense::ConstBlock& kept, const State& x,
+                               const dense::ConstBlock& Z, const State& x,
                                WhiteningScratch& scratch) {
   if (can_be_compressed(measurements, scratch)) {
-    return whiten_compressed(measurements, covariance, kept, scratch);
+    return whiten_compressed(measurements, covariance, Z, scratch);
   }
-  const Eigen::Index m = rows_of(measurements), n = covariance.size();
-  Whitened result{scratch.W.take(n + kept.rows(), m), scratch.w.take<VectorXd>(m)};
+  const Eigen::Index m = rows_of(measurements);
+  Whitened result{.W = scratch.W.take(covariance.size(), m),
+                  .kept = scratch.kept.take(Z.rows(), m),
+                  .w = scratch.w.take<VectorXd>(m)};
   const Jacobian H(measurements, x, scratch);
-  H.times_transpose(covariance.all(), result.W.topRows(n));
-  if (kept.rows() > 0) H.times_transpose(kept, result.W.bottomRows(kept.rows()));
+  H.times_transpose(covariance.all(), result.W);
+  if (Z.rows() > 0) H.times_transpose(Z, result.kept);
   Eigen::Index at = 0;
   for (const Measurement* one : measurements) {
     result.w.segment(at, one->residual.size()) = one->residual;
     at += one->residual.size();
   }
-  if (!whiten(measurements, x, result.W, result.w, scratch)) return std::nullopt;
+  if (!whiten(measurements, x, result.W, result.kept, result.w, scratch)) return std::nullopt;
   result.nis = result.w.squaredNorm();
   return result;
 }

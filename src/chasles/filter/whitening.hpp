@@ -51,6 +51,7 @@ class Jacobian {
 /// errors (compression.hpp).
 struct Whitened {
   Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax> W;
+  Eigen::Map<Eigen::MatrixXd, Eigen::AlignedMax> kept;  ///< Z H^T L^-T, of further variables
   Eigen::Map<Eigen::VectorXd, Eigen::AlignedMax> w;
   double nis = 0;
 };
@@ -60,11 +61,10 @@ struct Whitened {
 double normalised_square(Measurements measurements, const Covariance& covariance, const State& x,
                          WhiteningScratch& scratch);
 
-/// W, w and the NIS of an update; none if S is not positive definite. `kept`: the cross-covariance
-/// of further variables with the state (latest_segment.hpp): W has their rows below those of the
-/// state.
+/// W, w and the NIS of an update; none if S is not positive definite. Z: the cross-covariance of
+/// further variables with the state (latest_segment.hpp); it does not change the other results.
 std::optional<Whitened> whiten(Measurements measurements, const Covariance& covariance,
-                               const dense::ConstBlock& kept, const State& x,
+                               const dense::ConstBlock& Z, const State& x,
                                WhiteningScratch& scratch);
 
 }  // namespace chasles

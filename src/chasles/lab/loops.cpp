@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <unordered_map>
 #include <vector>
@@ -7,7 +8,6 @@
 #include <Eigen/Geometry>
 
 #include <chasles/constants.hpp>
-#include <chasles/eval/nees.hpp>
 #include <chasles/filter/body_velocity_model.hpp>
 #include <chasles/lab/loops.hpp>
 #include <chasles/lie/so3.hpp>
@@ -104,7 +104,8 @@ class Loops {
         random_(random_of_run(settings.seed, run)),
         points_(true_points(settings)),
         filter_(error_chart(filter.chart), initial(settings), Eigen::MatrixXd::Zero(6, 6),
-                {.map = Ekf::Map::kFrozen}),
+                {.map = settings.retire ? Ekf::Map::kPast : Ekf::Map::kFrozen,
+                 .past = {.recalls = true, .records = true}}),
         p_predicted_(filter_.state().world_T_imu.p) {}
 
   void move(int step) {
@@ -132,9 +133,12 @@ class Loops {
   UpdateReport look(int step) {
     std::vector<Measurement> known;
     std::vector<PointMeasurement> fresh;
-    for (const PointMeasurement& one : measurements(step)) {
-      const auto found = index_.find(one.id);
-      if (found == index_.end()) {
+    const std::vector<PointMeasurement> seen = measurements(step);
+    if (s_.retire) revive(seen);
+    const std::unordered_map<LandmarkId, int> indices = indices_in_state();
+    for (const PointMeasurement& one : seen) {
+      const auto found = indices.find(one.id);
+      if (found == indices.end()) {
         fresh.push_back(one);
       } else {
         known.push_back(
@@ -143,6 +147,9 @@ class Loops {
     }
     const UpdateReport report = filter_.update(known);
     begin(fresh);
+    if (!s_.retire) return report;
+    retire(seen);
+    filter_.remember_pose(std::chrono::seconds(step));
     return report;
   }
 
@@ -172,6 +179,38 @@ class Loops {
     return result;
   }
 
+  std::unordered_map<LandmarkId, int> indices_in_state() const {
+    std::unordered_map<LandmarkId, int> indices;
+    for (const Landmark& landmark : filter_.state().landmarks) {
+      indices.emplace(landmark.id, static_cast<int>(indices.size()));
+    }
+    return indices;
+  }
+
+  void revive(const std::vector<PointMeasurement>& seen) {
+    std::vector<int> numbers;
+    for (const PointMeasurement& one : seen) {
+      const auto known = dormant_.find(one.id);
+      if (known == dormant_.end()) continue;
+      numbers.push_back(known->second);
+      dormant_.erase(known);
+    }
+    std::ranges::sort(numbers);
+    filter_.revive(numbers);
+  }
+
+  void retire(const std::vector<PointMeasurement>& seen) {
+    std::vector<int> gone;
+    const auto& landmarks = filter_.state().landmarks;
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      const LandmarkId id = landmarks[i].id;
+      if (std::ranges::find(seen, id, &PointMeasurement::id) != seen.end()) continue;
+      gone.push_back(static_cast<int>(i));
+      dormant_[id] = filter_.past().states() + static_cast<int>(gone.size()) - 1;
+    }
+    filter_.retire(gone);
+  }
+
   void begin(const std::vector<PointMeasurement>& fresh) {
     const State& x = filter_.state();
     const bool first = linearisation_ == Linearisation::kFirstEstimates;
@@ -179,7 +218,6 @@ class Loops {
     for (const PointMeasurement& one : fresh) {
       landmarks.push_back(
           begin_point(x, one.id, one.z, one.sigma, first ? p_predicted_ : x.world_T_imu.p));
-      index_.emplace(one.id, static_cast<int>(index_.size()));
     }
     filter_.add(landmarks);
   }
@@ -194,23 +232,9 @@ class Loops {
   Random random_;
   std::vector<Vector3d> points_;
   Ekf filter_;
-  Vector3d p_predicted_;                       // of the pose, before the update
-  std::unordered_map<LandmarkId, int> index_;  // in the state, where none is ever retired
+  Vector3d p_predicted_;               // of the pose, before the update
+  std::map<LandmarkId, int> dormant_;  // numbers of past landmarks
 };
-
-TrialPoint point_of(const Loops& loops, PoseError coordinates, const SE3& truth) {
-  const SE3& estimate = loops.filter().state().world_T_imu;
-  const PoseNees nees = pose_nees(coordinates, truth, estimate,
-                                  loops.filter().core_covariance().topLeftCorner<6, 6>());
-  TrialPoint point;
-  point.position_error = (truth.p - estimate.p).norm();
-  point.attitude_error = so3::log(truth.R * estimate.R.transpose()).norm();
-  point.nees_position = nees.position;
-  point.nees_attitude = nees.attitude;
-  point.nees_pose = nees.pose;
-  point.nees_state = kNaN;  // the state has only the pose
-  return point;
-}
 
 }  // namespace
 
@@ -240,8 +264,9 @@ Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std:
   for (int step = 0; step <= settings.steps && !trial.diverged; ++step) {
     if (step > 0) loops.move(step);
     const UpdateReport report = loops.look(step);
-    TrialPoint point = point_of(loops, coordinates, true_pose(settings, step));
-    point.seconds = step;
+    TrialPoint point =
+        pose_point(step, true_pose(settings, step), loops.filter().state().world_T_imu,
+                   loops.filter().core_covariance().topLeftCorner<6, 6>(), coordinates);
     point.nis = report.nis;
     point.nis_dof = report.dof;
     trial.points.push_back(point);
@@ -251,7 +276,14 @@ Trial run_loops(const LoopsSettings& settings, const FilterVariant& filter, std:
   }
   trial.landmarks = loops.filter().map_size();
   trial.seconds_cpu = processor_seconds() - started;
-  if (keep_map == KeepMap::kYes) trial.map = loops.filter().map();
+  if (keep_map != KeepMap::kYes) return trial;
+  Past::Estimates past = loops.filter().past_estimates();
+  trial.map = std::move(past.landmarks);
+  for (const PastPose& pose : past.poses) {
+    const auto step = static_cast<int>(std::lround(to_seconds(pose.time)));
+    trial.smoothed.push_back(
+        pose_point(step, true_pose(settings, step), pose.map_T_imu, pose.covariance, coordinates));
+  }
   return trial;
 }
 

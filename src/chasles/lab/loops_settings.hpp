@@ -20,6 +20,7 @@ namespace chasles {
   FIELD(int, landmarks, 300, 0, 2000, "", "around the loop")                                      \
   FIELD(double, range, 20, 0.1, 1e5, "m", "a landmark is observed within this distance")                  \
   FIELD(double, field_of_view, 2.0943951023931953, 0.01, 6.3, "rad", "full angle about the forward axis") \
+  FIELD(bool, retire, false, 0, 0, "", "landmarks out of view leave the state, and return with their exact covariance") \
   FIELD(double, sigma, 0.01, 0, 1, "", "noise of every component of odometry and points, relative to it")
 // clang-format on
 

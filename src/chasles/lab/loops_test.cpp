@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
+#include <chasles/eval/chi2.hpp>
 #include <chasles/lab/loops.hpp>
 #include <chasles/settings_testing.hpp>
 
@@ -64,6 +65,53 @@ TEST(Loops, WithSmallNoiseAllAreNearlyConsistent) {
   EXPECT_GT(group.pose, 0.85);
   EXPECT_LT(group.pose, 1.15);
   EXPECT_LT(means("standard", 0.01).pose, 1.5);
+}
+
+// Landmarks that leave the view leave the state, and return a loop later.
+TEST(Loops, ReturningLandmarksCloseALoopAsIfTheyHadNeverLeft) {
+  for (const char* chart : {"standard", "left-se3", "right-se3", "right-sen3"}) {
+    SCOPED_TRACE(chart);
+    LoopsSettings settings{.steps = 250, .loops = 4};
+    const Trial kept = run_loops(settings, filter(chart), 0);
+    settings.retire = true;
+    const Trial returned = run_loops(settings, filter(chart), 0, KeepMap::kYes);
+    ASSERT_EQ(returned.points.size(), kept.points.size());
+    EXPECT_EQ(returned.landmarks, kept.landmarks);
+    EXPECT_EQ(returned.map.size(), static_cast<std::size_t>(kept.landmarks));
+    // In right-sen3 an absent landmark takes part in the changes of the chart when it returns, in
+    // one step instead of many.
+    const double most = std::string(chart) == "right-sen3" ? 5e-3 : 1e-8;
+    for (std::size_t i = 0; i < kept.points.size(); ++i) {
+      const double difference = (returned.estimate[i].pose.p - kept.estimate[i].pose.p).norm();
+      ASSERT_LT(difference, most) << "at step " << i;
+    }
+  }
+}
+
+// The first loop is open: its errors are corrected when it is closed. 100 runs.
+TEST(Loops, TheSmoothedPathIsMoreAccurateAndConsistent) {
+  const LoopsSettings settings{.steps = 120, .loops = 2, .retire = true};
+  for (const char* chart : {"left-se3", "right-sen3"}) {
+    SCOPED_TRACE(chart);
+    constexpr std::uint64_t kLoopRuns = 100;
+    double open = 0, closed = 0, nees_open = 0, nees_closed = 0, nees_after = 0;
+    for (std::uint64_t run = 0; run < kLoopRuns; ++run) {
+      const Trial trial = run_loops(settings, filter(chart), run, KeepMap::kYes);
+      ASSERT_EQ(trial.smoothed.size(), trial.points.size());
+      const TrialPoint &before = trial.points[50], &after = trial.points[70];
+      const TrialPoint& smoothed = trial.smoothed[50];
+      open += before.position_error / kLoopRuns;
+      closed += smoothed.position_error / kLoopRuns;
+      nees_open += before.nees_pose / kLoopRuns;
+      nees_closed += smoothed.nees_pose / kLoopRuns;
+      nees_after += after.nees_pose / kLoopRuns;
+    }
+    EXPECT_LT(closed, open / 2);
+    const Band band = chi2_band(6, kLoopRuns, 0.999);
+    EXPECT_TRUE(band.contains(nees_open)) << nees_open;
+    EXPECT_TRUE(band.contains(nees_after)) << nees_after;
+    EXPECT_TRUE(band.contains(nees_closed)) << nees_closed;
+  }
 }
 
 TEST(Loops, TheNoiseIsTheSameForEveryChartAndAnotherForEveryRun) {

@@ -36,6 +36,16 @@ class Mean {
   std::size_t count_ = 0;
 };
 
+void set_errors(const SE3& truth, const SE3& pose, const Matrix6d& covariance,
+                PoseError coordinates, TrialPoint& point) {
+  const PoseNees nees = pose_nees(coordinates, truth, pose, covariance);
+  point.position_error = (truth.p - pose.p).norm();
+  point.attitude_error = so3::log(truth.R * pose.R.transpose()).norm();
+  point.nees_position = nees.position;
+  point.nees_attitude = nees.attitude;
+  point.nees_pose = nees.pose;
+}
+
 TrialPoint point_of(const Estimate& e, const std::optional<SE3>& truth, PoseError coordinates) {
   TrialPoint point{.position_error = kNaN,
                    .attitude_error = kNaN,
@@ -47,14 +57,7 @@ TrialPoint point_of(const Estimate& e, const std::optional<SE3>& truth, PoseErro
                    .nis_dof = e.nis_dof,
                    .innovation_products = e.innovation_products,
                    .innovation_squares = e.innovation_squares};
-  if (!truth) return point;
-  const SE3& pose = e.world_T_imu;
-  const PoseNees nees = pose_nees(coordinates, *truth, pose, e.pose_covariance());
-  point.position_error = (truth->p - pose.p).norm();
-  point.attitude_error = so3::log(truth->R * pose.R.transpose()).norm();
-  point.nees_position = nees.position;
-  point.nees_attitude = nees.attitude;
-  point.nees_pose = nees.pose;
+  if (truth) set_errors(*truth, e.world_T_imu, e.pose_covariance(), coordinates, point);
   return point;
 }
 
@@ -123,6 +126,13 @@ Trial batch_or_diverged(const FilterVariant& filter, const Recording& recording,
 }
 
 }  // namespace
+
+TrialPoint pose_point(double seconds, const SE3& truth, const SE3& pose, const Matrix6d& covariance,
+                      PoseError coordinates) {
+  TrialPoint point{.seconds = seconds, .nees_state = kNaN};
+  set_errors(truth, pose, covariance, coordinates, point);
+  return point;
+}
 
 TrialAverages averages(const Trial& trial) {
   Mean position, attitude, square, nees_position, nees_attitude, nees_pose, nees_state;
@@ -211,7 +221,16 @@ Trial run_trial(const FilterVariant& filter, const Recording& recording, const I
   };
   run_filter(filter, recording, start, take, [&](const InertialSlam& slam) {
     trial.seconds_cpu = processor_seconds() - started;
-    if (keep_map == KeepMap::kYes) trial.map = slam.map_nav();
+    if (keep_map != KeepMap::kYes) return;
+    Past::Estimates past = slam.past_nav();
+    trial.map = std::move(past.landmarks);
+    for (const PastPose& pose : past.poses) {
+      const auto truth = true_pose_at(recording, pose.time);
+      if (!truth) continue;
+      trial.smoothed.push_back(pose_point(to_seconds(pose.time - start.time), *truth,
+                                          pose.map_T_imu, pose.covariance,
+                                          pose_error_of(filter.settings.chart)));
+    }
   });
   end_trial(recording, trial);
   return trial;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <chasles/data/recording.hpp>
+#include <chasles/eval/nees.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/slam/inertial_slam.hpp>
@@ -45,6 +46,8 @@ struct Trial {
   std::vector<TrialPoint> points = {};
   Trajectory estimate = {};           ///< nav_T_imu
   std::vector<MapLandmark> map = {};  ///< at the end, in nav; of a filter only with KeepMap::kYes
+  /// Errors and NEES of the smoothed path, likewise, where the filter has it (exact_map).
+  std::vector<TrialPoint> smoothed = {};
   /// As in TrialAverages; NaN after divergence.
   double ate = std::nan(""), ate_posyaw = std::nan(""), attitude_posyaw = std::nan("");
   int landmarks = 0;  ///< of the whole map
@@ -99,7 +102,11 @@ void run_filter(const FilterVariant& filter, const Recording& recording, const I
                 const std::function<bool(const Estimate&)>& take,
                 const std::function<void(const InertialSlam&)>& done = {});
 
-/// Whether a trial has the map: it costs a pass over the whole run.
+/// The error of a pose at `seconds` and its NEES in those coordinates; the rest is NaN or zero.
+TrialPoint pose_point(double seconds, const SE3& truth, const SE3& pose, const Matrix6d& covariance,
+                      PoseError coordinates);
+
+/// Whether a trial has map and smoothed path: they cost a pass over the whole run.
 enum class KeepMap { kNo, kYes };
 
 /// Runs the filter over a recording that has truth, cameras and an IMU, from the start on; then

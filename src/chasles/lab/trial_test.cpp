@@ -45,6 +45,33 @@ TEST(Start, ErrsAsItsSettingsSay) {
   EXPECT_TRUE(chi2_band(3, kDraws, 0.999).contains(speed / kDraws)) << speed / kDraws;
 }
 
+// The filter's first pose is given; errors grow with the way. The truth is drawn anew in each run.
+TEST(Trial, TheSmoothedPathIsMoreAccurateAndConsistent) {
+  InertialScene scene = inertial_scene("hallway");
+  scene.settings.hall_length = 8;
+  scene.settings.hall_width = 8;
+  scene.settings.sections = 1;
+  FilterVariant filter = own_filter();
+  filter.settings.exact_map = Toggle::kTrue;
+  constexpr int kRuns = 12;
+  double error = 0, smoothed_error = 0, nees = 0;
+  for (std::uint64_t i = 0; i < kRuns; ++i) {
+    scene.settings.seed = 100 + i;
+    const Recording recording = simulate_inertial(scene);
+    const Trial trial =
+        run_trial(filter, recording, draw_start(recording, filter.settings, 7, i), KeepMap::kYes);
+    ASSERT_EQ(trial.smoothed.size(), trial.points.size());
+    const std::size_t last = trial.points.size() - 1, middle = last / 2;
+    EXPECT_NEAR(trial.smoothed[last].position_error, trial.points[last].position_error, 1e-9)
+        << "at the end both have the same measurements";
+    error += trial.points[middle].position_error / kRuns;
+    smoothed_error += trial.smoothed[middle].position_error / kRuns;
+    nees += trial.smoothed[middle].nees_pose / kRuns;
+  }
+  EXPECT_LT(smoothed_error, error);
+  EXPECT_TRUE(chi2_band(6, kRuns, 0.999).contains(nees)) << nees;
+}
+
 TEST(Trial, OnAShortHallwayIsCloseToTheTruthAndSaysSo) {
   const Recording recording = short_hallway();
   const Trial trial = run(recording);
