@@ -43,7 +43,7 @@ TEST(Live, ViewersChangeNoByteOfARun) {
   EXPECT_EQ(run.code_after(0), 0);
   EXPECT_TRUE(finished);
   EXPECT_GT(texts, 2);
-  EXPECT_EQ(files_with_bytes(folder / "alone").size(), 7U);
+  EXPECT_EQ(files_with_bytes(folder / "alone").size(), 9U);
   EXPECT_TRUE(files_with_bytes(folder / "alone") == files_with_bytes(folder / "seen"));
 }
 

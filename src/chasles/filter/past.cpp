@@ -9,8 +9,12 @@
 namespace chasles {
 namespace {
 
-std::size_t bytes_of(const Segment& s) {
-  return sizeof(double) * static_cast<std::size_t>(s.X.size() + s.G.size() + s.g.size());
+Segment of_landmarks(const Segment& segment) {
+  std::vector<int> landmarks;
+  for (const Segment::Item& item : segment.items) {
+    if (item.size == 3) landmarks.push_back(item.number);
+  }
+  return with_items(segment, landmarks);
 }
 
 }  // namespace
@@ -38,48 +42,21 @@ const Landmark& Past::landmark(int number) const {
 }
 
 void Past::append(Segment segment) {
-  if (options_.recalls) {
-    std::vector<int> landmarks;
-    for (const Segment::Item& item : segment.items) {
-      if (item.size == 3) landmarks.push_back(item.number);
-    }
-    chain_.push_back(with_items(segment, landmarks));
-    // As a binary counter carries: each segment takes part in few compositions.
-    while (chain_.size() > 1 && chain_[chain_.size() - 2].length <= chain_.back().length) {
-      Segment younger = std::move(chain_.back());
-      chain_.pop_back();
-      chain_.back() = compose(chain_.back(), younger);
-    }
-  }
+  if (options_.recalls) chain_.append(of_landmarks(segment));
   if (options_.records) {
-    recorded_bytes_ += bytes_of(segment);
+    recorded_bytes_ += segment.bytes();
     records_.push_back({.segment = std::move(segment), .revived = std::move(revived_)});
     if (options_.most_bytes > 0 && recorded_bytes_ > options_.most_bytes) give_up_older_half();
   }
   revived_.clear();
 }
 
-Carried Past::recall(const std::vector<int>& numbers) const {
-  Carried past;
-  for (const Segment& segment : chain_) carry(past, segment, numbers);
-  return past;
-}
+Carried Past::recall(const std::vector<int>& numbers) const { return chain_.recall(numbers); }
 
 Carried Past::revive(const std::vector<int>& numbers) {
-  Carried past;
-  for (Segment& segment : chain_) {
-    const Carried before = past;
-    carry(past, segment, numbers);
-    if (before.rows() > 0) pass_through(segment, before.C);
-    std::vector<int> own;
-    for (const Segment::Item& item : segment.items) {
-      if (std::ranges::binary_search(numbers, item.number)) own.push_back(item.number);
-    }
-    take_along(segment, own);
-  }
   note_returned(numbers);
   revived_.insert(revived_.end(), numbers.begin(), numbers.end());
-  return past;
+  return chain_.revive(numbers);
 }
 
 void Past::note_returned(const std::vector<int>& numbers) {
@@ -121,25 +98,32 @@ void Past::append_estimates(std::span<const SmoothedState> smoothed, Estimates& 
   }
 }
 
-// Its states are estimated from both halves.
+// Its states are estimated from both halves. Landmarks that can return stay, in one segment.
 void Past::give_up_older_half() {
-  const std::vector<SmoothedState> smoothed = smooth_segments(recorded());
-  const auto middle = records_.begin() + static_cast<std::ptrdiff_t>(records_.size() / 2);
+  const std::size_t half = std::max<std::size_t>(records_.size() / 2, options_.recalls ? 2 : 1);
+  if (records_.size() <= half) return;
+  const auto middle = records_.begin() + static_cast<std::ptrdiff_t>(half);
+  std::vector<SmoothedState> smoothed = smooth_segments(recorded());
   std::size_t states = 0;
+  SegmentChain landmarks;
   for (auto record = records_.begin(); record != middle; ++record) {
     states += record->segment.items.size();
+    recorded_bytes_ -= record->segment.bytes();
+    if (!options_.recalls) continue;
+    if (!record->revived.empty()) landmarks.revive(record->revived);
+    landmarks.append(of_landmarks(record->segment));
   }
-  append_estimates(std::span(smoothed).first(states), final_);
-  for (auto record = records_.begin(); record != middle; ++record) {
-    recorded_bytes_ -= bytes_of(record->segment);
+  smoothed.resize(states);
+  if (options_.recalls) {
+    std::erase_if(smoothed, [](const SmoothedState& s) { return s.correction.size() == 3; });
   }
+  append_estimates(smoothed, final_);
   records_.erase(records_.begin(), middle);
+  if (!options_.recalls) return;
+  records_.insert(records_.begin(), {.segment = landmarks.composed(), .revived = {}});
+  recorded_bytes_ += records_.front().segment.bytes();
 }
 
-std::size_t Past::bytes() const {
-  std::size_t sum = recorded_bytes_;
-  for (const Segment& segment : chain_) sum += bytes_of(segment);
-  return sum;
-}
+std::size_t Past::bytes() const { return recorded_bytes_ + chain_.bytes(); }
 
 }  // namespace chasles

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include <chasles/filter/fixed_interval.hpp>
-#include <chasles/filter/segment.hpp>
+#include <chasles/filter/segment_chain.hpp>
 #include <chasles/filter/state.hpp>
 
 namespace chasles {
@@ -38,8 +38,9 @@ class Past {
   struct Options {
     bool recalls = false;  ///< landmarks can return into the state
     bool records = false;  ///< all segments are kept, for estimates of every past state
-    /// Bound on the memory of those segments [bytes]; 0: none. Where it is reached, the states
-    /// that left in their older half are final: later measurements no longer change them.
+    /// Bound on the memory of those segments [bytes]; 0: none. Where it is reached, the poses that
+    /// left in their older half are final: later measurements no longer change them. So are the
+    /// landmarks, unless they can return.
     std::size_t most_bytes = 0;
   };
 
@@ -90,7 +91,7 @@ class Past {
   Options options_;
   Estimates final_;
   std::vector<std::variant<PastLandmark, PastPose>> states_;
-  std::vector<Segment> chain_;     ///< of landmarks; composed, so that there are few
+  SegmentChain chain_;             ///< of landmarks
   std::vector<Recorded> records_;  ///< all segments, with all states
   std::vector<int> revived_;       ///< since the last segment
   int landmarks_ = 0;

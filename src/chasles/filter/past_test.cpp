@@ -50,7 +50,7 @@ class Wanderer {
         ekf_(test::inertial_filter(
             error_chart(c.chart), random_, c.nav, c.calibrating,
             {.map = map,
-             .past = {.recalls = most_bytes == 0, .records = true, .most_bytes = most_bytes},
+             .past = {.recalls = most_bytes == 0 || c.revives, .records = true, .most_bytes = most_bytes},
              .keep_scale = c.keeps_scale})) {}
 
   const Ekf& ekf() const { return ekf_; }
@@ -247,6 +247,32 @@ TEST(Past, ABoundOnItsMemoryMakesOldStatesFinal) {
     EXPECT_EQ(some.poses[i].time, all.poses[i].time);
     EXPECT_GT(some.poses[i].covariance.trace(), (1 - 1e-9) * all.poses[i].covariance.trace());
     final += test::agree(some.poses[i].covariance, all.poses[i].covariance, 1e-9, 0) ? 0u : 1u;
+  }
+  EXPECT_GT(final, some.poses.size() / 4);
+  EXPECT_LT(final, some.poses.size());
+}
+
+// Landmarks that can return are not final: poses alone.
+TEST(Past, ABoundOnItsMemoryLeavesReturningLandmarksExact) {
+  const Case c{.chart = "right-sen3"};
+  Wanderer whole(c, Ekf::Map::kPast);
+  for (int i = 0; i < 150; ++i) whole.step();
+  Wanderer bounded(c, Ekf::Map::kPast, whole.ekf().past().bytes() / 6);
+  for (int i = 0; i < 150; ++i) bounded.step();
+  EXPECT_EQ(test::distance(bounded.ekf().state(), whole.ekf().state()), 0);
+  const Past::Estimates some = bounded.ekf().past_estimates(), all = whole.ekf().past_estimates();
+  ASSERT_EQ(some.landmarks.size(), all.landmarks.size());
+  for (std::size_t i = 0; i < some.landmarks.size(); ++i) {
+    ASSERT_EQ(some.landmarks[i].id, all.landmarks[i].id);
+    EXPECT_TRUE(test::agree(some.landmarks[i].p_world, all.landmarks[i].p_world, 1e-9, 0));
+    EXPECT_TRUE(test::agree(some.landmarks[i].covariance, all.landmarks[i].covariance, 1e-8, 0));
+  }
+  ASSERT_EQ(some.poses.size(), all.poses.size());
+  std::size_t final = 0;
+  for (std::size_t i = 0; i < some.poses.size(); ++i) {
+    EXPECT_EQ(some.poses[i].time, all.poses[i].time);
+    EXPECT_GT(some.poses[i].covariance.trace(), (1 - 1e-8) * all.poses[i].covariance.trace());
+    final += test::agree(some.poses[i].covariance, all.poses[i].covariance, 1e-8, 0) ? 0u : 1u;
   }
   EXPECT_GT(final, some.poses.size() / 4);
   EXPECT_LT(final, some.poses.size());

@@ -33,6 +33,9 @@ struct Segment {
 
   /// First variable of an item, and none if the segment does not have it.
   std::ptrdiff_t place(int number) const;
+  std::size_t bytes() const {
+    return sizeof(double) * static_cast<std::size_t>(X.size() + G.size() + g.size());
+  }
 };
 
 /// The segment that consists of one after the other. The rows of older.X must be younger's starts.

@@ -80,7 +80,7 @@ TEST(Loops, ReturningLandmarksCloseALoopAsIfTheyHadNeverLeft) {
     EXPECT_EQ(returned.map.size(), static_cast<std::size_t>(kept.landmarks));
     // In right-sen3 an absent landmark takes part in the changes of the chart when it returns, in
     // one step instead of many.
-    const double most = std::string(chart) == "right-sen3" ? 5e-3 : 1e-8;
+    const double most = std::string(chart) == "right-sen3" ? 0.02 : 1e-8;
     for (std::size_t i = 0; i < kept.points.size(); ++i) {
       const double difference = (returned.estimate[i].pose.p - kept.estimate[i].pose.p).norm();
       ASSERT_LT(difference, most) << "at step " << i;
@@ -88,12 +88,12 @@ TEST(Loops, ReturningLandmarksCloseALoopAsIfTheyHadNeverLeft) {
   }
 }
 
-// The first loop is open: its errors are corrected when it is closed. 100 runs.
+// The first loop is open: its errors are corrected when it is closed.
 TEST(Loops, TheSmoothedPathIsMoreAccurateAndConsistent) {
   const LoopsSettings settings{.steps = 120, .loops = 2, .retire = true};
   for (const char* chart : {"left-se3", "right-sen3"}) {
     SCOPED_TRACE(chart);
-    constexpr std::uint64_t kLoopRuns = 100;
+    constexpr std::uint64_t kLoopRuns = 40;
     double open = 0, closed = 0, nees_open = 0, nees_closed = 0, nees_after = 0;
     for (std::uint64_t run = 0; run < kLoopRuns; ++run) {
       const Trial trial = run_loops(settings, filter(chart), run, KeepMap::kYes);

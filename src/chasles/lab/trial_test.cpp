@@ -72,6 +72,38 @@ TEST(Trial, TheSmoothedPathIsMoreAccurateAndConsistent) {
   EXPECT_TRUE(chi2_band(6, kRuns, 0.999).contains(nees)) << nees;
 }
 
+// Twice around the block: in the second round the landmarks of the first come into view again.
+TEST(Trial, ReturningLandmarksCloseTheLoopConsistently) {
+  InertialScene scene = inertial_scene("hallway");
+  scene.settings.hall_length = 8;
+  scene.settings.hall_width = 8;
+  scene.settings.sections = 8;
+  scene.settings.keep_ids = true;
+  FilterVariant open = own_filter(), closes = own_filter();
+  closes.settings.recognise = Recognise::kIds;
+  closes.settings.exact_map = Toggle::kTrue;
+  constexpr int kRuns = 10;
+  double error = 0, closed_error = 0, nees = 0, smoothed_nees = 0;
+  for (std::uint64_t i = 0; i < kRuns; ++i) {
+    scene.settings.seed = 300 + i;
+    const Recording recording = simulate_inertial(scene);
+    const InertialStart start = draw_start(recording, closes.settings, 7, i);
+    const Trial drifts = run_trial(open, recording, start);
+    const Trial trial = run_trial(closes, recording, start, KeepMap::kYes);
+    ASSERT_EQ(trial.points.size(), drifts.points.size());
+    EXPECT_LT(trial.map.size(), 0.7 * drifts.landmarks) << "each place is in the map once";
+    const std::size_t last = trial.points.size() - 1, first_round = last * 3 / 8;
+    error += drifts.points[last].position_error / kRuns;
+    closed_error += trial.points[last].position_error / kRuns;
+    nees += trial.points[last].nees_pose / kRuns;
+    smoothed_nees += trial.smoothed[first_round].nees_pose / kRuns;
+  }
+  EXPECT_LT(closed_error, error / 2);
+  const Band band = chi2_band(6, kRuns, 0.999);
+  EXPECT_TRUE(band.contains(nees)) << nees;
+  EXPECT_TRUE(band.contains(smoothed_nees)) << smoothed_nees;
+}
+
 TEST(Trial, OnAShortHallwayIsCloseToTheTruthAndSaysSo) {
   const Recording recording = short_hallway();
   const Trial trial = run(recording);

@@ -10,12 +10,18 @@
 namespace chasles {
 
 enum class LandmarkInit { kMultiView, kFixedDepth };
+enum class Recognise { kNone, kIds };
 enum class Toggle { kAuto, kTrue, kFalse };
 
 template <>
 struct Choices<LandmarkInit> {
   static constexpr std::array list{Choice{LandmarkInit::kMultiView, "multi-view"},
                                    Choice{LandmarkInit::kFixedDepth, "fixed-depth"}};
+};
+
+template <>
+struct Choices<Recognise> {
+  static constexpr std::array list{Choice{Recognise::kNone, "none"}, Choice{Recognise::kIds, "ids"}};
 };
 
 template <>
@@ -88,6 +94,7 @@ struct InertialSlamSettings {
   int max_rejections = 5;
   int max_landmarks = 50;
   int waiting_frames = 0;
+  Recognise recognise = Recognise::kNone;
   Toggle exact_map = Toggle::kAuto;
   double map_memory = 1000;
 };
@@ -225,6 +232,10 @@ void for_each_setting(S& s, Visitor&& visit) {
       limits::kNonNegative);
   visit("waiting_frames", s.waiting_frames, "count",
         "a landmark out of view stays in the state for so many frames", limits::kNonNegative);
+  visit("recognise", s.recognise, "choice",
+        "landmarks that come into view again return into the state with their exact covariance, "
+        "which closes loops (docs/map.md): none, or those whose ids the tracks have again",
+        limits::kAny);
   visit("exact_map", s.exact_map, "choice",
         "landmarks out of the state and the poses of the past are estimated given all measurements "
         "(docs/map.md); false: landmarks keep their last estimate, and there is no smoothed path; "

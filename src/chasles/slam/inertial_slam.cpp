@@ -71,8 +71,10 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
   return {error_chart(s.chart),
           x,
           initial_covariance(s, start, x, calibration),
-          {.map = s.keeps_exact_map() ? Ekf::Map::kPast : Ekf::Map::kFrozen,
-           .past = {.records = true, .most_bytes = static_cast<std::size_t>(1e6 * s.map_memory)},
+          {.map = s.keeps_exact_map() || s.recognise != Recognise::kNone ? Ekf::Map::kPast
+                                                                         : Ekf::Map::kFrozen,
+           .past = {.recalls = s.recognise != Recognise::kNone,
+                    .records = s.keeps_exact_map(), .most_bytes = static_cast<std::size_t>(1e6 * s.map_memory)},
            .keep_scale = s.keep_scale == Toggle::kTrue}};
 }
 
@@ -122,6 +124,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   e.observations = static_cast<int>(frame.pixels.size());
   compose_when_due();
   const auto& observations = usable(frame);
+  if (settings_.recognise == Recognise::kIds) revive(observations);
   seconds.propagation = stages.lap();
   e.zero_velocity = zero_velocity_update(frame, since);
   if (!e.zero_velocity) let_points_drift(since);
@@ -250,8 +253,39 @@ void InertialSlam::retire_unseen(CameraSet looking) {
     if (accepted && last.missed <= settings_.waiting_frames) continue;
     indices.push_back(i);
   }
+  note_dormant(indices);
   for (auto i = indices.rbegin(); i != indices.rend(); ++i) last_.erase(last_.begin() + *i);
   filter_.retire(indices);
+}
+
+// A landmark that the gate has rejected does not return: it was no point, or another one.
+void InertialSlam::note_dormant(std::span<const int> leaving) {
+  if (settings_.recognise == Recognise::kNone) return;
+  int number = filter_.past().states();
+  for (const int index : leaving) {
+    const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(index)];
+    if (!landmark.has_place()) continue;
+    const bool accepted =
+        last_[static_cast<std::size_t>(index)].rejected < settings_.max_rejections;
+    if (accepted) dormant_[landmark.id] = number;
+    ++number;
+  }
+}
+
+// Past landmarks whose tracks have come into view again return before the update of the frame.
+void InertialSlam::revive(const std::vector<const PixelObservation*>& observations) {
+  std::vector<int>& numbers = work_.returning;
+  numbers.clear();
+  for (const PixelObservation* o : observations) {
+    const auto known = dormant_.find(o->landmark);
+    if (known == dormant_.end()) continue;
+    numbers.push_back(known->second);
+    dormant_.erase(known);
+  }
+  if (numbers.empty()) return;
+  std::ranges::sort(numbers);
+  filter_.revive(numbers);
+  for (std::size_t i = 0; i < numbers.size(); ++i) last_.push_back({.seen = frame_});
 }
 
 void InertialSlam::remove_unused_clones() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <span>
 #include <vector>
 
@@ -113,6 +114,8 @@ class InertialSlam {
   void compare_innovations(const std::vector<const PixelObservation*>& observations,
                            const UpdateReport& report, Estimate& e);
   void retire_unseen(CameraSet looking);
+  void note_dormant(std::span<const int> leaving);
+  void revive(const std::vector<const PixelObservation*>& observations);
   void remove_unused_clones();
   void let_points_drift(Time since);
   void compose_when_due();
@@ -152,6 +155,7 @@ class InertialSlam {
     int matches = 0;        ///< used, in the cameras after the first
   };
   std::vector<Last> last_;  ///< of the landmarks of the state, in the same order
+  std::map<LandmarkId, int> dormant_;  ///< past landmarks that may return: their numbers
   struct WhitenedPixel {
     LandmarkId landmark = 0;
     int camera = 0;
@@ -180,7 +184,7 @@ class InertialSlam {
     std::array<Measurement, 2> rest;
     std::vector<WhitenedPixel> innovations;
     Reused<NewLandmark> begun;
-    std::vector<int> retired, used, unused;
+    std::vector<int> retired, used, unused, returning;
     std::vector<ImuInterval> intervals;
     Prediction prediction;
     NavScratch nav;
