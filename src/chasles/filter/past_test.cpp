@@ -47,11 +47,12 @@ class Wanderer {
   Wanderer(const Case& c, Ekf::Map map, std::size_t most_bytes = 0)
       : case_(c),
         random_(17),
-        ekf_(test::inertial_filter(
-            error_chart(c.chart), random_, c.nav, c.calibrating,
-            {.map = map,
-             .past = {.recalls = most_bytes == 0 || c.revives, .records = true, .most_bytes = most_bytes},
-             .keep_scale = c.keeps_scale})) {}
+        ekf_(test::inertial_filter(error_chart(c.chart), random_, c.nav, c.calibrating,
+                                   {.map = map,
+                                    .past = {.recalls = most_bytes == 0 || c.revives,
+                                             .records = true,
+                                             .most_bytes = most_bytes},
+                                    .keep_scale = c.keeps_scale})) {}
 
   const Ekf& ekf() const { return ekf_; }
   int revived() const { return revived_; }

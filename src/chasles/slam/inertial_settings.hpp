@@ -21,7 +21,8 @@ struct Choices<LandmarkInit> {
 
 template <>
 struct Choices<Recognise> {
-  static constexpr std::array list{Choice{Recognise::kNone, "none"}, Choice{Recognise::kIds, "ids"}};
+  static constexpr std::array list{Choice{Recognise::kNone, "none"},
+                                   Choice{Recognise::kIds, "ids"}};
 };
 
 template <>

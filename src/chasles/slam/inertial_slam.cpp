@@ -74,7 +74,8 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
           {.map = s.keeps_exact_map() || s.recognise != Recognise::kNone ? Ekf::Map::kPast
                                                                          : Ekf::Map::kFrozen,
            .past = {.recalls = s.recognise != Recognise::kNone,
-                    .records = s.keeps_exact_map(), .most_bytes = static_cast<std::size_t>(1e6 * s.map_memory)},
+                    .records = s.keeps_exact_map(),
+                    .most_bytes = static_cast<std::size_t>(1e6 * s.map_memory)},
            .keep_scale = s.keep_scale == Toggle::kTrue}};
 }
 
@@ -272,8 +273,11 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
   }
 }
 
-// Past landmarks whose tracks have come into view again return before the update of the frame.
+// Past landmarks whose tracks have come into view again return before the update of the frame,
+// several at a time, because each time ends a segment of the past.
 void InertialSlam::revive(const std::vector<const PixelObservation*>& observations) {
+  constexpr Time kInterval = std::chrono::milliseconds(500);
+  if (revived_ && now_ - *revived_ < kInterval) return;
   std::vector<int>& numbers = work_.returning;
   numbers.clear();
   for (const PixelObservation* o : observations) {
@@ -283,6 +287,7 @@ void InertialSlam::revive(const std::vector<const PixelObservation*>& observatio
     dormant_.erase(known);
   }
   if (numbers.empty()) return;
+  revived_ = now_;
   std::ranges::sort(numbers);
   filter_.revive(numbers);
   for (std::size_t i = 0; i < numbers.size(); ++i) last_.push_back({.seen = frame_});

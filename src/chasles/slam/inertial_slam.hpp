@@ -154,8 +154,9 @@ class InertialSlam {
     int rejected = 0;       ///< consecutive frames in which the gate rejected it
     int matches = 0;        ///< used, in the cameras after the first
   };
-  std::vector<Last> last_;  ///< of the landmarks of the state, in the same order
+  std::vector<Last> last_;             ///< of the landmarks of the state, in the same order
   std::map<LandmarkId, int> dormant_;  ///< past landmarks that may return: their numbers
+  std::optional<Time> revived_;        ///< when landmarks last returned
   struct WhitenedPixel {
     LandmarkId landmark = 0;
     int camera = 0;

@@ -144,6 +144,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     return;
   }
   for (const PixelObservation* o : fresh) {
+    if (dormant_.contains(o->landmark)) continue;  // it will return
     Track& track = track_of(o->landmark);
     track.seen = frame_;
     track.cameras |= camera_bit(o->camera);
