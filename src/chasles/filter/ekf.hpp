@@ -90,8 +90,7 @@ class Ekf {
   void propagate(const Prediction& prediction);
 
   /// Adds noise to the parameters of a landmark of the state (index into State::landmarks), because
-  /// the observed point moves. Throws UsageError with
-  /// Map::kHistory.
+  /// the observed point moves. Throws UsageError with Map::kHistory.
   void add_noise(int landmark, const Eigen::Matrix3d& noise);
 
   /// residual^T S^-1 residual of a single measurement: the value that its gate tests.
@@ -110,8 +109,7 @@ class Ekf {
   /// r^T S^-1 r of some measurements together; infinite where S is not positive definite.
   double joint_normalised_square(std::span<const Measurement> measurements) const;
 
-  /// Adds a copy of the current pose as a clone. Throws UsageError with
-  /// Map::kHistory.
+  /// Adds a copy of the current pose as a clone. Throws UsageError with Map::kHistory.
   void clone_pose(int id, Time time);
   /// Removes clones; no landmark may be anchored on them.
   void remove_clones(std::span<const int> ids);
@@ -145,7 +143,8 @@ class Ekf {
   Carried recall(std::span<const int> numbers) const;
 
   /// Past landmarks (numbers of past(), rising) return to the end of the state, with their exact
-  /// covariance with all other states, as if they had not left. Requires past.recalls.
+  /// covariance with all other states, as if they had not left. Throws
+  /// UsageError for a number that is not recalled, and without past.recalls.
   void revive(std::span<const int> numbers);
 
   /// The estimates of all past states and of the landmarks in the state, given all measurements.
@@ -204,10 +203,7 @@ class Ekf {
   void to_map_axes(Landmark& landmark);
   void to_world_axes(Landmark& landmark);
   void leave(std::span<const int> indices);
-  void end_segment();
   void end_segment_when_due();
-  std::vector<Landmark> rows_that_return(const std::vector<int>& numbers);
-  std::vector<Landmark> recalled_rows(const std::vector<int>& numbers);
   void move_to_present_mean(const Eigen::Vector3d& as_it_left, const Landmark& landmark,
                             const std::optional<Eigen::VectorXd>& scale);
   std::optional<Eigen::VectorXd> scale_error(std::span<const Landmark> landmarks) const;

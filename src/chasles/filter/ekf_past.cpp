@@ -120,6 +120,11 @@ void Ekf::revive(std::span<const int> numbers) {
   if (!has_past()) throw UsageError("landmarks return in a filter with Map::kPast alone");
   if (numbers.empty()) return;
   const std::vector<int> list(numbers.begin(), numbers.end());
+  if (!std::ranges::all_of(list, [&](int number) { return past_.can_return(number); })) {
+    throw UsageError(
+        "a landmark cannot return: expected past.recalls, and numbers of past landmarks that have "
+        "not returned");
+  }
   Carried past;
   if (options_.map == Map::kDense) {
     carry(past, latest_.segment(), list);

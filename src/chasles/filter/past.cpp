@@ -59,6 +59,12 @@ Carried Past::revive(const std::vector<int>& numbers) {
   return chain_.revive(numbers);
 }
 
+bool Past::can_return(int number) const {
+  if (!options_.recalls || number < 0 || number >= states()) return false;
+  const auto* past = std::get_if<PastLandmark>(&states_[static_cast<std::size_t>(number)]);
+  return past != nullptr && !past->has_returned;
+}
+
 void Past::note_returned(const std::vector<int>& numbers) {
   for (const int number : numbers) {
     std::get<PastLandmark>(states_[static_cast<std::size_t>(number)]).has_returned = true;

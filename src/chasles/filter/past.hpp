@@ -68,6 +68,7 @@ class Past {
   };
   Estimates estimates(const Segment& latest) const;
 
+  bool can_return(int number) const;
   /// A past landmark as it left.
   const Landmark& landmark(int number) const;
   int states() const { return static_cast<int>(states_.size()); }

@@ -1,3 +1,4 @@
+#include <array>
 #include <numeric>
 
 #include <chasles/error.hpp>
@@ -286,6 +287,13 @@ TEST(Past, NeedsAFilterThatKeepsIt) {
   EXPECT_THROW(filter.remember_pose(Time{}), UsageError);
   EXPECT_THROW(filter.revive(none), UsageError);
   EXPECT_TRUE(filter.past_estimates().poses.empty());
+  Ekf past = test::inertial_filter(kStandardChart, random, false, false,
+                                   {.map = Ekf::Map::kPast, .past = {.recalls = true}});
+  const int first[] = {0};
+  past.retire(first);
+  EXPECT_THROW(past.revive(std::array{7}), UsageError);
+  past.revive(first);
+  EXPECT_THROW(past.revive(first), UsageError) << "it has returned";
 }
 
 class PastTest : public ::testing::TestWithParam<Case> {};

@@ -64,6 +64,10 @@ Eigen::MatrixXd initial_covariance(const InertialSlamSettings& s, const Inertial
   return P;
 }
 
+bool keeps_past(const InertialSlamSettings& s) {
+  return s.keeps_exact_map() || s.recognise != Recognise::kNone;
+}
+
 Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
                    std::span<const Camera> cameras) {
   const auto calibration = start.calibration ? start.calibration : stated_calibration(s, cameras);
@@ -71,10 +75,9 @@ Ekf initial_filter(const InertialSlamSettings& s, const InertialStart& start,
   return {error_chart(s.chart),
           x,
           initial_covariance(s, start, x, calibration),
-          {.map = s.keeps_exact_map() || s.recognise != Recognise::kNone ? Ekf::Map::kPast
-                                                                         : Ekf::Map::kFrozen,
+          {.map = keeps_past(s) ? Ekf::Map::kPast : Ekf::Map::kFrozen,
            .past = {.recalls = s.recognise != Recognise::kNone,
-                    .records = s.keeps_exact_map(),
+                    .records = true,
                     .most_bytes = static_cast<std::size_t>(1e6 * s.map_memory)},
            .keep_scale = s.keep_scale == Toggle::kTrue}};
 }
@@ -164,7 +167,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
 Past::Estimates InertialSlam::past_nav() const {
   Past::Estimates past = filter_.past_estimates();
   const auto& nav_T_world = filter_.state().nav_T_world;
-  if (settings_.keeps_exact_map() || !nav_T_world) return past;
+  if (keeps_past(settings_) || !nav_T_world) return past;
   for (MapLandmark& landmark : past.landmarks) {
     landmark.p_world = *nav_T_world * landmark.p_world;
     landmark.covariance = nav_T_world->R * landmark.covariance * nav_T_world->R.transpose();
