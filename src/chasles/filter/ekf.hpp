@@ -143,8 +143,8 @@ class Ekf {
   Carried recall(std::span<const int> numbers) const;
 
   /// Past landmarks (numbers of past(), rising) return to the end of the state, with their exact
-  /// covariance with all other states, as if they had not left. Throws
-  /// UsageError for a number that is not recalled, and without past.recalls.
+  /// covariance with all other states, as if they had not left. Throws UsageError for a number
+  /// that cannot return (Past::can_return), as without past.recalls.
   void revive(std::span<const int> numbers);
 
   /// The estimates of all past states and of the landmarks in the state, given all measurements.
