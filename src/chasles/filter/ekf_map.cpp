@@ -9,6 +9,7 @@
 // Retirement of landmarks and access to the whole map (docs/map.md).
 
 namespace chasles {
+
 // Removes the rows that no state has any longer, and renumbers the others without gaps.
 void Ekf::keep_rows() {
   std::vector<int>& rows = work_.rows;
