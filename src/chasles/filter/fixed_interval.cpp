@@ -52,7 +52,9 @@ std::vector<Dormant> find_dormant(const std::vector<Stretch>& stretches,
                                   const std::vector<int>& returning) {
   std::vector<Dormant> result;
   Carried past;
-  for (const auto& [segment, revived] : stretches) {
+  for (const Stretch& stretch : stretches) {
+    const Segment* segment = stretch.segment;
+    const std::vector<int>* revived = stretch.revived;
     // Those that return now are starts of the segment. Their order in the list is that of `past`.
     const std::vector<Index> now = rows_of(past.items, *revived, true);
     const std::vector<Index> rest = rows_of(past.items, *revived, false);
