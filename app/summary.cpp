@@ -56,6 +56,17 @@ Json frontend_json(const FrontendTotals& t) {
           {"stereo_matched", t.stereo_matched}};
 }
 
+Json closures_json(const std::vector<Closure>& closures) {
+  Json list = Json::array();
+  for (const Closure& c : closures) {
+    list.push_back({{"time_ns", c.time.count()},
+                    {"landmarks", c.landmarks},
+                    {"moved_m", c.moved},
+                    {"turned_rad", c.turned}});
+  }
+  return list;
+}
+
 // Whether the run treats the velocities as level; never in other modes or with an input.
 bool are_level(const VelocitySensors& sensors, const VelocityRunSettings& settings) {
   return model_of(settings.filter, sensors.noise).level;
@@ -222,6 +233,9 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   if (report.resets > 0 && summary["health"] == "ok") summary["health"] = "degraded";
   summary["zupt_frames"] = run.zupt_frames;
   summary["dropped_frames"] = report.dropped_frames;
+  if (settings.filter.recognise == Recognise::kAppearance) {
+    summary["closures"] = closures_json(report.closures);
+  }
   if (recording.images) summary["frontend"] = frontend_json(run.report.frontend);
   if (report.batch) summary["batch"] = batch_json(*report.batch);
   if (report.window) summary["window"] = window_json(*report.window);

@@ -23,6 +23,6 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmak
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/chaslesConfig.cmake
   ${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmake
-  ${PROJECT_SOURCE_DIR}/cmake/ChaslesMatio.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/ChaslesMatio.cmake ${PROJECT_SOURCE_DIR}/cmake/ChaslesOpenCV.cmake
   DESTINATION ${package_dir} COMPONENT library)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT library)

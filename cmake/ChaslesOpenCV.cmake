@@ -1,10 +1,13 @@
-# OpenCV's modules one by one, for tests and benchmarks, which compare with it; the program does without. Debian's
-# OpenCVConfig.cmake comes with libopencv-dev, which brings 170 packages, VTK and Qt among them, of which nothing is
-# used here. The shared libraries know their own dependencies.
+# OpenCV's modules one by one. The program uses ORB alone (recognise/); tests and benchmarks compare with the
+# others. Debian's OpenCVConfig.cmake comes with libopencv-dev, which brings 170 packages, VTK among them, of which
+# nothing is used here. The shared libraries know their own dependencies.
 #
-#   opencv::core opencv::imgproc opencv::imgcodecs, and for benchmarks opencv::video
+#   opencv::core opencv::features2d, for tests opencv::imgproc opencv::imgcodecs, for benchmarks opencv::video
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)
-set(opencv_modules core imgproc imgcodecs)
+set(opencv_modules core features2d)
+if(CHASLES_TESTS OR CHASLES_BENCH OR CHASLES_FUZZ)
+  list(APPEND opencv_modules imgproc imgcodecs)
+endif()
 if(CHASLES_BENCH)
   list(APPEND opencv_modules video)
 endif()

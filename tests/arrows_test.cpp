@@ -20,8 +20,9 @@ const Arrows kArrows = {
     {"camera", {"lie"}},
     {"filter", {"imu", "camera"}},
     {"frontend", {"camera"}},
-    // The gates are quantiles of chi2.
-    {"slam", {"filter", "eval"}},
+    // The appearance of landmarks, and matches by it. Its gates are quantiles of chi2.
+    {"recognise", {"camera", "eval"}},
+    {"slam", {"filter", "recognise"}},
     // The same start, frames and noise as the filter.
     {"smooth", {"slam"}},
     {"data", {"lie", "imu", "camera"}},

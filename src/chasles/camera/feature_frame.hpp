@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include <chasles/camera/image_frame.hpp>
 #include <chasles/time.hpp>
 
 namespace chasles {
@@ -31,7 +33,14 @@ struct FeatureFrame {
   Time time{};
   std::vector<StereoObservation> observations = {};  ///< of a rectified pair
   std::vector<PixelObservation> pixels = {};         ///< of single cameras
+  std::shared_ptr<const ImageFrame> images = {};     ///< in which they were found, if at hand
 };
+
+/// A frame to be kept: images need far more memory than observations.
+inline FeatureFrame without_images(FeatureFrame frame) {
+  frame.images.reset();
+  return frame;
+}
 
 /// A set of cameras, one bit each. Cameras from 31 on share the last bit.
 using CameraSet = std::uint32_t;

@@ -131,6 +131,9 @@ class Ekf {
   /// Moves landmarks (indices into State::landmarks, rising) from the state to the map.
   void retire(std::span<const int> indices);
 
+  /// Removes landmarks (indices into State::landmarks, rising) from state and map.
+  void remove(std::span<const int> indices);
+
   /// Remembers the present pose, or another linear function of the core, as a past pose: map_T_imu
   /// with d_core, the derivative of its errors [rotation; position] by the core's (6 x core_size).
   /// Throws UsageError with Map::kFrozen; the second also with kHistory.
@@ -146,6 +149,9 @@ class Ekf {
   /// covariance with all other states, as if they had not left. Throws UsageError for a number
   /// that cannot return (Past::can_return), as without past.recalls.
   void revive(std::span<const int> numbers);
+
+  /// These past landmarks do not return, which makes the return of others cheaper.
+  void forget(std::span<const int> numbers);
 
   /// The estimates of all past states and of the landmarks in the state, given all measurements.
   /// With Map::kPast it requires past.records.

@@ -83,6 +83,14 @@ void Ekf::leave(std::span<const int> indices) {
   keep_rows();
 }
 
+void Ekf::remove(std::span<const int> indices) {
+  if (remembers()) throw UsageError("landmarks are not removed from a filter with Map::kHistory");
+  for (auto index = indices.rbegin(); index != indices.rend(); ++index) {
+    state_.landmarks.erase(state_.landmarks.begin() + *index);
+  }
+  keep_rows();
+}
+
 void Ekf::remember_pose(Time time) {
   if (remembers()) {
     history_.append(History::Pose{.time = time, .world_T_imu = state_.world_T_imu});
@@ -113,6 +121,10 @@ Carried Ekf::recall(std::span<const int> numbers) const {
   Carried past = past_.recall(list);
   carry(past, latest_.segment(), list);
   return past;
+}
+
+void Ekf::forget(std::span<const int> numbers) {
+  for (const int number : numbers) past_.forget(number);
 }
 
 // The past states become the last rows of the state.

@@ -72,6 +72,17 @@ std::vector<Dormant> find_dormant(const std::vector<Stretch>& stretches,
   return result;
 }
 
+// What is known exactly has a covariance of zero; what remains of it are rounding errors.
+MatrixXd without_rounding(MatrixXd covariance) {
+  constexpr double kExact = 1e-20;  // (0.1 nm)^2
+  for (Index i = 0; i < covariance.rows(); ++i) {
+    if (covariance(i, i) > kExact) continue;
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+  }
+  return covariance;
+}
+
 // Of the segment's items, those that return later.
 std::vector<Index> returning_variables(const Segment& segment, const std::vector<int>& returning) {
   std::vector<Index> result;
@@ -135,13 +146,11 @@ std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches
     } else {
       reorder(later, stretches[i + 1], dormant[i + 1]);
     }
-    // The end's rows by the variables at the beginning, starts and dormant states, and the items'
-    // covariances with the end's rows.
-    MatrixXd M = MatrixXd::Zero(rows + d + l, n + d);
-    M.topLeftCorner(rows, n) = segment.X.leftCols(n);
-    M.block(rows, 0, d, n) = dense::product(C, segment.G.topLeftCorner(n, n));
-    M.block(rows, n, d, d).setIdentity();
-    M.bottomLeftCorner(l, n) = segment.G.leftCols(n)(leaving, Eigen::all);
+    // The end's rows by the starts, and the items' covariances with the end's rows. The dormant
+    // states stay what they were.
+    MatrixXd M(rows + d + l, n);
+    M << segment.X.leftCols(n), dense::product(C, segment.G.topLeftCorner(n, n)),
+        segment.G.leftCols(n)(leaving, Eigen::all);
     MatrixXd own_by_end(own, rows + d + l);
     own_by_end.leftCols(rows) = segment.X.rightCols(own).transpose();
     own_by_end.middleCols(rows, d) =
@@ -152,19 +161,26 @@ std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches
     std::vector<SmoothedState> here;
     for (const Segment::Item& item : segment.items) {
       const auto C_item = own_by_end.middleRows(at, item.size);
-      here.push_back({.number = item.number,
-                      .correction = segment.g.segment(n + at, item.size) + C_item * later.g,
-                      .covariance = segment.G.block(n + at, n + at, item.size, item.size) +
-                                    gain.middleRows(at, item.size) * C_item.transpose()});
+      here.push_back(
+          {.number = item.number,
+           .correction = segment.g.segment(n + at, item.size) + C_item * later.g,
+           .covariance = without_rounding(segment.G.block(n + at, n + at, item.size, item.size) +
+                                          gain.middleRows(at, item.size) * C_item.transpose())});
       at += item.size;
     }
     result.insert(result.end(), here.rbegin(), here.rend());
+    const MatrixXd from_starts = dense::product(later.G, M);
     const MatrixXd M_transposed = M.transpose();
-    const MatrixXd G = dense::product(M_transposed, dense::product(later.G, M));
-    later.g = (M_transposed * later.g).eval();
-    later.g.head(n) += segment.g.head(n);
-    later.G = (G + G.transpose()) / 2;
-    later.G.topLeftCorner(n, n) += segment.G.topLeftCorner(n, n);
+    const MatrixXd of_starts = dense::product(M_transposed, from_starts);
+    const VectorXd g = M_transposed * later.g;
+    MatrixXd G(n + d, n + d);
+    G.topLeftCorner(n, n) = (of_starts + of_starts.transpose()) / 2 + segment.G.topLeftCorner(n, n);
+    G.bottomLeftCorner(d, n) = from_starts.middleRows(rows, d);
+    G.topRightCorner(n, d) = G.bottomLeftCorner(d, n).transpose();
+    G.bottomRightCorner(d, d) = later.G.block(rows, rows, d, d);
+    VectorXd g_before(n + d);
+    g_before << g + segment.g.head(n), later.g.segment(rows, d);
+    later = {.G = std::move(G), .g = std::move(g_before)};
   }
   std::ranges::reverse(result);
   return result;

@@ -72,6 +72,11 @@ void LatestSegment::add_item(Segment::Item item, const MatrixXd& with_state, con
 void LatestSegment::make_states(const std::vector<int>& numbers) {
   Segment changed = segment();
   take_along(changed, numbers);
+  std::vector<int> others;
+  for (const Segment::Item& item : changed.items) {
+    if (!std::ranges::binary_search(numbers, item.number)) others.push_back(item.number);
+  }
+  changed = with_items(changed, others);
   segment_.items = changed.items;
   q_ = changed.g.size();
   make_room(q_, changed.X.rows());

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include <chasles/filter/fixed_interval.hpp>
@@ -7,17 +8,6 @@
 #include <chasles/overloaded.hpp>
 
 namespace chasles {
-namespace {
-
-Segment of_landmarks(const Segment& segment) {
-  std::vector<int> landmarks;
-  for (const Segment::Item& item : segment.items) {
-    if (item.size == 3) landmarks.push_back(item.number);
-  }
-  return with_items(segment, landmarks);
-}
-
-}  // namespace
 
 PastPose corrected(PastPose pose, const Vector6d& correction, const Matrix6d& covariance) {
   pose.map_T_imu.R = so3::exp(correction.head<3>()) * pose.map_T_imu.R;
@@ -41,8 +31,38 @@ const Landmark& Past::landmark(int number) const {
   return std::get<PastLandmark>(states_[static_cast<std::size_t>(number)]).landmark;
 }
 
+const Past::PastLandmark* Past::past_landmark(int number) const {
+  return std::get_if<PastLandmark>(&states_[static_cast<std::size_t>(number)]);
+}
+
+void Past::forget(int number) {
+  std::get<PastLandmark>(states_[static_cast<std::size_t>(number)]).may_return = false;
+}
+
+// Or has done so.
+bool Past::may_return(int number) const {
+  const PastLandmark* landmark = past_landmark(number);
+  return landmark != nullptr && landmark->may_return;
+}
+
+bool Past::can_return(int number) const {
+  return options_.recalls && number >= 0 && number < states() && may_return(number) &&
+         !past_landmark(number)->has_returned;
+}
+
+// That may return.
+Segment Past::of_landmarks(const Segment& segment) const {
+  std::vector<int> landmarks;
+  for (const Segment::Item& item : segment.items) {
+    if (may_return(item.number)) landmarks.push_back(item.number);
+  }
+  return with_items(segment, landmarks);
+}
+
 void Past::append(Segment segment) {
-  if (options_.recalls) chain_.append(of_landmarks(segment));
+  if (options_.recalls) {
+    chain_.append(of_landmarks(segment), [&](int number) { return can_return(number); });
+  }
   if (options_.records) {
     recorded_bytes_ += segment.bytes();
     records_.push_back({.segment = std::move(segment), .revived = std::move(revived_)});
@@ -54,15 +74,10 @@ void Past::append(Segment segment) {
 Carried Past::recall(const std::vector<int>& numbers) const { return chain_.recall(numbers); }
 
 Carried Past::revive(const std::vector<int>& numbers) {
+  Carried revived = chain_.revive(numbers, [&](int number) { return can_return(number); });
   note_returned(numbers);
   revived_.insert(revived_.end(), numbers.begin(), numbers.end());
-  return chain_.revive(numbers);
-}
-
-bool Past::can_return(int number) const {
-  if (!options_.recalls || number < 0 || number >= states()) return false;
-  const auto* past = std::get_if<PastLandmark>(&states_[static_cast<std::size_t>(number)]);
-  return past != nullptr && !past->has_returned;
+  return revived;
 }
 
 void Past::note_returned(const std::vector<int>& numbers) {
@@ -104,7 +119,8 @@ void Past::append_estimates(std::span<const SmoothedState> smoothed, Estimates& 
   }
 }
 
-// Its states are estimated from both halves. Landmarks that can return stay, in one segment.
+// Its states are estimated from both halves. Landmarks that may return, or have returned since,
+// stay, in one segment.
 void Past::give_up_older_half() {
   const std::size_t half = std::max<std::size_t>(records_.size() / 2, options_.recalls ? 2 : 1);
   if (records_.size() <= half) return;
@@ -112,21 +128,24 @@ void Past::give_up_older_half() {
   std::vector<SmoothedState> smoothed = smooth_segments(recorded());
   std::size_t states = 0;
   SegmentChain landmarks;
+  std::set<int> returned;
+  const auto keeps = [&](int number) { return !returned.contains(number); };
   for (auto record = records_.begin(); record != middle; ++record) {
     states += record->segment.items.size();
     recorded_bytes_ -= record->segment.bytes();
     if (!options_.recalls) continue;
-    if (!record->revived.empty()) landmarks.revive(record->revived);
-    landmarks.append(of_landmarks(record->segment));
+    if (!record->revived.empty()) landmarks.revive(record->revived, keeps);
+    returned.insert(record->revived.begin(), record->revived.end());
+    landmarks.append(of_landmarks(record->segment), keeps);
   }
   smoothed.resize(states);
   if (options_.recalls) {
-    std::erase_if(smoothed, [](const SmoothedState& s) { return s.correction.size() == 3; });
+    std::erase_if(smoothed, [&](const SmoothedState& s) { return may_return(s.number); });
   }
   append_estimates(smoothed, final_);
   records_.erase(records_.begin(), middle);
   if (!options_.recalls) return;
-  records_.insert(records_.begin(), {.segment = landmarks.composed(), .revived = {}});
+  records_.insert(records_.begin(), {.segment = landmarks.composed(keeps), .revived = {}});
   recorded_bytes_ += records_.front().segment.bytes();
 }
 

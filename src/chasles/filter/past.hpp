@@ -50,6 +50,9 @@ class Past {
   int add(const Landmark& landmark);  ///< Cartesian, in the map's axes
   int add(Time time, const SE3& map_T_imu);
 
+  /// This landmark does not return: recall() and revive() cost less with fewer that can.
+  void forget(int number);
+
   /// The filter's run since the last segment.
   void append(Segment segment);
 
@@ -78,6 +81,7 @@ class Past {
  private:
   struct PastLandmark {
     Landmark landmark;
+    bool may_return = true;
     bool has_returned = false;
   };
   struct Recorded {
@@ -85,6 +89,9 @@ class Past {
     std::vector<int> revived;  ///< landmarks that are the last of its starts
   };
 
+  const PastLandmark* past_landmark(int number) const;
+  bool may_return(int number) const;
+  Segment of_landmarks(const Segment& segment) const;
   void give_up_older_half();
   std::vector<Stretch> recorded() const;
   void append_estimates(std::span<const SmoothedState> smoothed, Estimates& estimates) const;

@@ -20,28 +20,6 @@ bool contains(const std::vector<int>& numbers, int number) {
   return std::ranges::binary_search(numbers, number);
 }
 
-// The variables of the starts and of the items for which `keeps` is true.
-template <class Predicate>
-Segment select(const Segment& segment, const Predicate& keeps) {
-  Segment result;
-  result.starts = segment.starts;
-  result.length = segment.length;
-  Indices variables;
-  append_rows(variables, 0, segment.starts);
-  Index at = segment.starts;
-  for (const Segment::Item& item : segment.items) {
-    if (keeps(item.number)) {
-      result.items.push_back(item);
-      append_rows(variables, at, item.size);
-    }
-    at += item.size;
-  }
-  result.X = segment.X(Eigen::all, variables);
-  result.G = segment.G(variables, variables);
-  result.g = segment.g(variables);
-  return result;
-}
-
 MatrixXd symmetric(const MatrixXd& M) { return (M + M.transpose()) / 2; }
 
 }  // namespace
@@ -68,18 +46,33 @@ Segment compose(const Segment& older, const Segment& younger) {
   result.X << dense::product(younger.X.leftCols(n), older.X), younger.X.rightCols(own);
   const MatrixXd X_transposed = older.X.transpose();
   const MatrixXd cross = dense::product(X_transposed, younger.G.topRightCorner(n, own));
-  result.G << symmetric(older.G + dense::product(X_transposed, through)), cross, cross.transpose(),
-      younger.G.bottomRightCorner(own, own);
+  result.G.topLeftCorner(q, q) = older.G;
+  dense::add_product_lower(X_transposed, through, result.G.topLeftCorner(q, q));
+  result.G.bottomLeftCorner(own, q) = cross.transpose();
+  result.G.bottomRightCorner(own, own) = younger.G.bottomRightCorner(own, own);
+  dense::mirror_lower(result.G);
   result.g << older.g + X_transposed * younger.g.head(n), younger.g.tail(own);
   return result;
 }
 
 Segment with_items(const Segment& segment, const std::vector<int>& numbers) {
-  return select(segment, [&](int number) { return contains(numbers, number); });
-}
-
-Segment without_items(const Segment& segment, const std::vector<int>& numbers) {
-  return select(segment, [&](int number) { return !contains(numbers, number); });
+  Segment result;
+  result.starts = segment.starts;
+  result.length = segment.length;
+  Indices variables;
+  append_rows(variables, 0, segment.starts);
+  Index at = segment.starts;
+  for (const Segment::Item& item : segment.items) {
+    if (contains(numbers, item.number)) {
+      result.items.push_back(item);
+      append_rows(variables, at, item.size);
+    }
+    at += item.size;
+  }
+  result.X = segment.X(Eigen::all, variables);
+  result.G = segment.G(variables, variables);
+  result.g = segment.g(variables);
+  return result;
 }
 
 void pass_through(Segment& segment, const MatrixXd& C) {
@@ -114,7 +107,6 @@ void take_along(Segment& segment, const std::vector<int>& numbers) {
   MatrixXd X(segment.X.rows() + static_cast<Index>(rows.size()), segment.X.cols());
   X << segment.X, segment.G(rows, Eigen::all);
   segment.X = std::move(X);
-  segment = without_items(segment, numbers);
 }
 
 void carry(Carried& past, const Segment& segment, const std::vector<int>& numbers) {

@@ -41,15 +41,14 @@ struct Segment {
 /// The segment that consists of one after the other. The rows of older.X must be younger's starts.
 Segment compose(const Segment& older, const Segment& younger);
 
-/// The variables of these items alone, or without these items. The numbers rise.
+/// The variables of the starts and of these items alone. The numbers rise.
 Segment with_items(const Segment& segment, const std::vector<int>& numbers);
-Segment without_items(const Segment& segment, const std::vector<int>& numbers);
 
 /// Dormant states that pass a segment with its steps: they become starts and rows of its end. C:
 /// their cross-covariance with the state at the beginning.
 void pass_through(Segment& segment, const Eigen::MatrixXd& C);
 
-/// Makes rows of the end of some items, in the order of the list: they have not left after all.
+/// Items become rows of the end too, in the order of the list: they have not left after all.
 void take_along(Segment& segment, const std::vector<int>& numbers);
 
 /// Past states as they are at the end of some segment: their covariance, that with the state, and

@@ -1,17 +1,31 @@
-#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include <chasles/filter/segment_chain.hpp>
 
 namespace chasles {
+namespace {
+
+void shorten(Segment& segment, const SegmentChain::Keeps& keeps) {
+  std::vector<int> kept;
+  for (const Segment::Item& item : segment.items) {
+    if (keeps(item.number)) kept.push_back(item.number);
+  }
+  // A copy of a large segment costs more than a few items in it.
+  if (4 * kept.size() < 3 * segment.items.size()) segment = with_items(segment, kept);
+}
+
+}  // namespace
 
 // As a binary counter carries: each segment takes part in few compositions.
-void SegmentChain::append(Segment segment) {
+void SegmentChain::append(Segment segment, const Keeps& keeps) {
   segments_.push_back(std::move(segment));
   while (segments_.size() > 1 &&
          segments_[segments_.size() - 2].length <= segments_.back().length) {
-    const Segment younger = std::move(segments_.back());
+    Segment younger = std::move(segments_.back());
     segments_.pop_back();
+    shorten(younger, keeps);
+    shorten(segments_.back(), keeps);
     segments_.back() = compose(segments_.back(), younger);
   }
 }
@@ -22,24 +36,26 @@ Carried SegmentChain::recall(const std::vector<int>& numbers) const {
   return past;
 }
 
-Carried SegmentChain::revive(const std::vector<int>& numbers) {
-  Carried past;
-  for (Segment& segment : segments_) {
-    const Carried before = past;
-    carry(past, segment, numbers);
-    if (before.rows() > 0) pass_through(segment, before.C);
-    std::vector<int> own;
-    for (const Segment::Item& item : segment.items) {
-      if (std::ranges::binary_search(numbers, item.number)) own.push_back(item.number);
-    }
-    take_along(segment, own);
+// Rows that pass through many segments would make all of these larger. So all become one.
+Carried SegmentChain::revive(const std::vector<int>& numbers, const Keeps& keeps) {
+  if (segments_.size() > 1) {
+    Segment all = composed(keeps);
+    segments_.clear();
+    segments_.push_back(std::move(all));
   }
+  Carried past;
+  carry(past, segments_.front(), numbers);
+  take_along(segments_.front(), numbers);
   return past;
 }
 
-Segment SegmentChain::composed() const {
-  Segment all = segments_.front();
-  for (std::size_t i = 1; i < segments_.size(); ++i) all = compose(all, segments_[i]);
+// The younger ones first: the oldest is the largest.
+Segment SegmentChain::composed(const Keeps& keeps) const {
+  Segment all = segments_.back();
+  for (auto older = std::next(segments_.rbegin()); older != segments_.rend(); ++older) {
+    all = compose(*older, all);
+  }
+  shorten(all, keeps);
   return all;
 }
 

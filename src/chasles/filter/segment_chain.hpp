@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <chasles/filter/segment.hpp>
@@ -10,15 +11,19 @@ namespace chasles {
 /// steps as the logarithm of their number.
 class SegmentChain {
  public:
-  void append(Segment segment);
+  using Keeps = std::function<bool(int number)>;
+
+  /// Items for which `keeps` is false are left out where segments are composed.
+  void append(Segment segment, const Keeps& keeps);
 
   /// These items as they are at the end of the last segment. The numbers rise.
   Carried recall(const std::vector<int>& numbers) const;
   /// The same, and they are rows of the state at the end from now on, the last ones, in this order.
-  Carried revive(const std::vector<int>& numbers);
+  /// As items they are no longer of use.
+  Carried revive(const std::vector<int>& numbers, const Keeps& keeps);
 
-  /// All of them as one; there must be one.
-  Segment composed() const;
+  /// All of them as one, with the items for which `keeps` is true; there must be one.
+  Segment composed(const Keeps& keeps) const;
   std::size_t bytes() const;
 
  private:

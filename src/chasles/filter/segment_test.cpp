@@ -107,7 +107,6 @@ TEST(Segment, WhatPassesThroughIsCarriedBesideTheState) {
   take_along(passed, {10});
   ASSERT_EQ(passed.starts, 14);
   ASSERT_EQ(passed.X.rows(), 7 + 6 + 3);
-  ASSERT_EQ(passed.items.size(), 1u);
   Carried after = observer;
   carry(after, passed, {});
   MatrixXd expected(3, 16);

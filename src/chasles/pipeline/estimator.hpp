@@ -19,6 +19,7 @@ struct EstimatorReport {
   ImuBuffer::Counts imu;
   int resets = 0;          ///< of a lost filter
   int dropped_frames = 0;  ///< late, repeated, or without samples near
+  std::vector<Closure> closures;
   std::optional<BatchReport> batch;
   std::optional<WindowReport> window;
 };

@@ -21,7 +21,7 @@ struct FeatureFeed::Shared {
   std::optional<Item> make() {
     std::optional<SensorEvent> event = next_event();
     if (!event) return std::nullopt;
-    return std::visit(Overloaded{[&](ImageFrame&& images) { return track(images); },
+    return std::visit(Overloaded{[&](ImageFrame&& images) { return track(std::move(images)); },
                                  [&](ImuSample&& sample) {
                                    if (tracker) tracker->process(sample);
                                    return std::optional<Item>(sample);
@@ -32,11 +32,11 @@ struct FeatureFeed::Shared {
                       std::move(*event));
   }
 
-  std::optional<Item> track(const ImageFrame& images) {
+  std::optional<Item> track(ImageFrame&& images) {
     if (!tracker) throw InputError("images need cameras: the recording has none");
     const auto bias = next_bias();
     if (!bias) return std::nullopt;
-    return tracker->process(images, *bias);
+    return tracker->process(std::make_shared<const ImageFrame>(std::move(images)), *bias);
   }
 
   // The bias for the next image; waits for it. None when the feed stops.

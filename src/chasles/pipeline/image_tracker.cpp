@@ -29,8 +29,9 @@ ImageTracker::ImageTracker(const FrontendSettings& settings, std::vector<Camera>
                            const ImuBuffer::Options& imu, std::vector<GrayImage> masks)
     : frontend_(settings, std::move(cameras), std::move(masks)), imu_(imu) {}
 
-TrackedFrame ImageTracker::process(const ImageFrame& images,
+TrackedFrame ImageTracker::process(std::shared_ptr<const ImageFrame> shared,
                                    const Eigen::Vector3d& gyroscope_bias) {
+  const ImageFrame& images = *shared;
   const Stopwatch watch;
   TrackedFrame result;
   result.frame.time = images.time;
@@ -38,8 +39,9 @@ TrackedFrame ImageTracker::process(const ImageFrame& images,
   RotationPrior prior;
   if (last_) prior = rotation_between(imu_, *last_, images.time, gyroscope_bias);
   result.frame = frontend_.process(images, prior);
-  last_ = images.time;
-  imu_.drop_before(images.time);
+  result.frame.images = std::move(shared);
+  last_ = result.frame.time;
+  imu_.drop_before(*last_);
   result.report = frontend_.report();
   result.seconds = watch.seconds();
   return result;

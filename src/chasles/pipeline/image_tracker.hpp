@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -21,7 +22,8 @@ struct TrackedFrame {
 };
 
 /// A front end with rotations predicted from the gyroscope. Images that are not later than the
-/// previous ones give an empty frame of their time; the front end does not receive them.
+/// previous ones give an empty frame of their time; the front end does not receive them. The frames
+/// contain the images.
 class ImageTracker {
  public:
   /// `masks` and exceptions as for Frontend.
@@ -30,7 +32,8 @@ class ImageTracker {
 
   void process(const ImuSample& sample) { imu_.add(sample); }
   /// Call after the samples up to the image's time; `gyroscope_bias` [rad/s].
-  TrackedFrame process(const ImageFrame& images, const Eigen::Vector3d& gyroscope_bias);
+  TrackedFrame process(std::shared_ptr<const ImageFrame> images,
+                       const Eigen::Vector3d& gyroscope_bias);
 
  private:
   Frontend frontend_;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <deque>
+#include <map>
 #include <utility>
 
 #include <chasles/pipeline/batch_input.hpp>
@@ -44,6 +45,7 @@ class InertialEstimator : public Estimator {
     return {.imu = session_.imu_counts(),
             .resets = session_.resets(),
             .dropped_frames = session_.dropped_frames(),
+            .closures = session_.closures(),
             .batch = {},
             .window = {}};
   }
@@ -88,6 +90,7 @@ class InertialBatch : public InertialFilter {
   bool smooths() const override { return true; }
   std::vector<Estimate> smooth(const StopRequest& stop) override {
     if (material_.estimates.empty() || result_) return {};
+    merge_tracks();
     try {
       result_ = smooth_parts(sensors_, settings_, std::move(material_), stop);
     } catch (const BatchStopped&) {
@@ -117,11 +120,22 @@ class InertialBatch : public InertialFilter {
     return InertialFilter::take(sample);
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
-    material_.frames.push_back(frame);
+    material_.frames.push_back(without_images(frame));
     return keep(InertialFilter::take(frame));
   }
 
  private:
+  // A track that the filter has recognised is a track of that landmark from its beginning.
+  void merge_tracks() {
+    const std::map<LandmarkId, LandmarkId> known_as = session_.known_as();
+    if (known_as.empty()) return;
+    for (FeatureFrame& frame : material_.frames) {
+      for (PixelObservation& o : frame.pixels) {
+        const auto known = known_as.find(o.landmark);
+        if (known != known_as.end()) o.landmark = known->second;
+      }
+    }
+  }
   std::vector<Estimate> keep(std::vector<Estimate> estimates) {
     material_.estimates.insert(material_.estimates.end(), estimates.begin(), estimates.end());
     return estimates;
@@ -185,7 +199,7 @@ class InertialWindowEstimator : public InertialEstimator {
   }
   std::vector<Estimate> take(const FeatureFrame& frame) override {
     if (window_) return noted(window_->process(frame));
-    frames_.push_back(frame);
+    frames_.push_back(without_images(frame));
     const std::vector<Estimate> first = session_.process(frame);
     if (!first.empty()) return begin(first.front());
     // A frame may carry a damaged time, so the samples limit what it drops.

@@ -43,7 +43,7 @@ std::vector<Estimate> VisualInertialSlam::process(ImageFrame images) {
 
 std::vector<Estimate> VisualInertialSlam::finish() {
   std::vector<Estimate> estimates;
-  while (const auto images = waiting_.next()) take(*images, estimates);
+  while (auto images = waiting_.next()) take(std::move(*images), estimates);
   append(estimator_->finish(), estimates);
   return estimator_->smooths() ? estimator_->smooth() : estimates;
 }
@@ -55,11 +55,12 @@ void VisualInertialSlam::take_covered(std::vector<Estimate>& estimates) {
     return (last_sample_ && *last_sample_ >= images.time) || waiting_.size() > kMostWaiting ||
            waiting_.newest().time - images.time > InertialSession::kLongestGap;
   };
-  while (const auto images = waiting_.next(covered)) take(*images, estimates);
+  while (auto images = waiting_.next(covered)) take(std::move(*images), estimates);
 }
 
-void VisualInertialSlam::take(const ImageFrame& images, std::vector<Estimate>& estimates) {
-  const TrackedFrame tracked = tracker_.process(images, biases_.front());
+void VisualInertialSlam::take(ImageFrame images, std::vector<Estimate>& estimates) {
+  const TrackedFrame tracked =
+      tracker_.process(std::make_shared<const ImageFrame>(std::move(images)), biases_.front());
   report_ = tracked.report;
   append(estimator_->process(tracked.frame), estimates);
   biases_.pop_front();

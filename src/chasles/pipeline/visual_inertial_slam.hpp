@@ -44,7 +44,7 @@ class VisualInertialSlam {
 
  private:
   void take_covered(std::vector<Estimate>& estimates);
-  void take(const ImageFrame& images, std::vector<Estimate>& estimates);
+  void take(ImageFrame images, std::vector<Estimate>& estimates);
 
   std::vector<Camera> cameras_;
   ImageTracker tracker_;

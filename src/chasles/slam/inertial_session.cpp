@@ -166,10 +166,10 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
     return estimate ? std::vector{*estimate} : std::vector<Estimate>{};
   }
   if (given_) return wait_for_given(frame);
-  frames_.push_back(frame);
+  frames_.push_back(without_images(frame));
   std::optional<InertialStart> start;
   if (!frame.pixels.empty()) {
-    FeatureFrame by_clock = frame;
+    FeatureFrame by_clock = frames_.back();
     by_clock.time = clock(frame.time);
     start = initialiser_->add(by_clock);
   }
@@ -274,6 +274,8 @@ void InertialSession::end_part() {
       return !l.p_world.allFinite() || !l.covariance.allFinite();
     });
     std::erase_if(earlier_.poses, [](const PastPose& pose) { return !is_finite(pose); });
+    earlier_closures_ = closures();
+    earlier_known_as_ = known_as();
     earlier_counts_ = imu_counts();
     earlier_timed_counts_ = timed_counts();
     earlier_timed_counts_.late += slam_->timed_waiting();
@@ -311,6 +313,18 @@ std::vector<Requirement> InertialSession::requirements() const {
 
 double InertialSession::waited() const {
   return waiting_since_ ? to_seconds(now_ - *waiting_since_) : 0;
+}
+
+std::vector<Closure> InertialSession::closures() const {
+  std::vector<Closure> all = earlier_closures_;
+  if (slam_) all.insert(all.end(), slam_->closures().begin(), slam_->closures().end());
+  return all;
+}
+
+std::map<LandmarkId, LandmarkId> InertialSession::known_as() const {
+  std::map<LandmarkId, LandmarkId> all = earlier_known_as_;
+  if (slam_) all.insert(slam_->known_as().begin(), slam_->known_as().end());
+  return all;
 }
 
 ImuBuffer::Counts InertialSession::imu_counts() const {

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -76,6 +77,9 @@ class InertialSession {
   double waited() const;  ///< for a start, until the present frame [s]
   int resets() const { return resets_; }
   int dropped_frames() const { return dropped_frames_; }
+  std::vector<Closure> closures() const;
+  /// As InertialSlam::known_as, of all parts.
+  std::map<LandmarkId, LandmarkId> known_as() const;
   ImuBuffer::Counts imu_counts() const;
   TimedMeasurementCounts timed_counts() const;
   Eigen::Vector3d gyroscope_bias() const;  ///< zero before the start [rad/s]
@@ -119,6 +123,8 @@ class InertialSession {
   std::optional<Estimate> last_;    ///< that was finite
   std::optional<Estimate> agreed_;  ///< and that agreed with the frames
   Past::Estimates earlier_;
+  std::vector<Closure> earlier_closures_;
+  std::map<LandmarkId, LandmarkId> earlier_known_as_;
   ImuBuffer::Counts earlier_counts_;
   TimedMeasurementCounts earlier_timed_counts_;
   int resets_ = 0, dropped_frames_ = 0;

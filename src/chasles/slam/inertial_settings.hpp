@@ -10,7 +10,7 @@
 namespace chasles {
 
 enum class LandmarkInit { kMultiView, kFixedDepth };
-enum class Recognise { kNone, kIds };
+enum class Recognise { kNone, kIds, kAppearance };
 enum class Toggle { kAuto, kTrue, kFalse };
 
 template <>
@@ -21,8 +21,8 @@ struct Choices<LandmarkInit> {
 
 template <>
 struct Choices<Recognise> {
-  static constexpr std::array list{Choice{Recognise::kNone, "none"},
-                                   Choice{Recognise::kIds, "ids"}};
+  static constexpr std::array list{Choice{Recognise::kNone, "none"}, Choice{Recognise::kIds, "ids"},
+                                   Choice{Recognise::kAppearance, "appearance"}};
 };
 
 template <>
@@ -96,6 +96,7 @@ struct InertialSlamSettings {
   int max_landmarks = 50;
   int waiting_frames = 0;
   Recognise recognise = Recognise::kNone;
+  int recognisable = 1500;
   Toggle exact_map = Toggle::kAuto;
   double map_memory = 1000;
 };
@@ -235,8 +236,14 @@ void for_each_setting(S& s, Visitor&& visit) {
         "a landmark out of view stays in the state for so many frames", limits::kNonNegative);
   visit("recognise", s.recognise, "choice",
         "landmarks that come into view again return into the state with their exact covariance, "
-        "which closes loops (docs/map.md): none, or those whose ids the tracks have again",
+        "which closes loops (docs/recognition.md): none, those whose ids the tracks have again, or "
+        "those that look alike "
+        "in the images of the first camera",
         limits::kAny);
+  visit("recognisable", s.recognisable, "count",
+        "recognise: most landmarks out of the state that may be recognised by their appearance; "
+        "beyond, they are thinned out",
+        limits::at_least(1));
   visit("exact_map", s.exact_map, "choice",
         "landmarks out of the state and the poses of the past are estimated given all measurements "
         "(docs/map.md); false: landmarks keep their last estimate, and there is no smoothed path; "

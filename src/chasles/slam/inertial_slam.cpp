@@ -109,7 +109,8 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       filter_(initial_filter(settings, start, cameras_)),
       now_(start.time - clock(Time{})),
       composed_(now_),
-      recent_tracks_(recent_tracks(settings_)) {
+      recent_tracks_(recent_tracks(settings_)),
+      choice_(settings_.recognisable) {
   note_prediction();
   if (settings.zupt_velocity_sigma > 0) {
     standstill_.emplace(noise, cameras_.size(), pixel_sigma);
@@ -127,8 +128,12 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   StageSeconds& seconds = e.seconds.emplace();
   e.observations = static_cast<int>(frame.pixels.size());
   compose_when_due();
-  const auto& observations = usable(frame);
-  if (settings_.recognise == Recognise::kIds) revive(observations);
+  const auto& observations = usable(renamed(frame));
+  const SE3 predicted = filter_.state().world_T_imu;
+  bool closes = false;
+  if (settings_.recognise == Recognise::kIds) revive_ids(observations);
+  if (settings_.recognise == Recognise::kAppearance) closes = recognise(frame, observations);
+  if (closes) usable(renamed(frame));
   seconds.propagation = stages.lap();
   e.zero_velocity = zero_velocity_update(frame, since);
   if (!e.zero_velocity) let_points_drift(since);
@@ -139,6 +144,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
     window_.push_back(frame_);
   }
   observe(observations, e);
+  if (closes) note_change(predicted, filter_.state().world_T_imu);
   seconds.update = stages.lap();
   settle();
   retire_unseen(looking);
@@ -260,40 +266,7 @@ void InertialSlam::retire_unseen(CameraSet looking) {
   note_dormant(indices);
   for (auto i = indices.rbegin(); i != indices.rend(); ++i) last_.erase(last_.begin() + *i);
   filter_.retire(indices);
-}
-
-// A landmark that the gate has rejected does not return: it was no point, or another one.
-void InertialSlam::note_dormant(std::span<const int> leaving) {
-  if (settings_.recognise == Recognise::kNone) return;
-  int number = filter_.past().states();
-  for (const int index : leaving) {
-    const Landmark& landmark = filter_.state().landmarks[static_cast<std::size_t>(index)];
-    if (!landmark.has_place()) continue;
-    const bool accepted =
-        last_[static_cast<std::size_t>(index)].rejected < settings_.max_rejections;
-    if (accepted) dormant_[landmark.id] = number;
-    ++number;
-  }
-}
-
-// Past landmarks whose tracks have come into view again return before the update of the frame,
-// several at a time, because each time ends a segment of the past.
-void InertialSlam::revive(const std::vector<const PixelObservation*>& observations) {
-  constexpr Time kInterval = std::chrono::milliseconds(500);
-  if (revived_ && now_ - *revived_ < kInterval) return;
-  std::vector<int>& numbers = work_.returning;
-  numbers.clear();
-  for (const PixelObservation* o : observations) {
-    const auto known = dormant_.find(o->landmark);
-    if (known == dormant_.end()) continue;
-    numbers.push_back(known->second);
-    dormant_.erase(known);
-  }
-  if (numbers.empty()) return;
-  revived_ = now_;
-  std::ranges::sort(numbers);
-  filter_.revive(numbers);
-  for (std::size_t i = 0; i < numbers.size(); ++i) last_.push_back({.seen = frame_});
+  filter_.forget(work_.forgotten);
 }
 
 void InertialSlam::remove_unused_clones() {

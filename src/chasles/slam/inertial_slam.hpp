@@ -11,6 +11,10 @@
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/imu/imu_buffer.hpp>
+#include <chasles/recognise/appearance.hpp>
+#include <chasles/recognise/joint_compatibility.hpp>
+#include <chasles/recognise/spatial_choice.hpp>
+#include <chasles/slam/closure.hpp>
 #include <chasles/slam/estimate.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/inertial_start.hpp>
@@ -58,6 +62,10 @@ class InertialSlam {
   std::span<const PixelOutcome> outcomes() const { return outcomes_; }
   ImuBuffer::Counts imu_counts() const { return imu_.counts(); }
   const TimedMeasurementCounts& timed_counts() const { return timed_counts_; }
+  /// Landmarks that were recognised by their appearance.
+  const std::vector<Closure>& closures() const { return closures_; }
+  /// The landmarks of the tracks that were recognised: (id of the track, id of the landmark).
+  const std::map<LandmarkId, LandmarkId>& known_as() const { return known_as_; }
   int timed_waiting() const { return static_cast<int>(timed_.size()); }
 
  private:
@@ -77,7 +85,7 @@ class InertialSlam {
   NavState motion();
   double time_offset() const;
   bool has_sane_clock() const;
-  const std::vector<const PixelObservation*>& usable(const FeatureFrame& frame);
+  const std::vector<const PixelObservation*>& usable(std::span<const PixelObservation> pixels);
   void number_landmarks();
   std::optional<int> number_of(LandmarkId id) const;
   void observe(const std::vector<const PixelObservation*>& observations, Estimate& e);
@@ -115,7 +123,43 @@ class InertialSlam {
                            const UpdateReport& report, Estimate& e);
   void retire_unseen(CameraSet looking);
   void note_dormant(std::span<const int> leaving);
-  void revive(const std::vector<const PixelObservation*>& observations);
+  SE3 nav_T_camera(int index) const;
+  std::span<const PixelObservation> renamed(const FeatureFrame& frame);
+  void revive_ids(const std::vector<const PixelObservation*>& observations);
+  void revive(std::vector<int> numbers);
+  /// A past landmark that may return.
+  struct Dormant {
+    int number = 0;                                   ///< in Ekf::past()
+    Eigen::Vector3d p_nav = Eigen::Vector3d::Zero();  ///< when it left, or was last recalled [m]
+    Appearance appearance = {};
+  };
+  /// A landmark of the state, as it looks now.
+  struct SeenLandmark {
+    LandmarkId id = 0;
+    int index = 0;  ///< into the state's landmarks
+    Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+    PatchView view;
+  };
+  struct Candidate {
+    LandmarkId id = 0;
+    Dormant* dormant = nullptr;
+    std::vector<std::pair<int, int>> like = {};  ///< Hamming distance, index of a SeenLandmark
+  };
+  struct Comparison {
+    std::vector<Match> matches;  ///< of seen landmarks and candidates
+    Eigen::VectorXd r;
+    Eigen::MatrixXd S;
+  };
+  bool recognise(const FeatureFrame& frame,
+                 const std::vector<const PixelObservation*>& observations);
+  std::vector<SeenLandmark> look(const GrayImage& image,
+                                 const std::vector<const PixelObservation*>& observations);
+  std::vector<Candidate> similar_landmarks(const std::vector<SeenLandmark>& seen);
+  Comparison compare(std::vector<Candidate>& candidates, const std::vector<SeenLandmark>& seen);
+  std::vector<int> accepted_matches(const Comparison& comparison) const;
+  void note_change(const SE3& before, const SE3& after);
+  void close_loop(const Comparison& comparison, const std::vector<int>& accepted,
+                  const std::vector<Candidate>& candidates, const std::vector<SeenLandmark>& seen);
   void remove_unused_clones();
   void let_points_drift(Time since);
   void compose_when_due();
@@ -154,9 +198,14 @@ class InertialSlam {
     int rejected = 0;       ///< consecutive frames in which the gate rejected it
     int matches = 0;        ///< used, in the cameras after the first
   };
-  std::vector<Last> last_;             ///< of the landmarks of the state, in the same order
-  std::map<LandmarkId, int> dormant_;  ///< past landmarks that may return: their numbers
-  std::optional<Time> revived_;        ///< when landmarks last returned
+  std::vector<Last> last_;  ///< of the landmarks of the state, in the same order
+  std::map<LandmarkId, Dormant> dormant_;
+  std::optional<Time> searched_;                  ///< when landmarks were last looked for
+  std::map<LandmarkId, Appearance> appearances_;  ///< of landmarks in the state
+  std::map<LandmarkId, LandmarkId> known_as_;     ///< tracks of recognised landmarks
+  SpatialChoice choice_;
+  Describer describer_;
+  std::vector<Closure> closures_;
   struct WhitenedPixel {
     LandmarkId landmark = 0;
     int camera = 0;
@@ -179,13 +228,14 @@ class InertialSlam {
     std::vector<Place> places;
     std::vector<std::pair<LandmarkId, int>>
         numbers;  ///< of the landmarks in the state; sorted by id
+    std::vector<PixelObservation> renamed;
     std::vector<const PixelObservation*> usable, predicted, fresh;
     std::vector<std::size_t> judged;  ///< indices of the predicted observations
     Reused<Measurement> known, rests;
     std::array<Measurement, 2> rest;
     std::vector<WhitenedPixel> innovations;
     Reused<NewLandmark> begun;
-    std::vector<int> retired, used, unused, returning;
+    std::vector<int> retired, used, unused, forgotten;
     std::vector<ImuInterval> intervals;
     Prediction prediction;
     NavScratch nav;

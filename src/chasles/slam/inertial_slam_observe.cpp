@@ -9,11 +9,12 @@
 namespace chasles {
 
 // Of two observations of one landmark in one camera the first counts; the frame's order is kept.
-const std::vector<const PixelObservation*>& InertialSlam::usable(const FeatureFrame& frame) {
+const std::vector<const PixelObservation*>& InertialSlam::usable(
+    std::span<const PixelObservation> pixels) {
   auto& places = work_.places;
   places.clear();
-  for (std::size_t i = 0; i < frame.pixels.size(); ++i) {
-    const PixelObservation& o = frame.pixels[i];
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const PixelObservation& o = pixels[i];
     const bool known_camera = o.camera >= 0 && o.camera < static_cast<int>(cameras_.size());
     if (!known_camera || !o.pixel.allFinite()) continue;
     places.push_back({.landmark = o.landmark, .camera = o.camera, .index = i});
@@ -28,7 +29,7 @@ const std::vector<const PixelObservation*>& InertialSlam::usable(const FeatureFr
   std::sort(places.begin(), places.end(),
             [](const auto& a, const auto& b) { return a.index < b.index; });
   work_.usable.clear();
-  for (const auto& place : places) work_.usable.push_back(&frame.pixels[place.index]);
+  for (const auto& place : places) work_.usable.push_back(&pixels[place.index]);
   return work_.usable;
 }
 
@@ -144,7 +145,9 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     return;
   }
   for (const PixelObservation* o : fresh) {
-    if (dormant_.contains(o->landmark)) continue;  // it will return
+    if (settings_.recognise == Recognise::kIds && dormant_.contains(o->landmark)) {
+      continue;  // it will return
+    }
     Track& track = track_of(o->landmark);
     track.seen = frame_;
     track.cameras |= camera_bit(o->camera);

@@ -1,0 +1,327 @@
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include <chasles/filter/calibration.hpp>
+#include <chasles/filter/dense.hpp>
+#include <chasles/lie/so3.hpp>
+#include <chasles/slam/inertial_slam.hpp>
+
+// Landmarks that leave the state, are recognised and return (docs/recognition.md).
+namespace chasles {
+namespace {
+
+using Eigen::Index;
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+// Every return composes the past, so landmarks are looked for now and then, several at a time.
+constexpr Time kInterval = std::chrono::milliseconds(500);
+// A landmark that was observed so often is a point, and remains one.
+constexpr int kLeastObservations = 10;
+constexpr double kKnownDepth = 0.2;  // relative sigma, for the size of a patch
+// Of 256 comparisons, 128 differ by chance.
+constexpr int kSimilar = 64;
+// Landmarks that are compared at a time, and observations for each of them.
+constexpr std::size_t kMostLandmarks = 25, kMostEach = 3;
+// How far from its expected place a landmark may look similar, as a part of the image's width. What
+// is possible is decided with its covariance, later.
+constexpr double kReach = 0.3;
+constexpr double kProbability = 0.99;
+constexpr int kLeastMatches = 5;
+// A corner that is found again is not quite the same point [px].
+constexpr double kOtherPoint = 1.5;
+// Landmarks return where they tell so much [nat]: each of them given the others, and together.
+constexpr double kLeastEach = 0.3, kLeastTogether = 4;
+
+constexpr double square(double x) { return x * x; }
+
+}  // namespace
+
+SE3 InertialSlam::nav_T_camera(int index) const {
+  const State& x = filter_.state();
+  const Camera camera = as_estimated(cameras_[static_cast<std::size_t>(index)], x, index);
+  const SE3 world_T_cam = x.world_T_imu * camera.cam_T_imu.inverse();
+  return x.nav_T_world ? *x.nav_T_world * world_T_cam : world_T_cam;
+}
+
+// Landmarks that leave the state. One that the gate has rejected was no point, or has become
+// another.
+void InertialSlam::note_dormant(std::span<const int> leaving) {
+  std::vector<int>& forgotten = work_.forgotten;
+  forgotten.clear();
+  if (settings_.recognise == Recognise::kNone) return;
+  const State& x = filter_.state();
+  int number = filter_.past().states();
+  for (const int index : leaving) {
+    const Landmark& landmark = x.landmarks[static_cast<std::size_t>(index)];
+    auto appearance = appearances_.extract(landmark.id);
+    if (!landmark.has_place()) continue;
+    Dormant dormant{.number = number++};
+    bool returns = last_[static_cast<std::size_t>(index)].rejected < settings_.max_rejections;
+    if (!returns) {
+      std::erase_if(known_as_, [&](const auto& known) { return known.second == landmark.id; });
+    }
+    if (settings_.recognise == Recognise::kAppearance) {
+      const Vector3d p_world = x.p_world(landmark);
+      dormant.p_nav = x.nav_T_world ? *x.nav_T_world * p_world : p_world;
+      if (!appearance.empty()) dormant.appearance = std::move(appearance.mapped());
+      const double distance = (dormant.p_nav - nav_T_camera(0).p).norm();
+      returns = returns && !dormant.appearance.empty() &&
+                landmark.observations >= kLeastObservations &&
+                choice_.choose(landmark.id, dormant.p_nav, distance,
+                               dormant.appearance.views().front().from);
+    }
+    if (returns) {
+      dormant_[landmark.id] = std::move(dormant);
+    } else {
+      forgotten.push_back(dormant.number);
+    }
+  }
+  for (const LandmarkId id : choice_.thin()) {
+    const auto dormant = dormant_.extract(id);
+    if (!dormant.empty()) forgotten.push_back(dormant.mapped().number);
+  }
+}
+
+// The frame's observations, with those of recognised landmarks under their first ids.
+std::span<const PixelObservation> InertialSlam::renamed(const FeatureFrame& frame) {
+  if (known_as_.empty()) return frame.pixels;
+  work_.renamed.assign(frame.pixels.begin(), frame.pixels.end());
+  for (PixelObservation& o : work_.renamed) {
+    const auto known = known_as_.find(o.landmark);
+    if (known != known_as_.end()) o.landmark = known->second;
+  }
+  return work_.renamed;
+}
+
+// Past landmarks whose ids have come into view again return before the update of the frame.
+void InertialSlam::revive_ids(const std::vector<const PixelObservation*>& observations) {
+  if (searched_ && now_ - *searched_ < kInterval) return;
+  std::vector<int> numbers;
+  for (const PixelObservation* o : observations) {
+    const auto known = dormant_.find(o->landmark);
+    if (known == dormant_.end()) continue;
+    numbers.push_back(known->second.number);
+    dormant_.erase(known);
+  }
+  if (numbers.empty()) return;
+  searched_ = now_;
+  revive(std::move(numbers));
+}
+
+void InertialSlam::revive(std::vector<int> numbers) {
+  std::ranges::sort(numbers);
+  filter_.revive(numbers);
+  for (std::size_t i = 0; i < numbers.size(); ++i) last_.push_back({.seen = frame_});
+}
+
+// Whether landmarks have returned because camera 0 sees something that looks like them.
+bool InertialSlam::recognise(const FeatureFrame& frame,
+                             const std::vector<const PixelObservation*>& observations) {
+  const bool has_image = frame.images && !frame.images->images.empty();
+  if (!has_image || (searched_ && now_ - *searched_ < kInterval)) return false;
+  searched_ = now_;
+  const std::vector<SeenLandmark> seen = look(frame.images->images.front(), observations);
+  std::vector<Candidate> candidates = similar_landmarks(seen);
+  bool found = false;
+  if (candidates.size() >= kLeastMatches) {
+    const Comparison comparison = compare(candidates, seen);
+    const std::vector<int> accepted = accepted_matches(comparison);
+    found = !accepted.empty();
+    if (found) close_loop(comparison, accepted, candidates, seen);
+  }
+  for (const SeenLandmark& s : seen) {
+    if (!known_as_.contains(s.id)) appearances_[s.id].add(s.view);
+  }
+  return found;
+}
+
+// The landmarks of the state as they look now, with known depth.
+std::vector<InertialSlam::SeenLandmark> InertialSlam::look(
+    const GrayImage& image, const std::vector<const PixelObservation*>& observations) {
+  const State& x = filter_.state();
+  const SE3 nav_T_cam = nav_T_camera(0);
+  const SE3 cam_T_world =
+      x.nav_T_world ? nav_T_cam.inverse() * *x.nav_T_world : nav_T_cam.inverse();
+  std::vector<SeenLandmark> seen;
+  std::vector<ImagePatch> patches;
+  number_landmarks();
+  for (const PixelObservation* o : observations) {
+    const auto number = o->camera == 0 ? number_of(o->landmark) : std::nullopt;
+    if (!number) continue;
+    const Landmark& landmark = x.landmarks[static_cast<std::size_t>(*number)];
+    const bool known =
+        landmark.has_place() && (!landmark.anchor || filter_.inverse_depth_sigma(landmark) <
+                                                         kKnownDepth * landmark.inverse_depth.z());
+    if (!known) continue;
+    auto found = view_patches(cameras_.front(), nav_T_cam.R, cam_T_world * x.p_world(landmark));
+    if (!found) continue;
+    for (ImagePatch& patch : found->patches) patch.centre = o->pixel;
+    patches.insert(patches.end(), found->patches.begin(), found->patches.end());
+    seen.push_back({.id = o->landmark, .index = *number, .pixel = o->pixel, .view = found->view});
+  }
+  const auto descriptors = describer_.describe(image, patches);
+  std::vector<SeenLandmark> described;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const auto first = descriptors.begin() + static_cast<std::ptrdiff_t>(i * PatchView::kLevels);
+    if (!std::all_of(first, first + PatchView::kLevels,
+                     [](const auto& d) { return d.has_value(); }))
+      continue;
+    for (std::size_t k = 0; k < PatchView::kLevels; ++k) {
+      seen[i].view.descriptors[k] = *first[static_cast<std::ptrdiff_t>(k)];
+    }
+    described.push_back(seen[i]);
+  }
+  return described;
+}
+
+// Past landmarks that may be in view and look like a landmark of the state, in the order of their
+// numbers.
+std::vector<InertialSlam::Candidate> InertialSlam::similar_landmarks(
+    const std::vector<SeenLandmark>& seen) {
+  const SE3 nav_T_cam = nav_T_camera(0), cam_T_nav = nav_T_cam.inverse();
+  const Camera& camera = cameras_.front();
+  const double reach = kReach * camera.width;
+  std::vector<Candidate> candidates;
+  for (auto& [id, dormant] : dormant_) {
+    const auto expected = view_patches(camera, nav_T_cam.R, cam_T_nav * dormant.p_nav);
+    if (!expected || !in_image(camera, expected->patches.front().centre, -reach) ||
+        !dormant.appearance.may_look_like(expected->view)) {
+      continue;
+    }
+    Candidate candidate{.id = id, .dormant = &dormant};
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      if ((seen[i].pixel - expected->patches.front().centre).norm() > reach) continue;
+      const auto distance = dormant.appearance.distance(seen[i].view);
+      if (distance && *distance <= kSimilar) {
+        candidate.like.emplace_back(*distance, static_cast<int>(i));
+      }
+    }
+    if (candidate.like.empty()) continue;
+    std::ranges::sort(candidate.like);
+    if (candidate.like.size() > kMostEach) candidate.like.resize(kMostEach);
+    candidates.push_back(std::move(candidate));
+  }
+  std::ranges::stable_sort(candidates, {}, [](const Candidate& c) { return c.like.front().first; });
+  if (candidates.size() > kMostLandmarks) candidates.resize(kMostLandmarks);
+  std::ranges::sort(candidates, {}, [](const Candidate& c) { return c.dormant->number; });
+  return candidates;
+}
+
+// The innovations of all similar pairs and their joint covariance without pixel noise, with
+// all that is known now about the past landmarks.
+InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidates,
+                                               const std::vector<SeenLandmark>& seen) {
+  std::vector<int> numbers;
+  for (const Candidate& c : candidates) numbers.push_back(c.dormant->number);
+  const Carried past = filter_.recall(numbers);
+  const Index n = filter_.covariance().rows(), k = past.rows();
+  // A state in which the past landmarks follow the filter's own errors.
+  State x = filter_.state();
+  x.landmarks.clear();
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const Index at = 3 * static_cast<Index>(i);
+    Landmark landmark = filter_.past().landmark(numbers[i]);
+    landmark.row = static_cast<int>(n + at);
+    landmark.p_world += past.correction.segment<3>(at);
+    candidates[i].dormant->p_nav = landmark.p_world;
+    if (x.nav_T_world) landmark.p_world = x.nav_T_world->inverse() * landmark.p_world;
+    x.landmarks.push_back(landmark);
+  }
+  Comparison result;
+  std::vector<Measurement> measurements;
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    for (const auto& [distance, index] : candidates[i].like) {
+      const SeenLandmark& s = seen[static_cast<std::size_t>(index)];
+      const auto z = measure_pixel(cameras_.front(), 1, x, static_cast<int>(i), s.pixel);
+      if (!z) continue;
+      result.matches.push_back({.observation = index, .landmark = static_cast<int>(i)});
+      measurements.push_back(*z);
+    }
+  }
+  const auto m = static_cast<Index>(measurements.size());
+  MatrixXd H = MatrixXd::Zero(2 * m, n + k);
+  result.r.resize(2 * m);
+  for (Index i = 0; i < m; ++i) {
+    const Measurement& z = measurements[static_cast<std::size_t>(i)];
+    const Landmark& landmark = x.landmarks[static_cast<std::size_t>(z.landmark)];
+    result.r.segment<2>(2 * i) = z.residual;
+    auto rows = H.middleRows<2>(2 * i);
+    rows.middleCols(z.core_column, z.d_core.cols()) += z.d_core;
+    for (const auto& of_camera : z.clones) rows.middleCols<6>(of_camera.row) += of_camera.d;
+    if (!x.nav_T_world) {
+      rows.middleCols<3>(landmark.row) += z.d_landmark;
+      continue;
+    }
+    // The past landmark is in nav axes.
+    const Matrix3d& nav_R_world = x.nav_T_world->R;
+    const Eigen::Matrix<double, 2, 3> by_nav = z.d_landmark * nav_R_world.transpose();
+    rows.middleCols<3>(landmark.row) += by_nav;
+    rows.middleCols<3>(x.nav_row()) += by_nav * hat(nav_R_world * landmark.p_world);
+    rows.middleCols<3>(x.nav_row() + 3) -= by_nav;
+  }
+  MatrixXd P(n + k, n + k);
+  P << filter_.covariance(), past.C.transpose(), past.C, past.P;
+  result.S = dense::product(H, dense::product(P, H.transpose()));
+  return result;
+}
+
+// Those that are jointly compatible and tell something. As the gate does, the test leaves out of
+// the noise what many tracks share.
+std::vector<int> InertialSlam::accepted_matches(const Comparison& comparison) const {
+  MatrixXd S = comparison.S;
+  S.diagonal().array() += square(pixel_sigma_) + square(kOtherPoint);
+  const JointMatches joint = jointly_compatible(comparison.matches, comparison.r, S, kProbability);
+  const auto found = static_cast<int>(joint.matches.size());
+  const bool ambiguous = 2 * joint.runner_up > found;
+  if (found < kLeastMatches || ambiguous) return {};
+  const double noise = square(track_noise().sigma) + square(kOtherPoint);
+  S = comparison.S;
+  S.diagonal().array() += noise;
+  const Informative best = most_informative(joint.matches, S, noise, kLeastEach);
+  return best.nats < kLeastTogether ? std::vector<int>{} : best.matches;
+}
+
+// The landmark of the state is the past one: it gives way, and its track continues as the past one.
+void InertialSlam::close_loop(const Comparison& comparison, const std::vector<int>& accepted,
+                              const std::vector<Candidate>& candidates,
+                              const std::vector<SeenLandmark>& seen) {
+  std::vector<int> numbers, gone;
+  for (const int i : accepted) {
+    const Match& match = comparison.matches[static_cast<std::size_t>(i)];
+    const SeenLandmark& s = seen[static_cast<std::size_t>(match.observation)];
+    const Candidate& old = candidates[static_cast<std::size_t>(match.landmark)];
+    for (auto& [track, landmark] : known_as_) {
+      if (landmark == s.id) landmark = old.id;
+    }
+    known_as_[s.id] = old.id;
+    numbers.push_back(old.dormant->number);
+    gone.push_back(s.index);
+    appearances_.erase(s.id);
+    Appearance& appearance = appearances_[old.id];
+    appearance = std::move(old.dormant->appearance);
+    appearance.add(s.view);
+    dormant_.erase(old.id);
+  }
+  std::ranges::sort(gone);
+  for (auto i = gone.rbegin(); i != gone.rend(); ++i) last_.erase(last_.begin() + *i);
+  filter_.remove(gone);
+  revive(std::move(numbers));
+  const State& x = filter_.state();
+  const std::size_t first = x.landmarks.size() - accepted.size();
+  for (std::size_t i = first; i < x.landmarks.size(); ++i) {
+    filter_.add_noise(static_cast<int>(i),
+                      drift_noise(cameras_.front(), x, x.landmarks[i], square(kOtherPoint), 0));
+  }
+  closures_.push_back({.time = clock(now_), .landmarks = static_cast<int>(accepted.size())});
+}
+
+void InertialSlam::note_change(const SE3& before, const SE3& after) {
+  closures_.back().moved = (after.p - before.p).norm();
+  closures_.back().turned = so3::log(after.R * before.R.transpose()).norm();
+}
+
+}  // namespace chasles
