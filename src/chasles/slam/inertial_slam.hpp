@@ -156,7 +156,12 @@ class InertialSlam {
                                  const std::vector<const PixelObservation*>& observations);
   std::vector<Candidate> similar_landmarks(const std::vector<SeenLandmark>& seen);
   Comparison compare(std::vector<Candidate>& candidates, const std::vector<SeenLandmark>& seen);
-  std::vector<int> accepted_matches(const Comparison& comparison) const;
+  std::vector<int> accepted_matches(const Comparison& comparison,
+                                    const std::vector<Candidate>& candidates,
+                                    const std::vector<SeenLandmark>& seen);
+  std::vector<int> confirmed_matches(const std::vector<int>& joint, const Comparison& comparison,
+                                     const std::vector<Candidate>& candidates,
+                                     const std::vector<SeenLandmark>& seen);
   void note_change(const SE3& before, const SE3& after);
   void close_loop(const Comparison& comparison, const std::vector<int>& accepted,
                   const std::vector<Candidate>& candidates, const std::vector<SeenLandmark>& seen);
@@ -203,6 +208,8 @@ class InertialSlam {
   std::optional<Time> searched_;                  ///< when landmarks were last looked for
   std::map<LandmarkId, Appearance> appearances_;  ///< of landmarks in the state
   std::map<LandmarkId, LandmarkId> known_as_;     ///< tracks of recognised landmarks
+  /// Matches (track, landmark) that the last search found compatible, and from where first.
+  std::map<std::pair<LandmarkId, LandmarkId>, Eigen::Vector3d> compatible_;
   SpatialChoice choice_;
   Describer describer_;
   std::vector<Closure> closures_;

@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 // Every return composes the past, so landmarks are looked for now and then, several at a time.
-constexpr Time kInterval = std::chrono::milliseconds(500);
+constexpr Time kInterval = std::chrono::milliseconds(300);
 // A landmark that was observed so often is a point, and remains one.
 constexpr int kLeastObservations = 10;
 constexpr double kKnownDepth = 0.2;  // relative sigma, for the size of a patch
@@ -30,11 +30,12 @@ constexpr std::size_t kMostLandmarks = 25, kMostEach = 3;
 // is possible is decided with its covariance, later.
 constexpr double kReach = 0.3;
 constexpr double kProbability = 0.99;
-constexpr int kLeastMatches = 5;
+constexpr int kLeastMatches = 5, kLeastConfirmed = 4;
+constexpr double kLeastParallax = 0.02;  // [rad]
 // A corner that is found again is not quite the same point [px].
 constexpr double kOtherPoint = 1.5;
 // Landmarks return where they tell so much [nat]: each of them given the others, and together.
-constexpr double kLeastEach = 0.3, kLeastTogether = 4;
+constexpr double kLeastEach = 0.2, kLeastTogether = 3;
 
 constexpr double square(double x) { return x * x; }
 
@@ -129,7 +130,7 @@ bool InertialSlam::recognise(const FeatureFrame& frame,
   bool found = false;
   if (candidates.size() >= kLeastMatches) {
     const Comparison comparison = compare(candidates, seen);
-    const std::vector<int> accepted = accepted_matches(comparison);
+    const std::vector<int> accepted = accepted_matches(comparison, candidates, seen);
     found = !accepted.empty();
     if (found) close_loop(comparison, accepted, candidates, seen);
   }
@@ -269,20 +270,49 @@ InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidate
   return result;
 }
 
-// Those that are jointly compatible and tell something. As the gate does, the test leaves out of
-// the noise what many tracks share.
-std::vector<int> InertialSlam::accepted_matches(const Comparison& comparison) const {
+// Those that are jointly compatible, have been so from another place too, and tell something. As
+// the gate does, the test leaves out of the noise what many tracks share.
+std::vector<int> InertialSlam::accepted_matches(const Comparison& comparison,
+                                                const std::vector<Candidate>& candidates,
+                                                const std::vector<SeenLandmark>& seen) {
   MatrixXd S = comparison.S;
   S.diagonal().array() += square(pixel_sigma_) + square(kOtherPoint);
   const JointMatches joint = jointly_compatible(comparison.matches, comparison.r, S, kProbability);
   const auto found = static_cast<int>(joint.matches.size());
   const bool ambiguous = 2 * joint.runner_up > found;
-  if (found < kLeastMatches || ambiguous) return {};
+  if (found < kLeastMatches || ambiguous) {
+    compatible_.clear();
+    return {};
+  }
+  const std::vector<int> confirmed = confirmed_matches(joint.matches, comparison, candidates, seen);
+  if (static_cast<int>(confirmed.size()) < kLeastConfirmed) return {};
   const double noise = square(track_noise().sigma) + square(kOtherPoint);
   S = comparison.S;
   S.diagonal().array() += noise;
-  const Informative best = most_informative(joint.matches, S, noise, kLeastEach);
+  const Informative best = most_informative(confirmed, S, noise, kLeastEach);
   return best.nats < kLeastTogether ? std::vector<int>{} : best.matches;
+}
+
+// A wrong match is compatible with the right ones by chance, and from another place no longer.
+std::vector<int> InertialSlam::confirmed_matches(const std::vector<int>& joint,
+                                                 const Comparison& comparison,
+                                                 const std::vector<Candidate>& candidates,
+                                                 const std::vector<SeenLandmark>& seen) {
+  const Vector3d p_nav = nav_T_camera(0).p;
+  std::map<std::pair<LandmarkId, LandmarkId>, Vector3d> compatible;
+  std::vector<int> confirmed;
+  for (const int i : joint) {
+    const Match& match = comparison.matches[static_cast<std::size_t>(i)];
+    const Candidate& candidate = candidates[static_cast<std::size_t>(match.landmark)];
+    const std::pair key(seen[static_cast<std::size_t>(match.observation)].id, candidate.id);
+    const auto before = compatible_.find(key);
+    const Vector3d& first = before == compatible_.end() ? p_nav : before->second;
+    const double parallax = (p_nav - first).norm() / (candidate.dormant->p_nav - p_nav).norm();
+    if (parallax >= kLeastParallax) confirmed.push_back(i);
+    compatible.emplace(key, first);
+  }
+  compatible_ = std::move(compatible);
+  return confirmed;
 }
 
 // The landmark of the state is the past one: it gives way, and its track continues as the past one.
