@@ -18,6 +18,7 @@ struct Case {
   std::string chart;
   bool nav = false, calibrating = false, keeps_scale = false;
   bool revives = true;
+  bool forgets = false;  // some past landmarks do not return, some of the state leave for ever
 };
 
 std::string name_of(const Case& c) {
@@ -26,6 +27,7 @@ std::string name_of(const Case& c) {
   if (c.nav) name += "_nav";
   if (c.calibrating) name += "_calibrating";
   if (c.keeps_scale) name += "_scale";
+  if (c.forgets) name += "_forgetting";
   return name + (c.revives ? "" : "_without_revival");
 }
 
@@ -35,6 +37,7 @@ std::vector<Case> cases() {
     const std::string name(chart.name);
     all.push_back({.chart = name});
     all.push_back({.chart = name, .revives = false});
+    all.push_back({.chart = name, .forgets = true});
     all.push_back({.chart = name, .nav = true, .calibrating = true});
     if (name != "left-se3")
       all.push_back({.chart = name, .calibrating = true, .keeps_scale = true});
@@ -74,6 +77,7 @@ class Wanderer {
     remember_pose();
     retire_some();
     if (case_.revives && frame_ % 7 == 0) revive_some();
+    if (case_.forgets && frame_ % 13 == 0) ekf_.remove(std::array{0});
   }
 
  private:
@@ -99,7 +103,13 @@ class Wanderer {
     }
     const int before = ekf_.past().states();
     ekf_.retire(gone);
-    for (int number = before; number < ekf_.past().states(); ++number) dormant_.push_back(number);
+    for (int number = before; number < ekf_.past().states(); ++number) {
+      if (case_.forgets && number % 3 == 0) {
+        ekf_.forget(std::array{number});
+      } else {
+        dormant_.push_back(number);
+      }
+    }
     std::vector<int> unused;
     for (const Clone& clone : ekf_.state().clones) {
       const bool used = std::ranges::any_of(ekf_.state().landmarks, [&](const Landmark& landmark) {
@@ -294,6 +304,10 @@ TEST(Past, NeedsAFilterThatKeepsIt) {
   EXPECT_THROW(past.revive(std::array{7}), UsageError);
   past.revive(first);
   EXPECT_THROW(past.revive(first), UsageError) << "it has returned";
+  past.retire(first);
+  past.forget(std::array{1});
+  EXPECT_THROW(past.revive(std::array{1}), UsageError) << "it is forgotten";
+  EXPECT_EQ(past.past_estimates().landmarks.size(), static_cast<std::size_t>(past.map_size()));
 }
 
 class PastTest : public ::testing::TestWithParam<Case> {};

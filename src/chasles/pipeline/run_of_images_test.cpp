@@ -19,21 +19,22 @@ using test::error_from;
 // Images through the front end: on one thread and on three, and in real time.
 class RunOfImages : public ::testing::Test {
  protected:
+  static InertialScene walk_scene() {
+    InertialScene scene = inertial_scene("hallway");
+    InertialSettings& s = scene.settings;
+    s.hall_length = 8;
+    s.sections = 1;
+    s.rest_duration = 1;
+    s.frame_rate = 10;
+    s.focal_length = 200;
+    s.image_width = 320;
+    s.image_height = 240;
+    s.center_u = 159.5;
+    s.center_v = 119.5;
+    return scene;
+  }
   static const Recording& walk() {
-    static const Recording recording = [] {
-      InertialScene scene = inertial_scene("hallway");
-      InertialSettings& s = scene.settings;
-      s.hall_length = 8;
-      s.sections = 1;
-      s.rest_duration = 1;
-      s.frame_rate = 10;
-      s.focal_length = 200;
-      s.image_width = 320;
-      s.image_height = 240;
-      s.center_u = 159.5;
-      s.center_v = 119.5;
-      return render_inertial(scene);
-    }();
+    static const Recording recording = render_inertial(walk_scene());
     return recording;
   }
 
@@ -61,6 +62,43 @@ TEST_F(RunOfImages, IsTheSameOnAnyNumberOfThreads) {
   }
   EXPECT_EQ(one.report.frontend.frames, static_cast<int>(walk().images->size()));
   EXPECT_LT(error_from(one.estimates, walk()), 0.1);
+}
+
+// Twice round a block of corridors.
+TEST_F(RunOfImages, ClosesLoopsByAppearance) {
+  InertialScene scene = walk_scene();
+  scene.settings.sections = 8;
+  const Recording twice = render_inertial(scene);
+  struct Result {
+    std::vector<PastPose> path;
+    std::vector<Closure> closures;
+  };
+  const auto run_with = [&](Recognise recognise, int threads) {
+    InertialRunSettings settings;
+    settings.filter.recognise = recognise;
+    const auto estimator = make_estimator(settings, twice);
+    RunObserver silent;
+    const RunReport report = run(twice, *estimator, {}, {.threads = threads}, silent);
+    return Result{.path = estimator->past().poses, .closures = report.estimator.closures};
+  };
+  const auto error_of = [&](const Result& result) {
+    Trajectory path;
+    for (const PastPose& pose : result.path) path.push_back({pose.time, pose.map_T_imu});
+    return error_from(path, twice.truth);
+  };
+  const Result open = run_with(Recognise::kNone, 3), closed = run_with(Recognise::kAppearance, 3);
+  EXPECT_TRUE(open.closures.empty());
+  ASSERT_FALSE(closed.closures.empty());
+  for (const Closure& closure : closed.closures) {
+    EXPECT_GT(to_seconds(closure.time), 32) << "in the first round nothing returns";
+    EXPECT_LT(closure.moved, 0.3);
+  }
+  EXPECT_LT(error_of(closed), error_of(open) / 2);
+
+  const Result again = run_with(Recognise::kAppearance, 1);
+  ASSERT_EQ(again.path.size(), closed.path.size());
+  EXPECT_EQ(again.path.back().map_T_imu.p, closed.path.back().map_T_imu.p);
+  EXPECT_EQ(again.path.front().covariance, closed.path.front().covariance);
 }
 
 TEST_F(RunOfImages, InRealTimeCountsWhatCameAndReportsTheLatency) {

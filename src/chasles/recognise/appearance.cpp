@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 
 #include <chasles/recognise/appearance.hpp>
 
