@@ -6,6 +6,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/sim/render_world.hpp>
+#include <chasles/sim/texture_paint.hpp>
 
 namespace chasles {
 namespace {
@@ -116,26 +117,45 @@ std::vector<Eigen::Vector2d> lamps_on(const Surface& surface, const RenderWorld&
   return result;
 }
 
+// To the right.
+Canvas repeated(const Canvas& part, double width_m) {
+  Canvas whole = make_canvas(width_m, part.height_m(), part.texel, 0);
+  for (int y = 0; y < whole.height; ++y) {
+    for (int x = 0; x < whole.width; ++x) {
+      whole.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(whole.width) +
+                   static_cast<std::size_t>(x)] =
+          part.pixels[static_cast<std::size_t>(std::min(y, part.height - 1)) *
+                          static_cast<std::size_t>(part.width) +
+                      static_cast<std::size_t>(x % part.width)];
+    }
+  }
+  return whole;
+}
+
 Texture painted(const Surface& surface, std::uint64_t number, const RenderWorld& world,
-                double texel, std::uint64_t seed) {
+                double texel, std::uint64_t seed, double period) {
+  const bool repeats = period > 0;
+  const double width = surface.right.norm();
   Canvas canvas = paint_surface({.material = surface.material,
-                                 .width_m = surface.right.norm(),
+                                 .width_m = repeats ? period : width,
                                  .height_m = surface.down.norm(),
                                  .texel = texel,
                                  .seed = seed,
-                                 .number = number,
+                                 .number = repeats ? 0 : number,
                                  .lamps = lamps_on(surface, world)});
+  if (repeats) canvas = repeated(canvas, width);
   light_up(canvas, light_map(surface, world, texel));
   return make_texture(canvas);
 }
 
 }  // namespace
 
-PaintedWorld paint_world(const RenderWorld& world, double texel, std::uint64_t seed) {
+PaintedWorld paint_world(const RenderWorld& world, double texel, std::uint64_t seed,
+                         double period) {
   PaintedWorld result{
       .surfaces = world.surfaces, .textures = {}, .texel = fitting_texel(world, texel)};
   for (std::uint64_t i = 0; i < world.surfaces.size(); ++i) {
-    result.textures.push_back(painted(world.surfaces[i], i, world, result.texel, seed));
+    result.textures.push_back(painted(world.surfaces[i], i, world, result.texel, seed, period));
   }
   return result;
 }

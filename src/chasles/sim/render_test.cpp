@@ -262,6 +262,33 @@ TEST(Render, TheSameViewGivesTheSameBytes) {
   EXPECT_EQ(rendered(one, camera, pose), rendered(other, camera, pose));
 }
 
+// Without lamps the light is the same everywhere along a wall.
+TEST(Render, TexturesRepeatAfterTheirPeriod) {
+  RenderWorld world;
+  world.ceiling = 2.5;
+  for (const double y : {1.0, 20.0}) {
+    world.surfaces.push_back({.corner = {0, y, 2.5}, .right = {6, 0, 0}, .down = {0, 0, -2.5}});
+  }
+  const PaintedWorld painted = paint_world(world, 0.02, 1, 1.5),
+                     plain = paint_world(world, 0.02, 1);
+  const auto pixel = [](const PaintedWorld& of, std::size_t wall, int x, int y) {
+    const MipLevel& level = of.textures[wall].levels.front();
+    return level
+        .pixels[static_cast<std::size_t>(y + 1) * level.stride + static_cast<std::size_t>(x + 1)];
+  };
+  ASSERT_EQ(painted.texel, 0.02);
+  int same = 0, count = 0;
+  for (int y = 0; y < 120; y += 7) {
+    for (int x = 0; x < 220; ++x) {
+      EXPECT_EQ(pixel(painted, 0, x, y), pixel(painted, 0, x + 75, y));
+      EXPECT_EQ(pixel(painted, 0, x, y), pixel(painted, 1, x, y));
+      same += pixel(plain, 0, x, y) == pixel(plain, 0, x + 75, y);
+      ++count;
+    }
+  }
+  EXPECT_LT(same, count / 2);
+}
+
 TEST(Render, ALensWithoutARayForAPixelIsRefused) {
   Camera camera = forward_camera(752, 480, 200);
   camera.distortion = Distortion::kRadtan;

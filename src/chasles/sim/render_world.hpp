@@ -45,7 +45,9 @@ struct PaintedWorld {
 };
 
 /// Paints all surfaces. Texels are larger than `texel` [m] if there would be more than 120 million.
-/// Throws UsageError if they would be larger than 3 cm.
-PaintedWorld paint_world(const RenderWorld& world, double texel, std::uint64_t seed);
+/// Throws UsageError if they would be larger than 3 cm. With a `period` [m] surfaces of one
+/// material have one picture, repeated to the right after this length.
+PaintedWorld paint_world(const RenderWorld& world, double texel, std::uint64_t seed,
+                         double period = 0);
 
 }  // namespace chasles
