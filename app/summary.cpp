@@ -328,6 +328,9 @@ std::string summary_text(const Json& summary) {
   if (const auto smoothed = summary.find("smoothed"); smoothed != summary.end()) {
     text += line(*smoothed, "ATE of the smoothed path", "ate_m", "m", 3);
   }
+  if (const auto closures = summary.find("closures"); closures != summary.end()) {
+    text += fmt::format("  {:<26} {:>10}\n", "loop closures", closures->size());
+  }
   text += line(summary, "RPE over 100 m", "rpe_100m_percent", "%", 3);
   text += line(summary, "tilt of the truth", "truth_tilt_deg", "deg, removed", 2);
   text += line(summary, "NEES of the pose", "nees_pose", "(consistent: 6)", 2);

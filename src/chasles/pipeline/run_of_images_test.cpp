@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
+#include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/render_images.hpp>

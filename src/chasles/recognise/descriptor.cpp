@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include <opencv2/features2d.hpp>
@@ -30,41 +29,30 @@ bool is_inside(const GrayImage& image, const ImagePatch& patch) {
   return true;
 }
 
-// Bilinear; beyond the border the nearest pixel.
-double value_at(const GrayImage& image, double x, double y) {
-  x = std::clamp(x, 0.0, image.width - 1.0);
-  y = std::clamp(y, 0.0, image.height - 1.0);
-  const int i = std::min(static_cast<int>(x), image.width - 2);
-  const int j = std::min(static_cast<int>(y), image.height - 2);
-  const double u = x - i, v = y - j;
-  const std::uint8_t* at = image.pixels.data() + static_cast<std::ptrdiff_t>(j) * image.width + i;
-  const double above = at[0] + u * (at[1] - at[0]);
-  const double below = at[image.width] + u * (at[image.width + 1] - at[image.width]);
-  return above + v * (below - above);
-}
-
-// A pixel of a patch coarser than the image is the mean of four values.
+// The part of the patch that matters, bilinear. In steps of up to 2.4 px, ORB's blur of the patch
+// takes care of what lies between the samples.
 void sample(const GrayImage& image, const ImagePatch& patch, cv::Mat& to, int column) {
-  constexpr double kFine = 1.2;
-  const Eigen::Matrix2d& A = patch.step;
-  const bool fine = A.colwise().norm().maxCoeff() <= kFine;
-  const Eigen::Vector2d right = A.col(0) / 4, down = A.col(1) / 4;
-  for (int r = 0; r < kSide; ++r) {
+  const Eigen::Vector2f centre = patch.centre.cast<float>();
+  const Eigen::Matrix2f A = patch.step.cast<float>();
+  const auto x_end = static_cast<float>(image.width) - 1.001F;
+  const auto y_end = static_cast<float>(image.height) - 1.001F;
+  const auto stride = static_cast<std::ptrdiff_t>(image.width);
+  const std::uint8_t* pixels = image.pixels.data();
+  for (int r = kBorder - kReach; r <= kBorder + kReach; ++r) {
     std::uint8_t* row = to.ptr<std::uint8_t>(r) + column;
-    for (int c = 0; c < kSide; ++c) {
-      const Eigen::Vector2d p = patch.centre + A * Eigen::Vector2d(c - kBorder, r - kBorder);
-      double value = 0;
-      if (fine) {
-        value = value_at(image, p.x(), p.y());
-      } else {
-        for (const double x : {-1.0, 1.0}) {
-          for (const double y : {-1.0, 1.0}) {
-            const Eigen::Vector2d q = p + x * right + y * down;
-            value += value_at(image, q.x(), q.y()) / 4;
-          }
-        }
-      }
-      row[c] = static_cast<std::uint8_t>(std::lround(value));
+    const auto down = static_cast<float>(r - kBorder);
+    const float row_x = centre.x() + A(0, 1) * down, row_y = centre.y() + A(1, 1) * down;
+    for (int c = kBorder - kReach; c <= kBorder + kReach; ++c) {
+      const auto right = static_cast<float>(c - kBorder);
+      const float x = std::min(std::max(row_x + A(0, 0) * right, 0.0F), x_end);
+      const float y = std::min(std::max(row_y + A(1, 0) * right, 0.0F), y_end);
+      const int i = static_cast<int>(x), j = static_cast<int>(y);
+      const float u = x - static_cast<float>(i), v = y - static_cast<float>(j);
+      const std::uint8_t* at = pixels + j * stride + i;
+      const auto value = [&](std::ptrdiff_t k) { return static_cast<float>(at[k]); };
+      const float above = value(0) + u * (value(1) - value(0));
+      const float below = value(stride) + u * (value(stride + 1) - value(stride));
+      row[c] = static_cast<std::uint8_t>(above + v * (below - above) + 0.5F);
     }
   }
 }
@@ -91,7 +79,7 @@ std::vector<std::optional<Descriptor>> Describer::describe(const GrayImage& imag
     if (patches[i].step.allFinite() && is_inside(image, patches[i])) inside.push_back(i);
   }
   if (inside.empty()) return result;
-  orb_->patches.create(kSide, kSide * static_cast<int>(inside.size()), CV_8UC1);
+  orb_->patches = cv::Mat::zeros(kSide, kSide * static_cast<int>(inside.size()), CV_8UC1);
   orb_->keypoints.clear();
   for (std::size_t k = 0; k < inside.size(); ++k) {
     const int column = kSide * static_cast<int>(k);
