@@ -72,15 +72,17 @@ std::vector<Dormant> find_dormant(const std::vector<Stretch>& stretches,
   return result;
 }
 
-// What is known exactly has a covariance of zero; what remains of it are rounding errors.
-MatrixXd without_rounding(MatrixXd covariance) {
+// What is known exactly has a covariance of zero; what remains of it, and of its correction, are
+// rounding errors.
+SmoothedState without_rounding(SmoothedState state) {
   constexpr double kExact = 1e-20;  // (0.1 nm)^2
-  for (Index i = 0; i < covariance.rows(); ++i) {
-    if (covariance(i, i) > kExact) continue;
-    covariance.row(i).setZero();
-    covariance.col(i).setZero();
+  for (Index i = 0; i < state.covariance.rows(); ++i) {
+    if (state.covariance(i, i) > kExact) continue;
+    state.covariance.row(i).setZero();
+    state.covariance.col(i).setZero();
+    state.correction(i) = 0;
   }
-  return covariance;
+  return state;
 }
 
 // Of the segment's items, those that return later.
@@ -162,10 +164,10 @@ std::vector<SmoothedState> smooth_segments(const std::vector<Stretch>& stretches
     for (const Segment::Item& item : segment.items) {
       const auto C_item = own_by_end.middleRows(at, item.size);
       here.push_back(
-          {.number = item.number,
-           .correction = segment.g.segment(n + at, item.size) + C_item * later.g,
-           .covariance = without_rounding(segment.G.block(n + at, n + at, item.size, item.size) +
-                                          gain.middleRows(at, item.size) * C_item.transpose())});
+          without_rounding({.number = item.number,
+                            .correction = segment.g.segment(n + at, item.size) + C_item * later.g,
+                            .covariance = segment.G.block(n + at, n + at, item.size, item.size) +
+                                          gain.middleRows(at, item.size) * C_item.transpose()}));
       at += item.size;
     }
     result.insert(result.end(), here.rbegin(), here.rend());
