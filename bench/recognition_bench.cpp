@@ -61,7 +61,8 @@ SegmentChain past(int landmarks) {
   test::Random random(3);
   SegmentChain chain;
   for (int first = 0; first < landmarks; first += kEach) {
-    Segment segment{.starts = first == 0 ? 0 : kState};
+    Segment segment;
+    segment.starts = first == 0 ? 0 : kState;
     for (int i = 0; i < kEach; ++i) segment.items.push_back({.number = first + i, .size = 3});
     const Index q = segment.starts + 3 * kEach;
     segment.X = random_matrix(random, kState, q, 0.05);
