@@ -23,7 +23,7 @@ constexpr Time kInterval = std::chrono::milliseconds(300);
 constexpr int kLeastObservations = 10;
 constexpr double kKnownDepth = 0.2;  // relative sigma, for the size of a patch
 // Of 256 comparisons, 128 differ by chance.
-constexpr int kSimilar = 64;
+constexpr int kSimilar = 50;
 // Landmarks that are compared at a time, and observations for each of them.
 constexpr std::size_t kMostLandmarks = 25, kMostEach = 3;
 // How far from its expected place a landmark may look similar, as a part of the image's width. What
