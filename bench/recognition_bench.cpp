@@ -47,7 +47,7 @@ void JointCompatibility(benchmark::State& state) {
   const MatrixXd S = 900 * H * H.transpose() + MatrixXd::Identity(2 * m, 2 * m);
   VectorXd r = 30 * H * random.normal_vector(6) + random.normal_vector(2 * m);
   r.tail(m) = 30 * random.normal_vector(m);  // half of them are wrong
-  std::vector<Match> proposed;
+  std::vector<ProposedMatch> proposed;
   for (int i = 0; i < m; ++i) proposed.push_back({.observation = i, .landmark = i});
   for (auto _ : state) benchmark::DoNotOptimize(jointly_compatible(proposed, r, S, 0.99));
 }

@@ -43,7 +43,7 @@ class Given {
   MatrixXd S_;
 };
 
-bool excludes(const Match& a, const Match& b) {
+bool excludes(const ProposedMatch& a, const ProposedMatch& b) {
   return a.observation == b.observation || a.landmark == b.landmark;
 }
 
@@ -52,7 +52,7 @@ struct Set {
   double square = 0;
 };
 
-Set grown_from(int first, const std::vector<Match>& proposed, Given given,
+Set grown_from(int first, const std::vector<ProposedMatch>& proposed, Given given,
                const std::vector<double>& limits) {
   Set set;
   std::vector<int> open(proposed.size());
@@ -63,7 +63,7 @@ Set grown_from(int first, const std::vector<Match>& proposed, Given given,
     set.matches.push_back(next);
     set.square += square;
     given.condition_on(next);
-    const Match& taken = proposed[static_cast<std::size_t>(next)];
+    const ProposedMatch& taken = proposed[static_cast<std::size_t>(next)];
     std::erase_if(open,
                   [&](int i) { return excludes(proposed[static_cast<std::size_t>(i)], taken); });
     if (open.empty()) break;
@@ -81,7 +81,7 @@ bool is_better(const Set& a, const Set& b) {
 
 }  // namespace
 
-JointMatches jointly_compatible(const std::vector<Match>& proposed, const VectorXd& r,
+JointMatches jointly_compatible(const std::vector<ProposedMatch>& proposed, const VectorXd& r,
                                 const MatrixXd& S, double probability) {
   std::vector<double> limits{0};  // by the number of matches
   for (std::size_t i = 1; i <= proposed.size(); ++i) {

@@ -7,7 +7,7 @@
 namespace chasles {
 
 /// A proposed match of an observation and a landmark, by index.
-struct Match {
+struct ProposedMatch {
   int observation = 0;
   int landmark = 0;
 };
@@ -24,8 +24,9 @@ struct JointMatches {
 /// nearest to its prediction given those before (Neira & Tardos, IEEE T-RA 2001; here greedily,
 /// not by branch and bound), while it passes its gate. `r` has two rows per match, `S` is
 /// the joint covariance; a set passes if r^T S^-1 r is below the quantile `probability` of chi2.
-JointMatches jointly_compatible(const std::vector<Match>& proposed, const Eigen::VectorXd& r,
-                                const Eigen::MatrixXd& S, double probability);
+JointMatches jointly_compatible(const std::vector<ProposedMatch>& proposed,
+                                const Eigen::VectorXd& r, const Eigen::MatrixXd& S,
+                                double probability);
 
 /// Matches that tell much, in the order of choice, and the information of all of them [nat].
 struct Informative {

@@ -28,7 +28,7 @@ struct Scene {
   void make_wrong(int i) { r.segment<2>(2 * Index{i}) = 30 * random.normal_vector(2); }
 
   test::Random random;
-  std::vector<Match> proposed;
+  std::vector<ProposedMatch> proposed;
   VectorXd r;
   MatrixXd S;
 };

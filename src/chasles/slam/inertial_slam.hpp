@@ -146,7 +146,7 @@ class InertialSlam {
     std::vector<std::pair<int, int>> like = {};  ///< Hamming distance, index of a SeenLandmark
   };
   struct Comparison {
-    std::vector<Match> matches;  ///< of seen landmarks and candidates
+    std::vector<ProposedMatch> matches;  ///< of seen landmarks and candidates
     Eigen::VectorXd r;
     Eigen::MatrixXd S;
   };

@@ -302,7 +302,7 @@ std::vector<int> InertialSlam::confirmed_matches(const std::vector<int>& joint,
   std::map<std::pair<LandmarkId, LandmarkId>, Vector3d> compatible;
   std::vector<int> confirmed;
   for (const int i : joint) {
-    const Match& match = comparison.matches[static_cast<std::size_t>(i)];
+    const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
     const Candidate& candidate = candidates[static_cast<std::size_t>(match.landmark)];
     const std::pair key(seen[static_cast<std::size_t>(match.observation)].id, candidate.id);
     const auto before = compatible_.find(key);
@@ -321,7 +321,7 @@ void InertialSlam::close_loop(const Comparison& comparison, const std::vector<in
                               const std::vector<SeenLandmark>& seen) {
   std::vector<int> numbers, gone;
   for (const int i : accepted) {
-    const Match& match = comparison.matches[static_cast<std::size_t>(i)];
+    const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
     const SeenLandmark& s = seen[static_cast<std::size_t>(match.observation)];
     const Candidate& old = candidates[static_cast<std::size_t>(match.landmark)];
     for (auto& [track, landmark] : known_as_) {
