@@ -131,7 +131,8 @@ class Ekf {
   /// Moves landmarks (indices into State::landmarks, rising) from the state to the map.
   void retire(std::span<const int> indices);
 
-  /// Removes landmarks (indices into State::landmarks, rising) from state and map.
+  /// Removes landmarks (indices into State::landmarks, rising) from state and map. Throws
+  /// UsageError with Map::kHistory.
   void remove(std::span<const int> indices);
 
   /// Remembers the present pose, or another linear function of the core, as a past pose: map_T_imu
@@ -150,7 +151,7 @@ class Ekf {
   /// that cannot return (Past::can_return), as without past.recalls.
   void revive(std::span<const int> numbers);
 
-  /// These past landmarks do not return, which makes the return of others cheaper.
+  /// These past landmarks (numbers of past()) do not return: the return of others costs less.
   void forget(std::span<const int> numbers);
 
   /// The estimates of all past states and of the landmarks in the state, given all measurements.

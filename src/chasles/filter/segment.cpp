@@ -75,28 +75,6 @@ Segment with_items(const Segment& segment, const std::vector<int>& numbers) {
   return result;
 }
 
-void pass_through(Segment& segment, const MatrixXd& C) {
-  const Index n = segment.starts, k = C.rows(), q = segment.g.size(), own = q - n;
-  const Index rows = segment.X.rows();
-  const MatrixXd moved = dense::product(C, segment.G.topRows(n));  // k x q
-  MatrixXd X = MatrixXd::Zero(rows + k, q + k), G = MatrixXd::Zero(q + k, q + k);
-  X.topLeftCorner(rows, n) = segment.X.leftCols(n);
-  X.topRightCorner(rows, own) = segment.X.rightCols(own);
-  X.bottomLeftCorner(k, n) = moved.leftCols(n);
-  X.block(rows, n, k, k).setIdentity();
-  X.bottomRightCorner(k, own) = moved.rightCols(own);
-  G.topLeftCorner(n, n) = segment.G.topLeftCorner(n, n);
-  G.topRightCorner(n, own) = segment.G.topRightCorner(n, own);
-  G.bottomLeftCorner(own, n) = segment.G.bottomLeftCorner(own, n);
-  G.bottomRightCorner(own, own) = segment.G.bottomRightCorner(own, own);
-  VectorXd g = VectorXd::Zero(q + k);
-  g << segment.g.head(n), VectorXd::Zero(k), segment.g.tail(own);
-  segment.starts += k;
-  segment.X = std::move(X);
-  segment.G = std::move(G);
-  segment.g = std::move(g);
-}
-
 void take_along(Segment& segment, const std::vector<int>& numbers) {
   if (numbers.empty()) return;
   Indices rows;

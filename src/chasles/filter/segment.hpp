@@ -44,10 +44,6 @@ Segment compose(const Segment& older, const Segment& younger);
 /// The variables of the starts and of these items alone. The numbers rise.
 Segment with_items(const Segment& segment, const std::vector<int>& numbers);
 
-/// Dormant states that pass a segment with its steps: they become starts and rows of its end. C:
-/// their cross-covariance with the state at the beginning.
-void pass_through(Segment& segment, const Eigen::MatrixXd& C);
-
 /// Items become rows of the end too, in the order of the list: they have not left after all.
 void take_along(Segment& segment, const std::vector<int>& numbers);
 

@@ -32,6 +32,11 @@ bool SpatialChoice::choose(LandmarkId id, const Eigen::Vector3d& p_map, double d
   return true;
 }
 
+void SpatialChoice::give_up(LandmarkId id) {
+  const auto chosen = chosen_.extract(id);
+  if (!chosen.empty()) cells_.erase(cell(chosen.mapped()));
+}
+
 std::vector<LandmarkId> SpatialChoice::thin() {
   constexpr double kWider = 1.5;
   std::vector<LandmarkId> dropped;

@@ -23,6 +23,8 @@ class SpatialChoice {
   /// it was seen, and the direction to the camera. Returns whether it is chosen, now or before.
   bool choose(LandmarkId id, const Eigen::Vector3d& p_map, double distance,
               const Eigen::Vector3f& from);
+  /// No longer chooses a landmark; another may take its place.
+  void give_up(LandmarkId id);
   /// Where there are too many, the cells become larger, and the oldest landmark of each is kept.
   /// Returns the others, which are no longer chosen.
   std::vector<LandmarkId> thin();

@@ -22,6 +22,10 @@ TEST(SpatialChoice, OneInEachPartOfSpaceAndFromEachSide) {
   EXPECT_TRUE(choice.choose(5, {0.2, 0.1, 0.1}, 0.5, from)) << "from near, the parts are smaller";
   EXPECT_FALSE(choice.choose(6, {std::nan(""), 0, 0}, 5, from));
   EXPECT_EQ(choice.size(), 4);
+  choice.give_up(1);
+  choice.give_up(7);
+  EXPECT_EQ(choice.size(), 3);
+  EXPECT_TRUE(choice.choose(2, {0.2, 0.1, 0.1}, 5, from)) << "its place is free";
 }
 
 TEST(SpatialChoice, ThinsOutEvenly) {

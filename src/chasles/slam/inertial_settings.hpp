@@ -237,8 +237,7 @@ void for_each_setting(S& s, Visitor&& visit) {
   visit("recognise", s.recognise, "choice",
         "landmarks that come into view again return into the state with their exact covariance, "
         "which closes loops (docs/recognition.md): none, those whose ids the tracks have again, or "
-        "those that look alike "
-        "in the images of the first camera",
+        "those that look the same in the images of the first camera",
         limits::kAny);
   visit("recognisable", s.recognisable, "count",
         "recognise: most landmarks out of the state that may be recognised by their appearance; "

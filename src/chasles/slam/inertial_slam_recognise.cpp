@@ -19,6 +19,7 @@ using Eigen::VectorXd;
 
 // Every return composes the past, so landmarks are looked for now and then, several at a time.
 constexpr Time kInterval = std::chrono::milliseconds(300);
+constexpr Time kIdsInterval = std::chrono::milliseconds(500);
 // A landmark that was observed so often is a point, and remains one.
 constexpr int kLeastObservations = 10;
 constexpr double kKnownDepth = 0.2;  // relative sigma, for the size of a patch
@@ -64,6 +65,7 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
     bool returns = last_[static_cast<std::size_t>(index)].rejected < settings_.max_rejections;
     if (!returns) {
       std::erase_if(known_as_, [&](const auto& known) { return known.second == landmark.id; });
+      choice_.give_up(landmark.id);
     }
     if (settings_.recognise == Recognise::kAppearance) {
       const Vector3d p_world = x.p_world(landmark);
@@ -100,7 +102,7 @@ std::span<const PixelObservation> InertialSlam::renamed(const FeatureFrame& fram
 
 // Past landmarks whose ids have come into view again return before the update of the frame.
 void InertialSlam::revive_ids(const std::vector<const PixelObservation*>& observations) {
-  if (searched_ && now_ - *searched_ < kInterval) return;
+  if (searched_ && now_ - *searched_ < kIdsInterval) return;
   std::vector<int> numbers;
   for (const PixelObservation* o : observations) {
     const auto known = dormant_.find(o->landmark);
@@ -133,6 +135,8 @@ bool InertialSlam::recognise(const FeatureFrame& frame,
     const std::vector<int> accepted = accepted_matches(comparison, candidates, seen);
     found = !accepted.empty();
     if (found) close_loop(comparison, accepted, candidates, seen);
+  } else {
+    compatible_.clear();
   }
   for (const SeenLandmark& s : seen) {
     if (!known_as_.contains(s.id)) appearances_[s.id].add(s.view);
