@@ -17,9 +17,9 @@ namespace chasles {
 /// Counts of an estimator. Those that do not apply are absent or 0.
 struct EstimatorReport {
   ImuBuffer::Counts imu;
-  int resets = 0;          ///< of a lost filter
-  int dropped_frames = 0;  ///< late, repeated, or without samples near
-  std::vector<Closure> closures;
+  int resets = 0;                 ///< of a lost filter
+  int dropped_frames = 0;         ///< late, repeated, or without samples near
+  std::vector<Closure> closures;  ///< of a filter that recognises landmarks by appearance
   std::optional<BatchReport> batch;
   std::optional<WindowReport> window;
 };

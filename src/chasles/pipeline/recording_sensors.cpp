@@ -30,6 +30,20 @@ ImuNoise noise_of(const Recording& recording) {
                   recording.name));
 }
 
+void check_recognition(const InertialRunSettings& settings, const Recording& recording) {
+  if (settings.filter.recognise != Recognise::kAppearance) return;
+  if (!recording.images) {
+    throw UsageError(recording.name +
+                     ": recognise=appearance needs images, and the recording has tracks alone: "
+                     "expected none, or ids where a point has the same id whenever it is seen");
+  }
+  if (settings.estimator.is_window()) {
+    throw UsageError(
+        "recognise=appearance: a window keeps no past landmarks; expected the estimator filter or "
+        "batch");
+  }
+}
+
 }  // namespace
 
 ImuBuffer::Options imu_options(const Recording& recording) {
@@ -75,6 +89,7 @@ InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras
 }
 
 InertialRunSettings decided(InertialRunSettings settings, const Recording& recording) {
+  check_recognition(settings, recording);
   Toggle& exact_map = settings.filter.exact_map;
   if (exact_map == Toggle::kAuto && settings.estimator.is_filter()) exact_map = Toggle::kTrue;
   if (!recording.images) return settings;

@@ -39,7 +39,8 @@ ImuBuffer::Options imu_options(const Recording& recording);
 InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
                                const ImuNoise& noise, bool exact_calibration = false);
 /// Those of a run on the recording, images or not. A pixel noise that the recording states is kept.
-/// exact_map: true for the filter.
+/// exact_map: true for the filter. Throws UsageError for recognition by appearance without images,
+/// or in a window.
 InertialRunSettings decided(InertialRunSettings settings, const Recording& recording);
 
 /// The rig, and the noise by choose_noise() (slam/velocity_noise.hpp). Throws InputError where

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <memory>
 #include <string>
@@ -53,6 +54,32 @@ class RunOfImages : public ::testing::Test {
   };
 };
 
+// Counts the outcomes of observations that are in their frame, and of others.
+class Outcomes : public RunObserver {
+ public:
+  void on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) override {
+    for (const PixelOutcome& one : outcomes) {
+      const bool found = std::ranges::any_of(frame.pixels, [&](const PixelObservation& o) {
+        return o.landmark == one.observation.landmark && o.camera == one.observation.camera &&
+               o.pixel == one.observation.pixel;
+      });
+      ++(found ? known : unknown);
+    }
+  }
+  int known = 0, unknown = 0;
+};
+
+TEST_F(RunOfImages, RecognisesNothingWithoutImagesOrInAWindow) {
+  InertialRunSettings settings;
+  settings.filter.recognise = Recognise::kAppearance;
+  Recording tracks = walk();
+  tracks.images.reset();
+  EXPECT_THROW(make_estimator(settings, tracks), UsageError);
+  EXPECT_NO_THROW(make_estimator(settings, walk()));
+  settings.estimator = estimator_choice("window:5");
+  EXPECT_THROW(make_estimator(settings, walk()), UsageError);
+}
+
 TEST_F(RunOfImages, IsTheSameOnAnyNumberOfThreads) {
   const RunResult one = chasles::run(walk(), InertialRunSettings{}, {.threads = 1});
   const RunResult three = chasles::run(walk(), InertialRunSettings{}, {.threads = 3});
@@ -78,8 +105,10 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
     InertialRunSettings settings;
     settings.filter.recognise = recognise;
     const auto estimator = make_estimator(settings, twice);
-    RunObserver silent;
-    const RunReport report = run(twice, *estimator, {}, {.threads = threads}, silent);
+    Outcomes observer;
+    const RunReport report = run(twice, *estimator, {}, {.threads = threads}, observer);
+    EXPECT_GT(observer.known, 1000);
+    EXPECT_EQ(observer.unknown, 0) << "an outcome of no observation of the frame";
     return Result{.path = estimator->past().poses, .closures = report.estimator.closures};
   };
   const auto error_of = [&](const Result& result) {

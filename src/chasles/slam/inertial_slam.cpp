@@ -151,6 +151,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   if (settings_.init == LandmarkInit::kMultiView) begin_from_tracks(looking, e);
   remove_unused_clones();
   note_begun(e.added);
+  name_outcomes(frame, observations);
   seconds.landmarks = stages.lap();
 
   e.time = clock(frame.time);

@@ -125,6 +125,8 @@ class InertialSlam {
   void note_dormant(std::span<const int> leaving);
   SE3 nav_T_camera(int index) const;
   std::span<const PixelObservation> renamed(const FeatureFrame& frame);
+  void name_outcomes(const FeatureFrame& frame,
+                     const std::vector<const PixelObservation*>& observations);
   void revive_ids(const std::vector<const PixelObservation*>& observations);
   void revive(std::vector<int> numbers);
   /// A past landmark that may return.

@@ -100,6 +100,16 @@ std::span<const PixelObservation> InertialSlam::renamed(const FeatureFrame& fram
   return work_.renamed;
 }
 
+// The outcomes are those of the frame's observations, under the ids of their tracks.
+void InertialSlam::name_outcomes(const FeatureFrame& frame,
+                                 const std::vector<const PixelObservation*>& observations) {
+  if (known_as_.empty() || work_.renamed.size() != frame.pixels.size()) return;
+  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
+    const auto index = static_cast<std::size_t>(observations[i] - work_.renamed.data());
+    outcomes_[i].observation = frame.pixels[index];
+  }
+}
+
 // Past landmarks whose ids have come into view again return before the update of the frame.
 void InertialSlam::revive_ids(const std::vector<const PixelObservation*>& observations) {
   if (searched_ && now_ - *searched_ < kIdsInterval) return;
