@@ -11,6 +11,7 @@
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/truth_tilt.hpp>
+#include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/processor_time.hpp>
@@ -22,6 +23,7 @@
 #include "inertial_settings_io.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
+#include "map_output.hpp"
 #include "output_folder.hpp"
 #include "remarks.hpp"
 #include "run_command_options.hpp"
@@ -94,13 +96,15 @@ void print(const RunCommandOptions& o, const Json& figures) {
   if (!o.output.empty()) fmt::print("\nrun folder: {}\n", o.output.string());
 }
 
-int exit_code(const RunCommandOptions& o, const Run& run, bool interrupted, const Json& figures) {
+int exit_code(const RunCommandOptions& o, const Run& run, bool interrupted, bool has_map,
+              const Json& figures) {
   if (figures.at("health") == "lost") {
     spdlog::error("the estimate was lost: after {} frames it is no longer valid",
                   run.states.size());
     return static_cast<int>(ExitCode::kDiverged);
   }
   if (interrupted) return Interrupt::kExitCode;
+  if (!has_map) return static_cast<int>(ExitCode::kNotInitialised);
   const std::vector<std::string> sentences = missed(o.thresholds, figures);
   for (const std::string& sentence : sentences) spdlog::error("missed: {}", sentence);
   return static_cast<int>(sentences.empty() ? ExitCode::kOk : ExitCode::kThresholdMissed);
@@ -110,6 +114,7 @@ int exit_code(const RunCommandOptions& o, const Run& run, bool interrupted, cons
 void prepare_outputs(const RunCommandOptions& o) {
   if (!o.output.empty()) prepare_output(o.output);
   if (!o.full_covariance.empty()) check_full_covariance(o.full_covariance);
+  check_map_output(map_target(o));
 }
 
 // The true state, without a random error.
@@ -156,7 +161,12 @@ void level_truth(Recording& recording, RecordedRun& result) {
   }
 }
 
+bool uses_maps(const RunCommandOptions& o) { return !o.map.empty() || !o.save_map.empty(); }
+
 void check_inertial(const RunCommandOptions& o) {
+  if (uses_maps(o) && !o.settings.estimator.is_filter()) {
+    throw UsageError("--map and --save-map are for the filter, not for --estimator " + o.estimator);
+  }
   if (!o.settings.mode.empty() && o.settings.mode != "slam") {
     throw UsageError("--mode: a visual-inertial run supports only slam");
   }
@@ -178,7 +188,8 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
   const InertialRunSettings of_run = decided(settings, recording);
   Prepared prepared;
   prepared.estimator = make_estimator(
-      of_run, sensors, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt);
+      of_run, sensors, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt,
+      o.map.empty() ? nullptr : std::make_shared<const LandmarkMap>(read_map(o.map)));
   prepared.options.frontend = settings.frontend;
   prepared.options.run.realtime = realtime(o);
   prepared.options.run.tracks = o.input.tracks;
@@ -196,6 +207,7 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
 }
 
 void check_velocity(const RunCommandOptions& o) {
+  if (uses_maps(o)) throw UsageError("--map and --save-map are for a recording with an IMU");
   check_level_is_auto(o.input.truth_options);
   if (!o.settings.estimator.is_filter() && !o.full_covariance.empty()) {
     throw UsageError("--full-covariance is not available for --estimator " + o.estimator);
@@ -230,9 +242,9 @@ Prepared prepare(const RunCommandOptions& o, VelocityCommandSettings settings,
 std::function<Prepared()> plan(const RunCommandOptions& o, Recording& recording) {
   if (recording.velocities.empty()) {
     check_inertial(o);
-    return [&o, &recording, settings = inertial_run_settings_from(o.settings)] {
-      return prepare(o, settings, recording);
-    };
+    InertialRunSettings settings = inertial_run_settings_from(o.settings);
+    if (uses_maps(o)) settings.filter.recognise = Recognise::kAppearance;
+    return [&o, &recording, settings] { return prepare(o, settings, recording); };
   }
   check_velocity(o);
   const VelocityCommandSettings settings = velocity_run_settings_from(o.settings);
@@ -318,13 +330,15 @@ int run_command(RunCommandOptions o) {
     prepared.options.keep_images = o.keep_images;
     return run_or_diagnose(recording, prepared, interrupt, live);
   });
+  result.has_prior_map = !o.map.empty();
   const bool interrupted = result.report.interrupted;
   level_truth(recording, result);
   add_remarks(result.run, result.report, frame_count(recording), recording.remarks);
   const Json figures = deliver(o, prepared, result, wall);
   print(o, figures);
+  const bool has_map = save_map(o, recording, *prepared.estimator);
   live.finish(result.run, json_text(figures), interrupted);
-  return exit_code(o, result.run, interrupted, figures);
+  return exit_code(o, result.run, interrupted, has_map, figures);
 }
 
 }  // namespace

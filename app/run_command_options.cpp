@@ -95,6 +95,25 @@ void declare_method(CLI::App& parser, RunCommandOptions& o) {
       ->allow_extra_args(false);
 }
 
+void declare_map(CLI::App& parser, RunCommandOptions& o) {
+  const auto add = [&](const char* name, std::filesystem::path& path, const char* meaning) {
+    return parser.add_option(name, path, meaning)
+        ->type_name("MAP")
+        ->group("Map")
+        ->check(require_path);
+  };
+  CLI::Option* map =
+      add("--map", o.map,
+          "Find the place in a map that an earlier run saved, by its appearance, and estimate with "
+          "it (implies recognise=appearance; docs/recognition.md)");
+  parser.add_flag("--extend", o.extend, "Save the map with what this run adds to it")
+      ->group("Map")
+      ->needs(map);
+  add("--save-map", o.save_map,
+      "Save landmarks, their appearance and their joint covariance for later runs (implies "
+      "recognise=appearance)");
+}
+
 void declare_realtime(CLI::App& parser, RunCommandOptions& o) {
   parser
       .add_flag(
@@ -130,6 +149,7 @@ void declare_output(CLI::App& parser, RunCommandOptions& o) {
 void declare_run_options(CLI::App& parser, RunCommandOptions& options) {
   declare_input(parser, options);
   declare_method(parser, options);
+  declare_map(parser, options);
   declare_realtime(parser, options);
   declare_output(parser, options);
   add_options(parser, options.thresholds);

@@ -20,7 +20,8 @@ namespace chasles::app {
 struct RunCommandOptions {
   RunInput input;
   SettingSources settings;
-  std::filesystem::path trajectory, output, full_covariance;
+  std::filesystem::path trajectory, output, full_covariance, map, save_map;
+  bool extend = false;
   std::string begin = "auto", estimator = "filter";
   int threads = 3;
   bool realtime = false;

@@ -149,6 +149,12 @@ class Recorder : public RunObserver {
       result_.start_seconds = to_seconds(e.time - *first_);
       result_.coverage.before_start = frames_ - 1;
     }
+    if (e.in_map) {
+      result_.run.in_map.push_back({.time = e.time,
+                                    .world_T_imu = e.in_map->map_T_imu,
+                                    .pose_covariance = e.in_map->covariance});
+      result_.world_T_map = e.in_map->world_T_map;
+    }
     estimated_ += e.health == Health::kLost ? 0 : 1;
     result_.zupt_frames += e.zero_velocity ? 1 : 0;
     result_.calibration = e.calibration;

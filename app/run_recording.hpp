@@ -47,6 +47,8 @@ struct RecordedRun {
   std::optional<double> innovation_correlation;
   std::optional<double> truth_tilt_deg;  ///< removed from the truth, where its world is not level
   std::optional<RealtimeFigures> realtime;
+  bool has_prior_map = false;
+  std::optional<SE3> world_T_map;          ///< at the end, of a prior map
   std::optional<Calibration> calibration;  ///< last estimate, if it is estimated
 };
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/camera/track_noise.hpp>
+#include <chasles/data/numbers.hpp>
 #include <chasles/imu/level_axes.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/slam/velocity_model.hpp>
@@ -65,6 +66,21 @@ Json closures_json(const std::vector<Closure>& closures) {
                     {"turned_rad", c.turned}});
   }
   return list;
+}
+
+Json pose_json(const SE3& pose) {
+  const Eigen::Vector4d q = unit_quaternion(pose.R);
+  return {{"position_m", {pose.p.x(), pose.p.y(), pose.p.z()}},
+          {"quaternion_xyzw", {q[0], q[1], q[2], q[3]}}};
+}
+
+Json place_json(const PlaceCounts& places, const RecordedRun& run) {
+  Json json = {{"searches", places.searches},
+               {"proposed", places.proposed},
+               {"refused", places.refused},
+               {"placed_ns", places.placed ? Json(places.placed->count()) : Json()}};
+  json["world_T_map"] = run.world_T_map ? pose_json(*run.world_T_map) : Json();
+  return json;
 }
 
 // Whether the run treats the velocities as level; never in other modes or with an input.
@@ -236,6 +252,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   if (settings.filter.recognise == Recognise::kAppearance) {
     summary["closures"] = closures_json(report.closures);
   }
+  if (run.has_prior_map) summary["place_in_map"] = place_json(report.places, run);
   if (recording.images) summary["frontend"] = frontend_json(run.report.frontend);
   if (report.batch) summary["batch"] = batch_json(*report.batch);
   if (report.window) summary["window"] = window_json(*report.window);
@@ -330,6 +347,11 @@ std::string summary_text(const Json& summary) {
   }
   if (const auto closures = summary.find("closures"); closures != summary.end()) {
     text += fmt::format("  {:<26} {:>10}\n", "loop closures", closures->size());
+  }
+  if (const auto place = summary.find("place_in_map"); place != summary.end()) {
+    const Json& at = place->at("placed_ns");
+    text +=
+        fmt::format("  {:<26} {:>10}\n", "place in the map", at.is_null() ? "not found" : "found");
   }
   text += line(summary, "RPE over 100 m", "rpe_100m_percent", "%", 3);
   text += line(summary, "tilt of the truth", "truth_tilt_deg", "deg, removed", 2);

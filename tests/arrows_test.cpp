@@ -22,7 +22,8 @@ const Arrows kArrows = {
     {"frontend", {"camera"}},
     // The appearance of landmarks, and matches by it. Its gates are quantiles of chi2.
     {"recognise", {"camera", "eval"}},
-    {"slam", {"filter", "recognise"}},
+    {"map", {"filter", "recognise"}},
+    {"slam", {"map"}},
     // The same start, frames and noise as the filter.
     {"smooth", {"slam"}},
     {"data", {"lie", "imu", "camera"}},

@@ -270,6 +270,7 @@ Run read_run(const std::filesystem::path& folder) {
     read_timing(folder / "timing.csv", run);
   }
   run.smoothed = read_smoothed(folder / "smoothed.csv");
+  run.in_map = read_smoothed(folder / "in_map.csv");
   run.landmarks = read_landmarks(folder / "landmarks.csv");
   run.truth = read_where_present(folder / "truth.tum");
   run.dead_reckoning = read_where_present(folder / "dead_reckoning.tum");

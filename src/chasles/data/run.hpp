@@ -68,14 +68,15 @@ struct RunLandmark {
 };
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
-/// timing.csv and, where known, trajectory_smoothed.tum, smoothed.csv, truth.tum,
-/// dead_reckoning.tum, plan.csv and images that were kept (docs/formats.md).
+/// timing.csv and, where known, trajectory_smoothed.tum, smoothed.csv, trajectory_in_map.tum,
+/// in_map.csv, truth.tum, dead_reckoning.tum, plan.csv and images that were kept (docs/formats.md).
 struct Run {
   std::string name;                      ///< of the recording: summary.json's "name" when read
   std::vector<std::string> extra_names;  ///< e.g. "velocity_x", with the unit in docs/formats.md
   std::vector<std::string> stage_names = {};  ///< of RunState::stages, "front_end"; may be empty
   std::vector<RunState> states;
   std::vector<SmoothedPose> smoothed = {};  ///< by time; empty where unknown
+  std::vector<SmoothedPose> in_map = {};    ///< as estimated at each frame, frame of a prior map
   std::vector<RunLandmark> landmarks;
   Trajectory truth;           ///< world_T_imu in the truth's own world; empty where unknown
   TruthPairing pairing = {};  ///< of the states with the truth, for all comparisons

@@ -46,7 +46,9 @@ constexpr const char* kRunFiles[] = {"trajectory.tum",
                                      "timing.json",
                                      "dead_reckoning.tum",
                                      "smoothed.csv",
-                                     "trajectory_smoothed.tum"};
+                                     "trajectory_smoothed.tum",
+                                     "in_map.csv",
+                                     "trajectory_in_map.tum"};
 
 // Their content differs from run to run, so summary.json cannot describe it.
 bool is_timing(const std::string& name) { return name.starts_with("timing."); }

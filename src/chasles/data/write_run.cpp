@@ -162,6 +162,10 @@ nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& s
     write_tum(trajectory_of(run.smoothed), place / "trajectory_smoothed.tum");
     write_file(place / "smoothed.csv", smoothed_text(run.smoothed));
   }
+  if (!run.in_map.empty()) {
+    write_tum(trajectory_of(run.in_map), place / "trajectory_in_map.tum");
+    write_file(place / "in_map.csv", smoothed_text(run.in_map));
+  }
   write_file(place / "timing.csv", timing_text(run));
   write_file(place / "landmarks.csv", landmarks_text(run.landmarks));
   write_file(place / "map.ply", ply_bytes(run.landmarks));

@@ -151,6 +151,17 @@ class Ekf {
   /// that cannot return (Past::can_return), as without past.recalls.
   void revive(std::span<const int> numbers);
 
+  /// Landmarks from elsewhere become past landmarks, which can return. Returns the number of the
+  /// map's frame in past(); those of the landmarks follow. Throws UsageError without past.recalls,
+  /// and for a covariance that does not fit.
+  int add_past(const PriorMap& prior);
+
+  /// The frame of a prior map, past landmarks that can return (numbers of past(), rising) and
+  /// landmarks of the state (indices, rising), in the axes of the filter's map, with all that is
+  /// known now. Without `frame` the covariance has no rows for it.
+  PriorMap joint_map(std::optional<int> frame, std::span<const int> numbers,
+                     std::span<const int> indices) const;
+
   /// These past landmarks (numbers of past()) do not return: the return of others costs less.
   void forget(std::span<const int> numbers);
 
@@ -207,6 +218,7 @@ class Ekf {
   };
   void substitute(int row, std::span<const RowTerm> terms);
   MapLandmark in_map_axes(const Landmark& landmark) const;
+  Eigen::Matrix<double, 3, Eigen::Dynamic> derivative_in_map_axes(const Landmark& landmark) const;
   void to_map_axes(Landmark& landmark);
   void to_world_axes(Landmark& landmark);
   void leave(std::span<const int> indices);

@@ -197,12 +197,11 @@ void Ekf::move_to_present_mean(const Vector3d& as_it_left, const Landmark& landm
   }
 }
 
-// A landmark of the state in the map's axes, with the errors of these.
-MapLandmark Ekf::in_map_axes(const Landmark& landmark) const {
-  MapLandmark result = as_of_now(landmark);
-  if (!state_.nav_T_world) return result;
+// Of a landmark of the state, by all errors.
+Eigen::Matrix<double, 3, Eigen::Dynamic> Ekf::derivative_in_map_axes(
+    const Landmark& landmark) const {
   using Rows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
-  const Matrix3d& R = state_.nav_T_world->R;
+  const Matrix3d R = state_.nav_T_world ? state_.nav_T_world->R : Matrix3d::Identity();
   Rows d = Rows::Zero(3, covariance_.size());
   if (landmark.anchor) {
     const Clone& clone = state_.clone(*landmark.anchor);
@@ -215,11 +214,92 @@ MapLandmark Ekf::in_map_axes(const Landmark& landmark) const {
   } else {
     d.middleCols<3>(landmark.row) = R;
   }
-  const int nav = state_.nav_row();
-  d.middleCols<3>(nav) = -hat(R * result.p_world);
-  d.middleCols<3>(nav + 3).setIdentity();
+  if (state_.nav_T_world) {
+    const int nav = state_.nav_row();
+    d.middleCols<3>(nav) = -hat(R * state_.p_world(landmark));
+    d.middleCols<3>(nav + 3).setIdentity();
+  }
+  return d;
+}
+
+// A landmark of the state in the map's axes, with the errors of these.
+MapLandmark Ekf::in_map_axes(const Landmark& landmark) const {
+  MapLandmark result = as_of_now(landmark);
+  if (!state_.nav_T_world) return result;
+  const auto d = derivative_in_map_axes(landmark);
   result.p_world = *state_.nav_T_world * result.p_world;
   result.covariance = d * covariance_.all() * d.transpose();
+  return result;
+}
+
+int Ekf::add_past(const PriorMap& prior) {
+  if (options_.map != Map::kPast || !options_.past.recalls) {
+    throw UsageError("a prior map needs a filter with Map::kPast and past.recalls");
+  }
+  const Index own = 6 + 3 * static_cast<Index>(prior.landmarks.size());
+  if (prior.covariance.rows() != own || prior.covariance.cols() != own) {
+    throw UsageError("the covariance of a prior map has 6 rows, and 3 for each landmark");
+  }
+  const Index n = covariance_.size();
+  past_.append(latest_.segment());
+  const int frame = past_.add(prior);
+  Segment segment{.starts = n,
+                  .items = {{.number = frame, .size = 6}},
+                  .X = MatrixXd::Identity(n, n + own),
+                  .G = MatrixXd::Zero(n + own, n + own),
+                  .g = VectorXd::Zero(n + own)};
+  for (int i = 1; i <= static_cast<int>(prior.landmarks.size()); ++i) {
+    segment.items.push_back({.number = frame + i, .size = 3});
+  }
+  segment.G.bottomRightCorner(own, own) = prior.covariance;
+  past_.append(std::move(segment));
+  latest_.begin(n);
+  return frame;
+}
+
+PriorMap Ekf::joint_map(std::optional<int> frame, std::span<const int> numbers,
+                        std::span<const int> indices) const {
+  std::vector<int> list(numbers.begin(), numbers.end());
+  if (frame) list.insert(std::ranges::lower_bound(list, *frame), *frame);
+  const Carried past = recall(list);
+  PriorMap result;
+  std::vector<Index> order, of_landmarks;  // the frame's rows first
+  Index at = 0;
+  for (const Segment::Item& item : past.items) {
+    const bool is_frame = frame && item.number == *frame;
+    if (is_frame) {
+      const Vector6d correction = past.correction.segment<6>(at);
+      result.map_T_prior = corrected({.map_T_imu = past_.frame(*frame)}, correction, {}).map_T_imu;
+    } else {
+      Landmark landmark = past_.landmark(item.number);
+      landmark.p_world += past.correction.segment<3>(at);
+      result.landmarks.push_back(landmark);
+    }
+    for (int i = 0; i < item.size; ++i) (is_frame ? order : of_landmarks).push_back(at + i);
+    at += item.size;
+  }
+  order.insert(order.end(), of_landmarks.begin(), of_landmarks.end());
+  const Index n = covariance_.size(), k = at, m = 3 * static_cast<Index>(indices.size());
+  MatrixXd d(m, n);
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    Landmark landmark = state_.landmarks[static_cast<std::size_t>(indices[i])];
+    d.middleRows<3>(3 * static_cast<Index>(i)) = derivative_in_map_axes(landmark);
+    landmark.p_world = state_.p_world(landmark);
+    if (state_.nav_T_world) landmark.p_world = *state_.nav_T_world * landmark.p_world;
+    landmark.anchor.reset();
+    result.landmarks.push_back(landmark);
+  }
+  result.covariance.resize(k + m, k + m);
+  result.covariance.topLeftCorner(k, k) = past.P(order, order);
+  if (m > 0) {
+    const MatrixXd d_transposed = d.transpose();
+    if (k > 0) {
+      result.covariance.topRightCorner(k, m) = past.C(order, Eigen::all) * d_transposed;
+      result.covariance.bottomLeftCorner(m, k) = result.covariance.topRightCorner(k, m).transpose();
+    }
+    result.covariance.bottomRightCorner(m, m) =
+        dense::product(d, dense::product(MatrixXd(covariance_.all()), d_transposed));
+  }
   return result;
 }
 

@@ -27,6 +27,21 @@ int Past::add(Time time, const SE3& map_T_imu) {
   return static_cast<int>(states_.size()) - 1;
 }
 
+int Past::add(const PriorMap& prior) {
+  states_.emplace_back(Frame{.map_T_prior = prior.map_T_prior});
+  const int number = static_cast<int>(states_.size()) - 1;
+  for (const Landmark& landmark : prior.landmarks) add(landmark);
+  return number;
+}
+
+const SE3& Past::frame(int number) const {
+  return std::get<Frame>(states_[static_cast<std::size_t>(number)]).map_T_prior;
+}
+
+bool Past::is_frame(int number) const {
+  return std::holds_alternative<Frame>(states_[static_cast<std::size_t>(number)]);
+}
+
 const Landmark& Past::landmark(int number) const {
   return std::get<PastLandmark>(states_[static_cast<std::size_t>(number)]).landmark;
 }
@@ -50,18 +65,19 @@ bool Past::can_return(int number) const {
          !past_landmark(number)->has_returned;
 }
 
-// That may return.
-Segment Past::of_landmarks(const Segment& segment) const {
-  std::vector<int> landmarks;
+// The landmarks that may return, and the frames.
+Segment Past::of_recalled(const Segment& segment) const {
+  std::vector<int> recalled;
   for (const Segment::Item& item : segment.items) {
-    if (may_return(item.number)) landmarks.push_back(item.number);
+    if (may_return(item.number) || is_frame(item.number)) recalled.push_back(item.number);
   }
-  return with_items(segment, landmarks);
+  return with_items(segment, recalled);
 }
 
 void Past::append(Segment segment) {
   if (options_.recalls) {
-    chain_.append(of_landmarks(segment), [&](int number) { return can_return(number); });
+    chain_.append(of_recalled(segment),
+                  [&](int number) { return can_return(number) || is_frame(number); });
   }
   if (options_.records) {
     recorded_bytes_ += segment.bytes();
@@ -74,7 +90,8 @@ void Past::append(Segment segment) {
 Carried Past::recall(const std::vector<int>& numbers) const { return chain_.recall(numbers); }
 
 Carried Past::revive(const std::vector<int>& numbers) {
-  Carried revived = chain_.revive(numbers, [&](int number) { return can_return(number); });
+  Carried revived =
+      chain_.revive(numbers, [&](int number) { return can_return(number) || is_frame(number); });
   note_returned(numbers);
   revived_.insert(revived_.end(), numbers.begin(), numbers.end());
   return revived;
@@ -114,7 +131,8 @@ void Past::append_estimates(std::span<const SmoothedState> smoothed, Estimates& 
                    },
                    [&](const PastPose& pose) {
                      estimates.poses.push_back(corrected(pose, one.correction, one.covariance));
-                   }},
+                   },
+                   [](const Frame&) {}},
         states_[static_cast<std::size_t>(one.number)]);
   }
 }
@@ -136,11 +154,13 @@ void Past::give_up_older_half() {
     if (!options_.recalls) continue;
     if (!record->revived.empty()) landmarks.revive(record->revived, keeps);
     returned.insert(record->revived.begin(), record->revived.end());
-    landmarks.append(of_landmarks(record->segment), keeps);
+    landmarks.append(of_recalled(record->segment), keeps);
   }
   smoothed.resize(states);
   if (options_.recalls) {
-    std::erase_if(smoothed, [&](const SmoothedState& s) { return may_return(s.number); });
+    std::erase_if(smoothed, [&](const SmoothedState& s) {
+      return may_return(s.number) || is_frame(s.number);
+    });
   }
   append_estimates(smoothed, final_);
   records_.erase(records_.begin(), middle);

@@ -30,6 +30,14 @@ struct MapLandmark {
   int observations = 0;                                  ///< used, including the first
 };
 
+/// Landmarks that are known from elsewhere, with the frame of their map: independent of a filter.
+struct PriorMap {
+  SE3 map_T_prior;                  ///< the frame, in the axes of the filter's map
+  std::vector<Landmark> landmarks;  ///< Cartesian, in the axes of the filter's map
+  /// Of the errors of the frame [rotation; position] and of the landmarks (3 each).
+  Eigen::MatrixXd covariance;
+};
+
 /// The states that have left a filter: landmarks, and poses of its path. Their estimates given all
 /// measurements, and their joint covariance with the present state, follow from the segments of
 /// its run (docs/map.md).
@@ -49,6 +57,8 @@ class Past {
   /// A state leaves the filter. Returns its number; numbers rise from 0.
   int add(const Landmark& landmark);  ///< Cartesian, in the map's axes
   int add(Time time, const SE3& map_T_imu);
+  /// States that were never in the filter: the frame of a prior map, then its landmarks.
+  int add(const PriorMap& prior);
 
   /// This landmark does not return: recall() and revive() cost less with fewer that can.
   void forget(int number);
@@ -72,6 +82,8 @@ class Past {
   Estimates estimates(const Segment& latest) const;
 
   bool can_return(int number) const;
+  /// The frame of a prior map, as it was added.
+  const SE3& frame(int number) const;
   /// A past landmark as it left.
   const Landmark& landmark(int number) const;
   int states() const { return static_cast<int>(states_.size()); }
@@ -84,6 +96,9 @@ class Past {
     bool may_return = true;
     bool has_returned = false;
   };
+  struct Frame {
+    SE3 map_T_prior;
+  };
   struct Recorded {
     Segment segment;
     std::vector<int> revived;  ///< landmarks that are the last of its starts
@@ -91,15 +106,16 @@ class Past {
 
   const PastLandmark* past_landmark(int number) const;
   bool may_return(int number) const;
-  Segment of_landmarks(const Segment& segment) const;
+  bool is_frame(int number) const;
+  Segment of_recalled(const Segment& segment) const;
   void give_up_older_half();
   std::vector<Stretch> recorded() const;
   void append_estimates(std::span<const SmoothedState> smoothed, Estimates& estimates) const;
 
   Options options_;
   Estimates final_;
-  std::vector<std::variant<PastLandmark, PastPose>> states_;
-  SegmentChain chain_;             ///< of landmarks
+  std::vector<std::variant<PastLandmark, PastPose, Frame>> states_;
+  SegmentChain chain_;             ///< of landmarks and frames
   std::vector<Recorded> records_;  ///< all segments, with all states
   std::vector<int> revived_;       ///< since the last segment
   int landmarks_ = 0;

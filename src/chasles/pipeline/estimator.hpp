@@ -19,6 +19,7 @@ struct EstimatorReport {
   ImuBuffer::Counts imu;
   int resets = 0;                 ///< of a lost filter
   int dropped_frames = 0;         ///< late, repeated, or without samples near
+  PlaceCounts places = {};        ///< in the prior map
   std::vector<Closure> closures;  ///< of a filter that recognises landmarks by appearance
   std::optional<BatchReport> batch;
   std::optional<WindowReport> window;
@@ -69,6 +70,9 @@ class Estimator {
 
   /// The latest estimate of the gyroscope bias [rad/s], for the front end; zero before a start.
   virtual Eigen::Vector3d gyroscope_bias() const { return Eigen::Vector3d::Zero(); }
+  /// What another run can recognise; none of an estimator that does not recognise landmarks by
+  /// their appearance, and before a start. Without the names of its sessions.
+  virtual std::optional<LandmarkMap> landmark_map() const { return std::nullopt; }
   /// The filter whose map has a joint covariance (Ekf::visit_map_covariance); null: none.
   virtual const Ekf* filter() const { return nullptr; }
   /// Sets a callback for every frame that a visual-inertial filter takes, with the outcomes of its
@@ -77,11 +81,13 @@ class Estimator {
 };
 
 /// Makes a visual-inertial estimator. A pixel_sigma in the settings overrides the sensors'.
-/// `start`: the initial state; none: the run initialises itself. Throws as
-/// validate().
+/// `start`: the initial state; none: the run initialises itself. `prior`: a map in which a filter
+/// finds its place, with recognise=appearance. Throws as validate(), and UsageError for a map with
+/// another estimator or setting.
 std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
                                           InertialSensors sensors,
-                                          std::optional<InertialStart> start = std::nullopt);
+                                          std::optional<InertialStart> start = std::nullopt,
+                                          std::shared_ptr<const LandmarkMap> prior = nullptr);
 
 /// The sensors of a stereo-velocity run.
 struct VelocitySensors {

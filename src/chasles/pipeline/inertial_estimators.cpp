@@ -16,10 +16,11 @@ namespace {
 class InertialEstimator : public Estimator {
  public:
   InertialEstimator(const InertialRunSettings& settings, InertialSensors sensors,
-                    std::optional<InertialStart> start)
+                    std::optional<InertialStart> start,
+                    std::shared_ptr<const LandmarkMap> prior = nullptr)
       : settings_(settings),
         sensors_(std::move(sensors)),
-        session_(settings.filter, settings.start, sensors_, std::move(start)) {}
+        session_(settings.filter, settings.start, sensors_, std::move(start), std::move(prior)) {}
 
   std::vector<Estimate> process(const EstimatorEvent& event) override {
     return std::visit(Overloaded{[&](const ImuSample& sample) { return take(sample); },
@@ -45,6 +46,7 @@ class InertialEstimator : public Estimator {
     return {.imu = session_.imu_counts(),
             .resets = session_.resets(),
             .dropped_frames = session_.dropped_frames(),
+            .places = session_.place_counts(),
             .closures = session_.closures(),
             .batch = {},
             .window = {}};
@@ -71,6 +73,7 @@ class InertialFilter : public InertialEstimator {
   Past::Estimates past() const override { return session_.past_nav(); }
   std::optional<std::vector<LandmarkId>> in_state() const override { return session_.in_state(); }
   Eigen::Vector3d gyroscope_bias() const override { return session_.gyroscope_bias(); }
+  std::optional<LandmarkMap> landmark_map() const override { return session_.landmark_map(); }
 
  protected:
   std::vector<Estimate> take(const ImuSample& sample) override {
@@ -290,8 +293,13 @@ class InertialWindowEstimator : public InertialEstimator {
 
 std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
                                           InertialSensors sensors,
-                                          std::optional<InertialStart> start) {
+                                          std::optional<InertialStart> start,
+                                          std::shared_ptr<const LandmarkMap> prior) {
   validate(settings);
+  if (prior &&
+      (!settings.estimator.is_filter() || settings.filter.recognise != Recognise::kAppearance)) {
+    throw UsageError("a map is for a filter with recognise=appearance");
+  }
   sensors.pixel_sigma = settings.filter.pixel_sigma.value_or(sensors.pixel_sigma);
   using Kind = EstimatorChoice::Kind;
   switch (settings.estimator.kind) {
@@ -303,7 +311,8 @@ std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
     case Kind::kFilter:
       break;
   }
-  return std::make_unique<InertialFilter>(settings, std::move(sensors), std::move(start));
+  return std::make_unique<InertialFilter>(settings, std::move(sensors), std::move(start),
+                                          std::move(prior));
 }
 
 }  // namespace chasles

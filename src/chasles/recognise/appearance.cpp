@@ -63,6 +63,16 @@ void Appearance::add(const PatchView& view) {
   if (!known) views_.push_back(view);
 }
 
+Appearance Appearance::turned(const Matrix3d& new_R_old) const {
+  Appearance result;
+  for (PatchView view : views_) {
+    if (view.from.head<2>().norm() < static_cast<float>(kSteep)) continue;
+    view.from = new_R_old.cast<float>() * view.from;
+    result.views_.push_back(view);
+  }
+  return result;
+}
+
 bool Appearance::may_look_like(const PatchView& view) const {
   return std::ranges::any_of(views_, [&](const PatchView& v) {
     return v.from.dot(view.from) > kComparable &&

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -19,6 +21,9 @@ struct PatchView {
   Eigen::Vector3f from = Eigen::Vector3f::Zero();  ///< unit vector to the camera, axes of the map
   int level = 0;  ///< of the first: a pixel of its patch is 2^(level/2) mm at the point
   std::array<Descriptor, kLevels> descriptors = {};  ///< of this level and the next coarser ones
+
+  /// About the distance from which a camera of focal length 500 px saw it [m].
+  double distance() const { return 0.5 * std::exp2(level / 2.0); }
 };
 
 /// The patches of a view of a point: p_cam, in the camera's frame [m], not at its origin. The
@@ -38,8 +43,15 @@ class Appearance {
  public:
   static constexpr std::size_t kMostViews = 4;
 
+  Appearance() = default;
+  /// Of stored views, kMostViews at most.
+  explicit Appearance(std::vector<PatchView> views) : views_(std::move(views)) {}
+
   /// Keeps the view if none of its views is similar in direction and distance.
   void add(const PatchView& view);
+  /// In other axes, turned about the vertical. Views from steeply above or below are left out: they
+  /// are upright by the old axes.
+  Appearance turned(const Eigen::Matrix3d& new_R_old) const;
   bool empty() const { return views_.empty(); }
   const std::vector<PatchView>& views() const { return views_; }
   /// The smallest distance of a view from a similar direction; none if there is none.

@@ -42,7 +42,7 @@ class SpatialChoice {
   Cell cell(const Chosen& chosen) const;
 
   int most_;
-  double edge_ = 0.4;  ///< as a part of the distance
+  double edge_ = 0.1;  ///< as a part of the distance
   int order_ = 0;
   std::map<LandmarkId, Chosen> chosen_;
   std::set<Cell> cells_;

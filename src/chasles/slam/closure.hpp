@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include <chasles/time.hpp>
 
 namespace chasles {
@@ -10,6 +12,14 @@ struct Closure {
   int landmarks = 0;  ///< that returned
   double moved = 0;   ///< by which the frame's update moved the pose [m]
   double turned = 0;  ///< and turned it [rad]
+};
+
+/// Attempts of a run to find its place in a prior map.
+struct PlaceCounts {
+  int searches = 0;              ///< for a place by appearance
+  int proposed = 0;              ///< places that were found so
+  int refused = 0;               ///< of them, those whose landmarks were not jointly compatible
+  std::optional<Time> placed{};  ///< when the place was accepted, on the IMU's clock
 };
 
 }  // namespace chasles

@@ -28,6 +28,15 @@ using AdditiveStates = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostAdditive
 using MotionCovariance =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostMotionErrors, kMostMotionErrors>;
 
+/// The pose in the frame of a prior map, once the run has found its place there.
+struct PoseInMap {
+  SE3 map_T_imu;
+  /// Of its errors [rotation; position], standard error, axes of the map. It contains those of the
+  /// map.
+  Matrix6d covariance = Matrix6d::Zero();
+  SE3 world_T_map;  ///< the frame of the map in that of the estimates
+};
+
 /// The result of an estimator for one frame: filter, window or batch, with an IMU or with body
 /// velocities. Fields that do not apply to an estimator are absent.
 struct Estimate {
@@ -61,6 +70,7 @@ struct Estimate {
   bool zero_velocity = false;                   ///< a zero-velocity update was made
   std::optional<Calibration> calibration = {};  ///< where any of it is estimated
   std::optional<StageSeconds> seconds = {};     ///< of a filter
+  std::optional<PoseInMap> in_map = {};
 
   Matrix6d pose_covariance() const { return covariance.topLeftCorner<6, 6>(); }
   /// Standard deviations of the additive states, in their units.

@@ -83,12 +83,16 @@ void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum) {
 
 InertialSession::InertialSession(const InertialSlamSettings& filter,
                                  const InitialiserSettings& start, InertialSensors sensors,
-                                 std::optional<InertialStart> given)
+                                 std::optional<InertialStart> given,
+                                 std::shared_ptr<const LandmarkMap> prior)
     : settings_(validated(filter)),
       start_settings_(start),
       sensors_(std::move(sensors)),
       gaps_(sensors_.imu.range()),
       given_(std::move(given)) {
+  if (prior) {
+    prior_ = std::make_shared<const LandmarkMap>(thinned(*prior, settings_.recognisable));
+  }
   end_part();
 }
 
@@ -206,7 +210,7 @@ std::vector<Estimate> InertialSession::wait_for_given(const FeatureFrame& frame)
 
 std::vector<Estimate> InertialSession::begin(InertialStart start) {
   slam_ = std::make_unique<InertialSlam>(settings_, sensors_.cameras, sensors_.noise, sensors_.imu,
-                                         sensors_.pixel_sigma, start);
+                                         sensors_.pixel_sigma, start, prior_);
   initialiser_.reset();
   waiting_since_.reset();
   for (const ImuSample& sample : samples_) slam_->process(sample);
@@ -231,6 +235,7 @@ std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
   Estimate e = slam_->process(frame);
   if (observer_) observer_(frame, slam_->outcomes());
   // A time offset that decreases, or restarts, does not turn time back.
+  if (!first_time_) first_time_ = e.time;
   if (last_time_) e.time = std::max(e.time, *last_time_ + Time(1));
   last_time_ = e.time;
   if (is_credible(e)) {
@@ -276,6 +281,8 @@ void InertialSession::end_part() {
     std::erase_if(earlier_.poses, [](const PastPose& pose) { return !is_finite(pose); });
     earlier_closures_ = closures();
     earlier_known_as_ = known_as();
+    earlier_map_ = landmark_map();
+    earlier_place_counts_ = place_counts();
     earlier_counts_ = imu_counts();
     earlier_timed_counts_ = timed_counts();
     earlier_timed_counts_.late += slam_->timed_waiting();
@@ -325,6 +332,25 @@ std::map<LandmarkId, LandmarkId> InertialSession::known_as() const {
   std::map<LandmarkId, LandmarkId> all = earlier_known_as_;
   if (slam_) all.insert(slam_->known_as().begin(), slam_->known_as().end());
   return all;
+}
+
+std::optional<LandmarkMap> InertialSession::landmark_map() const {
+  if (!slam_ || settings_.recognise != Recognise::kAppearance) return earlier_map_;
+  LandmarkMap map = slam_->landmark_map();
+  if (map.points.empty() && earlier_map_) return earlier_map_;
+  map.sessions.back().begin = first_time_.value_or(map.sessions.back().end);
+  return map;
+}
+
+PlaceCounts InertialSession::place_counts() const {
+  PlaceCounts counts = earlier_place_counts_;
+  if (!slam_) return counts;
+  const PlaceCounts& own = slam_->place_counts();
+  counts.searches += own.searches;
+  counts.proposed += own.proposed;
+  counts.refused += own.refused;
+  if (own.placed) counts.placed = own.placed;
+  return counts;
 }
 
 ImuBuffer::Counts InertialSession::imu_counts() const {

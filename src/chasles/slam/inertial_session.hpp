@@ -53,7 +53,8 @@ class InertialSession {
 
   /// Throws UsageError for settings that cannot be used.
   InertialSession(const InertialSlamSettings& filter, const InitialiserSettings& start,
-                  InertialSensors sensors, std::optional<InertialStart> given = std::nullopt);
+                  InertialSensors sensors, std::optional<InertialStart> given = std::nullopt,
+                  std::shared_ptr<const LandmarkMap> prior = nullptr);
 
   /// Called for every frame that the filter takes, with the outcomes of its observations, before
   /// its estimate is returned.
@@ -80,6 +81,10 @@ class InertialSession {
   std::vector<Closure> closures() const;
   /// As InertialSlam::known_as, of all parts.
   std::map<LandmarkId, LandmarkId> known_as() const;
+  /// What another run can recognise (InertialSlam::landmark_map) of the present part of the run, or
+  /// of the last one where there is none; without sessions[].name. None before a start.
+  std::optional<LandmarkMap> landmark_map() const;
+  PlaceCounts place_counts() const;  ///< in the prior map, of all parts; `placed` of the last one
   ImuBuffer::Counts imu_counts() const;
   TimedMeasurementCounts timed_counts() const;
   Eigen::Vector3d gyroscope_bias() const;  ///< zero before the start [rad/s]
@@ -112,6 +117,7 @@ class InertialSession {
   std::unique_ptr<InertialSlam> slam_;
   std::unique_ptr<Initialiser> initialiser_;
   std::optional<InertialStart> given_;
+  std::shared_ptr<const LandmarkMap> prior_;
   std::vector<TimedMeasurement> timed_;  ///< as samples_
   std::deque<ImuSample> samples_;        ///< since the oldest frame that the run may start with
   std::deque<FeatureFrame> frames_;
@@ -125,6 +131,9 @@ class InertialSession {
   Past::Estimates earlier_;
   std::vector<Closure> earlier_closures_;
   std::map<LandmarkId, LandmarkId> earlier_known_as_;
+  std::optional<LandmarkMap> earlier_map_;
+  PlaceCounts earlier_place_counts_;
+  std::optional<Time> first_time_;  ///< of the first estimate
   ImuBuffer::Counts earlier_counts_;
   TimedMeasurementCounts earlier_timed_counts_;
   int resets_ = 0, dropped_frames_ = 0;

@@ -98,7 +98,7 @@ std::optional<RecentTracks> recent_tracks(const InertialSlamSettings& s) {
 
 InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
                            const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
-                           const InertialStart& start)
+                           const InertialStart& start, std::shared_ptr<const LandmarkMap> prior)
     : settings_(validated(settings)),
       cameras_(std::move(cameras)),
       pixel_sigma_(pixel_sigma),
@@ -112,6 +112,8 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       recent_tracks_(recent_tracks(settings_)),
       choice_(settings_.recognisable) {
   note_prediction();
+  if (prior && settings_.recognise == Recognise::kAppearance)
+    prior_ = Prior{.map = std::move(prior)};
   if (settings.zupt_velocity_sigma > 0) {
     standstill_.emplace(noise, cameras_.size(), pixel_sigma);
   }
@@ -167,6 +169,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   if (settings_.keeps_exact_map()) {
     filter_.remember_pose(e.time, e.world_T_imu, work_.nav.derivative.topRows<6>());
   }
+  e.in_map = pose_in_map(now);
   judge(e);
   return e;
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <map>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/imu/imu_buffer.hpp>
+#include <chasles/map/landmark_map.hpp>
 #include <chasles/recognise/appearance.hpp>
 #include <chasles/recognise/joint_compatibility.hpp>
 #include <chasles/recognise/spatial_choice.hpp>
@@ -33,10 +35,11 @@ namespace chasles {
 /// update of its clones.
 class InertialSlam {
  public:
-  /// Throws UsageError for settings that cannot be used.
+  /// Throws UsageError for settings that cannot be used. `prior`: a map in which the run finds its
+  /// place, with Recognise::kAppearance.
   InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
                const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
-               const InertialStart& start);
+               const InertialStart& start, std::shared_ptr<const LandmarkMap> prior = nullptr);
 
   void process(const ImuSample& sample) {
     if (imu_.add(sample) && standstill_) standstill_->add(sample);
@@ -66,6 +69,12 @@ class InertialSlam {
   const std::vector<Closure>& closures() const { return closures_; }
   /// The landmarks of the tracks that were recognised: (id of the track, id of the landmark).
   const std::map<LandmarkId, LandmarkId>& known_as() const { return known_as_; }
+  /// What another run can recognise, with Recognise::kAppearance: in the frame of the prior map if
+  /// the run has found its place in it, else in nav. Without sessions[].name.
+  LandmarkMap landmark_map() const;
+  /// Where the prior map lies in nav; none before the run has found its place.
+  std::optional<SE3> nav_T_map() const;
+  const PlaceCounts& place_counts() const { return place_counts_; }
   int timed_waiting() const { return static_cast<int>(timed_.size()); }
 
  private:
@@ -129,6 +138,8 @@ class InertialSlam {
                      const std::vector<const PixelObservation*>& observations);
   void revive_ids(const std::vector<const PixelObservation*>& observations);
   void revive(std::vector<int> numbers);
+  /// A landmark that was observed so often is a point, and remains one.
+  static constexpr int kLeastObservations = 10;
   /// A past landmark that may return.
   struct Dormant {
     int number = 0;                                   ///< in Ekf::past()
@@ -152,12 +163,35 @@ class InertialSlam {
     Eigen::VectorXd r;
     Eigen::MatrixXd S;
   };
+  using DormantLandmarks = std::map<LandmarkId, Dormant>;
+  /// Landmarks in nav, in the order of the candidates, with their joint covariance P and C, that
+  /// with the errors of the state.
+  struct KnownLandmarks {
+    std::vector<Landmark> landmarks;
+    Eigen::MatrixXd C, P;
+  };
+  /// A map in which the run has not yet found its place, and where it may lie.
+  struct Prior {
+    std::shared_ptr<const LandmarkMap> map;
+    std::optional<SE3> nav_T_map = {};  ///< proposed
+    DormantLandmarks points = {};       ///< at that place; the number is the index in the map
+    int failures = 0;                   ///< searches that did not confirm the place
+  };
   bool recognise(const FeatureFrame& frame,
                  const std::vector<const PixelObservation*>& observations);
+  bool recognise_among(DormantLandmarks& past, const std::vector<SeenLandmark>& seen);
+  bool find_place_in_map(const std::vector<SeenLandmark>& seen);
+  void propose_place(const std::vector<SeenLandmark>& seen);
+  void place_map();
+  KnownLandmarks known_landmarks(const std::vector<Candidate>& candidates) const;
+  KnownLandmarks known_points(const std::vector<Candidate>& candidates) const;
+  std::optional<PoseInMap> pose_in_map(const NavState& now) const;
   std::vector<SeenLandmark> look(const GrayImage& image,
                                  const std::vector<const PixelObservation*>& observations);
-  std::vector<Candidate> similar_landmarks(const std::vector<SeenLandmark>& seen);
-  Comparison compare(std::vector<Candidate>& candidates, const std::vector<SeenLandmark>& seen);
+  std::vector<Candidate> similar_landmarks(DormantLandmarks& past,
+                                           const std::vector<SeenLandmark>& seen);
+  Comparison compare(std::vector<Candidate>& candidates, const KnownLandmarks& known,
+                     const std::vector<SeenLandmark>& seen) const;
   std::vector<int> accepted_matches(const Comparison& comparison,
                                     const std::vector<Candidate>& candidates,
                                     const std::vector<SeenLandmark>& seen);
@@ -166,7 +200,7 @@ class InertialSlam {
                                      const std::vector<SeenLandmark>& seen);
   void note_change(const SE3& before, const SE3& after);
   void close_loop(const Comparison& comparison, const std::vector<int>& accepted,
-                  const std::vector<Candidate>& candidates, const std::vector<SeenLandmark>& seen);
+                  std::vector<Candidate>& candidates, const std::vector<SeenLandmark>& seen);
   void remove_unused_clones();
   void let_points_drift(Time since);
   void compose_when_due();
@@ -206,7 +240,11 @@ class InertialSlam {
     int matches = 0;        ///< used, in the cameras after the first
   };
   std::vector<Last> last_;  ///< of the landmarks of the state, in the same order
-  std::map<LandmarkId, Dormant> dormant_;
+  DormantLandmarks dormant_;
+  std::optional<Prior> prior_;  ///< until the run has found its place in it
+  std::shared_ptr<const LandmarkMap> placed_map_;
+  std::optional<int> map_frame_;  ///< of the placed map, in Ekf::past()
+  PlaceCounts place_counts_;
   std::optional<Time> searched_;                  ///< when landmarks were last looked for
   std::map<LandmarkId, Appearance> appearances_;  ///< of landmarks in the state
   std::map<LandmarkId, LandmarkId> known_as_;     ///< tracks of recognised landmarks

@@ -20,8 +20,6 @@ using Eigen::VectorXd;
 // Every return composes the past, so landmarks are looked for now and then, several at a time.
 constexpr Time kInterval = std::chrono::milliseconds(300);
 constexpr Time kIdsInterval = std::chrono::milliseconds(500);
-// A landmark that was observed so often is a point, and remains one.
-constexpr int kLeastObservations = 10;
 constexpr double kKnownDepth = 0.2;  // relative sigma, for the size of a patch
 // Of 256 comparisons, 128 differ by chance.
 constexpr int kSimilar = 50;
@@ -72,10 +70,10 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
       dormant.p_nav = x.nav_T_world ? *x.nav_T_world * p_world : p_world;
       if (!appearance.empty()) dormant.appearance = std::move(appearance.mapped());
       const double distance = (dormant.p_nav - nav_T_camera(0).p).norm();
-      returns = returns && !dormant.appearance.empty() &&
-                landmark.observations >= kLeastObservations &&
-                choice_.choose(landmark.id, dormant.p_nav, distance,
-                               dormant.appearance.views().front().from);
+      returns =
+          returns && !dormant.appearance.empty() && landmark.observations >= kLeastObservations &&
+          (landmark.id >= kFirstMapId || choice_.choose(landmark.id, dormant.p_nav, distance,
+                                                        dormant.appearance.views().front().from));
     }
     if (returns) {
       dormant_[landmark.id] = std::move(dormant);
@@ -138,20 +136,29 @@ bool InertialSlam::recognise(const FeatureFrame& frame,
   if (!has_image || (searched_ && now_ - *searched_ < kInterval)) return false;
   searched_ = now_;
   const std::vector<SeenLandmark> seen = look(frame.images->images.front(), observations);
-  std::vector<Candidate> candidates = similar_landmarks(seen);
-  bool found = false;
-  if (candidates.size() >= kLeastMatches) {
-    const Comparison comparison = compare(candidates, seen);
-    const std::vector<int> accepted = accepted_matches(comparison, candidates, seen);
-    found = !accepted.empty();
-    if (found) close_loop(comparison, accepted, candidates, seen);
-  } else {
-    compatible_.clear();
-  }
+  bool found = prior_ && find_place_in_map(seen);
+  if (!found && !(prior_ && prior_->nav_T_map)) found = recognise_among(dormant_, seen);
   for (const SeenLandmark& s : seen) {
     if (!known_as_.contains(s.id)) appearances_[s.id].add(s.view);
   }
   return found;
+}
+
+// Whether some of these past landmarks have returned.
+bool InertialSlam::recognise_among(DormantLandmarks& past, const std::vector<SeenLandmark>& seen) {
+  std::vector<Candidate> candidates = similar_landmarks(past, seen);
+  if (candidates.size() < kLeastMatches) {
+    compatible_.clear();
+    return false;
+  }
+  const bool placed = &past == &dormant_;
+  const Comparison comparison =
+      compare(candidates, placed ? known_landmarks(candidates) : known_points(candidates), seen);
+  const std::vector<int> accepted = accepted_matches(comparison, candidates, seen);
+  if (accepted.empty()) return false;
+  if (!placed) place_map();
+  close_loop(comparison, accepted, candidates, seen);
+  return true;
 }
 
 // The landmarks of the state as they look now, with known depth.
@@ -196,12 +203,12 @@ std::vector<InertialSlam::SeenLandmark> InertialSlam::look(
 // Past landmarks that may be in view and look like a landmark of the state, in the order of their
 // numbers.
 std::vector<InertialSlam::Candidate> InertialSlam::similar_landmarks(
-    const std::vector<SeenLandmark>& seen) {
+    DormantLandmarks& past, const std::vector<SeenLandmark>& seen) {
   const SE3 nav_T_cam = nav_T_camera(0), cam_T_nav = nav_T_cam.inverse();
   const Camera& camera = cameras_.front();
   const double reach = kReach * camera.width;
   std::vector<Candidate> candidates;
-  for (auto& [id, dormant] : dormant_) {
+  for (auto& [id, dormant] : past) {
     const auto expected = view_patches(camera, nav_T_cam.R, cam_T_nav * dormant.p_nav);
     if (!expected || !in_image(camera, expected->patches.front().centre, -reach) ||
         !dormant.appearance.may_look_like(expected->view)) {
@@ -226,22 +233,32 @@ std::vector<InertialSlam::Candidate> InertialSlam::similar_landmarks(
   return candidates;
 }
 
-// The innovations of all similar pairs and their joint covariance without pixel noise, with
-// all that is known now about the past landmarks.
-InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidates,
-                                               const std::vector<SeenLandmark>& seen) {
+// All that is known now about past landmarks.
+InertialSlam::KnownLandmarks InertialSlam::known_landmarks(
+    const std::vector<Candidate>& candidates) const {
   std::vector<int> numbers;
   for (const Candidate& c : candidates) numbers.push_back(c.dormant->number);
-  const Carried past = filter_.recall(numbers);
-  const Index n = filter_.covariance().rows(), k = past.rows();
+  Carried past = filter_.recall(numbers);
+  KnownLandmarks known{.landmarks = {}, .C = std::move(past.C), .P = std::move(past.P)};
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    known.landmarks.push_back(filter_.past().landmark(numbers[i]));
+    known.landmarks.back().p_world += past.correction.segment<3>(3 * static_cast<Index>(i));
+  }
+  return known;
+}
+
+// The innovations of all similar pairs and their joint covariance without pixel noise.
+InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidates,
+                                               const KnownLandmarks& known,
+                                               const std::vector<SeenLandmark>& seen) const {
+  const Index n = filter_.covariance().rows(), k = known.P.rows();
   // A state in which the past landmarks follow the filter's own errors.
   State x = filter_.state();
   x.landmarks.clear();
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     const Index at = 3 * static_cast<Index>(i);
-    Landmark landmark = filter_.past().landmark(numbers[i]);
+    Landmark landmark = known.landmarks[i];
     landmark.row = static_cast<int>(n + at);
-    landmark.p_world += past.correction.segment<3>(at);
     candidates[i].dormant->p_nav = landmark.p_world;
     if (x.nav_T_world) landmark.p_world = x.nav_T_world->inverse() * landmark.p_world;
     x.landmarks.push_back(landmark);
@@ -279,7 +296,7 @@ InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidate
     rows.middleCols<3>(x.nav_row() + 3) -= by_nav;
   }
   MatrixXd P(n + k, n + k);
-  P << filter_.covariance(), past.C.transpose(), past.C, past.P;
+  P << filter_.covariance(), known.C.transpose(), known.C, known.P;
   result.S = dense::product(H, dense::product(P, H.transpose()));
   return result;
 }
@@ -331,13 +348,13 @@ std::vector<int> InertialSlam::confirmed_matches(const std::vector<int>& joint,
 
 // The landmark of the state is the past one: it gives way, and its track continues as the past one.
 void InertialSlam::close_loop(const Comparison& comparison, const std::vector<int>& accepted,
-                              const std::vector<Candidate>& candidates,
+                              std::vector<Candidate>& candidates,
                               const std::vector<SeenLandmark>& seen) {
   std::vector<int> numbers, gone;
   for (const int i : accepted) {
     const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
     const SeenLandmark& s = seen[static_cast<std::size_t>(match.observation)];
-    const Candidate& old = candidates[static_cast<std::size_t>(match.landmark)];
+    Candidate& old = candidates[static_cast<std::size_t>(match.landmark)];
     for (auto& [track, landmark] : known_as_) {
       if (landmark == s.id) landmark = old.id;
     }

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/camera/feature_frame.hpp>
+#include <chasles/filter/past.hpp>
+#include <chasles/map/joint_covariance.hpp>
+#include <chasles/recognise/appearance.hpp>
+#include <chasles/time.hpp>
+
+namespace chasles {
+
+/// A landmark of a map, as it is recognised.
+struct MapPoint {
+  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();  ///< [m]
+  int session = 0;                                  ///< that began it
+  int observations = 0;                             ///< used, including the first
+  Appearance appearance = {};
+};
+
+/// A run that contributed to a map.
+struct MapSession {
+  std::string name;             ///< of the recording
+  Time begin{}, end{};          ///< of its estimates
+  std::vector<Camera> cameras;  ///< with the calibration that the run had at its end
+};
+
+/// Landmarks with their appearance and their joint covariance: what a run leaves for another one.
+/// The frame is that of the first session's run, with the z axis up; nothing in it is uncertain.
+struct LandmarkMap {
+  std::vector<MapSession> sessions;
+  std::vector<MapPoint> points;
+  JointCovariance covariance;
+};
+
+/// Ids of a map's landmarks in a run begin here: its own tracks have smaller ones.
+inline constexpr LandmarkId kFirstMapId = 1'000'000'000;
+
+/// Some points of a map in the world of a run, with the frame of the map at world_T_map. Sigmas of
+/// its heading [rad] and of its position [m]. The ids are kFirstMapId + index.
+PriorMap placed(const LandmarkMap& map, std::span<const int> points, const SE3& world_T_map,
+                double heading_sigma, double position_sigma);
+
+/// At most so many points: where there are more, those that cover the space that was seen.
+LandmarkMap thinned(const LandmarkMap& map, int most);
+
+}  // namespace chasles
