@@ -154,13 +154,11 @@ class Ekf {
   /// Landmarks from elsewhere become past landmarks, which can return. Returns the number of the
   /// map's frame in past(); those of the landmarks follow. Throws UsageError without past.recalls,
   /// and for a covariance that does not fit.
-  int add_past(const PriorMap& prior);
+  int add_past(PriorMap prior);
 
-  /// The frame of a prior map, past landmarks that can return (numbers of past(), rising) and
-  /// landmarks of the state (indices, rising), in the axes of the filter's map, with all that is
-  /// known now. Without `frame` the covariance has no rows for it.
-  PriorMap joint_map(std::optional<int> frame, std::span<const int> numbers,
-                     std::span<const int> indices) const;
+  /// What recall() gives, and the landmarks of the state (indices) in the axes of the map after
+  /// them: items with the number -1, whose corrections are their positions.
+  Carried recall(std::span<const int> numbers, std::span<const int> landmarks) const;
 
   /// These past landmarks (numbers of past()) do not return: the return of others costs less.
   void forget(std::span<const int> numbers);
@@ -221,6 +219,7 @@ class Ekf {
   Eigen::Matrix<double, 3, Eigen::Dynamic> derivative_in_map_axes(const Landmark& landmark) const;
   void to_map_axes(Landmark& landmark);
   void to_world_axes(Landmark& landmark);
+  void add_dense(const PriorMap& prior);
   void leave(std::span<const int> indices);
   void end_segment_when_due();
   void move_to_present_mean(const Eigen::Vector3d& as_it_left, const Landmark& landmark,

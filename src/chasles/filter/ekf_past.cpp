@@ -118,9 +118,10 @@ void Ekf::end_segment_when_due() {
 
 Carried Ekf::recall(std::span<const int> numbers) const {
   const std::vector<int> list(numbers.begin(), numbers.end());
-  Carried past = past_.recall(list);
-  carry(past, latest_.segment(), list);
-  return past;
+  const std::vector<int> sources = past_.sources(list);
+  Carried past = past_.recall(sources);
+  carry(past, latest_.segment(), sources);
+  return past_.derived(past, list);
 }
 
 void Ekf::forget(std::span<const int> numbers) {
@@ -232,74 +233,78 @@ MapLandmark Ekf::in_map_axes(const Landmark& landmark) const {
   return result;
 }
 
-int Ekf::add_past(const PriorMap& prior) {
-  if (options_.map != Map::kPast || !options_.past.recalls) {
+int Ekf::add_past(PriorMap prior) {
+  if (!has_past() || !options_.past.recalls) {
     throw UsageError("a prior map needs a filter with Map::kPast and past.recalls");
   }
-  const Index own = 6 + 3 * static_cast<Index>(prior.landmarks.size());
-  if (prior.covariance.rows() != own || prior.covariance.cols() != own) {
-    throw UsageError("the covariance of a prior map has 6 rows, and 3 for each landmark");
+  const auto landmarks = static_cast<Index>(prior.landmarks.size());
+  if (prior.shared.rows() != 6 + 3 * landmarks || prior.own.size() != prior.landmarks.size()) {
+    throw UsageError("a prior map has six rows of shared errors, and three for each landmark");
   }
-  const Index n = covariance_.size();
+  const Index n = covariance_.size(), r = prior.shared.cols();
+  if (options_.map == Map::kDense) {
+    add_dense(prior);
+    return past_.add(std::move(prior), true);
+  }
   past_.append(latest_.segment());
-  const int frame = past_.add(prior);
+  const int frame = past_.add(std::move(prior));
   Segment segment{.starts = n,
-                  .items = {{.number = frame, .size = 6}},
-                  .X = MatrixXd::Identity(n, n + own),
-                  .G = MatrixXd::Zero(n + own, n + own),
-                  .g = VectorXd::Zero(n + own)};
-  for (int i = 1; i <= static_cast<int>(prior.landmarks.size()); ++i) {
-    segment.items.push_back({.number = frame + i, .size = 3});
-  }
-  segment.G.bottomRightCorner(own, own) = prior.covariance;
+                  .items = {{.number = frame, .size = static_cast<int>(r)}},
+                  .X = MatrixXd::Identity(n, n + r),
+                  .G = MatrixXd::Zero(n + r, n + r),
+                  .g = VectorXd::Zero(n + r)};
+  segment.G.bottomRightCorner(r, r).setIdentity();
   past_.append(std::move(segment));
   latest_.begin(n);
   return frame;
 }
 
-PriorMap Ekf::joint_map(std::optional<int> frame, std::span<const int> numbers,
-                        std::span<const int> indices) const {
-  std::vector<int> list(numbers.begin(), numbers.end());
-  if (frame) list.insert(std::ranges::lower_bound(list, *frame), *frame);
-  const Carried past = recall(list);
-  PriorMap result;
-  std::vector<Index> order, of_landmarks;  // the frame's rows first
-  Index at = 0;
-  for (const Segment::Item& item : past.items) {
-    const bool is_frame = frame && item.number == *frame;
-    if (is_frame) {
-      const Vector6d correction = past.correction.segment<6>(at);
-      result.map_T_prior = corrected({.map_T_imu = past_.frame(*frame)}, correction, {}).map_T_imu;
-    } else {
-      Landmark landmark = past_.landmark(item.number);
-      landmark.p_world += past.correction.segment<3>(at);
-      result.landmarks.push_back(landmark);
-    }
-    for (int i = 0; i < item.size; ++i) (is_frame ? order : of_landmarks).push_back(at + i);
-    at += item.size;
+// All landmarks as items.
+void Ekf::add_dense(const PriorMap& prior) {
+  const Index n = covariance_.size(), r = prior.shared.cols();
+  const int frame = past_.states();
+  MatrixXd all(r + prior.shared.rows() - 6, r);
+  all << MatrixXd::Identity(r, r), prior.shared.bottomRows(prior.shared.rows() - 6);
+  const Index first = latest_.variables();
+  const auto add = [&](int number, int size, Index row, const MatrixXd& own) {
+    const MatrixXd A = all.middleRows(row, size);
+    MatrixXd with_variables = MatrixXd::Zero(latest_.variables(), size);
+    with_variables.bottomRows(latest_.variables() - first) = all.topRows(row) * A.transpose();
+    latest_.add_item({.number = number, .size = size}, MatrixXd::Zero(size, n),
+                     A * A.transpose() + own, with_variables);
+  };
+  add(frame, static_cast<int>(r), 0, MatrixXd::Zero(r, r));
+  for (std::size_t i = 0; i < prior.landmarks.size(); ++i) {
+    const auto index = static_cast<int>(i);
+    add(frame + 1 + index, 3, r + 3 * index, prior.own[i]);
   }
-  order.insert(order.end(), of_landmarks.begin(), of_landmarks.end());
-  const Index n = covariance_.size(), k = at, m = 3 * static_cast<Index>(indices.size());
+}
+
+Carried Ekf::recall(std::span<const int> numbers, std::span<const int> landmarks) const {
+  Carried result = recall(numbers);
+  const Index n = covariance_.size(), k = result.rows(),
+              m = 3 * static_cast<Index>(landmarks.size());
+  if (k == 0) result.C.resize(0, n);
   MatrixXd d(m, n);
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    Landmark landmark = state_.landmarks[static_cast<std::size_t>(indices[i])];
-    d.middleRows<3>(3 * static_cast<Index>(i)) = derivative_in_map_axes(landmark);
-    landmark.p_world = state_.p_world(landmark);
-    if (state_.nav_T_world) landmark.p_world = *state_.nav_T_world * landmark.p_world;
-    landmark.anchor.reset();
-    result.landmarks.push_back(landmark);
+  VectorXd correction(k + m);
+  correction.head(k) = result.correction;
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const Landmark& landmark = state_.landmarks[static_cast<std::size_t>(landmarks[i])];
+    const Index at = 3 * static_cast<Index>(i);
+    d.middleRows<3>(at) = derivative_in_map_axes(landmark);
+    const Vector3d p_world = state_.p_world(landmark);
+    correction.segment<3>(k + at) = state_.nav_T_world ? *state_.nav_T_world * p_world : p_world;
+    result.items.push_back({.number = -1, .size = 3});
   }
-  result.covariance.resize(k + m, k + m);
-  result.covariance.topLeftCorner(k, k) = past.P(order, order);
-  if (m > 0) {
-    const MatrixXd d_transposed = d.transpose();
-    if (k > 0) {
-      result.covariance.topRightCorner(k, m) = past.C(order, Eigen::all) * d_transposed;
-      result.covariance.bottomLeftCorner(m, k) = result.covariance.topRightCorner(k, m).transpose();
-    }
-    result.covariance.bottomRightCorner(m, m) =
-        dense::product(d, dense::product(MatrixXd(covariance_.all()), d_transposed));
-  }
+  const MatrixXd P_all = covariance_.all(), d_transposed = d.transpose();
+  MatrixXd C(k + m, n), P(k + m, k + m);
+  C << result.C, dense::product(d, P_all);
+  P.topLeftCorner(k, k) = result.P;
+  P.rightCols(m) = dense::product(C, d_transposed);
+  P.bottomLeftCorner(m, k) = P.topRightCorner(k, m).transpose();
+  result.C = std::move(C);
+  result.P = std::move(P);
+  result.correction = std::move(correction);
   return result;
 }
 

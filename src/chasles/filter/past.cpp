@@ -1,13 +1,18 @@
 #include <algorithm>
+#include <map>
 #include <set>
 #include <utility>
 
+#include <chasles/filter/dense.hpp>
 #include <chasles/filter/fixed_interval.hpp>
 #include <chasles/filter/past.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/overloaded.hpp>
 
 namespace chasles {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
 
 PastPose corrected(PastPose pose, const Vector6d& correction, const Matrix6d& covariance) {
   pose.map_T_imu.R = so3::exp(correction.head<3>()) * pose.map_T_imu.R;
@@ -27,19 +32,29 @@ int Past::add(Time time, const SE3& map_T_imu) {
   return static_cast<int>(states_.size()) - 1;
 }
 
-int Past::add(const PriorMap& prior) {
-  states_.emplace_back(Frame{.map_T_prior = prior.map_T_prior});
-  const int number = static_cast<int>(states_.size()) - 1;
-  for (const Landmark& landmark : prior.landmarks) add(landmark);
-  return number;
+int Past::add(PriorMap prior, bool are_items) {
+  const std::vector<Landmark> landmarks = prior.landmarks;
+  const int frame = states();
+  states_.emplace_back(std::move(prior));
+  for (const Landmark& landmark : landmarks) {
+    states_.emplace_back(PastLandmark{.landmark = landmark,
+                                      .frame = are_items ? std::nullopt : std::optional(frame)});
+    ++landmarks_;
+  }
+  return frame;
 }
 
-const SE3& Past::frame(int number) const {
-  return std::get<Frame>(states_[static_cast<std::size_t>(number)]).map_T_prior;
+const PriorMap& Past::prior(int frame) const {
+  return std::get<PriorMap>(states_[static_cast<std::size_t>(frame)]);
 }
 
 bool Past::is_frame(int number) const {
-  return std::holds_alternative<Frame>(states_[static_cast<std::size_t>(number)]);
+  return std::holds_alternative<PriorMap>(states_[static_cast<std::size_t>(number)]);
+}
+
+std::optional<int> Past::frame_of(int number) const {
+  const PastLandmark* landmark = past_landmark(number);
+  return landmark == nullptr ? std::nullopt : landmark->frame;
 }
 
 const Landmark& Past::landmark(int number) const {
@@ -87,9 +102,82 @@ void Past::append(Segment segment) {
   revived_.clear();
 }
 
-Carried Past::recall(const std::vector<int>& numbers) const { return chain_.recall(numbers); }
+std::vector<int> Past::sources(const std::vector<int>& numbers) const {
+  std::set<int> sources;
+  for (const int number : numbers) sources.insert(frame_of(number).value_or(number));
+  return {sources.begin(), sources.end()};
+}
+
+Carried Past::recall(const std::vector<int>& sources) const { return chain_.recall(sources); }
+
+Carried Past::derived(const Carried& sources, const std::vector<int>& numbers) const {
+  const bool same = std::ranges::equal(sources.items, numbers, {}, &Segment::Item::number);
+  if (same) return sources;
+  Index rows = 0;
+  Carried result;
+  for (const int number : numbers) {
+    const auto source = std::ranges::find(sources.items, number, &Segment::Item::number);
+    const int size = frame_of(number) ? 3 : source->size;
+    result.items.push_back({.number = number, .size = size});
+    rows += size;
+  }
+  MatrixXd A = MatrixXd::Zero(rows, sources.rows()), own = MatrixXd::Zero(rows, rows);
+  Index at = 0;
+  for (const Segment::Item& item : result.items) {
+    const auto frame = frame_of(item.number);
+    Index column = 0;
+    for (const Segment::Item& source : sources.items) {
+      if (source.number == frame.value_or(item.number)) {
+        auto block = A.block(at, column, item.size, source.size);
+        if (frame) {
+          const DerivedItem derived = derived_item(*frame, item.number);
+          block = derived.by_source;
+          own.block<3, 3>(at, at) = derived.own;
+        } else {
+          block.setIdentity();
+        }
+      }
+      column += source.size;
+    }
+    at += item.size;
+  }
+  const MatrixXd A_transposed = A.transpose();
+  result.C = dense::product(A, sources.C);
+  result.P = dense::product(A, dense::product(sources.P, A_transposed)) + own;
+  result.correction = A * sources.correction;
+  return result;
+}
+
+DerivedItem Past::derived_item(int frame, int number) const {
+  const PriorMap& map = prior(frame);
+  const int index = number - frame - 1;
+  return {.item = {.number = number, .size = 3},
+          .by_source = map.shared.middleRows<3>(6 + 3 * index),
+          .own = map.own[static_cast<std::size_t>(index)]};
+}
+
+// Landmarks of prior maps that return for the first time: items of their own from now on.
+void Past::make_items(const std::vector<int>& numbers) {
+  std::map<int, std::vector<DerivedItem>> by_frame;
+  for (const int number : numbers) {
+    if (const auto frame = frame_of(number)) {
+      by_frame[*frame].push_back(derived_item(*frame, number));
+      std::get<PastLandmark>(states_[static_cast<std::size_t>(number)]).frame.reset();
+    }
+  }
+  for (const auto& [frame, derived] : by_frame) {
+    chain_.derive(frame, derived);
+    for (Recorded& record : records_) {
+      if (record.segment.place(frame) < 0) continue;
+      recorded_bytes_ -= record.segment.bytes();
+      record.segment = with_derived(record.segment, frame, derived);
+      recorded_bytes_ += record.segment.bytes();
+    }
+  }
+}
 
 Carried Past::revive(const std::vector<int>& numbers) {
+  make_items(numbers);
   Carried revived =
       chain_.revive(numbers, [&](int number) { return can_return(number) || is_frame(number); });
   note_returned(numbers);
@@ -132,8 +220,25 @@ void Past::append_estimates(std::span<const SmoothedState> smoothed, Estimates& 
                    [&](const PastPose& pose) {
                      estimates.poses.push_back(corrected(pose, one.correction, one.covariance));
                    },
-                   [](const Frame&) {}},
+                   [&](const PriorMap& map) { append_prior(one, map, estimates); }},
         states_[static_cast<std::size_t>(one.number)]);
+  }
+}
+
+// The landmarks of a prior map that have never returned.
+void Past::append_prior(const SmoothedState& shared, const PriorMap& map,
+                        Estimates& estimates) const {
+  for (std::size_t i = 0; i < map.landmarks.size(); ++i) {
+    const int number = shared.number + 1 + static_cast<int>(i);
+    if (!frame_of(number)) continue;
+    const DerivedItem derived = derived_item(shared.number, number);
+    const Landmark& landmark = map.landmarks[i];
+    const MatrixXd& A = derived.by_source;
+    estimates.landmarks.push_back(
+        {.id = landmark.id,
+         .p_world = landmark.p_world + A * shared.correction,
+         .covariance = A * shared.covariance * A.transpose() + derived.own,
+         .observations = landmark.observations});
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <variant>
 #include <vector>
@@ -30,12 +31,14 @@ struct MapLandmark {
   int observations = 0;                                  ///< used, including the first
 };
 
-/// Landmarks that are known from elsewhere, with the frame of their map: independent of a filter.
+/// Landmarks that are known from elsewhere, and the frame of their map, independent of a filter.
+/// The errors of the frame [rotation; position] and of the landmarks are linear functions of some
+/// shared errors x of covariance I; each landmark has an independent error of its own too.
 struct PriorMap {
-  SE3 map_T_prior;                  ///< the frame, in the axes of the filter's map
-  std::vector<Landmark> landmarks;  ///< Cartesian, in the axes of the filter's map
-  /// Of the errors of the frame [rotation; position] and of the landmarks (3 each).
-  Eigen::MatrixXd covariance;
+  SE3 map_T_prior;                   ///< the frame, in the axes of the filter's map
+  std::vector<Landmark> landmarks;   ///< Cartesian, in the axes of the filter's map
+  Eigen::MatrixXd shared;            ///< by x: six rows of the frame, then three a landmark
+  std::vector<Eigen::Matrix3d> own;  ///< covariances of the landmarks' own errors
 };
 
 /// The states that have left a filter: landmarks, and poses of its path. Their estimates given all
@@ -57,8 +60,10 @@ class Past {
   /// A state leaves the filter. Returns its number; numbers rise from 0.
   int add(const Landmark& landmark);  ///< Cartesian, in the map's axes
   int add(Time time, const SE3& map_T_imu);
-  /// States that were never in the filter: the frame of a prior map, then its landmarks.
-  int add(const PriorMap& prior);
+  /// States that were never in the filter. Returns the number of the frame, which stands for the
+  /// shared errors; those of the landmarks follow. The landmarks become items of the segments when
+  /// they return, or are already.
+  int add(PriorMap prior, bool are_items = false);
 
   /// This landmark does not return: recall() and revive() cost less with fewer that can.
   void forget(int number);
@@ -66,8 +71,13 @@ class Past {
   /// The filter's run since the last segment.
   void append(Segment segment);
 
-  /// These landmarks, with all that has been measured until the end of the last segment.
-  Carried recall(const std::vector<int>& numbers) const;
+  /// The states from which these follow: a landmark of a prior map that has not yet returned
+  /// follows from the shared errors of the map.
+  std::vector<int> sources(const std::vector<int>& numbers) const;
+  /// Sources, with all that has been measured until the end of the last segment.
+  Carried recall(const std::vector<int>& sources) const;
+  /// The states that follow from sources.
+  Carried derived(const Carried& sources, const std::vector<int>& numbers) const;
   /// The same, and they are states of the filter from now on: the last rows of the next segment's
   /// starts, in this order.
   Carried revive(const std::vector<int>& numbers);
@@ -82,8 +92,8 @@ class Past {
   Estimates estimates(const Segment& latest) const;
 
   bool can_return(int number) const;
-  /// The frame of a prior map, as it was added.
-  const SE3& frame(int number) const;
+  /// A prior map, as it was added, by the number of its frame.
+  const PriorMap& prior(int frame) const;
   /// A past landmark as it left.
   const Landmark& landmark(int number) const;
   int states() const { return static_cast<int>(states_.size()); }
@@ -95,9 +105,7 @@ class Past {
     Landmark landmark;
     bool may_return = true;
     bool has_returned = false;
-  };
-  struct Frame {
-    SE3 map_T_prior;
+    std::optional<int> frame = {};  ///< of the prior map from whose shared errors it follows
   };
   struct Recorded {
     Segment segment;
@@ -108,13 +116,17 @@ class Past {
   bool may_return(int number) const;
   bool is_frame(int number) const;
   Segment of_recalled(const Segment& segment) const;
+  std::optional<int> frame_of(int number) const;
+  void make_items(const std::vector<int>& numbers);
+  DerivedItem derived_item(int frame, int number) const;
+  void append_prior(const SmoothedState& shared, const PriorMap& map, Estimates& estimates) const;
   void give_up_older_half();
   std::vector<Stretch> recorded() const;
   void append_estimates(std::span<const SmoothedState> smoothed, Estimates& estimates) const;
 
   Options options_;
   Estimates final_;
-  std::vector<std::variant<PastLandmark, PastPose, Frame>> states_;
+  std::vector<std::variant<PastLandmark, PastPose, PriorMap>> states_;
   SegmentChain chain_;             ///< of landmarks and frames
   std::vector<Recorded> records_;  ///< all segments, with all states
   std::vector<int> revived_;       ///< since the last segment

@@ -75,6 +75,55 @@ Segment with_items(const Segment& segment, const std::vector<int>& numbers) {
   return result;
 }
 
+Segment with_derived(const Segment& segment, int source, const std::vector<DerivedItem>& derived) {
+  if (derived.empty()) return segment;
+  const Index q = segment.g.size(), from = segment.place(source);
+  const Index size = std::ranges::find(segment.items, source, &Segment::Item::number)->size;
+  Index k = 0;
+  for (const DerivedItem& one : derived) k += one.item.size;
+  MatrixXd A(k, size);
+  std::vector<Segment::Item> items = segment.items;
+  Index at = 0;
+  for (const DerivedItem& one : derived) {
+    A.middleRows(at, one.item.size) = one.by_source;
+    items.push_back(one.item);
+    at += one.item.size;
+  }
+  const MatrixXd A_transposed = A.transpose();
+  const MatrixXd with_others = dense::product(A, segment.G.middleRows(from, size));
+  MatrixXd X(segment.X.rows(), q + k), G(q + k, q + k);
+  VectorXd g(q + k);
+  X << segment.X, dense::product(segment.X.middleCols(from, size), A_transposed);
+  G << segment.G, with_others.transpose(), with_others,
+      symmetric(dense::product(with_others.middleCols(from, size), A_transposed));
+  g << segment.g, A * segment.g.segment(from, size);
+  at = q;
+  for (const DerivedItem& one : derived) {
+    G.block(at, at, one.item.size, one.item.size) += one.own;
+    at += one.item.size;
+  }
+  // By number.
+  std::vector<std::pair<Segment::Item, Index>> places;
+  at = segment.starts;
+  for (const Segment::Item& item : items) {
+    places.emplace_back(item, at);
+    at += item.size;
+  }
+  std::ranges::sort(places, {}, [](const auto& place) { return place.first.number; });
+  Segment result{
+      .starts = segment.starts, .items = {}, .X = {}, .G = {}, .g = {}, .length = segment.length};
+  Indices order;
+  append_rows(order, 0, segment.starts);
+  for (const auto& [item, first] : places) {
+    result.items.push_back(item);
+    append_rows(order, first, item.size);
+  }
+  result.X = X(Eigen::all, order);
+  result.G = G(order, order);
+  result.g = g(order);
+  return result;
+}
+
 void take_along(Segment& segment, const std::vector<int>& numbers) {
   if (numbers.empty()) return;
   Indices rows;

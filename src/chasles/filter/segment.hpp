@@ -47,6 +47,17 @@ Segment with_items(const Segment& segment, const std::vector<int>& numbers);
 /// Items become rows of the end too, in the order of the list: they have not left after all.
 void take_along(Segment& segment, const std::vector<int>& numbers);
 
+/// An item that is a linear function of another one of a segment, plus an error of its own, which
+/// is independent of all else.
+struct DerivedItem {
+  Segment::Item item;
+  Eigen::MatrixXd by_source;  ///< rows of the item x rows of the source
+  Eigen::MatrixXd own;        ///< covariance of its own error
+};
+
+/// The segment with such items too, in the order of their numbers.
+Segment with_derived(const Segment& segment, int source, const std::vector<DerivedItem>& derived);
+
 /// Past states as they are at the end of some segment: their covariance, that with the state, and
 /// the corrections of their means.
 struct Carried {

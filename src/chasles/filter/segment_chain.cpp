@@ -49,6 +49,12 @@ Carried SegmentChain::revive(const std::vector<int>& numbers, const Keeps& keeps
   return past;
 }
 
+void SegmentChain::derive(int source, const std::vector<DerivedItem>& derived) {
+  const auto has_source = [&](const Segment& segment) { return segment.place(source) >= 0; };
+  Segment& segment = *std::ranges::find_if(segments_, has_source);
+  segment = with_derived(segment, source, derived);
+}
+
 // The younger ones first: the oldest is the largest.
 Segment SegmentChain::composed(const Keeps& keeps) const {
   Segment all = segments_.back();

@@ -21,6 +21,8 @@ class SegmentChain {
   /// The same, and they are rows of the state at the end from now on, the last ones, in this order.
   /// As items they are no longer of use.
   Carried revive(const std::vector<int>& numbers, const Keeps& keeps);
+  /// Adds items that are derived from one of the past.
+  void derive(int source, const std::vector<DerivedItem>& derived);
 
   /// All of them as one, with the items for which `keeps` is true; there must be one.
   Segment composed(const Keeps& keeps) const;

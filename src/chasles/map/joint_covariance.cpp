@@ -17,7 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::Matrix3d;
 using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // B with B B^T = P of one point, and its inverse where P is regular.
 struct Root {
@@ -43,9 +42,9 @@ MatrixXd orthonormal(const MatrixXd& A) {
   return qr.householderQ() * MatrixXd::Identity(A.rows(), A.cols());
 }
 
-// The largest eigenvalues and vectors of a positive semidefinite K, from its products with random
-// vectors (Halko, Martinsson & Tropp, SIAM Review 2011, with one power iteration). What remains of
-// K is positive semidefinite but for rounding.
+// The largest eigenvalues of a positive semidefinite K, with vectors of that square length, from
+// its products with random vectors (Halko, Martinsson & Tropp, SIAM Review 2011, one power
+// iteration).
 MatrixXd largest_directions(const MatrixXd& K, int most) {
   constexpr int kMore = 8;
   const Index columns = std::min<Index>(K.rows(), most + kMore);
@@ -68,76 +67,111 @@ MatrixXd largest_directions(const MatrixXd& K, int most) {
   return U;
 }
 
-// Root mean square of what U U^T leaves of the correlations of different points.
-double remainder(const MatrixXd& K, const MatrixXd& U) {
-  const MatrixXd U_transposed = U.transpose();
-  MatrixXd left = K - dense::product(U, U_transposed);
-  for (Index i = 0; i < K.rows(); i += 3) left.block<3, 3>(i, i).setZero();
-  return std::sqrt(left.squaredNorm() / static_cast<double>(K.size()));
+// Every point in units of its own sigmas.
+class Scaled {
+ public:
+  explicit Scaled(const std::vector<Matrix3d>& blocks) {
+    for (const Matrix3d& block : blocks) roots_.push_back(root(block));
+  }
+  MatrixXd rows(const MatrixXd& A) const { return times(A, true); }
+  MatrixXd back(const MatrixXd& A) const { return times(A, false); }
+
+ private:
+  MatrixXd times(const MatrixXd& A, bool inverse) const {
+    MatrixXd result(A.rows(), A.cols());
+    for (std::size_t i = 0; i < roots_.size(); ++i) {
+      const Index at = 3 * static_cast<Index>(i);
+      result.middleRows<3>(at) = (inverse ? roots_[i].inverse : roots_[i].B) * A.middleRows<3>(at);
+    }
+    return result;
+  }
+
+  std::vector<Root> roots_;
+};
+
+// The smallest number of columns of U for which K - U U^T is small enough beside its diagonal blocks.
+// U has orthogonal columns, the longest first; K the given diagonal blocks and sum of squares.
+Index enough(const MatrixXd& U, std::vector<Matrix3d> blocks, double squares,
+             const JointCovariance::Limits& limits) {
+  const Index most = std::min<Index>(U.cols(), limits.rank);
+  const double numbers = static_cast<double>(U.rows()) * static_cast<double>(U.rows());
+  for (Index rank = 0;; ++rank) {
+    double rest = squares;
+    for (const Matrix3d& block : blocks) rest -= block.squaredNorm();
+    if (rank == most || rest <= limits.error * limits.error * numbers) return rank;
+    const double value = U.col(rank).squaredNorm();
+    squares -= value * value;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const Eigen::Vector3d u = U.col(rank).segment<3>(3 * static_cast<Index>(i));
+      blocks[i] -= u * u.transpose();
+    }
+  }
+}
+
+std::vector<Matrix3d> diagonal_blocks(const MatrixXd& P) {
+  std::vector<Matrix3d> blocks;
+  for (Index i = 0; i < P.rows(); i += 3) blocks.emplace_back(P.block<3, 3>(i, i));
+  return blocks;
+}
+
+Matrix3d positive(const Matrix3d& P) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver((P + P.transpose()) / 2);
+  const Matrix3d V = solver.eigenvectors();
+  return V * solver.eigenvalues().cwiseMax(0).asDiagonal() * V.transpose();
+}
+
+// With these shared directions; what is left of each point's covariance is its own.
+JointCovariance with_shared(const std::vector<Matrix3d>& blocks, MatrixXd U) {
+  std::vector<Matrix3d> own;
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const auto rows = U.middleRows<3>(3 * static_cast<Index>(i));
+    own.push_back(positive(blocks[i] - rows * rows.transpose()));
+  }
+  return {std::move(own), std::move(U)};
 }
 
 }  // namespace
 
-JointCovariance::JointCovariance(std::vector<Matrix3d> own, Eigen::MatrixXf shared)
+JointCovariance::JointCovariance(std::vector<Matrix3d> own, MatrixXd shared)
     : own_(std::move(own)), shared_(std::move(shared)) {
   if (shared_.rows() != 3 * static_cast<Index>(own_.size())) {
     throw UsageError("the joint covariance of points has three rows for each of them");
   }
 }
 
-JointCovariance JointCovariance::compressed(const MatrixXd& P, double error, int most) {
+JointCovariance JointCovariance::of_matrix(const MatrixXd& P, const Limits& limits) {
   if (P.rows() != P.cols() || P.rows() % 3 != 0) {
     throw UsageError("the joint covariance of points has three rows for each of them");
   }
-  const Index n = P.rows();
-  if (n == 0) return {};
-  std::vector<Root> roots;
-  MatrixXd K = P;
-  for (Index i = 0; i < n; i += 3) roots.push_back(root(P.block<3, 3>(i, i)));
-  for (Index i = 0; i < n; i += 3) {
-    const Matrix3d& inverse = roots[static_cast<std::size_t>(i / 3)].inverse;
-    K.middleRows<3>(i) = (inverse * K.middleRows<3>(i)).eval();
-  }
-  for (Index i = 0; i < n; i += 3) {
-    const Matrix3d& inverse = roots[static_cast<std::size_t>(i / 3)].inverse;
-    K.middleCols<3>(i) = (K.middleCols<3>(i) * inverse.transpose()).eval();
-  }
-  MatrixXd U = largest_directions(K, most);
-  constexpr Index kStep = 8;
-  for (Index rank = kStep; rank < U.cols(); rank += kStep) {
-    if (remainder(K, U.leftCols(rank)) < error) {
-      U = U.leftCols(rank).eval();
-      break;
-    }
-  }
-  std::vector<Matrix3d> own;
-  Eigen::MatrixXf shared(n, U.cols());
-  for (Index i = 0; i < n; i += 3) {
-    const MatrixXd rows = roots[static_cast<std::size_t>(i / 3)].B * U.middleRows<3>(i);
-    shared.middleRows<3>(i) = rows.cast<float>();
-    const MatrixXd rounded = shared.middleRows<3>(i).cast<double>();
-    const Matrix3d rest = P.block<3, 3>(i, i) - rounded * rounded.transpose();
-    const Eigen::SelfAdjointEigenSolver<Matrix3d> solver((rest + rest.transpose()) / 2);
-    const Matrix3d V = solver.eigenvectors();
-    own.push_back(V * solver.eigenvalues().cwiseMax(0).asDiagonal() * V.transpose());
-  }
-  return {std::move(own), std::move(shared)};
+  if (P.rows() == 0) return {};
+  const std::vector<Matrix3d> blocks = diagonal_blocks(P);
+  const Scaled scaled(blocks);
+  const MatrixXd K = scaled.rows(scaled.rows(P).transpose());
+  const MatrixXd U = largest_directions(K, limits.rank);
+  const Index rank = enough(U, diagonal_blocks(K), K.squaredNorm(), limits);
+  return with_shared(blocks, scaled.back(U.leftCols(rank)));
 }
 
-JointCovariance JointCovariance::part(std::span<const int> points) const {
-  const auto n = static_cast<Index>(points.size());
-  std::vector<Matrix3d> own;
-  Eigen::MatrixXf shared(3 * n, rank());
-  for (Index i = 0; i < n; ++i) {
-    const int point = points[static_cast<std::size_t>(i)];
-    own.push_back(own_[static_cast<std::size_t>(point)]);
-    shared.middleRows<3>(3 * i) = shared_.middleRows<3>(3 * static_cast<Index>(point));
+JointCovariance JointCovariance::reduced(const Limits& limits) const {
+  if (rank() == 0) return *this;
+  std::vector<Matrix3d> blocks;
+  for (int i = 0; i < points(); ++i) blocks.push_back(of(i));
+  const Scaled scaled(blocks);
+  const MatrixXd U = scaled.rows(shared_), U_transposed = U.transpose();
+  // U U^T and U^T U have the same eigenvalues.
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(dense::product(U_transposed, U));
+  const MatrixXd turned = dense::product(U, solver.eigenvectors().rowwise().reverse());
+  std::vector<Matrix3d> of_shared;
+  for (Index i = 0; i < U.rows(); i += 3) {
+    of_shared.emplace_back(U.middleRows<3>(i) * U.middleRows<3>(i).transpose());
   }
-  return {std::move(own), std::move(shared)};
+  const Index rank =
+      enough(turned, std::move(of_shared), solver.eigenvalues().squaredNorm(), limits);
+  return with_shared(blocks, scaled.back(turned.leftCols(rank)));
 }
 
 Matrix3d JointCovariance::of(int point) const {
-  const MatrixXd U = shared_.middleRows<3>(3 * static_cast<Index>(point)).cast<double>();
+  const auto U = shared_.middleRows<3>(3 * static_cast<Index>(point));
   return own_[static_cast<std::size_t>(point)] + U * U.transpose();
 }
 
@@ -146,15 +180,40 @@ MatrixXd JointCovariance::of(std::span<const int> points) const {
   MatrixXd U(3 * n, rank());
   for (Index i = 0; i < n; ++i) {
     const Index from = 3 * static_cast<Index>(points[static_cast<std::size_t>(i)]);
-    U.middleRows<3>(3 * i) = shared_.middleRows<3>(from).cast<double>();
+    U.middleRows<3>(3 * i) = shared_.middleRows<3>(from);
   }
   const MatrixXd U_transposed = U.transpose();
-  MatrixXd P = rank() > 0 ? dense::product(U, U_transposed) : MatrixXd::Zero(3 * n, 3 * n);
+  MatrixXd P = dense::product(U, U_transposed);
   for (Index i = 0; i < n; ++i) {
     P.block<3, 3>(3 * i, 3 * i) +=
         own_[static_cast<std::size_t>(points[static_cast<std::size_t>(i)])];
   }
   return P;
+}
+
+// The points' covariance without what x explains of it has shared directions of its own.
+SharedPart shared_part(const MatrixXd& P_x, const MatrixXd& P_points_x, const MatrixXd& P_points) {
+  constexpr double kExact = 1e-9;  // sigma of a direction of x that is known exactly
+  const Index r = P_x.rows(), m = P_points.rows();
+  SharedPart part;
+  MatrixXd by_y(m, r);
+  if (r > 0) {
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(P_x);
+    const Eigen::VectorXd sigmas = solver.eigenvalues().cwiseMax(0).cwiseSqrt();
+    const Eigen::VectorXd inverse =
+        sigmas.unaryExpr([](double s) { return s > kExact ? 1 / s : 0.0; });
+    part.root = solver.eigenvectors() * sigmas.asDiagonal();
+    by_y = dense::product(P_points_x, solver.eigenvectors() * inverse.asDiagonal());
+  } else {
+    part.root.resize(0, 0);
+  }
+  const MatrixXd transposed = by_y.transpose();
+  const JointCovariance rest =
+      JointCovariance::of_matrix(P_points - dense::product(by_y, transposed), {});
+  MatrixXd shared(m, r + rest.rank());
+  shared << by_y, rest.shared();
+  part.others = JointCovariance(rest.own(), std::move(shared));
+  return part;
 }
 
 }  // namespace chasles

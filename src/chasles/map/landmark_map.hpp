@@ -46,7 +46,4 @@ inline constexpr LandmarkId kFirstMapId = 1'000'000'000;
 PriorMap placed(const LandmarkMap& map, std::span<const int> points, const SE3& world_T_map,
                 double heading_sigma, double position_sigma);
 
-/// At most so many points: where there are more, those that cover the space that was seen.
-LandmarkMap thinned(const LandmarkMap& map, int most);
-
 }  // namespace chasles

@@ -14,9 +14,9 @@ namespace {
 using Eigen::Vector3d;
 
 // Of 256 comparisons, 128 differ by chance.
-constexpr int kAlike = 55;
+constexpr int kAlike = 60;
 constexpr std::size_t kMostEach = 3, kMostProposals = 150;
-constexpr int kLeastAgreeing = 7;
+constexpr int kLeastAgreeing = 6;
 // The direction to a point, as seen from the camera [rad]: for a place from two points, and for one
 // from all that agree; and the factor between its expected and its estimated distance.
 constexpr double kRoughly = 0.06, kClosely = 0.02, kDistanceFactor = 1.35;

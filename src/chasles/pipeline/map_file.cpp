@@ -217,7 +217,7 @@ std::string map_bytes(const LandmarkMap& map) {
     put(map.points[i], map.covariance.own()[i], out);
   }
   out.put(static_cast<std::uint32_t>(map.covariance.rank()));
-  out.put_all(map.covariance.shared());
+  out.put_all(map.covariance.shared().cast<float>());
   const std::string body = out.take();
   Writer file;
   file.put(kVersion);
@@ -273,7 +273,7 @@ LandmarkMap parse_map(std::string_view bytes, const std::string& name) {
                          static_cast<Eigen::Index>(rank));
   in.get_all(shared);
   in.check_end();
-  map.covariance = JointCovariance(std::move(own), std::move(shared));
+  map.covariance = JointCovariance(std::move(own), shared.cast<double>());
   return map;
 }
 

@@ -38,7 +38,7 @@ void SpatialChoice::give_up(LandmarkId id) {
 }
 
 std::vector<LandmarkId> SpatialChoice::thin() {
-  constexpr double kWider = 1.5;
+  constexpr double kWider = 1.15;
   std::vector<LandmarkId> dropped;
   while (size() > most_) {
     edge_ *= kWider;

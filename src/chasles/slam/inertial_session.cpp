@@ -89,10 +89,8 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
       start_settings_(start),
       sensors_(std::move(sensors)),
       gaps_(sensors_.imu.range()),
-      given_(std::move(given)) {
-  if (prior) {
-    prior_ = std::make_shared<const LandmarkMap>(thinned(*prior, settings_.recognisable));
-  }
+      given_(std::move(given)),
+      prior_(std::move(prior)) {
   end_part();
 }
 

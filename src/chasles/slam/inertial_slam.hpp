@@ -145,6 +145,7 @@ class InertialSlam {
     int number = 0;                                   ///< in Ekf::past()
     Eigen::Vector3d p_nav = Eigen::Vector3d::Zero();  ///< when it left, or was last recalled [m]
     Appearance appearance = {};
+    Time left{};  ///< when it left
   };
   /// A landmark of the state, as it looks now.
   struct SeenLandmark {
@@ -185,7 +186,22 @@ class InertialSlam {
   void place_map();
   KnownLandmarks known_landmarks(const std::vector<Candidate>& candidates) const;
   KnownLandmarks known_points(const std::vector<Candidate>& candidates) const;
+  /// The frame of the placed map, and the derivative of its errors by those that the map shares.
+  struct MapFrame {
+    SE3 nav_T_map;
+    Eigen::MatrixXd by_shared;
+  };
+  MapFrame map_frame(const Carried& shared) const;
   std::optional<PoseInMap> pose_in_map(const NavState& now) const;
+  struct SavedLandmark {
+    enum Kind { kOfMap, kPast, kInState };
+    LandmarkId id = 0;
+    Kind kind = kOfMap;  ///< kOfMap: of the prior map, and has not returned
+    int place = 0;       ///< number in Ekf::past(), or index into the state's landmarks
+    int observations = 0;
+    Appearance appearance;
+  };
+  std::vector<SavedLandmark> landmarks_to_save(const SE3& map_T_nav) const;
   std::vector<SeenLandmark> look(const GrayImage& image,
                                  const std::vector<const PixelObservation*>& observations);
   std::vector<Candidate> similar_landmarks(DormantLandmarks& past,
@@ -243,7 +259,7 @@ class InertialSlam {
   DormantLandmarks dormant_;
   std::optional<Prior> prior_;  ///< until the run has found its place in it
   std::shared_ptr<const LandmarkMap> placed_map_;
-  std::optional<int> map_frame_;  ///< of the placed map, in Ekf::past()
+  std::optional<int> map_number_;  ///< of the placed map, in Ekf::past()
   PlaceCounts place_counts_;
   std::optional<Time> searched_;                  ///< when landmarks were last looked for
   std::map<LandmarkId, Appearance> appearances_;  ///< of landmarks in the state

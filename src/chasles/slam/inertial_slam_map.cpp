@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include <chasles/filter/dense.hpp>
@@ -21,6 +22,8 @@ constexpr double kHeadingSigma = 0.3, kPositionSigma = 5;  // [rad, m]
 // Searches after which a proposed place that was not accepted is given up.
 constexpr int kPatience = 8;
 constexpr int kLeastSeen = 7;
+// Landmarks that left the state since help to find the place.
+constexpr Time kRecently = std::chrono::seconds(4);
 
 std::vector<int> indices_of(std::size_t count) {
   std::vector<int> indices(count);
@@ -59,6 +62,10 @@ void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
     points.push_back(
         {.p_world = x.nav_T_world ? *x.nav_T_world * p_world : p_world, .view = s.view});
   }
+  for (const auto& [id, dormant] : dormant_) {
+    if (now_ - dormant.left > kRecently) continue;
+    points.push_back({.p_world = dormant.p_nav, .view = dormant.appearance.views().front()});
+  }
   const auto place = find_place(points, nav_T_camera(0).p, *prior_->map);
   if (!place) return;
   ++place_counts_.proposed;
@@ -76,9 +83,9 @@ void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
 // The map's landmarks become past landmarks of the filter.
 void InertialSlam::place_map() {
   const auto all = indices_of(prior_->map->points.size());
-  map_frame_ = filter_.add_past(
+  map_number_ = filter_.add_past(
       placed(*prior_->map, all, *prior_->nav_T_map, kHeadingSigma, kPositionSigma));
-  for (auto& [id, point] : prior_->points) point.number += *map_frame_ + 1;
+  for (auto& [id, point] : prior_->points) point.number += *map_number_ + 1;
   dormant_.merge(prior_->points);
 }
 
@@ -89,29 +96,44 @@ InertialSlam::KnownLandmarks InertialSlam::known_points(
   const PriorMap known =
       placed(*prior_->map, points, *prior_->nav_T_map, kHeadingSigma, kPositionSigma);
   const auto k = 3 * static_cast<Index>(points.size());
+  const MatrixXd A = known.shared.bottomRows(k), A_transposed = A.transpose();
+  MatrixXd P = dense::product(A, A_transposed);
+  for (Index i = 0; i < k; i += 3) {
+    P.block<3, 3>(i, i) += known.own[static_cast<std::size_t>(i / 3)];
+  }
   return {.landmarks = known.landmarks,
           .C = MatrixXd::Zero(k, filter_.covariance().rows()),
-          .P = known.covariance.bottomRightCorner(k, k)};
+          .P = std::move(P)};
+}
+
+// The frame of the map follows from the shared errors of its landmarks.
+InertialSlam::MapFrame InertialSlam::map_frame(const Carried& shared) const {
+  const PriorMap& prior = filter_.past().prior(*map_number_);
+  const Eigen::Index r = prior.shared.cols();
+  MapFrame frame{.nav_T_map = {}, .by_shared = prior.shared.topRows<6>()};
+  const Vector6d correction = frame.by_shared * shared.correction.head(r);
+  frame.nav_T_map =
+      corrected({.map_T_imu = prior.map_T_prior}, correction, Matrix6d::Zero()).map_T_imu;
+  return frame;
 }
 
 std::optional<SE3> InertialSlam::nav_T_map() const {
-  if (!map_frame_) return std::nullopt;
-  return filter_.joint_map(map_frame_, {}, {}).map_T_prior;
+  if (!map_number_) return std::nullopt;
+  return map_frame(filter_.recall(std::array{*map_number_})).nav_T_map;
 }
 
 std::optional<PoseInMap> InertialSlam::pose_in_map(const NavState& now) const {
-  if (!map_frame_) return std::nullopt;
-  const Carried frame = filter_.recall(std::array{*map_frame_});
-  const SE3 nav_T_map = corrected({.map_T_imu = filter_.past().frame(*map_frame_)},
-                                  frame.correction, Matrix6d::Zero())
-                            .map_T_imu;
+  if (!map_number_) return std::nullopt;
+  const Carried shared = filter_.recall(std::array{*map_number_});
+  const MapFrame frame = map_frame(shared);
+  const MatrixXd &B = frame.by_shared, pose = work_.nav.derivative.topRows<6>();
   // The errors of the frame and of the pose in nav.
-  const MatrixXd pose = work_.nav.derivative.topRows<6>();
   Eigen::Matrix<double, 12, 12> P;
-  P.topLeftCorner<6, 6>() = frame.P;
+  P.topLeftCorner<6, 6>() = B * shared.P * B.transpose();
   P.bottomRightCorner<6, 6>() = now.covariance.topLeftCorner<6, 6>();
-  P.topRightCorner<6, 6>() = frame.C.leftCols(pose.cols()) * pose.transpose();
+  P.topRightCorner<6, 6>() = B * shared.C.leftCols(pose.cols()) * pose.transpose();
   P.bottomLeftCorner<6, 6>() = P.topRightCorner<6, 6>().transpose();
+  const SE3& nav_T_map = frame.nav_T_map;
   const Matrix3d map_R_nav = nav_T_map.R.transpose();
   Eigen::Matrix<double, 6, 12> J = Eigen::Matrix<double, 6, 12>::Zero();
   J.block<3, 3>(0, 0) = -map_R_nav;
@@ -124,96 +146,120 @@ std::optional<PoseInMap> InertialSlam::pose_in_map(const NavState& now) const {
                    .world_T_map = nav_T_map};
 }
 
-// The landmarks of the map first, so that its own give way where both cover a place.
-LandmarkMap InertialSlam::landmark_map() const {
-  struct Source {
-    LandmarkId id = 0;
-    Appearance appearance;  // in the map's axes
-    int number = 0, index = 0;
-  };
-  const SE3 map_T_nav = nav_T_map().value_or(SE3{}).inverse();
+// Those of the map come first, so that own ones give way where both cover a place. In the result,
+// those that follow from the map's shared errors come first, then past ones by number, then those
+// of the state.
+std::vector<InertialSlam::SavedLandmark> InertialSlam::landmarks_to_save(
+    const SE3& map_T_nav) const {
   SpatialChoice choice(settings_.recognisable);
-  std::vector<Source> past, present;
+  std::vector<SavedLandmark> saved;
   const State& x = filter_.state();
-  const auto choose = [&](LandmarkId id, const Vector3d& p_nav, const Appearance& appearance) {
-    if (appearance.empty()) return false;
-    const PatchView& view = appearance.views().front();
-    return choice.choose(id, map_T_nav * p_nav, view.distance(), view.from);
+  const auto add = [&](SavedLandmark landmark, const Vector3d& p_nav) {
+    landmark.appearance = landmark.appearance.turned(map_T_nav.R);
+    if (landmark.appearance.empty()) return;
+    const PatchView& view = landmark.appearance.views().front();
+    const bool chosen = choice.choose(landmark.id, map_T_nav * p_nav, view.distance(), view.from);
+    if (chosen || landmark.id >= kFirstMapId) saved.push_back(std::move(landmark));
   };
   for (const bool of_map : {true, false}) {
+    for (const auto& [id, dormant] : dormant_) {
+      if ((id >= kFirstMapId) != of_map) continue;
+      const bool follows = filter_.past().sources({dormant.number}).front() != dormant.number;
+      add({.id = id,
+           .kind = follows ? SavedLandmark::kOfMap : SavedLandmark::kPast,
+           .place = dormant.number,
+           .observations = filter_.past().landmark(dormant.number).observations,
+           .appearance = dormant.appearance},
+          dormant.p_nav);
+    }
     for (std::size_t i = 0; i < x.landmarks.size(); ++i) {
       const Landmark& landmark = x.landmarks[i];
       const auto known = appearances_.find(landmark.id);
-      if ((landmark.id >= kFirstMapId) != of_map || known == appearances_.end() ||
-          landmark.anchor || landmark.observations < kLeastObservations) {
-        continue;
-      }
-      const Vector3d p_nav = x.nav_T_world ? *x.nav_T_world * landmark.p_world : landmark.p_world;
-      const Appearance appearance = known->second.turned(map_T_nav.R);
-      if (choose(landmark.id, p_nav, appearance)) {
-        present.push_back(
-            {.id = landmark.id, .appearance = appearance, .index = static_cast<int>(i)});
-      }
-    }
-    for (const auto& [id, dormant] : dormant_) {
-      if ((id >= kFirstMapId) != of_map) continue;
-      const Appearance appearance = dormant.appearance.turned(map_T_nav.R);
-      if (choose(id, dormant.p_nav, appearance)) {
-        past.push_back({.id = id, .appearance = appearance, .number = dormant.number});
-      }
+      const bool usable = known != appearances_.end() && !landmark.anchor &&
+                          landmark.observations >= kLeastObservations;
+      if ((landmark.id >= kFirstMapId) != of_map || !usable) continue;
+      add({.id = landmark.id,
+           .kind = SavedLandmark::kInState,
+           .place = static_cast<int>(i),
+           .observations = landmark.observations,
+           .appearance = known->second},
+          x.nav_T_world ? *x.nav_T_world * landmark.p_world : landmark.p_world);
     }
   }
-  const std::vector<LandmarkId> dropped = choice.thin();
-  const auto is_dropped = [&](const Source& source) {
-    return std::ranges::find(dropped, source.id) != dropped.end();
-  };
-  std::erase_if(past, is_dropped);
-  std::erase_if(present, is_dropped);
-  std::ranges::sort(past, {}, &Source::number);
-  std::ranges::sort(present, {}, &Source::index);
-  std::vector<int> numbers, indices;
-  for (const Source& source : past) numbers.push_back(source.number);
-  for (const Source& source : present) indices.push_back(source.index);
+  std::ranges::sort(saved, {}, [](const SavedLandmark& s) { return std::pair(s.kind, s.place); });
+  return saved;
+}
 
-  const PriorMap joint = filter_.joint_map(map_frame_, numbers, indices);
-  const auto n = static_cast<Index>(joint.landmarks.size());
+LandmarkMap InertialSlam::landmark_map() const {
+  const SE3 map_T_nav = nav_T_map().value_or(SE3{}).inverse();
+  std::vector<SavedLandmark> saved = landmarks_to_save(map_T_nav);
+  std::vector<int> numbers, indices;
+  for (const SavedLandmark& s : saved) {
+    if (s.kind == SavedLandmark::kPast) numbers.push_back(s.place);
+    if (s.kind == SavedLandmark::kInState) indices.push_back(s.place);
+  }
+  if (map_number_) numbers.insert(std::ranges::lower_bound(numbers, *map_number_), *map_number_);
+  const Carried joint = filter_.recall(numbers, indices);
+  std::vector<Index> of_map, of_others;
+  Index at = 0;
+  for (const Segment::Item& item : joint.items) {
+    const bool shared = map_number_ && item.number == *map_number_;
+    for (int i = 0; i < item.size; ++i) (shared ? of_map : of_others).push_back(at++);
+  }
+  const auto r = static_cast<Index>(of_map.size()), m = static_cast<Index>(of_others.size());
+  const SharedPart part = shared_part(joint.P(of_map, of_map), joint.P(of_others, of_map),
+                                      joint.P(of_others, of_others));
+
+  // Positions in nav, and the errors by those that are shared.
+  const auto n = 3 * static_cast<Index>(saved.size());
+  Eigen::VectorXd p_nav(n);
+  MatrixXd shared = MatrixXd::Zero(n, part.others.rank());
+  std::vector<Matrix3d> own;
+  p_nav.tail(m) = joint.correction(of_others);
+  shared.bottomRows(m) = part.others.shared();
+  for (std::size_t i = 0; i < saved.size(); ++i) {
+    const SavedLandmark& s = saved[i];
+    const Index row = 3 * static_cast<Index>(i);
+    if (s.kind == SavedLandmark::kPast) {
+      p_nav.segment<3>(row) += filter_.past().landmark(s.place).p_world;
+    } else if (s.kind == SavedLandmark::kOfMap) {
+      const PriorMap& prior = filter_.past().prior(*map_number_);
+      const int index = s.place - *map_number_ - 1;
+      const MatrixXd A = prior.shared.middleRows<3>(6 + 3 * index);
+      p_nav.segment<3>(row) =
+          prior.landmarks[static_cast<std::size_t>(index)].p_world + A * joint.correction(of_map);
+      shared.middleRows<3>(row).leftCols(r) = A * part.root;
+      own.push_back(prior.own[static_cast<std::size_t>(index)]);
+    }
+  }
+  own.insert(own.end(), part.others.own().begin(), part.others.own().end());
+
+  MatrixXd frame = MatrixXd::Zero(6, shared.cols());
+  if (map_number_) {
+    frame.leftCols(r) = filter_.past().prior(*map_number_).shared.topRows<6>() * part.root;
+  }
   LandmarkMap map;
   if (placed_map_) map.sessions = placed_map_->sessions;
   const auto own_session = static_cast<int>(map.sessions.size());
   map.sessions.push_back({.name = {}, .begin = {}, .end = clock(now_), .cameras = cameras_});
-  past.insert(past.end(), present.begin(), present.end());
-  for (std::size_t i = 0; i < past.size(); ++i) {
-    const Landmark& landmark = joint.landmarks[i];
-    const bool of_map = past[i].id >= kFirstMapId;
-    const auto in_map = static_cast<std::size_t>(past[i].id - kFirstMapId);
-    map.points.push_back({.p_map = map_T_nav * landmark.p_world,
-                          .session = of_map ? placed_map_->points[in_map].session : own_session,
-                          .observations = landmark.observations,
-                          .appearance = std::move(past[i].appearance)});
+  for (std::size_t i = 0; i < saved.size(); ++i) {
+    SavedLandmark& s = saved[i];
+    const Index row = 3 * static_cast<Index>(i);
+    const Vector3d p_map = map_T_nav * Vector3d(p_nav.segment<3>(row));
+    // Relative to the frame of the map.
+    auto rows = shared.middleRows<3>(row);
+    rows = (map_T_nav.R * rows + hat(p_map) * map_T_nav.R * frame.topRows<3>() -
+            map_T_nav.R * frame.bottomRows<3>())
+               .eval();
+    own[i] = map_T_nav.R * own[i] * map_T_nav.R.transpose();
+    const bool known = s.id >= kFirstMapId;
+    const auto index = static_cast<std::size_t>(s.id - kFirstMapId);
+    map.points.push_back({.p_map = p_map,
+                          .session = known ? placed_map_->points[index].session : own_session,
+                          .observations = s.observations,
+                          .appearance = std::move(s.appearance)});
   }
-  // In the frame of the map: relative to it.
-  const Index frame = joint.covariance.rows() - 3 * n;
-  MatrixXd P = joint.covariance;
-  if (frame > 0) {
-    const Matrix3d& R = map_T_nav.R;
-    MatrixXd J = MatrixXd::Zero(3 * n, frame);
-    for (Index i = 0; i < n; ++i) {
-      const Vector3d arm =
-          joint.landmarks[static_cast<std::size_t>(i)].p_world - joint.map_T_prior.p;
-      J.block<3, 3>(3 * i, 0) = hat(arm);
-      J.block<3, 3>(3 * i, 3) = -Matrix3d::Identity();
-    }
-    const MatrixXd J_transposed = J.transpose();
-    const MatrixXd cross = dense::product(J, joint.covariance.topRightCorner(frame, 3 * n));
-    P = joint.covariance.bottomRightCorner(3 * n, 3 * n) + cross + cross.transpose() +
-        dense::product(J,
-                       dense::product(joint.covariance.topLeftCorner(frame, frame), J_transposed));
-    for (Index i = 0; i < n; ++i) P.middleRows<3>(3 * i) = (R * P.middleRows<3>(3 * i)).eval();
-    for (Index i = 0; i < n; ++i) {
-      P.middleCols<3>(3 * i) = (P.middleCols<3>(3 * i) * R.transpose()).eval();
-    }
-  }
-  map.covariance = JointCovariance::compressed(P);
+  map.covariance = JointCovariance(std::move(own), std::move(shared)).reduced({});
   return map;
 }
 

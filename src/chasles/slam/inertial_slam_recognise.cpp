@@ -59,7 +59,7 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
     const Landmark& landmark = x.landmarks[static_cast<std::size_t>(index)];
     auto appearance = appearances_.extract(landmark.id);
     if (!landmark.has_place()) continue;
-    Dormant dormant{.number = number++};
+    Dormant dormant{.number = number++, .left = now_};
     bool returns = last_[static_cast<std::size_t>(index)].rejected < settings_.max_rejections;
     if (!returns) {
       std::erase_if(known_as_, [&](const auto& known) { return known.second == landmark.id; });
