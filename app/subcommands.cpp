@@ -15,6 +15,7 @@ std::span<const Subcommand> subcommands() {
       {"evaluate", "Compare a trajectory with the truth: ATE, RPE, NEES", declare_evaluate},
       {"report", "Write one HTML page that shows runs", declare_report},
       {"view", "Serve the page of finished runs to a browser, until Ctrl-C", declare_view},
+      {"map", "Describe a saved map, or merge two", declare_map},
       {"export", "Write a run for other viewers: MCAP, PLY, KML", declare_export},
   };
   return list;

@@ -32,5 +32,6 @@ Action declare_evaluate(CLI::App& parser);
 Action declare_report(CLI::App& parser);
 Action declare_view(CLI::App& parser);
 Action declare_export(CLI::App& parser);
+Action declare_map(CLI::App& parser);
 
 }  // namespace chasles::app

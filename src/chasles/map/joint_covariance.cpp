@@ -89,8 +89,9 @@ class Scaled {
   std::vector<Root> roots_;
 };
 
-// The smallest number of columns of U for which K - U U^T is small enough beside its diagonal blocks.
-// U has orthogonal columns, the longest first; K the given diagonal blocks and sum of squares.
+// The smallest number of columns of U for which K - U U^T is small enough beside its diagonal
+// blocks. U has orthogonal columns, the longest first; K the given diagonal blocks and sum of
+// squares.
 Index enough(const MatrixXd& U, std::vector<Matrix3d> blocks, double squares,
              const JointCovariance::Limits& limits) {
   const Index most = std::min<Index>(U.cols(), limits.rank);

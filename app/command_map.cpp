@@ -1,0 +1,142 @@
+#include <algorithm>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include <chasles/data/utf8.hpp>
+#include <chasles/error.hpp>
+#include <chasles/map/merge_maps.hpp>
+#include <chasles/median.hpp>
+#include <chasles/pipeline/map_file.hpp>
+
+#include "map_output.hpp"
+#include "options.hpp"
+#include "subcommands.hpp"
+
+namespace chasles::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct MapOptions {
+  fs::path map;
+  fs::path a, b, output;
+  bool json = false;
+};
+
+Json description(const LandmarkMap& map, std::uintmax_t bytes) {
+  Json sessions = Json::array();
+  for (std::size_t i = 0; i < map.sessions.size(); ++i) {
+    const MapSession& session = map.sessions[i];
+    const auto begun = std::ranges::count(map.points, static_cast<int>(i), &MapPoint::session);
+    sessions.push_back({{"name", session.name},
+                        {"begin_ns", session.begin.count()},
+                        {"end_ns", session.end.count()},
+                        {"cameras", session.cameras.size()},
+                        {"landmarks", begun}});
+  }
+  Eigen::Vector3d least = Eigen::Vector3d::Zero(), most = least;
+  std::vector<double> sigmas;
+  std::size_t views = 0;
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    const Eigen::Vector3d& p = map.points[i].p_map;
+    least = i == 0 ? p : Eigen::Vector3d(least.cwiseMin(p));
+    most = i == 0 ? p : Eigen::Vector3d(most.cwiseMax(p));
+    sigmas.push_back(std::sqrt(map.covariance.of(static_cast<int>(i)).trace()));
+    views += map.points[i].appearance.views().size();
+  }
+  Json json = {{"landmarks", map.points.size()},
+               {"bytes", bytes},
+               {"sessions", sessions},
+               {"least_m", {least.x(), least.y(), least.z()}},
+               {"most_m", {most.x(), most.y(), most.z()}},
+               {"views", views},
+               {"shared_errors", map.covariance.rank()}};
+  json["median_sigma_m"] = sigmas.empty() ? Json() : Json(median(sigmas));
+  json["largest_sigma_m"] = sigmas.empty() ? Json() : Json(*std::ranges::max_element(sigmas));
+  return json;
+}
+
+std::string text_of(const fs::path& file, const Json& json) {
+  const auto number = [&](const char* key) { return json.at(key).get<double>(); };
+  std::string text = fmt::format("{}: {} landmarks, {:.1f} kB\n\n", file.string(),
+                                 json.at("landmarks").get<long>(), 1e-3 * number("bytes"));
+  const auto line = [&](const char* what, const std::string& value) {
+    text += fmt::format("  {:<22} {}\n", what, value);
+  };
+  const auto along = [&](int axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    return json.at("most_m")[i].get<double>() - json.at("least_m")[i].get<double>();
+  };
+  line("extent", fmt::format("{:.1f} x {:.1f} x {:.1f} m", along(0), along(1), along(2)));
+  if (!json.at("median_sigma_m").is_null()) {
+    line("sigma of a landmark", fmt::format("{:.3f} m (median), {:.3f} m (largest)",
+                                            number("median_sigma_m"), number("largest_sigma_m")));
+  }
+  line("views", fmt::format("{}", json.at("views").get<long>()));
+  line("shared errors", fmt::format("{}", json.at("shared_errors").get<long>()));
+  for (const Json& session : json.at("sessions")) {
+    const double seconds = 1e-9 * static_cast<double>(session.at("end_ns").get<std::int64_t>() -
+                                                      session.at("begin_ns").get<std::int64_t>());
+    line("session",
+         fmt::format("{}: {} landmarks, {:.1f} s, {} camera{}",
+                     session.at("name").get<std::string>(), session.at("landmarks").get<long>(),
+                     seconds, session.at("cameras").get<long>(),
+                     session.at("cameras").get<long>() == 1 ? "" : "s"));
+  }
+  return text;
+}
+
+void print(const MapOptions& o, const fs::path& file, const LandmarkMap& map, Json more) {
+  Json json = description(map, fs::file_size(file));
+  json.update(more);
+  if (o.json) {
+    fmt::print("{}\n", json_text(json, 2));
+    return;
+  }
+  fmt::print("{}", text_of(file, json));
+  if (more.empty()) return;
+  fmt::print("  {:<22} {}, NIS {:.2f} per degree of freedom\n", "landmarks of both",
+             more.at("matches").get<long>(), more.at("nis_per_dof").get<double>());
+}
+
+int show(const MapOptions& o) {
+  print(o, o.map, read_map(o.map), Json::object());
+  return 0;
+}
+
+int merge(const MapOptions& o) {
+  check_map_output(o.output);
+  const MergedMaps merged = merge_maps(read_map(o.a), read_map(o.b));
+  write_map(merged.map, o.output);
+  print(o, o.output, merged.map,
+        {{"matches", merged.matches}, {"nis_per_dof", merged.nis / (3 * merged.matches)}});
+  return 0;
+}
+
+}  // namespace
+
+Action declare_map(CLI::App& parser) {
+  const auto o = std::make_shared<MapOptions>();
+  parser.add_option("MAP", o->map, "Map, as `chasles run --save-map` writes it")->type_name("");
+  parser.add_flag("--json", o->json, "Print as JSON");
+  CLI::App* merging = parser.add_subcommand(
+      "merge", "Merge two maps at the places that both saw, in the frame of the first");
+  merging->add_option("A", o->a, "Map")->required()->type_name("");
+  merging->add_option("B", o->b, "Map")->required()->type_name("");
+  merging->add_option("-o,--output", o->output, "File for the merged map")
+      ->required()
+      ->check(require_path)
+      ->type_name("MAP");
+  merging->add_flag("--json", o->json, "Print as JSON");
+  return [o, merging] {
+    if (merging->parsed()) return merge(*o);
+    if (o->map.empty()) throw UsageError("map: expected a MAP, or `merge A B -o MAP`");
+    return show(*o);
+  };
+}
+
+}  // namespace chasles::app
