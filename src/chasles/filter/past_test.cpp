@@ -3,6 +3,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/filter/inertial_testing.hpp>
+#include <chasles/filter/random_ekf_testing.hpp>
 
 // Past states against a filter that keeps every one of them in its covariance: landmarks and poses
 // that leave, landmarks that return, clones, calibration, composition and changes of scale.
@@ -19,6 +20,7 @@ struct Case {
   bool nav = false, calibrating = false, keeps_scale = false;
   bool revives = true;
   bool forgets = false;  // some past landmarks do not return, some of the state leave for ever
+  bool prior = false;    // landmarks from elsewhere are added, twice
 };
 
 std::string name_of(const Case& c) {
@@ -28,6 +30,7 @@ std::string name_of(const Case& c) {
   if (c.calibrating) name += "_calibrating";
   if (c.keeps_scale) name += "_scale";
   if (c.forgets) name += "_forgetting";
+  if (c.prior) name += "_prior";
   return name + (c.revives ? "" : "_without_revival");
 }
 
@@ -38,7 +41,9 @@ std::vector<Case> cases() {
     all.push_back({.chart = name});
     all.push_back({.chart = name, .revives = false});
     all.push_back({.chart = name, .forgets = true});
+    all.push_back({.chart = name, .prior = true});
     all.push_back({.chart = name, .nav = true, .calibrating = true});
+    all.push_back({.chart = name, .nav = true, .forgets = true, .prior = true});
     if (name != "left-se3")
       all.push_back({.chart = name, .calibrating = true, .keeps_scale = true});
   }
@@ -61,12 +66,14 @@ class Wanderer {
   const Ekf& ekf() const { return ekf_; }
   int revived() const { return revived_; }
   const std::vector<int>& dormant() const { return dormant_; }
+  const std::vector<int>& frames() const { return frames_; }
 
   void step() {
     ++frame_;
     test::walk_on(ekf_, random_);
     const State& x = ekf_.state();
     if (case_.nav && frame_ % 5 == 0) ekf_.compose();
+    if (case_.prior && (frame_ == 4 || frame_ == 23)) add_prior_map();
     if (frame_ % 3 == 0) begin_landmarks();
     auto measurements = test::pixel_measurements(x, random_);
     for (Measurement& z : measurements) z.residual *= 0.1;
@@ -81,6 +88,25 @@ class Wanderer {
   }
 
  private:
+  // Landmarks near the filter, with five shared errors.
+  void add_prior_map() {
+    constexpr int kLandmarks = 9;
+    const State& x = ekf_.state();
+    const SE3 nav_T_imu = x.nav_T_world ? *x.nav_T_world * x.world_T_imu : x.world_T_imu;
+    PriorMap prior{.map_T_prior = test::random_pose(random_, 5),
+                   .landmarks = {},
+                   .shared = 0.1 * test::random_matrix(random_, 6 + 3 * kLandmarks, 5),
+                   .own = {}};
+    for (int i = 0; i < kLandmarks; ++i) {
+      const Eigen::Vector3d p = nav_T_imu.p + 8 * random_.axis();
+      prior.landmarks.push_back(
+          {.id = 5000 + 100 * frame_ + i, .p_world = p, .observations = 20, .first = p});
+      prior.own.emplace_back(test::random_covariance(random_, 3, 0.05));
+    }
+    frames_.push_back(ekf_.add_past(prior));
+    for (int i = 1; i <= kLandmarks; ++i) dormant_.push_back(frames_.back() + i);
+  }
+
   void begin_landmarks() {
     const int clone = 10 + frame_;
     ekf_.clone_pose(clone, from_seconds(frame_));
@@ -136,6 +162,7 @@ class Wanderer {
   int frame_ = 0;
   int revived_ = 0;
   std::vector<int> dormant_;
+  std::vector<int> frames_;  // of prior maps
 };
 
 void expect_same_estimates(const Ekf& a, const Ekf& b) {
@@ -290,6 +317,26 @@ TEST(Past, ABoundOnItsMemoryLeavesReturningLandmarksExact) {
   EXPECT_LT(final, some.poses.size());
 }
 
+TEST(Past, APriorMapThatDoesNotFitIsRefused) {
+  test::Random random(8);
+  Ekf filter = test::inertial_filter(kStandardChart, random, false, false,
+                                     {.map = Ekf::Map::kPast, .past = {.recalls = true}});
+  const PriorMap right{.map_T_prior = {},
+                       .landmarks = {{.id = 7}},
+                       .shared = MatrixXd::Zero(9, 2),
+                       .own = {Eigen::Matrix3d::Identity()}};
+  PriorMap wrong = right;
+  wrong.own.clear();
+  EXPECT_THROW(filter.add_past(wrong), UsageError);
+  wrong = right;
+  wrong.shared.resize(10, 2);
+  EXPECT_THROW(filter.add_past(wrong), UsageError);
+  EXPECT_EQ(filter.past().states(), 0);
+  EXPECT_EQ(filter.add_past(right), 0);
+  Ekf frozen = test::inertial_filter(kStandardChart, random, false, false);
+  EXPECT_THROW(frozen.add_past(right), UsageError);
+}
+
 TEST(Past, NeedsAFilterThatKeepsIt) {
   test::Random random(6);
   Ekf filter = test::inertial_filter(kStandardChart, random, false, false);
@@ -323,6 +370,17 @@ TEST_P(PastTest, IsThatOfAFilterThatForgetsNothing) {
   }
   expect_same_estimates(filter.ekf(), dense.ekf());
   EXPECT_EQ(filter.revived(), dense.revived());
+  if (GetParam().prior) {
+    std::vector<int> numbers = filter.frames();
+    numbers.insert(numbers.end(), filter.dormant().begin(), filter.dormant().end());
+    std::ranges::sort(numbers);
+    const std::vector<int> in_state{0, 2};
+    const Carried some = filter.ekf().recall(numbers, in_state),
+                  all = dense.ekf().recall(numbers, in_state);
+    EXPECT_TRUE(test::agree(some.P, all.P, kPastTolerance, 0));
+    EXPECT_TRUE(test::agree(some.C, all.C, kPastTolerance, 0));
+    EXPECT_TRUE(test::agree(some.correction, all.correction, kPastTolerance, 1e-12));
+  }
   if (GetParam().revives) {
     EXPECT_GE(filter.revived(), 12);
   }

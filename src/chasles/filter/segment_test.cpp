@@ -49,6 +49,31 @@ void expect_same(const Carried& a, const Carried& b) {
   EXPECT_TRUE(test::agree(a.correction, b.correction, 1e-12, 0));
 }
 
+// p = A s + e for an item s, so that its covariances follow.
+TEST(Segment, DerivedItemsAreLinearFunctionsOfTheirSource) {
+  test::Random random(9);
+  const Segment before = some_segment(random, 5, 7, 10);
+  const MatrixXd A = test::random_matrix(random, 3, 6), own = test::random_covariance(random, 3, 1);
+  // Two of them; their numbers are before and after the first item's.
+  const MatrixXd B = test::random_matrix(random, 3, 6);
+  const Segment after =
+      with_derived(before, 11,
+                   {{.item = {20, 3}, .by_source = A, .own = own},
+                    {.item = {4, 3}, .by_source = B, .own = MatrixXd::Zero(3, 3)}});
+  std::vector<int> numbers;
+  for (const Segment::Item& item : after.items) numbers.push_back(item.number);
+  ASSERT_EQ(numbers, (std::vector{4, 10, 11, 20}));
+  expect_same(with_items(after, {10, 11}), before);
+  const Index a = after.place(20), b = after.place(4), s = before.place(11);
+  const MatrixXd S = before.G.block(s, s, 6, 6);
+  EXPECT_TRUE(test::agree(after.G.block(a, a, 3, 3), A * S * A.transpose() + own, 1e-12, 0));
+  EXPECT_TRUE(test::agree(after.G.block(a, b, 3, 3), A * S * B.transpose(), 1e-12, 0));
+  EXPECT_TRUE(test::agree(after.G.block(a, 0, 3, 5), A * before.G.block(s, 0, 6, 5), 1e-12, 0));
+  EXPECT_TRUE(
+      test::agree(after.X.middleCols(b, 3), before.X.middleCols(s, 6) * B.transpose(), 1e-12, 0));
+  EXPECT_TRUE(test::agree(after.g.segment(a, 3), A * before.g.segment(s, 6), 1e-12, 0));
+}
+
 TEST(Segment, CompositionIsAssociative) {
   test::Random random(1);
   const Segment a = some_segment(random, 8, 7, 10), b = some_segment(random, 7, 9, 20),
