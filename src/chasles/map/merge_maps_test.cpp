@@ -95,8 +95,8 @@ Walks two_walks(std::uint64_t seed) {
   return w;
 }
 
-// The Kalman filter of both maps and the place, with all covariances written out. The place is known
-// to 5 m before and to millimetres after: with double precision, too few digits would remain.
+// The Kalman filter of both maps and the place, with all covariances written out. The place is
+// known to 5 m before and to millimetres after: with double precision, too few digits would remain.
 struct Dense {
   VectorXd mean;  // of a's points, then b's, in a's frame
   MatrixXd P;

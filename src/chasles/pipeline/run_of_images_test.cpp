@@ -3,9 +3,12 @@
 #include <memory>
 #include <string>
 
+#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
+#include <chasles/lie/so3.hpp>
+#include <chasles/lie/trajectory.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/sim/inertial_sim.hpp>
@@ -129,6 +132,140 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
   ASSERT_EQ(again.path.size(), closed.path.size());
   EXPECT_EQ(again.path.back().map_T_imu.p, closed.path.back().map_T_imu.p);
   EXPECT_EQ(again.path.front().covariance, closed.path.front().covariance);
+}
+
+// What a run leaves, and what one in its map estimates.
+class RunInAMap : public RunOfImages {
+ protected:
+  struct Result {
+    std::vector<Estimate> estimates;
+    PlaceCounts places;
+    LandmarkMap map;
+  };
+  static Result run_in(const Recording& recording, std::shared_ptr<const LandmarkMap> map) {
+    class Estimates : public RunObserver {
+     public:
+      void on_estimate(const Estimate& e, const EstimateTiming&) override { list.push_back(e); }
+      std::vector<Estimate> list;
+    };
+    InertialRunSettings settings;
+    settings.filter.recognise = Recognise::kAppearance;
+    const auto estimator = make_estimator(decided(settings, recording), inertial_sensors(recording),
+                                          std::nullopt, std::move(map));
+    Estimates observer;
+    const RunReport report = run(recording, *estimator, {}, {.threads = 1}, observer);
+    return {.estimates = observer.list,
+            .places = report.estimator.places,
+            .map = estimator->landmark_map().value_or(LandmarkMap{})};
+  }
+  // Once round the block, and a walk with other steps in the same place.
+  static const Recording& round() {
+    static const Recording recording = [] {
+      InertialScene scene = walk_scene();
+      scene.settings.sections = 4;
+      return render_inertial(scene);
+    }();
+    return recording;
+  }
+  static const Recording& again() {
+    static const Recording recording = [] {
+      InertialScene scene = walk_scene();
+      scene.settings.step_rate = 1.5;
+      return render_inertial(scene);
+    }();
+    return recording;
+  }
+  static const Result& first() {
+    static const Result result = run_in(round(), nullptr);
+    return result;
+  }
+  // The world of a run in that of the truth, by its first pose.
+  static SE3 truth_T_world(const Result& result, const Recording& recording) {
+    const Estimate& e = result.estimates.front();
+    return pose_at(recording.truth, e.time).value() * e.world_T_imu.inverse();
+  }
+};
+
+TEST_F(RunInAMap, FindsItsPlaceThere) {
+  const Result& before = first();
+  ASSERT_GT(before.map.points.size(), 150u);
+  ASSERT_EQ(before.map.sessions.size(), 1u);
+  EXPECT_EQ(before.map.sessions[0].begin, before.estimates.front().time);
+  EXPECT_EQ(before.map.covariance.points(), static_cast<int>(before.map.points.size()));
+  const auto map = std::make_shared<const LandmarkMap>(before.map);
+  const Result result = run_in(again(), map);
+  ASSERT_TRUE(result.places.placed);
+  EXPECT_FALSE(result.estimates.front().in_map);
+  ASSERT_TRUE(result.estimates.back().in_map);
+  const SE3 truth_T_map = truth_T_world(before, round());
+  double nees = 0;
+  int placed = 0;
+  for (const Estimate& e : result.estimates) {
+    if (!e.in_map) continue;
+    EXPECT_GE(e.time, *result.places.placed);
+    const SE3 truth = truth_T_map.inverse() * pose_at(again().truth, e.time).value();
+    const SE3& pose = e.in_map->map_T_imu;
+    Vector6d error;
+    error << so3::log(truth.R * pose.R.transpose()), truth.p - pose.p;
+    EXPECT_LT(error.tail<3>().norm(), 0.15) << placed;
+    nees += error.dot(e.in_map->covariance.ldlt().solve(error)) / 6;
+    ++placed;
+    // The frame of the map is where the pose says.
+    const SE3 in_world = e.in_map->world_T_map * pose;
+    EXPECT_LT((in_world.p - e.world_T_imu.p).norm(), 1e-9);
+  }
+  EXPECT_GT(placed, static_cast<int>(result.estimates.size()) / 2);
+  EXPECT_LT(nees / placed, 3);
+
+  // What it leaves has the landmarks of both, in the frame of the first.
+  ASSERT_EQ(result.map.sessions.size(), 2u);
+  EXPECT_GT(result.map.points.size(), before.map.points.size());
+  const auto of_first = std::ranges::count(result.map.points, 0, &MapPoint::session);
+  EXPECT_EQ(of_first, static_cast<long>(before.map.points.size()));
+  for (std::size_t i = 0; i < result.map.points.size(); ++i) {
+    const MapPoint& point = result.map.points[i];
+    if (point.session != 0) continue;
+    double least = 1e9;
+    for (const MapPoint& old : before.map.points) {
+      least = std::min(least, (point.p_map - old.p_map).norm());
+    }
+    EXPECT_LT(least, 6 * std::sqrt(result.map.covariance.of(static_cast<int>(i)).trace()) + 0.01);
+  }
+  // The same bytes again.
+  const Result repeated = run_in(again(), map);
+  EXPECT_EQ(repeated.estimates.back().in_map->map_T_imu.p,
+            result.estimates.back().in_map->map_T_imu.p);
+  EXPECT_EQ(repeated.map.covariance.shared(), result.map.covariance.shared());
+}
+
+TEST_F(RunInAMap, OfAnotherPlaceIsARunWithout) {
+  InertialScene scene = walk_scene();
+  scene.settings.seed = 2;
+  const Result other = run_in(render_inertial(scene), nullptr);
+  ASSERT_GT(other.map.points.size(), 25u);
+  const Result without = run_in(again(), nullptr);
+  const Result result = run_in(again(), std::make_shared<const LandmarkMap>(other.map));
+  EXPECT_FALSE(result.places.placed);
+  EXPECT_GT(result.places.searches, 10);
+  EXPECT_EQ(result.places.proposed, result.places.refused);
+  ASSERT_EQ(result.estimates.size(), without.estimates.size());
+  EXPECT_FALSE(result.estimates.back().in_map);
+  EXPECT_EQ(result.estimates.back().world_T_imu.p, without.estimates.back().world_T_imu.p);
+}
+
+TEST_F(RunInAMap, IsForAFilterThatRecognises) {
+  const auto map = std::make_shared<const LandmarkMap>();
+  InertialRunSettings settings;
+  EXPECT_THROW(make_estimator(settings, inertial_sensors(walk()), std::nullopt, map), UsageError);
+  settings.filter.recognise = Recognise::kAppearance;
+  settings.estimator = estimator_choice("batch");
+  EXPECT_THROW(make_estimator(settings, inertial_sensors(walk()), std::nullopt, map), UsageError);
+  // Nothing is recognised, nothing left.
+  settings = {};
+  const auto estimator = make_estimator(settings, walk());
+  RunObserver nobody;
+  run(walk(), *estimator, {}, {.threads = 1}, nobody);
+  EXPECT_FALSE(estimator->landmark_map());
 }
 
 TEST_F(RunOfImages, InRealTimeCountsWhatCameAndReportsTheLatency) {
