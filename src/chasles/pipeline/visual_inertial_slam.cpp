@@ -15,13 +15,15 @@ constexpr std::size_t kMostWaiting = 64;
 
 VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const ImuNoise& noise,
                                        const InertialRunSettings& settings,
-                                       const ImuBuffer::Options& imu, std::vector<GrayImage> masks)
+                                       const ImuBuffer::Options& imu, std::vector<GrayImage> masks,
+                                       std::shared_ptr<const LandmarkMap> prior)
     : cameras_(cameras),
       tracker_(settings.frontend, cameras, imu, std::move(masks)),
       estimator_(make_estimator(
           for_images(settings, cameras.size(), noise),
           InertialSensors{
-              .cameras = cameras, .noise = noise, .imu = imu, .pixel_sigma = kFrontendPixelSigma})),
+              .cameras = cameras, .noise = noise, .imu = imu, .pixel_sigma = kFrontendPixelSigma},
+          std::nullopt, std::move(prior))),
       biases_(FeatureFeed::kLead, Eigen::Vector3d::Zero()) {}
 
 std::vector<Estimate> VisualInertialSlam::process(const ImuSample& sample) {

@@ -22,10 +22,13 @@ namespace chasles {
 /// cannot be used, and images that are not later than the previous ones, are frames without points.
 class VisualInertialSlam {
  public:
-  /// `masks` as for Frontend. Throws UsageError for settings, cameras or masks that cannot be used.
+  /// `masks` as for Frontend. `prior`: a map in which the filter finds its place, with
+  /// recognise=appearance; Estimate::in_map then has the pose there, and the frame of the map in
+  /// the world. Throws UsageError for settings, cameras or masks that cannot be used.
   VisualInertialSlam(const std::vector<Camera>& cameras, const ImuNoise& noise,
                      const InertialRunSettings& settings = {}, const ImuBuffer::Options& imu = {},
-                     std::vector<GrayImage> masks = {});
+                     std::vector<GrayImage> masks = {},
+                     std::shared_ptr<const LandmarkMap> prior = nullptr);
 
   /// The estimates of the images that waited for this sample: none before there is a start
   /// (estimator().why_not_started()), then one per image, at the image's time.

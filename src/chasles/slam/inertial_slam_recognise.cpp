@@ -28,7 +28,7 @@ constexpr std::size_t kMostLandmarks = 25, kMostEach = 3;
 // How far from its expected place a landmark may look similar, as a part of the image's width. What
 // is possible is decided with its covariance, later.
 constexpr double kReach = 0.3;
-constexpr double kProbability = 0.99;
+constexpr double kProbability = 0.95;
 constexpr int kLeastMatches = 5, kLeastConfirmed = 4;
 constexpr double kLeastParallax = 0.02;  // [rad]
 // A corner that is found again is not quite the same point [px].
