@@ -1,0 +1,115 @@
+#include <nlohmann/json.hpp>
+
+#include "cli_test.hpp"
+
+// Maps as files: `chasles run --save-map`, `--map`, `--extend`, and `chasles map`.
+namespace chasles::test {
+namespace {
+
+using Json = nlohmann::json;
+
+// A walk along a corridor in small images; the same building and path with other steps, or another
+// building.
+void simulate_walk(const Scratch& folder, const std::string& name, const std::string& more) {
+  const Outcome made =
+      chasles(folder, "simulate hallway --images --quiet -o " + name +
+                          " --set hall_length=8 --set sections=1 --set rest_duration=1 --set "
+                          "frame_rate=10 --set focal_length=200 --set image_width=320 --set "
+                          "image_height=240 --set center_u=159.5 --set center_v=119.5 " +
+                          more);
+  ASSERT_EQ(made.code, 0) << made.err;
+}
+
+TEST(MapCommand, AMapIsSavedFoundExtendedAndDescribed) {
+  const Scratch folder;
+  simulate_walk(folder, "first", "");
+  simulate_walk(folder, "second", "--set step_rate=1.5");
+  const Outcome saved = chasles(folder, "run first --save-map m.map");
+  ASSERT_EQ(saved.code, 0) << saved.err;
+  EXPECT_NE(saved.out.find("map: m.map, "), std::string::npos) << saved.out;
+
+  const Outcome described = chasles(folder, "map m.map");
+  ASSERT_EQ(described.code, 0) << described.err;
+  EXPECT_NE(described.out.find("session                first: "), std::string::npos)
+      << described.out;
+  const Json before = Json::parse(chasles(folder, "map m.map --json").out);
+  EXPECT_GT(before.at("landmarks"), 30);
+  EXPECT_LT(before.at("bytes").get<double>() / before.at("landmarks").get<double>(), 1000);
+  EXPECT_GT(before.at("median_sigma_m"), 0);
+
+  const Outcome placed = chasles(folder, "run second --map m.map -o run --json");
+  ASSERT_EQ(placed.code, 0) << placed.err;
+  const Json place = Json::parse(placed.out).at("place_in_map");
+  EXPECT_TRUE(place.at("placed_ns").is_number()) << place;
+  EXPECT_LT(std::abs(place.at("world_T_map").at("position_m")[0].get<double>()), 0.3);
+  EXPECT_TRUE(std::filesystem::exists(folder / "run/trajectory_in_map.tum"));
+  EXPECT_EQ(slurp(folder / "run/in_map.csv").find("time_ns,x,y,z"), 0u);
+  EXPECT_EQ(chasles(folder, "report run -o page.html").code, 0);
+
+  const std::string unchanged = slurp(folder / "m.map");
+  ASSERT_EQ(chasles(folder, "run second --map m.map --save-map other.map").code, 0);
+  EXPECT_EQ(slurp(folder / "m.map"), unchanged);
+  ASSERT_EQ(chasles(folder, "run second --map m.map --extend").code, 0);
+  EXPECT_EQ(slurp(folder / "m.map"), slurp(folder / "other.map"));
+  const Json after = Json::parse(chasles(folder, "map m.map --json").out);
+  EXPECT_EQ(after.at("sessions").size(), 2u);
+  EXPECT_GT(after.at("landmarks"), before.at("landmarks"));
+
+  // Two maps of one corridor.
+  ASSERT_EQ(chasles(folder, "run first --save-map a.map --quiet").code, 0);
+  ASSERT_EQ(chasles(folder, "run second --save-map b.map --quiet").code, 0);
+  const Outcome merged = chasles(folder, "map merge a.map b.map -o ab.map");
+  ASSERT_EQ(merged.code, 0) << merged.err;
+  EXPECT_NE(merged.out.find("landmarks of both"), std::string::npos) << merged.out;
+  expect_error(chasles(folder, "map merge a.map m.map -o no.map"), 2, "count it twice");
+  EXPECT_FALSE(std::filesystem::exists(folder / "no.map"));
+}
+
+TEST(MapCommand, AMapOfAnotherPlaceIsNotExtended) {
+  const Scratch folder;
+  simulate_walk(folder, "first", "");
+  simulate_walk(folder, "other", "--seed 2");
+  ASSERT_EQ(chasles(folder, "run first --save-map m.map --quiet").code, 0);
+  const std::string before = slurp(folder / "m.map");
+  const Outcome outcome = chasles(folder, "run other --map m.map --extend -o run");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_NE(outcome.err.find("found no place in m.map"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.out.find("place in the map            not found"), std::string::npos)
+      << outcome.out;
+  EXPECT_EQ(slurp(folder / "m.map"), before);
+  EXPECT_TRUE(std::filesystem::exists(folder / "run/trajectory.tum"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "run/trajectory_in_map.tum"));
+  // Without --extend nothing is missing.
+  EXPECT_EQ(chasles(folder, "run other --map m.map").code, 0);
+  expect_error(chasles(folder, "map merge m.map m.map -o x.map"), 2, "count it twice");
+}
+
+TEST(MapCommand, WhatCannotBeDoneIsSaid) {
+  const Scratch folder;
+  simulate(folder);
+  spill(folder / "foreign.map", "ply\n");
+  expect_error(chasles(folder, "map foreign.map"), 2, "foreign.map: is no map of Chasles");
+  expect_error(chasles(folder, "map none.map"), 2, "none.map");
+  expect_error(chasles(folder, "map"), 1, "expected a MAP");
+  expect_error(chasles(folder, "map merge foreign.map foreign.map -o m.map"), 2, "is no map");
+  expect_error(chasles(folder, "run rec --save-map m.map"), 1, "for a recording with an IMU");
+  expect_error(chasles(folder, "run rec --extend"), 1, "--map");
+  simulate_turntable(folder);
+  expect_error(chasles(folder, "run rec --save-map m.map"), 1, "needs images");
+  expect_error(chasles(folder, "run rec --save-map m.map --estimator batch"), 1, "for the filter");
+  expect_error(chasles(folder, "run rec --map m.map --extend --save-map n.map"), 1,
+               "expected one of them");
+}
+
+TEST(MapCommand, TheOutputIsCheckedBeforeTheRun) {
+  const Scratch folder;
+  simulate_walk(folder, "first", "");
+  std::filesystem::create_directory(folder / "sub");
+  expect_error(chasles(folder, "run first --save-map sub"), 1, "is a folder");
+  expect_error(chasles(folder, "run first --save-map no/m.map"), 1, "there is no folder no");
+  spill(folder / "foreign.map", "ply\n");
+  expect_error(chasles(folder, "run first --map foreign.map"), 2, "is no map of Chasles");
+}
+
+}  // namespace
+}  // namespace chasles::test
