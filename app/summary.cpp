@@ -57,10 +57,12 @@ Json frontend_json(const FrontendTotals& t) {
           {"stereo_matched", t.stereo_matched}};
 }
 
-Json closures_json(const std::vector<Closure>& closures) {
+Json closures_json(const std::vector<Closure>& closures, const Run& run) {
   Json list = Json::array();
   for (const Closure& c : closures) {
+    const double seconds = run.states.empty() ? 0 : to_seconds(c.time - run.states.front().time);
     list.push_back({{"time_ns", c.time.count()},
+                    {"seconds", seconds},
                     {"landmarks", c.landmarks},
                     {"moved_m", c.moved},
                     {"turned_rad", c.turned}});
@@ -250,7 +252,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   summary["zupt_frames"] = run.zupt_frames;
   summary["dropped_frames"] = report.dropped_frames;
   if (settings.filter.recognise == Recognise::kAppearance) {
-    summary["closures"] = closures_json(report.closures);
+    summary["closures"] = closures_json(report.closures, run.run);
   }
   if (run.has_prior_map) summary["place_in_map"] = place_json(report.places, run);
   if (recording.images) summary["frontend"] = frontend_json(run.report.frontend);

@@ -1,8 +1,14 @@
+#include <numeric>
+
 #include <benchmark/benchmark.h>
 
 #include <chasles/filter/dense.hpp>
+#include <chasles/filter/ekf.hpp>
 #include <chasles/filter/segment_chain.hpp>
 #include <chasles/lie/testing.hpp>
+#include <chasles/map/map_testing.hpp>
+#include <chasles/map/place.hpp>
+#include <chasles/pipeline/map_file.hpp>
 #include <chasles/recognise/appearance.hpp>
 #include <chasles/recognise/joint_compatibility.hpp>
 
@@ -101,6 +107,56 @@ void Return5(benchmark::State& state) {
   }
 }
 BENCHMARK(Return5)->Arg(300)->Arg(750)->Arg(1500)->Unit(benchmark::kMillisecond);
+
+LandmarkMap large_map() { return test::corridor_map(4, 10000, 2000, 48); }
+
+void ReadMap(benchmark::State& state) {
+  const std::string bytes = map_bytes(large_map());
+  for (auto _ : state) benchmark::DoNotOptimize(parse_map(bytes, "map"));
+  state.counters["bytes_per_landmark"] = static_cast<double>(bytes.size()) / 10000;
+}
+BENCHMARK(ReadMap)->Unit(benchmark::kMillisecond);
+
+// 60 landmarks, a fifth of which are in the map.
+void FindPlace(benchmark::State& state) {
+  const LandmarkMap map = large_map();
+  test::Random random(5);
+  std::vector<PlacePoint> seen;
+  for (int i = 0; i < 60; ++i) {
+    const MapPoint& point = map.points[static_cast<std::size_t>(5000 + i)];
+    const PatchView& view = point.appearance.views().front();
+    seen.push_back({.p_world = point.p_map,
+                    .view = i % 5 == 0 ? test::seen_again(random, view, 30)
+                                       : test::random_view(random, view.from.cast<double>() * 3)});
+  }
+  const Eigen::Vector3d p_camera = map.points[4980].p_map;
+  for (auto _ : state) benchmark::DoNotOptimize(find_place(seen, p_camera, map));
+}
+BENCHMARK(FindPlace)->Unit(benchmark::kMillisecond);
+
+// Five of so many landmarks of a prior map return, for the first time.
+void ReturnOfMap5(benchmark::State& state) {
+  const LandmarkMap map = test::corridor_map(4, static_cast<int>(state.range(0)), 2000, 48);
+  std::vector<int> all(map.points.size());
+  std::iota(all.begin(), all.end(), 0);
+  State x;
+  x.v_world = Eigen::Vector3d::Zero();
+  x.additive = VectorXd::Zero(6);
+  Ekf filter(error_chart("right-sen3"), x, MatrixXd::Identity(15, 15),
+             {.map = Ekf::Map::kPast, .past = {.recalls = true}});
+  for (int i = 0; i < 40; ++i) filter.clone_pose(i, Time(i));
+  const int frame = filter.add_past(placed(map, all, {}, 0.3, 5));
+  std::vector<int> numbers;
+  for (int i = 0; i < 5; ++i) numbers.push_back(frame + 1 + i * 50);
+  for (auto _ : state) {
+    state.PauseTiming();
+    Ekf copy = filter;
+    state.ResumeTiming();
+    copy.revive(numbers);
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(ReturnOfMap5)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace chasles

@@ -1,4 +1,5 @@
 // The map: what it shows and how it answers.
+import { closuresOf } from './closures';
 import { AXES } from './data';
 import { downloadCsv, fileName } from './files';
 import { byId, fixed, grouped, make, number, swatch, toggle } from './format';
@@ -159,6 +160,7 @@ function legendLayers(map: boolean): Layer[] {
   if (map && knowsInitial(run.landmarks)) {
     list.push(['initial', 'Initial positions', 'dots lined', 'initial']);
   }
+  if (closuresOf(run).length) list.push(['closures', 'Loop closures', 'rings', 'cursor']);
   if (run.plan) list.push(['plan', 'Floor plan', 'line', 'muted']);
   (app.subjects as Run[]).forEach((other, k) => {
     if (k !== app.active) list.push([`run-${k}`, other.label, 'dashdot', other.colour]);

@@ -1,5 +1,6 @@
 // How the map is drawn. `view` maps world metres to pixels: see MapView.
 import { ellipseOf, multiplesOf, niceStep, type Pen, polyline, tickText } from './canvas';
+import { closuresOf } from './closures';
 import { AXES, clamp, type Vector } from './data';
 import { number } from './format';
 import type { MapView, Plane, PlaneCovariance } from './map_view';
@@ -39,6 +40,7 @@ export function drawPaths(g: Pen, view: MapView, options: MapOptions, ellipses: 
     drawPath(g, view, truthColumns(run, options.truth), palette.truth, 1.8, [9, 5]);
   }
   if (options.show.estimate) drawEstimate(g, view, run, ellipses);
+  if (layerShown(options, 'closures')) drawClosures(g, view, run);
   drawScale(g, view);
   const coloured = options.show.view || options.show.retired;
   if (coloured && options.colour !== 'plain') drawRamp(g, view, options);
@@ -96,6 +98,18 @@ function drawEstimate(g: Pen, view: MapView, run: Run, ellipses: boolean): void 
   drawPath(g, view, run.states, palette[estimateColour()], 2.4, []);
   g.lineCap = 'butt';
   if (run.count) drawStart(g, view, run);
+}
+
+/** A ring where past landmarks returned into the state. */
+function drawClosures(g: Pen, view: MapView, run: Run): void {
+  g.strokeStyle = palette.cursor;
+  g.lineWidth = 1.6;
+  for (const { state } of closuresOf(run)) {
+    const [x, y] = view.stateAt(run, state);
+    g.beginPath();
+    g.arc(x, y, 6, 0, 2 * Math.PI);
+    g.stroke();
+  }
 }
 
 function drawStart(g: Pen, view: MapView, run: Run): void {

@@ -2,14 +2,16 @@
 import { Group, InstancedMesh, Matrix4, Mesh, type Object3D } from 'three';
 
 import { tickText } from './canvas';
+import { closuresOf } from './closures';
 import { type Axis, clamp, type Columns, extremes, quantile, type Vector } from './data';
 import { number } from './format';
-import { estimateColour, type MapOptions } from './map_draw';
+import { estimateColour, layerShown, type MapOptions } from './map_draw';
 import { landmarkScale } from './map_view';
 import { placedColumns, type Run, truthColumns } from './runs';
 import { ellipsoidMatrix, ellipsoids, LandmarkEllipsoids } from './scene_ellipsoids';
 import { LandmarkDots } from './scene_landmarks';
-import { bodyAxes, camerasOf, frustum, groundGrid, LongPath, pathLine, planLines } from './scene_objects';
+import { bodyAxes, camerasOf, frustum, groundGrid, LongPath, pathLine, planLines,
+  rings } from './scene_objects';
 import { type Box, type Screen, sizeOf } from './scene_view';
 import { app } from './store';
 import { SMOOTH } from './webgl';
@@ -59,7 +61,14 @@ export class SceneContent {
       show.truth && run.truth ? pathLine(truthColumns(run, truth), this.size,
         { colour: 'truth', width: 2, dash, fine }) : null,
       show.estimate ? pathLine(pathOf(run.states), this.size,
-        { colour: estimateColour(), width: 3, fine }) : null];
+        { colour: estimateColour(), width: 3, fine }) : null,
+      this.closures()];
+  }
+
+  private closures(): Object3D | null {
+    const { run: { states: { x, y, z } }, options } = this, list = closuresOf(this.run);
+    if (!list.length || !layerShown(options, 'closures')) return null;
+    return rings(list.map(({ state: i }): Vector => [x[i], y[i], z[i]]), this.size / 60, 'cursor');
   }
 
   /** The height of the ground: of the lowest landmarks about the path, where there are any. */

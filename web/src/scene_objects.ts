@@ -80,6 +80,20 @@ function segments(points: number[], color: string, linewidth: number): Object3D 
   return lines;
 }
 
+/** Level rings of that radius [m]. */
+export function rings(centres: Vector[], radius: number, colour: string): Object3D {
+  const corners = 24, points: number[] = [];
+  for (const [x, y, z] of centres) {
+    for (let k = 0; k < corners; k++) {
+      for (const at of [k, k + 1]) {
+        const angle = (2 * Math.PI * at) / corners;
+        points.push(x + radius * Math.cos(angle), y + radius * Math.sin(angle), z);
+      }
+    }
+  }
+  return segments(points, palette[colour], 2);
+}
+
 /** The body's axes, x red, y green, z blue, of that length [m]. */
 export function bodyAxes(length: number): Object3D[] {
   return ['#d62a2a', '#1c9a36', '#2f5cf0'].map((colour, k) =>

@@ -1,4 +1,5 @@
 // Key figures, tables, settings and remarks: all that is words and single numbers.
+import { type Closure, closuresOf } from './closures';
 import { exact } from './exact';
 import { byId, type Child, flattened, grouped, isNumber, isScalar, make, number, percent, plainText,
   titleCase } from './format';
@@ -106,6 +107,17 @@ export function showFigures(): void {
     if (values.every((v) => v === undefined || v === null || !isScalar(v))) continue;
     rows.push([label, ...values.map((v) => figureCell(key, v, digits, unit)),
       make('td', { class: 'muted small meaning' }, meaning)]);
+  }
+  const closures = allRuns().map(closuresOf);
+  if (closures.some((list) => list.length)) {
+    const figures: [string, (list: Closure[]) => string, string][] = [
+      ['Loop closures', (list) => grouped(list.length), 'times at which past landmarks returned'],
+      ['Largest jump at a closure', (list) => `${number(Math.max(0, ...list.map((c) => c.moved)), 3)} m`,
+        'of the pose']];
+    for (const [label, text, meaning] of figures) {
+      rows.push([label, ...closures.map((list) => make('td', { class: 'figure' }, text(list))),
+        make('td', { class: 'muted small meaning' }, meaning)]);
+    }
   }
   const [alike, others] = [allRuns().length === 1, otherFigures(known)];
   if (!alike) rows.push(...others.map(([label, cells]) => [label, ...cells, make('td', {})]));

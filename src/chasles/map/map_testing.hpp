@@ -38,13 +38,12 @@ inline PatchView seen_again(Random& random, PatchView view, int bits) {
 
 /// Points on the walls of a corridor along x, each seen from 3 m before it, with errors that drift
 /// along the corridor beside their own ones.
-inline LandmarkMap corridor_map(std::uint64_t seed, int points, double length) {
+inline LandmarkMap corridor_map(std::uint64_t seed, int points, double length, int rank = 6) {
   Random random(seed);
   LandmarkMap map;
   map.sessions.push_back({.name = "corridor", .begin = Time(5), .end = Time(10), .cameras = {}});
   std::vector<Eigen::Matrix3d> own;
-  constexpr int kRank = 6;
-  Eigen::MatrixXd shared(3 * points, kRank);
+  Eigen::MatrixXd shared(3 * points, rank);
   for (int i = 0; i < points; ++i) {
     const double x = length * (i + random.uniform()) / points;
     const double side = i % 2 == 0 ? 1.5 : -1.5;
@@ -53,7 +52,7 @@ inline LandmarkMap corridor_map(std::uint64_t seed, int points, double length) {
     point.appearance.add(random_view(random, Eigen::Vector3d(x - 3, 0, 0) - p));
     map.points.push_back(std::move(point));
     own.emplace_back(std::pow(0.01 + 0.01 * random.uniform(), 2) * Eigen::Matrix3d::Identity());
-    for (int k = 0; k < kRank; ++k) {
+    for (int k = 0; k < rank; ++k) {
       const double phase = std::numbers::pi * (k + 1) * x / length;
       for (int axis = 0; axis < 3; ++axis) {
         shared(3 * i + axis, k) = 0.05 / (k + 1) * std::sin(phase + axis + k);

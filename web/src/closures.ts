@@ -1,0 +1,21 @@
+// The loop closures of a run, as summary.json lists them.
+import { nearestIndex } from './data';
+import type { Run } from './runs';
+
+export interface Closure {
+  /** The first state with it. */
+  state: number;
+  landmarks: number;
+  /** By which it moved the pose [m]. */
+  moved: number;
+}
+
+export function closuresOf(run: Run): Closure[] {
+  const { closures } = run.summary;
+  if (!Array.isArray(closures) || !run.count) return [];
+  return closures.map((entry: Record<string, unknown>) => ({
+    state: nearestIndex(run.t, Number(entry.seconds) || 0),
+    landmarks: Number(entry.landmarks) || 0,
+    moved: Number(entry.moved_m) || 0,
+  }));
+}
