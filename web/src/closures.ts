@@ -10,12 +10,13 @@ export interface Closure {
   moved: number;
 }
 
+/** Those whose pose is finite. */
 export function closuresOf(run: Run): Closure[] {
-  const { closures } = run.summary;
+  const { summary: { closures }, states: { x, y, z } } = run;
   if (!Array.isArray(closures) || !run.count) return [];
   return closures.map((entry: Record<string, unknown>) => ({
     state: nearestIndex(run.t, Number(entry.seconds) || 0),
     landmarks: Number(entry.landmarks) || 0,
     moved: Number(entry.moved_m) || 0,
-  }));
+  })).filter(({ state: i }) => Number.isFinite(x[i] + y[i] + z[i]));
 }

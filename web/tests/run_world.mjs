@@ -26,6 +26,7 @@ export async function scene(page, { run, folder }) {
   await motion(page);
   check('at first it shows what 0 makes it show', await sceneShot(page) === first);
   if (run.plan) await planInScene(page);
+  if (run.summary.closures) await closuresInScene(page, first);
   await page.selectOption('#map-view', 'above');
   await until('the view from above differs', async () => await sceneShot(page) !== first);
   await page.selectOption('#map-view', 'follow');
@@ -35,6 +36,19 @@ export async function scene(page, { run, folder }) {
   await until('the scene follows the cursor', async () => await sceneShot(page) !== behind);
   const { bytes } = await saved(page, folder, () => page.click('#map-png'));
   check('the scene is saved as a picture', bytes.length > 10000, String(bytes.length));
+}
+
+/** The rings where loops were closed, and what the figures say about them. */
+async function closuresInScene(page, before) {
+  const box = page.getByLabel('Loop closures');
+  await box.uncheck();
+  await until('the legend hides the loop closures', async () => await sceneShot(page) !== before);
+  const without = await sceneShot(page);
+  await box.check();
+  await until('and shows them again', async () => await sceneShot(page) !== without);
+  const figures = await page.locator('#figures tr').allTextContents();
+  check('their number is a figure', figures.some((row) => row.startsWith('Loop closures2')));
+  check('so is their largest jump', figures.some((row) => row.includes('closure0.250 m')), figures.join('|'));
 }
 
 /** A processor draws a scene in motion with fewer dots; at rest it is the picture that it was. Returns

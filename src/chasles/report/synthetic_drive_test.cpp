@@ -117,6 +117,8 @@ const char* const kSummary = R"({
   "attitude_deg": 0.62, "rpe_100m_percent": 0.914, "nees_pose": 6.4, "nees_position": 3.2,
   "nees_attitude": 2.9, "nis_per_dof": 1.002, "frames": 1000, "landmarks": 5000,
   "seconds_wall": 2.91, "seconds_cpu": 2.84, "realtime_factor": 35.6, "health": "ok",
+  "closures": [{"seconds": 20.5, "landmarks": 6, "moved_m": 0.25},
+    {"seconds": 40, "landmarks": 4, "moved_m": 0.125}],
   "settings": {"chart": "right-sen3", "mode": "slam", "gate": 0.99, "cameras": "stereo",
     "noise": {"velocity_m_s": 0.52, "rate_rad_s": 0.049, "pixels": [0.9, 0.4, 0.9, 0.4]}},
   "remarks": ["cam_T_imu is [C | rho] with the camera's position: taken as [C | -C rho].",
