@@ -68,6 +68,27 @@ void expect_the_same(const Estimates& a, const Estimates& b) {
   }
 }
 
+// What one run leaves, another one of a robot's program finds.
+TEST(VisualInertialSlam, FindsItsPlaceInAMap) {
+  InertialRunSettings settings;
+  settings.filter.recognise = Recognise::kAppearance;
+  const auto made = [&](std::shared_ptr<const LandmarkMap> map) {
+    return VisualInertialSlam(walk().cameras, *walk().imu_noise, settings,
+                              {.convention = walk().imu_convention}, {}, std::move(map));
+  };
+  VisualInertialSlam first = made(nullptr);
+  play(first, walk());
+  const auto map = std::make_shared<const LandmarkMap>(first.estimator().landmark_map().value());
+  VisualInertialSlam second = made(map);
+  const Estimates estimates = play(second, walk());
+  ASSERT_TRUE(estimates.back().in_map);
+  // The same walk, so both frames are one, up to the errors of the map.
+  const PoseInMap& pose = *estimates.back().in_map;
+  const double sigma = std::sqrt(pose.covariance.bottomRightCorner<3, 3>().trace());
+  EXPECT_LT((pose.map_T_imu.p - estimates.back().world_T_imu.p).norm(), 4 * sigma);
+  EXPECT_LT(sigma, 0.3);
+}
+
 TEST(VisualInertialSlam, KeepsTheScaleWithOneCameraWhereTheChartCan) {
   InertialRunSettings settings;
   EXPECT_EQ(for_images(settings, 1, {}).filter.keep_scale, Toggle::kTrue);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <utility>
 
 #include <chasles/filter/dense.hpp>
@@ -24,12 +25,6 @@ constexpr int kPatience = 8;
 constexpr int kLeastSeen = 7;
 // Landmarks that left the state since help to find the place.
 constexpr Time kRecently = std::chrono::seconds(4);
-
-std::vector<int> indices_of(std::size_t count) {
-  std::vector<int> indices(count);
-  for (std::size_t i = 0; i < count; ++i) indices[i] = static_cast<int>(i);
-  return indices;
-}
 
 }  // namespace
 
@@ -82,7 +77,8 @@ void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
 
 // The map's landmarks become past landmarks of the filter.
 void InertialSlam::place_map() {
-  const auto all = indices_of(prior_->map->points.size());
+  std::vector<int> all(prior_->map->points.size());
+  std::iota(all.begin(), all.end(), 0);
   map_number_ = filter_.add_past(
       placed(*prior_->map, all, *prior_->nav_T_map, kHeadingSigma, kPositionSigma));
   for (auto& [id, point] : prior_->points) point.number += *map_number_ + 1;
@@ -126,7 +122,8 @@ std::optional<PoseInMap> InertialSlam::pose_in_map(const NavState& now) const {
   if (!map_number_) return std::nullopt;
   const Carried shared = filter_.recall(std::array{*map_number_});
   const MapFrame frame = map_frame(shared);
-  const MatrixXd &B = frame.by_shared, pose = work_.nav.derivative.topRows<6>();
+  const MatrixXd& B = frame.by_shared;
+  const MatrixXd pose = work_.nav.derivative.topRows<6>();
   // The errors of the frame and of the pose in nav.
   Eigen::Matrix<double, 12, 12> P;
   P.topLeftCorner<6, 6>() = B * shared.P * B.transpose();
