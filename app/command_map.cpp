@@ -90,8 +90,9 @@ std::string text_of(const fs::path& file, const Json& json) {
   return text;
 }
 
-void print(const MapOptions& o, const fs::path& file, const LandmarkMap& map, Json more) {
-  Json json = description(map, fs::file_size(file));
+void print(const MapOptions& o, const fs::path& file, const LandmarkMap& map, std::size_t bytes,
+           const Json& more) {
+  Json json = description(map, bytes);
   json.update(more);
   if (o.json) {
     fmt::print("{}\n", json_text(json, 2));
@@ -104,15 +105,16 @@ void print(const MapOptions& o, const fs::path& file, const LandmarkMap& map, Js
 }
 
 int show(const MapOptions& o) {
-  print(o, o.map, read_map(o.map), Json::object());
+  const LandmarkMap map = read_map(o.map);
+  print(o, o.map, map, fs::file_size(o.map), Json::object());
   return 0;
 }
 
 int merge(const MapOptions& o) {
   check_map_output(o.output);
   const MergedMaps merged = merge_maps(read_map(o.a), read_map(o.b));
-  write_map(merged.map, o.output);
-  print(o, o.output, merged.map,
+  const std::size_t bytes = write_map(merged.map, o.output);
+  print(o, o.output, merged.map, bytes,
         {{"matches", merged.matches}, {"nis_per_dof", merged.nis / (3 * merged.matches)}});
   return 0;
 }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <functional>
 #include <memory>
 
@@ -186,10 +187,17 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
   const bool from_truth = o.begin == "truth";
   const InertialSensors sensors = inertial_sensors(recording);
   const InertialRunSettings of_run = decided(settings, recording);
+  const auto map = o.map.empty() ? nullptr : std::make_shared<const LandmarkMap>(read_map(o.map));
+  if (map &&
+      std::ranges::find(map->sessions, recording.name, &MapSession::name) != map->sessions.end()) {
+    spdlog::warn(
+        "{} has a session of a recording named {}, as this one is: if it is the same, its "
+        "information counts twice",
+        o.map.string(), recording.name);
+  }
   Prepared prepared;
   prepared.estimator = make_estimator(
-      of_run, sensors, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt,
-      o.map.empty() ? nullptr : std::make_shared<const LandmarkMap>(read_map(o.map)));
+      of_run, sensors, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt, map);
   prepared.options.frontend = settings.frontend;
   prepared.options.run.realtime = realtime(o);
   prepared.options.run.tracks = o.input.tracks;
@@ -336,8 +344,8 @@ int run_command(RunCommandOptions o) {
   add_remarks(result.run, result.report, frame_count(recording), recording.remarks);
   const Json figures = deliver(o, prepared, result, wall);
   print(o, figures);
-  const bool has_map = save_map(o, recording, *prepared.estimator);
   live.finish(result.run, json_text(figures), interrupted);
+  const bool has_map = save_map(o, recording, *prepared.estimator);
   return exit_code(o, result.run, interrupted, has_map, figures);
 }
 

@@ -40,24 +40,24 @@ void check_map_output(const fs::path& file) {
 bool save_map(const RunCommandOptions& o, const Recording& recording, const Estimator& estimator) {
   const fs::path file = map_target(o);
   if (file.empty()) return true;
-  if (!o.map.empty() && !estimator.report().places.placed) {
+  std::optional<LandmarkMap> map = estimator.landmark_map();
+  if (!o.map.empty() && (!map || map->sessions.size() <= read_map(o.map).sessions.size())) {
     spdlog::error(
         "{}: the run found no place in {}, so there is nothing to add to it: no map was "
         "saved",
         file.string(), o.map.string());
     return false;
   }
-  std::optional<LandmarkMap> map = estimator.landmark_map();
   if (!map || map->points.empty()) {
     spdlog::error("{}: the run has no landmark that could be recognised: no map was saved",
                   file.string());
     return false;
   }
   map->sessions.back().name = recording.name;
-  write_map(*map, file);
+  const std::size_t bytes = write_map(*map, file);
   if (!o.quiet && !o.json) {
     fmt::print("map: {}, {} landmarks, {:.1f} kB\n", file.string(), map->points.size(),
-               1e-3 * static_cast<double>(fs::file_size(file)));
+               1e-3 * static_cast<double>(bytes));
   }
   return true;
 }

@@ -98,11 +98,12 @@ std::vector<Cost> chain(const Footage& m, std::size_t cameras) {
   InertialSlamSettings settings;
   settings.max_landmarks = 50;
   settings.clones = 10;
-  const auto estimator = make_estimator(for_images({.filter = settings}, cameras),
-                                        {.cameras = used,
-                                         .noise = *m.recording.imu_noise,
-                                         .imu = imu,
-                                         .pixel_sigma = kFrontendPixelSigma});
+  const auto estimator =
+      make_estimator(for_images({.filter = settings}, cameras, *m.recording.imu_noise),
+                     {.cameras = used,
+                      .noise = *m.recording.imu_noise,
+                      .imu = imu,
+                      .pixel_sigma = kFrontendPixelSigma});
   FrontendSettings frontend;
   frontend.max_tracks = kTracks;
   EventStream stream(m.recording);

@@ -145,7 +145,10 @@ void ReturnOfMap5(benchmark::State& state) {
   Ekf filter(error_chart("right-sen3"), x, MatrixXd::Identity(15, 15),
              {.map = Ekf::Map::kPast, .past = {.recalls = true}});
   for (int i = 0; i < 40; ++i) filter.clone_pose(i, Time(i));
-  const int frame = filter.add_past(placed(map, all, {}, 0.3, 5));
+  MapPlace place;
+  place.heading_sigma = 0.3;
+  place.position_sigma = 5;
+  const int frame = filter.add_past(placed(map, all, place));
   std::vector<int> numbers;
   for (int i = 0; i < 5; ++i) numbers.push_back(frame + 1 + i * 50);
   for (auto _ : state) {

@@ -14,8 +14,9 @@ export interface Closure {
 export function closuresOf(run: Run): Closure[] {
   const { summary: { closures }, states: { x, y, z } } = run;
   if (!Array.isArray(closures) || !run.count) return [];
-  return closures.map((entry: Record<string, unknown>) => ({
-    state: nearestIndex(run.t, Number(entry.seconds) || 0),
+  const known = closures.filter(({ seconds }) => typeof seconds === 'number');
+  return known.map((entry: Record<string, unknown>) => ({
+    state: nearestIndex(run.t, Number(entry.seconds)),
     landmarks: Number(entry.landmarks) || 0,
     moved: Number(entry.moved_m) || 0,
   })).filter(({ state: i }) => Number.isFinite(x[i] + y[i] + z[i]));

@@ -71,6 +71,8 @@ class Past {
   /// The filter's run since the last segment.
   void append(Segment segment);
 
+  /// Whether it is a landmark of a prior map that has not yet returned.
+  bool follows(int number) const { return frame_of(number).has_value(); }
   /// The states from which these follow: a landmark of a prior map that has not yet returned
   /// follows from the shared errors of the map.
   std::vector<int> sources(const std::vector<int>& numbers) const;

@@ -19,7 +19,7 @@ class JointCovariance {
   /// case.
   struct Limits {
     double error = 0.003;  ///< root mean square of the correlations of two points that are left out
-    int rank = 48;
+    int rank = 45;
   };
   /// Of P, symmetric and positive semidefinite, three rows a point.
   static JointCovariance of_matrix(const Eigen::MatrixXd& P, const Limits& limits);

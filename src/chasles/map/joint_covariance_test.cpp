@@ -51,7 +51,7 @@ TEST(JointCovariance, AFewSharedDirectionsAreFoundExactly) {
 
 TEST(JointCovariance, ADriftNeedsFewDirectionsAndPointsStayExact) {
   const MatrixXd P = drifting(300, 0.02);
-  const JointCovariance::Limits limits;
+  const JointCovariance::Limits limits{.error = 0.003, .rank = 60};
   const JointCovariance compressed = JointCovariance::of_matrix(P, limits);
   EXPECT_LT(compressed.rank(), limits.rank);
   EXPECT_GT(compressed.rank(), 3);

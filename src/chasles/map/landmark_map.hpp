@@ -41,9 +41,16 @@ struct LandmarkMap {
 /// Ids of a map's landmarks in a run begin here: its own tracks have smaller ones.
 inline constexpr LandmarkId kFirstMapId = 1'000'000'000;
 
-/// Some points of a map in the world of a run, with the frame of the map at world_T_map. Sigmas of
-/// its heading [rad] and of its position [m]. The ids are kFirstMapId + index.
-PriorMap placed(const LandmarkMap& map, std::span<const int> points, const SE3& world_T_map,
-                double heading_sigma, double position_sigma);
+/// Where a map lies in the world of a run, as it is known before its landmarks are observed.
+struct MapPlace {
+  SE3 world_T_map;
+  Eigen::Vector3d pivot = Eigen::Vector3d::Zero();  ///< world; the heading's error turns about it
+  double heading_sigma = 0;                         ///< [rad]
+  double position_sigma = 0;                        ///< of the pivot [m]
+};
+
+/// Some points of a map in the world of a run. The ids are kFirstMapId + index. The last four
+/// shared errors are those of the place: heading and position.
+PriorMap placed(const LandmarkMap& map, std::span<const int> points, const MapPlace& place);
 
 }  // namespace chasles

@@ -16,7 +16,10 @@ TEST(PlacedMap, ItsErrorsAreThoseOfTheMapAndOfItsPlace) {
   const LandmarkMap map = test::corridor_map(1, 8, 10);
   const SE3 world_T_map = test::level_pose(0.7, {1, -2, 3});
   const std::array points{5, 0, 3};
-  const PriorMap prior = placed(map, points, world_T_map, 0.2, 3);
+  const Vector3d pivot(5, 6, 7);
+  const PriorMap prior = placed(
+      map, points,
+      {.world_T_map = world_T_map, .pivot = pivot, .heading_sigma = 0.2, .position_sigma = 3});
   ASSERT_EQ(prior.landmarks.size(), 3u);
   const Eigen::Index r = map.covariance.rank();
   ASSERT_EQ(prior.shared.cols(), r + 4);
@@ -24,7 +27,9 @@ TEST(PlacedMap, ItsErrorsAreThoseOfTheMapAndOfItsPlace) {
   for (Eigen::Index column = 0; column < r + 4; ++column) {
     Eigen::VectorXd y = Eigen::VectorXd::Zero(r + 4);
     y(column) = kStep;
-    SE3 moved = test::level_pose(0.7 + 0.2 * y(r), world_T_map.p + 3 * y.tail<3>());
+    const SE3 turn = test::level_pose(0.2 * y(r), Vector3d::Zero());
+    const SE3 moved{turn.R * world_T_map.R,
+                    pivot + turn.R * (world_T_map.p - pivot) + 3 * y.tail<3>()};
     EXPECT_NEAR(prior.shared(2, column), column == r ? 0.2 : 0, 1e-12);
     EXPECT_TRUE(test::agree(prior.shared.block<3, 1>(3, column), (moved.p - world_T_map.p) / kStep,
                             1e-6, 1e-6));

@@ -29,12 +29,13 @@ constexpr double kOneView = 0.4;
 constexpr std::size_t kLeastPoints = 7;
 // Places that are the same but for the drift of the maps [m, rad].
 constexpr double kSamePosition = 1, kSameHeading = 0.1;
-constexpr int kLeastMatches = 10;
+// Landmarks of both at the place itself, and in all.
+constexpr int kLeastAtPlace = 6, kLeastMatches = 10;
 // As for the landmarks of a run (docs/recognition.md): bits that differ, and pixels by which the
 // point that is found again is another one.
 constexpr int kSimilar = 50;
 constexpr double kOtherPoint = 1.5;
-constexpr double kProbability = 0.99;
+constexpr double kProbability = 0.99, kTogether = 0.999;
 // Sigmas of the place [rad, m]: they say nothing beside the matches.
 constexpr double kHeadingSigma = 0.3, kPositionSigma = 5;
 
@@ -119,8 +120,13 @@ std::optional<Proposed> common_place(const LandmarkMap& a, const LandmarkMap& b)
 // map shares, and those of the place; and the points' own errors.
 class Both {
  public:
-  Both(const LandmarkMap& a, const LandmarkMap& b, SE3 a_T_b)
-      : a_(a), b_(b), a_T_b_(std::move(a_T_b)) {}
+  /// The place's heading turns about the mean of what both have.
+  Both(const LandmarkMap& a, const LandmarkMap& b, SE3 a_T_b, std::span<const Match> matches)
+      : a_(a), b_(b), a_T_b_(std::move(a_T_b)) {
+    for (const Match& match : matches) {
+      pivot_ += p_b(match.seen) / static_cast<double>(matches.size());
+    }
+  }
 
   struct Difference {
     Vector3d d;     // of b's point from a's
@@ -169,18 +175,20 @@ class Both {
     constexpr int kSteps = 3;
     for (int step = 0; step < kSteps; ++step) {
       const Eigen::Vector4d by = solve(matches).mean.tail<4>();
-      a_T_b_.R = so3::exp({0, 0, kHeadingSigma * by(0)}) * a_T_b_.R;
-      a_T_b_.p += kPositionSigma * by.tail<3>();
+      const Matrix3d turn = so3::exp({0, 0, kHeadingSigma * by(0)});
+      a_T_b_.R = turn * a_T_b_.R;
+      a_T_b_.p = pivot_ + turn * (a_T_b_.p - pivot_) + kPositionSigma * by.tail<3>();
     }
   }
 
-  // Squared innovation of a difference, given others.
-  double square(const Match& match, const Posterior& given) const {
+  // Squared innovation of a difference: given others, or given all of which it is one.
+  double square(const Match& match, const Posterior& given, bool is_one) const {
     const Difference one = difference(match);
     const MatrixXd by_root = one.H * given.root;
-    const Matrix3d S = by_root * by_root.transpose() + one.V;
+    const Matrix3d P = by_root * by_root.transpose();
+    const Matrix3d S = is_one ? Matrix3d(one.V - P) : Matrix3d(one.V + P);
     const Vector3d r = one.d + one.H * given.mean;
-    return r.dot(S.llt().solve(r));
+    return r.dot(S.ldlt().solve(r));
   }
 
   MergedMaps merged(std::span<const Match> matches) const {
@@ -196,12 +204,11 @@ class Both {
       of_a[static_cast<std::size_t>(match.point)] = &match;
       taken[static_cast<std::size_t>(match.seen)] = true;
     }
-    const auto rest = static_cast<Index>(b_.points.size() - matches.size());
     LandmarkMap& map = result.map;
     map.sessions = a_.sessions;
     map.sessions.insert(map.sessions.end(), b_.sessions.begin(), b_.sessions.end());
     std::vector<Matrix3d> own;
-    MatrixXd shared(3 * (n_a + rest), size());
+    MatrixXd shared(3 * (n_a + static_cast<Index>(b_.points.size())), size());
     const auto add = [&](MapPoint point, const MatrixXd& rows, const Matrix3d& D) {
       shared.middleRows<3>(3 * static_cast<Index>(map.points.size())) = rows;
       point.p_map += rows * posterior.mean;
@@ -231,28 +238,34 @@ class Both {
       point.p_map = p_b(index);
       point.session += static_cast<int>(a_.sessions.size());
       point.appearance = point.appearance.turned(a_T_b_.R);
+      if (point.appearance.empty()) continue;
       add(std::move(point), rows_b(index), own_b(index));
     }
+    shared.conservativeResize(3 * static_cast<Index>(own.size()), Eigen::NoChange);
     map.covariance =
         JointCovariance(std::move(own), dense::product(shared, posterior.root)).reduced({});
     return result;
   }
 
-  bool may_be_same(const Match& match) const {
-    const Appearance& of_a = a_.points[static_cast<std::size_t>(match.point)].appearance;
-    const Appearance of_b =
-        b_.points[static_cast<std::size_t>(match.seen)].appearance.turned(a_T_b_.R);
-    return std::ranges::any_of(of_b.views(), [&](const PatchView& view) {
-      return of_a.distance(view).value_or(kSimilar + 1) <= kSimilar;
-    });
-  }
-  // A sphere around a's point in which b's may lie.
-  bool is_near(const Match& match, const Posterior& given) const {
-    constexpr double kFar = 4;
-    const Difference one = difference(match);
-    const Vector3d r = one.d + one.H * given.mean;
-    const double variance = (one.H * given.root).squaredNorm() + one.V.trace();
-    return r.squaredNorm() < kFar * kFar * variance;
+  // Where a point may lie: its mean, and the largest variance by shared and own errors.
+  struct Whereabouts {
+    Vector3d p;
+    double variance = 0;
+    Appearance appearance;
+  };
+  std::vector<Whereabouts> whereabouts(bool of_a, const Posterior& given) const {
+    const LandmarkMap& map = of_a ? a_ : b_;
+    std::vector<Whereabouts> result;
+    for (int i = 0; i < static_cast<int>(map.points.size()); ++i) {
+      const MapPoint& point = map.points[static_cast<std::size_t>(i)];
+      const MatrixXd rows = of_a ? rows_a(i) : rows_b(i);
+      const Vector3d p = of_a ? point.p_map : p_b(i);
+      result.push_back({.p = p + rows * given.mean,
+                        .variance = (rows * given.root).squaredNorm() +
+                                    map.covariance.own()[static_cast<std::size_t>(i)].trace(),
+                        .appearance = of_a ? point.appearance : point.appearance.turned(a_T_b_.R)});
+    }
+    return result;
   }
 
  private:
@@ -274,7 +287,7 @@ class Both {
     MatrixXd rows = MatrixXd::Zero(3, size());
     rows.middleCols(r_a(), r_b()) =
         a_T_b_.R * b_.covariance.shared().middleRows<3>(3 * static_cast<Index>(point));
-    rows.col(r_a() + r_b()) = kHeadingSigma * Vector3d::UnitZ().cross(p_b(point) - a_T_b_.p);
+    rows.col(r_a() + r_b()) = kHeadingSigma * Vector3d::UnitZ().cross(p_b(point) - pivot_);
     rows.rightCols<3>() = kPositionSigma * Matrix3d::Identity();
     return rows;
   }
@@ -288,31 +301,31 @@ class Both {
   const LandmarkMap& a_;
   const LandmarkMap& b_;
   SE3 a_T_b_;
+  Vector3d pivot_ = Vector3d::Zero();
 };
 
-// Worst first, until all pass.
+// Worst first, until all agree with the others.
 void drop_contradictions(const Both& both, std::vector<Match>& matches) {
   const double most = chi2_quantile(kProbability, 3);
   while (!matches.empty()) {
-    std::optional<std::size_t> worst;
-    double largest = most;
-    for (std::size_t i = 0; i < matches.size(); ++i) {
-      std::vector<Match> others = matches;
-      others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
-      const double square = both.square(matches[i], both.solve(others));
-      if (square > largest) {
-        largest = square;
-        worst = i;
-      }
-    }
-    if (!worst) return;
-    matches.erase(matches.begin() + static_cast<std::ptrdiff_t>(*worst));
+    const Both::Posterior all = both.solve(matches);
+    std::vector<double> squares;
+    for (const Match& match : matches) squares.push_back(both.square(match, all, true));
+    const auto worst = std::ranges::max_element(squares);
+    if (*worst <= most) return;
+    matches.erase(matches.begin() + (worst - squares.begin()));
   }
 }
 
+bool look_alike(const Appearance& a, const Appearance& b) {
+  return std::ranges::any_of(b.views(), [&](const PatchView& view) {
+    return a.distance(view).value_or(kSimilar + 1) <= kSimilar;
+  });
+}
+
 // Further landmarks that look the same where they should be.
-void add_matches(const LandmarkMap& a, const LandmarkMap& b, const Both& both,
-                 std::vector<Match>& matches) {
+void add_matches(const Both& both, std::vector<Match>& matches) {
+  constexpr double kFar = 4;  // sigmas
   const double most = chi2_quantile(kProbability, 3);
   std::set<int> of_a, of_b;
   for (const Match& match : matches) {
@@ -320,24 +333,27 @@ void add_matches(const LandmarkMap& a, const LandmarkMap& b, const Both& both,
     of_b.insert(match.seen);
   }
   const Both::Posterior given = both.solve(matches);
+  const std::vector<Both::Whereabouts> a = both.whereabouts(true, given),
+                                       b = both.whereabouts(false, given);
   std::vector<std::pair<double, Match>> more;
-  for (int j = 0; j < static_cast<int>(b.points.size()); ++j) {
-    if (of_b.contains(j)) continue;
-    for (int i = 0; i < static_cast<int>(a.points.size()); ++i) {
-      if (of_a.contains(i)) continue;
-      const Match match{.seen = j, .point = i};
-      if (!both.is_near(match, given) || !both.may_be_same(match)) continue;
-      const double square = both.square(match, given);
+  for (std::size_t j = 0; j < b.size(); ++j) {
+    if (of_b.contains(static_cast<int>(j))) continue;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      const double variance = 2 * (a[i].variance + b[j].variance);  // at most
+      if ((a[i].p - b[j].p).squaredNorm() > kFar * kFar * variance ||
+          of_a.contains(static_cast<int>(i)) || !look_alike(a[i].appearance, b[j].appearance)) {
+        continue;
+      }
+      const Match match{.seen = static_cast<int>(j), .point = static_cast<int>(i)};
+      const double square = both.square(match, given, false);
       if (square <= most) more.emplace_back(square, match);
     }
   }
   std::ranges::stable_sort(more, {}, [](const auto& one) { return one.first; });
   for (const auto& [square, match] : more) {
-    if (!of_a.insert(match.point).second) continue;
-    if (!of_b.insert(match.seen).second) {
-      of_a.erase(match.point);
-      continue;
-    }
+    if (of_a.contains(match.point) || of_b.contains(match.seen)) continue;
+    of_a.insert(match.point);
+    of_b.insert(match.seen);
     matches.push_back(match);
   }
 }
@@ -345,11 +361,12 @@ void add_matches(const LandmarkMap& a, const LandmarkMap& b, const Both& both,
 void check_sessions(const LandmarkMap& a, const LandmarkMap& b) {
   for (const MapSession& x : a.sessions) {
     for (const MapSession& y : b.sessions) {
-      if (x.name == y.name && x.begin == y.begin && x.end == y.end) {
-        throw InputError(fmt::format(
-            "both maps have the session {}: merging them would count it twice; extend one of them "
-            "by a run in it instead (chasles run --map MAP --extend)",
-            x.name));
+      if (x.name == y.name && x.begin <= y.end && y.begin <= x.end) {
+        throw InputError(
+            fmt::format("both maps have a session of the recording {}: merging them would count it "
+                        "twice; extend one of them "
+                        "by a run in it instead (chasles run --map MAP --extend)",
+                        x.name));
       }
     }
   }
@@ -359,27 +376,31 @@ void check_sessions(const LandmarkMap& a, const LandmarkMap& b) {
 
 MergedMaps merge_maps(const LandmarkMap& a, const LandmarkMap& b) {
   check_sessions(a, b);
-  std::optional<Proposed> place = common_place(a, b);
-  if (place) {
-    Both both(a, b, place->a_T_b);
-    both.relinearise(place->matches);
-    drop_contradictions(both, place->matches);
-    both.relinearise(place->matches);
-    add_matches(a, b, both, place->matches);
-    if (static_cast<int>(place->matches.size()) >= kLeastMatches) {
-      both.relinearise(place->matches);
-      return both.merged(place->matches);
+  const std::optional<Proposed> place = common_place(a, b);
+  std::vector<Match> matches = place ? place->matches : std::vector<Match>{};
+  if (static_cast<int>(matches.size()) >= kLeastAtPlace) {
+    Both both(a, b, place->a_T_b, matches);
+    both.relinearise(matches);
+    drop_contradictions(both, matches);
+    if (static_cast<int>(matches.size()) >= kLeastAtPlace) {
+      both.relinearise(matches);
+      add_matches(both, matches);
+      both.relinearise(matches);
+      drop_contradictions(both, matches);
+      const auto numbers = 3 * static_cast<int>(matches.size());
+      const bool agree = both.solve(matches).nis < chi2_quantile(kTogether, numbers);
+      if (static_cast<int>(matches.size()) >= kLeastMatches && agree) return both.merged(matches);
     }
   }
   throw InputError(
       fmt::format("the maps have no place in common: found {} landmarks that look alike and fit "
                   "together, expected {}",
-                  place ? place->matches.size() : 0, kLeastMatches));
+                  matches.size(), kLeastMatches));
 }
 
 MergedMaps merge_maps(const LandmarkMap& a, const LandmarkMap& b, SE3 a_T_b,
                       std::span<const Match> matches) {
-  return Both(a, b, std::move(a_T_b)).merged(matches);
+  return Both(a, b, std::move(a_T_b), matches).merged(matches);
 }
 
 }  // namespace chasles

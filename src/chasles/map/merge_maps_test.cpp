@@ -112,12 +112,17 @@ Dense dense_merge(const Walks& w) {
   }
   result.P.topLeftCorner(n_a, n_a) = test::whole_covariance(w.a.covariance);
   MatrixXd R = MatrixXd::Zero(n_b, n_b), J(n_b, 4);
+  Vector3d pivot = Vector3d::Zero();
+  for (const Match& match : w.matches) {
+    pivot += w.a_T_b * w.b.points[static_cast<std::size_t>(match.seen)].p_map /
+             static_cast<double>(w.matches.size());
+  }
   for (std::size_t i = 0; i < w.b.points.size(); ++i) {
     const Index at = 3 * static_cast<Index>(i);
-    const Vector3d arm = w.a_T_b.R * w.b.points[i].p_map;
-    result.mean.segment<3>(n_a + at) = arm + w.a_T_b.p;
+    const Vector3d p = w.a_T_b * w.b.points[i].p_map;
+    result.mean.segment<3>(n_a + at) = p;
     R.block<3, 3>(at, at) = w.a_T_b.R;
-    J.block<3, 1>(at, 0) = 0.3 * Vector3d::UnitZ().cross(arm);
+    J.block<3, 1>(at, 0) = 0.3 * Vector3d::UnitZ().cross(p - pivot);
     J.block<3, 3>(at, 1) = 5 * Eigen::Matrix3d::Identity();
   }
   result.P.bottomRightCorner(n_b, n_b) =

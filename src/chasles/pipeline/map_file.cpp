@@ -203,6 +203,16 @@ MapPoint get_point(std::size_t sessions, Cursor& in, Eigen::Matrix3d& own) {
 }  // namespace
 
 std::string map_bytes(const LandmarkMap& map) {
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    const MapPoint& point = map.points[i];
+    if (!point.p_map.allFinite() || !map.covariance.own()[i].allFinite() ||
+        point.appearance.empty()) {
+      throw UsageError("a landmark that is not finite or has no view cannot be saved in a map");
+    }
+  }
+  if (!map.covariance.shared().allFinite()) {
+    throw UsageError("a map whose covariance is not finite cannot be saved");
+  }
   Writer out;
   out.put(static_cast<std::uint32_t>(map.sessions.size()));
   for (const MapSession& session : map.sessions) {
@@ -226,8 +236,10 @@ std::string map_bytes(const LandmarkMap& map) {
   return std::string(kMagic) + file.take() + body;
 }
 
-void write_map(const LandmarkMap& map, const std::filesystem::path& file) {
-  replace_file(file, map_bytes(map));
+std::size_t write_map(const LandmarkMap& map, const std::filesystem::path& file) {
+  const std::string bytes = map_bytes(map);
+  replace_file(file, bytes);
+  return bytes.size();
 }
 
 LandmarkMap parse_map(std::string_view bytes, const std::string& name) {

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <zlib.h>
@@ -111,6 +112,15 @@ TEST(MapFile, NoContentCrashesTheReader) {
     EXPECT_TRUE(found == "read" || found.find("m.map: ") == 0) << found;
   }
   EXPECT_GT(refused, 500);
+}
+
+TEST(MapFile, WhatCouldNotBeReadIsNotWritten) {
+  LandmarkMap map = some_map();
+  map.points[3].appearance = {};
+  EXPECT_THROW(map_bytes(map), UsageError);
+  map = some_map();
+  map.points[3].p_map.x() = std::nan("");
+  EXPECT_THROW(map_bytes(map), UsageError);
 }
 
 TEST(MapFile, ReplacesTheOldOneAsAWhole) {

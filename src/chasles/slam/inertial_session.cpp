@@ -40,6 +40,9 @@ bool is_finite(const Calibration& c) {
 
 bool is_finite(const Estimate& e) {
   if (e.calibration && !is_finite(*e.calibration)) return false;
+  if (e.in_map && !(e.in_map->map_T_imu.p.allFinite() && e.in_map->covariance.allFinite())) {
+    return false;
+  }
   return e.world_T_imu.R.allFinite() && e.world_T_imu.p.allFinite() && e.v_world->allFinite() &&
          e.additive.allFinite() && e.covariance.allFinite() && std::isfinite(e.nis) &&
          std::isfinite(e.innovation_products) && std::isfinite(e.innovation_squares);
@@ -91,7 +94,7 @@ InertialSession::InertialSession(const InertialSlamSettings& filter,
       gaps_(sensors_.imu.range()),
       given_(std::move(given)),
       prior_(std::move(prior)) {
-  end_part();
+  end_part(false);
 }
 
 void InertialSession::process(const ImuSample& sample) {
@@ -116,7 +119,7 @@ void InertialSession::process(const TimedMeasurement& measurement) {
 void InertialSession::note_time(const ImuSample& sample) {
   const bool unknown = gaps_.add(sample).has_value();
   last_sample_ = gaps_.last();
-  if (slam_ && unknown) reset();
+  if (slam_ && unknown) reset(false);
 }
 
 bool InertialSession::usable(const FeatureFrame& frame) const {
@@ -246,7 +249,8 @@ std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
     return e;
   }
   e.health = Health::kLost;
-  reset();
+  e.in_map.reset();
+  reset(true);
   if (is_finite(e)) return e;
   if (!last_) return std::nullopt;
   e.world_T_imu = last_->world_T_imu;
@@ -259,8 +263,8 @@ std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
   return e;
 }
 
-void InertialSession::reset() {
-  end_part();
+void InertialSession::reset(bool lost) {
+  end_part(lost);
   ++resets_;
 }
 
@@ -270,7 +274,7 @@ bool InertialSession::is_credible(const Estimate& e) {
          e.v_world->norm() < kImpossibleSpeed;
 }
 
-void InertialSession::end_part() {
+void InertialSession::end_part(bool lost) {
   if (slam_) {
     earlier_ = past_nav();
     std::erase_if(earlier_.landmarks, [](const MapLandmark& l) {
@@ -279,7 +283,10 @@ void InertialSession::end_part() {
     std::erase_if(earlier_.poses, [](const PastPose& pose) { return !is_finite(pose); });
     earlier_closures_ = closures();
     earlier_known_as_ = known_as();
-    earlier_map_ = landmark_map();
+    if (!lost) {
+      earlier_map_ = landmark_map();
+      earlier_map_placed_ = place_counts().placed.has_value();
+    }
     earlier_place_counts_ = place_counts();
     earlier_counts_ = imu_counts();
     earlier_timed_counts_ = timed_counts();
@@ -332,10 +339,14 @@ std::map<LandmarkId, LandmarkId> InertialSession::known_as() const {
   return all;
 }
 
+// The map in which the run has found its place, else the larger one.
 std::optional<LandmarkMap> InertialSession::landmark_map() const {
   if (!slam_ || settings_.recognise != Recognise::kAppearance) return earlier_map_;
+  const bool placed = slam_->place_counts().placed.has_value();
+  if (earlier_map_ && earlier_map_placed_ && !placed) return earlier_map_;
   LandmarkMap map = slam_->landmark_map();
-  if (map.points.empty() && earlier_map_) return earlier_map_;
+  const bool smaller = earlier_map_ && map.points.size() < earlier_map_->points.size();
+  if (smaller && placed == earlier_map_placed_) return earlier_map_;
   map.sessions.back().begin = first_time_.value_or(map.sessions.back().end);
   return map;
 }

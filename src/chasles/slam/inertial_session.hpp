@@ -81,8 +81,9 @@ class InertialSession {
   std::vector<Closure> closures() const;
   /// As InertialSlam::known_as, of all parts.
   std::map<LandmarkId, LandmarkId> known_as() const;
-  /// What another run can recognise (InertialSlam::landmark_map) of the present part of the run, or
-  /// of the last one where there is none; without sessions[].name. None before a start.
+  /// What another run can recognise (InertialSlam::landmark_map) of a part of the run: one that has
+  /// found its place in the prior map, else the one with most landmarks. Not of a part that was
+  /// lost. Without sessions[].name. None before a start.
   std::optional<LandmarkMap> landmark_map() const;
   PlaceCounts place_counts() const;  ///< in the prior map, of all parts; `placed` of the last one
   ImuBuffer::Counts imu_counts() const;
@@ -105,8 +106,8 @@ class InertialSession {
   bool usable(const FeatureFrame& frame) const;
   Time clock(Time of_cameras) const;
   bool covered(const FeatureFrame& frame) const;
-  void reset();
-  void end_part();
+  void reset(bool lost);
+  void end_part(bool lost);
   bool is_credible(const Estimate& e);
 
   InertialSlamSettings settings_;
@@ -131,7 +132,8 @@ class InertialSession {
   Past::Estimates earlier_;
   std::vector<Closure> earlier_closures_;
   std::map<LandmarkId, LandmarkId> earlier_known_as_;
-  std::optional<LandmarkMap> earlier_map_;
+  std::optional<LandmarkMap> earlier_map_;  ///< of a part that was not lost
+  bool earlier_map_placed_ = false;         ///< in the prior map
   PlaceCounts earlier_place_counts_;
   std::optional<Time> first_time_;  ///< of the first estimate
   ImuBuffer::Counts earlier_counts_;

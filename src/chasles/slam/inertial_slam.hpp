@@ -165,6 +165,8 @@ class InertialSlam {
     Eigen::MatrixXd S;
   };
   using DormantLandmarks = std::map<LandmarkId, Dormant>;
+  /// Matches (track, landmark) that the last search found compatible, and from where first.
+  using CompatibleMatches = std::map<std::pair<LandmarkId, LandmarkId>, Eigen::Vector3d>;
   /// Landmarks in nav, in the order of the candidates, with their joint covariance P and C, that
   /// with the errors of the state.
   struct KnownLandmarks {
@@ -174,13 +176,15 @@ class InertialSlam {
   /// A map in which the run has not yet found its place, and where it may lie.
   struct Prior {
     std::shared_ptr<const LandmarkMap> map;
-    std::optional<SE3> nav_T_map = {};  ///< proposed
-    DormantLandmarks points = {};       ///< at that place; the number is the index in the map
-    int failures = 0;                   ///< searches that did not confirm the place
+    std::optional<MapPlace> place = {};  ///< proposed
+    DormantLandmarks points = {};        ///< at that place; the number is the index in the map
+    CompatibleMatches compatible = {};
+    int failures = 0;  ///< searches in a row that found nothing compatible there
   };
   bool recognise(const FeatureFrame& frame,
                  const std::vector<const PixelObservation*>& observations);
-  bool recognise_among(DormantLandmarks& past, const std::vector<SeenLandmark>& seen);
+  bool recognise_among(DormantLandmarks& past, CompatibleMatches& compatible,
+                       const std::vector<SeenLandmark>& seen);
   bool find_place_in_map(const std::vector<SeenLandmark>& seen);
   void propose_place(const std::vector<SeenLandmark>& seen);
   void place_map();
@@ -210,10 +214,12 @@ class InertialSlam {
                      const std::vector<SeenLandmark>& seen) const;
   std::vector<int> accepted_matches(const Comparison& comparison,
                                     const std::vector<Candidate>& candidates,
-                                    const std::vector<SeenLandmark>& seen);
+                                    const std::vector<SeenLandmark>& seen,
+                                    CompatibleMatches& compatible) const;
   std::vector<int> confirmed_matches(const std::vector<int>& joint, const Comparison& comparison,
                                      const std::vector<Candidate>& candidates,
-                                     const std::vector<SeenLandmark>& seen);
+                                     const std::vector<SeenLandmark>& seen,
+                                     CompatibleMatches& compatible) const;
   void note_change(const SE3& before, const SE3& after);
   void close_loop(const Comparison& comparison, const std::vector<int>& accepted,
                   std::vector<Candidate>& candidates, const std::vector<SeenLandmark>& seen);
@@ -264,8 +270,7 @@ class InertialSlam {
   std::optional<Time> searched_;                  ///< when landmarks were last looked for
   std::map<LandmarkId, Appearance> appearances_;  ///< of landmarks in the state
   std::map<LandmarkId, LandmarkId> known_as_;     ///< tracks of recognised landmarks
-  /// Matches (track, landmark) that the last search found compatible, and from where first.
-  std::map<std::pair<LandmarkId, LandmarkId>, Eigen::Vector3d> compatible_;
+  CompatibleMatches compatible_;
   SpatialChoice choice_;
   Describer describer_;
   std::vector<Closure> closures_;

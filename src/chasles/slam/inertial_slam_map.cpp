@@ -20,8 +20,8 @@ using Eigen::Vector3d;
 // The proposed place is where the measurements of the map's landmarks are linearised. As prior
 // knowledge it has sigmas that say nothing beside them.
 constexpr double kHeadingSigma = 0.3, kPositionSigma = 5;  // [rad, m]
-// Searches after which a proposed place that was not accepted is given up.
-constexpr int kPatience = 8;
+// Searches in a row without compatible landmarks after which a proposed place is given up.
+constexpr int kPatience = 2;
 constexpr int kLeastSeen = 7;
 // Landmarks that left the state since help to find the place.
 constexpr Time kRecently = std::chrono::seconds(4);
@@ -30,19 +30,19 @@ constexpr Time kRecently = std::chrono::seconds(4);
 
 // Whether landmarks of the map have returned, which places it.
 bool InertialSlam::find_place_in_map(const std::vector<SeenLandmark>& seen) {
-  if (!prior_->nav_T_map) propose_place(seen);
-  if (!prior_->nav_T_map) return false;
-  if (recognise_among(prior_->points, seen)) {
+  if (!prior_->place) propose_place(seen);
+  if (!prior_->place) return false;
+  if (recognise_among(prior_->points, prior_->compatible, seen)) {
     placed_map_ = prior_->map;
     place_counts_.placed = clock(now_);
     prior_.reset();
     return true;
   }
-  prior_->failures += compatible_.empty() ? kPatience / 2 : 1;
+  // What is compatible may still lack the view from another place.
+  prior_->failures = prior_->compatible.empty() ? prior_->failures + 1 : 0;
   if (prior_->failures >= kPatience) {
     ++place_counts_.refused;
     prior_ = Prior{.map = prior_->map};
-    compatible_.clear();
   }
   return false;
 }
@@ -61,11 +61,14 @@ void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
     if (now_ - dormant.left > kRecently) continue;
     points.push_back({.p_world = dormant.p_nav, .view = dormant.appearance.views().front()});
   }
-  const auto place = find_place(points, nav_T_camera(0).p, *prior_->map);
+  const Vector3d p_camera = nav_T_camera(0).p;
+  const auto place = find_place(points, p_camera, *prior_->map);
   if (!place) return;
   ++place_counts_.proposed;
-  prior_->nav_T_map = place->world_T_map;
-  compatible_.clear();
+  prior_->place = MapPlace{.world_T_map = place->world_T_map,
+                           .pivot = p_camera,
+                           .heading_sigma = kHeadingSigma,
+                           .position_sigma = kPositionSigma};
   for (std::size_t i = 0; i < prior_->map->points.size(); ++i) {
     const MapPoint& point = prior_->map->points[i];
     prior_->points[kFirstMapId + static_cast<LandmarkId>(i)] = {
@@ -79,8 +82,7 @@ void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
 void InertialSlam::place_map() {
   std::vector<int> all(prior_->map->points.size());
   std::iota(all.begin(), all.end(), 0);
-  map_number_ = filter_.add_past(
-      placed(*prior_->map, all, *prior_->nav_T_map, kHeadingSigma, kPositionSigma));
+  map_number_ = filter_.add_past(placed(*prior_->map, all, *prior_->place));
   for (auto& [id, point] : prior_->points) point.number += *map_number_ + 1;
   dormant_.merge(prior_->points);
 }
@@ -89,8 +91,7 @@ InertialSlam::KnownLandmarks InertialSlam::known_points(
     const std::vector<Candidate>& candidates) const {
   std::vector<int> points;
   for (const Candidate& c : candidates) points.push_back(c.dormant->number);
-  const PriorMap known =
-      placed(*prior_->map, points, *prior_->nav_T_map, kHeadingSigma, kPositionSigma);
+  const PriorMap known = placed(*prior_->map, points, *prior_->place);
   const auto k = 3 * static_cast<Index>(points.size());
   const MatrixXd A = known.shared.bottomRows(k), A_transposed = A.transpose();
   MatrixXd P = dense::product(A, A_transposed);
@@ -161,7 +162,7 @@ std::vector<InertialSlam::SavedLandmark> InertialSlam::landmarks_to_save(
   for (const bool of_map : {true, false}) {
     for (const auto& [id, dormant] : dormant_) {
       if ((id >= kFirstMapId) != of_map) continue;
-      const bool follows = filter_.past().sources({dormant.number}).front() != dormant.number;
+      const bool follows = filter_.past().follows(dormant.number);
       add({.id = id,
            .kind = follows ? SavedLandmark::kOfMap : SavedLandmark::kPast,
            .place = dormant.number,

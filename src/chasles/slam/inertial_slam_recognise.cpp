@@ -136,8 +136,8 @@ bool InertialSlam::recognise(const FeatureFrame& frame,
   if (!has_image || (searched_ && now_ - *searched_ < kInterval)) return false;
   searched_ = now_;
   const std::vector<SeenLandmark> seen = look(frame.images->images.front(), observations);
-  bool found = prior_ && find_place_in_map(seen);
-  if (!found && !(prior_ && prior_->nav_T_map)) found = recognise_among(dormant_, seen);
+  const bool found =
+      (prior_ && find_place_in_map(seen)) || recognise_among(dormant_, compatible_, seen);
   for (const SeenLandmark& s : seen) {
     if (!known_as_.contains(s.id)) appearances_[s.id].add(s.view);
   }
@@ -145,16 +145,17 @@ bool InertialSlam::recognise(const FeatureFrame& frame,
 }
 
 // Whether some of these past landmarks have returned.
-bool InertialSlam::recognise_among(DormantLandmarks& past, const std::vector<SeenLandmark>& seen) {
+bool InertialSlam::recognise_among(DormantLandmarks& past, CompatibleMatches& compatible,
+                                   const std::vector<SeenLandmark>& seen) {
   std::vector<Candidate> candidates = similar_landmarks(past, seen);
   if (candidates.size() < kLeastMatches) {
-    compatible_.clear();
+    compatible.clear();
     return false;
   }
   const bool placed = &past == &dormant_;
   const Comparison comparison =
       compare(candidates, placed ? known_landmarks(candidates) : known_points(candidates), seen);
-  const std::vector<int> accepted = accepted_matches(comparison, candidates, seen);
+  const std::vector<int> accepted = accepted_matches(comparison, candidates, seen, compatible);
   if (accepted.empty()) return false;
   if (!placed) place_map();
   close_loop(comparison, accepted, candidates, seen);
@@ -305,17 +306,19 @@ InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidate
 // the gate does, the test leaves out of the noise what many tracks share.
 std::vector<int> InertialSlam::accepted_matches(const Comparison& comparison,
                                                 const std::vector<Candidate>& candidates,
-                                                const std::vector<SeenLandmark>& seen) {
+                                                const std::vector<SeenLandmark>& seen,
+                                                CompatibleMatches& compatible) const {
   MatrixXd S = comparison.S;
   S.diagonal().array() += square(pixel_sigma_) + square(kOtherPoint);
   const JointMatches joint = jointly_compatible(comparison.matches, comparison.r, S, kProbability);
   const auto found = static_cast<int>(joint.matches.size());
   const bool ambiguous = 2 * joint.runner_up > found;
   if (found < kLeastMatches || ambiguous) {
-    compatible_.clear();
+    compatible.clear();
     return {};
   }
-  const std::vector<int> confirmed = confirmed_matches(joint.matches, comparison, candidates, seen);
+  const std::vector<int> confirmed =
+      confirmed_matches(joint.matches, comparison, candidates, seen, compatible);
   if (static_cast<int>(confirmed.size()) < kLeastConfirmed) return {};
   const double noise = square(track_noise().sigma) + square(kOtherPoint);
   S = comparison.S;
@@ -328,21 +331,22 @@ std::vector<int> InertialSlam::accepted_matches(const Comparison& comparison,
 std::vector<int> InertialSlam::confirmed_matches(const std::vector<int>& joint,
                                                  const Comparison& comparison,
                                                  const std::vector<Candidate>& candidates,
-                                                 const std::vector<SeenLandmark>& seen) {
+                                                 const std::vector<SeenLandmark>& seen,
+                                                 CompatibleMatches& compatible) const {
   const Vector3d p_nav = nav_T_camera(0).p;
-  std::map<std::pair<LandmarkId, LandmarkId>, Vector3d> compatible;
+  CompatibleMatches now;
   std::vector<int> confirmed;
   for (const int i : joint) {
     const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
     const Candidate& candidate = candidates[static_cast<std::size_t>(match.landmark)];
     const std::pair key(seen[static_cast<std::size_t>(match.observation)].id, candidate.id);
-    const auto before = compatible_.find(key);
-    const Vector3d& first = before == compatible_.end() ? p_nav : before->second;
+    const auto before = compatible.find(key);
+    const Vector3d first = before == compatible.end() ? p_nav : before->second;
     const double parallax = (p_nav - first).norm() / (candidate.dormant->p_nav - p_nav).norm();
     if (parallax >= kLeastParallax) confirmed.push_back(i);
-    compatible.emplace(key, first);
+    now.emplace(key, first);
   }
-  compatible_ = std::move(compatible);
+  compatible = std::move(now);
   return confirmed;
 }
 
