@@ -189,7 +189,7 @@ MapPoint get_point(std::size_t sessions, Cursor& in, Eigen::Matrix3d& own) {
   point.session = static_cast<int>(session);
   point.observations = static_cast<int>(observations);
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j <= i; ++j) own(i, j) = own(j, i) = in.get<float>();
+    for (int j = 0; j <= i; ++j) own(i, j) = own(j, i) = static_cast<double>(in.get<float>());
   }
   in.check(own.allFinite() && own.diagonal().minCoeff() >= 0, "a covariance that cannot be");
   const auto views = in.get<std::uint8_t>();
