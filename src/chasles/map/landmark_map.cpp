@@ -1,3 +1,5 @@
+#include <Eigen/Geometry>
+
 #include <chasles/map/landmark_map.hpp>
 
 namespace chasles {

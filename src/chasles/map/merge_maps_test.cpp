@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
