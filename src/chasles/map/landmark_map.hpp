@@ -38,15 +38,21 @@ struct LandmarkMap {
   JointCovariance covariance;
 };
 
+/// A corner that is found again is not quite the same point [px].
+inline constexpr double kOtherPoint = 1.5;
+/// Bits of a descriptor that may differ where the place is known, of 256: 128 differ by chance.
+inline constexpr int kSimilarBits = 50;
+
 /// Ids of a map's landmarks in a run begin here: its own tracks have smaller ones.
 inline constexpr LandmarkId kFirstMapId = 1'000'000'000;
 
-/// Where a map lies in the world of a run, as it is known before its landmarks are observed.
+/// Where a map lies in the world of a run, as it is known before its landmarks are observed. The
+/// sigmas weigh nothing beside observations: the place is where these are linearised.
 struct MapPlace {
   SE3 world_T_map;
   Eigen::Vector3d pivot = Eigen::Vector3d::Zero();  ///< world; the heading's error turns about it
-  double heading_sigma = 0;                         ///< [rad]
-  double position_sigma = 0;                        ///< of the pivot [m]
+  double heading_sigma = 0.3;                       ///< [rad]
+  double position_sigma = 5;                        ///< of the pivot [m]
 };
 
 /// Some points of a map in the world of a run. The ids are kFirstMapId + index. The last four

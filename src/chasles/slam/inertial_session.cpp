@@ -25,12 +25,6 @@ constexpr int kManyObservations = 20, kFewUsed = 4;
 constexpr double kUnknownSpeed = 1, kUnknownPart = 0.5;
 // A speed that no person, car or drone reaches [m/s].
 constexpr double kImpossibleSpeed = 150;
-// Sigma of a place that is not known at all [m]. With more, after a pause of a day, the filter's
-// arithmetic has too few digits.
-constexpr double kUnknownPlace = 500;
-
-double heading(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
-
 bool is_finite(const Calibration& c) {
   return c.covariance.allFinite() && std::isfinite(c.time_offset.value_or(0)) &&
          std::ranges::all_of(c.imu_T_camera, [](const SE3& imu_T_camera) {
@@ -299,22 +293,6 @@ void InertialSession::end_part(bool lost) {
   initialiser_ = std::make_unique<Initialiser>(
       start_settings_, calibrated(sensors_.cameras, agreed_ ? agreed_->calibration : std::nullopt),
       sensors_.noise, sensors_.imu, sensors_.pixel_sigma);
-}
-
-InertialStart continued(InertialStart start, const Estimate& before) {
-  const double turn = heading(before.world_T_imu.R) - heading(start.nav_T_imu.R);
-  start = turned(std::move(start), turn);
-  start.calibration = before.calibration;
-  start.nav_T_imu.p = before.world_T_imu.p;
-  const double gap = to_seconds(start.time - before.time);
-  const double speed = std::max({1.0, before.v_world->norm(), start.v_nav.norm()});
-  const double way = std::min(speed * gap, kUnknownPlace);
-  Matrix15d P = start.covariance.value_or(Matrix15d::Zero());
-  P.block<3, 3>(3, 3) = before.covariance.block<3, 3>(3, 3);
-  P.block<3, 3>(3, 3).diagonal().array() += way * way;
-  P(2, 2) += before.covariance(2, 2) + std::min(gap * gap, M_PI * M_PI);  // 1 rad/s
-  start.covariance = P;
-  return start;
 }
 
 std::vector<Requirement> InertialSession::requirements() const {

@@ -28,10 +28,6 @@ struct InertialSensors {
 /// Adds the counts of another part of a run.
 void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum);
 
-/// A start in its own nav, moved to the pose of an estimate before it, with a covariance that grows
-/// over the time in between, up to a sigma of 5 km.
-InertialStart continued(InertialStart start, const Estimate& before);
-
 /// A whole run, from samples and frames to estimates. It initialises the filter or takes a given
 /// start, runs the filter, and initialises it again where the filter is lost. Position and heading
 /// then continue from the last estimate that agreed with the frames, with a covariance that grows

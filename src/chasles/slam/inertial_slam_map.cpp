@@ -17,9 +17,6 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
-// The proposed place is where the measurements of the map's landmarks are linearised. As prior
-// knowledge it has sigmas that say nothing beside them.
-constexpr double kHeadingSigma = 0.3, kPositionSigma = 5;  // [rad, m]
 // Searches in a row without compatible landmarks after which a proposed place is given up.
 constexpr int kPatience = 2;
 constexpr int kLeastSeen = 7;
@@ -65,10 +62,7 @@ void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
   const auto place = find_place(points, p_camera, *prior_->map);
   if (!place) return;
   ++place_counts_.proposed;
-  prior_->place = MapPlace{.world_T_map = place->world_T_map,
-                           .pivot = p_camera,
-                           .heading_sigma = kHeadingSigma,
-                           .position_sigma = kPositionSigma};
+  prior_->place = MapPlace{.world_T_map = place->world_T_map, .pivot = p_camera};
   for (std::size_t i = 0; i < prior_->map->points.size(); ++i) {
     const MapPoint& point = prior_->map->points[i];
     prior_->points[kFirstMapId + static_cast<LandmarkId>(i)] = {

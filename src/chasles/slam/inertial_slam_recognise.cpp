@@ -21,8 +21,6 @@ using Eigen::VectorXd;
 constexpr Time kInterval = std::chrono::milliseconds(300);
 constexpr Time kIdsInterval = std::chrono::milliseconds(500);
 constexpr double kKnownDepth = 0.2;  // relative sigma, for the size of a patch
-// Of 256 comparisons, 128 differ by chance.
-constexpr int kSimilar = 50;
 // Landmarks that are compared at a time, and observations for each of them.
 constexpr std::size_t kMostLandmarks = 25, kMostEach = 3;
 // How far from its expected place a landmark may look similar, as a part of the image's width. What
@@ -31,8 +29,6 @@ constexpr double kReach = 0.3;
 constexpr double kProbability = 0.95;
 constexpr int kLeastMatches = 5, kLeastConfirmed = 4;
 constexpr double kLeastParallax = 0.02;  // [rad]
-// A corner that is found again is not quite the same point [px].
-constexpr double kOtherPoint = 1.5;
 // Landmarks return where they tell so much [nat]: each of them given the others, and together.
 constexpr double kLeastEach = 0.2, kLeastTogether = 3;
 
@@ -219,7 +215,7 @@ std::vector<InertialSlam::Candidate> InertialSlam::similar_landmarks(
     for (std::size_t i = 0; i < seen.size(); ++i) {
       if ((seen[i].pixel - expected->patches.front().centre).norm() > reach) continue;
       const auto distance = dormant.appearance.distance(seen[i].view);
-      if (distance && *distance <= kSimilar) {
+      if (distance && *distance <= kSimilarBits) {
         candidate.like.emplace_back(*distance, static_cast<int>(i));
       }
     }

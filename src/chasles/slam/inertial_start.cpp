@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -6,6 +7,15 @@
 #include <chasles/slam/inertial_start.hpp>
 
 namespace chasles {
+namespace {
+
+// Sigma of a place that is not known at all [m]. With more, after a pause of a day, the filter's
+// arithmetic has too few digits.
+constexpr double kUnknownPlace = 500;
+
+double heading(const Eigen::Matrix3d& R) { return std::atan2(R(1, 0), R(0, 0)); }
+
+}  // namespace
 
 Matrix15d start_covariance(const InertialSlamSettings& s, const InertialStart& start) {
   if (start.covariance) return *start.covariance;
@@ -52,6 +62,22 @@ InertialStart placed(InertialStart start, const InitialiserSettings& settings,
   start.covariance =
       start.covariance.value_or(Matrix15d::Zero()) +
       settings.heading_sigma * settings.heading_sigma * by_heading * by_heading.transpose();
+  return start;
+}
+
+InertialStart continued(InertialStart start, const Estimate& before) {
+  const double turn = heading(before.world_T_imu.R) - heading(start.nav_T_imu.R);
+  start = turned(std::move(start), turn);
+  start.calibration = before.calibration;
+  start.nav_T_imu.p = before.world_T_imu.p;
+  const double gap = to_seconds(start.time - before.time);
+  const double speed = std::max({1.0, before.v_world->norm(), start.v_nav.norm()});
+  const double way = std::min(speed * gap, kUnknownPlace);
+  Matrix15d P = start.covariance.value_or(Matrix15d::Zero());
+  P.block<3, 3>(3, 3) = before.covariance.block<3, 3>(3, 3);
+  P.block<3, 3>(3, 3).diagonal().array() += way * way;
+  P(2, 2) += before.covariance(2, 2) + std::min(gap * gap, M_PI * M_PI);  // 1 rad/s
+  start.covariance = P;
   return start;
 }
 

@@ -5,6 +5,7 @@
 #include <chasles/camera/camera.hpp>
 #include <chasles/filter/calibration.hpp>
 #include <chasles/imu/strapdown.hpp>
+#include <chasles/slam/estimate.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/initialiser_settings.hpp>
 #include <chasles/time.hpp>
@@ -42,5 +43,9 @@ double camera_heading(const Eigen::Matrix3d& nav_R_imu, const Camera& camera);
 /// has their heading. The covariance gets the error of the heading (heading_sigma).
 InertialStart placed(InertialStart start, const InitialiserSettings& settings,
                      const Camera& camera);
+
+/// A start in its own nav, moved to the pose of an estimate before it, with a covariance that grows
+/// over the time in between, up to a sigma of 500 m.
+InertialStart continued(InertialStart start, const Estimate& before);
 
 }  // namespace chasles
