@@ -198,54 +198,45 @@ LandmarkMap InertialSlam::landmark_map() const {
     const bool shared = map_number_ && item.number == *map_number_;
     for (int i = 0; i < item.size; ++i) (shared ? of_map : of_others).push_back(at++);
   }
-  const auto r = static_cast<Index>(of_map.size()), m = static_cast<Index>(of_others.size());
+  const auto r = static_cast<Index>(of_map.size());
   const SharedPart part = shared_part(joint.P(of_map, of_map), joint.P(of_others, of_map),
                                       joint.P(of_others, of_others));
 
-  // Positions in nav, and the errors by those that are shared.
-  const auto n = 3 * static_cast<Index>(saved.size());
-  Eigen::VectorXd p_nav(n);
-  MatrixXd shared = MatrixXd::Zero(n, part.others.rank());
-  std::vector<Matrix3d> own;
-  p_nav.tail(m) = joint.correction(of_others);
-  shared.bottomRows(m) = part.others.shared();
-  for (std::size_t i = 0; i < saved.size(); ++i) {
-    const SavedLandmark& s = saved[i];
-    const Index row = 3 * static_cast<Index>(i);
-    if (s.kind == SavedLandmark::kPast) {
-      p_nav.segment<3>(row) += filter_.past().landmark(s.place).p_world;
-    } else if (s.kind == SavedLandmark::kOfMap) {
-      const PriorMap& prior = filter_.past().prior(*map_number_);
-      const int index = s.place - *map_number_ - 1;
-      const MatrixXd A = prior.shared.middleRows<3>(6 + 3 * index);
-      p_nav.segment<3>(row) =
-          prior.landmarks[static_cast<std::size_t>(index)].p_world + A * joint.correction(of_map);
-      shared.middleRows<3>(row).leftCols(r) = A * part.root;
-      own.push_back(prior.own[static_cast<std::size_t>(index)]);
-    }
-  }
-  own.insert(own.end(), part.others.own().begin(), part.others.own().end());
-
-  MatrixXd frame = MatrixXd::Zero(6, shared.cols());
-  if (map_number_) {
-    frame.leftCols(r) = filter_.past().prior(*map_number_).shared.topRows<6>() * part.root;
-  }
   LandmarkMap map;
   if (placed_map_) map.sessions = placed_map_->sessions;
   const auto own_session = static_cast<int>(map.sessions.size());
   map.sessions.push_back({.name = {}, .begin = {}, .end = clock(now_), .cameras = cameras_});
+  MatrixXd shared = MatrixXd::Zero(3 * static_cast<Index>(saved.size()), part.others.rank());
+  std::vector<Matrix3d> own;
+  MatrixXd frame = MatrixXd::Zero(6, shared.cols());
+  if (map_number_) {
+    frame.leftCols(r) = filter_.past().prior(*map_number_).shared.topRows<6>() * part.root;
+  }
+  Index other = 0;  // row of the others
   for (std::size_t i = 0; i < saved.size(); ++i) {
     SavedLandmark& s = saved[i];
-    const Index row = 3 * static_cast<Index>(i);
-    const Vector3d p_map = map_T_nav * Vector3d(p_nav.segment<3>(row));
-    // Relative to the frame of the map.
-    auto rows = shared.middleRows<3>(row);
-    rows = (map_T_nav.R * rows + hat(p_map) * map_T_nav.R * frame.topRows<3>() -
-            map_T_nav.R * frame.bottomRows<3>())
-               .eval();
-    own[i] = map_T_nav.R * own[i] * map_T_nav.R.transpose();
     const bool known = s.id >= kFirstMapId;
     const auto index = static_cast<std::size_t>(s.id - kFirstMapId);
+    Vector3d p_map;
+    auto rows = shared.middleRows<3>(3 * static_cast<Index>(i));
+    if (s.kind == SavedLandmark::kOfMap) {
+      // In the frame of the map the place moves nothing.
+      const Index shared_by_map = r - 4;
+      const MatrixXd U =
+          placed_map_->covariance.shared().middleRows<3>(3 * static_cast<Index>(index));
+      p_map = placed_map_->points[index].p_map + U * joint.correction(of_map).head(shared_by_map);
+      rows.leftCols(r) = U * part.root.topRows(shared_by_map);
+      own.push_back(placed_map_->covariance.own()[index]);
+    } else {
+      Vector3d p_nav = joint.correction(of_others).segment<3>(other);
+      if (s.kind == SavedLandmark::kPast) p_nav += filter_.past().landmark(s.place).p_world;
+      p_map = map_T_nav * p_nav;
+      const Matrix3d& R = map_T_nav.R;
+      rows = R * part.others.shared().middleRows<3>(other) + hat(p_map) * R * frame.topRows<3>() -
+             R * frame.bottomRows<3>();
+      own.push_back(R * part.others.own()[static_cast<std::size_t>(other / 3)] * R.transpose());
+      other += 3;
+    }
     map.points.push_back({.p_map = p_map,
                           .session = known ? placed_map_->points[index].session : own_session,
                           .observations = s.observations,
