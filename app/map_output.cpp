@@ -53,7 +53,9 @@ bool save_map(const RunCommandOptions& o, const Recording& recording, const Esti
                   file.string());
     return false;
   }
-  map->sessions.back().name = recording.name;
+  for (MapSession& session : map->sessions) {
+    if (session.name.empty()) session.name = recording.name;
+  }
   const std::size_t bytes = write_map(*map, file);
   if (!o.quiet && !o.json) {
     fmt::print("map: {}, {} landmarks, {:.1f} kB\n", file.string(), map->points.size(),

@@ -254,7 +254,8 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   if (settings.filter.recognise == Recognise::kAppearance) {
     summary["closures"] = closures_json(report.closures, run.run);
   }
-  if (run.has_prior_map) summary["place_in_map"] = place_json(report.places, run);
+  if (run.has_prior_map || report.places.searches > 0)
+    summary["place_in_map"] = place_json(report.places, run);
   if (recording.images) summary["frontend"] = frontend_json(run.report.frontend);
   if (report.batch) summary["batch"] = batch_json(*report.batch);
   if (report.window) summary["window"] = window_json(*report.window);

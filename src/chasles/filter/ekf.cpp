@@ -190,7 +190,7 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   before.landmarks.reserve(state_.landmarks.capacity());
   before.clones.reserve(state_.clones.capacity());
   before = state_;
-  correct_mean(delta);
+  correct_mean(state_, delta);
   change_chart(before, record);
   if (options_.keep_scale) keep_scale(before);
   dense::mirror_lower(covariance_.all());
@@ -201,6 +201,17 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
     }
   }
   return report;
+}
+
+std::optional<State> Ekf::updated_mean(std::span<const Measurement> measurements) const {
+  gate(measurements);
+  if (work_.accepted.empty()) return std::nullopt;
+  const MatrixXd no_past(0, covariance_.size());
+  const auto z = whiten(work_.accepted, covariance_, no_past, state_, work_.whitening);
+  if (!z) return std::nullopt;
+  State mean = state_;
+  correct_mean(mean, z->W * z->w);
+  return mean;
 }
 
 // Fills the report and the list of accepted measurements.
@@ -217,7 +228,7 @@ double gate_square(const Measurement& z, const UpdateReport& report) {
 
 }  // namespace
 
-void Ekf::gate(std::span<const Measurement> measurements) {
+void Ekf::gate(std::span<const Measurement> measurements) const {
   UpdateReport& report = work_.report;
   report.nis = 0;
   report.dof = 0;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -106,6 +107,10 @@ class Ekf {
   /// update.
   const UpdateReport& update(std::span<const Measurement> measurements);
 
+  /// The mean after update(), which is not made: a better point to linearise at. None where the
+  /// gate accepts nothing, or S is not positive definite.
+  std::optional<State> updated_mean(std::span<const Measurement> measurements) const;
+
   /// r^T S^-1 r of some measurements together; infinite where S is not positive definite.
   double joint_normalised_square(std::span<const Measurement> measurements) const;
 
@@ -204,7 +209,7 @@ class Ekf {
   };
 
   Innovation innovation(const Measurement& measurement) const;
-  void correct_mean(const ErrorRef& delta);
+  void correct_mean(State& x, const ErrorRef& delta) const;
   void change_chart(const State& before, History::Correction& record);
   void change_chart_of_clones(const State& before);
   void keep_scale(const State& before);
@@ -229,7 +234,7 @@ class Ekf {
   void add_to_latest(std::span<const NewLandmark> landmarks, int first);
   void visit_dense_covariance(const History::RowVisitor& visit) const;
   MapLandmark as_of_now(const Landmark& landmark) const;
-  void gate(std::span<const Measurement> measurements);
+  void gate(std::span<const Measurement> measurements) const;
   void remember(const std::vector<const Measurement*>& used, const ErrorRef& delta,
                 History::Correction& record) const;
 

@@ -10,12 +10,12 @@ namespace chasles {
 using Eigen::VectorXd;
 using MotionMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 9>;
 
-void Ekf::correct_mean(const ErrorRef& delta) {
+void Ekf::correct_mean(State& x, const ErrorRef& delta) const {
   auto xi = work_.xi.take<VectorXd>(delta.size());
   xi = delta;
-  push(*chart_, state_, xi);
-  retract(*chart_, state_, xi);
-  state_.world_T_imu.R = so3::normalized(state_.world_T_imu.R);
+  push(*chart_, x, xi);
+  retract(*chart_, x, xi);
+  x.world_T_imu.R = so3::normalized(x.world_T_imu.R);
 }
 
 // P <- A P A^T with A = T(x+)^-1 T(x), on the lower triangle.

@@ -301,6 +301,10 @@ std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
       (!settings.estimator.is_filter() || settings.filter.recognise != Recognise::kAppearance)) {
     throw UsageError("a map is for a filter with recognise=appearance");
   }
+  if (settings.start.in_map && !prior) {
+    throw UsageError(
+        "start.in_map: true, but there is no map: expected a map of an earlier run (--map)");
+  }
   sensors.pixel_sigma = settings.filter.pixel_sigma.value_or(sensors.pixel_sigma);
   using Kind = EstimatorChoice::Kind;
   switch (settings.estimator.kind) {

@@ -205,7 +205,8 @@ std::vector<Estimate> InertialSession::wait_for_given(const FeatureFrame& frame)
 
 std::vector<Estimate> InertialSession::begin(InertialStart start) {
   slam_ = std::make_unique<InertialSlam>(settings_, sensors_.cameras, sensors_.noise, sensors_.imu,
-                                         sensors_.pixel_sigma, start, prior_);
+                                         sensors_.pixel_sigma, start, map_to_look_in(),
+                                         start_settings_.in_map && !agreed_);
   initialiser_.reset();
   waiting_since_.reset();
   for (const ImuSample& sample : samples_) slam_->process(sample);
@@ -277,10 +278,7 @@ void InertialSession::end_part(bool lost) {
     std::erase_if(earlier_.poses, [](const PastPose& pose) { return !is_finite(pose); });
     earlier_closures_ = closures();
     earlier_known_as_ = known_as();
-    if (!lost) {
-      earlier_map_ = landmark_map();
-      earlier_map_placed_ = place_counts().placed.has_value();
-    }
+    keep_map(lost);
     earlier_place_counts_ = place_counts();
     earlier_counts_ = imu_counts();
     earlier_timed_counts_ = timed_counts();
@@ -293,6 +291,28 @@ void InertialSession::end_part(bool lost) {
   initialiser_ = std::make_unique<Initialiser>(
       start_settings_, calibrated(sensors_.cameras, agreed_ ? agreed_->calibration : std::nullopt),
       sensors_.noise, sensors_.imu, sensors_.pixel_sigma);
+}
+
+// What a part saw before it was lost may still be recognised.
+void InertialSession::keep_map(bool lost) {
+  if (settings_.recognise != Recognise::kAppearance) return;
+  if (!lost) {
+    earlier_map_ = landmark_map();
+    earlier_map_placed_ = place_counts().placed.has_value();
+  }
+  if (prior_ || !agreed_ || !slam_->filter().covariance().allFinite()) return;
+  const Time agreed = agreed_->time - (slam_->clock(Time{}) - Time{});
+  LandmarkMap map = lost ? slam_->landmark_map(agreed) : *earlier_map_;
+  const bool finite =
+      std::ranges::all_of(map.points, [](const auto& p) { return p.p_map.allFinite(); }) &&
+      map.covariance.shared().allFinite();
+  if (!finite || (seen_before_ && map.points.size() < seen_before_->points.size())) return;
+  map.sessions.back().begin = first_time_.value_or(map.sessions.back().end);
+  seen_before_ = std::make_shared<LandmarkMap>(std::move(map));
+}
+
+std::shared_ptr<const LandmarkMap> InertialSession::map_to_look_in() const {
+  return prior_ ? prior_ : seen_before_;
 }
 
 std::vector<Requirement> InertialSession::requirements() const {
@@ -363,7 +383,10 @@ Eigen::Vector3d InertialSession::gyroscope_bias() const {
 Past::Estimates InertialSession::past_nav() const {
   Past::Estimates past = earlier_;
   if (!slam_) return past;
-  const Past::Estimates own = slam_->past_nav();
+  Past::Estimates own = slam_->past_nav();
+  if (!prior_) {  // those of earlier parts are there already
+    std::erase_if(own.landmarks, [](const MapLandmark& l) { return l.id >= kFirstMapId; });
+  }
   past.landmarks.insert(past.landmarks.end(), own.landmarks.begin(), own.landmarks.end());
   past.poses.insert(past.poses.end(), own.poses.begin(), own.poses.end());
   return past;

@@ -31,7 +31,9 @@ void add(const ImuBuffer::Counts& more, ImuBuffer::Counts& sum);
 /// A whole run, from samples and frames to estimates. It initialises the filter or takes a given
 /// start, runs the filter, and initialises it again where the filter is lost. Position and heading
 /// then continue from the last estimate that agreed with the frames, with a covariance that grows
-/// over the time in between. An estimated calibration is kept with its covariance. No sample or
+/// over the time in between. With Recognise::kAppearance and no prior map, it then looks for its
+/// place in the map of the parts before (Estimate::in_map). An estimated calibration is kept with
+/// its covariance. No sample or
 /// frame throws; all estimates are finite, and their times rise strictly.
 ///
 /// Recovered and counted:
@@ -104,6 +106,8 @@ class InertialSession {
   bool covered(const FeatureFrame& frame) const;
   void reset(bool lost);
   void end_part(bool lost);
+  void keep_map(bool lost);
+  std::shared_ptr<const LandmarkMap> map_to_look_in() const;
   bool is_credible(const Estimate& e);
 
   InertialSlamSettings settings_;
@@ -128,8 +132,9 @@ class InertialSession {
   Past::Estimates earlier_;
   std::vector<Closure> earlier_closures_;
   std::map<LandmarkId, LandmarkId> earlier_known_as_;
-  std::optional<LandmarkMap> earlier_map_;  ///< of a part that was not lost
-  bool earlier_map_placed_ = false;         ///< in the prior map
+  std::optional<LandmarkMap> earlier_map_;          ///< of a part that was not lost
+  bool earlier_map_placed_ = false;                 ///< in the prior map
+  std::shared_ptr<const LandmarkMap> seen_before_;  ///< what the run had mapped when it was lost
   PlaceCounts earlier_place_counts_;
   std::optional<Time> first_time_;  ///< of the first estimate
   ImuBuffer::Counts earlier_counts_;

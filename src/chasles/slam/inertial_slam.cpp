@@ -98,7 +98,8 @@ std::optional<RecentTracks> recent_tracks(const InertialSlamSettings& s) {
 
 InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
                            const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
-                           const InertialStart& start, std::shared_ptr<const LandmarkMap> prior)
+                           const InertialStart& start, std::shared_ptr<const LandmarkMap> prior,
+                           bool starts_in_map)
     : settings_(validated(settings)),
       cameras_(std::move(cameras)),
       pixel_sigma_(pixel_sigma),
@@ -112,8 +113,14 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
       recent_tracks_(recent_tracks(settings_)),
       choice_(settings_.recognisable) {
   note_prediction();
-  if (prior && settings_.recognise == Recognise::kAppearance)
+  if (prior && settings_.recognise == Recognise::kAppearance) {
     prior_ = Prior{.map = std::move(prior)};
+    if (starts_in_map) {
+      prior_->place = MapPlace{.world_T_map = {}, .heading_sigma = 0, .position_sigma = 0};
+      put_points_in_place();
+      place_map();
+    }
+  }
   if (settings.zupt_velocity_sigma > 0) {
     standstill_.emplace(noise, cameras_.size(), pixel_sigma);
   }
@@ -132,9 +139,9 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
   compose_when_due();
   const auto& observations = usable(renamed(frame));
   const SE3 predicted = filter_.state().world_T_imu;
-  bool closes = false;
-  if (settings_.recognise == Recognise::kIds) revive_ids(observations);
-  if (settings_.recognise == Recognise::kAppearance) closes = recognise(frame, observations);
+  const bool by_ids = settings_.recognise == Recognise::kIds && revive_ids(observations);
+  const bool closes =
+      settings_.recognise == Recognise::kAppearance && recognise(frame, observations);
   if (closes) usable(renamed(frame));
   seconds.propagation = stages.lap();
   e.zero_velocity = zero_velocity_update(frame, since);
@@ -145,7 +152,7 @@ Estimate InertialSlam::process(const FeatureFrame& frame) {
     keep_pose(frame.time);
     window_.push_back(frame_);
   }
-  observe(observations, e);
+  observe(observations, by_ids || closes, e);
   if (closes) note_change(predicted, filter_.state().world_T_imu);
   seconds.update = stages.lap();
   settle();

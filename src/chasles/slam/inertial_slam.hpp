@@ -36,10 +36,12 @@ namespace chasles {
 class InertialSlam {
  public:
   /// Throws UsageError for settings that cannot be used. `prior`: a map in which the run finds its
-  /// place, with Recognise::kAppearance.
+  /// place, with Recognise::kAppearance. `starts_in_map`: nav is the frame of this map, so that the
+  /// start is a place in it.
   InertialSlam(const InertialSlamSettings& settings, std::vector<Camera> cameras,
                const ImuNoise& noise, const ImuBuffer::Options& imu, double pixel_sigma,
-               const InertialStart& start, std::shared_ptr<const LandmarkMap> prior = nullptr);
+               const InertialStart& start, std::shared_ptr<const LandmarkMap> prior = nullptr,
+               bool starts_in_map = false);
 
   void process(const ImuSample& sample) {
     if (imu_.add(sample) && standstill_) standstill_->add(sample);
@@ -70,8 +72,9 @@ class InertialSlam {
   /// The landmarks of the tracks that were recognised: (id of the track, id of the landmark).
   const std::map<LandmarkId, LandmarkId>& known_as() const { return known_as_; }
   /// What another run can recognise, with Recognise::kAppearance: in the frame of the prior map if
-  /// the run has found its place in it, else in nav. Without sessions[].name.
-  LandmarkMap landmark_map() const;
+  /// the run has found its place in it, else in nav. Without sessions[].name. Of own landmarks only
+  /// those that have left before `until`, if it is given (on the cameras' clock).
+  LandmarkMap landmark_map(std::optional<Time> until = std::nullopt) const;
   /// Where the prior map lies in nav; none before the run has found its place.
   std::optional<SE3> nav_T_map() const;
   const PlaceCounts& place_counts() const { return place_counts_; }
@@ -97,7 +100,10 @@ class InertialSlam {
   const std::vector<const PixelObservation*>& usable(std::span<const PixelObservation> pixels);
   void number_landmarks();
   std::optional<int> number_of(LandmarkId id) const;
-  void observe(const std::vector<const PixelObservation*>& observations, Estimate& e);
+  void observe(const std::vector<const PixelObservation*>& observations, bool returned,
+               Estimate& e);
+  void relinearise(const std::vector<const PixelObservation*>& predicted,
+                   std::span<Measurement> known) const;
   void begin_at_once(const std::vector<const PixelObservation*>& fresh, Estimate& e);
   void begin_from_tracks(CameraSet looking, Estimate& e);
   void begin_what_is_missing(Estimate& e);
@@ -136,7 +142,7 @@ class InertialSlam {
   std::span<const PixelObservation> renamed(const FeatureFrame& frame);
   void name_outcomes(const FeatureFrame& frame,
                      const std::vector<const PixelObservation*>& observations);
-  void revive_ids(const std::vector<const PixelObservation*>& observations);
+  bool revive_ids(const std::vector<const PixelObservation*>& observations);
   void revive(std::vector<int> numbers);
   /// A landmark that was observed so often is a point, and remains one.
   static constexpr int kLeastObservations = 10;
@@ -163,6 +169,7 @@ class InertialSlam {
     std::vector<ProposedMatch> matches;  ///< of seen landmarks and candidates
     Eigen::VectorXd r;
     Eigen::MatrixXd S;
+    Eigen::MatrixXd by_place;  ///< of r
   };
   using DormantLandmarks = std::map<LandmarkId, Dormant>;
   /// Matches (track, landmark) that the last search found compatible, and from where first.
@@ -172,6 +179,7 @@ class InertialSlam {
   struct KnownLandmarks {
     std::vector<Landmark> landmarks;
     Eigen::MatrixXd C, P;
+    Eigen::MatrixXd by_place;  ///< derivative by the unit errors of a proposed place, if any
   };
   /// A map in which the run has not yet found its place, and where it may lie.
   struct Prior {
@@ -187,6 +195,10 @@ class InertialSlam {
                        const std::vector<SeenLandmark>& seen);
   bool find_place_in_map(const std::vector<SeenLandmark>& seen);
   void propose_place(const std::vector<SeenLandmark>& seen);
+  void refine_place(const Comparison& comparison, const std::vector<int>& accepted,
+                    const std::vector<Candidate>& candidates,
+                    const std::vector<SeenLandmark>& seen);
+  void put_points_in_place();
   void place_map();
   KnownLandmarks known_landmarks(const std::vector<Candidate>& candidates) const;
   KnownLandmarks known_points(const std::vector<Candidate>& candidates) const;
@@ -205,7 +217,8 @@ class InertialSlam {
     int observations = 0;
     Appearance appearance;
   };
-  std::vector<SavedLandmark> landmarks_to_save(const SE3& map_T_nav) const;
+  std::vector<SavedLandmark> landmarks_to_save(const SE3& map_T_nav,
+                                               std::optional<Time> until) const;
   std::vector<SeenLandmark> look(const GrayImage& image,
                                  const std::vector<const PixelObservation*>& observations);
   std::vector<Candidate> similar_landmarks(DormantLandmarks& past,

@@ -3,6 +3,8 @@
 #include <numeric>
 #include <utility>
 
+#include <Eigen/Cholesky>
+
 #include <chasles/filter/dense.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/map/place.hpp>
@@ -29,12 +31,7 @@ constexpr Time kRecently = std::chrono::seconds(4);
 bool InertialSlam::find_place_in_map(const std::vector<SeenLandmark>& seen) {
   if (!prior_->place) propose_place(seen);
   if (!prior_->place) return false;
-  if (recognise_among(prior_->points, prior_->compatible, seen)) {
-    placed_map_ = prior_->map;
-    place_counts_.placed = clock(now_);
-    prior_.reset();
-    return true;
-  }
+  if (recognise_among(prior_->points, prior_->compatible, seen)) return true;
   // What is compatible may still lack the view from another place.
   prior_->failures = prior_->compatible.empty() ? prior_->failures + 1 : 0;
   if (prior_->failures >= kPatience) {
@@ -63,22 +60,58 @@ void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
   if (!place) return;
   ++place_counts_.proposed;
   prior_->place = MapPlace{.world_T_map = place->world_T_map, .pivot = p_camera};
+  put_points_in_place();
+}
+
+void InertialSlam::put_points_in_place() {
+  const SE3& nav_T_map = prior_->place->world_T_map;
   for (std::size_t i = 0; i < prior_->map->points.size(); ++i) {
     const MapPoint& point = prior_->map->points[i];
     prior_->points[kFirstMapId + static_cast<LandmarkId>(i)] = {
         .number = static_cast<int>(i),
-        .p_nav = place->world_T_map * point.p_map,
-        .appearance = point.appearance.turned(place->world_T_map.R)};
+        .p_nav = nav_T_map * point.p_map,
+        .appearance = point.appearance.turned(nav_T_map.R)};
   }
 }
 
-// The map's landmarks become past landmarks of the filter.
+// The whole map is linearised at its place: an error of the heading of 0.03 rad would make it 5 cm
+// larger in 100 m. So the accepted matches determine the place first. They count when the landmarks
+// are observed; the place is then no more than where these are linearised.
+void InertialSlam::refine_place(const Comparison& comparison, const std::vector<int>& accepted,
+                                const std::vector<Candidate>& candidates,
+                                const std::vector<SeenLandmark>& seen) {
+  constexpr int kSteps = 3;
+  std::vector<Candidate> matched;
+  for (const int i : accepted) {
+    const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
+    matched.push_back(candidates[static_cast<std::size_t>(match.landmark)]);
+    matched.back().like = {{0, match.observation}};
+  }
+  std::ranges::sort(matched, {}, [](const Candidate& c) { return c.dormant->number; });
+  for (int step = 0; step < kSteps; ++step) {
+    Comparison now = compare(matched, known_points(matched), seen);
+    now.S.diagonal().array() += pixel_sigma_ * pixel_sigma_ + kOtherPoint * kOtherPoint;
+    const Eigen::Vector4d error = now.by_place.transpose() * now.S.ldlt().solve(now.r);
+    MapPlace& place = *prior_->place;
+    const Matrix3d turn = so3::exp(Vector3d(0, 0, place.heading_sigma * error[0]));
+    SE3& nav_T_map = place.world_T_map;
+    nav_T_map.R = turn * nav_T_map.R;
+    nav_T_map.p =
+        place.pivot + turn * (nav_T_map.p - place.pivot) + place.position_sigma * error.tail<3>();
+  }
+  put_points_in_place();
+}
+
+// The place is accepted: the map's landmarks become past landmarks of the filter.
 void InertialSlam::place_map() {
   std::vector<int> all(prior_->map->points.size());
   std::iota(all.begin(), all.end(), 0);
   map_number_ = filter_.add_past(placed(*prior_->map, all, *prior_->place));
   for (auto& [id, point] : prior_->points) point.number += *map_number_ + 1;
   dormant_.merge(prior_->points);
+  placed_map_ = prior_->map;
+  place_counts_.placed = clock(now_);
+  prior_.reset();
 }
 
 InertialSlam::KnownLandmarks InertialSlam::known_points(
@@ -94,7 +127,8 @@ InertialSlam::KnownLandmarks InertialSlam::known_points(
   }
   return {.landmarks = known.landmarks,
           .C = MatrixXd::Zero(k, filter_.covariance().rows()),
-          .P = std::move(P)};
+          .P = std::move(P),
+          .by_place = A.rightCols<4>()};
 }
 
 // The frame of the map follows from the shared errors of its landmarks.
@@ -142,7 +176,7 @@ std::optional<PoseInMap> InertialSlam::pose_in_map(const NavState& now) const {
 // those that follow from the map's shared errors come first, then past ones by number, then those
 // of the state.
 std::vector<InertialSlam::SavedLandmark> InertialSlam::landmarks_to_save(
-    const SE3& map_T_nav) const {
+    const SE3& map_T_nav, std::optional<Time> until) const {
   SpatialChoice choice(settings_.recognisable);
   std::vector<SavedLandmark> saved;
   const State& x = filter_.state();
@@ -156,6 +190,7 @@ std::vector<InertialSlam::SavedLandmark> InertialSlam::landmarks_to_save(
   for (const bool of_map : {true, false}) {
     for (const auto& [id, dormant] : dormant_) {
       if ((id >= kFirstMapId) != of_map) continue;
+      if (!of_map && until && dormant.left >= *until) continue;
       const bool follows = filter_.past().follows(dormant.number);
       add({.id = id,
            .kind = follows ? SavedLandmark::kOfMap : SavedLandmark::kPast,
@@ -168,7 +203,7 @@ std::vector<InertialSlam::SavedLandmark> InertialSlam::landmarks_to_save(
       const Landmark& landmark = x.landmarks[i];
       const auto known = appearances_.find(landmark.id);
       const bool usable = known != appearances_.end() && !landmark.anchor &&
-                          landmark.observations >= kLeastObservations;
+                          landmark.observations >= kLeastObservations && (of_map || !until);
       if ((landmark.id >= kFirstMapId) != of_map || !usable) continue;
       add({.id = landmark.id,
            .kind = SavedLandmark::kInState,
@@ -182,9 +217,9 @@ std::vector<InertialSlam::SavedLandmark> InertialSlam::landmarks_to_save(
   return saved;
 }
 
-LandmarkMap InertialSlam::landmark_map() const {
+LandmarkMap InertialSlam::landmark_map(std::optional<Time> until) const {
   const SE3 map_T_nav = nav_T_map().value_or(SE3{}).inverse();
-  std::vector<SavedLandmark> saved = landmarks_to_save(map_T_nav);
+  std::vector<SavedLandmark> saved = landmarks_to_save(map_T_nav, until);
   std::vector<int> numbers, indices;
   for (const SavedLandmark& s : saved) {
     if (s.kind == SavedLandmark::kPast) numbers.push_back(s.place);

@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <limits>
 #include <tuple>
 #include <utility>
 
 #include <chasles/filter/numeric_derivatives.hpp>
+#include <chasles/filter/relinearise.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 
 // Updates of the filter with the pixels of a frame, and their innovations.
@@ -77,7 +79,8 @@ bool InertialSlam::cannot_be(const Landmark& landmark) const {
 
 // During a standstill a pixel has the same error in every image: its observations are one, not
 // many, and the zero-velocity update contains more information.
-void InertialSlam::observe(const std::vector<const PixelObservation*>& observations, Estimate& e) {
+void InertialSlam::observe(const std::vector<const PixelObservation*>& observations, bool returned,
+                           Estimate& e) {
   number_landmarks();
   auto& known = work_.known;
   auto& predicted = work_.predicted;
@@ -132,6 +135,7 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     predicted.push_back(o);
     work_.judged.push_back(outcomes_.size() - 1);
   }
+  if (returned && !settings_.first_estimates) relinearise(predicted, known);
   const UpdateReport& report = filter_.update(known);
   e.nis = report.nis;
   e.nis_dof = report.dof;
@@ -153,6 +157,34 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
     track.cameras |= camera_bit(o->camera);
     if (cloned_) {
       track.views.push_back({.clone = frame_, .camera = o->camera, .pixel = o->pixel});
+    }
+  }
+}
+
+// The correction of a closure may be larger than one linearisation bears, so the measurements are
+// linearised where the update leads, until it leads there.
+void InertialSlam::relinearise(const std::vector<const PixelObservation*>& predicted,
+                               std::span<Measurement> known) const {
+  constexpr int kMostSteps = 5;
+  constexpr double kConverged = 0.05;  // [px]
+  const State& x = filter_.state();
+  double change = std::numeric_limits<double>::infinity();
+  for (int step = 0; step < kMostSteps && change > kConverged; ++step) {
+    const std::optional<State> y = filter_.updated_mean(known);
+    if (!y) return;
+    const Eigen::VectorXd correction = correction_between(filter_.chart(), x, *y);
+    change = 0;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      const PixelObservation& o = *predicted[i];
+      auto there = measure_pixel(cameras_[static_cast<std::size_t>(o.camera)], 1, *y,
+                                 known[i].landmark, o.pixel, linearisation(), o.camera);
+      if (!there) continue;
+      refer_to(filter_.chart(), x, *y, correction, *there);
+      change = std::max(change, (there->residual - known[i].residual).norm());
+      known[i].residual = there->residual;
+      known[i].d_core = there->d_core;
+      known[i].d_landmark = there->d_landmark;
+      known[i].clones = std::move(there->clones);
     }
   }
 }

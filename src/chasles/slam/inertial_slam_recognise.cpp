@@ -104,9 +104,10 @@ void InertialSlam::name_outcomes(const FeatureFrame& frame,
   }
 }
 
-// Past landmarks whose ids have come into view again return before the update of the frame.
-void InertialSlam::revive_ids(const std::vector<const PixelObservation*>& observations) {
-  if (searched_ && now_ - *searched_ < kIdsInterval) return;
+// Past landmarks whose ids have come into view again return before the update of the frame. Whether
+// there are any.
+bool InertialSlam::revive_ids(const std::vector<const PixelObservation*>& observations) {
+  if (searched_ && now_ - *searched_ < kIdsInterval) return false;
   std::vector<int> numbers;
   for (const PixelObservation* o : observations) {
     const auto known = dormant_.find(o->landmark);
@@ -114,9 +115,10 @@ void InertialSlam::revive_ids(const std::vector<const PixelObservation*>& observ
     numbers.push_back(known->second.number);
     dormant_.erase(known);
   }
-  if (numbers.empty()) return;
+  if (numbers.empty()) return false;
   searched_ = now_;
   revive(std::move(numbers));
+  return true;
 }
 
 void InertialSlam::revive(std::vector<int> numbers) {
@@ -153,7 +155,10 @@ bool InertialSlam::recognise_among(DormantLandmarks& past, CompatibleMatches& co
       compare(candidates, placed ? known_landmarks(candidates) : known_points(candidates), seen);
   const std::vector<int> accepted = accepted_matches(comparison, candidates, seen, compatible);
   if (accepted.empty()) return false;
-  if (!placed) place_map();
+  if (!placed) {
+    refine_place(comparison, accepted, candidates, seen);
+    place_map();
+  }
   close_loop(comparison, accepted, candidates, seen);
   return true;
 }
@@ -236,7 +241,8 @@ InertialSlam::KnownLandmarks InertialSlam::known_landmarks(
   std::vector<int> numbers;
   for (const Candidate& c : candidates) numbers.push_back(c.dormant->number);
   Carried past = filter_.recall(numbers);
-  KnownLandmarks known{.landmarks = {}, .C = std::move(past.C), .P = std::move(past.P)};
+  KnownLandmarks known{
+      .landmarks = {}, .C = std::move(past.C), .P = std::move(past.P), .by_place = {}};
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     known.landmarks.push_back(filter_.past().landmark(numbers[i]));
     known.landmarks.back().p_world += past.correction.segment<3>(3 * static_cast<Index>(i));
@@ -274,6 +280,7 @@ InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidate
   const auto m = static_cast<Index>(measurements.size());
   MatrixXd H = MatrixXd::Zero(2 * m, n + k);
   result.r.resize(2 * m);
+  result.by_place = MatrixXd::Zero(2 * m, known.by_place.cols());
   for (Index i = 0; i < m; ++i) {
     const Measurement& z = measurements[static_cast<std::size_t>(i)];
     const Landmark& landmark = x.landmarks[static_cast<std::size_t>(z.landmark)];
@@ -281,14 +288,15 @@ InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidate
     auto rows = H.middleRows<2>(2 * i);
     rows.middleCols(z.core_column, z.d_core.cols()) += z.d_core;
     for (const auto& of_camera : z.clones) rows.middleCols<6>(of_camera.row) += of_camera.d;
-    if (!x.nav_T_world) {
-      rows.middleCols<3>(landmark.row) += z.d_landmark;
-      continue;
-    }
     // The past landmark is in nav axes.
-    const Matrix3d& nav_R_world = x.nav_T_world->R;
+    const Matrix3d nav_R_world = x.nav_T_world ? x.nav_T_world->R : Matrix3d::Identity();
     const Eigen::Matrix<double, 2, 3> by_nav = z.d_landmark * nav_R_world.transpose();
     rows.middleCols<3>(landmark.row) += by_nav;
+    if (result.by_place.cols() > 0) {
+      result.by_place.middleRows<2>(2 * i) =
+          by_nav * known.by_place.middleRows<3>(landmark.row - n);
+    }
+    if (!x.nav_T_world) continue;
     rows.middleCols<3>(x.nav_row()) += by_nav * hat(nav_R_world * landmark.p_world);
     rows.middleCols<3>(x.nav_row() + 3) -= by_nav;
   }

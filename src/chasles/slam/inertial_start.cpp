@@ -53,6 +53,11 @@ InertialStart placed(InertialStart start, const InitialiserSettings& settings,
                      const Camera& camera) {
   start.nav_T_imu.p +=
       Eigen::Vector3d(settings.position_x, settings.position_y, settings.position_z);
+  if (settings.position_sigma > 0) {
+    start.covariance = start.covariance.value_or(Matrix15d::Zero());
+    start.covariance->block<3, 3>(3, 3).diagonal().array() +=
+        settings.position_sigma * settings.position_sigma;
+  }
   if (!settings.heading) return start;
   const double turn = *settings.heading - camera_heading(start.nav_T_imu.R, camera);
   start = turned(std::move(start), turn);

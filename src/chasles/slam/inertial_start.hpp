@@ -21,7 +21,8 @@ struct InertialStart {
   Eigen::Vector3d gyroscope_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
   /// Covariance of the errors [rotation, position, velocity, accelerometer bias, gyroscope bias],
   /// standard error, nav axes; none: the initial sigmas of the settings. Position and heading
-  /// define nav, so their rows are 0, except for InitialiserSettings::heading_sigma.
+  /// define nav, so their rows are 0, except for position_sigma and heading_sigma of
+  /// InitialiserSettings.
   std::optional<Matrix15d> covariance = {};
   /// Estimate of the calibration that the settings estimate; none: that of the recording and the
   /// settings.
@@ -40,7 +41,7 @@ InertialStart turned(InertialStart start, double angle);
 double camera_heading(const Eigen::Matrix3d& nav_R_imu, const Camera& camera);
 
 /// A start at nav's origin, moved to the position of the settings and turned so that this camera
-/// has their heading. The covariance gets the error of the heading (heading_sigma).
+/// has their heading. The covariance gets the errors of both (position_sigma, heading_sigma).
 InertialStart placed(InertialStart start, const InitialiserSettings& settings,
                      const Camera& camera);
 

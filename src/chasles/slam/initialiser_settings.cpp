@@ -14,6 +14,9 @@ void validate(const InitialiserSettings& s) {
   if (s.heading_sigma > 0 && !s.heading) {
     refuse_value("start.heading_sigma", setting_text(s.heading_sigma), "0 without start.heading");
   }
+  if (s.in_map && !s.heading) {
+    refuse_value("start.in_map", "true", "false without start.heading, the heading in the map");
+  }
 }
 
 }  // namespace chasles

@@ -15,6 +15,8 @@ struct InitialiserSettings {
   double position_x = 0;
   double position_y = 0;
   double position_z = 0;
+  double position_sigma = 0;
+  bool in_map = false;
 
   double tilt_sigma = 0.2;
   double velocity_sigma = 2;
@@ -66,6 +68,12 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::from_to(-1e6, 1e6));
   visit("position_y", s.position_y, "m", "as position_x", limits::from_to(-1e6, 1e6));
   visit("position_z", s.position_z, "m", "as position_x", limits::from_to(-1e6, 1e6));
+  visit("position_sigma", s.position_sigma, "m", "sigma of that position; 0: it defines nav",
+        limits::kNonNegative);
+  visit("in_map", s.in_map, "bool",
+        "heading and position are those in the map of an earlier run (docs/recognition.md): the "
+        "run begins there, and does not search for its place",
+        limits::kAny);
   visit("tilt_sigma", s.tilt_sigma, "rad", "upper limit of a start's sigma of roll and pitch",
         limits::kPositive);
   visit("velocity_sigma", s.velocity_sigma, "m/s", "upper limit of a start's sigma of the velocity",
