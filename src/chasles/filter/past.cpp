@@ -96,7 +96,8 @@ void Past::append(Segment segment) {
   }
   if (options_.records) {
     recorded_bytes_ += segment.bytes();
-    records_.push_back({.segment = std::move(segment), .revived = std::move(revived_)});
+    records_.push_back(std::make_shared<Recorded>(
+        Recorded{.segment = std::move(segment), .revived = std::move(revived_)}));
     if (options_.most_bytes > 0 && recorded_bytes_ > options_.most_bytes) give_up_older_half();
   }
   revived_.clear();
@@ -167,11 +168,12 @@ void Past::make_items(const std::vector<int>& numbers) {
   }
   for (const auto& [frame, derived] : by_frame) {
     chain_.derive(frame, derived);
-    for (Recorded& record : records_) {
-      if (record.segment.place(frame) < 0) continue;
-      recorded_bytes_ -= record.segment.bytes();
-      record.segment = with_derived(record.segment, frame, derived);
-      recorded_bytes_ += record.segment.bytes();
+    for (std::shared_ptr<Recorded>& record : records_) {
+      if (record->segment.place(frame) < 0) continue;
+      recorded_bytes_ -= record->segment.bytes();
+      record = std::make_shared<Recorded>(
+          Recorded{with_derived(record->segment, frame, derived), record->revived});
+      recorded_bytes_ += record->segment.bytes();
     }
   }
 }
@@ -202,7 +204,7 @@ Past::Estimates Past::estimates(const Segment& latest) const {
 
 std::vector<Stretch> Past::recorded() const {
   std::vector<Stretch> stretches;
-  for (const Recorded& record : records_) stretches.push_back({&record.segment, &record.revived});
+  for (const auto& record : records_) stretches.push_back({&record->segment, &record->revived});
   return stretches;
 }
 
@@ -254,12 +256,13 @@ void Past::give_up_older_half() {
   std::set<int> returned;
   const auto keeps = [&](int number) { return !returned.contains(number); };
   for (auto record = records_.begin(); record != middle; ++record) {
-    states += record->segment.items.size();
-    recorded_bytes_ -= record->segment.bytes();
+    const Recorded& older = **record;
+    states += older.segment.items.size();
+    recorded_bytes_ -= older.segment.bytes();
     if (!options_.recalls) continue;
-    if (!record->revived.empty()) landmarks.revive(record->revived, keeps);
-    returned.insert(record->revived.begin(), record->revived.end());
-    landmarks.append(of_recalled(record->segment), keeps);
+    if (!older.revived.empty()) landmarks.revive(older.revived, keeps);
+    returned.insert(older.revived.begin(), older.revived.end());
+    landmarks.append(of_recalled(older.segment), keeps);
   }
   smoothed.resize(states);
   if (options_.recalls) {
@@ -270,8 +273,9 @@ void Past::give_up_older_half() {
   append_estimates(smoothed, final_);
   records_.erase(records_.begin(), middle);
   if (!options_.recalls) return;
-  records_.insert(records_.begin(), {.segment = landmarks.composed(keeps), .revived = {}});
-  recorded_bytes_ += records_.front().segment.bytes();
+  records_.insert(records_.begin(), std::make_shared<Recorded>(Recorded{
+                                        .segment = landmarks.composed(keeps), .revived = {}}));
+  recorded_bytes_ += records_.front()->segment.bytes();
 }
 
 std::size_t Past::bytes() const { return recorded_bytes_ + chain_.bytes(); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <variant>
@@ -129,9 +130,9 @@ class Past {
   Options options_;
   Estimates final_;
   std::vector<std::variant<PastLandmark, PastPose, PriorMap>> states_;
-  SegmentChain chain_;             ///< of landmarks and frames
-  std::vector<Recorded> records_;  ///< all segments, with all states
-  std::vector<int> revived_;       ///< since the last segment
+  SegmentChain chain_;                              ///< of landmarks and frames
+  std::vector<std::shared_ptr<Recorded>> records_;  ///< all segments; shared with copies
+  std::vector<int> revived_;                        ///< since the last segment
   int landmarks_ = 0;
   std::size_t recorded_bytes_ = 0;
 };

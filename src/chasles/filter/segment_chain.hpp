@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include <chasles/filter/segment.hpp>
@@ -29,7 +30,7 @@ class SegmentChain {
   std::size_t bytes() const;
 
  private:
-  std::vector<Segment> segments_;
+  std::vector<std::shared_ptr<Segment>> segments_;  ///< shared with copies of the chain
 };
 
 }  // namespace chasles

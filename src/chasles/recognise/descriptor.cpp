@@ -67,8 +67,6 @@ struct Describer::Orb {
 
 Describer::Describer() : orb_(std::make_unique<Orb>()) {}
 Describer::~Describer() = default;
-Describer::Describer(Describer&&) noexcept = default;
-Describer& Describer::operator=(Describer&&) noexcept = default;
 
 std::vector<std::optional<Descriptor>> Describer::describe(const GrayImage& image,
                                                            std::span<const ImagePatch> patches) {

@@ -37,8 +37,9 @@ class Describer {
  public:
   Describer();
   ~Describer();
-  Describer(Describer&&) noexcept;
-  Describer& operator=(Describer&&) noexcept;
+  /// It has no state: a copy is as new.
+  Describer(const Describer&) : Describer() {}
+  Describer& operator=(const Describer&) { return *this; }
 
   /// A descriptor for each patch; none if the patch is not inside the image.
   std::vector<std::optional<Descriptor>> describe(const GrayImage& image,

@@ -12,6 +12,8 @@ struct Closure {
   int landmarks = 0;  ///< that returned
   double moved = 0;   ///< by which the frame's update moved the pose [m]
   double turned = 0;  ///< and turned it [rad]
+  /// Later frames rejected most of the landmarks: the filter went on as if they had not returned.
+  bool undone = false;
 };
 
 /// Attempts of a run to find its place in a prior map.

@@ -95,6 +95,7 @@ void InertialSession::process(const ImuSample& sample) {
   note_time(sample);
   if (slam_) {
     slam_->process(sample);
+    trial_.process(sample);
     return;
   }
   samples_.push_back(sample);
@@ -104,6 +105,7 @@ void InertialSession::process(const ImuSample& sample) {
 void InertialSession::process(const TimedMeasurement& measurement) {
   if (slam_) {
     slam_->process(measurement);
+    trial_.process(measurement);
   } else {
     timed_.push_back(measurement);
   }
@@ -229,6 +231,7 @@ std::vector<Estimate> InertialSession::begin(InertialStart start) {
 // An estimate that is not finite is replaced by the last finite one.
 std::optional<Estimate> InertialSession::step(const FeatureFrame& frame) {
   Estimate e = slam_->process(frame);
+  if (const auto without = trial_.judge(frame, slam_)) e = *without;
   if (observer_) observer_(frame, slam_->outcomes());
   // A time offset that decreases, or restarts, does not turn time back.
   if (!first_time_) first_time_ = e.time;
@@ -284,6 +287,7 @@ void InertialSession::end_part(bool lost) {
     earlier_timed_counts_ = timed_counts();
     earlier_timed_counts_.late += slam_->timed_waiting();
     slam_.reset();
+    trial_.end();
   }
   contradictions_ = 0;
   dropped_frames_ += static_cast<int>(waiting_.size());

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <chasles/imu/sample_gaps.hpp>
+#include <chasles/slam/closure_trial.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 #include <chasles/slam/initialiser.hpp>
 #include <chasles/slam/waiting_frames.hpp>
@@ -116,6 +117,7 @@ class InertialSession {
   SampleGaps gaps_;
   OutcomeObserver observer_;
   std::unique_ptr<InertialSlam> slam_;
+  ClosureTrial trial_;
   std::unique_ptr<Initialiser> initialiser_;
   std::optional<InertialStart> given_;
   std::shared_ptr<const LandmarkMap> prior_;

@@ -127,33 +127,43 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
 }
 
 Estimate InertialSlam::process(const FeatureFrame& frame) {
-  const Time since = frame.time - now_;
+  since_ = frame.time - now_;
+  without_.reset();
   StageClock stages;
   if (!timed_.empty()) apply_timed(frame.time);
   advance_to(frame.time);
   ++frame_;
-  const CameraSet looking = observing(frame);
-  Estimate e;
-  StageSeconds& seconds = e.seconds.emplace();
-  e.observations = static_cast<int>(frame.pixels.size());
   compose_when_due();
   const auto& observations = usable(renamed(frame));
   const SE3 predicted = filter_.state().world_T_imu;
   const bool by_ids = settings_.recognise == Recognise::kIds && revive_ids(observations);
   const bool closes =
       settings_.recognise == Recognise::kAppearance && recognise(frame, observations);
-  if (closes) usable(renamed(frame));
-  seconds.propagation = stages.lap();
-  e.zero_velocity = zero_velocity_update(frame, since);
-  if (!e.zero_velocity) let_points_drift(since);
+  const double propagation = stages.lap();
+  Estimate e = conclude(frame, by_ids || closes, closes ? std::optional(predicted) : std::nullopt);
+  if (e.seconds) e.seconds->propagation = propagation;
+  return e;
+}
+
+// What a frame does after the propagation. `closed_at`: the pose before a closure by appearance.
+Estimate InertialSlam::conclude(const FeatureFrame& frame, bool returned,
+                                const std::optional<SE3>& closed_at) {
+  StageClock stages;
+  const CameraSet looking = observing(frame);
+  Estimate e;
+  StageSeconds& seconds = e.seconds.emplace();
+  e.observations = static_cast<int>(frame.pixels.size());
+  const auto& observations = usable(renamed(frame));
+  e.zero_velocity = zero_velocity_update(frame, since_);
+  if (!e.zero_velocity) let_points_drift(since_);
   // During a standstill all poses are the same, and a pixel has the same error in all of them.
   cloned_ = settings_.init == LandmarkInit::kMultiView && is_clone_due(frame) && !e.zero_velocity;
   if (cloned_) {
     keep_pose(frame.time);
     window_.push_back(frame_);
   }
-  observe(observations, by_ids || closes, e);
-  if (closes) note_change(predicted, filter_.state().world_T_imu);
+  observe(observations, returned, e);
+  if (closed_at) note_change(*closed_at, filter_.state().world_T_imu);
   seconds.update = stages.lap();
   settle();
   retire_unseen(looking);

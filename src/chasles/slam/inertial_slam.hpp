@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <chasles/camera/pixel_outcome.hpp>
@@ -51,6 +52,17 @@ class InertialSlam {
   void process(TimedMeasurement measurement) { timed_.push_back(std::move(measurement)); }
   Estimate process(const FeatureFrame& frame);
 
+  /// Where landmarks have returned in the frame just processed: the filter in this frame as if they
+  /// had not, and would not later. conclude() then gives its estimate for the frame.
+  std::shared_ptr<InertialSlam> take_without() { return std::exchange(without_, nullptr); }
+  Estimate conclude(const FeatureFrame& frame) { return conclude(frame, false, std::nullopt); }
+  /// The landmarks that returned last.
+  std::span<const LandmarkId> returned() const { return returned_; }
+  /// Whether the landmark is in the state, or may return.
+  bool knows(LandmarkId id) const;
+  /// Closures of a filter that this one replaces.
+  void note_undone(std::span<const Closure> closures);
+
   /// The IMU's time of a camera time, by the present estimate of the time offset.
   Time clock(Time of_cameras) const;
   /// Whether the samples reach the time of this frame. If a frame is processed earlier, the filter
@@ -90,6 +102,7 @@ class InertialSlam {
     bool ended = false;     ///< it is now a landmark, or no longer in view
   };
 
+  Estimate conclude(const FeatureFrame& frame, bool returned, const std::optional<SE3>& closed_at);
   void advance_to(Time time);
   void apply_timed(Time frame);
   const Prediction& predict_to(Time time);
@@ -233,6 +246,9 @@ class InertialSlam {
                                      const std::vector<Candidate>& candidates,
                                      const std::vector<SeenLandmark>& seen,
                                      CompatibleMatches& compatible) const;
+  std::shared_ptr<InertialSlam> without(const Comparison& comparison,
+                                        const std::vector<int>& accepted,
+                                        const std::vector<Candidate>& candidates) const;
   void note_change(const SE3& before, const SE3& after);
   void close_loop(const Comparison& comparison, const std::vector<int>& accepted,
                   std::vector<Candidate>& candidates, const std::vector<SeenLandmark>& seen);
@@ -257,6 +273,7 @@ class InertialSlam {
   std::optional<Standstill> standstill_;  ///< where it is used
   Time now_;                              ///< of the state, by the cameras' clock
   Time composed_;
+  Time since_{};           ///< the frame before
   bool at_image_ = false;  ///< the state is at the time of an image, no longer at the start's
   std::optional<int> standstill_since_;  ///< clone of the pose at which the standstill began
   PredictedMotion predicted_;            ///< for first estimates
@@ -287,6 +304,8 @@ class InertialSlam {
   SpatialChoice choice_;
   Describer describer_;
   std::vector<Closure> closures_;
+  std::vector<LandmarkId> returned_;       ///< the last ones
+  std::shared_ptr<InertialSlam> without_;  ///< them, until it is taken
   struct WhitenedPixel {
     LandmarkId landmark = 0;
     int camera = 0;

@@ -7,7 +7,7 @@
 #include <chasles/lie/so3.hpp>
 #include <chasles/slam/inertial_slam.hpp>
 
-// Landmarks that leave the state, are recognised and return (docs/recognition.md).
+// Past landmarks are recognised by appearance (docs/recognition.md).
 namespace chasles {
 namespace {
 
@@ -19,7 +19,6 @@ using Eigen::VectorXd;
 
 // Every return composes the past, so landmarks are looked for now and then, several at a time.
 constexpr Time kInterval = std::chrono::milliseconds(300);
-constexpr Time kIdsInterval = std::chrono::milliseconds(500);
 constexpr double kKnownDepth = 0.2;  // relative sigma, for the size of a patch
 // Landmarks that are compared at a time, and observations for each of them.
 constexpr std::size_t kMostLandmarks = 25, kMostEach = 3;
@@ -41,90 +40,6 @@ SE3 InertialSlam::nav_T_camera(int index) const {
   const Camera camera = as_estimated(cameras_[static_cast<std::size_t>(index)], x, index);
   const SE3 world_T_cam = x.world_T_imu * camera.cam_T_imu.inverse();
   return x.nav_T_world ? *x.nav_T_world * world_T_cam : world_T_cam;
-}
-
-// Landmarks that leave the state. One that the gate has rejected was no point, or has become
-// another.
-void InertialSlam::note_dormant(std::span<const int> leaving) {
-  std::vector<int>& forgotten = work_.forgotten;
-  forgotten.clear();
-  if (settings_.recognise == Recognise::kNone) return;
-  const State& x = filter_.state();
-  int number = filter_.past().states();
-  for (const int index : leaving) {
-    const Landmark& landmark = x.landmarks[static_cast<std::size_t>(index)];
-    auto appearance = appearances_.extract(landmark.id);
-    if (!landmark.has_place()) continue;
-    Dormant dormant{.number = number++, .left = now_};
-    bool returns = last_[static_cast<std::size_t>(index)].rejected < settings_.max_rejections;
-    if (!returns) {
-      std::erase_if(known_as_, [&](const auto& known) { return known.second == landmark.id; });
-      choice_.give_up(landmark.id);
-    }
-    if (settings_.recognise == Recognise::kAppearance) {
-      const Vector3d p_world = x.p_world(landmark);
-      dormant.p_nav = x.nav_T_world ? *x.nav_T_world * p_world : p_world;
-      if (!appearance.empty()) dormant.appearance = std::move(appearance.mapped());
-      const double distance = (dormant.p_nav - nav_T_camera(0).p).norm();
-      returns =
-          returns && !dormant.appearance.empty() && landmark.observations >= kLeastObservations &&
-          (landmark.id >= kFirstMapId || choice_.choose(landmark.id, dormant.p_nav, distance,
-                                                        dormant.appearance.views().front().from));
-    }
-    if (returns) {
-      dormant_[landmark.id] = std::move(dormant);
-    } else {
-      forgotten.push_back(dormant.number);
-    }
-  }
-  for (const LandmarkId id : choice_.thin()) {
-    const auto dormant = dormant_.extract(id);
-    if (!dormant.empty()) forgotten.push_back(dormant.mapped().number);
-  }
-}
-
-// The frame's observations, with those of recognised landmarks under their first ids.
-std::span<const PixelObservation> InertialSlam::renamed(const FeatureFrame& frame) {
-  if (known_as_.empty()) return frame.pixels;
-  work_.renamed.assign(frame.pixels.begin(), frame.pixels.end());
-  for (PixelObservation& o : work_.renamed) {
-    const auto known = known_as_.find(o.landmark);
-    if (known != known_as_.end()) o.landmark = known->second;
-  }
-  return work_.renamed;
-}
-
-// The outcomes are those of the frame's observations, under the ids of their tracks.
-void InertialSlam::name_outcomes(const FeatureFrame& frame,
-                                 const std::vector<const PixelObservation*>& observations) {
-  if (known_as_.empty() || work_.renamed.size() != frame.pixels.size()) return;
-  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
-    const auto index = static_cast<std::size_t>(observations[i] - work_.renamed.data());
-    outcomes_[i].observation = frame.pixels[index];
-  }
-}
-
-// Past landmarks whose ids have come into view again return before the update of the frame. Whether
-// there are any.
-bool InertialSlam::revive_ids(const std::vector<const PixelObservation*>& observations) {
-  if (searched_ && now_ - *searched_ < kIdsInterval) return false;
-  std::vector<int> numbers;
-  for (const PixelObservation* o : observations) {
-    const auto known = dormant_.find(o->landmark);
-    if (known == dormant_.end()) continue;
-    numbers.push_back(known->second.number);
-    dormant_.erase(known);
-  }
-  if (numbers.empty()) return false;
-  searched_ = now_;
-  revive(std::move(numbers));
-  return true;
-}
-
-void InertialSlam::revive(std::vector<int> numbers) {
-  std::ranges::sort(numbers);
-  filter_.revive(numbers);
-  for (std::size_t i = 0; i < numbers.size(); ++i) last_.push_back({.seen = frame_});
 }
 
 // Whether landmarks have returned because camera 0 sees something that looks like them.
@@ -155,6 +70,7 @@ bool InertialSlam::recognise_among(DormantLandmarks& past, CompatibleMatches& co
       compare(candidates, placed ? known_landmarks(candidates) : known_points(candidates), seen);
   const std::vector<int> accepted = accepted_matches(comparison, candidates, seen, compatible);
   if (accepted.empty()) return false;
+  without_ = without(comparison, accepted, candidates);
   if (!placed) {
     refine_place(comparison, accepted, candidates, seen);
     place_map();
@@ -378,6 +294,11 @@ void InertialSlam::close_loop(const Comparison& comparison, const std::vector<in
   std::ranges::sort(gone);
   for (auto i = gone.rbegin(); i != gone.rend(); ++i) last_.erase(last_.begin() + *i);
   filter_.remove(gone);
+  returned_.clear();
+  for (const int i : accepted) {
+    const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
+    returned_.push_back(candidates[static_cast<std::size_t>(match.landmark)].id);
+  }
   revive(std::move(numbers));
   const State& x = filter_.state();
   const std::size_t first = x.landmarks.size() - accepted.size();
@@ -386,6 +307,28 @@ void InertialSlam::close_loop(const Comparison& comparison, const std::vector<in
                       drift_noise(cameras_.front(), x, x.landmarks[i], square(kOtherPoint), 0));
   }
   closures_.push_back({.time = clock(now_), .landmarks = static_cast<int>(accepted.size())});
+}
+
+// A copy in which these landmarks do not return, nor later: the place of a map is refused.
+std::shared_ptr<InertialSlam> InertialSlam::without(
+    const Comparison& comparison, const std::vector<int>& accepted,
+    const std::vector<Candidate>& candidates) const {
+  auto copy = std::make_shared<InertialSlam>(*this);
+  if (prior_) {
+    copy->prior_ = Prior{.map = prior_->map};
+    ++copy->place_counts_.refused;
+    return copy;
+  }
+  std::vector<int> numbers;
+  for (const int i : accepted) {
+    const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
+    const Candidate& old = candidates[static_cast<std::size_t>(match.landmark)];
+    numbers.push_back(old.dormant->number);
+    copy->dormant_.erase(old.id);
+  }
+  copy->filter_.forget(numbers);
+  copy->compatible_.clear();
+  return copy;
 }
 
 void InertialSlam::note_change(const SE3& before, const SE3& after) {

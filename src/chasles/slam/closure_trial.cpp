@@ -1,0 +1,59 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <utility>
+
+#include <chasles/slam/closure_trial.hpp>
+
+namespace chasles {
+namespace {
+
+constexpr Time kDuration = std::chrono::seconds(2);
+// Closures that follow each other are on trial together, for no longer than this.
+constexpr Time kLongest = std::chrono::seconds(5);
+constexpr int kLeastRejected = 3;
+
+}  // namespace
+
+std::optional<Estimate> ClosureTrial::judge(const FeatureFrame& frame,
+                                            std::unique_ptr<InertialSlam>& slam) {
+  if (auto without = slam->take_without()) {
+    if (!without_) {
+      without_ = std::move(without);
+      closures_before_ = without_->closures().size();
+    }
+    returned_.insert(returned_.end(), slam->returned().begin(), slam->returned().end());
+    until_ = frame.time + kDuration;
+  }
+  if (!without_) return std::nullopt;
+  frames_.push_back(frame);
+  const auto known = [&](LandmarkId id) { return slam->knows(id); };
+  const auto rejected = returned_.size() - std::ranges::count_if(returned_, known);
+  if (getenv("CT") && (frame.time >= until_ || frame.time - frames_.front().time >= kLongest ||
+                       (rejected >= kLeastRejected && 2 * rejected > returned_.size())))
+    fprintf(stderr, "CT %d of %d\n", int(rejected), int(returned_.size()));
+  if (rejected >= kLeastRejected && 2 * rejected > returned_.size()) return undo(slam);
+  if (frame.time >= until_ || frame.time - frames_.front().time >= kLongest) end();
+  return std::nullopt;
+}
+
+Estimate ClosureTrial::undo(std::unique_ptr<InertialSlam>& slam) {
+  const std::vector<Closure> undone(
+      slam->closures().begin() + static_cast<std::ptrdiff_t>(closures_before_),
+      slam->closures().end());
+  slam = std::make_unique<InertialSlam>(std::move(*without_));
+  Estimate e = slam->conclude(frames_.front());
+  for (std::size_t i = 1; i < frames_.size(); ++i) e = slam->process(frames_[i]);
+  slam->note_undone(undone);
+  end();
+  return e;
+}
+
+void ClosureTrial::end() {
+  without_.reset();
+  frames_.clear();
+  returned_.clear();
+}
+
+}  // namespace chasles
