@@ -5,11 +5,15 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/durable_file.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/map/merge_maps.hpp>
 #include <chasles/median.hpp>
 #include <chasles/pipeline/map_file.hpp>
+#include <chasles/pipeline/map_sketch.hpp>
+#include <chasles/report/report.hpp>
 
 #include "map_output.hpp"
 #include "options.hpp"
@@ -24,6 +28,7 @@ using Json = nlohmann::ordered_json;
 struct MapOptions {
   fs::path map;
   fs::path a, b, output;
+  fs::path page;  ///< of the map
   bool json = false;
 };
 
@@ -104,9 +109,26 @@ void print(const MapOptions& o, const fs::path& file, const LandmarkMap& map, st
              more.at("matches").get<long>(), more.at("nis_per_dof").get<double>());
 }
 
+void write_page(const MapOptions& o, const LandmarkMap& map, std::uintmax_t bytes) {
+  Json summary = description(map, bytes);
+  summary["version"] = CHASLES_VERSION;
+  ReportRun page{.run = {}, .summary = json_text(summary)};
+  page.run.name = valid_utf8(o.map.filename().string());
+  page.run.prior_map = map_sketch(map);
+  if (o.page.has_parent_path()) make_folder(o.page.parent_path());
+  replace_file(o.page, map_page(page));
+}
+
 int show(const MapOptions& o) {
+  const bool wanted = !o.page.empty();
+  if (wanted && o.page.extension() != ".html") {
+    throw UsageError(fmt::format("-o {}: expected a name that ends with .html", o.page.string()));
+  }
   const LandmarkMap map = read_map(o.map);
-  print(o, o.map, map, fs::file_size(o.map), Json::object());
+  const std::uintmax_t bytes = fs::file_size(o.map);
+  if (wanted) write_page(o, map, bytes);
+  if (o.json || !wanted) print(o, o.map, map, bytes, Json::object());
+  if (!o.json && wanted) fmt::print("page: {}\n", o.page.string());
   return 0;
 }
 
@@ -124,6 +146,10 @@ int merge(const MapOptions& o) {
 Action declare_map(CLI::App& parser) {
   const auto o = std::make_shared<MapOptions>();
   parser.add_option("MAP", o->map, "Map, as `chasles run --save-map` writes it")->type_name("");
+  parser
+      .add_option("-o,--output", o->page, "Write a page of the map: its landmarks by session")
+      ->check(require_path)
+      ->type_name("FILE.html");
   parser.add_flag("--json", o->json, "Print as JSON");
   CLI::App* merging = parser.add_subcommand(
       "merge", "Merge two maps at the places that both saw, in the frame of the first");

@@ -10,6 +10,7 @@
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/data/georeference.hpp>
+#include <chasles/data/map_sketch.hpp>
 #include <chasles/data/plan.hpp>
 #include <chasles/data/run_images.hpp>
 #include <chasles/lie/truth_pairing.hpp>
@@ -77,6 +78,7 @@ struct Run {
   std::vector<RunState> states;
   std::vector<SmoothedPose> smoothed = {};  ///< by time; empty where unknown
   std::vector<SmoothedPose> in_map = {};    ///< as estimated at each frame, frame of a prior map
+  std::optional<MapSketch> prior_map = {};  ///< in which the run has found its place
   std::vector<RunLandmark> landmarks;
   Trajectory truth;           ///< world_T_imu in the truth's own world; empty where unknown
   TruthPairing pairing = {};  ///< of the states with the truth, for all comparisons

@@ -12,6 +12,7 @@
 #include <chasles/eval/chi2.hpp>
 #include <chasles/report/against_truth.hpp>
 #include <chasles/report/columns.hpp>
+#include <chasles/report/map_data.hpp>
 #include <chasles/report/page_data.hpp>
 #include <chasles/report/page_images.hpp>
 #include <chasles/report/scenes.hpp>
@@ -20,20 +21,6 @@ namespace chasles {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
-
-/// cxx, cxy, …: the six numbers of a symmetric 3x3 matrix.
-template <typename Rows, typename Matrix>
-void add_covariances(Json& columns, const Rows& rows, const Matrix& matrix) {
-  for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      const auto name = fmt::format("c{}{}", kAxes[static_cast<std::size_t>(i)],
-                                    kAxes[static_cast<std::size_t>(j)]);
-      columns[name] = floats(rows, [&](const auto& row) { return matrix(row)(i, j); });
-    }
-  }
-}
 
 void add_poses(Json& columns, const std::vector<RunState>& states, const Eigen::Vector3d& origin) {
   const Time start = states.empty() ? Time{} : states.front().time;
@@ -254,6 +241,7 @@ Json run_data(const ReportRun& report_run, Json summary, const AgainstTruth& err
   json["stage_names"] = run.stage_names;
   json["stages"] = stage_columns(run);
   add_landmarks(json, run, origin);
+  if (run.prior_map) json["map"] = map_json(*run.prior_map, run.landmarks, origin);
   if (!run.truth.empty()) add_truth(json, run, errors, origin);
   add_plan(json, run, errors, origin);
   if (!run.dead_reckoning.empty()) {
