@@ -1,5 +1,5 @@
 // The map: what it shows and how it answers.
-import { closuresOf } from './closures';
+import { closuresOf, showClosureTip } from './closures';
 import { AXES } from './data';
 import { downloadCsv, fileName } from './files';
 import { byId, fixed, grouped, make, number, swatch, toggle } from './format';
@@ -47,7 +47,7 @@ export class MapPanel implements MapHost {
   /** A view that shows everything goes on to do so. */
   private growRun(): void {
     const { view } = this, run = activeRun(), whole = view.atFit();
-    if (view.landmarks !== run.landmarks) {
+    if (view.landmarks !== run.landmarks || view.savedMap !== run.savedMap) {
       view.setRun(run);
       view.colourBy(this.options.colour);
     }
@@ -113,9 +113,20 @@ export class MapPanel implements MapHost {
       return;
     }
     this.hideTip();
+    if (place && this.pointAtClosure(run, place)) return;
     if (view.savedMap && place && this.pointAtSaved(view.savedMap, place)) return;
     const state = place ? nearestOnScreen(run.count, (i) => view.stateAt(run, i), place, 14) : -1;
     if (state >= 0) setCursor(state);
+  }
+
+  private pointAtClosure(run: Run, place: { x: number; y: number }): boolean {
+    if (!layerShown(this.options, 'closures')) return false;
+    const { view } = this, list = closuresOf(run);
+    const found = nearestOnScreen(list.length, (i) => view.stateAt(run, list[i].state), place, 7);
+    if (found < 0) return false;
+    setCursor(list[found].state);
+    showClosureTip(run, list[found], ...view.stateAt(run, list[found].state), view.width, view.height);
+    return true;
   }
 
   private pointAtSaved(map: SavedMap, place: { x: number; y: number }): boolean {

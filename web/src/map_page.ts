@@ -26,7 +26,7 @@ function showHead({ marks, sessions }: SavedMap): void {
 function showCards({ marks, sigma }: SavedMap): void {
   const { summary: s } = activeRun(), bytes = isNumber(s.bytes) ? s.bytes : NaN;
   const [low, high] = [s.least_m, s.most_m] as [number[], number[]];
-  const size = low.map((l, k) => number(high[k] - l, 3)).join(' × ');
+  const size = low.map((l, k) => number(high[k] - l, 2)).join(' × ');
   const cards: [string, string, string, string][] = [
     ['Landmarks', grouped(marks.id.length), '', 'that can be recognised'],
     ['Extent', size, 'm', 'x, y, z'],

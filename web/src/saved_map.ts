@@ -27,6 +27,12 @@ export function decodeSavedMap(raw: RawSavedMap | undefined): SavedMap | null {
   return { sessions: raw.sessions, marks, sigma };
 }
 
+/** Notes which landmarks of the map are among those of a run that goes on. */
+export function markReturned({ marks }: SavedMap, landmarks: Columns): void {
+  const ids = new Set(landmarks.id);
+  marks.returned = Int32Array.from(marks.id, (id) => Number(ids.has(id)));
+}
+
 // Hues that a run's own colours leave, first.
 const HUES = ['f-3', 'f-2', 'f-4', 'f-5', 'f-6', 'f-7', 'f-8', 'f-1'];
 

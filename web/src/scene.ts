@@ -1,9 +1,10 @@
 // The run in three dimensions: what is drawn, and how it answers.
 import { ColorManagement, LinearSRGBColorSpace, Scene, Vector3, WebGLRenderer } from 'three';
 
+import { closuresOf, showClosureTip } from './closures';
 import { byId } from './format';
 import { landmarkShown, showLandmarkTip } from './map';
-import type { MapOptions } from './map_draw';
+import { layerShown, type MapOptions } from './map_draw';
 import { nearestOnScreen } from './map_input';
 import { activeRun } from './runs';
 import { mapText } from './saved_map';
@@ -208,8 +209,11 @@ export class ScenePanel {
       }
     }
     if (this.view.follows()) return;
-    const state = nearestOnScreen(run.count, this.view.onScreen(run.states, width, height),
-      place, 10);
+    const path = this.view.onScreen(run.states, width, height);
+    const list = layerShown(this.options, 'closures') ? closuresOf(run) : [];
+    const closed = nearestOnScreen(list.length, (i) => path(list[i].state), place, 8);
+    if (closed >= 0) showClosureTip(run, list[closed], ...path(list[closed].state), width, height);
+    const state = closed >= 0 ? list[closed].state : nearestOnScreen(run.count, path, place, 10);
     if (state >= 0) setCursor(state);
   }
 }

@@ -50,6 +50,13 @@ const std::vector<std::string>& initial_columns() {
   return columns;
 }
 
+const std::vector<std::string>& prior_map_columns() {
+  static const std::vector<std::string> columns{
+      "landmark", "session", "x",      "y",      "z",   "cov_xx",       "cov_xy",
+      "cov_xz",   "cov_yy",  "cov_yz", "cov_zz", "own", "observations", "views"};
+  return columns;
+}
+
 std::vector<std::string> timing_columns(const std::vector<std::string>& stage_names) {
   std::vector<std::string> columns{"time_ns", "ms"};
   for (const std::string& name : stage_names) columns.push_back(name + "_ms");

@@ -12,6 +12,10 @@ struct Closure {
   int landmarks = 0;  ///< that returned
   double moved = 0;   ///< by which the frame's update moved the pose [m]
   double turned = 0;  ///< and turned it [rad]
+  /// Of the landmarks' innovations before the update, against their joint covariance: chi2 with
+  /// `dof` degrees of freedom.
+  double square = 0;
+  int dof = 0;
 };
 
 /// Attempts of a run to find its place in a prior map.
