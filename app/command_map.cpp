@@ -122,16 +122,16 @@ std::string page_of(const MapOptions& o, const LandmarkMap& map, std::uintmax_t 
 int show(const MapOptions& o) {
   const std::string ending = o.drawing.extension().string();
   if (!o.drawing.empty() && ending != ".html" && ending != ".ply") {
-    throw UsageError(fmt::format("-o: found '{}', expected a file name that ends with .html or "
-                                 ".ply",
-                                 o.drawing.string()));
+    throw UsageError(
+        fmt::format("-o: found '{}', expected a file name that ends with .html or "
+                    ".ply",
+                    o.drawing.string()));
   }
   const LandmarkMap map = read_map(o.map);
   const std::uintmax_t bytes = fs::file_size(o.map);
   if (!o.drawing.empty()) {
     if (o.drawing.has_parent_path()) make_folder(o.drawing.parent_path());
-    replace_file(o.drawing,
-                 ending == ".ply" ? map_ply(map_sketch(map)) : page_of(o, map, bytes));
+    replace_file(o.drawing, ending == ".ply" ? map_ply(map_sketch(map)) : page_of(o, map, bytes));
   }
   if (o.json || o.drawing.empty()) {
     print(o, o.map, map, bytes, Json::object());

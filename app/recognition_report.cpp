@@ -48,12 +48,9 @@ Json sessions_json(const MapSketch& map) {
 }
 
 Json place_json(const PlaceCounts& places, const Run& run) {
-  Json json = {{"searches", places.searches},
-               {"proposed", places.proposed},
-               {"refused", places.refused},
-               {"placed_ns", nullptr},
-               {"placed_seconds", nullptr},
-               {"world_T_map", nullptr},
+  Json json = {{"searches", places.searches}, {"proposed", places.proposed},
+               {"refused", places.refused},   {"placed_ns", nullptr},
+               {"placed_seconds", nullptr},   {"world_T_map", nullptr},
                {"sessions", Json::array()}};
   if (places.placed) {
     json["placed_ns"] = places.placed->count();

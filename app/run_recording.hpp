@@ -31,8 +31,8 @@ struct RunRecordingOptions {
   std::optional<std::string> truth_chart = {};
   /// Columns of states.csv after those of the estimator (calibration_report.hpp).
   std::vector<std::string> calibration_columns = {};
-  Trajectory dead_reckoning = {};     ///< for viewers and the page
-  nlohmann::ordered_json known = {};  ///< part of summary.json known before the run
+  Trajectory dead_reckoning = {};           ///< for viewers and the page
+  nlohmann::ordered_json known = {};        ///< part of summary.json known before the run
   std::optional<MapSketch> prior_map = {};  ///< in which the estimator looks for its place
 };
 

@@ -70,7 +70,8 @@ struct RunLandmark {
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
 /// timing.csv and, where known, trajectory_smoothed.tum, smoothed.csv, trajectory_in_map.tum,
-/// in_map.csv, prior_map.csv, truth.tum, dead_reckoning.tum, plan.csv and images that were kept (docs/formats.md).
+/// in_map.csv, prior_map.csv, truth.tum, dead_reckoning.tum, plan.csv and images that were kept
+/// (docs/formats.md).
 struct Run {
   std::string name;                      ///< of the recording: summary.json's "name" when read
   std::vector<std::string> extra_names;  ///< e.g. "velocity_x", with the unit in docs/formats.md

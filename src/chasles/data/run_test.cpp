@@ -122,7 +122,9 @@ nlohmann::ordered_json placed_summary() {
   summary["place_in_map"] = {
       {"world_T_map", {{"position_m", {1.5, -2, 0.25}}, {"quaternion_xyzw", {0, 0, 0.6, 0.8}}}},
       {"sessions",
-       {{{"name", "hall, monday"}, {"begin_ns", 5}, {"end_ns", 1317384506402997017},
+       {{{"name", "hall, monday"},
+         {"begin_ns", 5},
+         {"end_ns", 1317384506402997017},
          {"cameras", 2}}}}};
   return summary;
 }
@@ -141,8 +143,9 @@ TEST(RunFolder, TheMapOfARunIsReadAgain) {
   const auto again = read_run(folder).prior_map;
   ASSERT_TRUE(again);
   EXPECT_EQ(again->world_T_map.p, Eigen::Vector3d(1.5, -2, 0.25));
-  EXPECT_LT((again->world_T_map.R * Eigen::Vector3d::UnitX() - Eigen::Vector3d(0.28, 0.96, 0)).norm(),
-            1e-12);
+  EXPECT_LT(
+      (again->world_T_map.R * Eigen::Vector3d::UnitX() - Eigen::Vector3d(0.28, 0.96, 0)).norm(),
+      1e-12);
   ASSERT_EQ(again->sessions.size(), 1u);
   EXPECT_EQ(again->sessions[0].name, "hall, monday");
   EXPECT_EQ(again->sessions[0].end.count(), 1317384506402997017);

@@ -165,9 +165,9 @@ LiveText LiveRun::rows_text(const LiveCursor& have, const LiveCursor& then) {
                                       rows.landmarks, rows.prior_map, then.progress);
   const auto known = std::ranges::find(texts_, key, &std::pair<std::string, LiveText>::first);
   if (known != texts_.end()) return known->second;
-  LiveText text =
-      shared(then.rows == 0 ? progress_text(id_, progress_)
-                            : chasles::rows_text(run_, {summary_, known_}, comparison_, rows, progress_));
+  LiveText text = shared(
+      then.rows == 0 ? progress_text(id_, progress_)
+                     : chasles::rows_text(run_, {summary_, known_}, comparison_, rows, progress_));
   if (texts_.size() >= kKeptTexts) texts_.erase(texts_.begin());
   texts_.emplace_back(key, text);
   return text;

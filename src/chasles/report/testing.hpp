@@ -17,7 +17,7 @@ struct DriveOptions {
   std::uint64_t seed = 1;
   bool truth = true;
   bool dead_reckoning = true;
-  bool initial = false;  ///< landmarks know where they were initialised, but for every tenth
+  bool initial = false;    ///< landmarks know where they were initialised, but for every tenth
   bool prior_map = false;  ///< the run has found its place in synthetic_map() of its landmarks
 };
 

@@ -145,8 +145,8 @@ TEST(Mcap, TheFrameOfAMapIsAboveTheWorldOncePlaced) {
   Run& run = drive.run;
   const SE3 map_T_world = run.prior_map->world_T_map.inverse();
   for (std::size_t i = 20; i < run.states.size(); ++i) {
-    run.in_map.push_back({.time = run.states[i].time,
-                          .world_T_imu = map_T_world * run.states[i].world_T_imu});
+    run.in_map.push_back(
+        {.time = run.states[i].time, .world_T_imu = map_T_world * run.states[i].world_T_imu});
   }
   const json topics = read_back(run_mcap(drive, "0")).at("topics");
   EXPECT_EQ(topics.at("/tf_map").at("count"), 30);

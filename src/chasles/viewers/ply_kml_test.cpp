@@ -126,8 +126,7 @@ TEST(PlyOfARun, LandmarksOfAMapTellTheirSessionAndWhetherTheyReturned) {
     EXPECT_EQ(ply.vertex.at(other, "kind"), 4);
     EXPECT_EQ(ply.vertex.at(other, "session"), map.points[i].session);
     const Eigen::Vector3d p_world = map.world_T_map * map.points[i].p_map;
-    EXPECT_FLOAT_EQ(static_cast<float>(ply.vertex.at(other, "x")),
-                    static_cast<float>(p_world.x()));
+    EXPECT_FLOAT_EQ(static_cast<float>(ply.vertex.at(other, "x")), static_cast<float>(p_world.x()));
     EXPECT_NEAR(ply.vertex.at(other, "cov_xy"), drive.run.landmarks[i].covariance(0, 1), 1e-6);
     ++other;
   }

@@ -13,8 +13,8 @@ namespace chasles {
 
 /// A point of a cloud.
 struct CloudPoint {
-  Eigen::Vector3d p;               ///< [m]
-  double sigma;                    ///< [m]
+  Eigen::Vector3d p;  ///< [m]
+  double sigma;       ///< [m]
   Rgb colour;
   std::vector<std::uint8_t> more = {};  ///< values of the cloud's further fields
 };

@@ -31,8 +31,9 @@ void add_poses(const Run& run, Channels& out) {
   for (const RunState& s : run.states) {
     if (!s.world_T_imu.p.allFinite() || !s.world_T_imu.R.allFinite()) continue;
     const Json pose = proto_pose(s.world_T_imu);
-    out.add("/tf", "foxglove.FrameTransforms", s.time,
-            {{"transforms", Json::array({proto_transform(s.time, "world", "imu", s.world_T_imu)})}});
+    out.add(
+        "/tf", "foxglove.FrameTransforms", s.time,
+        {{"transforms", Json::array({proto_transform(s.time, "world", "imu", s.world_T_imu)})}});
     out.add("/pose", "foxglove.PoseInFrame", s.time,
             {{"timestamp", proto_time(s.time)}, {"frame_id", "world"}, {"pose", pose}});
     out.add("/odometry", "foxglove.Odometry", s.time,
