@@ -146,7 +146,7 @@ export class Live {
     this.have.rows = rows;
     this.have.landmarks = landmarks ?? this.have.landmarks;
     this.have.truth ||= data.truth !== undefined;
-    this.have.map ||= data.map !== undefined;
+    this.have.map ||= data.map?.sessions !== undefined;
     if (this.growing && known) Object.assign(this.growing.run.summary, known);
     this.grown = true;
   }

@@ -1,5 +1,5 @@
 // A saved map: one in which a run found its place, or one on a page of its own.
-import { AXES, type Axis, clamp, type Columns, decodeColumns, quantile } from './data';
+import { AXES, type Axis, clamp, column, type Columns, decodeColumns, quantile } from './data';
 import { grouped } from './format';
 
 export interface Session {
@@ -18,7 +18,12 @@ export interface SavedMap {
   sigma: Float64Array;
 }
 
-export interface RawSavedMap { sessions: Session[]; marks: Record<string, string> }
+export interface RawSavedMap {
+  sessions: Session[];
+  marks: Record<string, string>;
+  /** Alone: what has changed of a map that the page has. */
+  returned?: string;
+}
 
 export function decodeSavedMap(raw: RawSavedMap | undefined): SavedMap | null {
   if (!raw) return null;
@@ -27,10 +32,11 @@ export function decodeSavedMap(raw: RawSavedMap | undefined): SavedMap | null {
   return { sessions: raw.sessions, marks, sigma };
 }
 
-/** Notes which landmarks of the map are among those of a run that goes on. */
-export function markReturned({ marks }: SavedMap, landmarks: Columns): void {
-  const ids = new Set(landmarks.id);
-  marks.returned = Int32Array.from(marks.id, (id) => Number(ids.has(id)));
+/** The whole map, or which of its landmarks have returned by now. */
+export function grownMap(map: SavedMap | null, raw: Partial<RawSavedMap>): SavedMap | null {
+  if (raw.sessions && raw.marks) return decodeSavedMap(raw as RawSavedMap);
+  if (!map || !raw.returned) return map;
+  return { ...map, marks: { ...map.marks, returned: column(raw.returned) } };
 }
 
 // Hues that a run's own colours leave, first.

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -92,6 +93,10 @@ struct Run {
 
 /// Whether the z axis of the run's world is vertical: true if the run estimated IMU biases.
 bool is_level(const Run& run);
+
+/// Ids of the landmarks of the prior map that the run has recognised: it used more observations of
+/// them than the map had.
+std::set<LandmarkId> recognised_landmarks(const Run& run);
 
 /// Writes the folder, and creates it if missing. An earlier run in it is replaced as a whole, or
 /// stays as it is where this fails (RunReplacement). `timing` is called when the other files are

@@ -52,7 +52,7 @@ ReportRun piece(const Run& run, const std::vector<std::size_t>& states,
   out.run.extra_names = run.extra_names;
   for (const std::size_t i : states) out.run.states.push_back(run.states[i]);
   if (rows.landmarks > 0) out.run.landmarks = run.landmarks;
-  if (rows.prior_map) out.run.prior_map = run.prior_map;
+  if (rows.landmarks > 0) out.run.prior_map = run.prior_map;
   if (rows.from == 0) out.run.dead_reckoning = run.dead_reckoning;
   if (comparison.begun()) {
     out.run.truth = rows.truth ? comparison.truth() : Trajectory{comparison.truth().front()};
@@ -72,6 +72,10 @@ std::string rows_text(const Run& run, const LiveSummary& summary,
   if (rows.from > 0) data.erase("summary");
   if (rows.landmarks == 0 && rows.from > 0) data.erase("landmarks");
   if (!rows.truth) data.erase("truth");
+  // Of a map that the viewer has, only what changes.
+  if (data.contains("map") && !rows.prior_map) {
+    data["map"] = {{"returned", data["map"]["marks"]["returned"]}};
+  }
   Json json = {{"run", rows.id},  {"progress", progress_json(progress)}, {"from", rows.from},
                {"rows", rows.to}, {"skip", rows.from > 0 ? 1 : 0},       {"data", std::move(data)}};
   if (rows.landmarks > 0) {

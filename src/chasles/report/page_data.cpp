@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -113,8 +114,18 @@ Json stage_columns(const Run& run) {
 
 void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
   std::vector<RunLandmark> drawn;
+  std::set<LandmarkId> of_map;  // map_json() has them
+  if (run.prior_map) {
+    for (const SketchPoint& point : run.prior_map->points) of_map.insert(point.id);
+  }
+  std::size_t left_out = 0;
   for (const RunLandmark& mark : run.landmarks) {
-    if (mark.p_world.allFinite() && mark.covariance.allFinite()) drawn.push_back(mark);
+    if (of_map.contains(mark.id)) continue;
+    if (mark.p_world.allFinite() && mark.covariance.allFinite()) {
+      drawn.push_back(mark);
+    } else {
+      ++left_out;
+    }
   }
   std::vector<double> ids;
   for (const RunLandmark& mark : drawn) ids.push_back(static_cast<double>(mark.id));
@@ -138,7 +149,7 @@ void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
       return m.initial->p_world - origin;
     });
   }
-  json["landmarks_left_out"] = run.landmarks.size() - drawn.size();
+  json["landmarks_left_out"] = left_out;
 }
 
 /// The coordinates in which the run's chart assumes a Gaussian error: those of its NEES.
@@ -241,7 +252,7 @@ Json run_data(const ReportRun& report_run, Json summary, const AgainstTruth& err
   json["stage_names"] = run.stage_names;
   json["stages"] = stage_columns(run);
   add_landmarks(json, run, origin);
-  if (run.prior_map) json["map"] = map_json(*run.prior_map, run.landmarks, origin);
+  if (run.prior_map) json["map"] = map_json(run, origin);
   if (!run.truth.empty()) add_truth(json, run, errors, origin);
   add_plan(json, run, errors, origin);
   if (!run.dead_reckoning.empty()) {

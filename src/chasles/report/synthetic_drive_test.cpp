@@ -191,7 +191,7 @@ MapSketch synthetic_map(const std::vector<RunLandmark>& landmarks) {
          .p_map = map_T_world * (l.p_world + Eigen::Vector3d(0.5, same ? 0 : 3, 0)),
          .covariance = map_T_world.R * l.covariance * map_T_world.R.transpose(),
          .own = static_cast<double>(i % 10) / 10,
-         .observations = 10 + static_cast<int>(i % 50),
+         .observations = l.observations - (i % 6 == 0 ? 1 : 0),
          .views = 1 + static_cast<int>(i % 3)});
   }
   return map;

@@ -27,7 +27,8 @@ struct DriveOptions {
 ReportRun synthetic_drive(const DriveOptions& options = {});
 
 /// A map of two sessions, "Monday" and "Tuesday", beside these landmarks: one for each, in a frame
-/// that is turned and moved. Every third has the id of its landmark, the others larger ones.
+/// that is turned and moved. Every third has the id of its landmark, the others larger ones, and
+/// every sixth has been recognised.
 MapSketch synthetic_map(const std::vector<RunLandmark>& landmarks);
 
 /// Adds images of two cameras to the run, every `every` states, of 96 x 60 px and half as wide as

@@ -63,12 +63,12 @@ std::vector<Vertex> landmark_vertices(const std::vector<RunLandmark>& landmarks)
   return vertices;
 }
 
-// The landmarks of a map in the frame `a`, whose ids are not among the run's.
+// The landmarks of a map in the frame `a`, but for those that are known otherwise.
 std::vector<Vertex> map_vertices(const MapSketch& map, const SE3& a_T_map,
-                                 const std::set<LandmarkId>& returned) {
+                                 const std::set<LandmarkId>& known) {
   std::vector<Vertex> vertices;
   for (const SketchPoint& l : map.points) {
-    if (returned.contains(l.id)) continue;
+    if (known.contains(l.id)) continue;
     vertices.push_back({.p = a_T_map * l.p_map,
                         .covariance = a_T_map.R * l.covariance * a_T_map.R.transpose(),
                         .kind = VertexKind::kPriorMap,
@@ -84,7 +84,7 @@ class Drawing {
  public:
   explicit Drawing(std::vector<Vertex> vertices) : vertices_(std::move(vertices)) {}
   explicit Drawing(const Run& run) : vertices_(landmark_vertices(run.landmarks)) {
-    if (run.prior_map) add_prior_map(*run.prior_map);
+    if (run.prior_map) add_prior_map(*run.prior_map, recognised_landmarks(run));
     for (const RunState& s : run.states) {
       add({.p = s.world_T_imu.p,
            .covariance = s.pose_covariance.bottomRightCorner<3, 3>(),
@@ -115,19 +115,21 @@ class Drawing {
   }
 
  private:
-  // Landmarks of the map that the run has recognised are among its own.
-  void add_prior_map(const MapSketch& map) {
+  // Landmarks of the map are among the run's own, with what it has learned of them.
+  void add_prior_map(const MapSketch& map, const std::set<LandmarkId>& recognised) {
     std::map<LandmarkId, int> sessions;
     for (const SketchPoint& l : map.points) sessions[l.id] = l.session;
-    std::set<LandmarkId> returned;
+    std::set<LandmarkId> known;
     for (Vertex& v : vertices_) {
       const auto of_map = sessions.find(v.landmark);
       if (of_map == sessions.end()) continue;
+      v.kind = VertexKind::kPriorMap;
       v.session = of_map->second;
-      v.returned = true;
-      returned.insert(v.landmark);
+      v.colour = rgb(session_colour(v.session));
+      v.returned = recognised.contains(v.landmark);
+      known.insert(v.landmark);
     }
-    const std::vector<Vertex> others = map_vertices(map, map.world_T_map, returned);
+    const std::vector<Vertex> others = map_vertices(map, map.world_T_map, known);
     vertices_.insert(vertices_.end(), others.begin(), others.end());
   }
 

@@ -111,18 +111,19 @@ TEST(PlyOfARun, LandmarksOfAMapTellTheirSessionAndWhetherTheyReturned) {
   const ReportRun drive = synthetic_drive({.states = 10, .landmarks = 30, .prior_map = true});
   const MapSketch& map = *drive.run.prior_map;
   const Ply ply = read_ply(run_ply(drive.run)), alone = read_ply(map_ply(map));
-  ASSERT_EQ(ply.vertex.rows.size(), 30u + 20 + 3 * 10) << "ten of the map are the run's";
+  ASSERT_EQ(ply.vertex.rows.size(), 30u + 20 + 3 * 10) << "the run has ten of the map";
   ASSERT_EQ(alone.vertex.rows.size(), 30u);
   std::size_t other = 30;
   for (std::size_t i = 0; i < 30; ++i) {
-    const bool returned = i % 3 == 0;
-    EXPECT_EQ(ply.vertex.at(i, "returned"), returned);
-    EXPECT_EQ(ply.vertex.at(i, "session"), returned ? map.points[i].session : -1);
+    const bool same = i % 3 == 0;
+    EXPECT_EQ(ply.vertex.at(i, "kind"), same ? 4 : 0);
+    EXPECT_EQ(ply.vertex.at(i, "returned"), i % 6 == 0);
+    EXPECT_EQ(ply.vertex.at(i, "session"), same ? map.points[i].session : -1);
     EXPECT_EQ(alone.vertex.at(i, "session"), map.points[i].session);
     EXPECT_EQ(alone.vertex.at(i, "kind"), 4);
     EXPECT_FLOAT_EQ(static_cast<float>(alone.vertex.at(i, "z")),
                     static_cast<float>(map.points[i].p_map.z()));
-    if (returned) continue;
+    if (same) continue;
     EXPECT_EQ(ply.vertex.at(other, "kind"), 4);
     EXPECT_EQ(ply.vertex.at(other, "session"), map.points[i].session);
     const Eigen::Vector3d p_world = map.world_T_map * map.points[i].p_map;

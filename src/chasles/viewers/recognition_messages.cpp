@@ -72,8 +72,7 @@ void add_map_frame(const Run& run, Channels& out) {
 }
 
 void add_prior_map(const Run& run, Time time, Channels& out) {
-  std::set<LandmarkId> returned;
-  for (const RunLandmark& l : run.landmarks) returned.insert(l.id);
+  const std::set<LandmarkId> returned = recognised_landmarks(run);
   PointCloud cloud("map", {"session", "returned"});
   for (const SketchPoint& l : run.prior_map->points) {
     if (!l.p_map.allFinite() || !l.covariance.allFinite()) continue;
