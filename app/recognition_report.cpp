@@ -84,7 +84,7 @@ std::string closures_text(const Json& closures) {
 std::string place_text(const Json& place) {
   const Json& seconds = place.at("placed_seconds");
   const std::string attempts =
-      fmt::format("{} searches, {} proposed, {} refused", place.at("searches").get<int>(),
+      fmt::format("searches {}, proposed {}, refused {}", place.at("searches").get<int>(),
                   place.at("proposed").get<int>(), place.at("refused").get<int>());
   if (seconds.is_null()) return line("place in the map", "not found", " (" + attempts + ")");
   return line("place in the map", "found",

@@ -66,6 +66,6 @@ export function placeText({ summary: { place_in_map: place } }: Run): string {
   const p = place as Record<string, unknown>, count = (key: string) => grouped(Number(p[key]) || 0);
   const found = isNumber(p.placed_seconds) ? `found after ${fixed(p.placed_seconds, 1)} s`
     : isNumber(p.placed_ns) ? 'found' : 'not found';
-  return `${found}; ${count('searches')} searches, ${count('proposed')} proposed a place, ` +
-    `${count('refused')} refused`;
+  return `${found}; searches: ${count('searches')}, places proposed: ${count('proposed')}, ` +
+    `refused: ${count('refused')}`;
 }
