@@ -52,7 +52,7 @@ ReportRun piece(const Run& run, const std::vector<std::size_t>& states,
   out.run.extra_names = run.extra_names;
   for (const std::size_t i : states) out.run.states.push_back(run.states[i]);
   if (rows.landmarks > 0) out.run.landmarks = run.landmarks;
-  if (rows.landmarks > 0) out.run.prior_map = run.prior_map;
+  if (rows.landmarks > 0 || rows.prior_map) out.run.prior_map = run.prior_map;
   if (rows.from == 0) out.run.dead_reckoning = run.dead_reckoning;
   if (comparison.begun()) {
     out.run.truth = rows.truth ? comparison.truth() : Trajectory{comparison.truth().front()};

@@ -142,7 +142,7 @@ TEST(Mcap, TheMapIsThereAsACloudAndAsEllipsoids) {
 
 TEST(Mcap, TheFrameOfAMapIsAboveTheWorldOncePlaced) {
   ReportRun drive = synthetic_drive({.states = 50, .landmarks = 30, .prior_map = true});
-  Run& run = drive.run;
+  auto& run = drive.run;
   const SE3 map_T_world = run.prior_map->world_T_map.inverse();
   for (std::size_t i = 20; i < run.states.size(); ++i) {
     run.in_map.push_back(
