@@ -5,11 +5,16 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/data/durable_file.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 #include <chasles/map/merge_maps.hpp>
 #include <chasles/median.hpp>
 #include <chasles/pipeline/map_file.hpp>
+#include <chasles/pipeline/map_sketch.hpp>
+#include <chasles/report/report.hpp>
+#include <chasles/viewers/ply.hpp>
 
 #include "map_output.hpp"
 #include "options.hpp"
@@ -24,6 +29,7 @@ using Json = nlohmann::ordered_json;
 struct MapOptions {
   fs::path map;
   fs::path a, b, output;
+  fs::path drawing;  ///< of the map
   bool json = false;
 };
 
@@ -104,9 +110,34 @@ void print(const MapOptions& o, const fs::path& file, const LandmarkMap& map, st
              more.at("matches").get<long>(), more.at("nis_per_dof").get<double>());
 }
 
+std::string page_of(const MapOptions& o, const LandmarkMap& map, std::uintmax_t bytes) {
+  Json summary = description(map, bytes);
+  summary["version"] = CHASLES_VERSION;
+  ReportRun page{.run = {}, .summary = json_text(summary)};
+  page.run.name = valid_utf8(o.map.filename().string());
+  page.run.prior_map = map_sketch(map);
+  return map_page(page);
+}
+
 int show(const MapOptions& o) {
+  const std::string ending = o.drawing.extension().string();
+  if (!o.drawing.empty() && ending != ".html" && ending != ".ply") {
+    throw UsageError(
+        fmt::format("-o: found '{}', expected a file name that ends with .html or "
+                    ".ply",
+                    o.drawing.string()));
+  }
   const LandmarkMap map = read_map(o.map);
-  print(o, o.map, map, fs::file_size(o.map), Json::object());
+  const std::uintmax_t bytes = fs::file_size(o.map);
+  if (!o.drawing.empty()) {
+    if (o.drawing.has_parent_path()) make_folder(o.drawing.parent_path());
+    replace_file(o.drawing, ending == ".ply" ? map_ply(map_sketch(map)) : page_of(o, map, bytes));
+  }
+  if (o.json || o.drawing.empty()) {
+    print(o, o.map, map, bytes, Json::object());
+  } else {
+    fmt::print("{}: {}\n", ending == ".ply" ? "ply" : "page", o.drawing.string());
+  }
   return 0;
 }
 
@@ -124,6 +155,12 @@ int merge(const MapOptions& o) {
 Action declare_map(CLI::App& parser) {
   const auto o = std::make_shared<MapOptions>();
   parser.add_option("MAP", o->map, "Map, as `chasles run --save-map` writes it")->type_name("");
+  parser
+      .add_option("-o,--output", o->drawing,
+                  "Write the map's landmarks, in the colours of its sessions: .html: a page; .ply: "
+                  "for CloudCompare, MeshLab, Blender")
+      ->check(require_path)
+      ->type_name("FILE");
   parser.add_flag("--json", o->json, "Print as JSON");
   CLI::App* merging = parser.add_subcommand(
       "merge", "Merge two maps at the places that both saw, in the frame of the first");

@@ -13,6 +13,7 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/truth_tilt.hpp>
 #include <chasles/pipeline/map_file.hpp>
+#include <chasles/pipeline/map_sketch.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/processor_time.hpp>
@@ -201,6 +202,7 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
   prepared.options.frontend = settings.frontend;
   prepared.options.run.realtime = realtime(o);
   prepared.options.run.tracks = o.input.tracks;
+  if (map) prepared.options.prior_map = map_sketch(*map);
   if (settings.estimator.is_window()) {
     prepared.options.frames_per_estimate = settings.batch.frames_per_keyframe;
   }
@@ -338,7 +340,6 @@ int run_command(RunCommandOptions o) {
     prepared.options.keep_images = o.keep_images;
     return run_or_diagnose(recording, prepared, interrupt, live);
   });
-  result.has_prior_map = !o.map.empty();
   const bool interrupted = result.report.interrupted;
   level_truth(recording, result);
   add_remarks(result.run, result.report, frame_count(recording), recording.remarks);

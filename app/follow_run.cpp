@@ -55,7 +55,7 @@ void FollowedRun::take(Run now) {
                 .summary = json_text(read_summary(growing_folder(folder_)))});
   }
   for (; shown_ < now.states.size(); ++shown_) run_.add(now.states[shown_]);
-  run_.landmarks([&] { return now.landmarks; });
+  run_.map([&] { return LiveMap{.landmarks = now.landmarks}; });
   run_.progress(shown_, to_seconds(now.states.back().time - now.states.front().time));
 }
 

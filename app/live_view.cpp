@@ -84,12 +84,12 @@ void LiveView::begin(const Run& header, const nlohmann::ordered_json& known, std
 }
 
 void LiveView::advance(const Run& run, std::size_t frames, double recorded_seconds,
-                       const std::function<std::vector<RunLandmark>()>& map) {
-  if (growing_) growing_->extend(run, map);
+                       const std::function<LiveMap()>& map) {
+  if (growing_) growing_->extend(run, [&map] { return map().landmarks; });
   if (!run_) return;
   for (; shown_ < run.states.size(); ++shown_) run_->add(run.states[shown_]);
   run_->progress(frames, recorded_seconds);
-  run_->landmarks(map);
+  run_->map(map);
 }
 
 void LiveView::smoothing() {

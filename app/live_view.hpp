@@ -49,7 +49,7 @@ class LiveView {
   /// Publishes the new states of `run`. `frames` frames are done, which cover `recorded_seconds`
   /// [s].
   void advance(const Run& run, std::size_t frames, double recorded_seconds,
-               const std::function<std::vector<RunLandmark>()>& map);
+               const std::function<LiveMap()>& map);
   void smoothing();
   /// Announces the complete run, after the run folder was written. `summary` includes the timing.
   void finish(const Run& run, std::string summary, bool interrupted);

@@ -7,6 +7,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <chasles/data/utf8.hpp>
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/slam/velocity_slam.hpp>
 
@@ -16,6 +17,7 @@
 #include "live_view.hpp"
 #include "observation_spans.hpp"
 #include "progress.hpp"
+#include "recognition_report.hpp"
 #include "run_landmarks.hpp"
 
 namespace chasles::app {
@@ -103,6 +105,7 @@ class Recorder : public RunObserver {
     run.plan = recording.plan;
     run.georeference = recording.georeference;
     run.dead_reckoning = options.dead_reckoning;
+    result_.has_prior_map = options.prior_map.has_value();
     if (options.run.realtime) result_.realtime = RealtimeFigures{.speed = *options.run.realtime};
     live.begin(run, options.known, frame_count(recording));
   }
@@ -153,7 +156,9 @@ class Recorder : public RunObserver {
       result_.run.in_map.push_back({.time = e.time,
                                     .world_T_imu = e.in_map->map_T_imu,
                                     .pose_covariance = e.in_map->covariance});
-      result_.world_T_map = e.in_map->world_T_map;
+      std::optional<MapSketch>& map = result_.run.prior_map;
+      if (!map) map = options_.prior_map.value_or(MapSketch{});
+      map->world_T_map = e.in_map->world_T_map;
     }
     estimated_ += e.health == Health::kLost ? 0 : 1;
     result_.zupt_frames += e.zero_velocity ? 1 : 0;
@@ -170,7 +175,7 @@ class Recorder : public RunObserver {
   void on_progress(std::size_t frames, Time now) override {
     const double seconds = to_seconds(now - *first_);
     progress_.show(frames, seconds);
-    live_.advance(result_.run, frames, seconds, [this] { return map(estimator_.map()); });
+    live_.advance(result_.run, frames, seconds, [this] { return live_map(); });
   }
 
   void on_smoothing() override { live_.smoothing(); }
@@ -193,6 +198,14 @@ class Recorder : public RunObserver {
     std::vector<RunLandmark> map = run_landmarks(landmarks, estimator_.initial_landmarks());
     spans_.fill_in(estimator_.in_state(), map);
     return map;
+  }
+
+  LiveMap live_map() const {
+    const nlohmann::ordered_json known =
+        recognition_json(estimator_.report(), result_.run, result_.has_prior_map);
+    return {.landmarks = map(estimator_.map()),
+            .known = json_text(known),
+            .prior_map = result_.run.prior_map};
   }
 
   const Recording& recording_;

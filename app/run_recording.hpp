@@ -31,8 +31,9 @@ struct RunRecordingOptions {
   std::optional<std::string> truth_chart = {};
   /// Columns of states.csv after those of the estimator (calibration_report.hpp).
   std::vector<std::string> calibration_columns = {};
-  Trajectory dead_reckoning = {};     ///< for viewers and the page
-  nlohmann::ordered_json known = {};  ///< part of summary.json known before the run
+  Trajectory dead_reckoning = {};           ///< for viewers and the page
+  nlohmann::ordered_json known = {};        ///< part of summary.json known before the run
+  std::optional<MapSketch> prior_map = {};  ///< in which the estimator looks for its place
 };
 
 /// Results of an estimator on a recording.
@@ -48,7 +49,6 @@ struct RecordedRun {
   std::optional<double> truth_tilt_deg;  ///< removed from the truth, where its world is not level
   std::optional<RealtimeFigures> realtime;
   bool has_prior_map = false;
-  std::optional<SE3> world_T_map;          ///< at the end, of a prior map
   std::optional<Calibration> calibration;  ///< last estimate, if it is estimated
 };
 

@@ -15,6 +15,7 @@
 #include "calibration_report.hpp"
 #include "diagnosis.hpp"
 #include "inertial_settings_io.hpp"
+#include "recognition_report.hpp"
 #include "run_figures.hpp"
 #include "truth_options.hpp"
 
@@ -55,34 +56,6 @@ Json frontend_json(const FrontendTotals& t) {
           {"outliers", t.outliers},
           {"stereo_tried", t.stereo_tried},
           {"stereo_matched", t.stereo_matched}};
-}
-
-Json closures_json(const std::vector<Closure>& closures, const Run& run) {
-  Json list = Json::array();
-  for (const Closure& c : closures) {
-    const double seconds = run.states.empty() ? 0 : to_seconds(c.time - run.states.front().time);
-    list.push_back({{"time_ns", c.time.count()},
-                    {"seconds", seconds},
-                    {"landmarks", c.landmarks},
-                    {"moved_m", c.moved},
-                    {"turned_rad", c.turned}});
-  }
-  return list;
-}
-
-Json pose_json(const SE3& pose) {
-  const Eigen::Vector4d q = unit_quaternion(pose.R);
-  return {{"position_m", {pose.p.x(), pose.p.y(), pose.p.z()}},
-          {"quaternion_xyzw", {q[0], q[1], q[2], q[3]}}};
-}
-
-Json place_json(const PlaceCounts& places, const RecordedRun& run) {
-  Json json = {{"searches", places.searches},
-               {"proposed", places.proposed},
-               {"refused", places.refused},
-               {"placed_ns", places.placed ? Json(places.placed->count()) : Json()}};
-  json["world_T_map"] = run.world_T_map ? pose_json(*run.world_T_map) : Json();
-  return json;
 }
 
 // Whether the run treats the velocities as level; never in other modes or with an input.
@@ -252,10 +225,9 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   summary["zupt_frames"] = run.zupt_frames;
   summary["dropped_frames"] = report.dropped_frames;
   if (settings.filter.recognise == Recognise::kAppearance) {
-    summary["closures"] = closures_json(report.closures, run.run);
+    summary.update(
+        recognition_json(report, run.run, run.has_prior_map || report.places.searches > 0));
   }
-  if (run.has_prior_map || report.places.searches > 0)
-    summary["place_in_map"] = place_json(report.places, run);
   if (recording.images) summary["frontend"] = frontend_json(run.report.frontend);
   if (report.batch) summary["batch"] = batch_json(*report.batch);
   if (report.window) summary["window"] = window_json(*report.window);
@@ -348,14 +320,7 @@ std::string summary_text(const Json& summary) {
   if (const auto smoothed = summary.find("smoothed"); smoothed != summary.end()) {
     text += line(*smoothed, "ATE of the smoothed path", "ate_m", "m", 3);
   }
-  if (const auto closures = summary.find("closures"); closures != summary.end()) {
-    text += fmt::format("  {:<26} {:>10}\n", "loop closures", closures->size());
-  }
-  if (const auto place = summary.find("place_in_map"); place != summary.end()) {
-    const Json& at = place->at("placed_ns");
-    text +=
-        fmt::format("  {:<26} {:>10}\n", "place in the map", at.is_null() ? "not found" : "found");
-  }
+  text += recognition_text(summary);
   text += line(summary, "RPE over 100 m", "rpe_100m_percent", "%", 3);
   text += line(summary, "tilt of the truth", "truth_tilt_deg", "deg, removed", 2);
   text += line(summary, "NEES of the pose", "nees_pose", "(consistent: 6)", 2);

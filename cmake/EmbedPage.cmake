@@ -1,6 +1,6 @@
-# The report's pages as one string each in the program: web/page.html (runs) and web/study.html
-# (studies), each built by Vite into one file with its style sheets and scripts put in. Included by
-# src/chasles/CMakeLists.txt it defines chasles_embed_page(TARGET); run as a script (cmake -P) it writes
+# The report's pages as one string each in the program: web/page.html (runs), web/study.html (studies)
+# and web/map.html (saved maps), each built by Vite into one file with its style sheets and scripts put
+# in. Included by src/chasles/CMakeLists.txt it defines chasles_embed_page(TARGET); run as a script (cmake -P) it writes
 # the source file of PAGE. Nothing is downloaded here: `make deps` has put the packages into
 # web/node_modules.
 if(CMAKE_SCRIPT_MODE_FILE)
@@ -33,7 +33,7 @@ function(chasles_embed_page target)
       DEPENDS ${sources} COMMENT "Checking the types of the report's pages" VERBATIM)
     add_custom_target(chasles_web_types ALL DEPENDS ${checked})
   endif()
-  foreach(page page study)
+  foreach(page page study map)
     set(html ${CMAKE_CURRENT_BINARY_DIR}/web/${page}.html)
     set(out ${CMAKE_CURRENT_BINARY_DIR}/${page}_template.cpp)
     add_custom_command(OUTPUT ${html}

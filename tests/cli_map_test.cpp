@@ -36,6 +36,12 @@ TEST(MapCommand, AMapIsSavedFoundExtendedAndDescribed) {
   EXPECT_GT(before.at("landmarks"), 30);
   EXPECT_LT(before.at("bytes").get<double>() / before.at("landmarks").get<double>(), 1000);
   EXPECT_GT(before.at("median_sigma_m"), 0);
+  const Outcome drawn = chasles(folder, "map m.map -o pages/map.html");
+  EXPECT_EQ(drawn.out, "page: pages/map.html\n") << drawn.err;
+  EXPECT_NE(slurp(folder / "pages/map.html").find("\"name\":\"first\""), std::string::npos);
+  EXPECT_EQ(chasles(folder, "map m.map -o map.ply").out, "ply: map.ply\n");
+  EXPECT_EQ(slurp(folder / "map.ply").find("ply\n"), 0u);
+  expect_error(chasles(folder, "map m.map -o map.png"), 1, "'map.png', expected a file name that");
 
   const Outcome placed = chasles(folder, "run second --map m.map -o run --json");
   ASSERT_EQ(placed.code, 0) << placed.err;
@@ -44,7 +50,19 @@ TEST(MapCommand, AMapIsSavedFoundExtendedAndDescribed) {
   EXPECT_LT(std::abs(place.at("world_T_map").at("position_m")[0].get<double>()), 0.3);
   EXPECT_TRUE(std::filesystem::exists(folder / "run/trajectory_in_map.tum"));
   EXPECT_EQ(slurp(folder / "run/in_map.csv").find("time_ns,x,y,z"), 0u);
+  EXPECT_EQ(slurp(folder / "run/prior_map.csv").find("landmark,session,x,y,z"), 0u);
+  EXPECT_EQ(place.at("sessions")[0].at("name"), "first");
+  EXPECT_GT(place.at("placed_seconds"), 0);
+  const Json closures = Json::parse(placed.out).at("closures");
+  ASSERT_FALSE(closures.empty());
+  for (const Json& closure : closures) {
+    EXPECT_EQ(closure.at("chi2_dof"), 2 * closure.at("landmarks").get<int>());
+    EXPECT_GT(closure.at("chi2"), 0);
+    EXPECT_LT(closure.at("chi2"), 10 * closure.at("chi2_dof").get<double>());
+  }
   EXPECT_EQ(chasles(folder, "report run -o page.html").code, 0);
+  EXPECT_NE(slurp(folder / "page.html").find("\"returned\""), std::string::npos);
+  EXPECT_EQ(chasles(folder, "export run -o run.mcap -o run.ply").code, 0);
 
   const std::string unchanged = slurp(folder / "m.map");
   ASSERT_EQ(chasles(folder, "run second --map m.map --save-map other.map").code, 0);

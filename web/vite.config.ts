@@ -1,7 +1,7 @@
 import { defineConfig } from 'vite';
 import { viteSingleFile } from 'vite-plugin-singlefile';
 
-// One page a build, for each becomes one file: PAGE is page (runs) or study, OUT the folder.
+// One page a build, for each becomes one file: PAGE is page (runs), study or map, OUT the folder.
 export default defineConfig({
   root: __dirname,
   plugins: [viteSingleFile({ removeViteModuleLoader: true })],

@@ -10,7 +10,7 @@ export function showRunLine(): void {
   const mode = [settings.mode, s.mode].find((v) => typeof v === 'string');
   const parts = [mode, chart && `chart ${chart}`, `${grouped(run.count)} frames`,
     t.length > 1 && `${number(t[t.length - 1])} s`, `${number(pathLength(run.states))} m`,
-    `${grouped(run.landmarks.id.length)} landmarks`];
+    `${grouped(run.landmarks.id.length)} landmarks${run.savedMap ? ' beside those of the map' : ''}`];
   byId('run-line').textContent = parts.filter(Boolean).join('  ·  ');
   byId('run-name').textContent = run.name || 'Chasles';
   byId('run-name').title = run.name;

@@ -3,7 +3,7 @@
 import { mean } from './data';
 import { byId, fixed, grouped, number } from './format';
 import { GrowingRun, type RawRows } from './live_rows';
-import type { Run } from './runs';
+import type { Run, Summary } from './runs';
 
 type Stage = 'waiting' | 'running' | 'smoothing' | 'finished' | 'interrupted' | 'failed';
 
@@ -23,6 +23,8 @@ interface Message extends Partial<RawRows> {
   run: string;
   progress: Progress;
   landmarks?: number;
+  /** Entries of summary.json that are known by now. */
+  known?: Summary;
   all?: unknown;
 }
 
@@ -50,7 +52,7 @@ export class Live {
   private socket: WebSocket | null = null;
   private growing: GrowingRun | null = null;
   /** What the server is told that the page has. */
-  private have = { run: '', rows: 0, landmarks: 0, truth: false, all: false };
+  private have = { run: '', rows: 0, landmarks: 0, truth: false, map: false, all: false };
   private progress: Progress | null = null;
   private pause = FIRST_PAUSE;
   private retryAt = 0;
@@ -115,7 +117,7 @@ export class Live {
   private take(message: Message): void {
     const same = message.run === this.have.run;
     if (!same) {
-      this.have = { run: message.run, rows: 0, landmarks: 0, truth: false, all: false };
+      this.have = { run: message.run, rows: 0, landmarks: 0, truth: false, map: false, all: false };
       this.stopping = false;
     }
     this.progress = message.progress;
@@ -132,7 +134,7 @@ export class Live {
   }
 
   private takeRows(message: Message & RawRows): void {
-    const { from, rows, landmarks, data } = message;
+    const { from, rows, landmarks, known, data } = message;
     if (from === 0) {
       this.growing = new GrowingRun(message);
       byId('main').hidden = false;
@@ -144,6 +146,8 @@ export class Live {
     this.have.rows = rows;
     this.have.landmarks = landmarks ?? this.have.landmarks;
     this.have.truth ||= data.truth !== undefined;
+    this.have.map ||= data.map?.sessions !== undefined;
+    if (this.growing && known) Object.assign(this.growing.run.summary, known);
     this.grown = true;
   }
 

@@ -1,6 +1,7 @@
 // A run that grows: rows are added to its columns, which then are as decodeRun() would have made them.
 import { type Column, type Columns, decodeColumns, extremes } from './data';
 import { decodeRun, eulerAngles, type RawRun, type Run } from './runs';
+import { grownMap } from './saved_map';
 
 /** Rows that the server adds. The first `skip` rows of the data are those of the run's first state. */
 export interface RawRows {
@@ -81,6 +82,7 @@ export class GrowingRun {
     if (Object.keys(this.errors.columns).length) run.errors = this.errors.columns;
     if (data.truth) run.truth = decodeColumns(data.truth);
     if (data.nees_coordinates) run.neesCoordinates = data.nees_coordinates;
+    if (data.map) run.savedMap = grownMap(run.savedMap, data.map);
     if (data.landmarks) {
       run.landmarks = decodeColumns(data.landmarks);
       run.mapTime = extremes(run.landmarks.last)[1];

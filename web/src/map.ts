@@ -1,5 +1,5 @@
 // The map: what it shows and how it answers.
-import { closuresOf } from './closures';
+import { closuresOf, showClosureTip } from './closures';
 import { AXES } from './data';
 import { downloadCsv, fileName } from './files';
 import { byId, fixed, grouped, make, number, swatch, toggle } from './format';
@@ -10,6 +10,8 @@ import { type MapHost, MapInput, nearestOnScreen, placeTip } from './map_input';
 import { MapLayers } from './map_layers';
 import { COVARIANCES, MapView } from './map_view';
 import { activeRun, type Run } from './runs';
+import { mapText, type SavedMap, sessionColour, sessionKey } from './saved_map';
+import { markShown, showMarkTip } from './saved_map_draw';
 import { app, listen, setCursor, throttled } from './store';
 
 export class MapPanel implements MapHost {
@@ -45,7 +47,7 @@ export class MapPanel implements MapHost {
   /** A view that shows everything goes on to do so. */
   private growRun(): void {
     const { view } = this, run = activeRun(), whole = view.atFit();
-    if (view.landmarks !== run.landmarks) {
+    if (view.landmarks !== run.landmarks || view.savedMap !== run.savedMap) {
       view.setRun(run);
       view.colourBy(this.options.colour);
     }
@@ -111,8 +113,29 @@ export class MapPanel implements MapHost {
       return;
     }
     this.hideTip();
+    if (place && this.pointAtClosure(run, place)) return;
+    if (view.savedMap && place && this.pointAtSaved(view.savedMap, place)) return;
     const state = place ? nearestOnScreen(run.count, (i) => view.stateAt(run, i), place, 14) : -1;
     if (state >= 0) setCursor(state);
+  }
+
+  private pointAtClosure(run: Run, place: { x: number; y: number }): boolean {
+    if (!layerShown(this.options, 'closures')) return false;
+    const { view } = this, list = closuresOf(run);
+    const found = nearestOnScreen(list.length, (i) => view.stateAt(run, list[i].state), place, 7);
+    if (found < 0) return false;
+    setCursor(list[found].state);
+    showClosureTip(run, list[found], ...view.stateAt(run, list[found].state), view.width, view.height);
+    return true;
+  }
+
+  private pointAtSaved(map: SavedMap, place: { x: number; y: number }): boolean {
+    const { view } = this, { marks } = map;
+    const found = nearestOnScreen(marks.id.length,
+      (i) => (markShown(this.options, marks, i) ? view.markAt(marks, i) : [-1e9, -1e9]), place, 8);
+    if (found < 0) return false;
+    showMarkTip(map, found, view.origin, ...view.markAt(marks, found), view.width, view.height);
+    return true;
   }
 
   hint(): void {
@@ -149,7 +172,8 @@ type Layer = [key: string, label: string, style: string, colour: string];
 /** What the map of the active run can show, or else its scene. */
 function legendLayers(map: boolean): Layer[] {
   const run = activeRun();
-  const list: Layer[] = [['estimate', 'Estimate', 'line', estimateColour()]];
+  const list: Layer[] = [];
+  if (run.count || !run.savedMap) list.push(['estimate', 'Estimate', 'line', estimateColour()]);
   if (run.truth) list.push(['truth', 'Truth', 'dashed', 'truth']);
   if (run.deadReckoning) list.push(['dead', 'Dead reckoning', 'dotted', 'dead']);
   if (run.landmarks.id.length) {
@@ -161,6 +185,10 @@ function legendLayers(map: boolean): Layer[] {
     list.push(['initial', 'Initial positions', 'dots lined', 'initial']);
   }
   if (closuresOf(run).length) list.push(['closures', 'Loop closures', 'rings', 'cursor']);
+  run.savedMap?.sessions.forEach((session, k) => {
+    const label = run.count ? `Map: ${session.name}` : session.name;
+    list.push([sessionKey(k), label, 'dots', sessionColour(k)]);
+  });
   if (run.plan) list.push(['plan', 'Floor plan', 'line', 'muted']);
   (app.subjects as Run[]).forEach((other, k) => {
     if (k !== app.active) list.push([`run-${k}`, other.label, 'dashdot', other.colour]);
@@ -183,6 +211,7 @@ export function showMapLegend(options: MapOptions, map: boolean, changed: () => 
 }
 
 function mapDescription(run: Run, options: MapOptions): string {
+  if (run.savedMap && !run.count) return mapText(run.savedMap);
   const parts = [`${run.count} estimated poses`, `${run.landmarks.id.length} landmarks`];
   if (knowsInitial(run.landmarks) && layerShown(options, 'initial')) {
     parts.push('their initial positions');

@@ -6,9 +6,10 @@ import { drawInitial, knowsInitial } from './map_initial';
 import { MapLandmarks, type Part } from './map_landmarks';
 import type { MapView } from './map_view';
 import { activeRun } from './runs';
+import { drawSavedMap } from './saved_map_draw';
 
 export class MapLayers {
-  /** What stays under the landmarks: the grid, the floor plan, the initial positions. */
+  /** What stays under the landmarks: the grid, the floor plan, a saved map, the initial positions. */
   private readonly below = document.createElement('canvas');
   /** That and the landmarks; above them all that stays. */
   private readonly ground = document.createElement('canvas');
@@ -37,16 +38,17 @@ export class MapLayers {
     const ellipses = options.ellipses === 'always' || (options.ellipses === 'auto' && view.zoomedIn());
     this.landmarks = new MapLandmarks(view, options, ellipses);
     this.landmarks.followCursor();
-    this.drawBelow(prepareCanvas(this.below, width, height));
+    this.drawBelow(prepareCanvas(this.below, width, height), ellipses);
     this.drawGround(prepareCanvas(this.ground, width, height), this.landmarks,
       { left: 0, top: 0, right: width, bottom: height });
     drawPaths(prepareCanvas(this.paths, width, height), view, options, ellipses);
   }
 
-  private drawBelow(g: Pen): void {
+  private drawBelow(g: Pen, ellipses: boolean): void {
     const { view, options } = this;
     drawGrid(g, view);
     if (options.show.plan) drawPlan(g, view, options);
+    if (view.savedMap) drawSavedMap(g, view, view.savedMap, options, ellipses);
     if (knowsInitial(view.landmarks) && layerShown(options, 'initial')) drawInitial(g, view);
   }
 

@@ -1,6 +1,7 @@
 // Where a map looks: world metres ↔ pixels.
 import { type Axis, clamp, type Column, type Columns, extremes, quantile, type Vector } from './data';
 import { type Run, truthColumns } from './runs';
+import { marksBox, type SavedMap } from './saved_map';
 import { palette, ramp } from './theme';
 
 const VIEWS: Record<string, [Axis, Axis]> = { top: ['x', 'y'], side: ['x', 'z'], front: ['y', 'z'] };
@@ -84,6 +85,7 @@ export function rangeOf(paths: ArrayLike<number>[], marks: ArrayLike<number>, sh
 export class MapView extends Plane {
   axes: [Axis, Axis] = VIEWS.top;
   landmarks: Columns = {};
+  savedMap: SavedMap | null = null;
   origin: Vector = [0, 0, 0];
   hovered = -1;
   colours: string[] = [];
@@ -96,6 +98,7 @@ export class MapView extends Plane {
 
   setRun(run: Run): void {
     this.landmarks = run.landmarks;
+    this.savedMap = run.savedMap;
     this.origin = run.origin;
     this.hovered = -1;
   }
@@ -105,10 +108,14 @@ export class MapView extends Plane {
   }
 
   landmarkAt(i: number): [number, number] {
-    return this.toScreen(this.landmarks[this.axes[0]][i], this.landmarks[this.axes[1]][i]);
+    return this.markAt(this.landmarks, i);
   }
 
-  private planeCovariance(columns: Columns, i: number): PlaneCovariance {
+  markAt(marks: Columns, i: number): [number, number] {
+    return this.toScreen(marks[this.axes[0]][i], marks[this.axes[1]][i]);
+  }
+
+  planeCovariance(columns: Columns, i: number): PlaneCovariance {
     const [a, b] = this.axes;
     return [a + a, a + b, b + b].map((pair) => columns[COVARIANCES[pair]][i]) as PlaneCovariance;
   }
@@ -126,21 +133,26 @@ export class MapView extends Plane {
 
   /** Whether ellipses are large enough on the screen, and few enough, to tell something. */
   zoomedIn(): boolean {
-    let visible = 0;
-    for (let i = 0; i < this.landmarks.id.length && visible <= 700; i++) {
-      const [x, y] = this.landmarkAt(i);
-      if (x > 0 && y > 0 && x < this.width && y < this.height) visible++;
+    const sets = [this.landmarks, ...(this.savedMap ? [this.savedMap.marks] : [])];
+    let visible = 0, all = 0;
+    for (const marks of sets) {
+      all += marks.id.length;
+      for (let i = 0; i < marks.id.length && visible <= 700; i++) {
+        const [x, y] = this.markAt(marks, i);
+        if (x > 0 && y > 0 && x < this.width && y < this.height) visible++;
+      }
     }
-    return visible <= 700 && (this.scale > this.fitScale * 1.8 || this.landmarks.id.length <= 100);
+    return visible <= 700 && (this.scale > this.fitScale * 1.8 || all <= 100);
   }
 
   fit(run: Run): void {
     const paths: Record<Axis, Column>[] = [run.states as Record<Axis, Column>];
     if (run.deadReckoning) paths.push(run.deadReckoning as Record<Axis, Column>);
     if (run.truth) paths.push(truthColumns(run, 'first'));
+    const saved = run.savedMap ? marksBox(run.savedMap) : null;
     // Room at the borders for the farther landmarks, the scale and the buttons.
-    this.lookAt(this.axes.map((axis) => rangeOf(paths.map((p) => p[axis]), run.landmarks[axis], 0.02)),
-      [0.84, 0.84]);
+    this.lookAt(this.axes.map((axis) => rangeOf([...paths.map((p) => p[axis]), saved?.[axis] ?? []],
+      run.landmarks[axis], 0.02)), [0.84, 0.84]);
   }
 
   /** Colours of the landmarks by standard deviation or height. */

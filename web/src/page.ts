@@ -2,6 +2,7 @@
 import 'uplot/dist/uPlot.min.css';
 import '../styles/page.css';
 
+import { showClosures } from './closures';
 import { pageData } from './data';
 import { startExact } from './exact';
 import { byId } from './format';
@@ -64,7 +65,7 @@ new Player();
 new Overview();
 new World();
 new ImagePanel();
-for (const show of [showRunLine, showCards, showRemarks, showHealth, showHealthKey]) {
+for (const show of [showRunLine, showCards, showRemarks, showHealth, showHealthKey, showClosures]) {
   listen('run', show);
   listen('rows', show);
 }

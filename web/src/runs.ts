@@ -2,6 +2,7 @@
 import { type Axis, AXES, type Column, column, type Columns, clamp, DEG, decodeColumns, type Vector }
   from './data';
 import { type CameraImages, decodeImages } from './images';
+import { decodeSavedMap, type RawSavedMap, type SavedMap } from './saved_map';
 import { activeSubject, type Subject } from './store';
 
 export type Summary = Record<string, unknown>;
@@ -18,6 +19,8 @@ export interface Run extends Subject {
   stageNames: string[];
   /** What each took [ms]. */
   stages: Column[];
+  /** In which the run found its place. */
+  savedMap: SavedMap | null;
   /** With ix, iy and iz, the initial position, only where the run knows it of a landmark. */
   landmarks: Columns;
   /** When the landmarks were like that [s]: of a run that goes on they come less often than states. */
@@ -45,6 +48,7 @@ export interface RawRun {
   landmarks: RawColumns; truth?: RawColumns; errors?: RawColumns; dead_reckoning?: RawColumns;
   nees_coordinates?: string; truth_problem?: string; landmarks_left_out?: number; images?: unknown;
   plan?: { wall: RawColumns; furniture: RawColumns };
+  map?: RawSavedMap;
 }
 
 export const activeRun = (): Run => activeSubject() as Run;
@@ -68,6 +72,7 @@ export function decodeRun(raw: RawRun, bounds: Record<string, number>): Run {
     stageNames: raw.stage_names ?? [],
     stages: (raw.stages ?? []).map(column),
     landmarks: decodeColumns(raw.landmarks),
+    savedMap: decodeSavedMap(raw.map),
     mapTime: Infinity,
     truth: raw.truth ? decodeColumns(raw.truth) : null,
     plan: raw.plan ? { wall: decodeColumns(raw.plan.wall),

@@ -1,11 +1,14 @@
 // The run in three dimensions: what is drawn, and how it answers.
 import { ColorManagement, LinearSRGBColorSpace, Scene, Vector3, WebGLRenderer } from 'three';
 
+import { closuresOf, showClosureTip } from './closures';
 import { byId } from './format';
 import { landmarkShown, showLandmarkTip } from './map';
-import type { MapOptions } from './map_draw';
+import { layerShown, type MapOptions } from './map_draw';
 import { nearestOnScreen } from './map_input';
 import { activeRun } from './runs';
+import { mapText } from './saved_map';
+import { markShown, showMarkTip } from './saved_map_draw';
 import { SceneContent } from './scene_content';
 import { type Box, boxOf, SceneView, sizeOf } from './scene_view';
 import { app, listen, setCursor, throttled } from './store';
@@ -146,7 +149,8 @@ export class ScenePanel {
     // While it moves it changes with every drawing.
     if (coarse && performance.now() - this.toldAt < 1000) return;
     this.toldAt = performance.now();
-    canvas.setAttribute('aria-label', `The run in three dimensions: ${run.count} estimated poses and ` +
+    const { savedMap } = run;
+    canvas.setAttribute('aria-label', savedMap && !run.count ? mapText(savedMap) : `The run in three dimensions: ${run.count} estimated poses and ` +
       `${marks} landmarks, ${this.content?.landmarksInView() ?? 0} of them in view. Arrow keys turn it.`);
   }
 
@@ -195,9 +199,21 @@ export class ScenePanel {
       return;
     }
     byId('map-tip').hidden = true;
+    if (run.savedMap) {
+      const { marks } = run.savedMap, at = this.view.onScreen(marks, width, height);
+      const saved = nearestOnScreen(marks.id.length,
+        (i) => (markShown(this.options, marks, i) ? at(i) : [-1e9, -1e9]), place, 6);
+      if (saved >= 0) {
+        showMarkTip(run.savedMap, saved, run.origin, ...at(saved), width, height);
+        return;
+      }
+    }
     if (this.view.follows()) return;
-    const state = nearestOnScreen(run.count, this.view.onScreen(run.states, width, height),
-      place, 10);
+    const path = this.view.onScreen(run.states, width, height);
+    const list = layerShown(this.options, 'closures') ? closuresOf(run) : [];
+    const closed = nearestOnScreen(list.length, (i) => path(list[i].state), place, 8);
+    if (closed >= 0) showClosureTip(run, list[closed], ...path(list[closed].state), width, height);
+    const state = closed >= 0 ? list[closed].state : nearestOnScreen(run.count, path, place, 10);
     if (state >= 0) setCursor(state);
   }
 }

@@ -12,6 +12,7 @@ import { ellipsoidMatrix, ellipsoids, LandmarkEllipsoids } from './scene_ellipso
 import { LandmarkDots } from './scene_landmarks';
 import { bodyAxes, camerasOf, frustum, groundGrid, LongPath, pathLine, planLines,
   rings } from './scene_objects';
+import { savedMapDots } from './saved_map_dots';
 import { type Box, type Screen, sizeOf } from './scene_view';
 import { app } from './store';
 import { SMOOTH } from './webgl';
@@ -42,6 +43,7 @@ export class SceneContent {
       this.ellipsoids = new LandmarkEllipsoids(run.landmarks, options);
       this.group.add(this.dots.group, ...this.ellipsoids.meshes);
     }
+    if (run.savedMap) this.group.add(...savedMapDots(run.savedMap, options));
     this.group.add(...this.paths().filter((path) => path !== null), this.pose, this.body);
     const reach = clamp(this.size / 9, 0.15, 6);
     this.body.add(...bodyAxes(0.6 * reach), ...camerasOf(run).map((camera) => frustum(camera, reach)));
@@ -73,7 +75,9 @@ export class SceneContent {
 
   /** The height of the ground: of the lowest landmarks about the path, where there are any. */
   private floor(): number {
-    const { states, landmarks } = this.run;
+    const { states, landmarks, savedMap } = this.run;
+    // A map on a page of its own has no path.
+    if (savedMap && !this.run.count) return quantile(savedMap.marks.z, 0.03) || 0;
     const [lowest] = extremes(states.z), marks = quantile(landmarks.z, 0.03);
     const floor = Number.isFinite(lowest) ? lowest : 0;
     return Number.isFinite(marks) ? clamp(marks, floor - 0.3 * this.size, floor) : floor;

@@ -4,19 +4,21 @@ import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
 
 import { AXES, clamp, type Columns, extremes, quantile } from './data';
 import type { Run } from './runs';
+import { marksBox } from './saved_map';
 
 /** What of a run is to be seen [m]. */
 export interface Box { low: Vector3; high: Vector3 }
 
-/** The box of a run's path and of the landmarks about it. */
-export function boxOf({ states, landmarks }: Run): Box {
+/** The box of a run's path, of the landmarks about it, and of the map in which it found its place. */
+export function boxOf({ states, landmarks, savedMap }: Run): Box {
   const box: Box = { low: new Vector3(), high: new Vector3() };
   const spans = AXES.map((axis) => extremes(states[axis]));
   const far = 0.5 * Math.hypot(...spans.map(([a, b]) => Math.max(0, b - a)));
+  const saved = savedMap ? marksBox(savedMap) : null;
   AXES.forEach((axis, k) => {
     const [a, b] = spans[k], marks = landmarks[axis];
     const ends = [a, b, Math.max(a - far, quantile(marks, 0.05)),
-      Math.min(b + far, quantile(marks, 0.95))].filter(Number.isFinite);
+      Math.min(b + far, quantile(marks, 0.95)), ...(saved?.[axis] ?? [])].filter(Number.isFinite);
     box.low.setComponent(k, ends.length ? Math.min(...ends) : -1);
     box.high.setComponent(k, ends.length ? Math.max(...ends) : 1);
   });

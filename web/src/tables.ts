@@ -1,5 +1,5 @@
 // Key figures, tables, settings and remarks: all that is words and single numbers.
-import { type Closure, closuresOf } from './closures';
+import { type Closure, closuresOf, placeText } from './closures';
 import { exact } from './exact';
 import { byId, type Child, flattened, grouped, isNumber, isScalar, make, number, percent, plainText,
   titleCase } from './format';
@@ -101,7 +101,7 @@ function headings(extra: string[] = []): string[] | null {
 export function showFigures(): void {
   const rows: Child[][] = [];
   const known = new Set(FIGURES.map((f) => f[0]).concat('version', 'name', 'mode', 'chart',
-    'settings', 'remarks'));
+    'settings', 'remarks', 'place_in_map'));
   for (const [key, label, unit, digits, meaning] of FIGURES) {
     const values = allRuns().map((r) => r.summary[key]);
     if (values.every((v) => v === undefined || v === null || !isScalar(v))) continue;
@@ -118,6 +118,12 @@ export function showFigures(): void {
       rows.push([label, ...closures.map((list) => make('td', { class: 'figure' }, text(list))),
         make('td', { class: 'muted small meaning' }, meaning)]);
     }
+  }
+  const places = allRuns().map(placeText);
+  if (places.some(Boolean)) {
+    rows.push(['Place in the map', ...places.map((text) => make('td', {}, text || '–')),
+      make('td', { class: 'muted small meaning' },
+        'refused: landmarks there were not jointly compatible')]);
   }
   const [alike, others] = [allRuns().length === 1, otherFigures(known)];
   if (!alike) rows.push(...others.map(([label, cells]) => [label, ...cells, make('td', {})]));

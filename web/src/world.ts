@@ -6,12 +6,19 @@ import { downloadLandmarks, layersKey, layersText, MapPanel, showMapLegend } fro
 import { layerShown, type MapOptions } from './map_draw';
 import { knowsInitial } from './map_initial';
 import { activeRun } from './runs';
+import { downloadSavedMap } from './saved_map_draw';
 import { ScenePanel } from './scene';
 import { app, listen, notify } from './store';
 import { canDraw } from './webgl';
 
 /** Views of the scene; all others are planes of the map. */
 const SCENE_VIEWS = ['orbit', 'above', 'follow'];
+
+/** Shows or hides an element that not every page has. */
+function show(id: string, shown: boolean): void {
+  const element = document.getElementById(id);
+  if (element) element.hidden = !shown;
+}
 
 export class World {
   private readonly options: MapOptions = {
@@ -34,7 +41,11 @@ export class World {
     byId('map-in').addEventListener('click', () => this.shown().zoom(1.6));
     byId('map-out').addEventListener('click', () => this.shown().zoom(1 / 1.6));
     byId('map-png').addEventListener('click', () => this.savePicture());
-    byId('map-csv').addEventListener('click', () => downloadLandmarks(activeRun()));
+    byId('map-csv').addEventListener('click', () => {
+      const run = activeRun();
+      if (run.landmarks.id.length || !run.savedMap) downloadLandmarks(run);
+      else downloadSavedMap(run.name, run.savedMap);
+    });
     listen('run', () => this.showRun());
     listen('rows', () => this.followLayers());
     // Paper gets the map: a scene is worth nothing where it cannot be turned.
@@ -54,9 +65,10 @@ export class World {
     byId('scene-missing').hidden = false;
   }
 
+  /** A choice that the page may not offer. */
   private choose(id: string, apply: (value: string) => void): void {
-    const select = byId<HTMLSelectElement>(id);
-    select.addEventListener('change', () => {
+    const select = document.getElementById(id) as HTMLSelectElement | null;
+    select?.addEventListener('change', () => {
       apply(select.value);
       notify('shown');
     });
@@ -100,9 +112,11 @@ export class World {
 
   private showRun(): void {
     const run = activeRun(), bare = run.landmarks.id.length === 0;
-    byId('truth-field').hidden = !run.truth;
-    for (const id of ['map-colour-field', 'map-csv']) byId(id).hidden = bare;
-    byId('initial-help').hidden = !knowsInitial(run.landmarks);
+    show('truth-field', Boolean(run.truth));
+    show('map-colour-field', !bare);
+    show('map-csv', !bare || run.savedMap !== null);
+    show('initial-help', knowsInitial(run.landmarks));
+    show('saved-help', run.savedMap !== null);
     this.shownLayers = layersKey(this.mapShown);
     showMapLegend(this.options, this.mapShown, () => notify('shown'));
   }

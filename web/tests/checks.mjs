@@ -56,8 +56,8 @@ async function accessibility(page, name) {
 }
 
 /** Looks at a page of that size and theme once it is `ready`, leaves a picture in the folder, and lets
- *  `use` use it. */
-export async function visit(browser, file, folder, { label, title, ready, use, ...options }) {
+ *  `use` use it. At least `plots` canvases are there. */
+export async function visit(browser, file, folder, { label, title, ready, use, plots = 5, ...options }) {
   const { page, words, context } = await open(browser, file, options);
   if (ready) await ready(page);
   await settle(page);
@@ -72,7 +72,7 @@ export async function visit(browser, file, folder, { label, title, ready, use, .
   check(`${label}: no number is NaN or undefined`, !/\bNaN\b|undefined|Infinity|\bnull\b/.test(text),
     /.{0,40}(\bNaN\b|undefined|Infinity|\bnull\b).{0,20}/.exec(text)?.[0]);
   const canvases = await page.locator('canvas:not(#scene, .sign):visible').all();
-  check(`${label}: there are plots`, canvases.length >= 5, String(canvases.length));
+  check(`${label}: there are plots`, canvases.length >= plots, String(canvases.length));
   for (const [k, canvas] of canvases.entries()) {
     check(`${label}: canvas ${k} is drawn`, await coloursOf(canvas) > 3);
   }

@@ -27,6 +27,7 @@ export async function scene(page, { run, folder }) {
   check('at first it shows what 0 makes it show', await sceneShot(page) === first);
   if (run.plan) await planInScene(page);
   if (run.summary.closures) await closuresInScene(page, first);
+  if (run.map) await savedMapInScene(page, run.map);
   await page.selectOption('#map-view', 'above');
   await until('the view from above differs', async () => await sceneShot(page) !== first);
   await page.selectOption('#map-view', 'follow');
@@ -48,7 +49,23 @@ async function closuresInScene(page, before) {
   await until('and shows them again', async () => await sceneShot(page) !== without);
   const figures = await page.locator('#figures tr').allTextContents();
   check('their number is a figure', figures.some((row) => row.startsWith('Loop closures2')));
+  await page.click('#closures-title');
+  const told = await page.locator('#closures tbody tr').first().textContent();
+  check('each tells its jump and its chi2', /20\.\d\d s.*0\.250 m.*8\.50 of 12/.test(told), told);
   check('so is their largest jump', figures.some((row) => row.includes('closure0.250 m')), figures.join('|'));
+}
+
+/** The map in which the run found its place, in the colours of its sessions. */
+async function savedMapInScene(page, { sessions }) {
+  const before = await sceneShot(page);
+  for (const { name } of sessions) {
+    const box = page.getByLabel(`Map: ${name}`);
+    await box.uncheck();
+    await until(`the legend hides ${name}`, async () => await sceneShot(page) !== before);
+    await box.check();
+  }
+  await until('and shows both again', async () => await sceneShot(page) === before);
+  check('what that means is told', await page.locator('#saved-help').isVisible());
 }
 
 /** A processor draws a scene in motion with fewer dots; at rest it is the picture that it was. Returns

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -174,6 +175,54 @@ std::vector<RunLandmark> read_landmarks(const std::filesystem::path& file) {
   return landmarks;
 }
 
+// `place_in_map` of the summary.
+MapSketch place_in_map(const nlohmann::ordered_json& summary, const std::filesystem::path& file) {
+  MapSketch map;
+  try {
+    const nlohmann::ordered_json& place = summary.at("place_in_map");
+    const nlohmann::ordered_json& pose = place.at("world_T_map");
+    const auto p = pose.at("position_m").get<std::array<double, 3>>();
+    const auto q = pose.at("quaternion_xyzw").get<std::array<double, 4>>();
+    map.world_T_map = {checked_quaternion(file.string(), {q[0], q[1], q[2], q[3]}),
+                       {p[0], p[1], p[2]}};
+    for (const nlohmann::ordered_json& session : place.at("sessions")) {
+      map.sessions.push_back({.name = session.at("name").get<std::string>(),
+                              .begin = Time(session.at("begin_ns").get<std::int64_t>()),
+                              .end = Time(session.at("end_ns").get<std::int64_t>()),
+                              .cameras = session.at("cameras").get<int>()});
+    }
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(
+        fmt::format("{}: place_in_map: expected world_T_map and sessions, because there is a "
+                    "prior_map.csv",
+                    file.string()));
+  }
+  return map;
+}
+
+std::optional<MapSketch> read_prior_map(const std::filesystem::path& folder,
+                                        const nlohmann::ordered_json& summary) {
+  const std::filesystem::path file = folder / "prior_map.csv";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  MapSketch map = place_in_map(summary, folder / "summary.json");
+  CsvReader csv(file, prior_map_columns(), {}, LastLine::kMustEnd);
+  while (csv.next()) {
+    SketchPoint& l = map.points.emplace_back();
+    l.id = csv.integer(0);
+    l.session = small_integer(csv, 1);
+    if (l.session < 0 || std::cmp_greater_equal(l.session, map.sessions.size())) {
+      throw InputError(fmt::format("{}: {} is no session of the map, which has {}", csv.where(1),
+                                   l.session, map.sessions.size()));
+    }
+    l.p_map = point_at(csv, 2);
+    l.covariance = symmetric_at(csv, 5);
+    l.own = csv.number(11);
+    l.observations = small_integer(csv, 12);
+    l.views = small_integer(csv, 13);
+  }
+  return map;
+}
+
 // The name in the summary, else that of the folder.
 std::string recording_name(const nlohmann::ordered_json& summary,
                            const std::filesystem::path& folder) {
@@ -271,6 +320,7 @@ Run read_run(const std::filesystem::path& folder) {
   }
   run.smoothed = read_smoothed(folder / "smoothed.csv");
   run.in_map = read_smoothed(folder / "in_map.csv");
+  run.prior_map = read_prior_map(folder, summary);
   run.landmarks = read_landmarks(folder / "landmarks.csv");
   run.truth = read_where_present(folder / "truth.tum");
   run.dead_reckoning = read_where_present(folder / "dead_reckoning.tum");

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 
 #include <chasles/camera/feature_frame.hpp>
 #include <chasles/data/georeference.hpp>
+#include <chasles/data/map_sketch.hpp>
 #include <chasles/data/plan.hpp>
 #include <chasles/data/run_images.hpp>
 #include <chasles/lie/truth_pairing.hpp>
@@ -69,7 +71,8 @@ struct RunLandmark {
 
 /// A run folder in memory. Files: trajectory.tum, states.csv, landmarks.csv, map.ply, summary.json,
 /// timing.csv and, where known, trajectory_smoothed.tum, smoothed.csv, trajectory_in_map.tum,
-/// in_map.csv, truth.tum, dead_reckoning.tum, plan.csv and images that were kept (docs/formats.md).
+/// in_map.csv, prior_map.csv, truth.tum, dead_reckoning.tum, plan.csv and images that were kept
+/// (docs/formats.md).
 struct Run {
   std::string name;                      ///< of the recording: summary.json's "name" when read
   std::vector<std::string> extra_names;  ///< e.g. "velocity_x", with the unit in docs/formats.md
@@ -77,6 +80,7 @@ struct Run {
   std::vector<RunState> states;
   std::vector<SmoothedPose> smoothed = {};  ///< by time; empty where unknown
   std::vector<SmoothedPose> in_map = {};    ///< as estimated at each frame, frame of a prior map
+  std::optional<MapSketch> prior_map = {};  ///< in which the run has found its place
   std::vector<RunLandmark> landmarks;
   Trajectory truth;           ///< world_T_imu in the truth's own world; empty where unknown
   TruthPairing pairing = {};  ///< of the states with the truth, for all comparisons
@@ -89,6 +93,10 @@ struct Run {
 
 /// Whether the z axis of the run's world is vertical: true if the run estimated IMU biases.
 bool is_level(const Run& run);
+
+/// Ids of the landmarks of the prior map that the run has recognised: it used more observations of
+/// them than the map had.
+std::set<LandmarkId> recognised_landmarks(const Run& run);
 
 /// Writes the folder, and creates it if missing. An earlier run in it is replaced as a whole, or
 /// stays as it is where this fails (RunReplacement). `timing` is called when the other files are

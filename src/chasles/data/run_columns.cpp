@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <map>
 
 #include <chasles/data/run.hpp>
 #include <chasles/data/run_columns.hpp>
@@ -50,6 +51,13 @@ const std::vector<std::string>& initial_columns() {
   return columns;
 }
 
+const std::vector<std::string>& prior_map_columns() {
+  static const std::vector<std::string> columns{
+      "landmark", "session", "x",      "y",      "z",   "cov_xx",       "cov_xy",
+      "cov_xz",   "cov_yy",  "cov_yz", "cov_zz", "own", "observations", "views"};
+  return columns;
+}
+
 std::vector<std::string> timing_columns(const std::vector<std::string>& stage_names) {
   std::vector<std::string> columns{"time_ns", "ms"};
   for (const std::string& name : stage_names) columns.push_back(name + "_ms");
@@ -58,6 +66,21 @@ std::vector<std::string> timing_columns(const std::vector<std::string>& stage_na
 
 bool is_level(const Run& run) {
   return std::ranges::find(run.extra_names, "accelerometer_bias_x") != run.extra_names.end();
+}
+
+std::set<LandmarkId> recognised_landmarks(const Run& run) {
+  std::map<LandmarkId, int> of_map;
+  if (run.prior_map) {
+    for (const SketchPoint& point : run.prior_map->points) of_map[point.id] = point.observations;
+  }
+  std::set<LandmarkId> recognised;
+  for (const RunLandmark& landmark : run.landmarks) {
+    const auto before = of_map.find(landmark.id);
+    if (before != of_map.end() && landmark.observations > before->second) {
+      recognised.insert(landmark.id);
+    }
+  }
+  return recognised;
 }
 
 }  // namespace chasles

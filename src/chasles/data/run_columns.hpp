@@ -19,6 +19,7 @@ const std::vector<std::string>& landmark_columns();
 /// Further ones of a run that knows where its landmarks were initialised; empty for a landmark of
 /// which this is not known.
 const std::vector<std::string>& initial_columns();
+const std::vector<std::string>& prior_map_columns();
 /// The columns of timing.csv: time, wall time of the frame, and wall time of each stage as
 /// `NAME_ms`.
 std::vector<std::string> timing_columns(const std::vector<std::string>& stage_names);

@@ -48,6 +48,7 @@ constexpr const char* kRunFiles[] = {"trajectory.tum",
                                      "smoothed.csv",
                                      "trajectory_smoothed.tum",
                                      "in_map.csv",
+                                     "prior_map.csv",
                                      "trajectory_in_map.tum"};
 
 // Their content differs from run to run, so summary.json cannot describe it.

@@ -117,6 +117,58 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
   EXPECT_EQ(read_tum(folder / "trajectory.tum").size(), run.states.size());
 }
 
+nlohmann::ordered_json placed_summary() {
+  nlohmann::ordered_json summary = kRunSummary;
+  summary["place_in_map"] = {
+      {"world_T_map", {{"position_m", {1.5, -2, 0.25}}, {"quaternion_xyzw", {0, 0, 0.6, 0.8}}}},
+      {"sessions",
+       {{{"name", "hall, monday"},
+         {"begin_ns", 5},
+         {"end_ns", 1317384506402997017},
+         {"cameras", 2}}}}};
+  return summary;
+}
+
+TEST(RunFolder, TheMapOfARunIsReadAgain) {
+  auto run = example_run();
+  run.prior_map.emplace().points = {{.id = 1'000'000'003,
+                                     .session = 0,
+                                     .p_map = {1.0 / 3, 2, -4},
+                                     .covariance = run.landmarks[0].covariance,
+                                     .own = 0.125,
+                                     .observations = 12,
+                                     .views = 3}};
+  const auto folder = test::scratch() / "run";
+  write_run(run, placed_summary(), folder);
+  const auto again = read_run(folder).prior_map;
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->world_T_map.p, Eigen::Vector3d(1.5, -2, 0.25));
+  EXPECT_LT(
+      (again->world_T_map.R * Eigen::Vector3d::UnitX() - Eigen::Vector3d(0.28, 0.96, 0)).norm(),
+      1e-12);
+  ASSERT_EQ(again->sessions.size(), 1u);
+  EXPECT_EQ(again->sessions[0].name, "hall, monday");
+  EXPECT_EQ(again->sessions[0].end.count(), 1317384506402997017);
+  ASSERT_EQ(again->points.size(), 1u);
+  const SketchPoint &a = again->points[0], &b = run.prior_map->points[0];
+  EXPECT_EQ(a.p_map, b.p_map);
+  EXPECT_EQ(a.covariance, Eigen::Matrix3d(b.covariance.selfadjointView<Eigen::Upper>()));
+  EXPECT_EQ((std::tuple{a.id, a.session, a.own, a.observations, a.views}),
+            (std::tuple{b.id, b.session, b.own, b.observations, b.views}));
+}
+
+TEST(RunFolder, AMapThatDoesNotFitTheSummaryIsRefused) {
+  auto run = example_run();
+  run.prior_map.emplace().points.resize(1);
+  run.prior_map->points[0].session = 1;
+  const auto folder = test::scratch() / "run";
+  write_run(run, placed_summary(), folder);
+  expect_parts(input_error([&] { read_run(folder); }),
+               {"prior_map.csv", "1 is no session of the map, which has 1"});
+  write_run(run, kRunSummary, folder);
+  expect_parts(input_error([&] { read_run(folder); }), {"place_in_map", "expected world_T_map"});
+}
+
 TEST(RunFolder, InitialPositionsAreReadAgainWhereTheyAreKnown) {
   auto run = example_run();
   for (std::size_t j = 0; j < 3; ++j) {

@@ -148,6 +148,17 @@ std::string ply_bytes(const std::vector<RunLandmark>& landmarks) {
   return bytes;
 }
 
+std::string prior_map_text(const MapSketch& map) {
+  std::string text = header(prior_map_columns());
+  for (const SketchPoint& l : map.points) {
+    const Eigen::Matrix3d& P = l.covariance;
+    append(text, "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", l.id, l.session, l.p_map.x(),
+           l.p_map.y(), l.p_map.z(), P(0, 0), P(0, 1), P(0, 2), P(1, 1), P(1, 2), P(2, 2), l.own,
+           l.observations, l.views);
+  }
+  return text;
+}
+
 }  // namespace
 
 nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& summary,
@@ -166,6 +177,7 @@ nlohmann::ordered_json write_run(const Run& run, const nlohmann::ordered_json& s
     write_tum(trajectory_of(run.in_map), place / "trajectory_in_map.tum");
     write_file(place / "in_map.csv", smoothed_text(run.in_map));
   }
+  if (run.prior_map) write_file(place / "prior_map.csv", prior_map_text(*run.prior_map));
   write_file(place / "timing.csv", timing_text(run));
   write_file(place / "landmarks.csv", landmarks_text(run.landmarks));
   write_file(place / "map.ply", ply_bytes(run.landmarks));

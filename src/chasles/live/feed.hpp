@@ -14,6 +14,7 @@ struct LiveCursor {
   std::uint64_t landmarks = 0;  ///< version of the landmarks; 0: none
   std::uint64_t progress = 0;   ///< version of the progress; 0: none
   bool truth = false;           ///< has the true trajectory
+  bool prior_map = false;       ///< has the map in which the run found its place
   bool all = false;             ///< has the page of the finished run
 };
 

@@ -68,14 +68,14 @@ void LiveRun::reach(LiveStage stage) {
   reported_.wall_seconds = std::chrono::duration<double>(Clock::now() - began_).count();
 }
 
-void LiveRun::landmarks(const std::function<std::vector<RunLandmark>()>& make) {
+void LiveRun::map(const std::function<LiveMap()>& make) {
   const Clock::time_point start = Clock::now();
   if (!watched_ || start < next_map_) return;
-  std::vector<RunLandmark> map = make();
+  LiveMap map = make();
   const Clock::time_point end = Clock::now();
   next_map_ = end + std::max<Clock::duration>(kBetweenMaps, kMapShare * (end - start));
   const std::lock_guard lock(mutex_);
-  inbox_.landmarks = std::move(map);
+  inbox_.map = std::move(map);
 }
 
 void LiveRun::smoothing() { report_progress(LiveStage::kSmoothing); }
@@ -113,8 +113,10 @@ void LiveRun::refresh(std::size_t viewers) {
   }
   if (news.start) take_start(std::move(*news.start));
   std::ranges::move(news.states, std::back_inserter(run_.states));
-  if (news.landmarks) {
-    run_.landmarks = std::move(*news.landmarks);
+  if (news.map) {
+    run_.landmarks = std::move(news.map->landmarks);
+    known_ = std::move(news.map->known);
+    if (!run_.prior_map) run_.prior_map = std::move(news.map->prior_map);
     ++landmarks_version_;
   }
   if (news.progress) {
@@ -126,7 +128,7 @@ void LiveRun::refresh(std::size_t viewers) {
 
 bool LiveRun::has_news(const LiveCursor& have, const LiveCursor& then) const {
   return have.rows != then.rows || have.landmarks != then.landmarks || have.truth != then.truth ||
-         have.progress != then.progress;
+         have.prior_map != then.prior_map || have.progress != then.progress;
 }
 
 LiveText LiveRun::next(LiveCursor& cursor) {
@@ -143,6 +145,7 @@ LiveText LiveRun::next(LiveCursor& cursor) {
   const bool up_to_date = then.rows == run_.states.size() && then.rows > 0;
   if (up_to_date) then.landmarks = landmarks_version_;
   if (then.rows > 0) then.truth = comparison_.begun();
+  if (up_to_date) then.prior_map = run_.prior_map.has_value();
   if (!has_news(cursor, then)) return nullptr;
   LiveText text = rows_text(cursor, then);
   cursor = then;
@@ -156,14 +159,15 @@ LiveText LiveRun::rows_text(const LiveCursor& have, const LiveCursor& then) {
       .to = then.rows,
       .truth = then.truth && !have.truth,
       .landmarks = then.landmarks != have.landmarks ? then.landmarks : 0,
+      .prior_map = then.prior_map && !have.prior_map,
   };
-  const std::string key =
-      fmt::format("{} {} {} {} {}", rows.from, rows.to, rows.truth, rows.landmarks, then.progress);
+  const std::string key = fmt::format("{} {} {} {} {} {}", rows.from, rows.to, rows.truth,
+                                      rows.landmarks, rows.prior_map, then.progress);
   const auto known = std::ranges::find(texts_, key, &std::pair<std::string, LiveText>::first);
   if (known != texts_.end()) return known->second;
-  LiveText text =
-      shared(then.rows == 0 ? progress_text(id_, progress_)
-                            : chasles::rows_text(run_, summary_, comparison_, rows, progress_));
+  LiveText text = shared(
+      then.rows == 0 ? progress_text(id_, progress_)
+                     : chasles::rows_text(run_, {summary_, known_}, comparison_, rows, progress_));
   if (texts_.size() >= kKeptTexts) texts_.erase(texts_.begin());
   texts_.emplace_back(key, text);
   return text;

@@ -27,6 +27,13 @@ struct LiveStart {
   std::size_t frames = 0;  ///< number of frames of the recording; 0: unknown
 };
 
+/// What viewers get now and then: what the run has found so far.
+struct LiveMap {
+  std::vector<RunLandmark> landmarks;
+  std::string known = "{}";  ///< entries of summary.json (an object): closures, place_in_map
+  std::optional<MapSketch> prior_map = {};  ///< once its place is found; shown as it was then
+};
+
 /// The stage of a run. The names are those of the protocol.
 enum class LiveStage {
   kWaiting,      ///< no estimate yet
@@ -63,7 +70,7 @@ class LiveRun final : public LiveFeed {
   void progress(std::size_t frames, double recorded_seconds);
   /// Stores the map that `make` returns: only if there are viewers, at most once per second, and
   /// for at most a hundredth of the time.
-  void landmarks(const std::function<std::vector<RunLandmark>()>& make);
+  void map(const std::function<LiveMap()>& make);
   void smoothing();
   /// The final run: viewers receive what `chasles report` would show.
   void finish(const ReportRun& run, bool interrupted);
@@ -83,7 +90,7 @@ class LiveRun final : public LiveFeed {
   struct Inbox {
     std::optional<LiveStart> start;
     std::vector<RunState> states;
-    std::optional<std::vector<RunLandmark>> landmarks;
+    std::optional<LiveMap> map;
     std::optional<LiveProgress> progress;
     LiveText all;
   };
@@ -109,6 +116,7 @@ class LiveRun final : public LiveFeed {
   bool started_ = false;
   Run run_;  ///< grows; its truth is in comparison_
   std::string summary_;
+  std::string known_ = "{}";  ///< of the last map
   GrowingComparison comparison_;
   LiveProgress progress_;
   std::uint64_t landmarks_version_ = 0, progress_version_ = 1;

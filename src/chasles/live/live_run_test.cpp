@@ -164,14 +164,14 @@ TEST(LiveRun, LandmarksAreAskedForOnlyWhereSomebodyLooksAndOnceInASecond) {
   int asked = 0;
   const auto make = [&] {
     ++asked;
-    return drive.run.landmarks;
+    return LiveMap{.landmarks = drive.run.landmarks};
   };
   run.begin(start_of(drive));
   run.add(drive.run.states[0]);
-  run.landmarks(make);
+  run.map(make);
   EXPECT_EQ(asked, 0);
   run.refresh(1);
-  for (int i = 0; i < 5; ++i) run.landmarks(make);
+  for (int i = 0; i < 5; ++i) run.map(make);
   EXPECT_EQ(asked, 1);
   run.refresh(1);
   Viewer viewer;
@@ -183,6 +183,36 @@ TEST(LiveRun, LandmarksAreAskedForOnlyWhereSomebodyLooksAndOnceInASecond) {
   run.refresh(1);
   viewer.take(run);
   EXPECT_FALSE(viewer.last["data"].contains("landmarks"));
+}
+
+TEST(LiveRun, ThePlaceInAMapAndTheClosuresComeWithTheLandmarks) {
+  const ReportRun drive = synthetic_drive({.states = 10, .landmarks = 20, .prior_map = true});
+  LiveRun run([] {});
+  run.begin(start_of(drive));
+  run.add(drive.run.states[0]);
+  run.refresh(1);
+  run.map([&] {
+    return LiveMap{.landmarks = drive.run.landmarks,
+                   .known = R"({"closures": [{"seconds": 0, "landmarks": 5}]})",
+                   .prior_map = drive.run.prior_map};
+  });
+  run.refresh(1);
+  Viewer viewer;
+  viewer.take(run);
+  ReportRun part = drive;
+  part.run.states.resize(1);
+  EXPECT_EQ(viewer.last["data"]["map"], whole(part)["map"]);
+  EXPECT_EQ(viewer.last["known"]["closures"][0]["landmarks"], 5);
+  // Once.
+  run.add(drive.run.states[1]);
+  run.refresh(1);
+  viewer.take(run);
+  EXPECT_FALSE(viewer.last["data"].contains("map"));
+  Viewer late{.cursor = {.run = viewer.cursor.run, .rows = 1, .landmarks = 1}};
+  late.states["x"] = {0};
+  const LiveText text = run.next(late.cursor);
+  ASSERT_TRUE(text);
+  EXPECT_TRUE(Json::parse(*text)["data"].contains("map"));
 }
 
 TEST(LiveRun, TheEndIsTheReportsPage) {

@@ -52,6 +52,7 @@ ReportRun piece(const Run& run, const std::vector<std::size_t>& states,
   out.run.extra_names = run.extra_names;
   for (const std::size_t i : states) out.run.states.push_back(run.states[i]);
   if (rows.landmarks > 0) out.run.landmarks = run.landmarks;
+  if (rows.landmarks > 0 || rows.prior_map) out.run.prior_map = run.prior_map;
   if (rows.from == 0) out.run.dead_reckoning = run.dead_reckoning;
   if (comparison.begun()) {
     out.run.truth = rows.truth ? comparison.truth() : Trajectory{comparison.truth().front()};
@@ -61,19 +62,26 @@ ReportRun piece(const Run& run, const std::vector<std::size_t>& states,
 
 }  // namespace
 
-std::string rows_text(const Run& run, const std::string& summary,
+std::string rows_text(const Run& run, const LiveSummary& summary,
                       const GrowingComparison& comparison, const LiveRows& rows,
                       const LiveProgress& progress) {
   const std::vector<std::size_t> states = states_of(rows);
   const AgainstTruth errors = comparison.begun() ? comparison.of(states) : AgainstTruth{};
-  const Json known = rows.from == 0 ? Json::parse(summary) : Json::object();
+  const Json known = rows.from == 0 ? Json::parse(summary.before) : Json::object();
   Json data = run_data(piece(run, states, comparison, rows), known, errors);
   if (rows.from > 0) data.erase("summary");
   if (rows.landmarks == 0 && rows.from > 0) data.erase("landmarks");
   if (!rows.truth) data.erase("truth");
+  // Of a map that the viewer has, only what changes.
+  if (data.contains("map") && !rows.prior_map) {
+    data["map"] = {{"returned", data["map"]["marks"]["returned"]}};
+  }
   Json json = {{"run", rows.id},  {"progress", progress_json(progress)}, {"from", rows.from},
                {"rows", rows.to}, {"skip", rows.from > 0 ? 1 : 0},       {"data", std::move(data)}};
-  if (rows.landmarks > 0) json["landmarks"] = rows.landmarks;
+  if (rows.landmarks > 0) {
+    json["landmarks"] = rows.landmarks;
+    json["known"] = Json::parse(summary.known);
+  }
   if (rows.from == 0) json["bounds"] = page_bounds();
   return json_text(json);
 }

@@ -27,7 +27,8 @@ std::optional<LiveCursor> cursor_of(const nlohmann::json& json) {
   const bool sound =
       json.is_object() && take(json, "run", cursor.run, name) &&
       take(json, "rows", cursor.rows, whole) && take(json, "landmarks", cursor.landmarks, whole) &&
-      take(json, "truth", cursor.truth, yes_or_no) && take(json, "all", cursor.all, yes_or_no);
+      take(json, "truth", cursor.truth, yes_or_no) &&
+      take(json, "map", cursor.prior_map, yes_or_no) && take(json, "all", cursor.all, yes_or_no);
   return sound ? std::optional(cursor) : std::nullopt;
 }
 

@@ -9,12 +9,14 @@ namespace {
 
 TEST(ViewerMessage, SaysWhatTheViewerHas) {
   const auto message = parse_viewer_message(
-      R"({"join": {"run": "ab", "rows": 12, "landmarks": 3, "truth": true, "all": false}})");
+      R"({"join": {"run": "ab", "rows": 12, "landmarks": 3, "truth": true, "map": true,
+          "all": false}})");
   ASSERT_TRUE(message && message->join);
   EXPECT_EQ(message->join->run, "ab");
   EXPECT_EQ(message->join->rows, 12U);
   EXPECT_EQ(message->join->landmarks, 3U);
   EXPECT_TRUE(message->join->truth);
+  EXPECT_TRUE(message->join->prior_map);
   EXPECT_FALSE(message->join->all || message->stop);
   EXPECT_EQ(parse_viewer_message(R"({"join": {}})")->join->rows, 0U);
   EXPECT_TRUE(parse_viewer_message(R"({"stop": true})")->stop);

@@ -107,6 +107,17 @@ JointMatches jointly_compatible(const std::vector<ProposedMatch>& proposed, cons
   return result;
 }
 
+double joint_square(const std::vector<int>& matches, const VectorXd& r, const MatrixXd& S,
+                    double noise) {
+  Given given(r, S + noise * MatrixXd::Identity(S.rows(), S.cols()));
+  double square = 0;
+  for (const int i : matches) {
+    square += given.square(i);
+    given.condition_on(i);
+  }
+  return square;
+}
+
 Informative most_informative(const std::vector<int>& matches, const MatrixXd& S, double noise,
                              double least) {
   Given given(VectorXd::Zero(S.rows()), S);

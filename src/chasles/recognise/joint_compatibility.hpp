@@ -28,6 +28,11 @@ JointMatches jointly_compatible(const std::vector<ProposedMatch>& proposed,
                                 const Eigen::VectorXd& r, const Eigen::MatrixXd& S,
                                 double probability);
 
+/// r^T (S + noise I)^-1 r of some matches together, with the noise in px^2: chi2 with twice their
+/// number of degrees of freedom.
+double joint_square(const std::vector<int>& matches, const Eigen::VectorXd& r,
+                    const Eigen::MatrixXd& S, double noise);
+
 /// Matches that tell much, in the order of choice, and the information of all of them [nat].
 struct Informative {
   std::vector<int> matches;

@@ -56,6 +56,13 @@ TEST(JointCompatibility, TheSquareIsThatOfAllMatchesTogether) {
   EXPECT_NEAR(found.square, scene.r.dot(scene.S.ldlt().solve(scene.r)), 1e-6);
 }
 
+TEST(JointCompatibility, TheSquareOfSomeMatchesLeavesTheOthersOut) {
+  const Scene scene(5, 1);
+  const Eigen::Matrix4d S = scene.S.bottomRightCorner<4, 4>() + 2 * Eigen::Matrix4d::Identity();
+  const Eigen::Vector4d r = scene.r.tail<4>();
+  EXPECT_NEAR(joint_square({3, 4}, scene.r, scene.S, 2), r.dot(S.ldlt().solve(r)), 1e-6);
+}
+
 TEST(JointCompatibility, AnObservationOrALandmarkIsMatchedOnce) {
   Scene scene(4, 2);
   scene.proposed[1].landmark = 0;

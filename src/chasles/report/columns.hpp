@@ -45,6 +45,19 @@ void add_points(nlohmann::ordered_json& columns, const std::string& prefix, cons
   }
 }
 
+/// cxx, cxy, …: the six numbers of the rows' symmetric 3x3 matrices.
+template <typename Rows, typename Matrix>
+void add_covariances(nlohmann::ordered_json& columns, const Rows& rows, const Matrix& matrix) {
+  const std::string axes = "xyz";
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      const std::string name{'c', axes[static_cast<std::size_t>(i)],
+                             axes[static_cast<std::size_t>(j)]};
+      columns[name] = floats(rows, [&](const auto& row) { return matrix(row)(i, j); });
+    }
+  }
+}
+
 /// Every n-th row, at most about `enough` rows; more do not improve the drawing of a path.
 template <typename Row>
 std::vector<Row> thinned(const std::vector<Row>& rows, std::size_t enough = 4000) {

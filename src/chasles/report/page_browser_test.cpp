@@ -16,15 +16,15 @@ using test::synthetic_drive;
 
 /// Opens the page in headless Chromium and uses it (a script in web/tests). With
 /// CHASLES_PAGES set the pages and their pictures stay in that folder.
-void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::string& name,
-                               const std::string& script = "run_page.mjs") {
+void expect_page_works(const std::string& text, const std::string& name,
+                       const std::string& script) {
   const char* kept = std::getenv("CHASLES_PAGES");
   const auto folder = kept ? std::filesystem::path(kept)
                            : std::filesystem::temp_directory_path() /
                                  ("chasles_page_test_" + std::to_string(getpid()));
   const auto page = folder / (name + ".html");
   make_folder(folder);
-  write_file(page, run_page(runs));
+  write_file(page, text);
   const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR "/web/tests/" + script +
                               "' '" + page.string() + "' '" + (folder / name).string() + "'";
   const int status = std::system(command.c_str());
@@ -33,12 +33,26 @@ void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::st
   EXPECT_EQ(status, 0);
 }
 
+void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::string& name,
+                               const std::string& script = "run_page.mjs") {
+  expect_page_works(run_page(runs), name, script);
+}
+
 TEST(PageInABrowser, ADriveIsDrawnAndAnswers) {
   expect_works_in_a_browser({synthetic_drive({.initial = true})}, "drive");
 }
 
+TEST(PageInABrowser, AMapIsDrawnBySession) {
+  ReportRun map{.run = {}, .summary = R"({"version": "1", "bytes": 200000, "shared_errors": 7,
+                "least_m": [0, -20.5, 1], "most_m": [90, 30, 4]})"};
+  map.run.name = "hall <b>.map";
+  map.run.prior_map = test::synthetic_map(synthetic_drive({.landmarks = 400}).run.landmarks);
+  map.run.prior_map->world_T_map = {};
+  expect_page_works(map_page(map), "map", "map_page.mjs");
+}
+
 TEST(PageInABrowser, KeptImagesAreShownWithWhatWasSeenInThem) {
-  ReportRun run = synthetic_drive({.states = 400, .landmarks = 300});
+  ReportRun run = synthetic_drive({.states = 400, .landmarks = 300, .prior_map = true});
   test::add_synthetic_images(run.run, 20);
   run.run.extra_names = {"velocity_x",       "velocity_y",       "velocity_z",
                          "gyroscope_bias_x", "gyroscope_bias_y", "gyroscope_bias_z"};

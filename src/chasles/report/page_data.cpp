@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -12,6 +13,7 @@
 #include <chasles/eval/chi2.hpp>
 #include <chasles/report/against_truth.hpp>
 #include <chasles/report/columns.hpp>
+#include <chasles/report/map_data.hpp>
 #include <chasles/report/page_data.hpp>
 #include <chasles/report/page_images.hpp>
 #include <chasles/report/scenes.hpp>
@@ -20,20 +22,6 @@ namespace chasles {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
-
-/// cxx, cxy, …: the six numbers of a symmetric 3x3 matrix.
-template <typename Rows, typename Matrix>
-void add_covariances(Json& columns, const Rows& rows, const Matrix& matrix) {
-  for (int i = 0; i < 3; ++i) {
-    for (int j = i; j < 3; ++j) {
-      const auto name = fmt::format("c{}{}", kAxes[static_cast<std::size_t>(i)],
-                                    kAxes[static_cast<std::size_t>(j)]);
-      columns[name] = floats(rows, [&](const auto& row) { return matrix(row)(i, j); });
-    }
-  }
-}
 
 void add_poses(Json& columns, const std::vector<RunState>& states, const Eigen::Vector3d& origin) {
   const Time start = states.empty() ? Time{} : states.front().time;
@@ -126,8 +114,18 @@ Json stage_columns(const Run& run) {
 
 void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
   std::vector<RunLandmark> drawn;
+  std::set<LandmarkId> of_map;  // map_json() has them
+  if (run.prior_map) {
+    for (const SketchPoint& point : run.prior_map->points) of_map.insert(point.id);
+  }
+  std::size_t left_out = 0;
   for (const RunLandmark& mark : run.landmarks) {
-    if (mark.p_world.allFinite() && mark.covariance.allFinite()) drawn.push_back(mark);
+    if (of_map.contains(mark.id)) continue;
+    if (mark.p_world.allFinite() && mark.covariance.allFinite()) {
+      drawn.push_back(mark);
+    } else {
+      ++left_out;
+    }
   }
   std::vector<double> ids;
   for (const RunLandmark& mark : drawn) ids.push_back(static_cast<double>(mark.id));
@@ -151,7 +149,7 @@ void add_landmarks(Json& json, const Run& run, const Eigen::Vector3d& origin) {
       return m.initial->p_world - origin;
     });
   }
-  json["landmarks_left_out"] = run.landmarks.size() - drawn.size();
+  json["landmarks_left_out"] = left_out;
 }
 
 /// The coordinates in which the run's chart assumes a Gaussian error: those of its NEES.
@@ -254,6 +252,7 @@ Json run_data(const ReportRun& report_run, Json summary, const AgainstTruth& err
   json["stage_names"] = run.stage_names;
   json["stages"] = stage_columns(run);
   add_landmarks(json, run, origin);
+  if (run.prior_map) json["map"] = map_json(run, origin);
   if (!run.truth.empty()) add_truth(json, run, errors, origin);
   add_plan(json, run, errors, origin);
   if (!run.dead_reckoning.empty()) {

@@ -42,6 +42,30 @@ TEST(PageData, HoldsTheNumbersOfTheRunToAMillimetreFarFromTheOrigin) {
   EXPECT_EQ(column(run["landmarks"]["id"])[3], std::exp2(40));
 }
 
+TEST(PageData, TheMapLiesInTheWorldOfTheRun) {
+  const ReportRun drive = synthetic_drive({.states = 50, .landmarks = 40, .prior_map = true});
+  const nlohmann::json run = run_of(drive), map = run["map"], marks = map["marks"];
+  EXPECT_EQ(map["sessions"][1]["name"], "Tuesday");
+  EXPECT_EQ(map["sessions"][0]["seconds"], 90);
+  const auto x = column(marks["x"]), y = column(marks["y"]), cxz = column(marks["cxz"]),
+             own = column(marks["own"]);
+  ASSERT_EQ(y.size(), 40U);
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    const RunLandmark& l = drive.run.landmarks[i];
+    // The run has its own estimate of every third.
+    const Eigen::Vector2d shift = i % 3 == 0 ? Eigen::Vector2d(0, 0) : Eigen::Vector2d(0.5, 3);
+    EXPECT_NEAR(x[i] + run["origin"][0].get<double>(), l.p_world.x() + shift.x(), 1e-3);
+    EXPECT_NEAR(y[i] + run["origin"][1].get<double>(), l.p_world.y() + shift.y(), 1e-3);
+    EXPECT_NEAR(cxz[i], l.covariance(0, 2), 1e-6);
+    EXPECT_NEAR(own[i], static_cast<double>(i % 10) / 10, 1e-6);
+    EXPECT_EQ(column(marks["returned"])[i], i % 6 == 0 ? 1 : 0);
+    EXPECT_EQ(column(marks["session"])[i], i % 4 == 0 ? 0 : 1);
+  }
+  EXPECT_EQ(column(run["landmarks"]["id"]).size(), 26U) << "14 are those of the map";
+  EXPECT_EQ(run["landmarks_left_out"], 0);
+  EXPECT_FALSE(run_of(drive_on_page()).contains("map"));
+}
+
 TEST(PageData, SigmasAndErrorsBelongTogether) {
   ReportRun drive = drive_on_page();
   RunState& state = drive.run.states[20];

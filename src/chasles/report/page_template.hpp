@@ -11,4 +11,7 @@ extern const std::string_view page_template;
 /// web/study.html in the same form, for studies.
 extern const std::string_view study_template;
 
+/// web/map.html in the same form, for saved maps.
+extern const std::string_view map_template;
+
 }  // namespace chasles

@@ -26,6 +26,11 @@ std::string run_page(const std::vector<ReportRun>& runs) {
   return with_data(page_template, page_data(runs));
 }
 
+std::string map_page(const ReportRun& map) {
+  if (!map.run.prior_map) throw UsageError("a page of a map needs a map");
+  return with_data(map_template, page_data({map}));
+}
+
 std::string live_page() {
   std::string page = with_data(page_template, {{"live", true}});
   insert_behind("default-src 'none';", " connect-src 'self';", page);

@@ -27,6 +27,11 @@ struct ReportRun {
 /// summary is not a JSON object.
 std::string run_page(const std::vector<ReportRun>& runs);
 
+/// A self-contained page of a saved map, in the same form: its landmarks by session, and what is
+/// known of their uncertainty. `map` has a name, prior_map, and the summary that `chasles map
+/// --json` prints. Throws UsageError without a prior_map.
+std::string map_page(const ReportRun& map);
+
 /// The page without a run. It requests the data over WebSocket from the server that delivered it,
 /// and may connect to nothing else (docs/live.md).
 std::string live_page();

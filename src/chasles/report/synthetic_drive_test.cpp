@@ -117,8 +117,9 @@ const char* const kSummary = R"({
   "attitude_deg": 0.62, "rpe_100m_percent": 0.914, "nees_pose": 6.4, "nees_position": 3.2,
   "nees_attitude": 2.9, "nis_per_dof": 1.002, "frames": 1000, "landmarks": 5000,
   "seconds_wall": 2.91, "seconds_cpu": 2.84, "realtime_factor": 35.6, "health": "ok",
-  "closures": [{"seconds": 20.5, "landmarks": 6, "moved_m": 0.25},
-    {"seconds": 40, "landmarks": 4, "moved_m": 0.125}],
+  "closures": [{"time_ns": 1317384526500000000, "seconds": 20.5, "landmarks": 6, "moved_m": 0.25,
+    "turned_rad": 0.01, "chi2": 8.5, "chi2_dof": 12},
+    {"time_ns": 1317384546000000000, "seconds": 40, "landmarks": 4, "moved_m": 0.125}],
   "settings": {"chart": "right-sen3", "mode": "slam", "gate": 0.99, "cameras": "stereo",
     "noise": {"velocity_m_s": 0.52, "rate_rad_s": 0.049, "pixels": [0.9, 0.4, 0.9, 0.4]}},
   "remarks": ["cam_T_imu is [C | rho] with the camera's position: taken as [C | -C rho].",
@@ -169,7 +170,31 @@ ReportRun synthetic_drive(const DriveOptions& options) {
       mark.in_state = i + mark.observations >= options.states;
     }
   }
+  if (options.prior_map) run.prior_map = synthetic_map(run.landmarks);
   return report;
+}
+
+MapSketch synthetic_map(const std::vector<RunLandmark>& landmarks) {
+  MapSketch map{.world_T_map = {so3::exp({0, 0, 0.4}), {10, -20, 1}}, .sessions = {}, .points = {}};
+  map.sessions = {{.name = "Monday", .begin = Time(0), .end = from_seconds(90), .cameras = 2},
+                  {.name = "Tuesday",
+                   .begin = from_seconds(1317384506),
+                   .end = from_seconds(1317384806),
+                   .cameras = 1}};
+  const SE3 map_T_world = map.world_T_map.inverse();
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const RunLandmark& l = landmarks[i];
+    const bool same = i % 3 == 0;
+    map.points.push_back(
+        {.id = same ? l.id : 1'000'000'000 + l.id,
+         .session = i % 4 == 0 ? 0 : 1,
+         .p_map = map_T_world * (l.p_world + Eigen::Vector3d(0.5, same ? 0 : 3, 0)),
+         .covariance = map_T_world.R * l.covariance * map_T_world.R.transpose(),
+         .own = static_cast<double>(i % 10) / 10,
+         .observations = l.observations - (i % 6 == 0 ? 1 : 0),
+         .views = 1 + static_cast<int>(i % 3)});
+  }
+  return map;
 }
 
 }  // namespace chasles::test

@@ -17,13 +17,19 @@ struct DriveOptions {
   std::uint64_t seed = 1;
   bool truth = true;
   bool dead_reckoning = true;
-  bool initial = false;  ///< landmarks know where they were initialised, but for every tenth
+  bool initial = false;    ///< landmarks know where they were initialised, but for every tenth
+  bool prior_map = false;  ///< the run has found its place in synthetic_map() of its landmarks
 };
 
 /// A synthetic run, without a filter: a 700 m loop through streets. The error of the estimate grows
 /// with its covariance; dead reckoning drifts away. Landmarks are on façades; their ellipses are
 /// elongated along the viewing direction.
 ReportRun synthetic_drive(const DriveOptions& options = {});
+
+/// A map of two sessions, "Monday" and "Tuesday", beside these landmarks: one for each, in a frame
+/// that is turned and moved. Every third has the id of its landmark, the others larger ones, and
+/// every sixth has been recognised.
+MapSketch synthetic_map(const std::vector<RunLandmark>& landmarks);
 
 /// Adds images of two cameras to the run, every `every` states, of 96 x 60 px and half as wide as
 /// their cameras. Each has a dozen points of every outcome that move to the right. The second

@@ -14,6 +14,10 @@ struct Closure {
   double turned = 0;  ///< and turned it [rad]
   /// Later frames rejected most of the landmarks: the filter went on as if they had not returned.
   bool undone = false;
+  /// Of the landmarks' innovations before the update, against their joint covariance: chi2 with
+  /// `dof` degrees of freedom.
+  double square = 0;
+  int dof = 0;
 };
 
 /// Attempts of a run to find its place in a prior map.

@@ -306,7 +306,11 @@ void InertialSlam::close_loop(const Comparison& comparison, const std::vector<in
     filter_.add_noise(static_cast<int>(i),
                       drift_noise(cameras_.front(), x, x.landmarks[i], square(kOtherPoint), 0));
   }
-  closures_.push_back({.time = clock(now_), .landmarks = static_cast<int>(accepted.size())});
+  closures_.push_back({.time = clock(now_),
+                       .landmarks = static_cast<int>(accepted.size()),
+                       .square = joint_square(accepted, comparison.r, comparison.S,
+                                              square(pixel_sigma_) + square(kOtherPoint)),
+                       .dof = 2 * static_cast<int>(accepted.size())});
 }
 
 // A copy in which these landmarks do not return, nor later: the place of a map is refused.

@@ -25,6 +25,12 @@ unsigned fate_colour(Outcome outcome) {
   }
 }
 
+unsigned session_colour(int session) {
+  constexpr std::array<unsigned, 8> kHues = {0x0d8a68, 0xc2410c, 0x6b4fc4, 0x7a5c00,
+                                             0xa3123f, 0x2a93b8, 0x5b6470, 0x0068bd};
+  return kHues[static_cast<std::size_t>(session) % kHues.size()];
+}
+
 Rgb rgb(unsigned colour) {
   return {static_cast<std::uint8_t>(colour >> 16), static_cast<std::uint8_t>(colour >> 8),
           static_cast<std::uint8_t>(colour)};

@@ -12,9 +12,13 @@ namespace chasles {
 inline constexpr unsigned kEstimateColour = 0x0068bd;
 inline constexpr unsigned kTruthColour = 0x8a8f98;
 inline constexpr unsigned kDeadReckoningColour = 0xcf4f00;
+inline constexpr unsigned kClosureColour = 0xb3127a;
 
 /// The colour of a point in an image, as on the page; visible on dark and bright backgrounds.
 unsigned fate_colour(Outcome outcome);
+
+/// The colour of a session of a saved map, as on the page: eight colours, in turn.
+unsigned session_colour(int session);
 
 using Rgb = std::array<std::uint8_t, 3>;
 

@@ -182,6 +182,15 @@ Json proto_pose(const SE3& pose) {
   return {{"position", proto_vector(pose.p)}, {"orientation", proto_rotation(pose.R)}};
 }
 
+Json proto_transform(Time time, const std::string& parent, const std::string& child,
+                     const SE3& pose) {
+  return {{"timestamp", proto_time(time)},
+          {"parent_frame_id", parent},
+          {"child_frame_id", child},
+          {"translation", proto_vector(pose.p)},
+          {"rotation", proto_rotation(pose.R)}};
+}
+
 Json proto_colour(unsigned rgb, double opacity) {
   const auto part = [rgb](unsigned shift) { return (rgb >> shift & 0xff) / 255.0; };
   return {{"r", part(16)}, {"g", part(8)}, {"b", part(0)}, {"a", opacity}};

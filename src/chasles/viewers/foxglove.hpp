@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include <Eigen/Core>
 #include <nlohmann/json_fwd.hpp>
 
@@ -14,10 +16,13 @@ namespace chasles {
 const ProtoSchemas& foxglove_schemas();
 
 // Values for proto_bytes().
-nlohmann::json proto_time(Time time);                       ///< google.protobuf.Timestamp
-nlohmann::json proto_vector(const Eigen::Vector3d& v);      ///< foxglove.Vector3, foxglove.Point3
-nlohmann::json proto_rotation(const Eigen::Matrix3d& R);    ///< foxglove.Quaternion
-nlohmann::json proto_pose(const SE3& pose);                 ///< foxglove.Pose
+nlohmann::json proto_time(Time time);                     ///< google.protobuf.Timestamp
+nlohmann::json proto_vector(const Eigen::Vector3d& v);    ///< foxglove.Vector3, foxglove.Point3
+nlohmann::json proto_rotation(const Eigen::Matrix3d& R);  ///< foxglove.Quaternion
+nlohmann::json proto_pose(const SE3& pose);               ///< foxglove.Pose
+/// foxglove.FrameTransform of parent_T_child.
+nlohmann::json proto_transform(Time time, const std::string& parent, const std::string& child,
+                               const SE3& pose);
 nlohmann::json proto_colour(unsigned rgb, double opacity);  ///< foxglove.Color of 0xRRGGBB
 
 }  // namespace chasles

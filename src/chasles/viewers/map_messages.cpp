@@ -6,10 +6,10 @@
 
 #include <chasles/eval/chi2.hpp>
 #include <chasles/lie/small_matrices.hpp>
-#include <chasles/viewers/byte_sink.hpp>
 #include <chasles/viewers/colours.hpp>
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/map_messages.hpp>
+#include <chasles/viewers/point_cloud.hpp>
 
 namespace chasles {
 namespace {
@@ -18,31 +18,12 @@ using Json = nlohmann::json;
 
 double sigma(const RunLandmark& l) { return std::sqrt(std::max(0.0, l.covariance.trace())); }
 
-// NumericType of foxglove.PackedElementField.
-constexpr int kUint8 = 1, kFloat32 = 7;
-
 Json cloud(const std::vector<RunLandmark>& landmarks, const SigmaColours& colours, Time time) {
-  std::string bytes;
+  PointCloud cloud("world");
   for (const RunLandmark& l : landmarks) {
-    for (int k = 0; k < 3; ++k) append_little_endian(bytes, static_cast<float>(l.p_world(k)));
-    append_little_endian(bytes, static_cast<float>(sigma(l)));
-    for (const std::uint8_t part : colours(sigma(l))) append_little_endian(bytes, part);
-    append_little_endian(bytes, std::uint8_t{255});
+    cloud.add({.p = l.p_world, .sigma = sigma(l), .colour = colours(sigma(l))});
   }
-  Json fields = Json::array();
-  unsigned offset = 0;
-  const auto add = [&](const char* name, int type, unsigned size) {
-    fields.push_back({{"name", name}, {"offset", offset}, {"type", type}});
-    offset += size;
-  };
-  for (const char* name : {"x", "y", "z", "sigma"}) add(name, kFloat32, 4);
-  for (const char* name : {"red", "green", "blue", "alpha"}) add(name, kUint8, 1);
-  return {{"timestamp", proto_time(time)},
-          {"frame_id", "world"},
-          {"pose", proto_pose({})},
-          {"point_stride", offset},
-          {"fields", fields},
-          {"data", Json::binary({bytes.begin(), bytes.end()})}};
+  return cloud.message(time);
 }
 
 Json sphere(const RunLandmark& l, const SigmaColours& colours) {

@@ -140,6 +140,49 @@ TEST(Mcap, TheMapIsThereAsACloudAndAsEllipsoids) {
   EXPECT_LT((pose(spheres[7]["pose"]).p - l.p_world).norm(), 1e-12);
 }
 
+TEST(Mcap, TheFrameOfAMapIsAboveTheWorldOncePlaced) {
+  ReportRun drive = synthetic_drive({.states = 50, .landmarks = 30, .prior_map = true});
+  auto& run = drive.run;
+  const SE3 map_T_world = run.prior_map->world_T_map.inverse();
+  for (std::size_t i = 20; i < run.states.size(); ++i) {
+    run.in_map.push_back(
+        {.time = run.states[i].time, .world_T_imu = map_T_world * run.states[i].world_T_imu});
+  }
+  const json topics = read_back(run_mcap(drive, "0")).at("topics");
+  EXPECT_EQ(topics.at("/tf_map").at("count"), 30);
+  const json& transform = topics.at("/tf_map").at("last").at("transforms").at(0);
+  EXPECT_EQ(transform.at("parent_frame_id"), "map");
+  EXPECT_EQ(transform.at("child_frame_id"), "world");
+  EXPECT_LT((vector(transform["translation"]) - map_T_world.p).norm(), 1e-9);
+  const json& cloud = topics.at("/map/prior").at("last");
+  EXPECT_EQ(cloud["frame_id"], "map");
+  ASSERT_EQ(cloud["point_stride"], 22);
+  ASSERT_EQ(cloud["data"].size(), 22u * 30);
+  for (std::size_t i = 0; i < 30; ++i) {
+    const SketchPoint& l = run.prior_map->points[i];
+    EXPECT_EQ(float_at(cloud["data"], 22 * i), static_cast<float>(l.p_map.x()));
+    EXPECT_EQ(cloud["data"][22 * i + 20], l.session);
+    EXPECT_EQ(cloud["data"][22 * i + 21], i % 6 == 0 ? 1 : 0) << "whether it returned";
+  }
+}
+
+TEST(Mcap, ClosuresAreMarkedWhereTheyWere) {
+  ReportRun drive = synthetic_drive({.states = 50, .landmarks = 3});
+  const auto summary_at = [](Time time) {
+    return R"({"closures": [{"time_ns": )" + std::to_string(time.count()) +
+           R"(, "landmarks": 6, "moved_m": 0.25, "chi2": 8.5, "chi2_dof": 12}]})";
+  };
+  drive.summary = summary_at(drive.run.states[30].time);
+  const json topics = read_back(run_mcap(drive, "0")).at("topics");
+  EXPECT_EQ(topics.at("/closures").at("count"), 1);
+  const json& entity = topics.at("/closures").at("last").at("entities").at(0);
+  EXPECT_LT((pose(entity["spheres"][0]["pose"]).p - drive.run.states[30].world_T_imu.p).norm(),
+            1e-12);
+  EXPECT_EQ(entity["texts"][0]["text"], "6 landmarks, 0.250 m, chi2 8.5 of 12");
+  drive.summary = R"({"closures": [{"landmarks": 6}]})";
+  EXPECT_THROW(run_mcap(drive, "0"), InputError);
+}
+
 TEST(Mcap, KeptImagesAreThereWithWhatWasSeenInThem) {
   ReportRun drive = synthetic_drive({.states = 50, .landmarks = 0});
   test::add_synthetic_images(drive.run, 10);

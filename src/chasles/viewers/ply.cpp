@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,7 +17,7 @@
 namespace chasles {
 namespace {
 
-enum class VertexKind : std::uint8_t { kLandmark, kEstimate, kTruth, kDeadReckoning };
+enum class VertexKind : std::uint8_t { kLandmark, kEstimate, kTruth, kDeadReckoning, kPriorMap };
 
 struct Vertex {
   Eigen::Vector3d p;
@@ -23,6 +26,8 @@ struct Vertex {
   Rgb colour{};
   std::int64_t landmark = -1;
   int observations = 0;
+  int session = -1;
+  bool returned = false;
 };
 
 struct Edge {
@@ -34,7 +39,8 @@ constexpr const char* kVertexProperties =
     "property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar kind\n"
     "property float sigma\nproperty float cov_xx\nproperty float cov_xy\nproperty float cov_xz\n"
     "property float cov_yy\nproperty float cov_yz\nproperty float cov_zz\n"
-    "property int landmark\nproperty int observations\n";
+    "property int landmark\nproperty int observations\n"
+    "property int session\nproperty uchar returned\n";
 
 double sigma(const Eigen::Matrix3d& covariance) {
   return std::sqrt(std::max(0.0, covariance.trace()));
@@ -57,9 +63,28 @@ std::vector<Vertex> landmark_vertices(const std::vector<RunLandmark>& landmarks)
   return vertices;
 }
 
+// The landmarks of a map in the frame `a`, but for those that are known otherwise.
+std::vector<Vertex> map_vertices(const MapSketch& map, const SE3& a_T_map,
+                                 const std::set<LandmarkId>& known) {
+  std::vector<Vertex> vertices;
+  for (const SketchPoint& l : map.points) {
+    if (known.contains(l.id)) continue;
+    vertices.push_back({.p = a_T_map * l.p_map,
+                        .covariance = a_T_map.R * l.covariance * a_T_map.R.transpose(),
+                        .kind = VertexKind::kPriorMap,
+                        .colour = rgb(session_colour(l.session)),
+                        .landmark = l.id,
+                        .observations = l.observations,
+                        .session = l.session});
+  }
+  return vertices;
+}
+
 class Drawing {
  public:
+  explicit Drawing(std::vector<Vertex> vertices) : vertices_(std::move(vertices)) {}
   explicit Drawing(const Run& run) : vertices_(landmark_vertices(run.landmarks)) {
+    if (run.prior_map) add_prior_map(*run.prior_map, recognised_landmarks(run));
     for (const RunState& s : run.states) {
       add({.p = s.world_T_imu.p,
            .covariance = s.pose_covariance.bottomRightCorner<3, 3>(),
@@ -73,14 +98,14 @@ class Drawing {
     add_way(run.dead_reckoning, {}, VertexKind::kDeadReckoning, kDeadReckoningColour);
   }
 
-  std::string bytes() const {
+  std::string bytes(std::string_view frame) const {
     std::string out = fmt::format(
         "ply\nformat binary_little_endian 1.0\n"
-        "comment metres, the frame of trajectory.tum\n"
-        "comment kind: 0 landmark, 1 estimate, 2 truth, 3 dead reckoning\n"
+        "comment metres, the frame of {}\n"
+        "comment kind: 0 landmark, 1 estimate, 2 truth, 3 dead reckoning, 4 landmark of a map\n"
         "element vertex {}\n{}element edge {}\nproperty int vertex1\nproperty int vertex2\n"
         "end_header\n",
-        vertices_.size(), kVertexProperties, edges_.size());
+        frame, vertices_.size(), kVertexProperties, edges_.size());
     for (const Vertex& v : vertices_) append(v, out);
     for (const Edge& e : edges_) {
       append_little_endian(out, static_cast<std::int32_t>(e.from));
@@ -90,6 +115,24 @@ class Drawing {
   }
 
  private:
+  // Landmarks of the map are among the run's own, with what it has learned of them.
+  void add_prior_map(const MapSketch& map, const std::set<LandmarkId>& recognised) {
+    std::map<LandmarkId, int> sessions;
+    for (const SketchPoint& l : map.points) sessions[l.id] = l.session;
+    std::set<LandmarkId> known;
+    for (Vertex& v : vertices_) {
+      const auto of_map = sessions.find(v.landmark);
+      if (of_map == sessions.end()) continue;
+      v.kind = VertexKind::kPriorMap;
+      v.session = of_map->second;
+      v.colour = rgb(session_colour(v.session));
+      v.returned = recognised.contains(v.landmark);
+      known.insert(v.landmark);
+    }
+    const std::vector<Vertex> others = map_vertices(map, map.world_T_map, known);
+    vertices_.insert(vertices_.end(), others.begin(), others.end());
+  }
+
   static void append(const Vertex& v, std::string& out) {
     const auto add_float = [&](double x) { append_little_endian(out, static_cast<float>(x)); };
     for (int k = 0; k < 3; ++k) add_float(v.p(k));
@@ -103,6 +146,8 @@ class Drawing {
     append_little_endian(
         out, std::in_range<std::int32_t>(v.landmark) ? static_cast<std::int32_t>(v.landmark) : -1);
     append_little_endian(out, v.observations);
+    append_little_endian(out, v.session);
+    append_little_endian(out, static_cast<std::uint8_t>(v.returned));
   }
 
   void add(const Vertex& vertex) {
@@ -123,6 +168,10 @@ class Drawing {
 
 }  // namespace
 
-std::string run_ply(const Run& run) { return Drawing(run).bytes(); }
+std::string run_ply(const Run& run) { return Drawing(run).bytes("trajectory.tum"); }
+
+std::string map_ply(const MapSketch& map) {
+  return Drawing(map_vertices(map, {}, {})).bytes("the map");
+}
 
 }  // namespace chasles

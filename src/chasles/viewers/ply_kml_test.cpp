@@ -107,6 +107,32 @@ TEST(PlyOfARun, HasTheMapTheWaysAndTheirUncertainty) {
                   static_cast<float>(run.states[5].pose_covariance(4, 4)));
 }
 
+TEST(PlyOfARun, LandmarksOfAMapTellTheirSessionAndWhetherTheyReturned) {
+  const ReportRun drive = synthetic_drive({.states = 10, .landmarks = 30, .prior_map = true});
+  const MapSketch& map = *drive.run.prior_map;
+  const Ply ply = read_ply(run_ply(drive.run)), alone = read_ply(map_ply(map));
+  ASSERT_EQ(ply.vertex.rows.size(), 30u + 20 + 3 * 10) << "the run has ten of the map";
+  ASSERT_EQ(alone.vertex.rows.size(), 30u);
+  std::size_t other = 30;
+  for (std::size_t i = 0; i < 30; ++i) {
+    const bool same = i % 3 == 0;
+    EXPECT_EQ(ply.vertex.at(i, "kind"), same ? 4 : 0);
+    EXPECT_EQ(ply.vertex.at(i, "returned"), i % 6 == 0);
+    EXPECT_EQ(ply.vertex.at(i, "session"), same ? map.points[i].session : -1);
+    EXPECT_EQ(alone.vertex.at(i, "session"), map.points[i].session);
+    EXPECT_EQ(alone.vertex.at(i, "kind"), 4);
+    EXPECT_FLOAT_EQ(static_cast<float>(alone.vertex.at(i, "z")),
+                    static_cast<float>(map.points[i].p_map.z()));
+    if (same) continue;
+    EXPECT_EQ(ply.vertex.at(other, "kind"), 4);
+    EXPECT_EQ(ply.vertex.at(other, "session"), map.points[i].session);
+    const Eigen::Vector3d p_world = map.world_T_map * map.points[i].p_map;
+    EXPECT_FLOAT_EQ(static_cast<float>(ply.vertex.at(other, "x")), static_cast<float>(p_world.x()));
+    EXPECT_NEAR(ply.vertex.at(other, "cov_xy"), drive.run.landmarks[i].covariance(0, 1), 1e-6);
+    ++other;
+  }
+}
+
 TEST(PlyOfARun, EdgesJoinTheNeighboursOfAWayAlone) {
   const ReportRun drive = synthetic_drive({.states = 80, .landmarks = 120});
   const Ply ply = read_ply(run_ply(drive.run));

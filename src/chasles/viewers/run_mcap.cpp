@@ -9,6 +9,7 @@
 #include <chasles/viewers/image_messages.hpp>
 #include <chasles/viewers/map_messages.hpp>
 #include <chasles/viewers/placement.hpp>
+#include <chasles/viewers/recognition_messages.hpp>
 #include <chasles/viewers/run_mcap.hpp>
 #include <chasles/viewers/state_messages.hpp>
 
@@ -26,20 +27,13 @@ std::vector<double> position_first(const Matrix6d& covariance) {
   return rows;
 }
 
-Json transform(Time time, const std::string& parent, const std::string& child, const SE3& pose) {
-  return {{"timestamp", proto_time(time)},
-          {"parent_frame_id", parent},
-          {"child_frame_id", child},
-          {"translation", proto_vector(pose.p)},
-          {"rotation", proto_rotation(pose.R)}};
-}
-
 void add_poses(const Run& run, Channels& out) {
   for (const RunState& s : run.states) {
     if (!s.world_T_imu.p.allFinite() || !s.world_T_imu.R.allFinite()) continue;
     const Json pose = proto_pose(s.world_T_imu);
-    out.add("/tf", "foxglove.FrameTransforms", s.time,
-            {{"transforms", Json::array({transform(s.time, "world", "imu", s.world_T_imu)})}});
+    out.add(
+        "/tf", "foxglove.FrameTransforms", s.time,
+        {{"transforms", Json::array({proto_transform(s.time, "world", "imu", s.world_T_imu)})}});
     out.add("/pose", "foxglove.PoseInFrame", s.time,
             {{"timestamp", proto_time(s.time)}, {"frame_id", "world"}, {"pose", pose}});
     out.add("/odometry", "foxglove.Odometry", s.time,
@@ -70,8 +64,8 @@ void add_cameras(const Json& summary, Time first, Channels& out) {
   Json transforms = Json::array();
   try {
     for (std::size_t k = 0; k < cameras->size(); ++k) {
-      transforms.push_back(
-          transform(first, "imu", fmt::format("cam{}", k), motion(cameras->at(k).at("imu_T_cam"))));
+      transforms.push_back(proto_transform(first, "imu", fmt::format("cam{}", k),
+                                           motion(cameras->at(k).at("imu_T_cam"))));
     }
   } catch (const Json::exception&) {
     throw InputError("summary.json: cameras: expected imu_T_cam, 4 x 4 numbers, of each");
@@ -165,6 +159,9 @@ std::string run_mcap(const ReportRun& report_run, const std::string& version) {
     add_truth(run, errors, out);
     add_ways(run, errors, first, out);
     add_map(run.landmarks, first, out);
+    if (run.prior_map) add_prior_map(run, first, out);
+    add_map_frame(run, out);
+    add_closures(summary, run, out);
     add_places(run, errors, out);
     add_images(run.images, out);
   }

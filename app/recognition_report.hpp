@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <chasles/data/run.hpp>
+#include <chasles/pipeline/estimator.hpp>
+
+// What a run recognised, as summary.json and the command's output have it.
+namespace chasles::app {
+
+/// The entries `closures` and, with a prior map, `place_in_map`.
+nlohmann::ordered_json recognition_json(const EstimatorReport& report, const Run& run,
+                                        bool has_prior_map);
+
+/// Lines of text for those entries of a summary that are there.
+std::string recognition_text(const nlohmann::ordered_json& summary);
+
+}  // namespace chasles::app

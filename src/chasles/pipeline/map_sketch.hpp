@@ -1,0 +1,11 @@
+#pragma once
+
+#include <chasles/data/map_sketch.hpp>
+#include <chasles/map/landmark_map.hpp>
+
+namespace chasles {
+
+/// What is shown of a map. world_T_map is the identity.
+MapSketch map_sketch(const LandmarkMap& map);
+
+}  // namespace chasles
