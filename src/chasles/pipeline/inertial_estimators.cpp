@@ -305,6 +305,11 @@ std::unique_ptr<Estimator> make_estimator(const InertialRunSettings& settings,
     throw UsageError(
         "start.in_map: true, but there is no map: expected a map of an earlier run (--map)");
   }
+  if (settings.start.in_map && start) {
+    throw UsageError(
+        "start.in_map: true, but the start is given: expected one of them, the start in the map or "
+        "the given one (--begin)");
+  }
   sensors.pixel_sigma = settings.filter.pixel_sigma.value_or(sensors.pixel_sigma);
   using Kind = EstimatorChoice::Kind;
   switch (settings.estimator.kind) {

@@ -142,7 +142,8 @@ class RunInAMap : public RunOfImages {
     PlaceCounts places;
     LandmarkMap map;
   };
-  static Result run_in(const Recording& recording, std::shared_ptr<const LandmarkMap> map) {
+  static Result run_in(const Recording& recording, std::shared_ptr<const LandmarkMap> map,
+                       const InitialiserSettings& start = {}) {
     class Estimates : public RunObserver {
      public:
       void on_estimate(const Estimate& e, const EstimateTiming&) override { list.push_back(e); }
@@ -150,6 +151,7 @@ class RunInAMap : public RunOfImages {
     };
     InertialRunSettings settings;
     settings.filter.recognise = Recognise::kAppearance;
+    settings.start = start;
     const auto estimator = make_estimator(decided(settings, recording), inertial_sensors(recording),
                                           std::nullopt, std::move(map));
     Estimates observer;
@@ -241,6 +243,75 @@ TEST_F(RunInAMap, FindsItsPlaceThere) {
   EXPECT_EQ(repeated.estimates.back().in_map->map_T_imu.p,
             result.estimates.back().in_map->map_T_imu.p);
   EXPECT_EQ(repeated.map.covariance.shared(), result.map.covariance.shared());
+}
+
+// No search: the frame of the run is that of the map, from the first estimate on.
+TEST_F(RunInAMap, BeginsWhereItIsTold) {
+  const auto map = std::make_shared<const LandmarkMap>(first().map);
+  const SE3 truth_T_map = truth_T_world(first(), round());
+  const Result free = run_in(again(), nullptr);
+  const SE3 map_T_imu =
+      truth_T_map.inverse() * pose_at(again().truth, free.estimates.front().time).value();
+  InitialiserSettings start;
+  start.in_map = true;
+  start.heading = camera_heading(map_T_imu.R, again().cameras.front()) + 0.05;
+  start.heading_sigma = 0.05;
+  start.position_x = map_T_imu.p.x() + 0.2;
+  start.position_y = map_T_imu.p.y() - 0.2;
+  start.position_z = map_T_imu.p.z() + 0.1;
+  start.position_sigma = 0.2;
+  const Result told = run_in(again(), map, start);
+  EXPECT_EQ(told.places.searches, 0);
+  ASSERT_TRUE(told.places.placed);
+  ASSERT_TRUE(told.estimates.front().in_map);
+  double nees = 0;
+  for (const Estimate& e : told.estimates) {
+    ASSERT_TRUE(e.in_map);
+    EXPECT_LT((e.in_map->map_T_imu.p - e.world_T_imu.p).norm(), 1e-9);
+    const SE3 truth = truth_T_map.inverse() * pose_at(again().truth, e.time).value();
+    Vector6d error;
+    error << so3::log(truth.R * e.world_T_imu.R.transpose()), truth.p - e.world_T_imu.p;
+    nees += error.dot(e.pose_covariance().ldlt().solve(error)) / 6;
+  }
+  EXPECT_LT(nees / static_cast<double>(told.estimates.size()), 3);
+  const Estimate& last = told.estimates.back();
+  const SE3 truth = truth_T_map.inverse() * pose_at(again().truth, last.time).value();
+  EXPECT_LT((truth.p - last.world_T_imu.p).norm(), 0.1);
+  EXPECT_LT(last.covariance.block(3, 3, 3, 3).trace(), 0.1 * 0.1);
+  EXPECT_LT(told.estimates.front().covariance(3, 3), 0.3 * 0.3);
+
+  EXPECT_THROW(run_in(again(), nullptr, start), UsageError);
+  start.heading.reset();
+  start.heading_sigma = 0;
+  EXPECT_THROW(run_in(again(), map, start), UsageError);
+}
+
+// Twice round the block, without samples for two seconds in between: the part after the gap finds
+// its place in the map of the part before, whose frame is that of the run.
+TEST_F(RunInAMap, AfterALossIsThatOfThePartBefore) {
+  InertialScene scene = walk_scene();
+  scene.settings.sections = 6;
+  Recording interrupted = render_inertial(scene);
+  const Time middle = interrupted.truth.front().time + from_seconds(scene.settings.rest_duration) +
+                      (interrupted.truth.back().time - interrupted.truth.front().time) * 4 / 6;
+  std::erase_if(interrupted.imu, [&](const ImuSample& sample) {
+    return sample.time > middle && sample.time < middle + from_seconds(2);
+  });
+  const Result result = run_in(interrupted, nullptr);
+  ASSERT_TRUE(result.places.placed);
+  EXPECT_GT(*result.places.placed, middle);
+  ASSERT_TRUE(result.estimates.back().in_map);
+  const SE3 truth_T_map = truth_T_world(result, interrupted);
+  for (const Estimate& e : result.estimates) {
+    EXPECT_TRUE(!e.in_map || e.time > middle);
+    if (!e.in_map) continue;
+    const SE3 truth = truth_T_map.inverse() * pose_at(interrupted.truth, e.time).value();
+    EXPECT_LT((truth.p - e.in_map->map_T_imu.p).norm(), 0.15);
+  }
+  // Without it, the position is that of dead reckoning, and says so.
+  const Estimate& last = result.estimates.back();
+  EXPECT_GT(last.covariance(3, 3), 100 * last.in_map->covariance(3, 3));
+  EXPECT_EQ(result.map.sessions.size(), 2u);
 }
 
 TEST_F(RunInAMap, OfAnotherPlaceIsARunWithout) {
