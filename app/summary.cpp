@@ -253,6 +253,10 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   summary["dropped_frames"] = report.dropped_frames;
   if (settings.filter.recognise == Recognise::kAppearance) {
     summary["closures"] = closures_json(report.closures, run.run);
+    summary["recognised_tracks"] = Json::array();
+    for (const auto& [track, landmark] : report.known_as) {
+      summary["recognised_tracks"].push_back({track, landmark});
+    }
   }
   if (run.has_prior_map) summary["place_in_map"] = place_json(report.places, run);
   if (recording.images) summary["frontend"] = frontend_json(run.report.frontend);

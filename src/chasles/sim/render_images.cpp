@@ -107,7 +107,9 @@ Recording render_inertial(const InertialScene& scene, std::uint64_t run) {
   recording.images =
       make_image_source(settings, run,
                         paint_world(make_render_world(settings, motion), settings.texel_size,
-                                    settings.seed, settings.texture_period),
+                                    settings.seed,
+                                    {.period = settings.texture_period,
+                                     .changed = settings.texture_changed}),
                         recording.cameras, motion, times);
   recording.exact_calibration = true;
   return recording;
