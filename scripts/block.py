@@ -11,7 +11,7 @@ WIDTH, FLOOR, CEILING = 3, -1.2, 1.6  # [m]
 DEFAULTS = {"hall_length": 30, "hall_width": 12, "focal_length": 480, "center_u": 349.5, "center_v": 270}
 # A pose of a revisit is so near to one of so long before.
 NEAR, HEADING, BEFORE = 1.0, numpy.radians(30), 20  # [m], [rad], [s]
-PIECE = 2  # [s]
+PIECE, AHEAD = 2, 5  # [s]
 
 
 def rotations(q):
@@ -90,5 +90,7 @@ class Revisits(Block):
                               (forward @ to > numpy.cos(HEADING))).any() for s, at, to in zip(t, p, forward)])
         begin = t[numpy.argmax(again)]
         pieces = [s for s in numpy.arange(begin, t[-1] - PIECE, PIECE) if again[(t >= s) & (t < s + PIECE)].all()]
-        return (min(self.closures, default=numpy.inf) - begin,
+        # The camera sees a place before it is there. Earlier closures are of what was lost from view for a while.
+        closures = [closure for closure in self.closures if closure > begin - AHEAD]
+        return (min(closures, default=numpy.inf) - begin,
                 [bool(((seen >= s) & (seen < s + PIECE)).any()) for s in pieces])
