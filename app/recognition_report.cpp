@@ -98,7 +98,11 @@ std::string place_text(const Json& place) {
 }  // namespace
 
 Json recognition_json(const EstimatorReport& report, const Run& run, bool has_prior_map) {
-  Json json = {{"closures", closures_json(report.closures, run)}};
+  Json json = {{"closures", closures_json(report.closures, run)},
+               {"recognised_tracks", Json::array()}};
+  for (const auto& [track, landmark] : report.known_as) {
+    json["recognised_tracks"].push_back({track, landmark});
+  }
   if (has_prior_map) json["place_in_map"] = place_json(report.places, run);
   return json;
 }

@@ -51,7 +51,29 @@ void for_each_average(Averages& averages, Visitor&& visit) {
   visit("landmarks", averages.landmarks, 1.0);
 }
 
+Json seconds_json(std::span<const TrialRecord::Second> seconds) {
+  Json columns = Json::object();
+  const TrialRecord::Second none;
+  for_each_column(none, [&](const char* name, double, double) { columns[name] = Json::array(); });
+  for (const TrialRecord::Second& second : seconds) {
+    for_each_column(second, [&](const char* name, double value, double unit) {
+      columns[name].push_back(number_json(value * unit));
+    });
+  }
+  return columns;
+}
+
 double number_of(const Json& json) { return json.is_null() ? std::nan("") : json.get<double>(); }
+
+std::vector<TrialRecord::Second> seconds_of(const Json& columns) {
+  std::vector<TrialRecord::Second> seconds(columns.at("position_error_m").size());
+  for (std::size_t i = 0; i < seconds.size(); ++i) {
+    for_each_column(seconds[i], [&](const char* name, double& value, double unit) {
+      value = number_of(columns.at(name).at(i)) / unit;
+    });
+  }
+  return seconds;
+}
 
 // FNV-1a (Fowler, Noll, Vo) hash of 64 bits, to compare two lists of numbers.
 class Digest {
@@ -227,14 +249,8 @@ std::string to_line(const TrialRecord& record) {
   for_each_average(record.averages, [&](const char* name, double value, double unit) {
     line[name] = number_json(value * unit);
   });
-  Json& seconds = line["seconds"] = Json::object();
-  const TrialRecord::Second none;
-  for_each_column(none, [&](const char* name, double, double) { seconds[name] = Json::array(); });
-  for (const TrialRecord::Second& second : record.seconds) {
-    for_each_column(second, [&](const char* name, double value, double unit) {
-      seconds[name].push_back(number_json(value * unit));
-    });
-  }
+  line["seconds"] = seconds_json(record.seconds);
+  if (!record.smoothed.empty()) line["smoothed"] = seconds_json(record.smoothed);
   return json_text(line) + "\n";
 }
 
@@ -249,13 +265,8 @@ TrialRecord from_line(const std::string& text, const std::string& where) {
     for_each_average(record.averages, [&](const char* name, double& value, double unit) {
       value = number_of(line.at(name)) / unit;
     });
-    const Json& seconds = line.at("seconds");
-    record.seconds.resize(seconds.at("position_error_m").size());
-    for (std::size_t i = 0; i < record.seconds.size(); ++i) {
-      for_each_column(record.seconds[i], [&](const char* name, double& value, double unit) {
-        value = number_of(seconds.at(name).at(i)) / unit;
-      });
-    }
+    record.seconds = seconds_of(line.at("seconds"));
+    if (line.contains("smoothed")) record.smoothed = seconds_of(line.at("smoothed"));
     return record;
   } catch (const Json::exception& error) {
     throw InputError(fmt::format("{}: not a trial: {}", where, error.what()));

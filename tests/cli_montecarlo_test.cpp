@@ -268,6 +268,8 @@ TEST(TrialLine, IsReadBackTheSame) {
                      .nis_per_dof = 2.0 / 7,
                      .landmarks = 12};
   record.seconds = {{.position_error = nan, .nees_pose = 1e-17}, {.nees_position = 1.0 / 9}};
+  EXPECT_EQ(app::to_line(record).find("smoothed"), std::string::npos);
+  record.smoothed = {{.position_error = 0.1, .nees_attitude = nan}};
   const std::string line = app::to_line(record);
   EXPECT_EQ(line.find('\n'), line.size() - 1);
   EXPECT_EQ(app::to_line(app::from_line(line, "x")), line);
@@ -279,6 +281,9 @@ TEST(TrialLine, IsReadBackTheSame) {
   ASSERT_EQ(back.seconds.size(), 2u);
   EXPECT_TRUE(std::isnan(back.seconds[0].position_error));
   EXPECT_EQ(back.seconds[1].nees_position, 1.0 / 9);
+  ASSERT_EQ(back.smoothed.size(), 1u);
+  EXPECT_EQ(back.smoothed[0].position_error, 0.1);
+  EXPECT_TRUE(std::isnan(back.smoothed[0].nees_attitude));
   EXPECT_THROW(app::from_line("{}", "x"), InputError);
   EXPECT_THROW(app::from_line("{\"run\":", "x"), InputError);
 }

@@ -100,7 +100,8 @@ std::vector<TrialRecord> records_of_run(const MonteCarloPlan& plan, std::uint64_
   for (const FilterVariant& filter : plan.filters) {
     const InertialStart start =
         draw_start(recording, filter.settings, plan.scene.settings.seed, run);
-    Trial trial = run_trial(filter, recording, start);
+    const KeepMap keep_map = filter.settings.keeps_exact_map() ? KeepMap::kYes : KeepMap::kNo;
+    Trial trial = run_trial(filter, recording, start, keep_map);
     trial.run = run;
     records.push_back(record_of(trial));
   }
@@ -141,8 +142,10 @@ std::string to_bytes(const std::vector<TrialRecord>& records) {
     bytes.put(record.run);
     bytes.put(record.diverged);
     bytes.put(record.averages);
-    bytes.put(record.seconds.size());
-    for (const TrialRecord::Second& second : record.seconds) bytes.put(second);
+    for (const auto* seconds : {&record.seconds, &record.smoothed}) {
+      bytes.put(seconds->size());
+      for (const TrialRecord::Second& second : *seconds) bytes.put(second);
+    }
   }
   return bytes.bytes();
 }
@@ -157,23 +160,18 @@ std::vector<TrialRecord> from_bytes(const std::string& text) {
     record.run = bytes.get<std::uint64_t>();
     record.diverged = bytes.get<bool>();
     record.averages = bytes.get<TrialAverages>();
-    record.seconds.resize(bytes.get<std::size_t>());
-    for (TrialRecord::Second& second : record.seconds) second = bytes.get<TrialRecord::Second>();
+    for (auto* seconds : {&record.seconds, &record.smoothed}) {
+      seconds->resize(bytes.get<std::size_t>());
+      for (TrialRecord::Second& second : *seconds) second = bytes.get<TrialRecord::Second>();
+    }
     records.push_back(std::move(record));
   }
   return records;
 }
 
-}  // namespace
-
-TrialRecord record_of(const Trial& trial) {
-  TrialRecord record{.filter = trial.filter,
-                     .run = trial.run,
-                     .diverged = trial.diverged,
-                     .averages = averages(trial),
-                     .seconds = {}};
+std::vector<TrialRecord::Second> seconds_of(const std::vector<TrialPoint>& points) {
   std::vector<std::vector<TrialRecord::Second>> seconds;
-  for (const TrialPoint& point : trial.points) {
+  for (const TrialPoint& point : points) {
     const auto second = static_cast<std::size_t>(point.seconds);
     if (seconds.size() <= second) seconds.resize(second + 1);
     seconds[second].push_back({.position_error = point.position_error,
@@ -183,8 +181,20 @@ TrialRecord record_of(const Trial& trial) {
                                .nees_pose = point.nees_pose,
                                .nees_state = point.nees_state});
   }
-  for (const auto& second : seconds) record.seconds.push_back(mean_second(second));
-  return record;
+  std::vector<TrialRecord::Second> means;
+  for (const auto& second : seconds) means.push_back(mean_second(second));
+  return means;
+}
+
+}  // namespace
+
+TrialRecord record_of(const Trial& trial) {
+  return {.filter = trial.filter,
+          .run = trial.run,
+          .diverged = trial.diverged,
+          .averages = averages(trial),
+          .seconds = seconds_of(trial.points),
+          .smoothed = seconds_of(trial.smoothed)};
 }
 
 void run_monte_carlo(const std::vector<std::uint64_t>& runs, int workers,

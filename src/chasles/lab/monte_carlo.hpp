@@ -33,6 +33,7 @@ struct TrialRecord {
     double nees_position = 0, nees_attitude = 0, nees_pose = 0, nees_state = 0;
   };
   std::vector<Second> seconds;
+  std::vector<Second> smoothed = {};  ///< likewise of the smoothed path, where the filter has it
 };
 TrialRecord record_of(const Trial& trial);
 

@@ -100,6 +100,7 @@ TEST(Record, AveragesEachSecond) {
   }
   const TrialRecord r = record_of(trial);
   EXPECT_EQ(r.run, 4u);
+  EXPECT_TRUE(r.smoothed.empty());
   ASSERT_EQ(r.seconds.size(), 4u);
   EXPECT_DOUBLE_EQ(r.seconds[0].position_error, 2);
   EXPECT_DOUBLE_EQ(r.seconds[0].nees_pose, 4);
@@ -109,6 +110,15 @@ TEST(Record, AveragesEachSecond) {
   EXPECT_DOUBLE_EQ(r.averages.position_rms, std::sqrt(35.0));
   EXPECT_DOUBLE_EQ(r.averages.nees_pose, 5);
   EXPECT_DOUBLE_EQ(r.averages.nis_per_dof, 1.5);
+}
+
+TEST(Record, AveragesEachSecondOfTheSmoothedPath) {
+  Trial trial{.filter = "a"};
+  trial.smoothed = {{.seconds = 0.2, .nees_pose = 2}, {.seconds = 0.4, .nees_pose = 4}};
+  const TrialRecord r = record_of(trial);
+  EXPECT_TRUE(r.seconds.empty());
+  ASSERT_EQ(r.smoothed.size(), 1u);
+  EXPECT_DOUBLE_EQ(r.smoothed[0].nees_pose, 3);
 }
 
 MonteCarloPlan small_plan() {
@@ -129,7 +139,8 @@ std::map<std::uint64_t, std::vector<TrialRecord>> run(const MonteCarloPlan& plan
 }
 
 TEST(MonteCarlo, GivesTheSameNumbersForAnyNumberOfWorkers) {
-  const MonteCarloPlan plan = small_plan();
+  MonteCarloPlan plan = small_plan();
+  plan.filters.back().settings.exact_map = Toggle::kTrue;
   const auto one = run(plan, 1), three = run(plan, 3);
   ASSERT_EQ(one.size(), 3u);
   ASSERT_EQ(three.size(), 3u);
@@ -143,6 +154,11 @@ TEST(MonteCarlo, GivesTheSameNumbersForAnyNumberOfWorkers) {
       EXPECT_EQ(a.averages.nees_pose, b.averages.nees_pose);
       EXPECT_EQ(a.averages.nis_per_dof, b.averages.nis_per_dof);
       EXPECT_EQ(a.seconds.size(), b.seconds.size());
+      ASSERT_EQ(a.smoothed.size(), f == 0 ? 0 : a.seconds.size());
+      ASSERT_EQ(a.smoothed.size(), b.smoothed.size());
+      for (std::size_t i = 0; i < a.smoothed.size(); ++i) {
+        EXPECT_EQ(a.smoothed[i].position_error, b.smoothed[i].position_error);
+      }
     }
   }
   EXPECT_NE(one.at(0)[0].averages.position_error, one.at(2)[0].averages.position_error);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +22,8 @@ struct EstimatorReport {
   int dropped_frames = 0;         ///< late, repeated, or without samples near
   PlaceCounts places = {};        ///< in the prior map
   std::vector<Closure> closures;  ///< of a filter that recognises landmarks by appearance
+  /// Likewise: the landmarks of its recognised tracks (InertialSession::known_as).
+  std::map<LandmarkId, LandmarkId> known_as;
   std::optional<BatchReport> batch;
   std::optional<WindowReport> window;
 };

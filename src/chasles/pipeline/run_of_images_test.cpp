@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <atomic>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -103,6 +104,7 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
   struct Result {
     std::vector<PastPose> path;
     std::vector<Closure> closures;
+    std::map<LandmarkId, LandmarkId> known_as;
   };
   const auto run_with = [&](Recognise recognise, int threads) {
     InertialRunSettings settings;
@@ -112,7 +114,9 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
     const RunReport report = run(twice, *estimator, {}, {.threads = threads}, observer);
     EXPECT_GT(observer.known, 1000);
     EXPECT_EQ(observer.unknown, 0) << "an outcome of no observation of the frame";
-    return Result{.path = estimator->past().poses, .closures = report.estimator.closures};
+    return Result{.path = estimator->past().poses,
+                  .closures = report.estimator.closures,
+                  .known_as = report.estimator.known_as};
   };
   const auto error_of = [&](const Result& result) {
     Trajectory path;
@@ -121,7 +125,10 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
   };
   const Result open = run_with(Recognise::kNone, 3), closed = run_with(Recognise::kAppearance, 3);
   EXPECT_TRUE(open.closures.empty());
+  EXPECT_TRUE(open.known_as.empty());
   ASSERT_FALSE(closed.closures.empty());
+  EXPECT_FALSE(closed.known_as.empty());
+  for (const auto& [track, landmark] : closed.known_as) EXPECT_LT(landmark, track);
   for (const Closure& closure : closed.closures) {
     EXPECT_GT(to_seconds(closure.time), 32) << "in the first round nothing returns";
     EXPECT_LT(closure.moved, 0.3);

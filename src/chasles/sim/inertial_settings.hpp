@@ -106,6 +106,7 @@ struct Choices<Geometry> {
   /* rendered images (--images), in place of the tracks */                                        \
   FIELD(double, texel_size, 0.005, 1e-3, 1, "m", "of the surfaces' textures; larger where there are too many") \
   FIELD(double, texture_period, 0, 0, 1000, "m", "walls, floors and ceilings look alike, and repeat after this length: identical doors; 0: no two places look alike") \
+  FIELD(double, texture_changed, 0, 0, 1, "", "share of every surface that looks otherwise than with 0, in strips of 1 to 3 m: a building that was redecorated in part") \
   FIELD(double, exposure, 1, 0.01, 100, "", "brightness of the images")                           \
   FIELD(double, exposure_drift, 0, 0, 3, "stops", "by which the brightness wanders, up and down") \
   FIELD(double, vignetting, 0, 0, 0.95, "", "light that the image's corners lack")                \

@@ -104,11 +104,11 @@ Recording render_inertial(const InertialScene& scene, std::uint64_t run) {
   std::vector<Time> times;
   for (const auto& [time, pose] : recording.truth) times.push_back(time);
   const InertialSettings& settings = scene.settings;
-  recording.images =
-      make_image_source(settings, run,
-                        paint_world(make_render_world(settings, motion), settings.texel_size,
-                                    settings.seed, settings.texture_period),
-                        recording.cameras, motion, times);
+  recording.images = make_image_source(
+      settings, run,
+      paint_world(make_render_world(settings, motion), settings.texel_size, settings.seed,
+                  {.period = settings.texture_period, .changed = settings.texture_changed}),
+      recording.cameras, motion, times);
   recording.exact_calibration = true;
   return recording;
 }

@@ -132,18 +132,43 @@ Canvas repeated(const Canvas& part, double width_m) {
   return whole;
 }
 
+// Strips across the longer edge, each with this probability, show the other picture.
+void change_strips(Canvas& canvas, const Canvas& other, double probability, Dice& dice) {
+  const bool upright = canvas.width >= canvas.height;
+  const int length = upright ? canvas.width : canvas.height;
+  for (int begin = 0, end = 0; begin < length; begin = end) {
+    end = std::min(length, begin + static_cast<int>(dice.between(1, 3) / canvas.texel) + 1);
+    if (!dice.chance(probability)) continue;
+    for (int y = upright ? 0 : begin; y < (upright ? canvas.height : end); ++y) {
+      const std::ptrdiff_t row = std::ptrdiff_t{y} * canvas.width;
+      std::copy(other.pixels.begin() + row + (upright ? begin : 0),
+                other.pixels.begin() + row + (upright ? end : canvas.width),
+                canvas.pixels.begin() + row + (upright ? begin : 0));
+    }
+  }
+}
+
 Texture painted(const Surface& surface, std::uint64_t number, const RenderWorld& world,
-                double texel, std::uint64_t seed, double period) {
-  const bool repeats = period > 0;
+                double texel, std::uint64_t seed, const Decoration& decoration) {
+  constexpr std::uint64_t kOtherPicture = 0xe0000000, kWhere = 0xd0000000;
+  const bool repeats = decoration.period > 0;
   const double width = surface.right.norm();
-  Canvas canvas = paint_surface({.material = surface.material,
-                                 .width_m = repeats ? period : width,
-                                 .height_m = surface.down.norm(),
-                                 .texel = texel,
-                                 .seed = seed,
-                                 .number = repeats ? 0 : number,
-                                 .lamps = lamps_on(surface, world)});
-  if (repeats) canvas = repeated(canvas, width);
+  const auto picture = [&](std::uint64_t of) {
+    const Canvas canvas = paint_surface({.material = surface.material,
+                                         .width_m = repeats ? decoration.period : width,
+                                         .height_m = surface.down.norm(),
+                                         .texel = texel,
+                                         .seed = seed,
+                                         .number = of,
+                                         .lamps = lamps_on(surface, world)});
+    return repeats ? repeated(canvas, width) : canvas;
+  };
+  const std::uint64_t first = repeats ? 0 : number;
+  Canvas canvas = picture(first);
+  if (decoration.changed > 0) {
+    Dice dice(seed, kWhere + number);
+    change_strips(canvas, picture(kOtherPicture + first), decoration.changed, dice);
+  }
   light_up(canvas, light_map(surface, world, texel));
   return make_texture(canvas);
 }
@@ -151,11 +176,11 @@ Texture painted(const Surface& surface, std::uint64_t number, const RenderWorld&
 }  // namespace
 
 PaintedWorld paint_world(const RenderWorld& world, double texel, std::uint64_t seed,
-                         double period) {
+                         const Decoration& decoration) {
   PaintedWorld result{
       .surfaces = world.surfaces, .textures = {}, .texel = fitting_texel(world, texel)};
   for (std::uint64_t i = 0; i < world.surfaces.size(); ++i) {
-    result.textures.push_back(painted(world.surfaces[i], i, world, result.texel, seed, period));
+    result.textures.push_back(painted(world.surfaces[i], i, world, result.texel, seed, decoration));
   }
   return result;
 }

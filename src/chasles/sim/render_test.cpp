@@ -269,7 +269,7 @@ TEST(Render, TexturesRepeatAfterTheirPeriod) {
   for (const double y : {1.0, 20.0}) {
     world.surfaces.push_back({.corner = {0, y, 2.5}, .right = {6, 0, 0}, .down = {0, 0, -2.5}});
   }
-  const PaintedWorld painted = paint_world(world, 0.02, 1, 1.5),
+  const PaintedWorld painted = paint_world(world, 0.02, 1, {.period = 1.5}),
                      plain = paint_world(world, 0.02, 1);
   const auto pixel = [](const PaintedWorld& of, std::size_t wall, int x, int y) {
     const MipLevel& level = of.textures[wall].levels.front();
@@ -287,6 +287,30 @@ TEST(Render, TexturesRepeatAfterTheirPeriod) {
     }
   }
   EXPECT_LT(same, count / 2);
+}
+
+// The part of the first surface's texels that are the same in both.
+double same_part(const PaintedWorld& a, const PaintedWorld& b) {
+  const MipLevel &p = a.textures[0].levels.front(), &q = b.textures[0].levels.front();
+  int same = 0;
+  for (std::size_t i = 0; i < p.pixels.size(); ++i) same += p.pixels[i] == q.pixels[i];
+  return same / static_cast<double>(p.pixels.size());
+}
+
+TEST(Render, APartOfABuildingChanges) {
+  RenderWorld world;
+  world.ceiling = 2.5;
+  world.surfaces.push_back({.corner = {0, 1, 2.5}, .right = {100, 0, 0}, .down = {0, 0, -2.5}});
+  const auto with = [&](double changed) {
+    return paint_world(world, 0.02, 1, {.changed = changed});
+  };
+  const PaintedWorld whole = with(0), half = with(0.5), all = with(1);
+  const double by_chance = same_part(whole, all);
+  EXPECT_LT(by_chance, 0.1);
+  EXPECT_NEAR(same_part(whole, half), (1 + by_chance) / 2, 0.15);
+  EXPECT_NEAR(same_part(whole, half) + same_part(all, half), 1 + by_chance, 1e-3)
+      << "every strip is one of two pictures";
+  EXPECT_EQ(same_part(half, with(0.5)), 1);
 }
 
 TEST(Render, ALensWithoutARayForAPixelIsRefused) {

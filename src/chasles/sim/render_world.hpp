@@ -44,10 +44,18 @@ struct PaintedWorld {
   double texel = 0;               ///< texel size used [m]
 };
 
+/// How the pictures of surfaces depend on each other.
+struct Decoration {
+  /// Surfaces of one material have one picture, repeated to the right after this length [m]; 0: no.
+  double period = 0;
+  /// The share of each surface that has another picture than with 0: strips of 1 to 3 m, which the
+  /// seed chooses.
+  double changed = 0;
+};
+
 /// Paints all surfaces. Texels are larger than `texel` [m] if there would be more than 120 million.
-/// Throws UsageError if they would be larger than 3 cm. With a `period` [m] surfaces of one
-/// material have one picture, repeated to the right after this length.
+/// Throws UsageError if they would be larger than 3 cm.
 PaintedWorld paint_world(const RenderWorld& world, double texel, std::uint64_t seed,
-                         double period = 0);
+                         const Decoration& decoration = {});
 
 }  // namespace chasles

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <chrono>
-#include <cstdio>
-#include <cstdlib>
 #include <utility>
 
 #include <chasles/slam/closure_trial.hpp>
@@ -30,9 +28,6 @@ std::optional<Estimate> ClosureTrial::judge(const FeatureFrame& frame,
   frames_.push_back(frame);
   const auto known = [&](LandmarkId id) { return slam->knows(id); };
   const auto rejected = returned_.size() - std::ranges::count_if(returned_, known);
-  if (getenv("CT") && (frame.time >= until_ || frame.time - frames_.front().time >= kLongest ||
-                       (rejected >= kLeastRejected && 2 * rejected > returned_.size())))
-    fprintf(stderr, "CT %d of %d\n", int(rejected), int(returned_.size()));
   if (rejected >= kLeastRejected && 2 * rejected > returned_.size()) return undo(slam);
   if (frame.time >= until_ || frame.time - frames_.front().time >= kLongest) end();
   return std::nullopt;
