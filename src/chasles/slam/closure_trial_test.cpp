@@ -108,11 +108,16 @@ TEST(ClosureTrial, LeavesRightReturnsAlone) {
 TEST(ClosureTrial, UndoesWrongReturns) {
   const Recording recording = with_wrong_returns(twice_round(small_block()));
   const Result tried = run(recording, Recognise::kIds, true);
+  const Result untried = run(recording, Recognise::kIds, false);
   const Result without = run(recording, Recognise::kNone, false);
   EXPECT_GT(tried.undone, 3);
   test::expect_sound(tried.estimates);
-  EXPECT_LT(test::error_from(tried.estimates, recording),
-            1.1 * test::error_from(without.estimates, recording));
+  const auto error = [&](const Result& result) {
+    return test::error_from(result.estimates, recording);
+  };
+  // It differs from a filter without returns: it does not begin the landmarks that are to return.
+  EXPECT_LT(error(tried), 1.5 * error(without));
+  EXPECT_LT(error(tried), 0.85 * error(untried));
 }
 
 // Coarse sensors, and a block of 180 m: the way is wrong by metres when it closes. One
@@ -126,33 +131,23 @@ TEST(ClosureTrial, ALargeCorrectionIsRelinearised) {
   s.accelerometer_noise_density = 0.05;
   s.landmarks_in_view = 20;
   s.frame_rate = 10;
-  double nees = 0, open = 0, closed = 0;
-  constexpr int kRuns = 3;
-  for (int i = 0; i < kRuns; ++i) {
-    scene.settings.seed = static_cast<std::uint64_t>(i + 1);
-    scene.settings.sections = 6;
-    scene.settings.keep_ids = true;
-    const Recording recording = simulate_inertial(scene, static_cast<std::uint64_t>(i));
-    for (const Recognise recognise : {Recognise::kNone, Recognise::kIds}) {
-      InertialSlamSettings settings;
-      settings.recognise = recognise;
-      InertialSession session =
-          test::session_for(recording, draw_start(recording, settings, 1, 0), settings);
-      test::play(session, recording);
-      Trajectory path;
-      double squares = 0;
-      const auto poses = session.past_nav().poses;
-      for (const PastPose& pose : poses) {
-        path.push_back({pose.time, pose.map_T_imu});
-        const Eigen::Vector3d e = pose_at(recording.truth, pose.time)->p - pose.map_T_imu.p;
-        squares += e.dot(pose.covariance.bottomRightCorner<3, 3>().ldlt().solve(e));
-      }
-      (recognise == Recognise::kNone ? open : closed) += test::error_from(path, recording.truth);
-      if (recognise == Recognise::kIds) nees += squares / (3 * static_cast<double>(poses.size()));
-    }
+  s.sections = 6;
+  s.keep_ids = true;
+  const Recording recording = simulate_inertial(scene, 0);
+  InertialSlamSettings settings;
+  settings.recognise = Recognise::kIds;
+  settings.exact_map = Toggle::kTrue;
+  InertialSession session =
+      test::session_for(recording, draw_start(recording, settings, 1, 0), settings);
+  test::play(session, recording);
+  double nees = 0;
+  const std::vector<PastPose> poses = session.past_nav().poses;
+  ASSERT_GT(poses.size(), 2000u);
+  for (const PastPose& pose : poses) {
+    const Eigen::Vector3d e = pose_at(recording.truth, pose.time)->p - pose.map_T_imu.p;
+    nees += e.dot(pose.covariance.bottomRightCorner<3, 3>().ldlt().solve(e)) / 3;
   }
-  EXPECT_LT(closed, 0.6 * open);
-  EXPECT_LT(nees / kRuns, 7);
+  EXPECT_LT(nees / static_cast<double>(poses.size()), 4);
 }
 
 }  // namespace
