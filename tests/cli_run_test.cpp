@@ -126,7 +126,7 @@ TEST(Run, ThatEstimatesLessThanHalfOfTheFramesIsNotOk) {
   const Scratch folder;
   ASSERT_EQ(chasles(folder,
                     "simulate hallway -o rec --quiet --set hall_length=12 --set hall_width=8 "
-                    "--set sections=2")
+                    "--set sections=2 --set frame_rate=10")
                 .code,
             0);
   Recording recording = read_recording(folder / "rec");
