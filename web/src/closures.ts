@@ -14,6 +14,8 @@ export interface Closure {
   /** Of the innovations of its landmarks, and its degrees of freedom; NaN where it is not known. */
   chi2: number;
   dof: number;
+  /** Later frames rejected most of its landmarks. */
+  undone: boolean;
 }
 
 /** Those whose pose is finite. */
@@ -28,8 +30,12 @@ export function closuresOf(run: Run): Closure[] {
     turned: (180 / Math.PI) * (Number(entry.turned_rad) || 0),
     chi2: isNumber(entry.chi2) ? entry.chi2 : NaN,
     dof: isNumber(entry.chi2_dof) ? entry.chi2_dof : NaN,
+    undone: entry.undone === true,
   })).filter(({ state: i }) => Number.isFinite(x[i] + y[i] + z[i]));
 }
+
+const timeText = (run: Run, { state, undone }: Closure): string =>
+  `${fixed(run.t[state], 2)} s${undone ? ', later undone' : ''}`;
 
 const chi2Text = ({ chi2, dof }: Closure): string =>
   (dof > 0 ? `${number(chi2)} of ${dof}` : '–');
@@ -37,8 +43,8 @@ const chi2Text = ({ chi2, dof }: Closure): string =>
 /** What a closure did, beside its place on the screen. */
 export function showClosureTip(run: Run, closure: Closure, x: number, y: number, width: number,
     height: number): void {
-  const tip = byId('map-tip'), { state, landmarks, moved, turned } = closure;
-  tip.replaceChildren(make('strong', {}, `Loop closed at ${fixed(run.t[state], 2)} s`),
+  const tip = byId('map-tip'), { landmarks, moved, turned } = closure;
+  tip.replaceChildren(make('strong', {}, `Loop closed at ${timeText(run, closure)}`),
     make('div', {}, `${grouped(landmarks)} landmarks returned`),
     make('div', {}, `the pose moved ${number(moved)} m, turned ${number(turned)}°`),
     make('div', {}, `χ²  ${chi2Text(closure)} degrees of freedom`));
@@ -55,7 +61,7 @@ export function showClosures(): void {
   byId('closures').replaceChildren(make('table', {},
     make('thead', {}, make('tr', {}, ...heads.map((h) => make('th', { scope: 'col' }, h)))),
     make('tbody', {}, ...list.map((closure) => make('tr', {},
-      make('th', { scope: 'row' }, `${fixed(run.t[closure.state], 2)} s`),
+      make('th', { scope: 'row' }, timeText(run, closure)),
       cell(grouped(closure.landmarks)), cell(`${number(closure.moved)} m`),
       cell(`${number(closure.turned)}°`), cell(chi2Text(closure)))))));
 }

@@ -7,7 +7,7 @@ namespace chasles {
 namespace {
 
 // T(y)^-1 T(x) of a pose.
-Matrix6d turned(const ErrorChart& chart, const SE3& x, const SE3& y) {
+Matrix6d change_of_pose(const ErrorChart& chart, const SE3& x, const SE3& y) {
   return solve(pose_block(chart, y), pose_block(chart, x));
 }
 
@@ -22,14 +22,14 @@ Eigen::VectorXd correction_between(const ErrorChart& chart, const State& x, cons
 void refer_to(const ErrorChart& chart, const State& x, const State& y,
               const Eigen::VectorXd& correction, Measurement& z) {
   if (z.core_column == 0 && z.d_core.cols() >= 6) {
-    z.d_core.leftCols<6>() *= turned(chart, x.world_T_imu, y.world_T_imu);
+    z.d_core.leftCols<6>() *= change_of_pose(chart, x.world_T_imu, y.world_T_imu);
   }
   for (Measurement::OfClone& of_clone : z.clones) {
     const auto same_row = [&](const Clone& clone) { return clone.row == of_clone.row; };
     const auto clone = std::ranges::find_if(x.clones, same_row);
     if (clone != x.clones.end()) {
       const auto there = y.clones.begin() + (clone - x.clones.begin());
-      of_clone.d *= turned(chart, clone->world_T_imu, there->world_T_imu);
+      of_clone.d *= change_of_pose(chart, clone->world_T_imu, there->world_T_imu);
     }
     z.residual += of_clone.d * correction.segment<6>(of_clone.row);
   }

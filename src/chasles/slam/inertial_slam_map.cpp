@@ -80,7 +80,7 @@ void InertialSlam::put_points_in_place() {
 void InertialSlam::refine_place(const Comparison& comparison, const std::vector<int>& accepted,
                                 const std::vector<Candidate>& candidates,
                                 const std::vector<SeenLandmark>& seen) {
-  constexpr int kSteps = 3;
+  constexpr int kRefinements = 3;
   std::vector<Candidate> matched;
   for (const int i : accepted) {
     const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
@@ -88,7 +88,7 @@ void InertialSlam::refine_place(const Comparison& comparison, const std::vector<
     matched.back().like = {{0, match.observation}};
   }
   std::ranges::sort(matched, {}, [](const Candidate& c) { return c.dormant->number; });
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kRefinements; ++step) {
     Comparison now = compare(matched, known_points(matched), seen);
     now.S.diagonal().array() += pixel_sigma_ * pixel_sigma_ + kOtherPoint * kOtherPoint;
     const Eigen::Vector4d error = now.by_place.transpose() * now.S.ldlt().solve(now.r);

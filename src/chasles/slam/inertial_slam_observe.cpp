@@ -166,10 +166,10 @@ void InertialSlam::observe(const std::vector<const PixelObservation*>& observati
 void InertialSlam::relinearise(const std::vector<const PixelObservation*>& predicted,
                                std::span<Measurement> known) const {
   constexpr int kMostSteps = 5;
-  constexpr double kConverged = 0.05;  // [px]
+  constexpr double kSameFrom = 0.05;  // change of a residual [px]
   const State& x = filter_.state();
   double change = std::numeric_limits<double>::infinity();
-  for (int step = 0; step < kMostSteps && change > kConverged; ++step) {
+  for (int step = 0; step < kMostSteps && change > kSameFrom; ++step) {
     const std::optional<State> y = filter_.updated_mean(known);
     if (!y) return;
     const Eigen::VectorXd correction = correction_between(filter_.chart(), x, *y);

@@ -275,6 +275,7 @@ void InertialSlam::close_loop(const Comparison& comparison, const std::vector<in
                               std::vector<Candidate>& candidates,
                               const std::vector<SeenLandmark>& seen) {
   std::vector<int> numbers, gone;
+  returned_.clear();
   for (const int i : accepted) {
     const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
     const SeenLandmark& s = seen[static_cast<std::size_t>(match.observation)];
@@ -283,6 +284,7 @@ void InertialSlam::close_loop(const Comparison& comparison, const std::vector<in
       if (landmark == s.id) landmark = old.id;
     }
     known_as_[s.id] = old.id;
+    returned_.push_back(old.id);
     numbers.push_back(old.dormant->number);
     gone.push_back(s.index);
     appearances_.erase(s.id);
@@ -294,11 +296,6 @@ void InertialSlam::close_loop(const Comparison& comparison, const std::vector<in
   std::ranges::sort(gone);
   for (auto i = gone.rbegin(); i != gone.rend(); ++i) last_.erase(last_.begin() + *i);
   filter_.remove(gone);
-  returned_.clear();
-  for (const int i : accepted) {
-    const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
-    returned_.push_back(candidates[static_cast<std::size_t>(match.landmark)].id);
-  }
   revive(std::move(numbers));
   const State& x = filter_.state();
   const std::size_t first = x.landmarks.size() - accepted.size();
