@@ -10,7 +10,7 @@ namespace {
 constexpr Time kDuration = std::chrono::seconds(2);
 // Closures that follow each other are on trial together, for no longer than this.
 constexpr Time kLongest = std::chrono::seconds(5);
-constexpr int kLeastRejected = 3;
+constexpr std::size_t kLeastRejected = 3;
 
 }  // namespace
 
@@ -26,9 +26,10 @@ std::optional<Estimate> ClosureTrial::judge(const FeatureFrame& frame,
   }
   if (!without_) return std::nullopt;
   frames_.push_back(frame);
-  const auto known = [&](LandmarkId id) { return slam->knows(id); };
-  const auto rejected = returned_.size() - std::ranges::count_if(returned_, known);
-  if (rejected >= kLeastRejected && 2 * rejected > returned_.size()) return undo(slam);
+  for (const LandmarkId id : slam->rejected()) {
+    if (std::ranges::find(returned_, id) != returned_.end()) ++rejected_;
+  }
+  if (rejected_ >= kLeastRejected && 2 * rejected_ > returned_.size()) return undo(slam);
   if (frame.time >= until_ || frame.time - frames_.front().time >= kLongest) end();
   return std::nullopt;
 }
@@ -49,6 +50,7 @@ void ClosureTrial::end() {
   without_.reset();
   frames_.clear();
   returned_.clear();
+  rejected_ = 0;
 }
 
 }  // namespace chasles

@@ -31,6 +31,7 @@ class ClosureTrial {
   std::shared_ptr<InertialSlam> without_;
   std::vector<FeatureFrame> frames_;  ///< since the first of the closures
   std::vector<LandmarkId> returned_;
+  std::size_t rejected_ = 0;  ///< of them
   std::size_t closures_before_ = 0;
   Time until_{};
 };

@@ -58,8 +58,8 @@ class InertialSlam {
   Estimate conclude(const FeatureFrame& frame) { return conclude(frame, false, std::nullopt); }
   /// The landmarks that returned last.
   std::span<const LandmarkId> returned() const { return returned_; }
-  /// Whether the landmark is in the state, or may return.
-  bool knows(LandmarkId id) const;
+  /// The landmarks that left in the last frame because the gate had rejected them too often.
+  std::span<const LandmarkId> rejected() const { return rejected_; }
   /// Closures of a filter that this one replaces.
   void note_undone(std::span<const Closure> closures);
 
@@ -304,7 +304,8 @@ class InertialSlam {
   SpatialChoice choice_;
   Describer describer_;
   std::vector<Closure> closures_;
-  std::vector<LandmarkId> returned_;       ///< the last ones
+  std::vector<LandmarkId> returned_;  ///< the last ones
+  std::vector<LandmarkId> rejected_;
   std::shared_ptr<InertialSlam> without_;  ///< them, until it is taken
   struct WhitenedPixel {
     LandmarkId landmark = 0;

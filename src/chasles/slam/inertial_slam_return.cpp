@@ -19,6 +19,7 @@ constexpr Time kIdsInterval = std::chrono::milliseconds(500);
 void InertialSlam::note_dormant(std::span<const int> leaving) {
   std::vector<int>& forgotten = work_.forgotten;
   forgotten.clear();
+  rejected_.clear();
   if (settings_.recognise == Recognise::kNone) return;
   const State& x = filter_.state();
   int number = filter_.past().states();
@@ -29,6 +30,7 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
     Dormant dormant{.number = number++, .left = now_};
     bool returns = last_[static_cast<std::size_t>(index)].rejected < settings_.max_rejections;
     if (!returns) {
+      rejected_.push_back(landmark.id);
       std::erase_if(known_as_, [&](const auto& known) { return known.second == landmark.id; });
       choice_.give_up(landmark.id);
     }
@@ -100,13 +102,6 @@ void InertialSlam::revive(std::vector<int> numbers) {
   std::ranges::sort(numbers);
   filter_.revive(numbers);
   for (std::size_t i = 0; i < numbers.size(); ++i) last_.push_back({.seen = frame_});
-}
-
-// Whether it is in the state or may return: the gate has not rejected it for good.
-bool InertialSlam::knows(LandmarkId id) const {
-  return dormant_.contains(id) ||
-         std::ranges::any_of(filter_.state().landmarks,
-                             [&](const Landmark& l) { return l.id == id; });
 }
 
 void InertialSlam::note_undone(std::span<const Closure> closures) {
