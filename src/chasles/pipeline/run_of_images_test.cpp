@@ -1,19 +1,13 @@
 #include <algorithm>
-#include <atomic>
 #include <map>
 #include <memory>
 #include <string>
 
-#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
-#include <chasles/lie/so3.hpp>
 #include <chasles/lie/trajectory.hpp>
-#include <chasles/pipeline/recording_sensors.hpp>
-#include <chasles/pipeline/run.hpp>
-#include <chasles/sim/inertial_sim.hpp>
-#include <chasles/sim/render_images.hpp>
+#include <chasles/pipeline/run_of_images_testing.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
 // Runs from images, on a rendered walk.
@@ -21,42 +15,7 @@ namespace chasles {
 namespace {
 
 using test::error_from;
-
-// Images through the front end: on one thread and on three, and in real time.
-class RunOfImages : public ::testing::Test {
- protected:
-  static InertialScene walk_scene() {
-    InertialScene scene = inertial_scene("hallway");
-    InertialSettings& s = scene.settings;
-    s.hall_length = 8;
-    s.sections = 1;
-    s.rest_duration = 1;
-    s.frame_rate = 10;
-    s.focal_length = 200;
-    s.image_width = 320;
-    s.image_height = 240;
-    s.center_u = 159.5;
-    s.center_v = 119.5;
-    return scene;
-  }
-  static const Recording& walk() {
-    static const Recording recording = render_inertial(walk_scene());
-    return recording;
-  }
-
-  class Images : public RunObserver {
-   public:
-    void on_images(const ImageFrame&) override { ++images; }
-    void on_unreadable(const InputError&) override { ++unreadable; }
-    void on_estimate(const Estimate&, const EstimateTiming& timing) override {
-      latencies += timing.latency.has_value();
-      frontend_seconds += timing.frontend_seconds;
-    }
-    std::atomic<int> images = 0, unreadable = 0;
-    int latencies = 0;
-    double frontend_seconds = 0;
-  };
-};
+using test::RunOfImages;
 
 // Counts the outcomes of observations that are in their frame, and of others.
 class Outcomes : public RunObserver {
@@ -139,216 +98,6 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
   ASSERT_EQ(again.path.size(), closed.path.size());
   EXPECT_EQ(again.path.back().map_T_imu.p, closed.path.back().map_T_imu.p);
   EXPECT_EQ(again.path.front().covariance, closed.path.front().covariance);
-}
-
-// What a run leaves, and what one in its map estimates.
-class RunInAMap : public RunOfImages {
- protected:
-  struct Result {
-    std::vector<Estimate> estimates;
-    PlaceCounts places;
-    LandmarkMap map;
-  };
-  static Result run_in(const Recording& recording, std::shared_ptr<const LandmarkMap> map,
-                       const InitialiserSettings& start = {}) {
-    class Estimates : public RunObserver {
-     public:
-      void on_estimate(const Estimate& e, const EstimateTiming&) override { list.push_back(e); }
-      std::vector<Estimate> list;
-    };
-    InertialRunSettings settings;
-    settings.filter.recognise = Recognise::kAppearance;
-    settings.start = start;
-    const auto estimator = make_estimator(decided(settings, recording), inertial_sensors(recording),
-                                          std::nullopt, std::move(map));
-    Estimates observer;
-    const RunReport report = run(recording, *estimator, {}, {.threads = 1}, observer);
-    return {.estimates = observer.list,
-            .places = report.estimator.places,
-            .map = estimator->landmark_map().value_or(LandmarkMap{})};
-  }
-  // Once round the block, and a walk with other steps in the same place.
-  static const Recording& round() {
-    static const Recording recording = [] {
-      InertialScene scene = walk_scene();
-      scene.settings.sections = 4;
-      return render_inertial(scene);
-    }();
-    return recording;
-  }
-  static const Recording& again() {
-    static const Recording recording = [] {
-      InertialScene scene = walk_scene();
-      scene.settings.step_rate = 1.5;
-      return render_inertial(scene);
-    }();
-    return recording;
-  }
-  static const Result& first() {
-    static const Result result = run_in(round(), nullptr);
-    return result;
-  }
-  // The world of a run in that of the truth, by its first pose.
-  static SE3 truth_T_world(const Result& result, const Recording& recording) {
-    const Estimate& e = result.estimates.front();
-    return pose_at(recording.truth, e.time).value() * e.world_T_imu.inverse();
-  }
-};
-
-TEST_F(RunInAMap, FindsItsPlaceThere) {
-  const Result& before = first();
-  ASSERT_GT(before.map.points.size(), 150u);
-  ASSERT_EQ(before.map.sessions.size(), 1u);
-  EXPECT_EQ(before.map.sessions[0].begin, before.estimates.front().time);
-  EXPECT_EQ(before.map.covariance.points(), static_cast<int>(before.map.points.size()));
-  const auto map = std::make_shared<const LandmarkMap>(before.map);
-  const Result result = run_in(again(), map);
-  ASSERT_TRUE(result.places.placed);
-  EXPECT_FALSE(result.estimates.front().in_map);
-  ASSERT_TRUE(result.estimates.back().in_map);
-  const SE3 truth_T_map = truth_T_world(before, round());
-  double nees = 0;
-  int placed = 0;
-  for (const Estimate& e : result.estimates) {
-    if (!e.in_map) continue;
-    EXPECT_GE(e.time, *result.places.placed);
-    const SE3 truth = truth_T_map.inverse() * pose_at(again().truth, e.time).value();
-    const SE3& pose = e.in_map->map_T_imu;
-    Vector6d error;
-    error << so3::log(truth.R * pose.R.transpose()), truth.p - pose.p;
-    EXPECT_LT(error.tail<3>().norm(), 0.15) << placed;
-    nees += error.dot(e.in_map->covariance.ldlt().solve(error)) / 6;
-    ++placed;
-    // The frame of the map is where the pose says.
-    const SE3 in_world = e.in_map->world_T_map * pose;
-    EXPECT_LT((in_world.p - e.world_T_imu.p).norm(), 1e-9);
-  }
-  EXPECT_GT(placed, static_cast<int>(result.estimates.size()) / 2);
-  EXPECT_LT(nees / placed, 3);
-
-  // What it leaves has the landmarks of both, in the frame of the first.
-  ASSERT_EQ(result.map.sessions.size(), 2u);
-  EXPECT_GT(result.map.points.size(), before.map.points.size());
-  const auto of_first = std::ranges::count(result.map.points, 0, &MapPoint::session);
-  EXPECT_EQ(of_first, static_cast<long>(before.map.points.size()));
-  // They moved by what their sigmas allow, and are known better: but for those that were found
-  // again, which are not quite the same points.
-  int better = 0;
-  for (std::size_t i = 0; i < result.map.points.size(); ++i) {
-    const MapPoint& point = result.map.points[i];
-    if (point.session != 0) continue;
-    const auto distance = [&](const MapPoint& old) { return (point.p_map - old.p_map).norm(); };
-    const auto old = std::ranges::min_element(before.map.points, {}, distance);
-    const double variance =
-        before.map.covariance.of(static_cast<int>(old - before.map.points.begin())).trace();
-    EXPECT_LT(distance(*old), 4 * std::sqrt(variance));
-    better += result.map.covariance.of(static_cast<int>(i)).trace() < variance ? 1 : 0;
-  }
-  EXPECT_GT(better, 0.9 * static_cast<double>(before.map.points.size()));
-  // The same bytes again.
-  const Result repeated = run_in(again(), map);
-  EXPECT_EQ(repeated.estimates.back().in_map->map_T_imu.p,
-            result.estimates.back().in_map->map_T_imu.p);
-  EXPECT_EQ(repeated.map.covariance.shared(), result.map.covariance.shared());
-}
-
-// No search: the frame of the run is that of the map, from the first estimate on.
-TEST_F(RunInAMap, BeginsWhereItIsTold) {
-  const auto map = std::make_shared<const LandmarkMap>(first().map);
-  const SE3 truth_T_map = truth_T_world(first(), round());
-  const Result free = run_in(again(), nullptr);
-  const SE3 map_T_imu =
-      truth_T_map.inverse() * pose_at(again().truth, free.estimates.front().time).value();
-  InitialiserSettings start;
-  start.in_map = true;
-  start.heading = camera_heading(map_T_imu.R, again().cameras.front()) + 0.05;
-  start.heading_sigma = 0.05;
-  start.position_x = map_T_imu.p.x() + 0.2;
-  start.position_y = map_T_imu.p.y() - 0.2;
-  start.position_z = map_T_imu.p.z() + 0.1;
-  start.position_sigma = 0.2;
-  const Result told = run_in(again(), map, start);
-  EXPECT_EQ(told.places.searches, 0);
-  ASSERT_TRUE(told.places.placed);
-  ASSERT_TRUE(told.estimates.front().in_map);
-  double nees = 0;
-  for (const Estimate& e : told.estimates) {
-    ASSERT_TRUE(e.in_map);
-    EXPECT_LT((e.in_map->map_T_imu.p - e.world_T_imu.p).norm(), 1e-9);
-    const SE3 truth = truth_T_map.inverse() * pose_at(again().truth, e.time).value();
-    Vector6d error;
-    error << so3::log(truth.R * e.world_T_imu.R.transpose()), truth.p - e.world_T_imu.p;
-    nees += error.dot(e.pose_covariance().ldlt().solve(error)) / 6;
-  }
-  EXPECT_LT(nees / static_cast<double>(told.estimates.size()), 3);
-  const Estimate& last = told.estimates.back();
-  const SE3 truth = truth_T_map.inverse() * pose_at(again().truth, last.time).value();
-  EXPECT_LT((truth.p - last.world_T_imu.p).norm(), 0.1);
-  EXPECT_LT(last.covariance.block(3, 3, 3, 3).trace(), 0.1 * 0.1);
-  EXPECT_LT(told.estimates.front().covariance(3, 3), 0.3 * 0.3);
-
-  EXPECT_THROW(run_in(again(), nullptr, start), UsageError);
-  start.heading.reset();
-  start.heading_sigma = 0;
-  EXPECT_THROW(run_in(again(), map, start), UsageError);
-}
-
-// Twice round the block, without samples for two seconds in between: the part after the gap finds
-// its place in the map of the part before, whose frame is that of the run.
-TEST_F(RunInAMap, AfterALossIsThatOfThePartBefore) {
-  InertialScene scene = walk_scene();
-  scene.settings.sections = 6;
-  Recording interrupted = render_inertial(scene);
-  const Time middle = interrupted.truth.front().time + from_seconds(scene.settings.rest_duration) +
-                      (interrupted.truth.back().time - interrupted.truth.front().time) * 4 / 6;
-  std::erase_if(interrupted.imu, [&](const ImuSample& sample) {
-    return sample.time > middle && sample.time < middle + from_seconds(2);
-  });
-  const Result result = run_in(interrupted, nullptr);
-  ASSERT_TRUE(result.places.placed);
-  EXPECT_GT(*result.places.placed, middle);
-  ASSERT_TRUE(result.estimates.back().in_map);
-  const SE3 truth_T_map = truth_T_world(result, interrupted);
-  for (const Estimate& e : result.estimates) {
-    EXPECT_TRUE(!e.in_map || e.time > middle);
-    if (!e.in_map) continue;
-    const SE3 truth = truth_T_map.inverse() * pose_at(interrupted.truth, e.time).value();
-    EXPECT_LT((truth.p - e.in_map->map_T_imu.p).norm(), 0.15);
-  }
-  // Without it, the position is that of dead reckoning, and says so.
-  const Estimate& last = result.estimates.back();
-  EXPECT_GT(last.covariance(3, 3), 100 * last.in_map->covariance(3, 3));
-  EXPECT_EQ(result.map.sessions.size(), 2u);
-}
-
-TEST_F(RunInAMap, OfAnotherPlaceIsARunWithout) {
-  InertialScene scene = walk_scene();
-  scene.settings.seed = 2;
-  const Result other = run_in(render_inertial(scene), nullptr);
-  ASSERT_GT(other.map.points.size(), 25u);
-  const Result without = run_in(again(), nullptr);
-  const Result result = run_in(again(), std::make_shared<const LandmarkMap>(other.map));
-  EXPECT_FALSE(result.places.placed);
-  EXPECT_GT(result.places.searches, 10);
-  EXPECT_EQ(result.places.proposed, result.places.refused);
-  ASSERT_EQ(result.estimates.size(), without.estimates.size());
-  EXPECT_FALSE(result.estimates.back().in_map);
-  EXPECT_EQ(result.estimates.back().world_T_imu.p, without.estimates.back().world_T_imu.p);
-}
-
-TEST_F(RunInAMap, IsForAFilterThatRecognises) {
-  const auto map = std::make_shared<const LandmarkMap>();
-  InertialRunSettings settings;
-  EXPECT_THROW(make_estimator(settings, inertial_sensors(walk()), std::nullopt, map), UsageError);
-  settings.filter.recognise = Recognise::kAppearance;
-  settings.estimator = estimator_choice("batch");
-  EXPECT_THROW(make_estimator(settings, inertial_sensors(walk()), std::nullopt, map), UsageError);
-  // Nothing is recognised, nothing left.
-  settings = {};
-  const auto estimator = make_estimator(settings, walk());
-  RunObserver nobody;
-  run(walk(), *estimator, {}, {.threads = 1}, nobody);
-  EXPECT_FALSE(estimator->landmark_map());
 }
 
 TEST_F(RunOfImages, InRealTimeCountsWhatCameAndReportsTheLatency) {

@@ -23,9 +23,7 @@ Recording twice_round(const InertialScene& changed, std::uint64_t run = 0) {
 }
 
 InertialScene small_block() {
-  InertialScene scene = inertial_scene("hallway");
-  scene.settings.hall_length = 12;
-  scene.settings.hall_width = 8;
+  InertialScene scene = test::short_hallway();
   scene.settings.frame_rate = 14;
   return scene;
 }
