@@ -86,13 +86,14 @@ std::string closures_text(const Json& closures) {
 }
 
 std::string place_text(const Json& place) {
+  const bool own = place.at("of_this_run").get<bool>();
+  const char* label = own ? "place after the loss" : "place in the map";
   const Json& seconds = place.at("placed_seconds");
   const std::string attempts =
       fmt::format("searches {}, proposed {}, refused {}", place.at("searches").get<int>(),
                   place.at("proposed").get<int>(), place.at("refused").get<int>());
-  if (seconds.is_null()) return line("place in the map", "not found", " (" + attempts + ")");
-  return line("place in the map", "found",
-              fmt::format(" after {:.1f} s ({})", seconds.get<double>(), attempts));
+  if (seconds.is_null()) return line(label, "not found", " (" + attempts + ")");
+  return line(label, "found", fmt::format(" after {:.1f} s ({})", seconds.get<double>(), attempts));
 }
 
 }  // namespace
@@ -103,7 +104,11 @@ Json recognition_json(const EstimatorReport& report, const Run& run, bool has_pr
   for (const auto& [track, landmark] : report.known_as) {
     json["recognised_tracks"].push_back({track, landmark});
   }
-  if (has_prior_map) json["place_in_map"] = place_json(report.places, run);
+  // Without a prior map, a run that was lost looks in what it saw before.
+  if (has_prior_map || report.places.searches > 0) {
+    json["place_in_map"] = place_json(report.places, run);
+    json["place_in_map"]["of_this_run"] = !has_prior_map;
+  }
   return json;
 }
 

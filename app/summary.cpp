@@ -225,8 +225,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   summary["zupt_frames"] = run.zupt_frames;
   summary["dropped_frames"] = report.dropped_frames;
   if (settings.filter.recognise == Recognise::kAppearance) {
-    summary.update(
-        recognition_json(report, run.run, run.has_prior_map || report.places.searches > 0));
+    summary.update(recognition_json(report, run.run, run.has_prior_map));
   }
   if (recording.images) summary["frontend"] = frontend_json(run.report.frontend);
   if (report.batch) summary["batch"] = batch_json(*report.batch);

@@ -47,7 +47,8 @@ inline constexpr int kSimilarBits = 50;
 inline constexpr LandmarkId kFirstMapId = 1'000'000'000;
 
 /// Where a map lies in the world of a run, as it is known before its landmarks are observed. The
-/// sigmas weigh nothing beside observations: the place is where these are linearised.
+/// sigmas weigh nothing beside observations: the place is where these are linearised. With sigmas
+/// of 0 the place is known: the world is that of the map.
 struct MapPlace {
   SE3 world_T_map;
   Eigen::Vector3d pivot = Eigen::Vector3d::Zero();  ///< world; the heading's error turns about it
