@@ -7,6 +7,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/lie/trajectory.hpp>
+#include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run_of_images_testing.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 

@@ -252,7 +252,7 @@ Json run_data(const ReportRun& report_run, Json summary, const AgainstTruth& err
   json["stage_names"] = run.stage_names;
   json["stages"] = stage_columns(run);
   add_landmarks(json, run, origin);
-  if (run.prior_map) json["map"] = map_json(run, origin);
+  if (run.prior_map && !run.prior_map->points.empty()) json["map"] = map_json(run, origin);
   if (!run.truth.empty()) add_truth(json, run, errors, origin);
   add_plan(json, run, errors, origin);
   if (!run.dead_reckoning.empty()) {
