@@ -1,5 +1,3 @@
-#include <algorithm>
-#include <functional>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -11,18 +9,10 @@
 #include <chasles/data/run.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
-#include <chasles/eval/truth_tilt.hpp>
-#include <chasles/pipeline/map_file.hpp>
-#include <chasles/pipeline/map_sketch.hpp>
-#include <chasles/pipeline/recording_sensors.hpp>
-#include <chasles/pipeline/truth.hpp>
 #include <chasles/processor_time.hpp>
 #include <chasles/stopwatch.hpp>
 
-#include "calibration_report.hpp"
-#include "diagnosis.hpp"
 #include "full_covariance.hpp"
-#include "inertial_settings_io.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
 #include "map_output.hpp"
@@ -30,28 +20,14 @@
 #include "remarks.hpp"
 #include "run_command_options.hpp"
 #include "run_input.hpp"
-#include "run_recording.hpp"
+#include "run_job.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
-#include "truth_options.hpp"
-#include "velocity_settings_io.hpp"
 
 namespace chasles::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::optional<double> realtime(const RunCommandOptions& o) {
-  if (!o.realtime && !o.realtime_speed) return std::nullopt;
-  return o.realtime_speed.value_or(1);
-}
-
-void check(const RunCommandOptions& o, const VelocitySlamSettings& settings) {
-  if (!o.trajectory.empty() && settings.mode != SlamMode::kMap) {
-    throw UsageError(
-        fmt::format("--trajectory is for --mode map, the mode is {}", name_of(settings.mode)));
-  }
-}
 
 void announce(const RunCommandOptions& o, const Recording& recording) {
   spdlog::info("{}: {} frames, {} velocities, {} IMU samples", recording.name,
@@ -60,20 +36,6 @@ void announce(const RunCommandOptions& o, const Recording& recording) {
   if (threshold && recording.truth.empty()) {
     throw UsageError(fmt::format("{}: {} has no true trajectory; give one with --truth",
                                  threshold->option, recording.name));
-  }
-}
-
-// Adds remarks on the end of the run.
-void add_remarks(const Run& run, const RunReport& report, std::size_t frames,
-                 std::vector<std::string>& remarks) {
-  if (report.in_smoothing) {
-    remarks.push_back("interrupted during batch estimation: the results are those of the filter");
-  } else if (report.interrupted) {
-    remarks.push_back(fmt::format("interrupted after {} of {} frames: the results end there",
-                                  run.states.size(), frames));
-  } else if (!run.states.empty() && run.states.back().health == "lost") {
-    remarks.push_back(fmt::format("the estimate was lost at frame {} of {}: the run ends there",
-                                  run.states.size(), frames));
   }
 }
 
@@ -119,177 +81,22 @@ void prepare_outputs(const RunCommandOptions& o) {
   check_map_output(map_target(o));
 }
 
-// The true state, without a random error.
-InertialStart start_at_truth(const Recording& recording) {
-  if (!recording.truth.empty() && !recording.truth_level.value_or(true)) {
-    throw UsageError(fmt::format(
-        "--begin truth: the truth of {} is not level (its calibration.yaml states it, or it begins "
-        "at the identity), expected one whose z axis points up; --truth-level yes overrides this",
-        recording.name));
-  }
-  if (recording.truth.empty()) {
-    throw Error(
-        ExitCode::kNotInitialised,
-        fmt::format("{}: has no truth to start from (--truth FILE gives one); without --begin "
-                    "truth the run initialises itself",
-                    recording.name));
-  }
-  return true_start(recording);
-}
-
-// Estimator and options of a run of either kind, and its summary.
-struct Prepared {
-  std::unique_ptr<Estimator> estimator;
-  RunRecordingOptions options;
-  std::function<Json(const RecordedRun&)> summary;
-};
-
-// Turns the truth of a run with a vertical, and what is in the truth's world, to be level where the
-// truth is not.
-void level_truth(Recording& recording, RecordedRun& result) {
-  Run& run = result.run;
-  if (run.truth.empty() || recording.truth_level.value_or(true) || !is_level(run)) return;
-  Trajectory estimate;
-  for (const RunState& s : run.states) estimate.push_back({.time = s.time, .pose = s.world_T_imu});
-  try {
-    const TruthTilt tilt = turn_to_level(run.truth, estimate, run.pairing);
-    for (TrueLandmark& landmark : recording.true_landmarks) {
-      landmark.p_world = tilt.level_R_truth * landmark.p_world;
-    }
-    result.truth_tilt_deg = tilt.degrees;
-    recording.remarks.push_back(tilt_remark(tilt.degrees));
-  } catch (const InputError&) {
-    // The evaluation reports why the truth cannot be compared.
-  }
-}
-
-bool uses_maps(const RunCommandOptions& o) { return !o.map.empty() || !o.save_map.empty(); }
-
-void check_inertial(const RunCommandOptions& o) {
-  if (uses_maps(o) && !o.settings.estimator.is_filter()) {
-    throw UsageError("--map and --save-map are for the filter, not for --estimator " + o.estimator);
-  }
-  if (!o.settings.mode.empty() && o.settings.mode != "slam") {
-    throw UsageError("--mode: a visual-inertial run supports only slam");
-  }
-  if (!o.full_covariance.empty()) {
-    throw UsageError("--full-covariance is not available for a recording with an IMU");
-  }
-  if (o.begin != "auto" && o.begin != "truth") {
-    throw UsageError(fmt::format("--begin: found '{}', expected auto or truth", o.begin));
-  }
-  if (!o.settings.estimator.is_filter() && realtime(o)) {
-    throw UsageError("--realtime is for the filter, not for --estimator " + o.estimator);
-  }
-}
-
-Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings,
-                 const Recording& recording) {
-  const bool from_truth = o.begin == "truth";
-  const InertialSensors sensors = inertial_sensors(recording);
-  const InertialRunSettings of_run = decided(settings, recording);
-  const auto map = o.map.empty() ? nullptr : std::make_shared<const LandmarkMap>(read_map(o.map));
-  if (map &&
-      std::ranges::find(map->sessions, recording.name, &MapSession::name) != map->sessions.end()) {
-    spdlog::warn(
-        "{} has a session of a recording named {}, as this one is: if it is the same, its "
-        "information counts twice",
-        o.map.string(), recording.name);
-  }
-  Prepared prepared;
-  prepared.estimator = make_estimator(
-      of_run, sensors, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt, map);
-  prepared.options.frontend = settings.frontend;
-  prepared.options.run.realtime = realtime(o);
-  prepared.options.run.tracks = o.input.tracks;
-  if (map) prepared.options.prior_map = map_sketch(*map);
-  if (settings.estimator.is_window()) {
-    prepared.options.frames_per_estimate = settings.batch.frames_per_keyframe;
-  }
-  prepared.options.known = known_json(settings, recording);
-  prepared.options.calibration_columns =
-      calibration_columns(of_run.filter, recording.cameras.size());
-  if (from_truth) prepared.options.truth_chart = settings.filter.chart;
-  prepared.summary = [settings, sensors, &recording](const RecordedRun& run) {
-    return summary_json(run, settings, sensors, recording);
-  };
-  return prepared;
-}
-
-void check_velocity(const RunCommandOptions& o) {
-  if (uses_maps(o)) throw UsageError("--map and --save-map are for a recording with an IMU");
-  check_level_is_auto(o.input.truth_options);
-  if (!o.settings.estimator.is_filter() && !o.full_covariance.empty()) {
-    throw UsageError("--full-covariance is not available for --estimator " + o.estimator);
-  }
-  if (realtime(o)) throw UsageError("--realtime is for a recording with an IMU");
-  if (o.keep_images) throw UsageError("--keep-images is for a recording with an IMU");
-}
-
-Prepared prepare(const RunCommandOptions& o, VelocityCommandSettings settings,
-                 Recording& recording) {
-  const ClockCorrection clock = correct_clock(settings.filter, recording);
-  if (!clock.remark.empty()) recording.remarks.push_back(clock.remark);
-  Prepared prepared;
-  prepared.options.dead_reckoning = dead_reckoning(recording);
-  if (!o.trajectory.empty()) {
-    follow(recording, read_tum(o.trajectory, recording.remarks));
-    settings.filter.hold = VelocityHold::kZeroOrder;
-  }
-  const VelocitySensors sensors = velocity_sensors(recording, settings);
-  prepared.estimator = make_estimator(settings, sensors);
-  if (settings.estimator.is_window()) {
-    prepared.options.frames_per_estimate = settings.batch.frames_per_keyframe;
-  }
-  prepared.options.known = known_json(settings, recording);
-  prepared.summary = [settings, sensors, clock, &recording](const RecordedRun& run) {
-    return summary_json(run, settings, sensors, clock.offset, recording);
-  };
-  return prepared;
-}
-
-// Checks options and settings, before outputs and viewers exist. Returns the work that is left.
-std::function<Prepared()> plan(const RunCommandOptions& o, Recording& recording) {
-  if (recording.velocities.empty()) {
-    check_inertial(o);
-    InertialRunSettings settings = inertial_run_settings_from(o.settings);
-    if (uses_maps(o)) settings.filter.recognise = Recognise::kAppearance;
-    return [&o, &recording, settings] { return prepare(o, settings, recording); };
-  }
-  check_velocity(o);
-  const VelocityCommandSettings settings = velocity_run_settings_from(o.settings);
-  check(o, settings.filter);
-  if (!o.full_covariance.empty() && settings.filter.map_memory > 0) {
-    throw UsageError("--full-covariance needs all steps of the filter: expected map_memory=0");
-  }
-  if (settings.reader != ReaderSettings{}) {  // known only now, because they depend on the kind
-    RunInput input = o.input;
-    input.reader.stale_pixels = settings.reader.stale_pixels;
-    input.reader.extrinsics = settings.reader.extrinsics;
-    recording = read_input(input);
-  }
-  return [&o, &recording, settings] { return prepare(o, settings, recording); };
-}
-
 // Writes the outputs and returns all figures.
-Json deliver(const RunCommandOptions& o, const Prepared& prepared, const RecordedRun& result,
-             const Stopwatch& wall) {
-  Json summary = prepared.summary(result);
-  if (result.report.interrupted) summary["interrupted"] = true;
-  Json timing;
+Json deliver(const RunCommandOptions& o, const CompletedRun& run, const Stopwatch& wall) {
+  Json summary = run.summary, timing;
   const auto take_time = [&] {
-    timing = timing_json(result, summary.at("recorded_seconds").get<double>(), wall.seconds(),
+    timing = timing_json(run.result, summary.at("recorded_seconds").get<double>(), wall.seconds(),
                          process_seconds());
     return json_text(timing, 2) + "\n";
   };
   if (o.output.empty()) {
     take_time();
   } else {
-    summary = write_run(result.run, summary, o.output, take_time);
+    summary = write_run(run.result.run, summary, o.output, take_time);
   }
   if (!o.full_covariance.empty()) {
-    write_full_covariance(*prepared.estimator->filter(), prepared.estimator->state_names(),
-                          result.run.landmarks, o.full_covariance);
+    write_full_covariance(*run.estimator->filter(), run.estimator->state_names(),
+                          run.result.run.landmarks, o.full_covariance);
   }
   return with_timing(summary, timing);
 }
@@ -305,17 +112,6 @@ auto reporting_failure(LiveView& live, const Work& work) {
   }
 }
 
-// As run_recording(). A run without an estimate ends with what a check of the recording finds.
-RecordedRun run_or_diagnose(const Recording& recording, const Prepared& prepared,
-                            const Interrupt& interrupt, LiveView& live) {
-  try {
-    return run_recording(recording, *prepared.estimator, prepared.options, interrupt, live);
-  } catch (const Error& error) {
-    if (error.code() != ExitCode::kNotInitialised) throw;
-    throw Error(error.code(), fmt::format("{}; {}", error.what(), finding_of_check(recording)));
-  }
-}
-
 int run_command(RunCommandOptions o) {
   const Stopwatch wall;
   if (o.quiet) spdlog::set_level(spdlog::level::err);
@@ -328,26 +124,18 @@ int run_command(RunCommandOptions o) {
   const RemarksOnError remarks(recording);
   const Interrupt interrupt;  // before the log shows that the run has started
   announce(o, recording);
-  const std::function<Prepared()> prepare_run = plan(o, recording);
+  const PlannedRun planned = plan_run(o, recording);
   prepare_outputs(o);
-  LiveView live(o.live, interrupt, o.output);
-  Prepared prepared;
-  RecordedRun result = reporting_failure(live, [&] {
-    prepared = prepare_run();
-    prepared.options.estimator = o.settings.estimator;
-    prepared.options.run.threads = o.threads;
-    prepared.options.quiet = o.quiet;
-    prepared.options.keep_images = o.keep_images;
-    return run_or_diagnose(recording, prepared, interrupt, live);
+  LiveView live(o.live, [&] { interrupt.request(); }, o.output);
+  const CompletedRun run = reporting_failure(live, [&] {
+    return planned([&] { return interrupt.requested(); }, live);
   });
-  const bool interrupted = result.report.interrupted;
-  level_truth(recording, result);
-  add_remarks(result.run, result.report, frame_count(recording), recording.remarks);
-  const Json figures = deliver(o, prepared, result, wall);
+  const bool interrupted = run.result.report.interrupted;
+  const Json figures = deliver(o, run, wall);
   print(o, figures);
-  live.finish(result.run, json_text(figures), interrupted);
-  const bool has_map = save_map(o, recording, *prepared.estimator);
-  return exit_code(o, result.run, interrupted, has_map, figures);
+  live.finish(run.result.run, json_text(figures), interrupted);
+  const bool has_map = save_map(o, recording, *run.estimator);
+  return exit_code(o, run.result.run, interrupted, has_map, figures);
 }
 
 }  // namespace

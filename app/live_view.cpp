@@ -10,7 +10,6 @@
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
-#include "interrupt.hpp"
 
 namespace chasles::app {
 namespace {
@@ -52,14 +51,14 @@ void declare_live(CLI::App& parser, LiveOptions& o) {
       ->group("Output");
 }
 
-LiveView::LiveView(const LiveOptions& options, const Interrupt& interrupt,
+LiveView::LiveView(const LiveOptions& options, std::function<void()> stop,
                    const std::filesystem::path& output) {
   if (!options.wanted && options.address != LiveOptions{}.address) {
     throw UsageError("--live-address needs --live");
   }
   if (!output.empty()) growing_ = std::make_unique<GrowingRun>(output);
   if (!options.wanted) return;
-  run_ = std::make_unique<LiveRun>([&interrupt] { interrupt.request(); });
+  run_ = std::make_unique<LiveRun>(std::move(stop));
   server_ = std::make_unique<LiveServer>(
       LiveServerOptions{.address = options.address, .port = options.port}, live_page(), *run_);
   for (const std::string& url : urls(server_->gate())) {

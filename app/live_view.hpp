@@ -18,8 +18,6 @@ class App;
 
 namespace chasles::app {
 
-class Interrupt;
-
 /// Address of the live server.
 struct LiveOptions {
   bool wanted = false;
@@ -36,9 +34,9 @@ std::uint16_t port_of(const std::string& option, const std::string& text);
 /// Shows a run in progress: to viewers if --live was given, and in the run folder if there is one.
 class LiveView {
  public:
-  /// Starts the server and prints its URL to stderr. A viewer's request to stop is an interrupt.
-  /// `output` is the run folder; empty: none. Throws UsageError if the options do not fit.
-  LiveView(const LiveOptions& options, const Interrupt& interrupt,
+  /// Starts the server and prints its URL to stderr. `stop` is called where a viewer asks the run to
+  /// stop. `output` is the run folder; empty: none. Throws UsageError if the options do not fit.
+  LiveView(const LiveOptions& options, std::function<void()> stop,
            const std::filesystem::path& output);
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;

@@ -13,7 +13,6 @@
 
 #include "calibration_report.hpp"
 #include "image_keeper.hpp"
-#include "interrupt.hpp"
 #include "live_view.hpp"
 #include "observation_spans.hpp"
 #include "progress.hpp"
@@ -81,11 +80,11 @@ struct Sums {
 class Recorder : public RunObserver {
  public:
   Recorder(const Recording& recording, Estimator& estimator, const RunRecordingOptions& options,
-           const Interrupt& interrupt, LiveView& live)
+           const StopRequest& stop, LiveView& live)
       : recording_(recording),
         estimator_(estimator),
         options_(options),
-        interrupt_(interrupt),
+        stop_(stop),
         live_(live),
         keeper_(recording, options.keep_images),
         progress_(frame_count(recording), options.quiet) {
@@ -128,7 +127,7 @@ class Recorder : public RunObserver {
     return std::move(result_);
   }
 
-  bool stop() override { return interrupt_.requested(); }
+  bool stop() override { return stop_(); }
   void on_images(const ImageFrame& images) override { keeper_.see(images); }
   // A camera may have no image that can be read, of thousands.
   void on_unreadable(const InputError& error) override {
@@ -211,7 +210,7 @@ class Recorder : public RunObserver {
   const Recording& recording_;
   Estimator& estimator_;
   const RunRecordingOptions& options_;
-  const Interrupt& interrupt_;
+  const StopRequest& stop_;
   LiveView& live_;
   RecordedRun result_;
   ImageKeeper keeper_;
@@ -226,9 +225,9 @@ class Recorder : public RunObserver {
 }  // namespace
 
 RecordedRun run_recording(const Recording& recording, Estimator& estimator,
-                          const RunRecordingOptions& options, const Interrupt& interrupt,
+                          const RunRecordingOptions& options, const StopRequest& stop,
                           LiveView& live) {
-  Recorder recorder(recording, estimator, options, interrupt, live);
+  Recorder recorder(recording, estimator, options, stop, live);
   return recorder.finish(run(recording, estimator, options.frontend, options.run, recorder));
 }
 

@@ -16,7 +16,6 @@
 
 namespace chasles::app {
 
-class Interrupt;
 class LiveView;
 
 /// Options of run_recording().
@@ -52,10 +51,10 @@ struct RecordedRun {
   std::optional<Calibration> calibration;  ///< last estimate, if it is estimated
 };
 
-/// Runs the estimator over the recording until its end or an interrupt. Draws the progress bar,
+/// Runs the estimator over the recording until its end, or until `stop` returns true. Draws the progress bar,
 /// updates the live view and keeps images. Throws as run() of pipeline/run.hpp.
 RecordedRun run_recording(const Recording& recording, Estimator& estimator,
-                          const RunRecordingOptions& options, const Interrupt& interrupt,
+                          const RunRecordingOptions& options, const StopRequest& stop,
                           LiveView& live);
 
 /// world_T_imu at every frame, integrated from the velocities only (midpoint rule, exact

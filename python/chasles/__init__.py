@@ -1,0 +1,194 @@
+"""Visual-inertial SLAM with an extended Kalman filter that states its uncertainty.
+
+    import chasles
+
+    recording = chasles.simulate("hallway")          # or chasles.read("MH_01")
+    run = chasles.run(recording, chart="right-sen3")
+    print(run.summary["ate_m"], run.states["position"].shape)
+    run.show("run.html")
+
+Times are int64 nanoseconds; where a time is an argument, an int is in nanoseconds and a float in
+seconds. Lengths are in metres, angles in radians. `a_T_b` maps coordinates of frame b to frame a.
+Quaternions are x y z w. Covariances of poses are of [theta; dp] in world axes: R = Exp(theta) R_hat,
+p = p_hat + dp. All arrays are numpy's, and own their memory.
+"""
+
+import functools
+import html
+import json
+import os
+import sys
+
+from ._core import (
+    Camera,
+    DivergedError,
+    Error,
+    Estimate,
+    ImuNoise,
+    InputError,
+    NotInitialisedError,
+    Recording,
+    Slam,
+    UsageError,
+    __version__,
+)
+from . import _core
+
+__all__ = [
+    "Camera", "DivergedError", "Error", "Estimate", "ImuNoise", "InputError", "NotInitialisedError",
+    "Recording", "Run", "Slam", "UsageError", "command", "evaluate", "read", "read_run", "run",
+    "settings", "simulate",
+]
+
+
+class Run:
+    """The results of a run: arrays, figures, and the page."""
+
+    def __init__(self, core):
+        self._core = core
+
+    @property
+    def name(self):
+        """The recording's name."""
+        return self._core.name
+
+    @functools.cached_property
+    def summary(self):
+        """The figures of summary.json (docs/command-line.md) as a dictionary."""
+        return json.loads(self._core._summary)
+
+    @functools.cached_property
+    def states(self):
+        """The estimates of all frames, a dictionary of columns: `time` (N,) int64 [ns], `position` (N, 3), `quaternion`
+        (N, 4), `pose_covariance` (N, 6, 6), the other states and their sigmas by name (`velocity_x`, `velocity_x_sigma`,
+        ...), `nis`, `nis_dof`, counts, and `health`."""
+        return self._core.states
+
+    @functools.cached_property
+    def smoothed(self):
+        """The path given all measurements: `time`, `position`, `quaternion`, `pose_covariance`; empty where unknown."""
+        return self._core.smoothed
+
+    @functools.cached_property
+    def in_map(self):
+        """The poses in the frame of the map that was given, from the frame on in which the run found its place."""
+        return self._core.in_map
+
+    @functools.cached_property
+    def landmarks(self):
+        """`id` (N,), `position` (N, 3), `covariance` (N, 3, 3), `observations` (N,)."""
+        return self._core.landmarks
+
+    @functools.cached_property
+    def truth(self):
+        """`time`, `position`, `quaternion` in the truth's own world; empty where unknown."""
+        return self._core.truth
+
+    def to_dataframe(self):
+        """The states as a pandas DataFrame, a row for each frame, without covariances."""
+        import pandas
+
+        columns = {}
+        for name, values in self.states.items():
+            if name == "pose_covariance":
+                continue
+            if getattr(values, "ndim", 1) == 2:
+                for k, axis in enumerate("xyzw"[: values.shape[1]]):
+                    columns[f"{name}_{axis}"] = values[:, k]
+            else:
+                columns[name] = values
+        return pandas.DataFrame(columns)
+
+    def evaluate(self, truth=None):
+        """The errors against a truth (that of the recording, if none is given), as `chasles.evaluate` has them."""
+        return evaluate(self.states, self.truth if truth is None else truth)
+
+    def save(self, folder):
+        """Writes the run folder that `chasles run -o` writes, without timings."""
+        self._core.save(os.fspath(folder))
+
+    def page(self):
+        """The HTML page of the run, self-contained, as text."""
+        return self._core.page()
+
+    def show(self, path):
+        """Writes the page to a file."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.page())
+
+    def _repr_html_(self):
+        return (f'<iframe srcdoc="{html.escape(self.page())}" style="width: 100%; height: 700px; border: 0" '
+                f'sandbox="allow-scripts"></iframe>')
+
+    def __repr__(self):
+        ate = self.summary.get("ate_m")
+        error = "" if ate is None else f", ATE {ate:.3f} m"
+        return f"<chasles.Run '{self.name}': {len(self.states['time'])} estimates{error}>"
+
+
+def read(path, *, start=None, stop=None, backwards=False, cameras="", truth=None):
+    """Reads a recording of any kind that `chasles run` reads (docs/formats.md), cut to [start, stop] seconds since its
+    first event. cameras: "mono", "stereo" or "" (all). truth: a TUM file that replaces the recording's truth. Raises
+    InputError with file, place, what was found and what was expected."""
+    return _core.read(os.fspath(path), start=start, stop=stop, backwards=backwards, cameras=cameras,
+                      truth="" if truth is None else os.fspath(truth))
+
+
+def simulate(scene="hallway", *, run=0, images=False, **settings):
+    """A simulated recording: tracks, or rendered images with images=True. Equal scenes with another run have other noise.
+    Settings by name, as `chasles simulate --help` lists them."""
+    return _core.simulate(scene, run=run, images=images, **settings)
+
+
+def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, save_map=None, keep_images=None, mode=None,
+        config=None, **settings):
+    """Runs an estimator over a recording (Recording, or a path) as `chasles run` does, to the bit, and returns a Run.
+
+    estimator: "filter", "window:N" or "batch". map, save_map: files of maps (docs/recognition.md). begin: "auto", or
+    "truth". Settings by name, as settings() lists them; those with a prefix as a dictionary: start={"heading": 0}.
+    Raises UsageError for a setting that does not exist, with the nearest one, or that cannot be used;
+    NotInitialisedError where the run never started, with the conditions that are not met. Ctrl-C ends it with
+    KeyboardInterrupt. Other threads run meanwhile."""
+    if not isinstance(recording, Recording):
+        recording = read(recording)
+    given = {"map": map, "save_map": save_map, "keep_images": keep_images, "mode": mode, "config": config}
+    given = {name: value for name, value in given.items() if value is not None}
+    for name in ("map", "save_map", "config"):
+        if name in given:
+            given[name] = os.fspath(given[name])
+    return Run(_core.run(recording, estimator=estimator, threads=threads, begin=begin, **given, **settings))
+
+
+def read_run(folder):
+    """Reads a run folder that `chasles run -o` or Run.save wrote."""
+    return Run(_core.read_run(os.fspath(folder)))
+
+
+def evaluate(estimate, truth):
+    """Compares an estimate with the truth and returns the figures of docs/evaluation.md: ate_m, rpe_..., and with
+    `pose_covariance` in the estimate the NEES. Both are dictionaries with `time`, `position` (N, 3) and, if known,
+    `quaternion` (N, 4), as Run.states and Recording.truth. Figures that do not apply are None."""
+    for name, columns in (("estimate", estimate), ("truth", truth)):
+        missing = [column for column in ("time", "position") if column not in columns]
+        if missing:
+            raise UsageError(f"{name}: expected columns time and position, {', '.join(missing)} is missing")
+    no_attitude = [[]]
+    return _core.evaluate(estimate["time"], estimate["position"], estimate.get("quaternion", no_attitude),
+                          truth["time"], truth["position"], truth.get("quaternion", no_attitude),
+                          estimate.get("pose_covariance"))
+
+
+def settings(kind="imu"):
+    """All settings by name, of runs with an IMU ("imu") or with body velocities ("velocity"): {name: {"default", "unit",
+    "meaning"}}."""
+    return _core.settings(kind)
+
+
+def command(*arguments):
+    """Runs the command `chasles` in this process: command("check", "MH_01"). Returns its exit code."""
+    return _core.command([str(argument) for argument in arguments])
+
+
+def main():
+    """The console script `chasles`."""
+    sys.exit(_core.command(sys.argv[1:]))

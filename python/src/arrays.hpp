@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <chasles/camera/image_frame.hpp>
+#include <chasles/lie/trajectory.hpp>
+#include <chasles/time.hpp>
+
+// Between Python's objects and ours. An Eigen matrix that is returned becomes an array that owns it.
+namespace chasles::python {
+
+namespace py = pybind11;
+
+using Times = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 1>;  ///< [ns]
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// An int is in nanoseconds, a float in seconds. Throws TypeError for anything else.
+Time time_of(const py::handle& value);
+
+/// x y z w, as ROS and TUM have it.
+Eigen::Vector4d quaternion_xyzw(const Eigen::Matrix3d& R);
+Eigen::Matrix4d matrix(const SE3& pose);
+/// Throws ValueError where the 4 x 4 matrix is no rigid transformation.
+SE3 pose_of(const Eigen::Matrix4d& matrix);
+
+/// {"time": (N,) int64 [ns], "position": (N, 3) [m], "quaternion": (N, 4) x y z w}
+py::dict columns(const Trajectory& trajectory);
+/// From (N,) times as ints [ns] or floats [s], positions and, if any, quaternions x y z w. Throws
+/// ValueError for shapes that do not fit, times that do not rise and numbers that are not finite.
+Trajectory trajectory_of(const py::array& times, const Rows& positions, const Rows& quaternions);
+
+/// A grey image of an array (height, width) of uint8. Throws ValueError for another.
+GrayImage image_of(const py::handle& array);
+py::array_t<std::uint8_t> array_of(GrayImage image);
+
+/// Settings as the command takes them, key=value: nested dictionaries are prefixes, None is auto.
+std::vector<std::string> assignments(const py::dict& settings, const std::string& prefix = "");
+
+}  // namespace chasles::python

@@ -1,0 +1,244 @@
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <chasles/data/readers.hpp>
+#include <chasles/error.hpp>
+#include <chasles/imu/imu_sample.hpp>
+#include <chasles/sim/inertial_sim.hpp>
+#include <chasles/sim/render_images.hpp>
+#include <chasles/sim/street.hpp>
+
+#include "arrays.hpp"
+#include "module.hpp"
+#include "run_input.hpp"
+#include "scene_options.hpp"
+#include "settings_io.hpp"
+
+namespace chasles::python {
+namespace {
+
+using Eigen::Index;
+
+Recording read(const std::filesystem::path& path, std::optional<double> start,
+               std::optional<double> stop, bool backwards, const std::string& cameras,
+               const std::filesystem::path& truth) {
+  app::RunInput input;
+  input.recording = path;
+  input.start = start;
+  input.stop = stop;
+  input.backwards = backwards;
+  input.cameras = cameras;
+  input.truth = truth;
+  const py::gil_scoped_release released;
+  return app::read_input(input);
+}
+
+Recording simulate(const std::string& scene, std::uint64_t run, bool images,
+                   const py::kwargs& settings) {
+  const std::vector<std::string> sets = assignments(settings);
+  const py::gil_scoped_release released;
+  if (app::is_inertial_scene(scene)) {
+    app::SceneChoice choice;
+    choice.name = scene;
+    choice.sets = sets;
+    const InertialScene inertial = app::scene_from(choice);
+    return images ? render_inertial(inertial, run) : simulate_inertial(inertial, run);
+  }
+  StreetSettings street = street_scene(scene);
+  const app::SettingList list = app::list_of(street);
+  for (const std::string& one : sets) app::set(list, one);
+  validate(street);
+  if (images || run != 0) {
+    throw UsageError(
+        fmt::format("{}: images and run are for scenes with an IMU; another run is another seed",
+                    scene));
+  }
+  return simulate_street(street);
+}
+
+py::dict imu_columns(const Recording& recording) {
+  const auto n = static_cast<Index>(recording.imu.size());
+  Times times(n);
+  Rows force(n, 3), rate(n, 3);
+  for (Index i = 0; i < n; ++i) {
+    const ImuSample& sample = recording.imu[static_cast<std::size_t>(i)];
+    times[i] = sample.time.count();
+    force.row(i) = sample.specific_force_imu;
+    rate.row(i) = sample.angular_rate_imu;
+  }
+  py::dict result;
+  result["time"] = std::move(times);
+  result["specific_force"] = std::move(force);
+  result["angular_rate"] = std::move(rate);
+  return result;
+}
+
+Times frame_times(const Recording& recording) {
+  const std::size_t n = frame_count(recording);
+  Times times(static_cast<Index>(n));
+  for (std::size_t i = 0; i < n; ++i) {
+    times[static_cast<Index>(i)] = frame_time(recording, i).count();
+  }
+  return times;
+}
+
+std::size_t checked(py::ssize_t index, std::size_t size, const char* what) {
+  const auto n = static_cast<py::ssize_t>(size);
+  const py::ssize_t i = index < 0 ? index + n : index;
+  if (i < 0 || i >= n) {
+    throw py::index_error(fmt::format("{} {}: the recording has {}", what, index, size));
+  }
+  return static_cast<std::size_t>(i);
+}
+
+py::list images(const Recording& recording, py::ssize_t index) {
+  const std::size_t i =
+      checked(index, recording.images ? recording.images->size() : 0, "images of frame");
+  ImageFrame frame;
+  {
+    const py::gil_scoped_release released;
+    frame = recording.images->read(i);
+  }
+  py::list result;
+  for (GrayImage& image : frame.images) {
+    result.append(image.empty() ? py::none() : py::object(array_of(std::move(image))));
+  }
+  return result;
+}
+
+py::dict tracks(const Recording& recording, py::ssize_t index) {
+  const FeatureFrame& frame =
+      recording.frames[checked(index, recording.frames.size(), "tracks of frame")];
+  const bool stereo = !frame.observations.empty();
+  const auto n = static_cast<Index>(stereo ? frame.observations.size() : frame.pixels.size());
+  Times landmarks(n), cameras(n);
+  Rows pixels(n, stereo ? 4 : 2);
+  for (Index i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    landmarks[i] = stereo ? frame.observations[at].landmark : frame.pixels[at].landmark;
+    cameras[i] = stereo ? 0 : frame.pixels[at].camera;
+    if (stereo) {
+      pixels.row(i) = frame.observations[at].pixels;
+    } else {
+      pixels.row(i) = frame.pixels[at].pixel;
+    }
+  }
+  py::dict result;
+  result["landmark"] = std::move(landmarks);
+  result["camera"] = std::move(cameras);
+  result["pixel"] = std::move(pixels);
+  return result;
+}
+
+Camera make_camera(int width, int height, double fx, double fy, double cx, double cy,
+                   const std::string& distortion, const std::vector<double>& coefficients,
+                   const Eigen::Matrix4d& cam_T_imu) {
+  const auto model = choice_of<Distortion>(distortion);
+  if (!model) {
+    throw py::value_error(fmt::format(
+        "distortion: found '{}', expected none, radtan or equidistant", distortion));
+  }
+  const std::size_t most = *model == Distortion::kNone ? 0 : *model == Distortion::kRadtan ? 5 : 4;
+  if (coefficients.size() > most || (coefficients.size() < 4 && most > 0)) {
+    throw py::value_error(fmt::format("coefficients: found {}, expected {} for {}",
+                                      coefficients.size(), most == 5 ? "4 or 5" : std::to_string(most),
+                                      distortion));
+  }
+  Camera camera{.width = width, .height = height, .fx = fx, .fy = fy, .cx = cx, .cy = cy};
+  camera.distortion = *model;
+  for (std::size_t i = 0; i < coefficients.size() && i < 4; ++i) {
+    camera.coefficients[static_cast<Index>(i)] = coefficients[i];
+  }
+  if (coefficients.size() == 5) camera.radtan_k3 = coefficients[4];
+  camera.cam_T_imu = pose_of(cam_T_imu);
+  return camera;
+}
+
+std::string text_of(const Recording& recording) {
+  return fmt::format("<chasles.Recording '{}': {} frames{}, {} IMU samples, {} velocities, {}>",
+                     recording.name, frame_count(recording), recording.images ? " of images" : "",
+                     recording.imu.size(), recording.velocities.size(),
+                     recording.truth.empty() ? "no truth" : "with truth");
+}
+
+}  // namespace
+
+void bind_recordings(py::module_& m) {
+  py::class_<Camera>(m, "Camera", "A camera of a rig: z forward, x right, y down.")
+      .def(py::init(&make_camera), py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"),
+           py::arg("cx"), py::arg("cy"), py::arg("distortion") = "none",
+           py::arg("coefficients") = std::vector<double>{},
+           py::arg("cam_T_imu") = Eigen::Matrix4d(Eigen::Matrix4d::Identity()),
+           "Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to "
+           "k4), as Kalibr and OpenCV have them; cam_T_imu (4, 4) maps IMU coordinates to the "
+           "camera's [m].")
+      .def_readonly("width", &Camera::width)
+      .def_readonly("height", &Camera::height)
+      .def_readonly("fx", &Camera::fx)
+      .def_readonly("fy", &Camera::fy)
+      .def_readonly("cx", &Camera::cx)
+      .def_readonly("cy", &Camera::cy)
+      .def_property_readonly("distortion",
+                             [](const Camera& c) { return std::string(name_of(c.distortion)); })
+      .def_property_readonly("coefficients",
+                             [](const Camera& c) {
+                               std::vector<double> k(c.coefficients.begin(), c.coefficients.end());
+                               if (c.distortion == Distortion::kNone) k.clear();
+                               if (c.radtan_k3 != 0) k.push_back(c.radtan_k3);
+                               return k;
+                             })
+      .def_property_readonly("cam_T_imu", [](const Camera& c) { return matrix(c.cam_T_imu); });
+
+  py::class_<ImuNoise>(m, "ImuNoise", "Noise densities of an IMU, as Allan variances give them.")
+      .def(py::init([](double accelerometer, double gyroscope, double accelerometer_walk,
+                       double gyroscope_walk) {
+             return ImuNoise{.accelerometer_noise_density = accelerometer,
+                             .accelerometer_random_walk = accelerometer_walk,
+                             .gyroscope_noise_density = gyroscope,
+                             .gyroscope_random_walk = gyroscope_walk};
+           }),
+           py::kw_only(), py::arg("accelerometer_noise_density"),
+           py::arg("gyroscope_noise_density"), py::arg("accelerometer_random_walk"),
+           py::arg("gyroscope_random_walk"),
+           "Noise densities [m/s^2/sqrt(Hz), rad/s/sqrt(Hz)] and random walks of the biases "
+           "[m/s^3/sqrt(Hz), rad/s^2/sqrt(Hz)].")
+      .def_readonly("accelerometer_noise_density", &ImuNoise::accelerometer_noise_density)
+      .def_readonly("gyroscope_noise_density", &ImuNoise::gyroscope_noise_density)
+      .def_readonly("accelerometer_random_walk", &ImuNoise::accelerometer_random_walk)
+      .def_readonly("gyroscope_random_walk", &ImuNoise::gyroscope_random_walk);
+
+  py::class_<Recording, std::shared_ptr<Recording>>(
+      m, "Recording", "The measurements of a recording and, where known, the truth.")
+      .def_readonly("name", &Recording::name)
+      .def_readonly("remarks", &Recording::remarks, "What the reader corrected, left out or counted.")
+      .def_readonly("cameras", &Recording::cameras)
+      .def_readonly("imu_noise", &Recording::imu_noise, "As the recording states it, or None.")
+      .def_property_readonly("imu", &imu_columns,
+                             "{'time': (N,) int64 [ns], 'specific_force': (N, 3) [m/s^2], "
+                             "'angular_rate': (N, 3) [rad/s]} in IMU axes.")
+      .def_property_readonly("frame_times", &frame_times, "Of images or tracks: (N,) int64 [ns].")
+      .def_property_readonly(
+          "truth", [](const Recording& r) { return columns(r.truth); },
+          "world_T_imu: {'time': (N,) int64 [ns], 'position': (N, 3) [m], 'quaternion': (N, 4) x y "
+          "z w}; empty where unknown.")
+      .def("images", &images, py::arg("index"),
+           "The images of a frame: for each camera an array (height, width) of uint8, or None.")
+      .def("tracks", &tracks, py::arg("index"),
+           "The observations of a frame of tracks: {'landmark': (N,), 'camera': (N,), 'pixel': (N, 2) "
+           "or, of a rectified pair, (N, 4)}.")
+      .def("__len__", &frame_count)
+      .def("__repr__", &text_of);
+
+  m.def("read", &read, py::arg("path"), py::kw_only(), py::arg("start") = std::nullopt,
+        py::arg("stop") = std::nullopt, py::arg("backwards") = false, py::arg("cameras") = "",
+        py::arg("truth") = std::filesystem::path{});
+  m.def("simulate", &simulate, py::arg("scene"), py::kw_only(), py::arg("run") = 0,
+        py::arg("images") = false);
+}
+
+}  // namespace chasles::python

@@ -1,0 +1,217 @@
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <chasles/error.hpp>
+#include <chasles/pipeline/map_file.hpp>
+#include <chasles/pipeline/visual_inertial_slam.hpp>
+
+#include "arrays.hpp"
+#include "inertial_settings_io.hpp"
+#include "module.hpp"
+
+namespace chasles::python {
+namespace {
+
+using Estimates = std::vector<Estimate>;
+
+// One call at a time, from any thread; Python's other threads go on.
+class Slam {
+ public:
+  Slam(std::vector<Camera> cameras, const ImuNoise& noise, const std::string& estimator,
+       const std::filesystem::path& map, const py::kwargs& arguments) {
+    app::SettingSources sources{.sets = assignments(arguments),
+                                .estimator = estimator_choice(estimator)};
+    const py::gil_scoped_release released;
+    InertialRunSettings settings = app::inertial_run_settings_from(sources);
+    std::shared_ptr<const LandmarkMap> prior;
+    if (!map.empty()) {
+      settings.filter.recognise = Recognise::kAppearance;
+      prior = std::make_shared<const LandmarkMap>(read_map(map));
+    }
+    slam_ = std::make_unique<VisualInertialSlam>(cameras, noise, settings, ImuBuffer::Options{},
+                                                 std::vector<GrayImage>{}, std::move(prior));
+  }
+
+  Estimates add_imu(const py::object& time, const Rows& rate, const Rows& force) {
+    std::vector<Time> times;
+    if (py::isinstance<py::array>(time) && time.cast<py::array>().ndim() > 0) {
+      for (const py::handle& one : time.cast<py::array>()) times.push_back(time_of(one));
+    } else {
+      times.push_back(time_of(time));
+    }
+    const Rows rates = as_rows(rate), forces = as_rows(force);
+    const auto n = static_cast<Eigen::Index>(times.size());
+    if (rates.rows() != n || forces.rows() != n || rates.cols() != 3 || forces.cols() != 3) {
+      throw py::value_error(fmt::format(
+          "add_imu: found {} times, angular rates {} x {} and specific forces {} x {}; expected a "
+          "time with (3,) and (3,), or (N,) with (N, 3) and (N, 3)",
+          n, rates.rows(), rates.cols(), forces.rows(), forces.cols()));
+    }
+    const py::gil_scoped_release released;
+    const std::scoped_lock lock(mutex_);
+    Estimates estimates;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      append(slam_->process(ImuSample{.time = times[static_cast<std::size_t>(i)],
+                                      .specific_force_imu = forces.row(i),
+                                      .angular_rate_imu = rates.row(i)}),
+             estimates);
+    }
+    return estimates;
+  }
+
+  Estimates add_images(const py::object& time, const py::sequence& images) {
+    ImageFrame frame{.time = time_of(time), .images = {}};
+    for (const py::handle& image : images) frame.images.push_back(image_of(image));
+    const py::gil_scoped_release released;
+    const std::scoped_lock lock(mutex_);
+    return slam_->process(std::move(frame));
+  }
+
+  Estimates finish() {
+    const py::gil_scoped_release released;
+    const std::scoped_lock lock(mutex_);
+    return slam_->finish();
+  }
+
+  bool started() { return locked([](const VisualInertialSlam& s) { return s.estimator().started(); }); }
+  std::string why_not_started() {
+    return locked([](const VisualInertialSlam& s) { return s.estimator().why_not_started(); });
+  }
+  std::size_t waiting() { return locked([](const VisualInertialSlam& s) { return s.waiting(); }); }
+  std::vector<MapLandmark> map() {
+    return locked([](const VisualInertialSlam& s) { return s.estimator().map(); });
+  }
+
+ private:
+  // One sample's (3,) is a column for Eigen.
+  static Rows as_rows(const Rows& rows) {
+    return rows.cols() == 1 && rows.rows() == 3 ? Rows(rows.transpose()) : rows;
+  }
+  template <typename Work>
+  auto locked(const Work& work) {
+    const py::gil_scoped_release released;
+    const std::scoped_lock lock(mutex_);
+    return work(*slam_);
+  }
+
+  std::mutex mutex_;
+  std::unique_ptr<VisualInertialSlam> slam_;
+};
+
+py::dict landmark_columns(Slam& slam) {
+  const std::vector<MapLandmark> map = slam.map();
+  const auto n = static_cast<Eigen::Index>(map.size());
+  Times ids(n), observations(n);
+  Rows positions(n, 3), covariances(n, 9);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const MapLandmark& landmark = map[static_cast<std::size_t>(i)];
+    ids[i] = landmark.id;
+    observations[i] = landmark.observations;
+    positions.row(i) = landmark.p_world;
+    covariances.row(i) = landmark.covariance.reshaped<Eigen::RowMajor>().transpose();
+  }
+  py::dict result;
+  result["id"] = std::move(ids);
+  result["position"] = std::move(positions);
+  result["covariance"] = py::array(py::cast(std::move(covariances))).reshape({n, Eigen::Index{3}, Eigen::Index{3}});
+  result["observations"] = std::move(observations);
+  return result;
+}
+
+std::optional<Eigen::Vector3d> bias(const Estimate& e, Eigen::Index first) {
+  if (!e.v_world || e.additive.size() < 6) return std::nullopt;
+  return Eigen::Vector3d(e.additive.segment<3>(first));
+}
+
+std::string text_of(const Estimate& e) {
+  const Eigen::Vector3d& p = e.world_T_imu.p;
+  const Eigen::Vector3d sigma = e.covariance.diagonal().segment<3>(3).cwiseSqrt();
+  return fmt::format("<chasles.Estimate t={} ns p=({:.3f}, {:.3f}, {:.3f}) m sigma=({:.3f}, {:.3f}, "
+                     "{:.3f}) m {}>",
+                     e.time.count(), p.x(), p.y(), p.z(), sigma.x(), sigma.y(), sigma.z(),
+                     name(e.health));
+}
+
+}  // namespace
+
+void bind_slam(py::module_& m) {
+  py::class_<Estimate>(m, "Estimate", "The estimate of a frame.")
+      .def_property_readonly("time", [](const Estimate& e) { return e.time.count(); },
+                             "On the IMU's clock [ns].")
+      .def_property_readonly("seconds", [](const Estimate& e) { return to_seconds(e.time); })
+      .def_property_readonly("world_T_imu", [](const Estimate& e) { return matrix(e.world_T_imu); },
+                             "(4, 4) [m]: maps IMU coordinates to the world's; z points up.")
+      .def_property_readonly("position",
+                             [](const Estimate& e) { return Eigen::Vector3d(e.world_T_imu.p); },
+                             "(3,) world [m].")
+      .def_property_readonly("quaternion",
+                             [](const Estimate& e) { return quaternion_xyzw(e.world_T_imu.R); },
+                             "(4,) x y z w of world_T_imu.")
+      .def_property_readonly("velocity", [](const Estimate& e) { return e.v_world; },
+                             "(3,) world [m/s].")
+      .def_property_readonly("accelerometer_bias", [](const Estimate& e) { return bias(e, 0); },
+                             "(3,) [m/s^2].")
+      .def_property_readonly("gyroscope_bias", [](const Estimate& e) { return bias(e, 3); },
+                             "(3,) [rad/s].")
+      .def_property_readonly(
+          "covariance", [](const Estimate& e) { return Eigen::MatrixXd(e.covariance); },
+          "(n, n) of [theta; dp; dv; biases]: R = Exp(theta) R_hat, p = p_hat + dp, world axes.")
+      .def_property_readonly("pose_covariance",
+                             [](const Estimate& e) { return Eigen::MatrixXd(e.pose_covariance()); },
+                             "(6, 6) of [theta; dp] [rad, m].")
+      .def_property_readonly("map_T_imu",
+                             [](const Estimate& e) -> std::optional<Eigen::Matrix4d> {
+                               if (!e.in_map) return std::nullopt;
+                               return matrix(e.in_map->map_T_imu);
+                             },
+                             "(4, 4) in the frame of the map, or None.")
+      .def_property_readonly("world_T_map",
+                             [](const Estimate& e) -> std::optional<Eigen::Matrix4d> {
+                               if (!e.in_map) return std::nullopt;
+                               return matrix(e.in_map->world_T_map);
+                             },
+                             "(4, 4) frame of the map in the world (REP 105: odom_T_map), or None.")
+      .def_property_readonly("health",
+                             [](const Estimate& e) { return std::string(name(e.health)); },
+                             "'ok', 'degraded' or 'lost'.")
+      .def_readonly("nis", &Estimate::nis)
+      .def_readonly("nis_dof", &Estimate::nis_dof)
+      .def_readonly("observations", &Estimate::observations)
+      .def_readonly("used", &Estimate::used)
+      .def_readonly("rejected", &Estimate::rejected)
+      .def_readonly("landmarks", &Estimate::landmarks)
+      .def("__repr__", &text_of);
+
+  py::class_<Slam>(m, "Slam",
+                   "Visual-inertial SLAM step by step. Any thread may call; calls wait for each "
+                   "other, and other Python threads go on meanwhile.")
+      .def(py::init<std::vector<Camera>, const ImuNoise&, const std::string&,
+                    const std::filesystem::path&, const py::kwargs&>(),
+           py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
+           py::arg("map") = std::filesystem::path{},
+           "cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; "
+           "map: file of a saved map; and settings by name, as chasles.settings() lists them.")
+      .def("add_imu", &Slam::add_imu, py::arg("time"), py::arg("angular_rate"),
+           py::arg("specific_force"),
+           "A sample, or (N,) of them. Times are ints [ns] or floats [s]; angular rates [rad/s] and "
+           "specific forces [m/s^2] in IMU axes: (3,) or (N, 3). Returns the estimates of the images "
+           "that waited for them.")
+      .def("add_images", &Slam::add_images, py::arg("time"), py::arg("images"),
+           "The images of all cameras at one instant: arrays (height, width) of uint8, or None. "
+           "Returns the estimates that are ready.")
+      .def("finish", &Slam::finish, "The estimates of the images that still wait.")
+      .def_property_readonly("started", &Slam::started)
+      .def_property_readonly("why_not_started", &Slam::why_not_started)
+      .def_property_readonly("waiting", &Slam::waiting, "Number of images that wait for samples.")
+      .def_property_readonly("landmarks", &landmark_columns,
+                             "{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), "
+                             "'observations': (N,)}.");
+}
+
+}  // namespace chasles::python

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+// The parts of the module.
+namespace chasles::python {
+
+void bind_errors(pybind11::module_& m);
+void bind_recordings(pybind11::module_& m);
+void bind_runs(pybind11::module_& m);
+void bind_slam(pybind11::module_& m);
+void bind_evaluation(pybind11::module_& m);
+
+}  // namespace chasles::python
