@@ -65,6 +65,7 @@ Json description(const LandmarkMap& map, std::size_t parts, std::uintmax_t bytes
                {"most_m", {most.x(), most.y(), most.z()}},
                {"views", views},
                {"shared_errors", map.covariance.rank()}};
+  json["frame"] = map.sessions.empty() ? Json() : Json(map.sessions.front().name);
   json["median_sigma_m"] = sigmas.empty() ? Json() : Json(median(sigmas));
   json["largest_sigma_m"] = sigmas.empty() ? Json() : Json(*std::ranges::max_element(sigmas));
   return json;
@@ -91,11 +92,8 @@ std::string text_of(const fs::path& file, const Json& json) {
   if (const auto parts = json.at("parts").get<long>(); parts > 1) {
     line("maps merged in it", fmt::format("{}", parts));
   }
-  const Json& sessions = json.at("sessions");
-  if (!sessions.empty()) {
-    line("frame", "that of the first run in " + sessions[0].at("name").get<std::string>());
-  }
-  for (const Json& session : sessions) {
+  if (!json.at("frame").is_null()) line("frame", "of " + json.at("frame").get<std::string>());
+  for (const Json& session : json.at("sessions")) {
     const double seconds = 1e-9 * static_cast<double>(session.at("end_ns").get<std::int64_t>() -
                                                       session.at("begin_ns").get<std::int64_t>());
     line("session",

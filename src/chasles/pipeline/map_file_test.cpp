@@ -168,7 +168,7 @@ TEST(MapFile, AMergedMapHasItsParts) {
   EXPECT_EQ(map_bytes(map, parts), all);
   // Descriptors that the merged map has are stored once.
   EXPECT_LT(contents(all).parts.size(),
-            walks[0].size() + walks[1].size() + walks[2].size() - 96 * 200);
+            walks[0].size() + walks[1].size() + walks[2].size() - 96 * 100);
 }
 
 TEST(MapFile, OlderVersionsAreRead) {
