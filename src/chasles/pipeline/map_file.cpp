@@ -202,17 +202,16 @@ LandmarkMap get_map(std::uint32_t version, const KnownDescriptors* known, MapRea
   const std::size_t number = version == 1 ? sizeof(float) : sizeof(Eigen::half);
   const std::size_t rank = in.get_count(3 * number * map.points.size());
   in.check(map.points.empty() ? rank == 0 : rank <= 3 * map.points.size(), "an impossible rank");
-  Eigen::MatrixX<Eigen::half> shared(3 * static_cast<Eigen::Index>(own.size()),
-                                     static_cast<Eigen::Index>(rank));
-  if (version == 1) {
-    Eigen::MatrixXf of_file(shared.rows(), shared.cols());
-    in.get_all(of_file);
-    shared = of_file.cast<Eigen::half>();
-    in.check(shared.allFinite(), "a covariance that cannot be");
-  } else {
-    in.get_all(shared);
+  Eigen::MatrixXd shared(3 * static_cast<Eigen::Index>(own.size()),
+                         static_cast<Eigen::Index>(rank));
+  for (Eigen::Index i = 0; i < shared.rows(); ++i) {
+    for (Eigen::Index j = 0; j < shared.cols(); ++j) {
+      shared(i, j) = static_cast<double>(version == 1 ? static_cast<Eigen::half>(in.get<float>())
+                                                      : in.get<Eigen::half>());
+    }
   }
-  map.covariance = JointCovariance(std::move(own), shared.cast<double>());
+  in.check(shared.allFinite(), "a number that is not finite");
+  map.covariance = JointCovariance(std::move(own), std::move(shared));
   return map;
 }
 
