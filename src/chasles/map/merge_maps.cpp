@@ -192,7 +192,7 @@ Attempt join(const LandmarkMap& a, const MapPart& b) {
   return {.joined = {}, .matches = static_cast<int>(matches.size())};
 }
 
-// Maps that are compared have different sessions, or are the same.
+// A total order of maps that may be merged: no two have a session that begins alike.
 bool before(const MapPart& x, const MapPart& y) {
   const auto key = [](const MapSession& session) { return std::tie(session.begin, session.name); };
   return std::ranges::lexicographical_compare(
@@ -200,6 +200,7 @@ bool before(const MapPart& x, const MapPart& y) {
       [&](const MapSession& a, const MapSession& b) { return key(a) < key(b); });
 }
 
+// Two runs never leave the same numbers to the last bit.
 bool same(const LandmarkMap& x, const LandmarkMap& y) {
   const auto same_session = [](const MapSession& a, const MapSession& b) {
     return a.name == b.name && a.begin == b.begin && a.end == b.end;
