@@ -121,8 +121,7 @@ TEST_P(ConsiderTest, IsTheSchmidtKalmanFilter) {
     MatrixXd K = P * H.transpose() * (H * P * H.transpose() + R).inverse();
     K(rows_of_the_map(x), Eigen::all).setZero();
     const MatrixXd I = MatrixXd::Identity(x.size(), x.size());
-    const MatrixXd expected =
-        (I - K * H) * P * (I - K * H).transpose() + K * R * K.transpose();
+    const MatrixXd expected = (I - K * H) * P * (I - K * H).transpose() + K * R * K.transpose();
     const VectorXd frame_before = x.considered->mean;
     ekf.update(measurements);
     const MatrixXd updated = T * ekf.covariance() * T.transpose();
@@ -165,8 +164,8 @@ TEST(Consider, TheMapIsNotChanged) {
     const Carried all = ekf.recall(numbers);
     ASSERT_EQ(all.items.size(), numbers.size());
     const int fixed = kShared - kOfFrame;
-    EXPECT_TRUE(test::agree(all.P.topLeftCorner(fixed, fixed),
-                            MatrixXd::Identity(fixed, fixed), 1e-12, 1e-12));
+    EXPECT_TRUE(test::agree(all.P.topLeftCorner(fixed, fixed), MatrixXd::Identity(fixed, fixed),
+                            1e-12, 1e-12));
     EXPECT_LT(all.P.block(fixed, fixed, kOfFrame, kOfFrame).trace(), 0.9 * kOfFrame);
   }
 }
@@ -192,7 +191,9 @@ TEST(Consider, ItsUncertaintyCounts) {
                                         test::some_measurement(random, last - 1, 2)};
     for (Ekf* filter : filters) filter->update(measurements);
   }
-  const auto of_pose = [](const Ekf& ekf) { return ekf.covariance().topLeftCorner<6, 6>().trace(); };
+  const auto of_pose = [](const Ekf& ekf) {
+    return ekf.covariance().topLeftCorner<6, 6>().trace();
+  };
   EXPECT_LT(of_pose(trusts), of_pose(estimates));
   EXPECT_LT(of_pose(estimates), of_pose(considers));
 }

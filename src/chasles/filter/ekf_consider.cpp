@@ -238,8 +238,8 @@ void Ekf::revive_considered(std::span<const int> numbers) {
 
 // Its rows are given up where it was in the state.
 void Ekf::drop_considered(int number) {
-  const auto gone =
-      std::erase_if(state_.considered->away, [&](const Landmark& l) { return l.considered == number; });
+  const auto gone = std::erase_if(state_.considered->away,
+                                  [&](const Landmark& l) { return l.considered == number; });
   if (gone > 0) keep_rows();
 }
 
@@ -255,8 +255,9 @@ void Ekf::append_considered(Past::Estimates& estimates) const {
     const auto A = prior.shared.middleRows<3>(6 + 3 * static_cast<Index>(i));
     const Landmark& landmark = away == map.away.end() ? prior.landmarks[i] : *away;
     const Matrix3d covariance =
-        away == map.away.end() ? Matrix3d(A * P * A.transpose() + prior.own[i])
-                               : Matrix3d(covariance_.all().block<3, 3>(landmark.row, landmark.row));
+        away == map.away.end()
+            ? Matrix3d(A * P * A.transpose() + prior.own[i])
+            : Matrix3d(covariance_.all().block<3, 3>(landmark.row, landmark.row));
     estimates.landmarks.push_back({.id = landmark.id,
                                    .p_world = considered_place(state_, number),
                                    .covariance = covariance,

@@ -19,8 +19,8 @@ struct Case {
   std::string chart;
   bool nav = false, calibrating = false, keeps_scale = false;
   bool revives = true;
-  bool forgets = false;  // some past landmarks do not return, some of the state leave for ever
-  bool prior = false;    // landmarks from elsewhere are added, twice
+  bool forgets = false;     // some past landmarks do not return, some of the state leave for ever
+  bool prior = false;       // landmarks from elsewhere are added, twice
   bool considered = false;  // the first of them are not changed
 };
 

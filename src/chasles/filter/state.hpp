@@ -46,8 +46,8 @@ struct Landmark {
 /// A map from elsewhere that no update changes (Ekf::consider). The errors that its landmarks share
 /// are rows of the error vector, so that they count with their cross-covariances.
 struct ConsideredMap {
-  int frame = 0;  ///< its number in Ekf::past()
-  int row = 0;    ///< first row of the shared errors; those of the frame are the last ones
+  int frame = 0;         ///< its number in Ekf::past()
+  int row = 0;           ///< first row of the shared errors; those of the frame are the last ones
   Eigen::VectorXd mean;  ///< of the shared errors: updates correct those of the frame alone
   /// Landmarks that were in the state: p_world is that of the filter's map axes when they left.
   std::vector<Landmark> away = {};

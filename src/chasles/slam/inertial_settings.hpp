@@ -247,10 +247,11 @@ void for_each_setting(S& s, Visitor&& visit) {
         "which closes loops (docs/recognition.md): none, those whose ids the tracks have again, or "
         "those that look the same in the images of the first camera",
         limits::kAny);
-  visit("prior_map", s.prior_map, "choice",
-        "a map of an earlier run (--map) is estimated further, or considered: no update changes it, "
-        "while its uncertainty counts as before (Schmidt-Kalman filter, docs/recognition.md)",
-        limits::kAny);
+  visit(
+      "prior_map", s.prior_map, "choice",
+      "a map of an earlier run (--map) is estimated further, or considered: no update changes it, "
+      "while its uncertainty counts as before (Schmidt-Kalman filter, docs/recognition.md)",
+      limits::kAny);
   visit("recognisable", s.recognisable, "count",
         "recognise: most landmarks out of the state that may be recognised by their appearance; "
         "beyond, they are thinned out",

@@ -57,8 +57,8 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
   }
 }
 
-// Each landmark of a considered map that has been in the state keeps its rows in it. Those that left
-// earliest give theirs up, and do not return: that would count their errors as new ones.
+// Each landmark of a considered map that has been in the state keeps its rows in it. Those that
+// left earliest give theirs up, and do not return: that would count their errors as new ones.
 void InertialSlam::bound_considered() {
   constexpr std::size_t kMostAway = 100;
   const auto& considered = filter_.state().considered;
