@@ -21,6 +21,7 @@ class RunInAMap : public RunOfImages {
  protected:
   struct Result {
     std::vector<Estimate> estimates;
+    Time started{};  // the frame that completed the first estimate
     PlaceCounts places;
     LandmarkMap map;
   };
@@ -29,7 +30,11 @@ class RunInAMap : public RunOfImages {
                        PriorMapUse use = PriorMapUse::kEstimated) {
     class Estimates : public RunObserver {
      public:
+      void on_frame(const FeatureFrame& frame) override {
+        if (list.empty()) latest = frame.time;
+      }
       void on_estimate(const Estimate& e, const EstimateTiming&) override { list.push_back(e); }
+      Time latest{};
       std::vector<Estimate> list;
     };
     InertialRunSettings settings;
@@ -41,6 +46,7 @@ class RunInAMap : public RunOfImages {
     Estimates observer;
     const RunReport report = run(recording, *estimator, {}, {.threads = 1}, observer);
     return {.estimates = observer.list,
+            .started = observer.latest,
             .places = report.estimator.places,
             .map = estimator->landmark_map().value_or(LandmarkMap{})};
   }
@@ -163,6 +169,24 @@ TEST_F(RunInAMap, LeavesAConsideredMapAsItIs) {
   }
   EXPECT_GT(same, static_cast<int>(map->points.size()) - 20);
   EXPECT_GT(result.map.points.size(), map->points.size());
+}
+
+// The filter takes the frames of the initialisation again, and looks at some of their images.
+TEST_F(RunInAMap, BegunInMotionItFindsItsPlaceInTheFramesBeforeTheStart) {
+  InertialScene scene = walk_scene();
+  scene.settings.step_rate = 1.5;
+  scene.settings.rest_duration = 0;
+  const Recording moving = render_inertial(scene);
+  const Result result = run_in(moving, std::make_shared<const LandmarkMap>(first().map));
+  ASSERT_TRUE(result.places.placed);
+  EXPECT_LT(result.estimates.front().time, result.started);
+  EXPECT_LE(*result.places.placed, result.started);
+  const SE3 truth_T_map = truth_T_world(first(), round());
+  for (const Estimate& e : result.estimates) {
+    if (!e.in_map) continue;
+    const SE3 truth = truth_T_map.inverse() * pose_at(moving.truth, e.time).value();
+    EXPECT_LT((truth.p - e.in_map->map_T_imu.p).norm(), 0.15);
+  }
 }
 
 // No search: the frame of the run is that of the map, from the first estimate on.
