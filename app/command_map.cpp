@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -28,12 +30,13 @@ using Json = nlohmann::ordered_json;
 
 struct MapOptions {
   fs::path map;
-  fs::path a, b, output;
+  std::vector<fs::path> merged;
+  fs::path output;
   fs::path drawing;  ///< of the map
   bool json = false;
 };
 
-Json description(const LandmarkMap& map, std::uintmax_t bytes) {
+Json description(const LandmarkMap& map, std::size_t parts, std::uintmax_t bytes) {
   Json sessions = Json::array();
   for (std::size_t i = 0; i < map.sessions.size(); ++i) {
     const MapSession& session = map.sessions[i];
@@ -57,10 +60,12 @@ Json description(const LandmarkMap& map, std::uintmax_t bytes) {
   Json json = {{"landmarks", map.points.size()},
                {"bytes", bytes},
                {"sessions", sessions},
+               {"parts", parts},
                {"least_m", {least.x(), least.y(), least.z()}},
                {"most_m", {most.x(), most.y(), most.z()}},
                {"views", views},
                {"shared_errors", map.covariance.rank()}};
+  json["frame"] = map.sessions.empty() ? Json() : Json(map.sessions.front().name);
   json["median_sigma_m"] = sigmas.empty() ? Json() : Json(median(sigmas));
   json["largest_sigma_m"] = sigmas.empty() ? Json() : Json(*std::ranges::max_element(sigmas));
   return json;
@@ -84,6 +89,10 @@ std::string text_of(const fs::path& file, const Json& json) {
   }
   line("views", fmt::format("{}", json.at("views").get<long>()));
   line("shared errors", fmt::format("{}", json.at("shared_errors").get<long>()));
+  if (const auto parts = json.at("parts").get<long>(); parts > 1) {
+    line("maps merged in it", fmt::format("{}", parts));
+  }
+  if (!json.at("frame").is_null()) line("frame", "of " + json.at("frame").get<std::string>());
   for (const Json& session : json.at("sessions")) {
     const double seconds = 1e-9 * static_cast<double>(session.at("end_ns").get<std::int64_t>() -
                                                       session.at("begin_ns").get<std::int64_t>());
@@ -93,25 +102,20 @@ std::string text_of(const fs::path& file, const Json& json) {
                      seconds, session.at("cameras").get<long>(),
                      session.at("cameras").get<long>() == 1 ? "" : "s"));
   }
+  for (const Json& joined : json.value("joined", Json::array())) {
+    line("joined",
+         fmt::format("{}: {} landmarks that both have, NIS {:.2f} per degree of freedom",
+                     joined.at("name").get<std::string>(), joined.at("matches").get<long>(),
+                     joined.at("nis_per_dof").get<double>()));
+  }
   return text;
 }
 
-void print(const MapOptions& o, const fs::path& file, const LandmarkMap& map, std::size_t bytes,
-           const Json& more) {
-  Json json = description(map, bytes);
-  json.update(more);
-  if (o.json) {
-    fmt::print("{}\n", json_text(json, 2));
-    return;
-  }
-  fmt::print("{}", text_of(file, json));
-  if (more.empty()) return;
-  fmt::print("  {:<22} {}, NIS {:.2f} per degree of freedom\n", "landmarks of both",
-             more.at("matches").get<long>(), more.at("nis_per_dof").get<double>());
+void print(const MapOptions& o, const fs::path& file, const Json& json) {
+  fmt::print("{}", o.json ? json_text(json, 2) + "\n" : text_of(file, json));
 }
 
-std::string page_of(const MapOptions& o, const LandmarkMap& map, std::uintmax_t bytes) {
-  Json summary = description(map, bytes);
+std::string page_of(const MapOptions& o, const LandmarkMap& map, Json summary) {
   summary["version"] = CHASLES_VERSION;
   ReportRun page{.run = {}, .summary = json_text(summary)};
   page.run.name = valid_utf8(o.map.filename().string());
@@ -128,13 +132,13 @@ int show(const MapOptions& o) {
                     o.drawing.string()));
   }
   const LandmarkMap map = read_map(o.map);
-  const std::uintmax_t bytes = fs::file_size(o.map);
+  const Json json = description(map, read_map_parts(o.map).size(), fs::file_size(o.map));
   if (!o.drawing.empty()) {
     if (o.drawing.has_parent_path()) make_folder(o.drawing.parent_path());
-    replace_file(o.drawing, ending == ".ply" ? map_ply(map_sketch(map)) : page_of(o, map, bytes));
+    replace_file(o.drawing, ending == ".ply" ? map_ply(map_sketch(map)) : page_of(o, map, json));
   }
   if (o.json || o.drawing.empty()) {
-    print(o, o.map, map, bytes, Json::object());
+    print(o, o.map, json);
   } else {
     fmt::print("{}: {}\n", ending == ".ply" ? "ply" : "page", o.drawing.string());
   }
@@ -143,10 +147,26 @@ int show(const MapOptions& o) {
 
 int merge(const MapOptions& o) {
   check_map_output(o.output);
-  const MergedMaps merged = merge_maps(read_map(o.a), read_map(o.b));
-  const std::size_t bytes = write_map(merged.map, o.output);
-  print(o, o.output, merged.map, bytes,
-        {{"matches", merged.matches}, {"nis_per_dof", merged.nis / (3 * merged.matches)}});
+  std::vector<MapPart> parts;
+  for (const fs::path& file : o.merged) {
+    std::vector<LandmarkMap> of_file = read_map_parts(file);
+    const bool one = of_file.size() == 1;
+    for (LandmarkMap& map : of_file) {
+      std::string name = file.string();
+      if (!one) name += fmt::format(" ({})", map.sessions.back().name);
+      parts.push_back({.name = std::move(name), .map = std::move(map)});
+    }
+  }
+  const MergedMaps merged = merge_maps(std::move(parts));
+  const std::size_t bytes = write_map(merged.map, o.output, merged.parts);
+  Json json = description(merged.map, std::max<std::size_t>(merged.parts.size(), 1), bytes);
+  json["joined"] = Json::array();
+  for (const MergedMaps::Joined& joined : merged.joined) {
+    json["joined"].push_back({{"name", joined.sessions.back().name},
+                              {"matches", joined.matches},
+                              {"nis_per_dof", joined.nis / (3 * joined.matches)}});
+  }
+  print(o, o.output, json);
   return 0;
 }
 
@@ -163,9 +183,13 @@ Action declare_map(CLI::App& parser) {
       ->type_name("FILE");
   parser.add_flag("--json", o->json, "Print as JSON");
   CLI::App* merging = parser.add_subcommand(
-      "merge", "Merge two maps at the places that both saw, in the frame of the first");
-  merging->add_option("A", o->a, "Map")->required()->type_name("");
-  merging->add_option("B", o->b, "Map")->required()->type_name("");
+      "merge",
+      "Merge maps at the places that they saw. Their order does not matter: the frame is that of "
+      "the map whose first recording began first. A map that is in two of them counts once");
+  merging->add_option("MAPS", o->merged, "Two or more maps, merged ones too")
+      ->required()
+      ->expected(2, -1)
+      ->type_name("");
   merging->add_option("-o,--output", o->output, "File for the merged map")
       ->required()
       ->check(require_path)
@@ -173,7 +197,7 @@ Action declare_map(CLI::App& parser) {
   merging->add_flag("--json", o->json, "Print as JSON");
   return [o, merging] {
     if (merging->parsed()) return merge(*o);
-    if (o->map.empty()) throw UsageError("map: expected a MAP, or `merge A B -o MAP`");
+    if (o->map.empty()) throw UsageError("map: expected a MAP, or `merge A B ... -o MAP`");
     return show(*o);
   };
 }

@@ -138,6 +138,7 @@ class Recorder : public RunObserver {
   }
   void on_frame(const FeatureFrame& frame) override {
     if (!first_) first_ = frame.time;
+    latest_ = frame.time;
     ++frames_;
     spans_.add(frame);
     keeper_.follow(frame);
@@ -149,6 +150,7 @@ class Recorder : public RunObserver {
   void on_estimate(const Estimate& e, const EstimateTiming& timing) override {
     if (!result_.start_seconds) {
       result_.start_seconds = to_seconds(e.time - *first_);
+      result_.initialised_seconds = to_seconds(latest_ - *first_);
       result_.coverage.before_start = frames_ - 1;
     }
     if (e.in_map) {
@@ -218,6 +220,7 @@ class Recorder : public RunObserver {
   Sums sums_;
   ObservationSpans spans_;
   std::optional<Time> first_;  // first frame
+  Time latest_{};              // latest frame
   std::size_t frames_ = 0, estimated_ = 0;
   int unreadable_ = 0;  // frames with an image that cannot be read
 };

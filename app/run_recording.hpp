@@ -40,6 +40,8 @@ struct RecordedRun {
   Run run;
   RunReport report;
   std::optional<double> start_seconds;  ///< from the first frame to the first estimate [s]
+  /// From the first frame to that which completed the first estimate [s].
+  std::optional<double> initialised_seconds;
   Coverage coverage;
   int zupt_frames = 0;               ///< frames with a zero-velocity update
   std::map<Doubt, int> doubts;       ///< numbers of degraded frames, by their reasons

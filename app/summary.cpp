@@ -220,6 +220,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   summary["innovation_correlation"] = or_null(run.innovation_correlation);
   summary["truth_tilt_deg"] = or_null(run.truth_tilt_deg);
   summary["start_seconds"] = or_null(run.start_seconds);
+  summary["initialised_seconds"] = or_null(run.initialised_seconds);
   summary["resets"] = report.resets;
   if (report.resets > 0 && summary["health"] == "ok") summary["health"] = "degraded";
   summary["zupt_frames"] = run.zupt_frames;

@@ -4,7 +4,7 @@ import struct
 
 import numpy
 
-HEADER, CAMERA, VIEW = 32, 177, 100  # [bytes]
+HEADER, SECTION, CAMERA, VIEW = 32, 12, 177, 100  # [bytes]
 
 
 class SavedMap:
@@ -27,8 +27,12 @@ class SavedMap:
             self.skip(VIEW * views)
         self.p, self.D = numpy.array(self.p), numpy.array(self.D)
         r = self.take("<I")
-        self.U = numpy.frombuffer(self.data, "<f4", 3 * r * len(self.p), self.at).reshape(len(self.p), 3, r).astype(float)
-        self.skip(4 * self.U.size)
+        old = self.data[16] == 1
+        self.U = numpy.frombuffer(self.data, "<f4" if old else "<f2", 3 * r * len(self.p), self.at)
+        self.skip(self.U.nbytes)
+        self.U = self.U.reshape(len(self.p), 3, r).astype(float)
+        if not old:  # the maps of which it was merged
+            self.skip(SECTION + int.from_bytes(self.data[self.at + 4:self.at + SECTION], "little"))
         if self.at != len(self.data):
             raise SystemExit(f"{file}: {len(self.data) - self.at} bytes are left")
 

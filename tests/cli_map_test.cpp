@@ -72,14 +72,44 @@ TEST(MapCommand, AMapIsSavedFoundExtendedAndDescribed) {
   const Json after = Json::parse(chasles(folder, "map m.map --json").out);
   EXPECT_EQ(after.at("sessions").size(), 2u);
   EXPECT_GT(after.at("landmarks"), before.at("landmarks"));
+}
 
-  // Two maps of one corridor.
+TEST(MapCommand, MergesInAnyOrderToTheSameBytes) {
+  const Scratch folder;
+  simulate_walk(folder, "first", "");
+  simulate_walk(folder, "second", "--set step_rate=1.5 --run 2");
+  simulate_walk(folder, "third", "--set step_rate=1.75 --run 3");
   ASSERT_EQ(chasles(folder, "run first --save-map a.map --quiet").code, 0);
   ASSERT_EQ(chasles(folder, "run second --save-map b.map --quiet").code, 0);
-  const Outcome merged = chasles(folder, "map merge a.map b.map -o ab.map");
-  ASSERT_EQ(merged.code, 0) << merged.err;
-  EXPECT_NE(merged.out.find("landmarks of both"), std::string::npos) << merged.out;
-  expect_error(chasles(folder, "map merge a.map m.map -o no.map"), 2, "count it twice");
+  ASSERT_EQ(chasles(folder, "run third --save-map c.map --quiet").code, 0);
+  const auto merged = [&](const std::string& maps, const std::string& output) {
+    const Outcome outcome = chasles(folder, "map merge " + maps + " -o " + output);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return slurp(folder / output);
+  };
+  const std::string all = merged("a.map b.map c.map", "abc.map");
+  EXPECT_TRUE(merged("c.map a.map b.map", "cab.map") == all);
+  const std::string ab = merged("a.map b.map", "ab.map");
+  EXPECT_TRUE(merged("b.map a.map", "ba.map") == ab);
+  EXPECT_TRUE(merged("c.map ab.map", "m.map") == all);
+  merged("c.map b.map", "bc.map");
+  EXPECT_TRUE(merged("ab.map bc.map", "m.map") == all);
+  EXPECT_TRUE(merged("a.map a.map", "m.map") == slurp(folder / "a.map"));
+
+  const Outcome described = chasles(folder, "map merge b.map a.map -o ab.map");
+  EXPECT_NE(described.out.find("landmarks that both have, NIS "), std::string::npos)
+      << described.out;
+  EXPECT_NE(described.out.find("maps merged in it      2\n"), std::string::npos) << described.out;
+  const Json json = Json::parse(chasles(folder, "map merge c.map ab.map -o m.map --json").out);
+  EXPECT_EQ(json.at("parts"), 3);
+  ASSERT_EQ(json.at("joined").size(), 2u);
+  EXPECT_GT(json.at("joined")[0].at("matches"), 10);
+  EXPECT_EQ(Json::parse(chasles(folder, "map m.map --json").out).at("parts"), 3);
+
+  // A run in a merged map, and one that began in a map of it.
+  ASSERT_EQ(chasles(folder, "run third --map ab.map --save-map abt.map --quiet").code, 0);
+  EXPECT_EQ(Json::parse(chasles(folder, "map abt.map --json").out).at("parts"), 1);
+  expect_error(chasles(folder, "map merge a.map abt.map -o no.map"), 2, "count it twice");
   EXPECT_FALSE(std::filesystem::exists(folder / "no.map"));
 }
 
@@ -99,7 +129,8 @@ TEST(MapCommand, AMapOfAnotherPlaceIsNotExtended) {
   EXPECT_FALSE(std::filesystem::exists(folder / "run/trajectory_in_map.tum"));
   // Without --extend nothing is missing.
   EXPECT_EQ(chasles(folder, "run other --map m.map").code, 0);
-  expect_error(chasles(folder, "map merge m.map m.map -o x.map"), 2, "count it twice");
+  ASSERT_EQ(chasles(folder, "run other --save-map o.map --quiet").code, 0);
+  expect_error(chasles(folder, "map merge o.map m.map -o x.map"), 2, "no place in common with");
 }
 
 TEST(MapCommand, WhatCannotBeDoneIsSaid) {
@@ -110,6 +141,7 @@ TEST(MapCommand, WhatCannotBeDoneIsSaid) {
   expect_error(chasles(folder, "map none.map"), 2, "none.map");
   expect_error(chasles(folder, "map"), 1, "expected a MAP");
   expect_error(chasles(folder, "map merge foreign.map foreign.map -o m.map"), 2, "is no map");
+  expect_error(chasles(folder, "map merge foreign.map -o m.map"), 1, "MAPS");
   expect_error(chasles(folder, "run rec --save-map m.map"), 1, "for a recording with an IMU");
   expect_error(chasles(folder, "run rec --extend"), 1, "--map");
   simulate_turntable(folder);

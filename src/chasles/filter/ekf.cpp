@@ -183,6 +183,7 @@ const UpdateReport& Ekf::update(std::span<const Measurement> measurements) {
   delta.noalias() = z->W * z->w;
   dense::downdate_lower(z->W, covariance_.all());
   latest_.correct(*z);
+  if (state_.considered) leave_unused(*z, delta);
 
   History::Correction record;
   if (remembers()) remember(accepted, delta, record);
@@ -210,7 +211,12 @@ std::optional<State> Ekf::updated_mean(std::span<const Measurement> measurements
   const auto z = whiten(work_.accepted, covariance_, no_past, state_, work_.whitening);
   if (!z) return std::nullopt;
   State mean = state_;
-  correct_mean(mean, z->W * z->w);
+  VectorXd delta = z->W * z->w;
+  if (state_.considered) {
+    const Unused unused = unused_gain(*z);
+    delta(unused.rows) -= unused.D * z->w;
+  }
+  correct_mean(mean, delta);
   return mean;
 }
 

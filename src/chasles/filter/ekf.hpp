@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -161,6 +162,13 @@ class Ekf {
   /// and for a covariance that does not fit.
   int add_past(PriorMap prior);
 
+  /// The same, but the map is known from a better source than this run: its landmarks are
+  /// considered, with all their covariances, and no update changes them (Schmidt-Kalman filter,
+  /// docs/filter.md). Updates correct the frame of the map, by prior.of_frame. The shared errors
+  /// become rows of the state, and so do landmarks that have once returned. Throws UsageError also
+  /// for a second map.
+  int consider(PriorMap prior);
+
   /// What recall() gives, and the landmarks of the state (indices) in the axes of the map after
   /// them: items with the number -1, whose corrections are their positions.
   Carried recall(std::span<const int> numbers, std::span<const int> landmarks) const;
@@ -204,6 +212,11 @@ class Ekf {
     State before;
     std::vector<Landmark> gone;
     std::vector<int> rows;
+    struct Rows {
+      int* first;
+      int width;
+    };
+    std::vector<Rows> kept;
     WhiteningScratch whitening;
     Scratch delta, xi, product, other, B, Z;
   };
@@ -225,6 +238,30 @@ class Ekf {
   void to_map_axes(Landmark& landmark);
   void to_world_axes(Landmark& landmark);
   void add_dense(const PriorMap& prior);
+  void check_fits(const PriorMap& prior) const;
+  bool is_considered(int number) const;
+  std::pair<std::vector<int>, std::vector<int>> apart(std::span<const int> numbers) const;
+  Eigen::Vector3d considered_place(const State& x, int number) const;
+  void put_considered_in_place(State& x, const ErrorRef& delta) const;
+  /// What an update would have told about a considered map: P is larger by D D^T, and D w is not
+  /// corrected. `rows` are those of D in the error vector.
+  struct Unused {
+    std::vector<int> rows;
+    Eigen::MatrixXd D;
+  };
+  Unused unused_gain(const Whitened& z) const;
+  void leave_unused(const Whitened& z, Eigen::Ref<Eigen::VectorXd> delta);
+  /// Past states of a considered map as linear functions of the errors of the state.
+  struct OfState {
+    std::vector<Segment::Item> items;
+    Eigen::MatrixXd d, own;
+    Eigen::VectorXd correction;
+  };
+  OfState considered_of_state(std::span<const int> numbers) const;
+  Carried recall_considered(std::span<const int> considered, const Carried& others) const;
+  void revive_considered(std::span<const int> numbers);
+  void drop_considered(int number);
+  void append_considered(Past::Estimates& estimates) const;
   void leave(std::span<const int> indices);
   void end_segment_when_due();
   void move_to_present_mean(const Eigen::Vector3d& as_it_left, const Landmark& landmark,

@@ -16,6 +16,7 @@ void Ekf::correct_mean(State& x, const ErrorRef& delta) const {
   push(*chart_, x, xi);
   retract(*chart_, x, xi);
   x.world_T_imu.R = so3::normalized(x.world_T_imu.R);
+  if (x.considered) put_considered_in_place(x, delta);
 }
 
 // P <- A P A^T with A = T(x+)^-1 T(x), on the lower triangle.

@@ -20,12 +20,16 @@ void Ekf::keep_rows() {
     row = static_cast<int>(rows.size());
     for (int i = 0; i < width; ++i) rows.push_back(first + i);
   };
-  auto clone = state_.clones.begin();
-  for (Landmark& landmark : state_.landmarks) {
-    for (; clone != state_.clones.end() && clone->row < landmark.row; ++clone) take(clone->row, 6);
-    take(landmark.row, 3);
+  auto& kept = work_.kept;
+  kept.clear();
+  for (Landmark& landmark : state_.landmarks) kept.push_back({&landmark.row, 3});
+  for (Clone& clone : state_.clones) kept.push_back({&clone.row, 6});
+  if (state_.considered) {
+    kept.push_back({&state_.considered->row, static_cast<int>(state_.considered->mean.size())});
+    for (Landmark& landmark : state_.considered->away) kept.push_back({&landmark.row, 3});
   }
-  for (; clone != state_.clones.end(); ++clone) take(clone->row, 6);
+  std::ranges::sort(kept, {}, [](const auto& one) { return *one.first; });
+  for (const auto& one : kept) take(*one.first, one.width);
   covariance_.keep(rows);
   latest_.keep_rows(rows);
 }

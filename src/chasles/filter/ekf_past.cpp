@@ -72,6 +72,11 @@ void Ekf::leave(std::span<const int> indices) {
     if (!landmark.has_place()) continue;
     make_cartesian(index);
     to_map_axes(landmark);
+    if (landmark.considered) {
+      past_.note_left(*landmark.considered);
+      state_.considered->away.push_back(landmark);
+      continue;
+    }
     const auto P = covariance_.all();
     latest_.add_item({.number = past_.add(landmark), .size = 3}, P.middleRows<3>(landmark.row),
                      P.block<3, 3>(landmark.row, landmark.row),
@@ -117,27 +122,33 @@ void Ekf::end_segment_when_due() {
 }
 
 Carried Ekf::recall(std::span<const int> numbers) const {
-  const std::vector<int> list(numbers.begin(), numbers.end());
-  const std::vector<int> sources = past_.sources(list);
+  const auto [others, considered] = apart(numbers);
+  const std::vector<int> sources = past_.sources(others);
   Carried past = past_.recall(sources);
   carry(past, latest_.segment(), sources);
-  return past_.derived(past, list);
+  past = past_.derived(past, others);
+  return considered.empty() ? past : recall_considered(considered, past);
 }
 
 void Ekf::forget(std::span<const int> numbers) {
-  for (const int number : numbers) past_.forget(number);
+  for (const int number : numbers) {
+    past_.forget(number);
+    if (is_considered(number)) drop_considered(number);
+  }
 }
 
 // The past states become the last rows of the state.
 void Ekf::revive(std::span<const int> numbers) {
   if (!has_past()) throw UsageError("landmarks return in a filter with Map::kPast alone");
   if (numbers.empty()) return;
-  const std::vector<int> list(numbers.begin(), numbers.end());
-  if (!std::ranges::all_of(list, [&](int number) { return past_.can_return(number); })) {
+  const auto [list, considered] = apart(numbers);
+  if (!std::ranges::all_of(numbers, [&](int number) { return past_.can_return(number); })) {
     throw UsageError(
         "a landmark cannot return: expected past.recalls, and numbers of past landmarks that have "
         "not returned");
   }
+  revive_considered(considered);
+  if (list.empty()) return;
   Carried past;
   if (options_.map == Map::kDense) {
     carry(past, latest_.segment(), list);
@@ -233,7 +244,7 @@ MapLandmark Ekf::in_map_axes(const Landmark& landmark) const {
   return result;
 }
 
-int Ekf::add_past(PriorMap prior) {
+void Ekf::check_fits(const PriorMap& prior) const {
   if (!has_past() || !options_.past.recalls) {
     throw UsageError("a prior map needs a filter with Map::kPast and past.recalls");
   }
@@ -241,6 +252,10 @@ int Ekf::add_past(PriorMap prior) {
   if (prior.shared.rows() != 6 + 3 * landmarks || prior.own.size() != prior.landmarks.size()) {
     throw UsageError("a prior map has six rows of shared errors, and three for each landmark");
   }
+}
+
+int Ekf::add_past(PriorMap prior) {
+  check_fits(prior);
   const Index n = covariance_.size(), r = prior.shared.cols();
   if (options_.map == Map::kDense) {
     add_dense(prior);
@@ -329,6 +344,7 @@ void Ekf::visit_dense_covariance(const History::RowVisitor& visit) const {
 
 Past::Estimates Ekf::past_estimates() const {
   Past::Estimates result = has_past() ? past_.estimates(latest_.segment()) : history_.estimates();
+  if (state_.considered) append_considered(result);
   result.landmarks.insert(result.landmarks.end(), frozen_.begin(), frozen_.end());
   for (const Landmark& landmark : state_.landmarks) {
     if (!landmark.has_place()) continue;

@@ -194,6 +194,11 @@ void Past::note_returned(const std::vector<int>& numbers) {
   landmarks_ -= static_cast<int>(numbers.size());
 }
 
+void Past::note_left(int number) {
+  std::get<PastLandmark>(states_[static_cast<std::size_t>(number)]).has_returned = false;
+  ++landmarks_;
+}
+
 Past::Estimates Past::estimates(const Segment& latest) const {
   std::vector<Stretch> stretches = recorded();
   stretches.push_back({&latest, &revived_});

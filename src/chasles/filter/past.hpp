@@ -40,6 +40,7 @@ struct PriorMap {
   std::vector<Landmark> landmarks;   ///< Cartesian, in the axes of the filter's map
   Eigen::MatrixXd shared;            ///< by x: six rows of the frame, then three a landmark
   std::vector<Eigen::Matrix3d> own;  ///< covariances of the landmarks' own errors
+  int of_frame = 0;  ///< the last of the shared errors that are those of the frame, not of the map
 };
 
 /// The states that have left a filter: landmarks, and poses of its path. Their estimates given all
@@ -74,6 +75,8 @@ class Past {
 
   /// Whether it is a landmark of a prior map that has not yet returned.
   bool follows(int number) const { return frame_of(number).has_value(); }
+  /// The number of that map's frame.
+  std::optional<int> frame_of(int number) const;
   /// The states from which these follow: a landmark of a prior map that has not yet returned
   /// follows from the shared errors of the map.
   std::vector<int> sources(const std::vector<int>& numbers) const;
@@ -85,6 +88,7 @@ class Past {
   /// starts, in this order.
   Carried revive(const std::vector<int>& numbers);
   void note_returned(const std::vector<int>& numbers);
+  void note_left(int number);  ///< a landmark that had returned
 
   /// Estimates given all measurements; `latest` is the run since the last segment. Landmarks of
   /// the past in the order in which they left, without those that have returned.
@@ -95,6 +99,7 @@ class Past {
   Estimates estimates(const Segment& latest) const;
 
   bool can_return(int number) const;
+  bool has_returned(int number) const { return past_landmark(number)->has_returned; }
   /// A prior map, as it was added, by the number of its frame.
   const PriorMap& prior(int frame) const;
   /// A past landmark as it left.
@@ -119,7 +124,6 @@ class Past {
   bool may_return(int number) const;
   bool is_frame(int number) const;
   Segment of_recalled(const Segment& segment) const;
-  std::optional<int> frame_of(int number) const;
   void make_items(const std::vector<int>& numbers);
   DerivedItem derived_item(int frame, int number) const;
   void append_prior(const SmoothedState& shared, const PriorMap& map, Estimates& estimates) const;

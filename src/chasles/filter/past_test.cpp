@@ -19,8 +19,9 @@ struct Case {
   std::string chart;
   bool nav = false, calibrating = false, keeps_scale = false;
   bool revives = true;
-  bool forgets = false;  // some past landmarks do not return, some of the state leave for ever
-  bool prior = false;    // landmarks from elsewhere are added, twice
+  bool forgets = false;     // some past landmarks do not return, some of the state leave for ever
+  bool prior = false;       // landmarks from elsewhere are added, twice
+  bool considered = false;  // the first of them are not changed
 };
 
 std::string name_of(const Case& c) {
@@ -30,7 +31,7 @@ std::string name_of(const Case& c) {
   if (c.calibrating) name += "_calibrating";
   if (c.keeps_scale) name += "_scale";
   if (c.forgets) name += "_forgetting";
-  if (c.prior) name += "_prior";
+  if (c.prior) name += c.considered ? "_considered_prior" : "_prior";
   return name + (c.revives ? "" : "_without_revival");
 }
 
@@ -44,8 +45,16 @@ std::vector<Case> cases() {
     all.push_back({.chart = name, .prior = true});
     all.push_back({.chart = name, .nav = true, .calibrating = true});
     all.push_back({.chart = name, .nav = true, .forgets = true, .prior = true});
-    if (name != "left-se3")
+    all.push_back({.chart = name, .prior = true, .considered = true});
+    all.push_back({.chart = name, .nav = true, .forgets = true, .prior = true, .considered = true});
+    if (name != "left-se3") {
       all.push_back({.chart = name, .calibrating = true, .keeps_scale = true});
+      all.push_back({.chart = name,
+                     .calibrating = true,
+                     .keeps_scale = true,
+                     .prior = true,
+                     .considered = true});
+    }
   }
   return all;
 }
@@ -96,14 +105,16 @@ class Wanderer {
     PriorMap prior{.map_T_prior = test::random_pose(random_, 5),
                    .landmarks = {},
                    .shared = 0.1 * test::random_matrix(random_, 6 + 3 * kLandmarks, 5),
-                   .own = {}};
+                   .own = {},
+                   .of_frame = 2};
     for (int i = 0; i < kLandmarks; ++i) {
       const Eigen::Vector3d p = nav_T_imu.p + 8 * random_.axis();
       prior.landmarks.push_back(
           {.id = 5000 + 100 * frame_ + i, .p_world = p, .observations = 20, .first = p});
       prior.own.emplace_back(test::random_covariance(random_, 3, 0.05));
     }
-    frames_.push_back(ekf_.add_past(prior));
+    const bool considers = case_.considered && frames_.empty();
+    frames_.push_back(considers ? ekf_.consider(prior) : ekf_.add_past(prior));
     for (int i = 1; i <= kLandmarks; ++i) dormant_.push_back(frames_.back() + i);
   }
 
@@ -128,8 +139,14 @@ class Wanderer {
       if (old || random_.uniform() < 0.1) gone.push_back(static_cast<int>(i));
     }
     const int before = ekf_.past().states();
+    std::vector<int> left;
+    for (const int index : gone) {
+      const auto& landmark = ekf_.state().landmarks[static_cast<std::size_t>(index)];
+      if (landmark.considered) left.push_back(*landmark.considered);
+    }
     ekf_.retire(gone);
-    for (int number = before; number < ekf_.past().states(); ++number) {
+    for (int number = before; number < ekf_.past().states(); ++number) left.push_back(number);
+    for (const int number : left) {
       if (case_.forgets && number % 3 == 0) {
         ekf_.forget(std::array{number});
       } else {
@@ -151,6 +168,7 @@ class Wanderer {
     for (const int number : dormant_) {
       if (numbers.size() < 3 && random_.uniform() < 0.3) numbers.push_back(number);
     }
+    std::ranges::sort(numbers);
     ekf_.revive(numbers);
     revived_ += static_cast<int>(numbers.size());
     std::erase_if(dormant_, [&](int n) { return std::ranges::find(numbers, n) != numbers.end(); });

@@ -33,6 +33,7 @@ struct Landmark {
   Eigen::Vector3d inverse_depth = Eigen::Vector3d::Zero();  ///< [1, 1, 1/m]; anchored form
   Eigen::Vector3d first = Eigen::Vector3d::Zero();  ///< world position at initialisation [m]
   int camera = 0;  ///< the anchor's; index into State::imu_T_camera if those are estimated
+  std::optional<int> considered = {};  ///< its number in Ekf::past(), if of a ConsideredMap
 
   /// Whether its depth is positive: noise may move an inverse depth through zero.
   bool has_place() const { return !anchor || inverse_depth.z() > 0; }
@@ -40,6 +41,16 @@ struct Landmark {
   /// The three parameters that its errors change.
   Eigen::Vector3d& parameters() { return anchor ? inverse_depth : p_world; }
   const Eigen::Vector3d& parameters() const { return anchor ? inverse_depth : p_world; }
+};
+
+/// A map from elsewhere that no update changes (Ekf::consider). The errors that its landmarks share
+/// are rows of the error vector, so that they count with their cross-covariances.
+struct ConsideredMap {
+  int frame = 0;         ///< its number in Ekf::past()
+  int row = 0;           ///< first row of the shared errors; those of the frame are the last ones
+  Eigen::VectorXd mean;  ///< of the shared errors: updates correct those of the frame alone
+  /// Landmarks that were in the state: p_world is that of the filter's map axes when they left.
+  std::vector<Landmark> away = {};
 };
 
 /// Linearisation point of a measurement.
@@ -63,7 +74,8 @@ struct HomogeneousPoint {
 ///
 ///   [ pose: rotation 3, position 3 | v_world 3, if present | nav_T_world 6, if present:
 ///     rotation, position | additive | imu_T_camera 6 each, if present: rotation, position |
-///     time_offset 1, if present | landmarks, 3 each, and clones, 6 each, in order of addition ]
+///     time_offset 1, if present | landmarks, 3 each, clones, 6 each, and the shared errors and
+///     landmarks of a considered map, in order of addition ]
 ///
 /// where the part before the landmarks is called the core. The error chart (error_chart.hpp)
 /// defines the error coordinates. In all charts the errors of `additive` and of the time offset are
@@ -81,6 +93,7 @@ struct State {
   std::optional<double> time_offset = {};  ///< camera clock + time_offset = IMU clock [s]
   std::vector<Landmark> landmarks = {};    ///< not retired; rows rise
   std::vector<Clone> clones = {};          ///< rows rise
+  std::optional<ConsideredMap> considered = {};
 
   int motion_size() const { return v_world ? 9 : 6; }  ///< rows of pose and v_world
   int nav_row() const { return motion_size(); }
@@ -103,6 +116,10 @@ struct State {
     int rows = core_size();
     if (!landmarks.empty()) rows = std::max(rows, landmarks.back().row + 3);
     if (!clones.empty()) rows = std::max(rows, clones.back().row + 6);
+    if (considered) {
+      rows = std::max(rows, considered->row + static_cast<int>(considered->mean.size()));
+      for (const Landmark& landmark : considered->away) rows = std::max(rows, landmark.row + 3);
+    }
     return rows;
   }
 

@@ -16,7 +16,8 @@ PriorMap placed(const LandmarkMap& map, std::span<const int> points, const MapPl
   PriorMap prior{.map_T_prior = world_T_map,
                  .landmarks = {},
                  .shared = Eigen::MatrixXd::Zero(6 + 3 * n, r + 4),
-                 .own = {}};
+                 .own = {},
+                 .of_frame = 4};
   const auto moved_by_place = [&](const Vector3d& p_world) {
     Eigen::Matrix<double, 3, 4> by;
     by << place.heading_sigma * Vector3d::UnitZ().cross(p_world - place.pivot),

@@ -137,9 +137,9 @@ std::vector<MapFusion::Whereabouts> MapFusion::points_of_b(const Posterior& give
   return result;
 }
 
-MergedMaps MapFusion::merged(std::span<const Match> matches) const {
+JoinedMaps MapFusion::joined(std::span<const Match> matches) const {
   const Posterior posterior = solve(matches);
-  MergedMaps result{.map = {},
+  JoinedMaps result{.map = {},
                     .a_T_b = place_.world_T_map,
                     .matches = static_cast<int>(matches.size()),
                     .nis = posterior.nis};

@@ -45,7 +45,7 @@ class MapFusion {
   std::vector<Whereabouts> points_of_a(const Posterior& given) const;
   std::vector<Whereabouts> points_of_b(const Posterior& given) const;
 
-  MergedMaps merged(std::span<const Match> matches) const;
+  JoinedMaps joined(std::span<const Match> matches) const;
 
  private:
   struct Difference {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -73,6 +74,45 @@ inline Eigen::MatrixXd whole_covariance(const JointCovariance& covariance) {
 /// A level frame: turned about the vertical [rad] and moved [m].
 inline SE3 level_pose(double heading, const Eigen::Vector3d& p) {
   return {so3::exp({0, 0, heading}), p};
+}
+
+/// What a walk leaves of the part of a corridor between two x: its points with errors that are
+/// drawn from their covariance, as another camera sees them, in the frame of the walk. `indices`
+/// receives those of the points.
+inline LandmarkMap walk_map(const LandmarkMap& corridor, double from, double to,
+                            const SE3& walk_T_corridor, int number, Random& random,
+                            std::vector<int>* indices = nullptr) {
+  LandmarkMap map;
+  map.sessions.push_back({.name = "walk-" + std::to_string(number),
+                          .begin = Time(10 * number),
+                          .end = Time(10 * number + 5),
+                          .cameras = {}});
+  const Eigen::VectorXd y = random.normal_vector(corridor.covariance.rank());
+  const Eigen::Matrix3d& R = walk_T_corridor.R;
+  std::vector<Eigen::Matrix3d> own;
+  std::vector<Eigen::MatrixXd> rows;
+  for (std::size_t i = 0; i < corridor.points.size(); ++i) {
+    MapPoint point = corridor.points[i];
+    if (point.p_map.x() < from || point.p_map.x() > to) continue;
+    if (indices) indices->push_back(static_cast<int>(i));
+    const Eigen::Matrix3d& D = corridor.covariance.own()[i];
+    const Eigen::MatrixXd U =
+        corridor.covariance.shared().middleRows<3>(3 * static_cast<Eigen::Index>(i));
+    point.p_map =
+        walk_T_corridor * (point.p_map + U * y + std::sqrt(D(0, 0)) * random.normal_vector(3));
+    Appearance again;
+    again.add(seen_again(random, point.appearance.views().front(), 10));
+    point.appearance = again.turned(R);
+    map.points.push_back(std::move(point));
+    own.emplace_back(R * D * R.transpose());
+    rows.emplace_back(R * U);
+  }
+  Eigen::MatrixXd shared(3 * static_cast<Eigen::Index>(own.size()), corridor.covariance.rank());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    shared.middleRows<3>(3 * static_cast<Eigen::Index>(i)) = rows[i];
+  }
+  map.covariance = JointCovariance(std::move(own), std::move(shared));
+  return map;
 }
 
 }  // namespace chasles::test

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <string>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -157,28 +159,17 @@ void add_matches(const MapFusion& both, std::vector<Match>& matches) {
   }
 }
 
-void check_sessions(const LandmarkMap& a, const LandmarkMap& b) {
-  for (const MapSession& x : a.sessions) {
-    for (const MapSession& y : b.sessions) {
-      if (x.name == y.name && x.begin <= y.end && y.begin <= x.end) {
-        throw InputError(
-            fmt::format("both maps have a session of the recording {}: merging them would count it "
-                        "twice; extend one of them "
-                        "by a run in it instead (chasles run --map MAP --extend)",
-                        x.name));
-      }
-    }
-  }
-}
+// Two maps, where they have a place in common; else the number of landmarks that fit together.
+struct Attempt {
+  std::optional<JoinedMaps> joined;
+  int matches = 0;
+};
 
-}  // namespace
-
-MergedMaps merge_maps(const LandmarkMap& a, const LandmarkMap& b) {
-  check_sessions(a, b);
-  const std::optional<Proposed> place = common_place(a, b);
+Attempt join(const LandmarkMap& a, const MapPart& b) {
+  const std::optional<Proposed> place = common_place(a, b.map);
   std::vector<Match> matches = place ? place->matches : std::vector<Match>{};
   if (static_cast<int>(matches.size()) >= kLeastAtPlace) {
-    MapFusion both(a, b, place->a_T_b, matches);
+    MapFusion both(a, b.map, place->a_T_b, matches);
     both.relinearise(matches);
     drop_contradictions(both, matches);
     if (static_cast<int>(matches.size()) >= kLeastAtPlace) {
@@ -189,23 +180,113 @@ MergedMaps merge_maps(const LandmarkMap& a, const LandmarkMap& b) {
       const auto count = static_cast<int>(matches.size());
       const double nis = both.solve(matches).nis, most = chi2_quantile(kTogether, 3 * count);
       if (count >= kLeastMatches && nis > most) {
-        throw InputError(
-            fmt::format("the maps contradict each other: {} landmarks look alike and lie together, "
-                        "but the NIS of their differences is {:.0f}, expected at most {:.0f}",
-                        count, nis, most));
+        throw InputError(fmt::format(
+            "{}: the map contradicts those before it: {} landmarks look alike and lie together, "
+            "but the NIS of their differences is {:.0f}, expected at most {:.0f}; merge the others "
+            "without it",
+            b.name, count, nis, most));
       }
-      if (count >= kLeastMatches) return both.merged(matches);
+      if (count >= kLeastMatches) return {.joined = both.joined(matches), .matches = count};
     }
   }
-  throw InputError(
-      fmt::format("the maps have no place in common: found {} landmarks that look alike and fit "
-                  "together, expected {}",
-                  matches.size(), kLeastMatches));
+  return {.joined = {}, .matches = static_cast<int>(matches.size())};
 }
 
-MergedMaps merge_maps(const LandmarkMap& a, const LandmarkMap& b, const SE3& a_T_b,
-                      std::span<const Match> matches) {
-  return MapFusion(a, b, a_T_b, matches).merged(matches);
+// A total order of maps that may be merged: no two have a session that begins alike.
+bool before(const MapPart& x, const MapPart& y) {
+  const auto key = [](const MapSession& session) { return std::tie(session.begin, session.name); };
+  return std::ranges::lexicographical_compare(
+      x.map.sessions, y.map.sessions,
+      [&](const MapSession& a, const MapSession& b) { return key(a) < key(b); });
+}
+
+// Two runs never leave the same numbers to the last bit.
+bool same(const LandmarkMap& x, const LandmarkMap& y) {
+  const auto same_session = [](const MapSession& a, const MapSession& b) {
+    return a.name == b.name && a.begin == b.begin && a.end == b.end;
+  };
+  const auto same_point = [](const MapPoint& a, const MapPoint& b) {
+    return a.p_map == b.p_map && a.session == b.session && a.observations == b.observations;
+  };
+  return std::ranges::equal(x.sessions, y.sessions, same_session) &&
+         std::ranges::equal(x.points, y.points, same_point) &&
+         x.covariance.own() == y.covariance.own() && x.covariance.rank() == y.covariance.rank() &&
+         x.covariance.shared() == y.covariance.shared();
+}
+
+void check_sessions(const MapPart& a, const MapPart& b) {
+  for (const MapSession& x : a.map.sessions) {
+    for (const MapSession& y : b.map.sessions) {
+      if (x.name == y.name && x.begin <= y.end && y.begin <= x.end) {
+        throw InputError(fmt::format(
+            "{} and {}: different maps with a session of the recording {}: merging them would "
+            "count it twice; leave one of them out, or extend one by a run in it instead (chasles "
+            "run --map MAP --extend)",
+            a.name, b.name, x.name));
+      }
+    }
+  }
+}
+
+// In their order, each once.
+void arrange(std::vector<MapPart>& parts) {
+  std::vector<MapPart> once;
+  for (MapPart& part : parts) {
+    const auto known = [&](const MapPart& other) { return same(part.map, other.map); };
+    if (std::ranges::none_of(once, known)) once.push_back(std::move(part));
+  }
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) check_sessions(once[k], once[i]);
+  }
+  std::ranges::sort(once, before);
+  parts = std::move(once);
+}
+
+std::string names(std::span<const MapPart* const> parts) {
+  std::string all;
+  for (const MapPart* part : parts) all += (all.empty() ? "" : ", ") + part->name;
+  return all;
+}
+
+}  // namespace
+
+MergedMaps merge_maps(std::vector<MapPart> parts) {
+  if (parts.empty()) throw UsageError("merging needs a map: found none");
+  arrange(parts);
+  MergedMaps result{.map = parts.front().map, .parts = {}, .joined = {}};
+  std::vector<const MapPart*> together{&parts.front()}, waiting;
+  for (std::size_t i = 1; i < parts.size(); ++i) waiting.push_back(&parts[i]);
+  while (!waiting.empty()) {
+    Attempt attempt;
+    int most = 0;
+    auto next = waiting.begin();
+    for (; next != waiting.end(); ++next) {
+      attempt = join(result.map, **next);
+      if (attempt.joined) break;
+      most = std::max(most, attempt.matches);
+    }
+    if (next == waiting.end()) {
+      throw InputError(fmt::format(
+          "{}: no place in common with {}: found {} landmarks that look alike and fit together, "
+          "expected {}; leave it out, or add a map of a walk that saw places of both",
+          names(waiting), names(together), most, kLeastMatches));
+    }
+    result.joined.push_back({.sessions = (*next)->map.sessions,
+                             .matches = attempt.joined->matches,
+                             .nis = attempt.joined->nis});
+    result.map = std::move(attempt.joined->map);
+    together.push_back(*next);
+    waiting.erase(next);
+  }
+  if (parts.size() > 1) {
+    for (MapPart& part : parts) result.parts.push_back(std::move(part.map));
+  }
+  return result;
+}
+
+JoinedMaps join_maps(const LandmarkMap& a, const LandmarkMap& b, const SE3& a_T_b,
+                     std::span<const Match> matches) {
+  return MapFusion(a, b, a_T_b, matches).joined(matches);
 }
 
 }  // namespace chasles

@@ -18,55 +18,6 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Match = PlaceInMap::Match;
 
-// Errors drawn from the map's covariance move its points.
-LandmarkMap with_errors(LandmarkMap map, test::Random& random) {
-  const VectorXd y = random.normal_vector(map.covariance.rank());
-  for (std::size_t i = 0; i < map.points.size(); ++i) {
-    const auto index = static_cast<Index>(i);
-    const double own = std::sqrt(map.covariance.own()[i](0, 0));
-    map.points[i].p_map +=
-        map.covariance.shared().middleRows<3>(3 * index) * y + own * random.normal_vector(3);
-  }
-  return map;
-}
-
-// A map in another frame.
-LandmarkMap moved(LandmarkMap map, const SE3& new_T_old) {
-  std::vector<Eigen::Matrix3d> own;
-  MatrixXd shared = map.covariance.shared();
-  for (std::size_t i = 0; i < map.points.size(); ++i) {
-    MapPoint& point = map.points[i];
-    point.p_map = new_T_old * point.p_map;
-    point.appearance = point.appearance.turned(new_T_old.R);
-    auto rows = shared.middleRows<3>(3 * static_cast<Index>(i));
-    rows = (new_T_old.R * rows).eval();
-    own.emplace_back(new_T_old.R * map.covariance.own()[i] * new_T_old.R.transpose());
-  }
-  map.covariance = JointCovariance(std::move(own), std::move(shared));
-  return map;
-}
-
-// Some points of a corridor, and their indices.
-LandmarkMap part(const LandmarkMap& map, double from, double to, std::vector<int>& indices) {
-  LandmarkMap result{.sessions = map.sessions, .points = {}, .covariance = {}};
-  indices.clear();
-  std::vector<Eigen::Matrix3d> own;
-  for (std::size_t i = 0; i < map.points.size(); ++i) {
-    const double x = map.points[i].p_map.x();
-    if (x < from || x > to) continue;
-    indices.push_back(static_cast<int>(i));
-    result.points.push_back(map.points[i]);
-    own.push_back(map.covariance.own()[i]);
-  }
-  MatrixXd shared(3 * static_cast<Index>(own.size()), map.covariance.rank());
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    shared.middleRows<3>(3 * static_cast<Index>(i)) =
-        map.covariance.shared().middleRows<3>(3 * indices[i]);
-  }
-  result.covariance = JointCovariance(std::move(own), std::move(shared));
-  return result;
-}
-
 // Two walks through a corridor that overlap.
 struct Walks {
   LandmarkMap truth, a, b;
@@ -79,15 +30,8 @@ Walks two_walks(std::uint64_t seed) {
   test::Random random(seed);
   Walks w;
   w.truth = test::corridor_map(7, 160, 40);
-  w.a = with_errors(part(w.truth, 0, 25, w.of_a), random);
-  LandmarkMap b = with_errors(part(w.truth, 15, 40, w.of_b), random);
-  for (MapPoint& point : b.points) {
-    Appearance again;
-    again.add(test::seen_again(random, point.appearance.views().front(), 20));
-    point.appearance = again;
-  }
-  b.sessions.front().name = "again";
-  w.b = moved(b, w.a_T_b.inverse());
+  w.a = test::walk_map(w.truth, 0, 25, {}, 1, random, &w.of_a);
+  w.b = test::walk_map(w.truth, 15, 40, w.a_T_b.inverse(), 2, random, &w.of_b);
   for (std::size_t j = 0; j < w.of_b.size(); ++j) {
     const auto i = std::ranges::find(w.of_a, w.of_b[j]);
     if (i == w.of_a.end()) continue;
@@ -150,7 +94,7 @@ Dense dense_merge(const Walks& w) {
 TEST(MergeMaps, IsTheKalmanFilterOfBothMaps) {
   const Walks w = two_walks(1);
   const Dense dense = dense_merge(w);
-  const MergedMaps merged = merge_maps(w.a, w.b, w.a_T_b, w.matches);
+  const JoinedMaps merged = join_maps(w.a, w.b, w.a_T_b, w.matches);
   const auto n_a = static_cast<Index>(w.a.points.size());
   ASSERT_EQ(merged.map.points.size(), w.a.points.size() + w.b.points.size() - w.matches.size());
   std::vector<Index> rows;
@@ -174,67 +118,145 @@ TEST(MergeMaps, IsTheKalmanFilterOfBothMaps) {
   }
 }
 
+// Mean squared distance of some of the points from the nearest true one, by its variance.
+double nees(const LandmarkMap& map, std::size_t first, const LandmarkMap& truth) {
+  double sum = 0;
+  int numbers = 0;
+  for (std::size_t i = first; i < map.points.size(); i += 7) {
+    double least = 1e9;
+    for (const MapPoint& t : truth.points) {
+      least = std::min(least, (t.p_map - map.points[i].p_map).norm());
+    }
+    sum += least * least / map.covariance.of(static_cast<int>(i)).trace();
+    ++numbers;
+  }
+  return sum / numbers;
+}
+
 TEST(MergeMaps, FindsThePlaceAndIsConsistent) {
-  double nees = 0, nis = 0;
-  int numbers = 0, differences = 0;
+  double sum = 0, nis = 0;
+  int differences = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const Walks w = two_walks(seed);
-    const MergedMaps merged = merge_maps(w.a, w.b);
-    EXPECT_GT(merged.matches, static_cast<int>(w.matches.size()) / 2);
-    EXPECT_LE(merged.matches, static_cast<int>(w.matches.size()));
-    nis += merged.nis;
-    differences += 3 * merged.matches;
+    const MergedMaps merged = merge_maps({{"a", w.a}, {"b", w.b}});
+    ASSERT_EQ(merged.joined.size(), 1u);
+    const MergedMaps::Joined& joined = merged.joined.front();
+    EXPECT_GT(joined.matches, static_cast<int>(w.matches.size()) / 2);
+    EXPECT_LE(joined.matches, static_cast<int>(w.matches.size()));
+    nis += joined.nis;
+    differences += 3 * joined.matches;
     ASSERT_EQ(merged.map.sessions.size(), 2u);
     // Points of b alone, against the truth in a's frame: a's own errors remain.
-    for (std::size_t i = w.a.points.size(); i < merged.map.points.size(); i += 7) {
-      const MapPoint& point = merged.map.points[i];
-      EXPECT_EQ(point.session, 1);
-      double least = 1e9;
-      for (const MapPoint& t : w.truth.points) {
-        least = std::min(least, (t.p_map - point.p_map).norm());
-      }
-      const double variance = merged.map.covariance.of(static_cast<int>(i)).trace();
-      nees += least * least / variance;
-      ++numbers;
-    }
+    EXPECT_EQ(merged.map.points[w.a.points.size()].session, 1);
+    sum += nees(merged.map, w.a.points.size(), w.truth);
   }
-  EXPECT_LT(nees / numbers, 1.6);
-  EXPECT_GT(nees / numbers, 0.4);
+  EXPECT_LT(sum / 10, 1.6);
+  EXPECT_GT(sum / 10, 0.4);
   EXPECT_LT(nis / differences, 1.3);
   EXPECT_GT(nis / differences, 0.6);
 }
 
-// Distances between points do not depend on the frame.
-TEST(MergeMaps, InEitherOrderIsTheSameMap) {
-  const Walks w = two_walks(3);
-  const MergedMaps ab = merge_maps(w.a, w.b), ba = merge_maps(w.b, w.a);
-  EXPECT_EQ(ab.matches, ba.matches);
-  EXPECT_NEAR(ab.nis, ba.nis, 1e-3 * ab.nis);
-  ASSERT_EQ(ab.map.points.size(), ba.map.points.size());
-  const SE3 b_T_a = ba.a_T_b;
-  for (const MapPoint& point : ab.map.points) {
-    double least = 1e9;
-    for (const MapPoint& other : ba.map.points) {
-      least = std::min(least, (b_T_a * point.p_map - other.p_map).norm());
-    }
-    EXPECT_LT(least, 0.02);
-  }
+bool identical(const LandmarkMap& a, const LandmarkMap& b) {
+  const auto same_point = [](const MapPoint& x, const MapPoint& y) {
+    const auto same_view = [](const PatchView& v, const PatchView& w) {
+      return v.from == w.from && v.level == w.level && v.descriptors == w.descriptors;
+    };
+    return x.p_map == y.p_map && x.session == y.session && x.observations == y.observations &&
+           std::ranges::equal(x.appearance.views(), y.appearance.views(), same_view);
+  };
+  return std::ranges::equal(a.sessions, b.sessions, {}, &MapSession::name, &MapSession::name) &&
+         std::ranges::equal(a.points, b.points, same_point) &&
+         a.covariance.own() == b.covariance.own() && a.covariance.rank() == b.covariance.rank() &&
+         a.covariance.shared() == b.covariance.shared();
 }
 
-TEST(MergeMaps, RefusesWhatIsNotTwoWalksInOnePlace) {
+// The third walk sees no place of the first one: it is joined after the second.
+std::vector<MapPart> three_walks(const LandmarkMap& truth, std::uint64_t seed) {
+  test::Random random(seed);
+  return {{"a", test::walk_map(truth, 0, 25, {}, 1, random)},
+          {"c", test::walk_map(truth, 35, 60, test::level_pose(-2, {1, 2, 3}), 2, random)},
+          {"b", test::walk_map(truth, 15, 45, test::level_pose(1, {-4, 2, 0}), 3, random)}};
+}
+
+TEST(MergeMaps, InAnyOrderIsTheSameMap) {
+  const LandmarkMap truth = test::corridor_map(7, 240, 60);
+  const std::vector<MapPart> parts = three_walks(truth, 3);
+  const MergedMaps expected = merge_maps(parts);
+  ASSERT_EQ(expected.joined.size(), 2u);
+  EXPECT_EQ(expected.joined[0].sessions[0].name, "walk-3");
+  EXPECT_EQ(expected.joined[1].sessions[0].name, "walk-2");
+  EXPECT_EQ(expected.map.sessions[0].name, "walk-1");
+  std::vector<int> order{0, 1, 2};
+  do {
+    std::vector<MapPart> ordered;
+    for (const int i : order) ordered.push_back(parts[static_cast<std::size_t>(i)]);
+    EXPECT_TRUE(identical(merge_maps(ordered).map, expected.map));
+  } while (std::ranges::next_permutation(order).found);
+  // Merged maps are merged by their parts; one that both have counts once.
+  const auto merged_parts = [](const MergedMaps& merged) {
+    std::vector<MapPart> again;
+    for (const LandmarkMap& part : merged.parts) again.push_back({"merged", part});
+    return again;
+  };
+  const std::vector<MapPart> ab = merged_parts(merge_maps({parts[0], parts[2]})),
+                             bc = merged_parts(merge_maps({parts[2], parts[1]}));
+  ASSERT_EQ(ab.size(), 2u);
+  EXPECT_TRUE(identical(merge_maps({ab[0], parts[1], ab[1]}).map, expected.map));
+  EXPECT_TRUE(identical(merge_maps({bc[0], bc[1], parts[0]}).map, expected.map));
+  const MergedMaps twice = merge_maps({bc[0], ab[1], bc[1], ab[0]});
+  EXPECT_TRUE(identical(twice.map, expected.map));
+  EXPECT_EQ(twice.parts.size(), 3u);
+}
+
+TEST(MergeMaps, ThreeWalksAreConsistent) {
+  const LandmarkMap truth = test::corridor_map(7, 240, 60);
+  double sum = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    sum += nees(merge_maps(three_walks(truth, seed)).map, 0, truth);
+  }
+  EXPECT_LT(sum / 10, 1.6);
+  EXPECT_GT(sum / 10, 0.4);
+}
+
+TEST(MergeMaps, OnePartIsTheMapItself) {
+  const LandmarkMap a = two_walks(1).a;
+  const MergedMaps merged = merge_maps({{"a", a}, {"copy", a}});
+  EXPECT_TRUE(identical(merged.map, a));
+  EXPECT_TRUE(merged.parts.empty());
+  EXPECT_TRUE(merged.joined.empty());
+}
+
+TEST(MergeMaps, RejectsWhatIsNotWalksInOnePlace) {
   const Walks w = two_walks(1);
-  const auto message = [](const LandmarkMap& a, const LandmarkMap& b) -> std::string {
+  const auto message = [](std::vector<MapPart> parts) -> std::string {
     try {
-      merge_maps(a, b);
+      merge_maps(std::move(parts));
     } catch (const InputError& error) {
       return error.what();
     }
     return "merged";
   };
-  EXPECT_NE(message(w.a, w.a).find("count it twice"), std::string::npos);
-  LandmarkMap other = test::corridor_map(8, 160, 40);
-  EXPECT_NE(message(w.b, other).find("no place in common"), std::string::npos);
-  EXPECT_NE(message(w.b, {}).find("no place in common"), std::string::npos);
+  // As a run in the map a would leave it.
+  LandmarkMap extended = w.a;
+  extended.sessions.push_back({.name = "later", .begin = Time(90), .end = Time(95), .cameras = {}});
+  extended.points.pop_back();
+  extended.covariance = JointCovariance(
+      {w.a.covariance.own().begin(), w.a.covariance.own().end() - 1},
+      w.a.covariance.shared().topRows(3 * static_cast<Index>(extended.points.size())));
+  EXPECT_EQ(message({{"b", w.b}, {"more", extended}}), "merged");
+  EXPECT_NE(message({{"a", w.a}, {"b", w.b}, {"more", extended}})
+                .find("a and more: different maps with a session of the recording walk-1: merging "
+                      "them would count it twice"),
+            std::string::npos);
+  test::Random random(8);
+  const LandmarkMap other = test::walk_map(test::corridor_map(8, 160, 40), 0, 40, {}, 3, random);
+  const std::string expected = "other: no place in common with a, b: found ";
+  EXPECT_EQ(message({{"other", other}, {"b", w.b}, {"a", w.a}}).find(expected), 0u)
+      << message({{"other", other}, {"b", w.b}, {"a", w.a}});
+  EXPECT_EQ(message({{"a", w.a}, {"other", other}, {"b", w.b}}),
+            message({{"other", other}, {"b", w.b}, {"a", w.a}}));
+  EXPECT_NE(message({{"b", w.b}, {"empty", {}}}).find("no place in common"), std::string::npos);
+  EXPECT_THROW(merge_maps({}), UsageError);
 }
 
 }  // namespace

@@ -1,115 +1,33 @@
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <type_traits>
+#include <map>
 #include <zlib.h>
 
 #include <fmt/format.h>
 
 #include <chasles/data/durable_file.hpp>
-#include <chasles/data/read_budget.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
+#include <chasles/pipeline/map_bytes.hpp>
 #include <chasles/pipeline/map_file.hpp>
 
 namespace chasles {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the file is little-endian");
-
 // As PNG's: a transfer as text destroys it visibly.
 constexpr std::string_view kMagic =
     "\x89"
     "CHASLES-MAP\r\n\x1a\n";
-constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kHeader = 16 + 4 + 4 + 8;
+constexpr std::uint32_t kVersion = 2;
 static_assert(kMagic.size() == 16);
-
-class Writer {
- public:
-  template <typename T>
-  void put(T value) {
-    static_assert(std::is_arithmetic_v<T>);
-    char raw[sizeof value];
-    std::memcpy(raw, &value, sizeof value);
-    bytes_.append(raw, sizeof value);
-  }
-  void put(std::string_view text) {
-    put(static_cast<std::uint32_t>(text.size()));
-    bytes_.append(text);
-  }
-  template <typename Derived>
-  void put_all(const Eigen::MatrixBase<Derived>& values) {  // row by row
-    for (Eigen::Index i = 0; i < values.rows(); ++i) {
-      for (Eigen::Index j = 0; j < values.cols(); ++j) put(values(i, j));
-    }
-  }
-  std::string take() { return std::move(bytes_); }
-
- private:
-  std::string bytes_;
-};
-
-class Cursor {
- public:
-  Cursor(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
-
-  template <typename T>
-  T get() {
-    need(sizeof(T));
-    T value;
-    std::memcpy(&value, bytes_.data() + at_, sizeof value);
-    at_ += sizeof value;
-    return value;
-  }
-  std::string get_text() {
-    const auto size = get<std::uint32_t>();
-    need(size);
-    std::string text(bytes_.substr(at_, size));
-    at_ += size;
-    return text;
-  }
-  template <typename T>
-  void get_all(T& values) {
-    for (Eigen::Index i = 0; i < values.rows(); ++i) {
-      for (Eigen::Index j = 0; j < values.cols(); ++j) values(i, j) = get<typename T::Scalar>();
-    }
-    check(values.allFinite(), "a number that is not finite");
-  }
-  // A count of things of at least so many bytes each.
-  std::size_t get_count(std::size_t least) {
-    const auto count = get<std::uint32_t>();
-    need(count * least);
-    return count;
-  }
-  void check(bool right, const char* found) const {
-    if (!right) {
-      throw InputError(
-          fmt::format("{}: a damaged map: found {} near byte {}; make it again, or use "
-                      "a copy",
-                      name_, found, kHeader + at_));
-    }
-  }
-  void check_end() const { check(at_ == bytes_.size(), "bytes behind its end"); }
-
- private:
-  void need(std::size_t size) const {
-    check(size <= bytes_.size() - at_, "its end where more was expected");
-  }
-
-  std::string_view bytes_;
-  const std::string& name_;
-  std::size_t at_ = 0;
-};
 
 std::uint32_t checksum(std::string_view bytes) {
   return static_cast<std::uint32_t>(
       crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 
-void put(const Camera& camera, Writer& out) {
+void put(const Camera& camera, MapWriter& out) {
   out.put(static_cast<std::int32_t>(camera.width));
   out.put(static_cast<std::int32_t>(camera.height));
   for (const double v : {camera.fx, camera.fy, camera.cx, camera.cy}) out.put(v);
@@ -122,7 +40,7 @@ void put(const Camera& camera, Writer& out) {
 
 constexpr std::size_t kCameraBytes = 8 + 32 + 1 + 32 + 8 + 96;
 
-Camera get_camera(Cursor& in) {
+Camera get_camera(MapReader& in) {
   Camera camera;
   camera.width = in.get<std::int32_t>();
   camera.height = in.get<std::int32_t>();
@@ -141,25 +59,58 @@ Camera get_camera(Cursor& in) {
   return camera;
 }
 
-// 1/127 rad is enough: views within 40 degrees are compared.
-void put(const PatchView& view, Writer& out) {
+// A direction as three small numbers: 1/127 rad is enough, because views within 40 degrees are
+// compared. The largest is 127, so that what was read is written as the same numbers.
+Eigen::Vector3f rounded(const Eigen::Vector3f& direction) {
+  const Eigen::Vector3f scaled = 127 * direction / direction.cwiseAbs().maxCoeff();
+  return scaled.unaryExpr([](float v) { return std::round(v); });
+}
+
+// The descriptors of a merged map: its parts refer to them.
+using Descriptors = std::array<Descriptor, PatchView::kLevels>;
+struct KnownDescriptors {
+  std::vector<Descriptors> all;
+  std::map<Descriptors, std::uint32_t> numbers;
+
+  explicit KnownDescriptors(const LandmarkMap& map) {
+    for (const MapPoint& point : map.points) {
+      for (const PatchView& view : point.appearance.views()) {
+        numbers.emplace(view.descriptors, static_cast<std::uint32_t>(all.size()));
+        all.push_back(view.descriptors);
+      }
+    }
+  }
+};
+constexpr std::uint32_t kUnknown = 0xffffffff;
+
+void put(const PatchView& view, const KnownDescriptors* known, MapWriter& out) {
   out.put(static_cast<std::int8_t>(view.level));
-  for (int i = 0; i < 3; ++i) {
-    out.put(static_cast<std::int8_t>(std::lround(127 * view.from(i))));
+  const Eigen::Vector3f from = rounded(view.from);
+  for (int i = 0; i < 3; ++i) out.put(static_cast<std::int8_t>(from(i)));
+  if (known) {
+    const auto number = known->numbers.find(view.descriptors);
+    out.put(number == known->numbers.end() ? kUnknown : number->second);
+    if (number != known->numbers.end()) return;
   }
   for (const Descriptor& descriptor : view.descriptors) {
     for (const std::uint64_t part : descriptor) out.put(part);
   }
 }
 
-constexpr std::size_t kViewBytes = 4 + 32 * PatchView::kLevels;
+constexpr std::size_t kViewBytes = 4 + 32 * PatchView::kLevels, kKnownViewBytes = 4 + 4;
 
-PatchView get_view(Cursor& in) {
+PatchView get_view(const KnownDescriptors* known, MapReader& in) {
   PatchView view;
   view.level = in.get<std::int8_t>();
   for (int i = 0; i < 3; ++i) view.from(i) = in.get<std::int8_t>();
   in.check(view.from.norm() > 100, "a view without direction");
-  view.from.normalize();
+  view.from = rounded(view.from).normalized();
+  const auto number = known ? in.get<std::uint32_t>() : kUnknown;
+  if (number != kUnknown) {
+    in.check(number < known->all.size(), "a view of an unknown number");
+    view.descriptors = known->all[number];
+    return view;
+  }
   for (Descriptor& descriptor : view.descriptors) {
     for (std::uint64_t& part : descriptor) part = in.get<std::uint64_t>();
   }
@@ -168,7 +119,8 @@ PatchView get_view(Cursor& in) {
 
 constexpr std::size_t kPointBytes = 24 + 4 + 4 + 24 + 1;
 
-void put(const MapPoint& point, const Eigen::Matrix3d& own, Writer& out) {
+void put(const MapPoint& point, const Eigen::Matrix3d& own, const KnownDescriptors* known,
+         MapWriter& out) {
   out.put_all(point.p_map);
   out.put(static_cast<std::uint32_t>(point.session));
   out.put(static_cast<std::uint32_t>(point.observations));
@@ -177,10 +129,11 @@ void put(const MapPoint& point, const Eigen::Matrix3d& own, Writer& out) {
   }
   const auto& views = point.appearance.views();
   out.put(static_cast<std::uint8_t>(views.size()));
-  for (const PatchView& view : views) put(view, out);
+  for (const PatchView& view : views) put(view, known, out);
 }
 
-MapPoint get_point(std::size_t sessions, Cursor& in, Eigen::Matrix3d& own) {
+MapPoint get_point(std::size_t sessions, const KnownDescriptors* known, MapReader& in,
+                   Eigen::Matrix3d& own) {
   MapPoint point;
   in.get_all(point.p_map);
   const auto session = in.get<std::uint32_t>(), observations = in.get<std::uint32_t>();
@@ -195,14 +148,12 @@ MapPoint get_point(std::size_t sessions, Cursor& in, Eigen::Matrix3d& own) {
   const auto views = in.get<std::uint8_t>();
   in.check(views > 0 && views <= Appearance::kMostViews, "an impossible number of views");
   std::vector<PatchView> list;
-  for (int i = 0; i < views; ++i) list.push_back(get_view(in));
+  for (int i = 0; i < views; ++i) list.push_back(get_view(known, in));
   point.appearance = Appearance(std::move(list));
   return point;
 }
 
-}  // namespace
-
-std::string map_bytes(const LandmarkMap& map) {
+void check_savable(const LandmarkMap& map) {
   for (std::size_t i = 0; i < map.points.size(); ++i) {
     const MapPoint& point = map.points[i];
     if (!point.p_map.allFinite() || !map.covariance.own()[i].allFinite() ||
@@ -210,10 +161,13 @@ std::string map_bytes(const LandmarkMap& map) {
       throw UsageError("a landmark that is not finite or has no view cannot be saved in a map");
     }
   }
-  if (!map.covariance.shared().allFinite()) {
+  if (!map.covariance.shared().cast<Eigen::half>().allFinite()) {
     throw UsageError("a map whose covariance is not finite cannot be saved");
   }
-  Writer out;
+}
+
+void put(const LandmarkMap& map, const KnownDescriptors* known, MapWriter& out) {
+  check_savable(map);
   out.put(static_cast<std::uint32_t>(map.sessions.size()));
   for (const MapSession& session : map.sessions) {
     out.put(std::string_view(session.name));
@@ -224,47 +178,13 @@ std::string map_bytes(const LandmarkMap& map) {
   }
   out.put(static_cast<std::uint32_t>(map.points.size()));
   for (std::size_t i = 0; i < map.points.size(); ++i) {
-    put(map.points[i], map.covariance.own()[i], out);
+    put(map.points[i], map.covariance.own()[i], known, out);
   }
   out.put(static_cast<std::uint32_t>(map.covariance.rank()));
-  out.put_all(map.covariance.shared().cast<float>());
-  const std::string body = out.take();
-  Writer file;
-  file.put(kVersion);
-  file.put(checksum(body));
-  file.put(static_cast<std::uint64_t>(body.size()));
-  return std::string(kMagic) + file.take() + body;
+  out.put_all(map.covariance.shared().cast<Eigen::half>());
 }
 
-std::size_t write_map(const LandmarkMap& map, const std::filesystem::path& file) {
-  const std::string bytes = map_bytes(map);
-  replace_file(file, bytes);
-  return bytes.size();
-}
-
-LandmarkMap parse_map(std::string_view bytes, const std::string& name) {
-  if (!bytes.starts_with(kMagic)) {
-    throw InputError(name + ": is no map of Chasles; expected a file of `chasles run --save-map`");
-  }
-  Cursor header(bytes.substr(kMagic.size()), name);
-  const auto version = header.get<std::uint32_t>(), sum = header.get<std::uint32_t>();
-  const auto size = header.get<std::uint64_t>();
-  if (version != kVersion) {
-    throw InputError(
-        fmt::format("{}: found a map of version {}, expected {}; use the version of "
-                    "Chasles that made it, or make it again",
-                    name, version, kVersion));
-  }
-  const std::string_view body = bytes.substr(kHeader);
-  if (body.size() != size) {
-    throw InputError(fmt::format("{}: a damaged map: found {} bytes, expected {}; copy it again",
-                                 name, bytes.size(), kHeader + size));
-  }
-  if (checksum(body) != sum) {
-    throw InputError(name +
-                     ": a damaged map: its checksum is wrong; copy it again, or make it again");
-  }
-  Cursor in(body, name);
+LandmarkMap get_map(std::uint32_t version, const KnownDescriptors* known, MapReader& in) {
   LandmarkMap map;
   map.sessions.resize(in.get_count(4 + 16 + 4));
   for (MapSession& session : map.sessions) {
@@ -274,23 +194,142 @@ LandmarkMap parse_map(std::string_view bytes, const std::string& name) {
     const std::size_t cameras = in.get_count(kCameraBytes);
     for (std::size_t i = 0; i < cameras; ++i) session.cameras.push_back(get_camera(in));
   }
-  map.points.resize(in.get_count(kPointBytes + kViewBytes));
+  map.points.resize(in.get_count(kPointBytes + (known ? kKnownViewBytes : kViewBytes)));
   std::vector<Eigen::Matrix3d> own(map.points.size());
   for (std::size_t i = 0; i < map.points.size(); ++i) {
-    map.points[i] = get_point(map.sessions.size(), in, own[i]);
+    map.points[i] = get_point(map.sessions.size(), known, in, own[i]);
   }
-  const std::size_t rank = in.get_count(3 * sizeof(float) * map.points.size());
+  const std::size_t number = version == 1 ? sizeof(float) : sizeof(Eigen::half);
+  const std::size_t rank = in.get_count(3 * number * map.points.size());
   in.check(map.points.empty() ? rank == 0 : rank <= 3 * map.points.size(), "an impossible rank");
-  Eigen::MatrixXf shared(3 * static_cast<Eigen::Index>(own.size()),
+  Eigen::MatrixXd shared(3 * static_cast<Eigen::Index>(own.size()),
                          static_cast<Eigen::Index>(rank));
-  in.get_all(shared);
-  in.check_end();
-  map.covariance = JointCovariance(std::move(own), shared.cast<double>());
+  for (Eigen::Index i = 0; i < shared.rows(); ++i) {
+    for (Eigen::Index j = 0; j < shared.cols(); ++j) {
+      shared(i, j) = static_cast<double>(version == 1 ? static_cast<Eigen::half>(in.get<float>())
+                                                      : in.get<Eigen::half>());
+    }
+  }
+  in.check(shared.allFinite(), "a number that is not finite");
+  map.covariance = JointCovariance(std::move(own), std::move(shared));
   return map;
+}
+
+// A check sum, a size, and what they are of.
+void put_section(const std::string& bytes, MapWriter& out) {
+  out.put(checksum(bytes));
+  out.put(static_cast<std::uint64_t>(bytes.size()));
+  out.append(bytes);
+}
+
+struct Section {
+  std::string_view bytes;
+  std::size_t first = 0;  // its place in the file
+};
+
+// From the end of what precedes it.
+Section section(std::string_view file, std::size_t at, const std::string& name) {
+  constexpr std::size_t kHeader = 4 + 8;
+  MapReader header(file.substr(at), at, name);
+  const auto sum = header.get<std::uint32_t>();
+  const auto size = header.get<std::uint64_t>();
+  const Section found{.bytes = file.substr(at + kHeader, size), .first = at + kHeader};
+  if (found.bytes.size() != size) {
+    throw InputError(fmt::format("{}: a damaged map: found {} bytes, expected {}; copy it again",
+                                 name, file.size(), found.first + size));
+  }
+  if (checksum(found.bytes) != sum) {
+    throw InputError(name +
+                     ": a damaged map: its checksum is wrong; copy it again, or make it again");
+  }
+  return found;
+}
+
+struct Sections {
+  std::uint32_t version = 0;
+  Section map, parts;
+};
+
+Sections sections(std::string_view bytes, const std::string& name) {
+  if (!bytes.starts_with(kMagic)) {
+    throw InputError(name + ": is no map of Chasles; expected a file of `chasles run --save-map`");
+  }
+  constexpr std::size_t kFirst = kMagic.size() + 4;
+  Sections found;
+  found.version = MapReader(bytes.substr(kMagic.size()), kMagic.size(), name).get<std::uint32_t>();
+  if (found.version < 1 || found.version > kVersion) {
+    throw InputError(
+        fmt::format("{}: found a map of version {}, expected at most {}; use the version of "
+                    "Chasles that made it, or make it again",
+                    name, found.version, kVersion));
+  }
+  found.map = section(bytes, kFirst, name);
+  std::size_t end = found.map.first + found.map.bytes.size();
+  if (found.version > 1) {
+    found.parts = section(bytes, end, name);
+    end = found.parts.first + found.parts.bytes.size();
+  }
+  if (end != bytes.size()) {
+    throw InputError(fmt::format("{}: a damaged map: found {} bytes, expected {}; copy it again",
+                                 name, bytes.size(), end));
+  }
+  return found;
+}
+
+LandmarkMap map_of(const Sections& file, const std::string& name) {
+  MapReader in(file.map.bytes, file.map.first, name);
+  LandmarkMap map = get_map(file.version, nullptr, in);
+  in.check_end();
+  return map;
+}
+
+}  // namespace
+
+std::string map_bytes(const LandmarkMap& map, std::span<const LandmarkMap> parts) {
+  MapWriter of_map, of_parts, file;
+  put(map, nullptr, of_map);
+  const KnownDescriptors known(map);
+  of_parts.put(static_cast<std::uint32_t>(parts.size()));
+  for (const LandmarkMap& part : parts) put(part, &known, of_parts);
+  file.append(kMagic);
+  file.put(kVersion);
+  put_section(of_map.bytes(), file);
+  put_section(of_parts.bytes(), file);
+  return file.bytes();
+}
+
+std::size_t write_map(const LandmarkMap& map, const std::filesystem::path& file,
+                      std::span<const LandmarkMap> parts) {
+  const std::string bytes = map_bytes(map, parts);
+  replace_file(file, bytes);
+  return bytes.size();
+}
+
+LandmarkMap parse_map(std::string_view bytes, const std::string& name) {
+  return map_of(sections(bytes, name), name);
 }
 
 LandmarkMap read_map(const std::filesystem::path& file) {
   return parse_map(read_file(file), file.string());
+}
+
+std::vector<LandmarkMap> parse_map_parts(std::string_view bytes, const std::string& name) {
+  const Sections file = sections(bytes, name);
+  LandmarkMap map = map_of(file, name);
+  std::vector<LandmarkMap> parts;
+  if (file.version > 1) {
+    const KnownDescriptors known(map);
+    MapReader in(file.parts.bytes, file.parts.first, name);
+    parts.resize(in.get_count(3 * sizeof(std::uint32_t)));
+    for (LandmarkMap& part : parts) part = get_map(file.version, &known, in);
+    in.check_end();
+  }
+  if (parts.empty()) parts.push_back(std::move(map));
+  return parts;
+}
+
+std::vector<LandmarkMap> read_map_parts(const std::filesystem::path& file) {
+  return parse_map_parts(read_file(file), file.string());
 }
 
 }  // namespace chasles

@@ -13,6 +13,7 @@
 namespace chasles {
 namespace {
 
+using Eigen::Matrix3d;
 using test::RunOfImages;
 
 // What a run leaves, and what one in its map estimates.
@@ -20,24 +21,32 @@ class RunInAMap : public RunOfImages {
  protected:
   struct Result {
     std::vector<Estimate> estimates;
+    Time started{};  // the frame that completed the first estimate
     PlaceCounts places;
     LandmarkMap map;
   };
   static Result run_in(const Recording& recording, std::shared_ptr<const LandmarkMap> map,
-                       const InitialiserSettings& start = {}) {
+                       const InitialiserSettings& start = {},
+                       PriorMapUse use = PriorMapUse::kEstimated) {
     class Estimates : public RunObserver {
      public:
+      void on_frame(const FeatureFrame& frame) override {
+        if (list.empty()) latest = frame.time;
+      }
       void on_estimate(const Estimate& e, const EstimateTiming&) override { list.push_back(e); }
+      Time latest{};
       std::vector<Estimate> list;
     };
     InertialRunSettings settings;
     settings.filter.recognise = Recognise::kAppearance;
+    settings.filter.prior_map = use;
     settings.start = start;
     const auto estimator = make_estimator(decided(settings, recording), inertial_sensors(recording),
                                           std::nullopt, std::move(map));
     Estimates observer;
     const RunReport report = run(recording, *estimator, {}, {.threads = 1}, observer);
     return {.estimates = observer.list,
+            .started = observer.latest,
             .places = report.estimator.places,
             .map = estimator->landmark_map().value_or(LandmarkMap{})};
   }
@@ -124,6 +133,60 @@ TEST_F(RunInAMap, FindsItsPlaceThere) {
   EXPECT_EQ(repeated.estimates.back().in_map->map_T_imu.p,
             result.estimates.back().in_map->map_T_imu.p);
   EXPECT_EQ(repeated.map.covariance.shared(), result.map.covariance.shared());
+}
+
+// Its landmarks, and what it says of them, are the same afterwards; the pose in it has the errors
+// that it states.
+TEST_F(RunInAMap, LeavesAConsideredMapAsItIs) {
+  const auto map = std::make_shared<const LandmarkMap>(first().map);
+  const Result result = run_in(again(), map, {}, PriorMapUse::kConsidered);
+  ASSERT_TRUE(result.places.placed);
+  const SE3 truth_T_map = truth_T_world(first(), round());
+  double nees = 0;
+  int placed = 0;
+  for (const Estimate& e : result.estimates) {
+    if (!e.in_map) continue;
+    const SE3 truth = truth_T_map.inverse() * pose_at(again().truth, e.time).value();
+    const SE3& pose = e.in_map->map_T_imu;
+    Vector6d error;
+    error << so3::log(truth.R * pose.R.transpose()), truth.p - pose.p;
+    EXPECT_LT(error.tail<3>().norm(), 0.15) << placed;
+    nees += error.dot(e.in_map->covariance.ldlt().solve(error)) / 6;
+    ++placed;
+  }
+  EXPECT_GT(placed, static_cast<int>(result.estimates.size()) / 2);
+  EXPECT_LT(nees / placed, 3);
+  int same = 0;
+  for (std::size_t i = 0; i < result.map.points.size(); ++i) {
+    const MapPoint& point = result.map.points[i];
+    if (point.session != 0) continue;
+    const auto old = std::ranges::find(map->points, point.p_map, &MapPoint::p_map);
+    ASSERT_NE(old, map->points.end()) << i;
+    const Matrix3d before = map->covariance.of(static_cast<int>(old - map->points.begin()));
+    const Matrix3d after = result.map.covariance.of(static_cast<int>(i));
+    EXPECT_LT((after - before).norm(), 1e-6 * before.norm()) << i;
+    ++same;
+  }
+  EXPECT_GT(same, static_cast<int>(map->points.size()) - 20);
+  EXPECT_GT(result.map.points.size(), map->points.size());
+}
+
+// The filter takes the frames of the initialisation again, and looks at some of their images.
+TEST_F(RunInAMap, BegunInMotionItFindsItsPlaceInTheFramesBeforeTheStart) {
+  InertialScene scene = walk_scene();
+  scene.settings.step_rate = 1.5;
+  scene.settings.rest_duration = 0;
+  const Recording moving = render_inertial(scene);
+  const Result result = run_in(moving, std::make_shared<const LandmarkMap>(first().map));
+  ASSERT_TRUE(result.places.placed);
+  EXPECT_LT(result.estimates.front().time, result.started);
+  EXPECT_LE(*result.places.placed, result.started);
+  const SE3 truth_T_map = truth_T_world(first(), round());
+  for (const Estimate& e : result.estimates) {
+    if (!e.in_map) continue;
+    const SE3 truth = truth_T_map.inverse() * pose_at(moving.truth, e.time).value();
+    EXPECT_LT((truth.p - e.in_map->map_T_imu.p).norm(), 0.15);
+  }
 }
 
 // No search: the frame of the run is that of the map, from the first estimate on.

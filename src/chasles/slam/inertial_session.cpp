@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include <chasles/slam/inertial_calibration.hpp>
@@ -14,6 +15,17 @@ constexpr int kContradictions = 40;
 constexpr int kDoubts = 2;  // as many already degrade it
 // A speed that no person, car or drone reaches [m/s].
 constexpr double kImpossibleSpeed = 150;
+// Between frames that keep their images until the start.
+constexpr Time kImageInterval = std::chrono::milliseconds(100);
+
+// A frame that the filter will take after the start. In a map it finds its place then, with the
+// images so far.
+FeatureFrame kept(const FeatureFrame& frame, const std::deque<FeatureFrame>& before, bool in_map) {
+  const auto last = std::find_if(before.rbegin(), before.rend(),
+                                 [](const FeatureFrame& f) { return f.images != nullptr; });
+  const bool due = last == before.rend() || frame.time - last->time >= kImageInterval;
+  return in_map && due ? frame : without_images(frame);
+}
 
 }  // namespace
 
@@ -118,7 +130,7 @@ std::vector<Estimate> InertialSession::take(const FeatureFrame& frame) {
     return estimate ? std::vector{*estimate} : std::vector<Estimate>{};
   }
   if (given_) return wait_for_given(frame);
-  frames_.push_back(without_images(frame));
+  frames_.push_back(kept(frame, frames_, map_to_look_in() != nullptr));
   std::optional<InertialStart> start;
   if (!frame.pixels.empty()) {
     FeatureFrame by_clock = frames_.back();

@@ -11,6 +11,7 @@ namespace chasles {
 
 enum class LandmarkInit { kMultiView, kFixedDepth };
 enum class Recognise { kNone, kIds, kAppearance };
+enum class PriorMapUse { kEstimated, kConsidered };
 enum class Toggle { kAuto, kTrue, kFalse };
 
 template <>
@@ -23,6 +24,12 @@ template <>
 struct Choices<Recognise> {
   static constexpr std::array list{Choice{Recognise::kNone, "none"}, Choice{Recognise::kIds, "ids"},
                                    Choice{Recognise::kAppearance, "appearance"}};
+};
+
+template <>
+struct Choices<PriorMapUse> {
+  static constexpr std::array list{Choice{PriorMapUse::kEstimated, "estimated"},
+                                   Choice{PriorMapUse::kConsidered, "considered"}};
 };
 
 template <>
@@ -96,6 +103,7 @@ struct InertialSlamSettings {
   int max_landmarks = 50;
   int waiting_frames = 0;
   Recognise recognise = Recognise::kNone;
+  PriorMapUse prior_map = PriorMapUse::kEstimated;
   int recognisable = 1500;
   Toggle exact_map = Toggle::kAuto;
   double map_memory = 1000;
@@ -239,6 +247,11 @@ void for_each_setting(S& s, Visitor&& visit) {
         "which closes loops (docs/recognition.md): none, those whose ids the tracks have again, or "
         "those that look the same in the images of the first camera",
         limits::kAny);
+  visit(
+      "prior_map", s.prior_map, "choice",
+      "a map of an earlier run (--map) is estimated further, or considered: no update changes it, "
+      "while its uncertainty counts as before (Schmidt-Kalman filter, docs/recognition.md)",
+      limits::kAny);
   visit("recognisable", s.recognisable, "count",
         "recognise: most landmarks out of the state that may be recognised by their appearance; "
         "beyond, they are thinned out",

@@ -288,6 +288,7 @@ void InertialSlam::retire_unseen(CameraSet looking) {
   for (auto i = indices.rbegin(); i != indices.rend(); ++i) last_.erase(last_.begin() + *i);
   filter_.retire(indices);
   filter_.forget(work_.forgotten);
+  bound_considered();
 }
 
 void InertialSlam::remove_unused_clones() {

@@ -213,6 +213,8 @@ class InertialSlam {
                     const std::vector<SeenLandmark>& seen);
   void put_points_in_place();
   void place_map();
+  bool considers_map() const { return settings_.prior_map == PriorMapUse::kConsidered; }
+  void bound_considered();
   KnownLandmarks known_landmarks(const std::vector<Candidate>& candidates) const;
   KnownLandmarks known_points(const std::vector<Candidate>& candidates) const;
   /// The frame of the placed map, and the derivative of its errors by those that the map shares.

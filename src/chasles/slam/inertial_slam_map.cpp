@@ -106,7 +106,9 @@ void InertialSlam::refine_place(const Comparison& comparison, const std::vector<
 void InertialSlam::place_map() {
   std::vector<int> all(prior_->map->points.size());
   std::iota(all.begin(), all.end(), 0);
-  map_number_ = filter_.add_past(placed(*prior_->map, all, *prior_->place));
+  PriorMap placed_map = placed(*prior_->map, all, *prior_->place);
+  map_number_ = considers_map() ? filter_.consider(std::move(placed_map))
+                                : filter_.add_past(std::move(placed_map));
   for (auto& [id, point] : prior_->points) point.number += *map_number_ + 1;
   dormant_.merge(prior_->points);
   placed_map_ = prior_->map;
@@ -206,8 +208,8 @@ std::vector<InertialSlam::SavedLandmark> InertialSlam::landmarks_to_save(
                           landmark.observations >= kLeastObservations && (of_map || !until);
       if ((landmark.id >= kFirstMapId) != of_map || !usable) continue;
       add({.id = landmark.id,
-           .kind = SavedLandmark::kInState,
-           .place = static_cast<int>(i),
+           .kind = landmark.considered ? SavedLandmark::kOfMap : SavedLandmark::kInState,
+           .place = landmark.considered.value_or(static_cast<int>(i)),
            .observations = landmark.observations,
            .appearance = known->second},
           x.nav_T_world ? *x.nav_T_world * landmark.p_world : landmark.p_world);

@@ -18,7 +18,9 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 // Every return composes the past, so landmarks are looked for now and then, several at a time.
+// A proposed place in a map waits for its confirmation alone.
 constexpr Time kInterval = std::chrono::milliseconds(300);
+constexpr Time kWhileProposed = std::chrono::milliseconds(100);
 constexpr double kKnownDepth = 0.2;  // relative sigma, for the size of a patch
 // Landmarks that are compared at a time, and observations for each of them.
 constexpr std::size_t kMostLandmarks = 25, kMostEach = 3;
@@ -46,7 +48,8 @@ SE3 InertialSlam::nav_T_camera(int index) const {
 bool InertialSlam::recognise(const FeatureFrame& frame,
                              const std::vector<const PixelObservation*>& observations) {
   const bool has_image = frame.images && !frame.images->images.empty();
-  if (!has_image || (searched_ && now_ - *searched_ < kInterval)) return false;
+  const Time interval = prior_ && prior_->place ? kWhileProposed : kInterval;
+  if (!has_image || (searched_ && now_ - *searched_ < interval)) return false;
   searched_ = now_;
   const std::vector<SeenLandmark> seen = look(frame.images->images.front(), observations);
   const bool found =

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <utility>
 
@@ -27,7 +28,7 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
     const Landmark& landmark = x.landmarks[static_cast<std::size_t>(index)];
     auto appearance = appearances_.extract(landmark.id);
     if (!landmark.has_place()) continue;
-    Dormant dormant{.number = number++, .left = now_};
+    Dormant dormant{.number = landmark.considered ? *landmark.considered : number++, .left = now_};
     bool returns = last_[static_cast<std::size_t>(index)].rejected < settings_.max_rejections;
     if (!returns) {
       rejected_.push_back(landmark.id);
@@ -53,6 +54,18 @@ void InertialSlam::note_dormant(std::span<const int> leaving) {
   for (const LandmarkId id : choice_.thin()) {
     const auto dormant = dormant_.extract(id);
     if (!dormant.empty()) forgotten.push_back(dormant.mapped().number);
+  }
+}
+
+// Each landmark of a considered map that has been in the state keeps its rows in it. Those that
+// left earliest give theirs up, and do not return: that would count their errors as new ones.
+void InertialSlam::bound_considered() {
+  constexpr std::size_t kMostAway = 100;
+  const auto& considered = filter_.state().considered;
+  while (considered && considered->away.size() > kMostAway) {
+    const Landmark& first = considered->away.front();
+    dormant_.erase(first.id);
+    filter_.forget(std::array{*first.considered});
   }
 }
 
