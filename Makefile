@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test bench table study convergence honesty docs prose format lint \
+.PHONY: help deps dev-deps build demo test python bench table study convergence honesty docs prose format lint \
   coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
@@ -28,6 +28,12 @@ demo: deps  ## a rendered walk, SLAM from its pixels, a page: out/demo/page.html
 
 test: deps  ## builds everything; all tests, on the real recordings too where they are at hand
 	cmake --workflow --preset release
+
+python:   ## the Python package and its tests: build/release/python for PYTHONPATH
+	@scripts/deps build python
+	cmake --preset release -DCHASLES_PYTHON=ON
+	cmake --build --preset program --target chasles chasles_python
+	PYTHONPATH=build/release/python CHASLES_BINARY=build/release/bin/chasles python3 -m pytest -q python/tests
 
 bench:    ## ratios of cost, measured in one run
 	@scripts/deps build test bench

@@ -126,10 +126,10 @@ int run_command(RunCommandOptions o) {
   announce(o, recording);
   const PlannedRun planned = plan_run(o, recording);
   prepare_outputs(o);
-  LiveView live(o.live, [&] { interrupt.request(); }, o.output);
-  const CompletedRun run = reporting_failure(live, [&] {
-    return planned([&] { return interrupt.requested(); }, live);
-  });
+  LiveView live(
+      o.live, [&] { interrupt.request(); }, o.output);
+  const CompletedRun run =
+      reporting_failure(live, [&] { return planned([&] { return interrupt.requested(); }, live); });
   const bool interrupted = run.result.report.interrupted;
   const Json figures = deliver(o, run, wall);
   print(o, figures);

@@ -10,7 +10,6 @@
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
-
 namespace chasles::app {
 namespace {
 

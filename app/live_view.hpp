@@ -34,8 +34,8 @@ std::uint16_t port_of(const std::string& option, const std::string& text);
 /// Shows a run in progress: to viewers if --live was given, and in the run folder if there is one.
 class LiveView {
  public:
-  /// Starts the server and prints its URL to stderr. `stop` is called where a viewer asks the run to
-  /// stop. `output` is the run folder; empty: none. Throws UsageError if the options do not fit.
+  /// Starts the server and prints its URL to stderr. `stop` is called where a viewer asks the run
+  /// to stop. `output` is the run folder; empty: none. Throws UsageError if the options do not fit.
   LiveView(const LiveOptions& options, std::function<void()> stop,
            const std::filesystem::path& output);
   LiveView(const LiveView&) = delete;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/truth_tilt.hpp>
 #include <chasles/pipeline/map_file.hpp>
@@ -218,21 +219,21 @@ RecordedRun run_or_diagnose(const Recording& recording, const Prepared& prepared
 }  // namespace
 
 PlannedRun plan_run(const RunCommandOptions& o, Recording& recording) {
-  return [&o, &recording, prepare_run = plan(o, recording)](const StopRequest& stop,
-                                                            LiveView& live) {
-    Prepared prepared = prepare_run();
-    prepared.options.estimator = o.settings.estimator;
-    prepared.options.run.threads = o.threads;
-    prepared.options.quiet = o.quiet;
-    prepared.options.keep_images = o.keep_images;
-    CompletedRun run{.result = run_or_diagnose(recording, prepared, stop, live)};
-    level_truth(recording, run.result);
-    add_remarks(run.result.run, run.result.report, frame_count(recording), recording.remarks);
-    run.summary = prepared.summary(run.result);
-    if (run.result.report.interrupted) run.summary["interrupted"] = true;
-    run.estimator = std::move(prepared.estimator);
-    return run;
-  };
+  return
+      [&o, &recording, prepare_run = plan(o, recording)](const StopRequest& stop, LiveView& live) {
+        Prepared prepared = prepare_run();
+        prepared.options.estimator = o.settings.estimator;
+        prepared.options.run.threads = o.threads;
+        prepared.options.quiet = o.quiet;
+        prepared.options.keep_images = o.keep_images;
+        CompletedRun run{.result = run_or_diagnose(recording, prepared, stop, live)};
+        level_truth(recording, run.result);
+        add_remarks(run.result.run, run.result.report, frame_count(recording), recording.remarks);
+        run.summary = prepared.summary(run.result);
+        if (run.result.report.interrupted) run.summary["interrupted"] = true;
+        run.estimator = std::move(prepared.estimator);
+        return run;
+      };
 }
 
 }  // namespace chasles::app

@@ -53,8 +53,8 @@ struct RecordedRun {
   std::optional<Calibration> calibration;  ///< last estimate, if it is estimated
 };
 
-/// Runs the estimator over the recording until its end, or until `stop` returns true. Draws the progress bar,
-/// updates the live view and keeps images. Throws as run() of pipeline/run.hpp.
+/// Runs the estimator over the recording until its end, or until `stop` returns true. Draws the
+/// progress bar, updates the live view and keeps images. Throws as run() of pipeline/run.hpp.
 RecordedRun run_recording(const Recording& recording, Estimator& estimator,
                           const RunRecordingOptions& options, const StopRequest& stop,
                           LiveView& live);

@@ -1,5 +1,6 @@
 #include "arrays.hpp"
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -118,7 +119,7 @@ py::array_t<std::uint8_t> array_of(GrayImage image) {
   const std::uint8_t* const pixels = owner->pixels.data();
   const std::array<py::ssize_t, 2> shape{owner->height, owner->width};
   const py::capsule base(owner.release(), [](void* p) { delete static_cast<GrayImage*>(p); });
-  return {shape, pixels, base};
+  return py::array_t<std::uint8_t>(shape, pixels, base);
 }
 
 std::vector<std::string> assignments(const py::dict& settings, const std::string& prefix) {

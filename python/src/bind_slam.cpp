@@ -22,6 +22,13 @@ using Estimates = std::vector<Estimate>;
 
 // One call at a time, from any thread; Python's other threads go on.
 class Slam {
+  template <typename Work>
+  auto locked(const Work& work) {
+    const py::gil_scoped_release released;
+    const std::scoped_lock lock(mutex_);
+    return work(*slam_);
+  }
+
  public:
   Slam(std::vector<Camera> cameras, const ImuNoise& noise, const std::string& estimator,
        const std::filesystem::path& map, const py::kwargs& arguments) {
@@ -93,13 +100,6 @@ class Slam {
   static Rows as_rows(const Rows& rows) {
     return rows.cols() == 1 && rows.rows() == 3 ? Rows(rows.transpose()) : rows;
   }
-  template <typename Work>
-  auto locked(const Work& work) {
-    const py::gil_scoped_release released;
-    const std::scoped_lock lock(mutex_);
-    return work(*slam_);
-  }
-
   std::mutex mutex_;
   std::unique_ptr<VisualInertialSlam> slam_;
 };

@@ -21,29 +21,50 @@ int command(std::vector<std::string> arguments) {
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
   const py::gil_scoped_release released;
-  return app::program(static_cast<int>(arguments.size()), pointers.data());
+  return app::program(static_cast<int>(pointers.size()) - 1, pointers.data());
+}
+
+// For PyErr_SetString. Never freed: exceptions may outlive the module.
+struct Errors {
+  py::object error, usage, input, not_initialised, diverged;
+};
+Errors& errors() {
+  static auto* const all = new Errors;
+  return *all;
+}
+
+py::object new_error(py::module_& m, const char* name, const py::handle& bases) {
+  const std::string full = std::string("chasles.") + name;
+  auto type = py::reinterpret_steal<py::object>(PyErr_NewException(full.c_str(), bases.ptr(), nullptr));
+  m.attr(name) = type;
+  return type;
+}
+
+PyObject* type_of(ExitCode code) {
+  switch (code) {
+    case ExitCode::kUsage: return errors().usage.ptr();
+    case ExitCode::kBadInput: return errors().input.ptr();
+    case ExitCode::kNotInitialised: return errors().not_initialised.ptr();
+    case ExitCode::kDiverged: return errors().diverged.ptr();
+    default: return errors().error.ptr();
+  }
 }
 
 }  // namespace
 
 void bind_errors(py::module_& m) {
-  static const py::exception<Error> error(m, "Error", PyExc_RuntimeError);
-  const py::tuple values = py::make_tuple(error, py::handle(PyExc_ValueError));
-  static const py::exception<UsageError> usage(m, "UsageError", values);
-  static const py::exception<InputError> input(m, "InputError", values);
-  static const py::exception<Error> not_initialised(m, "NotInitialisedError", error.ptr());
-  static const py::exception<Error> diverged(m, "DivergedError", error.ptr());
+  Errors& e = errors();
+  e.error = new_error(m, "Error", PyExc_RuntimeError);
+  const py::tuple of_values = py::make_tuple(e.error, py::handle(PyExc_ValueError));
+  e.usage = new_error(m, "UsageError", of_values);
+  e.input = new_error(m, "InputError", of_values);
+  e.not_initialised = new_error(m, "NotInitialisedError", e.error);
+  e.diverged = new_error(m, "DivergedError", e.error);
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
-    } catch (const Error& e) {
-      switch (e.code()) {
-        case ExitCode::kUsage: usage(e.what()); break;
-        case ExitCode::kBadInput: input(e.what()); break;
-        case ExitCode::kNotInitialised: not_initialised(e.what()); break;
-        case ExitCode::kDiverged: diverged(e.what()); break;
-        default: error(e.what());
-      }
+    } catch (const Error& error) {
+      PyErr_SetString(type_of(error.code()), error.what());
     }
   });
 }

@@ -1,0 +1,223 @@
+"""The Python module against the command, the simulator's truth, and figures computed with numpy."""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import threading
+import time
+
+import numpy
+import pytest
+
+import chasles
+
+BINARY = os.environ.get("CHASLES_BINARY")
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return chasles.simulate("hallway", duration=6)
+
+
+@pytest.fixture(scope="module")
+def images():
+    return chasles.simulate("hallway", images=True, duration=6, image_width=320, image_height=240, focal_length=180,
+                            center_u=160, center_v=120, frame_rate=10)
+
+
+@pytest.fixture(scope="module")
+def walk_run(walk):
+    return chasles.run(walk)
+
+
+def test_a_recording_is_arrays(walk):
+    imu = walk.imu
+    assert imu["time"].dtype == numpy.int64 and (numpy.diff(imu["time"]) > 0).all()
+    assert imu["specific_force"].shape == (len(imu["time"]), 3)
+    assert numpy.linalg.norm(imu["specific_force"].mean(0)) == pytest.approx(9.8, abs=0.5)
+    assert len(walk) == len(walk.frame_times) > 50
+    assert numpy.linalg.norm(walk.truth["quaternion"], axis=1) == pytest.approx(1)
+    tracks = walk.tracks(-1)
+    assert tracks["pixel"].shape == (len(tracks["landmark"]), 2)
+    with pytest.raises(IndexError, match="the recording has"):
+        walk.tracks(10**6)
+    assert "hallway" in repr(walk)
+
+
+def test_a_run_agrees_with_the_truth(walk_run):
+    states = walk_run.states
+    assert states["pose_covariance"].shape == (len(states["time"]), 6, 6)
+    assert walk_run.summary["ate_m"] < 0.1
+    assert set(states["health"]) == {"ok"}
+    assert walk_run.landmarks["covariance"].shape[1:] == (3, 3)
+    assert len(walk_run.smoothed["time"]) == len(states["time"])
+    speed = numpy.linalg.norm(numpy.gradient(states["position"], 1e-9 * states["time"], axis=0), axis=1)
+    estimated = numpy.linalg.norm([states[f"velocity_{axis}"] for axis in "xyz"], axis=0)
+    assert numpy.median(abs(speed - estimated)) < 0.05
+
+
+@pytest.mark.skipif(BINARY is None, reason="CHASLES_BINARY names no command")
+def test_its_files_are_those_of_the_command(walk, walk_run, tmp_path):
+    subprocess.run([BINARY, "simulate", "hallway", "--set", "duration=6", "-o", tmp_path / "walk", "--quiet"], check=True,
+                   timeout=60)
+    subprocess.run([BINARY, "run", tmp_path / "walk", "-o", tmp_path / "command", "--quiet"], check=True, timeout=60)
+    chasles.run(tmp_path / "walk").save(tmp_path / "python")
+    for name in ("states.csv", "landmarks.csv", "trajectory.tum", "smoothed.csv"):
+        assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "command" / name).read_bytes(), name
+    command, python = (json.loads((tmp_path / which / "summary.json").read_text()) for which in ("command", "python"))
+    command.pop("files"), python.pop("files")
+    assert python == command
+    read = chasles.read_run(tmp_path / "command")
+    assert (read.states["position"] == chasles.run(tmp_path / "walk").states["position"]).all()
+
+
+def test_the_evaluation_is_that_of_numpy(walk, walk_run):
+    figures = walk_run.evaluate()
+    assert figures["ate_m"] == pytest.approx(walk_run.summary["ate_m"], rel=1e-9)
+    truth, states = walk_run.truth, walk_run.states
+    _, mine, theirs = numpy.intersect1d(states["time"], truth["time"], return_indices=True)
+    a, b = states["position"][mine], truth["position"][theirs]
+    U, _, V = numpy.linalg.svd((b - b.mean(0)).T @ (a - a.mean(0)))
+    R = U @ numpy.diag([1, 1, numpy.linalg.det(U @ V)]) @ V
+    ate = numpy.sqrt((((a - a.mean(0)) @ R.T - (b - b.mean(0))) ** 2).sum(1).mean())
+    assert figures["ate_m"] == pytest.approx(ate, rel=1e-9)
+    assert figures["nees_pose"] < 5
+    bare = chasles.evaluate({"time": truth["time"], "position": truth["position"] + [1, 2, 3]}, truth)
+    assert bare["ate_m"] == pytest.approx(0, abs=1e-9)
+
+
+def test_step_by_step_it_is_the_run(images):
+    whole = chasles.run(images, threads=1)
+    slam = chasles.Slam(images.cameras, images.imu_noise)
+    assert not slam.started and "still" in slam.why_not_started or slam.why_not_started
+    imu, times = images.imu, images.frame_times
+    estimates, sample = [], 0
+    for i, when in enumerate(times):
+        estimates += slam.add_images(int(when), images.images(i))
+        last = numpy.searchsorted(imu["time"], when)
+        estimates += slam.add_imu(imu["time"][sample:last + 1], imu["angular_rate"][sample:last + 1],
+                                  imu["specific_force"][sample:last + 1])
+        sample = last + 1
+    estimates += slam.finish()
+    assert [e.time for e in estimates] == list(whole.states["time"])
+    assert numpy.array_equal([e.position for e in estimates], whole.states["position"])
+    last = estimates[-1]
+    assert last.covariance.shape == (15, 15) and last.velocity.shape == (3,)
+    assert numpy.array_equal(last.world_T_imu[:3, 3], last.position)
+    assert slam.started and slam.waiting == 0 and len(slam.landmarks["id"]) > 20
+    assert last.map_T_imu is None and last.health == "ok"
+
+
+def test_one_sample_and_seconds(images):
+    slam = chasles.Slam(images.cameras, images.imu_noise)
+    assert slam.add_imu(1.5, numpy.zeros(3), [0, 0, 9.81]) == []
+    assert slam.add_imu(numpy.int64(1_600_000_000), [0, 0, 0], numpy.array([0, 0, 9.81])) == []
+
+
+@pytest.mark.parametrize("call, error, says", [
+    (lambda slam, walk: chasles.run(walk, max_landmark=30), chasles.UsageError, "max_landmarks"),
+    (lambda slam, walk: chasles.run(walk, gate=2), chasles.UsageError, "gate"),
+    (lambda slam, walk: chasles.run(walk, start={"headin": 0}), chasles.UsageError, "start.heading"),
+    (lambda slam, walk: chasles.run(walk, estimator="window"), chasles.UsageError, "window:N"),
+    (lambda slam, walk: chasles.run(walk, threads=0), chasles.UsageError, "threads"),
+    (lambda slam, walk: chasles.simulate("hallwa"), chasles.UsageError, "hallway"),
+    (lambda slam, walk: chasles.read("nowhere"), chasles.InputError, "nowhere"),
+    (lambda slam, walk: chasles.evaluate({}, walk.truth), chasles.UsageError, "time"),
+    (lambda slam, walk: slam.add_imu("now", [0, 0, 0], [0, 0, 0]), TypeError, "nanoseconds"),
+    (lambda slam, walk: slam.add_imu(float("nan"), [0, 0, 0], [0, 0, 0]), ValueError, "finite"),
+    (lambda slam, walk: slam.add_imu(1, numpy.zeros((2, 3)), numpy.zeros((2, 3))), ValueError, "2 x 3"),
+    (lambda slam, walk: slam.add_images(1, [numpy.zeros((2, 2))]), ValueError, "uint8"),
+    (lambda slam, walk: slam.add_images(1, []), chasles.InputError, "0"),
+    (lambda slam, walk: chasles.Camera(10, 10, 5, 5, 5, 5, distortion="fisheye"), ValueError, "equidistant"),
+    (lambda slam, walk: chasles.Camera(10, 10, 5, 5, 5, 5, cam_T_imu=2 * numpy.eye(4)), ValueError, "rotation"),
+])
+def test_bad_calls_are_errors_that_say_what_was_expected(images, walk, call, error, says):
+    slam = chasles.Slam(images.cameras, images.imu_noise)
+    with pytest.raises(error) as caught:
+        call(slam, walk)
+    assert says in str(caught.value)
+    if issubclass(error, chasles.Error):
+        assert isinstance(caught.value, ValueError)
+
+
+def test_a_recording_that_cannot_start_says_why(walk):
+    with pytest.raises(chasles.NotInitialisedError):
+        chasles.run(walk, start={"max_tilt_sigma": 1e-9, "tilt_sigma": 1e-9})
+
+
+def test_it_releases_the_interpreter(images):
+    done = []
+
+    def count():
+        while not done:
+            counted[0] += 1
+            time.sleep(0.001)
+
+    counted = [0]
+    thread = threading.Thread(target=count)
+    thread.start()
+    try:
+        chasles.run(images)
+    finally:
+        done.append(True)
+        thread.join()
+    assert counted[0] > 20
+
+
+def test_threads_run_side_by_side(walk, walk_run):
+    results = [None] * 3
+
+    def work(i):
+        results[i] = chasles.run(walk).states["position"]
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(3)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for positions in results:
+        assert numpy.array_equal(positions, walk_run.states["position"])
+
+
+def test_ctrl_c_ends_a_run():
+    long = chasles.simulate("hallway")
+    threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        while True:
+            chasles.run(long)
+    assert time.monotonic() - begin < 30
+
+
+def test_the_page_is_one(walk_run, tmp_path):
+    walk_run.show(tmp_path / "run.html")
+    page = (tmp_path / "run.html").read_text()
+    assert page.startswith("<!doctype html>") or page.startswith("<!DOCTYPE html>")
+    assert walk_run._repr_html_().startswith("<iframe srcdoc=")
+
+
+def test_settings_are_listed():
+    known = chasles.settings()
+    assert known["chart"]["default"] == "right-sen3"
+    assert known["start.heading"]["unit"] == "rad"
+    assert "velocity_axes" in chasles.settings("velocity")
+    with pytest.raises(ValueError, match="imu"):
+        chasles.settings("lidar")
+
+
+def test_the_command_is_there(capfd):
+    assert chasles.command("--version") == 0
+    assert chasles.__version__ in capfd.readouterr().out
+    assert chasles.command("no-such-command") == 1
+
+
+def test_a_map_goes_from_run_to_run(tmp_path):
+    scene = {"duration": 12, "image_width": 320, "image_height": 240, "focal_length": 180, "center_u": 160,
+             "center_v": 120, "frame_rate": 10}
+    walk = chasles.simulate("hallway", images=True, **scene)
+    chasles.run(walk, save_map=tmp_path / "hall.map")
+    run = chasles.run(chasles.simulate("hallway", images=True, run=1, **scene), map=tmp_path / "hall.map")
+    assert run.summary["place_in_map"]["placed_ns"] is not None
+    assert len(run.in_map["time"]) > 0
