@@ -100,7 +100,9 @@ std::string place_text(const Json& place) {
 
 Json recognition_json(const EstimatorReport& report, const Run& run, bool has_prior_map) {
   Json json = {{"closures", closures_json(report.closures, run)},
+               {"recognised_ns", Json::array()},
                {"recognised_tracks", Json::array()}};
+  for (const Time time : report.recognised) json["recognised_ns"].push_back(time.count());
   for (const auto& [track, landmark] : report.known_as) {
     json["recognised_tracks"].push_back({track, landmark});
   }

@@ -10,8 +10,8 @@
 // What a run recognised, as summary.json and the command's output have it.
 namespace chasles::app {
 
-/// The entries `closures`, `recognised_tracks` and, with a prior map or after a loss,
-/// `place_in_map`.
+/// The entries `closures`, `recognised_ns`, `recognised_tracks` and, with a prior map or after a
+/// loss, `place_in_map`.
 nlohmann::ordered_json recognition_json(const EstimatorReport& report, const Run& run,
                                         bool has_prior_map);
 

@@ -67,6 +67,7 @@ class Revisits(Block):
         summary = json.loads((run / "summary.json").read_text())
         self.recognised = summary["recognised_tracks"]
         self.closures = [1e-9 * closure["time_ns"] for closure in summary["closures"]]
+        self.searches = 1e-9 * numpy.array(summary["recognised_ns"])  # that found past landmarks
         self.returned = sum(closure["landmarks"] for closure in summary["closures"])
 
     def distances(self):
@@ -83,14 +84,19 @@ class Revisits(Block):
         return numpy.array(times)
 
     def recall(self):
-        """Seconds from the beginning of the first revisit to the first closure, and of each piece of PIECE seconds of
-        the revisits, whether a recognised landmark is in view."""
+        """Of the revisits, two figures for recognition and for the return of landmarks: seconds from the beginning of the
+        first one, and of each piece of PIECE seconds, whether a search found landmarks, and one that returned is in view."""
         t, p, forward, seen = self.truth[:, 0], self.truth[:, 1:4], self.R[:, :, 0], self.times()
         again = numpy.array([((t <= s - BEFORE) & (numpy.linalg.norm(p - at, axis=1) < NEAR) &
                               (forward @ to > numpy.cos(HEADING))).any() for s, at, to in zip(t, p, forward)])
         begin = t[numpy.argmax(again)]
         pieces = [s for s in numpy.arange(begin, t[-1] - PIECE, PIECE) if again[(t >= s) & (t < s + PIECE)].all()]
-        # The camera sees a place before it is there. Earlier closures are of what was lost from view for a while.
-        closures = [closure for closure in self.closures if closure > begin - AHEAD]
-        return (min(closures, default=numpy.inf) - begin,
-                [bool(((seen >= s) & (seen < s + PIECE)).any()) for s in pieces])
+
+        # The camera sees a place before it is there. Earlier times are of what was lost from view for a while.
+        def first(times):
+            return min((time for time in times if time > begin - AHEAD), default=numpy.inf) - begin
+
+        def within(times):
+            return [bool(((times >= s) & (times < s + PIECE)).any()) for s in pieces]
+
+        return {"found": (first(self.searches), within(self.searches)), "back": (first(self.closures), within(seen))}

@@ -22,6 +22,7 @@ struct EstimatorReport {
   int dropped_frames = 0;         ///< late, repeated, or without samples near
   PlaceCounts places = {};        ///< in the prior map
   std::vector<Closure> closures;  ///< of a filter that recognises landmarks by appearance
+  std::vector<Time> recognised;   ///< of the same (InertialSlam::recognised)
   /// Likewise: the landmarks of its recognised tracks (InertialSession::known_as).
   std::map<LandmarkId, LandmarkId> known_as;
   std::optional<BatchReport> batch;

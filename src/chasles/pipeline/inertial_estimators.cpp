@@ -49,6 +49,7 @@ class InertialEstimator : public Estimator {
             .dropped_frames = session_.dropped_frames(),
             .places = session_.place_counts(),
             .closures = session_.closures(),
+            .recognised = session_.recognised(),
             .known_as = session_.known_as(),
             .batch = {},
             .window = {}};

@@ -64,6 +64,7 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
   struct Result {
     std::vector<PastPose> path;
     std::vector<Closure> closures;
+    std::vector<Time> recognised;
     std::map<LandmarkId, LandmarkId> known_as;
   };
   const auto run_with = [&](Recognise recognise, int threads) {
@@ -76,6 +77,7 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
     EXPECT_EQ(observer.unknown, 0) << "an outcome of no observation of the frame";
     return Result{.path = estimator->past().poses,
                   .closures = report.estimator.closures,
+                  .recognised = report.estimator.recognised,
                   .known_as = report.estimator.known_as};
   };
   const auto error_of = [&](const Result& result) {
@@ -85,6 +87,7 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
   };
   const Result open = run_with(Recognise::kNone, 3), closed = run_with(Recognise::kAppearance, 3);
   EXPECT_TRUE(open.closures.empty());
+  EXPECT_TRUE(open.recognised.empty());
   EXPECT_TRUE(open.known_as.empty());
   ASSERT_FALSE(closed.closures.empty());
   EXPECT_FALSE(closed.known_as.empty());
@@ -92,7 +95,9 @@ TEST_F(RunOfImages, ClosesLoopsByAppearance) {
   for (const Closure& closure : closed.closures) {
     EXPECT_GT(to_seconds(closure.time), 32) << "in the first round nothing returns";
     EXPECT_LT(closure.moved, 0.3);
+    EXPECT_EQ(std::ranges::count(closed.recognised, closure.time), 1);
   }
+  EXPECT_GT(closed.recognised.size(), 2 * closed.closures.size()) << "most would tell too little";
   EXPECT_LT(error_of(closed), error_of(open) / 2);
 
   const Result again = run_with(Recognise::kAppearance, 1);

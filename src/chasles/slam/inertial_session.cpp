@@ -243,6 +243,7 @@ void InertialSession::end_part(bool lost) {
     });
     std::erase_if(earlier_.poses, [](const PastPose& pose) { return !is_finite(pose); });
     earlier_closures_ = closures();
+    earlier_recognised_ = recognised();
     earlier_known_as_ = known_as();
     keep_map(lost);
     earlier_place_counts_ = place_counts();
@@ -295,6 +296,12 @@ double InertialSession::waited() const {
 std::vector<Closure> InertialSession::closures() const {
   std::vector<Closure> all = earlier_closures_;
   if (slam_) all.insert(all.end(), slam_->closures().begin(), slam_->closures().end());
+  return all;
+}
+
+std::vector<Time> InertialSession::recognised() const {
+  std::vector<Time> all = earlier_recognised_;
+  if (slam_) all.insert(all.end(), slam_->recognised().begin(), slam_->recognised().end());
   return all;
 }
 

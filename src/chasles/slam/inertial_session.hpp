@@ -78,6 +78,7 @@ class InertialSession {
   int resets() const { return resets_; }
   int dropped_frames() const { return dropped_frames_; }
   std::vector<Closure> closures() const;
+  std::vector<Time> recognised() const;  ///< as InertialSlam::recognised, of all parts
   /// As InertialSlam::known_as, of all parts.
   std::map<LandmarkId, LandmarkId> known_as() const;
   /// What another run can recognise (InertialSlam::landmark_map) of a part of the run: one that has
@@ -133,6 +134,7 @@ class InertialSession {
   std::optional<Estimate> agreed_;  ///< and that agreed with the frames
   Past::Estimates earlier_;
   std::vector<Closure> earlier_closures_;
+  std::vector<Time> earlier_recognised_;
   std::map<LandmarkId, LandmarkId> earlier_known_as_;
   std::optional<LandmarkMap> earlier_map_;          ///< of a part that was not lost
   bool earlier_map_placed_ = false;                 ///< in the prior map

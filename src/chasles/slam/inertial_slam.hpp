@@ -14,6 +14,7 @@
 #include <chasles/filter/pixel_measurement.hpp>
 #include <chasles/imu/imu_buffer.hpp>
 #include <chasles/map/landmark_map.hpp>
+#include <chasles/map/place.hpp>
 #include <chasles/recognise/appearance.hpp>
 #include <chasles/recognise/joint_compatibility.hpp>
 #include <chasles/recognise/spatial_choice.hpp>
@@ -81,6 +82,8 @@ class InertialSlam {
   const TimedMeasurementCounts& timed_counts() const { return timed_counts_; }
   /// Landmarks that were recognised by their appearance.
   const std::vector<Closure>& closures() const { return closures_; }
+  /// When a search found past landmarks, whether they returned or would have told too little.
+  const std::vector<Time>& recognised() const { return recognised_; }
   /// The landmarks of the tracks that were recognised: (id of the track, id of the landmark).
   const std::map<LandmarkId, LandmarkId>& known_as() const { return known_as_; }
   /// What another run can recognise, with Recognise::kAppearance: in the frame of the prior map if
@@ -207,7 +210,11 @@ class InertialSlam {
   bool recognise_among(DormantLandmarks& past, CompatibleMatches& compatible,
                        const std::vector<SeenLandmark>& seen);
   bool find_place_in_map(const std::vector<SeenLandmark>& seen);
+  std::optional<PlaceInMap> search_place(const std::vector<SeenLandmark>& seen);
   void propose_place(const std::vector<SeenLandmark>& seen);
+  bool finds_place_again(const Comparison& comparison, const std::vector<int>& accepted,
+                         const std::vector<Candidate>& candidates,
+                         const std::vector<SeenLandmark>& seen);
   void refine_place(const Comparison& comparison, const std::vector<int>& accepted,
                     const std::vector<Candidate>& candidates,
                     const std::vector<SeenLandmark>& seen);
@@ -243,7 +250,7 @@ class InertialSlam {
   std::vector<int> accepted_matches(const Comparison& comparison,
                                     const std::vector<Candidate>& candidates,
                                     const std::vector<SeenLandmark>& seen,
-                                    CompatibleMatches& compatible) const;
+                                    CompatibleMatches& compatible);
   std::vector<int> confirmed_matches(const std::vector<int>& joint, const Comparison& comparison,
                                      const std::vector<Candidate>& candidates,
                                      const std::vector<SeenLandmark>& seen,
@@ -306,6 +313,7 @@ class InertialSlam {
   SpatialChoice choice_;
   Describer describer_;
   std::vector<Closure> closures_;
+  std::vector<Time> recognised_;
   std::vector<LandmarkId> returned_;  ///< the last ones
   std::vector<LandmarkId> rejected_;
   std::shared_ptr<InertialSlam> without_;  ///< them, until it is taken

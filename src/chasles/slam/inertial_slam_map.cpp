@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 
 // Searches in a row without compatible landmarks after which a proposed place is given up.
 constexpr int kPatience = 2;
-constexpr int kLeastSeen = 7;
+constexpr int kLeastSeen = 7, kLeastCommon = 3;
 // Landmarks that left the state since help to find the place.
 constexpr Time kRecently = std::chrono::seconds(4);
 
@@ -41,8 +41,8 @@ bool InertialSlam::find_place_in_map(const std::vector<SeenLandmark>& seen) {
   return false;
 }
 
-void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
-  if (seen.size() < kLeastSeen) return;
+std::optional<PlaceInMap> InertialSlam::search_place(const std::vector<SeenLandmark>& seen) {
+  if (seen.size() < kLeastSeen) return std::nullopt;
   ++place_counts_.searches;
   const State& x = filter_.state();
   std::vector<PlacePoint> points;
@@ -55,12 +55,31 @@ void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
     if (now_ - dormant.left > kRecently) continue;
     points.push_back({.p_world = dormant.p_nav, .view = dormant.appearance.views().front()});
   }
-  const Vector3d p_camera = nav_T_camera(0).p;
-  const auto place = find_place(points, p_camera, *prior_->map);
+  return find_place(points, nav_T_camera(0).p, *prior_->map);
+}
+
+void InertialSlam::propose_place(const std::vector<SeenLandmark>& seen) {
+  const auto place = search_place(seen);
   if (!place) return;
   ++place_counts_.proposed;
-  prior_->place = MapPlace{.world_T_map = place->world_T_map, .pivot = p_camera};
+  prior_->place = MapPlace{.world_T_map = place->world_T_map, .pivot = nav_T_camera(0).p};
   put_points_in_place();
+}
+
+// Where places look alike, one of them may stand out by chance among the landmarks of one moment.
+// Whether the search finds the proposed place once more, by pairs that are accepted.
+bool InertialSlam::finds_place_again(const Comparison& comparison, const std::vector<int>& accepted,
+                                     const std::vector<Candidate>& candidates,
+                                     const std::vector<SeenLandmark>& seen) {
+  const auto place = search_place(seen);
+  if (!place) return false;
+  return kLeastCommon <= std::ranges::count_if(accepted, [&](int i) {
+           const ProposedMatch& match = comparison.matches[static_cast<std::size_t>(i)];
+           const int point = candidates[static_cast<std::size_t>(match.landmark)].dormant->number;
+           return std::ranges::any_of(place->matches, [&](const PlaceInMap::Match& m) {
+             return m.seen == match.observation && m.point == point;
+           });
+         });
 }
 
 void InertialSlam::put_points_in_place() {

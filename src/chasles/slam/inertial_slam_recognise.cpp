@@ -73,6 +73,10 @@ bool InertialSlam::recognise_among(DormantLandmarks& past, CompatibleMatches& co
       compare(candidates, placed ? known_landmarks(candidates) : known_points(candidates), seen);
   const std::vector<int> accepted = accepted_matches(comparison, candidates, seen, compatible);
   if (accepted.empty()) return false;
+  if (!placed && !finds_place_again(comparison, accepted, candidates, seen)) {
+    compatible.clear();
+    return false;
+  }
   without_ = without(comparison, accepted, candidates);
   if (!placed) {
     refine_place(comparison, accepted, candidates, seen);
@@ -230,7 +234,7 @@ InertialSlam::Comparison InertialSlam::compare(std::vector<Candidate>& candidate
 std::vector<int> InertialSlam::accepted_matches(const Comparison& comparison,
                                                 const std::vector<Candidate>& candidates,
                                                 const std::vector<SeenLandmark>& seen,
-                                                CompatibleMatches& compatible) const {
+                                                CompatibleMatches& compatible) {
   MatrixXd S = comparison.S;
   S.diagonal().array() += square(pixel_sigma_) + square(kOtherPoint);
   const JointMatches joint = jointly_compatible(comparison.matches, comparison.r, S, kProbability);
@@ -243,6 +247,7 @@ std::vector<int> InertialSlam::accepted_matches(const Comparison& comparison,
   const std::vector<int> confirmed =
       confirmed_matches(joint.matches, comparison, candidates, seen, compatible);
   if (static_cast<int>(confirmed.size()) < kLeastConfirmed) return {};
+  recognised_.push_back(clock(now_));
   const double noise = square(track_noise().sigma) + square(kOtherPoint);
   S = comparison.S;
   S.diagonal().array() += noise;
