@@ -33,7 +33,7 @@ python:   ## the Python package and its tests: build/release/python for PYTHONPA
 	@scripts/deps build python
 	cmake --preset release -DCHASLES_PYTHON=ON
 	cmake --build --preset program --target chasles chasles_python
-	PYTHONPATH=build/release/python CHASLES_BINARY=build/release/bin/chasles python3 -m pytest -q python/tests
+	ctest --preset release --tests-regex '^Python$$'
 
 bench:    ## ratios of cost, measured in one run
 	@scripts/deps build test bench

@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
@@ -62,16 +61,6 @@ StreetSettings street_settings_from(const SceneChoice& choice) {
   if (!choice.seed.empty()) set(list, "--seed", "seed", choice.seed);
   validate(settings);
   return settings;
-}
-
-// For an unknown name, the message lists the known ones.
-void check_known(const std::string& name) {
-  std::vector<std::string> known;
-  for (const StreetScene& scene : street_scenes()) known.push_back(scene.name);
-  for (const InertialScene& scene : inertial_scenes()) known.push_back(scene.name);
-  if (std::ranges::find(known, name) != known.end()) return;
-  throw UsageError(fmt::format("unknown scene '{}'{} (known scenes: {})", name,
-                               did_you_mean(name, known), fmt::join(known, ", ")));
 }
 
 double recorded_seconds(const Recording& recording) {
@@ -171,7 +160,7 @@ int deliver(const SimulateOptions& o, const Recording& recording, const Json& se
 
 int simulate(const SimulateOptions& o) {
   if (o.quiet) spdlog::set_level(spdlog::level::err);
-  check_known(o.scene.name);
+  check_scene(o.scene.name);
   refuse_output_into(o.output, o.cameras);
   refuse_output_into(o.output, o.scene.path);
   if (is_inertial_scene(o.scene.name)) {

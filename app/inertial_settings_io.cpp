@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene_options.hpp"
+
 namespace chasles::app {
 namespace {
 
@@ -28,7 +30,7 @@ InertialRunSettings inertial_run_settings_from(const SettingSources& sources) {
   InertialRunSettings settings{.estimator = sources.estimator};
   const SettingList list = all_of(settings);
   if (!sources.config.empty()) set_from_file(list, sources.config);
-  for (const std::string& assignment : sources.sets) set(list, assignment);
+  for (const std::string& assignment : sources.sets) assign(list, sources.set_option, assignment);
   if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
   validate(settings);
   return settings;

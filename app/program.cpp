@@ -24,6 +24,7 @@ constexpr const char* kExitCodes =
     "5 a requested threshold was missed, 70 internal error, 130 interrupted.";
 
 void log_to_stderr() {
+  spdlog::drop("chasles");  // of an earlier call
   spdlog::set_default_logger(spdlog::stderr_color_st("chasles"));
   spdlog::set_pattern("%n: %^%l%$: %v");
 }

@@ -7,13 +7,16 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lab/true_motion.hpp>
+#include <chasles/sim/street.hpp>
 
+#include "options.hpp"
 #include "run_input.hpp"
 #include "settings_io.hpp"
 
@@ -79,6 +82,15 @@ void assign(const SettingList& list, const std::string& option, const std::strin
     throw UsageError(fmt::format("{}: found '{}', expected key=value", option, assignment));
   }
   set(list, option, assignment.substr(0, equals), std::string_view(assignment).substr(equals + 1));
+}
+
+void check_scene(const std::string& name) {
+  std::vector<std::string> known;
+  for (const StreetScene& scene : street_scenes()) known.push_back(scene.name);
+  for (const InertialScene& scene : inertial_scenes()) known.push_back(scene.name);
+  if (std::ranges::find(known, name) != known.end()) return;
+  throw UsageError(fmt::format("unknown scene '{}'{} (known scenes: {})", name,
+                               did_you_mean(name, known), fmt::join(known, ", ")));
 }
 
 void declare_path(CLI::App& parser, SceneChoice& choice, const std::string& group) {

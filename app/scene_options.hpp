@@ -38,6 +38,10 @@ void declare_scene(CLI::App& parser, SceneChoice& choice);
 /// As set(), with the name of `option` in messages.
 void assign(const SettingList& list, const std::string& option, const std::string& assignment);
 
+/// Throws UsageError with the known scenes, those with body velocities among them, for another
+/// name.
+void check_scene(const std::string& name);
+
 /// Whether `name` is that of a scene with an IMU.
 bool is_inertial_scene(const std::string& name);
 

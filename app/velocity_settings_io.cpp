@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "inertial_settings_io.hpp"
+#include "scene_options.hpp"
 
 namespace chasles::app {
 
@@ -16,7 +17,7 @@ VelocityCommandSettings velocity_run_settings_from(const SettingSources& sources
   for (Setting& s : setting_list(settings.batch)) list.push_back(std::move(s));
   for (Setting& s : setting_list(settings.reader)) list.push_back(std::move(s));
   if (!sources.config.empty()) set_from_file(list, sources.config);
-  for (const std::string& assignment : sources.sets) set(list, assignment);
+  for (const std::string& assignment : sources.sets) assign(list, sources.set_option, assignment);
   if (!sources.chart.empty()) set(list, "--chart", "chart", sources.chart);
   if (!sources.mode.empty()) set(list, "--mode", "mode", sources.mode);
   validate(settings);

@@ -17,9 +17,10 @@ SettingList setting_list(ReaderSettings& settings);
 /// Sources of the settings. Later ones override earlier ones: the program's defaults, the file of
 /// --config, each --set in turn, the options that name a setting (--chart, --mode).
 struct SettingSources {
-  std::string config;             ///< empty: none
-  std::vector<std::string> sets;  ///< key=value
-  std::string chart, mode;        ///< empty: not given
+  std::string config;                ///< empty: none
+  std::vector<std::string> sets;     ///< key=value
+  std::string set_option = "--set";  ///< where they come from, in messages
+  std::string chart, mode;           ///< empty: not given
   EstimatorChoice estimator = {};
 };
 

@@ -101,7 +101,8 @@ class Run:
 
     def evaluate(self, truth=None):
         """The errors against a truth (that of the recording, if none is given), as `chasles.evaluate` has them."""
-        return evaluate(self.states, self.truth if truth is None else truth)
+        return evaluate(self.states, self.truth if truth is None else truth, chart=self.summary.get("chart", "standard"),
+                        level=self._core._level)
 
     def save(self, folder):
         """Writes the run folder that `chasles run -o` writes, without timings."""
@@ -164,10 +165,13 @@ def read_run(folder):
     return Run(_core.read_run(os.fspath(folder)))
 
 
-def evaluate(estimate, truth):
+def evaluate(estimate, truth, *, chart="standard", level=False):
     """Compares an estimate with the truth and returns the figures of docs/evaluation.md: ate_m, rpe_..., and with
     `pose_covariance` in the estimate the NEES. Both are dictionaries with `time`, `position` (N, 3) and, if known,
-    `quaternion` (N, 4), as Run.states and Recording.truth. Figures that do not apply are None."""
+    `quaternion` (N, 4), as Run.states and Recording.truth. Figures that do not apply are None.
+
+    chart: the error chart in whose coordinates the NEES is. level: the z axis of the estimate's world points up, as in a
+    run with an IMU, so that only heading and position are aligned for it."""
     for name, columns in (("estimate", estimate), ("truth", truth)):
         missing = [column for column in ("time", "position") if column not in columns]
         if missing:
@@ -175,7 +179,7 @@ def evaluate(estimate, truth):
     no_attitude = [[]]
     return _core.evaluate(estimate["time"], estimate["position"], estimate.get("quaternion", no_attitude),
                           truth["time"], truth["position"], truth.get("quaternion", no_attitude),
-                          estimate.get("pose_covariance"))
+                          estimate.get("pose_covariance"), chart, level)
 
 
 def settings(kind="imu"):

@@ -109,7 +109,9 @@ GrayImage image_of(const py::handle& object) {
         "without an image");
   }
   const auto rows = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>(array);
-  GrayImage image{.width = static_cast<int>(rows.shape(1)), .height = static_cast<int>(rows.shape(0))};
+  GrayImage image;
+  image.width = static_cast<int>(rows.shape(1));
+  image.height = static_cast<int>(rows.shape(0));
   image.pixels.assign(rows.data(), rows.data() + rows.size());
   return image;
 }

@@ -20,7 +20,8 @@ py::dict evaluate_columns(const py::array& times, const Rows& positions, const R
                           const Rows& truth_quaternions,
                           const std::optional<py::array_t<double, py::array::c_style |
                                                                       py::array::forcecast>>&
-                              pose_covariances) {
+                              pose_covariances,
+                          const std::string& chart, bool level) {
   const Trajectory estimate = trajectory_of(times, positions, quaternions);
   const Trajectory truth = trajectory_of(truth_times, truth_positions, truth_quaternions);
   std::vector<Matrix6d> covariances;
@@ -38,7 +39,10 @@ py::dict evaluate_columns(const py::array& times, const Rows& positions, const R
   Evaluation evaluation;
   {
     const py::gil_scoped_release released;
-    evaluation = evaluate(estimate, truth, covariances);
+    EvaluationOptions options;
+    options.pose_error = pose_error_of(chart);
+    options.level = level;
+    evaluation = evaluate(estimate, truth, covariances, options);
   }
   py::dict result;
   for (const auto& [name, value] : figures(evaluation)) result[py::str(name)] = value;
@@ -80,7 +84,8 @@ py::dict settings_of(const std::string& kind) {
 void bind_evaluation(py::module_& m) {
   m.def("evaluate", &evaluate_columns, py::arg("time"), py::arg("position"), py::arg("quaternion"),
         py::arg("truth_time"), py::arg("truth_position"), py::arg("truth_quaternion"),
-        py::arg("pose_covariance") = std::nullopt);
+        py::arg("pose_covariance") = std::nullopt, py::arg("chart") = "standard",
+        py::arg("level") = false);
   m.def("settings", &settings_of, py::arg("kind"));
 }
 

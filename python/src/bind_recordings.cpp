@@ -26,7 +26,7 @@ using Eigen::Index;
 
 Recording read(const std::filesystem::path& path, std::optional<double> start,
                std::optional<double> stop, bool backwards, const std::string& cameras,
-               const std::filesystem::path& truth) {
+               const std::string& truth) {
   app::RunInput input;
   input.recording = path;
   input.start = start;
@@ -42,16 +42,18 @@ Recording simulate(const std::string& scene, std::uint64_t run, bool images,
                    const py::kwargs& settings) {
   const std::vector<std::string> sets = assignments(settings);
   const py::gil_scoped_release released;
+  app::check_scene(scene);
   if (app::is_inertial_scene(scene)) {
     app::SceneChoice choice;
     choice.name = scene;
     choice.sets = sets;
+    choice.set_option = "setting";
     const InertialScene inertial = app::scene_from(choice);
     return images ? render_inertial(inertial, run) : simulate_inertial(inertial, run);
   }
   StreetSettings street = street_scene(scene);
   const app::SettingList list = app::list_of(street);
-  for (const std::string& one : sets) app::set(list, one);
+  for (const std::string& one : sets) app::assign(list, "setting", one);
   validate(street);
   if (images || run != 0) {
     throw UsageError(
@@ -149,7 +151,13 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
                                       coefficients.size(), most == 5 ? "4 or 5" : std::to_string(most),
                                       distortion));
   }
-  Camera camera{.width = width, .height = height, .fx = fx, .fy = fy, .cx = cx, .cy = cy};
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = fx;
+  camera.fy = fy;
+  camera.cx = cx;
+  camera.cy = cy;
   camera.distortion = *model;
   for (std::size_t i = 0; i < coefficients.size() && i < 4; ++i) {
     camera.coefficients[static_cast<Index>(i)] = coefficients[i];
@@ -197,10 +205,12 @@ void bind_recordings(py::module_& m) {
   py::class_<ImuNoise>(m, "ImuNoise", "Noise densities of an IMU, as Allan variances give them.")
       .def(py::init([](double accelerometer, double gyroscope, double accelerometer_walk,
                        double gyroscope_walk) {
-             return ImuNoise{.accelerometer_noise_density = accelerometer,
-                             .accelerometer_random_walk = accelerometer_walk,
-                             .gyroscope_noise_density = gyroscope,
-                             .gyroscope_random_walk = gyroscope_walk};
+             ImuNoise noise;
+             noise.accelerometer_noise_density = accelerometer;
+             noise.accelerometer_random_walk = accelerometer_walk;
+             noise.gyroscope_noise_density = gyroscope;
+             noise.gyroscope_random_walk = gyroscope_walk;
+             return noise;
            }),
            py::kw_only(), py::arg("accelerometer_noise_density"),
            py::arg("gyroscope_noise_density"), py::arg("accelerometer_random_walk"),
@@ -236,7 +246,7 @@ void bind_recordings(py::module_& m) {
 
   m.def("read", &read, py::arg("path"), py::kw_only(), py::arg("start") = std::nullopt,
         py::arg("stop") = std::nullopt, py::arg("backwards") = false, py::arg("cameras") = "",
-        py::arg("truth") = std::filesystem::path{});
+        py::arg("truth") = "");
   m.def("simulate", &simulate, py::arg("scene"), py::kw_only(), py::arg("run") = 0,
         py::arg("images") = false);
 }

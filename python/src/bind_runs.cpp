@@ -85,6 +85,7 @@ app::RunCommandOptions options_of(const py::kwargs& arguments) {
     throw UsageError(fmt::format("threads: found {}, expected 1 or more", o.threads));
   }
   o.settings.sets = assignments(settings);
+  o.settings.set_option = "setting";
   o.settings.estimator = estimator_choice(o.estimator);
   return o;
 }
@@ -95,6 +96,7 @@ PythonRun run(const Recording& given, const py::kwargs& arguments) {
   PythonRun result;
   {
     const py::gil_scoped_release released;
+    const std::scoped_lock lock(estimation());
     Recording recording = given;
     const app::PlannedRun planned = app::plan_run(o, recording);
     app::check_map_output(app::map_target(o));
@@ -217,6 +219,7 @@ void bind_runs(py::module_& m) {
   py::class_<PythonRun>(m, "Run", "The results of a run.")
       .def_property_readonly("name", [](const PythonRun& r) { return r.run.name; })
       .def_property_readonly("_summary", [](const PythonRun& r) { return r.summary; })
+      .def_property_readonly("_level", [](const PythonRun& r) { return is_level(r.run); })
       .def_property_readonly("states", &states)
       .def_property_readonly("smoothed", [](const PythonRun& r) { return poses(r.run.smoothed); })
       .def_property_readonly("in_map", [](const PythonRun& r) { return poses(r.run.in_map); })

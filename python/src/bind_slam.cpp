@@ -20,20 +20,22 @@ namespace {
 
 using Estimates = std::vector<Estimate>;
 
-// One call at a time, from any thread; Python's other threads go on.
+// Python's other threads go on during a call.
 class Slam {
   template <typename Work>
   auto locked(const Work& work) {
     const py::gil_scoped_release released;
-    const std::scoped_lock lock(mutex_);
+    const std::scoped_lock lock(estimation());
     return work(*slam_);
   }
 
  public:
   Slam(std::vector<Camera> cameras, const ImuNoise& noise, const std::string& estimator,
-       const std::filesystem::path& map, const py::kwargs& arguments) {
-    app::SettingSources sources{.sets = assignments(arguments),
-                                .estimator = estimator_choice(estimator)};
+       const std::string& map, const py::kwargs& arguments) {
+    app::SettingSources sources;
+    sources.sets = assignments(arguments);
+    sources.set_option = "setting";
+    sources.estimator = estimator_choice(estimator);
     const py::gil_scoped_release released;
     InertialRunSettings settings = app::inertial_run_settings_from(sources);
     std::shared_ptr<const LandmarkMap> prior;
@@ -61,13 +63,14 @@ class Slam {
           n, rates.rows(), rates.cols(), forces.rows(), forces.cols()));
     }
     const py::gil_scoped_release released;
-    const std::scoped_lock lock(mutex_);
+    const std::scoped_lock lock(estimation());
     Estimates estimates;
     for (Eigen::Index i = 0; i < n; ++i) {
-      append(slam_->process(ImuSample{.time = times[static_cast<std::size_t>(i)],
-                                      .specific_force_imu = forces.row(i),
-                                      .angular_rate_imu = rates.row(i)}),
-             estimates);
+      ImuSample sample;
+      sample.time = times[static_cast<std::size_t>(i)];
+      sample.specific_force_imu = forces.row(i);
+      sample.angular_rate_imu = rates.row(i);
+      append(slam_->process(sample), estimates);
     }
     return estimates;
   }
@@ -76,13 +79,13 @@ class Slam {
     ImageFrame frame{.time = time_of(time), .images = {}};
     for (const py::handle& image : images) frame.images.push_back(image_of(image));
     const py::gil_scoped_release released;
-    const std::scoped_lock lock(mutex_);
+    const std::scoped_lock lock(estimation());
     return slam_->process(std::move(frame));
   }
 
   Estimates finish() {
     const py::gil_scoped_release released;
-    const std::scoped_lock lock(mutex_);
+    const std::scoped_lock lock(estimation());
     return slam_->finish();
   }
 
@@ -100,7 +103,6 @@ class Slam {
   static Rows as_rows(const Rows& rows) {
     return rows.cols() == 1 && rows.rows() == 3 ? Rows(rows.transpose()) : rows;
   }
-  std::mutex mutex_;
   std::unique_ptr<VisualInertialSlam> slam_;
 };
 
@@ -189,12 +191,12 @@ void bind_slam(py::module_& m) {
       .def("__repr__", &text_of);
 
   py::class_<Slam>(m, "Slam",
-                   "Visual-inertial SLAM step by step. Any thread may call; calls wait for each "
-                   "other, and other Python threads go on meanwhile.")
+                   "Visual-inertial SLAM step by step. Any thread may call; estimators take turns, "
+                   "and other Python threads go on meanwhile.")
       .def(py::init<std::vector<Camera>, const ImuNoise&, const std::string&,
-                    const std::filesystem::path&, const py::kwargs&>(),
+                    const std::string&, const py::kwargs&>(),
            py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
-           py::arg("map") = std::filesystem::path{},
+           py::arg("map") = "",
            "cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; "
            "map: file of a saved map; and settings by name, as chasles.settings() lists them.")
       .def("add_imu", &Slam::add_imu, py::arg("time"), py::arg("angular_rate"),

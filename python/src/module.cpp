@@ -10,6 +10,12 @@
 #include "program.hpp"
 
 namespace chasles::python {
+
+std::mutex& estimation() {
+  static std::mutex mutex;
+  return mutex;
+}
+
 namespace {
 
 namespace py = pybind11;
@@ -21,6 +27,7 @@ int command(std::vector<std::string> arguments) {
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
   const py::gil_scoped_release released;
+  const std::scoped_lock lock(estimation());
   return app::program(static_cast<int>(pointers.size()) - 1, pointers.data());
 }
 

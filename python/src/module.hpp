@@ -1,9 +1,15 @@
 #pragma once
 
+#include <mutex>
+
 #include <pybind11/pybind11.h>
 
 // The parts of the module.
 namespace chasles::python {
+
+/// Estimators of one process take turns: the serial OpenBLAS is not reentrant, and concurrent calls
+/// gave wrong numbers. To be locked without the GIL.
+std::mutex& estimation();
 
 void bind_errors(pybind11::module_& m);
 void bind_recordings(pybind11::module_& m);
