@@ -100,6 +100,11 @@ Trajectory trajectory_of(const py::array& times, const Rows& positions, const Ro
   return trajectory;
 }
 
+py::array cubes(Rows matrices, py::ssize_t rows) {
+  const auto n = static_cast<py::ssize_t>(matrices.rows());
+  return py::array(py::cast(std::move(matrices))).reshape({n, rows, rows});
+}
+
 GrayImage image_of(const py::handle& object) {
   if (object.is_none()) return {};
   const auto array = py::array::ensure(object);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <pybind11/eigen.h>
@@ -34,6 +35,30 @@ py::dict columns(const Trajectory& trajectory);
 /// From (N,) times as ints [ns] or floats [s], positions and, if any, quaternions x y z w. Throws
 /// ValueError for shapes that do not fit, times that do not rise and numbers that are not finite.
 Trajectory trajectory_of(const py::array& times, const Rows& positions, const Rows& quaternions);
+
+/// (N, rows * rows) as (N, rows, rows).
+py::array cubes(Rows matrices, py::ssize_t rows);
+
+/// {"id": (N,), "position": (N, 3) [m], "covariance": (N, 3, 3) [m^2], "observations": (N,)}
+template <typename Landmark>
+py::dict columns(const std::vector<Landmark>& landmarks) {
+  const auto n = static_cast<Eigen::Index>(landmarks.size());
+  Times ids(n), observations(n);
+  Rows positions(n, 3), covariances(n, 9);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Landmark& landmark = landmarks[static_cast<std::size_t>(i)];
+    ids[i] = landmark.id;
+    observations[i] = landmark.observations;
+    positions.row(i) = landmark.p_world;
+    covariances.row(i) = landmark.covariance.template reshaped<Eigen::RowMajor>().transpose();
+  }
+  py::dict result;
+  result["id"] = std::move(ids);
+  result["position"] = std::move(positions);
+  result["covariance"] = cubes(std::move(covariances), 3);
+  result["observations"] = std::move(observations);
+  return result;
+}
 
 /// A grey image of an array (height, width) of uint8. Throws ValueError for another.
 GrayImage image_of(const py::handle& array);

@@ -128,11 +128,6 @@ Rows covariance_columns(const std::vector<Matrix6d>& covariances) {
   return rows;
 }
 
-py::array cubes(Rows rows, py::ssize_t side) {
-  const auto n = static_cast<py::ssize_t>(rows.rows());
-  return py::array(py::cast(std::move(rows))).reshape({n, side, side});
-}
-
 py::dict states(const PythonRun& r) {
   const std::vector<RunState>& list = r.run.states;
   const auto n = static_cast<Index>(list.size());
@@ -183,25 +178,6 @@ py::dict poses(const std::vector<SmoothedPose>& list) {
   return result;
 }
 
-py::dict landmarks(const PythonRun& r) {
-  const auto n = static_cast<Index>(r.run.landmarks.size());
-  Times ids(n), observations(n);
-  Rows positions(n, 3), covariances(n, 9);
-  for (Index i = 0; i < n; ++i) {
-    const RunLandmark& landmark = r.run.landmarks[static_cast<std::size_t>(i)];
-    ids[i] = landmark.id;
-    observations[i] = landmark.observations;
-    positions.row(i) = landmark.p_world;
-    covariances.row(i) = landmark.covariance.reshaped<Eigen::RowMajor>().transpose();
-  }
-  py::dict result;
-  result["id"] = std::move(ids);
-  result["position"] = std::move(positions);
-  result["covariance"] = cubes(std::move(covariances), 3);
-  result["observations"] = std::move(observations);
-  return result;
-}
-
 void save(const PythonRun& r, const std::filesystem::path& folder) {
   const py::gil_scoped_release released;
   app::prepare_output(folder);
@@ -223,7 +199,8 @@ void bind_runs(py::module_& m) {
       .def_property_readonly("states", &states)
       .def_property_readonly("smoothed", [](const PythonRun& r) { return poses(r.run.smoothed); })
       .def_property_readonly("in_map", [](const PythonRun& r) { return poses(r.run.in_map); })
-      .def_property_readonly("landmarks", &landmarks)
+      .def_property_readonly("landmarks",
+                             [](const PythonRun& r) { return columns(r.run.landmarks); })
       .def_property_readonly("truth", [](const PythonRun& r) { return columns(r.run.truth); })
       .def("save", &save, py::arg("folder"))
       .def("page", &page);

@@ -106,26 +106,6 @@ class Slam {
   std::unique_ptr<VisualInertialSlam> slam_;
 };
 
-py::dict landmark_columns(Slam& slam) {
-  const std::vector<MapLandmark> map = slam.map();
-  const auto n = static_cast<Eigen::Index>(map.size());
-  Times ids(n), observations(n);
-  Rows positions(n, 3), covariances(n, 9);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const MapLandmark& landmark = map[static_cast<std::size_t>(i)];
-    ids[i] = landmark.id;
-    observations[i] = landmark.observations;
-    positions.row(i) = landmark.p_world;
-    covariances.row(i) = landmark.covariance.reshaped<Eigen::RowMajor>().transpose();
-  }
-  py::dict result;
-  result["id"] = std::move(ids);
-  result["position"] = std::move(positions);
-  result["covariance"] = py::array(py::cast(std::move(covariances))).reshape({n, Eigen::Index{3}, Eigen::Index{3}});
-  result["observations"] = std::move(observations);
-  return result;
-}
-
 std::optional<Eigen::Vector3d> bias(const Estimate& e, Eigen::Index first) {
   if (!e.v_world || e.additive.size() < 6) return std::nullopt;
   return Eigen::Vector3d(e.additive.segment<3>(first));
@@ -211,7 +191,7 @@ void bind_slam(py::module_& m) {
       .def_property_readonly("started", &Slam::started)
       .def_property_readonly("why_not_started", &Slam::why_not_started)
       .def_property_readonly("waiting", &Slam::waiting, "Number of images that wait for samples.")
-      .def_property_readonly("landmarks", &landmark_columns,
+      .def_property_readonly("landmarks", [](Slam& slam) { return columns(slam.map()); },
                              "{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), "
                              "'observations': (N,)}.");
 }

@@ -91,7 +91,8 @@ class Scaled {
 
 // The smallest number of columns of U for which K - U U^T is small enough beside its diagonal
 // blocks. U has orthogonal columns, the longest first; K the given diagonal blocks and sum of
-// squares.
+// squares. The difference of squares is accurate to some 1e-8 of their root, so an error of 0 means
+// all columns.
 Index enough(const MatrixXd& U, std::vector<Matrix3d> blocks, double squares,
              const JointCovariance::Limits& limits) {
   const Index most = std::min<Index>(U.cols(), limits.rank);
@@ -99,7 +100,8 @@ Index enough(const MatrixXd& U, std::vector<Matrix3d> blocks, double squares,
   for (Index rank = 0;; ++rank) {
     double rest = squares;
     for (const Matrix3d& block : blocks) rest -= block.squaredNorm();
-    if (rank == most || rest <= limits.error * limits.error * numbers) return rank;
+    const bool small = limits.error > 0 && rest <= limits.error * limits.error * numbers;
+    if (rank == most || small) return rank;
     const double value = U.col(rank).squaredNorm();
     squares -= value * value;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
