@@ -2,8 +2,7 @@
 #include <numeric>
 
 #include <chasles/error.hpp>
-#include <chasles/filter/inertial_testing.hpp>
-#include <chasles/filter/random_ekf_testing.hpp>
+#include <chasles/filter/wanderer_testing.hpp>
 
 // Past states against a filter that keeps every one of them in its covariance: landmarks and poses
 // that leave, landmarks that return, clones, calibration, composition and changes of scale.
@@ -12,176 +11,10 @@ namespace chasles {
 namespace {
 
 using Eigen::MatrixXd;
+using test::Case;
+using test::Wanderer;
 
 constexpr double kPastTolerance = 1e-8;
-
-struct Case {
-  std::string chart;
-  bool nav = false, calibrating = false, keeps_scale = false;
-  bool revives = true;
-  bool forgets = false;     // some past landmarks do not return, some of the state leave for ever
-  bool prior = false;       // landmarks from elsewhere are added, twice
-  bool considered = false;  // the first of them are not changed
-};
-
-std::string name_of(const Case& c) {
-  std::string name = c.chart;
-  std::ranges::replace(name, '-', '_');
-  if (c.nav) name += "_nav";
-  if (c.calibrating) name += "_calibrating";
-  if (c.keeps_scale) name += "_scale";
-  if (c.forgets) name += "_forgetting";
-  if (c.prior) name += c.considered ? "_considered_prior" : "_prior";
-  return name + (c.revives ? "" : "_without_revival");
-}
-
-std::vector<Case> cases() {
-  std::vector<Case> all;
-  for (const ErrorChart& chart : error_charts()) {
-    const std::string name(chart.name);
-    all.push_back({.chart = name});
-    all.push_back({.chart = name, .revives = false});
-    all.push_back({.chart = name, .forgets = true});
-    all.push_back({.chart = name, .prior = true});
-    all.push_back({.chart = name, .nav = true, .calibrating = true});
-    all.push_back({.chart = name, .nav = true, .forgets = true, .prior = true});
-    all.push_back({.chart = name, .prior = true, .considered = true});
-    all.push_back({.chart = name, .nav = true, .forgets = true, .prior = true, .considered = true});
-    if (name != "left-se3") {
-      all.push_back({.chart = name, .calibrating = true, .keeps_scale = true});
-      all.push_back({.chart = name,
-                     .calibrating = true,
-                     .keeps_scale = true,
-                     .prior = true,
-                     .considered = true});
-    }
-  }
-  return all;
-}
-
-// A filter that makes random steps; equal ones make equal steps.
-class Wanderer {
- public:
-  Wanderer(const Case& c, Ekf::Map map, std::size_t most_bytes = 0)
-      : case_(c),
-        random_(17),
-        ekf_(test::inertial_filter(error_chart(c.chart), random_, c.nav, c.calibrating,
-                                   {.map = map,
-                                    .past = {.recalls = most_bytes == 0 || c.revives,
-                                             .records = true,
-                                             .most_bytes = most_bytes},
-                                    .keep_scale = c.keeps_scale})) {}
-
-  const Ekf& ekf() const { return ekf_; }
-  int revived() const { return revived_; }
-  const std::vector<int>& dormant() const { return dormant_; }
-  const std::vector<int>& frames() const { return frames_; }
-
-  void step() {
-    ++frame_;
-    test::walk_on(ekf_, random_);
-    const State& x = ekf_.state();
-    if (case_.nav && frame_ % 5 == 0) ekf_.compose();
-    if (case_.prior && (frame_ == 4 || frame_ == 23)) add_prior_map();
-    if (frame_ % 3 == 0) begin_landmarks();
-    auto measurements = test::pixel_measurements(x, random_);
-    for (Measurement& z : measurements) z.residual *= 0.1;
-    ekf_.update(measurements);
-    if (frame_ % 4 == 0 && !x.landmarks.empty()) {
-      ekf_.add_noise(0, test::random_covariance(random_, 3, 0.01));
-    }
-    remember_pose();
-    retire_some();
-    if (case_.revives && frame_ % 7 == 0) revive_some();
-    if (case_.forgets && frame_ % 13 == 0) ekf_.remove(std::array{0});
-  }
-
- private:
-  // Landmarks near the filter, with five shared errors.
-  void add_prior_map() {
-    constexpr int kLandmarks = 9;
-    const State& x = ekf_.state();
-    const SE3 nav_T_imu = x.nav_T_world ? *x.nav_T_world * x.world_T_imu : x.world_T_imu;
-    PriorMap prior{.map_T_prior = test::random_pose(random_, 5),
-                   .landmarks = {},
-                   .shared = 0.1 * test::random_matrix(random_, 6 + 3 * kLandmarks, 5),
-                   .own = {},
-                   .of_frame = 2};
-    for (int i = 0; i < kLandmarks; ++i) {
-      const Eigen::Vector3d p = nav_T_imu.p + 8 * random_.axis();
-      prior.landmarks.push_back(
-          {.id = 5000 + 100 * frame_ + i, .p_world = p, .observations = 20, .first = p});
-      prior.own.emplace_back(test::random_covariance(random_, 3, 0.05));
-    }
-    const bool considers = case_.considered && frames_.empty();
-    frames_.push_back(considers ? ekf_.consider(prior) : ekf_.add_past(prior));
-    for (int i = 1; i <= kLandmarks; ++i) dormant_.push_back(frames_.back() + i);
-  }
-
-  void begin_landmarks() {
-    const int clone = 10 + frame_;
-    ekf_.clone_pose(clone, from_seconds(frame_));
-    test::add_anchored(ekf_, random_, 1000 + 10 * frame_, test::inertial_cameras()[0]);
-    test::add_cartesian(ekf_, random_, 1001 + 10 * frame_);
-  }
-
-  void remember_pose() {
-    NavScratch scratch;
-    find_nav_derivative(ekf_.state(), scratch);
-    const NavState now = nav_state(ekf_, scratch);
-    ekf_.remember_pose(from_seconds(frame_), now.nav_T_imu, scratch.derivative.topRows<6>());
-  }
-
-  void retire_some() {
-    std::vector<int> gone;
-    for (std::size_t i = 0; i < ekf_.state().landmarks.size(); ++i) {
-      const bool old = i + 6 < ekf_.state().landmarks.size();
-      if (old || random_.uniform() < 0.1) gone.push_back(static_cast<int>(i));
-    }
-    const int before = ekf_.past().states();
-    std::vector<int> left;
-    for (const int index : gone) {
-      const auto& landmark = ekf_.state().landmarks[static_cast<std::size_t>(index)];
-      if (landmark.considered) left.push_back(*landmark.considered);
-    }
-    ekf_.retire(gone);
-    for (int number = before; number < ekf_.past().states(); ++number) left.push_back(number);
-    for (const int number : left) {
-      if (case_.forgets && number % 3 == 0) {
-        ekf_.forget(std::array{number});
-      } else {
-        dormant_.push_back(number);
-      }
-    }
-    std::vector<int> unused;
-    for (const Clone& clone : ekf_.state().clones) {
-      const bool used = std::ranges::any_of(ekf_.state().landmarks, [&](const Landmark& landmark) {
-        return landmark.anchor == clone.id;
-      });
-      if (!used) unused.push_back(clone.id);
-    }
-    ekf_.remove_clones(unused);
-  }
-
-  void revive_some() {
-    std::vector<int> numbers;
-    for (const int number : dormant_) {
-      if (numbers.size() < 3 && random_.uniform() < 0.3) numbers.push_back(number);
-    }
-    std::ranges::sort(numbers);
-    ekf_.revive(numbers);
-    revived_ += static_cast<int>(numbers.size());
-    std::erase_if(dormant_, [&](int n) { return std::ranges::find(numbers, n) != numbers.end(); });
-  }
-
-  Case case_;
-  test::Random random_;
-  Ekf ekf_;
-  int frame_ = 0;
-  int revived_ = 0;
-  std::vector<int> dormant_;
-  std::vector<int> frames_;  // of prior maps
-};
 
 void expect_same_estimates(const Ekf& a, const Ekf& b) {
   EXPECT_LT(test::distance(a.state(), b.state()), kPastTolerance);
@@ -376,8 +209,8 @@ TEST(Past, NeedsAFilterThatKeepsIt) {
 }
 
 class PastTest : public ::testing::TestWithParam<Case> {};
-INSTANTIATE_TEST_SUITE_P(Runs, PastTest, ::testing::ValuesIn(cases()),
-                         [](const auto& info) { return name_of(info.param); });
+INSTANTIATE_TEST_SUITE_P(Runs, PastTest, ::testing::ValuesIn(test::wanderer_cases()),
+                         [](const auto& info) { return test::name_of(info.param); });
 
 TEST_P(PastTest, IsThatOfAFilterThatForgetsNothing) {
   Wanderer filter(GetParam(), Ekf::Map::kPast), dense(GetParam(), Ekf::Map::kDense);
