@@ -7,8 +7,8 @@
 // The parts of the module.
 namespace chasles::python {
 
-/// Estimators of one process take turns: the serial OpenBLAS is not reentrant, and concurrent calls
-/// gave wrong numbers. To be locked without the GIL.
+/// Estimators of one process take turns: in batch estimation SuiteSparse calls the serial OpenBLAS,
+/// which is not reentrant. To be locked without the GIL.
 std::mutex& estimation();
 
 void bind_errors(pybind11::module_& m);

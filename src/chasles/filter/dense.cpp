@@ -21,8 +21,16 @@ namespace {
 
 int as_int(Eigen::Index i) { return static_cast<int>(i); }
 
+// The serial OpenBLAS has one work buffer for all threads of a process. Filters in several threads
+// gave wrong numbers without a word.
+[[nodiscard]] std::unique_lock<std::mutex> alone() {
+  static std::mutex mutex;
+  return std::unique_lock(mutex);
+}
+
 // C <- alpha A B + beta C; with beta = 0 C is not read.
 void multiply(double alpha, const ConstBlock& A, const ConstBlock& B, double beta, Block C) {
+  const auto turn = alone();
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, as_int(A.rows()), as_int(B.cols()),
               as_int(A.cols()), alpha, A.data(), as_int(A.outerStride()), B.data(),
               as_int(B.outerStride()), beta, C.data(), as_int(C.outerStride()));
@@ -70,6 +78,7 @@ bool cholesky(Block S) {
   const int n = as_int(S.rows());
   const int stride = as_int(S.outerStride());
   int info = 0;
+  const auto turn = alone();
   if (n > 0) dpotrf_("L", &n, S.data(), &stride, &info);
   // OpenBLAS reports no error for a NaN, but propagates it to the diagonal.
   return info == 0 && S.diagonal().allFinite();
@@ -83,6 +92,7 @@ Eigen::Index pivoted_cholesky(Block S, std::vector<int>& order, Scratch& workspa
   const double n_eps_times_the_largest = -1;
   if (n > 0) {
     auto work = workspace.take<Eigen::VectorXd>(2 * n);
+    const auto turn = alone();
     dpstrf_("L", &n, S.data(), &stride, order.data(), &rank, &n_eps_times_the_largest, work.data(),
             &info);
   }
@@ -92,6 +102,7 @@ Eigen::Index pivoted_cholesky(Block S, std::vector<int>& order, Scratch& workspa
 
 void solve_lower(const ConstBlock& L, Block X) {
   if (X.size() == 0) return;
+  const auto turn = alone();
   cblas_dtrsm(CblasColMajor, CblasLeft, CblasLower, CblasNoTrans, CblasNonUnit, as_int(X.rows()),
               as_int(X.cols()), 1.0, L.data(), as_int(L.outerStride()), X.data(),
               as_int(X.outerStride()));
@@ -99,6 +110,7 @@ void solve_lower(const ConstBlock& L, Block X) {
 
 void solve_lower_from_right(const ConstBlock& L, Block X) {
   if (X.size() == 0) return;
+  const auto turn = alone();
   cblas_dtrsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, as_int(X.rows()),
               as_int(X.cols()), 1.0, L.data(), as_int(L.outerStride()), X.data(),
               as_int(X.outerStride()));
@@ -106,12 +118,14 @@ void solve_lower_from_right(const ConstBlock& L, Block X) {
 
 void square_lower(const ConstBlock& A, Block S) {
   if (S.size() == 0) return;
+  const auto turn = alone();
   cblas_dsyrk(CblasColMajor, CblasLower, CblasTrans, as_int(S.rows()), as_int(A.rows()), 1.0,
               A.data(), as_int(A.outerStride()), 0.0, S.data(), as_int(S.outerStride()));
 }
 
 void downdate_lower(const ConstBlock& W, Block P) {
   if (W.size() == 0) return;
+  const auto turn = alone();
   cblas_dsyrk(CblasColMajor, CblasLower, CblasNoTrans, as_int(P.rows()), as_int(W.cols()), -1.0,
               W.data(), as_int(W.outerStride()), 1.0, P.data(), as_int(P.outerStride()));
 }
@@ -127,6 +141,7 @@ void add_product_lower(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B, Block
 
 void add_symmetric_product(const ConstBlock& P, const Eigen::VectorXd& x, Eigen::VectorXd& y) {
   if (P.size() == 0) return;
+  const auto turn = alone();
   cblas_dsymv(CblasColMajor, CblasLower, as_int(P.rows()), 1.0, P.data(), as_int(P.outerStride()),
               x.data(), 1, 1.0, y.data(), 1);
 }
@@ -144,6 +159,7 @@ Eigen::MatrixXd symmetric_rows(const ConstBlock& P, Eigen::Index first, Eigen::I
 Eigen::MatrixXd symmetric_product(const ConstBlock& P, const Eigen::MatrixXd& B) {
   Eigen::MatrixXd C(P.rows(), B.cols());
   if (C.size() == 0) return C;
+  const auto turn = alone();
   cblas_dsymm(CblasColMajor, CblasLeft, CblasLower, as_int(P.rows()), as_int(B.cols()), 1.0,
               P.data(), as_int(P.outerStride()), B.data(), as_int(B.outerStride()), 0.0, C.data(),
               as_int(C.outerStride()));
@@ -152,6 +168,7 @@ Eigen::MatrixXd symmetric_product(const ConstBlock& P, const Eigen::MatrixXd& B)
 
 void symmetric_update_lower(const ConstBlock& B, const ConstBlock& Z, Block P) {
   if (B.size() == 0) return;
+  const auto turn = alone();
   cblas_dsyr2k(CblasColMajor, CblasLower, CblasNoTrans, as_int(P.rows()), as_int(B.cols()), 1.0,
                B.data(), as_int(B.outerStride()), Z.data(), as_int(Z.outerStride()), 1.0, P.data(),
                as_int(P.outerStride()));
@@ -174,6 +191,7 @@ void add_product(double alpha, const ConstBlock& A, const ConstBlock& B, Block C
 
 void subtract_outer(const ConstBlock& A, const ConstBlock& B, Block C) {
   if (C.size() == 0 || A.cols() == 0) return;
+  const auto turn = alone();
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasTrans, as_int(C.rows()), as_int(C.cols()),
               as_int(A.cols()), -1.0, A.data(), as_int(A.outerStride()), B.data(),
               as_int(B.outerStride()), 1.0, C.data(), as_int(C.outerStride()));

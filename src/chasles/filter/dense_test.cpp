@@ -1,4 +1,7 @@
+#include <array>
 #include <limits>
+#include <thread>
+#include <vector>
 
 #include <Eigen/Cholesky>
 
@@ -190,6 +193,30 @@ TEST(Dense, ASymmetricProductIsAddedToTheLowerTriangleAlsoBeyondOnePanel) {
   dense::add_product_lower(A, B, P);
   const Eigen::MatrixXd error = P - (before + A * B);
   EXPECT_LT(error.triangularView<Eigen::Lower>().toDenseMatrix().norm(), 1e-11);
+}
+
+// Estimators may work in several threads of a program.
+TEST(Dense, ConcurrentCallsDoNotDisturbEachOther) {
+  test::Random random(9);
+  const MatrixXd A = random_dense(random, 120, 90), B = random_dense(random, 90, 110);
+  const MatrixXd S = A.transpose() * A + MatrixXd::Identity(90, 90);
+  const auto work = [&] {
+    MatrixXd L = S, X = B, P = S;
+    EXPECT_TRUE(dense::cholesky(L));
+    dense::solve_lower(L, X);
+    dense::downdate_lower(X, P);
+    return MatrixXd(dense::product(A, X) + dense::product(A, lower(P)) * MatrixXd::Ones(90, 110));
+  };
+  const MatrixXd expected = work();
+  std::array<int, 4> wrong{};
+  std::vector<std::thread> threads;
+  for (int& count : wrong) {
+    threads.emplace_back([&] {
+      for (int i = 0; i < 300; ++i) count += work() == expected ? 0 : 1;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, (std::array<int, 4>{}));
 }
 
 TEST(Dense, AProcessorGetsTheKernelsThatItSupports) {
