@@ -32,7 +32,8 @@ std::unique_ptr<VisualInertialSlam> new_slam() {
 // Samples of 200 Hz since an estimate.
 StatePredictor after_samples(int samples, Time& now) {
   StatePredictor predictor(*rendered().imu_noise, {});
-  Estimate e{.time = std::chrono::seconds(1)};
+  Estimate e;
+  e.time = std::chrono::seconds(1);
   e.v_world = Eigen::Vector3d(1, 0, 0);
   e.additive = Vector6d::Zero();
   e.covariance = Matrix15d::Identity();
@@ -75,7 +76,8 @@ void a_sample(benchmark::State& state) {
 void a_late_estimate(benchmark::State& state) {
   Time now{};
   const StatePredictor before = after_samples(20, now);
-  Estimate e{.time = std::chrono::seconds(1)};
+  Estimate e;
+  e.time = std::chrono::seconds(1);
   e.v_world = Eigen::Vector3d(1, 0, 0);
   e.additive = Vector6d::Zero();
   e.covariance = Matrix15d::Identity();
