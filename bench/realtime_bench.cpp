@@ -1,6 +1,6 @@
-// What a robot's program waits for: the state between images (StatePredictor::at, whose goal is 5 us
-// for a controller at 1 kHz), the step of a sample, a new beginning at an estimate, and the calls of
-// RealtimeSlam beside those of VisualInertialSlam with the same images.
+// What a robot's program waits for: the state between images (StatePredictor::at, whose goal is 5
+// us for a controller at 1 kHz), the step of a sample, a new beginning at an estimate, and the
+// calls of RealtimeSlam beside those of VisualInertialSlam with the same images.
 
 #include <chrono>
 #include <memory>

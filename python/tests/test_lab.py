@@ -88,14 +88,15 @@ def test_a_chart_in_python_is_that_of_the_library_to_rounding():
 
 def test_a_study_of_charts_finds_the_inconsistent_one(tmp_path):
     chasles.register_chart("body-attitude", BodyAttitude())
-    filters = {"own": {"chart": "body-attitude"}, "standard": {"chart": "standard"}, "ours": {}}
-    study = chasles.monte_carlo("hallway", filters, runs=3, folder=tmp_path / "study", sections=2, hall_length=12,
+    paper = {"landmarks": "cartesian", "init": "fixed-depth"}  # where the chart matters most
+    filters = {"own": {"chart": "body-attitude", **paper}, "standard": {"chart": "standard", **paper}, "ours": paper}
+    study = chasles.monte_carlo("hallway", filters, runs=2, folder=tmp_path / "study", sections=2, hall_length=12,
                                 hall_width=8)
     nees = {name: figures["nees_pose_per_dof"] for name, figures in study.figures.items()}
     # A rotation of the error's axes is no other filter: the same estimates and NEES, up to second order.
-    assert nees["own"] == pytest.approx(nees["standard"], rel=0.05)
-    assert nees["own"] > nees["ours"]
-    assert study.summary["runs"] == 3 and "own" in study.table and "3 runs" in repr(study)
+    assert nees["own"] == pytest.approx(nees["standard"], rel=0.2)
+    assert nees["own"] > 3 * nees["ours"]
+    assert study.summary["runs"] == 2 and "own" in study.table and "2 runs" in repr(study)
     curve = study.curves("ours")
     assert len(curve["second"]) > 10 and numpy.isfinite(curve["position_error_m"]).all()
     with pytest.raises(chasles.UsageError, match="no filter 'theirs'; there are own, standard, ours"):
