@@ -68,8 +68,8 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   report.seconds_covariance = processor_seconds() - solved;
   set_health(result.estimates, report);
   check_well_posed(result);
-  result.terms.push_back(std::make_shared<const BatchTerms>(
-      terms_of(input, settings, graph, report.final_cost)));
+  result.terms.push_back(
+      std::make_shared<const BatchTerms>(terms_of(input, settings, graph, report.final_cost)));
   return result;
 }
 

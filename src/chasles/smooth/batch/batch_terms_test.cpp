@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Cholesky>
+#include <gtest/gtest.h>
 
 #include <chasles/camera/camera.hpp>
 #include <chasles/smooth/batch/batch_terms.hpp>
@@ -50,8 +49,8 @@ double cost_of(const BatchTerms& terms) {
   double squares =
       squared(world_difference(terms.keyframes.front().state, terms.start), terms.start_covariance);
   for (std::size_t k = 0; k + 1 < terms.keyframes.size(); ++k) {
-    squares += link_square(terms.keyframes[k].state, terms.keyframes[k + 1].state,
-                           terms.between[k], terms);
+    squares += link_square(terms.keyframes[k].state, terms.keyframes[k + 1].state, terms.between[k],
+                           terms);
   }
   for (const BatchTerms::Point& point : terms.points) {
     for (const BatchTerms::View& view : point.views) {
