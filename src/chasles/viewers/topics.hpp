@@ -2,8 +2,6 @@
 
 #include <string>
 
-#include <fmt/format.h>
-
 namespace chasles {
 
 /// A topic and the schema of its messages.
@@ -27,10 +25,10 @@ inline const ViewerTopic kPriorMapTopic{"/map/prior", "foxglove.PointCloud"};
 inline const ViewerTopic kClosuresTopic{"/closures", "foxglove.SceneUpdate"};
 inline const ViewerTopic kLocationTopic{"/location", "foxglove.LocationFix"};
 inline ViewerTopic image_topic(int camera) {
-  return {fmt::format("/cam{}/image", camera), "foxglove.CompressedImage"};
+  return {"/cam" + std::to_string(camera) + "/image", "foxglove.CompressedImage"};
 }
 inline ViewerTopic annotations_topic(int camera) {
-  return {fmt::format("/cam{}/annotations", camera), "foxglove.ImageAnnotations"};
+  return {"/cam" + std::to_string(camera) + "/annotations", "foxglove.ImageAnnotations"};
 }
 
 }  // namespace chasles
