@@ -27,7 +27,8 @@ struct LiveOptions {
   bool wanted = false;     ///< the page
   std::uint16_t port = 0;  ///< 0: any free port
   std::string address = "127.0.0.1";
-  std::optional<std::uint16_t> foxglove = {};  ///< port of the server for Foxglove, 0: any free port
+  std::optional<std::uint16_t> foxglove =
+      {};  ///< port of the server for Foxglove, 0: any free port
 };
 
 /// Declares --live, --live-address and --foxglove.
@@ -40,8 +41,9 @@ std::uint16_t port_of(const std::string& option, const std::string& text);
 /// there is one.
 class LiveView {
  public:
-  /// Starts the servers and prints their URLs to stderr. `stop` is called where a viewer asks the run
-  /// to stop. `output` is the run folder; empty: none. Throws UsageError if the options do not fit.
+  /// Starts the servers and prints their URLs to stderr. `stop` is called where a viewer asks the
+  /// run to stop. `output` is the run folder; empty: none. Throws UsageError if the options do not
+  /// fit.
   LiveView(const LiveOptions& options, std::function<void()> stop,
            const std::filesystem::path& output);
   LiveView(const LiveView&) = delete;

@@ -12,8 +12,8 @@ std::optional<std::string> FoxgloveChannel::encoded(const nlohmann::json& messag
 }
 
 StateChannel::StateChannel(ViewerTopic topic, const ProtoSchemas& schemas,
-                           const std::vector<RunState>& states,
-                           std::function<std::size_t()> ready, Make make)
+                           const std::vector<RunState>& states, std::function<std::size_t()> ready,
+                           Make make)
     : FoxgloveChannel(std::move(topic), schemas),
       states_(states),
       ready_(std::move(ready)),

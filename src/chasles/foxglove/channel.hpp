@@ -38,8 +38,8 @@ class FoxgloveChannel {
 
   /// The time of the next message for a subscriber; none if it has all.
   virtual std::optional<Time> due(const ChannelCursor& cursor) const = 0;
-  /// Makes that message, in wire format, and moves the cursor on; none where a state has no message.
-  /// Presumes due().
+  /// Makes that message, in wire format, and moves the cursor on; none where a state has no
+  /// message. Presumes due().
   virtual std::optional<std::string> take(ChannelCursor& cursor) = 0;
 
   int subscribers = 0;

@@ -13,7 +13,7 @@
 namespace chasles {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Ordered = nlohmann::ordered_json;
 
 // The newest first.
 constexpr std::array<std::string_view, 2> kSubprotocols = {"foxglove.sdk.v1",
@@ -47,29 +47,29 @@ std::string quoted(const std::string& text) {
   return fmt::format("'{}{}'", text.substr(0, kLongestQuote), is_long ? "…" : "");
 }
 
-bool is_id(const Json& value) {
+bool is_id(const Ordered& value) {
   return value.is_number_unsigned() &&
          value.get<std::uint64_t>() <= std::numeric_limits<std::uint32_t>::max();
 }
 
-ClientMessage subscribe(const Json& json) {
+ClientMessage subscribe(const Ordered& json) {
   const auto list = json.find("subscriptions");
   if (list == json.end() || !list->is_array()) {
     return fault("subscribe: expected a list 'subscriptions'");
   }
   Subscribe message;
-  for (const Json& one : *list) {
+  for (const Ordered& one : *list) {
     if (!one.is_object() || !one.contains("id") || !one.contains("channelId") ||
         !is_id(one["id"]) || !is_id(one["channelId"])) {
       return fault("subscribe: expected 'id' and 'channelId' of each subscription, 32 bit numbers");
     }
-    message.subscriptions.push_back({.id = one["id"].get<std::uint32_t>(),
-                                     .channel = one["channelId"].get<std::uint32_t>()});
+    message.subscriptions.push_back(
+        {.id = one["id"].get<std::uint32_t>(), .channel = one["channelId"].get<std::uint32_t>()});
   }
   return message;
 }
 
-ClientMessage unsubscribe(const Json& json) {
+ClientMessage unsubscribe(const Ordered& json) {
   const auto list = json.find("subscriptionIds");
   if (list == json.end() || !list->is_array() || !std::ranges::all_of(*list, is_id)) {
     return fault("unsubscribe: expected a list 'subscriptionIds' of 32 bit numbers");
@@ -109,17 +109,18 @@ bool is_foxglove_origin(std::string_view origin) {
 }
 
 std::string server_info_text(std::string_view name, std::string_view session) {
-  return json_text(
-      {{"op", "serverInfo"}, {"name", name}, {"capabilities", Json::array({"time"})}, {"sessionId", session}});
+  return json_text({{"op", "serverInfo"},
+                    {"name", name},
+                    {"capabilities", Ordered::array({"time"})},
+                    {"sessionId", session}});
 }
 
 std::string status_text(StatusLevel level, std::string_view message) {
-  return json_text(
-      {{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}});
+  return json_text({{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}});
 }
 
 std::string advertise_text(const std::vector<AdvertisedChannel>& channels) {
-  Json list = Json::array();
+  Ordered list = Ordered::array();
   for (const AdvertisedChannel& channel : channels) {
     list.push_back({{"id", channel.id},
                     {"topic", channel.topic.topic},
@@ -150,7 +151,7 @@ std::string time_frame(Time time) {
 
 ClientMessage parse_client_message(std::string_view message, bool binary) {
   if (binary) return fault("found a binary message: this server only sends, it takes no data");
-  const Json json = Json::parse(message, nullptr, false);
+  const Ordered json = Ordered::parse(message, nullptr, false);
   if (!json.is_object() || !json.contains("op") || !json["op"].is_string()) {
     return fault("expected a json object with 'op'");
   }

@@ -28,8 +28,7 @@ bool continues(const std::vector<RunState>& states, const std::vector<RunState>&
     return a.time == b.time && a.world_T_imu.p == b.world_T_imu.p &&
            a.world_T_imu.R == b.world_T_imu.R;
   };
-  return states.size() <= all.size() &&
-         std::equal(states.begin(), states.end(), all.begin(), same);
+  return states.size() <= all.size() && std::equal(states.begin(), states.end(), all.begin(), same);
 }
 
 }  // namespace
@@ -175,9 +174,7 @@ void RunChannels::show_closures(const Json& known) {
   });
 }
 
-bool RunChannels::shows_frames() const {
-  return std::ranges::any_of(cameras_, &Camera::is_shown);
-}
+bool RunChannels::shows_frames() const { return std::ranges::any_of(cameras_, &Camera::is_shown); }
 
 void RunChannels::frame(FoxgloveFrame frame) {
   const std::size_t count = std::min(cameras_.size(), frame.images.size());

@@ -17,9 +17,9 @@ namespace chasles {
 
 /// What is known of a run before its first estimate.
 struct FoxgloveStart {
-  Run header;           ///< no states and landmarks yet
-  std::string summary;  ///< the available part of summary.json (an object)
-  int cameras = 0;      ///< those whose points can be shown
+  Run header;             ///< no states and landmarks yet
+  std::string summary;    ///< the available part of summary.json (an object)
+  int cameras = 0;        ///< those whose points can be shown
   bool pictures = false;  ///< whether their images can be shown, too
 };
 

@@ -54,8 +54,7 @@ void FoxgloveService::fail(const std::string& why) {
 }
 
 HttpAnswer FoxgloveService::answer(const Gate& gate, const Request& request) const {
-  if (request.repeated || !knows_host(gate, request.host) ||
-      !is_foxglove_origin(request.origin)) {
+  if (request.repeated || !knows_host(gate, request.host) || !is_foxglove_origin(request.origin)) {
     return {.status = "403 Forbidden",
             .body = "wrong host or origin: connect Foxglove to the URL that the program printed\n"};
   }
@@ -65,8 +64,9 @@ HttpAnswer FoxgloveService::answer(const Gate& gate, const Request& request) con
   const std::string_view subprotocol = foxglove_subprotocol(request.protocols);
   if (!request.upgrade || subprotocol.empty()) {
     return {.status = "400 Bad Request",
-            .body = "expected a WebSocket with the subprotocol foxglove.websocket.v1 or "
-                    "foxglove.sdk.v1: open this URL in Foxglove\n"};
+            .body =
+                "expected a WebSocket with the subprotocol foxglove.websocket.v1 or "
+                "foxglove.sdk.v1: open this URL in Foxglove\n"};
   }
   return {.socket = true, .subprotocol = subprotocol};
 }
@@ -99,9 +99,9 @@ void FoxgloveService::take(Inbox news) {
 }
 
 void FoxgloveService::take_end(End end) {
-  const std::string text =
-      fmt::format("the run {}: {} states, {} landmarks", end.interrupted ? "was ended" : "is complete",
-                  end.run.states.size(), end.run.landmarks.size());
+  const std::string text = fmt::format("the run {}: {} states, {} landmarks",
+                                       end.interrupted ? "was ended" : "is complete",
+                                       end.run.states.size(), end.run.landmarks.size());
   channels_.finish(std::move(end.run), end.summary);
   channels_.notice(StatusLevel::kInfo, text);
 }

@@ -18,9 +18,9 @@ namespace chasles {
 /// The port that Foxglove proposes.
 inline constexpr std::uint16_t kFoxglovePort = 8765;
 
-/// Serves a run in progress in Foxglove's WebSocket protocol (docs/viewers.md). As LiveRun: the run's
-/// thread reports its progress, copies a state under a short lock, never waits, and is not changed
-/// by clients. They can only look on.
+/// Serves a run in progress in Foxglove's WebSocket protocol (docs/viewers.md). As LiveRun: the
+/// run's thread reports its progress, copies a state under a short lock, never waits, and is not
+/// changed by clients. They can only look on.
 class FoxgloveService final : public LiveService {
  public:
   /// `server`: name and version of the program.

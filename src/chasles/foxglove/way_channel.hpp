@@ -7,8 +7,8 @@
 
 namespace chasles {
 
-/// /ways of a run in progress: the estimated path in pieces, of which only the last one grows and is
-/// sent again; dead reckoning and the true path once. Late subscribers get all of it.
+/// /ways of a run in progress: the estimated path in pieces, of which only the last one grows and
+/// is sent again; dead reckoning and the true path once. Late subscribers get all of it.
 class WayChannel final : public FoxgloveChannel {
  public:
   static constexpr std::size_t kPiece = 500;  ///< states of a piece

@@ -93,7 +93,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void notify() {
     if (!joined() || writing_ || closing_) return;
     message_ = session_->next();
-    if (!message_.bytes) return;
+    if (!message_) return;
     writing_ = true;
     socket_->binary(message_.binary);
     socket_->async_write(net::buffer(*message_.bytes),
@@ -171,8 +171,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
         websocket::stream_base::timeout{.handshake_timeout = shared_.options.handshake,
                                         .idle_timeout = shared_.options.silence,
                                         .keep_alive_pings = true});
-    socket_->set_option(websocket::stream_base::decorator(
-        [subprotocol](websocket::response_type& response) {
+    socket_->set_option(
+        websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
           if (subprotocol.empty()) return;
           response.set(http::field::sec_websocket_protocol,
                        beast::string_view(subprotocol.data(), subprotocol.size()));

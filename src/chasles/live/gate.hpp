@@ -40,9 +40,9 @@ struct Request {
   std::string_view method, target;
   std::string_view host;  ///< the header Host; empty: absent
   std::string_view
-      origin;             ///< the header Origin; empty: absent, as for programs other than browsers
+      origin;  ///< the header Origin; empty: absent, as for programs other than browsers
   std::string_view protocols = {};  ///< the header Sec-WebSocket-Protocol; empty: absent
-  bool upgrade = false;   ///< requests a WebSocket
+  bool upgrade = false;             ///< requests a WebSocket
   bool repeated = false;  ///< has a second Host or Origin, whose values a proxy may see instead
 };
 

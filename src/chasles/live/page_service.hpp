@@ -8,8 +8,8 @@
 
 namespace chasles {
 
-/// A page and its socket: GET / is the page, GET /live the updates of a feed (docs/live.md describes
-/// the protocol).
+/// A page and its socket: GET / is the page, GET /live the updates of a feed (docs/live.md
+/// describes the protocol).
 class PageService final : public LiveService {
  public:
   /// The feed must outlive the service.

@@ -13,8 +13,8 @@ namespace chasles {
 
 struct LiveServerOptions {
   std::string name = "the live server";  ///< in errors
-  std::string address = "127.0.0.1";  ///< numeric
-  std::uint16_t port = 0;             ///< 0: any free port
+  std::string address = "127.0.0.1";     ///< numeric
+  std::uint16_t port = 0;                ///< 0: any free port
   /// Simultaneous connections; further ones are answered with 503.
   std::size_t connections = 64;
   /// Largest message from a viewer [bytes]; a larger one closes the connection with code 1009.

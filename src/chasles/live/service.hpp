@@ -13,6 +13,8 @@ namespace chasles {
 struct LiveMessage {
   std::shared_ptr<const std::string> bytes;  ///< null: none
   bool binary = false;                       ///< else text
+
+  explicit operator bool() const { return bytes != nullptr; }
 };
 
 /// What a service sends to one viewer, and hears from it. Used on the server's thread only.

@@ -42,12 +42,9 @@ Json closure_message(const Json& closure, std::size_t number, const RunState& st
   const Json sphere = {{"pose", pose},
                        {"size", proto_vector(Eigen::Vector3d::Constant(kMarker))},
                        {"color", colour}};
-  const Json text = {{"pose", pose},
-                     {"billboard", true},
-                     {"font_size", 14.0},
-                     {"scale_invariant", true},
-                     {"color", colour},
-                     {"text", closure_text(closure)}};
+  const Json text = {{"pose", pose},      {"billboard", true},
+                     {"font_size", 14.0}, {"scale_invariant", true},
+                     {"color", colour},   {"text", closure_text(closure)}};
   return {{"entities", Json::array({{{"timestamp", proto_time(state.time)},
                                      {"frame_id", "world"},
                                      {"id", fmt::format("closure {}", number)},
