@@ -108,14 +108,14 @@ function compareRest(client, who) {
   check(`${who}: the server is named`, /^chasles \d/.test(client.info?.name), client.info?.name);
 }
 
-const run = start('--foxglove', '0');
+const run = start('--threads', '1', '--foxglove', '0');
 const url = await run.url;
 const early = new Client(url, official);
-const deaf = new Client(url, official, { wanted: () => true });
+const deaf = new Client(url, official);
 deaf.client.on('advertise', () => deaf.socket.pause());
 let late;
 early.client.on('message', () => {
-  if (early.count('/pose') >= 30) {
+  if (early.count('/pose') >= 10) {
     late ??= new Client(url, official, { subprotocol: 'foxglove.sdk.v1',
       origin: 'https://app.foxglove.dev' });
   }

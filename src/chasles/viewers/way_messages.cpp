@@ -4,10 +4,14 @@
 #include <chasles/viewers/way_messages.hpp>
 
 namespace chasles {
+namespace {
 
-nlohmann::json way(const std::string& id, const Trajectory& poses, const SE3& world_T_poses,
-                   unsigned colour, Time time) {
-  using Json = nlohmann::json;
+using Json = nlohmann::json;
+
+}  // namespace
+
+Json way(const std::string& id, const Trajectory& poses, const SE3& world_T_poses, unsigned colour,
+         Time time) {
   Json points = Json::array();
   for (const StampedPose& s : poses) points.push_back(proto_vector(world_T_poses * s.pose.p));
   return {{"timestamp", proto_time(time)},
