@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <regex>
+#include <sstream>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -34,15 +37,38 @@ void expect_picture(const cv::Mat& picture, const fs::path& recorded) {
   EXPECT_LT(cv::norm(picture, image, cv::NORM_L1) / static_cast<double>(image.total()), 4);
 }
 
-TEST(Foxglove, ClientsSeeTheRunAndChangeNoByteOfIt) {
+/// The commands of docs/viewers.md, without the name of the program: those of its blocks of shell.
+/// Any free port, because another program may have the one of the page, and no waiting for real
+/// time.
+std::vector<std::string> commands_of_the_page() {
+  std::istringstream page(slurp(fs::path(CHASLES_SOURCE_DIR) / "docs" / "viewers.md"));
+  static const std::string kName = "chasles ";
+  std::vector<std::string> commands;
+  bool shell = false;
+  for (std::string line; std::getline(page, line);) {
+    if (line.starts_with("```")) shell = line == "```sh";
+    if (!shell || !line.starts_with(kName)) continue;
+    line = std::regex_replace(line.substr(kName.size()), std::regex("--foxglove$"), "--foxglove 0");
+    commands.push_back(std::regex_replace(line, std::regex(" --realtime\\b"), ""));
+  }
+  return commands;
+}
+
+TEST(Foxglove, TheCommandsOfThePageRunAndClientsSeeTheRunAndChangeNoByteOfIt) {
   const Scratch folder;
-  const Outcome made =
-      chasles(folder, "simulate walk --images --set walk_duration=6 -o rec --quiet");
-  ASSERT_EQ(made.code, 0) << made.err;
-  ASSERT_EQ(chasles(folder, "run rec -o alone --quiet").code, 0);
+  const std::vector<std::string> commands = commands_of_the_page();
+  ASSERT_EQ(commands.size(), 4u);
+  for (const std::string& command : commands) {
+    const Outcome outcome = chasles(folder, command);
+    ASSERT_EQ(outcome.code, 0) << command << "\n" << outcome.err;
+  }
+  for (const char* file : {"run/states.csv", "run.mcap", "run.ply", "page.html"}) {
+    EXPECT_TRUE(fs::exists(folder / file)) << file;
+  }
+  ASSERT_EQ(chasles(folder, "run walk -o alone --quiet").code, 0);
   const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR
                               "/web/tests/foxglove_run.mjs' '" CHASLES_BINARY "' '" +
-                              (folder / "rec").string() + "' '" + folder.string() + "'";
+                              (folder / "walk").string() + "' '" + folder.string() + "'";
   EXPECT_EQ(std::system(command.c_str()), 0);
   EXPECT_GT(files_but_timing(folder / "alone").size(), 5u);
   EXPECT_TRUE(files_but_timing(folder / "alone") == files_but_timing(folder / "seen"));
@@ -50,7 +76,7 @@ TEST(Foxglove, ClientsSeeTheRunAndChangeNoByteOfIt) {
   ASSERT_TRUE(report.is_object());
   expect_picture(
       cv::imread((folder / "last.jpg").string(), cv::IMREAD_GRAYSCALE),
-      folder / "rec" / "mav0" / "cam0" / "data" / (report.at("time").get<std::string>() + ".png"));
+      folder / "walk" / "mav0" / "cam0" / "data" / (report.at("time").get<std::string>() + ".png"));
 }
 
 TEST(Foxglove, TheOptionIsChecked) {
