@@ -31,6 +31,7 @@ using Json = nlohmann::ordered_json;
 struct PythonRun {
   Run run;
   std::string summary;  ///< JSON
+  std::vector<std::shared_ptr<const BatchTerms>> batch = {};
 };
 
 // True once Python has a signal pending whose handler raises, such as Ctrl-C. Python handles signals
@@ -107,7 +108,9 @@ PythonRun run(const Recording& given, const py::kwargs& arguments) {
         throw Error(ExitCode::kNotInitialised,
                     "save_map: the run has no landmark that could be recognised");
       }
-      result = {.run = std::move(done.result.run), .summary = json_text(done.summary)};
+      result = {.run = std::move(done.result.run),
+                .summary = json_text(done.summary),
+                .batch = done.estimator->batch_terms()};
     }
   }
   signals.rethrow();
@@ -211,6 +214,7 @@ void bind_runs(py::module_& m) {
       .def_property_readonly("landmarks",
                              [](const PythonRun& r) { return columns(r.run.landmarks); })
       .def_property_readonly("truth", [](const PythonRun& r) { return columns(r.run.truth); })
+      .def_property_readonly("_batch", [](const PythonRun& r) { return problems_of(r.batch); })
       .def("save", &save, py::arg("folder"))
       .def("page", &page);
   m.def("run", &run, py::arg("recording"));
