@@ -14,7 +14,6 @@ p = p_hat + dp. All arrays are numpy's, and own their memory.
 """
 
 import functools
-import html
 import json
 import os
 import sys
@@ -27,21 +26,25 @@ from ._core import (
     ImuNoise,
     InputError,
     NotInitialisedError,
+    PredictedState,
+    RealtimeSlam,
     Recording,
     Slam,
     UsageError,
     __version__,
 )
 from . import _core
+from ._page import Page
 
 __all__ = [
-    "Camera", "DivergedError", "Error", "Estimate", "ImuNoise", "InputError", "NotInitialisedError",
-    "Recording", "Run", "Slam", "UsageError", "command", "evaluate", "read", "read_run", "run",
-    "settings", "simulate",
+    "Camera", "ChartState", "Comparison", "DivergedError", "Error", "Estimate", "FirstSight", "ImuNoise", "InputError",
+    "NotInitialisedError", "PredictedState", "RealtimeSlam", "Recording", "Run", "Slam", "Study", "UsageError",
+    "command", "compare", "evaluate",
+    "monte_carlo", "read", "read_run", "register_chart", "register_depth_rule", "run", "settings", "simulate",
 ]
 
 
-class Run:
+class Run(Page):
     """The results of a run: arrays, figures, and the page."""
 
     def __init__(self, core):
@@ -111,15 +114,6 @@ class Run:
     def page(self):
         """The HTML page of the run, self-contained, as text."""
         return self._core.page()
-
-    def show(self, path):
-        """Writes the page to a file."""
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(self.page())
-
-    def _repr_html_(self):
-        return (f'<iframe srcdoc="{html.escape(self.page())}" style="width: 100%; height: 700px; border: 0" '
-                f'sandbox="allow-scripts"></iframe>')
 
     def __repr__(self):
         ate = self.summary.get("ate_m")
@@ -196,3 +190,15 @@ def command(*arguments):
 def main():
     """The console script `chasles`."""
     sys.exit(_core.command(sys.argv[1:]))
+
+
+from .lab import (  # noqa: E402  (it uses Run and run)
+    ChartState,
+    Comparison,
+    FirstSight,
+    Study,
+    compare,
+    monte_carlo,
+    register_chart,
+    register_depth_rule,
+)

@@ -189,6 +189,15 @@ std::string page(const PythonRun& r) {
   return run_page({{.run = r.run, .summary = r.summary}});
 }
 
+std::string page_of_all(const std::vector<std::pair<std::string, const PythonRun*>>& named) {
+  const py::gil_scoped_release released;
+  std::vector<ReportRun> runs;
+  for (const auto& [name, r] : named) {
+    runs.push_back({.run = r->run, .summary = r->summary, .label = name});
+  }
+  return run_page(runs);
+}
+
 }  // namespace
 
 void bind_runs(py::module_& m) {
@@ -205,6 +214,7 @@ void bind_runs(py::module_& m) {
       .def("save", &save, py::arg("folder"))
       .def("page", &page);
   m.def("run", &run, py::arg("recording"));
+  m.def("page", &page_of_all, py::arg("runs"));
   m.def("read_run", &read_run_folder, py::arg("folder"));
 }
 

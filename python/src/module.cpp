@@ -87,6 +87,8 @@ PYBIND11_MODULE(_core, m) {
   bind_runs(m);
   bind_slam(m);
   bind_evaluation(m);
+  bind_lab(m);
+  bind_studies(m);
   m.def("command", &command, pybind11::arg("arguments"),
         "Runs the command `chasles` with these arguments and returns its exit code.");
 }
