@@ -145,9 +145,10 @@ OfferedOption option_of(const CLI::Option& from, const Footer& footer) {
   if (option.type.starts_with('[')) {
     option.type = option.type.substr(1, option.type.find(']') - 1);
   } else {
-    // What a validator and a delimiter add: "N:INT in [1 - 3]", "NAME,...".
+    // What a validator, a delimiter and a list add: "N:INT in [1 - 3]", "NAME,...", "DIR...".
     const bool names = option.type.find('|') != std::string::npos;
     option.type = option.type.substr(0, option.type.find_first_of(names ? " ," : " :,"));
+    if (option.type.ends_with("...")) option.type.resize(option.type.size() - 3);
   }
   offer_value(option, from.get_delimiter() == ',', footer);
   return option;

@@ -82,7 +82,8 @@ std::string zsh_offer(const std::string& path, const OfferedOption& option) {
   return " ";
 }
 
-// ":message:action" of an option's value or of a positional.
+// ":message:action" of an option's value or of a positional; one that may be missing has a colon
+// more.
 std::string zsh_value(const std::string& path, const OfferedOption& option) {
   return fmt::format("{}:{}:{}", option.needs_value ? "" : ":", escaped(option.type, ":"),
                      escaped(zsh_offer(path, option), ":"));
@@ -95,15 +96,14 @@ std::string zsh_specs(const std::string& path, const OfferedCommand& command) {
         option.may_be_repeated ? "*" : fmt::format("({})", fmt::join(option.names, " "));
     for (const std::string& name : option.names) {
       const bool is_long = name.starts_with("--");
-      text += fmt::format(" \\\n    '{}{}{}[{}]{}'", others, name,
-                          option.takes_value && is_long ? "=" : "",
-                          escaped(brief(option.meaning), "[]"),
-                          option.takes_value ? ":" + zsh_value(path, option) : "");
+      text += fmt::format(
+          " \\\n    '{}{}{}[{}]{}'", others, name, option.takes_value && is_long ? "=" : "",
+          escaped(brief(option.meaning), "[]"), option.takes_value ? zsh_value(path, option) : "");
     }
   }
   if (!command.commands.empty()) return text;  // zsh_functions() has both
   for (const OfferedOption& positional : command.positionals) {
-    text += fmt::format(" \\\n    '{}:{}'", positional.may_be_repeated ? "*" : "",
+    text += fmt::format(" \\\n    '{}{}'", positional.may_be_repeated ? "*" : "",
                         zsh_value(path, positional));
   }
   return text;
