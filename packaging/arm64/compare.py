@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """compare.py FIGURES OTHERS MOST: compares what figures.cpp printed on two machines. Prints, for each
 name, the largest difference relative to the largest number of its line; fails if one exceeds MOST."""
+import math
 import sys
 
 
@@ -20,11 +21,12 @@ def main():
         if len(a) != len(b):
             sys.exit(f"compare.py: {name} has {len(a)} and {len(b)} numbers, expected as many")
         scale = max(map(abs, a)) or 1
-        difference = max(abs(x - y) for x, y in zip(a, b)) / scale
+        differences = [abs(x - y) / scale for x, y in zip(a, b)]
+        difference = max(differences) if all(map(math.isfinite, differences)) else math.inf
         largest[name] = max(largest.get(name, 0), difference)
     for name, difference in largest.items():
         print(f"  {name:<32} {difference:.1e}")
-    if not max(largest.values()) <= most:  # not >: NaN fails too
+    if max(largest.values()) > most:
         sys.exit(f"compare.py: found a relative difference of {max(largest.values()):.1e}, expected at "
                  f"most {most:.0e}")
 
