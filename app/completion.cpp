@@ -157,7 +157,9 @@ OfferedOption option_of(const CLI::Option& from, const Footer& footer) {
 }  // namespace
 
 OfferedCommand offered(const CLI::App& parser) {
-  OfferedCommand command{.name = parser.get_name(), .meaning = parser.get_description()};
+  OfferedCommand command;
+  command.name = parser.get_name();
+  command.meaning = parser.get_description();
   const Footer footer = footer_of(parser.get_footer());
   for (const CLI::Option* option : parser.get_options()) {
     (option->get_positional() ? command.positionals : command.options)
