@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test python bench table study convergence honesty docs prose format lint \
+.PHONY: help deps dev-deps build demo test python package bench table study convergence honesty docs prose format lint \
   coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
@@ -34,6 +34,10 @@ python:   ## the Python package and its tests: build/release/python for PYTHONPA
 	cmake --preset release -DCHASLES_PYTHON=ON
 	cmake --build --preset program --target chasles chasles_python
 	ctest --preset release --tests-regex '^Python$$'
+
+package:  ## Debian packages, source tarball, files for conda and vcpkg: out/packages
+	@scripts/deps build package
+	@scripts/package
 
 bench:    ## ratios of cost, measured in one run
 	@scripts/deps build test bench
