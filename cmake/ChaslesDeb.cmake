@@ -55,8 +55,8 @@ foreach(component ${CPACK_COMPONENTS_ALL})
     DESTINATION ${doc} COMPONENT ${component} EXCLUDE_FROM_ALL)
   string(TOUPPER ${component} COMPONENT)
   set(CPACK_DEBIAN_${COMPONENT}_PACKAGE_NAME ${package})
-  if(EXISTS ${tools}/deb/${package}.overrides)
-    install(FILES ${tools}/deb/${package}.overrides RENAME ${package}
+  if(EXISTS ${tools}/deb/${component}.overrides)
+    install(FILES ${tools}/deb/${component}.overrides RENAME ${package}
       DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides COMPONENT ${component} EXCLUDE_FROM_ALL)
   endif()
 endforeach()
@@ -114,9 +114,12 @@ set(CPACK_DEBIAN_PYTHON-MODULE_PACKAGE_DEPENDS
 set(CPACK_DEBIAN_PYTHON-MODULE_PACKAGE_RECOMMENDS ${matio_package})
 set(CPACK_DEBIAN_PYTHON-MODULE_PACKAGE_CONTROL_EXTRA ${tools}/deb/postinst ${tools}/deb/prerm)
 
-set(about "Chasles estimates the trajectory of a camera with an IMU, or of a stereo camera with a
-velocity sensor, and a map of landmarks: by an extended Kalman filter, a sliding window or batch
-estimation, each with covariances. It reads EuRoC, KITTI, ROS bags and other recordings.")
+# CPack would put one summary before all of these, whose first lines are summaries.
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")
+set(about "Chasles estimates the trajectory of a camera with an IMU, or of a stereo
+camera with a velocity sensor, and a map of landmarks: by an extended Kalman
+filter, a sliding window or batch estimation, each with covariances. It reads
+EuRoC, KITTI, ROS bags and other recordings.")
 set(CPACK_COMPONENT_LIBRARY-SHARED_DESCRIPTION "visual-inertial SLAM: shared library
 ${about}
 .
@@ -124,12 +127,13 @@ This package has the shared library.")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "visual-inertial SLAM: files for development
 ${about}
 .
-This package has the headers and what CMake and pkg-config need to link the library.")
+This package has the headers and what CMake and pkg-config need to link the
+library.")
 set(CPACK_COMPONENT_COMMAND_DESCRIPTION "visual-inertial SLAM: command
 ${about}
 .
-This package has the command chasles, which runs recordings, simulates them, evaluates estimates
-and writes pages that show them.")
+This package has the command chasles. It runs recordings, simulates them,
+evaluates estimates and writes pages that show them.")
 set(CPACK_COMPONENT_PYTHON-MODULE_DESCRIPTION "visual-inertial SLAM: Python module
 ${about}
 .

@@ -11,7 +11,7 @@ function(chasles_install_headers component)
     COMPONENT ${component} ${ARGN} FILES_MATCHING PATTERN "*.hpp"
     # What only the tests include.
     PATTERN "testing.hpp" EXCLUDE PATTERN "*_testing.hpp" EXCLUDE PATTERN "test_*.hpp" EXCLUDE
-    PATTERN "*_test.hpp" EXCLUDE
+    PATTERN "*_test.hpp" EXCLUDE PATTERN "testdata" EXCLUDE
     # What only one folder's sources include, among it all that needs other headers than Eigen's and
     # nlohmann's.
     PATTERN "series.hpp" EXCLUDE PATTERN "*_detail.hpp" EXCLUDE PATTERN "map_bytes.hpp" EXCLUDE
