@@ -1,8 +1,5 @@
 #include <array>
-#include <string>
-#include <vector>
 
-#include <chasles/error.hpp>
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/lie/small_matrices.hpp>
 
@@ -63,24 +60,6 @@ void push_columns(const ErrorChart& chart, const State& x,
 std::span<const ErrorChart> error_charts() {
   static const std::array charts{kStandardChart, kLeftSe3Chart, kRightSe3Chart, kRightSen3Chart};
   return charts;
-}
-
-std::span<const std::string_view> error_chart_names() {
-  static const std::vector<std::string_view> names = [] {
-    std::vector<std::string_view> all;
-    for (const ErrorChart& chart : error_charts()) all.push_back(chart.name);
-    return all;
-  }();
-  return names;
-}
-
-const ErrorChart& error_chart(std::string_view name) {
-  std::string names;
-  for (const ErrorChart& chart : error_charts()) {
-    if (chart.name == name) return chart;
-    names += (names.empty() ? "" : ", ") + std::string(chart.name);
-  }
-  throw UsageError("unknown error chart '" + std::string(name) + "'; expected one of: " + names);
 }
 
 void retract(const ErrorChart& chart, State& x, const ErrorRef& xi) {

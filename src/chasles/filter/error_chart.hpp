@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include <chasles/filter/chart_function.hpp>
 #include <chasles/filter/error_chart_names.hpp>
 #include <chasles/filter/state.hpp>
 
@@ -35,21 +36,22 @@ struct ErrorChart {
 
   /// x (+) xi for pose, v_world, additive states and landmarks. xi has an entry for every row of
   /// the state. The function retract covers the whole state.
-  void (*retract)(State& x, const ErrorRef& xi);
+  ChartFunction<void(State& x, const ErrorRef& xi)> retract;
   /// The xi with retract(x, xi) = y for the same parts. Both have the same landmarks in the same
   /// rows.
-  Eigen::VectorXd (*local)(const State& x, const State& y);
+  ChartFunction<Eigen::VectorXd(const State& x, const State& y)> local;
   /// T's block for [rotation, position, v_world]: 9x9; only its top left 6x6 is used without
   /// v_world.
-  Eigen::Matrix<double, 9, 9> (*motion_block)(const State& x);
+  ChartFunction<Eigen::Matrix<double, 9, 9>(const State& x)> motion_block;
   /// T's block for (Cartesian landmark, rotation); null where landmarks are additive.
-  Eigen::Matrix3d (*landmark_block)(const Eigen::Vector3d& p_world);
+  ChartFunction<Eigen::Matrix3d(const Eigen::Vector3d& p_world)> landmark_block;
 };
 
-/// All charts, for the command line and the tests.
+/// The charts of the library, for the command line and the tests.
 std::span<const ErrorChart> error_charts();
 
-/// The chart with this name. Throws UsageError for an unknown name; the message lists the names.
+/// The chart with this name, also a registered one. Throws UsageError for an unknown name; the
+/// message lists the names.
 const ErrorChart& error_chart(std::string_view name);
 
 /// x (+) xi and its inverse for the whole state. The pose of a clone has the chart's pose error.

@@ -50,6 +50,15 @@ struct ImuNoise {
   bool exact = false;  ///< the samples are simulated with this noise, and vibrate with no more
 };
 
+/// All four times a factor.
+inline ImuNoise scaled(ImuNoise noise, double factor) {
+  noise.accelerometer_noise_density *= factor;
+  noise.accelerometer_random_walk *= factor;
+  noise.gyroscope_noise_density *= factor;
+  noise.gyroscope_random_walk *= factor;
+  return noise;
+}
+
 /// Range of each sensor, per axis and sign; at or beyond it a sample is saturated.
 struct ImuRange {
   double accelerometer = std::numeric_limits<double>::infinity();  ///< [m/s^2]

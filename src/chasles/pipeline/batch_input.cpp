@@ -6,14 +6,6 @@
 namespace chasles {
 namespace {
 
-ImuNoise scaled(ImuNoise noise, double factor) {
-  noise.accelerometer_noise_density *= factor;
-  noise.accelerometer_random_walk *= factor;
-  noise.gyroscope_noise_density *= factor;
-  noise.gyroscope_random_walk *= factor;
-  return noise;
-}
-
 constexpr int kPlaceRow = 2;  // of [theta, dp, ...]: rotation about z, then position
 
 // What an error of the place does to a point.

@@ -11,6 +11,13 @@ namespace {
 // Maximum number of images that wait for samples, where later images do not show that none come.
 constexpr std::size_t kMostWaiting = 64;
 
+// As the estimator uses the samples.
+StatePredictor predictor_for(const InertialSlamSettings& settings, const ImuNoise& noise,
+                             ImuBuffer::Options imu) {
+  imu.vibration_noise = settings.vibration_noise.value_or(0);
+  return {scaled(noise, settings.imu_noise_scale.value_or(1)), imu};
+}
+
 }  // namespace
 
 VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const ImuNoise& noise,
@@ -24,15 +31,22 @@ VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const
           InertialSensors{
               .cameras = cameras, .noise = noise, .imu = imu, .pixel_sigma = kFrontendPixelSigma},
           std::nullopt, std::move(prior))),
+      predictor_(predictor_for(for_images(settings, cameras.size(), noise).filter, noise, imu)),
       biases_(FeatureFeed::kLead, Eigen::Vector3d::Zero()) {}
 
 std::vector<Estimate> VisualInertialSlam::process(const ImuSample& sample) {
   tracker_.process(sample);
+  predictor_.add(sample);
   std::vector<Estimate> estimates = estimator_->process(sample);
   const bool finite = sample.specific_force_imu.allFinite() && sample.angular_rate_imu.allFinite();
   if (finite && (!last_sample_ || sample.time > *last_sample_)) last_sample_ = sample.time;
   take_covered(estimates);
+  note(estimates);
   return estimates;
+}
+
+void VisualInertialSlam::note(const std::vector<Estimate>& estimates) {
+  if (!estimates.empty()) predictor_.correct(estimates.back());
 }
 
 std::vector<Estimate> VisualInertialSlam::process(ImageFrame images) {
@@ -40,6 +54,7 @@ std::vector<Estimate> VisualInertialSlam::process(ImageFrame images) {
   waiting_.add(std::move(images));
   std::vector<Estimate> estimates;
   take_covered(estimates);
+  note(estimates);
   return estimates;
 }
 
@@ -47,6 +62,7 @@ std::vector<Estimate> VisualInertialSlam::finish() {
   std::vector<Estimate> estimates;
   while (auto images = waiting_.next()) take(std::move(*images), estimates);
   append(estimator_->finish(), estimates);
+  note(estimates);
   return estimator_->smooths() ? estimator_->smooth() : estimates;
 }
 

@@ -7,6 +7,7 @@
 
 #include <chasles/pipeline/estimator.hpp>
 #include <chasles/pipeline/image_tracker.hpp>
+#include <chasles/slam/state_predictor.hpp>
 #include <chasles/slam/waiting_frames.hpp>
 
 namespace chasles {
@@ -15,7 +16,8 @@ namespace chasles {
 /// come in the order of their times. An image waits here until the samples reach its time, so it
 /// may come before older samples. The same samples and images give the same estimates as `chasles
 /// run`, to the bit, unless a sample later than the first at or after an image's time comes before
-/// the image. One thread, and no call waits.
+/// the image. One thread: process() returns when the estimates are there. RealtimeSlam is the same
+/// on a thread of its own.
 ///
 /// With the filter, the session (InertialSession) recovers from invalid samples and times, and
 /// counts them; for windows and batch estimation see Estimator::process() and smooth(). Images that
@@ -40,7 +42,14 @@ class VisualInertialSlam {
   /// of all keyframes, which replace the earlier ones.
   std::vector<Estimate> finish();
 
+  /// The state at any time since the last estimate, by the samples: for controllers, which need it
+  /// more often than images come (StatePredictor). Its time is on the IMU's clock. None before a
+  /// start, before the last estimate's time, and where samples are missing.
+  std::optional<PredictedState> predicted(Time time) { return predictor_.at(time); }
+  const StatePredictor& predictor() const { return predictor_; }
+
   const Estimator& estimator() const { return *estimator_; }
+  const std::vector<Camera>& cameras() const { return cameras_; }
   /// Report of the last image.
   const FrontendReport& report() const { return report_; }
   std::size_t waiting() const { return waiting_.size(); }  ///< images
@@ -48,10 +57,12 @@ class VisualInertialSlam {
  private:
   void take_covered(std::vector<Estimate>& estimates);
   void take(ImageFrame images, std::vector<Estimate>& estimates);
+  void note(const std::vector<Estimate>& estimates);
 
   std::vector<Camera> cameras_;
   ImageTracker tracker_;
   std::unique_ptr<Estimator> estimator_;
+  StatePredictor predictor_;
   FrontendReport report_;
   WaitingFrames<ImageFrame> waiting_;
   std::optional<Time> last_sample_;

@@ -5,6 +5,7 @@
 
 #include <chasles/filter/error_chart_names.hpp>
 #include <chasles/settings.hpp>
+#include <chasles/slam/depth_rule_names.hpp>
 #include <chasles/slam/landmark_form.hpp>
 
 namespace chasles {
@@ -78,6 +79,7 @@ struct InertialSlamSettings {
   double time_offset = 0;
   double initial_time_offset_sigma = 0.005;
 
+  std::string depth_rule = "constant";
   double fixed_depth = 8;
   double fixed_depth_sigma = 3;
   double inverse_depth = 0.1;
@@ -187,6 +189,10 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kClockOffset);
   visit("initial_time_offset_sigma", s.initial_time_offset_sigma, "s",
         "initial sigma of the time offset", limits::kNonNegative);
+  visit("depth_rule", s.depth_rule, "choice",
+        "depth of an undelayed landmark initialisation: constant, as the next settings have it, or "
+        "a rule that the program has registered (docs/python.md)",
+        limits::one_of(depth_rule_names()));
   visit("fixed_depth", s.fixed_depth, "m",
         "assumed depth of an undelayed landmark initialisation (K&S: 8)", limits::kPositive);
   visit("fixed_depth_sigma", s.fixed_depth_sigma, "m", "sigma of that depth, along the ray",

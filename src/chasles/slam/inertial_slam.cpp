@@ -13,14 +13,6 @@
 namespace chasles {
 namespace {
 
-ImuNoise scaled(ImuNoise noise, double factor) {
-  noise.accelerometer_noise_density *= factor;
-  noise.gyroscope_noise_density *= factor;
-  noise.accelerometer_random_walk *= factor;
-  noise.gyroscope_random_walk *= factor;
-  return noise;
-}
-
 ImuBuffer::Options with_vibration(ImuBuffer::Options imu, const InertialSlamSettings& s) {
   imu.vibration_noise = s.vibration_noise.value_or(0);
   return imu;
@@ -103,6 +95,7 @@ InertialSlam::InertialSlam(const InertialSlamSettings& settings, std::vector<Cam
     : settings_(validated(settings)),
       cameras_(std::move(cameras)),
       pixel_sigma_(pixel_sigma),
+      depth_rule_(depth_rule(settings.depth_rule)),
       model_{
           .noise = scaled(noise, settings.imu_noise_scale.value_or(1)),
           .first_order = settings.first_order_transition ? &error_chart(settings.chart) : nullptr},

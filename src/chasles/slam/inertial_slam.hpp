@@ -19,6 +19,7 @@
 #include <chasles/recognise/joint_compatibility.hpp>
 #include <chasles/recognise/spatial_choice.hpp>
 #include <chasles/slam/closure.hpp>
+#include <chasles/slam/depth_rule.hpp>
 #include <chasles/slam/estimate.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/inertial_start.hpp>
@@ -120,6 +121,8 @@ class InertialSlam {
                Estimate& e);
   void relinearise(const std::vector<const PixelObservation*>& predicted,
                    std::span<Measurement> known) const;
+  std::optional<NewLandmark> begin_undelayed(LandmarkId id, int camera,
+                                             const Eigen::Vector2d& pixel, bool anchored) const;
   void begin_at_once(const std::vector<const PixelObservation*>& fresh, Estimate& e);
   void begin_from_tracks(CameraSet looking, Estimate& e);
   void begin_what_is_missing(Estimate& e);
@@ -274,6 +277,7 @@ class InertialSlam {
   InertialSlamSettings settings_;
   std::vector<Camera> cameras_;
   double pixel_sigma_;
+  DepthRule depth_rule_;  ///< of undelayed initialisations; empty: that of the settings
   InertialModel model_;
   ImuBuffer imu_;
   Ekf filter_;

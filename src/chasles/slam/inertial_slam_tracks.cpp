@@ -23,23 +23,39 @@ void InertialSlam::remove_ended_tracks() {
   tracks_.remove_if([](const Track& track) { return track.ended; });
 }
 
+// At an assumed depth.
+std::optional<NewLandmark> InertialSlam::begin_undelayed(LandmarkId id, int camera_index,
+                                                         const Eigen::Vector2d& pixel,
+                                                         bool anchored) const {
+  const Camera& camera = cameras_[static_cast<std::size_t>(camera_index)];
+  const State& x = filter_.state();
+  AssumedDepth depth{
+      .mean = anchored ? settings_.inverse_depth : settings_.fixed_depth,
+      .sigma = anchored ? settings_.inverse_depth_sigma : settings_.fixed_depth_sigma};
+  if (depth_rule_) {
+    const auto own = depth_rule_({.state = x,
+                                  .camera = camera,
+                                  .camera_index = camera_index,
+                                  .pixel = pixel,
+                                  .inverse = anchored});
+    if (!own) return std::nullopt;
+    depth = *own;
+  }
+  const auto begin = anchored ? begin_anchored : begin_at_depth;
+  return begin(camera, track_noise().sigma, x, id, pixel, depth.mean, depth.sigma, camera_index);
+}
+
 void InertialSlam::begin_at_once(const std::vector<const PixelObservation*>& fresh, Estimate& e) {
   const bool anchored = settings_.landmarks == LandmarkForm::kInverseDepth;
   int room = settings_.max_landmarks - static_cast<int>(filter_.state().landmarks.size());
   Reused<NewLandmark>& landmarks = work_.begun;
   landmarks.clear();
   for (const PixelObservation* o : fresh) {
-    const Camera& camera = cameras_[static_cast<std::size_t>(o->camera)];
     const bool begun = std::any_of(landmarks.begin(), landmarks.end(),
                                    [&](const NewLandmark& l) { return l.id == o->landmark; });
     if (room <= 0 || begun) continue;
     if (anchored && landmarks.empty()) keep_pose(now_);
-    const State& x = filter_.state();
-    const auto landmark =
-        anchored ? begin_anchored(camera, track_noise().sigma, x, o->landmark, o->pixel,
-                                  settings_.inverse_depth, settings_.inverse_depth_sigma, o->camera)
-                 : begin_at_depth(camera, track_noise().sigma, x, o->landmark, o->pixel,
-                                  settings_.fixed_depth, settings_.fixed_depth_sigma, o->camera);
+    const auto landmark = begin_undelayed(o->landmark, o->camera, o->pixel, anchored);
     if (!landmark) continue;
     landmarks.append() = *landmark;
     --room;
@@ -116,9 +132,7 @@ void InertialSlam::begin_what_is_missing(Estimate& e) {
     if (missing <= 0) break;
     if (track.views.empty() || track.views.back().clone != frame_) continue;
     const ClonedView& view = track.views.back();
-    const auto landmark = begin_anchored(
-        cameras_[static_cast<std::size_t>(view.camera)], track_noise().sigma, filter_.state(),
-        track.id, view.pixel, settings_.inverse_depth, settings_.inverse_depth_sigma, view.camera);
+    const auto landmark = begin_undelayed(track.id, view.camera, view.pixel, true);
     if (!landmark) continue;
     landmarks.append() = *landmark;
     track.ended = true;

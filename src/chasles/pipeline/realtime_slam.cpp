@@ -1,0 +1,157 @@
+#include <algorithm>
+#include <future>
+#include <utility>
+
+#include <chasles/error.hpp>
+#include <chasles/frontend/frontend_checks.hpp>
+#include <chasles/overloaded.hpp>
+#include <chasles/pipeline/realtime_slam.hpp>
+
+namespace chasles {
+
+RealtimeSlam::RealtimeSlam(std::unique_ptr<VisualInertialSlam> slam, Options options,
+                           Callback on_estimates)
+    : slam_(std::move(slam)),
+      cameras_(slam_->cameras()),
+      options_(options),
+      on_estimates_(std::move(on_estimates)),
+      predictor_(slam_->predictor()) {
+  worker_ = std::thread([this] { work(); });
+}
+
+RealtimeSlam::~RealtimeSlam() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+    changed_.notify_all();
+  }
+  worker_.join();
+}
+
+void RealtimeSlam::process(const ImuSample& sample) {
+  {
+    const std::lock_guard lock(predictor_mutex_);
+    predictor_.add(sample);
+  }
+  const std::lock_guard lock(mutex_);
+  rethrow_failure();
+  if (finished_) throw UsageError("RealtimeSlam: expected no sample after finish()");
+  events_.emplace_back(sample);
+  changed_.notify_all();
+}
+
+std::size_t RealtimeSlam::process(ImageFrame images) {
+  check_frame(images, {}, std::nullopt, cameras_);
+  const std::lock_guard lock(mutex_);
+  rethrow_failure();
+  if (finished_) throw UsageError("RealtimeSlam: expected no images after finish()");
+  ++counts_.came;
+  ++counts_.waiting;
+  events_.emplace_back(std::move(images));
+  const bool full = options_.most_images > 0 && counts_.waiting > options_.most_images;
+  changed_.notify_all();
+  return full ? drop_oldest_image() : 0;
+}
+
+std::size_t RealtimeSlam::drop_oldest_image() {
+  const auto oldest = std::ranges::find_if(
+      events_, [](const Event& event) { return std::holds_alternative<ImageFrame>(event); });
+  events_.erase(oldest);
+  --counts_.waiting;
+  ++counts_.dropped;
+  return 1;
+}
+
+std::optional<PredictedState> RealtimeSlam::predicted(Time time) const {
+  const std::lock_guard lock(predictor_mutex_);
+  return predictor_.at(time);
+}
+
+RealtimeSlam::Counts RealtimeSlam::counts() const {
+  const std::lock_guard lock(mutex_);
+  return counts_;
+}
+
+void RealtimeSlam::ask(const std::function<void(VisualInertialSlam&)>& question) {
+  std::packaged_task<void()> task([&] { question(*slam_); });
+  std::future<void> answered = task.get_future();
+  {
+    const std::lock_guard lock(mutex_);
+    rethrow_failure();
+    questions_.emplace_back([&] { task(); });
+    changed_.notify_all();
+  }
+  answered.get();
+}
+
+std::vector<Estimate> RealtimeSlam::finish() {
+  {
+    std::unique_lock lock(mutex_);
+    finished_ = true;
+    changed_.wait(lock, [&] { return failure_ || (events_.empty() && !busy_); });
+  }
+  std::vector<Estimate> estimates;
+  ask([&](VisualInertialSlam& slam) { estimates = slam.finish(); });
+  if (!estimates.empty()) {
+    const std::lock_guard lock(predictor_mutex_);
+    predictor_.correct(estimates.back());
+  }
+  return estimates;
+}
+
+// The estimator's thread. Questions come first: they are few, and somebody waits for them.
+void RealtimeSlam::work() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    busy_ = false;
+    changed_.notify_all();
+    changed_.wait(lock,
+                  [&] { return stop_ || !questions_.empty() || (!events_.empty() && !failure_); });
+    if (!questions_.empty()) {
+      const std::function<void()> question = std::move(questions_.front());
+      questions_.pop_front();
+      lock.unlock();
+      question();
+      lock.lock();
+      continue;
+    }
+    if (stop_) return;
+    busy_ = true;
+    Event event = std::move(events_.front());
+    events_.pop_front();
+    if (std::holds_alternative<ImageFrame>(event)) {
+      --counts_.waiting;
+      ++counts_.taken;
+    }
+    lock.unlock();
+    std::exception_ptr failure;
+    try {
+      take(std::move(event));
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    lock.lock();
+    if (failure) failure_ = failure;
+  }
+}
+
+void RealtimeSlam::take(Event event) {
+  note(std::visit(Overloaded{[&](const ImuSample& sample) { return slam_->process(sample); },
+                             [&](ImageFrame& images) { return slam_->process(std::move(images)); }},
+                  event));
+}
+
+void RealtimeSlam::note(std::span<const Estimate> estimates) {
+  if (estimates.empty()) return;
+  {
+    const std::lock_guard lock(predictor_mutex_);
+    predictor_.correct(estimates.back());
+  }
+  if (on_estimates_) on_estimates_(estimates, *slam_);
+}
+
+void RealtimeSlam::rethrow_failure() {
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+}  // namespace chasles

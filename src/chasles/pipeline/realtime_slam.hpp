@@ -1,0 +1,94 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <thread>
+#include <variant>
+#include <vector>
+
+#include <chasles/pipeline/visual_inertial_slam.hpp>
+
+namespace chasles {
+
+/// VisualInertialSlam on a thread of its own, for a program whose callbacks must not wait. The
+/// samples and images reach it in the order of the calls, so that the estimates are the same bytes
+/// as without the thread, unless images are dropped. Any thread may call.
+class RealtimeSlam {
+ public:
+  struct Options {
+    /// Images that may wait for the estimator. One more, and the oldest of them is dropped, so that
+    /// the delay stays bounded. 0: all wait.
+    std::size_t most_images = 3;
+  };
+  /// Images, except `waiting`, which is a number at this instant.
+  struct Counts {
+    std::size_t came = 0, taken = 0, dropped = 0, waiting = 0;
+  };
+  /// Called on the estimator's thread with the estimates of one sample or image, and the estimator
+  /// for its map, report and so on. Must not call ask() or finish().
+  using Callback = std::function<void(std::span<const Estimate>, VisualInertialSlam&)>;
+
+  RealtimeSlam(std::unique_ptr<VisualInertialSlam> slam, Options options,
+               Callback on_estimates = {});
+  RealtimeSlam(const RealtimeSlam&) = delete;
+  RealtimeSlam& operator=(const RealtimeSlam&) = delete;
+  /// What still waits is lost; see finish().
+  ~RealtimeSlam();
+
+  /// Returns at once. An error of the estimator or of the callback ends the work; it is rethrown by
+  /// the next call of any function here but predicted() and counts().
+  void process(const ImuSample& sample);
+  /// The same. A number of images other than that of the cameras, or an image of another size than
+  /// its camera's, throws InputError; the images are then ignored. Returns the number of images
+  /// that this one displaced.
+  std::size_t process(ImageFrame images);
+
+  /// The state at a time since the last estimate, by the samples that have come so far
+  /// (StatePredictor); none where there is none. Never waits for the estimator.
+  std::optional<PredictedState> predicted(Time time) const;
+
+  /// Calls the function on the estimator's thread, between two events, and waits for it.
+  void ask(const std::function<void(VisualInertialSlam&)>& question);
+
+  /// Waits until all that has come is processed; then as VisualInertialSlam::finish(), whose
+  /// estimates the callback does not get. Only ask(), predicted() and counts() may be called after
+  /// it.
+  std::vector<Estimate> finish();
+
+  Counts counts() const;
+
+ private:
+  using Event = std::variant<ImuSample, ImageFrame>;
+
+  void work();
+  void take(Event event);
+  std::size_t drop_oldest_image();
+  void note(std::span<const Estimate> estimates);
+  void rethrow_failure();
+
+  const std::unique_ptr<VisualInertialSlam> slam_;
+  const std::vector<Camera> cameras_;
+  const Options options_;
+  const Callback on_estimates_;
+
+  mutable std::mutex predictor_mutex_;
+  mutable StatePredictor predictor_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Event> events_;
+  std::deque<std::function<void()>> questions_;
+  Counts counts_;
+  bool busy_ = false, stop_ = false, finished_ = false;
+  std::exception_ptr failure_;
+  std::thread worker_;  // last, because it uses all members above
+};
+
+}  // namespace chasles

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <chasles/imu/imu_buffer.hpp>
+#include <chasles/slam/estimate.hpp>
+
+namespace chasles {
+
+/// The motion between and after images, by the IMU alone.
+struct PredictedState {
+  Time time{};            ///< on the IMU's clock
+  Time since_estimate{};  ///< time since the estimate that it begins with
+  InertialState state;    ///< in the world of the estimates
+  Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();  ///< without bias [rad/s]
+  /// Of the errors [theta; dp; v_world; accelerometer bias; gyroscope bias], standard error, world
+  /// axes, as Estimate::covariance.
+  Matrix15d covariance = Matrix15d::Zero();
+};
+
+/// Carries the last estimate of a visual-inertial estimator on through the samples: the prediction
+/// that the filter itself makes, at any time and before the next image, for controllers. The
+/// world's z axis points up. Where images come late or an estimated time offset moves, it begins
+/// anew at the estimate's time. One thread.
+class StatePredictor {
+ public:
+  /// `noise` and `imu` as the estimator uses them.
+  StatePredictor(const ImuNoise& noise, const ImuBuffer::Options& imu) : noise_(noise), imu_(imu) {}
+
+  void add(const ImuSample& sample);
+  /// Begins anew from this estimate. One without velocity and biases ends the prediction until the
+  /// next.
+  void correct(const Estimate& estimate);
+
+  /// At a time since the last estimate; after the last sample it holds. None before an estimate,
+  /// before the last one's time, and more than SampleGaps::kLongest after the last sample.
+  std::optional<PredictedState> at(Time time);
+
+ private:
+  struct Step {
+    Time time{};
+    InertialState state;
+    Matrix15d covariance;
+  };
+  Step moved(Step step, Time to);
+  void extend();
+
+  ImuNoise noise_;
+  ImuBuffer imu_;
+  std::vector<Step> steps_;  ///< the estimate, then one for each sample since; empty: no estimate
+  std::vector<ImuInterval> intervals_;
+};
+
+}  // namespace chasles
