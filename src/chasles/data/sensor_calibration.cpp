@@ -35,10 +35,10 @@ SensorCalibration of_chain(KalibrCalibration kalibr) {
 SensorCalibration of_own_file(const fs::path& file) {
   FolderCalibration own = read_calibration(file);
   if (own.cameras.empty() || !own.imu_noise) {
-    throw InputError(fmt::format(
-        "{}: has {} cameras and {} noise of an IMU, expected both: `cameras`, and "
-        "accelerometer_noise_density and the three other keys of the noise",
-        file.string(), own.cameras.size(), own.imu_noise ? "the" : "no"));
+    throw InputError(
+        fmt::format("{}: has {} cameras and {} noise of an IMU, expected both: `cameras`, and "
+                    "accelerometer_noise_density and the three other keys of the noise",
+                    file.string(), own.cameras.size(), own.imu_noise ? "the" : "no"));
   }
   const std::size_t cameras = own.cameras.size();
   return {.cameras = std::move(own.cameras),
@@ -76,8 +76,8 @@ SensorCalibration of_folder(const fs::path& folder, std::size_t cameras) {
   if (fs::exists(folder / "calibration.yaml")) return of_own_file(folder / "calibration.yaml");
   if (const auto files = find_kalibr(folder)) return of_chain(read_kalibr(*files, cameras));
   if (const auto file = find_kalibr_imu(folder)) return of_chain(read_kalibr_imu(*file));
-  throw InputError(fmt::format("{}: holds no calibration, {}", folder.string(),
-                               kExpectedCalibration));
+  throw InputError(
+      fmt::format("{}: holds no calibration, {}", folder.string(), kExpectedCalibration));
 }
 
 SensorCalibration of_file(const fs::path& file, std::size_t cameras) {

@@ -8,7 +8,7 @@
 
 #include <chasles/pipeline/sensor_event.hpp>
 
-namespace chasles::ros1 {
+namespace chasles {
 
 /// Puts the samples of an IMU and the images of a rig into the order that a recording of them has
 /// (EventStream), whatever the order in which their topics deliver them. The estimates then are
@@ -85,4 +85,4 @@ class SensorOrder {
   Counts counts_;
 };
 
-}  // namespace chasles::ros1
+}  // namespace chasles

@@ -5,7 +5,7 @@
 #include <chasles/lie/se3.hpp>
 #include <chasles/slam/estimate.hpp>
 
-namespace chasles::ros1 {
+namespace chasles {
 
 /// The motion of the IMU that a body's state follows from.
 struct ImuMotion {
@@ -35,4 +35,4 @@ BodyState body_state(const ImuMotion& motion, const SE3& body_T_imu);
 /// Covariance of [position; rotation] from that of [rotation; position], and the reverse.
 Matrix6d position_first(const Matrix6d& rotation_first);
 
-}  // namespace chasles::ros1
+}  // namespace chasles

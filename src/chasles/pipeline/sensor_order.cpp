@@ -1,11 +1,10 @@
-#include "sensor_order.hpp"
-
 #include <algorithm>
 #include <utility>
 
 #include <chasles/data/image_recording.hpp>
+#include <chasles/pipeline/sensor_order.hpp>
 
-namespace chasles::ros1 {
+namespace chasles {
 namespace {
 
 // The place of a time in a list that rises strictly; none if it is taken.
@@ -17,7 +16,9 @@ std::optional<typename std::deque<Timed>::iterator> place_for(Time time, std::de
   return place;
 }
 
-void raise(std::optional<Time>& newest, Time time) { newest = std::max(newest.value_or(time), time); }
+void raise(std::optional<Time>& newest, Time time) {
+  newest = std::max(newest.value_or(time), time);
+}
 
 }  // namespace
 
@@ -139,4 +140,4 @@ GrayImage SensorOrder::partner(Images& images, Time frame, const std::optional<T
   return best ? std::move(best->image) : GrayImage{};
 }
 
-}  // namespace chasles::ros1
+}  // namespace chasles
