@@ -90,7 +90,7 @@ ros::NodeHandle connected(int& argc, char** argv, const std::string& name) {
 }  // namespace
 
 struct Transport::Parts {
-  Parts(int argc, char** argv, const std::string& name) : own(connected(argc, argv, name)) {
+  Parts(int argc, char** argv, const std::string& node) : own(connected(argc, argv, node)) {
     constexpr std::uint32_t kMany = 1000, kFew = 10;
     odometry = own.advertise<nav_msgs::Odometry>("odometry", kMany);
     frame_odometry = own.advertise<nav_msgs::Odometry>("frame_odometry", kMany);
