@@ -198,7 +198,7 @@ TEST(RobotSlam, WritesTheRunFolderAndTheMapOfARun) {
   slam.finish();
   const auto folder = std::filesystem::path(::testing::TempDir()) / "robot_slam_run";
   slam.write_run(folder);
-  const Run run = read_run(folder);
+  const chasles::Run run = read_run(folder);
   ASSERT_EQ(run.states.size(), received.estimates.size());
   EXPECT_EQ(run.states.back().world_T_imu.p, received.estimates.back().world_T_imu.p);
   EXPECT_EQ(run.smoothed.size(), run.states.size());
