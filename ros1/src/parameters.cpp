@@ -209,7 +209,8 @@ NodeParameters parameters_from(const Value& tree) {
   Flat flat;
   if (tree.getType() == Value::TypeStruct) flatten(tree, "", flat);
   NodeParameters parameters;
-  app::SettingSources sources{.set_option = "parameter"};
+  app::SettingSources sources;
+  sources.set_option = "parameter";
   std::string estimator = "filter";
   const std::map<std::string, Read> readers = readers_of(parameters, sources.config, estimator);
   const std::vector<std::string> settings = setting_names();

@@ -13,7 +13,9 @@ namespace chasles::ros1 {
 namespace {
 
 TopicContents topic_of(const std::string& name, const std::string& type) {
-  return {.topic = {.name = name, .type = type}};
+  TopicContents contents;
+  contents.topic = {.name = name, .type = type};
+  return contents;
 }
 
 // image_transport has it beside the raw topic.
@@ -71,7 +73,8 @@ void TopicCalibration::add_transforms(const std::vector<RosTransform>& transform
 }
 
 std::optional<SensorCalibration> TopicCalibration::calibration() {
-  ChosenTopics chosen{.imu = &contents_.topics[0]};
+  ChosenTopics chosen;
+  chosen.imu = &contents_.topics[0];
   for (std::size_t c = 0; c < cameras_; ++c) {
     if (images(c).frame.empty() || chosen.imu->frame.empty()) {
       missing_ = fmt::format("no message with a frame_id has come on {}",

@@ -85,7 +85,8 @@ TEST(Ros1Conversions, AnOdometryIsABodysState) {
 }
 
 TEST(Ros1Conversions, ABodysPlaceInAMapIsThatOfItsImu) {
-  PoseInMap place{.map_T_imu = {so3::exp({0, 0, M_PI / 2}), {1, 0, 0}}};
+  PoseInMap place;
+  place.map_T_imu = {so3::exp({0, 0, M_PI / 2}), {1, 0, 0}};
   place.covariance(2, 2) = 0.04;  // rotation about z
   const SE3 imu_T_body{Eigen::Matrix3d::Identity(), {2, 0, 0}};
   const auto [pose, covariance] = body_in_map(place, imu_T_body.inverse());

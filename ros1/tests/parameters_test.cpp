@@ -148,7 +148,8 @@ TEST(Ros1Parameters, TopicsThatAreMissingAreErrors) {
   calibration.cameras.resize(2);
   calibration.camera_topics.resize(2);
   expect_in("~imu_topic is missing", error_of({}, calibration));
-  NodeParameters p{.imu_topic = "/imu"};
+  NodeParameters p;
+  p.imu_topic = "/imu";
   expect_in("~camera_topics has 0 topics, and the calibration does not name all (rostopic), "
             "expected 2",
             error_of(p, calibration));

@@ -1,5 +1,6 @@
 """Recordings for the tests: rendered walks, as bags with Kalibr's files, and what `chasles run` makes of
 them."""
+import copy
 import csv
 import importlib.util
 import subprocess
@@ -40,6 +41,12 @@ class Walk:
         self.times = rows[:, 0].astype(np.int64) + SHIFT_NS
         self.positions, self.velocities = rows[:, 1:4], rows[:, 8:11]
         self.rotations = [rotation_of(*row[4:8]) for row in rows]
+
+    def shifted(self, shift_ns):
+        """The same with stamps that are shifted by so much against those of the folder."""
+        other = copy.copy(self)
+        other.times = self.times - SHIFT_NS + shift_ns
+        return other
 
     def bag(self, folder, name='walk', chain=True, **options):
         folder.mkdir()
