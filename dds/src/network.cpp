@@ -10,9 +10,11 @@
 namespace chasles::bridge {
 namespace {
 
-// Without multicast a participant is found by its port, which its index determines: so many
-// participants of this machine are looked for.
-constexpr int kLastParticipant = 32;
+// Without multicast a participant is found by its port, which its index determines: 33 participants
+// of this machine are looked for.
+const char* const kFindHere =
+    "<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+    "<Peers><Peer Address=\"127.0.0.1\"/></Peers>";
 
 std::string configuration(const std::string& general, const std::string& discovery) {
   return fmt::format(
@@ -39,17 +41,16 @@ bool is_name(const std::string& text) {
 }  // namespace
 
 std::string network_configuration(const std::string& network) {
-  if (network == "loopback") {
-    return configuration(
-        interface("address", "127.0.0.1") + "<AllowMulticast>false</AllowMulticast>",
-        fmt::format("<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}"
-                    "</MaxAutoParticipantIndex><Peers><Peer Address=\"127.0.0.1\"/></Peers>",
-                    kLastParticipant));
+  if (network == "loopback" || network == "host") {
+    const bool loopback = network == "loopback";
+    return configuration((loopback ? interface("address", "127.0.0.1") : std::string()) +
+                             "<AllowMulticast>false</AllowMulticast>",
+                         kFindHere);
   }
   if (network == "any") return configuration("", "");
   if (!is_name(network)) {
     throw UsageError(fmt::format(
-        "--network: found '{}', expected loopback, any, or the name or address of an interface",
+        "--network: found '{}', expected loopback, host, any, or the name or address of an interface",
         network));
   }
   return configuration(interface(is_address(network) ? "address" : "name", network), "");
