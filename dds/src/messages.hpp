@@ -10,11 +10,11 @@ namespace chasles::bridge {
 template <typename Message>
 struct TopicType;
 
-#define CHASLES_TOPIC_TYPE(NAME, MESSAGE)                                          \
-  using NAME = MESSAGE;                                                            \
-  template <>                                                                      \
-  struct TopicType<NAME> {                                                         \
-    static const dds_topic_descriptor_t& descriptor() { return MESSAGE##_desc; }   \
+#define CHASLES_TOPIC_TYPE(NAME, MESSAGE)                                        \
+  using NAME = MESSAGE;                                                          \
+  template <>                                                                    \
+  struct TopicType<NAME> {                                                       \
+    static const dds_topic_descriptor_t& descriptor() { return MESSAGE##_desc; } \
   }
 
 CHASLES_TOPIC_TYPE(ImuMessage, sensor_msgs_msg_dds__Imu_);

@@ -49,9 +49,10 @@ std::string network_configuration(const std::string& network) {
   }
   if (network == "any") return configuration("", "");
   if (!is_name(network)) {
-    throw UsageError(fmt::format(
-        "--network: found '{}', expected loopback, host, any, or the name or address of an interface",
-        network));
+    throw UsageError(
+        fmt::format("--network: found '{}', expected loopback, host, any, or the name or address "
+                    "of an interface",
+                    network));
   }
   return configuration(interface(is_address(network) ? "address" : "name", network), "");
 }

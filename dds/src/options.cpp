@@ -46,8 +46,9 @@ void declare_input(CLI::App& parser, BridgeOptions& o) {
 
 void declare_network(CLI::App& parser, BridgeOptions& o) {
   parser
-      .add_option("--domain", o.domain,
-                  fmt::format("Domain of DDS, 0 to {} (default: $ROS_DOMAIN_ID, or 0)", kLastDomain))
+      .add_option(
+          "--domain", o.domain,
+          fmt::format("Domain of DDS, 0 to {} (default: $ROS_DOMAIN_ID, or 0)", kLastDomain))
       ->type_name("N")
       ->group("Network");
   parser
@@ -122,8 +123,8 @@ int domain_of_environment() {
 
 void check_range(const char* option, double value, double low, double high) {
   if (value >= low && value <= high) return;
-  throw UsageError(fmt::format("{}: found {}, expected a number from {} to {}", option, value, low,
-                               high));
+  throw UsageError(
+      fmt::format("{}: found {}, expected a number from {} to {}", option, value, low, high));
 }
 
 }  // namespace
@@ -137,7 +138,8 @@ void declare_bridge_options(CLI::App& parser, BridgeOptions& options) {
 }
 
 BridgeNetwork network_of(const BridgeOptions& o) {
-  BridgeNetwork network{.domain = o.domain ? *o.domain : domain_of_environment()};
+  BridgeNetwork network;
+  network.domain = o.domain ? *o.domain : domain_of_environment();
   if (network.domain < 0 || network.domain > kLastDomain) {
     throw UsageError(fmt::format("{}: found {}, expected a domain from 0 to {}",
                                  o.domain ? "--domain" : "ROS_DOMAIN_ID", network.domain,
@@ -182,9 +184,9 @@ void check(const BridgeOptions& o) {
   check_range("--most-images", o.most_images, 1, 10'000);
   check_range("--points-period", o.points_period, 0, 1e6);
   if (o.idle) check_range("--idle", *o.idle, 0.1, 1e6);
-  for (const auto& [option, frame] : {std::pair("--map-frame", &o.map_frame),
-                                      std::pair("--odom-frame", &o.odom_frame),
-                                      std::pair("--base-frame", &o.base_frame)}) {
+  for (const auto& [option, frame] :
+       {std::pair("--map-frame", &o.map_frame), std::pair("--odom-frame", &o.odom_frame),
+        std::pair("--base-frame", &o.base_frame)}) {
     if (frame->empty()) throw UsageError(fmt::format("{}: expected a name", option));
   }
 }

@@ -19,9 +19,10 @@ namespace chasles::bridge {
 struct BridgeOptions {
   // Input
   std::filesystem::path calibration;
-  std::string imu;                   ///< topic; empty: that of the calibration, or /imu0
-  std::vector<std::string> cameras;  ///< topics; empty: those of the calibration, or /camN/image_raw
-  int image_bits = 0;                ///< in use, of 16-bit images; 0: as the first one shows
+  std::string imu;  ///< topic; empty: that of the calibration, or /imu0
+  std::vector<std::string>
+      cameras;         ///< topics; empty: those of the calibration, or /camN/image_raw
+  int image_bits = 0;  ///< in use, of 16-bit images; 0: as the first one shows
   // Network
   std::optional<int> domain;  ///< none: that of ROS_DOMAIN_ID, or 0
   std::string network;        ///< empty: that of CYCLONEDDS_URI, or loopback

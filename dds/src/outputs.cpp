@@ -91,12 +91,12 @@ Outputs::Outputs(Participant& participant, const BridgeOptions& options)
     : frames_{.map = options.map_frame, .odom = options.odom_frame, .base = options.base_frame},
       tf_(options.tf),
       name_("chasles: " + options.name),
-      odometry_(participant, options.odometry, kOthers),
-      transforms_(participant, "/tf", kTransforms),
-      points_(participant, options.points, kOthers),
-      diagnostics_(participant, options.diagnostics, kOthers) {}
+      odometry_writer_(participant, options.odometry, kOthers),
+      transform_writer_(participant, "/tf", kTransforms),
+      points_writer_(participant, options.points, kOthers),
+      diagnostics_writer_(participant, options.diagnostics, kOthers) {}
 
-void Outputs::send(const BodyState& body, Time time) {
+void Outputs::odometry(const BodyState& body, Time time) {
   OdometryMessage message{};
   message.header = header_of(frames_.odom, time);
   message.child_frame_id = text(frames_.base);
@@ -106,12 +106,12 @@ void Outputs::send(const BodyState& body, Time time) {
   copy(body.pose_covariance, message.pose.covariance);
   message.twist.twist = {.linear = vector(body.linear), .angular = vector(body.angular)};
   copy(body.twist_covariance, message.twist.covariance);
-  odometry_.write(message);
+  odometry_writer_.write(message);
   send_transform(frames_.odom, frames_.base, body.world_T_body, time);
 }
 
-void Outputs::send_map(const SE3& map_T_odom, Time time) {
-  send_transform(frames_.map, frames_.odom, map_T_odom, time);
+void Outputs::map_T_odom(const SE3& pose, Time time) {
+  send_transform(frames_.map, frames_.odom, pose, time);
 }
 
 void Outputs::send_transform(const std::string& parent, const std::string& child,
@@ -122,18 +122,15 @@ void Outputs::send_transform(const std::string& parent, const std::string& child
       .child_frame_id = text(child),
       .transform = {.translation = vector(parent_T_child.p),
                     .rotation = quaternion(parent_T_child.R)}};
-  transforms_.write(
-      {.transforms =
-           sequence_of<decltype(TransformsMessage::transforms)>(std::span(&transform, 1))});
+  transform_writer_.write({.transforms = sequence_of<decltype(TransformsMessage::transforms)>(
+                               std::span(&transform, 1))});
 }
 
-void Outputs::send(std::span<const MapLandmark> landmarks, Time time) {
+void Outputs::points(std::span<const MapLandmark> landmarks, Time time) {
   std::vector<sensor_msgs_msg_dds__PointField_> fields;
   for (const FieldOfPoint& field : kFields) {
-    fields.push_back({.name = text(field.name),
-                      .offset = field.offset,
-                      .datatype = field.datatype,
-                      .count = 1});
+    fields.push_back(
+        {.name = text(field.name), .offset = field.offset, .datatype = field.datatype, .count = 1});
   }
   std::vector<std::uint8_t> bytes = bytes_of(landmarks);
   PointsMessage message{};
@@ -145,11 +142,10 @@ void Outputs::send(std::span<const MapLandmark> landmarks, Time time) {
   message.row_step = static_cast<std::uint32_t>(bytes.size());
   message.data = sequence_of<decltype(PointsMessage::data)>(std::span(bytes));
   message.is_dense = true;
-  points_.write(message);
+  points_writer_.write(message);
 }
 
-void Outputs::send(const app::RobotReport& report) {
-  Diagnosis diagnosis = diagnose(report);
+void Outputs::send(const Diagnosis& diagnosis) {
   std::vector<diagnostic_msgs_msg_dds__KeyValue_> values;
   for (const auto& [key, value] : diagnosis.values) {
     values.push_back({.key = text(key), .value = text(value)});
@@ -163,7 +159,7 @@ void Outputs::send(const app::RobotReport& report) {
       .values = sequence_of<decltype(diagnostic_msgs_msg_dds__DiagnosticStatus_::values)>(
           std::span(values))};
   const std::string no_frame;
-  diagnostics_.write(
+  diagnostics_writer_.write(
       {.header = header_of(no_frame, std::chrono::system_clock::now().time_since_epoch()),
        .status = sequence_of<decltype(DiagnosticsMessage::status)>(std::span(&status, 1))});
 }

@@ -2,13 +2,10 @@
 
 #include <span>
 #include <string>
-#include <vector>
 
-#include <chasles/filter/past.hpp>
-#include <chasles/slam/body_state.hpp>
-
+#include "diagnosis.hpp"
 #include "participant.hpp"
-#include "robot_slam.hpp"
+#include "state_stream.hpp"
 
 namespace chasles::bridge {
 
@@ -20,19 +17,19 @@ struct Frames {
 };
 
 /// What the bridge publishes. Any thread may call.
-class Outputs {
+class Outputs : public StateSink {
  public:
   Outputs(Participant& participant, const BridgeOptions& options);
 
   /// nav_msgs/msg/Odometry, and the transform from odom to base.
-  void send(const BodyState& body, Time time);
+  void odometry(const BodyState& body, Time time) override;
   /// The transform from map to odom.
-  void send_map(const SE3& map_T_odom, Time time);
+  void map_T_odom(const SE3& pose, Time time) override;
   /// sensor_msgs/msg/PointCloud2 in the frame odom: x, y, z [m], sigma [m] (root of the trace of
   /// the covariance), each a float, and the number of observations as an unsigned integer.
-  void send(std::span<const MapLandmark> landmarks, Time time);
+  void points(std::span<const MapLandmark> landmarks, Time time) override;
   /// diagnostic_msgs/msg/DiagnosticArray, at the time of the system.
-  void send(const app::RobotReport& report);
+  void send(const Diagnosis& diagnosis);
 
  private:
   void send_transform(const std::string& parent, const std::string& child,
@@ -41,19 +38,10 @@ class Outputs {
   Frames frames_;
   bool tf_;
   std::string name_;
-  Writer<OdometryMessage> odometry_;
-  Writer<TransformsMessage> transforms_;
-  Writer<PointsMessage> points_;
-  Writer<DiagnosticsMessage> diagnostics_;
+  Writer<OdometryMessage> odometry_writer_;
+  Writer<TransformsMessage> transform_writer_;
+  Writer<PointsMessage> points_writer_;
+  Writer<DiagnosticsMessage> diagnostics_writer_;
 };
-
-/// What the diagnostics say of a run.
-struct Diagnosis {
-  enum Level : std::uint8_t { kOk = 0, kWarn = 1, kError = 2 };
-  Level level = kOk;
-  std::string message;
-  std::vector<std::pair<std::string, std::string>> values;
-};
-Diagnosis diagnose(const app::RobotReport& report);
 
 }  // namespace chasles::bridge

@@ -57,8 +57,9 @@ class Reader {
     std::size_t taken = 0;
     for (;;) {
       messages.fill(nullptr);
-      const Loan loan(reader_, messages, dds_take(reader_, messages.data(), infos.data(), kAtOnce,
-                                                  static_cast<std::uint32_t>(kAtOnce)));
+      const Loan loan(reader_, messages,
+                      dds_take(reader_, messages.data(), infos.data(), kAtOnce,
+                               static_cast<std::uint32_t>(kAtOnce)));
       for (std::size_t i = 0; i < loan.size(); ++i) {
         if (!infos[i].valid_data) continue;  // a writer that has gone
         each(*static_cast<const Message*>(messages[i]));

@@ -96,8 +96,7 @@ FastWriter::FastWriter(FastClient& client, const WireTopic& topic, Options optio
   dds::DataWriterQos qos;
   qos.reliability().kind =
       options.reliable ? dds::RELIABLE_RELIABILITY_QOS : dds::BEST_EFFORT_RELIABILITY_QOS;
-  qos.history().kind =
-      options.depth == 0 ? dds::KEEP_ALL_HISTORY_QOS : dds::KEEP_LAST_HISTORY_QOS;
+  qos.history().kind = options.depth == 0 ? dds::KEEP_ALL_HISTORY_QOS : dds::KEEP_LAST_HISTORY_QOS;
   if (options.depth > 0) qos.history().depth = options.depth;
   qos.resource_limits().max_samples = 100000;
   qos.resource_limits().max_samples_per_instance = 100000;
@@ -118,8 +117,8 @@ int FastWriter::readers() const {
 }
 
 bool FastWriter::acknowledged(std::chrono::seconds within) const {
-  return writer_->wait_for_acknowledgments(
-             {static_cast<std::int32_t>(within.count()), 0}) == ReturnCode_t::RETCODE_OK;
+  return writer_->wait_for_acknowledgments({static_cast<std::int32_t>(within.count()), 0}) ==
+         ReturnCode_t::RETCODE_OK;
 }
 
 FastReader::FastReader(FastClient& client, const WireTopic& topic, bool reliable) {

@@ -1,12 +1,12 @@
 #pragma once
 
-#include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <chasles/camera/image_frame.hpp>
+#include <chasles/data/bags/ros_messages.hpp>
 #include <chasles/data/image_decode.hpp>
-
-#include "messages.hpp"
 
 namespace chasles::bridge {
 
@@ -20,10 +20,9 @@ class ImageDecoder {
 
   /// Throws InputError as grey_image() and decode_image() do: for an encoding that is not known,
   /// another size than that of the calibration, and damage.
-  GrayImage decode(const ImageMessage& message);
-  GrayImage decode(const CompressedImageMessage& message);
-
-  const std::string& where() const { return where_; }
+  GrayImage decode(const RosImage& image);
+  /// The same for the bytes of a PNG or JPEG.
+  GrayImage decode(std::string_view compressed);
 
  private:
   template <typename Pixels>

@@ -1,8 +1,10 @@
+#include "diagnosis.hpp"
+
+#include <cmath>
+
 #include <fmt/format.h>
 
 #include <chasles/slam/health.hpp>
-
-#include "outputs.hpp"
 
 namespace chasles::bridge {
 namespace {
