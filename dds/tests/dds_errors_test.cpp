@@ -14,7 +14,7 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr int kDomain = 82;
+constexpr int kErrorDomain = 82;
 
 // Two pinholes of 8 x 6 pixels.
 void write_calibration_files(const Scratch& folder) {
@@ -82,10 +82,10 @@ TEST(DdsErrors, OfTheCalibration) {
 // Starts the bridge, sends one image to the first camera, and returns how it ends.
 Outcome sent_image(const Scratch& folder, const std::string& topic, const std::string& type,
                    const std::string& bytes) {
-  Process process({CHASLES_DDS_BINARY, folder.string(), "--domain", std::to_string(kDomain),
+  Process process({CHASLES_DDS_BINARY, folder.string(), "--domain", std::to_string(kErrorDomain),
                    "--camera", topic, "--camera", "/other"},
                   folder / "log.txt");
-  FastClient client(kDomain);
+  FastClient client(kErrorDomain);
   FastWriter writer(client, {"rt" + topic, "sensor_msgs::msg::dds_::" + type}, {});
   for (int i = 0; i < 500 && writer.readers() == 0; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -118,9 +118,9 @@ TEST(DdsErrors, OfSilence) {
   const Scratch folder;
   write_calibration_files(folder);
   Process process(
-      {CHASLES_DDS_BINARY, folder.string(), "--domain", std::to_string(kDomain), "--reliable"},
+      {CHASLES_DDS_BINARY, folder.string(), "--domain", std::to_string(kErrorDomain), "--reliable"},
       folder / "log.txt");
-  FastClient client(kDomain);
+  FastClient client(kErrorDomain);
   const FastWriter writer(client, {"rt/imu0", "sensor_msgs::msg::dds_::Imu_"},
                           {.reliable = false, .depth = 1});
   std::this_thread::sleep_for(seconds(7));

@@ -34,6 +34,21 @@ std::string base_T_imu_text() {
   return text.str();
 }
 
+// A stamp of 0 is none, and the simulated time begins there: the walk is one second later.
+void begin_later(const std::filesystem::path& table) {
+  std::istringstream lines(slurp(table));
+  std::string text;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t comma = line.find(',');
+    const bool header = line.starts_with('#');
+    text += header ? line
+                   : std::to_string(std::stoll(line.substr(0, comma)) + 1'000'000'000) +
+                         line.substr(comma);
+    text += '\n';
+  }
+  spill(table, text);
+}
+
 // Two cameras, of which the second is compressed.
 void simulate_walk(const Scratch& folder) {
   const Outcome made =
@@ -43,6 +58,9 @@ void simulate_walk(const Scratch& folder) {
               "--set image_width=240 --set image_height=180 --set center_u=119.5 "
               "--set center_v=89.5");
   ASSERT_EQ(made.code, 0) << made.err;
+  for (const char* sensor : {"cam0", "cam1", "imu0", "state_groundtruth_estimate0"}) {
+    begin_later(folder / (std::string("walk/mav0/") + sensor + "/data.csv"));
+  }
 }
 
 std::vector<std::string> bridge_command(const Scratch& folder,

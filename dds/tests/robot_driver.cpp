@@ -22,8 +22,9 @@ std::string camera_topic(std::size_t camera) {
   return fmt::format("/cam{}/image_raw{}", camera, camera == 1 ? "/compressed" : "");
 }
 
-RobotDriver::RobotDriver(FastClient& client, const Recording& recording, bool reliable)
+RobotDriver::RobotDriver(FastClient& client, const Recording& recording, bool reliable, Time offset)
     : recording_(recording),
+      offset_(offset),
       imu_(client, {"rt/imu0", "sensor_msgs::msg::dds_::Imu_"},
            {.reliable = reliable, .depth = reliable ? 0 : 100}) {
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
@@ -58,7 +59,9 @@ void RobotDriver::play(double speed) {
   while (const auto event = events.next()) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) {
       wait_for(sample->time);
-      imu_.write(imu_bytes(*sample));
+      ImuSample sent = *sample;
+      sent.time += offset_;
+      imu_.write(imu_bytes(sent));
     } else if (const auto* due = std::get_if<ImagesDue>(&*event)) {
       wait_for(due->time);
       send_frame(due->index);
@@ -67,7 +70,8 @@ void RobotDriver::play(double speed) {
 }
 
 void RobotDriver::send_frame(std::size_t index) {
-  const ImageFrame frame = recording_.images->read(index);
+  ImageFrame frame = recording_.images->read(index);
+  frame.time += offset_;
   for (std::size_t c = 0; c < frame.images.size(); ++c) {
     const GrayImage& image = frame.images[c];
     cameras_[c]->write(c == 1 ? compressed_bytes(frame.time, "png", png_bytes(image))

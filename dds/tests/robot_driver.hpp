@@ -17,7 +17,8 @@ class RobotDriver {
  public:
   using Clock = std::chrono::steady_clock;
 
-  RobotDriver(FastClient& client, const Recording& recording, bool reliable);
+  /// `offset` is added to all stamps.
+  RobotDriver(FastClient& client, const Recording& recording, bool reliable, Time offset = {});
 
   /// Whether all topics have a subscriber within this time.
   bool await_subscriber(std::chrono::seconds within) const;
@@ -26,13 +27,14 @@ class RobotDriver {
   /// Whether all of it has arrived.
   bool acknowledged(std::chrono::seconds within) const;
 
-  /// When the last image of a frame was sent, by the frame's time.
+  /// When the last image of a frame was sent, by the frame's stamp.
   const std::map<Time, Clock::time_point>& sent() const { return sent_; }
 
  private:
   void send_frame(std::size_t index);
 
   const Recording& recording_;
+  Time offset_;
   FastWriter imu_;
   std::vector<std::unique_ptr<FastWriter>> cameras_;
   std::map<Time, Clock::time_point> sent_;

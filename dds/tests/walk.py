@@ -16,9 +16,19 @@ def simulate(folder):
     sets = [part for text in SCENE for part in ('--set', text)]
     subprocess.run([CHASLES, 'simulate', 'hallway', '--images', '-o', folder / 'walk', '--quiet', *sets],
                    check=True, timeout=60)
+    for sensor in ('cam0', 'imu0', 'state_groundtruth_estimate0'):
+        begin_later(folder / 'walk/mav0' / sensor / 'data.csv')
     subprocess.run([CHASLES, 'run', folder / 'walk', '-o', folder / 'command', '--quiet'], check=True,
                    timeout=60)
     return folder / 'walk'
+
+
+def begin_later(file):
+    """A stamp of 0 is none, and the simulated time begins there: the walk is one second later."""
+    def later(line):
+        time_ns, rest = line.split(',', 1)
+        return line if line.startswith('#') else f'{int(time_ns) + 10**9},{rest}'
+    file.write_text(''.join(map(later, file.read_text().splitlines(keepends=True))))
 
 
 def table(file):
