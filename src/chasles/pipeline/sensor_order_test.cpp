@@ -25,16 +25,16 @@ GrayImage numbered(int number) {
 int number_of(const GrayImage& image) { return image.empty() ? -1 : image.pixels[0]; }
 
 /// A sample (camera -1) or the image `number` of a camera.
-struct Message {
+struct SensorMessage {
   Time arrival{}, time{};
   int camera = -1, number = 0;
 };
 
 /// Half a second of an IMU at 200 Hz and of two cameras at 20 Hz whose stamps jitter. The second
 /// camera loses images, and has one that belongs to no frame. Images arrive up to 120 ms late.
-std::vector<Message> messages(std::mt19937& random) {
+std::vector<SensorMessage> messages(std::mt19937& random) {
   std::uniform_int_distribution<int> jitter(-1500, 1500), delay(0, 120'000), third(0, 2);
-  std::vector<Message> all;
+  std::vector<SensorMessage> all;
   for (int k = 0; k < 100; ++k) {
     const Time time = milliseconds(5 * k);
     all.push_back({.arrival = time, .time = time});
@@ -50,7 +50,7 @@ std::vector<Message> messages(std::mt19937& random) {
   }
   all.push_back(
       {.arrival = milliseconds(180), .time = milliseconds(180), .camera = 1, .number = 99});
-  std::ranges::stable_sort(all, {}, &Message::arrival);
+  std::ranges::stable_sort(all, {}, &SensorMessage::arrival);
   return all;
 }
 
@@ -58,9 +58,9 @@ void append_events(Events more, Events& all) {
   for (SensorEvent& event : more) all.push_back(std::move(event));
 }
 
-Events ordered(SensorOrder& order, const std::vector<Message>& all) {
+Events ordered(SensorOrder& order, const std::vector<SensorMessage>& all) {
   Events events;
-  for (const Message& m : all) {
+  for (const SensorMessage& m : all) {
     if (m.camera < 0) {
       order.add(sample_at(m.time));
     } else {
@@ -73,11 +73,11 @@ Events ordered(SensorOrder& order, const std::vector<Message>& all) {
 }
 
 /// (time, numbers of both images) of each frame that pair_images() finds.
-std::vector<std::pair<Time, std::vector<int>>> expected_frames(std::vector<Message> all) {
+std::vector<std::pair<Time, std::vector<int>>> expected_frames(std::vector<SensorMessage> all) {
   std::vector<std::vector<Time>> stamps(2);
   std::vector<std::vector<int>> numbers(2);
-  std::ranges::stable_sort(all, {}, &Message::time);
-  for (const Message& m : all) {
+  std::ranges::stable_sort(all, {}, &SensorMessage::time);
+  for (const SensorMessage& m : all) {
     if (m.camera < 0) continue;
     stamps[static_cast<std::size_t>(m.camera)].push_back(m.time);
     numbers[static_cast<std::size_t>(m.camera)].push_back(m.number);
@@ -110,7 +110,7 @@ void expect_order_of_a_recording(const Events& events) {
 TEST(SensorOrder, IsThatOfARecordingWheneverMessagesCome) {
   std::mt19937 random(7);
   for (int trial = 0; trial < 200; ++trial) {
-    const std::vector<Message> all = messages(random);
+    const std::vector<SensorMessage> all = messages(random);
     SensorOrder order({.cameras = 2, .patience = Time::max()});
     const Events events = ordered(order, all);
     std::vector<std::pair<Time, std::vector<int>>> frames;

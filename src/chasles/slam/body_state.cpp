@@ -1,3 +1,5 @@
+#include <Eigen/Geometry>
+
 #include <chasles/lie/so3.hpp>
 #include <chasles/slam/body_state.hpp>
 

@@ -36,7 +36,7 @@ ImuMotion disturbed(const ImuMotion& motion, const Vector15d& d, const Eigen::Ve
 }
 
 /// Position and rotation errors in world axes, and errors of the twist, of b against a.
-Vector12d difference(const BodyState& a, const BodyState& b) {
+Vector12d body_difference(const BodyState& a, const BodyState& b) {
   Vector12d d;
   d << b.world_T_body.p - a.world_T_body.p,
       so3::log(b.world_T_body.R * a.world_T_body.R.transpose()), b.linear - a.linear,
@@ -83,7 +83,8 @@ TEST(BodyState, CovariancesFollowFromNumericDerivatives) {
       (i < 15 ? d[i] : noise[i - 15]) = by;
       return body_state(disturbed(motion, d, noise), kBodyTImu);
     };
-    J.col(i) = (difference(body, moved(step)) - difference(body, moved(-step))) / (2 * step);
+    J.col(i) =
+        (body_difference(body, moved(step)) - body_difference(body, moved(-step))) / (2 * step);
   }
   Eigen::Matrix<double, 18, 18> P = Eigen::Matrix<double, 18, 18>::Zero();
   P.topLeftCorner<15, 15>() = motion.covariance;
