@@ -4,11 +4,17 @@
 
 namespace chasles::bridge {
 
-void StateStream::take(std::span<const Estimate> estimates, const VisualInertialSlam& slam) {
+void StateStream::set_slam(const app::RobotSlam& slam) {
+  slam_ = &slam;
+  rate_density_ = slam.imu_noise().gyroscope_noise_density;
+}
+
+// At the time of an estimate the prediction is the estimate, with the angular rate of the sample.
+void StateStream::take(std::span<const Estimate> estimates, VisualInertialSlam& slam) {
   if (estimates.empty()) return;
   const Estimate& e = estimates.back();
   any_ = true;
-  if (options_.rate == Rate::kImages) send_state(e.time);
+  if (options_.rate == Rate::kImages) send(slam.predicted(e.time));
   if (e.in_map) sink_.map_T_odom(e.in_map->world_T_map.inverse(), e.time);
   const bool due = !last_points_ || to_seconds(e.time - *last_points_) >= options_.points_period;
   if (options_.points_period <= 0 || !due) return;
@@ -18,21 +24,19 @@ void StateStream::take(std::span<const Estimate> estimates, const VisualInertial
 
 void StateStream::take_sample(Time time, double period) {
   sample_period_ = period;
-  if (options_.rate == Rate::kSamples) send_state(time);
+  if (options_.rate == Rate::kSamples) send(slam_->predicted(time));
 }
 
-// At the time of an estimate the prediction is the estimate, with the angular rate of the sample.
-void StateStream::send_state(Time time) const {
-  const std::optional<PredictedState> state = slam_->predicted(time);
+void StateStream::send(const std::optional<PredictedState>& state) const {
   if (!state) return;
-  const double sigma = options_.rate_density / std::sqrt(sample_period_.load());
+  const double sigma = rate_density_ / std::sqrt(sample_period_.load());
   sink_.odometry(body_state({.world_T_imu = state->state.world_T_imu,
                              .v_world = state->state.v_world,
                              .angular_rate_imu = state->angular_rate_imu,
                              .covariance = state->covariance,
                              .rate_variance = sigma * sigma},
                             options_.base_T_imu),
-                 time);
+                 state->time);
 }
 
 }  // namespace chasles::bridge

@@ -30,29 +30,29 @@ class StateStream {
     SE3 base_T_imu = {};        ///< where the IMU is on the robot
     Rate rate = Rate::kImages;  ///< of the odometry
     double points_period = 1;   ///< [s]; 0: no points
-    double rate_density = 0;    ///< noise density of the gyroscope [rad/s/sqrt(Hz)]
   };
 
   /// The sink must outlive this.
   StateStream(const Options& options, StateSink& sink) : options_(options), sink_(sink) {}
 
   /// Before the first call of the others.
-  void set_slam(const app::RobotSlam& slam) { slam_ = &slam; }
+  void set_slam(const app::RobotSlam& slam);
 
   /// RobotSlam::Callbacks::on_estimates. Of several estimates at once, which a start may give, the
   /// last counts.
-  void take(std::span<const Estimate> estimates, const VisualInertialSlam& slam);
+  void take(std::span<const Estimate> estimates, VisualInertialSlam& slam);
   /// After RobotSlam has a sample: its time, and the time since the one before [s].
   void take_sample(Time time, double period);
 
   bool any() const { return any_; }  ///< whether there was an estimate
 
  private:
-  void send_state(Time time) const;
+  void send(const std::optional<PredictedState>& state) const;
 
   Options options_;
   StateSink& sink_;
   const app::RobotSlam* slam_ = nullptr;
+  double rate_density_ = 0;  // noise density of the gyroscope [rad/s/sqrt(Hz)]
   std::atomic<double> sample_period_ = 0.005;
   std::atomic<bool> any_ = false;
   std::optional<Time> last_points_;

@@ -46,11 +46,10 @@ SensorCalibration calibration_of(const BridgeOptions& o) {
   return calibration;
 }
 
-StateStream::Options stream_of(const BridgeOptions& o, const SensorCalibration& calibration) {
+StateStream::Options stream_of(const BridgeOptions& o) {
   return {.base_T_imu = base_T_imu_of(o),
           .rate = o.rate == "samples" ? StateStream::Rate::kSamples : StateStream::Rate::kImages,
-          .points_period = o.points_period,
-          .rate_density = calibration.imu_noise.gyroscope_noise_density};
+          .points_period = o.points_period};
 }
 
 /// Takes messages until the end.
@@ -72,7 +71,9 @@ class Loop {
       if (now - begin_ > kSilence) inputs_.warn_of_silence();
       if (now - diagnosed_ < kDiagnosticsPeriod) continue;
       diagnosed_ = now;
-      outputs_.send(diagnose(slam_.report()));
+      Diagnosis diagnosis = diagnose(slam_.report());
+      inputs_.describe(diagnosis);
+      outputs_.send(diagnosis);
     }
     take();  // what came with the last one
   }
@@ -125,7 +126,7 @@ void run_bridge(const BridgeOptions& o, const std::function<bool()>& stop) {
   if (!o.output.empty()) app::prepare_output(o.output);
   Participant participant(network.domain, network.configuration);
   Outputs outputs(participant, o);
-  StateStream stream(stream_of(o, calibration), outputs);
+  StateStream stream(stream_of(o), outputs);
   app::RobotSlam slam(
       setup_of(o, calibration),
       {.on_estimates = [&](std::span<const Estimate> some,

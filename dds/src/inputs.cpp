@@ -1,6 +1,7 @@
 #include "inputs.hpp"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -37,6 +38,12 @@ GrayImage decoded(ImageDecoder& decoder, const ImageMessage& message) {
 }
 GrayImage decoded(ImageDecoder& decoder, const CompressedImageMessage& message) {
   return decoder.decode(view(message.data));
+}
+
+std::uint32_t publishers_of(dds_entity_t reader) {
+  dds_subscription_matched_status_t matched{};
+  dds_get_subscription_matched_status(reader, &matched);
+  return matched.current_count;
 }
 
 Eigen::Vector3d vector(const geometry_msgs_msg_dds__Vector3_& v) { return {v.x, v.y, v.z}; }
@@ -164,16 +171,25 @@ void Inputs::take_image(Source& source, std::size_t camera, const Message& messa
   slam_.add(camera, *time, std::move(image), arrived);
 }
 
+void Inputs::describe(Diagnosis& diagnosis) const {
+  for (const auto& source : sources_) {
+    const auto add = [&](const char* what, const auto number) {
+      diagnosis.values.emplace_back(what + source->topic, std::to_string(number));
+    };
+    add("publishers of ", publishers_of(source->reader));
+    if (source->unset > 0) add("stamps of 0 on ", source->unset);
+    if (source->damaged > 0) add("damaged on ", source->damaged);
+  }
+}
+
 void Inputs::warn_of_silence() {
   for (const auto& source : sources_) {
     if (source->messages > 0 || source->warned) continue;
     source->warned = true;
-    dds_subscription_matched_status_t matched{};
-    dds_get_subscription_matched_status(source->reader, &matched);
     dds_requested_incompatible_qos_status_t refused{};
     dds_get_requested_incompatible_qos_status(source->reader, &refused);
     spdlog::warn("no message on {} ({}): {} publishers are there{}", source->topic, source->type,
-                 matched.current_count,
+                 publishers_of(source->reader),
                  refused.total_count > 0
                      ? fmt::format(", and {} more that are not reliable (--reliable asks for that)",
                                    refused.total_count)

@@ -9,6 +9,7 @@
 
 #include <chasles/data/sensor_calibration.hpp>
 
+#include "diagnosis.hpp"
 #include "image_decoder.hpp"
 #include "participant.hpp"
 #include "robot_slam.hpp"
@@ -43,6 +44,8 @@ class Inputs {
 
   /// Warns, once for each topic, where no message has come.
   void warn_of_silence();
+  /// Adds the number of publishers of each topic, and of messages that were left out.
+  void describe(Diagnosis& diagnosis) const;
 
  private:
   /// A topic and what has come on it.

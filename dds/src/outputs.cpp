@@ -1,5 +1,6 @@
 #include "outputs.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
@@ -35,8 +36,12 @@ geometry_msgs_msg_dds__Vector3_ vector(const Eigen::Vector3d& v) {
   return {.x = v.x(), .y = v.y(), .z = v.z()};
 }
 
+// A variance of 0, as that of the heading at the start, may be below it by rounding.
 void copy(const Matrix6d& covariance, double (&row_by_row)[36]) {
-  for (int i = 0; i < 36; ++i) row_by_row[i] = covariance(i / 6, i % 6);
+  for (int i = 0; i < 36; ++i) {
+    const double value = covariance(i / 6, i % 6);
+    row_by_row[i] = i % 7 == 0 ? std::max(value, 0.0) : value;
+  }
 }
 
 // A sequence that lends what a vector has.
@@ -145,7 +150,10 @@ void Outputs::points(std::span<const MapLandmark> landmarks, Time time) {
   points_writer_.write(message);
 }
 
-void Outputs::send(const Diagnosis& diagnosis) {
+void Outputs::send(Diagnosis diagnosis) {
+  const std::size_t dropped =
+      odometry_writer_.dropped() + transform_writer_.dropped() + points_writer_.dropped();
+  diagnosis.values.emplace_back("messages dropped for slow subscribers", std::to_string(dropped));
   std::vector<diagnostic_msgs_msg_dds__KeyValue_> values;
   for (const auto& [key, value] : diagnosis.values) {
     values.push_back({.key = text(key), .value = text(value)});

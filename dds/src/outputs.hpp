@@ -29,7 +29,7 @@ class Outputs : public StateSink {
   /// the covariance), each a float, and the number of observations as an unsigned integer.
   void points(std::span<const MapLandmark> landmarks, Time time) override;
   /// diagnostic_msgs/msg/DiagnosticArray, at the time of the system.
-  void send(const Diagnosis& diagnosis);
+  void send(Diagnosis diagnosis);
 
  private:
   void send_transform(const std::string& parent, const std::string& child,

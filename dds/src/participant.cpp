@@ -12,11 +12,14 @@ namespace {
 
 using Qos = std::unique_ptr<dds_qos_t, void (*)(dds_qos_t*)>;
 
+// A reliable writer waits so long for a slow reader.
+constexpr dds_duration_t kMostBlocking = DDS_MSECS(10);
+
 Qos qos_of(const Delivery& delivery) {
   Qos qos(dds_create_qos(), &dds_delete_qos);
   dds_qset_reliability(qos.get(),
                        delivery.reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,
-                       DDS_MSECS(100));
+                       kMostBlocking);
   dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
   const bool all = delivery.depth == 0;
   dds_qset_history(qos.get(), all ? DDS_HISTORY_KEEP_ALL : DDS_HISTORY_KEEP_LAST, delivery.depth);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <string>
 
@@ -104,18 +105,20 @@ class Writer {
   Writer(Participant& participant, const std::string& ros_topic, const Delivery& delivery)
       : writer_(participant.writer(TopicType<Message>::descriptor(), ros_topic, delivery)) {}
 
-  void write(const Message& message) const {
-    checked(dds_write(writer_, &message), "a message cannot be sent");
+  /// A message for which a slow subscriber leaves no room is dropped: SLAM does not wait for it.
+  void write(const Message& message) {
+    const dds_return_t result = dds_write(writer_, &message);
+    if (result == DDS_RETCODE_TIMEOUT) {
+      ++dropped_;
+    } else {
+      checked(result, "a message cannot be sent");
+    }
   }
-  /// Whether anybody listens.
-  bool is_read() const {
-    dds_publication_matched_status_t status;
-    return dds_get_publication_matched_status(writer_, &status) == DDS_RETCODE_OK &&
-           status.current_count > 0;
-  }
+  std::size_t dropped() const { return dropped_; }
 
  private:
   dds_entity_t writer_;
+  std::atomic<std::size_t> dropped_ = 0;
 };
 
 }  // namespace chasles::bridge

@@ -16,15 +16,16 @@ using std::chrono::seconds;
 
 constexpr int kErrorDomain = 82;
 
-// Two pinholes of 8 x 6 pixels.
+// Two pinholes of 80 x 60 pixels.
 void write_calibration_files(const Scratch& folder) {
   std::string chain;
   for (int c = 0; c < 2; ++c) {
-    chain += "cam" + std::to_string(c) + ":\n  T_cam_imu: [[1, 0, 0, 0." + std::to_string(c) +
-             "], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n  camera_model: pinhole\n"
-             "  distortion_model: none\n  distortion_coeffs: []\n  intrinsics: [4, 4, 3.5, 2.5]\n"
-             "  resolution: [8, 6]\n  rostopic: /cam" +
-             std::to_string(c) + "/image_raw\n";
+    chain +=
+        "cam" + std::to_string(c) + ":\n  T_cam_imu: [[1, 0, 0, 0." + std::to_string(c) +
+        "], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n  camera_model: pinhole\n"
+        "  distortion_model: none\n  distortion_coeffs: []\n  intrinsics: [40, 40, 39.5, 29.5]\n"
+        "  resolution: [80, 60]\n  rostopic: /cam" +
+        std::to_string(c) + "/image_raw\n";
   }
   spill(folder / "camchain-imucam.yaml", chain);
   spill(folder / "imu.yaml",
@@ -102,12 +103,12 @@ TEST(DdsErrors, OfTheFirstImage) {
   const Scratch folder;
   write_calibration_files(folder);
   const Time time = seconds(7);
-  expect_failure(
-      sent_image(folder, "/a", "Image_", image_bytes(time, 4, 6, "mono8", std::string(24, 'x'))), 2,
-      {"cam0 (/a): is 4 x 6 pixels, expected 8 x 6 as in the calibration"});
-  expect_failure(
-      sent_image(folder, "/a", "Image_", image_bytes(time, 8, 6, "infrared", std::string(48, 'x'))),
-      2, {"the encoding is 'infrared'", "mono8"});
+  expect_failure(sent_image(folder, "/a", "Image_",
+                            image_bytes(time, 40, 60, "mono8", std::string(2400, 'x'))),
+                 2, {"cam0 (/a): is 40 x 60 pixels, expected 80 x 60 as in the calibration"});
+  expect_failure(sent_image(folder, "/a", "Image_",
+                            image_bytes(time, 80, 60, "infrared", std::string(4800, 'x'))),
+                 2, {"the encoding is 'infrared'", "mono8"});
   expect_failure(sent_image(folder, "/a/compressed", "CompressedImage_",
                             compressed_bytes(time, "webp", "RIFF no image")),
                  2, {"cam0 (/a/compressed)", "PNG"});

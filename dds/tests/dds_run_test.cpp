@@ -191,7 +191,7 @@ TEST(DdsRun, EqualsTheCommandToTheByteAndPublishesIt) {
   FastClient client(kDomain);
   const Listener listener(client);
   RobotDriver driver(client, recording, true);
-  ASSERT_TRUE(driver.await_subscriber(seconds(20))) << slurp(folder / "log.txt");
+  ASSERT_TRUE(driver.await_bridge(listener.diagnostics, seconds(20))) << slurp(folder / "log.txt");
   driver.play(0);
   ASSERT_TRUE(driver.acknowledged(seconds(20))) << slurp(folder / "log.txt");
   bridge.interrupt();
@@ -220,7 +220,7 @@ TEST(DdsRun, PredictsAtTheRateOfTheSamples) {
   FastClient client(kDomain);
   const Listener listener(client);
   RobotDriver driver(client, recording, false);
-  ASSERT_TRUE(driver.await_subscriber(seconds(20))) << slurp(folder / "log.txt");
+  ASSERT_TRUE(driver.await_bridge(listener.diagnostics, seconds(20))) << slurp(folder / "log.txt");
   driver.play(2);
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   bridge.interrupt();

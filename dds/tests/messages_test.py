@@ -105,6 +105,7 @@ class Messages(unittest.TestCase):
             for topic in ('/odometry', '/tf', '/points', '/diagnostics'):
                 wire.open('sub', topic)
             assert wire.ask('match 20'), bridge.log.read_text()
+            assert walk.wait_until(lambda: walk.is_heard(wire.take('/diagnostics')), 20)
             for event in walk.events(recording):
                 if event[1] == 'imu':
                     wire.send('/imu0', imu(event[0], *event[2:]))
@@ -123,6 +124,14 @@ class Messages(unittest.TestCase):
     @classmethod
     def tearDownClass(cls):
         cls.scratch.cleanup()
+
+    def test_the_definitions_are_the_same_in_all_distributions(self):
+        for other in (Stores.ROS2_HUMBLE, Stores.ROS2_IRON, Stores.ROS2_JAZZY, Stores.ROS2_KILTED):
+            definitions = get_typestore(other).fielddefs
+            for name in [*TYPES.values(), 'sensor_msgs/msg/CompressedImage', 'std_msgs/msg/Header',
+                         'geometry_msgs/msg/TransformStamped', 'sensor_msgs/msg/PointField',
+                         'diagnostic_msgs/msg/DiagnosticStatus']:
+                self.assertEqual(definitions[name][1], STORE.fielddefs[name][1], f'{name} of {other}')
 
     def test_the_run_is_that_of_the_command(self):
         for name in ('states.csv', 'trajectory.tum', 'landmarks.csv'):
@@ -189,4 +198,4 @@ def rotation(q):
 
 
 if __name__ == '__main__':
-    unittest.main(verbosity=2)
+    unittest.main()

@@ -48,7 +48,9 @@ int play(const std::string& path, int domain, double speed) {
   // A stamp of 0 is none: a simulated recording begins later.
   const Time offset(first_event(recording) == Time::zero() ? 1'000'000'000 : 0);
   chasles::test::RobotDriver driver(client, recording, speed <= 0, offset);
-  if (!driver.await_subscriber(std::chrono::seconds(20))) {
+  const chasles::test::FastReader diagnostics(
+      client, {"rt/diagnostics", "diagnostic_msgs::msg::dds_::DiagnosticArray_"}, true);
+  if (!driver.await_bridge(diagnostics, std::chrono::seconds(20))) {
     fmt::print(stderr, "dds_player: nobody listens in the domain {}\n", domain);
     return 1;
   }

@@ -8,6 +8,7 @@
 #include <chasles/data/image_encode.hpp>
 
 #include "cdr.hpp"
+#include "messages_testing.hpp"
 
 namespace chasles::test {
 namespace {
@@ -36,12 +37,20 @@ RobotDriver::RobotDriver(FastClient& client, const Recording& recording, bool re
   }
 }
 
-bool RobotDriver::await_subscriber(std::chrono::seconds within) const {
-  const auto end = Clock::now() + within;
-  const auto ready = [&] {
-    return imu_.readers() > 0 &&
-           std::ranges::all_of(cameras_, [](const auto& camera) { return camera->readers() > 0; });
+bool RobotDriver::await_bridge(const FastReader& diagnostics, std::chrono::seconds within) const {
+  std::vector<std::string> topics{"/imu0"};
+  for (std::size_t c = 0; c < cameras_.size(); ++c) topics.push_back(camera_topic(c));
+  const auto hears = [](const Status& status, const std::string& topic) {
+    const auto found = status.values.find("publishers of " + topic);
+    return found != status.values.end() && found->second == "1";
   };
+  const auto ready = [&] {
+    const auto messages = diagnostics.messages();
+    if (messages.empty()) return false;
+    const Status last = status(messages.back().bytes);
+    return std::ranges::all_of(topics, [&](const auto& topic) { return hears(last, topic); });
+  };
+  const auto end = Clock::now() + within;
   while (!ready() && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(20));
   return ready();
 }

@@ -20,8 +20,9 @@ class RobotDriver {
   /// `offset` is added to all stamps.
   RobotDriver(FastClient& client, const Recording& recording, bool reliable, Time offset = {});
 
-  /// Whether all topics have a subscriber within this time.
-  bool await_subscriber(std::chrono::seconds within) const;
+  /// Whether within this time the bridge hears all topics: peers find each other at times of their
+  /// own, so that its diagnostics must say it.
+  bool await_bridge(const FastReader& diagnostics, std::chrono::seconds within) const;
   /// Publishes all, at this speed against the recording's own; 0: as fast as it goes.
   void play(double speed);
   /// Whether all of it has arrived.

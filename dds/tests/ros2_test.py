@@ -3,7 +3,6 @@ programs subscribe to."""
 import array
 import os
 import tempfile
-import time
 import unittest
 from pathlib import Path
 
@@ -41,7 +40,8 @@ class Node:
 
     def is_connected(self):
         return (self.imu.get_subscription_count() == 1 and self.camera.get_subscription_count() == 1 and
-                all(self.node.count_publishers(topic) == 1 for topic in self.found))
+                all(self.node.count_publishers(topic) == 1 for topic in self.found) and
+                walk.is_heard(self.found['/diagnostics']))
 
     def publish(self, event):
         message = self.msg.Imu() if event[1] == 'imu' else self.msg.Image()
@@ -83,6 +83,7 @@ class RealNode(unittest.TestCase):
                 arrived = lambda: odometry and stamp(odometry[-1]) > last - 20_000_000
                 self.assertTrue(walk.wait_until(arrived, 20, node.spin), bridge.log.read_text())
                 walk.wait_until(lambda: node.found['/diagnostics'], 3, node.spin)
+                self.assertIn(('/tf', ['tf2_msgs/msg/TFMessage']), node.node.get_topic_names_and_types())
                 self.assertEqual(bridge.finish(), 0, bridge.log.read_text())
             finally:
                 bridge.kill()
@@ -111,4 +112,4 @@ class RealNode(unittest.TestCase):
 
 
 if __name__ == '__main__':
-    unittest.main(verbosity=2)
+    unittest.main()

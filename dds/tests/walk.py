@@ -81,6 +81,15 @@ class Bridge:
             self.process.wait()
 
 
+def is_heard(diagnostics):
+    """Whether the bridge hears the topics, by its last diagnostics: peers find each other at times of their
+    own."""
+    if not diagnostics:
+        return False
+    values = {value.key: value.value for value in diagnostics[-1].status[0].values}
+    return all(values.get('publishers of ' + topic) == '1' for topic in ('/imu0', '/cam0/image_raw'))
+
+
 def wait_until(condition, seconds, step=lambda: time.sleep(0.02)):
     end = time.monotonic() + seconds
     while not condition():

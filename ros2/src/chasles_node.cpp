@@ -223,8 +223,7 @@ class ChaslesNode : public rclcpp::Node {
     }
     return {.base_T_imu = base_T_imu(),
             .rate = rate == "samples" ? Rate::kSamples : Rate::kImages,
-            .points_period = declare_parameter<double>("points_period", 1.0),
-            .rate_density = calibration_.imu_noise.gyroscope_noise_density};
+            .points_period = declare_parameter<double>("points_period", 1.0)};
   }
 
   SE3 base_T_imu() {
