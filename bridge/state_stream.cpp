@@ -16,10 +16,16 @@ void StateStream::take(std::span<const Estimate> estimates, VisualInertialSlam& 
   any_ = true;
   if (options_.rate == Rate::kImages) send(slam.predicted(e.time));
   if (e.in_map) sink_.map_T_odom(e.in_map->world_T_map.inverse(), e.time);
-  const bool due = !last_points_ || to_seconds(e.time - *last_points_) >= options_.points_period;
-  if (options_.points_period <= 0 || !due) return;
+  if (!points_are_due(e.time)) return;
   last_points_ = e.time;
   sink_.points(slam.estimator().map(), e.time);
+}
+
+// Stamps jump back where a recording is played again.
+bool StateStream::points_are_due(Time time) const {
+  if (options_.points_period <= 0) return false;
+  return !last_points_ || time < *last_points_ ||
+         to_seconds(time - *last_points_) >= options_.points_period;
 }
 
 void StateStream::take_sample(Time time, double period) {

@@ -47,6 +47,7 @@ class StateStream {
   bool any() const { return any_; }  ///< whether there was an estimate
 
  private:
+  bool points_are_due(Time time) const;
   void send(const std::optional<PredictedState>& state) const;
 
   Options options_;

@@ -210,6 +210,42 @@ TEST(DdsRun, EqualsTheCommandToTheByteAndPublishesIt) {
   expect_diagnostics_of(recording.images->size(), listener.diagnostics.messages());
 }
 
+// REP 105: the robot is at map_T_odom odom_T_base in the map, which is where the run found itself.
+TEST(DdsRun, PlacesTheEstimatesInASavedMap) {
+  const Scratch folder;
+  simulate_walk(folder);
+  const Outcome mapped = chasles(folder, "run walk --save-map walk.map --quiet");
+  ASSERT_EQ(mapped.code, 0) << mapped.err;
+  const Recording recording = read_recording(folder / "walk");
+  Process bridge(bridge_command(folder, {"--reliable", "--lossless", "-o", folder / "bridge",
+                                         "--map", folder / "walk.map", "--map-frame", "building"}),
+                 folder / "log.txt");
+  FastClient client(kDomain);
+  const Listener listener(client);
+  RobotDriver driver(client, recording, true);
+  ASSERT_TRUE(driver.await_bridge(listener.diagnostics, seconds(20))) << slurp(folder / "log.txt");
+  driver.play(0);
+  ASSERT_TRUE(driver.acknowledged(seconds(20))) << slurp(folder / "log.txt");
+  bridge.interrupt();
+  ASSERT_EQ(bridge.wait(seconds(30)), 0) << slurp(folder / "log.txt");
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+
+  const chasles::Run run = read_run(folder / "bridge");
+  ASSERT_FALSE(run.in_map.empty());
+  std::map<Time, SE3> map_T_odom, odom_T_base;
+  for (const FastReader::Message& message : listener.tf.messages()) {
+    for (const Transform& t : transforms(message.bytes)) {
+      (t.parent == "building" ? map_T_odom : odom_T_base)[t.time] = t.parent_T_child;
+    }
+  }
+  EXPECT_EQ(map_T_odom.size(), run.in_map.size());
+  for (const SmoothedPose& pose : run.in_map) {
+    const SE3 found = map_T_odom.at(pose.time) * odom_T_base.at(pose.time);
+    EXPECT_LT((found.p - pose.world_T_imu.p).norm(), 1e-9);
+    EXPECT_LT((found.R - pose.world_T_imu.R).norm(), 1e-9);
+  }
+}
+
 // In real time, with best effort on both sides: a state for each sample, and no image is late.
 TEST(DdsRun, PredictsAtTheRateOfTheSamples) {
   const Scratch folder;
