@@ -5,6 +5,7 @@ export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
 .PHONY: help deps dev-deps build demo test python package bench table study convergence honesty docs prose format lint \
 .PHONY: help deps dev-deps build demo test python ros1 bench table study convergence honesty docs prose format lint \
+.PHONY: help deps dev-deps build demo test python ros1 dds bench table study convergence honesty docs prose format lint \
   coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
@@ -44,6 +45,13 @@ ros1:     ## the node of ROS 1 and its tests (Debian): build/release/ros1/share 
 	cmake --preset release -DCHASLES_ROS1=ON
 	cmake --build --preset program --target chasles chasles_ros chasles_ros1_test chasles_ros1_messages_test
 	ctest --preset release --tests-regex '^Ros1'
+
+dds:      ## the bridge to ROS 2 over DDS and its tests: build/release/bin/chasles_dds
+	@scripts/deps build test dds
+	@scripts/ros2-venv
+	cmake --preset release -DCHASLES_DDS=ON
+	cmake --build --preset program --target chasles chasles_dds dds_player dds_wire dds_test
+	ctest --preset release --tests-regex '^(Dds|Ros2)'
 
 bench:    ## ratios of cost, measured in one run
 	@scripts/deps build test bench
