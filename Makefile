@@ -3,10 +3,8 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test python package bench table study convergence honesty docs prose format lint \
-.PHONY: help deps dev-deps build demo test python ros1 bench table study convergence honesty docs prose format lint \
-.PHONY: help deps dev-deps build demo test python ros1 dds bench table study convergence honesty docs prose format lint \
-  coverage asan fuzz clean
+.PHONY: help deps dev-deps build demo test python package ros1 dds bench table study convergence honesty docs \
+  prose format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
 help:     ## this list
