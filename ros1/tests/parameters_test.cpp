@@ -1,9 +1,10 @@
+#include "parameters.hpp"
+
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
 
 #include "intake.hpp"
-#include "parameters.hpp"
 
 namespace chasles::ros1 {
 namespace {
@@ -150,9 +151,10 @@ TEST(Ros1Parameters, TopicsThatAreMissingAreErrors) {
   expect_in("~imu_topic is missing", error_of({}, calibration));
   NodeParameters p;
   p.imu_topic = "/imu";
-  expect_in("~camera_topics has 0 topics, and the calibration does not name all (rostopic), "
-            "expected 2",
-            error_of(p, calibration));
+  expect_in(
+      "~camera_topics has 0 topics, and the calibration does not name all (rostopic), "
+      "expected 2",
+      error_of(p, calibration));
   p.camera_topics = {"/a"};
   expect_in("~camera_topics has 1 topics, expected 2", error_of(p, calibration));
 }
