@@ -90,7 +90,8 @@ TEST(Ros1Parameters, TheOthersAreSettings) {
 }
 
 TEST(Ros1Parameters, OfWrongNamesTheNearestIsNamed) {
-  expect_in("~chrat: unknown parameter; did you mean 'chart'?", usage_error(with("chrat", "x")));
+  expect_in("~chrat: unknown parameter; did you mean 'chart' or 'batch/chart'?",
+            usage_error(with("chrat", "x")));
   expect_in("~imu_topics: unknown parameter; did you mean 'imu_topic'?",
             usage_error(with("imu_topics", "/imu")));
   XmlRpcValue group = calibrated();
