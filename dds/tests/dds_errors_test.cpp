@@ -69,8 +69,10 @@ TEST(DdsErrors, OfTheCommandLine) {
   expect_failure(dds(folder, ". --rate 100"), 1, {"--rate: found '100'", "images or samples"});
   expect_failure(dds(folder, ". --image-bits 7"), 1, {"--image-bits: found 7", "8 to 16"});
   expect_failure(dds(folder, ". --odom-frame ''"), 1, {"--odom-frame: expected a name"});
-  expect_failure(dds(folder, ". --domain 82 --set max_landmark=3"), 1, {"max_landmark"});
+  expect_failure(dds(folder, ". --set max_landmark=3"), 1, {"max_landmark"});
   expect_failure(dds(folder, ". --domain 82 --estimator batch"), 1, {"batch", "window:N"});
+  expect_failure(dds(folder, ". --save-map nowhere/a.map"), 1, {"nowhere"});
+  expect_failure(dds(folder, ". -o imu.yaml"), 1, {"imu.yaml"});
 }
 
 TEST(DdsErrors, OfTheCalibration) {
