@@ -94,22 +94,28 @@ class _Graph:
             self._values.insert(self._L(i), position)
 
     def _add_start(self):
-        # Pose, velocity and biases are correlated. A linear factor around the prior's mean is exact in all but the
-        # position, whose coordinates in gtsam turn with the pose: by the rotation's error times its own.
-        gtsam, start = self._gtsam, self._problem["start"]
-        pose = self._pose(start)
-        mean = gtsam.Values()
-        mean.insert(self._X(0), pose)
-        mean.insert(self._V(0), start["velocity"])
-        mean.insert(self._B(0), self._bias(start))
-        to_world = np.eye(15)
-        to_world[:3, :3] = to_world[3:6, 3:6] = pose.rotation().matrix()
+        # gtsam has no prior over pose, velocity and biases together. A linear factor at the minimum has the cost of the
+        # prior there, its gradient and its information; farther away it is linearised.
+        gtsam, start, keyframes = self._gtsam, self._problem["start"], self._problem["keyframes"]
+        pose, mean = self._pose(keyframes, 0), self._pose(start)
+        theta = gtsam.Rot3.Logmap(pose.rotation().compose(mean.rotation().inverse()))
+        names = "position", "velocity", "accelerometer_bias", "gyroscope_bias"
+        error = np.concatenate([theta, *(keyframes[name][0] - start[name] for name in names)])
+        # By gtsam's errors of the pose: rotation and position in its own axes. Of -theta, because theta is in the world's.
+        R = pose.rotation().matrix()
+        by_errors = np.eye(15)
+        by_errors[:3, :3], by_errors[3:6, 3:6] = gtsam.Rot3.LogmapDerivative(-theta) @ R, R
         deviations = np.sqrt(np.diag(start["covariance"]))
-        unit = start["covariance"] / np.outer(deviations, deviations)
-        A = np.linalg.solve(np.linalg.cholesky(unit), np.diag(1 / deviations)) @ to_world
-        factor = gtsam.JacobianFactor(self._X(0), A[:, :6], self._V(0), A[:, 6:9], self._B(0), A[:, 9:], np.zeros(15),
+        root = np.linalg.cholesky(start["covariance"] / np.outer(deviations, deviations))
+        whitened = np.linalg.solve(root, np.diag(1 / deviations))
+        A = whitened @ by_errors
+        factor = gtsam.JacobianFactor(self._X(0), A[:, :6], self._V(0), A[:, 6:9], self._B(0), A[:, 9:], -whitened @ error,
                                       gtsam.noiseModel.Unit.Create(15))
-        self._graph.add(gtsam.LinearContainerFactor(factor, mean))
+        at = gtsam.Values()
+        at.insert(self._X(0), pose)
+        at.insert(self._V(0), keyframes["velocity"][0])
+        at.insert(self._B(0), self._bias(keyframes, 0))
+        self._graph.add(gtsam.LinearContainerFactor(factor, at))
 
     def _params(self, weights, samples, rows):
         """Of a preintegration; densities are means over its time."""

@@ -104,7 +104,7 @@ struct InertialBatchResult {
   std::vector<MapLandmark> landmarks;  ///< in nav
   BatchReport report;
   /// The problem at its minimum; of several parts those that were estimated.
-  std::vector<std::shared_ptr<const BatchTerms>> terms;
+  std::vector<std::shared_ptr<const BatchTerms>> terms = {};
 };
 
 /// The most probable motion and landmarks for all samples and frames. Minimises, over the states of

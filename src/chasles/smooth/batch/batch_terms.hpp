@@ -18,7 +18,7 @@ struct BatchTerms {
   struct Point {
     LandmarkId id = 0;  ///< the parts of a split landmark have the same one
     Eigen::Vector3d p_nav = Eigen::Vector3d::Zero();
-    std::vector<View> views;  ///< by keyframe and camera; the first one is the anchor
+    std::vector<View> views = {};  ///< by keyframe and camera; the first one is the anchor
   };
 
   std::vector<Camera> cameras;
@@ -28,9 +28,9 @@ struct BatchTerms {
   /// accelerometer bias, gyroscope bias], reference chart; with the floors of InertialBatchInput.
   InertialState start;
   Matrix15d start_covariance = Matrix15d::Identity();
-  std::vector<TimedMotion> keyframes;             ///< at the minimum
-  std::vector<std::vector<ImuInterval>> between;  ///< a keyframe and the next
-  std::vector<Point> points;                      ///< at the minimum
+  std::vector<TimedMotion> keyframes = {};             ///< at the minimum
+  std::vector<std::vector<ImuInterval>> between = {};  ///< a keyframe and the next
+  std::vector<Point> points = {};                      ///< at the minimum
   /// Landmarks whose inverse depth is not positive: they have no position, and are not in `points`.
   int beyond_infinity = 0;
   BatchLoss loss = BatchLoss::kHuber;
