@@ -10,8 +10,8 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <chasles/error.hpp>
+#include <chasles/filter/depth_rule.hpp>
 #include <chasles/filter/registered_charts.hpp>
-#include <chasles/slam/depth_rule.hpp>
 
 #include "arrays.hpp"
 #include "module.hpp"
