@@ -3,8 +3,8 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test python ros1 dds bench table study convergence honesty docs prose format lint \
-  coverage asan fuzz clean
+.PHONY: help deps dev-deps build demo test python package ros1 dds bench table study convergence honesty docs \
+  prose format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
 help:     ## this list
@@ -35,6 +35,9 @@ python:   ## the Python package and its tests: build/release/python for PYTHONPA
 	cmake --build --preset program --target chasles chasles_python
 	ctest --preset release --tests-regex '^Python$$'
 
+package:  ## Debian packages, source tarball, files for conda and vcpkg: out/packages
+	@scripts/deps build package
+	@scripts/package
 ros1:     ## the node of ROS 1 and its tests (Debian): build/release/ros1/share for ROS_PACKAGE_PATH
 	@scripts/deps build test ros1
 	cmake --preset release -DCHASLES_ROS1=ON

@@ -83,7 +83,7 @@ class Recorder : public RunObserver {
     run.dead_reckoning = options.dead_reckoning;
     result_.has_prior_map = options.prior_map.has_value();
     if (options.run.realtime) result_.realtime = RealtimeFigures{.speed = *options.run.realtime};
-    live.begin(run, options.known, frame_count(recording));
+    live.begin(run, options.known, recording);
   }
 
   RecordedRun finish(RunReport report) {
@@ -105,7 +105,10 @@ class Recorder : public RunObserver {
   }
 
   bool stop() override { return stop_(); }
-  void on_images(const ImageFrame& images) override { keeper_.see(images); }
+  void on_images(const ImageFrame& images) override {
+    keeper_.see(images);
+    if (LiveFrames* frames = live_.frames()) frames->see(images);
+  }
   // A camera may have no image that can be read, of thousands.
   void on_unreadable(const InputError& error) override {
     constexpr int kMostWarnings = 20;
@@ -119,9 +122,11 @@ class Recorder : public RunObserver {
     ++frames_;
     spans_.add(frame);
     keeper_.follow(frame);
+    if (LiveFrames* frames = live_.frames()) frames->follow(frame);
   }
   void on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) override {
     keeper_.judge(frame, outcomes);
+    if (LiveFrames* frames = live_.frames()) frames->judge(frame, outcomes);
   }
 
   void on_estimate(const Estimate& e, const EstimateTiming& timing) override {

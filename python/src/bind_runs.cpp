@@ -31,6 +31,7 @@ using Json = nlohmann::ordered_json;
 struct PythonRun {
   Run run;
   std::string summary;  ///< JSON
+  std::vector<std::shared_ptr<const BatchTerms>> batch = {};
 };
 
 // True once Python has a signal pending whose handler raises, such as Ctrl-C. Python handles signals
@@ -107,7 +108,9 @@ PythonRun run(const Recording& given, const py::kwargs& arguments) {
         throw Error(ExitCode::kNotInitialised,
                     "save_map: the run has no landmark that could be recognised");
       }
-      result = {.run = std::move(done.result.run), .summary = json_text(done.summary)};
+      result = {.run = std::move(done.result.run),
+                .summary = json_text(done.summary),
+                .batch = done.estimator->batch_terms()};
     }
   }
   signals.rethrow();
@@ -189,6 +192,15 @@ std::string page(const PythonRun& r) {
   return run_page({{.run = r.run, .summary = r.summary}});
 }
 
+std::string page_of_all(const std::vector<std::pair<std::string, const PythonRun*>>& named) {
+  const py::gil_scoped_release released;
+  std::vector<ReportRun> runs;
+  for (const auto& [name, r] : named) {
+    runs.push_back({.run = r->run, .summary = r->summary, .label = name});
+  }
+  return run_page(runs);
+}
+
 }  // namespace
 
 void bind_runs(py::module_& m) {
@@ -202,9 +214,11 @@ void bind_runs(py::module_& m) {
       .def_property_readonly("landmarks",
                              [](const PythonRun& r) { return columns(r.run.landmarks); })
       .def_property_readonly("truth", [](const PythonRun& r) { return columns(r.run.truth); })
+      .def_property_readonly("_batch", [](const PythonRun& r) { return problems_of(r.batch); })
       .def("save", &save, py::arg("folder"))
       .def("page", &page);
   m.def("run", &run, py::arg("recording"));
+  m.def("page", &page_of_all, py::arg("runs"));
   m.def("read_run", &read_run_folder, py::arg("folder"));
 }
 

@@ -9,7 +9,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/pipeline/map_file.hpp>
-#include <chasles/pipeline/visual_inertial_slam.hpp>
+#include <chasles/pipeline/realtime_slam.hpp>
 
 #include "arrays.hpp"
 #include "inertial_settings_io.hpp"
@@ -19,6 +19,60 @@ namespace chasles::python {
 namespace {
 
 using Estimates = std::vector<Estimate>;
+
+std::unique_ptr<VisualInertialSlam> make_slam(const std::vector<Camera>& cameras,
+                                              const ImuNoise& noise, const std::string& estimator,
+                                              const std::string& map, const py::kwargs& arguments) {
+  app::SettingSources sources;
+  sources.sets = assignments(arguments);
+  sources.set_option = "setting";
+  sources.estimator = estimator_choice(estimator);
+  const py::gil_scoped_release released;
+  InertialRunSettings settings = app::inertial_run_settings_from(sources);
+  std::shared_ptr<const LandmarkMap> prior;
+  if (!map.empty()) {
+    settings.filter.recognise = Recognise::kAppearance;
+    prior = std::make_shared<const LandmarkMap>(read_map(map));
+  }
+  return std::make_unique<VisualInertialSlam>(cameras, noise, settings, ImuBuffer::Options{},
+                                              std::vector<GrayImage>{}, std::move(prior));
+}
+
+// One sample's (3,) is a column for Eigen.
+Rows as_rows(const Rows& rows) {
+  return rows.cols() == 1 && rows.rows() == 3 ? Rows(rows.transpose()) : rows;
+}
+
+std::vector<ImuSample> samples_of(const py::object& time, const Rows& rate, const Rows& force) {
+  std::vector<Time> times;
+  if (py::isinstance<py::array>(time) && time.cast<py::array>().ndim() > 0) {
+    for (const py::handle& one : time.cast<py::array>()) times.push_back(time_of(one));
+  } else {
+    times.push_back(time_of(time));
+  }
+  const Rows rates = as_rows(rate), forces = as_rows(force);
+  const auto n = static_cast<Eigen::Index>(times.size());
+  if (rates.rows() != n || forces.rows() != n || rates.cols() != 3 || forces.cols() != 3) {
+    throw py::value_error(fmt::format(
+        "add_imu: found {} times, angular rates {} x {} and specific forces {} x {}; expected a "
+        "time with (3,) and (3,), or (N,) with (N, 3) and (N, 3)",
+        n, rates.rows(), rates.cols(), forces.rows(), forces.cols()));
+  }
+  std::vector<ImuSample> samples(times.size());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    ImuSample& sample = samples[static_cast<std::size_t>(i)];
+    sample.time = times[static_cast<std::size_t>(i)];
+    sample.specific_force_imu = forces.row(i);
+    sample.angular_rate_imu = rates.row(i);
+  }
+  return samples;
+}
+
+ImageFrame frame_of(const py::object& time, const py::sequence& images) {
+  ImageFrame frame{.time = time_of(time), .images = {}};
+  for (const py::handle& image : images) frame.images.push_back(image_of(image));
+  return frame;
+}
 
 // Python's other threads go on during a call.
 class Slam {
@@ -30,63 +84,31 @@ class Slam {
   }
 
  public:
-  Slam(std::vector<Camera> cameras, const ImuNoise& noise, const std::string& estimator,
-       const std::string& map, const py::kwargs& arguments) {
-    app::SettingSources sources;
-    sources.sets = assignments(arguments);
-    sources.set_option = "setting";
-    sources.estimator = estimator_choice(estimator);
-    const py::gil_scoped_release released;
-    InertialRunSettings settings = app::inertial_run_settings_from(sources);
-    std::shared_ptr<const LandmarkMap> prior;
-    if (!map.empty()) {
-      settings.filter.recognise = Recognise::kAppearance;
-      prior = std::make_shared<const LandmarkMap>(read_map(map));
-    }
-    slam_ = std::make_unique<VisualInertialSlam>(cameras, noise, settings, ImuBuffer::Options{},
-                                                 std::vector<GrayImage>{}, std::move(prior));
-  }
+  Slam(const std::vector<Camera>& cameras, const ImuNoise& noise, const std::string& estimator,
+       const std::string& map, const py::kwargs& arguments)
+      : slam_(make_slam(cameras, noise, estimator, map, arguments)) {}
 
   Estimates add_imu(const py::object& time, const Rows& rate, const Rows& force) {
-    std::vector<Time> times;
-    if (py::isinstance<py::array>(time) && time.cast<py::array>().ndim() > 0) {
-      for (const py::handle& one : time.cast<py::array>()) times.push_back(time_of(one));
-    } else {
-      times.push_back(time_of(time));
-    }
-    const Rows rates = as_rows(rate), forces = as_rows(force);
-    const auto n = static_cast<Eigen::Index>(times.size());
-    if (rates.rows() != n || forces.rows() != n || rates.cols() != 3 || forces.cols() != 3) {
-      throw py::value_error(fmt::format(
-          "add_imu: found {} times, angular rates {} x {} and specific forces {} x {}; expected a "
-          "time with (3,) and (3,), or (N,) with (N, 3) and (N, 3)",
-          n, rates.rows(), rates.cols(), forces.rows(), forces.cols()));
-    }
-    const py::gil_scoped_release released;
-    const std::scoped_lock lock(estimation());
-    Estimates estimates;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      ImuSample sample;
-      sample.time = times[static_cast<std::size_t>(i)];
-      sample.specific_force_imu = forces.row(i);
-      sample.angular_rate_imu = rates.row(i);
-      append(slam_->process(sample), estimates);
-    }
-    return estimates;
+    const std::vector<ImuSample> samples = samples_of(time, rate, force);
+    return locked([&](VisualInertialSlam& slam) {
+      Estimates estimates;
+      for (const ImuSample& sample : samples) append(slam.process(sample), estimates);
+      return estimates;
+    });
   }
 
   Estimates add_images(const py::object& time, const py::sequence& images) {
-    ImageFrame frame{.time = time_of(time), .images = {}};
-    for (const py::handle& image : images) frame.images.push_back(image_of(image));
-    const py::gil_scoped_release released;
-    const std::scoped_lock lock(estimation());
-    return slam_->process(std::move(frame));
+    ImageFrame frame = frame_of(time, images);
+    return locked([&](VisualInertialSlam& slam) { return slam.process(std::move(frame)); });
   }
 
   Estimates finish() {
-    const py::gil_scoped_release released;
-    const std::scoped_lock lock(estimation());
-    return slam_->finish();
+    return locked([](VisualInertialSlam& slam) { return slam.finish(); });
+  }
+
+  std::optional<PredictedState> predicted(const py::object& at) {
+    const Time time = time_of(at);
+    return locked([&](VisualInertialSlam& slam) { return slam.predicted(time); });
   }
 
   bool started() { return locked([](const VisualInertialSlam& s) { return s.estimator().started(); }); }
@@ -99,11 +121,90 @@ class Slam {
   }
 
  private:
-  // One sample's (3,) is a column for Eigen.
-  static Rows as_rows(const Rows& rows) {
-    return rows.cols() == 1 && rows.rows() == 3 ? Rows(rows.transpose()) : rows;
-  }
   std::unique_ptr<VisualInertialSlam> slam_;
+};
+
+// The estimates wait here until Python takes them.
+class Realtime {
+ public:
+  Realtime(const std::vector<Camera>& cameras, const ImuNoise& noise, const std::string& estimator,
+           const std::string& map, std::size_t most_images, const py::kwargs& arguments)
+      : slam_(std::make_unique<RealtimeSlam>(
+            make_slam(cameras, noise, estimator, map, arguments),
+            RealtimeSlam::Options{.most_images = most_images, .turn = &estimation()},
+            [this](std::span<const Estimate> some, VisualInertialSlam&) {
+              const std::lock_guard lock(mutex_);
+              ready_.insert(ready_.end(), some.begin(), some.end());
+            })) {}
+  // The thread may be in a chart that is written in Python.
+  ~Realtime() {
+    const py::gil_scoped_release released;
+    slam_.reset();
+  }
+  Realtime(const Realtime&) = delete;
+  Realtime& operator=(const Realtime&) = delete;
+
+  void add_imu(const py::object& time, const Rows& rate, const Rows& force) {
+    const std::vector<ImuSample> samples = samples_of(time, rate, force);
+    const py::gil_scoped_release released;
+    for (const ImuSample& sample : samples) slam_->process(sample);
+  }
+
+  std::size_t add_images(const py::object& time, const py::sequence& images) {
+    ImageFrame frame = frame_of(time, images);
+    const py::gil_scoped_release released;
+    return slam_->process(std::move(frame));
+  }
+
+  Estimates take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(ready_, {});
+  }
+
+  // All that has not been taken.
+  Estimates finish() {
+    const py::gil_scoped_release released;
+    Estimates last = slam_->finish();
+    const std::lock_guard lock(mutex_);
+    Estimates all = std::exchange(ready_, {});
+    append(std::move(last), all);
+    return all;
+  }
+
+  std::optional<PredictedState> predicted(const py::object& at) {
+    const Time time = time_of(at);
+    const py::gil_scoped_release released;
+    return slam_->predicted(time);
+  }
+
+  py::dict counts() {
+    const RealtimeSlam::Counts n = slam_->counts();
+    py::dict result;
+    result["came"] = n.came;
+    result["taken"] = n.taken;
+    result["dropped"] = n.dropped;
+    result["waiting"] = n.waiting;
+    return result;
+  }
+
+  std::string why_not_started() {
+    const py::gil_scoped_release released;
+    std::string why;
+    slam_->ask([&](VisualInertialSlam& slam) { why = slam.estimator().why_not_started(); });
+    return why;
+  }
+
+  std::vector<MapLandmark> map() {
+    const py::gil_scoped_release released;
+    std::vector<MapLandmark> landmarks;
+    slam_->ask([&](VisualInertialSlam& slam) { landmarks = slam.estimator().map(); });
+    return landmarks;
+  }
+
+ private:
+  std::mutex mutex_;
+  Estimates ready_;
+  std::unique_ptr<RealtimeSlam> slam_;  // last: its thread uses the others
 };
 
 std::optional<Eigen::Vector3d> bias(const Estimate& e, Eigen::Index first) {
@@ -170,15 +271,68 @@ void bind_slam(py::module_& m) {
       .def_readonly("landmarks", &Estimate::landmarks)
       .def("__repr__", &text_of);
 
+  py::class_<PredictedState>(m, "PredictedState", "The motion after the last estimate, by the IMU.")
+      .def_property_readonly("time", [](const PredictedState& s) { return s.time.count(); },
+                             "On the IMU's clock [ns].")
+      .def_property_readonly("seconds_since_estimate",
+                             [](const PredictedState& s) { return to_seconds(s.since_estimate); })
+      .def_property_readonly(
+          "world_T_imu", [](const PredictedState& s) { return matrix(s.state.world_T_imu); },
+          "(4, 4) [m].")
+      .def_property_readonly(
+          "position", [](const PredictedState& s) { return Eigen::Vector3d(s.state.world_T_imu.p); },
+          "(3,) world [m].")
+      .def_property_readonly(
+          "quaternion",
+          [](const PredictedState& s) { return quaternion_xyzw(s.state.world_T_imu.R); },
+          "(4,) x y z w of world_T_imu.")
+      .def_property_readonly("velocity", [](const PredictedState& s) { return s.state.v_world; },
+                             "(3,) world [m/s].")
+      .def_readonly("angular_rate", &PredictedState::angular_rate_imu,
+                    "(3,) IMU axes, without bias [rad/s].")
+      .def_property_readonly(
+          "covariance", [](const PredictedState& s) { return Eigen::MatrixXd(s.covariance); },
+          "(15, 15), as Estimate.covariance.");
+
+  const char* const arguments =
+      "cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; "
+      "map: file of a saved map; and settings by name, as chasles.settings() lists them.";
+  const char* const samples =
+      "A sample, or (N,) of them. Times are ints [ns] or floats [s]; angular rates [rad/s] and "
+      "specific forces [m/s^2] in IMU axes: (3,) or (N, 3).";
+  const char* const predicted =
+      "The state at a time since the last estimate, by the samples (PredictedState); None before "
+      "a start, before the last estimate's time, and .5 s after the last sample.";
+  py::class_<Realtime>(m, "RealtimeSlam",
+                       "Slam on a thread of its own: calls return at once, and images that the "
+                       "estimator has no time for are dropped. Any thread may call.")
+      .def(py::init<const std::vector<Camera>&, const ImuNoise&, const std::string&,
+                    const std::string&, std::size_t, const py::kwargs&>(),
+           py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
+           py::arg("map") = "", py::arg("most_images") = 3, arguments)
+      .def("add_imu", &Realtime::add_imu, py::arg("time"), py::arg("angular_rate"),
+           py::arg("specific_force"), samples)
+      .def("add_images", &Realtime::add_images, py::arg("time"), py::arg("images"),
+           "The images of all cameras at one instant: arrays (height, width) of uint8, or None. "
+           "Where more than most_images wait, the oldest are dropped; returns how many.")
+      .def("take", &Realtime::take, "The estimates since the last call.")
+      .def("predicted", &Realtime::predicted, py::arg("time"), predicted)
+      .def("finish", &Realtime::finish,
+           "Waits until all that has come is processed; returns the estimates not yet taken.")
+      .def_property_readonly("counts", &Realtime::counts,
+                             "Images: {'came', 'taken', 'dropped', 'waiting'}.")
+      .def_property_readonly("why_not_started", &Realtime::why_not_started)
+      .def_property_readonly("landmarks", [](Realtime& slam) { return columns(slam.map()); },
+                             "As Slam.landmarks.");
+
   py::class_<Slam>(m, "Slam",
                    "Visual-inertial SLAM step by step. Any thread may call; estimators take turns, "
                    "and other Python threads go on meanwhile.")
-      .def(py::init<std::vector<Camera>, const ImuNoise&, const std::string&,
+      .def(py::init<const std::vector<Camera>&, const ImuNoise&, const std::string&,
                     const std::string&, const py::kwargs&>(),
            py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
            py::arg("map") = "",
-           "cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; "
-           "map: file of a saved map; and settings by name, as chasles.settings() lists them.")
+           arguments)
       .def("add_imu", &Slam::add_imu, py::arg("time"), py::arg("angular_rate"),
            py::arg("specific_force"),
            "A sample, or (N,) of them. Times are ints [ns] or floats [s]; angular rates [rad/s] and "
@@ -188,6 +342,7 @@ void bind_slam(py::module_& m) {
            "The images of all cameras at one instant: arrays (height, width) of uint8, or None. "
            "Returns the estimates that are ready.")
       .def("finish", &Slam::finish, "The estimates of the images that still wait.")
+      .def("predicted", &Slam::predicted, py::arg("time"), predicted)
       .def_property_readonly("started", &Slam::started)
       .def_property_readonly("why_not_started", &Slam::why_not_started)
       .def_property_readonly("waiting", &Slam::waiting, "Number of images that wait for samples.")

@@ -80,6 +80,7 @@ void bind_errors(py::module_& m) {
 
 PYBIND11_MODULE(_core, m) {
   using namespace chasles::python;
+  check_numpy();
   m.doc() = "The compiled part of chasles.";
   m.attr("__version__") = CHASLES_VERSION;
   bind_errors(m);
@@ -87,6 +88,9 @@ PYBIND11_MODULE(_core, m) {
   bind_runs(m);
   bind_slam(m);
   bind_evaluation(m);
+  bind_lab(m);
+  bind_studies(m);
+  bind_alignment(m);
   m.def("command", &command, pybind11::arg("arguments"),
         "Runs the command `chasles` with these arguments and returns its exit code.");
 }

@@ -1,8 +1,14 @@
 #pragma once
 
+#include <memory>
 #include <mutex>
+#include <vector>
 
 #include <pybind11/pybind11.h>
+
+namespace chasles {
+struct BatchTerms;
+}
 
 // The parts of the module.
 namespace chasles::python {
@@ -16,5 +22,14 @@ void bind_recordings(pybind11::module_& m);
 void bind_runs(pybind11::module_& m);
 void bind_slam(pybind11::module_& m);
 void bind_evaluation(pybind11::module_& m);
+void bind_lab(pybind11::module_& m);
+void bind_studies(pybind11::module_& m);
+void bind_alignment(pybind11::module_& m);
+
+/// The problems of batch estimation (Estimator::batch_terms) as dictionaries of columns.
+pybind11::list problems_of(const std::vector<std::shared_ptr<const BatchTerms>>& parts);
+
+/// Throws ImportError for a numpy with which this module would crash.
+void check_numpy();
 
 }  // namespace chasles::python

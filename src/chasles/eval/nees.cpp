@@ -57,7 +57,8 @@ Matrix6d pose_error_map(PoseError definition, const SE3& estimate) {
 
 PoseError pose_error_of(std::string_view chart) {
   if (chart == "left-se3") return PoseError::kBodyTwist;
-  return chart.starts_with("right-") ? PoseError::kWorldTwist : PoseError::kStandard;
+  const bool turns = chart == "right-se3" || chart == "right-sen3";
+  return turns ? PoseError::kWorldTwist : PoseError::kStandard;
 }
 
 PoseNees pose_nees(PoseError definition, const SE3& truth, const SE3& estimate,

@@ -26,7 +26,7 @@ enum class PoseError {
 std::string_view name(PoseError definition);
 
 /// The coordinates in which the filter's chart of that name (filter/error_chart.hpp) represents its
-/// error.
+/// error; kStandard for one that is not of the library.
 PoseError pose_error_of(std::string_view chart);
 
 /// The error in these coordinates.

@@ -116,6 +116,7 @@ void append(InertialBatchResult part, bool first, InertialBatchResult& all) {
   }
   all.estimates.insert(all.estimates.end(), part.estimates.begin(), part.estimates.end());
   all.landmarks.insert(all.landmarks.end(), part.landmarks.begin(), part.landmarks.end());
+  all.terms.insert(all.terms.end(), part.terms.begin(), part.terms.end());
 }
 
 }  // namespace

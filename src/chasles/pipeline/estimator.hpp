@@ -71,6 +71,9 @@ class Estimator {
   /// Names of the components of v_world, if any, and Estimate::additive.
   virtual std::vector<std::string> state_names() const = 0;
   virtual EstimatorReport report() const = 0;
+  /// The problems of batch estimation with an IMU, at their minimum, after smooth(): one for each
+  /// part (InertialBatchResult::terms).
+  virtual std::vector<std::shared_ptr<const BatchTerms>> batch_terms() const { return {}; }
 
   /// The latest estimate of the gyroscope bias [rad/s], for the front end; zero before a start.
   virtual Eigen::Vector3d gyroscope_bias() const { return Eigen::Vector3d::Zero(); }

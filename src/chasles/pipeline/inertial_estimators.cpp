@@ -119,6 +119,9 @@ class InertialBatch : public InertialFilter {
     if (result_) report.batch = result_->report;
     return report;
   }
+  std::vector<std::shared_ptr<const BatchTerms>> batch_terms() const override {
+    return result_ ? result_->terms : InertialFilter::batch_terms();
+  }
 
  protected:
   std::vector<Estimate> take(const ImuSample& sample) override {

@@ -73,7 +73,10 @@ RealtimeSlam::Counts RealtimeSlam::counts() const {
 }
 
 void RealtimeSlam::ask(const std::function<void(VisualInertialSlam&)>& question) {
-  std::packaged_task<void()> task([&] { question(*slam_); });
+  std::packaged_task<void()> task([&] {
+    const auto turn = take_turn();
+    question(*slam_);
+  });
   std::future<void> answered = task.get_future();
   {
     const std::lock_guard lock(mutex_);
@@ -136,9 +139,19 @@ void RealtimeSlam::work() {
 }
 
 void RealtimeSlam::take(Event event) {
-  note(std::visit(Overloaded{[&](const ImuSample& sample) { return slam_->process(sample); },
-                             [&](ImageFrame& images) { return slam_->process(std::move(images)); }},
-                  event));
+  std::vector<Estimate> estimates;
+  {
+    const auto turn = take_turn();
+    estimates = std::visit(
+        Overloaded{[&](const ImuSample& sample) { return slam_->process(sample); },
+                   [&](ImageFrame& images) { return slam_->process(std::move(images)); }},
+        event);
+  }
+  note(estimates);
+}
+
+std::unique_lock<std::mutex> RealtimeSlam::take_turn() {
+  return options_.turn ? std::unique_lock(*options_.turn) : std::unique_lock<std::mutex>();
 }
 
 void RealtimeSlam::note(std::span<const Estimate> estimates) {

@@ -26,6 +26,9 @@ class RealtimeSlam {
     /// Images that may wait for the estimator. One more, and the oldest of them is dropped, so that
     /// the delay stays bounded. 0: all wait.
     std::size_t most_images = 3;
+    /// Held while the estimator works, in a program with batch estimation elsewhere, which is not
+    /// reentrant (docs/architecture.md); must outlive this. Null: none.
+    std::mutex* turn = nullptr;
   };
   /// Images, except `waiting`, which is a number at this instant.
   struct Counts {
@@ -69,6 +72,7 @@ class RealtimeSlam {
 
   void work();
   void take(Event event);
+  std::unique_lock<std::mutex> take_turn();
   std::size_t drop_oldest_image();
   void note(std::span<const Estimate> estimates);
   void rethrow_failure();

@@ -66,7 +66,8 @@ InertialSensors inertial_sensors(const Recording& recording) {
 InertialRunSettings for_images(InertialRunSettings settings, std::size_t cameras,
                                const ImuNoise& noise, bool exact_calibration) {
   InertialSlamSettings& filter = settings.filter;
-  const bool can = filter.chart != kLeftSe3Chart.name;
+  const bool can = filter.chart == kStandardChart.name || filter.chart == kRightSe3Chart.name ||
+                   filter.chart == kRightSen3Chart.name;
   if (filter.keep_scale == Toggle::kAuto && cameras == 1 && can) filter.keep_scale = Toggle::kTrue;
   const bool filters = settings.estimator.is_filter();
   if (filters && filter.calibrate_time_offset == Toggle::kAuto) {

@@ -10,9 +10,10 @@ void validate(const InertialSlamSettings& s) {
     refuse_value("composition_interval", setting_text(s.composition_interval),
                  "0 without nav_attitude, the world's attitude in the state");
   }
-  if (s.first_order_transition && s.chart == kRightSen3Chart.name) {
+  if (s.first_order_transition && s.chart != kStandardChart.name && s.chart != kLeftSe3Chart.name &&
+      s.chart != kRightSe3Chart.name) {
     refuse_value("first_order_transition", setting_text(s.first_order_transition),
-                 "false with the chart right-sen3, which is not the paper's");
+                 "false with the chart " + s.chart + ", which is not the paper's");
   }
   if (s.first_order_transition && s.first_estimates) {
     refuse_value("first_order_transition", setting_text(s.first_order_transition),

@@ -6,6 +6,7 @@
 #include <chasles/smooth/batch/batch.hpp>
 #include <chasles/smooth/batch/batch_covariance_detail.hpp>
 #include <chasles/smooth/batch/batch_solve_detail.hpp>
+#include <chasles/smooth/batch/batch_terms_detail.hpp>
 #include <chasles/smooth/batch/observability.hpp>
 #include <chasles/smooth/batch/position_check_detail.hpp>
 
@@ -67,6 +68,8 @@ InertialBatchResult smooth(const InertialBatchInput& input, const std::string& c
   report.seconds_covariance = processor_seconds() - solved;
   set_health(result.estimates, report);
   check_well_posed(result);
+  result.terms.push_back(
+      std::make_shared<const BatchTerms>(terms_of(input, settings, graph, report.final_cost)));
   return result;
 }
 

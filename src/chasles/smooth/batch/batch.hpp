@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -96,10 +97,14 @@ struct BatchStopped : std::exception {
   const char* what() const noexcept override { return "batch estimation was stopped"; }
 };
 
+struct BatchTerms;  // batch_terms.hpp
+
 struct InertialBatchResult {
   std::vector<Estimate> estimates;     ///< of all keyframes; the first is the start
   std::vector<MapLandmark> landmarks;  ///< in nav
   BatchReport report;
+  /// The problem at its minimum; of several parts those that were estimated.
+  std::vector<std::shared_ptr<const BatchTerms>> terms = {};
 };
 
 /// The most probable motion and landmarks for all samples and frames. Minimises, over the states of

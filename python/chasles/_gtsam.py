@@ -1,0 +1,175 @@
+"""The problem of batch estimation, also as a factor graph of gtsam."""
+
+import numpy as np
+
+from ._core import UsageError
+from ._optional import optional
+
+# gtsam's covariance of a preintegration is singular for fewer steps, as that of docs/batch.md: intervals are divided.
+_MANY_STEPS = 6
+# A walk below this one counts as this one, as in docs/batch.md.
+_LEAST_WALK = 1e-7
+
+
+def batch_problem(run, part=0):
+    """The problem that a batch run with an IMU has solved, at its minimum (docs/batch.md, section 1), for other solvers.
+
+    run: of chasles.run(..., estimator="batch") in this process. part: where gaps of the IMU divide the recording. Returns
+    a dictionary, with the world `nav` (z up) and time on the IMU's clock:
+
+        keyframes   `time`, `position`, `quaternion`, `velocity`, `accelerometer_bias`, `gyroscope_bias`
+        start       the prior on the first keyframe, of the same columns, and `covariance` (15, 15) of [rotation,
+                    position, velocity, accelerometer bias, gyroscope bias]: R = Exp(theta) R_start in world axes, the
+                    others are differences
+        samples     by `keyframe` (the one before): `tau` [s], mean `specific_force` and `angular_rate` over it,
+                    `noise_scale` (factor on the variances) and extra densities, which is the case where samples are missing
+        landmarks   `id`, `position`
+        views       `landmark` (its row), `keyframe`, `camera`, `pixel` (N, 2), `sigma` [px]: those that the gate left
+        cameras, imu_noise, gravity, loss ("none", "huber", "cauchy") beyond loss_width sigmas of a pixel
+        cost        half of the weighted squares; of it inverse_depth_cost is the weak prior of the inverse depths
+        landmarks_beyond_infinity   landmarks in the cost without a position
+
+    Raises UsageError for a run without such a problem."""
+    parts = run._core._batch
+    if not parts:
+        raise UsageError("batch_problem: the run has no problem of batch estimation; expected a run of this process, of a "
+                         "recording with an IMU: chasles.run(recording, estimator=\"batch\")")
+    if not 0 <= part < len(parts):
+        raise UsageError(f"batch_problem: part: found {part}, expected 0 to {len(parts) - 1}")
+    return parts[part]
+
+
+def gtsam_graph(run, part=0):
+    """The problem of a batch run (batch_problem) as gtsam's NonlinearFactorGraph, and its minimum as Values. Keys are
+    X(k), V(k), B(k) for pose, velocity and biases of keyframe k, and L(i) for landmark i of batch_problem.
+
+    IMU terms are GalileanCombinedImuFactor, which integrates as Chasles does; pixels GenericProjectionFactor with the
+    robust loss. The weak prior of the inverse depths is left out. docs/interoperation.md has the differences. Raises
+    UsageError for a run without such a problem and a lens that gtsam does not have, ImportError without gtsam 4.3."""
+    problem = batch_problem(run, part)
+    return _Graph(_gtsam(), problem).all()
+
+
+def _gtsam():
+    gtsam = optional("gtsam", "gtsam")
+    if not hasattr(gtsam, "GalileanCombinedImuFactor"):
+        raise ImportError("gtsam: found one without GalileanCombinedImuFactor, expected 4.3 or later: pip install "
+                          "chasles[gtsam]", name="gtsam")
+    return gtsam
+
+
+def _rotation(gtsam, xyzw):
+    x, y, z, w = xyzw
+    return gtsam.Rot3.Quaternion(w, x, y, z)
+
+
+class _Graph:
+    def __init__(self, gtsam, problem):
+        self._gtsam, self._problem = gtsam, problem
+        self._graph, self._values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        self._X, self._V, self._B, self._L = (getattr(gtsam.symbol_shorthand, letter) for letter in "XVBL")
+
+    def all(self):
+        self._add_values()
+        self._add_start()
+        self._add_samples()
+        self._add_views()
+        return self._graph, self._values
+
+    def _pose(self, columns, k=None):
+        at = (lambda name: columns[name]) if k is None else (lambda name: columns[name][k])
+        return self._gtsam.Pose3(_rotation(self._gtsam, at("quaternion")), np.array(at("position")))
+
+    def _bias(self, columns, k=None):
+        force, rate = columns["accelerometer_bias"], columns["gyroscope_bias"]
+        return self._gtsam.imuBias.ConstantBias(*((force, rate) if k is None else (force[k], rate[k])))
+
+    def _add_values(self):
+        keyframes = self._problem["keyframes"]
+        for k in range(len(keyframes["time"])):
+            self._values.insert(self._X(k), self._pose(keyframes, k))
+            self._values.insert(self._V(k), keyframes["velocity"][k])
+            self._values.insert(self._B(k), self._bias(keyframes, k))
+        for i, position in enumerate(self._problem["landmarks"]["position"]):
+            self._values.insert(self._L(i), position)
+
+    def _add_start(self):
+        # Pose, velocity and biases are correlated. A linear factor around the prior's mean is exact in all but the
+        # position, whose coordinates in gtsam turn with the pose: by the rotation's error times its own.
+        gtsam, start = self._gtsam, self._problem["start"]
+        pose = self._pose(start)
+        mean = gtsam.Values()
+        mean.insert(self._X(0), pose)
+        mean.insert(self._V(0), start["velocity"])
+        mean.insert(self._B(0), self._bias(start))
+        to_world = np.eye(15)
+        to_world[:3, :3] = to_world[3:6, 3:6] = pose.rotation().matrix()
+        deviations = np.sqrt(np.diag(start["covariance"]))
+        unit = start["covariance"] / np.outer(deviations, deviations)
+        A = np.linalg.solve(np.linalg.cholesky(unit), np.diag(1 / deviations)) @ to_world
+        factor = gtsam.JacobianFactor(self._X(0), A[:, :6], self._V(0), A[:, 6:9], self._B(0), A[:, 9:], np.zeros(15),
+                                      gtsam.noiseModel.Unit.Create(15))
+        self._graph.add(gtsam.LinearContainerFactor(factor, mean))
+
+    def _params(self, weights, samples, rows):
+        """Of a preintegration; densities are means over its time."""
+        gtsam, noise = self._gtsam, self._problem["imu_noise"]
+        # MakeSharedU points down by the given magnitude.
+        params = gtsam.PreintegrationCombinedParams.MakeSharedU(-self._problem["gravity"][2])
+        scale = weights @ samples["noise_scale"][rows]
+        force = noise.accelerometer_noise_density**2 * scale + weights @ samples["accelerometer_extra_density"][rows] ** 2
+        rate = noise.gyroscope_noise_density**2 * scale + weights @ samples["gyroscope_extra_density"][rows] ** 2
+        params.setAccelerometerCovariance(force * np.eye(3))
+        params.setGyroscopeCovariance(rate * np.eye(3))
+        params.setIntegrationCovariance(np.zeros((3, 3)))
+        params.setBiasAccCovariance(max(noise.accelerometer_random_walk, _LEAST_WALK) ** 2 * np.eye(3))
+        params.setBiasOmegaCovariance(max(noise.gyroscope_random_walk, _LEAST_WALK) ** 2 * np.eye(3))
+        return params
+
+    def _add_samples(self):
+        gtsam, keyframes, samples = self._gtsam, self._problem["keyframes"], self._problem["samples"]
+        ends = np.searchsorted(samples["keyframe"], np.arange(len(keyframes["time"])))
+        for k in range(len(keyframes["time"]) - 1):
+            rows = slice(ends[k], ends[k + 1])
+            tau = samples["tau"][rows]
+            preintegrated = gtsam.PreintegratedCombinedMeasurementsG(
+                self._params(tau / tau.sum(), samples, rows), self._bias(keyframes, k))
+            pieces = 1 if len(tau) >= _MANY_STEPS else _MANY_STEPS
+            for seconds, force, rate in zip(tau, samples["specific_force"][rows], samples["angular_rate"][rows]):
+                for _ in range(pieces):
+                    preintegrated.integrateMeasurement(force, rate, seconds / pieces)
+            self._graph.add(gtsam.GalileanCombinedImuFactor(self._X(k), self._V(k), self._X(k + 1), self._V(k + 1),
+                                                            self._B(k), self._B(k + 1), preintegrated))
+
+    def _noise(self, sigma):
+        noise, width = self._gtsam.noiseModel, self._problem["loss_width"]
+        plain = noise.Isotropic.Sigma(2, sigma)
+        if self._problem["loss"] == "none":
+            return plain
+        estimator = noise.mEstimator.Huber if self._problem["loss"] == "huber" else noise.mEstimator.Cauchy
+        return noise.Robust.Create(estimator.Create(width), plain)
+
+    def _add_views(self):
+        lenses = [_lens(self._gtsam, camera) for camera in self._problem["cameras"]]
+        imu_T_cameras = [self._gtsam.Pose3(np.linalg.inv(camera.cam_T_imu)) for camera in self._problem["cameras"]]
+        views, noises = self._problem["views"], {}
+        for i, k, c, pixel, sigma in zip(*(views[name].tolist() for name in ("landmark", "keyframe", "camera")),
+                                         views["pixel"], views["sigma"].tolist()):
+            if sigma not in noises:
+                noises[sigma] = self._noise(sigma)
+            factor, lens = lenses[c]
+            # A point behind a camera has a constant error, and does not end the search.
+            self._graph.add(factor(pixel, noises[sigma], self._X(k), self._L(i), lens, False, False, imu_T_cameras[c]))
+
+
+def _lens(gtsam, camera):
+    """The factor and the calibration of a camera."""
+    pinhole = camera.fx, camera.fy, 0.0, camera.cx, camera.cy
+    if camera.distortion == "none":
+        return gtsam.GenericProjectionFactorCal3_S2, gtsam.Cal3_S2(*pinhole)
+    if camera.distortion == "equidistant":
+        return gtsam.GenericProjectionFactorCal3Fisheye, gtsam.Cal3Fisheye(*pinhole, *camera.coefficients)
+    if len(camera.coefficients) > 4:
+        raise UsageError(f"gtsam_graph: found a radtan lens with k3 = {camera.coefficients[4]}; gtsam's Cal3DS2 has k1, k2, "
+                         "p1 and p2: calibrate with these four, or with the equidistant model")
+    return gtsam.GenericProjectionFactorCal3DS2, gtsam.Cal3DS2(*pinhole, *camera.coefficients)

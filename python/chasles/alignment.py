@@ -1,0 +1,19 @@
+"""The transformation between the worlds of an estimate and of its truth (docs/evaluation.md, section 2)."""
+
+from . import _core
+from ._columns import path_of
+
+__all__ = ["align"]
+
+
+def align(estimate, truth, alignment="SE(3)"):
+    """Aligns an estimate with the truth, both a Run or columns as `chasles.evaluate` takes them. Returns a dictionary:
+    `truth_T_estimate` (4, 4) and `scale` with p_truth = scale * R * p_estimate + p, `rank` (2: the positions determine
+    the rotation), `matched`, and the errors after the alignment, `ate_m` and `attitude_deg` (root mean squares).
+
+    alignment: "SE(3)", "Sim(3)", "position + yaw", "first pose", "first position + yaw" or "none". Raises UsageError for
+    another, InputError for fewer than three pairs."""
+    estimate, truth = path_of(estimate, "estimate", "position"), path_of(truth, "truth", "position")
+    no_attitude = [[]]
+    return _core.align(estimate["time"], estimate["position"], estimate.get("quaternion", no_attitude),
+                       truth["time"], truth["position"], truth.get("quaternion", no_attitude), alignment)

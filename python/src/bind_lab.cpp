@@ -1,0 +1,197 @@
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <Eigen/LU>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <chasles/error.hpp>
+#include <chasles/filter/registered_charts.hpp>
+#include <chasles/slam/depth_rule.hpp>
+
+#include "arrays.hpp"
+#include "module.hpp"
+
+// Error charts and depth rules that are written in Python. The filter calls them without the GIL, so
+// each call takes it. What is registered stays for the life of the process.
+namespace chasles::python {
+namespace {
+
+using Eigen::Index;
+using Vector9d = Eigen::Matrix<double, 9, 1>;
+using Matrix9d = Eigen::Matrix<double, 9, 9>;
+
+// What a chart moves: additive states and landmarks in inverse depth are the same in all charts.
+struct ChartState {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p = Eigen::Vector3d::Zero(), v = Eigen::Vector3d::Zero();
+  Rows points = Rows(0, 3);
+};
+
+// Never freed, as filters may outlive the interpreter's other objects.
+const py::object& kept(py::object object) { return *new py::object(std::move(object)); }
+
+ChartState chart_state(const State& x) {
+  ChartState s{.R = x.world_T_imu.R,
+               .p = x.world_T_imu.p,
+               .v = x.v_world.value_or(Eigen::Vector3d::Zero())};
+  const auto cartesian = std::ranges::count_if(x.landmarks, [](const Landmark& l) { return !l.anchor; });
+  s.points.resize(cartesian, 3);
+  Index i = 0;
+  for (const Landmark& landmark : x.landmarks) {
+    if (!landmark.anchor) s.points.row(i++) = landmark.p_world;
+  }
+  return s;
+}
+
+// The errors that a chart defines: (9,) of [theta, dp, dv], and (N, 3) of the points.
+std::pair<Vector9d, Rows> chart_errors(const State& x, const ErrorRef& xi) {
+  Vector9d motion = Vector9d::Zero();
+  motion.head(x.motion_size()) = xi.head(x.motion_size());
+  Rows points(static_cast<Index>(x.landmarks.size()), 3);
+  Index i = 0;
+  for (const Landmark& landmark : x.landmarks) {
+    if (!landmark.anchor) points.row(i++) = xi.segment<3>(landmark.row);
+  }
+  points.conservativeResize(i, 3);
+  return {motion, points};
+}
+
+void check_points(const char* function, const Rows& points, Index expected) {
+  if (points.rows() == expected && (expected == 0 || points.cols() == 3)) return;
+  throw py::value_error(fmt::format("error chart: {} returned points {} x {}, expected {} x 3",
+                                    function, points.rows(), points.cols(), expected));
+}
+
+void retract_in_python(const py::object& chart, State& x, const ErrorRef& xi) {
+  {
+    const py::gil_scoped_acquire held;
+    const auto [motion, points] = chart_errors(x, xi);
+    const auto y = chart.attr("retract")(chart_state(x), motion, points).cast<ChartState>();
+    check_points("retract", y.points, points.rows());
+    x.world_T_imu = {y.R, y.p};
+    if (x.v_world) x.v_world = y.v;
+    Index i = 0;
+    for (Landmark& landmark : x.landmarks) {
+      if (!landmark.anchor) landmark.p_world = y.points.row(i++);
+    }
+  }
+  x.additive += xi.segment(x.additive_row(), x.additive.size());
+  for (Landmark& landmark : x.landmarks) {
+    if (landmark.anchor) landmark.inverse_depth += xi.segment<3>(landmark.row);
+  }
+}
+
+Eigen::VectorXd local_in_python(const py::object& chart, const State& x, const State& y) {
+  Eigen::VectorXd xi = Eigen::VectorXd::Zero(x.size());
+  xi.segment(x.additive_row(), x.additive.size()) = y.additive - x.additive;
+  const py::gil_scoped_acquire held;
+  const auto [motion, points] =
+      chart.attr("local")(chart_state(x), chart_state(y)).cast<std::pair<Vector9d, Rows>>();
+  xi.head(x.motion_size()) = motion.head(x.motion_size());
+  check_points("local", points,
+               std::ranges::count_if(x.landmarks, [](const Landmark& l) { return !l.anchor; }));
+  Index i = 0;
+  for (std::size_t k = 0; k < x.landmarks.size(); ++k) {
+    const Landmark& landmark = x.landmarks[k];
+    xi.segment<3>(landmark.row) = landmark.anchor
+                                      ? y.landmarks[k].inverse_depth - landmark.inverse_depth
+                                      : Eigen::Vector3d(points.row(i++));
+  }
+  return xi;
+}
+
+void register_chart(const std::string& name, py::object object) {
+  const py::object& chart = kept(std::move(object));
+  CustomChart made{
+      .name = name,
+      .summary = "written in Python",
+      .retract = [&chart](State& x, const ErrorRef& xi) { retract_in_python(chart, x, xi); },
+      .local = [&chart](const State& x, const State& y) { return local_in_python(chart, x, y); },
+      .motion_block =
+          [&chart](const State& x) {
+            const py::gil_scoped_acquire held;
+            return chart.attr("motion_block")(chart_state(x)).cast<Matrix9d>();
+          }};
+  if (py::hasattr(chart, "landmark_block") && !chart.attr("landmark_block").is_none()) {
+    made.landmark_block = [&chart](const Eigen::Vector3d& p) {
+      const py::gil_scoped_acquire held;
+      return chart.attr("landmark_block")(p).cast<Eigen::Matrix3d>();
+    };
+  }
+  register_error_chart(std::move(made));
+}
+
+// A point that is seen for the first time, as Python sees it.
+struct FirstSight {
+  Eigen::Vector2d pixel;
+  int camera = 0;
+  bool inverse = false;
+  SE3 world_T_camera;
+  Eigen::Vector3d ray;  ///< (x/z, y/z, 1)
+  Rows points;          ///< landmarks of the state, world [m]
+};
+
+FirstSight first_sight(const FirstObservation& o) {
+  const State& x = o.state;
+  const auto camera = static_cast<std::size_t>(o.camera_index);
+  const SE3 imu_T_camera =
+      x.imu_T_camera.empty() ? o.camera.cam_T_imu.inverse() : x.imu_T_camera[camera];
+  FirstSight sight{.pixel = o.pixel,
+                   .camera = o.camera_index,
+                   .inverse = o.inverse,
+                   .world_T_camera = x.world_T_imu * imu_T_camera,
+                   .ray = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()),
+                   .points = Rows(static_cast<Index>(x.landmarks.size()), 3)};
+  if (const auto ray = unproject(o.camera, o.pixel)) sight.ray = ray->ray;
+  Index i = 0;
+  for (const Landmark& landmark : x.landmarks) {
+    if (landmark.has_place()) sight.points.row(i++) = x.p_world(landmark);
+  }
+  sight.points.conservativeResize(i, 3);
+  return sight;
+}
+
+void register_rule(const std::string& name, py::object object) {
+  const py::object& rule = kept(std::move(object));
+  register_depth_rule(name, [&rule](const FirstObservation& o) -> std::optional<AssumedDepth> {
+    const py::gil_scoped_acquire held;
+    const py::object depth = rule(first_sight(o));
+    if (depth.is_none()) return std::nullopt;
+    const auto [mean, sigma] = depth.cast<std::pair<double, double>>();
+    return AssumedDepth{.mean = mean, .sigma = sigma};
+  });
+}
+
+}  // namespace
+
+void bind_lab(py::module_& m) {
+  py::class_<ChartState>(m, "ChartState", "The parts of a state that an error chart moves.")
+      .def(py::init([](const Eigen::Matrix3d& R, const Eigen::Vector3d& p, const Eigen::Vector3d& v,
+                       const Rows& points) {
+             return ChartState{.R = R, .p = p, .v = v, .points = points};
+           }),
+           py::arg("R"), py::arg("p"), py::arg("v"), py::arg("points"))
+      .def_readwrite("R", &ChartState::R, "(3, 3): attitude, world_R_imu.")
+      .def_readwrite("p", &ChartState::p, "(3,) world [m].")
+      .def_readwrite("v", &ChartState::v, "(3,) world [m/s]; zero for a past pose.")
+      .def_readwrite("points", &ChartState::points, "(N, 3): Cartesian landmarks, world [m].");
+  py::class_<FirstSight>(m, "FirstSight", "A point that is seen for the first time.")
+      .def_readonly("pixel", &FirstSight::pixel, "(2,) [px].")
+      .def_readonly("camera", &FirstSight::camera, "Index of the camera.")
+      .def_readonly("inverse", &FirstSight::inverse,
+                    "Whether the landmark has an inverse depth [1/m] or a depth [m].")
+      .def_property_readonly("world_T_camera",
+                             [](const FirstSight& s) { return matrix(s.world_T_camera); },
+                             "(4, 4) [m].")
+      .def_readonly("ray", &FirstSight::ray, "(3,): (x/z, y/z, 1) in the camera's axes.")
+      .def_readonly("points", &FirstSight::points, "(N, 3): landmarks of the state, world [m].");
+  m.def("register_chart", &register_chart, py::arg("name"), py::arg("chart"));
+  m.def("register_depth_rule", &register_rule, py::arg("name"), py::arg("rule"));
+}
+
+}  // namespace chasles::python

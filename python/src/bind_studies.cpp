@@ -1,0 +1,115 @@
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <chasles/data/utf8.hpp>
+#include <chasles/error.hpp>
+#include <chasles/filter/error_chart.hpp>
+#include <chasles/lab/monte_carlo.hpp>
+#include <chasles/report/study.hpp>
+#include <chasles/slam/depth_rule_names.hpp>
+
+#include "arrays.hpp"
+#include "filter_options.hpp"
+#include "inertial_settings_io.hpp"
+#include "lab_report.hpp"
+#include "module.hpp"
+#include "scene_options.hpp"
+#include "settings_io.hpp"
+#include "trial_log.hpp"
+
+// Studies: the same runs of a scene through several filters.
+namespace chasles::python {
+namespace {
+
+FilterVariant variant_of(const std::string& name, py::dict settings) {
+  FilterVariant filter{.name = name, .settings = {}};
+  py::dict others;
+  for (const auto& [key, value] : settings) {
+    if (key.cast<std::string>() == "estimator") {
+      filter.estimator = estimator_choice(value.cast<std::string>());
+    } else {
+      others[key] = value;
+    }
+  }
+  for (const std::string& one : assignments(others)) {
+    const bool of_batch = one.starts_with("batch.");
+    app::assign(of_batch ? app::setting_list(filter.batch) : app::setting_list(filter.settings),
+                "setting", one);
+  }
+  validate(filter.settings);
+  validate(filter.batch);
+  return filter;
+}
+
+std::vector<FilterVariant> variants_of(const py::dict& filters) {
+  std::vector<FilterVariant> all;
+  for (const auto& [name, settings] : filters) {
+    all.push_back(variant_of(name.cast<std::string>(), settings.cast<py::dict>()));
+  }
+  if (all.empty()) throw UsageError("filters: found none, expected {name: {setting: value}}");
+  app::check_names(all);
+  return all;
+}
+
+// Worker processes are forks of this one, in which Python cannot run.
+void check_workers(const std::vector<FilterVariant>& filters, int workers) {
+  if (workers < 1) throw UsageError("workers: expected a whole number above 0");
+  if (workers == 1) return;
+  const auto charts = error_charts();
+  for (const FilterVariant& filter : filters) {
+    const bool own_chart =
+        std::ranges::find(charts, filter.settings.chart, &ErrorChart::name) == charts.end();
+    if (!own_chart && filter.settings.depth_rule == depth_rule_names().front()) continue;
+    throw UsageError("workers: found " + std::to_string(workers) + ", expected 1, as the filter '" +
+                     filter.name + "' has a chart or a depth rule of this process");
+  }
+}
+
+std::string monte_carlo(const std::string& scene, const py::dict& filters, std::uint64_t runs,
+                        std::uint64_t first, int workers, const std::filesystem::path& folder,
+                        const py::dict& scene_settings) {
+  MonteCarloPlan plan{.scene = {}, .filters = variants_of(filters), .runs = {}};
+  check_workers(plan.filters, workers);
+  if (runs == 0) throw UsageError("runs: expected a whole number above 0");
+  for (std::uint64_t i = 0; i < runs; ++i) plan.runs.push_back(first + i);
+  app::SceneChoice choice;
+  choice.name = scene;
+  choice.sets = assignments(scene_settings);
+  choice.set_option = "setting";
+  const py::gil_scoped_release released;
+  const std::scoped_lock lock(estimation());
+  plan.scene = app::scene_from(choice);
+  app::TrialLog log(folder, app::plan_json(plan.scene, plan.filters), plan.runs, false);
+  run_monte_carlo(plan, workers, [&](std::span<const TrialRecord> records) {
+    std::string lines;
+    for (const TrialRecord& record : records) lines += app::to_line(record);
+    log.add(records.front().run, lines);
+    const py::gil_scoped_acquire held;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  });
+  const std::vector<FilterSummary> summaries = log.finish();
+  nlohmann::ordered_json result = log.summary();
+  result["table"] = app::tables(summaries, {}, app::TableStyle::kText);
+  return json_text(result, 0);
+}
+
+std::string page_of_study(const std::filesystem::path& folder) {
+  const py::gil_scoped_release released;
+  return study_page({read_study(folder)});
+}
+
+}  // namespace
+
+void bind_studies(py::module_& m) {
+  m.def("monte_carlo", &monte_carlo, py::arg("scene"), py::arg("filters"), py::arg("runs"),
+        py::arg("first"), py::arg("workers"), py::arg("folder"), py::arg("scene_settings"));
+  m.def("study_page", &page_of_study, py::arg("folder"));
+}
+
+}  // namespace chasles::python

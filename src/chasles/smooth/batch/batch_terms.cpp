@@ -1,0 +1,56 @@
+#include <utility>
+
+#include <chasles/filter/pixel_projection.hpp>
+#include <chasles/smooth/batch/batch_terms_detail.hpp>
+#include <chasles/smooth/batch/problem_blocks_detail.hpp>
+
+namespace chasles::smooth_detail {
+namespace {
+
+BatchTerms::Point point_of(const InertialBatchInput& input, const BatchPoint& point) {
+  BatchTerms::Point result{.id = point.id};
+  int matches = 0;
+  for (const PointView& view : point.views) {
+    result.views.push_back({.keyframe = view.keyframe,
+                            .camera = view.camera,
+                            .pixel = view.pixel,
+                            .sigma = sigma_of(input, view, matches)});
+  }
+  return result;
+}
+
+}  // namespace
+
+BatchTerms terms_of(const InertialBatchInput& input, const BatchSettings& settings,
+                    const BatchGraph& graph, double cost) {
+  BatchTerms terms{.cameras = input.cameras,
+                   .noise = input.noise,
+                   .gravity = graph.gravity,
+                   .start = graph.start,
+                   .start_covariance = graph.start_covariance,
+                   .loss = settings.loss,
+                   .loss_width = loss_width_of(settings),
+                   .cost = cost};
+  for (const BatchKeyframe& keyframe : graph.keyframes) {
+    terms.keyframes.push_back({.time = keyframe.time, .state = keyframe.state});
+  }
+  for (const ImuLink& link : graph.links) terms.between.push_back(link.intervals);
+  for (const BatchPoint& point : graph.points) {
+    HomogeneousPoint at{.p_world = point.parameters, .w = 1};
+    if (graph.anchored) {
+      const auto first = static_cast<std::size_t>(point.views.front().camera);
+      at = homogeneous(anchor_of(graph, point), landmark_of(input.cameras[first], point));
+      const double whitened = point.parameters.z() / settings.inverse_depth_sigma;
+      terms.inverse_depth_cost += whitened * whitened / 2;
+    }
+    if (!(at.w > 0)) {
+      ++terms.beyond_infinity;
+      continue;
+    }
+    terms.points.push_back(point_of(input, point));
+    terms.points.back().p_nav = at.p_world / at.w;
+  }
+  return terms;
+}
+
+}  // namespace chasles::smooth_detail
