@@ -53,7 +53,7 @@ def check_same(run, cost_tolerance, sigma_tolerance):
     found = minimum(graph, values)
     assert graph.error(found) <= graph.error(values)
     moved = moved_sigmas(run, values, found)
-    print(f"cost {graph.error(values) / problem["cost"] - 1:.2e}, moved {moved:.2e} sigma")
+    print(f"cost {graph.error(values) / problem['cost'] - 1:.2e}, moved {moved:.2e} sigma")
     assert moved < sigma_tolerance
     return graph, values, found
 
