@@ -135,7 +135,7 @@ TEST(FoxgloveProtocol, MutatedMessagesAreReadOrAreFaults) {
     }
   }
   EXPECT_GT(faults, 1000);
-  EXPECT_GT(read, 1000);
+  EXPECT_GT(read, 100);
 }
 
 }  // namespace
