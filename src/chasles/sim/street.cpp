@@ -41,7 +41,7 @@ std::vector<BodyVelocity> measure_velocities(const StreetSettings& settings,
   velocities.reserve(count);
   for (std::uint64_t i = 0; i < count; ++i) {
     const Time time = from_seconds(static_cast<double>(i) / rate);
-    const VelocityState state = state_at(drive, to_seconds(time));
+    const DriveState state = state_at(drive, to_seconds(time));
     velocities.push_back(
         {.time = time,
          .linear_imu = settings.velocity_scale * state.linear_imu +
@@ -58,7 +58,7 @@ bool is_outlier(const StreetSettings& settings, LandmarkId id, std::uint32_t fra
 }
 
 // The reported pixels of the visible landmarks.
-Eigen::Vector4d measure_pixels(const StreetSettings& settings, const Track& track,
+Eigen::Vector4d measure_pixels(const StreetSettings& settings, const StreetTrack& track,
                                std::uint32_t frame) {
   const Random random{settings.seed};
   const auto index = static_cast<std::uint64_t>(track.id);
@@ -87,7 +87,7 @@ FeatureFrame measure_frame(const StreetSettings& settings, const Tracks& tracks,
   const auto frame = static_cast<std::uint32_t>(number);
   FeatureFrame result{.time = time, .observations = {}};
   result.observations.reserve(tracks.alive.size());
-  for (const Track& track : tracks.alive) {
+  for (const StreetTrack& track : tracks.alive) {
     result.observations.push_back(
         {.landmark = track.id, .pixels = measure_pixels(settings, track, frame)});
     counts.outliers += is_outlier(settings, track.id, frame);
@@ -96,9 +96,9 @@ FeatureFrame measure_frame(const StreetSettings& settings, const Tracks& tracks,
   return result;
 }
 
-std::vector<TrueLandmark> standing(const std::vector<Track>& born, Counts& counts) {
+std::vector<TrueLandmark> standing(const std::vector<StreetTrack>& born, Counts& counts) {
   std::vector<TrueLandmark> landmarks;
-  for (const Track& track : born) {
+  for (const StreetTrack& track : born) {
     if (track.v_world.isZero(0)) {
       landmarks.push_back({.id = track.id, .p_world = track.p_world});
     } else {

@@ -120,7 +120,7 @@ StreetDrive make_street_drive(const StreetSettings& settings) {
   return drive;
 }
 
-VelocityState state_at(const StreetDrive& drive, double time) {
+DriveState state_at(const StreetDrive& drive, double time) {
   const auto [way, speed] = progress_at(drive, time);
   const PathPoint point = point_at(drive.path, way);
   const Wave roll = wave(drive.roll_amplitude, drive.sway_wavelength, way);
@@ -128,7 +128,7 @@ VelocityState state_at(const StreetDrive& drive, double time) {
   const Eigen::Vector2d ahead(std::cos(point.heading), std::sin(point.heading));
   using Eigen::AngleAxisd, Eigen::Vector3d;
 
-  VelocityState state;
+  DriveState state;
   state.heading = point.heading;
   state.world_T_imu.p << point.p, drive.road.height(point.p);
   state.world_T_imu.R =

@@ -38,7 +38,7 @@ struct StreetDrive {
 };
 
 /// The pose and velocities of the car. The velocities are the exact derivative of the pose.
-struct VelocityState {
+struct DriveState {
   SE3 world_T_imu;              ///< x forward, y left, z up; the identity at time 0
   Eigen::Vector3d linear_imu;   ///< [m/s]
   Eigen::Vector3d angular_imu;  ///< [rad/s]
@@ -49,6 +49,6 @@ struct VelocityState {
 StreetDrive make_street_drive(const StreetSettings& settings);
 
 /// The state at a time [s], 0 <= time <= drive.duration.
-VelocityState state_at(const StreetDrive& drive, double time);
+DriveState state_at(const StreetDrive& drive, double time);
 
 }  // namespace chasles

@@ -65,7 +65,7 @@ TEST(StreetPath, EachLetterTurnsByAQuarter) {
 
 TEST(StreetDrive, StartsAtTheIdentityAndAtRest) {
   const StreetDrive drive = make_street_drive({});
-  const VelocityState start = state_at(drive, 0);
+  const DriveState start = state_at(drive, 0);
   EXPECT_TRUE(start.world_T_imu.R.isIdentity(1e-15));
   EXPECT_TRUE(start.world_T_imu.p.isZero(1e-15));
   EXPECT_TRUE(start.linear_imu.isZero(1e-15));
@@ -76,7 +76,7 @@ TEST(StreetDrive, VelocityIsTheDerivativeOfThePose) {
   const StreetDrive drive = make_street_drive({});
   const double h = 1e-4;
   for (double time = h; time < drive.duration - h; time += 0.037) {
-    const VelocityState state = state_at(drive, time);
+    const DriveState state = state_at(drive, time);
     // X(t-h)^-1 X(t+h) = Exp(2h [omega; v] + O(h^3))
     const SE3 step =
         state_at(drive, time - h).world_T_imu.inverse() * state_at(drive, time + h).world_T_imu;
@@ -92,7 +92,7 @@ TEST(StreetDrive, IntegratingTheVelocityGivesThePose) {
   const double h = drive.duration / steps;
   SE3 pose;
   for (int i = 0; i < steps; ++i) {
-    const VelocityState middle = state_at(drive, (i + 0.5) * h);
+    const DriveState middle = state_at(drive, (i + 0.5) * h);
     Vector6d twist;
     twist << middle.angular_imu, middle.linear_imu;
     pose = pose * se3::exp(h * twist);
@@ -109,7 +109,7 @@ TEST(StreetDrive, AllSixDegreesOfFreedomMove) {
   const StreetDrive drive = make_street_drive({});
   Eigen::Array3d linear = Eigen::Array3d::Zero(), angular = linear;
   for (double time = 0; time < drive.duration; time += 0.05) {
-    const VelocityState state = state_at(drive, time);
+    const DriveState state = state_at(drive, time);
     linear = linear.max(state.linear_imu.array().abs());
     angular = angular.max(state.angular_imu.array().abs());
   }
@@ -123,7 +123,7 @@ TEST(StreetDrive, StopsBeforeEveryThirdTurn) {
   const StreetDrive drive = make_street_drive({});
   double standing = 0;
   for (double time = 0; time < drive.duration; time += 0.01) {
-    const VelocityState state = state_at(drive, time);
+    const DriveState state = state_at(drive, time);
     if (state.linear_imu.isZero(0)) {
       EXPECT_TRUE(state.angular_imu.isZero(0));
       standing += 0.01;
@@ -137,7 +137,7 @@ TEST(StreetDrive, SpeedAndTurnRateNeverJump) {
   const StreetDrive drive = make_street_drive({});
   const double h = 1e-3;
   for (double time = 0; time + h < drive.duration; time += h) {
-    const VelocityState a = state_at(drive, time), b = state_at(drive, time + h);
+    const DriveState a = state_at(drive, time), b = state_at(drive, time + h);
     // 35/16 of the mean acceleration, plus the contribution of the rotating axes.
     ASSERT_LT((b.linear_imu - a.linear_imu).norm(), 6 * h) << time;
     ASSERT_LT((b.angular_imu - a.angular_imu).norm(), 4 * h) << time;

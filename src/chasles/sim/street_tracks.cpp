@@ -33,7 +33,7 @@ SE3 camera_at(const StreetView& view, double time) {
   return state_at(view.drive, until).world_T_imu * view.rig.cam0_T_imu.inverse();
 }
 
-Eigen::Vector3d position_at(const Track& track, double time) {
+Eigen::Vector3d position_at(const StreetTrack& track, double time) {
   return track.p_world + (time - track.birth) * track.v_world;
 }
 
@@ -74,10 +74,10 @@ void give_birth(Tracks& tracks, const StreetView& view, std::uint64_t frame, dou
     const auto point = find_point(view, now, frame, attempt);
     if (!point) continue;
     const std::uint64_t id = tracks.born.size();
-    Track track{.id = static_cast<LandmarkId>(id),
-                .p_world = *point,
-                .v_world = moving_velocity(view, time, id),
-                .birth = time};
+    StreetTrack track{.id = static_cast<LandmarkId>(id),
+                      .p_world = *point,
+                      .v_world = moving_velocity(view, time, id),
+                      .birth = time};
     const auto pixels = seen(view, now, *point);
     if (!pixels || !seen(view, then, position_at(track, time + sure_life))) continue;
     track.pixels = *pixels;
@@ -92,7 +92,7 @@ void give_birth(Tracks& tracks, const StreetView& view, std::uint64_t frame, dou
 
 void follow(Tracks& tracks, const StreetView& view, std::uint64_t frame, double time) {
   const SE3 world_T_cam0 = camera_at(view, time);
-  std::erase_if(tracks.alive, [&](Track& track) {
+  std::erase_if(tracks.alive, [&](StreetTrack& track) {
     if (time > track.end) return true;
     const auto pixels = seen(view, world_T_cam0, position_at(track, time));
     if (pixels) track.pixels = *pixels;

@@ -14,7 +14,7 @@
 namespace chasles {
 
 /// A point that the cameras track from frame to frame, and its pixels without noise.
-struct Track {
+struct StreetTrack {
   LandmarkId id = 0;
   Eigen::Vector3d p_world = Eigen::Vector3d::Zero();  ///< at its first frame [m]
   Eigen::Vector3d v_world = Eigen::Vector3d::Zero();  ///< not zero on a moving object [m/s]
@@ -33,8 +33,8 @@ struct StreetView {
 
 /// The current tracks in order of their ids, and all tracks so far.
 struct Tracks {
-  std::vector<Track> alive;
-  std::vector<Track> born;
+  std::vector<StreetTrack> alive;
+  std::vector<StreetTrack> born;
 };
 
 /// Advances the tracks to the frame with this number and time [s]. A track ends for good when its

@@ -13,7 +13,7 @@ std::vector<NoiseLayer> layers(double strength) {
           {0.075, 9 * strength}, {0.028, 10 * strength}, {0.011, 10 * strength}};
 }
 
-void paint_bricks(Canvas& canvas, const Patch& wall, Dice& dice) {
+void paint_bricks(Canvas& canvas, const PaintedPatch& wall, Dice& dice) {
   const double height = dice.between(0.07, 0.2), width = height * dice.between(2, 3);
   const double joint = 0.012, mean = dice.between(80, 150);
   paint(canvas, wall, mean - 45);
@@ -31,13 +31,13 @@ void paint_bricks(Canvas& canvas, const Patch& wall, Dice& dice) {
 void paint_pipes(Canvas& canvas, Dice& dice) {
   const int count = dice.choice(3);
   for (int i = 0; i < count; ++i) {
-    const Patch pipe{0, dice.between(0.1, 0.4), canvas.width_m(), dice.between(0.02, 0.06)};
+    const PaintedPatch pipe{0, dice.between(0.1, 0.4), canvas.width_m(), dice.between(0.02, 0.06)};
     paint(canvas, pipe, dice.between(30, 220));
   }
   const int upright = static_cast<int>(canvas.width_m() / 4);
   for (int i = 0; i < upright; ++i) {
-    const Patch pipe{dice.between(0, canvas.width_m()), 0, dice.between(0.02, 0.05),
-                     dice.between(0.5, 1) * canvas.height_m()};
+    const PaintedPatch pipe{dice.between(0, canvas.width_m()), 0, dice.between(0.02, 0.05),
+                            dice.between(0.5, 1) * canvas.height_m()};
     paint(canvas, pipe, dice.between(40, 215));
   }
 }
@@ -60,7 +60,7 @@ double paint_item(Canvas& canvas, double x, double floor, Dice& dice) {
     return width;
   }
   const double size = dice.between(0.12, 0.45);  // cabinets and switches
-  const Patch box{x, floor - dice.between(0.5, 1.8), size, size * dice.between(0.7, 1.6)};
+  const PaintedPatch box{x, floor - dice.between(0.5, 1.8), size, size * dice.between(0.7, 1.6)};
   paint(canvas, box, dice.between(30, 220));
   paint_frame(canvas, box, 0.025, dice.between(20, 235));
   paint(canvas, {x + size * 0.3, box.y + size * 0.3, size * 0.3, size * 0.15}, 30);
@@ -134,7 +134,7 @@ void paint_ceiling(Canvas& canvas, const std::vector<Eigen::Vector2d>& lamps, Di
   }
   scatter_marks(canvas, 12, 0.012, 0.12, dice);
   for (const Eigen::Vector2d& lamp : lamps) {
-    const Patch patch{lamp.x() - 0.5, lamp.y() - 0.2, 1, 0.4};
+    const PaintedPatch patch{lamp.x() - 0.5, lamp.y() - 0.2, 1, 0.4};
     paint(canvas, patch, 250, 0.1);
     paint_frame(canvas, patch, 0.04, 90);
   }
@@ -147,8 +147,10 @@ void paint_box(Canvas& canvas, Dice& dice) {
   const double plank = dice.between(0.08, 0.3);
   const bool upright = dice.chance(0.4);
   for (double at = 0; at < (upright ? width : height); at += plank) {
-    const Patch whole = upright ? Patch{at, 0, plank, height} : Patch{0, at, width, plank};
-    const Patch gap = upright ? Patch{at, 0, 0.012, height} : Patch{0, at, width, 0.012};
+    const PaintedPatch whole =
+        upright ? PaintedPatch{at, 0, plank, height} : PaintedPatch{0, at, width, plank};
+    const PaintedPatch gap =
+        upright ? PaintedPatch{at, 0, 0.012, height} : PaintedPatch{0, at, width, 0.012};
     tint(canvas, whole, dice.between(-25, 25));
     paint(canvas, gap, 25);
   }

@@ -48,7 +48,7 @@ struct Texels {
   int left, top, right, bottom;
 };
 
-Texels texels_of(const Canvas& canvas, const Patch& patch) {
+Texels texels_of(const Canvas& canvas, const PaintedPatch& patch) {
   const auto at = [&](double metres, int most) {
     return static_cast<int>(std::clamp(std::round(metres / canvas.texel), 0.0, double{1} * most));
   };
@@ -57,7 +57,7 @@ Texels texels_of(const Canvas& canvas, const Patch& patch) {
 }
 
 template <typename Change>
-void change(Canvas& canvas, const Patch& patch, Change&& value) {
+void change(Canvas& canvas, const PaintedPatch& patch, Change&& value) {
   const Texels t = texels_of(canvas, patch);
   for (int y = t.top; y < t.bottom; ++y) {
     std::uint8_t* row = canvas.pixels.data() + static_cast<std::size_t>(y) * canvas.width;
@@ -78,7 +78,7 @@ const Canvas& grain_tile() {
   return tile;
 }
 
-void print_lines(Canvas& canvas, const Patch& p, double ink, Dice& dice) {
+void print_lines(Canvas& canvas, const PaintedPatch& p, double ink, Dice& dice) {
   const double line = dice.between(0.035, 0.07);
   for (double y = p.y + line; y + line < p.y + p.height; y += 1.7 * line) {
     for (double x = p.x + line; x < p.x + p.width - 2 * line;) {
@@ -89,20 +89,21 @@ void print_lines(Canvas& canvas, const Patch& p, double ink, Dice& dice) {
   }
 }
 
-void blocks(Canvas& canvas, const Patch& p, Dice& dice) {
+void blocks(Canvas& canvas, const PaintedPatch& p, Dice& dice) {
   const int columns = 2 + dice.choice(4), rows = 2 + dice.choice(4);
   const double w = p.width / columns, h = p.height / rows;
   for (int i = 0; i < columns * rows; ++i) {
     const int x = i % columns, y = i / columns;
     const double grey = dice.between(25, 235), inner = dice.between(25, 235);
     paint(canvas, {p.x + x * w, p.y + y * h, w, h}, grey);
-    const Patch part{p.x + (x + dice.between(0, 0.5)) * w, p.y + (y + dice.between(0, 0.5)) * h,
-                     w * dice.between(0.2, 0.5), h * dice.between(0.2, 0.5)};
+    const PaintedPatch part{p.x + (x + dice.between(0, 0.5)) * w,
+                            p.y + (y + dice.between(0, 0.5)) * h, w * dice.between(0.2, 0.5),
+                            h * dice.between(0.2, 0.5)};
     paint(canvas, part, inner);
   }
 }
 
-void chessboard(Canvas& canvas, const Patch& p, double ink, Dice& dice) {
+void chessboard(Canvas& canvas, const PaintedPatch& p, double ink, Dice& dice) {
   const double field = std::min(p.width, p.height) / (4 + dice.choice(4));
   for (double y = p.y; y + field <= p.y + p.height; y += field) {
     for (double x = p.x; x + field <= p.x + p.width; x += field) {
@@ -111,7 +112,7 @@ void chessboard(Canvas& canvas, const Patch& p, double ink, Dice& dice) {
   }
 }
 
-void rings(Canvas& canvas, const Patch& p, double ink, double paper, Dice& dice) {
+void rings(Canvas& canvas, const PaintedPatch& p, double ink, double paper, Dice& dice) {
   double radius = 0.45 * std::min(p.width, p.height);
   const double x = p.x + p.width / 2, y = p.y + p.height / 2;
   for (double grey = ink; radius > 0.02; grey = grey == ink ? paper : ink) {
@@ -120,7 +121,7 @@ void rings(Canvas& canvas, const Patch& p, double ink, double paper, Dice& dice)
   }
 }
 
-void dots(Canvas& canvas, const Patch& p, Dice& dice) {
+void dots(Canvas& canvas, const PaintedPatch& p, Dice& dice) {
   const int count = 10 + dice.choice(20);
   for (int i = 0; i < count; ++i) {
     const double r = dice.between(0.02, 0.12) * std::min(p.width, p.height);
@@ -161,7 +162,7 @@ void add_noise(Canvas& canvas, const std::vector<NoiseLayer>& layers, std::uint3
   }
 }
 
-void paint(Canvas& canvas, const Patch& patch, double grey, double grain) {
+void paint(Canvas& canvas, const PaintedPatch& patch, double grey, double grain) {
   const Canvas& noise = grain_tile();
   change(canvas, patch, [&](int x, int y, double) {
     const double at =
@@ -170,12 +171,12 @@ void paint(Canvas& canvas, const Patch& patch, double grey, double grain) {
   });
 }
 
-void tint(Canvas& canvas, const Patch& patch, double shades) {
+void tint(Canvas& canvas, const PaintedPatch& patch, double shades) {
   change(canvas, patch, [&](int, int, double old) { return shade(old + shades); });
 }
 
 void paint_disc(Canvas& canvas, double x, double y, double radius_x, double radius_y, double grey) {
-  const Patch box{x - radius_x, y - radius_y, 2 * radius_x, 2 * radius_y};
+  const PaintedPatch box{x - radius_x, y - radius_y, 2 * radius_x, 2 * radius_y};
   change(canvas, box, [&](int i, int j, std::uint8_t old) {
     const double a = ((i + 0.5) * canvas.texel - x) / radius_x;
     const double b = ((j + 0.5) * canvas.texel - y) / radius_y;
@@ -183,21 +184,21 @@ void paint_disc(Canvas& canvas, double x, double y, double radius_x, double radi
   });
 }
 
-void paint_frame(Canvas& canvas, const Patch& p, double width, double grey) {
+void paint_frame(Canvas& canvas, const PaintedPatch& p, double width, double grey) {
   paint(canvas, {p.x, p.y, p.width, width}, grey);
   paint(canvas, {p.x, p.y + p.height - width, p.width, width}, grey);
   paint(canvas, {p.x, p.y, width, p.height}, grey);
   paint(canvas, {p.x + p.width - width, p.y, width, p.height}, grey);
 }
 
-void paint_poster(Canvas& canvas, const Patch& patch, Dice& dice) {
+void paint_poster(Canvas& canvas, const PaintedPatch& patch, Dice& dice) {
   const bool light = dice.chance(0.6);
   const double paper = light ? dice.between(170, 230) : dice.between(20, 80);
   const double ink = light ? dice.between(15, 80) : dice.between(160, 235);
   paint(canvas, patch, paper);
   const double edge = 0.06 * std::min(patch.width, patch.height);
-  const Patch inside{patch.x + 2 * edge, patch.y + 2 * edge, patch.width - 4 * edge,
-                     patch.height - 4 * edge};
+  const PaintedPatch inside{patch.x + 2 * edge, patch.y + 2 * edge, patch.width - 4 * edge,
+                            patch.height - 4 * edge};
   const int sort = dice.choice(5);
   if (sort == 0) print_lines(canvas, inside, ink, dice);
   if (sort == 1) blocks(canvas, inside, dice);
@@ -207,7 +208,7 @@ void paint_poster(Canvas& canvas, const Patch& patch, Dice& dice) {
   paint_frame(canvas, patch, edge, dice.between(20, 235));
 }
 
-void paint_door(Canvas& canvas, const Patch& p, Dice& dice) {
+void paint_door(Canvas& canvas, const PaintedPatch& p, Dice& dice) {
   const double leaf = dice.between(60, 200);
   const double frame = leaf > 120 ? leaf - dice.between(50, 90) : leaf + dice.between(50, 90);
   paint(canvas, p, leaf);
@@ -217,7 +218,7 @@ void paint_door(Canvas& canvas, const Patch& p, Dice& dice) {
   paint(canvas, {p.x + p.width / 2 - 0.1, p.y + 0.35, 0.2, 0.09}, 230);
   print_lines(canvas, {p.x + p.width / 2 - 0.12, p.y + 0.32, 0.24, 0.14}, 25, dice);
   if (dice.chance(0.4)) {
-    const Patch window{p.x + 0.3, p.y + 0.55, p.width - 0.6, dice.between(0.4, 0.9)};
+    const PaintedPatch window{p.x + 0.3, p.y + 0.55, p.width - 0.6, dice.between(0.4, 0.9)};
     paint(canvas, window, dice.between(20, 235));
     paint_frame(canvas, window, 0.03, frame);
   }

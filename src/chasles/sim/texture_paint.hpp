@@ -43,28 +43,28 @@ struct NoiseLayer {
 void add_noise(Canvas& canvas, const std::vector<NoiseLayer>& layers, std::uint32_t seed);
 
 /// An upright rectangle.
-struct Patch {
+struct PaintedPatch {
   double x = 0, y = 0, width = 0, height = 0;
 };
 
 /// Paints a patch, with fine noise of 8 shades times `grain`.
-void paint(Canvas& canvas, const Patch& patch, double grey, double grain = 1);
+void paint(Canvas& canvas, const PaintedPatch& patch, double grey, double grain = 1);
 
 /// Adds shades to a patch.
-void tint(Canvas& canvas, const Patch& patch, double shades);
+void tint(Canvas& canvas, const PaintedPatch& patch, double shades);
 
 /// Paints a disc, or an ellipse where the radii differ.
 void paint_disc(Canvas& canvas, double x, double y, double radius_x, double radius_y, double grey);
 
 /// Paints a rectangle's outline inwards.
-void paint_frame(Canvas& canvas, const Patch& patch, double width, double grey);
+void paint_frame(Canvas& canvas, const PaintedPatch& patch, double width, double grey);
 
 /// A poster of one of several kinds: lines of print, blocks, a chessboard with gaps, rings, dots.
-void paint_poster(Canvas& canvas, const Patch& patch, Dice& dice);
+void paint_poster(Canvas& canvas, const PaintedPatch& patch, Dice& dice);
 
 /// A door in its frame, with handle, number plate and possibly a window; its lower edge is at y +
 /// height.
-void paint_door(Canvas& canvas, const Patch& patch, Dice& dice);
+void paint_door(Canvas& canvas, const PaintedPatch& patch, Dice& dice);
 
 /// Small patches and dots of any shade, scattered evenly over the canvas.
 void scatter_marks(Canvas& canvas, double per_square_metre, double smallest, double largest,
