@@ -107,6 +107,18 @@ TEST(RobotSlam, GivesTheBytesOfARunWhicheverTopicIsAhead) {
   EXPECT_FALSE(slam.report().mean_latency);  // none since
 }
 
+// However far a topic is ahead.
+TEST(RobotSlam, GivesTheBytesOfARunWhoseSamplesComeAfterAllImages) {
+  Received received;
+  RobotSlam slam(setup_of(walk()), received.callbacks());
+  for (std::size_t i = 0; i < walk().images->size(); ++i) {
+    slam.add(0, walk().images->time(i), walk().images->read(i).images[0]);
+  }
+  for (const ImuSample& sample : walk().imu) slam.add(sample);
+  slam.finish();
+  expect_the_run(received.estimates);
+}
+
 TEST(RobotSlam, PredictsAtTheLatestSampleAlthoughEstimatesWaitForImages) {
   RobotSlam slam(setup_of(walk()), {});
   const std::size_t frames = walk().images->size();

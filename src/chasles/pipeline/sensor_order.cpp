@@ -61,13 +61,16 @@ bool SensorOrder::sample_is_due() const {
   return (last_frame_ && *last_sample_ <= *last_frame_) || gives_up(samples_.front().time);
 }
 
+// VisualInertialSlam would give up a frame that waits there for its samples, however long it may
+// wait here.
 bool SensorOrder::frame_is_due() const {
   if (cameras_[0].empty()) return false;
   const Time time = cameras_[0].front().time;
+  const bool covered = last_sample_ && *last_sample_ >= time;
   const auto decided = [&](const Images& images) {
     return !images.empty() && images.back().time >= time;
   };
-  return gives_up(time) || std::all_of(cameras_.begin() + 1, cameras_.end(), decided);
+  return gives_up(time) || (covered && std::all_of(cameras_.begin() + 1, cameras_.end(), decided));
 }
 
 std::vector<SensorEvent> SensorOrder::take() {

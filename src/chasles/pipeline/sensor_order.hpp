@@ -13,8 +13,9 @@ namespace chasles {
 /// Puts the samples of an IMU and the images of a rig into the order that a recording of them has
 /// (EventStream), whatever the order in which their topics deliver them. The estimates then are
 /// those of `chasles run` on a bag of the same messages, to the byte. No estimate waits for it: an
-/// image is held up only for the images of the other cameras at the same instant, and a sample
-/// only while an earlier image may still come, which no estimate can do without.
+/// image is held up only for the images of the other cameras at the same instant and for the
+/// samples until its time, and a sample only while an earlier image may still come, which no
+/// estimate can do without.
 ///
 /// Images are paired as pair_images() does: each image of the first camera makes a frame, and an
 /// image of another camera joins the nearest frame, within kSameInstant. Where the first camera has
