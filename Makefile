@@ -3,12 +3,12 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test python bench table study convergence honesty docs prose format lint \
-  coverage asan fuzz clean
+.PHONY: help deps dev-deps build demo test python package ros1 dds bench table study convergence honesty docs \
+  prose format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
 help:     ## this list
-	@sed -n 's/^\([a-z-]*\):[^#]*## /  make \1\t/p' Makefile | expand -t 18
+	@sed -n 's/^\([a-z0-9-]*\):[^#]*## /  make \1\t/p' Makefile | expand -t 18
 
 deps:     ## installs the Debian or Ubuntu packages that are missing, and web/node_modules
 	@scripts/deps build test
@@ -34,6 +34,22 @@ python:   ## the Python package and its tests: build/release/python for PYTHONPA
 	cmake --preset release -DCHASLES_PYTHON=ON
 	cmake --build --preset program --target chasles chasles_python
 	ctest --preset release --tests-regex '^Python$$'
+
+package:  ## Debian packages, source tarball, files for conda and vcpkg: out/packages
+	@scripts/deps build package
+	@scripts/package
+ros1:     ## the node of ROS 1 and its tests (Debian): build/release/ros1/share for ROS_PACKAGE_PATH
+	@scripts/deps build test ros1
+	cmake --preset release -DCHASLES_ROS1=ON
+	cmake --build --preset program --target chasles chasles_ros chasles_ros1_test chasles_ros1_messages_test
+	ctest --preset release --tests-regex '^Ros1'
+
+dds:      ## the bridge to ROS 2 over DDS and its tests: build/release/bin/chasles_dds
+	@scripts/deps build test dds
+	@scripts/ros2-venv
+	cmake --preset release -DCHASLES_DDS=ON
+	cmake --build --preset program --target chasles chasles_dds dds_player dds_wire dds_test
+	ctest --preset release --tests-regex '^(Dds|Ros2)'
 
 bench:    ## ratios of cost, measured in one run
 	@scripts/deps build test bench

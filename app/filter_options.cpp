@@ -149,7 +149,7 @@ void declare_filters(CLI::App& parser, FilterOptions& o) {
                        const char* meaning) {
     return parser.add_option(name, values, meaning)->type_name(type)->group("Filters");
   };
-  add("--preset", o.presets, "NAME,...",
+  add("--preset", o.presets, "paper|default,...",
       "paper: the three filters of Kleinert and Stilla; default: the default settings "
       "(default: both)")
       ->delimiter(',');
@@ -160,7 +160,7 @@ void declare_filters(CLI::App& parser, FilterOptions& o) {
       ->delimiter(',');
   add("--init", o.inits, "NAME,...", "Landmark initialisation: fixed-depth, multi-view")
       ->delimiter(',');
-  add("--estimators", o.estimators, "NAME,...",
+  add("--estimators", o.estimators, "filter|batch|window:N,...",
       "filter (default), batch, window:N: each with all filters; batch starts from the filter's "
       "estimate (docs/batch.md, docs/window.md)")
       ->delimiter(',');

@@ -12,9 +12,6 @@
 namespace chasles::app {
 namespace {
 
-// A track without observation for longer has ended; every front end drops it earlier.
-constexpr int kWaiting = 20;  // frames
-
 int every_of(const std::string& text) {
   int every = 0;
   const char* end = text.data() + text.size();
@@ -62,24 +59,8 @@ void ImageKeeper::see(const ImageFrame& images) {
 
 void ImageKeeper::follow(const FeatureFrame& frame) {
   if (kept_.empty()) return;
-  ++frame_;
-  Features* features = is_kept(frame.time) ? &features_[frame.time] : nullptr;
-  for (const PixelObservation& seen : frame.pixels) {
-    const std::pair key(seen.camera, seen.landmark);
-    Trail& trail = trails_[key];
-    ++trail.age;
-    trail.seen = frame_;
-    if (std::ssize(trail.last) > kTail) trail.last.erase(trail.last.begin());
-    trail.last.push_back(seen.pixel);
-    if (features) features->emplace(key, feature(seen, trail));
-  }
-  std::erase_if(trails_, [&](const auto& entry) { return frame_ - entry.second.seen > kWaiting; });
-}
-
-RunFeature ImageKeeper::feature(const PixelObservation& seen, const Trail& trail) const {
-  RunFeature feature{.judged = {.observation = seen}, .age = trail.age};
-  if (trail.last.size() > 1) feature.before = trail.last.front();
-  return feature;
+  trails_.follow(frame);
+  if (is_kept(frame.time)) features_[frame.time] = trails_.features(frame);
 }
 
 void ImageKeeper::judge(const FeatureFrame& frame, std::span<const PixelOutcome> judged) {

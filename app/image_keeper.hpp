@@ -13,6 +13,8 @@
 #include <chasles/data/recording.hpp>
 #include <chasles/data/run_images.hpp>
 
+#include "feature_trails.hpp"
+
 namespace CLI {
 class App;
 }
@@ -29,7 +31,6 @@ class ImageKeeper {
   /// Approximate number of frames that are kept by default.
   static constexpr std::size_t kFrames = 200;
   static constexpr int kWidth = 480;  ///< largest width of a picture [px]
-  static constexpr int kTail = 5;     ///< age of RunFeature::before, in frames
 
   /// Keeps the first of every `every` frames; 0: about kFrames frames; empty: none.
   ImageKeeper(const Recording& recording, std::optional<int> every);
@@ -45,22 +46,16 @@ class ImageKeeper {
   std::vector<RunImage> take();
 
  private:
-  struct Trail {
-    int age = 0, seen = 0;              ///< [frames]; number of the last frame
-    std::vector<Eigen::Vector2d> last;  ///< at most kTail + 1 pixels [px]
-  };
-  using Features = std::map<std::pair<int, LandmarkId>, RunFeature>;  ///< by camera
+  using Features = std::map<FeatureTrails::Key, RunFeature>;
 
   bool is_kept(Time time) const;
-  RunFeature feature(const PixelObservation& seen, const Trail& trail) const;
   RunImage image(Time time, int camera) const;
 
   std::vector<Camera> cameras_;
   std::vector<Time> kept_;                             ///< ascending
   std::map<Time, std::vector<std::string>> pictures_;  ///< one per camera
   std::map<Time, Features> features_;
-  std::map<std::pair<int, LandmarkId>, Trail> trails_;
-  int frame_ = 0;
+  FeatureTrails trails_;
 };
 
 }  // namespace chasles::app

@@ -48,6 +48,18 @@ void declare_live(CLI::App& parser, LiveOptions& o) {
                   "loopback, anyone with the printed URL and its token can view and stop the run")
       ->type_name("ADDRESS")
       ->group("Output");
+  parser
+      .add_option_function<std::string>(
+          "--foxglove",
+          [&o](const std::string& text) {
+            o.foxglove = text.empty() ? kFoxglovePort : port_of("--foxglove", text);
+          },
+          fmt::format("Serve the run in progress to Foxglove, on this machine only; prints the URL "
+                      "(default port: {}; 0: any free port)",
+                      kFoxglovePort))
+      ->expected(0, 1)
+      ->type_name("[PORT]")
+      ->group("Output");
 }
 
 LiveView::LiveView(const LiveOptions& options, std::function<void()> stop,
@@ -56,38 +68,65 @@ LiveView::LiveView(const LiveOptions& options, std::function<void()> stop,
     throw UsageError("--live-address needs --live");
   }
   if (!output.empty()) growing_ = std::make_unique<GrowingRun>(output);
-  if (!options.wanted) return;
+  if (options.wanted) serve_page(options, std::move(stop));
+  if (options.foxglove) serve_foxglove(*options.foxglove);
+}
+
+void LiveView::serve_page(const LiveOptions& options, std::function<void()> stop) {
   run_ = std::make_unique<LiveRun>(std::move(stop));
-  server_ = std::make_unique<LiveServer>(
-      LiveServerOptions{.address = options.address, .port = options.port}, live_page(), *run_);
+  LiveServerOptions server;
+  server.address = options.address;
+  server.port = options.port;
+  server_ = std::make_unique<LiveServer>(server, live_page(), *run_);
   for (const std::string& url : urls(server_->gate())) {
     fmt::print(stderr, "chasles: live: {}\n", url);
   }
 }
 
-LiveView::~LiveView() {
-  if (server_) server_->close(kPatience);
+void LiveView::serve_foxglove(std::uint16_t port) {
+  foxglove_ = std::make_unique<FoxgloveService>("chasles " CHASLES_VERSION);
+  foxglove_server_ = std::make_unique<LiveServer>(foxglove_server_options(port), *foxglove_);
+  fmt::print(stderr, "chasles: foxglove: {}\n", foxglove_url(foxglove_server_->gate()));
 }
 
-void LiveView::begin(const Run& header, const nlohmann::ordered_json& known, std::size_t frames) {
+LiveView::~LiveView() {
+  if (server_) server_->close(kPatience);
+  if (foxglove_server_) foxglove_server_->close(kPatience);
+}
+
+void LiveView::begin(const Run& header, const nlohmann::ordered_json& known,
+                     const Recording& recording) {
   if (growing_) growing_->begin(header, known);
-  if (!run_) return;
-  run_->begin({.name = header.name,
-               .extra_names = header.extra_names,
-               .truth = header.truth,
-               .pairing = header.pairing,
-               .dead_reckoning = header.dead_reckoning,
-               .summary = json_text(known),
-               .frames = frames});
+  if (run_) {
+    run_->begin({.name = header.name,
+                 .extra_names = header.extra_names,
+                 .truth = header.truth,
+                 .pairing = header.pairing,
+                 .dead_reckoning = header.dead_reckoning,
+                 .summary = json_text(known),
+                 .frames = frame_count(recording)});
+  }
+  if (!foxglove_) return;
+  const bool pictures = recording.images != nullptr;
+  frames_.emplace(recording.cameras, pictures, *foxglove_);
+  foxglove_->begin({.header = header,
+                    .summary = json_text(known),
+                    .cameras = static_cast<int>(recording.cameras.size()),
+                    .pictures = pictures});
 }
 
 void LiveView::advance(const Run& run, std::size_t frames, double recorded_seconds,
                        const std::function<LiveMap()>& map) {
   if (growing_) growing_->extend(run, [&map] { return map().landmarks; });
-  if (!run_) return;
-  for (; shown_ < run.states.size(); ++shown_) run_->add(run.states[shown_]);
-  run_->progress(frames, recorded_seconds);
-  run_->map(map);
+  for (; shown_ < run.states.size(); ++shown_) {
+    if (run_) run_->add(run.states[shown_]);
+    if (foxglove_) foxglove_->add(run.states[shown_]);
+  }
+  if (run_) {
+    run_->progress(frames, recorded_seconds);
+    run_->map(map);
+  }
+  if (foxglove_) foxglove_->map(map);
 }
 
 void LiveView::smoothing() {
@@ -97,11 +136,14 @@ void LiveView::smoothing() {
 void LiveView::finish(const Run& run, std::string summary, bool interrupted) {
   if (growing_) growing_->end();
   growing_.reset();
+  if (frames_) frames_->finish();
+  if (foxglove_) foxglove_->finish(run, summary, interrupted);
   if (run_) run_->finish({.run = run, .summary = std::move(summary)}, interrupted);
 }
 
 void LiveView::fail(const std::string& why) {
   if (run_) run_->fail(why);
+  if (foxglove_) foxglove_->fail(why);
 }
 
 }  // namespace chasles::app

@@ -4,13 +4,17 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/data/growing_run.hpp>
+#include <chasles/foxglove/service.hpp>
 #include <chasles/live/live_run.hpp>
 #include <chasles/live/server.hpp>
+
+#include "live_frames.hpp"
 
 namespace CLI {
 class App;
@@ -18,32 +22,39 @@ class App;
 
 namespace chasles::app {
 
-/// Address of the live server.
+/// What serves the run in progress.
 struct LiveOptions {
-  bool wanted = false;
+  bool wanted = false;     ///< the page
   std::uint16_t port = 0;  ///< 0: any free port
   std::string address = "127.0.0.1";
+  std::optional<std::uint16_t> foxglove =
+      {};  ///< port of the server for Foxglove, 0: any free port
 };
 
-/// Declares --live and --live-address.
+/// Declares --live, --live-address and --foxglove.
 void declare_live(CLI::App& parser, LiveOptions& options);
 
 /// Parses a port of the command line; 0 for an empty text. Throws UsageError that names the option.
 std::uint16_t port_of(const std::string& option, const std::string& text);
 
-/// Shows a run in progress: to viewers if --live was given, and in the run folder if there is one.
+/// Shows a run in progress: to viewers if --live or --foxglove was given, and in the run folder if
+/// there is one.
 class LiveView {
  public:
-  /// Starts the server and prints its URL to stderr. `stop` is called where a viewer asks the run
-  /// to stop. `output` is the run folder; empty: none. Throws UsageError if the options do not fit.
+  /// Starts the servers and prints their URLs to stderr. `stop` is called where a viewer asks the
+  /// run to stop. `output` is the run folder; empty: none. Throws UsageError if the options do not
+  /// fit.
   LiveView(const LiveOptions& options, std::function<void()> stop,
            const std::filesystem::path& output);
   LiveView(const LiveView&) = delete;
   LiveView& operator=(const LiveView&) = delete;
   ~LiveView();  ///< sends viewers the rest, for some seconds
 
-  /// `known` is the part of the summary that is known before the run.
-  void begin(const Run& header, const nlohmann::ordered_json& known, std::size_t frames);
+  /// `known` is the part of the summary that is known before the run. The recording must outlive
+  /// the run.
+  void begin(const Run& header, const nlohmann::ordered_json& known, const Recording& recording);
+  /// The frames that viewers can see; null where nobody can.
+  LiveFrames* frames() { return frames_ ? &*frames_ : nullptr; }
   /// Publishes the new states of `run`. `frames` frames are done, which cover `recorded_seconds`
   /// [s].
   void advance(const Run& run, std::size_t frames, double recorded_seconds,
@@ -54,8 +65,13 @@ class LiveView {
   void fail(const std::string& why);
 
  private:
+  void serve_page(const LiveOptions& options, std::function<void()> stop);
+  void serve_foxglove(std::uint16_t port);
+
   std::unique_ptr<LiveRun> run_;
-  std::unique_ptr<LiveServer> server_;
+  std::unique_ptr<FoxgloveService> foxglove_;
+  std::optional<LiveFrames> frames_;
+  std::unique_ptr<LiveServer> server_, foxglove_server_;
   std::unique_ptr<GrowingRun> growing_;
   std::size_t shown_ = 0;  ///< number of states published
 };

@@ -46,7 +46,7 @@ void declare_input(CLI::App& parser, RunCommandOptions& o) {
       .add_option("--cameras", o.input.cameras,
                   "mono or stereo: the first camera, or the first two; the files of others are "
                   "ignored (default: all cameras)")
-      ->type_name("NAME")
+      ->type_name("mono|stereo")
       ->group("Input");
   parser.add_flag("--backwards", o.input.backwards, "Play the recording from its end")
       ->group("Input");
@@ -80,10 +80,10 @@ void declare_method(CLI::App& parser, RunCommandOptions& o) {
       "both (default)");
   add("--chart", o.settings.chart, "NAME", chart_help());
   add("--config", o.settings.config, "FILE", "Settings from a YAML file, `key: value` a line");
-  add("--begin", o.begin, "NAME",
+  add("--begin", o.begin, "auto|truth",
       "start of a visual-inertial run; auto: static or dynamic initialisation (default); truth: "
       "the true state");
-  add("--estimator", o.estimator, "NAME",
+  add("--estimator", o.estimator, "filter|batch|window:N",
       "filter (default); batch: the most probable motion given the whole recording, starting from "
       "the filter's estimate (docs/batch.md); window:N: at every frame the most probable motion of "
       "the last N frames, given the recording so far (docs/window.md)");

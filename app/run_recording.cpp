@@ -11,39 +11,16 @@
 #include <chasles/pipeline/truth.hpp>
 #include <chasles/slam/velocity_slam.hpp>
 
-#include "calibration_report.hpp"
 #include "image_keeper.hpp"
 #include "live_view.hpp"
 #include "observation_spans.hpp"
 #include "progress.hpp"
 #include "recognition_report.hpp"
 #include "run_landmarks.hpp"
+#include "run_state.hpp"
 
 namespace chasles::app {
 namespace {
-
-RunState run_state(const Estimate& e, std::span<const Camera> cameras) {
-  RunState state;
-  state.time = e.time;
-  state.world_T_imu = e.world_T_imu;
-  state.pose_covariance = e.pose_covariance();
-  if (e.v_world) state.extra = {e.v_world->begin(), e.v_world->end()};
-  state.extra.insert(state.extra.end(), e.additive.begin(), e.additive.end());
-  for (Eigen::Index row = 6; row < e.covariance.rows(); ++row) {
-    state.extra_sigma.push_back(std::sqrt(e.covariance(row, row)));
-  }
-  if (e.calibration) append_calibration(*e.calibration, cameras, state);
-  state.nis = e.nis;
-  state.nis_dof = e.nis_dof;
-  state.observations = e.observations;
-  state.used = e.used;
-  state.rejected = e.rejected;
-  state.added = e.added;
-  state.in_state = e.in_state;
-  state.landmarks = e.landmarks;
-  state.health = name(e.health);
-  return state;
-}
 
 std::vector<double> stages(const StageSeconds& s) {
   return {1e3 * s.propagation, 1e3 * s.update, 1e3 * s.landmarks};
@@ -106,7 +83,7 @@ class Recorder : public RunObserver {
     run.dead_reckoning = options.dead_reckoning;
     result_.has_prior_map = options.prior_map.has_value();
     if (options.run.realtime) result_.realtime = RealtimeFigures{.speed = *options.run.realtime};
-    live.begin(run, options.known, frame_count(recording));
+    live.begin(run, options.known, recording);
   }
 
   RecordedRun finish(RunReport report) {
@@ -128,7 +105,10 @@ class Recorder : public RunObserver {
   }
 
   bool stop() override { return stop_(); }
-  void on_images(const ImageFrame& images) override { keeper_.see(images); }
+  void on_images(const ImageFrame& images) override {
+    keeper_.see(images);
+    if (LiveFrames* frames = live_.frames()) frames->see(images);
+  }
   // A camera may have no image that can be read, of thousands.
   void on_unreadable(const InputError& error) override {
     constexpr int kMostWarnings = 20;
@@ -142,9 +122,11 @@ class Recorder : public RunObserver {
     ++frames_;
     spans_.add(frame);
     keeper_.follow(frame);
+    if (LiveFrames* frames = live_.frames()) frames->follow(frame);
   }
   void on_outcomes(const FeatureFrame& frame, std::span<const PixelOutcome> outcomes) override {
     keeper_.judge(frame, outcomes);
+    if (LiveFrames* frames = live_.frames()) frames->judge(frame, outcomes);
   }
 
   void on_estimate(const Estimate& e, const EstimateTiming& timing) override {

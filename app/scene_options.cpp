@@ -12,6 +12,7 @@
 #include <spdlog/spdlog.h>
 
 #include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lab/true_motion.hpp>
 #include <chasles/sim/street.hpp>

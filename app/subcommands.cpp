@@ -17,6 +17,8 @@ std::span<const Subcommand> subcommands() {
       {"view", "Serve the page of finished runs to a browser, until Ctrl-C", declare_view},
       {"map", "Describe a saved map, or merge two", declare_map},
       {"export", "Write a run for other viewers: MCAP, PLY, KML", declare_export},
+      {"completion", "Print a shell's program that completes this command's arguments",
+       declare_completion},
   };
   return list;
 }

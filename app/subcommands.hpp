@@ -33,5 +33,6 @@ Action declare_report(CLI::App& parser);
 Action declare_view(CLI::App& parser);
 Action declare_export(CLI::App& parser);
 Action declare_map(CLI::App& parser);
+Action declare_completion(CLI::App& parser);
 
 }  // namespace chasles::app

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/error.hpp>
@@ -17,7 +18,7 @@ void declare_truth(CLI::App& parser, TruthOptions& options, const std::string& g
           "--pairing", options.pairing,
           "interpolate (default): the truth at the time of each estimate; nearest: pairs of "
           "the poses that are nearest in time")
-      ->type_name("NAME")
+      ->type_name(fmt::format("{}", fmt::join(kChoiceNames<Pairing>, "|")))
       ->group(group);
   add_number(
       parser, "--max-truth-gap", options.max_gap, "S",
@@ -30,7 +31,7 @@ void declare_truth(CLI::App& parser, TruthOptions& options, const std::string& g
                   "Whether the z axis of the truth's world points up. no: remove its tilt, and "
                   "report it; auto (default): as truth_level in calibration.yaml, or else no where "
                   "the truth begins at the identity. For estimates with an IMU")
-      ->type_name("NAME")
+      ->type_name("auto|yes|no")
       ->group(group);
 }
 

@@ -5,16 +5,30 @@ include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/chasles)
 get_property(chasles_modules GLOBAL PROPERTY CHASLES_MODULES)
 
+# chasles_install_headers(COMPONENT [EXCLUDE_FROM_ALL])
+function(chasles_install_headers component)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/chasles DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+    COMPONENT ${component} ${ARGN} FILES_MATCHING PATTERN "*.hpp"
+    # What only the tests include.
+    PATTERN "testing.hpp" EXCLUDE PATTERN "*_testing.hpp" EXCLUDE PATTERN "test_*.hpp" EXCLUDE
+    PATTERN "*_test.hpp" EXCLUDE PATTERN "testdata" EXCLUDE
+    # What only one folder's sources include, among it all that needs other headers than Eigen's and
+    # nlohmann's.
+    PATTERN "series.hpp" EXCLUDE PATTERN "*_detail.hpp" EXCLUDE PATTERN "map_bytes.hpp" EXCLUDE
+    PATTERN "matio_library.hpp" EXCLUDE PATTERN "jpeg_error.hpp" EXCLUDE
+    PATTERN "time_order.hpp" EXCLUDE)
+endfunction()
+
+# Static libraries, unless the shared one takes their place (cmake/ChaslesShared.cmake).
+set(unless_named)
+if(CHASLES_SHARED)
+  set(unless_named EXCLUDE_FROM_ALL)
+endif()
 install(TARGETS ${chasles_modules} EXPORT chaslesTargets
-  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library)
-install(EXPORT chaslesTargets NAMESPACE chasles:: DESTINATION ${package_dir} COMPONENT library)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/src/chasles DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
-  COMPONENT library FILES_MATCHING PATTERN "*.hpp"
-  # What only the tests include.
-  PATTERN "testing.hpp" EXCLUDE PATTERN "*_testing.hpp" EXCLUDE PATTERN "test_*.hpp" EXCLUDE
-  PATTERN "*_test.hpp" EXCLUDE
-  # What only one folder's sources include.
-  PATTERN "series.hpp" EXCLUDE PATTERN "*_detail.hpp" EXCLUDE)
+  ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library ${unless_named})
+install(EXPORT chaslesTargets NAMESPACE chasles:: DESTINATION ${package_dir} COMPONENT library
+  ${unless_named})
+chasles_install_headers(library ${unless_named})
 
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/chaslesConfig.cmake.in
   ${PROJECT_BINARY_DIR}/chaslesConfig.cmake INSTALL_DESTINATION ${package_dir})
@@ -24,5 +38,12 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmak
 install(FILES ${PROJECT_BINARY_DIR}/chaslesConfig.cmake
   ${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmake
   ${PROJECT_SOURCE_DIR}/cmake/ChaslesMatio.cmake ${PROJECT_SOURCE_DIR}/cmake/ChaslesOpenCV.cmake
-  DESTINATION ${package_dir} COMPONENT library)
+  DESTINATION ${package_dir} COMPONENT library ${unless_named})
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT library)
+
+if(CHASLES_SHARED OR CHASLES_DEB)
+  include(ChaslesShared)
+endif()
+if(CHASLES_DEB)
+  include(ChaslesDeb)
+endif()

@@ -66,6 +66,9 @@ endfunction()
 # -O3 where a preset asks for less.
 function(chasles_module name)
   cmake_parse_arguments(ARG "COLD;HOT" "UNITY;TESTS_UNITY" "ALONE;USES;LINKS;PRIVATE;TESTS_USE" ${ARGN})
+  if(CHASLES_FOLDERS AND NOT name IN_LIST CHASLES_FOLDERS)
+    return()
+  endif()
   set(dir ${PROJECT_SOURCE_DIR}/src/chasles/${name})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${dir}/*.cpp)
   file(GLOB_RECURSE tests CONFIGURE_DEPENDS ${dir}/*_test.cpp)
@@ -119,9 +122,22 @@ function(chasles_test name)
   cmake_language(EVAL CODE "cmake_language(DEFER DIRECTORY [[${PROJECT_SOURCE_DIR}]]
     CALL chasles_library_copies_first ${name} ${ARG_LINKS})")
   target_link_libraries(${name} PRIVATE chasles_options ${ARG_LINKS} GTest::gtest_main)
-  target_compile_definitions(${name} PRIVATE CHASLES_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  chasles_source_dir(${name} ${ARG_SOURCES})
   gtest_discover_tests(${name} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
     DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES PROPERTIES TIMEOUT 300)
+endfunction()
+
+# CHASLES_SOURCE_DIR for programs whose sources name it, or a header that does. The others' objects do
+# not depend on the checkout's folder, so that ccache has them for all folders.
+function(chasles_source_dir program)
+  foreach(source ${ARGN})
+    file(STRINGS ${source} found LIMIT_COUNT 1
+      REGEX "CHASLES_SOURCE_DIR|frontend_testing.hpp|(check|data|report)/.*testing.hpp")
+    if(found)
+      target_compile_definitions(${program} PRIVATE CHASLES_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+      return()
+    endif()
+  endforeach()
 endfunction()
 
 # Of a template's copies the linker takes the first one that it meets. Our libraries that the program

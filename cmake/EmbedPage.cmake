@@ -2,7 +2,8 @@
 # and web/map.html (saved maps), each built by Vite into one file with its style sheets and scripts put
 # in. Included by src/chasles/CMakeLists.txt it defines chasles_embed_page(TARGET); run as a script (cmake -P) it writes
 # the source file of PAGE. Nothing is downloaded here: `make deps` has put the packages into
-# web/node_modules.
+# web/node_modules. A source tarball has the built pages in web/dist (scripts/source-tarball), which
+# are taken where there is no web/node_modules.
 if(CMAKE_SCRIPT_MODE_FILE)
   file(READ ${HTML} page)
   file(WRITE ${OUT} "#include <chasles/report/page_template.hpp>\n\n"
@@ -14,9 +15,24 @@ endif()
 
 set(page_embed_script ${CMAKE_CURRENT_LIST_FILE})
 
+# chasles_embed_html(TARGET PAGE HTML): adds the source of one built page to the target.
+function(chasles_embed_html target page html)
+  set(out ${CMAKE_CURRENT_BINARY_DIR}/${page}_template.cpp)
+  add_custom_command(OUTPUT ${out}
+    COMMAND ${CMAKE_COMMAND} -DHTML=${html} -DPAGE=${page} -DOUT=${out} -P ${page_embed_script}
+    DEPENDS ${page_embed_script} ${html} COMMENT "Embedding the report's ${page}" VERBATIM)
+  target_sources(${target} PRIVATE ${out})
+endfunction()
+
 # chasles_embed_page(TARGET): adds the pages' sources to the target; written anew when web/ changes.
 function(chasles_embed_page target)
   set(web ${PROJECT_SOURCE_DIR}/web)
+  if(EXISTS ${web}/dist/page.html AND NOT EXISTS ${web}/node_modules/vite)
+    foreach(page page study map)
+      chasles_embed_html(${target} ${page} ${web}/dist/${page}.html)
+    endforeach()
+    return()
+  endif()
   find_program(CHASLES_NODE NAMES node nodejs DOC "Node.js, which builds the report's pages")
   if(NOT CHASLES_NODE OR NOT EXISTS ${web}/node_modules/vite)
     message(FATAL_ERROR "The report's pages need Node.js 18 or later and the packages of "
@@ -35,15 +51,11 @@ function(chasles_embed_page target)
   endif()
   foreach(page page study map)
     set(html ${CMAKE_CURRENT_BINARY_DIR}/web/${page}.html)
-    set(out ${CMAKE_CURRENT_BINARY_DIR}/${page}_template.cpp)
     add_custom_command(OUTPUT ${html}
       COMMAND ${CMAKE_COMMAND} -E env PAGE=${page} OUT=${CMAKE_CURRENT_BINARY_DIR}/web
         ${CHASLES_NODE} ${web}/node_modules/vite/bin/vite.js build --config ${web}/vite.config.ts
       DEPENDS ${sources} ${web}/${page}.html WORKING_DIRECTORY ${web}
       COMMENT "Building the report's ${page}" VERBATIM)
-    add_custom_command(OUTPUT ${out}
-      COMMAND ${CMAKE_COMMAND} -DHTML=${html} -DPAGE=${page} -DOUT=${out} -P ${page_embed_script}
-      DEPENDS ${page_embed_script} ${html} COMMENT "Embedding the report's ${page}" VERBATIM)
-    target_sources(${target} PRIVATE ${out})
+    chasles_embed_html(${target} ${page} ${html})
   endforeach()
 endfunction()

@@ -40,6 +40,8 @@ const Arrows kArrows = {
     {"live", {"report"}},
     // The content of a run's page for other programs.
     {"viewers", {"report"}},
+    // The messages of viewers, by the server of live.
+    {"foxglove", {"live", "viewers"}},
 };
 
 std::string joined(const std::vector<std::string>& sentences) {

@@ -13,10 +13,13 @@ Quaternions are x y z w. Covariances of poses are of [theta; dp] in world axes: 
 p = p_hat + dp. All arrays are numpy's, and own their memory.
 """
 
+from __future__ import annotations
+
 import functools
 import json
 import os
 import sys
+from typing import Any, Mapping, NoReturn
 
 from ._core import (
     Camera,
@@ -47,47 +50,48 @@ __all__ = [
 class Run(Page):
     """The results of a run: arrays, figures, and the page."""
 
-    def __init__(self, core):
+    def __init__(self, core: _core.Run) -> None:
         self._core = core
 
     @property
-    def name(self):
+    def name(self) -> str:
         """The recording's name."""
         return self._core.name
 
     @functools.cached_property
-    def summary(self):
+    def summary(self) -> dict[str, Any]:
         """The figures of summary.json (docs/command-line.md) as a dictionary."""
-        return json.loads(self._core._summary)
+        summary: dict[str, Any] = json.loads(self._core._summary)
+        return summary
 
     @functools.cached_property
-    def states(self):
+    def states(self) -> dict[str, Any]:
         """The estimates of all frames, a dictionary of columns: `time` (N,) int64 [ns], `position` (N, 3), `quaternion`
-        (N, 4), `pose_covariance` (N, 6, 6), the other states and their sigmas by name (`velocity_x`, `velocity_x_sigma`,
-        ...), `nis`, `nis_dof`, counts, and `health`."""
+        (N, 4), `pose_covariance` (N, 6, 6), the other states and their sigmas by name (`velocity_x`,
+        `velocity_x_sigma`, ...), `nis`, `nis_dof`, counts, and `health`."""
         return self._core.states
 
     @functools.cached_property
-    def smoothed(self):
+    def smoothed(self) -> dict[str, Any]:
         """The path given all measurements: `time`, `position`, `quaternion`, `pose_covariance`; empty where unknown."""
         return self._core.smoothed
 
     @functools.cached_property
-    def in_map(self):
+    def in_map(self) -> dict[str, Any]:
         """The poses in the frame of the map that was given, from the frame on in which the run found its place."""
         return self._core.in_map
 
     @functools.cached_property
-    def landmarks(self):
+    def landmarks(self) -> dict[str, Any]:
         """`id` (N,), `position` (N, 3), `covariance` (N, 3, 3), `observations` (N,)."""
         return self._core.landmarks
 
     @functools.cached_property
-    def truth(self):
+    def truth(self) -> dict[str, Any]:
         """`time`, `position`, `quaternion` in the truth's own world; empty where unknown."""
         return self._core.truth
 
-    def to_dataframe(self):
+    def to_dataframe(self) -> Any:
         """The states as a pandas DataFrame, a row for each frame, without covariances."""
         import pandas
 
@@ -102,26 +106,27 @@ class Run(Page):
                 columns[name] = values
         return pandas.DataFrame(columns)
 
-    def evaluate(self, truth=None):
+    def evaluate(self, truth: Mapping[str, Any] | None = None) -> dict[str, float | None]:
         """The errors against a truth (that of the recording, if none is given), as `chasles.evaluate` has them."""
-        return evaluate(self.states, self.truth if truth is None else truth, chart=self.summary.get("chart", "standard"),
-                        level=self._core._level)
+        chart = self.summary.get("chart", "standard")
+        return evaluate(self.states, self.truth if truth is None else truth, chart=chart, level=self._core._level)
 
-    def save(self, folder):
+    def save(self, folder: _core.Path) -> None:
         """Writes the run folder that `chasles run -o` writes, without timings."""
         self._core.save(os.fspath(folder))
 
-    def page(self):
+    def page(self) -> str:
         """The HTML page of the run, self-contained, as text."""
         return self._core.page()
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         ate = self.summary.get("ate_m")
         error = "" if ate is None else f", ATE {ate:.3f} m"
         return f"<chasles.Run '{self.name}': {len(self.states['time'])} estimates{error}>"
 
 
-def read(path, *, start=None, stop=None, backwards=False, cameras="", truth=None):
+def read(path: _core.Path, *, start: float | None = None, stop: float | None = None, backwards: bool = False,
+         cameras: str = "", truth: _core.Path | None = None) -> Recording:
     """Reads a recording of any kind that `chasles run` reads (docs/formats.md), cut to [start, stop] seconds since its
     first event. cameras: "mono", "stereo" or "" (all). truth: a TUM file that replaces the recording's truth. Raises
     InputError with file, place, what was found and what was expected."""
@@ -129,14 +134,15 @@ def read(path, *, start=None, stop=None, backwards=False, cameras="", truth=None
                       truth="" if truth is None else os.fspath(truth))
 
 
-def simulate(scene="hallway", *, run=0, images=False, **settings):
-    """A simulated recording: tracks, or rendered images with images=True. Equal scenes with another run have other noise.
-    Settings by name, as `chasles simulate --help` lists them."""
+def simulate(scene: str = "hallway", *, run: int = 0, images: bool = False, **settings: Any) -> Recording:
+    """A simulated recording: tracks, or rendered images with images=True. Equal scenes with another run have other
+    noise. Settings by name, as `chasles simulate --help` lists them."""
     return _core.simulate(scene, run=run, images=images, **settings)
 
 
-def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, save_map=None, keep_images=None, mode=None,
-        config=None, **settings):
+def run(recording: Recording | _core.Path, *, estimator: str = "filter", threads: int = 3, begin: str = "auto",
+        map: _core.Path | None = None, save_map: _core.Path | None = None, keep_images: int | None = None,
+        mode: str | None = None, config: _core.Path | None = None, **settings: Any) -> Run:
     """Runs an estimator over a recording (Recording, or a path) as `chasles run` does, to the bit, and returns a Run.
 
     estimator: "filter", "window:N" or "batch". map, save_map: files of maps (docs/recognition.md). begin: "auto", or
@@ -146,7 +152,8 @@ def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, sav
     KeyboardInterrupt. Other threads run meanwhile."""
     if not isinstance(recording, Recording):
         recording = read(recording)
-    given = {"map": map, "save_map": save_map, "keep_images": keep_images, "mode": mode, "config": config}
+    given: dict[str, Any] = {"map": map, "save_map": save_map, "keep_images": keep_images, "mode": mode,
+                             "config": config}
     given = {name: value for name, value in given.items() if value is not None}
     for name in ("map", "save_map", "config"):
         if name in given:
@@ -154,40 +161,41 @@ def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, sav
     return Run(_core.run(recording, estimator=estimator, threads=threads, begin=begin, **given, **settings))
 
 
-def read_run(folder):
+def read_run(folder: _core.Path) -> Run:
     """Reads a run folder that `chasles run -o` or Run.save wrote."""
     return Run(_core.read_run(os.fspath(folder)))
 
 
-def evaluate(estimate, truth, *, chart="standard", level=False):
+def evaluate(estimate: Mapping[str, Any], truth: Mapping[str, Any], *, chart: str = "standard",
+             level: bool = False) -> dict[str, float | None]:
     """Compares an estimate with the truth and returns the figures of docs/evaluation.md: ate_m, rpe_..., and with
     `pose_covariance` in the estimate the NEES. Both are dictionaries with `time`, `position` (N, 3) and, if known,
     `quaternion` (N, 4), as Run.states and Recording.truth. Figures that do not apply are None.
 
-    chart: the error chart in whose coordinates the NEES is. level: the z axis of the estimate's world points up, as in a
-    run with an IMU, so that only heading and position are aligned for it."""
+    chart: the error chart in whose coordinates the NEES is. level: the z axis of the estimate's world points up, as in
+    a run with an IMU, so that only heading and position are aligned for it."""
     for name, columns in (("estimate", estimate), ("truth", truth)):
         missing = [column for column in ("time", "position") if column not in columns]
         if missing:
             raise UsageError(f"{name}: expected columns time and position, {', '.join(missing)} is missing")
-    no_attitude = [[]]
+    no_attitude: list[list[float]] = [[]]
     return _core.evaluate(estimate["time"], estimate["position"], estimate.get("quaternion", no_attitude),
                           truth["time"], truth["position"], truth.get("quaternion", no_attitude),
                           estimate.get("pose_covariance"), chart, level)
 
 
-def settings(kind="imu"):
-    """All settings by name, of runs with an IMU ("imu") or with body velocities ("velocity"): {name: {"default", "unit",
-    "meaning"}}."""
+def settings(kind: str = "imu") -> dict[str, dict[str, str]]:
+    """All settings by name, of runs with an IMU ("imu") or with body velocities ("velocity"):
+    {name: {"default", "unit", "meaning"}}."""
     return _core.settings(kind)
 
 
-def command(*arguments):
+def command(*arguments: object) -> int:
     """Runs the command `chasles` in this process: command("check", "MH_01"). Returns its exit code."""
     return _core.command([str(argument) for argument in arguments])
 
 
-def main():
+def main() -> NoReturn:
     """The console script `chasles`."""
     sys.exit(_core.command(sys.argv[1:]))
 

@@ -10,20 +10,26 @@
     print(study.table)
 """
 
+from __future__ import annotations
+
 import json
 import os
 import tempfile
+from typing import TYPE_CHECKING, Any, Callable, Mapping
 
 from . import _core
 from ._page import Page
 from ._core import ChartState, FirstSight, register_chart as _register_chart
 from ._core import register_depth_rule as _register_depth_rule
 
+if TYPE_CHECKING:
+    from . import Recording, Run
+
 __all__ = ["ChartState", "Comparison", "FirstSight", "Study", "compare", "monte_carlo", "register_chart",
            "register_depth_rule"]
 
 
-def register_chart(name, chart):
+def register_chart(name: str, chart: Any) -> None:
     """Makes an error chart that is written in Python known to the setting `chart`, in this process.
 
     chart has the methods
@@ -42,7 +48,7 @@ def register_chart(name, chart):
     _register_chart(name, chart)
 
 
-def register_depth_rule(name, rule):
+def register_depth_rule(name: str, rule: Callable[[FirstSight], tuple[float, float] | None]) -> None:
     """Makes a rule for the depth of undelayed landmarks known to the setting `depth_rule`, in this process.
 
     rule(sight) takes a FirstSight (pixel, ray, camera, world_T_camera, points, inverse) and returns (mean, sigma) of
@@ -54,47 +60,49 @@ def register_depth_rule(name, rule):
 class Study(Page):
     """The same runs of a scene through several filters."""
 
-    def __init__(self, folder, summary):
+    def __init__(self, folder: str, summary: dict[str, Any]) -> None:
         self.folder = folder
-        self.table = summary.pop("table")
+        self._temporary: Any = None  # a folder that lives as long as this
+        self.table: str = summary.pop("table")
         """The tables of NEES and errors, as text."""
         self.summary = summary
         """summary.json of the study as a dictionary; `filters` has the figures of each filter."""
 
     @property
-    def figures(self):
+    def figures(self) -> dict[str, dict[str, Any]]:
         """{filter: figures}: nees_pose_per_dof, position_error_m, ate_posyaw_m, band, diverged, ..."""
         return {one["filter"]: one for one in self.summary["filters"]}
 
-    def curves(self, name):
+    def curves(self, name: str) -> dict[str, Any]:
         """The means over all runs for each second of this filter, {column: (N,)}: position_error_m, nees_pose, ..."""
         import numpy
 
-        rows = numpy.genfromtxt(os.path.join(self.folder, "curves.csv"), delimiter=",", names=True, dtype=None,
-                                encoding="utf-8")
+        rows: Any = numpy.genfromtxt(os.path.join(self.folder, "curves.csv"), delimiter=",", names=True, dtype=None,
+                                     encoding="utf-8")
         rows = rows[rows["filter"] == name]
         if not len(rows):
             raise _core.UsageError(f"curves: no filter '{name}'; there are {', '.join(self.figures)}")
         return {column: rows[column] for column in rows.dtype.names if column != "filter"}
 
-    def to_dataframe(self):
+    def to_dataframe(self) -> Any:
         """The figures as a pandas DataFrame, a row for each filter."""
         import pandas
 
         return pandas.DataFrame(self.summary["filters"]).set_index("filter")
 
-    def page(self):
+    def page(self) -> str:
         """The HTML page of the study, as text."""
         return _core.study_page(self.folder)
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"<chasles.Study of {self.summary['runs']} runs: {', '.join(self.figures)}>"
 
-    def __str__(self):
+    def __str__(self) -> str:
         return self.table
 
 
-def monte_carlo(scene, filters, *, runs, first=0, workers=1, folder=None, **settings):
+def monte_carlo(scene: str, filters: Mapping[str, Mapping[str, Any]], *, runs: int, first: int = 0, workers: int = 1,
+                folder: str | os.PathLike[str] | None = None, **settings: Any) -> Study:
     """Executes `runs` runs of a scene through all filters, and returns a Study. In each run all filters have the same
     landmarks, noise and initial errors.
 
@@ -105,27 +113,28 @@ def monte_carlo(scene, filters, *, runs, first=0, workers=1, folder=None, **sett
     if folder is None:
         temporary = tempfile.TemporaryDirectory(prefix="chasles-")
         folder = os.path.join(temporary.name, "study")
-    summary = json.loads(_core.monte_carlo(scene, filters, runs, first, workers, os.fspath(folder), settings))
+    settings_of = {name: dict(one) for name, one in filters.items()}
+    summary = json.loads(_core.monte_carlo(scene, settings_of, runs, first, workers, os.fspath(folder), settings))
     study = Study(os.fspath(folder), summary)
-    study._temporary = temporary  # lives as long as the study
+    study._temporary = temporary
     return study
 
 
 class Comparison(Page):
     """One recording through several estimators."""
 
-    def __init__(self, runs):
+    def __init__(self, runs: dict[str, Run]) -> None:
         self.runs = runs
         """{name: Run}"""
 
     _COLUMNS = ("ate_m", "ate_posyaw_m", "nees_pose", "nees_position", "nees_attitude")
 
     @property
-    def figures(self):
+    def figures(self) -> dict[str, dict[str, Any]]:
         """{name: summary}, as Run.summary."""
         return {name: run.summary for name, run in self.runs.items()}
 
-    def to_dataframe(self):
+    def to_dataframe(self) -> Any:
         """The figures against the truth as a pandas DataFrame, a row for each estimator."""
         import pandas
 
@@ -133,15 +142,16 @@ class Comparison(Page):
                 for name, summary in self.figures.items()}
         return pandas.DataFrame.from_dict(rows, orient="index")
 
-    def page(self):
+    def page(self) -> str:
         """The HTML page with all runs, as text."""
         return _core.page([(name, run._core) for name, run in self.runs.items()])
 
-    def __repr__(self):
+    def __repr__(self) -> str:
         return f"<chasles.Comparison of {', '.join(self.runs)}>"
 
 
-def compare(recording, estimators, **common):
+def compare(recording: Recording | str | os.PathLike[str], estimators: Mapping[str, Mapping[str, Any]],
+            **common: Any) -> Comparison:
     """Runs several estimators over a recording (Recording, or a path) and returns a Comparison.
 
     estimators: {name: {argument of chasles.run: value}}; common: arguments of all of them."""

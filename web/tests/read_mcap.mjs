@@ -2,64 +2,11 @@
 // Foxglove's and each message against its schema, and writes into REPORT (json) what is in it. Exit 1:
 // something is wrong.
 import { open, readFile, writeFile } from 'node:fs/promises';
-import { createRequire } from 'node:module';
 import { McapIndexedReader, McapStreamReader } from '@mcap/core';
+import { plain, published, typeOf } from './foxglove_schemas.mjs';
 import { check, verdict } from './verdict.mjs';
 
-const require = createRequire(import.meta.url);
-const protobuf = require('protobufjs');
-const { FileDescriptorSet } = require('protobufjs/ext/descriptor');
-const { foxgloveEnumSchemas, foxgloveMessageSchemas, generateProto } =
-  require('@foxglove/schemas/internal');
-
 const [file, report] = process.argv.slice(2);
-
-/** Foxglove's schemas as they publish them. */
-function published() {
-  const root = new protobuf.Root();
-  for (const name of ['timestamp', 'duration']) {
-    root.addJSON(protobuf.common.get(`google/protobuf/${name}.proto`).nested);
-  }
-  for (const [name, schema] of Object.entries(foxgloveMessageSchemas)) {
-    const enums = Object.values(foxgloveEnumSchemas).filter((e) => e.parentSchemaName === name);
-    protobuf.parse(generateProto(schema, enums), root, { keepCase: true });
-  }
-  root.resolveAll();
-  return root;
-}
-
-const fieldsOf = (type) => type.fieldsArray.map((f) => `${f.repeated ? 'repeated ' : ''}${
-  f.resolvedType?.fullName ?? f.type} ${f.name} = ${f.id}`).sort().join('; ');
-const valuesOf = (type) => type.nestedArray.filter((n) => n.values)
-  .map((n) => `${n.name} ${JSON.stringify(n.values)}`).join('; ');
-
-/** All message types that a type is made of, itself among them. */
-function reached(type, all = new Set()) {
-  if (all.has(type)) return all;
-  all.add(type);
-  for (const field of type.fieldsArray) {
-    field.resolve();
-    if (field.resolvedType?.fieldsArray) reached(field.resolvedType, all);
-  }
-  return all;
-}
-
-function typeOf(schema, official) {
-  check(`${schema.name}: is protobuf`, schema.encoding === 'protobuf');
-  const root = protobuf.Root.fromDescriptor(FileDescriptorSet.decode(schema.data));
-  root.resolveAll();
-  const type = root.lookupType(schema.name);
-  for (const part of reached(type)) {
-    if (!part.fullName.startsWith('.foxglove.')) continue;
-    const theirs = official.lookupType(part.fullName.slice(1));
-    check(`${part.fullName}: the fields are Foxglove's`, fieldsOf(part) === fieldsOf(theirs),
-      `${fieldsOf(part)} / ${fieldsOf(theirs)}`);
-    check(`${part.fullName}: the enumerations are Foxglove's`, valuesOf(part) === valuesOf(theirs));
-  }
-  return type;
-}
-
-const plain = (type, data) => type.toObject(type.decode(data), { longs: Number, bytes: Array });
 
 /** Every record, from the beginning to the end, with all check sums. */
 async function readInOrder() {

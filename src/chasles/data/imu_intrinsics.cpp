@@ -92,19 +92,30 @@ std::optional<ImuIntrinsics> read_imu_intrinsics(const YamlMap& map,
   return result;
 }
 
+ImuSample corrected(const ImuIntrinsics& intrinsics, const ImuRange& measured, ImuSample s) {
+  s.force_clipped = s.specific_force_imu.cwiseAbs().maxCoeff() >= measured.accelerometer;
+  s.rate_clipped = s.angular_rate_imu.cwiseAbs().maxCoeff() >= measured.gyroscope;
+  s.specific_force_imu = intrinsics.force * s.specific_force_imu;
+  const Eigen::Vector3d of_force = intrinsics.rate_of_force * s.specific_force_imu;
+  s.angular_rate_imu = intrinsics.rate * s.angular_rate_imu - of_force;
+  return s;
+}
+
+ImuRange corrected_range(const ImuIntrinsics& intrinsics, const ImuRange& measured,
+                         double force_on_rate) {
+  return {.accelerometer = raised(measured.accelerometer, intrinsics.force, 0),
+          .gyroscope = raised(measured.gyroscope, intrinsics.rate, force_on_rate)};
+}
+
 void correct_samples(const ImuIntrinsics& intrinsics, Recording& recording) {
   const ImuRange measured = range_of(recording);
   double force_on_rate = 0;
   for (ImuSample& s : recording.imu) {
-    s.force_clipped = s.specific_force_imu.cwiseAbs().maxCoeff() >= measured.accelerometer;
-    s.rate_clipped = s.angular_rate_imu.cwiseAbs().maxCoeff() >= measured.gyroscope;
-    s.specific_force_imu = intrinsics.force * s.specific_force_imu;
+    s = corrected(intrinsics, measured, s);
     const Eigen::Vector3d of_force = intrinsics.rate_of_force * s.specific_force_imu;
-    s.angular_rate_imu = intrinsics.rate * s.angular_rate_imu - of_force;
     force_on_rate = std::max(force_on_rate, of_force.cwiseAbs().maxCoeff());
   }
-  recording.imu_range = {.accelerometer = raised(measured.accelerometer, intrinsics.force, 0),
-                         .gyroscope = raised(measured.gyroscope, intrinsics.rate, force_on_rate)};
+  recording.imu_range = corrected_range(intrinsics, measured, force_on_rate);
   recording.remarks.push_back(
       fmt::format("the samples are corrected by the IMU's intrinsics: accelerometer by up to "
                   "{:.3g} %, gyroscope "

@@ -34,6 +34,14 @@ struct ImuIntrinsics {
 std::optional<ImuIntrinsics> read_imu_intrinsics(const YamlMap& map,
                                                  std::vector<std::string>& remarks);
 
+/// A sample corrected. Where it is at the limit of the sensor's range, it is marked
+/// (ImuSample::force_clipped).
+ImuSample corrected(const ImuIntrinsics& intrinsics, const ImuRange& measured, ImuSample sample);
+/// A range that no corrected sample reaches, except those that are marked. `force_on_rate`: the
+/// largest change of a rate by the force [rad/s].
+ImuRange corrected_range(const ImuIntrinsics& intrinsics, const ImuRange& measured,
+                         double force_on_rate);
+
 /// Corrects the samples of the recording, with a remark. Samples at the limit of the range are
 /// marked before (ImuSample::force_clipped): the range is that of the sensor, so it is judged on
 /// what the sensor measured. The recording's range then is one that no other sample reaches.

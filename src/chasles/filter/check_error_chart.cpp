@@ -87,12 +87,13 @@ void expect_small(const ErrorChart& chart, const std::string& fact, double diffe
 void check_local(const ErrorChart& chart, const State& x, const VectorXd& xi) {
   State y = x;
   retract(chart, y, xi);
-  const VectorXd found = local(chart, x, y);
-  if (found.size() != xi.size()) {
+  const Eigen::Index rows = chart.local(x, y).size();
+  if (rows != xi.size()) {
     throw UsageError("error chart '" + std::string(chart.name) + "': local() has " +
-                     std::to_string(found.size()) + " numbers, expected " +
-                     std::to_string(xi.size()) + ", one for each row of the state");
+                     std::to_string(rows) + " numbers, expected " + std::to_string(xi.size()) +
+                     ", one for each row of the state");
   }
+  const VectorXd found = local(chart, x, y);
   expect_small(chart, "local(x, retract(x, xi)) = xi", (found - xi).cwiseAbs().maxCoeff(), 1e-8);
 }
 

@@ -1,11 +1,22 @@
 #include <algorithm>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include <chasles/constants.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/live/comparison.hpp>
 
 namespace chasles {
+
+PoseError coordinates_of(const std::string& summary) {
+  const auto json = nlohmann::json::parse(summary, nullptr, false);
+  if (!json.is_object() || !json.contains("chart") || !json["chart"].is_string()) {
+    return PoseError::kStandard;
+  }
+  return pose_error_of(json["chart"].get<std::string>());
+}
+
 GrowingComparison::GrowingComparison(Trajectory truth, const TruthPairing& pairing,
                                      PoseError coordinates, bool level)
     : truth_(std::move(truth)),
@@ -43,6 +54,7 @@ void GrowingComparison::add(const RunState& state, Time tolerance) {
   if (!truth || !finite) {
     error_.push_back(Vector6d::Constant(kNaN));
     nees_.push_back({.position = kNaN, .attitude = kNaN, .pose = kNaN});
+    placed_.emplace_back();
     return;
   }
   if (!world_T_truth_) {
@@ -53,6 +65,7 @@ void GrowingComparison::add(const RunState& state, Time tolerance) {
                          .truth_T_estimate.inverse();
   }
   const SE3 placed = *world_T_truth_ * *truth;
+  placed_.emplace_back(placed);
   error_.push_back(pose_error(PoseError::kStandard, placed, state.world_T_imu));
   nees_.push_back(pose_nees(coordinates_, placed, state.world_T_imu, state.pose_covariance));
 }

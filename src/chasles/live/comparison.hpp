@@ -2,11 +2,15 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <chasles/report/against_truth.hpp>
 
 namespace chasles {
+
+/// The coordinates of the filter's error, from the chart in a summary (JSON).
+PoseError coordinates_of(const std::string& summary);
 
 /// against_truth() of a running run: each state is compared once, when it arrives. Two things
 /// differ from the final comparison. The first matched pose alone aligns the truth, also for
@@ -25,6 +29,13 @@ class GrowingComparison {
   bool begun() const { return world_T_truth_.has_value(); }
   const Trajectory& truth() const { return truth_; }
 
+  /// The true pose of a state in the run's world; none where none was matched.
+  const std::optional<SE3>& truth_of(std::size_t state) const { return placed_[state]; }
+  /// Places the truth in the run's world. Presumes begun().
+  const SE3& world_T_truth() const { return *world_T_truth_; }
+  /// Number of states that were compared.
+  std::size_t size() const { return error_.size(); }
+
   /// The comparison of these states, in the given order. Presumes begun().
   AgainstTruth of(const std::vector<std::size_t>& states) const;
 
@@ -40,6 +51,7 @@ class GrowingComparison {
   std::optional<SE3> world_T_truth_;
   std::vector<Vector6d> error_;  ///< per state; NaN without a true pose
   std::vector<PoseNees> nees_;
+  std::vector<std::optional<SE3>> placed_;  ///< true poses in the run's world
 };
 
 }  // namespace chasles

@@ -17,7 +17,7 @@
 #include <fmt/format.h>
 
 #include <chasles/live/server.hpp>
-#include <chasles/live/viewer_message.hpp>
+#include <chasles/live/service.hpp>
 
 // A connection of the live server, included by server.cpp only: Boost's headers take a minute to
 // compile.
@@ -53,8 +53,7 @@ inline std::string head(std::string_view status, std::string_view type, std::siz
 struct Shared {
   LiveServerOptions options;
   Gate gate;
-  std::string page;
-  LiveFeed* feed = nullptr;
+  LiveService* service = nullptr;
   std::unordered_set<class Connection*> served = {}, refused = {};
 };
 
@@ -87,33 +86,35 @@ class Connection : public std::enable_shared_from_this<Connection> {
     answer("503 Service Unavailable", "text/plain", "too many viewers\n");
   }
 
-  bool joined() const { return joined_; }
+  bool joined() const { return session_ && session_->joined(); }
   bool writing() const { return writing_; }
 
   /// Sends the next update to the viewer, unless the previous one is still being sent.
   void notify() {
-    if (!joined_ || writing_ || closing_) return;
-    text_ = shared_.feed->next(cursor_);
-    if (!text_) return;
+    if (!joined() || writing_ || closing_) return;
+    message_ = session_->next();
+    if (!message_) return;
     writing_ = true;
-    socket_->async_write(net::buffer(*text_), [self = shared_from_this()](Failure f, std::size_t) {
-      self->writing_ = false;
-      self->text_.reset();
-      if (f) return self->hang_up();
-      self->notify();
-    });
+    socket_->binary(message_.binary);
+    socket_->async_write(net::buffer(*message_.bytes),
+                         [self = shared_from_this()](Failure f, std::size_t) {
+                           self->writing_ = false;
+                           self->message_ = {};
+                           if (f) return self->hang_up();
+                           self->notify();
+                         });
   }
 
   /// Closes the connection of a viewer that does not send "join" in time.
   void expect_to_join() {
     const bool late = Clock::now() - since_ > shared_.options.handshake;
-    if (open_ && !joined_ && late) say_goodbye(websocket::close_code::policy_error);
+    if (session_ && !joined() && late) say_goodbye(websocket::close_code::policy_error);
   }
 
   void say_goodbye(websocket::close_code code) {
     if (closing_) return;
     closing_ = true;
-    if (!open_) return hang_up();  // also during the handshake, which alone may write then
+    if (!session_) return hang_up();  // also during the handshake, which alone may write then
     socket_->async_close(code, [self = shared_from_this()](Failure) {});
   }
 
@@ -128,24 +129,16 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void answer_request() {
     const auto& request = parser_.get();
     const auto repeated = [&](http::field field) { return request.count(field) > 1; };
-    const Answer decided = decide(
+    const HttpAnswer decided = shared_.service->answer(
         shared_.gate, {.method = view_of(request.method_string()),
                        .target = view_of(request.target()),
                        .host = view_of(request[http::field::host]),
                        .origin = view_of(request[http::field::origin]),
+                       .protocols = view_of(request[http::field::sec_websocket_protocol]),
                        .upgrade = websocket::is_upgrade(request),
                        .repeated = repeated(http::field::host) || repeated(http::field::origin)});
-    switch (decided) {
-      case Answer::kPage:
-        return answer("200 OK", "text/html", shared_.page);
-      case Answer::kSocket:
-        return accept_viewer();
-      case Answer::kNotFound:
-        return answer("404 Not Found", "text/plain", "there is only /\n");
-      case Answer::kForbidden:
-        return answer("403 Forbidden", "text/plain",
-                      "wrong host, origin or token: use the URL that the program printed\n");
-    }
+    if (decided.socket) return accept_viewer(decided.subprotocol);
+    answer(decided.status, decided.type, decided.body);
   }
 
   /// The body must outlive the connection.
@@ -171,19 +164,27 @@ class Connection : public std::enable_shared_from_this<Connection> {
                             });
   }
 
-  void accept_viewer() {
+  void accept_viewer(std::string_view subprotocol) {
     stream_.expires_never();
     socket_.emplace(std::move(stream_));
     socket_->set_option(
         websocket::stream_base::timeout{.handshake_timeout = shared_.options.handshake,
                                         .idle_timeout = shared_.options.silence,
                                         .keep_alive_pings = true});
+    socket_->set_option(
+        websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
+          if (subprotocol.empty()) return;
+          response.set(http::field::sec_websocket_protocol,
+                       beast::string_view(subprotocol.data(), subprotocol.size()));
+        }));
     socket_->read_message_max(shared_.options.message_bytes);
     socket_->write_buffer_bytes(kFragment);
     buffer_.clear();
     socket_->async_accept(parser_.get(), [self = shared_from_this()](Failure f) {
-      self->open_ = !f && !self->closing_;
-      if (self->open_) self->listen();
+      if (f || self->closing_) return;
+      self->session_ = self->shared_.service->open();
+      self->listen();
+      self->notify();
     });
   }
 
@@ -198,17 +199,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   /// False if the viewer's message is not allowed.
   bool take_message() {
-    if (++messages_ > shared_.options.messages || !socket_->got_text()) return false;
+    if (++messages_ > shared_.options.messages) return false;
     const auto bytes = buffer_.cdata();
-    const auto message =
-        parse_viewer_message({static_cast<const char*>(bytes.data()), bytes.size()});
-    if (!message) return false;
-    if (message->stop) shared_.feed->stop();
-    if (message->join) {
-      cursor_ = *message->join;
-      joined_ = true;
-      notify();
-    }
+    const std::string_view message{static_cast<const char*>(bytes.data()), bytes.size()};
+    if (!session_->take(message, socket_->got_binary())) return false;
+    notify();
     return true;
   }
 
@@ -219,12 +214,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
   http::request_parser<http::empty_body> parser_;
   std::string head_;
   std::array<char, 1024> drained_{};
-  LiveCursor cursor_;
-  LiveText text_;  ///< being sent
+  std::unique_ptr<LiveSession> session_;  ///< once the WebSocket handshake is complete
+  LiveMessage message_;                   ///< being sent
   const Clock::time_point since_ = Clock::now();
   int messages_ = 0;
-  bool open_ = false;  ///< the WebSocket handshake is complete
-  bool joined_ = false, writing_ = false, closing_ = false;
+  bool writing_ = false, closing_ = false;
 };
 
 }  // namespace chasles::live_detail

@@ -38,17 +38,6 @@ std::string_view without_port(std::string_view host, std::uint16_t port) {
   return port == 80 && !has_port ? host : std::string_view{};
 }
 
-bool knows_host(const Gate& gate, std::string_view host) {
-  const std::string name(without_port(host, gate.port));
-  if (name.empty()) return false;
-  if (name == "localhost" || name == bracketed(gate.address)) return true;
-  if (is_loopback(gate.address)) return name == "127.0.0.1" || name == "[::1]";
-  if (name.starts_with('[') && name.ends_with(']')) {
-    return is_version_6(name.substr(1, name.size() - 2));
-  }
-  return is_version_4(name);
-}
-
 /// The IPv4 addresses of the machine.
 std::vector<std::string> own_addresses() {
   std::vector<std::string> addresses;
@@ -112,6 +101,17 @@ std::vector<std::string> urls(const Gate& gate) {
     address = fmt::format("http://{}:{}/{}", bracketed(address), gate.port, query);
   }
   return addresses;
+}
+
+bool knows_host(const Gate& gate, std::string_view host) {
+  const std::string name(without_port(host, gate.port));
+  if (name.empty()) return false;
+  if (name == "localhost" || name == bracketed(gate.address)) return true;
+  if (is_loopback(gate.address)) return name == "127.0.0.1" || name == "[::1]";
+  if (name.starts_with('[') && name.ends_with(']')) {
+    return is_version_6(name.substr(1, name.size() - 2));
+  }
+  return is_version_4(name);
 }
 
 Answer decide(const Gate& gate, const Request& request) {

@@ -40,14 +40,18 @@ struct Request {
   std::string_view method, target;
   std::string_view host;  ///< the header Host; empty: absent
   std::string_view
-      origin;             ///< the header Origin; empty: absent, as for programs other than browsers
-  bool upgrade = false;   ///< requests a WebSocket
+      origin;  ///< the header Origin; empty: absent, as for programs other than browsers
+  std::string_view protocols = {};  ///< the header Sec-WebSocket-Protocol; empty: absent
+  bool upgrade = false;             ///< requests a WebSocket
   bool repeated = false;  ///< has a second Host or Origin, whose values a proxy may see instead
 };
 
-/// Determines the answer to a request. Against DNS rebinding, the Host must be this server's. On
-/// loopback it is localhost, 127.0.0.1 or [::1] with the port. Elsewhere it is any numeric address
-/// (an attacker can own a name), localhost, or the address as given. An Origin, if present, must be
+/// Whether a Host header is this server's, against DNS rebinding. On loopback it is localhost,
+/// 127.0.0.1 or [::1] with the port. Elsewhere it is any numeric address (an attacker can own a
+/// name), localhost, or the address as given.
+bool knows_host(const Gate& gate, std::string_view host);
+
+/// Determines the answer to a request. The gate must know its Host. An Origin, if present, must be
 /// http:// and that Host.
 Answer decide(const Gate& gate, const Request& request);
 

@@ -2,7 +2,6 @@
 #include <chrono>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <chasles/error.hpp>
 #include <chasles/live/gate.hpp>
@@ -15,20 +14,8 @@ namespace {
 /// States in one text: a late viewer receives the run in pieces of a few hundred kilobytes.
 constexpr std::size_t kMostRows = 2000;
 constexpr std::size_t kKeptTexts = 8;
-constexpr std::chrono::seconds kBetweenMaps{1};
-constexpr int kMapShare =
-    100;  // the time between maps is at least this many times the duration of one
 
 LiveText shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
-
-/// The coordinates of the filter's error, from the chart in the summary.
-PoseError coordinates_of(const std::string& summary) {
-  const auto json = nlohmann::json::parse(summary, nullptr, false);
-  if (!json.is_object() || !json.contains("chart") || !json["chart"].is_string()) {
-    return PoseError::kStandard;
-  }
-  return pose_error_of(json["chart"].get<std::string>());
-}
 
 }  // namespace
 
@@ -69,11 +56,8 @@ void LiveRun::reach(LiveStage stage) {
 }
 
 void LiveRun::map(const std::function<LiveMap()>& make) {
-  const Clock::time_point start = Clock::now();
-  if (!watched_ || start < next_map_) return;
-  LiveMap map = make();
-  const Clock::time_point end = Clock::now();
-  next_map_ = end + std::max<Clock::duration>(kBetweenMaps, kMapShare * (end - start));
+  if (!watched_ || !maps_.is_due()) return;
+  LiveMap map = maps_(make);
   const std::lock_guard lock(mutex_);
   inbox_.map = std::move(map);
 }

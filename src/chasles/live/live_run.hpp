@@ -11,6 +11,7 @@
 
 #include <chasles/live/comparison.hpp>
 #include <chasles/live/feed.hpp>
+#include <chasles/live/pace.hpp>
 #include <chasles/report/report.hpp>
 
 namespace chasles {
@@ -106,7 +107,8 @@ class LiveRun final : public LiveFeed {
 
   // Used by the run's thread only.
   LiveProgress reported_;
-  Clock::time_point began_ = Clock::now(), next_map_{};
+  Clock::time_point began_ = Clock::now();
+  Pace maps_ = map_pace();
 
   std::atomic<bool> watched_ = false;
   std::mutex mutex_;  ///< guards the inbox

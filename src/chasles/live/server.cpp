@@ -9,6 +9,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/live/connection_detail.hpp>
+#include <chasles/live/page_service.hpp>
 
 namespace chasles {
 namespace {
@@ -24,8 +25,8 @@ tcp::endpoint endpoint_of(const LiveServerOptions& options) {
   const auto address = net::ip::make_address(options.address, failure);
   if (failure) {
     throw UsageError(fmt::format(
-        "the live server's address: found '{}', expected a numeric one, as 127.0.0.1 or 0.0.0.0",
-        options.address));
+        "the address of {}: found '{}', expected a numeric one, as 127.0.0.1 or 0.0.0.0",
+        options.name, options.address));
   }
   return {address, options.port};
 }
@@ -34,8 +35,8 @@ tcp::endpoint endpoint_of(const LiveServerOptions& options) {
 
 class LiveServer::Impl {
  public:
-  Impl(const LiveServerOptions& options, std::string page, LiveFeed& feed)
-      : shared_{.options = options, .gate = {}, .page = std::move(page), .feed = &feed} {
+  Impl(const LiveServerOptions& options, LiveService& service)
+      : shared_{.options = options, .gate = {}, .service = &service} {
     listen();
     shared_.gate = {.address = options.address,
                     .port = acceptor_.local_endpoint().port(),
@@ -77,8 +78,8 @@ class LiveServer::Impl {
     if (!failure) acceptor_.listen(net::socket_base::max_listen_connections, failure);
     if (failure) {
       throw UsageError(fmt::format(
-          "the live server cannot listen on {} port {}: {}; another port may be free (0: any)",
-          shared_.options.address, shared_.options.port, failure.message()));
+          "{} cannot listen on {} port {}: {}; another port may be free (0: any)",
+          shared_.options.name, shared_.options.address, shared_.options.port, failure.message()));
     }
   }
 
@@ -110,7 +111,7 @@ class LiveServer::Impl {
   void tick() {
     std::size_t viewers = 0;
     for (const Connection* connection : shared_.served) viewers += connection->joined();
-    shared_.feed->refresh(viewers);
+    shared_.service->refresh(viewers);
     bool busy = false;
     for (const auto& connection : held()) {
       connection->notify();
@@ -159,8 +160,12 @@ class LiveServer::Impl {
   std::thread thread_;
 };
 
+LiveServer::LiveServer(const LiveServerOptions& options, LiveService& service)
+    : impl_(std::make_unique<Impl>(options, service)) {}
+
 LiveServer::LiveServer(const LiveServerOptions& options, std::string page, LiveFeed& feed)
-    : impl_(std::make_unique<Impl>(options, std::move(page), feed)) {}
+    : page_(std::make_unique<PageService>(std::move(page), feed)),
+      impl_(std::make_unique<Impl>(options, *page_)) {}
 
 LiveServer::~LiveServer() = default;
 

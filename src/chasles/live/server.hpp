@@ -7,12 +7,14 @@
 
 #include <chasles/live/feed.hpp>
 #include <chasles/live/gate.hpp>
+#include <chasles/live/service.hpp>
 
 namespace chasles {
 
 struct LiveServerOptions {
-  std::string address = "127.0.0.1";  ///< numeric
-  std::uint16_t port = 0;             ///< 0: any free port
+  std::string name = "the live server";  ///< in errors
+  std::string address = "127.0.0.1";     ///< numeric
+  std::uint16_t port = 0;                ///< 0: any free port
   /// Simultaneous connections; further ones are answered with 503.
   std::size_t connections = 64;
   /// Largest message from a viewer [bytes]; a larger one closes the connection with code 1009.
@@ -25,15 +27,15 @@ struct LiveServerOptions {
       60'000};  ///< time without an answer until the viewer is dropped; pinged at half of it
 };
 
-/// Serves one page and, over WebSocket, the updates of a feed. The server has its own thread with
-/// low priority, and nothing waits for it. GET / is the page, GET /live the socket (docs/live.md
-/// describes the protocol). There is nothing else, and the server opens no file. An address other
-/// than loopback gets a random token, which the URL contains. If the feed throws, only the server
-/// ends.
+/// Serves a service over HTTP and WebSocket. The server has its own thread with low priority, and
+/// nothing waits for it. It opens no file. An address other than loopback gets a random token. If
+/// the service throws, only the server ends.
 class LiveServer {
  public:
-  /// Starts listening immediately. The feed must outlive the server. Throws UsageError if the
+  /// Starts listening immediately. The service must outlive the server. Throws UsageError if the
   /// address is invalid or the port is taken.
+  LiveServer(const LiveServerOptions& options, LiveService& service);
+  /// The same with a PageService. The feed must outlive the server.
   LiveServer(const LiveServerOptions& options, std::string page, LiveFeed& feed);
   ~LiveServer();  ///< close() without waiting
 
@@ -45,6 +47,7 @@ class LiveServer {
 
  private:
   class Impl;
+  std::unique_ptr<LiveService> page_;  ///< if it is the server's own; outlives the server's thread
   std::unique_ptr<Impl> impl_;
 };
 

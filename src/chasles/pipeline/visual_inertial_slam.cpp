@@ -80,6 +80,7 @@ void VisualInertialSlam::take(ImageFrame images, std::vector<Estimate>& estimate
   const TrackedFrame tracked =
       tracker_.process(std::make_shared<const ImageFrame>(std::move(images)), biases_.front());
   report_ = tracked.report;
+  if (on_frame_) on_frame_(tracked.frame);
   append(estimator_->process(tracked.frame), estimates);
   biases_.pop_front();
   biases_.push_back(estimator_->gyroscope_bias());

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <chasles/pipeline/estimator.hpp>
@@ -48,6 +50,10 @@ class VisualInertialSlam {
   std::optional<PredictedState> predicted(Time time) { return predictor_.at(time); }
   const StatePredictor& predictor() const { return predictor_; }
 
+  /// Sets a callback for each frame of tracks, before the estimator takes it.
+  using FrameObserver = std::function<void(const FeatureFrame&)>;
+  void set_frame_observer(FrameObserver observer) { on_frame_ = std::move(observer); }
+
   const Estimator& estimator() const { return *estimator_; }
   const std::vector<Camera>& cameras() const { return cameras_; }
   /// Report of the last image.
@@ -63,6 +69,7 @@ class VisualInertialSlam {
   ImageTracker tracker_;
   std::unique_ptr<Estimator> estimator_;
   StatePredictor predictor_;
+  FrameObserver on_frame_;
   FrontendReport report_;
   WaitingFrames<ImageFrame> waiting_;
   std::optional<Time> last_sample_;

@@ -148,8 +148,12 @@ TEST(VisualInertialSlam, AnEstimatorKnowsTheNoiseOfTracksAndOfAnImuInMotion) {
 
 TEST(VisualInertialSlam, GivesWhatTheProgramGives) {
   VisualInertialSlam slam = slam_for(walk());
+  std::vector<Time> seen;
+  slam.set_frame_observer([&](const FeatureFrame& frame) { seen.push_back(frame.time); });
   const Estimates own = play(slam, walk());
   ASSERT_GT(own.size(), 80u);
+  EXPECT_EQ(seen.size(), walk().images->size());
+  EXPECT_EQ(seen.back(), walk().images->time(seen.size() - 1));
   expect_the_same(own, chasles::run(walk(), InertialRunSettings{}).estimates);
   EXPECT_LT(error_from(own, walk()), 0.05);
   EXPECT_EQ(slam.estimator().report().resets, 0);

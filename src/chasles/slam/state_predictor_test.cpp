@@ -135,7 +135,8 @@ TEST(StatePredictor, HasNoneBeforeAnEstimateOrWhereSamplesAreMissing) {
   ImuSample sample{.time = t, .specific_force_imu = {0.1, 0, 9.8}, .angular_rate_imu = {0, 0.1, 0}};
   predictor.add(sample);
   EXPECT_FALSE(predictor.at(t));
-  Estimate e{.time = t};
+  Estimate e;
+  e.time = t;
   predictor.correct(e);  // without a velocity
   EXPECT_FALSE(predictor.at(t));
   e.v_world = Eigen::Vector3d(1, 0, 0);

@@ -7,6 +7,7 @@
 
 #include <chasles/viewers/mcap_file.hpp>
 #include <chasles/viewers/protobuf.hpp>
+#include <chasles/viewers/topics.hpp>
 
 namespace chasles {
 
@@ -18,14 +19,13 @@ class Channels {
   /// Adds a schema specific to Chasles.
   void declare(const ProtoMessage& message);
 
-  /// Adds a message of the schema. All messages of a topic have the same schema.
-  void add(const std::string& topic, const std::string& schema, Time time,
-           const nlohmann::json& value);
+  /// Adds a message. All messages of a topic have the same schema.
+  void add(const ViewerTopic& topic, Time time, const nlohmann::json& value);
 
   const McapFile& file() const { return file_; }
 
  private:
-  std::size_t channel(const std::string& topic, const std::string& schema);
+  std::size_t channel(const ViewerTopic& topic);
 
   ProtoSchemas schemas_;
   McapFile file_;

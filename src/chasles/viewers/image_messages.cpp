@@ -108,20 +108,25 @@ std::vector<Eigen::Vector2d> ellipse_points(const ExpectedPixel& expected, doubl
   return points;
 }
 
+Json image_message(const RunImage& image) {
+  if (image.jpeg.empty()) return nullptr;
+  return {{"timestamp", proto_time(image.time)},
+          {"frame_id", fmt::format("cam{}", image.camera)},
+          {"data", Json::binary({image.jpeg.begin(), image.jpeg.end()})},
+          {"format", "jpeg"}};
+}
+
+Json annotations_message(const RunImage& image) {
+  Annotations annotations(image.time, scale_of(image));
+  for (const RunFeature& feature : image.features) annotations.add(feature);
+  return std::move(annotations).json();
+}
+
 void add_images(const std::vector<RunImage>& images, Channels& out) {
   for (const RunImage& image : images) {
-    const std::string camera = fmt::format("cam{}", image.camera);
-    if (!image.jpeg.empty()) {
-      out.add("/" + camera + "/image", "foxglove.CompressedImage", image.time,
-              {{"timestamp", proto_time(image.time)},
-               {"frame_id", camera},
-               {"data", Json::binary({image.jpeg.begin(), image.jpeg.end()})},
-               {"format", "jpeg"}});
-    }
-    Annotations annotations(image.time, scale_of(image));
-    for (const RunFeature& feature : image.features) annotations.add(feature);
-    out.add("/" + camera + "/annotations", "foxglove.ImageAnnotations", image.time,
-            std::move(annotations).json());
+    const Json picture = image_message(image);
+    if (!picture.is_null()) out.add(image_topic(image.camera), image.time, picture);
+    out.add(annotations_topic(image.camera), image.time, annotations_message(image));
   }
 }
 

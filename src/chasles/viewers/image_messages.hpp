@@ -3,16 +3,22 @@
 #include <vector>
 
 #include <Eigen/Core>
+#include <nlohmann/json_fwd.hpp>
 
 #include <chasles/data/run_images.hpp>
 #include <chasles/viewers/channels.hpp>
 
 namespace chasles {
 
-/// Adds the kept images on /camN/image, and annotations on /camN/annotations in the pictures' own
-/// pixels: a mark for each point by its outcome (circle: used, cross: rejected, square: begun, dot:
-/// waiting), a line to its position some frames before, and the 3 sigma ellipse about its predicted
-/// position.
+/// foxglove.CompressedImage of a kept image; null where it has no picture.
+nlohmann::json image_message(const RunImage& image);
+
+/// foxglove.ImageAnnotations of a kept image, in the picture's own pixels: a mark for each point by
+/// its outcome (circle: used, cross: rejected, square: begun, dot: waiting), a line to its position
+/// some frames before, and the 3 sigma ellipse about its predicted position.
+nlohmann::json annotations_message(const RunImage& image);
+
+/// Adds /camN/image and /camN/annotations.
 void add_images(const std::vector<RunImage>& images, Channels& out);
 
 /// The corners of a polygon on the ellipse of that many sigmas about a point; empty if the

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/LU>
 #include <nlohmann/json.hpp>
@@ -18,13 +19,21 @@ using Json = nlohmann::json;
 
 double sigma(const RunLandmark& l) { return std::sqrt(std::max(0.0, l.covariance.trace())); }
 
-Json cloud(const std::vector<RunLandmark>& landmarks, const SigmaColours& colours, Time time) {
-  PointCloud cloud("world");
-  for (const RunLandmark& l : landmarks) {
-    cloud.add({.p = l.p_world, .sigma = sigma(l), .colour = colours(sigma(l))});
+/// The finite landmarks, and the colours of their sigmas.
+struct FiniteMap {
+  explicit FiniteMap(const std::vector<RunLandmark>& landmarks) {
+    for (const RunLandmark& l : landmarks) {
+      if (l.p_world.allFinite() && l.covariance.allFinite()) finite.push_back(&l);
+    }
   }
-  return cloud.message(time);
-}
+  SigmaColours colours() const {
+    std::vector<double> sigmas;
+    for (const RunLandmark* l : finite) sigmas.push_back(sigma(*l));
+    return SigmaColours(std::move(sigmas));
+  }
+
+  std::vector<const RunLandmark*> finite = {};
+};
 
 Json sphere(const RunLandmark& l, const SigmaColours& colours) {
   const Ellipsoid shape = ellipsoid_95(l.covariance);
@@ -45,23 +54,25 @@ Ellipsoid ellipsoid_95(const Eigen::Matrix3d& covariance) {
   return shape;
 }
 
-void add_map(const std::vector<RunLandmark>& landmarks, Time time, Channels& out) {
-  std::vector<RunLandmark> finite;
-  std::vector<double> sigmas;
-  for (const RunLandmark& l : landmarks) {
-    if (!l.p_world.allFinite() || !l.covariance.allFinite()) continue;
-    finite.push_back(l);
-    sigmas.push_back(sigma(l));
+Json map_cloud(const std::vector<RunLandmark>& landmarks, Time time) {
+  const FiniteMap map(landmarks);
+  const SigmaColours colours = map.colours();
+  PointCloud cloud("world");
+  for (const RunLandmark* l : map.finite) {
+    cloud.add({.p = l->p_world, .sigma = sigma(*l), .colour = colours(sigma(*l))});
   }
-  const SigmaColours colours(sigmas);
-  out.add("/map", "foxglove.PointCloud", time, cloud(finite, colours, time));
+  return cloud.message(time);
+}
+
+Json map_ellipsoids(const std::vector<RunLandmark>& landmarks, Time time) {
+  const FiniteMap map(landmarks);
+  const SigmaColours colours = map.colours();
   Json spheres = Json::array();
-  for (const RunLandmark& l : finite) spheres.push_back(sphere(l, colours));
-  out.add("/map/ellipsoids", "foxglove.SceneUpdate", time,
-          {{"entities", Json::array({{{"timestamp", proto_time(time)},
-                                      {"frame_id", "world"},
-                                      {"id", "landmarks"},
-                                      {"spheres", std::move(spheres)}}})}});
+  for (const RunLandmark* l : map.finite) spheres.push_back(sphere(*l, colours));
+  return {{"entities", Json::array({{{"timestamp", proto_time(time)},
+                                     {"frame_id", "world"},
+                                     {"id", "landmarks"},
+                                     {"spheres", std::move(spheres)}}})}};
 }
 
 }  // namespace chasles

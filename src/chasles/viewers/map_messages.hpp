@@ -2,15 +2,18 @@
 
 #include <vector>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <chasles/data/run.hpp>
-#include <chasles/viewers/channels.hpp>
 
 namespace chasles {
 
-/// Adds /map, a foxglove.PointCloud of the final map with `sigma` [m] and colours of it, and
-/// /map/ellipsoids, a foxglove.SceneUpdate of the landmarks' 95 % ellipsoids, both at `time`.
-/// Landmarks that are not finite are left out.
-void add_map(const std::vector<RunLandmark>& landmarks, Time time, Channels& out);
+// Messages of a map. Landmarks that are not finite are left out.
+
+/// foxglove.PointCloud, with `sigma` [m] and colours of it.
+nlohmann::json map_cloud(const std::vector<RunLandmark>& landmarks, Time time);
+/// foxglove.SceneUpdate of the landmarks' 95 % ellipsoids.
+nlohmann::json map_ellipsoids(const std::vector<RunLandmark>& landmarks, Time time);
 
 /// A landmark's covariance as an ellipsoid: its axes, and its 95 % semi-axes [m].
 struct Ellipsoid {

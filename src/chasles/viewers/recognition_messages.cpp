@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -35,43 +36,30 @@ std::string closure_text(const Json& closure) {
                             closure.at("chi2_dof").get<int>());
 }
 
-void add_closure(const Json& closure, std::size_t number, const Run& run, Channels& out) {
-  const RunState* state = state_at(run, Time(closure.at("time_ns").get<std::int64_t>()));
-  if (!state || !is_finite(state->world_T_imu)) return;
-  const Json pose = proto_pose({Eigen::Matrix3d::Identity(), state->world_T_imu.p});
+Json closure_message(const Json& closure, std::size_t number, const RunState& state) {
+  const Json pose = proto_pose({Eigen::Matrix3d::Identity(), state.world_T_imu.p});
   const Json colour = proto_colour(kClosureColour, 0.8);
-  out.add("/closures", "foxglove.SceneUpdate", state->time,
-          {{"entities",
-            Json::array({{{"timestamp", proto_time(state->time)},
-                          {"frame_id", "world"},
-                          {"id", fmt::format("closure {}", number)},
-                          {"spheres",
-                           Json::array({{{"pose", pose},
-                                         {"size", proto_vector(Eigen::Vector3d::Constant(kMarker))},
-                                         {"color", colour}}})},
-                          {"texts", Json::array({{{"pose", pose},
-                                                  {"billboard", true},
-                                                  {"font_size", 14.0},
-                                                  {"scale_invariant", true},
-                                                  {"color", colour},
-                                                  {"text", closure_text(closure)}}})}}})}});
+  const Json sphere = {{"pose", pose},
+                       {"size", proto_vector(Eigen::Vector3d::Constant(kMarker))},
+                       {"color", colour}};
+  const Json text = {{"pose", pose},      {"billboard", true},
+                     {"font_size", 14.0}, {"scale_invariant", true},
+                     {"color", colour},   {"text", closure_text(closure)}};
+  return {{"entities", Json::array({{{"timestamp", proto_time(state.time)},
+                                     {"frame_id", "world"},
+                                     {"id", fmt::format("closure {}", number)},
+                                     {"spheres", Json::array({sphere})},
+                                     {"texts", Json::array({text})}}})}};
 }
 
 }  // namespace
 
-void add_map_frame(const Run& run, Channels& out) {
-  for (const SmoothedPose& in_map : run.in_map) {
-    const RunState* state = state_at(run, in_map.time);
-    if (!state || state->time != in_map.time) continue;
-    const SE3 map_T_world = in_map.world_T_imu * state->world_T_imu.inverse();
-    if (!is_finite(map_T_world)) continue;
-    out.add(
-        "/tf_map", "foxglove.FrameTransforms", in_map.time,
-        {{"transforms", Json::array({proto_transform(in_map.time, "map", "world", map_T_world)})}});
-  }
+Json map_frame_message(Time time, const SE3& map_T_world) {
+  if (!is_finite(map_T_world)) return nullptr;
+  return {{"transforms", Json::array({proto_transform(time, "map", "world", map_T_world)})}};
 }
 
-void add_prior_map(const Run& run, Time time, Channels& out) {
+Json prior_map_message(const Run& run, Time time) {
   const std::set<LandmarkId> returned = recognised_landmarks(run);
   PointCloud cloud("map", {"session", "returned"});
   for (const SketchPoint& l : run.prior_map->points) {
@@ -82,19 +70,33 @@ void add_prior_map(const Run& run, Time time, Channels& out) {
                .more = {static_cast<std::uint8_t>(std::min(l.session, 255)),
                         std::uint8_t{returned.contains(l.id)}}});
   }
-  out.add("/map/prior", "foxglove.PointCloud", time, cloud.message(time));
+  return cloud.message(time);
 }
 
-void add_closures(const Json& summary, const Run& run, Channels& out) {
+void closure_messages(const Json& summary, const Run& run,
+                      const std::function<void(Time, const Json&)>& take) {
   const auto closures = summary.find("closures");
   if (closures == summary.end()) return;
   try {
     for (std::size_t k = 0; k < closures->size(); ++k) {
-      add_closure(closures->at(k), k, run, out);
+      const Json& closure = closures->at(k);
+      const RunState* state = state_at(run, Time(closure.at("time_ns").get<std::int64_t>()));
+      if (!state || !is_finite(state->world_T_imu)) continue;
+      take(state->time, closure_message(closure, k, *state));
     }
   } catch (const Json::exception&) {
     throw InputError(
         "summary.json: closures: expected time_ns, landmarks and moved_m of each, numbers");
+  }
+}
+
+void add_map_frame(const Run& run, Channels& out) {
+  for (const SmoothedPose& in_map : run.in_map) {
+    const RunState* state = state_at(run, in_map.time);
+    if (!state || state->time != in_map.time) continue;
+    const SE3 map_T_world = in_map.world_T_imu * state->world_T_imu.inverse();
+    const Json message = map_frame_message(in_map.time, map_T_world);
+    if (!message.is_null()) out.add(kTfMapTopic, in_map.time, message);
   }
 }
 

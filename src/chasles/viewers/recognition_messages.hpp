@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include <nlohmann/json_fwd.hpp>
 
 #include <chasles/data/run.hpp>
@@ -7,16 +9,21 @@
 
 namespace chasles {
 
-/// Adds /tf_map: the frame `world` in the frame `map` of a prior map, at each state of Run::in_map.
+/// foxglove.FrameTransforms: the frame `world` in the frame `map` of a prior map; null where that
+/// is not finite.
+nlohmann::json map_frame_message(Time time, const SE3& map_T_world);
+
+/// foxglove.PointCloud of the run's prior map, which it has, in the frame `map`: as /map, coloured
+/// by session, with `session` and `returned`.
+nlohmann::json prior_map_message(const Run& run, Time time);
+
+/// Calls `take` with a foxglove.SceneUpdate for each loop closure of the summary: a sphere where
+/// the run was then, and a text with the landmarks that returned, the jump and chi2. Those without
+/// a finite state are left out. Throws InputError if the list is malformed.
+void closure_messages(const nlohmann::json& summary, const Run& run,
+                      const std::function<void(Time, const nlohmann::json&)>& take);
+
+/// Adds /tf_map at each state of Run::in_map.
 void add_map_frame(const Run& run, Channels& out);
-
-/// Adds /map/prior, a foxglove.PointCloud of the run's prior map in the frame `map` at `time`: as
-/// /map, coloured by session, with `session` and `returned`.
-void add_prior_map(const Run& run, Time time, Channels& out);
-
-/// Adds /closures, a foxglove.SceneUpdate at each loop closure of the summary: a sphere where the
-/// run was then, and a text with the landmarks that returned, the jump and chi2. Throws InputError
-/// if the list is malformed.
-void add_closures(const nlohmann::json& summary, const Run& run, Channels& out);
 
 }  // namespace chasles

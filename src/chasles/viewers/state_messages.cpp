@@ -8,6 +8,7 @@
 #include <chasles/eval/chi2.hpp>
 #include <chasles/viewers/foxglove.hpp>
 #include <chasles/viewers/state_messages.hpp>
+#include <chasles/viewers/topics.hpp>
 
 namespace chasles {
 namespace {
@@ -19,7 +20,7 @@ constexpr int kExtraFields = 40;  // numbers of fields from here on
 
 ProtoMessage state_schema() {
   return proto_message(
-      "chasles.State",
+      kStateTopic.schema,
       {kTimestamp, "string health = 2", "double nis = 3", "int32 nis_dof = 4",
        "double nis_per_dof = 5", "double nis_per_dof_low = 6", "double nis_per_dof_high = 7",
        "int32 observations = 8", "int32 used = 9", "int32 rejected = 10", "int32 added = 11",
@@ -37,27 +38,6 @@ std::string field_name(std::string name, std::set<std::string>& taken) {
   if (name.empty() || !((name[0] | 0x20) >= 'a' && (name[0] | 0x20) <= 'z')) name = "value_" + name;
   while (!taken.insert(name).second) name += "_";
   return name;
-}
-
-// The names of the extra numbers, and of their standard deviations.
-struct ExtraFields {
-  std::vector<std::string> value, sigma;
-};
-
-ExtraFields add_extra_fields(const std::vector<std::string>& names, ProtoMessage& schema) {
-  std::set<std::string> taken;
-  for (const ProtoField& field : schema.fields) taken.insert(field.name);
-  ExtraFields fields;
-  int number = kExtraFields;
-  const auto add = [&](const std::string& name, std::vector<std::string>& list) {
-    list.push_back(field_name(name, taken));
-    ProtoField& field = schema.fields.emplace_back();
-    field.name = list.back();
-    field.number = number++;
-  };
-  for (const std::string& name : names) add(name, fields.value);
-  for (const std::string& name : names) add("sigma_" + name, fields.sigma);
-  return fields;
 }
 
 Json figures(const RunState& s) {
@@ -86,36 +66,64 @@ Json figures(const RunState& s) {
 
 }  // namespace
 
-void add_states(const Run& run, Channels& out) {
-  ProtoMessage schema = state_schema();
-  const ExtraFields extra = add_extra_fields(run.extra_names, schema);
-  out.declare(schema);
-  for (const RunState& s : run.states) {
-    Json value = figures(s);
-    for (std::size_t k = 0; k < extra.value.size(); ++k) {
-      if (k < s.extra.size()) value[extra.value[k]] = s.extra[k];
-      if (k < s.extra_sigma.size()) value[extra.sigma[k]] = s.extra_sigma[k];
-    }
-    out.add("/state", "chasles.State", s.time, value);
+StateMessages::StateMessages(const std::vector<std::string>& extra_names)
+    : schema_(state_schema()) {
+  std::set<std::string> taken;
+  for (const ProtoField& field : schema_.fields) taken.insert(field.name);
+  int number = kExtraFields;
+  const auto add = [&](const std::string& name, std::vector<std::string>& list) {
+    list.push_back(field_name(name, taken));
+    ProtoField& field = schema_.fields.emplace_back();
+    field.name = list.back();
+    field.number = number++;
+  };
+  for (const std::string& name : extra_names) add(name, values_);
+  for (const std::string& name : extra_names) add("sigma_" + name, sigmas_);
+}
+
+Json StateMessages::message(const RunState& s) const {
+  Json value = figures(s);
+  for (std::size_t k = 0; k < values_.size(); ++k) {
+    if (k < s.extra.size()) value[values_[k]] = s.extra[k];
+    if (k < s.extra_sigma.size()) value[sigmas_[k]] = s.extra_sigma[k];
   }
+  return value;
+}
+
+ProtoMessage errors_schema() {
+  return proto_message(
+      kErrorsTopic.schema,
+      {kTimestamp, "double attitude_x_deg = 2", "double attitude_y_deg = 3",
+       "double attitude_z_deg = 4", "double x_m = 5", "double y_m = 6", "double z_m = 7",
+       "double nees_pose = 8", "double nees_attitude = 9", "double nees_position = 10"});
+}
+
+Json errors_message(Time time, const Vector6d& error, const PoseNees& nees) {
+  const char* const names[] = {
+      "attitude_x_deg", "attitude_y_deg", "attitude_z_deg", "x_m", "y_m", "z_m"};
+  Json value = {{"timestamp", proto_time(time)},
+                {"nees_pose", nees.pose},
+                {"nees_attitude", nees.attitude},
+                {"nees_position", nees.position}};
+  for (int k = 0; k < 6; ++k) value[names[k]] = (k < 3 ? kDegrees : 1) * error(k);
+  return value;
+}
+
+void add_states(const Run& run, Channels& out) {
+  const StateMessages messages(run.extra_names);
+  out.declare(messages.schema());
+  for (const RunState& s : run.states) out.add(kStateTopic, s.time, messages.message(s));
 }
 
 void add_errors(const Run& run, const AgainstTruth& errors, Channels& out) {
   if (!errors.problem.empty()) return;
-  out.declare(proto_message(
-      "chasles.Errors",
-      {kTimestamp, "double attitude_x_deg = 2", "double attitude_y_deg = 3",
-       "double attitude_z_deg = 4", "double x_m = 5", "double y_m = 6", "double z_m = 7",
-       "double nees_pose = 8", "double nees_attitude = 9", "double nees_position = 10"}));
-  const char* const names[] = {
-      "attitude_x_deg", "attitude_y_deg", "attitude_z_deg", "x_m", "y_m", "z_m"};
+  out.declare(errors_schema());
   for (const std::size_t i : errors.matched.estimate_index) {
-    Json value = {{"timestamp", proto_time(run.states[i].time)},
-                  {"nees_pose", errors.nees_pose[i]},
-                  {"nees_attitude", errors.nees_attitude[i]},
-                  {"nees_position", errors.nees_position[i]}};
-    for (int k = 0; k < 6; ++k) value[names[k]] = (k < 3 ? kDegrees : 1) * errors.error[i](k);
-    out.add("/errors", "chasles.Errors", run.states[i].time, value);
+    const PoseNees nees{.position = errors.nees_position[i],
+                        .attitude = errors.nees_attitude[i],
+                        .pose = errors.nees_pose[i]};
+    const Time time = run.states[i].time;
+    out.add(kErrorsTopic, time, errors_message(time, errors.error[i], nees));
   }
 }
 

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <chasles/camera/pixel_outcome.hpp>
+#include <chasles/data/recording.hpp>
+#include <chasles/foxglove/service.hpp>
+
+#include "feature_trails.hpp"
+
+namespace chasles::app {
+
+/// Shows frames of a run, with the tracked points and their outcomes, to clients that want to see
+/// them. Without such a client it does nothing. A frame is given away when the next one comes,
+/// because only then all its points are judged.
+class LiveFrames {
+ public:
+  /// Both must outlive it.
+  LiveFrames(const std::vector<Camera>& cameras, bool pictures, FoxgloveService& service)
+      : cameras_(cameras), has_pictures_(pictures), service_(service) {}
+
+  /// Copies the pictures of a frame if they are wanted. May run on another thread than the others.
+  void see(const ImageFrame& images);
+  /// Must get every frame, in time order.
+  void follow(const FeatureFrame& frame);
+  void judge(const FeatureFrame& frame, std::span<const PixelOutcome> judged);
+
+  /// Gives the last frame away.
+  void finish();
+
+ private:
+  std::optional<ImageFrame> take_pictures(Time time);
+
+  const std::vector<Camera>& cameras_;
+  const bool has_pictures_;
+  FoxgloveService& service_;
+  FeatureTrails trails_;
+  /// The points of the frame that is being judged, if it is to be shown, and its pictures.
+  std::optional<Time> shown_;
+  std::map<FeatureTrails::Key, RunFeature> features_;
+  std::vector<GrayImage> shown_pictures_;
+
+  std::mutex mutex_;  ///< guards pictures_
+  std::optional<ImageFrame> pictures_;
+};
+
+}  // namespace chasles::app

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <span>
+
+#include <chasles/camera/camera.hpp>
+#include <chasles/data/run.hpp>
+#include <chasles/slam/estimate.hpp>
+
+namespace chasles::app {
+
+/// The row of states.csv for an estimate, without times of processing. `cameras` as calibrated.
+RunState run_state(const Estimate& e, std::span<const Camera> cameras);
+
+}  // namespace chasles::app

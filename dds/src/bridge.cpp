@@ -1,0 +1,158 @@
+#include "bridge.hpp"
+
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chasles/error.hpp>
+
+#include "inertial_settings_io.hpp"
+#include "inputs.hpp"
+#include "map_output.hpp"
+#include "network.hpp"
+#include "output_folder.hpp"
+#include "outputs.hpp"
+
+namespace chasles::bridge {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kWait = 0.1;  // [s] between two looks at `stop`
+constexpr auto kSilence = std::chrono::seconds(5), kDiagnosticsPeriod = std::chrono::seconds(1);
+
+app::RobotSetup setup_of(const BridgeOptions& o, SensorCalibration calibration) {
+  app::SettingSources sources = o.settings;
+  sources.estimator = estimator_choice(o.estimator, "--estimator");
+  return {.calibration = std::move(calibration),
+          .settings = app::inertial_run_settings_from(sources),
+          .name = o.name,
+          .map = o.map,
+          .saves_map = !o.save_map.empty(),
+          .keeps_run = !o.output.empty(),
+          .lossless = o.lossless,
+          .most_images = static_cast<std::size_t>(o.most_images)};
+}
+
+SensorCalibration calibration_of(const BridgeOptions& o) {
+  SensorCalibration calibration = read_sensor_calibration(o.calibration);
+  if (calibration.cameras.empty()) {
+    throw InputError(fmt::format(
+        "{}: has no camera, expected a calibration of cameras and IMU: Kalibr's camera chain with "
+        "imu.yaml, or calibration.yaml (docs/ros2.md)",
+        o.calibration.string()));
+  }
+  for (const std::string& remark : calibration.remarks) spdlog::info("{}", remark);
+  return calibration;
+}
+
+StateStream::Options stream_of(const BridgeOptions& o) {
+  return {.base_T_imu = base_T_imu_of(o),
+          .rate = o.rate == "samples" ? StateStream::Rate::kSamples : StateStream::Rate::kImages,
+          .points_period = o.points_period};
+}
+
+/// Takes messages until the end.
+class Loop {
+ public:
+  Loop(const BridgeOptions& options, Participant& participant, Inputs& inputs, Outputs& outputs,
+       app::RobotSlam& slam)
+      : options_(options),
+        participant_(participant),
+        inputs_(inputs),
+        outputs_(outputs),
+        slam_(slam) {}
+
+  void run(const std::function<bool()>& stop) {
+    while (!stop() && !is_idle()) {
+      participant_.wait(kWait);
+      take();
+      const Clock::time_point now = Clock::now();
+      if (now - begin_ > kSilence) inputs_.warn_of_silence();
+      if (now - diagnosed_ < kDiagnosticsPeriod) continue;
+      diagnosed_ = now;
+      Diagnosis diagnosis = diagnose(slam_.report());
+      inputs_.describe(diagnosis);
+      outputs_.send(diagnosis);
+    }
+    take();  // what came with the last one
+  }
+
+ private:
+  void take() {
+    if (inputs_.take() > 0) last_message_ = Clock::now();
+  }
+
+  bool is_idle() const {
+    return options_.idle && last_message_ &&
+           Clock::now() - *last_message_ > std::chrono::duration<double>(*options_.idle);
+  }
+
+  const BridgeOptions& options_;
+  Participant& participant_;
+  Inputs& inputs_;
+  Outputs& outputs_;
+  app::RobotSlam& slam_;
+  Clock::time_point begin_ = Clock::now(), diagnosed_ = begin_;
+  std::optional<Clock::time_point> last_message_;
+};
+
+void announce(const BridgeOptions& o, const BridgeNetwork& network, const SensorTopics& topics) {
+  spdlog::info("domain {}, {}", network.domain,
+               network.configuration.empty()
+                   ? "network of CYCLONEDDS_URI"
+                   : "network " + (o.network.empty() ? "loopback" : o.network));
+  std::string cameras;
+  for (const std::string& topic : topics.cameras) cameras += " " + topic;
+  spdlog::info("IMU: {}; cameras:{}", topics.imu, cameras);
+}
+
+// Finds errors of the outputs before the run.
+void prepare_outputs(const BridgeOptions& o) {
+  if (!o.output.empty()) app::prepare_output(o.output);
+  if (!o.save_map.empty()) app::check_map_output(o.save_map);
+}
+
+// The run comes first: there may be no map to save.
+void deliver(const BridgeOptions& o, app::RobotSlam& slam) {
+  if (!o.output.empty()) {
+    slam.write_run(o.output);
+    spdlog::info("run folder: {}", o.output.string());
+  }
+  if (!o.save_map.empty()) spdlog::info("{}", slam.save_map(o.save_map));
+}
+
+}  // namespace
+
+void run_bridge(const BridgeOptions& o, const std::function<bool()>& stop) {
+  check(o);
+  const BridgeNetwork network = network_of(o);
+  const SensorCalibration calibration = calibration_of(o);
+  const SensorTopics topics = topics_of(o, calibration);
+  app::RobotSetup setup = setup_of(o, calibration);
+  prepare_outputs(o);
+  Participant participant(network.domain, network.configuration);
+  Outputs outputs(participant, o);
+  StateStream stream(stream_of(o), outputs);
+  app::RobotSlam slam(
+      std::move(setup),
+      {.on_estimates = [&](std::span<const Estimate> some,
+                           VisualInertialSlam& of) { stream.take(some, of); },
+       .on_reset = [](const std::string& why) { spdlog::warn("{}: the run begins anew", why); }});
+  stream.set_slam(slam);
+  Inputs inputs(participant, o, topics, slam,
+                [&](Time time, double period) { stream.take_sample(time, period); });
+  announce(o, network, topics);
+  Loop(o, participant, inputs, outputs, slam).run(stop);
+  slam.finish();
+  const Diagnosis diagnosis = diagnose(slam.report());
+  outputs.send(diagnosis);
+  if (!stream.any()) {
+    throw Error(ExitCode::kNotInitialised, "no estimate: " + diagnosis.message);
+  }
+  deliver(o, slam);
+}
+
+}  // namespace chasles::bridge

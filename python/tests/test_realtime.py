@@ -1,0 +1,120 @@
+"""SLAM on a thread of its own, and the state between images."""
+
+import numpy
+import pytest
+
+import chasles
+
+SMALL = {"sections": 1, "hall_length": 8, "image_width": 320, "image_height": 240, "focal_length": 180, "center_u": 160,
+         "center_v": 120, "frame_rate": 10}
+
+
+@pytest.fixture(scope="module")
+def images():
+    return chasles.simulate("hallway", images=True, **SMALL)
+
+
+def play(slam, recording, each=lambda estimates: None):
+    """The events in the order of time."""
+    imu, frames = recording.imu, recording.frame_times
+    k = 0
+    for i, time in enumerate(imu["time"]):
+        each(slam.add_imu(int(time), imu["angular_rate"][i], imu["specific_force"][i]))
+        while k < len(frames) and frames[k] <= time:
+            each(slam.add_images(int(frames[k]), recording.images(k)))
+            k += 1
+
+
+def test_it_gives_the_estimates_of_the_blocking_one(images):
+    blocking = chasles.Slam(images.cameras, images.imu_noise)
+    expected = []
+    play(blocking, images, expected.extend)
+    expected += blocking.finish()
+    slam = chasles.RealtimeSlam(images.cameras, images.imu_noise, most_images=0)
+    play(slam, images)
+    end = int(images.imu["time"][-1])
+    estimates = slam.finish()
+    assert [e.time for e in estimates] == [e.time for e in expected]
+    assert all((a.covariance == b.covariance).all() for a, b in zip(estimates, expected))
+    assert slam.counts == {"came": len(images), "taken": len(images), "dropped": 0, "waiting": 0}
+    a, b = slam.predicted(end), blocking.predicted(end)
+    assert (a.world_T_imu == b.world_T_imu).all() and (a.covariance == b.covariance).all()
+    assert len(slam.landmarks["id"]) == len(blocking.landmarks["id"]) > 10
+    assert slam.take() == [] and slam.why_not_started == ""
+
+
+def test_the_prediction_moves_as_the_truth_does(images):
+    slam = chasles.Slam(images.cameras, images.imu_noise)
+    errors, sigmas, moved = [], [], []
+    truth = images.truth
+    last = None
+    imu, frames, k = images.imu, images.frame_times, 0
+    for i, time in enumerate(imu["time"]):
+        slam.add_imu(int(time), imu["angular_rate"][i], imu["specific_force"][i])
+        now = slam.predicted(int(time))
+        if now is not None:
+            assert now.covariance.shape == (15, 15) and 0 <= now.seconds_since_estimate < 0.3
+            if last is not None:
+                moved.append(numpy.linalg.norm(now.position - last.position))
+            last = now
+            if time in truth["time"]:
+                up = now.world_T_imu[:3, :3] @ rotation(truth["quaternion"][truth["time"] == time][0]).T @ [0, 0, 1]
+                errors.append(numpy.hypot(up[0], up[1]))
+                sigmas.append(numpy.sqrt(now.covariance[0, 0] + now.covariance[1, 1]))
+        while k < len(frames) and frames[k] <= time:
+            slam.add_images(int(frames[k]), images.images(k))
+            k += 1
+    assert len(moved) > 300 and max(moved) < 0.1  # no jumps at the rate of the IMU
+    assert len(errors) > 20 and (numpy.array(errors) < 5 * numpy.array(sigmas)).all()
+    assert slam.predicted(0) is None and slam.predicted(imu["time"][-1] / 1e9 + 0.6) is None
+
+
+def rotation(q):
+    x, y, z, w = q
+    return numpy.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+
+
+def test_images_that_nobody_has_time_for_are_dropped(images):
+    slam = chasles.RealtimeSlam(images.cameras, images.imu_noise, most_images=1)
+    k = images.frame_times
+    displaced = sum(slam.add_images(int(k[0]) + i, images.images(0)) for i in range(300))
+    counts = slam.counts
+    assert counts["came"] == 300 and counts["dropped"] == displaced
+    assert counts["came"] == counts["taken"] + counts["dropped"] + counts["waiting"]
+    slam.finish()
+    with pytest.raises(chasles.UsageError, match="after finish"):
+        slam.add_images(int(k[-1]), images.images(-1))
+
+
+def test_other_images_are_rejected_at_once(images):
+    slam = chasles.RealtimeSlam(images.cameras, images.imu_noise)
+    with pytest.raises(chasles.InputError, match="image"):
+        slam.add_images(0, [numpy.zeros((3, 4), numpy.uint8)])
+    with pytest.raises(chasles.UsageError, match="chart"):
+        chasles.RealtimeSlam(images.cameras, images.imu_noise, chart="nope")
+
+
+def test_it_may_end_while_a_chart_in_python_works(images):
+    class Additive:
+        def retract(self, x, xi, dpoints):
+            K = numpy.array([[0, -xi[2], xi[1]], [xi[2], 0, -xi[0]], [-xi[1], xi[0], 0]])
+            n = numpy.linalg.norm(xi[:3]) or 1e-12
+            R = numpy.eye(3) + numpy.sin(n) / n * K + (1 - numpy.cos(n)) / n**2 * K @ K
+            return chasles.ChartState(R @ x.R, x.p + xi[3:6], x.v + xi[6:], x.points + dpoints)
+
+        def local(self, x, y):
+            R = y.R @ x.R.T
+            v = numpy.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+            s = numpy.linalg.norm(v)
+            theta = v if s < 1e-12 else v * numpy.arctan2(s, (numpy.trace(R) - 1) / 2) / s
+            return numpy.concatenate([theta, y.p - x.p, y.v - x.v]), y.points - x.points
+
+        def motion_block(self, x):
+            return numpy.eye(9)
+
+    chasles.register_chart("additive", Additive())
+    slam = chasles.RealtimeSlam(images.cameras, images.imu_noise, most_images=0, chart="additive", keep_scale=False)
+    play(slam, images)
+    del slam  # joins the thread

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <chasles/data/bags/bag_contents.hpp>
+#include <chasles/data/bags/ros_messages.hpp>
+#include <chasles/data/sensor_calibration.hpp>
+
+namespace chasles::ros1 {
+
+/// Calibrates cameras by what a bag without a calibration file has (docs/formats.md): the
+/// CameraInfo beside each topic of images, and the static transforms from the frame of the IMU's
+/// messages to that of the images.
+class TopicCalibration {
+ public:
+  /// `imu`: the calibration of the IMU alone.
+  TopicCalibration(SensorCalibration imu, const std::string& imu_topic,
+                   const std::vector<std::string>& camera_topics);
+
+  /// The topics of the CameraInfo, one for each camera.
+  std::vector<std::string> info_topics() const;
+
+  // What messages state. Frames and infos: the first one counts; of a frame's transforms the last.
+  void set_imu_frame(const std::string& frame);
+  void set_image_frame(std::size_t camera, const std::string& frame);
+  void set_info(std::size_t camera, const RosCameraInfo& info);
+  void add_transforms(const std::vector<RosTransform>& transforms);
+
+  /// The calibration, once all of it has come. Until then missing() has a sentence on what is not
+  /// there.
+  std::optional<SensorCalibration> calibration();
+  const std::string& missing() const { return missing_; }
+
+ private:
+  TopicContents& images(std::size_t camera) { return contents_.topics[2 * camera + 1]; }
+  TopicContents& info(std::size_t camera) { return contents_.topics[2 * camera + 2]; }
+
+  SensorCalibration imu_;
+  std::size_t cameras_;
+  BagContents contents_;  ///< topics: the IMU, then images and CameraInfo of each camera
+  std::string missing_;
+};
+
+}  // namespace chasles::ros1
