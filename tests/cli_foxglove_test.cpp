@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <chasles/live/testing.hpp>
+#include <chasles/opencv_codecs_testing.hpp>
 
 #include "cli_process.hpp"
 #include "cli_test.hpp"
@@ -31,7 +32,7 @@ std::map<std::string, std::string> files_but_timing(const fs::path& folder) {
 
 /// The picture is the recording's, except for what a JPEG loses.
 void expect_picture(const cv::Mat& picture, const fs::path& recorded) {
-  const cv::Mat image = cv::imread(recorded.string(), cv::IMREAD_GRAYSCALE);
+  const cv::Mat image = opencv_read(recorded, cv::IMREAD_GRAYSCALE);
   ASSERT_FALSE(image.empty()) << recorded;
   ASSERT_EQ(picture.size(), image.size());
   EXPECT_LT(cv::norm(picture, image, cv::NORM_L1) / static_cast<double>(image.total()), 4);
@@ -75,7 +76,7 @@ TEST(Foxglove, TheCommandsOfThePageRunAndClientsSeeTheRunAndChangeNoByteOfIt) {
   const auto report = nlohmann::json::parse(slurp(folder / "report.json"), nullptr, false);
   ASSERT_TRUE(report.is_object());
   expect_picture(
-      cv::imread((folder / "last.jpg").string(), cv::IMREAD_GRAYSCALE),
+      opencv_read(folder / "last.jpg", cv::IMREAD_GRAYSCALE),
       folder / "walk" / "mav0" / "cam0" / "data" / (report.at("time").get<std::string>() + ".png"));
 }
 
