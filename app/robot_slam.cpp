@@ -145,15 +145,16 @@ ImuNoise RobotSlam::imu_noise() const {
 // An exception is one of the estimator, which has ended.
 template <typename Work>
 void RobotSlam::feed(const Work& work) {
+  const auto session = this->session();
   std::string jump;
   try {
-    jump = work(*session());
+    jump = work(*session);
   } catch (const std::exception& error) {
-    reset(fmt::format("the estimator ended: {}", error.what()));
+    restart(session, fmt::format("the estimator ended: {}", error.what()));
   }
   if (jump.empty()) return;
-  reset(jump);
-  work(*session());
+  restart(session, jump);
+  work(*this->session());
 }
 
 void RobotSlam::add(const ImuSample& measured) {
@@ -209,15 +210,19 @@ std::optional<PredictedState> RobotSlam::predicted(Time time) const {
   return session->predictor.at(time);
 }
 
-// The old session ends outside the lock: its thread may take a while.
-void RobotSlam::reset(const std::string& why) {
+void RobotSlam::reset(const std::string& why) { restart(session(), why); }
+
+// Once for a session, however many threads find that it has ended. It ends outside the lock: its
+// thread may take a while.
+void RobotSlam::restart(const std::shared_ptr<Session>& session, const std::string& why) {
   std::shared_ptr<Session> fresh = make_session();
   {
     const std::lock_guard lock(mutex_);
-    std::swap(session_, fresh);
+    if (session_ != session) return;
+    session_ = std::move(fresh);
     ++resets_;
   }
-  fresh->ended = true;
+  session->ended = true;
   if (callbacks_.on_reset) callbacks_.on_reset(why);
 }
 
@@ -254,8 +259,11 @@ RobotReport RobotSlam::report() {
     report.last = session->last;
     report.samples = session->samples;
   }
-  const std::lock_guard lock(session->order_mutex);
-  report.order = session->order.counts();
+  {
+    const std::lock_guard lock(session->order_mutex);
+    report.order = session->order.counts();
+  }
+  const std::lock_guard lock(mutex_);
   report.resets = resets_;
   return report;
 }

@@ -105,6 +105,7 @@ class RobotSlam {
 
   std::shared_ptr<Session> make_session() const;
   std::shared_ptr<Session> session() const;
+  void restart(const std::shared_ptr<Session>& session, const std::string& why);
   void pass_on(Session& session, std::vector<SensorEvent> events);
   template <typename Work>
   void feed(const Work& work);

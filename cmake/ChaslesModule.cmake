@@ -132,7 +132,7 @@ endfunction()
 function(chasles_source_dir program)
   foreach(source ${ARGN})
     file(STRINGS ${source} found LIMIT_COUNT 1
-      REGEX "CHASLES_SOURCE_DIR|data/testing.hpp|frontend_testing.hpp|bag_testing.hpp|report/.*testing.hpp")
+      REGEX "CHASLES_SOURCE_DIR|frontend_testing.hpp|(check|data|report)/.*testing.hpp")
     if(found)
       target_compile_definitions(${program} PRIVATE CHASLES_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
       return()

@@ -98,13 +98,13 @@ install(FILES ${chasles_documents}/_chasles DESTINATION ${CMAKE_INSTALL_DATADIR}
 set(chasles_folders ${chasles_modules})
 list(TRANSFORM chasles_folders REPLACE "^chasles_" "")
 set(package_dir ${libdir}/cmake/chasles)
-set(INCLUDE_DIR ${CMAKE_INSTALL_INCLUDEDIR})
 set(LIBRARY_DIR ${libdir})
-configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/chaslesSharedConfig.cmake.in
-  ${PROJECT_BINARY_DIR}/shared/chaslesConfig.cmake INSTALL_DESTINATION ${package_dir}
-  PATH_VARS INCLUDE_DIR LIBRARY_DIR)
+file(RELATIVE_PATH TO_PREFIX /${package_dir} /)
 file(RELATIVE_PATH PC_TO_PREFIX /${libdir}/pkgconfig /)
+string(REGEX REPLACE "/$" "" TO_PREFIX ${TO_PREFIX})
 string(REGEX REPLACE "/$" "" PC_TO_PREFIX ${PC_TO_PREFIX})
+configure_file(${PROJECT_SOURCE_DIR}/cmake/chaslesSharedConfig.cmake.in
+  ${PROJECT_BINARY_DIR}/shared/chaslesConfig.cmake @ONLY)
 configure_file(${PROJECT_SOURCE_DIR}/cmake/chasles.pc.in ${PROJECT_BINARY_DIR}/shared/chasles.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/shared/chaslesConfig.cmake
   ${PROJECT_BINARY_DIR}/chaslesConfigVersion.cmake

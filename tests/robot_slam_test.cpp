@@ -1,9 +1,8 @@
 #include "robot_slam.hpp"
 
-#include <algorithm>
+#include <chrono>
 #include <filesystem>
-#include <limits>
-#include <random>
+#include <mutex>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -118,7 +117,9 @@ TEST(RobotSlam, PredictsAtTheLatestSampleAlthoughEstimatesWaitForImages) {
   for (const ImuSample& sample : walk().imu) {
     if (sample.time < last_frame + std::chrono::milliseconds(50)) slam.add(sample);
   }
-  slam.ask([](VisualInertialSlam&) {});
+  while (slam.report().images.waiting > 0)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  slam.ask([](VisualInertialSlam&) {});  // after the image that was taken last
   const Time last_estimate = slam.report().last.value().time;
   for (int ms : {100, 110, 120}) {  // samples that no image needs yet
     const ImuSample sample{.time = last_estimate + std::chrono::milliseconds(ms),
@@ -160,14 +161,18 @@ TEST(RobotSlam, AfterAResetARunIsAsTheFirst) {
   EXPECT_EQ(received.resets, std::vector<std::string>{"asked"});
 }
 
-// A sample whose numbers no filter survives ends the estimator of a window.
-TEST(RobotSlam, AnErrorOfTheCallbackBeginsTheRunAnew) {
+TEST(RobotSlam, AnErrorOnTheEstimatorsThreadBeginsTheRunAnew) {
+  std::mutex mutex;  // both topics' threads find the error
   std::vector<std::string> resets;
-  RobotSlam slam(
-      setup_of(walk()),
-      {.on_estimates = [](auto,
-                          VisualInertialSlam&) { throw Error(ExitCode::kDiverged, "no minimum"); },
-       .on_reset = [&](const std::string& why) { resets.push_back(why); }});
+  RobotSlam slam(setup_of(walk()), {.on_estimates =
+                                        [](auto, VisualInertialSlam&) {
+                                          throw Error(ExitCode::kDiverged, "no minimum");
+                                        },
+                                    .on_reset =
+                                        [&](const std::string& why) {
+                                          const std::lock_guard lock(mutex);
+                                          resets.push_back(why);
+                                        }});
   play(slam);
   slam.report();
   slam.add(walk().imu.back());
@@ -203,7 +208,8 @@ TEST(RobotSlam, WritesTheRunFolderAndTheMapOfARun) {
   EXPECT_EQ(run.states.back().world_T_imu.p, received.estimates.back().world_T_imu.p);
   EXPECT_EQ(run.smoothed.size(), run.states.size());
   EXPECT_GT(run.landmarks.size(), 50u);
-  EXPECT_GT(run.landmarks.front().first_seen, Time{});
+  EXPECT_GT(run.landmarks.back().first_seen, Time{});
+  EXPECT_GT(run.landmarks.back().last_seen, run.landmarks.back().first_seen);
   const std::string saved = slam.save_map(folder / "walk.map");
   EXPECT_NE(saved.find("landmarks"), std::string::npos) << saved;
   EXPECT_THROW(slam.save_map(folder / "none" / "walk.map"), UsageError);

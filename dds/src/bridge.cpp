@@ -1,6 +1,7 @@
 #include "bridge.hpp"
 
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -9,6 +10,7 @@
 
 #include "inertial_settings_io.hpp"
 #include "inputs.hpp"
+#include "map_output.hpp"
 #include "network.hpp"
 #include "output_folder.hpp"
 #include "outputs.hpp"
@@ -107,7 +109,13 @@ void announce(const BridgeOptions& o, const BridgeNetwork& network, const Sensor
   spdlog::info("IMU: {}; cameras:{}", topics.imu, cameras);
 }
 
-// A map that cannot be saved must not cost the run.
+// Finds errors of the outputs before the run.
+void prepare_outputs(const BridgeOptions& o) {
+  if (!o.output.empty()) app::prepare_output(o.output);
+  if (!o.save_map.empty()) app::check_map_output(o.save_map);
+}
+
+// The run comes first: there may be no map to save.
 void deliver(const BridgeOptions& o, app::RobotSlam& slam) {
   if (!o.output.empty()) {
     slam.write_run(o.output);
@@ -123,12 +131,13 @@ void run_bridge(const BridgeOptions& o, const std::function<bool()>& stop) {
   const BridgeNetwork network = network_of(o);
   const SensorCalibration calibration = calibration_of(o);
   const SensorTopics topics = topics_of(o, calibration);
-  if (!o.output.empty()) app::prepare_output(o.output);
+  app::RobotSetup setup = setup_of(o, calibration);
+  prepare_outputs(o);
   Participant participant(network.domain, network.configuration);
   Outputs outputs(participant, o);
   StateStream stream(stream_of(o), outputs);
   app::RobotSlam slam(
-      setup_of(o, calibration),
+      std::move(setup),
       {.on_estimates = [&](std::span<const Estimate> some,
                            VisualInertialSlam& of) { stream.take(some, of); },
        .on_reset = [](const std::string& why) { spdlog::warn("{}: the run begins anew", why); }});

@@ -56,14 +56,13 @@ std::string dds_topic(const std::string& ros_topic) {
 
 Participant::Participant(int domain, const std::string& configuration) {
   const auto number = static_cast<dds_domainid_t>(domain);
+  const std::string refused = fmt::format(
+      "the domain {} cannot be joined (is there such an interface? --network, CYCLONEDDS_URI)",
+      domain);
   if (!configuration.empty()) {
-    domain_ = checked(dds_create_domain(number, configuration.c_str()),
-                      fmt::format("the domain {} cannot be joined", domain));
+    domain_ = checked(dds_create_domain(number, configuration.c_str()), refused);
   }
-  participant_ = checked(dds_create_participant(number, nullptr, nullptr),
-                         fmt::format("the domain {} cannot be joined (is there such an interface? "
-                                     "--network, CYCLONEDDS_URI)",
-                                     domain));
+  participant_ = checked(dds_create_participant(number, nullptr, nullptr), refused);
   waitset_ = checked(dds_create_waitset(participant_), "no memory for a wait set");
 }
 

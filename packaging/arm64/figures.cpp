@@ -7,8 +7,8 @@
 #include <chasles/imu/strapdown.hpp>
 #include <chasles/lie/se3.hpp>
 
-// Results of lie/, imu/, camera/ and filter/ with all digits, for compare.py: the same source prints them
-// on two machines. A line has a name and the numbers of one vector or matrix.
+// Results of lie/, imu/, camera/ and filter/ with all digits, for compare.py: the same source
+// prints them on two machines. A line has a name and the numbers of one vector or matrix.
 namespace chasles::test {
 namespace {
 
@@ -47,7 +47,8 @@ void print_cameras(Random& random) {
     camera.distortion = distortion;
     camera.coefficients << -0.03, 0.01, 1e-4, -2e-4;
     for (int i = 0; i < 100; ++i) {
-      const Eigen::Vector3d point(random.uniform(-2, 2), random.uniform(-2, 2), random.uniform(2, 9));
+      const Eigen::Vector3d point(random.uniform(-2, 2), random.uniform(-2, 2),
+                                  random.uniform(2, 9));
       const auto seen = project(camera, point);
       if (!seen) continue;
       print("camera.pixel", seen->pixel);
@@ -59,7 +60,8 @@ void print_cameras(Random& random) {
 
 // A drive past random points, 200 frames: rounding errors go through every update.
 void print_filters() {
-  const Drive drive = simulate_drive({.frames = 200, .begin_with = 30, .points_a_frame = 2, .seed = 5});
+  const Drive drive =
+      simulate_drive({.frames = 200, .begin_with = 30, .points_a_frame = 2, .seed = 5});
   for (const ErrorChart& chart : error_charts()) {
     DrivenFilter filter(chart, drive, {}, initial_covariance(Motion::kVelocityState, 0.01),
                         Ekf::Map::kHistory);
@@ -68,7 +70,8 @@ void print_filters() {
     print(name + ".position", filter.ekf().state().world_T_imu.p);
     print(name + ".attitude", filter.ekf().state().world_T_imu.R);
     print(name + ".covariance", filter.ekf().core_covariance());
-    for (const MapLandmark& landmark : filter.ekf().map()) print(name + ".landmark", landmark.p_world);
+    for (const MapLandmark& landmark : filter.ekf().map())
+      print(name + ".landmark", landmark.p_world);
   }
 }
 

@@ -26,7 +26,9 @@ def batch_problem(run, part=0):
         landmarks   `id`, `position`
         views       `landmark` (its row), `keyframe`, `camera`, `pixel` (N, 2), `sigma` [px]: those that the gate left
         cameras, imu_noise, gravity, loss ("none", "huber", "cauchy") beyond loss_width sigmas of a pixel
-        cost        half of the weighted squares; of it inverse_depth_cost is the weak prior of the inverse depths
+        inverse_depth_sigma     of the weak prior of a landmark's inverse depth, mean 0, in the camera of its first view;
+                                None for Cartesian landmarks
+        cost                    half of the weighted squares; of it that prior has inverse_depth_cost
         landmarks_beyond_infinity   landmarks in the cost without a position
 
     Raises UsageError for a run without such a problem."""
@@ -43,9 +45,10 @@ def gtsam_graph(run, part=0):
     """The problem of a batch run (batch_problem) as gtsam's NonlinearFactorGraph, and its minimum as Values. Keys are
     X(k), V(k), B(k) for pose, velocity and biases of keyframe k, and L(i) for landmark i of batch_problem.
 
-    IMU terms are GalileanCombinedImuFactor, which integrates as Chasles does; pixels GenericProjectionFactor with the
-    robust loss. The weak prior of the inverse depths is left out. docs/interoperation.md has the differences. Raises
-    UsageError for a run without such a problem and a lens that gtsam does not have, ImportError without gtsam 4.3."""
+    IMU terms are GalileanCombinedImuFactor, which integrates as Chasles does, pixels GenericProjectionFactor with the
+    robust loss. The priors of the first keyframe and of the inverse depths are linear factors at the minimum.
+    docs/interoperation.md has the differences. Raises UsageError for a run without such a problem and for a lens that
+    gtsam does not have, ImportError without gtsam 4.3."""
     problem = batch_problem(run, part)
     return _Graph(_gtsam(), problem).all()
 
@@ -73,6 +76,7 @@ class _Graph:
         self._add_values()
         self._add_start()
         self._add_samples()
+        self._add_inverse_depths()
         self._add_views()
         return self._graph, self._values
 
@@ -94,22 +98,28 @@ class _Graph:
             self._values.insert(self._L(i), position)
 
     def _add_start(self):
-        # Pose, velocity and biases are correlated. A linear factor around the prior's mean is exact in all but the
-        # position, whose coordinates in gtsam turn with the pose: by the rotation's error times its own.
-        gtsam, start = self._gtsam, self._problem["start"]
-        pose = self._pose(start)
-        mean = gtsam.Values()
-        mean.insert(self._X(0), pose)
-        mean.insert(self._V(0), start["velocity"])
-        mean.insert(self._B(0), self._bias(start))
-        to_world = np.eye(15)
-        to_world[:3, :3] = to_world[3:6, 3:6] = pose.rotation().matrix()
+        # gtsam has no prior over pose, velocity and biases together. A linear factor at the minimum has the cost of the
+        # prior there, its gradient and its information; farther away it is linearised.
+        gtsam, start, keyframes = self._gtsam, self._problem["start"], self._problem["keyframes"]
+        pose, mean = self._pose(keyframes, 0), self._pose(start)
+        theta = gtsam.Rot3.Logmap(pose.rotation().compose(mean.rotation().inverse()))
+        names = "position", "velocity", "accelerometer_bias", "gyroscope_bias"
+        error = np.concatenate([theta, *(keyframes[name][0] - start[name] for name in names)])
+        # By gtsam's errors of the pose: rotation and position in its own axes. Of -theta, because theta is in the world's.
+        R = pose.rotation().matrix()
+        by_errors = np.eye(15)
+        by_errors[:3, :3], by_errors[3:6, 3:6] = gtsam.Rot3.LogmapDerivative(-theta) @ R, R
         deviations = np.sqrt(np.diag(start["covariance"]))
-        unit = start["covariance"] / np.outer(deviations, deviations)
-        A = np.linalg.solve(np.linalg.cholesky(unit), np.diag(1 / deviations)) @ to_world
-        factor = gtsam.JacobianFactor(self._X(0), A[:, :6], self._V(0), A[:, 6:9], self._B(0), A[:, 9:], np.zeros(15),
+        root = np.linalg.cholesky(start["covariance"] / np.outer(deviations, deviations))
+        whitened = np.linalg.solve(root, np.diag(1 / deviations))
+        A = whitened @ by_errors
+        factor = gtsam.JacobianFactor(self._X(0), A[:, :6], self._V(0), A[:, 6:9], self._B(0), A[:, 9:], -whitened @ error,
                                       gtsam.noiseModel.Unit.Create(15))
-        self._graph.add(gtsam.LinearContainerFactor(factor, mean))
+        at = gtsam.Values()
+        at.insert(self._X(0), pose)
+        at.insert(self._V(0), keyframes["velocity"][0])
+        at.insert(self._B(0), self._bias(keyframes, 0))
+        self._graph.add(gtsam.LinearContainerFactor(factor, at))
 
     def _params(self, weights, samples, rows):
         """Of a preintegration; densities are means over its time."""
@@ -140,6 +150,29 @@ class _Graph:
                     preintegrated.integrateMeasurement(force, rate, seconds / pieces)
             self._graph.add(gtsam.GalileanCombinedImuFactor(self._X(k), self._V(k), self._X(k + 1), self._V(k + 1),
                                                             self._B(k), self._B(k + 1), preintegrated))
+
+    def _add_inverse_depths(self):
+        sigma, cameras = self._problem["inverse_depth_sigma"], self._problem["cameras"]
+        if sigma is None:
+            return
+        gtsam, views = self._gtsam, self._problem["views"]
+        unit = gtsam.noiseModel.Unit.Create(1)
+        anchors = np.unique(views["landmark"], return_index=True)[1]
+        for i, (k, c) in enumerate(zip(views["keyframe"][anchors].tolist(), views["camera"][anchors].tolist())):
+            pose, point = self._values.atPose3(self._X(k)), self._values.atPoint3(self._L(i))
+            R = pose.rotation().matrix()
+            in_imu = R.T @ (point - pose.translation())
+            forward, offset = cameras[c].cam_T_imu[2, :3], cameras[c].cam_T_imu[2, 3]
+            inverse = 1 / (forward @ in_imu + offset)
+            # By gtsam's errors of the pose, rotation and position in its own axes, and by the point.
+            by_depth = -(inverse**2) / sigma
+            by_pose = by_depth * np.concatenate([np.cross(forward, in_imu), -forward])
+            at = gtsam.Values()
+            at.insert(self._X(k), pose)
+            at.insert(self._L(i), point)
+            factor = gtsam.JacobianFactor(self._X(k), by_pose[None], self._L(i), by_depth * (forward @ R.T)[None],
+                                          np.array([-inverse / sigma]), unit)
+            self._graph.add(gtsam.LinearContainerFactor(factor, at))
 
     def _noise(self, sigma):
         noise, width = self._gtsam.noiseModel, self._problem["loss_width"]

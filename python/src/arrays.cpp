@@ -24,7 +24,8 @@ Time time_of(const py::handle& value) {
     return from_seconds(seconds);
   }
   if (PyIndex_Check(value.ptr())) {
-    return Time(py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())).cast<std::int64_t>());
+    return Time(
+        py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())).cast<std::int64_t>());
   }
   throw py::type_error("time: expected an int, in nanoseconds, or a float, in seconds");
 }
@@ -72,11 +73,10 @@ Trajectory trajectory_of(const py::array& times, const Rows& positions, const Ro
   const bool has_attitude = quaternions.size() > 0;
   if (times.ndim() != 1 || positions.cols() != 3 || positions.rows() != times.shape(0) ||
       (has_attitude && (quaternions.cols() != 4 || quaternions.rows() != times.shape(0)))) {
-    throw py::value_error(
-        fmt::format("trajectory: found {} times, positions {} x {} and quaternions {} x {}; expected "
-                    "(N,), (N, 3) and (N, 4)",
-                    times.size(), positions.rows(), positions.cols(), quaternions.rows(),
-                    quaternions.cols()));
+    throw py::value_error(fmt::format(
+        "trajectory: found {} times, positions {} x {} and quaternions {} x {}; expected "
+        "(N,), (N, 3) and (N, 4)",
+        times.size(), positions.rows(), positions.cols(), quaternions.rows(), quaternions.cols()));
   }
   Trajectory trajectory;
   Index row = 0;
@@ -91,8 +91,8 @@ Trajectory trajectory_of(const py::array& times, const Rows& positions, const Ro
       throw py::value_error(fmt::format("trajectory: row {} is not finite", row));
     }
     if (!trajectory.empty() && stamped.time <= trajectory.back().time) {
-      throw py::value_error(
-          fmt::format("trajectory: the time of row {} is not later than that of the row before", row));
+      throw py::value_error(fmt::format(
+          "trajectory: the time of row {} is not later than that of the row before", row));
     }
     trajectory.push_back(stamped);
     ++row;

@@ -13,7 +13,8 @@
 #include <chasles/lie/trajectory.hpp>
 #include <chasles/time.hpp>
 
-// Between Python's objects and ours. An Eigen matrix that is returned becomes an array that owns it.
+// Between Python's objects and ours. An Eigen matrix that is returned becomes an array that owns
+// it.
 namespace chasles::python {
 
 namespace py = pybind11;

@@ -1,6 +1,5 @@
-#include <pybind11/stl.h>
-
 #include <fmt/format.h>
+#include <pybind11/stl.h>
 
 #include <chasles/error.hpp>
 #include <chasles/eval/ate.hpp>

@@ -125,6 +125,7 @@ py::dict problem_of(const BatchTerms& terms) {
   result["loss"] = std::string(name_of(terms.loss));
   result["loss_width"] = terms.loss_width;
   result["cost"] = terms.cost;
+  result["inverse_depth_sigma"] = terms.inverse_depth_sigma;
   result["inverse_depth_cost"] = terms.inverse_depth_cost;
   return result;
 }

@@ -15,13 +15,12 @@
 namespace chasles::python {
 namespace {
 
-py::dict evaluate_columns(const py::array& times, const Rows& positions, const Rows& quaternions,
-                          const py::array& truth_times, const Rows& truth_positions,
-                          const Rows& truth_quaternions,
-                          const std::optional<py::array_t<double, py::array::c_style |
-                                                                      py::array::forcecast>>&
-                              pose_covariances,
-                          const std::string& chart, bool level) {
+py::dict evaluate_columns(
+    const py::array& times, const Rows& positions, const Rows& quaternions,
+    const py::array& truth_times, const Rows& truth_positions, const Rows& truth_quaternions,
+    const std::optional<py::array_t<double, py::array::c_style | py::array::forcecast>>&
+        pose_covariances,
+    const std::string& chart, bool level) {
   const Trajectory estimate = trajectory_of(times, positions, quaternions);
   const Trajectory truth = trajectory_of(truth_times, truth_positions, truth_quaternions);
   std::vector<Matrix6d> covariances;

@@ -10,14 +10,14 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <chasles/error.hpp>
+#include <chasles/filter/depth_rule.hpp>
 #include <chasles/filter/registered_charts.hpp>
-#include <chasles/slam/depth_rule.hpp>
 
 #include "arrays.hpp"
 #include "module.hpp"
 
-// Error charts and depth rules that are written in Python. The filter calls them without the GIL, so
-// each call takes it. What is registered stays for the life of the process.
+// Error charts and depth rules that are written in Python. The filter calls them without the GIL,
+// so each call takes it. What is registered stays for the life of the process.
 namespace chasles::python {
 namespace {
 
@@ -36,10 +36,10 @@ struct ChartState {
 const py::object& kept(py::object object) { return *new py::object(std::move(object)); }
 
 ChartState chart_state(const State& x) {
-  ChartState s{.R = x.world_T_imu.R,
-               .p = x.world_T_imu.p,
-               .v = x.v_world.value_or(Eigen::Vector3d::Zero())};
-  const auto cartesian = std::ranges::count_if(x.landmarks, [](const Landmark& l) { return !l.anchor; });
+  ChartState s{
+      .R = x.world_T_imu.R, .p = x.world_T_imu.p, .v = x.v_world.value_or(Eigen::Vector3d::Zero())};
+  const auto cartesian =
+      std::ranges::count_if(x.landmarks, [](const Landmark& l) { return !l.anchor; });
   s.points.resize(cartesian, 3);
   Index i = 0;
   for (const Landmark& landmark : x.landmarks) {
@@ -185,9 +185,9 @@ void bind_lab(py::module_& m) {
       .def_readonly("camera", &FirstSight::camera, "Index of the camera.")
       .def_readonly("inverse", &FirstSight::inverse,
                     "Whether the landmark has an inverse depth [1/m] or a depth [m].")
-      .def_property_readonly("world_T_camera",
-                             [](const FirstSight& s) { return matrix(s.world_T_camera); },
-                             "(4, 4) [m].")
+      .def_property_readonly(
+          "world_T_camera", [](const FirstSight& s) { return matrix(s.world_T_camera); },
+          "(4, 4) [m].")
       .def_readonly("ray", &FirstSight::ray, "(3,): (x/z, y/z, 1) in the camera's axes.")
       .def_readonly("points", &FirstSight::points, "(N, 3): landmarks of the state, world [m].");
   m.def("register_chart", &register_chart, py::arg("name"), py::arg("chart"));

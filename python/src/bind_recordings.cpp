@@ -56,9 +56,8 @@ Recording simulate(const std::string& scene, std::uint64_t run, bool images,
   for (const std::string& one : sets) app::assign(list, "setting", one);
   validate(street);
   if (images || run != 0) {
-    throw UsageError(
-        fmt::format("{}: images and run are for scenes with an IMU; another run is another seed",
-                    scene));
+    throw UsageError(fmt::format(
+        "{}: images and run are for scenes with an IMU; another run is another seed", scene));
   }
   return simulate_street(street);
 }
@@ -142,14 +141,14 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
                    const Eigen::Matrix4d& cam_T_imu) {
   const auto model = choice_of<Distortion>(distortion);
   if (!model) {
-    throw py::value_error(fmt::format(
-        "distortion: found '{}', expected none, radtan or equidistant", distortion));
+    throw py::value_error(
+        fmt::format("distortion: found '{}', expected none, radtan or equidistant", distortion));
   }
   const std::size_t most = *model == Distortion::kNone ? 0 : *model == Distortion::kRadtan ? 5 : 4;
   if (coefficients.size() > most || (coefficients.size() < 4 && most > 0)) {
     throw py::value_error(fmt::format("coefficients: found {}, expected {} for {}",
-                                      coefficients.size(), most == 5 ? "4 or 5" : std::to_string(most),
-                                      distortion));
+                                      coefficients.size(),
+                                      most == 5 ? "4 or 5" : std::to_string(most), distortion));
   }
   Camera camera;
   camera.width = width;
@@ -178,8 +177,8 @@ std::string text_of(const Recording& recording) {
 
 void bind_recordings(py::module_& m) {
   py::class_<Camera>(m, "Camera", "A camera of a rig: z forward, x right, y down.")
-      .def(py::init(&make_camera), py::arg("width"), py::arg("height"), py::arg("fx"), py::arg("fy"),
-           py::arg("cx"), py::arg("cy"), py::arg("distortion") = "none",
+      .def(py::init(&make_camera), py::arg("width"), py::arg("height"), py::arg("fx"),
+           py::arg("fy"), py::arg("cx"), py::arg("cy"), py::arg("distortion") = "none",
            py::arg("coefficients") = std::vector<double>{},
            py::arg("cam_T_imu") = Eigen::Matrix4d(Eigen::Matrix4d::Identity()),
            "Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to "
@@ -225,7 +224,8 @@ void bind_recordings(py::module_& m) {
   py::class_<Recording, std::shared_ptr<Recording>>(
       m, "Recording", "The measurements of a recording and, where known, the truth.")
       .def_readonly("name", &Recording::name)
-      .def_readonly("remarks", &Recording::remarks, "What the reader corrected, left out or counted.")
+      .def_readonly("remarks", &Recording::remarks,
+                    "What the reader corrected, left out or counted.")
       .def_readonly("cameras", &Recording::cameras)
       .def_readonly("imu_noise", &Recording::imu_noise, "As the recording states it, or None.")
       .def_property_readonly("imu", &imu_columns,
@@ -239,7 +239,8 @@ void bind_recordings(py::module_& m) {
       .def("images", &images, py::arg("index"),
            "The images of a frame: for each camera an array (height, width) of uint8, or None.")
       .def("tracks", &tracks, py::arg("index"),
-           "The observations of a frame of tracks: {'landmark': (N,), 'camera': (N,), 'pixel': (N, 2) "
+           "The observations of a frame of tracks: {'landmark': (N,), 'camera': (N,), 'pixel': (N, "
+           "2) "
            "or, of a rectified pair, (N, 4)}.")
       .def("__len__", &frame_count)
       .def("__repr__", &text_of);

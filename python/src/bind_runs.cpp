@@ -34,8 +34,8 @@ struct PythonRun {
   std::vector<std::shared_ptr<const BatchTerms>> batch = {};
 };
 
-// True once Python has a signal pending whose handler raises, such as Ctrl-C. Python handles signals
-// in its main thread alone.
+// True once Python has a signal pending whose handler raises, such as Ctrl-C. Python handles
+// signals in its main thread alone.
 class Signals {
  public:
   bool pending() {
@@ -149,7 +149,8 @@ py::dict states(const PythonRun& r) {
       sigma(i, k) = s.extra_sigma[static_cast<std::size_t>(k)];
     }
     nis(i, 0) = s.nis;
-    counts.row(i) << s.nis_dof, s.observations, s.used, s.rejected, s.added, s.in_state, s.landmarks;
+    counts.row(i) << s.nis_dof, s.observations, s.used, s.rejected, s.added, s.in_state,
+        s.landmarks;
     health.push_back(s.health);
   }
   py::dict result = columns(path);

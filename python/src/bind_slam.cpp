@@ -111,11 +111,15 @@ class Slam {
     return locked([&](VisualInertialSlam& slam) { return slam.predicted(time); });
   }
 
-  bool started() { return locked([](const VisualInertialSlam& s) { return s.estimator().started(); }); }
+  bool started() {
+    return locked([](const VisualInertialSlam& s) { return s.estimator().started(); });
+  }
   std::string why_not_started() {
     return locked([](const VisualInertialSlam& s) { return s.estimator().why_not_started(); });
   }
-  std::size_t waiting() { return locked([](const VisualInertialSlam& s) { return s.waiting(); }); }
+  std::size_t waiting() {
+    return locked([](const VisualInertialSlam& s) { return s.waiting(); });
+  }
   std::vector<MapLandmark> map() {
     return locked([](const VisualInertialSlam& s) { return s.estimator().map(); });
   }
@@ -215,54 +219,57 @@ std::optional<Eigen::Vector3d> bias(const Estimate& e, Eigen::Index first) {
 std::string text_of(const Estimate& e) {
   const Eigen::Vector3d& p = e.world_T_imu.p;
   const Eigen::Vector3d sigma = e.covariance.diagonal().segment<3>(3).cwiseSqrt();
-  return fmt::format("<chasles.Estimate t={} ns p=({:.3f}, {:.3f}, {:.3f}) m sigma=({:.3f}, {:.3f}, "
-                     "{:.3f}) m {}>",
-                     e.time.count(), p.x(), p.y(), p.z(), sigma.x(), sigma.y(), sigma.z(),
-                     name(e.health));
+  return fmt::format(
+      "<chasles.Estimate t={} ns p=({:.3f}, {:.3f}, {:.3f}) m sigma=({:.3f}, {:.3f}, "
+      "{:.3f}) m {}>",
+      e.time.count(), p.x(), p.y(), p.z(), sigma.x(), sigma.y(), sigma.z(), name(e.health));
 }
 
 }  // namespace
 
 void bind_slam(py::module_& m) {
   py::class_<Estimate>(m, "Estimate", "The estimate of a frame.")
-      .def_property_readonly("time", [](const Estimate& e) { return e.time.count(); },
-                             "On the IMU's clock [ns].")
+      .def_property_readonly(
+          "time", [](const Estimate& e) { return e.time.count(); }, "On the IMU's clock [ns].")
       .def_property_readonly("seconds", [](const Estimate& e) { return to_seconds(e.time); })
-      .def_property_readonly("world_T_imu", [](const Estimate& e) { return matrix(e.world_T_imu); },
-                             "(4, 4) [m]: maps IMU coordinates to the world's; z points up.")
-      .def_property_readonly("position",
-                             [](const Estimate& e) { return Eigen::Vector3d(e.world_T_imu.p); },
-                             "(3,) world [m].")
-      .def_property_readonly("quaternion",
-                             [](const Estimate& e) { return quaternion_xyzw(e.world_T_imu.R); },
-                             "(4,) x y z w of world_T_imu.")
-      .def_property_readonly("velocity", [](const Estimate& e) { return e.v_world; },
-                             "(3,) world [m/s].")
-      .def_property_readonly("accelerometer_bias", [](const Estimate& e) { return bias(e, 0); },
-                             "(3,) [m/s^2].")
-      .def_property_readonly("gyroscope_bias", [](const Estimate& e) { return bias(e, 3); },
-                             "(3,) [rad/s].")
+      .def_property_readonly(
+          "world_T_imu", [](const Estimate& e) { return matrix(e.world_T_imu); },
+          "(4, 4) [m]: maps IMU coordinates to the world's; z points up.")
+      .def_property_readonly(
+          "position", [](const Estimate& e) { return Eigen::Vector3d(e.world_T_imu.p); },
+          "(3,) world [m].")
+      .def_property_readonly(
+          "quaternion", [](const Estimate& e) { return quaternion_xyzw(e.world_T_imu.R); },
+          "(4,) x y z w of world_T_imu.")
+      .def_property_readonly(
+          "velocity", [](const Estimate& e) { return e.v_world; }, "(3,) world [m/s].")
+      .def_property_readonly(
+          "accelerometer_bias", [](const Estimate& e) { return bias(e, 0); }, "(3,) [m/s^2].")
+      .def_property_readonly(
+          "gyroscope_bias", [](const Estimate& e) { return bias(e, 3); }, "(3,) [rad/s].")
       .def_property_readonly(
           "covariance", [](const Estimate& e) { return Eigen::MatrixXd(e.covariance); },
           "(n, n) of [theta; dp; dv; biases]: R = Exp(theta) R_hat, p = p_hat + dp, world axes.")
-      .def_property_readonly("pose_covariance",
-                             [](const Estimate& e) { return Eigen::MatrixXd(e.pose_covariance()); },
-                             "(6, 6) of [theta; dp] [rad, m].")
-      .def_property_readonly("map_T_imu",
-                             [](const Estimate& e) -> std::optional<Eigen::Matrix4d> {
-                               if (!e.in_map) return std::nullopt;
-                               return matrix(e.in_map->map_T_imu);
-                             },
-                             "(4, 4) in the frame of the map, or None.")
-      .def_property_readonly("world_T_map",
-                             [](const Estimate& e) -> std::optional<Eigen::Matrix4d> {
-                               if (!e.in_map) return std::nullopt;
-                               return matrix(e.in_map->world_T_map);
-                             },
-                             "(4, 4) frame of the map in the world (REP 105: odom_T_map), or None.")
-      .def_property_readonly("health",
-                             [](const Estimate& e) { return std::string(name(e.health)); },
-                             "'ok', 'degraded' or 'lost'.")
+      .def_property_readonly(
+          "pose_covariance", [](const Estimate& e) { return Eigen::MatrixXd(e.pose_covariance()); },
+          "(6, 6) of [theta; dp] [rad, m].")
+      .def_property_readonly(
+          "map_T_imu",
+          [](const Estimate& e) -> std::optional<Eigen::Matrix4d> {
+            if (!e.in_map) return std::nullopt;
+            return matrix(e.in_map->map_T_imu);
+          },
+          "(4, 4) in the frame of the map, or None.")
+      .def_property_readonly(
+          "world_T_map",
+          [](const Estimate& e) -> std::optional<Eigen::Matrix4d> {
+            if (!e.in_map) return std::nullopt;
+            return matrix(e.in_map->world_T_map);
+          },
+          "(4, 4) frame of the map in the world (REP 105: odom_T_map), or None.")
+      .def_property_readonly(
+          "health", [](const Estimate& e) { return std::string(name(e.health)); },
+          "'ok', 'degraded' or 'lost'.")
       .def_readonly("nis", &Estimate::nis)
       .def_readonly("nis_dof", &Estimate::nis_dof)
       .def_readonly("observations", &Estimate::observations)
@@ -272,22 +279,24 @@ void bind_slam(py::module_& m) {
       .def("__repr__", &text_of);
 
   py::class_<PredictedState>(m, "PredictedState", "The motion after the last estimate, by the IMU.")
-      .def_property_readonly("time", [](const PredictedState& s) { return s.time.count(); },
-                             "On the IMU's clock [ns].")
+      .def_property_readonly(
+          "time", [](const PredictedState& s) { return s.time.count(); },
+          "On the IMU's clock [ns].")
       .def_property_readonly("seconds_since_estimate",
                              [](const PredictedState& s) { return to_seconds(s.since_estimate); })
       .def_property_readonly(
           "world_T_imu", [](const PredictedState& s) { return matrix(s.state.world_T_imu); },
           "(4, 4) [m].")
       .def_property_readonly(
-          "position", [](const PredictedState& s) { return Eigen::Vector3d(s.state.world_T_imu.p); },
+          "position",
+          [](const PredictedState& s) { return Eigen::Vector3d(s.state.world_T_imu.p); },
           "(3,) world [m].")
       .def_property_readonly(
           "quaternion",
           [](const PredictedState& s) { return quaternion_xyzw(s.state.world_T_imu.R); },
           "(4,) x y z w of world_T_imu.")
-      .def_property_readonly("velocity", [](const PredictedState& s) { return s.state.v_world; },
-                             "(3,) world [m/s].")
+      .def_property_readonly(
+          "velocity", [](const PredictedState& s) { return s.state.v_world; }, "(3,) world [m/s].")
       .def_readonly("angular_rate", &PredictedState::angular_rate_imu,
                     "(3,) IMU axes, without bias [rad/s].")
       .def_property_readonly(
@@ -322,8 +331,8 @@ void bind_slam(py::module_& m) {
       .def_property_readonly("counts", &Realtime::counts,
                              "Images: {'came', 'taken', 'dropped', 'waiting'}.")
       .def_property_readonly("why_not_started", &Realtime::why_not_started)
-      .def_property_readonly("landmarks", [](Realtime& slam) { return columns(slam.map()); },
-                             "As Slam.landmarks.");
+      .def_property_readonly(
+          "landmarks", [](Realtime& slam) { return columns(slam.map()); }, "As Slam.landmarks.");
 
   py::class_<Slam>(m, "Slam",
                    "Visual-inertial SLAM step by step. Any thread may call; estimators take turns, "
@@ -331,13 +340,14 @@ void bind_slam(py::module_& m) {
       .def(py::init<const std::vector<Camera>&, const ImuNoise&, const std::string&,
                     const std::string&, const py::kwargs&>(),
            py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
-           py::arg("map") = "",
-           arguments)
-      .def("add_imu", &Slam::add_imu, py::arg("time"), py::arg("angular_rate"),
-           py::arg("specific_force"),
-           "A sample, or (N,) of them. Times are ints [ns] or floats [s]; angular rates [rad/s] and "
-           "specific forces [m/s^2] in IMU axes: (3,) or (N, 3). Returns the estimates of the images "
-           "that waited for them.")
+           py::arg("map") = "", arguments)
+      .def(
+          "add_imu", &Slam::add_imu, py::arg("time"), py::arg("angular_rate"),
+          py::arg("specific_force"),
+          "A sample, or (N,) of them. Times are ints [ns] or floats [s]; angular rates [rad/s] and "
+          "specific forces [m/s^2] in IMU axes: (3,) or (N, 3). Returns the estimates of the "
+          "images "
+          "that waited for them.")
       .def("add_images", &Slam::add_images, py::arg("time"), py::arg("images"),
            "The images of all cameras at one instant: arrays (height, width) of uint8, or None. "
            "Returns the estimates that are ready.")
@@ -346,9 +356,10 @@ void bind_slam(py::module_& m) {
       .def_property_readonly("started", &Slam::started)
       .def_property_readonly("why_not_started", &Slam::why_not_started)
       .def_property_readonly("waiting", &Slam::waiting, "Number of images that wait for samples.")
-      .def_property_readonly("landmarks", [](Slam& slam) { return columns(slam.map()); },
-                             "{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), "
-                             "'observations': (N,)}.");
+      .def_property_readonly(
+          "landmarks", [](Slam& slam) { return columns(slam.map()); },
+          "{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), "
+          "'observations': (N,)}.");
 }
 
 }  // namespace chasles::python

@@ -9,10 +9,10 @@
 
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
+#include <chasles/filter/depth_rule_names.hpp>
 #include <chasles/filter/error_chart.hpp>
 #include <chasles/lab/monte_carlo.hpp>
 #include <chasles/report/study.hpp>
-#include <chasles/slam/depth_rule_names.hpp>
 
 #include "arrays.hpp"
 #include "filter_options.hpp"

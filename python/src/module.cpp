@@ -42,18 +42,24 @@ Errors& errors() {
 
 py::object new_error(py::module_& m, const char* name, const py::handle& bases) {
   const std::string full = std::string("chasles.") + name;
-  auto type = py::reinterpret_steal<py::object>(PyErr_NewException(full.c_str(), bases.ptr(), nullptr));
+  auto type =
+      py::reinterpret_steal<py::object>(PyErr_NewException(full.c_str(), bases.ptr(), nullptr));
   m.attr(name) = type;
   return type;
 }
 
 PyObject* type_of(ExitCode code) {
   switch (code) {
-    case ExitCode::kUsage: return errors().usage.ptr();
-    case ExitCode::kBadInput: return errors().input.ptr();
-    case ExitCode::kNotInitialised: return errors().not_initialised.ptr();
-    case ExitCode::kDiverged: return errors().diverged.ptr();
-    default: return errors().error.ptr();
+    case ExitCode::kUsage:
+      return errors().usage.ptr();
+    case ExitCode::kBadInput:
+      return errors().input.ptr();
+    case ExitCode::kNotInitialised:
+      return errors().not_initialised.ptr();
+    case ExitCode::kDiverged:
+      return errors().diverged.ptr();
+    default:
+      return errors().error.ptr();
   }
 }
 

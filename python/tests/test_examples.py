@@ -3,7 +3,6 @@
 import os
 import pathlib
 import re
-import socket
 import subprocess
 import sys
 
@@ -47,3 +46,52 @@ def test_too_fast_a_recording_drops_images_and_says_so(walk):
 def test_bad_input_says_what_was_expected(tmp_path):
     assert "expected --play RECORDING, or --calibration FILE" in example().stderr
     assert "no such" in example("--play", tmp_path / "nothing").stderr.lower()
+
+
+FEED = pathlib.Path(os.environ.get("CHASLES_BINARY", "/none")).with_name("feed_from_stdin")
+
+
+def sensors(recording):
+    """The recording as the program reads it, in the order of time."""
+    imu, frames = recording.imu, recording.frame_times
+    k = 0
+    for i, stamp in enumerate(imu["time"]):
+        values = " ".join(repr(float(x)) for x in (*imu["angular_rate"][i], *imu["specific_force"][i]))
+        yield f"imu {stamp} {values}\n".encode()
+        while k < len(frames) and frames[k] <= stamp:
+            yield f"images {frames[k]}\n".encode() + b"".join(image.tobytes() for image in recording.images(k))
+            k += 1
+
+
+def feed(*arguments, data):
+    return subprocess.run([FEED, *arguments], input=b"".join(data), timeout=120, capture_output=True)
+
+
+@pytest.mark.skipif(not FEED.exists(), reason="feed_from_stdin is not built")
+def test_the_program_fed_by_a_pipe_has_the_estimates_of_the_library(walk):
+    recording = chasles.read(walk)
+    done = feed(walk, "--wait", data=sensors(recording))
+    assert done.returncode == 0, done.stderr
+    lines = [list(map(float, line.split())) for line in done.stdout.decode().splitlines()]
+    expected = chasles.run(recording, exact_map=False).states
+    assert len(lines) == len(expected["time"])
+    for line, position in zip(lines, expected["position"]):
+        assert line[1:4] == pytest.approx(position, abs=6e-4)
+        assert line[4] >= 0 and line[5] >= 0 and line[6] == 0
+    assert lines[0][4] < lines[-1][4] < 0.1
+    assert f"{len(lines)} estimates of {len(recording)} images, 0 dropped" in done.stderr.decode()
+    # All at once is faster than any estimator: images are dropped, and counted.
+    hasty = feed(walk, data=sensors(recording)).stderr.decode()
+    found = re.search(r"(\d+) estimates of (\d+) images, (\d+) dropped", hasty)
+    assert int(found[2]) == len(recording) and int(found[3]) > 10
+
+
+@pytest.mark.skipif(not FEED.exists(), reason="feed_from_stdin is not built")
+def test_the_program_says_what_it_cannot_read(walk):
+    for data, message in [(b"imu 5 1 2\n", "item 1: found 'imu 5 1 2', expected imu TIME"),
+                          (b"gps 5\n", "found 'gps 5'"), (b"images 7\nabc", "ends within an image"),
+                          (b"", "0 estimates of 0 images")]:
+        done = feed(walk, data=[data])
+        assert done.returncode == 1 and message in done.stderr.decode(), done.stderr
+    assert feed(data=[]).returncode == 2
+    assert "feed_from_stdin: /nothing" in feed("/nothing", data=[]).stderr.decode()

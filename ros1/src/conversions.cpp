@@ -42,8 +42,7 @@ auto visit_image(const RawMessage& message, const std::string& where, const Raw&
 GrayImage image_of(const RawMessage& message, const ImageSize& expected, int bits,
                    const std::string& where) {
   return visit_image(
-      message, where,
-      [&](const RosImage& raw) { return grey_image(raw, expected, bits, where); },
+      message, where, [&](const RosImage& raw) { return grey_image(raw, expected, bits, where); },
       [&](std::string_view packed) { return decode_image(packed, expected, where, bits); });
 }
 
@@ -57,8 +56,8 @@ int bits_of(const RawMessage& message, const ImageSize& expected, const std::str
 OutHeader header_of(Time time, const std::string& frame) {
   const std::int64_t seconds = time.count() / 1'000'000'000;
   if (time < Time::zero() || seconds > std::numeric_limits<std::uint32_t>::max()) {
-    throw InputError(fmt::format("{} ns is no stamp of ROS, expected a time from 1970 to 2106",
-                                 time.count()));
+    throw InputError(
+        fmt::format("{} ns is no stamp of ROS, expected a time from 1970 to 2106", time.count()));
   }
   return {.stamp = time.count(), .frame = frame};
 }
@@ -75,19 +74,18 @@ OutTransform transform_of(Time time, const std::string& parent, const std::strin
 
 OutPoseWithCovariance pose_with_covariance_of(Time time, const std::string& frame, const SE3& pose,
                                               const Matrix6d& covariance) {
-  return {.header = header_of(time, frame),
-          .pose = pose_of(pose),
-          .covariance = array_of(covariance)};
+  return {
+      .header = header_of(time, frame), .pose = pose_of(pose), .covariance = array_of(covariance)};
 }
 
 OutOdometry odometry_of(Time time, const BodyState& body, const std::string& world_frame,
                         const std::string& body_frame) {
-  return {.pose = pose_with_covariance_of(time, world_frame, body.world_T_body,
-                                          body.pose_covariance),
-          .child = body_frame,
-          .linear = array_of(body.linear),
-          .angular = array_of(body.angular),
-          .twist_covariance = array_of(body.twist_covariance)};
+  return {
+      .pose = pose_with_covariance_of(time, world_frame, body.world_T_body, body.pose_covariance),
+      .child = body_frame,
+      .linear = array_of(body.linear),
+      .angular = array_of(body.angular),
+      .twist_covariance = array_of(body.twist_covariance)};
 }
 
 OutPoints points_of(Time time, const std::string& frame, std::span<const MapLandmark> landmarks) {

@@ -18,9 +18,9 @@
 // functions of the reader of bags, so that they mean the same.
 namespace chasles::ros1 {
 
-/// An image message's content as 8 bits of grey: sensor_msgs/Image in any encoding of docs/formats.md,
-/// or sensor_msgs/CompressedImage. `bits`: in use, of 16-bit values. Throws InputError, starting
-/// with `where`, for damage, another encoding, size or type.
+/// An image message's content as 8 bits of grey: sensor_msgs/Image in any encoding of
+/// docs/formats.md, or sensor_msgs/CompressedImage. `bits`: in use, of 16-bit values. Throws
+/// InputError, starting with `where`, for damage, another encoding, size or type.
 GrayImage image_of(const RawMessage& message, const ImageSize& expected, int bits,
                    const std::string& where);
 /// The bits in use by this image; 16 for one of 8 bits, for which they do not matter. Throws as

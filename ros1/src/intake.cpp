@@ -176,10 +176,8 @@ void Intake::start(SensorCalibration calibration) {
   slam_ = std::make_unique<app::RobotSlam>(
       setup_from(parameters_, std::move(calibration)),
       app::RobotSlam::Callbacks{
-          .on_estimates =
-              [this](std::span<const Estimate> estimates, VisualInertialSlam& slam) {
-                publisher_.publish(estimates, slam);
-              },
+          .on_estimates = [this](std::span<const Estimate> estimates,
+                                 VisualInertialSlam& slam) { publisher_.publish(estimates, slam); },
           .on_reset =
               [this](const std::string& why) {
                 transport_.log(LogLevel::kWarning, why + ": the run begins anew");

@@ -11,7 +11,7 @@
 namespace chasles::ros1 {
 
 struct OutPose {
-  std::array<double, 3> position{};                 ///< [m]
+  std::array<double, 3> position{};                   ///< [m]
   std::array<double, 4> quaternion_xyzw{0, 0, 0, 1};  ///< of unit length
 };
 

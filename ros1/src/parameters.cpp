@@ -59,8 +59,8 @@ std::string text_of(const Value& value) {
 }
 
 [[noreturn]] void refuse(const std::string& name, const Value& value, const std::string& expected) {
-  throw UsageError(fmt::format("{}: found '{}', expected {}", parameter_name(name), text_of(value),
-                               expected));
+  throw UsageError(
+      fmt::format("{}: found '{}', expected {}", parameter_name(name), text_of(value), expected));
 }
 
 bool is_number(const Value& value) {
@@ -194,12 +194,11 @@ void check(const NodeParameters& p) {
         "the project's calibration.yaml (docs/ros.md)");
   }
   if (p.image_transport != "raw" && p.image_transport != "compressed") {
-    throw UsageError(fmt::format("~image_transport: found '{}', expected raw or compressed",
-                                 p.image_transport));
+    throw UsageError(
+        fmt::format("~image_transport: found '{}', expected raw or compressed", p.image_transport));
   }
   if (p.image_bits != 0 && p.image_bits < 8) {
-    throw UsageError(
-        fmt::format("~image_bits: found '{}', expected 0, or 8 to 16", p.image_bits));
+    throw UsageError(fmt::format("~image_bits: found '{}', expected 0, or 8 to 16", p.image_bits));
   }
 }
 

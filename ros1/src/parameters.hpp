@@ -33,8 +33,8 @@ struct NodeParameters {
   std::string name = "robot";
   std::filesystem::path save_map = {}, output = {};
   std::string map_frame = "map", odom_frame = "odom", base_frame = "base_link";
-  std::string imu_frame = {};        ///< empty: header.frame_id of the samples
-  std::optional<SE3> base_T_imu;     ///< none: by /tf_static
+  std::string imu_frame = {};     ///< empty: header.frame_id of the samples
+  std::optional<SE3> base_T_imu;  ///< none: by /tf_static
   bool publish_tf = true;
   double path_period = 1;    ///< [s]; 0: no path
   int path_length = 5000;    ///< most poses of the path: the latest

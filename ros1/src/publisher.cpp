@@ -72,11 +72,10 @@ void Publisher::publish(const PredictedState& state) {
   transport_.publish_odometry(
       odometry_of(state.time, body, parameters_.odom_frame, parameters_.base_frame));
   if (!parameters_.publish_tf) return;
-  transport_.publish_transforms(
-      {transform_of(state.time, parameters_.map_frame, parameters_.odom_frame,
-                    odom_T_map_.inverse()),
-       transform_of(state.time, parameters_.odom_frame, parameters_.base_frame,
-                    body.world_T_body)});
+  transport_.publish_transforms({transform_of(state.time, parameters_.map_frame,
+                                              parameters_.odom_frame, odom_T_map_.inverse()),
+                                 transform_of(state.time, parameters_.odom_frame,
+                                              parameters_.base_frame, body.world_T_body)});
 }
 
 void Publisher::publish(std::span<const Estimate> estimates, VisualInertialSlam& slam) {

@@ -119,9 +119,10 @@ diagnostic_msgs::DiagnosticArray message_of(const OutDiagnosis& diagnosis, const
   message.header.stamp = now;
   message.status.emplace_back();
   diagnostic_msgs::DiagnosticStatus& status = message.status.back();
-  status.level = diagnosis.level == DiagnosisLevel::kError     ? diagnostic_msgs::DiagnosticStatus::ERROR
-                 : diagnosis.level == DiagnosisLevel::kWarning ? diagnostic_msgs::DiagnosticStatus::WARN
-                                                               : diagnostic_msgs::DiagnosticStatus::OK;
+  status.level =
+      diagnosis.level == DiagnosisLevel::kError     ? diagnostic_msgs::DiagnosticStatus::ERROR
+      : diagnosis.level == DiagnosisLevel::kWarning ? diagnostic_msgs::DiagnosticStatus::WARN
+                                                    : diagnostic_msgs::DiagnosticStatus::OK;
   status.name = name;
   status.message = diagnosis.message;
   for (const auto& [key, value] : diagnosis.values) {

@@ -77,8 +77,9 @@ std::optional<SensorCalibration> TopicCalibration::calibration() {
   chosen.imu = &contents_.topics[0];
   for (std::size_t c = 0; c < cameras_; ++c) {
     if (images(c).frame.empty() || chosen.imu->frame.empty()) {
-      missing_ = fmt::format("no message with a frame_id has come on {}",
-                             images(c).frame.empty() ? images(c).topic.name : chosen.imu->topic.name);
+      missing_ =
+          fmt::format("no message with a frame_id has come on {}",
+                      images(c).frame.empty() ? images(c).topic.name : chosen.imu->topic.name);
       return std::nullopt;
     }
     chosen.cameras.push_back(&images(c));

@@ -9,9 +9,9 @@
 
 namespace chasles::ros1 {
 
-/// Calibrates cameras by what a bag without a calibration file has (docs/formats.md): the CameraInfo
-/// beside each topic of images, and the static transforms from the frame of the IMU's messages to
-/// that of the images.
+/// Calibrates cameras by what a bag without a calibration file has (docs/formats.md): the
+/// CameraInfo beside each topic of images, and the static transforms from the frame of the IMU's
+/// messages to that of the images.
 class TopicCalibration {
  public:
   /// `imu`: the calibration of the IMU alone.

@@ -147,13 +147,13 @@ void Transport::subscribe(const std::string& topic, std::uint32_t queue, Handler
 void Transport::serve(const std::string& name, Service service) {
   using Request = std_srvs::Trigger::Request;
   using Response = std_srvs::Trigger::Response;
-  const boost::function<bool(Request&, Response&)> answer =
-      [service = std::move(service)](Request&, Response& response) {
-        const auto [success, message] = service();
-        response.success = success ? 1 : 0;
-        response.message = message;
-        return true;
-      };
+  const boost::function<bool(Request&, Response&)> answer = [service = std::move(service)](
+                                                                Request&, Response& response) {
+    const auto [success, message] = service();
+    response.success = success ? 1 : 0;
+    response.message = message;
+    return true;
+  };
   parts_->services.push_back(parts_->own.advertiseService(name, answer));
 }
 

@@ -47,16 +47,16 @@ class Transport {
   void every(double seconds, std::function<void()> work);
 
   // Topics below the node's name; tf and diagnostics are global. Any thread may publish.
-  void publish_odometry(const OutOdometry& odometry);        ///< odometry
-  void publish_frame_odometry(const OutOdometry& odometry);  ///< frame_odometry
-  void publish_pose(const OutPoseWithCovariance& pose);      ///< pose
-  void publish_pose_in_map(const OutPoseWithCovariance& pose);  ///< pose_in_map
-  void publish_path(const OutPath& path);                    ///< path
-  void publish_points(const OutPoints& points);              ///< points
+  void publish_odometry(const OutOdometry& odometry);                    ///< odometry
+  void publish_frame_odometry(const OutOdometry& odometry);              ///< frame_odometry
+  void publish_pose(const OutPoseWithCovariance& pose);                  ///< pose
+  void publish_pose_in_map(const OutPoseWithCovariance& pose);           ///< pose_in_map
+  void publish_path(const OutPath& path);                                ///< path
+  void publish_points(const OutPoints& points);                          ///< points
   void publish_transforms(const std::vector<OutTransform>& transforms);  ///< /tf
-  void publish_diagnosis(const OutDiagnosis& diagnosis);     ///< /diagnostics
-  bool wants_path() const;    ///< has a subscriber
-  bool wants_points() const;  ///< likewise
+  void publish_diagnosis(const OutDiagnosis& diagnosis);                 ///< /diagnostics
+  bool wants_path() const;                                               ///< has a subscriber
+  bool wants_points() const;                                             ///< likewise
 
   void log(LogLevel level, const std::string& text) const;
 

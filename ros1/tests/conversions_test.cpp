@@ -1,3 +1,5 @@
+#include "conversions.hpp"
+
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -5,8 +7,6 @@
 #include <chasles/data/bags/bag_testing.hpp>
 #include <chasles/error.hpp>
 #include <chasles/lie/so3.hpp>
-
-#include "conversions.hpp"
 
 namespace chasles::ros1 {
 namespace {

@@ -1,6 +1,6 @@
-#include <gtest/gtest.h>
-
 #include "node_diagnosis.hpp"
+
+#include <gtest/gtest.h>
 
 namespace chasles::ros1 {
 namespace {

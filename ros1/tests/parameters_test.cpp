@@ -1,9 +1,10 @@
+#include "parameters.hpp"
+
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
 
 #include "intake.hpp"
-#include "parameters.hpp"
 
 namespace chasles::ros1 {
 namespace {
@@ -89,7 +90,8 @@ TEST(Ros1Parameters, TheOthersAreSettings) {
 }
 
 TEST(Ros1Parameters, OfWrongNamesTheNearestIsNamed) {
-  expect_in("~chrat: unknown parameter; did you mean 'chart'?", usage_error(with("chrat", "x")));
+  expect_in("~chrat: unknown parameter; did you mean 'chart' or 'batch/chart'?",
+            usage_error(with("chrat", "x")));
   expect_in("~imu_topics: unknown parameter; did you mean 'imu_topic'?",
             usage_error(with("imu_topics", "/imu")));
   XmlRpcValue group = calibrated();
@@ -150,9 +152,10 @@ TEST(Ros1Parameters, TopicsThatAreMissingAreErrors) {
   expect_in("~imu_topic is missing", error_of({}, calibration));
   NodeParameters p;
   p.imu_topic = "/imu";
-  expect_in("~camera_topics has 0 topics, and the calibration does not name all (rostopic), "
-            "expected 2",
-            error_of(p, calibration));
+  expect_in(
+      "~camera_topics has 0 topics, and the calibration does not name all (rostopic), "
+      "expected 2",
+      error_of(p, calibration));
   p.camera_topics = {"/a"};
   expect_in("~camera_topics has 1 topics, expected 2", error_of(p, calibration));
 }

@@ -55,9 +55,11 @@ class Walk:
         return folder / f'{name}.bag'
 
     def truth_at(self, ns):
-        """Position, rotation and velocity at the nearest time of the truth."""
-        i = int(np.argmin(np.abs(self.times - ns)))
-        return self.positions[i], self.rotations[i], self.velocities[i], abs(self.times[i] - ns)
+        """Position, rotation and velocity at a time of the truth, that of a frame; None at others."""
+        i = int(np.searchsorted(self.times, ns))
+        if i == len(self.times) or self.times[i] != ns:
+            return None
+        return self.positions[i], self.rotations[i], self.velocities[i]
 
 
 def run(bag, folder, *options):

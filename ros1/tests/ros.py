@@ -40,10 +40,14 @@ class Process:
     def __enter__(self):
         return self
 
+    # roscore and roslaunch end their children, which have groups of their own, on Ctrl-C alone.
     def __exit__(self, *_):
         if self.process.poll() is None:
-            os.killpg(self.process.pid, signal.SIGKILL)
-        self.process.wait()
+            try:
+                self.interrupt(15)
+            except subprocess.TimeoutExpired:
+                os.killpg(self.process.pid, signal.SIGKILL)
+                self.process.wait()
 
     def interrupt(self, seconds=30):
         """Ctrl-C; returns the exit code."""
@@ -133,8 +137,14 @@ class Listener:
                  'the node')
 
 
-def node(*parameters):
-    return Process([NODE, *[f'_{p}' for p in parameters]])
+def node(**parameters):
+    """The node with these private parameters; a nested dictionary is a group."""
+    if rospy.has_param('/chasles'):
+        rospy.delete_param('/chasles')
+    if parameters:
+        rospy.set_param('/chasles', {name: str(value) if isinstance(value, Path) else value
+                                     for name, value in parameters.items()})
+    return Process([NODE])
 
 
 def play(bag, rate=4):

@@ -1,9 +1,9 @@
+#include "topic_calibration.hpp"
+
 #include <gtest/gtest.h>
 
 #include <chasles/data/bags/bag_testing.hpp>
 #include <chasles/data/readers.hpp>
-
-#include "topic_calibration.hpp"
 
 // Against the calibration of a bag that holds the same messages (scripts/test-bags).
 namespace chasles::ros1 {

@@ -11,8 +11,8 @@
 #include <chasles/viewers/topics.hpp>
 
 // Foxglove's WebSocket protocol, as a server speaks it: foxglove.websocket.v1 and its successor
-// foxglove.sdk.v1, which have the same messages (github.com/foxglove/ws-protocol, docs/spec.md;
-// github.com/foxglove/foxglove-sdk).
+// foxglove.sdk.v1, which have the same messages (github.com/foxglove/ws-protocol, its
+// specification; github.com/foxglove/foxglove-sdk).
 namespace chasles {
 
 /// Chooses a subprotocol of the header Sec-WebSocket-Protocol; empty if none is Foxglove's.

@@ -1,4 +1,5 @@
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -101,6 +102,40 @@ TEST(FoxgloveProtocol, OtherMessagesAreFaultsThatSayWhatIsWrong) {
   }
   EXPECT_TRUE(
       has(why(R"({"op": "unsubscribe", "subscriptionIds": ["1"]})"), "unsubscribe: expected"));
+}
+
+// Bytes of valid messages are replaced, removed and doubled: whatever comes, there is an answer.
+TEST(FoxgloveProtocol, MutatedMessagesAreReadOrAreFaults) {
+  const std::string valid[] = {
+      R"({"op": "subscribe", "subscriptions": [{"id": 12, "channelId": 3}, {"id": 2, "channelId": 1}]})",
+      R"({"op": "unsubscribe", "subscriptionIds": [1, 22, 333]})",
+      R"({"op": "advertise", "channels": [{"id": 1, "topic": "t", "encoding": "json"}]})"};
+  std::mt19937 random(7);  // its numbers are the same everywhere
+  int faults = 0, read = 0;
+  for (int k = 0; k < 20'000; ++k) {
+    std::string text = valid[k % 3];
+    for (unsigned changes = 1 + random() % 3; changes > 0; --changes) {
+      const std::size_t at = random() % text.size();
+      switch (random() % 3) {
+        case 0:
+          text[at] = static_cast<char>(random() % 256);
+          break;
+        case 1:
+          text.erase(at, 1 + random() % 4);
+          break;
+        default:
+          text.insert(at, text.substr(random() % text.size(), random() % 8));
+      }
+    }
+    const ClientMessage message = parse_client_message(text, false);
+    const auto* fault = std::get_if<ClientFault>(&message);
+    fault ? ++faults : ++read;
+    if (fault) {
+      EXPECT_TRUE(Json::accept(status_text(StatusLevel::kError, fault->why))) << text;
+    }
+  }
+  EXPECT_GT(faults, 1000);
+  EXPECT_GT(read, 1000);
 }
 
 }  // namespace

@@ -44,12 +44,15 @@ std::vector<SensorMessage> messages(std::mt19937& random) {
     for (int k = 0; k < 10; ++k) {
       const Time time = milliseconds(7 + 50 * k) + microseconds(camera == 0 ? 0 : jitter(random));
       free = std::max(free, time + microseconds(delay(random)));
-      if (camera == 1 && third(random) == 0) continue;
-      all.push_back({.arrival = free, .time = time, .camera = camera, .number = k});
+      if (camera == 0 || third(random) != 0) {
+        all.push_back({.arrival = free, .time = time, .camera = camera, .number = k});
+      }
+      if (camera == 1 && k == 3) {
+        free = std::max(free, Time(milliseconds(180)));
+        all.push_back({.arrival = free, .time = milliseconds(180), .camera = camera, .number = 99});
+      }
     }
   }
-  all.push_back(
-      {.arrival = milliseconds(180), .time = milliseconds(180), .camera = 1, .number = 99});
   std::ranges::stable_sort(all, {}, &SensorMessage::arrival);
   return all;
 }

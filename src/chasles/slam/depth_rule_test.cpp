@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
-#include <chasles/slam/depth_rule.hpp>
+#include <chasles/filter/depth_rule.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
 namespace chasles {

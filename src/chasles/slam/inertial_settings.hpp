@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
+#include <chasles/filter/depth_rule_names.hpp>
 #include <chasles/filter/error_chart_names.hpp>
 #include <chasles/settings.hpp>
-#include <chasles/slam/depth_rule_names.hpp>
 #include <chasles/slam/landmark_form.hpp>
 
 namespace chasles {

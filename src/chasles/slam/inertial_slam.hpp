@@ -9,6 +9,7 @@
 
 #include <chasles/camera/pixel_outcome.hpp>
 #include <chasles/camera/track_noise.hpp>
+#include <chasles/filter/depth_rule.hpp>
 #include <chasles/filter/inertial_model.hpp>
 #include <chasles/filter/multi_view_start.hpp>
 #include <chasles/filter/pixel_measurement.hpp>
@@ -19,7 +20,6 @@
 #include <chasles/recognise/joint_compatibility.hpp>
 #include <chasles/recognise/spatial_choice.hpp>
 #include <chasles/slam/closure.hpp>
-#include <chasles/slam/depth_rule.hpp>
 #include <chasles/slam/estimate.hpp>
 #include <chasles/slam/inertial_settings.hpp>
 #include <chasles/slam/inertial_start.hpp>

@@ -31,6 +31,7 @@ BatchTerms terms_of(const InertialBatchInput& input, const BatchSettings& settin
                    .loss = settings.loss,
                    .loss_width = loss_width_of(settings),
                    .cost = cost};
+  if (graph.anchored) terms.inverse_depth_sigma = settings.inverse_depth_sigma;
   for (const BatchKeyframe& keyframe : graph.keyframes) {
     terms.keyframes.push_back({.time = keyframe.time, .state = keyframe.state});
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <chasles/smooth/batch/batch.hpp>
@@ -36,7 +37,9 @@ struct BatchTerms {
   BatchLoss loss = BatchLoss::kHuber;
   double loss_width = 0;  ///< [standard deviations]
   double cost = 0;        ///< BatchReport::final_cost, with all landmarks
-  /// The part of it that the weak prior of the inverse depths has: 0 of Cartesian landmarks.
+  /// Of the inverse depth of every landmark in the camera of its anchor, whose prior has the mean
+  /// 0; none for Cartesian landmarks. And the part of the cost that this prior has.
+  std::optional<double> inverse_depth_sigma = {};
   double inverse_depth_cost = 0;
 };
 

@@ -44,6 +44,16 @@ double link_square(const InertialState& now, const InertialState& next,
   return squared(world_difference(next, state), P);
 }
 
+double inverse_depth_square(const BatchTerms::Point& point, const BatchTerms& terms) {
+  if (!terms.inverse_depth_sigma) return 0;
+  const BatchTerms::View& anchor = point.views.front();
+  const Camera& camera = terms.cameras[static_cast<std::size_t>(anchor.camera)];
+  const SE3& nav_T_imu =
+      terms.keyframes[static_cast<std::size_t>(anchor.keyframe)].state.world_T_imu;
+  const double z = (camera.cam_T_imu * (nav_T_imu.inverse() * point.p_nav)).z();
+  return std::pow(1 / z / *terms.inverse_depth_sigma, 2);
+}
+
 // Half of the squares, from nothing but the terms; without a loss.
 double cost_of(const BatchTerms& terms) {
   double squares =
@@ -53,6 +63,7 @@ double cost_of(const BatchTerms& terms) {
                            terms);
   }
   for (const BatchTerms::Point& point : terms.points) {
+    squares += inverse_depth_square(point, terms);
     for (const BatchTerms::View& view : point.views) {
       const Camera& camera = terms.cameras[static_cast<std::size_t>(view.camera)];
       const SE3& nav_T_imu =
@@ -83,8 +94,9 @@ TEST(BatchTerms, AreTheWholeCost) {
     const BatchTerms& terms = *result.terms.front();
     EXPECT_EQ(terms.cost, result.report.final_cost);
     EXPECT_EQ(terms.inverse_depth_cost > 0, form == LandmarkForm::kInverseDepth);
+    EXPECT_EQ(terms.inverse_depth_sigma.has_value(), form == LandmarkForm::kInverseDepth);
     // The covariance of the samples is that at the biases from which the search began.
-    EXPECT_NEAR(cost_of(terms) / (terms.cost - terms.inverse_depth_cost), 1, 1e-4);
+    EXPECT_NEAR(cost_of(terms) / terms.cost, 1, 1e-4);
     EXPECT_EQ(terms.beyond_infinity, 0);
   }
 }

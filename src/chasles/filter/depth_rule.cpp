@@ -3,8 +3,8 @@
 #include <utility>
 
 #include <chasles/error.hpp>
+#include <chasles/filter/depth_rule.hpp>
 #include <chasles/registered_names.hpp>
-#include <chasles/slam/depth_rule.hpp>
 
 namespace chasles {
 namespace {

@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include <chasles/camera/camera.hpp>
+#include <chasles/filter/depth_rule_names.hpp>
 #include <chasles/filter/state.hpp>
-#include <chasles/slam/depth_rule_names.hpp>
 
 namespace chasles {
 
