@@ -110,23 +110,25 @@ TEST(RobotSlam, GivesTheBytesOfARunWhicheverTopicIsAhead) {
 TEST(RobotSlam, PredictsAtTheLatestSampleAlthoughEstimatesWaitForImages) {
   RobotSlam slam(setup_of(walk()), {});
   const std::size_t frames = walk().images->size();
+  auto sample = walk().imu.begin();
+  const auto add_samples_until = [&](Time time) {
+    for (; sample != walk().imu.end() && sample->time < time; ++sample) slam.add(*sample);
+  };
   for (std::size_t i = 0; i < frames; ++i) {
+    add_samples_until(walk().images->time(i));
     slam.add(0, walk().images->time(i), walk().images->read(i).images[0]);
   }
-  const Time last_frame = walk().images->time(frames - 1);
-  for (const ImuSample& sample : walk().imu) {
-    if (sample.time < last_frame + std::chrono::milliseconds(50)) slam.add(sample);
-  }
+  add_samples_until(walk().images->time(frames - 1) + std::chrono::milliseconds(50));
   while (slam.report().images.waiting > 0)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   slam.ask([](VisualInertialSlam&) {});  // after the image that was taken last
   const Time last_estimate = slam.report().last.value().time;
   for (int ms : {100, 110, 120}) {  // samples that no image needs yet
-    const ImuSample sample{.time = last_estimate + std::chrono::milliseconds(ms),
-                           .specific_force_imu = {0, 0, kStandardGravity},
-                           .angular_rate_imu = {0, 0, 0.5}};
-    slam.add(sample);
-    const auto state = slam.predicted(sample.time);
+    const ImuSample later{.time = last_estimate + std::chrono::milliseconds(ms),
+                          .specific_force_imu = {0, 0, kStandardGravity},
+                          .angular_rate_imu = {0, 0, 0.5}};
+    slam.add(later);
+    const auto state = slam.predicted(later.time);
     ASSERT_TRUE(state);
     EXPECT_EQ(state->since_estimate, std::chrono::milliseconds(ms));
     EXPECT_NEAR(state->angular_rate_imu.z(), 0.5, 0.05);
