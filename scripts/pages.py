@@ -27,7 +27,8 @@ addEventListener('load', () => setTimeout(() => {
 
 def take_picture(page, picture, factor=20):
     """The plan view of a report, with deviations enlarged by one of the page's factors."""
-    browser = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    browser = next(filter(None, map(shutil.which, ("chromium-headless-shell", "chromium", "chromium-browser",
+                                                   "google-chrome"))), None)
     if not browser:
         print(f"no Chromium: {picture} stays as it is")
         return

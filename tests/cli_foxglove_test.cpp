@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <chasles/live/testing.hpp>
+#include <chasles/opencv_codecs_testing.hpp>
 
 #include "cli_process.hpp"
 #include "cli_test.hpp"
@@ -32,7 +33,7 @@ std::map<std::string, std::string> files_but_timing(const fs::path& folder) {
 
 /// The picture is the recording's, at most 640 px wide, except for what a JPEG loses.
 void expect_picture(const cv::Mat& picture, const fs::path& recorded) {
-  const cv::Mat image = cv::imread(recorded.string(), cv::IMREAD_GRAYSCALE);
+  const cv::Mat image = opencv_read(recorded, cv::IMREAD_GRAYSCALE);
   ASSERT_FALSE(image.empty()) << recorded;
   ASSERT_EQ(picture.cols, std::min(image.cols, 640));
   ASSERT_NEAR(picture.rows, static_cast<double>(image.rows) * picture.cols / image.cols, 1);
@@ -79,7 +80,7 @@ TEST(Foxglove, TheCommandsOfThePageRunAndClientsSeeTheRunAndChangeNoByteOfIt) {
   const auto report = nlohmann::json::parse(slurp(folder / "report.json"), nullptr, false);
   ASSERT_TRUE(report.is_object());
   expect_picture(
-      cv::imread((folder / "last.jpg").string(), cv::IMREAD_GRAYSCALE),
+      opencv_read(folder / "last.jpg", cv::IMREAD_GRAYSCALE),
       folder / "walk" / "mav0" / "cam0" / "data" / (report.at("time").get<std::string>() + ".png"));
 }
 

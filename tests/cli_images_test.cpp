@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
+
+#include <chasles/opencv_codecs_testing.hpp>
 
 #include "cli_test.hpp"
 
@@ -66,8 +67,7 @@ TEST(SimulateImages, RefusesWhatCannotBe) {
 std::string mask_png(int width, int height, int first_white) {
   cv::Mat mask(height, width, CV_8UC1, cv::Scalar(0));
   mask.colRange(first_white, width).setTo(255);
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".png", mask, bytes);
+  const std::vector<std::uint8_t> bytes = opencv_encoded(".png", mask);
   return {bytes.begin(), bytes.end()};
 }
 

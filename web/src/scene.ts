@@ -29,7 +29,9 @@ export class ScenePanel {
   private readonly scene = new Scene();
   private content: SceneContent | null = null;
   private box: Box = { low: new Vector3(), high: new Vector3() };
-  /** The run has grown while the scene was not shown. */
+  /** The canvas is on the screen or near it. */
+  private near = false;
+  /** The run has grown while the scene was not drawn. */
   private outdated = false;
   /** What was drawn before: its shaders serve what is drawn in its place, so it goes after that. */
   private old: SceneContent[] = [];
@@ -48,10 +50,27 @@ export class ScenePanel {
     for (const kind of ['theme', 'shown'] as const) listen(kind, () => { this.build(); this.draw(); });
     listen('cursor', () => { if (this.visible()) { this.moveBody(); this.draw(); } });
     new ResizeObserver(() => this.resized()).observe(this.canvas);
+    new IntersectionObserver((entries) => {
+      this.near = entries[entries.length - 1].isIntersecting;
+      if (this.near) this.catchUp();
+    }, { rootMargin: '200px' }).observe(this.canvas);
   }
 
-  private visible(): boolean {
+  private shown(): boolean {
     return this.width > 0 && app.subjects.length > 0;
+  }
+
+  /** Far from the screen nothing is drawn: a plot moves the cursor with each move of the pointer. */
+  private visible(): boolean {
+    return this.near && this.shown();
+  }
+
+  /** Does what was left out while nothing was drawn. */
+  private catchUp(): void {
+    if (!this.visible()) return;
+    if (this.outdated) this.growRun();
+    this.moveBody();
+    this.draw();
   }
 
   /** A view that shows everything goes on to do so. */
@@ -109,7 +128,7 @@ export class ScenePanel {
   /** A view that shows everything goes on to do so. */
   private resized(): void {
     this.resize();
-    if (this.visible() && this.view.atFit()) this.fit(); else this.draw();
+    if (this.shown() && this.view.atFit()) this.fit(); else this.draw();
   }
 
   private resize(): void {
@@ -137,7 +156,9 @@ export class ScenePanel {
 
   /** As it is when it is still. */
   drawInFull(): void {
-    if (this.visible()) this.drawOnce(false);
+    if (!this.shown()) return;
+    this.moveBody();
+    this.drawOnce(false);
   }
 
   private drawOnce(coarse: boolean): void {

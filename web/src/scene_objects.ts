@@ -1,17 +1,13 @@
 // What stands in the 3-D scene: paths, cameras, the floor plan, the ground.
 import { BufferGeometry, Float32BufferAttribute, Group, Line, LineBasicMaterial, LineSegments, type Matrix4,
   type Object3D } from 'three';
-import { Line2 } from 'three/examples/jsm/lines/Line2.js';
-import { LineGeometry } from 'three/examples/jsm/lines/LineGeometry.js';
-import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
-import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
-import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 
 import { niceStep } from './canvas';
 import type { Axis, Vector } from './data';
 import type { Run } from './runs';
 import type { Box } from './scene_view';
 import { palette } from './theme';
+import { widePath, wideSegments } from './wide_lines';
 
 type Path = Record<Axis, ArrayLike<number>>;
 
@@ -63,19 +59,13 @@ export function pathLine(path: Path, size: number, { colour, width, dash, shift,
   const points = thinned(path, shift ?? [0, 0, 0], size / ENOUGH);
   if (points.length < 6) return null;
   if (fine) return new LongPath(points, colour);
-  const geometry = new LineGeometry();
-  geometry.setPositions(points);
-  const line = new Line2(geometry, new LineMaterial({ color: palette[colour], linewidth: width,
-    ...(dash === undefined ? {} : { dashed: true, dashSize: dash, gapSize: 0.7 * dash }) }));
-  if (dash !== undefined) line.computeLineDistances();
-  return line;
+  return widePath(points, { color: palette[colour], linewidth: width,
+    ...(dash === undefined ? {} : { dashed: true, dashSize: dash, gapSize: 0.7 * dash }) });
 }
 
 /** Pieces of line between pairs of points, over whatever else is there. */
 function segments(points: number[], color: string, linewidth: number): Object3D {
-  const geometry = new LineSegmentsGeometry();
-  geometry.setPositions(points);
-  const lines = new LineSegments2(geometry, new LineMaterial({ color, linewidth, depthTest: false }));
+  const lines = wideSegments(points, { color, linewidth, depthTest: false });
   lines.renderOrder = 2;
   return lines;
 }
@@ -146,9 +136,7 @@ export function planLines({ x, y }: Pick<Path, 'x' | 'y'>, z: number, piece: num
         x[i] + (dx * (k + 1)) / n, y[i] + (dy * (k + 1)) / n, z);
     }
   }
-  const geometry = new LineSegmentsGeometry();
-  geometry.setPositions(points);
-  return new LineSegments2(geometry, new LineMaterial({ color: palette[colour], linewidth: width }));
+  return wideSegments(points, { color: palette[colour], linewidth: width });
 }
 
 /** A grid on the ground below a box; the distance of its lines [m] is returned too. A piece of

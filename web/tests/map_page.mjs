@@ -1,6 +1,6 @@
 // map_page.mjs PAGE FOLDER: as run_page.mjs, with the page of a saved map.
 import { mkdirSync, readFileSync } from 'node:fs';
-import { check, picture, saved, until, verdict, visit } from './checks.mjs';
+import { check, picture, saved, screenshot, until, verdict, visit } from './checks.mjs';
 import { DESKTOP, findBrowser, launch, settle } from './browser.mjs';
 
 const [file, folder] = process.argv.slice(2);
@@ -39,10 +39,9 @@ async function use(page) {
   const { bytes } = await saved(page, folder, () => page.click('#map-csv'));
   check('the landmarks are saved as a table', String(bytes).trim().split('\n').length === 401);
 
-  const scene = page.locator('#scene');
   await page.selectOption('#map-view', 'orbit');
   await settle(page);
-  const shot = async () => (await scene.screenshot()).toString('base64');
+  const shot = () => screenshot(page, '#scene');
   const first = await shot();
   await boxes.first().uncheck();
   await until('the scene hides a session too', async () => await shot() !== first);

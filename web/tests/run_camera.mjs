@@ -17,7 +17,7 @@ export async function camera(page, { run }) {
   await until('the picture is that of the cursor', async () => (await text()).startsWith('0.00 s'));
   check('the picture has a description', (await view.getAttribute('aria-label')).startsWith('cam0: 0.00 s') &&
     /\d+ used · \d+ rejected/.test(await text()), await text());
-  const first = await picture(view), colours = await coloursOf(view);
+  const first = await picture(view), [colours] = await coloursOf(view);
   check('the picture is a photograph and not an empty ground', colours > 60, String(colours));
   await view.focus();
   await view.press('ArrowRight');

@@ -63,11 +63,14 @@ async function otherRuns(page) {
 }
 
 async function print(page, label) {
-  await page.evaluate(() => window.dispatchEvent(new Event('beforeprint')));
-  check('on paper each plot is a vector picture', await page.locator('.paper-plot > svg').count() ===
-    await page.locator('.plot:not(.box-plot)').count());
+  // Looks at the page when it has prepared itself for the paper.
+  await page.evaluate(() => addEventListener('beforeprint', () => {
+    const count = (selector) => document.querySelectorAll(selector).length;
+    window.onPaper = [count('.paper-plot > svg'), count('.plot:not(.box-plot)')];
+  }, { once: true }));
   await page.pdf({ path: `${folder}/${label}.pdf` });
-  await page.evaluate(() => window.dispatchEvent(new Event('afterprint')));
+  const [pictures, plots] = await page.evaluate(() => window.onPaper);
+  check('on paper each plot is a vector picture', plots > 0 && pictures === plots, `${pictures} of ${plots}`);
 }
 
 async function use(page, label) {

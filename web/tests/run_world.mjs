@@ -1,22 +1,22 @@
 // The scene and the map of a page of runs, used as a person does.
 import { inflateSync } from 'node:zlib';
 import { settle } from './browser.mjs';
-import { check, picture, saved, until } from './checks.mjs';
+import { check, picture, saved, screenshot, until } from './checks.mjs';
 
 const detail = (page) => page.getAttribute('#scene', 'data-detail');
 
-/** A screenshot of the scene, for WebGL keeps no picture; once it is still, and without the frame that
- *  tells that it has the focus. */
+/** A screenshot of the scene once it is still, and without the frame that tells that it has the focus. */
 async function sceneShot(page) {
   await page.locator('#scene').evaluate((canvas) => canvas.blur());
   await settle(page);
   await until('a static scene is drawn in full', async () => await detail(page) === 'full');
-  return (await page.locator('#scene').screenshot()).toString('base64');
+  return screenshot(page, '#scene');
 }
 
 export async function scene(page, { run, folder }) {
   const canvas = page.locator('#scene');
   check('the scene is shown at first', await canvas.isVisible() && !await page.isVisible('#map'));
+  await drawnNearTheScreen(page);
   await canvas.scrollIntoViewIfNeeded();
   await page.mouse.move(2, 2);
   await settle(page);
@@ -37,6 +37,29 @@ export async function scene(page, { run, folder }) {
   await until('the scene follows the cursor', async () => await sceneShot(page) !== behind);
   const { bytes } = await saved(page, folder, () => page.click('#map-png'));
   check('the scene is saved as a picture', bytes.length > 10000, String(bytes.length));
+}
+
+/** Far from the screen the scene is not drawn; when it comes near it shows what has changed. */
+async function drawnNearTheScreen(page) {
+  const last = page.locator('.plot-stack').last();
+  await last.press('End');
+  const before = await sceneShot(page);
+  await last.scrollIntoViewIfNeeded();
+  await settle(page);
+  await page.evaluate(() => {
+    const { prototype } = WebGL2RenderingContext, { clear } = prototype;
+    window.drawings = 0;
+    prototype.clear = function count(mask) {
+      window.drawings++;
+      clear.call(this, mask);
+    };
+  });
+  const drawings = () => page.evaluate(() => window.drawings);
+  await last.press('Home');
+  await settle(page);
+  check('far from the screen the scene is not drawn', await drawings() === 0, String(await drawings()));
+  check('and it catches up', await sceneShot(page) !== before && await drawings() > 0);
+  await last.press('End');
 }
 
 /** The rings where loops were closed, and what the figures say about them. */

@@ -58,8 +58,8 @@ TEST(ImageDecode, ColoursDifferFromOpenCvsByARoundingAtMost) {
 }
 
 TEST(ImageDecode, ProgressiveJpegsAreRead) {
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".jpg", noisy(CV_8UC3), bytes, {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
+  const auto bytes =
+      test::opencv_encoded(".jpg", noisy(CV_8UC3), {cv::IMWRITE_JPEG_PROGRESSIVE, 1});
   expect_as_opencv({bytes.begin(), bytes.end()});
 }
 
@@ -138,11 +138,7 @@ TEST(ImageDecode, ATornJpegWithAnEndIsDamage) {
 }
 
 TEST(ImageDecode, KindsThatAreNotReadAreNamed) {
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(".tiff", noisy(CV_32FC1), bytes);
-  expect_parts(input_error([&] {
-                 test::decoded({bytes.begin(), bytes.end()});
-               }),
+  expect_parts(input_error([&] { test::decoded(test::encoded(noisy(CV_32FC1), ".tiff")); }),
                {"1 channels of 32 bits", "8 or 16 bits", "convert the images"});
   expect_parts(input_error([&] { test::decoded("GIF89a"); }),
                {"is of no known kind, expected a PNG, JPEG, PGM, BMP or TIFF image"});

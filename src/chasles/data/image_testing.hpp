@@ -8,10 +8,11 @@
 
 #include <fmt/format.h>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgcodecs.hpp>  // IMREAD_*, IMWRITE_*
 
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/testing.hpp>
+#include <chasles/opencv_codecs_testing.hpp>
 
 // Small recordings of images for the tests of their readers.
 namespace chasles::test {
@@ -28,8 +29,7 @@ inline cv::Mat picture(int shade, int width = 8, int height = 6) {
 }
 
 inline std::string encoded(const cv::Mat& image, const std::string& ending = ".png") {
-  std::vector<std::uint8_t> bytes;
-  cv::imencode(ending, image, bytes);
+  const std::vector<std::uint8_t> bytes = opencv_encoded(ending, image);
   return {bytes.begin(), bytes.end()};
 }
 
@@ -38,8 +38,9 @@ inline GrayImage decoded(const std::string& bytes, int bits = kAllBits) {
   return decode_image(bytes, stated_size(bytes, "file"), "file", bits);
 }
 inline GrayImage decoded_by_opencv(const std::string& bytes) {
-  const cv::Mat image = cv::imdecode(std::vector<std::uint8_t>(bytes.begin(), bytes.end()),
-                                     cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  const cv::Mat image =
+      opencv_decoded({bytes.begin(), bytes.end()},
+                     cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   return {.width = image.cols, .height = image.rows, .pixels = {image.datastart, image.dataend}};
 }
 

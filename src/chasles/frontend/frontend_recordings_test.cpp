@@ -10,6 +10,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <chasles/frontend/frontend_testing.hpp>
+#include <chasles/opencv_codecs_testing.hpp>
 
 namespace chasles::test {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 GrayImage read_image(const fs::path& file) {
-  const cv::Mat decoded = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
+  const cv::Mat decoded = opencv_read(file, cv::IMREAD_GRAYSCALE);
   GrayImage image{.width = decoded.cols, .height = decoded.rows, .pixels = {}};
   image.pixels.assign(decoded.datastart, decoded.dataend);
   return image;
