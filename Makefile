@@ -38,6 +38,7 @@ python:   ## the Python package and its tests: build/release/python for PYTHONPA
 package:  ## Debian packages, source tarball, files for conda and vcpkg: out/packages
 	@scripts/deps build package
 	@scripts/package
+
 ros1:     ## the node of ROS 1 and its tests (Debian): build/release/ros1/share for ROS_PACKAGE_PATH
 	@scripts/deps build test ros1
 	cmake --preset release -DCHASLES_ROS1=ON

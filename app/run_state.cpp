@@ -1,5 +1,6 @@
 #include "run_state.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "calibration_report.hpp"
@@ -14,7 +15,7 @@ RunState run_state(const Estimate& e, std::span<const Camera> cameras) {
   if (e.v_world) state.extra = {e.v_world->begin(), e.v_world->end()};
   state.extra.insert(state.extra.end(), e.additive.begin(), e.additive.end());
   for (Eigen::Index row = 6; row < e.covariance.rows(); ++row) {
-    state.extra_sigma.push_back(std::sqrt(e.covariance(row, row)));
+    state.extra_sigma.push_back(std::sqrt(std::max(e.covariance(row, row), 0.0)));
   }
   if (e.calibration) append_calibration(*e.calibration, cameras, state);
   state.nis = e.nis;

@@ -218,7 +218,7 @@ std::optional<Eigen::Vector3d> bias(const Estimate& e, Eigen::Index first) {
 
 std::string text_of(const Estimate& e) {
   const Eigen::Vector3d& p = e.world_T_imu.p;
-  const Eigen::Vector3d sigma = e.covariance.diagonal().segment<3>(3).cwiseSqrt();
+  const Eigen::Vector3d sigma = e.covariance.diagonal().segment<3>(3).cwiseMax(0).cwiseSqrt();
   return fmt::format(
       "<chasles.Estimate t={} ns p=({:.3f}, {:.3f}, {:.3f}) m sigma=({:.3f}, {:.3f}, "
       "{:.3f}) m {}>",

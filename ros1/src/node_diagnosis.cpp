@@ -45,7 +45,8 @@ void add_estimate(const Estimate& e, Diagnosis& diagnosis) {
   diagnosis.value("observations rejected", e.rejected);
   diagnosis.value("landmarks in the state", e.in_state);
   diagnosis.value("landmarks", e.landmarks);
-  diagnosis.value("position sigma [m]", e.covariance.diagonal().segment<3>(3).cwiseSqrt().norm());
+  diagnosis.value("position sigma [m]",
+                  e.covariance.diagonal().segment<3>(3).cwiseMax(0).cwiseSqrt().norm());
   diagnosis.value("place in the map", e.in_map ? "found" : "none");
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <dlfcn.h>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -8,14 +9,13 @@
 #include <string>
 #include <vector>
 
-#include <dlfcn.h>
 #include <opencv2/core.hpp>
 
 namespace chasles::test {
 
-/// cv::imencode and cv::imdecode, from a library beside the program (tests/opencv_codecs.cpp). It is
-/// loaded when the first image is encoded or decoded: OpenCV's brings 130 others, GDAL among them,
-/// which cost every start of a program 0.17 s, and CTest starts a program for each test.
+/// cv::imencode and cv::imdecode, from a library beside the program (tests/opencv_codecs.cpp). It
+/// is loaded when the first image is encoded or decoded: OpenCV's brings 130 others, GDAL among
+/// them, which cost every start of a program 0.17 s, and CTest starts a program for each test.
 struct OpenCvCodecs {
   void (*encode)(const std::string& ending, const cv::Mat& image,
                  const std::vector<int>& parameters, std::vector<std::uint8_t>& bytes);

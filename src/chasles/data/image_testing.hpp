@@ -38,9 +38,8 @@ inline GrayImage decoded(const std::string& bytes, int bits = kAllBits) {
   return decode_image(bytes, stated_size(bytes, "file"), "file", bits);
 }
 inline GrayImage decoded_by_opencv(const std::string& bytes) {
-  const cv::Mat image =
-      opencv_decoded({bytes.begin(), bytes.end()},
-                     cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+  const cv::Mat image = opencv_decoded({bytes.begin(), bytes.end()},
+                                       cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
   return {.width = image.cols, .height = image.rows, .pixels = {image.datastart, image.dataend}};
 }
 

@@ -1,3 +1,7 @@
+#include <fstream>
+#include <map>
+#include <sstream>
+
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/readers.hpp>
@@ -115,6 +119,23 @@ TEST(RunFolder, IsReadAgainAsItWasWritten) {
   EXPECT_EQ(read_summary(folder), kRunSummary);
   EXPECT_FALSE(std::filesystem::exists(folder / "timing.json"));
   EXPECT_EQ(read_tum(folder / "trajectory.tum").size(), run.states.size());
+}
+
+// The heading at a start is exact, and its variance 0 but for rounding.
+TEST(RunFolder, AVarianceBelowZeroByRoundingHasASigmaOfZero) {
+  auto run = example_run();
+  run.states[0].pose_covariance(2, 2) = -1.4e-29;
+  const auto folder = test::scratch();
+  write_run(run, kRunSummary, folder);
+  std::ifstream file(folder / "states.csv");
+  std::map<std::string, std::string> fields;
+  std::string head, row, name, value;
+  std::getline(file, head);
+  std::getline(file, row);
+  std::istringstream names(head), values(row);
+  while (std::getline(names, name, ',') && std::getline(values, value, ',')) fields[name] = value;
+  EXPECT_EQ(fields.at("sigma_rz"), "0");
+  EXPECT_EQ(fields.at("cov_22"), "-1.4e-29");
 }
 
 nlohmann::ordered_json placed_summary() {

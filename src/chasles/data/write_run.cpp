@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -58,7 +59,9 @@ void append_pose(std::string& text, const Pose& pose) {
   append(text, "{},{},{},{},{},{},{},{}", pose.time.count(), p.x(), p.y(), p.z(), q[0], q[1], q[2],
          q[3]);
   const Matrix6d& P = pose.pose_covariance;
-  for (int i = 0; i < 6; ++i) append(text, ",{}", std::sqrt(P(i, i)));
+  // What a start defines, such as the heading, has a variance of 0 but for rounding, on either
+  // side.
+  for (int i = 0; i < 6; ++i) append(text, ",{}", std::sqrt(std::max(P(i, i), 0.0)));
   for (int i = 0; i < 6; ++i) {
     for (int j = i; j < 6; ++j) append(text, ",{}", P(i, j));
   }
