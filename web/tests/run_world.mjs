@@ -7,7 +7,10 @@ const detail = (page) => page.getAttribute('#scene', 'data-detail');
 
 /** A screenshot of the scene once it is still, and without the frame that tells that it has the focus. */
 async function sceneShot(page) {
-  await page.locator('#scene').evaluate((canvas) => canvas.blur());
+  await page.locator('#scene').evaluate((canvas) => {
+    canvas.scrollIntoViewIfNeeded();  // far from the screen it would stay as it is
+    canvas.blur();
+  });
   await settle(page);
   await until('a static scene is drawn in full', async () => await detail(page) === 'full');
   return screenshot(page, '#scene');
