@@ -1,5 +1,6 @@
-// run_page.mjs PAGE FOLDER: opens a page of runs in Chromium as a desktop and as a phone would and uses
-// it as a person does. Pictures and files stay in FOLDER. Exit 1: something failed; 77: no Chromium.
+// run_page.mjs PAGE FOLDER [STEP...]: opens a page of runs in Chromium as a desktop and as a phone would and
+// uses it as a person does: all steps of that, or those. Pictures and files stay in FOLDER. Exit 1: something
+// failed; 77: no Chromium.
 import { mkdirSync, readFileSync } from 'node:fs';
 import { check, picture, until, verdict, visit } from './checks.mjs';
 import { DESKTOP, findBrowser, launch, PHONE, settle } from './browser.mjs';
@@ -8,7 +9,7 @@ import { axes, exactNumbers, exports, play, stages, timeCursor, timeSpan, timeTi
   from './run_plots.mjs';
 import { initialPositions, landmarkLives, mapMoves, scene } from './run_world.mjs';
 
-const [file, folder] = process.argv.slice(2);
+const [file, folder, ...chosen] = process.argv.slice(2);
 if (!findBrowser()) process.exit(77);
 mkdirSync(folder, { recursive: true });
 const data = JSON.parse(/id="report-data">([^]*?)<\/script/.exec(readFileSync(file, 'utf8'))[1]);
@@ -62,23 +63,27 @@ async function otherRuns(page) {
   await settle(page);
 }
 
-async function print(page, label) {
+async function print(page) {
   // Looks at the page when it has prepared itself for the paper.
   await page.evaluate(() => addEventListener('beforeprint', () => {
     const count = (selector) => document.querySelectorAll(selector).length;
     window.onPaper = [count('.paper-plot > svg'), count('.plot:not(.box-plot)')];
   }, { once: true }));
-  await page.pdf({ path: `${folder}/${label}.pdf` });
+  await page.pdf({ path: `${folder}/desktop.pdf` });
   const [pictures, plots] = await page.evaluate(() => window.onPaper);
   check('on paper each plot is a vector picture', plots > 0 && pictures === plots, `${pictures} of ${plots}`);
 }
 
-async function use(page, label) {
-  for (const step of [axes, timeCursor, play, timeSpan, timeTicks, toggles, exports, exactNumbers, scene, mapMoves,
-    landmarkLives, initialPositions, stages, camera, overview, theme, otherRuns]) {
+const STEPS = [axes, timeCursor, play, timeSpan, timeTicks, toggles, exports, exactNumbers, scene, mapMoves,
+  landmarkLives, initialPositions, stages, camera, overview, theme, otherRuns, print];
+const unknown = chosen.filter((name) => !STEPS.some((step) => step.name === name));
+if (unknown.length) throw new Error(`no step ${unknown}, expected of ${STEPS.map((step) => step.name)}`);
+const steps = chosen.length ? STEPS.filter((step) => chosen.includes(step.name)) : STEPS;
+
+async function use(page) {
+  for (const step of steps) {
     await step(page, { run, folder }).catch((error) => check(step.name, false, String(error)));
   }
-  await print(page, label).catch((error) => check('print', false, String(error)));
 }
 
 const browser = await launch();
@@ -87,6 +92,8 @@ await visit(browser, file, folder, { label: 'desktop', title, colorScheme: 'ligh
   use });
 await visit(browser, file, folder, { label: 'phone', title, colorScheme: 'dark', ...PHONE });
 await browser.close();
+
+if (chosen.length) process.exit(verdict());
 
 // Where there is no WebGL the map stands in for the scene.
 const flat = await launch(['--disable-3d-apis']);

@@ -106,9 +106,9 @@ def test_the_defaults_with_loss_and_gate():
 
 def test_the_prior_of_the_inverse_depths_moves_both_minima_alike():
     """With a sigma that pulls the landmarks away."""
-    run = flight(batch={**PLAIN, "inverse_depth_sigma": 0.03})
+    run = flight(batch={**PLAIN, "inverse_depth_sigma": 0.05})
     problem = batch_problem(run)
-    assert problem["inverse_depth_cost"] > 0.05 * problem["cost"]
+    assert problem["inverse_depth_cost"] > 0.02 * problem["cost"]
     check_same(run, 1e-8, 1e-4)
 
 

@@ -14,10 +14,10 @@ namespace {
 
 using test::synthetic_drive;
 
-/// Opens the page in headless Chromium and uses it (a script in web/tests). With
-/// CHASLES_PAGES set the pages and their pictures stay in that folder.
+/// Opens the page in headless Chromium and uses it (a script in web/tests, with its choice of
+/// steps). With CHASLES_PAGES set the pages and their pictures stay in that folder.
 void expect_page_works(const std::string& text, const std::string& name,
-                       const std::string& script) {
+                       const std::string& script, const std::string& steps = "") {
   const char* kept = std::getenv("CHASLES_PAGES");
   const auto folder = kept ? std::filesystem::path(kept)
                            : std::filesystem::temp_directory_path() /
@@ -26,7 +26,7 @@ void expect_page_works(const std::string& text, const std::string& name,
   make_folder(folder);
   write_file(page, text);
   const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR "/web/tests/" + script +
-                              "' '" + page.string() + "' '" + (folder / name).string() + "'";
+                              "' '" + page.string() + "' '" + (folder / name).string() + "' " + steps;
   const int status = std::system(command.c_str());
   if (!kept) std::filesystem::remove_all(folder);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << "skipped: no Chromium";
@@ -34,8 +34,9 @@ void expect_page_works(const std::string& text, const std::string& name,
 }
 
 void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::string& name,
-                               const std::string& script = "run_page.mjs") {
-  expect_page_works(run_page(runs), name, script);
+                               const std::string& script = "run_page.mjs",
+                               const std::string& steps = "") {
+  expect_page_works(run_page(runs), name, script, steps);
 }
 
 TEST(PageInABrowser, ADriveIsDrawnAndAnswers) {
@@ -56,7 +57,8 @@ TEST(PageInABrowser, KeptImagesAreShownWithWhatWasSeenInThem) {
   test::add_synthetic_images(run.run, 20);
   run.run.extra_names = {"velocity_x",       "velocity_y",       "velocity_z",
                          "gyroscope_bias_x", "gyroscope_bias_y", "gyroscope_bias_z"};
-  expect_works_in_a_browser({run}, "images");
+  expect_works_in_a_browser({run}, "images", "run_page.mjs",
+                            "scene mapMoves landmarkLives exports camera print");
 }
 
 TEST(PageInABrowser, SeveralRunsWithHostileNamesAreCompared) {
@@ -91,13 +93,14 @@ std::vector<ReportRun> runs_over_a_plan() {
 }
 
 TEST(PageInABrowser, RunsOfOneRecordingAreShownOverItsPlan) {
-  expect_works_in_a_browser(runs_over_a_plan(), "overview");
+  expect_works_in_a_browser(runs_over_a_plan(), "overview", "run_page.mjs",
+                            "scene mapMoves overview otherRuns");
 }
 
 TEST(PageInABrowser, WithoutATruthRunsAreShownOverTheirPlan) {
   std::vector<ReportRun> runs = runs_over_a_plan();
   for (ReportRun& run : runs) run.run.truth.clear();
-  expect_works_in_a_browser(runs, "plan-alone");
+  expect_works_in_a_browser(runs, "plan-alone", "run_page.mjs", "axes overview otherRuns");
 }
 
 // The page that web/tests/frame_rate.mjs measures (CONTRIBUTING.md).
