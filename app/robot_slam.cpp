@@ -12,6 +12,7 @@
 #include <chasles/overloaded.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
+#include <chasles/pipeline/stamp_leaps.hpp>
 
 #include "map_output.hpp"
 #include "output_folder.hpp"
@@ -20,6 +21,16 @@
 
 namespace chasles::app {
 namespace {
+
+namespace fs = std::filesystem;
+
+// Frames that wait before add() does, with `lossless`.
+constexpr std::size_t kMostLossless = 16;
+// Runs that ended before the last one, and whose outputs are kept: a fault may end one run after
+// another.
+constexpr int kMostKept = 100;
+// Between two looks at what the estimator says of itself.
+constexpr auto kBetweenLooks = std::chrono::milliseconds(500);
 
 // Images that are there, and will come.
 class ImagesOfDrivers : public ImageSource {
@@ -54,7 +65,7 @@ void check_setup(RobotSetup& setup) {
         "estimator: found 'batch', expected filter or window:N: batch estimation needs a whole "
         "recording (chasles run)");
   }
-  const bool uses_maps = !setup.map.empty() || setup.saves_map;
+  const bool uses_maps = !setup.map.empty() || !setup.save_map.empty();
   if (uses_maps && !setup.settings.estimator.is_filter()) {
     throw UsageError("maps are for the filter, not for the estimator " +
                      name_of(setup.settings.estimator));
@@ -63,7 +74,40 @@ void check_setup(RobotSetup& setup) {
   setup.calibration.time_offsets.resize(setup.calibration.cameras.size());
 }
 
+// The first of out/run-1, out/run-2 ... that is not there; empty for an empty path.
+fs::path free_name(const fs::path& path) {
+  if (path.empty()) return {};
+  fs::path whole = fs::absolute(path).lexically_normal();
+  if (!whole.has_filename()) whole = whole.parent_path();  // a slash at the end
+  for (int n = 1; n <= kMostKept; ++n) {
+    fs::path name = whole.parent_path() / whole.stem();
+    name += fmt::format("-{}{}", n, whole.extension().string());
+    std::error_code ignored;
+    if (!fs::exists(name, ignored)) return name;
+  }
+  throw UsageError(fmt::format("{}: {} runs that ended are kept beside it already: remove some",
+                               path.string(), kMostKept));
+}
+
 }  // namespace
+
+std::string text_of(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const std::exception& known) {
+    return known.what();
+  } catch (...) {
+    return "an unknown error";
+  }
+}
+
+// An image of a camera as it came.
+struct RobotSlam::ArrivedImage {
+  Time time{};
+  std::size_t camera = 0;
+  GrayImage image;
+  Clock::time_point arrived;
+};
 
 // From a start or reset to the next.
 struct RobotSlam::Session {
@@ -73,43 +117,146 @@ struct RobotSlam::Session {
       : predictor(made->predictor()),
         order({.cameras = setup.calibration.cameras.size(),
                .patience = setup.lossless ? Time::max() : SensorOrder::Options{}.patience}),
+        leaps_of_images(setup.calibration.cameras.size()),
         callback(on_estimates) {
-    if (setup.keeps_run) {
-      log.emplace(sensors, setup.settings, of_run, made->estimator());
-      made->set_frame_observer([this](const FeatureFrame& frame) { log->add(frame); });
-    }
-    slam.emplace(std::move(made),
-                 RealtimeSlam::Options{.most_images = setup.lossless ? 0 : setup.most_images},
-                 [this](std::span<const Estimate> estimates, VisualInertialSlam& of) {
-                   note(estimates, of);
-                 });
+    if (!setup.output.empty()) log.emplace(sensors, setup.settings, of_run, made->estimator());
+    made->set_frame_observer([this, &estimator = made->estimator()](const FeatureFrame& frame) {
+      if (log) log->add(frame);
+      const Clock::time_point now = Clock::now();
+      if (now - last_look >= kBetweenLooks) look_at(estimator);
+    });
+    look_at(made->estimator());
+    slam.emplace(
+        std::move(made),
+        RealtimeSlam::Options{.most_images = setup.lossless ? kMostLossless : setup.most_images,
+                              .waits_for_room = setup.lossless},
+        [this](std::span<const Estimate> estimates, VisualInertialSlam& of) {
+          note(estimates, of);
+        });
+  }
+
+  // On the estimator's thread. What it says of itself, for whoever must not wait for it.
+  void look_at(const Estimator& estimator) {
+    last_look = Clock::now();
+    const std::string why = estimator.started() ? "" : estimator.why_not_started();
+    const int resets = estimator.report().resets;
+    const std::lock_guard lock(state_mutex);
+    why_not_started = why;
+    recoveries = resets;
   }
 
   // On the estimator's thread.
   void note(std::span<const Estimate> estimates, VisualInertialSlam& of) {
-    if (estimates.empty() || ended) return;
+    if (estimates.empty()) return;
+    if (!has_estimate) look_at(of.estimator());
     for (const Estimate& e : estimates) latency.estimated(e.time);
     {
       const std::lock_guard lock(state_mutex);
       predictor.correct(estimates.back());
       last = estimates.back();
     }
+    has_estimate = true;
     if (log) log->add(estimates);
-    if (callback) callback(estimates, of);
+    const std::lock_guard lock(callback_mutex);
+    if (!ended && callback) callback(estimates, of);
   }
 
-  mutable std::mutex state_mutex;  // of the next three
+  // After it the callback is not called any more.
+  void end_callbacks() {
+    const std::lock_guard lock(callback_mutex);
+    ended = true;
+  }
+
+  StampLeaps<ImuSample>& leaps_of(const ImuSample&) { return leaps_of_samples; }
+  StampLeaps<ArrivedImage>& leaps_of(const ArrivedImage& image) {
+    return leaps_of_images[image.camera];
+  }
+
+  // Takes the message, and what was held before it. Returns the first messages after a jump of the
+  // clock, which belong to another session.
+  template <typename Message>
+  std::vector<Message> feed(Message message) {
+    const std::lock_guard lock(order_mutex);
+    if (finished) return {};
+    auto& leaps = leaps_of(message);
+    auto passed = leaps.add(std::move(message));
+    if (passed.jumped_back) return std::move(passed.messages);
+    for (Message& one : passed.messages) take(std::move(one));
+    pass_on(order.take());
+    return {};
+  }
+
+  // All that waits is processed.
+  void finish() {
+    const std::lock_guard lock(order_mutex);
+    if (finished) return;
+    finished = true;
+    failure = error_of([&] {
+      if (auto sample = leaps_of_samples.finish()) take(*sample);
+      for (auto& leaps : leaps_of_images) {
+        if (auto image = leaps.finish()) take(std::move(*image));
+      }
+      pass_on(order.finish());
+      const std::vector<Estimate> rest = slam->finish();
+      slam->ask([&](VisualInertialSlam& of) {
+        note(rest, of);
+        look_at(of.estimator());
+      });
+    });
+  }
+
+  // `order_mutex` is locked in the next three.
+  void take(const ImuSample& sample) {
+    {
+      const std::lock_guard lock(state_mutex);
+      predictor.add(sample);
+      ++samples;
+    }
+    order.add(sample);
+  }
+  void take(ArrivedImage&& image) {
+    if (image.camera == 0) latency.arrived(image.time, image.arrived);
+    order.add(image.camera, image.time, std::move(image.image));
+  }
+  void pass_on(std::vector<SensorEvent> events) {
+    {
+      const std::lock_guard lock(state_mutex);
+      counts = order.counts();
+      wrong_stamps = leaps_of_samples.wrong();
+      for (const auto& leaps : leaps_of_images) wrong_stamps += leaps.wrong();
+    }
+    for (SensorEvent& event : events) {
+      std::visit(Overloaded{[&](const ImuSample& sample) { slam->process(sample); },
+                            [&](ImageFrame& images) { slam->process(std::move(images)); },
+                            [](const auto& /*other*/) {}},
+                 event);
+    }
+  }
+
+  mutable std::mutex state_mutex;  // of the next seven
   StatePredictor predictor;
   std::optional<Estimate> last;
   std::size_t samples = 0;
+  SensorOrder::Counts counts;
+  int wrong_stamps = 0;
+  std::string why_not_started;
+  int recoveries = 0;
 
-  std::mutex order_mutex;  // of the order, and of passing on what it returns
+  std::mutex order_mutex;  // of the next five, and of passing on what the order returns
   SensorOrder order;
+  StampLeaps<ImuSample> leaps_of_samples;
+  std::vector<StampLeaps<ArrivedImage>> leaps_of_images;
+  bool finished = false;
+  std::exception_ptr failure;
 
-  std::optional<RobotLog> log;  // of the estimator's thread
-  RobotLatency latency;
-  std::atomic<bool> ended = false;
+  std::mutex callback_mutex;  // of the next
+  bool ended = false;
   RealtimeSlam::Callback callback;
+
+  std::optional<RobotLog> log;  // of the estimator's thread, as the next
+  Clock::time_point last_look;
+  std::atomic<bool> has_estimate = false;
+  RobotLatency latency;
   std::optional<RealtimeSlam> slam;  // last, because its thread uses all members above
 };
 
@@ -143,65 +290,33 @@ ImuNoise RobotSlam::imu_noise() const {
 }
 
 // An exception is one of the estimator, which has ended.
-template <typename Work>
-void RobotSlam::feed(const Work& work) {
+template <typename Message>
+void RobotSlam::feed(Message message, const std::string& topic) {
   const auto session = this->session();
-  std::string jump;
-  try {
-    jump = work(*session);
-  } catch (const std::exception& error) {
-    restart(session, fmt::format("the estimator ended: {}", error.what()));
-  }
-  if (jump.empty()) return;
-  restart(session, jump);
-  work(*this->session());
+  std::vector<Message> after_jump;
+  const auto error = error_of([&] { after_jump = session->feed(std::move(message)); });
+  if (error) restart(session, "the estimator ended: " + text_of(error));
+  if (after_jump.empty()) return;
+  restart(session, fmt::format("the stamps of {} jumped back", topic));
+  for (Message& one : after_jump) this->session()->feed(std::move(one));
 }
 
 void RobotSlam::add(const ImuSample& measured) {
-  const ImuSample sample = corrected_sample(setup_.calibration, measured);
-  feed([&](Session& session) -> std::string {
-    const std::lock_guard lock(session.order_mutex);
-    if (session.order.jumps_back(sample.time)) return "the stamps of the IMU jumped back";
-    {
-      const std::lock_guard state_lock(session.state_mutex);
-      session.predictor.add(sample);
-      ++session.samples;
-    }
-    session.order.add(sample);
-    pass_on(session, session.order.take());
-    return {};
-  });
+  feed(corrected_sample(setup_.calibration, measured), "the IMU");
 }
 
 void RobotSlam::add(std::size_t camera, Time stamp, GrayImage image, Clock::time_point arrived) {
   const Camera& expected = cameras().at(camera);
+  const std::string name = fmt::format("cam{}", camera);
   if (!image.empty() && (image.width != expected.width || image.height != expected.height)) {
     throw InputError(
-        fmt::format("cam{}: an image has {} x {} pixels, expected {} x {} as in the "
+        fmt::format("{}: an image has {} x {} pixels, expected {} x {} as in the "
                     "calibration",
-                    camera, image.width, image.height, expected.width, expected.height));
+                    name, image.width, image.height, expected.width, expected.height));
   }
-  const Time time =
-      by_imu_clock(stamp, setup_.calibration.time_offsets[camera], fmt::format("cam{}", camera));
-  feed([&](Session& session) -> std::string {
-    const std::lock_guard lock(session.order_mutex);
-    if (session.order.jumps_back(camera, time)) {
-      return fmt::format("the stamps of cam{} jumped back", camera);
-    }
-    if (camera == 0) session.latency.arrived(time, arrived);
-    session.order.add(camera, time, std::move(image));
-    pass_on(session, session.order.take());
-    return {};
-  });
-}
-
-void RobotSlam::pass_on(Session& session, std::vector<SensorEvent> events) {
-  for (SensorEvent& event : events) {
-    std::visit(Overloaded{[&](const ImuSample& sample) { session.slam->process(sample); },
-                          [&](ImageFrame& images) { session.slam->process(std::move(images)); },
-                          [](const auto& /*other*/) {}},
-               event);
-  }
+  const Time time = by_imu_clock(stamp, setup_.calibration.time_offsets[camera], name);
+  feed(ArrivedImage{.time = time, .camera = camera, .image = std::move(image), .arrived = arrived},
+       name);
 }
 
 std::optional<PredictedState> RobotSlam::predicted(Time time) const {
@@ -209,6 +324,8 @@ std::optional<PredictedState> RobotSlam::predicted(Time time) const {
   const std::lock_guard lock(session->state_mutex);
   return session->predictor.at(time);
 }
+
+bool RobotSlam::has_estimate() const { return session()->has_estimate; }
 
 void RobotSlam::reset(const std::string& why) { restart(session(), why); }
 
@@ -222,33 +339,69 @@ void RobotSlam::restart(const std::shared_ptr<Session>& session, const std::stri
     session_ = std::move(fresh);
     ++resets_;
   }
-  session->ended = true;
+  session->end_callbacks();
   if (callbacks_.on_reset) callbacks_.on_reset(why);
+  keep(*session);
+}
+
+void RobotSlam::keep(Session& ended) {
+  if (!ended.has_estimate || (setup_.output.empty() && setup_.save_map.empty())) return;
+  ended.finish();
+  const std::lock_guard lock(keep_mutex_);
+  std::exception_ptr error;
+  const std::exception_ptr no_name =
+      error_of([&] { error = write(ended, free_name(setup_.output), free_name(setup_.save_map)); });
+  if (no_name || error) say(text_of(no_name ? no_name : error), false);
+}
+
+void RobotSlam::say(const std::string& sentence, bool written) const {
+  if (callbacks_.on_output) callbacks_.on_output(sentence, written);
+}
+
+// Writes all that can be written. Returns the first error, and reports the rest.
+std::exception_ptr RobotSlam::write(Session& session, const fs::path& folder,
+                                    const fs::path& file) const {
+  std::exception_ptr first;
+  const auto attempt = [&](const auto& work) {
+    std::string sentence;
+    const std::exception_ptr error = error_of([&] { sentence = work(); });
+    if (!error) {
+      say(sentence, true);
+    } else if (first) {
+      say(text_of(error), false);
+    } else {
+      first = error;
+    }
+  };
+  if (!folder.empty()) {
+    attempt([&] {
+      prepare_output(folder);
+      session.slam->ask_in_any_case(
+          [&](const VisualInertialSlam& slam) { session.log->write(slam.estimator(), folder); });
+      return "run folder: " + folder.string();
+    });
+  }
+  if (!file.empty()) attempt([&] { return "map: " + save_map(session, file); });
+  return first;
 }
 
 void RobotSlam::ask(const std::function<void(VisualInertialSlam&)>& question) {
   session()->slam->ask(question);
 }
 
-void RobotSlam::finish() {
+void RobotSlam::finish() { session()->finish(); }
+
+void RobotSlam::write_outputs(std::exception_ptr before) {
   const auto session = this->session();
-  const std::lock_guard lock(session->order_mutex);
-  pass_on(*session, session->order.finish());
-  const std::vector<Estimate> rest = session->slam->finish();
-  session->slam->ask([&](VisualInertialSlam& slam) { session->note(rest, slam); });
+  const std::exception_ptr error = write(*session, setup_.output, setup_.save_map);
+  if (!before) before = session->failure;
+  if (before && error) say(text_of(error), false);
+  if (before || error) std::rethrow_exception(before ? before : error);
 }
 
 RobotReport RobotSlam::report() {
   RobotReport report;
   const auto session = this->session();
-  try {
-    session->slam->ask([&](const VisualInertialSlam& slam) {
-      if (!slam.estimator().started()) report.why_not_started = slam.estimator().why_not_started();
-      report.recoveries = slam.estimator().report().resets;
-    });
-  } catch (const std::exception& error) {  // the next sample begins the run anew
-    report.why_not_started = fmt::format("the estimator ended: {}", error.what());
-  }
   report.images = session->slam->counts();
   if (const auto latency = session->latency.take()) {
     report.mean_latency = latency->mean;
@@ -258,20 +411,27 @@ RobotReport RobotSlam::report() {
     const std::lock_guard lock(session->state_mutex);
     report.last = session->last;
     report.samples = session->samples;
+    report.order = session->counts;
+    report.wrong_stamps = session->wrong_stamps;
+    report.why_not_started = session->why_not_started;
+    report.recoveries = session->recoveries;
   }
-  {
-    const std::lock_guard lock(session->order_mutex);
-    report.order = session->order.counts();
+  if (const auto error = session->slam->failure()) {  // the next message begins the run anew
+    report.why_not_started = "the estimator ended: " + text_of(error);
   }
   const std::lock_guard lock(mutex_);
   report.resets = resets_;
   return report;
 }
 
-std::string RobotSlam::save_map(const std::filesystem::path& file) {
+std::string RobotSlam::save_map() { return save_map(*session(), setup_.save_map); }
+
+// Not of an estimator that has ended with an error: its map may be wrong.
+std::string RobotSlam::save_map(Session& session, const fs::path& file) const {
   check_map_output(file);
+  if (session.failure) std::rethrow_exception(session.failure);
   std::optional<LandmarkMap> map;
-  ask([&](const VisualInertialSlam& slam) { map = slam.estimator().landmark_map(); });
+  session.slam->ask([&](const VisualInertialSlam& slam) { map = slam.estimator().landmark_map(); });
   if (prior_ && (!map || map->sessions.size() <= prior_->sessions.size())) {
     throw UsageError(
         fmt::format("{}: the run has found no place in {}, so there is nothing to add "
@@ -282,20 +442,12 @@ std::string RobotSlam::save_map(const std::filesystem::path& file) {
     throw UsageError(fmt::format(
         "{}: the run has no landmark that could be recognised: no map was saved", file.string()));
   }
-  for (MapSession& session : map->sessions) {
-    if (session.name.empty()) session.name = setup_.name;
+  for (MapSession& mapped : map->sessions) {
+    if (mapped.name.empty()) mapped.name = setup_.name;
   }
   const std::size_t bytes = write_map(*map, file);
   return fmt::format("{}: {} landmarks, {:.1f} kB", file.string(), map->points.size(),
                      1e-3 * static_cast<double>(bytes));
-}
-
-void RobotSlam::write_run(const std::filesystem::path& folder) {
-  prepare_output(folder);
-  const auto session = this->session();
-  session->slam->ask([&](const VisualInertialSlam& slam) {
-    if (session->log) session->log->write(slam.estimator(), folder);
-  });
 }
 
 }  // namespace chasles::app

@@ -2,7 +2,7 @@
 
 #include <chrono>
 #include <cstddef>
-#include <deque>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -22,14 +22,15 @@ class RobotLog;
 
 /// What RobotSlam is made of: the calibration, and what `chasles run` has as options.
 struct RobotSetup {
-  SensorCalibration calibration;      ///< with cameras
-  InertialRunSettings settings = {};  ///< inertial_run_settings_from(); filter or window
-  std::string name = "robot";         ///< of the run, and of its session in a saved map
-  std::filesystem::path map = {};     ///< in which the run finds its place; empty: none
-  bool saves_map = false;             ///< whether save_map() will be asked for
-  bool keeps_run = false;             ///< whether write_run() will be asked for; takes memory
+  SensorCalibration calibration;        ///< with cameras
+  InertialRunSettings settings = {};    ///< inertial_run_settings_from(); filter or window
+  std::string name = "robot";           ///< of the run, and of its session in a saved map
+  std::filesystem::path map = {};       ///< in which the run finds its place; empty: none
+  std::filesystem::path output = {};    ///< folder of the run; empty: none; one takes memory
+  std::filesystem::path save_map = {};  ///< file of the run's map; empty: none
   /// Every image counts, however slow the estimator is, and every topic is waited for: for
-  /// recordings that are played. Otherwise images are dropped (RealtimeSlam::Options).
+  /// recordings that are played. add() then waits for the estimator. Otherwise images are dropped
+  /// (RealtimeSlam::Options).
   bool lossless = false;
   std::size_t most_images = 3;
 };
@@ -37,9 +38,10 @@ struct RobotSetup {
 /// Figures for diagnostics.
 struct RobotReport {
   std::optional<Estimate> last;  ///< since the start or reset()
-  std::string why_not_started;   ///< empty: started
+  std::string why_not_started;   ///< empty: started; at most half a second old
   std::size_t samples = 0;       ///< that came since the start or reset()
   SensorOrder::Counts order;
+  int wrong_stamps = 0;         ///< messages that were left out (StampLeaps)
   RealtimeSlam::Counts images;  ///< frames
   int resets = 0;               ///< of this object: reset(), jumps of the clock, errors
   int recoveries = 0;           ///< of the estimator: restarts where it was lost
@@ -52,7 +54,9 @@ struct RobotReport {
 /// `lossless` the estimates are those of `chasles run` on a bag of the same messages, to the byte.
 ///
 /// A clock that jumps back (a bag that is played again) and an error of the estimator begin the run
-/// anew, and are reported. Any thread may call.
+/// anew, and are reported. What the ended run had is written first, beside the outputs, which the
+/// last run gets: walk-1.map for walk.map. One wrong stamp begins nothing anew (StampLeaps). Any
+/// thread may call.
 class RobotSlam {
  public:
   using Clock = std::chrono::steady_clock;
@@ -61,6 +65,8 @@ class RobotSlam {
     RealtimeSlam::Callback on_estimates = {};
     /// The run begins anew, with the reason: a sentence.
     std::function<void(const std::string&)> on_reset = {};
+    /// An output was written, or not: a sentence.
+    std::function<void(const std::string&, bool written)> on_output = {};
   };
 
   /// Throws UsageError for settings, cameras or masks that cannot be used, and InputError for a map
@@ -86,29 +92,40 @@ class RobotSlam {
   /// estimator.
   std::optional<PredictedState> predicted(Time time) const;
 
+  bool has_estimate() const;  ///< since the start or reset()
+
   /// Begins anew, and forgets all that has come.
   void reset(const std::string& why);
   /// Calls the function on the estimator's thread, and waits for it.
   void ask(const std::function<void(VisualInertialSlam&)>& question);
-  /// Processes what waits; on_estimates gets the rest. Nothing may be added after it.
+  /// Processes what waits; on_estimates gets the rest. Nothing may be added after it. An error of
+  /// the estimator is left to write_outputs().
   void finish();
+  /// After finish(): writes run folder and map, all that can be written. Then throws the first
+  /// error: `before`, with which the program's own work has ended, the estimator's, or that of an
+  /// output.
+  void write_outputs(std::exception_ptr before = nullptr);
 
+  /// Waits for nothing that the estimator does.
   RobotReport report();
-  /// Saves what another run can recognise. Returns a sentence on it. Throws UsageError, with the
-  /// reason, where there is nothing to save or the file cannot be written.
-  std::string save_map(const std::filesystem::path& file);
-  /// Writes the run folder of what was estimated since the start or reset().
-  void write_run(const std::filesystem::path& folder);
+  /// Saves what another run can recognise, now. Returns a sentence on it. Throws UsageError, with
+  /// the reason, where there is nothing to save or the file cannot be written.
+  std::string save_map();
 
  private:
+  struct ArrivedImage;
   struct Session;
 
   std::shared_ptr<Session> make_session() const;
   std::shared_ptr<Session> session() const;
   void restart(const std::shared_ptr<Session>& session, const std::string& why);
-  void pass_on(Session& session, std::vector<SensorEvent> events);
-  template <typename Work>
-  void feed(const Work& work);
+  void keep(Session& ended);
+  std::exception_ptr write(Session& session, const std::filesystem::path& folder,
+                           const std::filesystem::path& file) const;
+  void say(const std::string& sentence, bool written) const;
+  std::string save_map(Session& session, const std::filesystem::path& file) const;
+  template <typename Message>
+  void feed(Message message, const std::string& topic);
 
   RobotSetup setup_;
   Callbacks callbacks_;
@@ -116,6 +133,21 @@ class RobotSlam {
   mutable std::mutex mutex_;          ///< of session_
   std::shared_ptr<Session> session_;  ///< from a start or reset to the next
   int resets_ = 0;
+  std::mutex keep_mutex_;  ///< held while an ended run is written: its names are free before
 };
+
+/// What the work throws; null: nothing.
+template <typename Work>
+std::exception_ptr error_of(const Work& work) {
+  try {
+    work();
+  } catch (...) {
+    return std::current_exception();
+  }
+  return nullptr;
+}
+
+/// The text of an exception that is not null.
+std::string text_of(const std::exception_ptr& error);
 
 }  // namespace chasles::app

@@ -14,6 +14,7 @@ void StateStream::take(std::span<const Estimate> estimates, VisualInertialSlam& 
   if (estimates.empty()) return;
   const Estimate& e = estimates.back();
   any_ = true;
+  if (e.health == Health::kLost) return;  // StatePredictor has none either
   if (options_.rate == Rate::kImages) send(slam.predicted(e.time));
   if (e.in_map) sink_.map_T_odom(e.in_map->world_T_map.inverse(), e.time);
   if (!points_are_due(e.time)) return;

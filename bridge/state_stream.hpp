@@ -22,7 +22,7 @@ class StateSink {
   virtual void points(std::span<const MapLandmark> landmarks, Time time) = 0;
 };
 
-/// Makes odometry and points of what RobotSlam estimates.
+/// Makes odometry and points of what RobotSlam estimates: none of an estimate that is lost.
 class StateStream {
  public:
   enum class Rate { kImages, kSamples };

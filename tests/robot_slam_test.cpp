@@ -1,5 +1,6 @@
 #include "robot_slam.hpp"
 
+#include <atomic>
 #include <chrono>
 #include <filesystem>
 #include <mutex>
@@ -51,14 +52,18 @@ RobotSetup setup_of(const Recording& recording) {
 /// What the callbacks get.
 struct Received {
   Estimates estimates;
-  std::vector<std::string> resets;
+  std::vector<std::string> resets, written, not_written;
 
   RobotSlam::Callbacks callbacks() {
     return {.on_estimates =
                 [this](std::span<const Estimate> more, VisualInertialSlam&) {
                   estimates.insert(estimates.end(), more.begin(), more.end());
                 },
-            .on_reset = [this](const std::string& why) { resets.push_back(why); }};
+            .on_reset = [this](const std::string& why) { resets.push_back(why); },
+            .on_output =
+                [this](const std::string& sentence, bool is_there) {
+                  (is_there ? written : not_written).push_back(sentence);
+                }};
   }
 };
 
@@ -150,17 +155,41 @@ TEST(RobotSlam, PredictsAtTheLatestSampleAlthoughEstimatesWaitForImages) {
 TEST(RobotSlam, AClockThatJumpsBackBeginsTheRunAnew) {
   Received received;
   RobotSlam slam(setup_of(walk()), received.callbacks());
-  slam.add(ImuSample{.time = walk().imu.back().time + std::chrono::seconds(1),
-                     .specific_force_imu = {0, 0, kStandardGravity}});
+  for (const int ms : {1000, 1005}) {
+    slam.add(ImuSample{.time = walk().imu.back().time + std::chrono::milliseconds(ms),
+                       .specific_force_imu = {0, 0, kStandardGravity}});
+  }
   for (const ImuSample& sample : walk().imu) slam.add(sample);
   for (std::size_t i = 0; i < walk().images->size(); ++i) {
     slam.add(0, walk().images->time(i), walk().images->read(i).images[0]);
   }
-  slam.add(0, walk().images->time(0), {});
+  for (const std::size_t first : {0, 1}) slam.add(0, walk().images->time(first), {});
   EXPECT_EQ(received.resets, (std::vector<std::string>{"the stamps of the IMU jumped back",
                                                        "the stamps of cam0 jumped back"}));
   EXPECT_EQ(slam.report().resets, 2);
   EXPECT_EQ(slam.report().samples, 0u);
+}
+
+// A driver's glitch: the run goes on without that message.
+TEST(RobotSlam, OneWrongStampChangesNothing) {
+  Received received;
+  RobotSlam slam(setup_of(walk()), received.callbacks());
+  const auto glitch = [](Time time) {
+    return ImuSample{.time = time, .specific_force_imu = {0, 0, kStandardGravity}};
+  };
+  for (std::size_t i = 0; i < walk().imu.size(); ++i) {
+    slam.add(walk().imu[i]);
+    if (i == 300) slam.add(glitch(walk().imu[i].time + std::chrono::hours(1)));
+    if (i == 500) slam.add(glitch(walk().imu[i].time - std::chrono::seconds(1)));
+  }
+  for (std::size_t i = 0; i < walk().images->size(); ++i) {
+    slam.add(0, walk().images->time(i), walk().images->read(i).images[0]);
+    if (i == 20) slam.add(0, walk().images->time(i) + std::chrono::hours(9), {});
+  }
+  slam.finish();
+  expect_the_run(received.estimates);
+  EXPECT_TRUE(received.resets.empty());
+  EXPECT_EQ(slam.report().wrong_stamps, 3);
 }
 
 TEST(RobotSlam, AfterAResetARunIsAsTheFirst) {
@@ -188,9 +217,12 @@ TEST(RobotSlam, AnErrorOnTheEstimatorsThreadBeginsTheRunAnew) {
                                           resets.push_back(why);
                                         }});
   play(slam);
-  slam.report();
-  slam.add(walk().imu.back());
-  ASSERT_FALSE(resets.empty());
+  for (;;) {  // until a call finds it
+    slam.add(walk().imu.back());
+    const std::lock_guard lock(mutex);
+    if (!resets.empty()) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
   EXPECT_EQ(resets[0], "the estimator ended: no minimum");
 }
 
@@ -206,27 +238,135 @@ TEST(RobotSlam, AnImageOfAnotherSizeIsAnError) {
   }
 }
 
-TEST(RobotSlam, WritesTheRunFolderAndTheMapOfARun) {
+RobotSetup setup_with_outputs(const std::string& name) {
+  const auto folder = std::filesystem::path(::testing::TempDir()) / name;
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
   RobotSetup setup = setup_of(walk());
-  setup.saves_map = setup.keeps_run = true;
-  Received received;
-  RobotSlam slam(setup, received.callbacks());
-  EXPECT_THROW(slam.save_map(std::filesystem::path(::testing::TempDir()) / "early.map"),
-               UsageError);
-  play(slam);
-  slam.finish();
-  const auto folder = std::filesystem::path(::testing::TempDir()) / "robot_slam_run";
-  slam.write_run(folder);
+  setup.output = folder / "run";
+  setup.save_map = folder / "walk.map";
+  return setup;
+}
+
+void expect_run_of(const std::filesystem::path& folder, const Estimates& estimates) {
   const chasles::Run run = read_run(folder);
-  ASSERT_EQ(run.states.size(), received.estimates.size());
-  EXPECT_EQ(run.states.back().world_T_imu.p, received.estimates.back().world_T_imu.p);
+  ASSERT_EQ(run.states.size(), estimates.size());
+  EXPECT_EQ(run.states.back().world_T_imu.p, estimates.back().world_T_imu.p);
   EXPECT_EQ(run.smoothed.size(), run.states.size());
   EXPECT_GT(run.landmarks.size(), 50u);
   EXPECT_GT(run.landmarks.back().first_seen, Time{});
   EXPECT_GT(run.landmarks.back().last_seen, run.landmarks.back().first_seen);
-  const std::string saved = slam.save_map(folder / "walk.map");
-  EXPECT_NE(saved.find("landmarks"), std::string::npos) << saved;
-  EXPECT_THROW(slam.save_map(folder / "none" / "walk.map"), UsageError);
+}
+
+TEST(RobotSlam, WritesTheRunFolderAndTheMapOfARun) {
+  const RobotSetup setup = setup_with_outputs("robot_slam_run");
+  Received received;
+  RobotSlam slam(setup, received.callbacks());
+  EXPECT_THROW(slam.save_map(), UsageError);
+  play(slam);
+  slam.finish();
+  slam.write_outputs();
+  expect_run_of(setup.output, received.estimates);
+  ASSERT_EQ(received.written.size(), 2u);
+  EXPECT_EQ(received.written[0], "run folder: " + setup.output.string());
+  EXPECT_NE(received.written[1].find("walk.map: "), std::string::npos) << received.written[1];
+  EXPECT_TRUE(std::filesystem::exists(setup.save_map));
+}
+
+// The last run may be short: what the one before it had is not lost.
+TEST(RobotSlam, KeepsTheOutputsOfARunThatIsBegunAnew) {
+  const RobotSetup setup = setup_with_outputs("robot_slam_kept");
+  const auto folder = setup.output.parent_path();
+  Received received;
+  RobotSlam slam(setup, received.callbacks());
+  play(slam);
+  slam.reset("asked");
+  slam.reset("asked again");  // of nothing
+  for (const ImuSample& sample : walk().imu) slam.add(sample);
+  slam.finish();
+  EXPECT_THROW(slam.write_outputs(), UsageError);  // no landmark for a map
+  const Estimates expected = chasles::run(walk(), InertialRunSettings{}).estimates;
+  expect_run_of(folder / "run-1", expected);
+  EXPECT_TRUE(std::filesystem::exists(folder / "walk-1.map"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "run-2"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "walk.map"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "run"));
+}
+
+// An error at the very end, or of the program's own, costs no output.
+TEST(RobotSlam, WritesWhatThereIsAfterAnError) {
+  const RobotSetup setup = setup_with_outputs("robot_slam_error");
+  Received received;
+  RobotSlam::Callbacks callbacks = received.callbacks();
+  const Time last = walk().images->time(walk().images->size() - 20);
+  callbacks.on_estimates = [&](std::span<const Estimate> estimates, VisualInertialSlam&) {
+    if (estimates.back().time > last) throw Error(ExitCode::kDiverged, "no minimum");
+  };
+  RobotSlam slam(setup, callbacks);
+  for (std::size_t i = 0; i < walk().images->size(); ++i) {
+    slam.add(0, walk().images->time(i), walk().images->read(i).images[0]);
+  }
+  for (const ImuSample& sample : walk().imu) {  // until shortly before the error
+    if (sample.time < last) slam.add(sample);
+  }
+  slam.finish();
+  try {
+    slam.write_outputs();
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_STREQ(error.what(), "no minimum");
+  }
+  EXPECT_GT(read_run(setup.output).states.size(), 20u);
+  EXPECT_FALSE(std::filesystem::exists(setup.save_map));  // it may be wrong
+  ASSERT_EQ(received.not_written.size(), 1u);
+  EXPECT_EQ(received.not_written[0], "no minimum");
+}
+
+TEST(RobotSlam, ThrowsTheErrorOfTheProgramOnceAllIsWritten) {
+  const RobotSetup setup = setup_with_outputs("robot_slam_own_error");
+  RobotSlam slam(setup, {});
+  play(slam);
+  slam.finish();
+  EXPECT_THROW(slam.write_outputs(error_of([] { throw InputError("damaged"); })), InputError);
+  EXPECT_TRUE(std::filesystem::exists(setup.output / "states.csv"));
+  EXPECT_TRUE(std::filesystem::exists(setup.save_map));
+}
+
+// The estimator stands still: a report comes all the same, and no more than some images wait.
+TEST(RobotSlam, AReportWaitsForNoEstimate) {
+  std::mutex mutex;
+  std::unique_lock stand_still(mutex);
+  RobotSlam slam(setup_of(walk()), {.on_estimates = [&](auto, VisualInertialSlam&) {
+                   const std::lock_guard lock(mutex);
+                 }});
+  std::thread player([&] { play(slam); });
+  while (slam.report().images.waiting < 10) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  const RobotReport report = slam.report();
+  EXPECT_LE(report.images.waiting, 16u);
+  EXPECT_EQ(report.why_not_started, "");
+  stand_still.unlock();
+  player.join();
+  slam.finish();
+  EXPECT_EQ(slam.report().images.taken, walk().images->size());
+}
+
+// A program forgets the old run in on_reset: no estimate of it may come afterwards.
+TEST(RobotSlam, NoEstimateOfAnEndedRunComesAfterTheReset) {
+  std::atomic<bool> was_reset = false, came_late = false;
+  RobotSlam slam(setup_of(walk()), {.on_estimates =
+                                        [&](auto, VisualInertialSlam&) {
+                                          std::this_thread::sleep_for(std::chrono::milliseconds(2));
+                                          came_late = came_late || was_reset;
+                                        },
+                                    .on_reset = [&](const std::string&) { was_reset = true; }});
+  play(slam);
+  while (!slam.has_estimate()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  slam.reset("asked");
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  EXPECT_FALSE(came_late);
 }
 
 TEST(RobotSlam, SettingsThatCannotBeUsedAreErrors) {
@@ -235,7 +375,7 @@ TEST(RobotSlam, SettingsThatCannotBeUsedAreErrors) {
   EXPECT_NE(usage_error(setup).find("found 'batch', expected filter or window:N"),
             std::string::npos);
   setup.settings.estimator = estimator_choice("window:5");
-  setup.saves_map = true;
+  setup.save_map = "walk.map";
   EXPECT_EQ(usage_error(setup), "maps are for the filter, not for the estimator window:5");
   setup = setup_of(walk());
   setup.calibration.cameras.clear();

@@ -1,6 +1,6 @@
 #include "bridge.hpp"
 
-#include <optional>
+#include <exception>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,6 +14,8 @@
 #include "network.hpp"
 #include "output_folder.hpp"
 #include "outputs.hpp"
+#include "robot_diagnosis.hpp"
+#include "state_stream.hpp"
 
 namespace chasles::bridge {
 namespace {
@@ -21,6 +23,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kWait = 0.1;  // [s] between two looks at `stop`
+// What has come before the end is taken in so many rounds at most: publishers may go on.
+constexpr int kRoundsAtEnd = 100;
+constexpr double kLull = 0.02;  // [s] without a message, after which all is there
 constexpr auto kSilence = std::chrono::seconds(5), kDiagnosticsPeriod = std::chrono::seconds(1);
 
 app::RobotSetup setup_of(const BridgeOptions& o, SensorCalibration calibration) {
@@ -30,8 +35,8 @@ app::RobotSetup setup_of(const BridgeOptions& o, SensorCalibration calibration) 
           .settings = app::inertial_run_settings_from(sources),
           .name = o.name,
           .map = o.map,
-          .saves_map = !o.save_map.empty(),
-          .keeps_run = !o.output.empty(),
+          .output = o.output,
+          .save_map = o.save_map,
           .lossless = o.lossless,
           .most_images = static_cast<std::size_t>(o.most_images)};
 }
@@ -73,11 +78,12 @@ class Loop {
       if (now - begin_ > kSilence) inputs_.warn_of_silence();
       if (now - diagnosed_ < kDiagnosticsPeriod) continue;
       diagnosed_ = now;
-      Diagnosis diagnosis = diagnose(slam_.report());
-      inputs_.describe(diagnosis);
-      outputs_.send(diagnosis);
+      diagnose();
     }
-    take();  // what came with the last one
+    for (int round = 0; round < kRoundsAtEnd; ++round) {
+      participant_.wait(kLull);
+      if (inputs_.take() == 0) break;
+    }
   }
 
  private:
@@ -85,9 +91,17 @@ class Loop {
     if (inputs_.take() > 0) last_message_ = Clock::now();
   }
 
+  void diagnose() {
+    const app::RobotReport report = slam_.report();
+    app::RobotDiagnosis diagnosis = app::diagnose(report, before_);
+    before_ = report;
+    inputs_.describe(diagnosis);
+    outputs_.send(diagnosis);
+  }
+
   bool is_idle() const {
-    return options_.idle && last_message_ &&
-           Clock::now() - *last_message_ > std::chrono::duration<double>(*options_.idle);
+    return options_.idle &&
+           Clock::now() - last_message_ > std::chrono::duration<double>(*options_.idle);
   }
 
   const BridgeOptions& options_;
@@ -95,8 +109,8 @@ class Loop {
   Inputs& inputs_;
   Outputs& outputs_;
   app::RobotSlam& slam_;
-  Clock::time_point begin_ = Clock::now(), diagnosed_ = begin_;
-  std::optional<Clock::time_point> last_message_;
+  Clock::time_point begin_ = Clock::now(), diagnosed_ = begin_, last_message_ = begin_;
+  app::RobotReport before_;  // of the last diagnosis
 };
 
 void announce(const BridgeOptions& o, const BridgeNetwork& network, const SensorTopics& topics) {
@@ -115,15 +129,6 @@ void prepare_outputs(const BridgeOptions& o) {
   if (!o.save_map.empty()) app::check_map_output(o.save_map);
 }
 
-// The run comes first: there may be no map to save.
-void deliver(const BridgeOptions& o, app::RobotSlam& slam) {
-  if (!o.output.empty()) {
-    slam.write_run(o.output);
-    spdlog::info("run folder: {}", o.output.string());
-  }
-  if (!o.save_map.empty()) spdlog::info("{}", slam.save_map(o.save_map));
-}
-
 }  // namespace
 
 void run_bridge(const BridgeOptions& o, const std::function<bool()>& stop) {
@@ -140,19 +145,24 @@ void run_bridge(const BridgeOptions& o, const std::function<bool()>& stop) {
       std::move(setup),
       {.on_estimates = [&](std::span<const Estimate> some,
                            VisualInertialSlam& of) { stream.take(some, of); },
-       .on_reset = [](const std::string& why) { spdlog::warn("{}: the run begins anew", why); }});
+       .on_reset = [](const std::string& why) { spdlog::warn("{}: the run begins anew", why); },
+       .on_output =
+           [](const std::string& sentence, bool written) {
+             spdlog::log(written ? spdlog::level::info : spdlog::level::err, "{}", sentence);
+           }});
   stream.set_slam(slam);
   Inputs inputs(participant, o, topics, slam,
                 [&](Time time, double period) { stream.take_sample(time, period); });
   announce(o, network, topics);
-  Loop(o, participant, inputs, outputs, slam).run(stop);
+  // Whatever ends the loop, what was estimated is written.
+  std::exception_ptr error =
+      app::error_of([&] { Loop(o, participant, inputs, outputs, slam).run(stop); });
   slam.finish();
-  const Diagnosis diagnosis = diagnose(slam.report());
-  outputs.send(diagnosis);
-  if (!stream.any()) {
-    throw Error(ExitCode::kNotInitialised, "no estimate: " + diagnosis.message);
-  }
-  deliver(o, slam);
+  const app::RobotDiagnosis diagnosis = app::diagnose(slam.report(), {});
+  if (!error) error = app::error_of([&] { outputs.send(diagnosis); });
+  if (stream.any()) return slam.write_outputs(error);
+  if (error) std::rethrow_exception(error);
+  throw Error(ExitCode::kNotInitialised, "no estimate: " + diagnosis.message);
 }
 
 }  // namespace chasles::bridge

@@ -104,7 +104,7 @@ Inputs::Inputs(Participant& participant, const BridgeOptions& options, const Sen
                app::RobotSlam& slam, OnSample on_sample)
     : slam_(slam), on_sample_(std::move(on_sample)) {
   const auto delivery = [&](int depth) {
-    return Delivery{.reliable = options.reliable, .depth = options.reliable ? 0 : depth};
+    return Delivery{.reliable = options.reliable, .depth = depth, .keep_all = options.reliable};
   };
   subscribe<ImuMessage>(
       participant, topics.imu, delivery(kSamplesKept),
@@ -131,53 +131,48 @@ std::size_t Inputs::take() {
   return taken;
 }
 
-std::optional<Time> Inputs::stamp_of(Source& source, const std_msgs_msg_dds__Header_& header) {
-  const Time time = time_of(header.stamp);
-  if (time != Time::zero()) return time;
-  if (source.unset++ == 0) {
-    spdlog::warn(
-        "{}: header.stamp of a message is 0, expected the time of the measurement: such "
-        "messages are left out",
-        source.topic);
-  }
-  return std::nullopt;
-}
-
 void Inputs::take_sample(Source& source, const ImuMessage& message) {
-  const auto time = stamp_of(source, message.header);
-  if (!time) return;
-  ImuSample sample{.time = *time};
+  const Time time = time_of(message.header.stamp);
+  if (!source.stamps.is_set(time, source.topic)) return;
+  ImuSample sample{.time = time};
   sample.specific_force_imu = vector(message.linear_acceleration);
   sample.angular_rate_imu = vector(message.angular_velocity);
   slam_.add(sample);
-  if (last_sample_ && *time > *last_sample_) on_sample_(*time, to_seconds(*time - *last_sample_));
+  if (last_sample_ && time > *last_sample_) on_sample_(time, to_seconds(time - *last_sample_));
   last_sample_ = time;
 }
 
-// The first image shows whether topic and calibration belong together; later ones may be damaged.
+// The first image shows whether topic and calibration belong together; later ones may be damaged,
+// and end no run that goes on without them.
 template <typename Message>
 void Inputs::take_image(Source& source, std::size_t camera, const Message& message) {
   const auto arrived = app::RobotSlam::Clock::now();
-  const auto time = stamp_of(source, message.header);
-  if (!time) return;
+  const Time time = time_of(message.header.stamp);
+  if (!source.stamps.is_set(time, source.topic)) return;
   GrayImage image;
   try {
     image = decoded(decoders_[camera], message);
   } catch (const InputError& error) {
-    if (source.messages == 1) throw;
+    if (source.messages == 1 && !slam_.has_estimate()) throw;
     if (++source.damaged <= kMostWarnings) spdlog::warn("{}", error.what());
     if (source.damaged == kMostWarnings) spdlog::warn("further damaged images are only counted");
   }
-  slam_.add(camera, *time, std::move(image), arrived);
+  slam_.add(camera, time, std::move(image), arrived);
 }
 
-void Inputs::describe(Diagnosis& diagnosis) const {
+void Inputs::describe(app::RobotDiagnosis& diagnosis) {
+  using enum app::RobotDiagnosis::Level;
   for (const auto& source : sources_) {
     const auto add = [&](const char* what, const auto number) {
-      diagnosis.values.emplace_back(what + source->topic, std::to_string(number));
+      diagnosis.value(what + source->topic, number);
     };
+    const std::size_t unset = source->stamps.unset();
+    diagnosis.add(source->damaged > std::exchange(source->told_damaged, source->damaged), kWarning,
+                  "images on " + source->topic + " could not be decoded: see the log");
+    diagnosis.add(unset > std::exchange(source->told_unset, unset), kWarning,
+                  "messages on " + source->topic + " have a header.stamp of 0");
     add("publishers of ", publishers_of(source->reader));
-    if (source->unset > 0) add("stamps of 0 on ", source->unset);
+    if (unset > 0) add("stamps of 0 on ", unset);
     if (source->damaged > 0) add("damaged on ", source->damaged);
   }
 }

@@ -9,10 +9,11 @@
 
 #include <chasles/data/sensor_calibration.hpp>
 
-#include "diagnosis.hpp"
 #include "image_decoder.hpp"
 #include "participant.hpp"
+#include "robot_diagnosis.hpp"
 #include "robot_slam.hpp"
+#include "stamp_check.hpp"
 
 namespace chasles::bridge {
 
@@ -38,21 +39,25 @@ class Inputs {
   Inputs(Participant& participant, const BridgeOptions& options, const SensorTopics& topics,
          app::RobotSlam& slam, OnSample on_sample);
 
-  /// Passes on what has come. Returns the number of messages. Throws InputError where the first
-  /// image of a camera cannot be decoded.
+  /// Passes on some of what has come of each topic. Returns the number of messages; 0: all has been
+  /// passed on. Throws InputError where the first image of a camera cannot be decoded and there is
+  /// no estimate yet.
   std::size_t take();
 
   /// Warns, once for each topic, where no message has come.
   void warn_of_silence();
-  /// Adds the number of publishers of each topic, and of messages that were left out.
-  void describe(Diagnosis& diagnosis) const;
+  /// Adds the number of publishers of each topic, and of messages that were left out, with a
+  /// warning of those since the last call.
+  void describe(app::RobotDiagnosis& diagnosis);
 
  private:
   /// A topic and what has come on it.
   struct Source {
     std::string topic, type;
     dds_entity_t reader = 0;
-    std::size_t messages = 0, unset = 0, damaged = 0;
+    std::size_t messages = 0, damaged = 0;
+    StampCheck stamps = {};
+    std::size_t told_damaged = 0, told_unset = 0;  ///< at the last diagnosis
     bool warned = false;
   };
 
@@ -62,7 +67,6 @@ class Inputs {
   void take_sample(Source& source, const ImuMessage& message);
   template <typename Message>
   void take_image(Source& source, std::size_t camera, const Message& message);
-  std::optional<Time> stamp_of(Source& source, const std_msgs_msg_dds__Header_& header);
 
   app::RobotSlam& slam_;
   std::vector<ImageDecoder> decoders_;

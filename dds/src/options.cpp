@@ -55,7 +55,9 @@ void declare_network(CLI::App& parser, BridgeOptions& o) {
       .add_option("--network", o.network,
                   "loopback (default): 127.0.0.1 alone; host: the processes of this machine, by "
                   "its own addresses; any, or the name or address of an interface: the network, "
-                  "with multicast. Without this option $CYCLONEDDS_URI counts, where it is set")
+                  "with multicast. Without this option $CYCLONEDDS_URI counts, where it is set. "
+                  "Cyclone DDS receives on all addresses of the machine in all cases: a firewall "
+                  "must guard its UDP ports, from 7410 + 250 DOMAIN on (docs/ros2.md)")
       ->type_name("NAME")
       ->group("Network");
   parser

@@ -150,10 +150,10 @@ void Outputs::points(std::span<const MapLandmark> landmarks, Time time) {
   points_writer_.write(message);
 }
 
-void Outputs::send(Diagnosis diagnosis) {
+void Outputs::send(app::RobotDiagnosis diagnosis) {
   const std::size_t dropped =
       odometry_writer_.dropped() + transform_writer_.dropped() + points_writer_.dropped();
-  diagnosis.values.emplace_back("messages dropped for slow subscribers", std::to_string(dropped));
+  diagnosis.value("messages dropped for slow subscribers", dropped);
   std::vector<diagnostic_msgs_msg_dds__KeyValue_> values;
   for (const auto& [key, value] : diagnosis.values) {
     values.push_back({.key = text(key), .value = text(value)});

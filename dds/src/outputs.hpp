@@ -3,8 +3,8 @@
 #include <span>
 #include <string>
 
-#include "diagnosis.hpp"
 #include "participant.hpp"
+#include "robot_diagnosis.hpp"
 #include "state_stream.hpp"
 
 namespace chasles::bridge {
@@ -29,7 +29,7 @@ class Outputs : public StateSink {
   /// the covariance), each a float, and the number of observations as an unsigned integer.
   void points(std::span<const MapLandmark> landmarks, Time time) override;
   /// diagnostic_msgs/msg/DiagnosticArray, at the time of the system.
-  void send(Diagnosis diagnosis);
+  void send(app::RobotDiagnosis diagnosis);
 
  private:
   void send_transform(const std::string& parent, const std::string& child,

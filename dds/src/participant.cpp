@@ -21,8 +21,11 @@ Qos qos_of(const Delivery& delivery) {
                        delivery.reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,
                        kMostBlocking);
   dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
-  const bool all = delivery.depth == 0;
-  dds_qset_history(qos.get(), all ? DDS_HISTORY_KEEP_ALL : DDS_HISTORY_KEEP_LAST, delivery.depth);
+  dds_qset_history(qos.get(), delivery.keep_all ? DDS_HISTORY_KEEP_ALL : DDS_HISTORY_KEEP_LAST,
+                   delivery.depth);
+  if (delivery.keep_all) {
+    dds_qset_resource_limits(qos.get(), delivery.depth, DDS_LENGTH_UNLIMITED, delivery.depth);
+  }
   const dds_data_representation_id_t plain = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qset_data_representation(qos.get(), 1, &plain);
   return qos;
@@ -83,8 +86,9 @@ dds_entity_t Participant::reader(const dds_topic_descriptor_t& type, const std::
   const dds_entity_t reader = checked(
       dds_create_reader(participant_, topic(type, ros_topic), qos_of(delivery).get(), nullptr),
       "no subscription to " + ros_topic);
-  checked(dds_set_status_mask(reader, DDS_DATA_AVAILABLE_STATUS), ros_topic);
-  checked(dds_waitset_attach(waitset_, reader, 0), ros_topic);
+  // Unlike a status, a condition holds until all messages have been taken.
+  const dds_entity_t any = checked(dds_create_readcondition(reader, DDS_ANY_STATE), ros_topic);
+  checked(dds_waitset_attach(waitset_, any, 0), ros_topic);
   return reader;
 }
 

@@ -16,7 +16,10 @@ std::string dds_topic(const std::string& ros_topic);
 /// How a topic is sent or received.
 struct Delivery {
   bool reliable = false;
-  int depth = 10;  ///< messages that are kept; 0: all
+  int depth = 10;  ///< messages that may wait; one more, and the oldest is lost
+  /// None is lost instead. A reader that has `depth` messages leaves the next ones to their
+  /// writers, which must keep them until they are received.
+  bool keep_all = false;
 };
 
 /// A participant in a DDS domain, for one thread; writers may be used by any thread. All functions
@@ -50,24 +53,19 @@ class Reader {
   Reader(Participant& participant, const std::string& ros_topic, const Delivery& delivery)
       : reader_(participant.reader(TopicType<Message>::descriptor(), ros_topic, delivery)) {}
 
-  /// Takes the messages that are there, and returns their number. They are valid during the call.
+  /// Takes the oldest messages that are there, kAtOnce at most, and returns their number. They are
+  /// valid during the call. It returns however fast they come.
   template <typename Each>
   std::size_t take(const Each& each) const {
     std::array<void*, kAtOnce> messages{};
     std::array<dds_sample_info_t, kAtOnce> infos;
-    std::size_t taken = 0;
-    for (;;) {
-      messages.fill(nullptr);
-      const Loan loan(reader_, messages,
-                      dds_take(reader_, messages.data(), infos.data(), kAtOnce,
-                               static_cast<std::uint32_t>(kAtOnce)));
-      for (std::size_t i = 0; i < loan.size(); ++i) {
-        if (!infos[i].valid_data) continue;  // a writer that has gone
-        each(*static_cast<const Message*>(messages[i]));
-        ++taken;
-      }
-      if (loan.size() < kAtOnce) return taken;
-    }
+    const Loan loan(reader_, messages,
+                    dds_take(reader_, messages.data(), infos.data(), kAtOnce,
+                             static_cast<std::uint32_t>(kAtOnce)));
+    for (std::size_t i = 0; i < loan.size(); ++i) {
+      if (infos[i].valid_data) each(*static_cast<const Message*>(messages[i]));
+    }  // else a writer has gone
+    return loan.size();
   }
 
   dds_entity_t entity() const { return reader_; }

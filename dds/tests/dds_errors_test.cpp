@@ -133,7 +133,15 @@ TEST(DdsErrors, OfSilence) {
       {"no message on /imu0 (sensor_msgs/msg/Imu): 0 publishers are there, and 1 more that are not "
        "reliable",
        "no message on /cam1/image_raw (sensor_msgs/msg/Image): 0 publishers are there, check",
-       "no estimate: no sample of the IMU has come"});
+       "no estimate: no samples of the IMU come"});
+}
+
+// The idle time begins with the bridge.
+TEST(DdsErrors, OfNothingAtAll) {
+  const Scratch folder;
+  write_calibration_files(folder);
+  const Outcome outcome = dds(folder, ". --domain 82 --idle 0.5 --quiet");
+  expect_failure(outcome, 3, {"no estimate: no samples of the IMU come"});
 }
 
 TEST(DdsNetwork, IsThisMachineAloneByDefault) {

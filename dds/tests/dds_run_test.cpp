@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 #include <chasles/data/run.hpp>
 #include <chasles/lie/so3.hpp>
 
+#include "cdr.hpp"
 #include "cli_test.hpp"
 #include "messages_testing.hpp"
 #include "process.hpp"
@@ -20,7 +22,8 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr int kDomain = 81;
+// Tests may run at the same time, each in a process of its own.
+const int kDomain = 100 + ::getpid() % 100;
 
 const SE3 kBaseTImu{so3::exp(Eigen::Vector3d(0.1, -0.2, 0.3)), {0.3, -0.1, 0.2}};
 
@@ -244,6 +247,31 @@ TEST(DdsRun, PlacesTheEstimatesInASavedMap) {
     EXPECT_LT((found.p - pose.world_T_imu.p).norm(), 1e-9);
     EXPECT_LT((found.R - pose.world_T_imu.R).norm(), 1e-9);
   }
+}
+
+// A camera that is wired up wrongly, or late: the run goes on without it, and is written.
+TEST(DdsRun, AFirstImageThatIsDamagedEndsNoRunThatGoesOn) {
+  const Scratch folder;
+  simulate_walk(folder);
+  const Recording recording = read_recording(folder / "walk");
+  Process bridge({CHASLES_DDS_BINARY, folder / "walk", "--domain", std::to_string(kDomain),
+                  "--camera", camera_topic(0), "--camera", "/late", "-o", folder / "bridge"},
+                 folder / "log.txt");
+  FastClient client(kDomain);
+  RobotDriver driver(client, recording, false);
+  FastWriter late(client, {"rt/late", "sensor_msgs::msg::dds_::Image_"},
+                  {.reliable = false, .depth = 10});
+  std::this_thread::sleep_for(seconds(3));  // until both sides know each other
+  driver.play(2);
+  const Time end = recording.imu.back().time;
+  for (int i = 0; i < 10; ++i) {
+    late.write(image_bytes(end, 7, 1, "mono8", "1234567"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  bridge.interrupt();
+  EXPECT_EQ(bridge.wait(seconds(30)), 0) << slurp(folder / "log.txt");
+  EXPECT_NE(slurp(folder / "log.txt").find("cam1 (/late): is 7 x 1 pixels"), std::string::npos);
+  EXPECT_GT(read_run(folder / "bridge").states.size(), 20u);
 }
 
 // In real time, with best effort on both sides: a state for each sample, and no image is late.

@@ -25,8 +25,8 @@ app::RobotSetup setup_from(const NodeParameters& p, SensorCalibration calibratio
           .settings = p.settings,
           .name = p.name,
           .map = p.map,
-          .saves_map = !p.save_map.empty(),
-          .keeps_run = !p.output.empty(),
+          .output = p.output,
+          .save_map = p.save_map,
           .lossless = p.lossless,
           .most_images = static_cast<std::size_t>(p.most_images)};
 }
@@ -182,6 +182,10 @@ void Intake::start(SensorCalibration calibration) {
               [this](const std::string& why) {
                 transport_.log(LogLevel::kWarning, why + ": the run begins anew");
                 publisher_.reset();
+              },
+          .on_output =
+              [this](const std::string& sentence, bool written) {
+                transport_.log(written ? LogLevel::kInfo : LogLevel::kError, sentence);
               }});
   publisher_.set_rate_noise(slam_->imu_noise().gyroscope_noise_density);
   for (const auto& [message, take] : std::exchange(held_, {})) take(message);

@@ -30,13 +30,7 @@ void Node::run() {
     throw UsageError(fmt::format("{}: {}", kNotCalibrated, intake_.waiting_for()));
   }
   diagnose();
-  if (!parameters_.output.empty()) {
-    slam->write_run(parameters_.output);
-    transport_.log(LogLevel::kInfo, "run folder: " + parameters_.output.string());
-  }
-  if (!parameters_.save_map.empty()) {
-    transport_.log(LogLevel::kInfo, "map: " + slam->save_map(parameters_.save_map));
-  }
+  slam->write_outputs();
 }
 
 std::pair<bool, std::string> Node::reset() {
@@ -51,7 +45,7 @@ std::pair<bool, std::string> Node::save_map() {
     return {false, "~save_map is not set, expected the file of the map"};
   }
   try {
-    return {true, intake_.slam()->save_map(parameters_.save_map)};
+    return {true, intake_.slam()->save_map()};
   } catch (const std::exception& error) {
     return {false, error.what()};
   }

@@ -11,8 +11,7 @@ struct NodeCounts {
   int unset = 0;        ///< messages whose header.stamp is 0
 };
 
-/// The state of the estimator for /diagnostics. Error: lost. Warning: not started, degraded, or
-/// since `before` no data came, or some were lost. The message is on the worst.
+/// app::diagnose() with what the node itself counts.
 OutDiagnosis diagnosis_of(const app::RobotReport& now, const app::RobotReport& before,
                           const NodeCounts& counts, const NodeCounts& counts_before);
 

@@ -54,7 +54,7 @@ struct OutPoints {
   std::vector<std::array<float, 4>> points;
 };
 
-enum class DiagnosisLevel { kOk, kWarning, kError };
+enum class DiagnosisLevel { kOk, kWarning, kError };  ///< by the numbers of ROS
 
 struct OutDiagnosis {
   DiagnosisLevel level = DiagnosisLevel::kOk;

@@ -11,6 +11,8 @@
 namespace chasles::ros1 {
 namespace {
 
+constexpr Time kLate = std::chrono::milliseconds(500);
+
 // Whether a period has passed since `last`, which then is `now`.
 bool is_due(Time now, double period, std::optional<Time>& last) {
   if (period <= 0 || (last && now - *last < from_seconds(period) && now >= *last)) return false;
@@ -62,7 +64,10 @@ SE3 Publisher::base_T_imu() {
 
 void Publisher::publish(const PredictedState& state) {
   const std::lock_guard lock(mutex_);
-  if (lost_ || (last_state_ && state.time <= *last_state_)) return;  // a late sample
+  // A late sample. A state of a run that has ended, which came after the reset, is far ahead: it
+  // does not silence the new run.
+  const bool late = last_state_ && state.time <= *last_state_ && *last_state_ - state.time < kLate;
+  if (lost_ || late) return;
   const SE3 base_T_imu = this->base_T_imu();
   // A sample's white noise falls as its interval grows.
   const double interval = last_state_ ? to_seconds(state.time - *last_state_) : 0;

@@ -8,7 +8,7 @@ from launch_ros.actions import Node
 def generate_launch_description():
     arguments = {
         'calibration': ('', 'file or folder: camchain-imucam.yaml with imu.yaml, or calibration.yaml'),
-        'imu': ('/imu0', 'topic of sensor_msgs/msg/Imu'),
+        'imu': ('', 'topic of sensor_msgs/msg/Imu; empty: the one that the calibration names, or /imu0'),
         'rate': ('images', 'of the odometry: images or samples'),
         'output': ('', 'folder for the run, as chasles run -o'),
     }

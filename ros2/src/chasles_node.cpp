@@ -1,6 +1,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,9 +19,10 @@
 #include <chasles/data/numbers.hpp>
 #include <chasles/error.hpp>
 
-#include "diagnosis.hpp"
 #include "image_decoder.hpp"
 #include "inertial_settings_io.hpp"
+#include "robot_diagnosis.hpp"
+#include "stamp_check.hpp"
 #include "state_stream.hpp"
 
 // Visual-inertial SLAM as a node of ROS 2: a thin layer over RobotSlam, as chasles_dds is.
@@ -134,7 +136,7 @@ class Publications : public bridge::StateSink {
     points_->publish(cloud);
   }
 
-  void diagnosis(const bridge::Diagnosis& diagnosis, const rclcpp::Time& now) {
+  void diagnosis(const app::RobotDiagnosis& diagnosis, const rclcpp::Time& now) {
     DiagnosticArray message;
     message.header.stamp = now;
     message.status.resize(1);
@@ -180,26 +182,33 @@ class ChaslesNode : public rclcpp::Node {
                               .odom = text("odom_frame", "odom"),
                               .base = text("base_frame", "base_link")}),
         stream_(stream_options(), publications_),
-        output_(text("output", "")),
-        save_map_(text("save_map", "")),
         slam_(setup(), {.on_estimates = [this](std::span<const Estimate> some,
                                                VisualInertialSlam& of) { stream_.take(some, of); },
                         .on_reset =
                             [this](const std::string& why) {
                               RCLCPP_WARN(get_logger(), "%s: the run begins anew", why.c_str());
+                            },
+                        .on_output =
+                            [this](const std::string& sentence, bool written) {
+                              if (written) {
+                                RCLCPP_INFO(get_logger(), "%s", sentence.c_str());
+                              } else {
+                                RCLCPP_ERROR(get_logger(), "%s", sentence.c_str());
+                              }
                             }}) {
     stream_.set_slam(slam_);
     subscribe();
     timer_ = create_wall_timer(std::chrono::seconds(1), [this] {
-      publications_.diagnosis(bridge::diagnose(slam_.report()), now());
+      const app::RobotReport report = slam_.report();
+      publications_.diagnosis(app::diagnose(report, before_), now());
+      before_ = report;
     });
   }
 
-  /// Processes what waits, and writes the outputs.
-  void finish() {
+  /// Processes what waits, and writes the outputs. Then throws `before`, if that is an error.
+  void finish(std::exception_ptr before) {
     slam_.finish();
-    if (!output_.empty()) slam_.write_run(output_);
-    if (!save_map_.empty()) RCLCPP_INFO(get_logger(), "%s", slam_.save_map(save_map_).c_str());
+    slam_.write_outputs(before);
   }
 
  private:
@@ -244,25 +253,31 @@ class ChaslesNode : public rclcpp::Node {
     setup.calibration = calibration_;
     setup.settings = app::inertial_run_settings_from(sources);
     setup.map = text("map", "");
-    setup.saves_map = !save_map_.empty();
-    setup.keeps_run = !output_.empty();
+    setup.output = text("output", "");
+    setup.save_map = text("save_map", "");
     setup.lossless = declare_parameter<bool>("lossless", false);
     return setup;
   }
 
   void subscribe() {
-    const std::string imu = calibration_.imu_topic.empty() ? "/imu0" : calibration_.imu_topic;
-    imu_ = create_subscription<Imu>(text("imu", imu), rclcpp::SensorDataQoS().keep_last(2000),
+    imu_topic_ = text("imu", "");
+    if (imu_topic_.empty()) imu_topic_ = calibration_.imu_topic;
+    if (imu_topic_.empty()) imu_topic_ = "/imu0";
+    imu_ = create_subscription<Imu>(imu_topic_, rclcpp::SensorDataQoS().keep_last(2000),
                                     [this](const Imu& message) { take_sample(message); });
     Texts topics;
     for (std::size_t c = 0; c < calibration_.cameras.size(); ++c) {
-      const std::string& named = calibration_.camera_topics[c];
-      topics.push_back(named.empty() ? "/cam" + std::to_string(c) + "/image_raw" : named);
+      const bool named =
+          c < calibration_.camera_topics.size() && !calibration_.camera_topics[c].empty();
+      topics.push_back(named ? calibration_.camera_topics[c]
+                             : "/cam" + std::to_string(c) + "/image_raw");
     }
     topics = declare_parameter<Texts>("cameras", topics);
     if (topics.size() != calibration_.cameras.size()) {
       throw UsageError("cameras: expected one topic for each camera of the calibration");
     }
+    topics_ = topics;
+    image_stamps_.resize(topics.size());
     for (std::size_t c = 0; c < topics.size(); ++c) subscribe(c, topics[c]);
   }
 
@@ -299,6 +314,7 @@ class ChaslesNode : public rclcpp::Node {
   void take_sample(const Imu& message) {
     ImuSample sample;
     sample.time = time_of(message.header.stamp);
+    if (!imu_stamps_.is_set(sample.time, imu_topic_)) return;
     sample.specific_force_imu = vector(message.linear_acceleration);
     sample.angular_rate_imu = vector(message.angular_velocity);
     slam_.add(sample);
@@ -311,20 +327,26 @@ class ChaslesNode : public rclcpp::Node {
   template <typename Decode>
   void take_image(std::size_t camera, const std_msgs::msg::Header& header, const Decode& decode) {
     const auto arrived = app::RobotSlam::Clock::now();
+    const Time time = time_of(header.stamp);
+    if (!image_stamps_[camera].is_set(time, topics_[camera])) return;
     GrayImage image;
     try {
       image = decode(decoders_[camera]);
     } catch (const InputError& error) {  // counts as missing
       RCLCPP_WARN(get_logger(), "%s", error.what());
     }
-    slam_.add(camera, time_of(header.stamp), std::move(image), arrived);
+    slam_.add(camera, time, std::move(image), arrived);
   }
 
   SensorCalibration calibration_;
   Publications publications_;
   bridge::StateStream stream_;
-  std::string output_, save_map_;
   app::RobotSlam slam_;
+  app::RobotReport before_;  // of the last diagnosis
+  std::string imu_topic_;
+  Texts topics_;  // of the cameras
+  bridge::StampCheck imu_stamps_;
+  std::vector<bridge::StampCheck> image_stamps_;
   std::vector<bridge::ImageDecoder> decoders_;
   std::optional<Time> last_sample_;
   rclcpp::Subscription<Imu>::SharedPtr imu_;
@@ -337,15 +359,19 @@ class ChaslesNode : public rclcpp::Node {
 }  // namespace chasles::ros2
 
 int main(int argc, char** argv) {
-  rclcpp::init(argc, argv);
   int code = 0;
   try {
+    rclcpp::init(argc, argv);
     const auto node = std::make_shared<chasles::ros2::ChaslesNode>();
-    rclcpp::spin(node);
-    node->finish();
+    // Whatever ends it, what was estimated is written.
+    const std::exception_ptr error = chasles::app::error_of([&] { rclcpp::spin(node); });
+    node->finish(error);
   } catch (const chasles::Error& error) {
     RCLCPP_ERROR(rclcpp::get_logger("chasles"), "%s", error.what());
     code = static_cast<int>(error.code());
+  } catch (const std::exception& error) {  // of rclcpp: a parameter's type, a topic's name
+    RCLCPP_ERROR(rclcpp::get_logger("chasles"), "%s", error.what());
+    code = 1;
   }
   rclcpp::shutdown();
   return code;

@@ -180,6 +180,8 @@ class Connection : public std::enable_shared_from_this<Connection> {
     socket_->read_message_max(shared_.options.message_bytes);
     socket_->write_buffer_bytes(kFragment);
     buffer_.clear();
+    // So far it was that of a request's head.
+    buffer_.max_size(shared_.options.message_bytes);
     socket_->async_accept(parser_.get(), [self = shared_from_this()](Failure f) {
       if (f || self->closing_) return;
       self->session_ = self->shared_.service->open();

@@ -45,6 +45,27 @@ TEST(LiveServer, AViewerIsToldTheLatestAndMayStopTheRun) {
   EXPECT_EQ(served.feed.most_viewers, 1U);
 }
 
+// Also one that is longer than the head of a request may be.
+TEST(LiveServer, TakesMessagesUpToTheStatedSize) {
+  LiveServerOptions options = Served::quick();
+  options.message_bytes = 1 << 16;
+  Served served(options);
+  Client client = viewer(served.port);
+  int sent = 0;
+  for (const std::size_t size : {8191, 8192, 8193, 1 << 16}) {
+    std::string stop = R"({"stop": true})";
+    client.say(stop.append(size - stop.size(), ' '));
+    ++sent;
+    EXPECT_TRUE(comes_true([&] { return served.feed.stops == sent; })) << size;
+  }
+  client.say(std::string((1 << 16) + 1, ' '));
+  int code = 0;
+  while (const auto frame = client.frame()) {
+    if (frame->opcode == 8) code = frame->close_code();
+  }
+  EXPECT_EQ(code, 1009);
+}
+
 /// A feed that throws.
 class Faulty final : public LiveFeed {
  public:

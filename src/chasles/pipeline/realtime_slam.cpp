@@ -42,7 +42,10 @@ void RealtimeSlam::process(const ImuSample& sample) {
 
 std::size_t RealtimeSlam::process(ImageFrame images) {
   check_frame(images, {}, std::nullopt, cameras_);
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
+  if (options_.waits_for_room) {
+    changed_.wait(lock, [&] { return failure_ || counts_.waiting < options_.most_images; });
+  }
   rethrow_failure();
   if (finished_) throw UsageError("RealtimeSlam: expected no images after finish()");
   ++counts_.came;
@@ -72,7 +75,17 @@ RealtimeSlam::Counts RealtimeSlam::counts() const {
   return counts_;
 }
 
+std::exception_ptr RealtimeSlam::failure() const {
+  const std::lock_guard lock(mutex_);
+  return failure_;
+}
+
 void RealtimeSlam::ask(const std::function<void(VisualInertialSlam&)>& question) {
+  if (const std::exception_ptr failure = this->failure()) std::rethrow_exception(failure);
+  ask_in_any_case(question);
+}
+
+void RealtimeSlam::ask_in_any_case(const std::function<void(VisualInertialSlam&)>& question) {
   std::packaged_task<void()> task([&] {
     const auto turn = take_turn();
     question(*slam_);
@@ -80,7 +93,6 @@ void RealtimeSlam::ask(const std::function<void(VisualInertialSlam&)>& question)
   std::future<void> answered = task.get_future();
   {
     const std::lock_guard lock(mutex_);
-    rethrow_failure();
     questions_.emplace_back([&] { task(); });
     changed_.notify_all();
   }

@@ -26,6 +26,9 @@ class RealtimeSlam {
     /// Images that may wait for the estimator. One more, and the oldest of them is dropped, so that
     /// the delay stays bounded. 0: all wait.
     std::size_t most_images = 3;
+    /// Then process() of images waits for room instead, and nothing is dropped: for recordings,
+    /// which come faster than the estimator takes them.
+    bool waits_for_room = false;
     /// Held while the estimator works, in a program with batch estimation elsewhere, which is not
     /// reentrant (docs/architecture.md); must outlive this. Null: none.
     std::mutex* turn = nullptr;
@@ -46,11 +49,11 @@ class RealtimeSlam {
   ~RealtimeSlam();
 
   /// Returns at once. An error of the estimator or of the callback ends the work; it is rethrown by
-  /// the next call of any function here but predicted() and counts().
+  /// the next call of process(), ask() or finish().
   void process(const ImuSample& sample);
-  /// The same. A number of images other than that of the cameras, or an image of another size than
-  /// its camera's, throws InputError; the images are then ignored. Returns the number of images
-  /// that this one displaced.
+  /// The same, unless it waits for room. A number of images other than that of the cameras, or an
+  /// image of another size than its camera's, throws InputError; the images are then ignored.
+  /// Returns the number of images that this one displaced.
   std::size_t process(ImageFrame images);
 
   /// The state at a time since the last estimate, by the samples that have come so far
@@ -59,10 +62,13 @@ class RealtimeSlam {
 
   /// Calls the function on the estimator's thread, between two events, and waits for it.
   void ask(const std::function<void(VisualInertialSlam&)>& question);
+  /// The same also after an error, on what the estimator had until then.
+  void ask_in_any_case(const std::function<void(VisualInertialSlam&)>& question);
+  /// The error that has ended the work; null: none.
+  std::exception_ptr failure() const;
 
   /// Waits until all that has come is processed; then as VisualInertialSlam::finish(), whose
-  /// estimates the callback does not get. Only ask(), predicted() and counts() may be called after
-  /// it.
+  /// estimates the callback does not get. process() may not be called after it.
   std::vector<Estimate> finish();
 
   Counts counts() const;

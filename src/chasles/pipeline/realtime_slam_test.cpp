@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -158,6 +159,34 @@ TEST(RealtimeSlam, DropsTheOldestImagesWhereTheEstimatorIsTooSlow) {
   EXPECT_NEAR(to_seconds(all.back().time), to_seconds(last), 0.02);  // and the time offset
 }
 
+// The caller is held up instead, and no more images than stated are in memory.
+TEST(RealtimeSlam, WaitsForRoomAndDropsNothing) {
+  Estimates all;
+  std::size_t most = 0;
+  RealtimeSlam slam(slam_of(), {.most_images = 2, .waits_for_room = true},
+                    [&](std::span<const Estimate> some, VisualInertialSlam&) {
+                      all.insert(all.end(), some.begin(), some.end());
+                    });
+  EventStream events(short_walk());
+  while (const auto event = events.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) slam.process(*sample);
+    const auto* due = std::get_if<ImagesDue>(&*event);
+    if (due) slam.process(short_walk().images->read(due->index));
+    most = std::max(most, slam.counts().waiting);
+  }
+  append(slam.finish(), all);
+  EXPECT_LE(most, 2u);
+  expect_same_bytes(all, blocking());
+}
+
+TEST(RealtimeSlam, AnErrorEndsTheWaitForRoom) {
+  RealtimeSlam slam(slam_of(), {.most_images = 1, .waits_for_room = true},
+                    [](std::span<const Estimate>, VisualInertialSlam&) {
+                      throw std::runtime_error("the program's own");
+                    });
+  EXPECT_THROW(play_on(slam), std::runtime_error);
+}
+
 TEST(RealtimeSlam, AnswersQuestionsBetweenEvents) {
   RealtimeSlam slam(slam_of(), {.most_images = 0});
   play_on(slam);
@@ -185,6 +214,11 @@ TEST(RealtimeSlam, AnErrorEndsTheWorkAndIsToldToTheCaller) {
       },
       std::runtime_error);
   EXPECT_THROW(slam.process(short_walk().imu.back()), std::runtime_error);
+  EXPECT_THROW(slam.ask([](VisualInertialSlam&) {}), std::runtime_error);
+  EXPECT_TRUE(slam.failure());
+  std::size_t landmarks = 0;
+  slam.ask_in_any_case([&](VisualInertialSlam& s) { landmarks = s.estimator().map().size(); });
+  EXPECT_GT(landmarks, 0u);
 }
 
 TEST(RealtimeSlam, ImagesOfAnotherRigAreRejectedAtOnce) {

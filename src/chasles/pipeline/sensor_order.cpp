@@ -16,10 +16,6 @@ std::optional<typename std::deque<Timed>::iterator> place_for(Time time, std::de
   return place;
 }
 
-void raise(std::optional<Time>& newest, Time time) {
-  newest = std::max(newest.value_or(time), time);
-}
-
 }  // namespace
 
 void SensorOrder::add(const ImuSample& sample) {
@@ -33,8 +29,7 @@ void SensorOrder::add(const ImuSample& sample) {
     return;
   }
   samples_.insert(*place, sample);
-  raise(newest_sample_, sample.time);
-  raise(newest_, sample.time);
+  newest_ = std::max(newest_.value_or(sample.time), sample.time);
 }
 
 void SensorOrder::add(std::size_t camera, Time time, GrayImage image) {
@@ -44,8 +39,8 @@ void SensorOrder::add(std::size_t camera, Time time, GrayImage image) {
     return;
   }
   cameras_[camera].insert(*place, {.time = time, .image = std::move(image)});
-  raise(newest_images_[camera], time);
-  raise(newest_, time);
+  silent_[camera] = false;
+  newest_ = std::max(newest_.value_or(time), time);
 }
 
 // Whether nothing more is awaited for what has this time.
@@ -61,16 +56,22 @@ bool SensorOrder::sample_is_due() const {
   return (last_frame_ && *last_sample_ <= *last_frame_) || gives_up(samples_.front().time);
 }
 
+// Whether the image of this camera for the frame is there, or does not exist.
+bool SensorOrder::is_decided(std::size_t camera, Time frame) const {
+  return !cameras_[camera].empty() && cameras_[camera].back().time >= frame;
+}
+
 // VisualInertialSlam would give up a frame that waits there for its samples, however long it may
 // wait here.
 bool SensorOrder::frame_is_due() const {
   if (cameras_[0].empty()) return false;
   const Time time = cameras_[0].front().time;
   const bool covered = last_sample_ && *last_sample_ >= time;
-  const auto decided = [&](const Images& images) {
-    return !images.empty() && images.back().time >= time;
-  };
-  return gives_up(time) || (covered && std::all_of(cameras_.begin() + 1, cameras_.end(), decided));
+  bool complete = true;
+  for (std::size_t c = 1; c < cameras_.size(); ++c) {
+    complete = complete && (silent_[c] || is_decided(c, time));
+  }
+  return gives_up(time) || (covered && complete);
 }
 
 std::vector<SensorEvent> SensorOrder::take() {
@@ -113,6 +114,7 @@ ImageFrame SensorOrder::take_frame() {
   const std::optional<Time> next =
       cameras_[0].empty() ? std::nullopt : std::optional(cameras_[0].front().time);
   for (std::size_t c = 1; c < cameras_.size(); ++c) {
+    silent_[c] = !is_decided(c, frame.time);
     frame.images.push_back(partner(cameras_[c], frame.time, next));
   }
   last_frame_ = frame.time;

@@ -15,7 +15,9 @@ namespace chasles {
 /// those of `chasles run` on a bag of the same messages, to the byte. No estimate waits for it: an
 /// image is held up only for the images of the other cameras at the same instant and for the
 /// samples until its time, and a sample only while an earlier image may still come, which no
-/// estimate can do without.
+/// estimate can do without. A camera for whose image a frame has waited in vain is silent: until
+/// its next image no frame waits for it. Without samples, or images of the first camera, there is
+/// no estimate that could be held up.
 ///
 /// Images are paired as pair_images() does: each image of the first camera makes a frame, and an
 /// image of another camera joins the nearest frame, within kSameInstant. Where the first camera has
@@ -35,18 +37,8 @@ class SensorOrder {
     int unpaired = 0;         ///< images of other cameras that belong to no frame
     int incomplete = 0;       ///< frames without the image of another camera
   };
-  /// A sample or an image this much earlier than one before it, of the same topic, is no late one:
-  /// the clock has jumped back.
-  static constexpr Time kJump = std::chrono::milliseconds(500);
-
   explicit SensorOrder(const Options& options)
-      : options_(options), cameras_(options.cameras), newest_images_(options.cameras) {}
-
-  /// Whether a sample, or an image of this camera, at this time means that the clock has jumped.
-  bool jumps_back(Time sample) const { return is_jump(newest_sample_, sample); }
-  bool jumps_back(std::size_t camera, Time image) const {
-    return is_jump(newest_images_[camera], image);
-  }
+      : options_(options), cameras_(options.cameras), silent_(options.cameras, false) {}
 
   void add(const ImuSample& sample);
   /// `time`: by the IMU's clock. The image may be empty: it could not be decoded.
@@ -66,11 +58,9 @@ class SensorOrder {
   };
   using Images = std::deque<TimedImage>;
 
-  static bool is_jump(const std::optional<Time>& newest, Time time) {
-    return newest && time + kJump < *newest;
-  }
   bool gives_up(Time on) const;
   bool sample_is_due() const;
+  bool is_decided(std::size_t camera, Time frame) const;
   bool frame_is_due() const;
   void give_up_unpaired();
   ImageFrame take_frame();
@@ -79,8 +69,8 @@ class SensorOrder {
   Options options_;
   std::deque<ImuSample> samples_;
   std::vector<Images> cameras_;
-  std::optional<Time> newest_sample_, newest_;
-  std::vector<std::optional<Time>> newest_images_;
+  std::optional<Time> newest_;
+  std::vector<bool> silent_;                      ///< cameras for which no frame waits
   std::optional<Time> last_sample_, last_frame_;  ///< that were returned
   bool finished_ = false;
   Counts counts_;

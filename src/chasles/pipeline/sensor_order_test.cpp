@@ -186,6 +186,34 @@ TEST(SensorOrder, ASilentCameraOrImuHoldsNothingUpForLong) {
   EXPECT_GE(late_by, 20u);
 }
 
+// One that dies costs one wait, not one for each frame; when it comes back, frames wait for it.
+TEST(SensorOrder, ACameraThatDiesHoldsUpOneFrameOnly) {
+  SensorOrder order({.cameras = 2, .patience = milliseconds(100)});
+  std::vector<Time> delays;
+  int complete = 0;
+  const auto dead = [](int k) { return k >= 100 && k < 200; };
+  for (int k = 0; k < 300; ++k) {
+    const Time now = milliseconds(5 * k);
+    order.add(sample_at(now));
+    if (k % 10 == 0) order.add(0, now, numbered(k));
+    if (k % 10 == 2 && !dead(k))
+      order.add(1, now - milliseconds(10), numbered(k));  // arrives later
+    for (const SensorEvent& event : order.take()) {
+      const auto* frame = std::get_if<ImageFrame>(&event);
+      if (frame == nullptr) continue;
+      delays.push_back(now - frame->time);
+      complete += frame->images[1].empty() ? 0 : 1;
+    }
+  }
+  ASSERT_EQ(delays.size(), 30u);
+  EXPECT_EQ(std::ranges::count(delays, milliseconds(105)),
+            1);  // of a few frames, one after another
+  EXPECT_EQ(delays[10], milliseconds(105));
+  EXPECT_EQ(delays[15], milliseconds(0));
+  EXPECT_EQ(delays[25], milliseconds(10));
+  EXPECT_EQ(complete, 19);  // not that of the frame before its first image again
+}
+
 TEST(SensorOrder, ImagesWithoutTheFirstCameraDoNotPileUp) {
   SensorOrder order({.cameras = 2, .patience = milliseconds(100)});
   for (int k = 0; k < 100; ++k) {
@@ -193,17 +221,6 @@ TEST(SensorOrder, ImagesWithoutTheFirstCameraDoNotPileUp) {
     EXPECT_TRUE(order.take().empty());
   }
   EXPECT_GE(order.counts().unpaired, 96);
-}
-
-TEST(SensorOrder, KnowsAClockThatJumpsBack) {
-  SensorOrder order({.cameras = 2});
-  EXPECT_FALSE(order.jumps_back(milliseconds(0)));
-  order.add(sample_at(std::chrono::seconds(9)));
-  order.add(1, std::chrono::seconds(5), numbered(0));
-  EXPECT_FALSE(order.jumps_back(milliseconds(8500)));
-  EXPECT_TRUE(order.jumps_back(milliseconds(8499)));
-  EXPECT_FALSE(order.jumps_back(0, milliseconds(1)));  // of another topic
-  EXPECT_TRUE(order.jumps_back(1, milliseconds(4000)));
 }
 
 }  // namespace

@@ -46,7 +46,8 @@ class VisualInertialSlam {
 
   /// The state at any time since the last estimate, by the samples: for controllers, which need it
   /// more often than images come (StatePredictor). Its time is on the IMU's clock. None before a
-  /// start, before the last estimate's time, and where samples are missing.
+  /// start, before the last estimate's time, StatePredictor::kLongest after it, where it is lost,
+  /// and where samples are missing.
   std::optional<PredictedState> predicted(Time time) { return predictor_.at(time); }
   const StatePredictor& predictor() const { return predictor_; }
 

@@ -1,14 +1,10 @@
 #include <algorithm>
 #include <iterator>
 
-#include <chasles/imu/sample_gaps.hpp>
 #include <chasles/slam/state_predictor.hpp>
 
 namespace chasles {
 namespace {
-
-// Samples are kept for so long while there is no estimate: the first one may be of an older frame.
-constexpr Time kKept = std::chrono::seconds(2);
 
 const Eigen::Vector3d kGravityWorld(0, 0, -kStandardGravity);
 
@@ -27,15 +23,19 @@ void propagate(const StrapdownStep& step, Matrix15d& P) {
 
 void StatePredictor::add(const ImuSample& sample) {
   imu_.add(sample);
-  if (!steps_.empty()) {
-    extend();
-  } else if (imu_.latest()) {
-    imu_.drop_before(*imu_.latest() - kKept);
+  if (const auto gap = gaps_.add(sample)) {
+    after_gap_ = gap->next;
+    steps_.clear();
   }
+  if (!imu_.latest()) return;
+  if (!steps_.empty()) extend();
+  // An estimate that comes late is of an older frame.
+  if (steps_.empty()) imu_.drop_before(*imu_.latest() - kLongest);
 }
 
 void StatePredictor::correct(const Estimate& estimate) {
   steps_.clear();
+  if (estimate.health == Health::kLost || (after_gap_ && estimate.time < *after_gap_)) return;
   if (!estimate.v_world || estimate.additive.size() != 6 || estimate.covariance.rows() != 15)
     return;
   const AdditiveStates& biases = estimate.additive;
@@ -53,6 +53,7 @@ void StatePredictor::correct(const Estimate& estimate) {
 void StatePredictor::extend() {
   const std::optional<Time> latest = imu_.latest();
   if (!latest || *latest <= steps_.back().time) return;
+  if (*latest - steps_.front().time > kLongest) return steps_.clear();
   const Time from = steps_.back().time;
   imu_.between(from, *latest, intervals_);
   double since = 0;
@@ -83,7 +84,9 @@ StatePredictor::Step StatePredictor::moved(Step step, Time to) {
 std::optional<PredictedState> StatePredictor::at(Time time) {
   if (steps_.empty() || time < steps_.front().time) return std::nullopt;
   const Time known = std::max(steps_.front().time, imu_.latest().value_or(Time::min()));
-  if (time > known + SampleGaps::kLongest) return std::nullopt;
+  if (time > known + SampleGaps::kLongest || time > steps_.front().time + kLongest) {
+    return std::nullopt;
+  }
   const auto after = std::ranges::upper_bound(steps_, time, {}, &Step::time);
   const Step step = moved(*std::prev(after), time);
   PredictedState result{.time = time,

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <vector>
 
 #include <chasles/imu/imu_buffer.hpp>
+#include <chasles/imu/sample_gaps.hpp>
 #include <chasles/slam/estimate.hpp>
 
 namespace chasles {
@@ -22,19 +24,28 @@ struct PredictedState {
 /// Carries the last estimate of a visual-inertial estimator on through the samples: the prediction
 /// that the filter itself makes, at any time and before the next image, for controllers. The
 /// world's z axis points up. Where images come late or an estimated time offset moves, it begins
-/// anew at the estimate's time. One thread.
+/// anew at the estimate's time.
+///
+/// The prediction ends, until the next estimate, where nobody should rely on it: at an estimate
+/// that is lost, at a gap between samples that no estimator bridges (SampleGaps), and once the
+/// estimate is older than kLongest. Memory and the time of a call are bounded thereby. One thread.
 class StatePredictor {
  public:
+  /// An estimate is carried on for so long.
+  static constexpr Time kLongest = std::chrono::seconds(5);
+
   /// `noise` and `imu` as the estimator uses them.
-  StatePredictor(const ImuNoise& noise, const ImuBuffer::Options& imu) : noise_(noise), imu_(imu) {}
+  StatePredictor(const ImuNoise& noise, const ImuBuffer::Options& imu)
+      : noise_(noise), imu_(imu), gaps_(imu.range()) {}
 
   void add(const ImuSample& sample);
-  /// Begins anew from this estimate. One without velocity and biases ends the prediction until the
-  /// next.
+  /// Begins anew from this estimate. One that is lost or without velocity and biases ends the
+  /// prediction.
   void correct(const Estimate& estimate);
 
   /// At a time since the last estimate; after the last sample it holds. None before an estimate,
-  /// before the last one's time, and more than SampleGaps::kLongest after the last sample.
+  /// before the last one's time, more than SampleGaps::kLongest after the last sample, and after
+  /// the prediction's end.
   std::optional<PredictedState> at(Time time);
 
  private:
@@ -48,6 +59,8 @@ class StatePredictor {
 
   ImuNoise noise_;
   ImuBuffer imu_;
+  SampleGaps gaps_;
+  std::optional<Time> after_gap_;  ///< of the first sample after the last gap
   std::vector<Step> steps_;  ///< the estimate, then one for each sample since; empty: no estimate
   std::vector<ImuInterval> intervals_;
 };

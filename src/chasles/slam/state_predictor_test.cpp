@@ -1,4 +1,5 @@
 #include <chrono>
+#include <cmath>
 
 #include <Eigen/LU>
 #include <gtest/gtest.h>
@@ -152,6 +153,75 @@ TEST(StatePredictor, HasNoneBeforeAnEstimateOrWhereSamplesAreMissing) {
   EXPECT_NEAR(later->state.world_T_imu.p.x(), 0.1, 0.02);
   EXPECT_NEAR(later->angular_rate_imu.y(), 0.1, 1e-12);
   EXPECT_FALSE(predictor.at(t + SampleGaps::kLongest + Time(1)));
+}
+
+constexpr Time kStart = std::chrono::seconds(10);
+
+ImuSample sample_at(Time time) {
+  const double phase = to_seconds(time);  // a sensor that never changes is frozen
+  return {.time = time, .specific_force_imu = {0.1 * std::sin(phase), 0, 9.8}};
+}
+
+void add_samples(StatePredictor& predictor, Time from, Time to) {
+  for (Time t = from; t <= to; t += std::chrono::milliseconds(5)) predictor.add(sample_at(t));
+}
+
+Estimate estimate_at(Time time) {
+  Estimate e;
+  e.time = time;
+  e.v_world = Eigen::Vector3d(1, 0, 0);
+  e.additive = Vector6d::Zero();
+  e.covariance = Matrix15d::Identity();
+  return e;
+}
+
+// Images have ended: nobody should fly on by the samples alone for minutes.
+TEST(StatePredictor, EndsOnceTheEstimateIsTooOld) {
+  StatePredictor predictor = predictor_for(hallway());
+  add_samples(predictor, kStart, kStart);
+  predictor.correct(estimate_at(kStart));
+  const Time limit = kStart + StatePredictor::kLongest;
+  add_samples(predictor, kStart + std::chrono::milliseconds(5), limit);
+  EXPECT_TRUE(predictor.at(limit));
+  EXPECT_FALSE(predictor.at(limit + Time(1)));
+  const Time later = kStart + std::chrono::minutes(10);
+  add_samples(predictor, limit + std::chrono::milliseconds(5), later);
+  EXPECT_FALSE(predictor.at(later));
+  EXPECT_FALSE(predictor.at(limit));
+  // Late estimates: one that is too old already, and one that is not.
+  predictor.correct(estimate_at(later - StatePredictor::kLongest - Time(1)));
+  EXPECT_FALSE(predictor.at(later));
+  predictor.correct(estimate_at(later - std::chrono::seconds(4)));
+  ASSERT_TRUE(predictor.at(later));
+  EXPECT_EQ(predictor.at(later)->since_estimate, std::chrono::seconds(4));
+}
+
+TEST(StatePredictor, EndsWhereTheEstimateIsLost) {
+  StatePredictor predictor = predictor_for(hallway());
+  add_samples(predictor, kStart, kStart);
+  predictor.correct(estimate_at(kStart));
+  EXPECT_TRUE(predictor.at(kStart));
+  Estimate lost = estimate_at(kStart);
+  lost.health = Health::kLost;
+  predictor.correct(lost);
+  EXPECT_FALSE(predictor.at(kStart));
+}
+
+// After it the motion is unknown; a late estimate from before it is no way across.
+TEST(StatePredictor, EndsAtAGapBetweenSamples) {
+  StatePredictor predictor = predictor_for(hallway());
+  add_samples(predictor, kStart, kStart + std::chrono::milliseconds(100));
+  predictor.correct(estimate_at(kStart));
+  const Time bridged = kStart + std::chrono::milliseconds(550);
+  add_samples(predictor, bridged, bridged + std::chrono::milliseconds(10));
+  EXPECT_TRUE(predictor.at(bridged));
+  const Time after = bridged + std::chrono::milliseconds(600);
+  add_samples(predictor, after, after + std::chrono::milliseconds(50));
+  EXPECT_FALSE(predictor.at(after));
+  predictor.correct(estimate_at(bridged));
+  EXPECT_FALSE(predictor.at(after));
+  predictor.correct(estimate_at(after + std::chrono::milliseconds(20)));
+  EXPECT_TRUE(predictor.at(after + std::chrono::milliseconds(50)));
 }
 
 }  // namespace
