@@ -62,8 +62,8 @@ class RealtimeSlam {
 
   /// Waits until all that has come is processed; then as VisualInertialSlam::finish(), whose
   /// estimates the callback does not get. Only ask(), predicted() and counts() may be called after
-  /// it.
-  std::vector<Estimate> finish();
+  /// it, and itself where `stop` returned true, which ends the wait without estimates.
+  std::vector<Estimate> finish(const StopRequest& stop = {});
 
   Counts counts() const;
 
