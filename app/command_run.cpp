@@ -60,15 +60,15 @@ void print(const RunCommandOptions& o, const Json& figures) {
   if (!o.output.empty()) fmt::print("\nrun folder: {}\n", o.output.string());
 }
 
-int exit_code(const RunCommandOptions& o, const Run& run, bool interrupted, bool has_map,
-              const Json& figures) {
+int exit_code(const RunCommandOptions& o, const Run& run, bool interrupted,
+              const std::string& no_map, const Json& figures) {
   if (figures.at("health") == "lost") {
     spdlog::error("the estimate was lost: after {} frames it is no longer valid",
                   run.states.size());
     return static_cast<int>(ExitCode::kDiverged);
   }
   if (interrupted) return Interrupt::kExitCode;
-  if (!has_map) return static_cast<int>(ExitCode::kNotInitialised);
+  if (!no_map.empty()) return static_cast<int>(ExitCode::kNotInitialised);
   const std::vector<std::string> sentences = missed(o.thresholds, figures);
   for (const std::string& sentence : sentences) spdlog::error("missed: {}", sentence);
   return static_cast<int>(sentences.empty() ? ExitCode::kOk : ExitCode::kThresholdMissed);
@@ -134,8 +134,9 @@ int run_command(RunCommandOptions o) {
   const Json figures = deliver(o, run, wall);
   print(o, figures);
   live.finish(run.result.run, json_text(figures), interrupted);
-  const bool has_map = save_map(o, recording, *run.estimator);
-  return exit_code(o, run.result.run, interrupted, has_map, figures);
+  const std::string no_map = save_map(o, recording, *run.estimator);
+  if (!no_map.empty()) spdlog::error("{}", no_map);
+  return exit_code(o, run.result.run, interrupted, no_map, figures);
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <chasles/error.hpp>
 #include <chasles/pipeline/map_file.hpp>
@@ -37,21 +36,19 @@ void check_map_output(const fs::path& file) {
   }
 }
 
-bool save_map(const RunCommandOptions& o, const Recording& recording, const Estimator& estimator) {
+std::string save_map(const RunCommandOptions& o, const Recording& recording,
+                     const Estimator& estimator) {
   const fs::path file = map_target(o);
-  if (file.empty()) return true;
+  if (file.empty()) return {};
   std::optional<LandmarkMap> map = estimator.landmark_map();
   if (!o.map.empty() && (!map || map->sessions.size() <= read_map(o.map).sessions.size())) {
-    spdlog::error(
-        "{}: the run found no place in {}, so there is nothing to add to it: no map was "
-        "saved",
+    return fmt::format(
+        "{}: the run found no place in {}, so there is nothing to add to it: no map was saved",
         file.string(), o.map.string());
-    return false;
   }
   if (!map || map->points.empty()) {
-    spdlog::error("{}: the run has no landmark that could be recognised: no map was saved",
-                  file.string());
-    return false;
+    return fmt::format("{}: the run has no landmark that could be recognised: no map was saved",
+                       file.string());
   }
   for (MapSession& session : map->sessions) {
     if (session.name.empty()) session.name = recording.name;
@@ -61,7 +58,7 @@ bool save_map(const RunCommandOptions& o, const Recording& recording, const Esti
     fmt::print("map: {}, {} landmarks, {:.1f} kB\n", file.string(), map->points.size(),
                1e-3 * static_cast<double>(bytes));
   }
-  return true;
+  return {};
 }
 
 }  // namespace chasles::app

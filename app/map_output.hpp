@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include <chasles/data/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
@@ -16,9 +17,8 @@ std::filesystem::path map_target(const RunCommandOptions& options);
 /// Throws UsageError if a map could not be saved there. Touches nothing.
 void check_map_output(const std::filesystem::path& file);
 
-/// Saves the map of a run where that is wanted. False, with an error in the log, where there is
-/// none to save.
-bool save_map(const RunCommandOptions& options, const Recording& recording,
-              const Estimator& estimator);
+/// Saves the map of a run where that is wanted. Where there is none to save, returns the reason.
+std::string save_map(const RunCommandOptions& options, const Recording& recording,
+                     const Estimator& estimator);
 
 }  // namespace chasles::app

@@ -197,6 +197,11 @@ std::function<Prepared()> plan(const RunCommandOptions& o, Recording& recording)
     throw UsageError("--full-covariance needs all steps of the filter: expected map_memory=0");
   }
   if (settings.reader != ReaderSettings{}) {  // known only now, because they depend on the kind
+    if (o.input.recording.empty()) {
+      throw UsageError(
+          "reader.* is for where a recording is read, and this one has been: expected its path, as "
+          "in chasles.run(path, reader={...})");
+    }
     RunInput input = o.input;
     input.reader.stale_pixels = settings.reader.stale_pixels;
     input.reader.extrinsics = settings.reader.extrinsics;

@@ -25,9 +25,9 @@ struct CompletedRun {
 using PlannedRun = std::function<CompletedRun(const StopRequest& stop, LiveView& live)>;
 
 /// Checks options and settings for a run of this recording, as the command and the Python module
-/// make it. Options and recording must outlive the run, which adds remarks to the recording. Throws
-/// UsageError; the run throws as run_recording(), and for one without an estimate says what a check
-/// of the recording finds.
+/// make it. Settings of the reader read it again, by the options. Options and recording must
+/// outlive the run, which adds remarks to the recording. Throws UsageError; the run throws as
+/// run_recording(), and for one without an estimate says what a check of the recording finds.
 PlannedRun plan_run(const RunCommandOptions& options, Recording& recording);
 
 }  // namespace chasles::app

@@ -28,12 +28,14 @@ if(ceres MATCHES "\\.a$" AND CHASLES_CERES)
   list(TRANSFORM chasles_shared_links REPLACE "Ceres::ceres" "${CHASLES_CERES}")
 endif()
 # Before 1.0 a minor version may change the interface: the name of the library has it (libchasles.so.0.1).
+set(chasles_map ${PROJECT_BINARY_DIR}/shared/chasles.map)
+configure_file(${PROJECT_SOURCE_DIR}/cmake/chasles.map.in ${chasles_map} @ONLY)
 set_target_properties(chasles_shared PROPERTIES OUTPUT_NAME chasles LINKER_LANGUAGE CXX
   VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
   LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/shared
-  LINK_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/chasles.map)
+  LINK_DEPENDS ${chasles_map})
 target_link_libraries(chasles_shared PRIVATE ${chasles_shared_links})
-target_link_options(chasles_shared PRIVATE -Wl,--version-script=${PROJECT_SOURCE_DIR}/cmake/chasles.map
+target_link_options(chasles_shared PRIVATE -Wl,--version-script=${chasles_map}
   -Wl,-z,defs -Wl,-z,relro -Wl,-z,now -Wl,--as-needed)
 
 add_executable(chasles_linked $<TARGET_OBJECTS:chasles> $<TARGET_OBJECTS:chasles_app>)

@@ -10,7 +10,7 @@
 Times are int64 nanoseconds; where a time is an argument, an int is in nanoseconds and a float in
 seconds. Lengths are in metres, angles in radians. `a_T_b` maps coordinates of frame b to frame a.
 Quaternions are x y z w. Covariances of poses are of [theta; dp] in world axes: R = Exp(theta) R_hat,
-p = p_hat + dp. All arrays are numpy's, and own their memory.
+p = p_hat + dp. All arrays are numpy's, and copies.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from __future__ import annotations
 import functools
 import json
 import os
+import signal
 import sys
 from typing import Any, Mapping, NoReturn
 
@@ -148,17 +149,26 @@ def run(recording: Recording | _core.Path, *, estimator: str = "filter", threads
     estimator: "filter", "window:N" or "batch". map, save_map: files of maps (docs/recognition.md). begin: "auto", or
     "truth". Settings by name, as settings() lists them; those with a prefix as a dictionary: start={"heading": 0}.
     Raises UsageError for a setting that does not exist, with the nearest one, or that cannot be used;
-    NotInitialisedError where the run never started, with the conditions that are not met. Ctrl-C ends it with
-    KeyboardInterrupt. Other threads run meanwhile."""
+    NotInitialisedError where the run never started, with the conditions that are not met. Where the map cannot be
+    saved, the Run is the attribute `run` of the error. Ctrl-C ends it with KeyboardInterrupt. Other threads run
+    meanwhile."""
+    path = ""
     if not isinstance(recording, Recording):
-        recording = read(recording)
+        path = os.fspath(recording)
+        recording = read(path)
     given: dict[str, Any] = {"map": map, "save_map": save_map, "keep_images": keep_images, "mode": mode,
                              "config": config}
     given = {name: value for name, value in given.items() if value is not None}
     for name in ("map", "save_map", "config"):
         if name in given:
             given[name] = os.fspath(given[name])
-    return Run(_core.run(recording, estimator=estimator, threads=threads, begin=begin, **given, **settings))
+    finished = Run(_core.run(recording, path, estimator=estimator, threads=threads, begin=begin, **given, **settings))
+    try:
+        finished._core._check_map()
+    except Error as error:
+        error.run = finished
+        raise
+    return finished
 
 
 def read_run(folder: _core.Path) -> Run:
@@ -196,7 +206,10 @@ def command(*arguments: object) -> int:
 
 
 def main() -> NoReturn:
-    """The console script `chasles`."""
+    """The console script `chasles`: signals do what they do to the command of the build. Python would only note
+    Ctrl-C until the command ends, and ignores a closed pipe."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGPIPE, signal.SIG_DFL)
     sys.exit(_core.command(sys.argv[1:]))
 
 

@@ -162,7 +162,7 @@ def main():
         sys.exit(f"error: {failure[0]}")
     counts = slam.counts
     if not ages:
-        sys.exit(f"no estimate of {counts['came']} images: {slam.why_not_started}")
+        sys.exit(f"no estimate of {counts['came']} images, {counts['dropped']} dropped: {slam.why_not_started}")
     print(f"{len(ages)} estimates of {counts['came']} images, {counts['dropped']} dropped; age of an estimate: median "
           f"{1e3 * numpy.median(ages):.0f} ms, 99 % below {1e3 * numpy.quantile(ages, 0.99):.0f} ms", flush=True)
 

@@ -17,17 +17,50 @@ using Eigen::Index;
 
 Time time_of(const py::handle& value) {
   if (PyFloat_Check(value.ptr())) {
+    constexpr double kMost = 9.2e9;  // 64 bits of nanoseconds
     const double seconds = value.cast<double>();
-    if (!std::isfinite(seconds)) {
-      throw py::value_error(fmt::format("time: found {}, expected a finite number", seconds));
-    }
-    return from_seconds(seconds);
+    if (std::abs(seconds) < kMost) return from_seconds(seconds);
+    throw py::value_error(fmt::format(
+        "time: found {} as a float, which is in seconds; expected a finite number below {:g}. "
+        "Nanoseconds are ints",
+        seconds, kMost));
   }
-  if (PyIndex_Check(value.ptr())) {
-    return Time(
-        py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr())).cast<std::int64_t>());
+  const auto whole = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
+  if (!whole) {
+    PyErr_Clear();
+    throw py::type_error(fmt::format(
+        "time: found an object of type {}, expected an int, in nanoseconds, or a float, in seconds",
+        Py_TYPE(value.ptr())->tp_name));
   }
-  throw py::type_error("time: expected an int, in nanoseconds, or a float, in seconds");
+  const std::int64_t nanoseconds = PyLong_AsLongLong(whole.ptr());
+  if (nanoseconds == -1 && PyErr_Occurred() != nullptr) {
+    PyErr_Clear();
+    throw py::value_error(fmt::format("time: found {} ns, expected a number of 64 bits",
+                                      py::str(whole).cast<std::string>()));
+  }
+  return Time(nanoseconds);
+}
+
+std::vector<Time> times_of(const py::array& values) {
+  if (values.ndim() != 1) {
+    throw py::value_error(
+        fmt::format("times: found {} dimensions, expected an array (N,)", values.ndim()));
+  }
+  std::vector<Time> times;
+  for (const py::handle& value : values) times.push_back(time_of(value));
+  return times;
+}
+
+std::string description(const py::handle& object) {
+  if (py::isinstance<py::array>(object)) {
+    return "an array " + py::str(object.attr("shape")).cast<std::string>();
+  }
+  if (!py::isinstance<py::tuple>(object)) return py::repr(object).cast<std::string>();
+  std::string elements;
+  for (const py::handle& one : object) {
+    elements += (elements.empty() ? "" : ", ") + description(one);
+  }
+  return "(" + elements + ")";
 }
 
 Eigen::Vector4d quaternion_xyzw(const Eigen::Matrix3d& R) {
@@ -80,8 +113,8 @@ Trajectory trajectory_of(const py::array& times, const Rows& positions, const Ro
   }
   Trajectory trajectory;
   Index row = 0;
-  for (const py::handle& time : times) {
-    StampedPose stamped{.time = time_of(time), .pose = {}};
+  for (const Time time : times_of(times)) {
+    StampedPose stamped{.time = time, .pose = {}};
     stamped.pose.p = positions.row(row);
     if (has_attitude) {
       const Eigen::Vector4d q = quaternions.row(row);

@@ -22,8 +22,36 @@ namespace py = pybind11;
 using Times = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 1>;  ///< [ns]
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// An int is in nanoseconds, a float in seconds. Throws TypeError for anything else.
+/// An int is in nanoseconds, a float in seconds. Throws TypeError for anything else, and ValueError
+/// for a number that is no time.
 Time time_of(const py::handle& value);
+/// The same of each element. Throws ValueError where the array is not one-dimensional.
+std::vector<Time> times_of(const py::array& values);
+
+/// The getter and the setter of a matrix. Python gets a copy: a view would change with the object,
+/// and outlive its memory.
+template <typename Object, typename Matrix>
+auto copy_of(Matrix Object::*member) {
+  return [member](const Object& object) { return Matrix(object.*member); };
+}
+template <typename Object, typename Matrix>
+auto assign(Matrix Object::*member) {
+  return [member](Object& object, const Matrix& value) { object.*member = value; };
+}
+
+/// What an object is, for messages: arrays by their shapes.
+std::string description(const py::handle& object);
+
+/// The object as a T. Where it is none, throws TypeError: `found`, the description, `expected`.
+template <typename T>
+T as(const py::handle& object, const std::string& found, const std::string& expected) {
+  try {
+    return object.cast<T>();
+  } catch (const py::cast_error&) {
+  } catch (const py::reference_cast_error&) {  // None where a class is expected
+  }
+  throw py::type_error(found + " " + description(object) + ", expected " + expected);
+}
 
 /// x y z w, as ROS and TUM have it.
 Eigen::Vector4d quaternion_xyzw(const Eigen::Matrix3d& R);

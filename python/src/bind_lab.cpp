@@ -15,6 +15,7 @@
 
 #include "arrays.hpp"
 #include "module.hpp"
+#include "turns.hpp"
 
 // Error charts and depth rules that are written in Python. The filter calls them without the GIL,
 // so each call takes it. What is registered stays for the life of the process.
@@ -32,8 +33,23 @@ struct ChartState {
   Rows points = Rows(0, 3);
 };
 
-// Never freed, as filters may outlive the interpreter's other objects.
-const py::object& kept(py::object object) { return *new py::object(std::move(object)); }
+// A chart or a rule, with what begins its messages. Never freed, as filters may outlive the
+// interpreter's other objects.
+struct Named {
+  std::string name;
+  py::object object;
+};
+const Named& kept(const char* kind, const std::string& name, py::object object) {
+  return *new Named{.name = fmt::format("{} '{}'", kind, name), .object = std::move(object)};
+}
+
+// Calls a method of a chart.
+template <typename Result, typename... Arguments>
+Result call(const Named& chart, const char* method, const char* expected,
+            const Arguments&... arguments) {
+  return as<Result>(chart.object.attr(method)(arguments...),
+                    fmt::format("{}: {} returned", chart.name, method), expected);
+}
 
 ChartState chart_state(const State& x) {
   ChartState s{
@@ -61,18 +77,19 @@ std::pair<Vector9d, Rows> chart_errors(const State& x, const ErrorRef& xi) {
   return {motion, points};
 }
 
-void check_points(const char* function, const Rows& points, Index expected) {
+void check_points(const Named& chart, const char* method, const Rows& points, Index expected) {
   if (points.rows() == expected && (expected == 0 || points.cols() == 3)) return;
-  throw py::value_error(fmt::format("error chart: {} returned points {} x {}, expected {} x 3",
-                                    function, points.rows(), points.cols(), expected));
+  throw py::value_error(fmt::format("{}: {} returned points {} x {}, expected {} x 3", chart.name,
+                                    method, points.rows(), points.cols(), expected));
 }
 
-void retract_in_python(const py::object& chart, State& x, const ErrorRef& xi) {
+void retract_in_python(const Named& chart, State& x, const ErrorRef& xi) {
   {
-    const py::gil_scoped_acquire held;
+    const PythonCall held;
     const auto [motion, points] = chart_errors(x, xi);
-    const auto y = chart.attr("retract")(chart_state(x), motion, points).cast<ChartState>();
-    check_points("retract", y.points, points.rows());
+    const auto y =
+        call<ChartState>(chart, "retract", "a ChartState", chart_state(x), motion, points);
+    check_points(chart, "retract", y.points, points.rows());
     x.world_T_imu = {y.R, y.p};
     if (x.v_world) x.v_world = y.v;
     Index i = 0;
@@ -86,14 +103,14 @@ void retract_in_python(const py::object& chart, State& x, const ErrorRef& xi) {
   }
 }
 
-Eigen::VectorXd local_in_python(const py::object& chart, const State& x, const State& y) {
+Eigen::VectorXd local_in_python(const Named& chart, const State& x, const State& y) {
   Eigen::VectorXd xi = Eigen::VectorXd::Zero(x.size());
   xi.segment(x.additive_row(), x.additive.size()) = y.additive - x.additive;
-  const py::gil_scoped_acquire held;
-  const auto [motion, points] =
-      chart.attr("local")(chart_state(x), chart_state(y)).cast<std::pair<Vector9d, Rows>>();
+  const PythonCall held;
+  const auto [motion, points] = call<std::pair<Vector9d, Rows>>(
+      chart, "local", "a pair of arrays ((9,), (N, 3))", chart_state(x), chart_state(y));
   xi.head(x.motion_size()) = motion.head(x.motion_size());
-  check_points("local", points,
+  check_points(chart, "local", points,
                std::ranges::count_if(x.landmarks, [](const Landmark& l) { return !l.anchor; }));
   Index i = 0;
   for (std::size_t k = 0; k < x.landmarks.size(); ++k) {
@@ -106,7 +123,7 @@ Eigen::VectorXd local_in_python(const py::object& chart, const State& x, const S
 }
 
 void register_chart(const std::string& name, py::object object) {
-  const py::object& chart = kept(std::move(object));
+  const Named& chart = kept("error chart", name, std::move(object));
   CustomChart made{
       .name = name,
       .summary = "written in Python",
@@ -114,13 +131,14 @@ void register_chart(const std::string& name, py::object object) {
       .local = [&chart](const State& x, const State& y) { return local_in_python(chart, x, y); },
       .motion_block =
           [&chart](const State& x) {
-            const py::gil_scoped_acquire held;
-            return chart.attr("motion_block")(chart_state(x)).cast<Matrix9d>();
+            const PythonCall held;
+            return call<Matrix9d>(chart, "motion_block", "an array (9, 9)", chart_state(x));
           }};
-  if (py::hasattr(chart, "landmark_block") && !chart.attr("landmark_block").is_none()) {
+  const py::object block = py::getattr(chart.object, "landmark_block", py::none());
+  if (!block.is_none()) {
     made.landmark_block = [&chart](const Eigen::Vector3d& p) {
-      const py::gil_scoped_acquire held;
-      return chart.attr("landmark_block")(p).cast<Eigen::Matrix3d>();
+      const PythonCall held;
+      return call<Eigen::Matrix3d>(chart, "landmark_block", "an array (3, 3)", p);
     };
   }
   register_error_chart(std::move(made));
@@ -157,12 +175,13 @@ FirstSight first_sight(const FirstObservation& o) {
 }
 
 void register_rule(const std::string& name, py::object object) {
-  const py::object& rule = kept(std::move(object));
+  const Named& rule = kept("depth rule", name, std::move(object));
   register_depth_rule(name, [&rule](const FirstObservation& o) -> std::optional<AssumedDepth> {
-    const py::gil_scoped_acquire held;
-    const py::object depth = rule(first_sight(o));
+    const PythonCall held;
+    const py::object depth = rule.object(first_sight(o));
     if (depth.is_none()) return std::nullopt;
-    const auto [mean, sigma] = depth.cast<std::pair<double, double>>();
+    const auto [mean, sigma] =
+        as<std::pair<double, double>>(depth, rule.name + " returned", "(mean, sigma), or None");
     return AssumedDepth{.mean = mean, .sigma = sigma};
   });
 }
@@ -176,20 +195,25 @@ void bind_lab(py::module_& m) {
              return ChartState{.R = R, .p = p, .v = v, .points = points};
            }),
            py::arg("R"), py::arg("p"), py::arg("v"), py::arg("points"))
-      .def_readwrite("R", &ChartState::R, "(3, 3): attitude, world_R_imu.")
-      .def_readwrite("p", &ChartState::p, "(3,) world [m].")
-      .def_readwrite("v", &ChartState::v, "(3,) world [m/s]; zero for a past pose.")
-      .def_readwrite("points", &ChartState::points, "(N, 3): Cartesian landmarks, world [m].");
+      .def_property("R", copy_of(&ChartState::R), assign(&ChartState::R),
+                    "(3, 3): attitude, world_R_imu.")
+      .def_property("p", copy_of(&ChartState::p), assign(&ChartState::p), "(3,) world [m].")
+      .def_property("v", copy_of(&ChartState::v), assign(&ChartState::v),
+                    "(3,) world [m/s]; zero for a past pose.")
+      .def_property("points", copy_of(&ChartState::points), assign(&ChartState::points),
+                    "(N, 3): Cartesian landmarks, world [m].");
   py::class_<FirstSight>(m, "FirstSight", "A point that is seen for the first time.")
-      .def_readonly("pixel", &FirstSight::pixel, "(2,) [px].")
+      .def_property_readonly("pixel", copy_of(&FirstSight::pixel), "(2,) [px].")
       .def_readonly("camera", &FirstSight::camera, "Index of the camera.")
       .def_readonly("inverse", &FirstSight::inverse,
                     "Whether the landmark has an inverse depth [1/m] or a depth [m].")
       .def_property_readonly(
           "world_T_camera", [](const FirstSight& s) { return matrix(s.world_T_camera); },
           "(4, 4) [m].")
-      .def_readonly("ray", &FirstSight::ray, "(3,): (x/z, y/z, 1) in the camera's axes.")
-      .def_readonly("points", &FirstSight::points, "(N, 3): landmarks of the state, world [m].");
+      .def_property_readonly("ray", copy_of(&FirstSight::ray),
+                             "(3,): (x/z, y/z, 1) in the camera's axes.")
+      .def_property_readonly("points", copy_of(&FirstSight::points),
+                             "(N, 3): landmarks of the state, world [m].");
   m.def("register_chart", &register_chart, py::arg("name"), py::arg("chart"));
   m.def("register_depth_rule", &register_rule, py::arg("name"), py::arg("rule"));
 }

@@ -1,4 +1,5 @@
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -24,6 +25,39 @@ namespace {
 
 using Eigen::Index;
 
+// Images for several threads of Python: a run reads ahead while another thread looks at them.
+class SharedImages : public ImageSource {
+ public:
+  explicit SharedImages(std::shared_ptr<const ImageSource> images) : images_(std::move(images)) {}
+
+  std::size_t size() const override { return images_->size(); }
+  Time time(std::size_t i) const override { return images_->time(i); }
+  ImageFrame read(std::size_t i) const override {
+    const std::scoped_lock lock(mutex_);
+    return images_->read(i);
+  }
+  ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
+    const std::scoped_lock lock(mutex_);
+    return images_->read_cameras(i, cameras);
+  }
+  ImageFrame read_undamaged(std::size_t i, std::size_t cameras,
+                            const OnDamage& damaged) const override {
+    const std::scoped_lock lock(mutex_);
+    return images_->read_undamaged(i, cameras, damaged);
+  }
+
+ private:
+  std::shared_ptr<const ImageSource> images_;
+  mutable std::mutex mutex_;
+};
+
+Recording shared(Recording recording) {
+  if (recording.images) {
+    recording.images = std::make_shared<const SharedImages>(std::move(recording.images));
+  }
+  return recording;
+}
+
 Recording read(const std::filesystem::path& path, std::optional<double> start,
                std::optional<double> stop, bool backwards, const std::string& cameras,
                const std::string& truth) {
@@ -35,7 +69,7 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
   input.cameras = cameras;
   input.truth = truth;
   const py::gil_scoped_release released;
-  return app::read_input(input);
+  return shared(app::read_input(input));
 }
 
 Recording simulate(const std::string& scene, std::uint64_t run, bool images,
@@ -49,7 +83,7 @@ Recording simulate(const std::string& scene, std::uint64_t run, bool images,
     choice.sets = sets;
     choice.set_option = "setting";
     const InertialScene inertial = app::scene_from(choice);
-    return images ? render_inertial(inertial, run) : simulate_inertial(inertial, run);
+    return images ? shared(render_inertial(inertial, run)) : simulate_inertial(inertial, run);
   }
   StreetSettings street = street_scene(scene);
   const app::SettingList list = app::list_of(street);

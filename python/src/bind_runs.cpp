@@ -1,4 +1,3 @@
-#include <atomic>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -20,6 +19,7 @@
 #include "output_folder.hpp"
 #include "run_folder.hpp"
 #include "run_job.hpp"
+#include "turns.hpp"
 
 namespace chasles::python {
 namespace {
@@ -32,28 +32,7 @@ struct PythonRun {
   Run run;
   std::string summary;  ///< JSON
   std::vector<std::shared_ptr<const BatchTerms>> batch = {};
-};
-
-// True once Python has a signal pending whose handler raises, such as Ctrl-C. Python handles
-// signals in its main thread alone.
-class Signals {
- public:
-  bool pending() {
-    if (raised_) return true;
-    const py::gil_scoped_acquire held;
-    if (PyErr_CheckSignals() != 0) {
-      error_ = std::make_unique<py::error_already_set>();
-      raised_ = true;
-    }
-    return raised_;
-  }
-  void rethrow() {
-    if (error_) throw py::error_already_set(*error_);
-  }
-
- private:
-  std::atomic<bool> raised_ = false;
-  std::unique_ptr<py::error_already_set> error_;
+  std::optional<Error> unsaved = {};  ///< why its map was not saved
 };
 
 app::RunCommandOptions options_of(const py::kwargs& arguments) {
@@ -62,22 +41,26 @@ app::RunCommandOptions options_of(const py::kwargs& arguments) {
   py::dict settings;
   for (const auto& [key, value] : arguments) {
     const auto name = key.cast<std::string>();
+    const std::string found = name + ": found";
+    const auto text = [&, &of = value] { return as<std::string>(of, found, "a str"); };
+    const auto number = [&, &of = value] { return as<int>(of, found, "an int"); };
+    const auto path = [&, &of = value] { return as<std::filesystem::path>(of, found, "a path"); };
     if (name == "estimator") {
-      o.estimator = value.cast<std::string>();
+      o.estimator = text();
     } else if (name == "threads") {
-      o.threads = value.cast<int>();
+      o.threads = number();
     } else if (name == "begin") {
-      o.begin = value.cast<std::string>();
+      o.begin = text();
     } else if (name == "map") {
-      o.map = value.cast<std::filesystem::path>();
+      o.map = path();
     } else if (name == "save_map") {
-      o.save_map = value.cast<std::filesystem::path>();
+      o.save_map = path();
     } else if (name == "keep_images") {
-      o.keep_images = value.cast<int>();
+      o.keep_images = number();
     } else if (name == "config") {
-      o.settings.config = value.cast<std::filesystem::path>().string();
+      o.settings.config = path().string();
     } else if (name == "mode") {
-      o.settings.mode = value.cast<std::string>();
+      o.settings.mode = text();
     } else {
       settings[key] = value;
     }
@@ -91,30 +74,47 @@ app::RunCommandOptions options_of(const py::kwargs& arguments) {
   return o;
 }
 
-PythonRun run(const Recording& given, const py::kwargs& arguments) {
-  const app::RunCommandOptions o = options_of(arguments);
+// Why the map that is wanted was not saved. The run is not lost with it.
+std::optional<Error> unsaved(const app::RunCommandOptions& o, const Recording& recording,
+                             const Estimator& estimator) {
+  try {
+    const std::string no_map = app::save_map(o, recording, estimator);
+    if (no_map.empty()) return std::nullopt;
+    return Error(ExitCode::kNotInitialised, no_map);
+  } catch (const Error& error) {
+    return error;
+  }
+}
+
+// `path`: where the recording was read, or nothing. With settings of the reader it is read again.
+PythonRun run(const Recording& given, const std::filesystem::path& path,
+              const py::kwargs& arguments) {
+  app::RunCommandOptions o = options_of(arguments);
+  o.input.recording = path;
   Signals signals;
   PythonRun result;
   {
     const py::gil_scoped_release released;
-    const std::scoped_lock lock(estimation());
+    const auto turn = take_turn();
     Recording recording = given;
     const app::PlannedRun planned = app::plan_run(o, recording);
     app::check_map_output(app::map_target(o));
     app::LiveView none({}, [] {}, {});
     app::CompletedRun done = planned([&] { return signals.pending(); }, none);
     if (!done.result.report.interrupted) {
-      if (!app::save_map(o, recording, *done.estimator)) {
-        throw Error(ExitCode::kNotInitialised,
-                    "save_map: the run has no landmark that could be recognised");
-      }
       result = {.run = std::move(done.result.run),
                 .summary = json_text(done.summary),
-                .batch = done.estimator->batch_terms()};
+                .batch = done.estimator->batch_terms(),
+                .unsaved = unsaved(o, recording, *done.estimator)};
     }
   }
   signals.rethrow();
   return result;
+}
+
+// Throws the reason why the run's map was not saved.
+void check_map(const PythonRun& r) {
+  if (r.unsaved) throw Error(*r.unsaved);
 }
 
 PythonRun read_run_folder(const std::filesystem::path& folder) {
@@ -215,10 +215,11 @@ void bind_runs(py::module_& m) {
       .def_property_readonly("landmarks",
                              [](const PythonRun& r) { return columns(r.run.landmarks); })
       .def_property_readonly("truth", [](const PythonRun& r) { return columns(r.run.truth); })
+      .def("_check_map", &check_map)
       .def_property_readonly("_batch", [](const PythonRun& r) { return problems_of(r.batch); })
       .def("save", &save, py::arg("folder"))
       .def("page", &page);
-  m.def("run", &run, py::arg("recording"));
+  m.def("run", &run, py::arg("recording"), py::arg("path"), py::pos_only());
   m.def("page", &page_of_all, py::arg("runs"));
   m.def("read_run", &read_run_folder, py::arg("folder"));
 }

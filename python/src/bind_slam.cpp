@@ -1,6 +1,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,6 +15,7 @@
 #include "arrays.hpp"
 #include "inertial_settings_io.hpp"
 #include "module.hpp"
+#include "turns.hpp"
 
 namespace chasles::python {
 namespace {
@@ -44,12 +46,9 @@ Rows as_rows(const Rows& rows) {
 }
 
 std::vector<ImuSample> samples_of(const py::object& time, const Rows& rate, const Rows& force) {
-  std::vector<Time> times;
-  if (py::isinstance<py::array>(time) && time.cast<py::array>().ndim() > 0) {
-    for (const py::handle& one : time.cast<py::array>()) times.push_back(time_of(one));
-  } else {
-    times.push_back(time_of(time));
-  }
+  const bool many = py::isinstance<py::array>(time) && time.cast<py::array>().ndim() > 0;
+  const std::vector<Time> times =
+      many ? times_of(time.cast<py::array>()) : std::vector{time_of(time)};
   const Rows rates = as_rows(rate), forces = as_rows(force);
   const auto n = static_cast<Eigen::Index>(times.size());
   if (rates.rows() != n || forces.rows() != n || rates.cols() != 3 || forces.cols() != 3) {
@@ -79,7 +78,7 @@ class Slam {
   template <typename Work>
   auto locked(const Work& work) {
     const py::gil_scoped_release released;
-    const std::scoped_lock lock(estimation());
+    const auto turn = take_turn();
     return work(*slam_);
   }
 
@@ -103,7 +102,11 @@ class Slam {
   }
 
   Estimates finish() {
-    return locked([](VisualInertialSlam& slam) { return slam.finish(); });
+    Signals signals;
+    Estimates last =
+        locked([&](VisualInertialSlam& s) { return s.finish([&] { return signals.pending(); }); });
+    signals.rethrow();
+    return last;
   }
 
   std::optional<PredictedState> predicted(const py::object& at) {
@@ -128,49 +131,93 @@ class Slam {
   std::unique_ptr<VisualInertialSlam> slam_;
 };
 
-// The estimates wait here until Python takes them.
+// The estimates of a RealtimeSlam that Python has not taken yet.
+class ReadyEstimates {
+ public:
+  void add(Estimates some) {
+    const std::lock_guard lock(mutex_);
+    append(std::move(some), list_);
+  }
+  Estimates take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(list_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  Estimates list_;
+};
+
 class Realtime {
+  // The estimator's error comes with each call, as the same object, of which pybind11 can hand the
+  // Python error back once.
+  template <typename Work>
+  auto unlocked(const Work& work) {
+    try {
+      const py::gil_scoped_release released;
+      return work(*slam_);
+    } catch (const py::error_already_set& error) {
+      PyErr_Restore(error.type().inc_ref().ptr(), error.value().inc_ref().ptr(),
+                    error.trace() ? error.trace().inc_ref().ptr() : nullptr);
+    }
+    throw py::error_already_set();
+  }
+
+  template <typename Question>
+  auto ask(const Question& question) {
+    return unlocked([&](RealtimeSlam& realtime) {
+      refuse_in_call();
+      decltype(question(std::declval<VisualInertialSlam&>())) answer;
+      realtime.ask([&](VisualInertialSlam& slam) { answer = question(slam); });
+      return answer;
+    });
+  }
+
  public:
   Realtime(const std::vector<Camera>& cameras, const ImuNoise& noise, const std::string& estimator,
            const std::string& map, std::size_t most_images, const py::kwargs& arguments)
       : slam_(std::make_unique<RealtimeSlam>(
             make_slam(cameras, noise, estimator, map, arguments),
             RealtimeSlam::Options{.most_images = most_images, .turn = &estimation()},
-            [this](std::span<const Estimate> some, VisualInertialSlam&) {
-              const std::lock_guard lock(mutex_);
-              ready_.insert(ready_.end(), some.begin(), some.end());
+            [ready = ready_](std::span<const Estimate> some, VisualInertialSlam&) {
+              ready->add({some.begin(), some.end()});
             })) {}
-  // The thread may be in a chart that is written in Python.
+  // The thread may be in a chart that is written in Python. Within a call this thread may be that
+  // one, or have the turn for which that one waits: another thread then ends it.
   ~Realtime() {
     const py::gil_scoped_release released;
-    slam_.reset();
+    if (PythonCall::active()) {
+      std::thread([slam = std::move(slam_)]() mutable { slam.reset(); }).detach();
+    } else {
+      slam_.reset();
+    }
   }
   Realtime(const Realtime&) = delete;
   Realtime& operator=(const Realtime&) = delete;
 
   void add_imu(const py::object& time, const Rows& rate, const Rows& force) {
     const std::vector<ImuSample> samples = samples_of(time, rate, force);
-    const py::gil_scoped_release released;
-    for (const ImuSample& sample : samples) slam_->process(sample);
+    unlocked([&](RealtimeSlam& slam) {
+      for (const ImuSample& sample : samples) slam.process(sample);
+    });
   }
 
   std::size_t add_images(const py::object& time, const py::sequence& images) {
     ImageFrame frame = frame_of(time, images);
-    const py::gil_scoped_release released;
-    return slam_->process(std::move(frame));
+    return unlocked([&](RealtimeSlam& slam) { return slam.process(std::move(frame)); });
   }
 
-  Estimates take() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(ready_, {});
-  }
+  Estimates take() { return ready_->take(); }
 
   // All that has not been taken.
   Estimates finish() {
-    const py::gil_scoped_release released;
-    Estimates last = slam_->finish();
-    const std::lock_guard lock(mutex_);
-    Estimates all = std::exchange(ready_, {});
+    Signals signals;
+    Estimates last = unlocked([&](RealtimeSlam& slam) {
+      refuse_in_call();
+      return slam.finish([&] { return signals.pending(); });
+    });
+    signals.rethrow();
+    Estimates all = ready_->take();
     append(std::move(last), all);
     return all;
   }
@@ -192,23 +239,16 @@ class Realtime {
   }
 
   std::string why_not_started() {
-    const py::gil_scoped_release released;
-    std::string why;
-    slam_->ask([&](VisualInertialSlam& slam) { why = slam.estimator().why_not_started(); });
-    return why;
+    return ask([](const VisualInertialSlam& slam) { return slam.estimator().why_not_started(); });
   }
 
   std::vector<MapLandmark> map() {
-    const py::gil_scoped_release released;
-    std::vector<MapLandmark> landmarks;
-    slam_->ask([&](VisualInertialSlam& slam) { landmarks = slam.estimator().map(); });
-    return landmarks;
+    return ask([](const VisualInertialSlam& slam) { return slam.estimator().map(); });
   }
 
  private:
-  std::mutex mutex_;
-  Estimates ready_;
-  std::unique_ptr<RealtimeSlam> slam_;  // last: its thread uses the others
+  std::shared_ptr<ReadyEstimates> ready_ = std::make_shared<ReadyEstimates>();
+  std::unique_ptr<RealtimeSlam> slam_;  // last: its thread uses the other
 };
 
 std::optional<Eigen::Vector3d> bias(const Estimate& e, Eigen::Index first) {
@@ -297,8 +337,8 @@ void bind_slam(py::module_& m) {
           "(4,) x y z w of world_T_imu.")
       .def_property_readonly(
           "velocity", [](const PredictedState& s) { return s.state.v_world; }, "(3,) world [m/s].")
-      .def_readonly("angular_rate", &PredictedState::angular_rate_imu,
-                    "(3,) IMU axes, without bias [rad/s].")
+      .def_property_readonly("angular_rate", copy_of(&PredictedState::angular_rate_imu),
+                             "(3,) IMU axes, without bias [rad/s].")
       .def_property_readonly(
           "covariance", [](const PredictedState& s) { return Eigen::MatrixXd(s.covariance); },
           "(15, 15), as Estimate.covariance.");

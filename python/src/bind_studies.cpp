@@ -22,6 +22,7 @@
 #include "scene_options.hpp"
 #include "settings_io.hpp"
 #include "trial_log.hpp"
+#include "turns.hpp"
 
 // Studies: the same runs of a scene through several filters.
 namespace chasles::python {
@@ -31,8 +32,8 @@ FilterVariant variant_of(const std::string& name, py::dict settings) {
   FilterVariant filter{.name = name, .settings = {}};
   py::dict others;
   for (const auto& [key, value] : settings) {
-    if (key.cast<std::string>() == "estimator") {
-      filter.estimator = estimator_choice(value.cast<std::string>());
+    if (py::str(key).cast<std::string>() == "estimator") {
+      filter.estimator = estimator_choice(as<std::string>(value, "estimator: found", "a str"));
     } else {
       others[key] = value;
     }
@@ -50,7 +51,8 @@ FilterVariant variant_of(const std::string& name, py::dict settings) {
 std::vector<FilterVariant> variants_of(const py::dict& filters) {
   std::vector<FilterVariant> all;
   for (const auto& [name, settings] : filters) {
-    all.push_back(variant_of(name.cast<std::string>(), settings.cast<py::dict>()));
+    all.push_back(variant_of(as<std::string>(name, "filters: found the name", "a str"),
+                             settings.cast<py::dict>()));
   }
   if (all.empty()) throw UsageError("filters: found none, expected {name: {setting: value}}");
   app::check_names(all);
@@ -83,14 +85,14 @@ std::string monte_carlo(const std::string& scene, const py::dict& filters, std::
   choice.sets = assignments(scene_settings);
   choice.set_option = "setting";
   const py::gil_scoped_release released;
-  const std::scoped_lock lock(estimation());
+  const auto turn = take_turn();
   plan.scene = app::scene_from(choice);
   app::TrialLog log(folder, app::plan_json(plan.scene, plan.filters), plan.runs, false);
   run_monte_carlo(plan, workers, [&](std::span<const TrialRecord> records) {
     std::string lines;
     for (const TrialRecord& record : records) lines += app::to_line(record);
     log.add(records.front().run, lines);
-    const py::gil_scoped_acquire held;
+    const PythonCall call;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   });
   const std::vector<FilterSummary> summaries = log.finish();

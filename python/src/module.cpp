@@ -8,13 +8,9 @@
 #include <chasles/error.hpp>
 
 #include "program.hpp"
+#include "turns.hpp"
 
 namespace chasles::python {
-
-std::mutex& estimation() {
-  static std::mutex mutex;
-  return mutex;
-}
 
 namespace {
 
@@ -27,7 +23,7 @@ int command(std::vector<std::string> arguments) {
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
   const py::gil_scoped_release released;
-  const std::scoped_lock lock(estimation());
+  const auto turn = take_turn();
   return app::program(static_cast<int>(pointers.size()) - 1, pointers.data());
 }
 
@@ -68,6 +64,7 @@ PyObject* type_of(ExitCode code) {
 void bind_errors(py::module_& m) {
   Errors& e = errors();
   e.error = new_error(m, "Error", PyExc_RuntimeError);
+  e.error.attr("run") = py::none();
   const py::tuple of_values = py::make_tuple(e.error, py::handle(PyExc_ValueError));
   e.usage = new_error(m, "UsageError", of_values);
   e.input = new_error(m, "InputError", of_values);

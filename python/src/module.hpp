@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <mutex>
 #include <vector>
 
 #include <pybind11/pybind11.h>
@@ -12,10 +11,6 @@ struct BatchTerms;
 
 // The parts of the module.
 namespace chasles::python {
-
-/// Estimators of one process take turns: in batch estimation SuiteSparse calls the serial OpenBLAS,
-/// which is not reentrant. To be locked without the GIL.
-std::mutex& estimation();
 
 void bind_errors(pybind11::module_& m);
 void bind_recordings(pybind11::module_& m);

@@ -117,6 +117,12 @@ def test_workers_change_nothing():
     "change, message",
     [
         (lambda c: setattr(c, "motion_block", lambda x: numpy.eye(9)), "to be the derivative of local"),
+        (lambda c: setattr(c, "local", lambda x, y: numpy.zeros(9)),
+         r"error chart 'broken': local returned an array \(9,\), expected a pair of arrays \(\(9,\), \(N, 3\)\)"),
+        (lambda c: setattr(c, "local", lambda x, y: (numpy.zeros(3), None)), r"local returned \(an array \(3,\), None\)"),
+        (lambda c: setattr(c, "motion_block", lambda x: numpy.eye(3)), r"an array \(3, 3\), expected an array \(9, 9\)"),
+        (lambda c: setattr(c, "landmark_block", lambda p: "no"), r"landmark_block returned 'no', expected an array \(3, 3\)"),
+        (lambda c: setattr(c, "retract", lambda x, xi, d: None), "retract returned None, expected a ChartState"),
         (lambda c: setattr(c, "local", lambda x, y: (numpy.zeros(9), x.points)), r"expected local\(x, retract\(x, xi\)\) = xi"),
         (lambda c: setattr(c, "retract", lambda x, xi, d: chasles.ChartState(x.R, x.p + 1, x.v, x.points)),
          r"expected retract\(x, 0\) = x, but they differ by 1"),
@@ -126,7 +132,7 @@ def test_workers_change_nothing():
 def test_a_chart_that_is_none_is_rejected(change, message):
     chart = WorldTwist()
     change(chart)
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((ValueError, TypeError), match=message):
         chasles.register_chart("broken", chart)
     with pytest.raises(chasles.UsageError, match="chart"):
         chasles.run(chasles.simulate("hallway", **SHORT), chart="broken")
@@ -153,6 +159,29 @@ def test_an_error_in_a_chart_is_the_callers():
     chart.armed = True
     with pytest.raises(ZeroDivisionError, match="mine"):
         chasles.run(chasles.simulate("hallway", **SHORT), chart="later")
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        chasles.monte_carlo("hallway", {"later": {"chart": "later"}}, runs=2, **SHORT)
+
+
+def test_ctrl_c_in_a_rule_ends_a_study():
+    def interrupted(sight):
+        raise KeyboardInterrupt
+
+    chasles.register_depth_rule("interrupted", interrupted)
+    filters = {"own": {"init": "fixed-depth", "depth_rule": "interrupted"}}
+    with pytest.raises(KeyboardInterrupt):
+        chasles.monte_carlo("hallway", filters, runs=2, **SHORT)
+
+
+@pytest.mark.parametrize("use", [lambda slam, walk: slam.started, lambda slam, walk: chasles.run(walk),
+                                 lambda slam, walk: chasles.command("--version")])
+def test_a_rule_that_uses_an_estimator_does_not_wait_for_ever(use):
+    walk = chasles.simulate("hallway", **SHORT)
+    slam = chasles.Slam(walk.cameras, walk.imu_noise)
+    chasles.register_depth_rule("nosy", lambda sight: use(slam, walk))
+    with pytest.raises(chasles.UsageError, match="would wait for itself for ever"):
+        chasles.run(walk, init="fixed-depth", depth_rule="nosy")
+    assert not slam.started  # the turn is given back
 
 
 def test_a_depth_rule_sees_what_the_filter_sees():
@@ -173,10 +202,14 @@ def test_a_depth_rule_sees_what_the_filter_sees():
     assert len(seen) > 20 and own.summary["ate_m"] < 0.5
     assert all(s.inverse and s.ray[2] == 1 and s.camera == 0 for s in seen)
     assert max(len(s.points) for s in seen) > 5
+    assert not any(numpy.shares_memory(getattr(seen[0], name), getattr(seen[0], name)) for name in ("points", "ray", "pixel"))
     constant = chasles.run(walk, init="fixed-depth")
     assert abs(own.states["position"] - constant.states["position"]).max() > 1e-6
     chasles.register_depth_rule("wrong", lambda sight: (-1, 1))
     with pytest.raises(chasles.UsageError, match=r"depth rule 'wrong': found -1 \+- 1"):
+        chasles.run(walk, init="fixed-depth", depth_rule="wrong")
+    chasles.register_depth_rule("wrong", lambda sight: 5.0)
+    with pytest.raises(TypeError, match=r"depth rule 'wrong' returned 5.0, expected \(mean, sigma\), or None"):
         chasles.run(walk, init="fixed-depth", depth_rule="wrong")
     with pytest.raises(chasles.UsageError, match="of-the-scene"):
         chasles.run(walk, init="fixed-depth", depth_rule="of-the-scenery")

@@ -1,5 +1,10 @@
 """SLAM on a thread of its own, and the state between images."""
 
+import os
+import signal
+import threading
+import time
+
 import numpy
 import pytest
 
@@ -79,9 +84,10 @@ def rotation(q):
 def test_images_that_nobody_has_time_for_are_dropped(images):
     slam = chasles.RealtimeSlam(images.cameras, images.imu_noise, most_images=1)
     k = images.frame_times
-    displaced = sum(slam.add_images(int(k[0]) + i, images.images(0)) for i in range(300))
+    first = images.images(0)
+    displaced = sum(slam.add_images(int(k[0]) + i, first) for i in range(300))
     counts = slam.counts
-    assert counts["came"] == 300 and counts["dropped"] == displaced
+    assert counts["came"] == 300 and counts["dropped"] == displaced > 0
     assert counts["came"] == counts["taken"] + counts["dropped"] + counts["waiting"]
     slam.finish()
     with pytest.raises(chasles.UsageError, match="after finish"):
@@ -96,25 +102,88 @@ def test_other_images_are_rejected_at_once(images):
         chasles.RealtimeSlam(images.cameras, images.imu_noise, chart="nope")
 
 
+class Additive:
+    """A chart of the additive errors, whose next call runs `then`, if there is one."""
+
+    then = None
+
+    def retract(self, x, xi, dpoints):
+        K = numpy.array([[0, -xi[2], xi[1]], [xi[2], 0, -xi[0]], [-xi[1], xi[0], 0]])
+        n = numpy.linalg.norm(xi[:3]) or 1e-12
+        R = numpy.eye(3) + numpy.sin(n) / n * K + (1 - numpy.cos(n)) / n**2 * K @ K
+        return chasles.ChartState(R @ x.R, x.p + xi[3:6], x.v + xi[6:], x.points + dpoints)
+
+    def local(self, x, y):
+        R = y.R @ x.R.T
+        v = numpy.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
+        s = numpy.linalg.norm(v)
+        theta = v if s < 1e-12 else v * numpy.arctan2(s, (numpy.trace(R) - 1) / 2) / s
+        return numpy.concatenate([theta, y.p - x.p, y.v - x.v]), y.points - x.points
+
+    def motion_block(self, x):
+        if self.then:
+            self.then()
+        return numpy.eye(9)
+
+
+def with_chart(images, then=None, **arguments):
+    """A RealtimeSlam with all events, whose chart calls `then` while it works."""
+    chart = Additive()
+    chasles.register_chart("additive", chart)
+    slam = chasles.RealtimeSlam(images.cameras, images.imu_noise, most_images=0, chart="additive", keep_scale=False, **arguments)
+    chart.then = then
+    return slam
+
+
 def test_it_may_end_while_a_chart_in_python_works(images):
-    class Additive:
-        def retract(self, x, xi, dpoints):
-            K = numpy.array([[0, -xi[2], xi[1]], [xi[2], 0, -xi[0]], [-xi[1], xi[0], 0]])
-            n = numpy.linalg.norm(xi[:3]) or 1e-12
-            R = numpy.eye(3) + numpy.sin(n) / n * K + (1 - numpy.cos(n)) / n**2 * K @ K
-            return chasles.ChartState(R @ x.R, x.p + xi[3:6], x.v + xi[6:], x.points + dpoints)
-
-        def local(self, x, y):
-            R = y.R @ x.R.T
-            v = numpy.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2
-            s = numpy.linalg.norm(v)
-            theta = v if s < 1e-12 else v * numpy.arctan2(s, (numpy.trace(R) - 1) / 2) / s
-            return numpy.concatenate([theta, y.p - x.p, y.v - x.v]), y.points - x.points
-
-        def motion_block(self, x):
-            return numpy.eye(9)
-
-    chasles.register_chart("additive", Additive())
-    slam = chasles.RealtimeSlam(images.cameras, images.imu_noise, most_images=0, chart="additive", keep_scale=False)
+    slam = with_chart(images)
     play(slam, images)
     del slam  # joins the thread
+
+
+def test_an_error_of_a_chart_comes_with_each_call(images):
+    def fail():
+        raise ZeroDivisionError("mine")
+
+    slam = with_chart(images, fail)
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        play(slam, images)
+        slam.finish()
+    for call in (slam.finish, slam.finish, lambda: slam.landmarks, lambda: slam.add_imu(0, [0, 0, 0], [0, 0, 0])):
+        with pytest.raises(ZeroDivisionError, match="mine"):
+            call()
+
+
+@pytest.mark.parametrize("use", [lambda slam: slam.landmarks, lambda slam: slam.why_not_started, lambda slam: slam.finish()])
+def test_a_chart_that_asks_the_estimator_does_not_wait_for_ever(images, use):
+    slam = with_chart(images, lambda: use(slam))
+    with pytest.raises(chasles.UsageError, match="would wait for itself for ever"):
+        play(slam, images)
+        slam.finish()
+
+
+def test_a_chart_may_have_the_last_reference(images):
+    played, ended = threading.Event(), threading.Event()
+
+    def drop():
+        played.wait(60)
+        slams.clear()
+        ended.set()
+
+    slams = [with_chart(images, drop)]
+    play(*slams, images)
+    played.set()
+    assert ended.wait(60) and not slams
+    assert len(chasles.run(images, chart="right-sen3").states["time"]) > 10  # no turn is left taken
+
+
+def test_ctrl_c_ends_the_wait_for_a_slow_estimator(images):
+    done = threading.Event()
+    slam = with_chart(images, lambda: done.wait(60))
+    play(slam, images)
+    threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        slam.finish()
+    assert time.monotonic() - begin < 30 and slam.counts["waiting"] > 0
+    done.set()

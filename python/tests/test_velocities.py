@@ -43,3 +43,11 @@ def test_settings_of_the_other_kind_are_rejected(drive):
     with pytest.raises(chasles.UsageError, match="images and run are for scenes with an IMU"):
         chasles.simulate("street", images=True)
     assert numpy.isfinite(chasles.run(drive, estimator="window:10").summary["ate_m"])
+
+
+def test_settings_of_the_reader_are_for_a_path(drive, tmp_path):
+    assert chasles.command("simulate", "street", "-o", tmp_path / "street", "--quiet") == 0
+    run = chasles.run(tmp_path / "street", reader={"stale_pixels": "keep"})
+    assert run.summary["settings"]["reader.stale_pixels"] == "keep"
+    with pytest.raises(chasles.UsageError, match="expected its path, as in chasles.run"):
+        chasles.run(drive, reader={"stale_pixels": "keep"})

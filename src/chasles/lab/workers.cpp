@@ -66,17 +66,6 @@ bool write_all(int file, const void* data, std::size_t size) {
   return true;
 }
 
-// An exception of another kind becomes an Error, in this process as in a worker.
-std::string do_one(std::uint64_t item, const std::function<std::string(std::uint64_t)>& work) {
-  try {
-    return work(item);
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& error) {
-    throw InputError(error.what());
-  }
-}
-
 std::string how_it_ended(int status) {
   if (WIFSIGNALED(status)) return "by signal " + std::to_string(WTERMSIG(status));
   return "with exit status " + std::to_string(WEXITSTATUS(status));
@@ -89,10 +78,14 @@ int serve(std::span<const std::uint64_t> items, SharedCounter& counter, int out,
     Header header{.item = items[i]};
     std::string result;
     try {
-      result = do_one(items[i], work);
+      result = work(items[i]);
     } catch (const Error& error) {
       header.failed = true;
       header.code = error.code();
+      result = error.what();
+    } catch (const std::exception& error) {
+      header.failed = true;
+      header.code = ExitCode::kBadInput;
       result = error.what();
     }
     header.size = result.size();
@@ -215,7 +208,7 @@ void work_in_processes(std::span<const std::uint64_t> items, int workers,
                        const std::function<std::string(std::uint64_t)>& work,
                        const std::function<void(std::uint64_t, const std::string&)>& done) {
   if (workers <= 1 || items.size() <= 1) {
-    for (const std::uint64_t item : items) done(item, do_one(item, work));
+    for (const std::uint64_t item : items) done(item, work(item));
     return;
   }
   Pool pool(items, std::min(workers, static_cast<int>(items.size())), work);

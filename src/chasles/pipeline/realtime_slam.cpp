@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <future>
 #include <utility>
 
@@ -99,11 +100,17 @@ void RealtimeSlam::ask_in_any_case(const std::function<void(VisualInertialSlam&)
   answered.get();
 }
 
-std::vector<Estimate> RealtimeSlam::finish() {
+std::vector<Estimate> RealtimeSlam::finish(const StopRequest& stop) {
   {
+    constexpr std::chrono::milliseconds kBetweenRequests(50);
     std::unique_lock lock(mutex_);
     finished_ = true;
-    changed_.wait(lock, [&] { return failure_ || (events_.empty() && !busy_); });
+    const auto is_done = [&] { return failure_ || (events_.empty() && !busy_); };
+    while (!changed_.wait_for(lock, kBetweenRequests, is_done)) {
+      lock.unlock();  // `stop` may wait for another thread that calls
+      if (stop && stop()) return {};
+      lock.lock();
+    }
   }
   std::vector<Estimate> estimates;
   ask([&](VisualInertialSlam& slam) { estimates = slam.finish(); });

@@ -68,8 +68,9 @@ class RealtimeSlam {
   std::exception_ptr failure() const;
 
   /// Waits until all that has come is processed; then as VisualInertialSlam::finish(), whose
-  /// estimates the callback does not get. process() may not be called after it.
-  std::vector<Estimate> finish();
+  /// estimates the callback does not get. Where `stop` returns true it ends without estimates, and
+  /// may be called again; otherwise neither it nor process() may be called after it.
+  std::vector<Estimate> finish(const StopRequest& stop = {});
 
   Counts counts() const;
 

@@ -221,6 +221,19 @@ TEST(RealtimeSlam, AnErrorEndsTheWorkAndIsToldToTheCaller) {
   EXPECT_GT(landmarks, 0u);
 }
 
+TEST(RealtimeSlam, FinishStopsOnRequestAndMayBeCalledAgain) {
+  std::mutex turn;
+  RealtimeSlam slam(slam_of(), {.most_images = 0, .turn = &turn});
+  {
+    const std::lock_guard others(turn);
+    play_on(slam);
+    EXPECT_TRUE(slam.finish([] { return true; }).empty());
+    EXPECT_GT(slam.counts().waiting, 0u);
+  }
+  slam.finish();
+  EXPECT_EQ(slam.counts().taken, short_walk().images->size());
+}
+
 TEST(RealtimeSlam, ImagesOfAnotherRigAreRejectedAtOnce) {
   RealtimeSlam slam(slam_of(), {});
   ImageFrame images = short_walk().images->read(0);

@@ -58,12 +58,15 @@ std::vector<Estimate> VisualInertialSlam::process(ImageFrame images) {
   return estimates;
 }
 
-std::vector<Estimate> VisualInertialSlam::finish() {
+std::vector<Estimate> VisualInertialSlam::finish(const StopRequest& stop) {
   std::vector<Estimate> estimates;
-  while (auto images = waiting_.next()) take(std::move(*images), estimates);
+  while (auto images = waiting_.next()) {
+    take(std::move(*images), estimates);
+    if (stop && stop()) return estimates;
+  }
   append(estimator_->finish(), estimates);
   note(estimates);
-  return estimator_->smooths() ? estimator_->smooth() : estimates;
+  return estimator_->smooths() ? estimator_->smooth(stop) : estimates;
 }
 
 // Without samples images do not wait for ever: those that are too far behind a later one are

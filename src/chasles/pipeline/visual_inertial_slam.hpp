@@ -41,8 +41,9 @@ class VisualInertialSlam {
   /// or an image of another size than its camera's, throws InputError; the images are then ignored.
   std::vector<Estimate> process(ImageFrame images);
   /// The estimates of all images that still wait; no more samples come. For batch estimation those
-  /// of all keyframes, which replace the earlier ones.
-  std::vector<Estimate> finish();
+  /// of all keyframes, which replace the earlier ones. Where `stop` returns true it ends early, and
+  /// some of them are missing.
+  std::vector<Estimate> finish(const StopRequest& stop = {});
 
   /// The state at any time since the last estimate, by the samples: for controllers, which need it
   /// more often than images come (StatePredictor). Its time is on the IMU's clock. None before a

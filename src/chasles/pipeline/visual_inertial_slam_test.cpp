@@ -177,6 +177,20 @@ TEST(VisualInertialSlam, GivesWhatTheProgramGivesWithEachEstimator) {
   }
 }
 
+TEST(VisualInertialSlam, FinishStopsOnRequest) {
+  InertialRunSettings settings;
+  settings.estimator = {.kind = EstimatorChoice::Kind::kBatch};
+  VisualInertialSlam slam(walk().cameras, *walk().imu_noise, settings,
+                          {.convention = walk().imu_convention});
+  EventStream events(walk());
+  while (const auto event = events.next()) {
+    if (const auto* sample = std::get_if<ImuSample>(&*event)) slam.process(*sample);
+    const auto* due = std::get_if<ImagesDue>(&*event);
+    if (due) slam.process(walk().images->read(due->index));
+  }
+  EXPECT_TRUE(slam.finish([] { return true; }).empty());
+}
+
 TEST(VisualInertialSlam, ImagesMayComeBeforeTheirSamples) {
   VisualInertialSlam in_order = slam_for(walk()), ahead = slam_for(walk());
   Estimates all;

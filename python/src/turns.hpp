@@ -1,0 +1,53 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+
+#include <pybind11/pybind11.h>
+
+// Who may use an estimator when, and the Python code that estimators call.
+namespace chasles::python {
+
+/// Estimators of one process take turns: in batch estimation SuiteSparse calls the serial OpenBLAS,
+/// which is not reentrant. Locked without the GIL: RealtimeSlam does it on its own thread, others
+/// with take_turn().
+std::mutex& estimation();
+
+/// While it lives, this thread runs Python code for an estimator: a chart, a depth rule, the
+/// handler of a signal. Holds the GIL.
+class PythonCall {
+ public:
+  PythonCall();
+  ~PythonCall();
+  PythonCall(const PythonCall&) = delete;
+  PythonCall& operator=(const PythonCall&) = delete;
+
+  /// Whether this thread is in such a call.
+  static bool active();
+
+ private:
+  const pybind11::gil_scoped_acquire held_;
+};
+
+/// Throws UsageError in a PythonCall: its estimator has the turn, so that waiting for one would
+/// never end.
+void refuse_in_call();
+
+/// A turn for this thread. Throws as refuse_in_call().
+std::unique_lock<std::mutex> take_turn();
+
+/// The signals of Python, such as Ctrl-C, during a turn. Python handles them in its main thread.
+class Signals {
+ public:
+  /// True once a handler has raised.
+  bool pending();
+  /// Throws what it has raised, if it has. With the GIL.
+  void rethrow();
+
+ private:
+  std::atomic<bool> raised_ = false;
+  std::unique_ptr<pybind11::error_already_set> error_;
+};
+
+}  // namespace chasles::python
