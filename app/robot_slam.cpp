@@ -1,7 +1,5 @@
 #include "robot_slam.hpp"
 
-#include <algorithm>
-#include <atomic>
 #include <utility>
 
 #include <fmt/format.h>
@@ -9,28 +7,20 @@
 #include <chasles/data/image_recording.hpp>
 #include <chasles/data/masks.hpp>
 #include <chasles/error.hpp>
-#include <chasles/overloaded.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
-#include <chasles/pipeline/stamp_leaps.hpp>
 
 #include "map_output.hpp"
-#include "output_folder.hpp"
-#include "robot_latency.hpp"
-#include "robot_log.hpp"
+#include "robot_session.hpp"
 
 namespace chasles::app {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Frames that wait before add() does, with `lossless`.
-constexpr std::size_t kMostLossless = 16;
 // Runs that ended before the last one, and whose outputs are kept: a fault may end one run after
 // another.
 constexpr int kMostKept = 100;
-// Between two looks at what the estimator says of itself.
-constexpr auto kBetweenLooks = std::chrono::milliseconds(500);
 
 // Images that are there, and will come.
 class ImagesOfDrivers : public ImageSource {
@@ -101,165 +91,6 @@ std::string text_of(const std::exception_ptr& error) {
   }
 }
 
-// An image of a camera as it came.
-struct RobotSlam::ArrivedImage {
-  Time time{};
-  std::size_t camera = 0;
-  GrayImage image;
-  Clock::time_point arrived;
-};
-
-// From a start or reset to the next.
-struct RobotSlam::Session {
-  Session(std::unique_ptr<VisualInertialSlam> made, const RobotSetup& setup,
-          const Recording& sensors, const InertialRunSettings& of_run,
-          const RealtimeSlam::Callback& on_estimates)
-      : predictor(made->predictor()),
-        order({.cameras = setup.calibration.cameras.size(),
-               .patience = setup.lossless ? Time::max() : SensorOrder::Options{}.patience}),
-        leaps_of_images(setup.calibration.cameras.size()),
-        callback(on_estimates) {
-    if (!setup.output.empty()) log.emplace(sensors, setup.settings, of_run, made->estimator());
-    made->set_frame_observer([this, &estimator = made->estimator()](const FeatureFrame& frame) {
-      if (log) log->add(frame);
-      const Clock::time_point now = Clock::now();
-      if (now - last_look >= kBetweenLooks) look_at(estimator);
-    });
-    look_at(made->estimator());
-    slam.emplace(
-        std::move(made),
-        RealtimeSlam::Options{.most_images = setup.lossless ? kMostLossless : setup.most_images,
-                              .waits_for_room = setup.lossless},
-        [this](std::span<const Estimate> estimates, VisualInertialSlam& of) {
-          note(estimates, of);
-        });
-  }
-
-  // On the estimator's thread. What it says of itself, for whoever must not wait for it.
-  void look_at(const Estimator& estimator) {
-    last_look = Clock::now();
-    const std::string why = estimator.started() ? "" : estimator.why_not_started();
-    const int resets = estimator.report().resets;
-    const std::lock_guard lock(state_mutex);
-    why_not_started = why;
-    recoveries = resets;
-  }
-
-  // On the estimator's thread.
-  void note(std::span<const Estimate> estimates, VisualInertialSlam& of) {
-    if (estimates.empty()) return;
-    if (!has_estimate) look_at(of.estimator());
-    for (const Estimate& e : estimates) latency.estimated(e.time);
-    {
-      const std::lock_guard lock(state_mutex);
-      predictor.correct(estimates.back());
-      last = estimates.back();
-    }
-    has_estimate = true;
-    if (log) log->add(estimates);
-    const std::lock_guard lock(callback_mutex);
-    if (!ended && callback) callback(estimates, of);
-  }
-
-  // After it the callback is not called any more.
-  void end_callbacks() {
-    const std::lock_guard lock(callback_mutex);
-    ended = true;
-  }
-
-  StampLeaps<ImuSample>& leaps_of(const ImuSample&) { return leaps_of_samples; }
-  StampLeaps<ArrivedImage>& leaps_of(const ArrivedImage& image) {
-    return leaps_of_images[image.camera];
-  }
-
-  // Takes the message, and what was held before it. Returns the first messages after a jump of the
-  // clock, which belong to another session.
-  template <typename Message>
-  std::vector<Message> feed(Message message) {
-    const std::lock_guard lock(order_mutex);
-    if (finished) return {};
-    auto& leaps = leaps_of(message);
-    auto passed = leaps.add(std::move(message));
-    if (passed.jumped_back) return std::move(passed.messages);
-    for (Message& one : passed.messages) take(std::move(one));
-    pass_on(order.take());
-    return {};
-  }
-
-  // All that waits is processed.
-  void finish() {
-    const std::lock_guard lock(order_mutex);
-    if (finished) return;
-    finished = true;
-    failure = error_of([&] {
-      if (auto sample = leaps_of_samples.finish()) take(*sample);
-      for (auto& leaps : leaps_of_images) {
-        if (auto image = leaps.finish()) take(std::move(*image));
-      }
-      pass_on(order.finish());
-      const std::vector<Estimate> rest = slam->finish();
-      slam->ask([&](VisualInertialSlam& of) {
-        note(rest, of);
-        look_at(of.estimator());
-      });
-    });
-  }
-
-  // `order_mutex` is locked in the next three.
-  void take(const ImuSample& sample) {
-    {
-      const std::lock_guard lock(state_mutex);
-      predictor.add(sample);
-      ++samples;
-    }
-    order.add(sample);
-  }
-  void take(ArrivedImage&& image) {
-    if (image.camera == 0) latency.arrived(image.time, image.arrived);
-    order.add(image.camera, image.time, std::move(image.image));
-  }
-  void pass_on(std::vector<SensorEvent> events) {
-    {
-      const std::lock_guard lock(state_mutex);
-      counts = order.counts();
-      wrong_stamps = leaps_of_samples.wrong();
-      for (const auto& leaps : leaps_of_images) wrong_stamps += leaps.wrong();
-    }
-    for (SensorEvent& event : events) {
-      std::visit(Overloaded{[&](const ImuSample& sample) { slam->process(sample); },
-                            [&](ImageFrame& images) { slam->process(std::move(images)); },
-                            [](const auto& /*other*/) {}},
-                 event);
-    }
-  }
-
-  mutable std::mutex state_mutex;  // of the next seven
-  StatePredictor predictor;
-  std::optional<Estimate> last;
-  std::size_t samples = 0;
-  SensorOrder::Counts counts;
-  int wrong_stamps = 0;
-  std::string why_not_started;
-  int recoveries = 0;
-
-  std::mutex order_mutex;  // of the next five, and of passing on what the order returns
-  SensorOrder order;
-  StampLeaps<ImuSample> leaps_of_samples;
-  std::vector<StampLeaps<ArrivedImage>> leaps_of_images;
-  bool finished = false;
-  std::exception_ptr failure;
-
-  std::mutex callback_mutex;  // of the next
-  bool ended = false;
-  RealtimeSlam::Callback callback;
-
-  std::optional<RobotLog> log;  // of the estimator's thread, as the next
-  Clock::time_point last_look;
-  std::atomic<bool> has_estimate = false;
-  RobotLatency latency;
-  std::optional<RealtimeSlam> slam;  // last, because its thread uses all members above
-};
-
 RobotSlam::RobotSlam(RobotSetup setup, Callbacks callbacks)
     : setup_(std::move(setup)), callbacks_(std::move(callbacks)) {
   check_setup(setup_);
@@ -269,17 +100,17 @@ RobotSlam::RobotSlam(RobotSetup setup, Callbacks callbacks)
 
 RobotSlam::~RobotSlam() = default;
 
-std::shared_ptr<RobotSlam::Session> RobotSlam::make_session() const {
+std::shared_ptr<RobotSession> RobotSlam::make_session() const {
   const Recording sensors = sensors_of(setup_);
   const InertialRunSettings of_run = decided(setup_.settings, sensors);
   auto slam = std::make_unique<VisualInertialSlam>(
       sensors.cameras, *sensors.imu_noise, of_run, imu_options(sensors),
       read_masks(of_run.frontend.mask, sensors.cameras), prior_);
-  return std::make_shared<Session>(std::move(slam), setup_, sensors, of_run,
-                                   callbacks_.on_estimates);
+  return std::make_shared<RobotSession>(std::move(slam), setup_, sensors, of_run,
+                                        callbacks_.on_estimates);
 }
 
-std::shared_ptr<RobotSlam::Session> RobotSlam::session() const {
+std::shared_ptr<RobotSession> RobotSlam::session() const {
   const std::lock_guard lock(mutex_);
   return session_;
 }
@@ -320,19 +151,17 @@ void RobotSlam::add(std::size_t camera, Time stamp, GrayImage image, Clock::time
 }
 
 std::optional<PredictedState> RobotSlam::predicted(Time time) const {
-  const auto session = this->session();
-  const std::lock_guard lock(session->state_mutex);
-  return session->predictor.at(time);
+  return session()->predicted(time);
 }
 
-bool RobotSlam::has_estimate() const { return session()->has_estimate; }
+bool RobotSlam::has_estimate() const { return session()->has_estimate(); }
 
 void RobotSlam::reset(const std::string& why) { restart(session(), why); }
 
 // Once for a session, however many threads find that it has ended. It ends outside the lock: its
 // thread may take a while.
-void RobotSlam::restart(const std::shared_ptr<Session>& session, const std::string& why) {
-  std::shared_ptr<Session> fresh = make_session();
+void RobotSlam::restart(const std::shared_ptr<RobotSession>& session, const std::string& why) {
+  std::shared_ptr<RobotSession> fresh = make_session();
   {
     const std::lock_guard lock(mutex_);
     if (session_ != session) return;
@@ -344,8 +173,8 @@ void RobotSlam::restart(const std::shared_ptr<Session>& session, const std::stri
   keep(*session);
 }
 
-void RobotSlam::keep(Session& ended) {
-  if (!ended.has_estimate || (setup_.output.empty() && setup_.save_map.empty())) return;
+void RobotSlam::keep(RobotSession& ended) {
+  if (!ended.has_estimate() || (setup_.output.empty() && setup_.save_map.empty())) return;
   ended.finish();
   const std::lock_guard lock(keep_mutex_);
   std::exception_ptr error;
@@ -359,7 +188,7 @@ void RobotSlam::say(const std::string& sentence, bool written) const {
 }
 
 // Writes all that can be written. Returns the first error, and reports the rest.
-std::exception_ptr RobotSlam::write(Session& session, const fs::path& folder,
+std::exception_ptr RobotSlam::write(RobotSession& session, const fs::path& folder,
                                     const fs::path& file) const {
   std::exception_ptr first;
   const auto attempt = [&](const auto& work) {
@@ -375,9 +204,7 @@ std::exception_ptr RobotSlam::write(Session& session, const fs::path& folder,
   };
   if (!folder.empty()) {
     attempt([&] {
-      prepare_output(folder);
-      session.slam->ask_in_any_case(
-          [&](const VisualInertialSlam& slam) { session.log->write(slam.estimator(), folder); });
+      session.write_run_folder(folder);
       return "run folder: " + folder.string();
     });
   }
@@ -386,7 +213,7 @@ std::exception_ptr RobotSlam::write(Session& session, const fs::path& folder,
 }
 
 void RobotSlam::ask(const std::function<void(VisualInertialSlam&)>& question) {
-  session()->slam->ask(question);
+  session()->slam().ask(question);
 }
 
 void RobotSlam::finish() { session()->finish(); }
@@ -394,31 +221,13 @@ void RobotSlam::finish() { session()->finish(); }
 void RobotSlam::write_outputs(std::exception_ptr before) {
   const auto session = this->session();
   const std::exception_ptr error = write(*session, setup_.output, setup_.save_map);
-  if (!before) before = session->failure;
+  if (!before) before = session->failure();
   if (before && error) say(text_of(error), false);
   if (before || error) std::rethrow_exception(before ? before : error);
 }
 
 RobotReport RobotSlam::report() {
-  RobotReport report;
-  const auto session = this->session();
-  report.images = session->slam->counts();
-  if (const auto latency = session->latency.take()) {
-    report.mean_latency = latency->mean;
-    report.worst_latency = latency->worst;
-  }
-  {
-    const std::lock_guard lock(session->state_mutex);
-    report.last = session->last;
-    report.samples = session->samples;
-    report.order = session->counts;
-    report.wrong_stamps = session->wrong_stamps;
-    report.why_not_started = session->why_not_started;
-    report.recoveries = session->recoveries;
-  }
-  if (const auto error = session->slam->failure()) {  // the next message begins the run anew
-    report.why_not_started = "the estimator ended: " + text_of(error);
-  }
+  RobotReport report = session()->report();
   const std::lock_guard lock(mutex_);
   report.resets = resets_;
   return report;
@@ -427,11 +236,12 @@ RobotReport RobotSlam::report() {
 std::string RobotSlam::save_map() { return save_map(*session(), setup_.save_map); }
 
 // Not of an estimator that has ended with an error: its map may be wrong.
-std::string RobotSlam::save_map(Session& session, const fs::path& file) const {
+std::string RobotSlam::save_map(RobotSession& session, const fs::path& file) const {
   check_map_output(file);
-  if (session.failure) std::rethrow_exception(session.failure);
+  if (session.failure()) std::rethrow_exception(session.failure());
   std::optional<LandmarkMap> map;
-  session.slam->ask([&](const VisualInertialSlam& slam) { map = slam.estimator().landmark_map(); });
+  session.slam().ask(
+      [&](const VisualInertialSlam& slam) { map = slam.estimator().landmark_map(); });
   if (prior_ && (!map || map->sessions.size() <= prior_->sessions.size())) {
     throw UsageError(
         fmt::format("{}: the run has found no place in {}, so there is nothing to add "

@@ -18,7 +18,7 @@
 
 namespace chasles::app {
 
-class RobotLog;
+class RobotSession;
 
 /// What RobotSlam is made of: the calibration, and what `chasles run` has as options.
 struct RobotSetup {
@@ -113,25 +113,22 @@ class RobotSlam {
   std::string save_map();
 
  private:
-  struct ArrivedImage;
-  struct Session;
-
-  std::shared_ptr<Session> make_session() const;
-  std::shared_ptr<Session> session() const;
-  void restart(const std::shared_ptr<Session>& session, const std::string& why);
-  void keep(Session& ended);
-  std::exception_ptr write(Session& session, const std::filesystem::path& folder,
+  std::shared_ptr<RobotSession> make_session() const;
+  std::shared_ptr<RobotSession> session() const;
+  void restart(const std::shared_ptr<RobotSession>& session, const std::string& why);
+  void keep(RobotSession& ended);
+  std::exception_ptr write(RobotSession& session, const std::filesystem::path& folder,
                            const std::filesystem::path& file) const;
   void say(const std::string& sentence, bool written) const;
-  std::string save_map(Session& session, const std::filesystem::path& file) const;
+  std::string save_map(RobotSession& session, const std::filesystem::path& file) const;
   template <typename Message>
   void feed(Message message, const std::string& topic);
 
   RobotSetup setup_;
   Callbacks callbacks_;
   std::shared_ptr<const LandmarkMap> prior_;
-  mutable std::mutex mutex_;          ///< of session_
-  std::shared_ptr<Session> session_;  ///< from a start or reset to the next
+  mutable std::mutex mutex_;               ///< of session_
+  std::shared_ptr<RobotSession> session_;  ///< from a start or reset to the next
   int resets_ = 0;
   std::mutex keep_mutex_;  ///< held while an ended run is written: its names are free before
 };
