@@ -16,8 +16,8 @@ using test::synthetic_drive;
 
 /// Opens the page in headless Chromium and uses it (a script in web/tests, with its choice of
 /// steps). With CHASLES_PAGES set the pages and their pictures stay in that folder.
-void expect_page_works(const std::string& text, const std::string& name,
-                       const std::string& script, const std::string& steps = "") {
+void expect_page_works(const std::string& text, const std::string& name, const std::string& script,
+                       const std::string& steps = "") {
   const char* kept = std::getenv("CHASLES_PAGES");
   const auto folder = kept ? std::filesystem::path(kept)
                            : std::filesystem::temp_directory_path() /
@@ -26,7 +26,8 @@ void expect_page_works(const std::string& text, const std::string& name,
   make_folder(folder);
   write_file(page, text);
   const std::string command = "'" CHASLES_NODE "' '" CHASLES_SOURCE_DIR "/web/tests/" + script +
-                              "' '" + page.string() + "' '" + (folder / name).string() + "' " + steps;
+                              "' '" + page.string() + "' '" + (folder / name).string() + "' " +
+                              steps;
   const int status = std::system(command.c_str());
   if (!kept) std::filesystem::remove_all(folder);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 77) GTEST_SKIP() << "skipped: no Chromium";
