@@ -12,6 +12,7 @@
 #include <chasles/error.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/sim/render_images.hpp>
+#include <chasles/sim/small_walk_testing.hpp>
 
 // Drivers' messages, in the order in which threads may deliver them, against a run of the
 // recording.
@@ -21,22 +22,7 @@ namespace {
 using Estimates = std::vector<Estimate>;
 
 const Recording& walk() {
-  static const Recording recording = [] {
-    InertialScene scene = inertial_scene("hallway");
-    InertialSettings& s = scene.settings;
-    s.hall_length = 8;
-    s.hall_width = 6;
-    s.sections = 1;
-    s.rest_duration = 1;
-    s.start_duration = 0.5;
-    s.frame_rate = 15;
-    s.focal_length = 200;
-    s.image_width = 320;
-    s.image_height = 240;
-    s.center_u = 159.5;
-    s.center_v = 119.5;
-    return render_inertial(scene);
-  }();
+  static const Recording recording = render_inertial(test::small_walk());
   return recording;
 }
 

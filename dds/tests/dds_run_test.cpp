@@ -106,6 +106,19 @@ Matrix6d base_covariance(const RunState& s) {
   return J * s.pose_covariance * J.transpose();
 }
 
+/// Reliably and as fast as it goes; then the bridge ends.
+bool plays_all(FastClient& client, const Recording& recording, Process& bridge,
+               const Listener& listener) {
+  RobotDriver driver(client, recording, true);
+  if (!driver.await_bridge(listener.diagnostics, seconds(20))) return false;
+  driver.play(0);
+  if (!driver.acknowledged(seconds(20))) return false;
+  bridge.interrupt();
+  if (bridge.wait(seconds(30)) != 0) return false;
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  return true;
+}
+
 void expect_odometry_of(const Run& run, const std::vector<FastReader::Message>& messages) {
   ASSERT_GT(messages.size(), 20u);
   // A start may give several estimates at once.
@@ -193,13 +206,7 @@ TEST(DdsRun, EqualsTheCommandToTheByteAndPublishesIt) {
       folder / "log.txt");
   FastClient client(kDomain);
   const Listener listener(client);
-  RobotDriver driver(client, recording, true);
-  ASSERT_TRUE(driver.await_bridge(listener.diagnostics, seconds(20))) << slurp(folder / "log.txt");
-  driver.play(0);
-  ASSERT_TRUE(driver.acknowledged(seconds(20))) << slurp(folder / "log.txt");
-  bridge.interrupt();
-  ASSERT_EQ(bridge.wait(seconds(30)), 0) << slurp(folder / "log.txt");
-  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  ASSERT_TRUE(plays_all(client, recording, bridge, listener)) << slurp(folder / "log.txt");
 
   for (const char* file : {"states.csv", "trajectory.tum", "landmarks.csv"}) {
     ASSERT_FALSE(slurp(folder / "command" / file).empty()) << file;
@@ -225,13 +232,7 @@ TEST(DdsRun, PlacesTheEstimatesInASavedMap) {
                  folder / "log.txt");
   FastClient client(kDomain);
   const Listener listener(client);
-  RobotDriver driver(client, recording, true);
-  ASSERT_TRUE(driver.await_bridge(listener.diagnostics, seconds(20))) << slurp(folder / "log.txt");
-  driver.play(0);
-  ASSERT_TRUE(driver.acknowledged(seconds(20))) << slurp(folder / "log.txt");
-  bridge.interrupt();
-  ASSERT_EQ(bridge.wait(seconds(30)), 0) << slurp(folder / "log.txt");
-  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  ASSERT_TRUE(plays_all(client, recording, bridge, listener)) << slurp(folder / "log.txt");
 
   const chasles::Run run = read_run(folder / "bridge");
   ASSERT_FALSE(run.in_map.empty());

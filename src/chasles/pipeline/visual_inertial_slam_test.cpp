@@ -10,6 +10,7 @@
 #include <chasles/pipeline/run.hpp>
 #include <chasles/pipeline/visual_inertial_slam.hpp>
 #include <chasles/sim/render_images.hpp>
+#include <chasles/sim/small_walk_testing.hpp>
 #include <chasles/slam/inertial_session_testing.hpp>
 
 namespace chasles {
@@ -18,25 +19,8 @@ namespace {
 using test::error_from;
 using test::Estimates;
 
-InertialScene small_walk() {
-  InertialScene scene = inertial_scene("hallway");
-  InertialSettings& s = scene.settings;
-  s.hall_length = 8;
-  s.hall_width = 6;
-  s.sections = 1;
-  s.rest_duration = 1;
-  s.start_duration = 0.5;
-  s.frame_rate = 15;
-  s.focal_length = 200;
-  s.image_width = 320;
-  s.image_height = 240;
-  s.center_u = 159.5;
-  s.center_v = 119.5;
-  return scene;
-}
-
 const Recording& walk() {
-  static const Recording recording = render_inertial(small_walk());
+  static const Recording recording = render_inertial(test::small_walk());
   return recording;
 }
 
