@@ -43,7 +43,8 @@ void print_strapdown(Random& random) {
 
 void print_cameras(Random& random) {
   for (const Distortion distortion : {Distortion::kRadtan, Distortion::kEquidistant}) {
-    Camera camera{.width = 752, .height = 480, .fx = 458, .fy = 457, .cx = 367, .cy = 248};
+    Camera camera{
+        .width = 752, .height = 480, .fx = 458, .fy = 457, .cx = 367, .cy = 248, .cam_T_imu = {}};
     camera.distortion = distortion;
     camera.coefficients << -0.03, 0.01, 1e-4, -2e-4;
     for (int i = 0; i < 100; ++i) {

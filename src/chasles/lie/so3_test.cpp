@@ -138,7 +138,8 @@ TEST(So3, NormalizedRemovesTheRoundOffOfManyProducts) {
   Eigen::Matrix3d R = so3::exp(random.axis());
   for (int i = 0; i < 100000; ++i) R = step * R;
   const Eigen::Matrix3d clean = so3::normalized(R);
-  EXPECT_TRUE(test::agree(clean * clean.transpose(), Eigen::Matrix3d::Identity(), 1e-15));
+  // Some units in the last place: how many depends on the processor.
+  EXPECT_TRUE(test::agree(clean * clean.transpose(), Eigen::Matrix3d::Identity(), 4e-15));
   EXPECT_TRUE(test::agree(clean, R, 1e-10));
 }
 
