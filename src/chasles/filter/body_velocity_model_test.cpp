@@ -236,7 +236,7 @@ TEST(BodyVelocityModel, MeasuredVelocityHasTheDerivativeOfItsResidual) {
     MatrixXd H = MatrixXd::Zero(6, x.core_size());
     H.middleCols(z.core_column, z.d_core.cols()) = z.d_core;
     EXPECT_TRUE(
-        test::agree(-H, test::numeric_derivative(residual, VectorXd::Zero(x.core_size())), 1e-10));
+        test::agree(-H, test::numeric_derivative(residual, VectorXd::Zero(x.core_size())), 1e-9));
     EXPECT_TRUE(test::agree(z.noise.diagonal(), some_noise().sample_sigma.cwiseAbs2(), 1e-15, 0));
     EXPECT_LT(z.landmark, 0);
   }
