@@ -48,8 +48,8 @@ void print_cameras(Random& random) {
     camera.distortion = distortion;
     camera.coefficients << -0.03, 0.01, 1e-4, -2e-4;
     for (int i = 0; i < 100; ++i) {
-      const Eigen::Vector3d point(random.uniform(-2, 2), random.uniform(-2, 2),
-                                  random.uniform(2, 9));
+      const double z = random.uniform(2, 9), y = random.uniform(-2, 2), x = random.uniform(-2, 2);
+      const Eigen::Vector3d point(x, y, z);
       const auto seen = project(camera, point);
       if (!seen) continue;
       print("camera.pixel", seen->pixel);

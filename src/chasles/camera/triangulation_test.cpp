@@ -126,7 +126,8 @@ TEST(Triangulation, TheOrderOfTheViewsDoesNotMatter) {
 TEST(Triangulation, NoisyViewsGiveTheLeastSquaresPointAndItsNormalMatrix) {
   test::Random random(43);
   for (int round = 0; round < 30; ++round) {
-    const Eigen::Vector3d p(random.uniform(3, 15), random.uniform(-1, 1), random.uniform(-1, 1));
+    const double z = random.uniform(-1, 1), y = random.uniform(-1, 1), x = random.uniform(3, 15);
+    const Eigen::Vector3d p(x, y, z);
     const auto poses = path(random, {0, 0, 0}, random.axis(), 12);
     const auto views = with_noise(views_of(p, poses, camera_choices()[round % 5]), random, 1);
     const auto found = triangulate(views);
@@ -287,8 +288,8 @@ TEST(Triangulation, ResidualsNearRoundOffDoNotRefuseThePoint) {
   int found = 0;
   constexpr int kTrials = 500;
   for (int i = 0; i < kTrials; ++i) {
-    const Eigen::Vector3d p_world(random.uniform(4, 9), random.uniform(-1, 1),
-                                  random.uniform(-1, 1));
+    const double z = random.uniform(-1, 1), y = random.uniform(-1, 1), x = random.uniform(4, 9);
+    const Eigen::Vector3d p_world(x, y, z);
     const auto poses = path(random, {0, 0, 0}, {0.2, 0.8, 0.1}, 5);
     found += triangulate(with_noise(views_of(p_world, poses, {0}), random, 0.01)).has_value();
   }

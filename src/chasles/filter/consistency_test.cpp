@@ -111,7 +111,8 @@ void drive(const BodyVelocityModel& model, const ErrorChart& chart, test::Random
   kStandardChart.retract(truth, first_sigma(model).cwiseProduct(random.normal_vector(core)));
   std::vector<NewLandmark> fresh;
   for (int i = 0; i < kLandmarks; ++i) {
-    const Eigen::Vector3d p(random.uniform(5, 8), random.uniform(-3, 3), random.uniform(-1, 2));
+    const double z = random.uniform(-1, 2), y = random.uniform(-3, 3), x = random.uniform(5, 8);
+    const Eigen::Vector3d p(x, y, z);
     truth.landmarks.push_back({.id = i, .p_world = p, .row = core + 3 * i, .observations = 0});
     fresh.push_back(
         *begin_landmark(test::drive_rig(), kNoise, ekf.state(), seen(truth, i, random)));

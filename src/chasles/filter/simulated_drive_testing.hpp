@@ -94,8 +94,9 @@ inline Drive simulate_drive(const DriveSettings& settings) {
   SE3 world_T_imu;
   const auto put_points = [&](int count, double nearest) {
     for (int i = 0; i < count; ++i) {
-      const Eigen::Vector3d p_imu(random.uniform(nearest, 14), random.uniform(-5, 5),
-                                  random.uniform(-1, 3));
+      const double z = random.uniform(-1, 3), y = random.uniform(-5, 5),
+                   x = random.uniform(nearest, 14);
+      const Eigen::Vector3d p_imu(x, y, z);
       points.push_back(world_T_imu * p_imu);
     }
   };

@@ -38,7 +38,10 @@ inline std::string chart_test_name(const ::testing::TestParamInfo<const ErrorCha
 }
 
 inline SE3 random_pose(Random& random, double metres) {
-  return {so3::exp(random.uniform(0, 3) * random.axis()), metres * random.normal_vector(3)};
+  // One draw a statement, here and elsewhere: compilers choose the order within one.
+  const Eigen::Vector3d axis = random.axis();
+  const double angle = random.uniform(0, 3);
+  return {so3::exp(angle * axis), metres * random.normal_vector(3)};
 }
 
 /// Parts of a random state. `gap` unused rows precede every landmark, like the rows of retired ones
