@@ -89,6 +89,7 @@ PYBIND11_MODULE(_core, m) {
   bind_errors(m);
   bind_recordings(m);
   bind_runs(m);
+  bind_estimates(m);
   bind_slam(m);
   bind_evaluation(m);
   bind_lab(m);

@@ -15,6 +15,7 @@ namespace chasles::python {
 void bind_errors(pybind11::module_& m);
 void bind_recordings(pybind11::module_& m);
 void bind_runs(pybind11::module_& m);
+void bind_estimates(pybind11::module_& m);
 void bind_slam(pybind11::module_& m);
 void bind_evaluation(pybind11::module_& m);
 void bind_lab(pybind11::module_& m);
