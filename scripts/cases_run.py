@@ -126,12 +126,16 @@ def message(code, text, size=90):
     return f"{code}: `{text}`" if text else f"{code}"
 
 
+DULL = "OPENBLAS_CORETYPE|^no truth: "  # remarks that every run makes here
+
+
 def words_of(outcome, pattern):
     """The line that matters most: what should be said, then errors, then the rest."""
     said = outcome["errors"] + outcome.get("findings", []) + outcome["remarks"] + outcome.get("facts", [])
     pattern = pattern.removeprefix("!")
     matching = [line for line in said if pattern and re.search(pattern, line)]
-    return (outcome["errors"] or matching or outcome.get("findings") or outcome["remarks"] or [""])[0]
+    rest = [line for line in outcome["remarks"] if not re.search(DULL, line)]
+    return (outcome["errors"] or matching or outcome.get("findings") or rest or [""])[0]
 
 
 def run_cells(case, outcome):
