@@ -101,7 +101,8 @@ def near(outcome, intact, factor=NEAR):
 
 def not_right(case, outcome, checked, intact):
     """What is not right in these outcomes of a case (Case or Rule), or ""."""
-    said = any(re.search(case.says, line) for line in outcome["errors"] + outcome["remarks"])
+    named = (lambda line: line.replace(case.name, "")) if "." in case.name else str  # a file's name says nothing
+    said = any(re.search(case.says, named(line)) for line in outcome["errors"] + outcome["remarks"])
     far = near(outcome, intact, getattr(case, "factor", NEAR))
     wrong = {"any": "", "near": far, "error": "" if outcome["exit"] in (1, 2, 3) and outcome["errors"] else "no error",
              "near or told": far if not said else ""}[case.end]
@@ -111,7 +112,7 @@ def not_right(case, outcome, checked, intact):
         wrong = "the recording was changed"
     if not wrong and case.finds and checked:
         told = checked["errors"] + checked["findings"] + checked["remarks"] + checked["facts"]
-        found = any(re.search(case.finds.removeprefix("!"), line) for line in told)
+        found = any(re.search(case.finds.removeprefix("!"), named(line)) for line in told)
         wrong = "" if found != case.finds.startswith("!") else "`check` does not find it" if not found else "`check` complains"
     return wrong
 
