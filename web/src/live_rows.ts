@@ -53,7 +53,7 @@ export class GrowingRun {
   private readonly extra: Growing[];
 
   constructor(first: RawRows) {
-    this.run = { ...decodeRun(first.data, first.bounds ?? {}), count: 0 };
+    this.run = { ...decodeRun(first.data, first.bounds ?? {}), count: 0, opening: undefined };
     this.extra = this.run.extra.map(() => new Growing());
     this.run.healthNames = [];
     this.add(first);

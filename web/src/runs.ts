@@ -2,6 +2,7 @@
 import { type Axis, AXES, type Column, column, type Columns, clamp, DEG, decodeColumns, type Vector }
   from './data';
 import { type CameraImages, decodeImages } from './images';
+import { openingRow } from './opening';
 import { decodeSavedMap, type RawSavedMap, type SavedMap } from './saved_map';
 import { activeSubject, type Subject } from './store';
 
@@ -67,6 +68,7 @@ export function decodeRun(raw: RawRun, bounds: Record<string, number>): Run {
     count: states.t.length,
     t: states.t,
     health: states.health,
+    opening: openingRow(states),
     states,
     extra: raw.extra.map((e) => decodeColumns(e) as { value: Column; sigma: Column }),
     stageNames: raw.stage_names ?? [],

@@ -11,6 +11,8 @@ export interface Subject {
   t: ArrayLike<number>;
   health: ArrayLike<number>;
   healthNames: string[];
+  /** The row at which the page opens; the last one where it is not given. */
+  opening?: number;
 }
 
 /** 'rows': the active subject has grown; 'shown': another choice of what is drawn. */
@@ -82,7 +84,7 @@ export function setActive(index: number): void {
   app.active = index;
   measureTimes();
   app.span = [...app.fullSpan];
-  app.cursor = Math.max(0, shownRows - 1);
+  app.cursor = activeSubject().opening ?? Math.max(0, shownRows - 1);
   notify('run');
   notify('cursor');
   notify('span');

@@ -66,6 +66,13 @@ const CARDS: [string, string, string, string][] = [
   ['frames', 'Frames', '', 'estimated'],
   ['realtime_factor', 'Speed', '×', 'real time'],
 ];
+// What a good value of these is.
+const EXPLAINED: Record<string, string> = {
+  nees_pose: 'The squared error over the covariance that the filter reports. Good is about 6, one for each degree ' +
+    'of freedom. More: the filter is overconfident. Less: it is cautious.',
+  nis_per_dof: 'The squared distance of observations from their prediction, over what the filter expects. Good is ' +
+    'about 1. More: the noise is larger than it expects. Less: it is smaller.',
+};
 
 const allRuns = () => app.subjects as Run[];
 
@@ -77,13 +84,22 @@ function scalarText(v: unknown, digits = 4): string {
 export function showCards(): void {
   const { summary } = activeRun();
   const known = CARDS.filter(([key]) => isNumber(summary[key]));
+  const open = new Set([...byId('cards').querySelectorAll<HTMLElement>('details[open]')].map((e) => e.dataset.key));
   byId('cards').replaceChildren(...known.map(([key, label, unit, meaning]) =>
     make('div', { class: 'card' },
       make('div', { class: 'card-label' }, label),
       make('div', { class: 'card-value', tabindex: 0, role: 'note', ...exact(key, summary[key]) },
         scalarText(summary[key], 3), make('span', { class: 'unit' }, unit)),
-      make('div', { class: 'muted small' }, meaning))));
+      meaningOf(key, label, meaning, open.has(key)))));
   byId('cards').hidden = known.length === 0;
+}
+
+/** The line below a figure; where there is more to say, it opens by click, touch or key. */
+function meaningOf(key: string, label: string, meaning: string, open: boolean): HTMLElement {
+  if (!EXPLAINED[key]) return make('div', { class: 'muted small' }, meaning);
+  return make('details', { class: 'card-more small', 'data-key': key, ...(open ? { open: '' } : {}) },
+    make('summary', { class: 'muted', 'aria-label': `${label}: ${meaning}. What it means` }, meaning),
+    make('p', {}, EXPLAINED[key]));
 }
 
 export function table(heads: string[] | null, rows: Child[][]): HTMLElement {

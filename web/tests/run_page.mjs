@@ -5,6 +5,7 @@ import { mkdirSync, readFileSync } from 'node:fs';
 import { check, picture, until, verdict, visit } from './checks.mjs';
 import { DESKTOP, findBrowser, launch, PHONE, settle } from './browser.mjs';
 import { camera } from './run_camera.mjs';
+import { explanations, opening } from './run_opening.mjs';
 import { axes, exactNumbers, exports, play, stages, timeCursor, timeSpan, timeTicks, toggles }
   from './run_plots.mjs';
 import { initialPositions, landmarkLives, mapMoves, scene } from './run_world.mjs';
@@ -74,8 +75,9 @@ async function print(page) {
   check('on paper each plot is a vector picture', plots > 0 && pictures === plots, `${pictures} of ${plots}`);
 }
 
-const STEPS = [axes, timeCursor, play, timeSpan, timeTicks, toggles, exports, exactNumbers, scene, mapMoves,
-  landmarkLives, initialPositions, stages, camera, overview, theme, otherRuns, print];
+const STEPS = [opening, explanations, axes, timeCursor, play, timeSpan, timeTicks, toggles, exports,
+  exactNumbers, scene, mapMoves, landmarkLives, initialPositions, stages, camera, overview, theme,
+  otherRuns, print];
 const unknown = chosen.filter((name) => !STEPS.some((step) => step.name === name));
 if (unknown.length) throw new Error(`no step ${unknown}, expected of ${STEPS.map((step) => step.name)}`);
 const steps = chosen.length ? STEPS.filter((step) => chosen.includes(step.name)) : STEPS;

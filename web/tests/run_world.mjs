@@ -153,10 +153,11 @@ export async function mapMoves(page, { run }) {
 }
 
 /** The numbers of a column of the page's data: see data.ts. */
-function numbers(column) {
+export function numbers(column) {
   const planes = inflateSync(Buffer.from(column.slice(4), 'base64'));
   const size = column.startsWith('f64:') ? 8 : 4, count = planes.length / size;
   const { buffer } = Uint8Array.from(planes, (_, i) => planes[(i % size) * count + Math.floor(i / size)]);
+  if (column.startsWith('i32:')) return new Int32Array(buffer);
   return size === 8 ? new Float64Array(buffer) : new Float32Array(buffer);
 }
 

@@ -40,8 +40,15 @@ void expect_works_in_a_browser(const std::vector<ReportRun>& runs, const std::st
   expect_page_works(run_page(runs), name, script, steps);
 }
 
+// A drive that ends at a standstill, where nothing is used.
 TEST(PageInABrowser, ADriveIsDrawnAndAnswers) {
-  expect_works_in_a_browser({synthetic_drive({.initial = true})}, "drive");
+  ReportRun drive = synthetic_drive({.initial = true});
+  auto& states = drive.run.states;
+  for (std::size_t i = states.size() - 15; i < states.size(); ++i) {
+    states[i].used = 0;
+    states[i].world_T_imu = states[i - 1].world_T_imu;
+  }
+  expect_works_in_a_browser({drive}, "drive");
 }
 
 TEST(PageInABrowser, AMapIsDrawnBySession) {
