@@ -126,7 +126,7 @@ Verdict extracted_bag(const Listing& l) {
 
 Verdict images_alone(const Listing& l) {
   const std::size_t count =
-      l.ending({".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff"}).size();
+      l.ending({".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff", ".webp"}).size();
   if (count == 0) return std::nullopt;
   return fmt::format(
       "looks like {} images alone: a run needs them in images/cam0, and imu.csv and "

@@ -114,7 +114,7 @@ std::string video_refusal(const TopicContents& topic) {
 bool is_read_format(const std::string& format) {
   const std::string small = in_lower_case(format);
   return std::ranges::any_of(
-      std::array<std::string_view, 7>{"png", "jpeg", "jpg", "pgm", "bmp", "tif", "pnm"},
+      std::array<std::string_view, 8>{"png", "jpeg", "jpg", "pgm", "bmp", "tif", "pnm", "webp"},
       [&](std::string_view kind) { return small.find(kind) != std::string::npos; });
 }
 

@@ -32,7 +32,7 @@ std::optional<std::string> video_kind(const TopicContents& topic);
 std::string video_refusal(const TopicContents& topic);
 
 /// Whether the format of a sensor_msgs/CompressedImage, "mono8; png compressed mono8", is one that
-/// is read: PNG, JPEG, PGM, BMP or TIFF.
+/// is read: PNG, JPEG, PGM, BMP, TIFF or WebP.
 bool is_read_format(const std::string& format);
 
 /// Whether the topic has images that can be read one by one.
