@@ -87,6 +87,8 @@ std::string tiff_seed(const fs::path&) {
   return test::encoded(cv::Mat(3, 2, CV_16UC1, cv::Scalar(4000)), ".tiff");
 }
 
+std::string webp_seed(const fs::path&) { return test::encoded(test::picture(10), ".webp"); }
+
 std::string tum_seed(const fs::path& scratch) {
   write_tum(test::drive({.frames = 8, .tracks = 1}).truth, scratch / "seed.tum");
   return test::slurp(scratch / "seed.tum");
@@ -168,12 +170,19 @@ void read_settings(const fs::path& scratch, std::string_view bytes) {
 }  // namespace
 
 std::vector<Kind> single_file_kinds() {
-  return {{"png", png_seed, read_png},          {"png_pixels", png_pixels_seed, read_png_pixels},
-          {"jpeg", jpeg_seed, read_any_image},  {"pgm", pgm_seed, read_any_image},
-          {"bmp", bmp_seed, read_any_image},    {"tiff", tiff_seed, read_any_image},
-          {"tum", tum_seed, read_tum_bytes},    {"json", json_seed, read_json},
-          {"yaml", yaml_seed, read_yaml},       {"mat_cells", cells_seed, read_cells},
-          {"plan", plan_seed, read_plan_bytes}, {"settings", settings_seed, read_settings}};
+  return {{"png", png_seed, read_png},
+          {"png_pixels", png_pixels_seed, read_png_pixels},
+          {"jpeg", jpeg_seed, read_any_image},
+          {"pgm", pgm_seed, read_any_image},
+          {"bmp", bmp_seed, read_any_image},
+          {"tiff", tiff_seed, read_any_image},
+          {"webp", webp_seed, read_any_image},
+          {"tum", tum_seed, read_tum_bytes},
+          {"json", json_seed, read_json},
+          {"yaml", yaml_seed, read_yaml},
+          {"mat_cells", cells_seed, read_cells},
+          {"plan", plan_seed, read_plan_bytes},
+          {"settings", settings_seed, read_settings}};
 }
 
 }  // namespace chasles::fuzz

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Prefix of an external library's headers, and its CMake target.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 22> kLibraries = {{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 24> kLibraries = {{
     {"Eigen/", "Eigen3::Eigen"},
     {"fmt/", "fmt::fmt"},
     {"nlohmann/", "nlohmann_json::nlohmann_json"},
@@ -30,7 +30,9 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 22> kLibrari
     {"tiffio.h", "TIFF::TIFF"},
     {"bzlib.h", "BZip2::BZip2"},
     {"lz4frame.h", "PkgConfig::liblz4"},
+    {"webp/", "PkgConfig::libwebp"},
     {"zstd.h", "PkgConfig::libzstd"},
+    {"zstd_errors.h", "PkgConfig::libzstd"},
     {"sqlite3.h", "PkgConfig::sqlite3"},
     {"opencv2/", "opencv::core"},  // which no folder links but for its tests
     {"ceres/", "Ceres::ceres"},

@@ -308,7 +308,7 @@ TEST_F(EurocFolder, DamagedImagesAreRefusedByName) {
   expect_parts(message(good.substr(0, good.size() - 20)), {"10000000.png", "truncated"});
   expect_parts(message(good.substr(0, 20)), {"10000000.png", "truncated"});
   expect_parts(message(""), {"10000000.png", "is empty"});
-  expect_parts(message("GIF89a"), {"10000000.png", "expected a PNG, JPEG, PGM, BMP or TIFF"});
+  expect_parts(message("GIF89a"), {"10000000.png", "expected a PNG, JPEG, PGM, BMP, TIFF or WebP"});
   expect_parts(message(test::encoded(test::picture(3, 9, 6))),
                {"10000000.png", "is 9 x 6 pixels, expected 8 x 6"});
 }

@@ -126,7 +126,7 @@ Verdict extracted_bag(const Listing& l) {
 
 Verdict images_alone(const Listing& l) {
   const std::size_t count =
-      l.ending({".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff"}).size();
+      l.ending({".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff", ".webp"}).size();
   if (count == 0) return std::nullopt;
   return fmt::format(
       "looks like {} images alone: a run needs them in images/cam0, and imu.csv and "
@@ -144,63 +144,12 @@ constexpr std::array kForeignFolders{run_of_ours,      part_of_euroc, archives,
                                      above_recordings, tum_rgbd,      kitti_odometry_without_images,
                                      extracted_bag,    images_alone,  nothing};
 
-struct Signature {
-  std::size_t at;
-  std::string_view bytes;
-  std::string_view what;
-};
-
-constexpr std::string_view kVideo =
-    "a video: extract its images into images/cam0, named by their times in nanoseconds, and put "
-    "imu.csv and a calibration beside images";
-constexpr std::string_view kPicture =
-    "a single image: give the folder of a recording (docs/your-recording.md)";
-constexpr std::array kSignatures{
-    Signature{4, "ftyp", kVideo},
-    Signature{8, "AVI ", kVideo},
-    Signature{0, "\x1a\x45\xdf\xa3", kVideo},
-    Signature{0, "\x89PNG", kPicture},
-    Signature{0, "\xff\xd8\xff", kPicture},
-    Signature{0, "7z\xbc\xaf\x27\x1c", "an archive: unpack it, and give the folder"}};
-
-// The name of the first file in a zip archive.
-std::string_view first_in_zip(std::string_view bytes) {
-  constexpr std::size_t kHeader = 30, kLength = 26;
-  if (!bytes.starts_with("PK\x03\x04") || bytes.size() < kHeader) return {};
-  const auto byte = [&](std::size_t i) {
-    return static_cast<std::size_t>(static_cast<unsigned char>(bytes[i]));
-  };
-  return bytes.substr(kHeader, byte(kLength) + 256 * byte(kLength + 1));
-}
-
 }  // namespace
 
 std::optional<std::string> foreign_folder(const fs::path& folder) {
   const Listing listing(folder);
   for (const auto& knows : kForeignFolders) {
     if (Verdict verdict = knows(listing)) return verdict;
-  }
-  return std::nullopt;
-}
-
-std::optional<std::string> foreign_file(const fs::path& file, const std::string& first_bytes) {
-  const std::string name = file.filename().string();
-  for (const Signature& s : kSignatures) {
-    if (std::string_view(first_bytes)
-            .substr(std::min(s.at, first_bytes.size()))
-            .starts_with(s.bytes)) {
-      return fmt::format("looks like {}", s.what);
-    }
-  }
-  if (name.ends_with(".tar") || name.ends_with(".tar.gz") || name.ends_with(".tgz")) {
-    return "looks like an archive: unpack it, and give the folder";
-  }
-  if (name.ends_with(".yaml") || name.ends_with(".yml")) {
-    return "looks like a calibration or a configuration: give the folder of the recording";
-  }
-  const std::string_view packed = first_in_zip(first_bytes);
-  if (!packed.empty() && packed.find(".npy") == std::string_view::npos) {
-    return fmt::format("looks like a zip archive of {}: unzip it, and give the folder", packed);
   }
   return std::nullopt;
 }

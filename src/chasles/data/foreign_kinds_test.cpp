@@ -86,6 +86,57 @@ TEST_F(ForeignKinds, FilesAreNamedForWhatTheyLookLike) {
   expect_parts(told("MH_01.tar.gz"), {"unpack it"});
 }
 
+TEST_F(ForeignKinds, LogsAndRecordingsOfOtherProgramsAreNamed) {
+  const auto named = [&](const std::string& file, const std::string& bytes,
+                         std::initializer_list<std::string> parts) {
+    add(file, bytes);
+    const std::string message = told(file);
+    expect_parts(message, parts);
+    EXPECT_NE(message.find(file + ": "), std::string::npos) << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << "in one line";
+  };
+  named("log.ulg", "ULog\x01\x12\x35\x01", {"PX4", "no images", "ulog2csv"});
+  named("00000042.BIN", "\xa3\x95\x80\x80\x59", {"ArduPilot", "no images"});
+  named("rec.vrs", "VisionRe", {"VRS", "vrs extract-all"});
+  named("rec.svo", "SVO", {"ZED camera", "record images and IMU as a bag"});
+  named("rec.SVO2", std::string("\x89MCAP0\r\n\0\0", 10), {"ZED camera (SVO2)"});
+  named("oak.rrd", "RRF2", {"Rerun"});
+  named("imu.parquet", "PAR1", {"Parquet", "to_csv"});
+  named("imu.npy", "\x93NUMPY", {"single NumPy array", "savetxt"});
+  named("rec.h5", "\x89HDF\r\n\x1a\n", {"HDF5"});
+  named("rec.jsonl", "{\"time\": 0}\n", {"JSON", "imu.csv"});
+  named("table.xlsx",
+        std::string("PK\x03\x04", 4) + std::string(22, '\0') + std::string("\x13\0\0\0", 4) +
+            "[Content_Types].xml",
+        {"spreadsheet", "CSV"});
+  named("walk.tar.zst", "\x28\xb5\x2f\xfd", {"an archive"});
+  named("walk", std::string(257, 'x') + "ustar", {"an archive"});
+  named("VID.insv",
+        std::string("\0\0\0\x20"
+                    "ftypisom",
+                    12),
+        {"Insta360"});
+  named("rgb.mov",
+        std::string("\0\0\0\x08"
+                    "moov",
+                    8),
+        {"a video"});
+}
+
+// Whatever the name is, such a file is not the one that was meant.
+TEST_F(ForeignKinds, WhatStandsInThePlaceOfAFileIsNamed) {
+  for (const char* name : {"walk.bag", "walk.mcap", "imu.csv", "walk.yaml", "rec.svo2"}) {
+    add(name, "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 45183443\n");
+    expect_parts(told(name), {name, "a pointer of Git LFS", "git lfs pull"});
+    add(name, "\n<!DOCTYPE html><html><head><title>Sign in</title></head></html>");
+    expect_parts(told(name), {name, "a web page", "login"});
+    add(name, "<html>");
+    expect_parts(told(name), {"a web page"});
+    add(name, "");
+    expect_parts(told(name), {name, "is empty", "broke off"});
+  }
+}
+
 // What nobody knows still gets the list of what is read.
 TEST_F(ForeignKinds, AnythingElseGetsTheList) {
   add("notes.txt");

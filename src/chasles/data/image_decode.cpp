@@ -16,7 +16,8 @@ namespace {
 constexpr std::int64_t kMostPixels = 100'000'000;
 
 ImageKind kind_of(std::string_view bytes, const std::string& where) {
-  for (const ImageKind& kind : {png_kind(), jpeg_kind(), pgm_kind(), bmp_kind(), tiff_kind()}) {
+  for (const ImageKind& kind :
+       {png_kind(), jpeg_kind(), pgm_kind(), bmp_kind(), tiff_kind(), webp_kind()}) {
     if (kind.is(bytes)) return kind;
   }
   throw InputError(fmt::format("{}: {}, expected a {} image", where,
@@ -54,7 +55,7 @@ std::vector<std::uint8_t> high_bytes(const std::vector<std::uint16_t>& deep, int
 
 }  // namespace
 
-const char* const kImageKindNames = "PNG, JPEG, PGM, BMP or TIFF";
+const char* const kImageKindNames = "PNG, JPEG, PGM, BMP, TIFF or WebP";
 
 void damaged_image(const std::string& where, const std::string& how) {
   throw InputError(fmt::format("{}: {}: the image is damaged, copy it again", where, how));
@@ -73,8 +74,8 @@ ImageSize checked_size(std::int64_t width, std::int64_t height, const std::strin
 }
 
 bool is_image_name(const std::string& name) {
-  static constexpr std::array<std::string_view, 7> kEndings{".png", ".jpg", ".jpeg", ".pgm",
-                                                            ".bmp", ".tif", ".tiff"};
+  static constexpr std::array<std::string_view, 8> kEndings{".png", ".jpg", ".jpeg", ".pgm",
+                                                            ".bmp", ".tif", ".tiff", ".webp"};
   if (name.starts_with('.')) return false;
   std::string ending = std::filesystem::path(name).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),

@@ -37,6 +37,7 @@ TEST(ImageDecode, GreyImagesOfAllKindsHaveThePixelsOfOpenCv) {
     expect_as_opencv(test::encoded(noisy(CV_8UC1), ending));
     expect_as_opencv(test::encoded(noisy(CV_8UC1, 1, 1), ending));
   }
+  expect_as_opencv(test::encoded(noisy(CV_8UC1), ".webp"), 1);  // it has colours alone
   for (const char* ending : {".png", ".pgm", ".tiff"}) {
     SCOPED_TRACE(ending);
     const std::string bytes = test::encoded(noisy(CV_16UC1), ending);
@@ -55,6 +56,18 @@ TEST(ImageDecode, ColoursDifferFromOpenCvsByARoundingAtMost) {
   for (const int type : {CV_16UC3, CV_16UC4}) expect_as_opencv(test::encoded(noisy(type)), 1);
   expect_as_opencv(test::encoded(noisy(CV_16UC3), ".tiff"), 1);
   expect_as_opencv(test::encoded(noisy(CV_8UC3), ".jpg"));
+}
+
+TEST(ImageDecode, LossyAndLosslessWebpIsRead) {
+  const cv::Mat image = noisy(CV_8UC3);
+  for (const int quality : {30, 90, 101}) {
+    const auto bytes = test::opencv_encoded(".webp", image, {cv::IMWRITE_WEBP_QUALITY, quality});
+    expect_as_opencv({bytes.begin(), bytes.end()}, 1);
+    if (quality <= 100) continue;
+    const GrayImage exact = test::decoded(test::encoded(image)),
+                    same = test::decoded({bytes.begin(), bytes.end()});
+    EXPECT_EQ(same.pixels, exact.pixels) << "as the PNG of the same picture";
+  }
 }
 
 TEST(ImageDecode, ProgressiveJpegsAreRead) {
@@ -120,7 +133,7 @@ TEST(ImageDecode, BmpMayBeginAtTheTopAndHaveFewColours) {
 }
 
 TEST(ImageDecode, TruncatedFilesOfAllKindsAreDamage) {
-  for (const char* ending : {".png", ".jpg", ".pgm", ".bmp", ".tiff"}) {
+  for (const char* ending : {".png", ".jpg", ".pgm", ".bmp", ".tiff", ".webp"}) {
     const std::string bytes = test::encoded(noisy(CV_8UC1), ending);
     for (const std::size_t left : {bytes.size() - 12, bytes.size() / 2, std::size_t{60}}) {
       const std::string error = input_error([&] { test::decoded(bytes.substr(0, left)); });
@@ -141,13 +154,13 @@ TEST(ImageDecode, KindsThatAreNotReadAreNamed) {
   expect_parts(input_error([&] { test::decoded(test::encoded(noisy(CV_32FC1), ".tiff")); }),
                {"1 channels of 32 bits", "8 or 16 bits", "convert the images"});
   expect_parts(input_error([&] { test::decoded("GIF89a"); }),
-               {"is of no known kind, expected a PNG, JPEG, PGM, BMP or TIFF image"});
+               {"is of no known kind, expected a PNG, JPEG, PGM, BMP, TIFF or WebP image"});
   expect_parts(input_error([&] { test::decoded(""); }), {"is empty"});
 }
 
 TEST(ImageDecode, NamesOfImagesEndInAnyLettersAndAreNotHidden) {
   for (const char* name :
-       {"0.png", "0.PNG", "a.Jpg", "a.jpeg", "b.pgm", "b.BMP", "c.tif", "c.tiff"}) {
+       {"0.png", "0.PNG", "a.Jpg", "a.jpeg", "b.pgm", "b.BMP", "c.tif", "c.tiff", "d.webp"}) {
     EXPECT_TRUE(is_image_name(name)) << name;
   }
   for (const char* name : {"._0.png", ".png", "0.txt", "png", "times.csv", "0.png.part"}) {

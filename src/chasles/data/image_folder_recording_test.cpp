@@ -137,7 +137,7 @@ TEST_F(ImageFolder, ATableMayNameItsFilesFromAnyFolderOfTheRecording) {
   expect_parts(r.remarks[0], {"2 of 6 images of cam0 are listed, but are not in its folder"});
   test::spill(folder / "images/cam0/times.csv", "time_ns,file\n5000000,right/0.png\n");
   expect_parts(error(), {"none of the 1 images of cam0 is there, such as", "cam0/right/0.png",
-                         "expected PNG, JPEG, PGM, BMP or TIFF files"});
+                         "expected PNG, JPEG, PGM, BMP, TIFF or WebP files"});
 }
 
 // Twelve bits in 16, as drivers of machine vision cameras write them; the first image is dark.

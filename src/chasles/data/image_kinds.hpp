@@ -33,6 +33,7 @@ ImageKind jpeg_kind();
 ImageKind pgm_kind();
 ImageKind bmp_kind();
 ImageKind tiff_kind();
+ImageKind webp_kind();
 
 /// "WHERE: HOW: the image is damaged, copy it again".
 [[noreturn]] void damaged_image(const std::string& where, const std::string& how);

@@ -5,6 +5,7 @@
 
 #include <chasles/data/image_recording.hpp>
 #include <chasles/data/parse.hpp>
+#include <chasles/data/sample_batches.hpp>
 #include <chasles/data/time_order.hpp>
 #include <chasles/data/time_spans.hpp>
 #include <chasles/error.hpp>
@@ -15,6 +16,7 @@ void tidy_samples(const std::filesystem::path& file, Recording& recording) {
   if (recording.imu.empty()) {
     throw InputError(fmt::format("{}: holds no sample, expected an IMU's", file.string()));
   }
+  spread_batches(recording.imu, "IMU samples", recording.remarks);
   std::vector<Time> times;
   for (const ImuSample& sample : recording.imu) times.push_back(sample.time);
   check_distinct(file.string(), "IMU samples", std::move(times));

@@ -15,7 +15,8 @@ namespace chasles {
 /// Images of a rig whose times differ by less belong to one frame.
 inline constexpr Time kSameInstant = std::chrono::milliseconds(2);
 
-/// Sorts the samples by time, and leaves out those that are not finite, with remarks. Throws
+/// Spreads batches of samples with one time (sample_batches.hpp), sorts the samples by time, and
+/// leaves out those that are not finite, with remarks. Throws
 /// InputError, with the name `file`, if none is left, or if most have the time of another.
 void tidy_samples(const std::filesystem::path& file, Recording& recording);
 

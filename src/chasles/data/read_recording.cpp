@@ -7,6 +7,7 @@
 
 #include <chasles/data/bags/bag_file.hpp>
 #include <chasles/data/bags/bag_paths.hpp>
+#include <chasles/data/bags/packed_file.hpp>
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/foreign_kinds.hpp>
 #include <chasles/data/gzip.hpp>
@@ -28,7 +29,7 @@ constexpr const char* kKnownKinds =
 
 std::string first_bytes(const std::filesystem::path& file) {
   check_regular_file(file);
-  std::array<char, 128> bytes{};
+  std::array<char, 512> bytes{};  // a tar archive has its mark at 257
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(fmt::format("{}: cannot be opened", file.string()));
   stream.read(bytes.data(), bytes.size());
@@ -71,9 +72,22 @@ Recording read_table(const std::filesystem::path& path) {
                                   : read_euroc_imu_recording(path);
 }
 
+// A bag or a table that is compressed as a whole.
+Recording read_packed(const std::filesystem::path& path, const std::string& first,
+                      const ReaderSettings& settings) {
+  const std::string_view packed = packed_as(first);
+  const std::string bytes = first_unpacked(path, first.size());
+  if (begins_bag(bytes)) return read_bag_recording(path, settings.cameras);
+  refuse_foreign(path, foreign_file(path, bytes.empty() ? first : bytes));
+  if (packed == "gz") return read_table(path);
+  unknown(path, fmt::format("is compressed as a whole ({}), and what it holds is of no known kind",
+                            packed));
+}
+
 Recording read_file_recording(const std::filesystem::path& path, const ReaderSettings& settings) {
   std::string bytes = first_bytes(path);
   remove_byte_order_mark(bytes);
+  if (!packed_as(bytes).empty()) return read_packed(path, bytes, settings);
   refuse_foreign(path, foreign_file(path, bytes));
   if (bytes.starts_with("PK\x03\x04") || bytes.starts_with("PK\x05\x06")) {
     return read_npz_recording(path, settings);
@@ -83,10 +97,8 @@ Recording read_file_recording(const std::filesystem::path& path, const ReaderSet
     return read_mat_recording(path);
   }
   if (begins_bag(bytes)) return read_bag_recording(path, settings.cameras);
-  if (is_gzip(bytes) || begins_euroc_imu(bytes) || begins_klt_tracks(bytes)) {
-    return read_table(path);
-  }
-  unknown(path, bytes.empty() ? "is empty" : "its first bytes are of no known kind");
+  if (begins_euroc_imu(bytes) || begins_klt_tracks(bytes)) return read_table(path);
+  unknown(path, "its first bytes are of no known kind");
 }
 
 Recording read_whatever(const std::filesystem::path& path, const ReaderSettings& settings) {

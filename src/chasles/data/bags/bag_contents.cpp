@@ -6,6 +6,9 @@
 
 #include <chasles/data/bags/bag_contents.hpp>
 #include <chasles/data/bags/file_bytes.hpp>
+#include <chasles/data/bags/image_copies.hpp>
+#include <chasles/data/bags/packed_file.hpp>
+#include <chasles/data/bags/sensor_times.hpp>
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/parse.hpp>
 #include <chasles/error.hpp>
@@ -17,6 +20,7 @@ namespace fs = std::filesystem;
 
 constexpr Time kLongestBreak = std::chrono::minutes(1);
 constexpr std::size_t kMostTransforms = 10'000;
+constexpr std::size_t kLongestFormat = 100;
 
 /// The times of recording of a file.
 struct FileSpan {
@@ -57,6 +61,7 @@ class StaticTransforms {
 void note_image(const RosMessage& message, TopicContents& topic) {
   if (topic.images.size() > 1) return;
   if (topic.topic.type == "sensor_msgs/CompressedImage") {
+    topic.format = ros_compressed_format(message).substr(0, kLongestFormat);
     const ImageSize size = stated_size(ros_compressed_image(message), message.where);
     topic.width = size.width;
     topic.height = size.height;
@@ -78,15 +83,25 @@ void add_image(const RosMessage& message, const BagImage& image, TopicContents& 
   }
 }
 
+bool is_moving(const BagTopic& topic) {
+  return (topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage") &&
+         (topic.name == "tf" || topic.name.ends_with("/tf"));
+}
+
 bool is_read(const BagTopic& topic) {
   return topic.wire != Wire::kOther &&
-         (topic.type.starts_with("sensor_msgs/") || topic.name.ends_with("tf_static"));
+         (topic.type.starts_with("sensor_msgs/") || topic.name.ends_with("tf_static") ||
+          is_moving(topic) || is_sensor_metadata(topic) || is_video_type(topic.type));
 }
 
 void take_message(const RosMessage& message, const BagImage& place, TopicContents& topic,
                   StaticTransforms& transforms) {
   if (topic.topic.type == "tf2_msgs/TFMessage" || topic.topic.type == "tf/tfMessage") {
     for (RosTransform& one : ros_transforms(message)) transforms.add(std::move(one), message.where);
+    return;
+  }
+  if (is_video_type(topic.topic.type)) {
+    if (topic.messages == 1) topic.format = packet_format(topic.topic.type, message);
     return;
   }
   const bool image = is_image(topic), imu = is_of(topic, "sensor_msgs/Imu");
@@ -107,24 +122,29 @@ void take_message(const RosMessage& message, const BagImage& place, TopicContent
 
 class BagScan {
  public:
-  void scan(const fs::path& path, BagContents& contents) {
-    const std::shared_ptr<BagFile> file = open_bag_file(path);
+  void scan(const OpenBag& bag, BagContents& contents) {
+    const fs::path& path = bag.path;
     const std::size_t number = contents.files.size();
     FileSpan span{.file = path};
     std::error_code ignored;
     unpacked_ = 0;
     budget_ = most_unpacked(fs::file_size(path, ignored));
     targets_.clear();
-    file->scan(
+    if (const std::string_view packed = packed_as_file(path); !packed.empty()) {
+      contents.remarks.push_back(
+          fmt::format("{} is compressed as a whole ({}): unpacked into a temporary file",
+                      path.string(), packed));
+    }
+    bag.file->scan(
         [&](const BagMessage& message) {
           const Time recorded = std::clamp(message.recorded, Time{}, Time(kLastNanosecond));
           span.begin = std::min(span.begin, recorded);
           span.end = std::max(span.end, recorded);
-          take(message, path, {.file = number, .place = message.place});
+          take(message, path, {.time = recorded, .file = number, .place = message.place});
         },
         contents.remarks);
     if (span.begin <= span.end) spans_.push_back(span);
-    contents.files.push_back(file);
+    contents.files.push_back(bag.file);
   }
 
   // The longest time without a message between two files, after the end of all files before.
@@ -143,11 +163,11 @@ class BagScan {
     }
   }
 
-  std::vector<RosTransform> transforms() { return std::move(transforms_.all); }
-  std::vector<TopicContents> topics() {
-    std::vector<TopicContents> topics;
-    for (auto& [name, topic] : topics_) topics.push_back(std::move(topic));
-    return topics;
+  void move_to(BagContents& contents) {
+    for (auto& [name, topic] : topics_) contents.topics.push_back(std::move(topic));
+    contents.transforms = std::move(transforms_.all);
+    contents.moving = std::move(moving_.all);
+    sensor_times_.apply(contents.topics, contents.remarks);
   }
 
  private:
@@ -161,7 +181,13 @@ class BagScan {
       std::string unpacked;
       unpack_message(target.message, unpacked);
       unpacked_ += unpacked.size();
-      take_message(target.message, place, topic, transforms_);
+      if (is_moving(*message.topic)) {
+        for (RosTransform& one : ros_transforms(target.message)) moving_.add(std::move(one));
+      } else if (is_sensor_metadata(*message.topic)) {
+        sensor_times_.add(*message.topic, target.message, place.time);
+      } else {
+        take_message(target.message, place, topic, transforms_);
+      }
     } catch (const InputError& error) {
       if (topic.damage.empty()) topic.damage = error.what();
     }
@@ -187,6 +213,8 @@ class BagScan {
   TopicMap topics_;
   std::map<const BagTopic*, ScanTarget> targets_;  // of the file that is scanned
   StaticTransforms transforms_;
+  MovingTransforms moving_;
+  SensorTimes sensor_times_;
   std::vector<FileSpan> spans_;
   std::uint64_t unpacked_ = 0, budget_ = 0;  // of messages that are compressed by themselves
 };
@@ -202,14 +230,23 @@ bool is_image(const TopicContents& topic) {
                                                !topic.topic.name.ends_with("/compressedDepth"));
 }
 
-BagContents scan_bags(const std::vector<fs::path>& files) {
+std::vector<OpenBag> open_bags(const std::vector<fs::path>& files) {
+  std::vector<OpenBag> bags;
+  for (const fs::path& file : files) bags.push_back({.path = file, .file = open_bag_file(file)});
+  return bags;
+}
+
+BagContents scan_open_bags(const std::vector<OpenBag>& bags) {
   BagContents contents;
   BagScan scan;
-  for (const fs::path& file : files) scan.scan(file, contents);
+  for (const OpenBag& bag : bags) scan.scan(bag, contents);
   scan.check_breaks();
-  contents.topics = scan.topics();
-  contents.transforms = scan.transforms();
+  scan.move_to(contents);
   return contents;
+}
+
+BagContents scan_bags(const std::vector<fs::path>& files) {
+  return scan_open_bags(open_bags(files));
 }
 
 }  // namespace chasles

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <chasles/data/bags/bag_file.hpp>
+#include <chasles/data/bags/moving_transforms.hpp>
 #include <chasles/data/bags/ros_messages.hpp>
 
 namespace chasles {
@@ -28,6 +29,7 @@ struct TopicContents {
   std::vector<ImuSample> imu;    ///< in the order of the files, with samples that are not finite
   std::vector<BagImage> images;  ///< in the order of the files
   std::string encoding = {};     ///< of the first sensor_msgs/Image
+  std::string format = {};       ///< of the first sensor_msgs/CompressedImage
   int width = 0, height = 0;     ///< of the first image; 0 if it could not be decoded [px]
   std::optional<RosCameraInfo> info = {};  ///< the first one
   std::string damage = {};                 ///< on the first message that could not be decoded
@@ -38,6 +40,7 @@ struct BagContents {
   std::vector<std::shared_ptr<const BagFile>> files;  ///< for reading the images
   std::vector<TopicContents> topics;                  ///< in order of name
   std::vector<RosTransform> transforms;               ///< of /tf_static, each once
+  std::vector<MovingTransform> moving;                ///< of /tf
   std::vector<std::string> remarks;
 };
 
@@ -45,9 +48,20 @@ struct BagContents {
 bool is_of(const TopicContents& topic, const std::string& type);
 bool is_image(const TopicContents& topic);  ///< raw or compressed
 
-/// Scans the files of one recording. Their messages may overlap in time. Throws InputError for a
-/// damaged file, and where more than a minute lies between two files: they are not of one
-/// recording.
+/// A file of a bag, and where it came from.
+struct OpenBag {
+  std::filesystem::path path;
+  std::shared_ptr<BagFile> file;
+};
+
+/// Opens the files of one recording. Throws InputError for what is no bag.
+std::vector<OpenBag> open_bags(const std::vector<std::filesystem::path>& files);
+
+/// Scans them. Their messages may overlap in time. The stamps that the SDK of a depth camera writes
+/// are replaced by the times of its sensors (sensor_times.hpp). Throws InputError for a damaged
+/// file, and where more than a minute lies between two files: they are not of one recording.
+BagContents scan_open_bags(const std::vector<OpenBag>& bags);
+/// Both.
 BagContents scan_bags(const std::vector<std::filesystem::path>& files);
 
 }  // namespace chasles

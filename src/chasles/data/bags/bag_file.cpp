@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/bags/bag_file.hpp>
+#include <chasles/data/bags/packed_file.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -28,27 +29,38 @@ BagTopic checked_topic(const std::string& where, std::string_view name, std::str
                   where, length, kLongestName));
 }
 
+namespace {
+
+// `state` of the file is for the message.
+std::unique_ptr<BagFile> open_plain(const std::filesystem::path& file, const std::string& name,
+                                    const std::string& state) {
+  std::array<char, 16> begin{};
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw InputError(name + ": cannot be opened");
+  stream.read(begin.data(), begin.size());
+  const std::string_view bytes(begin.data(), static_cast<std::size_t>(stream.gcount()));
+  if (bytes.starts_with("#ROSBAG V")) return open_ros1_bag(file, name);
+  if (bytes.starts_with(kMcapMagic)) return open_mcap_bag(file, name);
+  if (bytes.starts_with(kSqliteMagic)) return open_sqlite_bag(file, name);
+  throw InputError(fmt::format("{}:{} {}, expected a ROS 1 bag, an MCAP file or a .db3 of ROS 2",
+                               name, state,
+                               bytes.empty() ? "is empty" : "is no bag by its first bytes"));
+}
+
+}  // namespace
+
 bool begins_bag(std::string_view bytes) {
   return bytes.starts_with("#ROSBAG V") || bytes.starts_with(kMcapMagic) ||
          bytes.starts_with(kSqliteMagic);
 }
 
 std::unique_ptr<BagFile> open_bag_file(const std::filesystem::path& file) {
-  std::array<char, 16> begin{};
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw InputError(file.string() + ": cannot be opened");
-  stream.read(begin.data(), begin.size());
-  const std::string_view bytes(begin.data(), static_cast<std::size_t>(stream.gcount()));
-  if (bytes.starts_with("#ROSBAG V")) return open_ros1_bag(file);
-  if (bytes.starts_with(kMcapMagic)) return open_mcap_bag(file);
-  if (bytes.starts_with(kSqliteMagic)) return open_sqlite_bag(file);
-  if (bytes.starts_with("\x28\xb5\x2f\xfd")) {
-    throw InputError(fmt::format("{}: is compressed as a whole: decompress it (zstd -d {})",
-                                 file.string(), file.filename().string()));
+  if (const std::string_view packed = packed_as_file(file); !packed.empty()) {
+    TemporaryFile content = unpack_file(file);
+    return open_plain(content.named(), file.string(),
+                      fmt::format(" unpacked ({} as a whole)", packed));
   }
-  throw InputError(fmt::format("{}: {}, expected a ROS 1 bag, an MCAP file or a .db3 of ROS 2",
-                               file.string(),
-                               bytes.empty() ? "is empty" : "is no bag by its first bytes"));
+  return open_plain(file, file.string(), "");
 }
 
 }  // namespace chasles

@@ -16,8 +16,9 @@ namespace chasles {
 /// A topic of a bag and the type of its messages.
 struct BagTopic {
   std::string name;
-  std::string type;         ///< in the form of ROS 1, "sensor_msgs/Imu", for ROS 2 too
-  Wire wire = Wire::kRos1;  ///< the serialisation of the messages
+  std::string type;           ///< in the form of ROS 1, "sensor_msgs/Imu", for ROS 2 too
+  Wire wire = Wire::kRos1;    ///< the serialisation of the messages
+  std::string encoding = {};  ///< its name in the file, "protobuf"; empty in a bag of ROS 1
   bool operator==(const BagTopic&) const = default;
 };
 
@@ -52,7 +53,8 @@ class BagFile {
   virtual std::string read(const MessagePlace& place) const = 0;
 };
 
-/// Opens a file by its first bytes. Throws InputError for one of another kind.
+/// Opens a file by its first bytes. One that is compressed as a whole is unpacked into a temporary
+/// file first (packed_file.hpp). Throws InputError for one of another kind.
 std::unique_ptr<BagFile> open_bag_file(const std::filesystem::path& file);
 /// Whether the first bytes are those of such a file.
 bool begins_bag(std::string_view bytes);
@@ -65,10 +67,11 @@ std::string ros1_type(std::string_view name);
 BagTopic checked_topic(const std::string& where, std::string_view name, std::string_view type,
                        Wire wire);
 
-// One function for each kind of file; open_bag_file() chooses.
-std::unique_ptr<BagFile> open_ros1_bag(const std::filesystem::path& file);
-std::unique_ptr<BagFile> open_mcap_bag(const std::filesystem::path& file);
-std::unique_ptr<BagFile> open_sqlite_bag(const std::filesystem::path& file);
+// One function for each kind of file; open_bag_file() chooses. `name` is that of messages.
+std::unique_ptr<BagFile> open_ros1_bag(const std::filesystem::path& file, const std::string& name);
+std::unique_ptr<BagFile> open_mcap_bag(const std::filesystem::path& file, const std::string& name);
+std::unique_ptr<BagFile> open_sqlite_bag(const std::filesystem::path& file,
+                                         const std::string& name);
 
 inline constexpr std::string_view kRos1Magic = "#ROSBAG V2.0\n";
 inline constexpr std::string_view kMcapMagic("\x89MCAP0\r\n", 8);

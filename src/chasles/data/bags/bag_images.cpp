@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/bags/bag_images.hpp>
+#include <chasles/data/bags/image_copies.hpp>
 #include <chasles/data/bags/ros_image.hpp>
 #include <chasles/data/image_range.hpp>
 #include <chasles/data/image_recording.hpp>
@@ -66,8 +67,19 @@ class BagImages : public PairedImages {
   std::vector<CameraImages> cameras_;
 };
 
+// Images of a kind that is not read, as their messages say; one that is damaged is no such case.
+void check_format(const TopicContents& topic, const std::string& where) {
+  if (topic.width > 0 || topic.format.empty() || is_read_format(topic.format)) return;
+  throw InputError(fmt::format(
+      "{}: its images have the format '{}', expected one of {}, or raw images: play the bag, "
+      "convert with `ros2 run image_transport republish compressed raw --ros-args -r "
+      "in/compressed:={} -r out:={}`, and record that",
+      where, topic.format, kImageKindNames, topic.topic.name, raw_topic(topic.topic.name)));
+}
+
 void check_first(const TopicContents& topic, const Camera& camera, const std::string& where) {
   if (!topic.encoding.empty()) check_encoding(topic.encoding, where);
+  check_format(topic, where);
   if (topic.width == 0 || (topic.width == camera.width && topic.height == camera.height)) return;
   throw ImageSizeError(
       fmt::format("{}: its images have {} x {} pixels, expected {} x {} as in the "

@@ -38,10 +38,46 @@ std::optional<KalibrCalibration> kalibr_of(const BagPaths& paths, std::size_t ca
   return std::nullopt;
 }
 
-KalibrCalibration imu_of(const std::string& bag, const BagPaths& paths) {
+// A folder that rosbag2 did not describe may have its calibration beside it too; files in it alone
+// count where there are any.
+void look_above(BagPaths& paths) {
+  if (!paths.above) return;
+  const fs::path& folder = paths.folders.front();
+  if (find_kalibr(folder) || find_kalibr_imu(folder) || fs::exists(folder / "topics.yaml")) {
+    paths.folders.pop_back();
+    return;
+  }
+  paths.remarks.push_back(
+      fmt::format("{} has no calibration: that of the folder above it is taken", folder.string()));
+}
+
+// Throws if the first messages of a bag are all of a serialisation that is not read: without a
+// calibration that is the better reason.
+void refuse_foreign_messages(const OpenBag& bag) {
+  constexpr std::size_t kMostLooked = 1000;
+  struct Enough {};
+  std::vector<TopicContents> topics;
+  std::size_t looked = 0;
+  std::vector<std::string> ignored;
+  try {
+    bag.file->scan(
+        [&](const BagMessage& message) {
+          const bool known = message.topic->wire != Wire::kOther;
+          if (topics.empty() || known) topics.emplace_back().topic = *message.topic;
+          if (known || ++looked == kMostLooked) throw Enough{};
+        },
+        ignored);
+  } catch (const Enough&) {
+  }
+  check_serialisation(bag.path.string(), topics);
+}
+
+KalibrCalibration imu_of(const std::string& bag, const BagPaths& paths,
+                         const std::vector<OpenBag>& bags) {
   for (const fs::path& folder : paths.folders) {
     if (const auto file = find_kalibr_imu(folder)) return read_kalibr_imu(*file);
   }
+  for (const OpenBag& one : bags) refuse_foreign_messages(one);
   throw InputError(fmt::format(
       "{}: there is neither camchain-imucam.yaml nor imu.yaml beside it, expected Kalibr's two "
       "files, or, if the bag has CameraInfo and /tf_static, an imu.yaml with the noise of the IMU: "
@@ -90,11 +126,12 @@ void take_cameras(const std::string& bag, const BagContents& contents, const Cho
 
 Recording read_bag_recording(const fs::path& path, std::size_t cameras) {
   const std::string bag = path.string();
-  const BagPaths paths = find_bag_files(path);
-  for (const fs::path& file : paths.files) open_bag_file(file);  // what is no bag comes first
+  BagPaths paths = find_bag_files(path);
+  const std::vector<OpenBag> bags = open_bags(paths.files);  // what is no bag comes first
+  look_above(paths);
   const auto kalibr = kalibr_of(paths, cameras);
-  const KalibrCalibration calibration = kalibr ? *kalibr : imu_of(bag, paths);
-  const BagContents contents = scan_bags(paths.files);
+  const KalibrCalibration calibration = kalibr ? *kalibr : imu_of(bag, paths, bags);
+  const BagContents contents = scan_open_bags(bags);
   ChosenTopics chosen =
       choose_topics(bag, contents.topics, kalibr ? &*kalibr : nullptr, paths.folders, cameras);
   if (chosen.cameras.size() > cameras) {

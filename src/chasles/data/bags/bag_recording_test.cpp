@@ -77,6 +77,60 @@ INSTANTIATE_TEST_SUITE_P(Writers, WrittenBag,
                            return name;
                          });
 
+// `ros2 bag record --compression-mode file`.
+TEST_F(Bag, AFileThatIsCompressedAsAWholeHoldsTheWalk) {
+  const fs::path path = copy("db3_file", "packed");
+  test::write_kalibr(path);
+  for (const fs::path& given : {path, path / "db3_file.db3.zstd"}) {
+    const Recording r = read_recording(given);
+    expect_the_walk(r);
+    expect_parts(r.remarks.at(0), {"db3_file.db3.zstd is compressed as a whole (zstd)"});
+  }
+}
+
+TEST_F(Bag, OfImagesOfAnotherKindTheFormatIsNamed) {
+  std::string message = test::message_header(kStamp);
+  test::put_text(message, "rgb8; avif compressed bgr8");
+  test::put_text(message, "no image");
+  test::spill(folder / "walk.mcap",
+              test::mcap_of("/cam0/compressed", "sensor_msgs/CompressedImage", {message}));
+  const BagContents contents = scan_bags({folder / "walk.mcap"});
+  EXPECT_EQ(contents.topics.at(0).format, "rgb8; avif compressed bgr8");
+  const Camera camera{
+      .width = 8, .height = 6, .fx = 4, .fy = 4, .cx = 3.5, .cy = 2.5, .cam_T_imu = {}};
+  std::vector<std::string> remarks;
+  expect_parts(
+      input_error([&] {
+        open_bag_images(contents.files, {&contents.topics[0]}, {camera}, {}, "walk.mcap", remarks);
+      }),
+      {"walk.mcap: topic /cam0/compressed: its images have the format 'rgb8; avif",
+       "expected one of PNG", "republish compressed raw", "in/compressed:=/cam0/compressed",
+       "out:=/cam0`"});
+}
+
+// `rosbag record` was ended before it wrote a chunk.
+TEST_F(Bag, OfTheFirstLineAloneSaysWhy) {
+  test::write_kalibr(folder);
+  for (const std::size_t zeros : {0u, 40u}) {
+    test::spill(folder / "walk.bag.active", "#ROSBAG V2.0\n" + std::string(zeros, '\0'));
+    expect_parts(refusal(folder / "walk.bag.active"), {"walk.bag.active: ends before its first"});
+  }
+}
+
+TEST_F(Bag, OfForeignMessagesTheSerialisationIsNamed) {
+  std::string bytes = test::mcap_of("/camera", "foxglove.CompressedImage", {"abc"});
+  for (std::size_t at = 20; (at = bytes.find("ros1", at)) != std::string::npos; ++at) {
+    if (bytes[at + 4] == '\0') bytes.replace(at, 4, "json");
+  }
+  test::spill(folder / "walk.mcap", bytes);
+  const std::initializer_list<std::string> parts{"walk.mcap: its messages are serialised as json",
+                                                 "/camera of foxglove.CompressedImage",
+                                                 "ROS 2 (cdr)"};
+  expect_parts(refusal(folder / "walk.mcap"), parts);
+  test::write_kalibr(folder);
+  expect_parts(refusal(folder / "walk.mcap"), parts);
+}
+
 // rosbag2 puts a bag into a folder of its own: Kalibr's files may lie beside the folder.
 TEST_F(Bag, TheCalibrationMayLieBesideTheFolder) {
   const fs::path path = copy("db3", "walk");
@@ -291,7 +345,6 @@ TEST_F(Bag, ChangedBytesAreFoundByTheCheckSums) {
 
 TEST_F(Bag, WhatIsNoRecordingIsNamed) {
   test::write_kalibr(folder);
-  expect_parts(refusal(copy("db3_file", "packed")), {"db3_file.db3.zstd", "zstd -d"});
   std::string own("\x89MCAP0\r\n", 8), header;
   test::put_text(header, "");
   test::put_text(header, "chasles 1.2.3");

@@ -11,8 +11,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kCompressed = "/compressed";
-
 std::string without_slash(const std::string& name) {
   return name.starts_with('/') ? name.substr(1) : name;
 }
@@ -46,10 +44,10 @@ class TopicChoice {
       : bag_(bag), topics_(topics), kalibr_(kalibr) {
     for (const TopicContents& topic : topics) {
       if (is_of(topic, "sensor_msgs/Imu")) imus_.push_back(&topic);
-      if (!is_image(topic)) continue;
-      // Of a topic and its compressed copy the raw one.
+      if (!is_readable_image(topic)) continue;
+      // Of a topic and its compressed copy the raw one; take_camera() compares them.
       const auto raw = [&](const TopicContents& other) {
-        return other.topic.name == raw_topic(topic.topic.name) && is_image(other);
+        return other.topic.name == raw_topic(topic.topic.name) && is_readable_image(other);
       };
       const bool copy = raw_topic(topic.topic.name) != topic.topic.name &&
                         std::any_of(topics.begin(), topics.end(), raw);
@@ -71,17 +69,21 @@ class TopicChoice {
     }
     std::vector<const TopicContents*> all;
     for (const TopicContents& topic : topics_) {
-      if (is_image(topic)) all.push_back(&topic);
+      if (is_image(topic) || video_kind(topic)) all.push_back(&topic);
     }
     for (const std::string& name : names) {
-      take_camera(named(file, name, all, "sensor_msgs/Image or CompressedImage"),
-                  chosen_.cameras.size());
+      const TopicContents* topic = named(file, name, all, "sensor_msgs/Image or CompressedImage");
+      if (video_kind(*topic)) refuse_video(*topic);
+      take_exactly(topic, chosen_.cameras.size());
     }
   }
 
   void by_calibration() {
     choose_imu(kalibr_ != nullptr ? kalibr_->imu_topic : "");
-    if (images_.empty()) fail("a topic of sensor_msgs/Image or CompressedImage");
+    if (images_.empty()) {
+      if (const TopicContents* video = video_of("")) refuse_video(*video);
+      fail("a topic of sensor_msgs/Image or CompressedImage");
+    }
     if (kalibr_ == nullptr) {
       take_all();
     } else {
@@ -103,6 +105,20 @@ class TopicChoice {
         kalibr_ == nullptr ? "" : "the calibration has " + camera_list(*kalibr_) + "; ", expected));
   }
 
+  [[noreturn]] void refuse_video(const TopicContents& topic) const {
+    throw InputError(fmt::format("{}: {}", bag_, video_refusal(topic)));
+  }
+
+  // A video with the images of this topic, or (without a name) any video.
+  const TopicContents* video_of(const std::string& name) const {
+    const std::string images = without_slash(images_topic(name));
+    for (const TopicContents& topic : topics_) {
+      const bool same = without_slash(images_topic(topic.topic.name)) == images;
+      if ((name.empty() || same) && video_kind(topic)) return &topic;
+    }
+    return nullptr;
+  }
+
   const TopicContents* named(const fs::path& file, const std::string& name,
                              const std::vector<const TopicContents*>& of,
                              const std::string& type) const {
@@ -112,9 +128,13 @@ class TopicChoice {
     fail(fmt::format("the topic {} of {} as {} states", name, type, file.string()));
   }
 
-  void take_camera(const TopicContents* topic, std::size_t chain) {
+  void take_exactly(const TopicContents* topic, std::size_t chain) {
     chosen_.cameras.push_back(topic);
     chosen_.chain.push_back(chain);
+  }
+  // The topic, or its copy with more images.
+  void take_camera(const TopicContents* topic, std::size_t chain) {
+    take_exactly(fullest_copy(topics_, *topic, chosen_.remarks), chain);
   }
 
   void choose_imu(const std::string& name) {
@@ -134,7 +154,7 @@ class TopicChoice {
     if (name.empty()) return nullptr;
     const TopicContents* found = nullptr;
     for (const TopicContents& topic : topics_) {
-      if (!is_image(topic)) continue;
+      if (!is_readable_image(topic)) continue;
       if (without_slash(topic.topic.name) == without_slash(name)) return &topic;
       if (without_slash(raw_topic(topic.topic.name)) != without_slash(raw_topic(name))) continue;
       if (found == nullptr || topic.topic.type == "sensor_msgs/Image") found = &topic;
@@ -145,6 +165,11 @@ class TopicChoice {
   void take_named() {
     for (std::size_t c = 0; c < kalibr_->cameras.size(); ++c) {
       if (const TopicContents* topic = copy_of(kalibr_->camera_topics[c])) take_camera(topic, c);
+    }
+    if (!chosen_.cameras.empty()) return;
+    for (const std::string& name : kalibr_->camera_topics) {
+      const TopicContents* video = name.empty() ? nullptr : video_of(name);
+      if (video != nullptr) refuse_video(*video);
     }
   }
 
@@ -186,9 +211,13 @@ class TopicChoice {
       const auto& chain = chosen_.chain;
       if (std::find(chain.begin(), chain.end(), c) != chain.end()) continue;
       const std::string& name = kalibr_->camera_topics[c];
-      chosen_.remarks.push_back(fmt::format(
-          "cam{} of the calibration is left out: the bag, which holds {}, has no images of {}", c,
-          topic_list(topics_), name.empty() ? fmt::format("cam{}", c) : name));
+      const TopicContents* video = name.empty() ? nullptr : video_of(name);
+      chosen_.remarks.push_back(
+          video != nullptr
+              ? fmt::format("cam{} of the calibration is left out: {}", c, video_refusal(*video))
+              : fmt::format("cam{} of the calibration is left out: the bag, which holds {}, has no "
+                            "images of {}",
+                            c, topic_list(topics_), name.empty() ? fmt::format("cam{}", c) : name));
     }
   }
 
@@ -201,13 +230,21 @@ class TopicChoice {
 
 }  // namespace
 
-std::string raw_topic(const std::string& name) {
-  return name.ends_with(kCompressed) ? name.substr(0, name.size() - kCompressed.size()) : name;
+void check_serialisation(const std::string& bag, const std::vector<TopicContents>& topics) {
+  const auto foreign = [](const TopicContents& topic) { return topic.topic.wire == Wire::kOther; };
+  if (topics.empty() || !std::ranges::all_of(topics, foreign)) return;
+  const BagTopic& first = topics.front().topic;
+  throw InputError(fmt::format(
+      "{}: its messages are serialised as {} ({:.100} of {:.100}), expected those of ROS 1 or of "
+      "ROS 2 (cdr): write the images and samples as ROS messages, or as a folder of images with "
+      "imu.csv (docs/formats.md)",
+      bag, first.encoding.empty() ? "an unknown format" : first.encoding, first.name, first.type));
 }
 
 ChosenTopics choose_topics(const std::string& bag, const std::vector<TopicContents>& topics,
                            const KalibrCalibration* kalibr, const std::vector<fs::path>& folders,
                            std::size_t cameras) {
+  check_serialisation(bag, topics);
   TopicChoice choice(bag, topics, kalibr);
   const auto file = std::find_if(folders.begin(), folders.end(), [](const fs::path& folder) {
     return fs::exists(folder / "topics.yaml");

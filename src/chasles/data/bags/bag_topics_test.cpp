@@ -110,6 +110,75 @@ TEST_F(BagTopics, AFileHasPrecedence) {
   expect_parts(input_error([&] { choose(kStereo, chain({"", ""})); }), {"expected 2 cameras"});
 }
 
+// Images at 0, 1, 2, … ms.
+void add_images(TopicContents& topic, int count, int step = 1) {
+  for (int i = 0; i < count; i += step) {
+    topic.images.push_back({.time = std::chrono::milliseconds(i)});
+  }
+}
+
+// The disk was too slow for the raw images: two of three were lost.
+TEST_F(BagTopics, OfCopiesTheFullestIsTaken) {
+  std::vector<TopicContents> all = kStereo;
+  add_images(all[1], 120, 3);
+  add_images(all[2], 120);
+  add_images(all[3], 120);
+  for (const KalibrCalibration& kalibr :
+       {chain({"/left", "/right"}), chain({"/left/compressed", "/right"})}) {
+    const ChosenTopics chosen = choose(all, kalibr);
+    EXPECT_EQ(names(chosen), (Names{"/left/compressed", "/right"}));
+    if (kalibr.camera_topics[0] == "/left/compressed") continue;
+    ASSERT_EQ(chosen.remarks.size(), 1u);
+    expect_parts(chosen.remarks[0], {"/left has images at 40 times", "/left/compressed at 120",
+                                     "the images of /left/compressed are taken"});
+  }
+  const ChosenTopics without = choose_topics("walk.bag", all, nullptr, {folder});
+  EXPECT_EQ(names(without), (Names{"/left/compressed", "/right"}));
+  test::spill(folder / "topics.yaml", "imu: /imu0\ncameras: [/left, /right]\n");
+  EXPECT_EQ(names(choose(all, chain({"", ""}))), (Names{"/left", "/right"})) << "as it was asked";
+}
+
+// The other way round, and repeated stamps count once.
+TEST_F(BagTopics, OfCopiesThatAreAsFullTheRawOneStays) {
+  std::vector<TopicContents> all = kStereo;
+  add_images(all[1], 120);
+  add_images(all[2], 120);
+  add_images(all[2], 120);
+  EXPECT_EQ(choose(all, chain({"/left"})).remarks.size(), 0u);
+  all[2].images.push_back({.time = std::chrono::seconds(1)});
+  const ChosenTopics nearly = choose(all, chain({"/left"}));
+  EXPECT_EQ(names(nearly), Names{"/left"}) << "one image in 121 is not worth lossy ones";
+  expect_parts(nearly.remarks.at(0), {"at 120 times", "at 121", "of /left are taken"});
+  all[2].images.resize(10);
+  EXPECT_EQ(names(choose(all, chain({"/left/compressed"}))), Names{"/left"});
+}
+
+TEST_F(BagTopics, AVideoIsRefusedInOneLine) {
+  auto all = topics({{"/imu0", "sensor_msgs/Imu"},
+                     {"/left/ffmpeg", "ffmpeg_image_transport_msgs/FFMPEGPacket"},
+                     {"/depth", kImage}});
+  all[1].format = "libx264";
+  const auto error = [&](const KalibrCalibration& kalibr) {
+    return input_error([&] { choose(all, kalibr); });
+  };
+  expect_parts(
+      error(chain({"/left"})),
+      {"walk.bag: /left/ffmpeg is libx264 video (ffmpeg_image_transport_msgs/FFMPEGPacket)",
+       "republish ffmpeg raw", "out:=/left"});
+  all = topics({{"/imu0", "sensor_msgs/Imu"}, {"/left/compressed", kPacked}});
+  all[1].format = "h264";
+  expect_parts(error(chain({"/left"})),
+               {"/left/compressed is h264 video", "the format 'h264'", "ffmpeg -i cam0.h264"});
+  expect_parts(error(chain({""})), {"h264 video"});
+  test::spill(folder / "topics.yaml", "imu: /imu0\ncameras: [/left/compressed]\n");
+  expect_parts(error(chain({""})), {"h264 video"});
+  fs::remove(folder / "topics.yaml");
+  all.push_back(topics({{"/right", kImage}})[0]);
+  const ChosenTopics one = choose(all, chain({"/left", "/right"}));
+  EXPECT_EQ(names(one), Names{"/right"});
+  expect_parts(one.remarks.at(0), {"cam0 of the calibration is left out", "h264 video"});
+}
+
 TEST_F(BagTopics, WhatIsMissingIsNamed) {
   const auto error = [&](const std::vector<TopicContents>& all) {
     return input_error([&] { choose(all, chain({""})); });

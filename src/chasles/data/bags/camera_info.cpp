@@ -111,4 +111,33 @@ std::optional<SE3> find_transform(const std::vector<RosTransform>& transforms,
   return found == known.end() ? std::nullopt : std::optional<SE3>(found->second);
 }
 
+std::optional<std::vector<std::size_t>> find_chain(const std::vector<RosTransform>& transforms,
+                                                   const std::string& to, const std::string& from) {
+  std::multimap<std::string_view, std::size_t> of_frame;
+  for (std::size_t i = 0; i < transforms.size(); ++i) {
+    of_frame.emplace(transforms[i].parent, i);
+    of_frame.emplace(transforms[i].child, i);
+  }
+  std::map<std::string_view, std::size_t> by;  // the transform that led to each frame
+  std::deque<std::string_view> next{from};
+  const auto other_end = [&](std::size_t i, std::string_view frame) -> std::string_view {
+    return transforms[i].parent == frame ? transforms[i].child : transforms[i].parent;
+  };
+  while (!next.empty() && !by.contains(to)) {
+    const std::string_view frame = next.front();
+    next.pop_front();
+    const auto [begin, end] = of_frame.equal_range(frame);
+    for (auto step = begin; step != end; ++step) {
+      const std::string_view there = other_end(step->second, frame);
+      if (there != from && by.emplace(there, step->second).second) next.push_back(there);
+    }
+  }
+  if (to != from && !by.contains(to)) return std::nullopt;
+  std::vector<std::size_t> chain;
+  for (std::string_view frame = to; frame != from; frame = other_end(chain.back(), frame)) {
+    chain.push_back(by.at(frame));
+  }
+  return chain;
+}
+
 }  // namespace chasles

@@ -20,4 +20,9 @@ Camera camera_of(const RosCameraInfo& info, bool rectified, const std::string& w
 std::optional<SE3> find_transform(const std::vector<RosTransform>& transforms,
                                   const std::string& to, const std::string& from);
 
+/// The transforms of the shortest such chain, by their places in the list; none if the frames are
+/// not connected.
+std::optional<std::vector<std::size_t>> find_chain(const std::vector<RosTransform>& transforms,
+                                                   const std::string& to, const std::string& from);
+
 }  // namespace chasles

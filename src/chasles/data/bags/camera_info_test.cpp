@@ -2,6 +2,7 @@
 #include <chasles/data/bags/camera_info.hpp>
 #include <chasles/data/bomb_testing.hpp>
 #include <chasles/data/testing.hpp>
+#include <chasles/lie/so3.hpp>
 
 namespace chasles {
 namespace {
@@ -109,6 +110,53 @@ TEST(CameraInfo, ARectifiedPairInTwoFramesIsPlacedByThem) {
   const Recording r = calibrated(rectified_pair("left", "right"));
   const Eigen::Vector3d p_cam1 = r.cameras[1].cam_T_imu * Eigen::Vector3d(1.1, 2, 3);
   EXPECT_LT(p_cam1.norm(), 1e-12);
+}
+
+// Drivers publish what is mounted firmly on /tf too.
+TEST(CameraInfo, ConstantTransformsOfTfCountWhereTheStaticOnesLackThem) {
+  BagContents contents = rectified_pair("left", "right");
+  const std::vector<RosTransform> tree = std::exchange(contents.transforms, {});
+  const auto publish = [&](double step, double turn) {
+    MovingTransforms moving;
+    for (int i = 0; i < 60; ++i) {
+      for (RosTransform one : tree) {
+        one.parent_T_child.p.x() += step * i;
+        one.parent_T_child.R = so3::exp({0, turn * i, 0});
+        moving.add(std::move(one));
+      }
+    }
+    contents.moving = std::move(moving.all);
+  };
+  publish(0, 0);
+  const Recording r = calibrated(contents);
+  EXPECT_LT((r.cameras[1].cam_T_imu * Eigen::Vector3d(1.1, 2, 3)).norm(), 1e-12);
+  ASSERT_EQ(r.remarks.size(), 4u);
+  expect_parts(r.remarks[0], {"'imu' to 'left', published 60 times, moves by up to 0 m and 0 deg",
+                              "taken from /tf"});
+  expect_parts(r.remarks[1], {"calibrated by /left/camera_info and /tf ('imu' to 'left')"});
+  publish(1e-7, 1e-7);
+  EXPECT_EQ(calibrated(contents).cameras.size(), 2u) << "the noise of an attitude in floats";
+  publish(0.01, 0);
+  expect_parts(input_error([&] { calibrated(contents); }),
+               {"its 0 static transforms", "/tf leads there, but 'imu' to 'left'",
+                "moves by up to 0.59 m and 0 deg", "Kalibr's files"});
+  publish(0, 0.01);
+  expect_parts(input_error([&] { calibrated(contents); }), {"moves by up to 0 m and 34 deg"});
+  // One of the two is static, and that one counts.
+  contents.transforms = {tree[0]};
+  publish(0, 0);
+  contents.moving[0].first.parent_T_child.p.x() = 7;
+  const Recording mixed = calibrated(contents);
+  EXPECT_LT((mixed.cameras[0].cam_T_imu * Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
+  EXPECT_LT((mixed.cameras[1].cam_T_imu * Eigen::Vector3d(1.1, 2, 3)).norm(), 1e-12);
+}
+
+TEST(CameraInfo, AChainIsTheShortest) {
+  const std::vector<RosTransform> tree{
+      {"base", "imu", {}}, {"odom", "base", {}}, {"base", "mast", {}}, {"mast", "camera", {}}};
+  EXPECT_EQ(find_chain(tree, "camera", "imu"), (std::vector<std::size_t>{3, 2, 0}));
+  EXPECT_EQ(find_chain(tree, "imu", "imu"), std::vector<std::size_t>{});
+  EXPECT_FALSE(find_chain(tree, "x", "imu"));
 }
 
 TEST(CameraInfo, TwoCamerasAtOnePlaceAreRefused) {

@@ -16,7 +16,7 @@ namespace chasles {
 /// chunk are read from the file; of the compressed chunks the last few stay in memory.
 class ChunkedBag : public BagFile {
  public:
-  explicit ChunkedBag(const std::filesystem::path& file) : file_(file) {}
+  ChunkedBag(const std::filesystem::path& file, const std::string& name) : file_(file, name) {}
   std::string read(const MessagePlace& place) const override;
 
  protected:

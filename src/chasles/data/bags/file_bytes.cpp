@@ -1,3 +1,5 @@
+#include <utility>
+
 #include <fmt/format.h>
 
 #include <chasles/data/bags/file_bytes.hpp>
@@ -13,8 +15,8 @@ std::uint64_t most_unpacked(std::uint64_t file_size) {
   return 2 * read_budget().bytes + kMostBagInflation * file_size;
 }
 
-FileBytes::FileBytes(const std::filesystem::path& file)
-    : name_(file.string()), stream_(file, std::ios::binary), largest_(largest_piece()) {
+FileBytes::FileBytes(const std::filesystem::path& file, std::string name)
+    : name_(std::move(name)), stream_(file, std::ios::binary), largest_(largest_piece()) {
   if (!stream_) throw InputError(name_ + ": cannot be opened");
   stream_.seekg(0, std::ios::end);
   size_ = static_cast<std::uint64_t>(stream_.tellg());

@@ -11,8 +11,8 @@ namespace chasles {
 /// allocated before the size is compared with that of the file.
 class FileBytes {
  public:
-  /// Throws InputError if the file cannot be opened.
-  explicit FileBytes(const std::filesystem::path& file);
+  /// `name` is that of messages. Throws InputError if the file cannot be opened.
+  FileBytes(const std::filesystem::path& file, std::string name);
 
   std::uint64_t size() const { return size_; }
   const std::string& name() const { return name_; }

@@ -72,7 +72,7 @@ Wire wire_of(std::string_view encoding) {
 
 class McapBag : public ChunkedBag {
  public:
-  explicit McapBag(const std::filesystem::path& file) : ChunkedBag(file) {
+  McapBag(const std::filesystem::path& file, const std::string& name) : ChunkedBag(file, name) {
     constexpr std::uint64_t kBegin = 256;  // the first record, the header, is shorter in ours
     const std::uint64_t at = kMcapMagic.size();
     const std::string begin = file_.read(at, std::min(kBegin, file_.size() - at));
@@ -180,8 +180,10 @@ class McapBag : public ChunkedBag {
     } else if (op == McapOp::kChannel) {
       const auto number = fields.number<std::uint16_t>(), schema = fields.number<std::uint16_t>();
       const std::string_view name = fields.text();
-      channels_.insert(
-          {number, checked_topic(file_.name(), name, schemas_[schema], wire_of(fields.text()))});
+      const std::string_view encoding = fields.text();
+      BagTopic topic = checked_topic(file_.name(), name, schemas_[schema], wire_of(encoding));
+      topic.encoding = encoding.substr(0, 64);
+      channels_.insert({number, std::move(topic)});
     } else if (op == McapOp::kMessage) {
       const auto number = fields.number<std::uint16_t>();
       const auto channel = channels_.find(number);
@@ -215,8 +217,8 @@ class McapBag : public ChunkedBag {
 
 }  // namespace
 
-std::unique_ptr<BagFile> open_mcap_bag(const std::filesystem::path& file) {
-  return std::make_unique<McapBag>(file);
+std::unique_ptr<BagFile> open_mcap_bag(const std::filesystem::path& file, const std::string& name) {
+  return std::make_unique<McapBag>(file, name);
 }
 
 }  // namespace chasles

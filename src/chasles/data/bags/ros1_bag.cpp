@@ -80,15 +80,24 @@ class BagFields {
 
 class Ros1Bag : public ChunkedBag {
  public:
-  explicit Ros1Bag(const std::filesystem::path& file) : ChunkedBag(file) {
+  Ros1Bag(const std::filesystem::path& file, const std::string& name) : ChunkedBag(file, name) {
     const std::uint64_t version = kRos1Magic.size();
     if (file_.size() < version || file_.read(0, version) != kRos1Magic) {
-      throw InputError(file_.name() +
-                       ": is no bag of the format 2.0: `rosbag fix` converts old ones");
+      throw InputError(
+          file_.name() +
+          ": is no bag of the format 2.0: `rosbag fix OLD NEW` converts those of older "
+          "formats");
     }
   }
 
   void scan(const Visit& visit, std::vector<std::string>& remarks) override {
+    const bool begun = file_.holds(kRos1Magic.size(), 4) &&
+                       number_of<std::uint32_t>(file_.read(kRos1Magic.size(), 4)) > 0;
+    if (!begun) {
+      throw InputError(file_.name() +
+                       ": ends before its first message: `rosbag record` still runs, or was ended "
+                       "by force before it wrote one");
+    }
     const BagRecord bag = record(kRos1Magic.size());
     const BagFields fields(bag.header, file_, kRos1Magic.size());
     if (fields.op() != BagOp::kBag) file_.fail(kRos1Magic.size(), "there is no bag header");
@@ -215,8 +224,8 @@ class Ros1Bag : public ChunkedBag {
 
 }  // namespace
 
-std::unique_ptr<BagFile> open_ros1_bag(const std::filesystem::path& file) {
-  return std::make_unique<Ros1Bag>(file);
+std::unique_ptr<BagFile> open_ros1_bag(const std::filesystem::path& file, const std::string& name) {
+  return std::make_unique<Ros1Bag>(file, name);
 }
 
 }  // namespace chasles

@@ -68,6 +68,12 @@ std::string_view ros_compressed_image(const RosMessage& message) {
   return fields.bytes();
 }
 
+std::string_view ros_compressed_format(const RosMessage& message) {
+  MessageFields fields = fields_of(message);
+  fields.header();
+  return fields.text();
+}
+
 RosCameraInfo ros_camera_info(const RosMessage& message) {
   MessageFields fields = fields_of(message);
   fields.header();

@@ -44,8 +44,10 @@ struct RosImage {
 };
 RosImage ros_image(const RosMessage& message);
 
-/// sensor_msgs/CompressedImage: the bytes of a PNG or a JPEG.
+/// sensor_msgs/CompressedImage: the bytes of an image file, and what it says of their format:
+/// "jpeg", "mono8; png compressed mono8", "h264".
 std::string_view ros_compressed_image(const RosMessage& message);
+std::string_view ros_compressed_format(const RosMessage& message);
 
 /// sensor_msgs/CameraInfo.
 struct RosCameraInfo {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <utility>
 
 #include <fmt/format.h>
 #include <sqlite3.h>
@@ -60,8 +61,8 @@ std::uint64_t bytes_of(const std::filesystem::path& file) {
 
 class SqliteBag : public BagFile {
  public:
-  explicit SqliteBag(const std::filesystem::path& file)
-      : name_(file.string()), bytes_(bytes_of(file)), database_(nullptr, &sqlite3_close) {
+  SqliteBag(const std::filesystem::path& file, std::string name)
+      : name_(std::move(name)), bytes_(bytes_of(file)), database_(nullptr, &sqlite3_close) {
     sqlite3* opened = nullptr;
     const int result = sqlite3_open_v2(uri_of(file).c_str(), &opened,
                                        SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
@@ -124,10 +125,11 @@ class SqliteBag : public BagFile {
   void read_topics() {
     const Statement rows = prepare("SELECT id, name, type, serialization_format FROM topics");
     while (step(rows)) {
-      const bool cdr = text_of(rows.get(), 3) == "cdr";
-      topics_.insert({sqlite3_column_int64(rows.get(), 0),
-                      checked_topic(name_, text_of(rows.get(), 1), text_of(rows.get(), 2),
-                                    cdr ? Wire::kCdr : Wire::kOther)});
+      const std::string encoding = text_of(rows.get(), 3);
+      BagTopic topic = checked_topic(name_, text_of(rows.get(), 1), text_of(rows.get(), 2),
+                                     encoding == "cdr" ? Wire::kCdr : Wire::kOther);
+      topic.encoding = encoding.substr(0, 64);
+      topics_.insert({sqlite3_column_int64(rows.get(), 0), std::move(topic)});
     }
   }
 
@@ -164,8 +166,9 @@ class SqliteBag : public BagFile {
 
 }  // namespace
 
-std::unique_ptr<BagFile> open_sqlite_bag(const std::filesystem::path& file) {
-  return std::make_unique<SqliteBag>(file);
+std::unique_ptr<BagFile> open_sqlite_bag(const std::filesystem::path& file,
+                                         const std::string& name) {
+  return std::make_unique<SqliteBag>(file, name);
 }
 
 }  // namespace chasles
