@@ -13,13 +13,17 @@
 
 #include "diagnosis.hpp"
 #include "remarks.hpp"
+#include "run_input.hpp"
 #include "subcommands.hpp"
+#include "truth_settling.hpp"
 
 namespace chasles::app {
 namespace {
 
 struct CheckOptions {
   std::filesystem::path recording;
+  std::filesystem::path truth = {};
+  TruthOptions truth_options = {};
   double seconds = kCheckedSeconds;
   bool json = false;
 };
@@ -108,8 +112,30 @@ nlohmann::ordered_json json_of(const Recording& recording, const CheckReport& re
   return json;
 }
 
+Recording read_checked(const CheckOptions& o) {
+  Recording recording = read_recording(o.recording);
+  const RemarksOnError remarks(recording);
+  recording.pairing = pairing_from(o.truth_options);
+  if (!o.truth.empty()) {
+    replace_truth(recording, o.truth, o.truth_options);
+  } else if (!recording.truth.empty()) {
+    mend_own_truth(recording, o.truth_options);
+  }
+  if (!recording.truth.empty() && is_offset_auto(o.truth_options)) {
+    if (recording.imu.empty()) {
+      throw UsageError(
+          "--truth-time-offset auto: the recording has no gyroscope, expected seconds");
+    }
+    const SettledTruth settled =
+        settle_truth(gyroscope_reference(recording),
+                     {.estimate_offset = true, .pairing = recording.pairing}, recording.truth);
+    for (const std::string& remark : settled.remarks) recording.remarks.push_back(remark);
+  }
+  return recording;
+}
+
 int run(const CheckOptions& o) {
-  const Recording recording = read_recording(o.recording);
+  const Recording recording = read_checked(o);
   const RemarksOnError remarks(recording);
   const CheckReport report = diagnose(recording, o.seconds);
   fmt::print("{}",
@@ -128,6 +154,12 @@ Action declare_check(CLI::App& parser) {
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1e5))
       ->type_name("S");
+  parser
+      .add_option("--truth", o->truth,
+                  "True trajectory, as for run (default: the recording's own): it is examined with "
+                  "the gyroscope")
+      ->type_name("FILE");
+  declare_truth(parser, o->truth_options, "Truth");
   parser.add_flag("--json", o->json, "Print facts and findings as JSON");
   return [o] { return run(*o); };
 }

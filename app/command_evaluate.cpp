@@ -13,13 +13,13 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/evaluation.hpp>
-#include <chasles/eval/truth_tilt.hpp>
 
 #include "run_figures.hpp"
-#include "run_input.hpp"
 #include "subcommands.hpp"
 #include "thresholds.hpp"
+#include "truth_mending.hpp"
 #include "truth_options.hpp"
+#include "truth_settling.hpp"
 
 namespace chasles::app {
 namespace {
@@ -38,7 +38,10 @@ struct EvaluatedEstimate {
   TruthPairing pairing = {};
   std::optional<double> coverage = {}, truth_tilt_deg = {};  ///< of the run
   std::string chart = "standard";
-  bool level = false;  ///< its world's z axis is vertical
+  bool level = false;                   ///< its world's z axis is vertical
+  std::vector<KnownFrame> frames = {};  ///< of the run
+  bool attitudes = true;                ///< the truth has them
+  std::vector<TruthFinding> findings = {};
 };
 
 bool is_run_folder(const std::filesystem::path& path) {
@@ -75,6 +78,8 @@ EvaluatedEstimate read_estimate(const std::filesystem::path& path,
   }
   estimate.pairing = run.pairing;
   const auto summary = read_summary(path);
+  estimate.frames = known_frames(summary);
+  estimate.attitudes = summary.value("truth_attitudes", true);
   const auto chart = summary.find("chart"), coverage = summary.find("coverage"),
              tilt = summary.find("truth_tilt_deg");
   if (chart != summary.end() && chart->is_string()) estimate.chart = chart->get<std::string>();
@@ -83,35 +88,55 @@ EvaluatedEstimate read_estimate(const std::filesystem::path& path,
   return estimate;
 }
 
-// The truth to compare with: the given one or the run's, turned to be level where it is not.
+TruthReference reference_of(const EvaluatedEstimate& estimate) {
+  TruthReference reference{
+      .name = "the estimate", .poses = {}, .level = {}, .frames = estimate.frames};
+  if (!estimate.covariances.empty()) reference.level = estimate.level;
+  for (const StampedPose& row : estimate.trajectory) {
+    if (row.pose.R.allFinite() && row.pose.p.allFinite()) reference.poses.push_back(row);
+  }
+  return reference;
+}
+
+// The truth to compare with: the given one or the run's, in the form that the options state. Of one
+// whose times have nothing in common with the estimate's the offset is added to the error.
 void take_truth(const EvaluateOptions& o, EvaluatedEstimate& estimate,
                 std::vector<std::string>& remarks) {
-  std::optional<bool> stated = true;  // the run has turned its truth if it was not
+  StatedTruth truth{.poses = std::move(estimate.truth),
+                    .level = true,  // the run has turned its truth if it was not
+                    .attitudes = estimate.attitudes};
   if (!o.truth.empty()) {
-    StatedTruth truth = read_truth(o.truth, remarks);
-    estimate.truth = std::move(truth.poses);
+    truth = read_truth(o.truth, remarks);
     estimate.truth_tilt_deg.reset();
-    stated = truth.level;
   }
-  if (estimate.truth.empty()) {
+  if (truth.poses.empty()) {
     throw UsageError(fmt::format("{} has no truth: expected a TRUTH", o.estimate.string()));
   }
-  const bool level = is_truth_level(o.truth_options, stated, estimate.truth);
+  mend_truth(o.truth_options, estimate.frames, truth);
+  const bool level = is_truth_level(o.truth_options, truth.level, truth.poses);
   const bool run = !estimate.covariances.empty();
   if (run && !estimate.level) check_level_is_auto(o.truth_options);
   // Of a trajectory alone it is not known whether its z axis is vertical.
   const bool vertical = run ? estimate.level : o.truth_options.level == "no";
-  if (level || !vertical) return;
-  const TruthTilt tilt = turn_to_level(estimate.truth, estimate.trajectory,
-                                       pairing_from(o.truth_options, estimate.pairing));
-  estimate.truth_tilt_deg = tilt.degrees;
-  remarks.push_back(tilt_remark(tilt.degrees));
+  const SettledTruth settled =
+      settle_truth(reference_of(estimate),
+                   {.attitudes = truth.attitudes,
+                    .point_imu = truth.point_imu,
+                    .estimate_offset = is_offset_auto(o.truth_options),
+                    .turn_to_level = !level && vertical,
+                    .pairing = pairing_from(o.truth_options, estimate.pairing)},
+                   truth.poses);
+  estimate.truth = std::move(truth.poses);
+  estimate.attitudes = settled.attitudes;
+  estimate.findings = settled.findings;
+  if (settled.tilt) estimate.truth_tilt_deg = settled.tilt->degrees;
+  remarks.insert(remarks.end(), settled.remarks.begin(), settled.remarks.end());
+  for (const TruthFinding& finding : settled.findings) remarks.push_back(sentence(finding));
 }
 
 void warn_of_misreading(const EvaluatedEstimate& estimate, const TruthPairing& pairing) {
   constexpr double kRounding = 1e-9;  // [m]
   const MatchedTrajectories matched = associate(estimate.trajectory, estimate.truth, pairing);
-  if (const auto remark = remark_on_quaternions(matched)) spdlog::warn("{}", *remark);
   if (absolute_error(matched, Alignment::kNone).position_m.max > kRounding) return;
   spdlog::warn("the estimate equals the truth at all {} stamps: is it the same trajectory twice?",
                matched.truth.size());
@@ -136,6 +161,7 @@ int run(const EvaluateOptions& o) {
   EvaluationOptions options;
   options.pose_error = pose_error_of(estimate.chart);
   options.level = estimate.level;
+  options.attitudes = estimate.attitudes;
   options.pairing = pairing_from(o.truth_options, estimate.pairing);
   const Evaluation evaluation =
       evaluate(estimate.trajectory, estimate.truth, estimate.covariances, options);
@@ -143,6 +169,8 @@ int run(const EvaluateOptions& o) {
   nlohmann::ordered_json json = figures_json(evaluation);
   if (estimate.coverage) json["coverage"] = *estimate.coverage;
   if (estimate.truth_tilt_deg) json["truth_tilt_deg"] = *estimate.truth_tilt_deg;
+  if (!estimate.attitudes) json["truth_attitudes"] = false;
+  if (!estimate.findings.empty()) json["truth_findings"] = truth_findings_json(estimate.findings);
   fmt::print("{}", o.json       ? json_text(json, 2) + "\n"
                    : o.markdown ? markdown(evaluation)
                                 : to_text(evaluation));
@@ -161,9 +189,10 @@ Action declare_evaluate(CLI::App& parser) {
       ->required()
       ->type_name("");
   parser
-      .add_option("TRUTH", o->truth,
-                  "Trajectory of the IMU, or a recording that has the truth (default: that of the "
-                  "run folder)")
+      .add_option(
+          "TRUTH", o->truth,
+          "Trajectory of the IMU, a bag with its poses (FILE or FILE:TOPIC), or a recording "
+          "that has the truth (default: that of the run folder)")
       ->type_name("");
   CLI::Option* json = parser.add_flag("--json", o->json, "Print the figures as JSON");
   parser.add_flag("--markdown", o->markdown, "Print the tables as Markdown")->excludes(json);

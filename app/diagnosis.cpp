@@ -11,6 +11,7 @@
 
 #include "check_tracks.hpp"
 #include "check_trial.hpp"
+#include "truth_settling.hpp"
 
 namespace chasles::app {
 namespace {
@@ -29,11 +30,13 @@ std::vector<FeatureFrame> first_part(const std::vector<FeatureFrame>& frames, do
 CheckReport diagnose(const Recording& recording, double seconds) {
   if (!recording.images) {
     CheckReport report = check_recording(recording);
+    report_truth_examination(recording, report);
     report_trial(recording, first_part(recording.frames, seconds), report);
     return report;
   }
   ImageTracks tracks = track_images(recording, seconds);
   CheckReport report = check_recording(recording, tracks.frames);
+  report_truth_examination(recording, report);
   std::ranges::move(tracks.facts, std::back_inserter(report.facts));
   std::ranges::move(tracks.not_checked, std::back_inserter(report.not_checked));
   report_trial(recording, tracks.frames, report);

@@ -39,7 +39,8 @@ void declare_input(CLI::App& parser, RunCommandOptions& o) {
     parser.add_option(name, path, meaning)->type_name("FILE")->group("Input");
   };
   add("--truth", o.input.truth,
-      "True trajectory: TUM, or a recording that has it (default: the recording's own)");
+      "True trajectory: TUM, a bag with its poses (FILE or FILE:TOPIC), or a recording that has it "
+      "(default: the recording's own)");
   declare_truth(parser, o.input.truth_options, "Input");
   add("--trajectory", o.trajectory, "Trajectory (TUM) to map along, with --mode map");
   parser

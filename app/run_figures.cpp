@@ -86,19 +86,20 @@ std::pair<Trajectory, std::vector<Matrix6d>> poses_of(const std::vector<Pose>& p
   return result;
 }
 
-EvaluationOptions evaluation_options(const Run& run, const std::string& chart) {
+EvaluationOptions evaluation_options(const Run& run, const std::string& chart, bool attitudes) {
   EvaluationOptions options;
   options.pose_error = pose_error_of(chart);
   options.level = is_level(run);
   options.pairing = run.pairing;
+  options.attitudes = attitudes;
   return options;
 }
 
-Json smoothed_json(const Run& run, const std::string& chart) {
+Json smoothed_json(const Run& run, const std::string& chart, bool attitudes) {
   const auto [estimate, covariances] = poses_of(run.smoothed);
   Json json = {{"frames", estimate.size()}};
-  json.update(
-      figures_json(evaluate(estimate, run.truth, covariances, evaluation_options(run, chart))));
+  json.update(figures_json(
+      evaluate(estimate, run.truth, covariances, evaluation_options(run, chart, attitudes))));
   return json;
 }
 
@@ -128,13 +129,13 @@ Json figures_json(const Evaluation& evaluation) {
   return json;
 }
 
-Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::string>& remarks) {
+Json evaluation_json(const Run& run, const std::string& chart, bool attitudes,
+                     std::vector<std::string>& remarks) {
   if (run.truth.empty() || run.states.empty()) return no_evaluation();
   const auto [estimate, covariances] = poses_of(run.states);
   try {
-    const auto misread = remark_on_quaternions(associate(estimate, run.truth, run.pairing));
-    if (misread) remarks.push_back(*misread);
-    return figures_json(evaluate(estimate, run.truth, covariances, evaluation_options(run, chart)));
+    return figures_json(
+        evaluate(estimate, run.truth, covariances, evaluation_options(run, chart, attitudes)));
   } catch (const InputError& error) {
     remarks.push_back(fmt::format("not evaluated: {}", error.what()));
     return no_evaluation();
@@ -143,14 +144,15 @@ Json evaluation_json(const Run& run, const std::string& chart, std::vector<std::
 
 Json run_json(const Run& run, const Coverage& coverage, const std::string& mode,
               const std::string& chart, const std::vector<TrueLandmark>& true_landmarks,
-              std::vector<std::string>& remarks) {
+              std::vector<std::string>& remarks, bool truth_attitudes) {
   Json json = {{"name", run.name}, {"version", CHASLES_VERSION}, {"mode", mode}, {"chart", chart}};
   json.update(counts_json(run, coverage));
-  json.update(evaluation_json(run, chart, remarks));
+  json.update(evaluation_json(run, chart, truth_attitudes, remarks));
   json.update(pairing_json(run.pairing));
-  json.update(landmarks_json(run, true_landmarks, !json["ate_m"].is_null()));
+  if (!truth_attitudes) json["truth_attitudes"] = false;
+  json.update(landmarks_json(run, true_landmarks, !json["ate_m"].is_null() && truth_attitudes));
   if (!run.smoothed.empty() && !json["ate_m"].is_null()) {
-    json["smoothed"] = smoothed_json(run, chart);
+    json["smoothed"] = smoothed_json(run, chart, truth_attitudes);
   }
   add_kernels(json, remarks);
   if (run.georeference) {

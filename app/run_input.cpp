@@ -1,17 +1,12 @@
 #include "run_input.hpp"
 
 #include <algorithm>
-#include <fstream>
 
 #include <fmt/format.h>
 
 #include <chasles/data/backwards.hpp>
-#include <chasles/data/calibration.hpp>
-#include <chasles/data/euroc_tables.hpp>
-#include <chasles/data/gzip.hpp>
 #include <chasles/data/image_views.hpp>
 #include <chasles/data/readers.hpp>
-#include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/association.hpp>
 
@@ -96,8 +91,16 @@ void choose_tracks(Recording& r, const TracksPart& tracks) {
                                   *tracks.part, tracks.seed));
 }
 
-// Finds out before the run that a truth does not belong to the recording.
-void check_truth(const Recording& r, const std::filesystem::path& file) {
+bool common_time(const Trajectory& a, const Trajectory& b) {
+  return !a.empty() && !b.empty() && a.front().time <= b.back().time &&
+         b.front().time <= a.back().time;
+}
+
+// Finds out before the run that a truth does not belong to the recording. With an offset that is
+// still to be found, this shows at the end.
+void check_truth(const Recording& r, const std::filesystem::path& file,
+                 const TruthOptions& options) {
+  if (is_offset_auto(options)) return;
   Trajectory stamps;
   for (std::size_t i = 0; i < frame_count(r); ++i) {
     stamps.push_back({.time = frame_time(r, i), .pose = {}});
@@ -105,50 +108,15 @@ void check_truth(const Recording& r, const std::filesystem::path& file) {
   try {
     associate(stamps, r.truth, r.pairing);
   } catch (const InputError& error) {
-    throw InputError(
-        fmt::format("{}: does not fit the recording's frames: {}", file.string(), error.what()));
+    throw InputError(fmt::format(
+        "{}: does not fit the recording's frames: {}{}", file.string(), error.what(),
+        common_time(stamps, r.truth)
+            ? ""
+            : "; --truth-time-offset auto finds the offset of two clocks by the motion"));
   }
-}
-
-// Whether a file is a recording, which may have the truth, and not a trajectory.
-bool is_recording(const std::filesystem::path& file) {
-  check_regular_file(file);
-  std::ifstream stream(file, std::ios::binary);
-  std::string head(512, '\0');
-  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(stream.gcount()));
-  if (is_gzip(head)) head = read_plain_or_gzip(file);
-  const bool text = std::ranges::none_of(head.substr(0, 512), [](char c) {
-    const auto byte = static_cast<unsigned char>(c);
-    return byte < 0x20 && c != '\n' && c != '\r' && c != '\t';
-  });
-  return !text || head.starts_with("PK") || head.starts_with("MATLAB") || begins_euroc_imu(head) ||
-         begins_klt_tracks(head);
 }
 
 }  // namespace
-
-StatedTruth read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks) {
-  std::error_code ignored;
-  const bool folder = std::filesystem::is_directory(path, ignored);
-  if (folder && std::filesystem::exists(path / "truth.tum", ignored)) {
-    const std::filesystem::path calibration = path / "calibration.yaml";
-    return {.poses = read_tum(path / "truth.tum", remarks),
-            .level = std::filesystem::exists(calibration, ignored)
-                         ? read_calibration(calibration).truth_level
-                         : std::nullopt};
-  }
-  if (!folder && !is_recording(path)) return {.poses = read_tum(path, remarks), .level = {}};
-  Recording recording = read_recording(path);
-  StatedTruth truth{.poses = std::move(recording.truth), .level = recording.truth_level};
-  if (truth.poses.empty()) {
-    throw InputError(
-        fmt::format("{}: has no true trajectory; expected a TUM file, or a recording "
-                    "with the truth",
-                    path.string()));
-  }
-  return truth;
-}
 
 void follow(Recording& r, const Trajectory& trajectory) {
   if (trajectory.size() < 2) throw InputError("the trajectory has fewer than two poses");
@@ -173,6 +141,29 @@ void follow(Recording& r, const Trajectory& trajectory) {
   }
 }
 
+void replace_truth(Recording& r, const std::filesystem::path& file, const TruthOptions& options) {
+  StatedTruth truth = read_truth(file, r.remarks);
+  mend_truth(options, known_frames(r), truth);
+  r.truth_level = is_truth_level(options, truth.level, truth.poses);
+  r.truth = std::move(truth.poses);
+  r.plan.clear();  // its frame is the world of the recording's own truth
+  r.georeference.reset();
+}
+
+void mend_own_truth(Recording& r, const TruthOptions& options) {
+  StatedTruth truth{.poses = std::move(r.truth), .level = r.truth_level};
+  mend_truth(options, known_frames(r), truth);
+  r.truth = std::move(truth.poses);
+  const bool other = changes_poses(options) || is_offset_auto(options);
+  if (other) r.true_motion.clear();
+  for (TrueMotion& motion : r.true_motion) motion.time += from_seconds(stated_offset(options));
+  if (changes_poses(options)) {  // what is in the truth's world stays behind
+    r.true_landmarks.clear();
+    r.plan.clear();
+    r.georeference.reset();
+  }
+}
+
 Recording read_input(const RunInput& input) {
   ReaderSettings reader = input.reader;
   reader.cameras = count_of(input.cameras);
@@ -188,12 +179,10 @@ Recording read_input(const RunInput& input) {
   if (input.backwards) r = backwards(std::move(r));
   check_not_empty(r);
   if (!input.truth.empty()) {
-    StatedTruth truth = read_truth(input.truth, r.remarks);
-    r.truth_level = is_truth_level(input.truth_options, truth.level, truth.poses);
-    r.truth = std::move(truth.poses);
-    check_truth(r, input.truth);
-    r.plan.clear();  // its frame is the world of the recording's own truth
-    r.georeference.reset();
+    replace_truth(r, input.truth, input.truth_options);
+    check_truth(r, input.truth, input.truth_options);
+  } else if (!r.truth.empty()) {
+    mend_own_truth(r, input.truth_options);
   }
   return r;
 }

@@ -8,6 +8,7 @@
 #include <chasles/data/recording.hpp>
 #include <chasles/pipeline/tracks_part.hpp>
 
+#include "truth_mending.hpp"
 #include "truth_options.hpp"
 
 namespace chasles::app {
@@ -15,7 +16,7 @@ namespace chasles::app {
 /// Input of a run, without its settings.
 struct RunInput {
   std::filesystem::path recording;
-  std::filesystem::path truth;  ///< TUM; empty: that of the recording, if any
+  std::filesystem::path truth;  ///< as read_truth(); empty: that of the recording, if any
   TruthOptions truth_options = {};
   std::optional<double> start, stop;  ///< seconds since the recording's first event
   bool backwards = false;             ///< reverse, after cutting
@@ -31,15 +32,14 @@ struct RunInput {
 /// recording without frames, or with neither velocities nor IMU samples.
 Recording read_input(const RunInput& input);
 
-/// A truth, and whether its world's z axis points up where its recording states it.
-struct StatedTruth {
-  Trajectory poses;  ///< world_T_imu
-  std::optional<bool> level;
-};
+/// Replaces the truth of a recording by that of a file, as read_truth() and mend_truth() have it,
+/// and drops what is in the world of its own truth. Decides `truth_level`. Throws as these do.
+void replace_truth(Recording& recording, const std::filesystem::path& file,
+                   const TruthOptions& options);
 
-/// Reads the truth from a TUM file, with remarks on what was mended, or from a recording of any
-/// kind. Throws InputError if there is none.
-StatedTruth read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks);
+/// The recording's own truth in the form that the options state: as mend_truth(). What is in the
+/// world or by the clock of the truth follows or is dropped.
+void mend_own_truth(Recording& recording, const TruthOptions& options);
 
 /// Replaces the velocities by those that move the pose exactly along the trajectory (world_T_imu),
 /// each held until the next one (hold `zero-order`). The first pose becomes the world frame.

@@ -9,7 +9,6 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
-#include <chasles/eval/truth_tilt.hpp>
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
@@ -20,6 +19,7 @@
 #include "inertial_settings_io.hpp"
 #include "remarks.hpp"
 #include "summary.hpp"
+#include "truth_settling.hpp"
 #include "velocity_settings_io.hpp"
 
 namespace chasles::app {
@@ -54,7 +54,18 @@ void add_remarks(const Run& run, const RunReport& report, std::size_t frames,
 }
 
 // The true state, without a random error.
-InertialStart start_at_truth(const Recording& recording) {
+InertialStart start_at_truth(const Recording& recording, const RunInput& input) {
+  if (is_offset_auto(input.truth_options)) {
+    throw UsageError(
+        "--begin truth needs the truth's clock before the run: expected --truth-time-offset in "
+        "seconds, not auto");
+  }
+  if (!nature_of_truth(recording, input.truth, input.truth_options).attitudes) {
+    throw UsageError(
+        fmt::format("--begin truth: the truth of {} has positions alone, expected one "
+                    "with attitudes",
+                    recording.name));
+  }
   if (!recording.truth.empty() && !recording.truth_level.value_or(true)) {
     throw UsageError(fmt::format(
         "--begin truth: the truth of {} is not level (its calibration.yaml states it, or it begins "
@@ -78,22 +89,52 @@ struct Prepared {
   std::function<Json(const RecordedRun&)> summary;
 };
 
-// Turns the truth of a run with a vertical, and what is in the truth's world, to be level where the
-// truth is not.
-void level_truth(Recording& recording, RecordedRun& result) {
+// Examines the truth with the estimate, and applies what the options leave to that: an offset, a
+// point on the body, and the tilt of a world that is not level, with what else is in that world.
+void settle_truth_of_run(const RunInput& input, Recording& recording, RecordedRun& result) {
   Run& run = result.run;
-  if (run.truth.empty() || recording.truth_level.value_or(true) || !is_level(run)) return;
-  Trajectory estimate;
-  for (const RunState& s : run.states) estimate.push_back({.time = s.time, .pose = s.world_T_imu});
+  if (run.truth.empty() || run.states.empty()) return;
+  const StatedTruth nature = nature_of_truth(recording, input.truth, input.truth_options);
+  TruthReference reference{.name = "the estimate",
+                           .poses = {},
+                           .level = is_level(run),
+                           .frames = known_frames(recording)};
+  for (const RunState& s : run.states) {
+    if (!s.world_T_imu.R.allFinite() || !s.world_T_imu.p.allFinite()) continue;
+    reference.poses.push_back({.time = s.time, .pose = s.world_T_imu});
+  }
+  const TruthToSettle how{.attitudes = nature.attitudes,
+                          .point_imu = nature.point_imu,
+                          .estimate_offset = is_offset_auto(input.truth_options),
+                          .turn_to_level = is_level(run) && !recording.truth_level.value_or(true),
+                          .pairing = run.pairing};
+  const auto keep_remarks = [&](const SettledTruth& settled) {
+    for (const std::string& remark : settled.remarks) recording.remarks.push_back(remark);
+    for (const TruthFinding& f : settled.findings) recording.remarks.push_back(sentence(f));
+  };
   try {
-    const TruthTilt tilt = turn_to_level(run.truth, estimate, run.pairing);
+    const SettledTruth settled = settle_truth(reference, how, run.truth);
+    keep_remarks(settled);
+    result.truth_attitudes = settled.attitudes;
+    result.truth_findings = settled.findings;
+    if (!settled.tilt) return;
     for (TrueLandmark& landmark : recording.true_landmarks) {
-      landmark.p_world = tilt.level_R_truth * landmark.p_world;
+      landmark.p_world = settled.tilt->level_R_truth * landmark.p_world;
     }
-    result.truth_tilt_deg = tilt.degrees;
-    recording.remarks.push_back(tilt_remark(tilt.degrees));
-  } catch (const InputError&) {
-    // The evaluation reports why the truth cannot be compared.
+    result.truth_tilt_deg = settled.tilt->degrees;
+  } catch (const InputError& error) {
+    if (how.estimate_offset) {
+      recording.remarks.push_back(fmt::format("not evaluated: {}", error.what()));
+      run.truth.clear();
+      return;
+    }
+    // The evaluation reports why the truth cannot be compared; the findings may say more.
+    keep_remarks({.findings = examine_truth(reference, run.truth,
+                                            {.gap = run.pairing.longest_gap,
+                                             .positions_only = !how.attitudes})
+                                  .findings,
+                  .tilt = {},
+                  .remarks = {}});
   }
 }
 
@@ -132,7 +173,8 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
   }
   Prepared prepared;
   prepared.estimator = make_estimator(
-      of_run, sensors, from_truth ? std::optional(start_at_truth(recording)) : std::nullopt, map);
+      of_run, sensors,
+      from_truth ? std::optional(start_at_truth(recording, o.input)) : std::nullopt, map);
   prepared.options.frontend = settings.frontend;
   prepared.options.run.realtime = realtime(o);
   prepared.options.run.tracks = o.input.tracks;
@@ -231,10 +273,16 @@ PlannedRun plan_run(const RunCommandOptions& o, Recording& recording) {
         prepared.options.run.threads = o.threads;
         prepared.options.quiet = o.quiet;
         prepared.options.keep_images = o.keep_images;
+        prepared.options.truth_is_comparable =
+            !is_offset_auto(o.input.truth_options) &&
+            nature_of_truth(recording, o.input.truth, o.input.truth_options).attitudes;
         CompletedRun run{.result = run_or_diagnose(recording, prepared, stop, live)};
-        level_truth(recording, run.result);
+        settle_truth_of_run(o.input, recording, run.result);
         add_remarks(run.result.run, run.result.report, frame_count(recording), recording.remarks);
         run.summary = prepared.summary(run.result);
+        if (!run.result.truth_findings.empty()) {
+          run.summary["truth_findings"] = truth_findings_json(run.result.truth_findings);
+        }
         if (run.result.report.interrupted) run.summary["interrupted"] = true;
         run.estimator = std::move(prepared.estimator);
         return run;

@@ -76,7 +76,7 @@ class Recorder : public RunObserver {
         run.stage_names.emplace_back(stage);
       }
     }
-    run.truth = recording.truth;
+    if (options.truth_is_comparable) run.truth = recording.truth;
     run.pairing = recording.pairing;
     run.plan = recording.plan;
     run.georeference = recording.georeference;
@@ -84,6 +84,7 @@ class Recorder : public RunObserver {
     result_.has_prior_map = options.prior_map.has_value();
     if (options.run.realtime) result_.realtime = RealtimeFigures{.speed = *options.run.realtime};
     live.begin(run, options.known, recording);
+    run.truth = recording.truth;
   }
 
   RecordedRun finish(RunReport report) {

@@ -9,6 +9,7 @@
 
 #include <chasles/data/recording.hpp>
 #include <chasles/data/run.hpp>
+#include <chasles/eval/truth_examination.hpp>
 #include <chasles/pipeline/run.hpp>
 
 #include "coverage.hpp"
@@ -26,6 +27,7 @@ struct RunRecordingOptions {
   int frames_per_estimate = 1;          ///< above 1 for a window with fewer keyframes than frames
   bool quiet = false;                   ///< no progress bar
   std::optional<int> keep_images = {};  ///< as for ImageKeeper
+  bool truth_is_comparable = true;      ///< during the run: it has attitudes and the right clock
   /// For a run that started at the truth: the chart of nees_state.
   std::optional<std::string> truth_chart = {};
   /// Columns of states.csv after those of the estimator (calibration_report.hpp).
@@ -47,6 +49,8 @@ struct RecordedRun {
   std::map<Doubt, int> doubts;       ///< numbers of degraded frames, by their reasons
   std::optional<double> nees_state;  ///< mean; if the truth has velocity and biases
   std::optional<double> innovation_correlation;
+  bool truth_attitudes = true;  ///< false: the truth has positions alone
+  std::vector<TruthFinding> truth_findings;
   std::optional<double> truth_tilt_deg;  ///< removed from the truth, where its world is not level
   std::optional<RealtimeFigures> realtime;
   bool has_prior_map = false;

@@ -70,7 +70,12 @@ void take_path(const SceneChoice& choice, InertialScene& scene) {
                     kTrajectory));
   }
   std::vector<std::string> remarks;
-  scene.path = read_truth(choice.path, remarks).poses;
+  StatedTruth truth = read_truth(choice.path, remarks);
+  if (!truth.attitudes) {
+    throw InputError(
+        fmt::format("{}: has positions and no attitudes, expected poses", choice.path.string()));
+  }
+  scene.path = std::move(truth.poses);
   for (const std::string& remark : remarks) spdlog::warn("{}", remark);
   if (choice.real_imu) take_real_imu(choice.path, scene);
 }

@@ -214,7 +214,7 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   append_doubts(run, remarks);
   append_coverage(run, recording, remarks);
   Json summary = run_json(run.run, run.coverage, "slam", settings.filter.chart,
-                          recording.true_landmarks, remarks);
+                          recording.true_landmarks, remarks, run.truth_attitudes);
   summary["degraded_frames"] = doubts_json(run.doubts);
   summary["nees_state"] = or_null(run.nees_state);
   summary["innovation_correlation"] = or_null(run.innovation_correlation);
@@ -254,8 +254,9 @@ Json summary_json(const RecordedRun& run, const VelocityCommandSettings& setting
   if (report.batch) append_remarks(*report.batch, remarks);
   append_doubts(run, remarks);
   append_coverage(run, recording, remarks);
-  Json summary = run_json(run.run, run.coverage, std::string(name_of(settings.filter.mode)),
-                          settings.filter.chart, recording.true_landmarks, remarks);
+  Json summary =
+      run_json(run.run, run.coverage, std::string(name_of(settings.filter.mode)),
+               settings.filter.chart, recording.true_landmarks, remarks, run.truth_attitudes);
   summary["degraded_frames"] = doubts_json(run.doubts);
   VelocityCommandSettings copy = settings;
   if (report.batch) summary["batch"] = batch_json(*report.batch);

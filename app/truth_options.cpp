@@ -1,5 +1,8 @@
 #include "truth_options.hpp"
 
+#include <charconv>
+#include <cmath>
+
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -33,6 +36,37 @@ void declare_truth(CLI::App& parser, TruthOptions& options, const std::string& g
                   "the truth begins at the identity. For estimates with an IMU")
       ->type_name("auto|yes|no")
       ->group(group);
+  parser
+      .add_option("--truth-time-offset", options.time_offset,
+                  "Seconds to add to the truth's times; auto: as its motion against the estimate's "
+                  "shows it")
+      ->type_name("S|auto")
+      ->group(group);
+  parser
+      .add_option("--truth-frame", options.frame,
+                  "Whose poses the truth has: imu (default), cam0 (by the calibration), or a file "
+                  "with imu_T_truth, four rows of four numbers (docs/evaluation.md)")
+      ->type_name("cam0|imu|FILE")
+      ->group(group);
+  add_number(parser, "--truth-scale", options.scale, "X",
+             "Multiply the truth's positions by this: 0.001 for millimetres", 1e-9, 1e9)
+      ->group(group);
+  parser.add_flag("--truth-inverse", options.inverse, "The truth's poses are imu_T_world")
+      ->group(group);
+}
+
+bool is_offset_auto(const TruthOptions& options) { return options.time_offset == "auto"; }
+
+double stated_offset(const TruthOptions& options) {
+  const std::string& text = options.time_offset;
+  if (text.empty() || text == "auto") return 0;
+  constexpr double kMost = 4e9;  // since 1970
+  double seconds = 0;
+  const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+  const bool whole = error == std::errc() && stop == text.data() + text.size();
+  if (whole && std::abs(seconds) <= kMost) return seconds;
+  throw UsageError(fmt::format(
+      "--truth-time-offset: found '{}', expected auto or seconds, at most {:g}", text, kMost));
 }
 
 TruthPairing pairing_from(const TruthOptions& options, TruthPairing pairing) {

@@ -18,9 +18,14 @@ struct TruthOptions {
   std::string pairing;            ///< "interpolate", "nearest"
   std::optional<double> max_gap;  ///< [s]
   std::string level;              ///< "auto", "yes", "no"
+  std::string time_offset;        ///< added to the truth's times: "auto", or seconds
+  std::string frame;              ///< whose poses the truth has: "imu", "cam0", …, or a file
+  std::optional<double> scale;    ///< metres in the truth's unit
+  bool inverse = false;           ///< its poses are imu_T_world
 };
 
-/// Adds --pairing, --max-truth-gap and --truth-level; `options` must outlive the parser.
+/// Adds --pairing, --max-truth-gap, --truth-level, --truth-time-offset, --truth-frame,
+/// --truth-scale and --truth-inverse; `options` must outlive the parser.
 void declare_truth(CLI::App& parser, TruthOptions& options, const std::string& group);
 
 /// The pairing with the given options replaced. Throws UsageError for an unknown name.
@@ -31,6 +36,12 @@ TruthPairing pairing_from(const TruthOptions& options, TruthPairing pairing = {}
 /// UsageError for an unknown name.
 bool is_truth_level(const TruthOptions& options, std::optional<bool> stated,
                     const Trajectory& truth);
+
+/// Whether the clock of the truth is to be estimated (--truth-time-offset auto).
+bool is_offset_auto(const TruthOptions& options);
+
+/// The stated offset [s]; 0 with `auto` or without the option. Throws UsageError for another text.
+double stated_offset(const TruthOptions& options);
 
 /// Throws UsageError if --truth-level is not `auto`, for an estimate without a vertical.
 void check_level_is_auto(const TruthOptions& options);

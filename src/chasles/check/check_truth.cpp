@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kGravityLean = 3;               // [deg]
 constexpr Time kTurn = std::chrono::seconds(1);  // over which turns are compared
-constexpr double kTurnError = 3;                 // [deg]
 constexpr std::size_t kFewestTurns = 5;
 constexpr double kLeastTurn = 5;  // of turns that tell something [deg]
 
@@ -73,23 +72,8 @@ void report_turns(const Recording& recording, CheckReport& report) {
   const std::vector<TwoTurns> turns = turns_of(recording);
   if (turns.size() < kFewestTurns) return;
   const TurnErrors errors = turn_errors(turns);
-  const double degrees = errors.as_read / kDegree;
-  report.facts.push_back({"truth", "turns in 1 s against the gyroscope's", degrees, "deg"});
-  if (degrees <= kTurnError) return;
-  report.findings.push_back(
-      {.severity = Severity::kWarning,
-       .about = "truth",
-       .what = fmt::format("its turns in 1 s differ from the gyroscope's by {:.1f} deg", degrees),
-       .value = degrees,
-       .threshold = kTurnError,
-       .unit = "deg",
-       .advice =
-           errors.is_w_first()
-               ? fmt::format("its quaternions are w, x, y, z (then {:.1f} deg): write them as "
-                             "x, y, z, w, or name the columns in the first line",
-                             errors.w_first / kDegree)
-               : "it must have the pose of the IMU, by the same clock; or the gyroscope's "
-                 "axes or unit are wrong"});
+  report.facts.push_back(
+      {"truth", "turns in 1 s against the gyroscope's", errors.as_read / kDegree, "deg"});
 }
 
 }  // namespace

@@ -5,8 +5,9 @@
 
 namespace chasles {
 
-/// Compares the truth with the IMU: gravity must point down in the truth's world (fit_gravity), and
-/// the truth must turn as the gyroscope does. Needs samples.
+/// Compares the truth with the IMU: gravity must point down in the truth's world (fit_gravity). How
+/// far its turns are from the gyroscope's is a fact; examine_truth() of eval/ finds the causes.
+/// Needs samples.
 void report_truth(const Recording& recording, CheckReport& report);
 
 }  // namespace chasles

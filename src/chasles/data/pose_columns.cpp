@@ -16,20 +16,48 @@ constexpr std::size_t kTime = 0;
 constexpr std::size_t kPoseValues = 8;
 
 /// The names of a column in TUM's files, EuRoC's, and those of scripts.
-constexpr std::array<std::array<std::string_view, 6>, kPoseValues> kNames{{
-    {"timestamp", "time", "t", "ts", "stamp", "sec"},
-    {"tx", "px", "p_x", "x", "p_rs_r_x", "pos_x"},
-    {"ty", "py", "p_y", "y", "p_rs_r_y", "pos_y"},
-    {"tz", "pz", "p_z", "z", "p_rs_r_z", "pos_z"},
-    {"qx", "q_x", "q_rs_x", "rot_x", "quat_x", "ox"},
-    {"qy", "q_y", "q_rs_y", "rot_y", "quat_y", "oy"},
-    {"qz", "q_z", "q_rs_z", "rot_z", "quat_z", "oz"},
-    {"qw", "q_w", "q_rs_w", "rot_w", "quat_w", "ow"},
+constexpr std::array<std::array<std::string_view, 8>, kPoseValues> kNames{{
+    {"timestamp", "time", "t", "ts", "stamp", "sec", "tracking_timestamp", "__time"},
+    {"tx", "px", "p_x", "x", "p_rs_r_x", "pos_x", "position_x", "translation_x"},
+    {"ty", "py", "p_y", "y", "p_rs_r_y", "pos_y", "position_y", "translation_y"},
+    {"tz", "pz", "p_z", "z", "p_rs_r_z", "pos_z", "position_z", "translation_z"},
+    {"qx", "q_x", "q_rs_x", "rot_x", "quat_x", "ox", "orientation_x", "rotation_x"},
+    {"qy", "q_y", "q_rs_y", "rot_y", "quat_y", "oy", "orientation_y", "rotation_y"},
+    {"qz", "q_z", "q_rs_z", "rot_z", "quat_z", "oz", "orientation_z", "rotation_z"},
+    {"qw", "q_w", "q_rs_w", "rot_w", "quat_w", "ow", "orientation_w", "rotation_w"},
 }};
+constexpr std::array<std::string_view, 3> kAngles{"roll", "pitch", "yaw"};
+constexpr std::string_view kTimeOfEcho = "%time";  // of rostopic: when the message was recorded
 
 struct Name {
   std::string name, unit;  // "timestamp [ns]", "timestamp(ns)" and "timestamp_ns" have a unit
+  bool path = false;       // "field.header.stamp"
 };
+
+bool ends_with(std::string_view text, std::string_view end, std::string& name) {
+  if (!text.ends_with(end)) return false;
+  name = end;
+  return true;
+}
+
+// The field of a message by its path, "field.pose.pose.position.x" or "/odom/pose/position/x", and
+// the columns of Aria's tables without the frames in their names.
+std::string short_name(std::string name) {
+  for (const std::string_view frames : {"_world_device", "_odometry_device"}) {
+    if (name.ends_with(frames)) name.resize(name.size() - frames.size());
+  }
+  std::ranges::replace(name, '/', '.');
+  if (name.find('.') == std::string::npos) return name;
+  std::string found = name;
+  for (const std::string_view field : {"position", "translation", "orientation", "rotation"}) {
+    for (const char axis : {'x', 'y', 'z', 'w'}) {
+      if (!ends_with(name, fmt::format("{}.{}", field, axis), found)) continue;
+      std::ranges::replace(found, '.', '_');
+      return found;
+    }
+  }
+  return name.ends_with("header.stamp") ? "stamp" : found;
+}
 
 // The names of a line, in lower case.
 std::vector<Name> names_of(std::string_view line) {
@@ -55,6 +83,8 @@ std::vector<Name> names_of(std::string_view line) {
   // "# format: timestamp tx …"
   if (names.size() > 1 && names.front().name.ends_with(':')) names.erase(names.begin());
   for (Name& each : names) {
+    each.path = each.name.ends_with(".header.stamp");
+    each.name = short_name(std::move(each.name));
     for (const std::string_view end : {"_ns", "_us", "_ms", "_s"}) {
       if (!each.name.ends_with(end) || each.name.size() == end.size()) continue;
       each.unit = end.substr(1);
@@ -73,6 +103,37 @@ std::optional<int> digits_of_unit(std::string_view unit) {
   return std::nullopt;
 }
 
+// "timestamp q p v bg ba …" of OpenVINS, with or without the numbers of values: the quaternion of
+// JPL's convention from the world to the IMU has the numbers of Hamilton's from the IMU to it.
+std::optional<PoseColumns> groups_of(const std::vector<Name>& names) {
+  if (names.size() < 3 || names[0].name != "timestamp" || names[1].name != "q" ||
+      names[2].name != "p") {
+    return std::nullopt;
+  }
+  PoseColumns columns{.index = {0, 5, 6, 7, 1, 2, 3, 4}};
+  columns.grouped = true;
+  return columns;
+}
+
+// What the names say besides the eight numbers of a pose.
+bool complete(const std::vector<Name>& names, std::array<bool, kPoseValues>& found,
+              PoseColumns& columns) {
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string& name = names[i].name;
+    if (name == "is_lost") columns.lost = i;
+    if (name == kTimeOfEcho && !found[kTime]) {
+      found[kTime] = true;
+      columns.index[kTime] = i;
+      columns.time_digits = 9;
+    }
+    if (std::ranges::find(kAngles, name) != kAngles.end()) columns.angles = true;
+  }
+  const auto known = std::ranges::count(found, true);
+  columns.attitudes = known == kPoseValues;
+  const bool positions = std::all_of(found.begin(), found.begin() + 4, [](bool f) { return f; });
+  return columns.attitudes || (positions && known == 4);
+}
+
 }  // namespace
 
 std::vector<std::string_view> split_row(std::string_view line) {
@@ -88,7 +149,9 @@ std::vector<std::string_view> split_row(std::string_view line) {
 
 std::optional<PoseColumns> pose_columns(std::string_view line) {
   const std::vector<Name> names = names_of(line);
-  PoseColumns columns{.count = names.size()};
+  if (const auto groups = groups_of(names)) return groups;
+  PoseColumns columns;
+  columns.count = names.size();
   std::array<bool, kPoseValues> found{};
   for (std::size_t i = 0; i < names.size(); ++i) {
     for (std::size_t value = 0; value < kPoseValues; ++value) {
@@ -98,10 +161,12 @@ std::optional<PoseColumns> pose_columns(std::string_view line) {
       found[value] = true;
       columns.index[value] = i;
       columns.of_euroc = columns.of_euroc || names[i].name == "p_rs_r_x";
-      if (value == kTime) columns.time_digits = digits_of_unit(names[i].unit);
+      if (value != kTime) continue;
+      columns.time_digits = digits_of_unit(names[i].unit);
+      if (names[i].path) columns.time_digits = 9;  // rostopic writes stamps in nanoseconds
     }
   }
-  if (std::ranges::find(found, false) != found.end()) return std::nullopt;
+  if (!complete(names, found, columns)) return std::nullopt;
   if (columns.of_euroc && !columns.time_digits) columns.time_digits = 9;
   return columns;
 }

@@ -1,5 +1,6 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/data/testing.hpp>
+#include <chasles/data/truth_table.hpp>
 
 namespace chasles {
 namespace {
@@ -202,14 +203,116 @@ TEST(Tum, ATruthAsMotionCaptureWritesItIsMended) {
     EXPECT_EQ(trajectory[static_cast<std::size_t>(i)].time, std::chrono::seconds(i + 1));
     EXPECT_EQ(trajectory[static_cast<std::size_t>(i)].pose.p.x(), i + 1);
   }
-  ASSERT_EQ(remarks.size(), 3u);
-  EXPECT_EQ(remarks[0], "2 of 6 poses of t.tum are not finite numbers: left out");
-  EXPECT_EQ(remarks[1], "3 of 4 poses of t.tum came after later ones: put in order of time");
-  EXPECT_EQ(remarks[2], "1 of 4 poses of t.tum repeat the time of another: left out");
+  ASSERT_EQ(remarks.size(), 4u);
+  EXPECT_EQ(remarks[0], "1 of 6 poses of t.tum are not finite numbers: left out");
+  EXPECT_EQ(remarks[1], "1 of 6 poses of t.tum are lost (their quaternion is zero): left out");
+  EXPECT_EQ(remarks[2], "3 of 4 poses of t.tum came after later ones: put in order of time");
+  EXPECT_EQ(remarks[3], "1 of 4 poses of t.tum repeat the time of another: left out");
   test::spill(file, "4 nan nan nan nan nan nan nan\n");
   expect_parts(input_error([&] { read_tum(file, remarks); }), {"t.tum: none of the 1 poses"});
   test::spill(file, "4 1 1 1 2 0 0 0\n");
   expect_parts(input_error([&] { read_tum(file, remarks); }), {"t.tum:1: the quaternion"});
+}
+
+TEST(Tum, LostRowsAreCountedAsSuch) {
+  const auto file = test::scratch() / "t.csv";
+  test::spill(file,
+              "frame_idx,timestamp,state,is_lost,is_keyframe,x,y,z,q_x,q_y,q_z,q_w\n"
+              "0,0.1,2,false,false,1,2,3,0,0,0,1\n"
+              "1,0.2,3,true,false,0,0,0,0,0,0,1\n"
+              "2,0.3,3,false,false,0,0,0,0,0,0,0\n"
+              "3,0.4,2,false,false,4,5,6,0,0,0,1\n");
+  std::vector<std::string> remarks;
+  const Trajectory trajectory = read_tum(file, remarks);
+  ASSERT_EQ(trajectory.size(), 2u);
+  EXPECT_EQ(trajectory[1].pose.p, Eigen::Vector3d(4, 5, 6));
+  ASSERT_EQ(remarks.size(), 2u);
+  EXPECT_EQ(remarks[0], "1 of 4 poses of t.csv are lost (their quaternion is zero): left out");
+  EXPECT_EQ(remarks[1], "1 of 4 poses of t.csv are lost (is_lost): left out");
+}
+
+// One pose, a quarter turn to the left at (1, 2, 3), as other programs write it.
+TEST(Tum, TablesOfOtherProgramsAreRead) {
+  const std::string half = "0.70710678";
+  const std::string pose = "1,2,3,0,0," + half + "," + half;
+  const std::string ros =
+      "position.x,P.position.y,P.position.z,P.orientation.x,P.orientation.y,"
+      "P.orientation.z,P.orientation.w";
+  const auto fields = [&](const std::string& prefix) {
+    std::string text = "P." + ros;
+    for (std::size_t at; (at = text.find("P.")) != std::string::npos;) {
+      text.replace(at, 2, prefix);
+    }
+    return text;
+  };
+  const std::string ns = "1403636580000000000";
+  for (const std::string& text :
+       {"graph_uid,tracking_timestamp_us,utc_timestamp_ns,tx_world_device,ty_world_device,"
+        "tz_world_device,qx_world_device,qy_world_device,qz_world_device,qw_world_device,"
+        "gravity_x_world\nab-1,1403636580000000,-1," +
+            pose + ",0\n",  // Aria's closed loop
+        "tracking_timestamp_us,utc_timestamp_ns,session_uid,tx_odometry_device,"
+        "ty_odometry_device,tz_odometry_device,qx_odometry_device,qy_odometry_device,"
+        "qz_odometry_device,qw_odometry_device\n1403636580000000,-1,x," +
+            pose + "\n",
+        "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.child_frame_id," +
+            fields("field.pose.pose.") + ",field.pose.covariance0\n99," + "1," + ns + ",map,imu," +
+            pose + ",0.5\n",
+        "%time,field.header.seq,field.header.stamp,field.header.frame_id," + fields("field.pose.") +
+            "\n99,1," + ns + ",map," + pose + "\n",
+        "%time," + fields("field.") + "\n" + ns + "," + pose + "\n",
+        "# timestamp(s) q(4) p(3) v(3)\n1403636580 0 0 " + half + " " + half + " 1 2 3 0 0 0\n",
+        "# timestamp(s) q p v bg ba cam_imu_dt\n1403636580 0 0 " + half + " " + half +
+            " 1 2 3 0 0 0 0 0 0 0 0 0 0 0\n",
+        std::string("\"time\";\"x\";\"y\";\"z\";\"qx\";\"qy\";\"qz\";\"qw\"\n"
+                    "1403636580,0;1,0;2,0;3,0;0;0;0,70710678;0,70710678\n"),
+        "1403636580 1 2 3 0 0 " + half + " " + half + " 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1" +
+            "\n"}) {
+    const Trajectory t = read(text);
+    ASSERT_EQ(t.size(), 1u) << text;
+    EXPECT_EQ(t[0].time, std::chrono::seconds(1403636580)) << text;
+    EXPECT_EQ(t[0].pose.p, Eigen::Vector3d(1, 2, 3)) << text;
+    EXPECT_LT((t[0].pose.R * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 1e-8)
+        << text;
+  }
+}
+
+TEST(Tum, AQuaternionBeforeThePositionIsNamed) {
+  expect_parts(input_error([] { read("1 0 0 0.6 0.8 5 6 7\n"); }),
+               {"t.tum:1: ", "the quaternion comes before the position", "# t qx qy qz qw"});
+}
+
+TEST(TruthTable, PositionsAloneAreATruth) {
+  const auto folder = test::scratch();
+  std::vector<std::string> remarks;
+  const auto table = [&](const std::string& name, const std::string& text) {
+    test::spill(folder / name, text);
+    remarks.clear();
+    return read_truth_table(folder / name, remarks);
+  };
+  for (const std::string& text :
+       {std::string("1 1 2 3\n2 4 5 6\n"), std::string("time,x,y,z\n1,1,2,3\n2,4,5,6\n"),
+        std::string("1 1 2 3 0 0 0 0\n2 4 5 6 0 0 0 0\n")}) {
+    const TruthTable positions = table("p.txt", text);
+    EXPECT_FALSE(positions.attitudes) << text;
+    ASSERT_EQ(positions.poses.size(), 2u) << text;
+    EXPECT_EQ(positions.poses[1].pose.p, Eigen::Vector3d(4, 5, 6)) << text;
+    EXPECT_TRUE(positions.poses[1].pose.R.isIdentity(0)) << text;
+  }
+  const TruthTable angles = table("e.txt", "# time x y z roll pitch yaw\n1 1 2 3 10 20 30\n");
+  EXPECT_FALSE(angles.attitudes);
+  ASSERT_EQ(remarks.size(), 1u);
+  EXPECT_NE(remarks[0].find("Euler angles"), std::string::npos);
+  EXPECT_TRUE(table("t.tum", "1 1 2 3 0 0 0 1\n2 0 0 0 0 0 0 0\n").attitudes);
+  // EuRoC's prism is where its sensor.yaml has it.
+  test::spill(folder / "sensor.yaml",
+              "T_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, 0.07, 0, 1, 0, -0.02, 0, 0, 1, "
+              "-0.12, 0, 0, 0, 1]\n");
+  const TruthTable prism =
+      table("data.csv", "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]\n5,1,2,3\n");
+  EXPECT_FALSE(prism.attitudes);
+  EXPECT_EQ(prism.poses.at(0).time.count(), 5);
+  EXPECT_EQ(prism.point_imu, Eigen::Vector3d(0.07, -0.02, -0.12));
 }
 
 }  // namespace

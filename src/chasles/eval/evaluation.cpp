@@ -5,6 +5,7 @@
 
 #include <chasles/error.hpp>
 #include <chasles/eval/evaluation.hpp>
+#include <chasles/eval/positions_only.hpp>
 
 namespace chasles {
 namespace {
@@ -71,12 +72,20 @@ Evaluation evaluate(const Trajectory& estimate, const Trajectory& truth,
   result.duration_s = to_seconds(matched.truth.back().time - matched.truth.front().time);
   result.path_m = path_length(matched.truth);
   for (const Alignment alignment : options.alignments) {
+    const bool by_attitude =
+        alignment == Alignment::kFirstPose || alignment == Alignment::kFirstLevel;
+    if (by_attitude && !options.attitudes) continue;
     result.absolute.push_back(absolute_error(matched, alignment));
+    if (!options.attitudes) result.absolute.back().attitude_deg = statistics({});
   }
-  result.over_distance = relative_error_over_distance(matched, options.relative);
-  result.over_time = relative_error_over_time(matched, options.relative);
-  if (!covariances.empty())
-    result.nees = nees(matched, covariances, options.pose_error, options.level);
+  if (options.attitudes) {
+    result.over_distance = relative_error_over_distance(matched, options.relative);
+    result.over_time = relative_error_over_time(matched, options.relative);
+  }
+  if (!covariances.empty()) {
+    result.nees = options.attitudes ? nees(matched, covariances, options.pose_error, options.level)
+                                    : position_nees(matched, covariances, options.level);
+  }
   return result;
 }
 
@@ -153,6 +162,8 @@ Table nees_table(const Evaluation& evaluation) {
               .rows = {}};
   if (!evaluation.nees) return table;
   append(table, "position", evaluation.nees->position_summary);
+  const ConsistencySummary& pose = evaluation.nees->pose_summary;
+  if (pose.count + pose.skipped == 0) return table;  // the truth has positions alone
   append(table, "attitude", evaluation.nees->attitude_summary);
   append(table, "pose", evaluation.nees->pose_summary);
   return table;

@@ -21,6 +21,9 @@ struct EvaluationOptions {
   RelativeErrorOptions relative;
   PoseError pose_error = PoseError::kStandard;
   bool level = false;  ///< z points up in the estimate's world: as in nees()
+  /// False: the truth has positions alone. Attitude errors, relative errors, errors after the first
+  /// pose's alignment and NEES of attitude and pose then have no value.
+  bool attitudes = true;
 };
 
 /// An estimate compared with the truth (docs/evaluation.md defines each figure).

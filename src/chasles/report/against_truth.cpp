@@ -2,6 +2,7 @@
 #include <chasles/constants.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/alignment.hpp>
+#include <chasles/eval/positions_only.hpp>
 #include <chasles/report/against_truth.hpp>
 
 namespace chasles {
@@ -10,14 +11,19 @@ namespace {
 void compare(AgainstTruth& out, const std::vector<Matrix6d>& covariances,
              PoseError nees_coordinates, bool level) {
   const MatchedTrajectories& matched = out.matched;
+  const bool attitudes = !is_without_attitudes(matched.estimate, matched.truth);
   const Alignment first = level ? Alignment::kFirstLevel : Alignment::kFirstPose;
-  out.world_T_truth_first = align(matched, first).truth_T_estimate.inverse();
+  out.world_T_truth_first = (attitudes ? align(matched, first).truth_T_estimate
+                                       : first_position_alignment(matched, level))
+                                .inverse();
   out.world_T_truth_fit = align(matched, Alignment::kRigid).truth_T_estimate.inverse();
-  out.nees = nees(matched, covariances, nees_coordinates, level);
+  out.nees = attitudes ? nees(matched, covariances, nees_coordinates, level)
+                       : position_nees(matched, covariances, level);
   for (std::size_t row = 0; row < matched.estimate.size(); ++row) {
     const std::size_t state = matched.estimate_index[row];
     const SE3 truth = out.world_T_truth_first * matched.truth[row].pose;
     out.error[state] = pose_error(PoseError::kStandard, truth, matched.estimate[row].pose);
+    if (!attitudes) out.error[state].head<3>().setConstant(kNaN);
     out.nees_pose[state] = out.nees.pose[row];
     out.nees_attitude[state] = out.nees.attitude[row];
     out.nees_position[state] = out.nees.position[row];

@@ -1,0 +1,261 @@
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <chasles/constants.hpp>
+#include <chasles/eval/truth_sentences.hpp>
+#include <chasles/lie/so3.hpp>
+
+namespace chasles {
+namespace {
+
+// imu_T_truth as the four rows of a file.
+std::string matrix_text(const SE3& pose) {
+  std::string text;
+  for (int i = 0; i < 3; ++i) {
+    text += fmt::format("{:.6f} {:.6f} {:.6f} {:.4f}; ", pose.R(i, 0), pose.R(i, 1), pose.R(i, 2),
+                        pose.p[i]);
+  }
+  return text + "0 0 0 1";
+}
+
+double residual_degrees_per_second(const TurningFit& fit) { return kDegrees * fit.residual; }
+
+std::string axis_name(const Eigen::Vector3d& up) {
+  Eigen::Index axis = 0;
+  up.cwiseAbs().maxCoeff(&axis);
+  return fmt::format("{} axis points {}", "xyz"[axis], up[axis] > 0 ? "up" : "down");
+}
+
+}  // namespace
+
+std::string_view name(TruthFault fault) {
+  switch (fault) {
+    case TruthFault::kPositionsOnly:
+      return "positions_only";
+    case TruthFault::kClock:
+      return "clock";
+    case TruthFault::kWFirst:
+      return "w_first";
+    case TruthFault::kConjugate:
+      return "inverse_rotations";
+    case TruthFault::kInverse:
+      return "inverse_poses";
+    case TruthFault::kFrame:
+      return "frame";
+    case TruthFault::kPoint:
+      return "point";
+    case TruthFault::kUnit:
+      return "unit";
+    case TruthFault::kMirrored:
+      return "mirrored";
+    case TruthFault::kTilted:
+      return "tilted";
+    case TruthFault::kUnlike:
+      break;
+  }
+  return "unlike";
+}
+
+std::string sentence(const TruthFinding& finding) {
+  return fmt::format("the truth: {}; {}", finding.what, finding.advice);
+}
+
+TruthFinding positions_only_finding(const TruthReference& reference, std::size_t poses,
+                                    bool stated) {
+  return {.fault = TruthFault::kPositionsOnly,
+          .what = stated ? std::string("it has positions and no attitudes")
+                         : fmt::format("its attitude is the same in all {} poses, while {} turns: "
+                                       "it has positions alone",
+                                       poses, reference.name),
+          .value = static_cast<double>(poses),
+          .unit = "poses",
+          .advice =
+              "errors and NEES of attitude and pose are left out, and so are relative errors "
+              "and those after an alignment by the first pose"};
+}
+
+TruthFinding unlike_finding(const TruthReference& reference, double unexplained) {
+  return {.fault = TruthFault::kUnlike,
+          .what = fmt::format("its rotations do not follow those of {}: {:.0f} % of their rates is "
+                              "left in the best reading",
+                              reference.name, 100 * unexplained),
+          .value = unexplained,
+          .threshold = 0.8,
+          .unit = "",
+          .advice =
+              "expected the truth of this recording, by the same clock; or the gyroscope's "
+              "axes or unit are wrong"};
+}
+
+TruthFinding w_first_finding(const TruthReference& reference, const TurningExplanation& turning) {
+  return {.fault = TruthFault::kWFirst,
+          .what = fmt::format("its quaternions are w, x, y, z, read as x, y, z, w: in that order "
+                              "its rates agree with those of {} to {:.2f} deg/s",
+                              reference.name, residual_degrees_per_second(turning.fit)),
+          .value = residual_degrees_per_second(turning.fit),
+          .unit = "deg/s",
+          .advice =
+              "name the columns in the first line, `# t tx ty tz qw qx qy qz`, or write w "
+              "last"};
+}
+
+TruthFinding inverse_finding(const TruthReference& reference, const TurningExplanation& turning,
+                             bool whole) {
+  std::string advice = "--truth-inverse takes the inverse of each pose";
+  if (!whole && reference.positions) {
+    advice = "write world_R_imu: qx, qy, qz with the other sign";
+  } else if (!whole) {
+    advice += ", if the positions are inverted too; else write qx, qy, qz with the other sign";
+  }
+  return {.fault = whole ? TruthFault::kInverse : TruthFault::kConjugate,
+          .what = fmt::format("{}: so its rates agree with those of {} to {:.2f} deg/s",
+                              whole ? "its poses are imu_T_world, the inverse of world_T_imu"
+                                    : "its rotations are imu_R_world, the inverse of world_R_imu",
+                              reference.name, residual_degrees_per_second(turning.fit)),
+          .value = residual_degrees_per_second(turning.fit),
+          .unit = "deg/s",
+          .advice = advice};
+}
+
+TruthFinding clock_finding(const TruthReference& reference, const TruthClock& clock,
+                           std::optional<double> before, std::optional<double> after) {
+  std::string effect;
+  if (before && after) {
+    effect = fmt::format("; the ATE is {:.4g} m, and {:.4g} m with its clock corrected", *before,
+                         *after);
+  } else if (after) {
+    effect = fmt::format("; with its clock corrected the ATE is {:.4g} m", *after);
+  }
+  return {
+      .fault = TruthFault::kClock,
+      .what = fmt::format("its times are {:.4f} +- {:.4f} s {} by the {} of {}{}",
+                          std::abs(clock.offset), clock.sigma, clock.offset > 0 ? "early" : "late",
+                          clock.by_rotations ? "rotations" : "positions", reference.name, effect),
+      .value = clock.offset,
+      .sigma = clock.sigma,
+      .threshold = 5 * clock.sigma,
+      .unit = "s",
+      .advice = fmt::format("--truth-time-offset {:.4f} (or auto) corrects it", clock.offset)};
+}
+
+TruthFinding known_frame_finding(const TruthReference& reference,
+                                 const TurningExplanation& turning) {
+  const KnownFrame& frame = *turning.frame;
+  const double angle = kDegrees * so3::log(frame.imu_T_frame.R).norm();
+  return {
+      .fault = TruthFault::kFrame,
+      .what = fmt::format("its poses are those of {}, not of the IMU: with the extrinsics of {} "
+                          "({:.1f} deg) its rates agree with those of {} to {:.2f} deg/s",
+                          frame.name, frame.name, angle, reference.name,
+                          residual_degrees_per_second(turning.fit)),
+      .value = angle,
+      .unit = "deg",
+      .advice = fmt::format("--truth-frame {} moves it to the IMU", frame.name)};
+}
+
+TruthFinding other_frame_finding(const TruthReference& reference, const TurningExplanation& turning,
+                                 const std::optional<PositionFit>& point) {
+  const TurningFit& fit = turning.fit;
+  const double angle = kDegrees * so3::log(fit.reference_R_truth).norm();
+  const SE3 imu_T_truth{fit.reference_R_truth, point ? point->point : Eigen::Vector3d::Zero()};
+  const std::string away =
+      point ? fmt::format(", {:.3f} +- {:.3f} m away", point->point.norm(), point->point_sigma)
+            : std::string();
+  return {
+      .fault = TruthFault::kFrame,
+      .what = fmt::format("its poses are those of another frame than the IMU's, as of a marker: "
+                          "turned by {:.2f} +- {:.2f} deg{}, by the rates of {}",
+                          angle, kDegrees * fit.rotation_sigma, away, reference.name),
+      .value = angle,
+      .sigma = kDegrees * fit.rotation_sigma,
+      .threshold = 3,
+      .unit = "deg",
+      .advice = fmt::format("--truth-frame FILE moves it to the IMU; FILE has imu_T_truth, best "
+                            "by your calibration; as estimated: {}",
+                            matrix_text(imu_T_truth))};
+}
+
+TruthFinding point_finding(const PositionFit& fit) {
+  return {
+      .fault = TruthFault::kPoint,
+      .what = fmt::format("its positions are those of a point {:.3f} +- {:.3f} m from the IMU, "
+                          "at ({:.3f}, {:.3f}, {:.3f}) in its axes: the ATE of that point is "
+                          "{:.4g} m",
+                          fit.point.norm(), fit.point_sigma, fit.point.x(), fit.point.y(),
+                          fit.point.z(), fit.rms),
+      .value = fit.point.norm(),
+      .sigma = fit.point_sigma,
+      .threshold = 5 * fit.point_sigma,
+      .unit = "m",
+      .advice = fmt::format("--truth-frame FILE moves it to the IMU; FILE has imu_T_truth, best "
+                            "by your calibration; as estimated: {}",
+                            matrix_text({Eigen::Matrix3d::Identity(), fit.point}))};
+}
+
+TruthFinding mirrored_finding(const PositionFit& fit) {
+  return {.fault = TruthFault::kMirrored,
+          .what = fmt::format("its positions are mirrored: after the best rotation {:.3g} m are "
+                              "left, and {:.3g} m after a reflection",
+                              fit.rms, fit.mirrored_rms),
+          .value = fit.rms,
+          .threshold = 5 * fit.mirrored_rms,
+          .unit = "m",
+          .advice =
+              "its axes are left-handed, or two of x, y, z are swapped: swap two columns or "
+              "negate one, in the rotations too"};
+}
+
+std::optional<TruthFinding> unit_finding(const PositionFit& fit) {
+  struct Unit {
+    const char* name;
+    double per_metre;
+  };
+  constexpr std::array kUnits{Unit{"millimetres", 1000}, Unit{"centimetres", 100},
+                              Unit{"feet", 1 / 0.3048},  Unit{"inches", 1 / 0.0254},
+                              Unit{"kilometres", 0.001}, Unit{"decimetres", 10}};
+  constexpr double kNear = 1.15, kOther = 2;
+  const auto off = [&](double scale) { return std::abs(std::log(fit.scale / scale)); };
+  const Unit* found = nullptr;
+  for (const Unit& unit : kUnits) {
+    if (off(unit.per_metre) < std::log(kNear)) found = &unit;
+  }
+  if (found == nullptr && off(1) < std::log(kOther)) return std::nullopt;
+  TruthFinding finding;
+  finding.fault = TruthFault::kUnit;
+  finding.value = fit.scale;
+  finding.threshold = kOther;
+  if (found != nullptr) {
+    finding.what =
+        fmt::format("its positions are {:.5g} times the estimate's: {}", fit.scale, found->name);
+    finding.advice = fmt::format("--truth-scale {:.6g} takes them to metres", 1 / found->per_metre);
+  } else {
+    finding.what = fmt::format(
+        "its positions are {:.4g} times the estimate's, and of the same "
+        "shape",
+        fit.scale);
+    finding.advice =
+        "its unit is not the metre (--truth-scale), or the scale of the estimate is "
+        "wrong";
+  }
+  return finding;
+}
+
+TruthFinding tilt_finding(const TruthReference& reference, const Eigen::Vector3d& up, double tilt) {
+  const double degrees = kDegrees * tilt;
+  const bool axis = up.cwiseAbs().maxCoeff() > std::cos(5 * kRadians);
+  return {.fault = TruthFault::kTilted,
+          .what = fmt::format(
+              "the z axis of its world is {:.1f} deg off {}{}", degrees,
+              reference.level ? "the vertical of the estimate" : "that of the estimate's",
+              axis ? fmt::format(": its {}", axis_name(up)) : std::string()),
+          .value = degrees,
+          .threshold = reference.level ? 5.0 : 20.0,
+          .unit = "deg",
+          .advice =
+              "--truth-level no removes the tilt; as it is, the figures of position + yaw and "
+              "NEES are wrong, those after SE(3) are not"};
+}
+
+}  // namespace chasles
