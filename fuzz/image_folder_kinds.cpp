@@ -25,7 +25,8 @@ std::string kalibr_seed(const fs::path&) {
   const std::string scales = "[[1.1, 0, 0], [0.01, 0.9, 0], [0, 0.02, 1]]\n";
   return pack({{"camchain-imucam.yaml", test::kalibr_chain() + "  timeshift_cam_imu: 0.001\n"},
                {"imu.yaml", std::string(test::kKalibrImu) + "accelerometers:\n  M: " + scales +
-                                "gyroscopes:\n  M: " + scales + "  A: " + scales}});
+                                "gyroscopes:\n  M: " + scales +
+                                "  A: [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]]\n"}});
 }
 
 void read_kalibr_parts(const fs::path& scratch, std::string_view bytes) {

@@ -134,6 +134,20 @@ Verdict extracted_bag(const Listing& l) {
          "(imu.csv or imu0.csv), and Kalibr's files or calibration.yaml";
 }
 
+// Whose order of cameras only the calibration knows.
+Verdict folders_of_images(const Listing& l) {
+  std::vector<std::string> found;
+  for (const std::string& name : l.folders) {
+    const Listing below(l.folder / name);
+    if (!below.ending({".png", ".jpg", ".jpeg", ".pgm"}).empty()) found.push_back(name);
+  }
+  if (found.empty()) return std::nullopt;
+  return fmt::format(
+      "looks like folders of images ({}): name them images/cam0, images/cam1, ... in the order of "
+      "the calibration, with imu.csv beside images (docs/your-recording.md)",
+      some_of(found));
+}
+
 Verdict images_alone(const Listing& l) {
   const std::size_t count =
       l.ending({".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff"}).size();
@@ -158,6 +172,7 @@ constexpr std::array kForeignFolders{run_of_ours,
                                      listed_images,
                                      kitti_odometry_without_images,
                                      extracted_bag,
+                                     folders_of_images,
                                      images_alone,
                                      nothing};
 

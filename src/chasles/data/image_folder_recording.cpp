@@ -92,10 +92,11 @@ std::optional<fs::path> list_of_camera(const fs::path& folder, std::size_t c) {
 
 std::vector<std::optional<CameraFiles>> list_images(const fs::path& folder, Recording& recording) {
   const fs::path images = images_of(folder);
+  const std::size_t cameras = recording.cameras.size();
   std::vector<std::optional<CameraFiles>> files;
-  for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
+  for (std::size_t c = 0; c < cameras; ++c) {
     const std::string name = fmt::format("cam{}", c);
-    const fs::path place = camera_folder(images, c, recording.cameras.size());
+    const fs::path place = camera_folder(images, c, cameras);
     const auto list = fs::exists(place) ? std::nullopt : list_of_camera(folder, c);
     files.push_back(
         list ? read_image_list(*list, {.images = folder, .name = name}, recording.remarks)
@@ -142,7 +143,12 @@ Recording read_image_folder_recording(const fs::path& folder, std::size_t camera
   }
   open_cameras(std::move(files), rig.time_offsets, images / "cam0", recording);
   const fs::path truth = folder / "truth.tum";
-  if (fs::exists(truth)) recording.truth = read_tum(truth, recording.remarks);
+  if (fs::exists(truth)) {
+    recording.truth = read_tum(truth, recording.remarks);
+  } else if (fs::exists(folder / "groundtruth.txt")) {
+    recording.remarks.push_back(
+        "groundtruth.txt is not read: --truth takes it, if it is the trajectory of the IMU");
+  }
   remark_on_coverage(recording);
   return recording;
 }

@@ -84,8 +84,11 @@ constexpr std::array<std::string_view, 16> kForceWords{"acc",
                                                        "accelerometer_acceleration",
                                                        "totalacceleration",
                                                        "total_acceleration"};
-constexpr std::array<std::string_view, 2> kShortRates{"w", "g"};
+constexpr std::array<std::string_view, 1> kShortRates{"w"};
 constexpr std::array<std::string_view, 2> kShortForces{"a", "f"};
+// Angular rates, unless others are there: gravity is written so as well.
+constexpr std::array<std::string_view, 2> kGNames{"g", "g_"};
+constexpr std::array<std::string_view, 1> kShortG{"g"};
 // Words of quantities that are no specific forces, whatever follows.
 constexpr std::array<std::string_view, 3> kNotForces{"user", "gravity", "world"};
 
@@ -330,38 +333,44 @@ VectorColumns with_unit(const CsvReader& csv, const Axes& axes, const QuantityUn
   return result;
 }
 
+// gx, gy, gz, also with a unit behind the name.
+std::optional<Axes> axes_of_g(const CsvReader& csv, const std::string& what) {
+  const auto axes = axes_spelled(csv, kGNames, what);
+  return axes ? axes : axes_by_words(csv, {}, kShortG, what);
+}
+
 // rx, ry, rz: rotation rates, where gx, gy, gz are there too, or by their unit.
 std::optional<Axes> axes_of_r(const CsvReader& csv, const std::string& what) {
   constexpr std::array<std::string_view, 2> kNames{"r", "r_"};
   const auto axes = axes_spelled(csv, kNames, what);
   if (!axes) return std::nullopt;
-  constexpr std::array<std::string_view, 2> kG{"g", "g_"};
   const std::string unit = bracketed_unit(csv, axes->front());
   const bool rate =
       std::ranges::any_of(kRateUnits, [&](const UnitFactor& u) { return u.unit == unit; });
-  return rate || axes_spelled(csv, kG, what) ? axes : std::nullopt;
+  return rate || axes_of_g(csv, what) ? axes : std::nullopt;
+}
+
+[[noreturn]] void no_rates(const CsvReader& csv, const std::string& what) {
+  for (const char axis : {'x', 'y', 'z'}) {  // the first one that is missing
+    const auto column = only_column(csv, what, [&](std::size_t i) {
+      return spelled(lower_case(csv.columns()[i]), kRateNames, axis);
+    });
+    if (!column) unknown_names(csv, fmt::format("the {} about or along {}", what, axis));
+  }
+  unknown_names(csv, "the " + what);
 }
 
 void find_rates(const CsvReader& csv, ImuColumns& found) {
   const std::string what = "angular rate";
-  constexpr std::array<std::string_view, 2> kG{"g", "g_"};
   std::vector<std::string_view> others(kRateNames.begin(), kRateNames.end());
-  std::erase_if(others, [&](std::string_view name) { return name == "g" || name == "g_"; });
-  const auto g = axes_spelled(csv, kG, what);
+  std::erase_if(others, [](std::string_view name) { return name == "g" || name == "g_"; });
+  const auto g = axes_of_g(csv, what);
   std::optional<Axes> rate = axes_spelled(csv, others, what);
   if (!rate) rate = axes_by_words(csv, kRateWords, kShortRates, what);
   if (!rate) rate = axes_of_r(csv, what);
   if (g && rate) found.gravity = VectorColumns{.columns = *g};
   if (!rate) rate = g;
-  if (!rate) {
-    for (const char axis : {'x', 'y', 'z'}) {  // the first one that is missing
-      const auto column = only_column(csv, what, [&](std::size_t i) {
-        return spelled(lower_case(csv.columns()[i]), kRateNames, axis);
-      });
-      if (!column) unknown_names(csv, fmt::format("the {} about or along {}", what, axis));
-    }
-    unknown_names(csv, "the " + what);
-  }
+  if (!rate) no_rates(csv, what);
   found.rate = with_unit(
       csv, *rate, {.units = kRateUnits, .foreign = kForceUnits, .expected = "rad/s or deg/s"});
 }

@@ -121,14 +121,14 @@ void check_inertial_data(const fs::path& folder, const std::optional<fs::path>& 
                             samples->filename().string())
               : "images without inertial data, which a run needs";
   throw InputError(fmt::format(
-      "{}: is a sequence of KITTI odometry: {}. Put {}beside calib.txt: {}imu.yaml with the four "
-      "noise densities as Kalibr names them and T_cam_imu, from the IMU to the rectified left grey "
+      "{}: is a sequence of KITTI odometry: {}. Put {}beside calib.txt: {}the four noise densities "
+      "as Kalibr names them and T_cam_imu, from the IMU to the rectified left grey "
       "camera (docs/formats.md). KITTI's raw drives have inertial data",
       folder.string(), found,
       samples       ? "imu.yaml "
       : calibration ? "imu.csv "
                     : "both ",
-      samples ? "" : "imu.csv with the columns time_ns,wx,wy,wz,ax,ay,az, and "));
+      samples ? "" : "imu.csv with the columns time_ns,wx,wy,wz,ax,ay,az, and imu.yaml with "));
 }
 
 // Whether Kalibr's or another program's files calibrate the cameras, in place of T_cam_imu.

@@ -102,7 +102,8 @@ bool is_whole_number(std::string_view text) {
 std::string step_text(double nanoseconds) {
   if (nanoseconds >= 1e9) return fmt::format("{:g} s", nanoseconds / 1e9);
   if (nanoseconds >= 1e5) return fmt::format("{:g} ms", nanoseconds / 1e6);
-  return fmt::format("{:g} us", nanoseconds / 1e3);
+  if (nanoseconds >= 1e3) return fmt::format("{:g} us", nanoseconds / 1e3);
+  return fmt::format("{:g} ns", nanoseconds);
 }
 
 // The smallest step between two times that allows as many of them.
@@ -116,10 +117,11 @@ void check_steps(const ColumnTimes& column, std::string_view text, const std::st
   const double interval = mean_interval(column.times);
   if (column.step <= 1.5 * interval) return;
   throw InputError(fmt::format(
-      "{}: the times are written as '{}', with steps of {}, and rows are {} apart: they do not "
+      "{}: the times are written as '{}', with steps of {}, and {} rows are within {}: they do not "
       "tell the rows apart. Did a spreadsheet round them? Export the table again with all digits, "
       "without opening it there",
-      where, text, step_text(column.step), step_text(interval)));
+      where, text, step_text(column.step), column.times.size(),
+      step_text(interval * static_cast<double>(column.times.size() - 1))));
 }
 
 std::vector<WrittenTime> in_scale(const std::vector<std::string_view>& texts,
@@ -208,10 +210,11 @@ bool rounded_to_15_digits(const std::vector<Time>& times) {
 
 std::string times_remark(const std::string& file, const ColumnTimes& column) {
   if (column.times.empty() || (column.scale.digits == 0 && column.step < kCoarseStep)) return {};
+  const std::string taken = fmt::format("{}: the times are taken as {}", file, column.scale.name);
+  if (column.step < kCoarseStep) return taken;
   const double interval = column.times.size() > 1 ? mean_interval(column.times) : 0;
-  return fmt::format("{}: the times are taken as {}: they have steps of {}, and rows are {} apart",
-                     file, column.scale.name, step_text(std::max(column.step, 1.0)),
-                     step_text(interval));
+  return fmt::format("{}: their digits make steps of {}, and rows are {} apart", taken,
+                     step_text(column.step), step_text(interval));
 }
 
 }  // namespace chasles

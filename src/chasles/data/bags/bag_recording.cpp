@@ -47,11 +47,19 @@ std::optional<KalibrCalibration> kalibr_of(const BagPaths& paths, std::size_t ca
 }
 
 // The same for a bag that has no CameraInfo.
-std::optional<KalibrCalibration> foreign_of(const BagPaths& paths, const BagContents& contents) {
+std::optional<KalibrCalibration> foreign_of(const std::string& bag, const BagPaths& paths,
+                                            const BagContents& contents) {
   const bool info = std::ranges::any_of(contents.topics, [](const TopicContents& topic) {
     return is_of(topic, "sensor_msgs/CameraInfo");
   });
-  return info ? std::nullopt : find_calibration(paths.folders);
+  if (info) return std::nullopt;
+  auto found = find_calibration(paths.folders);
+  const std::string hint = insufficient_calibration(paths.folders);
+  if (found || hint.empty()) return found;
+  throw InputError(fmt::format(
+      "{}: has no sensor_msgs/CameraInfo, and there is no camchain-imucam.yaml beside it, expected "
+      "the calibration of the cameras{}",
+      bag, hint));
 }
 
 KalibrCalibration imu_of(const std::string& bag, const BagPaths& paths) {
@@ -114,7 +122,7 @@ Recording read_bag_recording(const fs::path& path, std::size_t cameras) {
   auto kalibr = kalibr_of(paths, cameras);
   KalibrCalibration calibration = kalibr ? *kalibr : imu_of(bag, paths);
   const BagContents contents = scan_bags(paths.files);
-  if (!kalibr && (kalibr = foreign_of(paths, contents))) calibration = *kalibr;
+  if (!kalibr && (kalibr = foreign_of(bag, paths, contents))) calibration = *kalibr;
   ChosenTopics chosen =
       choose_topics(bag, contents.topics, kalibr ? &*kalibr : nullptr, paths.folders, cameras);
   if (chosen.cameras.size() > cameras) {
