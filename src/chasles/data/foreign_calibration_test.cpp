@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <chasles/data/foreign_calibration.hpp>

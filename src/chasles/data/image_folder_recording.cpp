@@ -100,7 +100,9 @@ std::vector<std::optional<CameraFiles>> list_images(const fs::path& folder, Reco
     const auto list = fs::exists(place) ? std::nullopt : list_of_camera(folder, c);
     files.push_back(
         list ? read_image_list(*list, {.images = folder, .name = name}, recording.remarks)
-             : list_camera_images({.images = place, .name = name, .shared = {images, folder}},
+             : list_camera_images({.images = place,
+                                   .name = name,
+                                   .shared = {images, folder, camera_folder(images, 0, cameras)}},
                                   recording.remarks));
   }
   fit_units(files, recording.imu, recording.remarks);
