@@ -1,4 +1,5 @@
 #include <chasles/data/bags/bag_testing.hpp>
+#include <chasles/data/foreign_calibration.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
 
@@ -25,12 +26,37 @@ std::string kalibr_seed(const fs::path&) {
   const std::string scales = "[[1.1, 0, 0], [0.01, 0.9, 0], [0, 0.02, 1]]\n";
   return pack({{"camchain-imucam.yaml", test::kalibr_chain() + "  timeshift_cam_imu: 0.001\n"},
                {"imu.yaml", std::string(test::kKalibrImu) + "accelerometers:\n  M: " + scales +
-                                "gyroscopes:\n  M: " + scales + "  A: " + scales}});
+                                "gyroscopes:\n  M: " + scales +
+                                "  A: [[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]]\n"}});
 }
 
 void read_kalibr_parts(const fs::path& scratch, std::string_view bytes) {
   lay_out(scratch / "input", bytes);
   if (const auto files = find_kalibr(scratch / "input")) read_kalibr(*files);
+}
+
+// One settings file of ORB-SLAM3 and one calibration of Basalt, in two places.
+std::string foreign_seed(const fs::path&) {
+  const std::string place = R"({"px":0,"py":0,"pz":0,"qx":0,"qy":0,"qz":0,"qw":1})",
+                    eye = "[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\n";
+  return pack(
+      {{"walk.yaml",
+        "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 4\nCamera1.fy: 4\nCamera1.cx: 3\n"
+        "Camera1.cy: 2\nCamera.width: 8\nCamera.height: 6\nIMU.T_b_c1: !!opencv-matrix\n"
+        "   rows: 4\n   cols: 4\n   data: " +
+            eye +
+            "IMU.NoiseGyro: 1e-4\nIMU.NoiseAcc: 2e-3\nIMU.GyroWalk: 1e-5\nIMU.AccWalk: 3e-3\n"},
+       {"config/calibration.json",
+        R"({"value0":{"T_imu_cam":[)" + place +
+            R"(],"intrinsics":[{"camera_type":"pinhole","intrinsics":{"fx":4,"fy":4,"cx":3,"cy":2}}],)"
+            R"("resolution":[[8,6]],"accel_noise_std":0.1,"gyro_noise_std":0.1,)"
+            R"("accel_bias_std":0.1,"gyro_bias_std":0.1}})"}});
+}
+
+void read_foreign_parts(const fs::path& scratch, std::string_view bytes) {
+  lay_out(scratch / "input", bytes);
+  find_calibration({scratch / "input" / "config"});
+  find_calibration({scratch / "input"});
 }
 
 std::string images_seed(const fs::path&) {
@@ -103,8 +129,11 @@ void read_odometry(const fs::path& scratch, std::string_view bytes) {
 
 std::vector<Kind> image_folder_kinds() {
   return {
-      {"euroc", euroc_seed, read_euroc},          {"kalibr", kalibr_seed, read_kalibr_parts},
-      {"images", images_seed, read_images},       {"kitti", kitti_seed, read_kitti},
+      {"euroc", euroc_seed, read_euroc},
+      {"kalibr", kalibr_seed, read_kalibr_parts},
+      {"foreign", foreign_seed, read_foreign_parts},
+      {"images", images_seed, read_images},
+      {"kitti", kitti_seed, read_kitti},
       {"odometry", odometry_seed, read_odometry},
   };
 }

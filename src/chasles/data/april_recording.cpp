@@ -181,7 +181,7 @@ Recording read_april_recording(const fs::path& folder) {
   recording.cameras = read_cameras(folder);
   recording.imu_noise = read_euroc_imu_noise(folder / "imu0_sensor.yaml");
   recording.imu_range = read_euroc_imu_range(folder / "imu0_sensor.yaml");
-  recording.imu = read_imu_table(table(folder, "imu0"));
+  recording.imu = read_imu_table(table(folder, "imu0"), recording.remarks);
   tidy_samples(table(folder, "imu0"), recording);
   remark_on_open_end(table(folder, "imu0"), recording.remarks);
   recording.frames = read_tracks(table(folder, "tracks"), recording.cameras.size());

@@ -14,31 +14,6 @@
 namespace chasles {
 namespace {
 
-// No table has as many columns. A line of more is not split to its end.
-constexpr std::size_t kMostColumns = 1000;
-
-void split_commas(std::string_view line, std::vector<std::string_view>& values) {
-  values.clear();
-  for (std::size_t comma = 0;
-       values.size() < kMostColumns && (comma = line.find(',')) != std::string_view::npos;) {
-    values.push_back(trimmed(line.substr(0, comma)));
-    line.remove_prefix(comma + 1);
-  }
-  values.push_back(trimmed(line));
-}
-
-// Removes "[m]" and "(a remark)".
-std::string without_brackets(std::string_view line) {
-  std::string text;
-  int depth = 0;
-  for (const char c : line) {
-    if (c == '[' || c == '(') ++depth;
-    if (depth == 0) text += c;
-    if (c == ']' || c == ')') depth = std::max(depth - 1, 0);
-  }
-  return text;
-}
-
 template <typename Number>
 bool parse_fast(std::string_view text, Number& value) {
   const char* end = text.data() + text.size();
@@ -123,31 +98,60 @@ CsvReader::CsvReader(std::string file, std::string bytes,
                                fmt::join(columns_, ","), expected));
 }
 
+void CsvReader::refuse_utf16() const {
+  if (!bytes_.starts_with("\xff\xfe") && !bytes_.starts_with("\xfe\xff")) return;
+  throw InputError(fmt::format(
+      "{}: is text in UTF-16, expected UTF-8: save it as \"CSV UTF-8\" in the spreadsheet", file_));
+}
+
+void CsvReader::read_columns(const CsvHeading& heading) {
+  line_ = heading.line;
+  rest_ = heading.rows;
+  dialect_ = heading.dialect;
+  split_names(heading.names);
+  headings_.assign(values_.begin(), values_.end());
+  for (const std::string& name : headings_) columns_.emplace_back(trimmed(without_brackets(name)));
+  if (dialect_.separator == ',') return;
+  const auto from = static_cast<std::size_t>(rest_.data() - bytes_.data());
+  decimal_points(bytes_, from);
+  rest_ = std::string_view(bytes_).substr(from);
+}
+
 CsvReader::CsvReader(std::string file, std::string bytes)
     : file_(std::move(file)), bytes_(std::move(bytes)) {
+  refuse_utf16();
   remove_byte_order_mark(bytes_);
-  rest_ = bytes_;
-  std::string_view line;
-  while (!rest_.empty() && line.find(',') == std::string_view::npos) {  // over other comments
-    ++line_;
-    line = trimmed(take_line(rest_));
-    if (!line.empty() && line.front() != '#') break;
+  const CsvHeading heading = find_heading(bytes_);
+  if (heading.names.empty()) {
+    line_ = heading.line;
+    throw InputError(
+        fmt::format("{}: begins with '{:.40}', expected a line with the names of the columns",
+                    where(), heading.first));
   }
-  double ignored = 0;
-  split_names(line.starts_with('#') ? line.substr(1) : line);
-  if (line.empty() || parse_fast(values_.front(), ignored)) {
-    throw InputError(fmt::format(
-        "{}: begins with '{:.40}', expected a line with the names of the columns", where(), line));
-  }
+  rest_ = heading.rows;
   check_end(LastLine::kMayBeOpen);
-  headings_.assign(values_.begin(), values_.end());
-  for (const std::string& heading : headings_) {
-    columns_.emplace_back(trimmed(without_brackets(heading)));
-  }
+  read_columns({.dialect = heading.dialect,
+                .names = heading.names,
+                .line = heading.line,
+                .rows = rest_,
+                .first = heading.first});
+}
+
+CsvReader::CsvReader(std::string file, std::string bytes, NoHeading form,
+                     const std::vector<std::string>& names)
+    : file_(std::move(file)),
+      bytes_(std::move(bytes)),
+      dialect_(form.dialect),
+      columns_(names),
+      headings_(names) {
+  remove_byte_order_mark(bytes_);
+  if (dialect_.separator != ',') decimal_points(bytes_, 0);
+  rest_ = bytes_;
+  check_end(LastLine::kMayBeOpen);
 }
 
 void CsvReader::split_names(std::string_view line) {
-  split_commas(line, values_);
+  split_values(line, dialect_, values_);
   if (values_.size() <= kMostColumns) return;
   throw InputError(fmt::format("{}: has more than {} columns, expected a table of numbers", where(),
                                kMostColumns));
@@ -165,7 +169,11 @@ std::string_view CsvReader::next_line() {
 bool CsvReader::next() {
   const std::string_view line = next_line();
   if (line.empty()) return false;
-  split_commas(line, values_);
+  split_values(line, dialect_, values_);
+  // Spreadsheets end lines with a separator.
+  if (dialect_.quotes && values_.size() == columns_.size() + 1 && values_.back().empty()) {
+    values_.pop_back();
+  }
   if (values_.size() == columns_.size()) return true;
   const bool open = rest_.empty() && bytes_.back() != '\n';
   torn_ = open && values_.size() < columns_.size();

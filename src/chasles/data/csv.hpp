@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include <chasles/data/csv_dialect.hpp>
 #include <chasles/time.hpp>
 
 namespace chasles {
@@ -42,10 +43,17 @@ class CsvReader {
   CsvReader(std::string file, std::string bytes,
             const std::vector<std::vector<std::string>>& known);
 
-  /// A table with any columns, whose first line is a comment or not: `#timestamp [ns],wx` or
-  /// `timestamp,wx`. `file` names the table in messages. Throws InputError if there is no first
-  /// line with names.
+  /// A table with any columns, as other programs write it: its line of names is a comment or not,
+  /// and commas, semicolons, tabs or blanks separate the values, which may stand in quotes
+  /// (find_heading()). Where the separator is no comma, 0,5 is the number 0.5. `file` names the
+  /// table in messages. Throws InputError if there is no line of names.
   CsvReader(std::string file, std::string bytes);
+
+  /// The same for a table that has no line of names: `names` are those of its columns.
+  struct NoHeading {
+    CsvDialect dialect = {.quotes = true};
+  };
+  CsvReader(std::string file, std::string bytes, NoHeading, const std::vector<std::string>& names);
 
   const std::vector<std::string>& columns() const { return columns_; }
   /// Of a table with any columns: the names as they stand there, with units in brackets.
@@ -73,12 +81,15 @@ class CsvReader {
   void split_names(std::string_view line);
   std::string_view next_line();
   void check_end(LastLine last);
+  void refuse_utf16() const;
+  void read_columns(const CsvHeading& heading);
 
   std::string file_;
   std::string bytes_;
   std::string_view rest_;
   int line_ = 0;
   bool torn_ = false;
+  CsvDialect dialect_;
   std::vector<std::string> columns_, headings_;
   std::vector<std::string_view> values_;
 };

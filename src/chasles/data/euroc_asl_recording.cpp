@@ -7,12 +7,14 @@
 #include <chasles/data/csv.hpp>
 #include <chasles/data/euroc_tables.hpp>
 #include <chasles/data/folder_names.hpp>
+#include <chasles/data/foreign_calibration.hpp>
 #include <chasles/data/gzip.hpp>
-#include <chasles/data/image_files.hpp>
 #include <chasles/data/image_recording.hpp>
+#include <chasles/data/image_times.hpp>
 #include <chasles/data/imu_table.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -40,16 +42,25 @@ bool is_folder(const fs::path& path) {
   return fs::is_directory(path, ignored);
 }
 
+// The table begins as EuRoC's, with a comment.
+bool begins_as_euroc(const fs::path& table) {
+  std::string bytes = read_plain_or_gzip(table);
+  remove_byte_order_mark(bytes);
+  return bytes.starts_with('#');
+}
+
 // The images of data.csv or, without it, those that are named by their times; none without a folder
 // of images.
-std::optional<CameraFiles> list_asl_images(const fs::path& camera) {
-  const fs::path table = camera / "data.csv";
-  CameraFiles files{.folder = camera / "data", .images = {}};
+std::optional<CameraFiles> list_asl_images(const fs::path& folder, const std::string& name,
+                                           std::vector<std::string>& remarks) {
+  const fs::path camera = sensors_of(folder) / name, table = camera / "data.csv";
+  const CameraPlace place{.images = camera / "data",
+                          .name = name,
+                          .shared = {camera, sensors_of(folder), folder_of(folder)}};
+  CameraFiles files{.folder = place.images, .images = {}};
   if (!is_folder(files.folder)) return std::nullopt;
-  if (!fs::exists(table)) {
-    files.images = files_named_by_time(files.folder);
-    return files;
-  }
+  if (!fs::exists(table)) return list_camera_images(place, remarks);
+  if (!begins_as_euroc(table)) return read_image_list(table, place, remarks);
   CsvReader csv(table.string(), read_plain_or_gzip(table), kImageNames);
   while (csv.next()) {
     files.images.push_back({.time = csv.time(0), .file = std::string(csv.text(1))});
@@ -58,23 +69,21 @@ std::optional<CameraFiles> list_asl_images(const fs::path& camera) {
   throw InputError(table.string() + ": lists no image, expected rows `time,file`");
 }
 
-// The calibration of a recording, by one of its two kinds of files.
-struct AslCalibration {
-  std::vector<Time> time_offsets;
-  std::optional<ImuIntrinsics> imu_intrinsics;
-};
+// Where Kalibr's files and those of others may be: beside mav0, in dso/ (TUM-VI) or in mav0.
+std::vector<fs::path> calibration_places(const fs::path& folder) {
+  return {folder_of(folder), folder_of(folder) / "dso", sensors_of(folder)};
+}
 
-// Kalibr's files beside mav0, in dso/ (TUM-VI) or in mav0.
 std::optional<KalibrFiles> kalibr_of(const fs::path& folder) {
-  for (const fs::path& place : {folder_of(folder), folder_of(folder) / "dso", sensors_of(folder)}) {
+  for (const fs::path& place : calibration_places(folder)) {
     if (auto files = find_kalibr(place)) return files;
   }
   return std::nullopt;
 }
 
-AslCalibration take_sensor_files(const fs::path& sensors, std::size_t cameras,
-                                 Recording& recording) {
-  AslCalibration calibration;
+KalibrCalibration take_sensor_files(const fs::path& sensors, std::size_t cameras,
+                                    Recording& recording) {
+  KalibrCalibration calibration;
   for (std::size_t c = 0; c < cameras; ++c) {
     const fs::path camera = sensors / fmt::format("cam{}", c);
     const bool is_there = is_folder(camera) && !fs::is_empty(camera);
@@ -110,25 +119,28 @@ void remark_on_unused_kalibr(const fs::path& folder, Recording& recording) {
 }
 
 // Kalibr's files serve where there is no sensor.yaml.
-AslCalibration take_asl_calibration(const fs::path& folder, std::size_t cameras,
-                                    Recording& recording) {
+KalibrCalibration take_asl_calibration(const fs::path& folder, std::size_t cameras,
+                                       Recording& recording) {
   const fs::path sensors = sensors_of(folder);
   const fs::path first = sensors / "cam0" / "sensor.yaml";
   if (fs::exists(first)) {
     remark_on_unused_kalibr(folder, recording);
     return take_sensor_files(sensors, cameras, recording);
   }
-  const std::optional<KalibrFiles> files = kalibr_of(folder);
-  if (!files) {
-    throw InputError(first.string() +
-                     ": no such file, and there is no camchain-imucam.yaml of Kalibr beside mav0: "
-                     "expected one of them");
+  const std::vector<fs::path> places = calibration_places(folder);
+  const std::optional<KalibrCalibration> rig = find_calibration(places, cameras);
+  if (!rig) {
+    throw InputError(fmt::format(
+        "{}: no such file, and there is no camchain-imucam.yaml of Kalibr beside mav0: expected "
+        "one of them, or the files of OpenVINS, VINS-Fusion, ORB-SLAM3 or Basalt{}",
+        first.string(), insufficient_calibration(places)));
   }
-  const KalibrCalibration kalibr = read_kalibr(*files, cameras);
-  take_kalibr(kalibr, recording);
-  recording.remarks.push_back(fmt::format("there is no sensor.yaml: the calibration is that of {}",
-                                          files->cameras.filename().string()));
-  return {.time_offsets = kalibr.time_offsets, .imu_intrinsics = kalibr.imu_intrinsics};
+  take_kalibr(*rig, recording);
+  if (!rig->file.empty()) {
+    recording.remarks.push_back(fmt::format(
+        "there is no sensor.yaml: the calibration is that of {}", rig->file.filename().string()));
+  }
+  return *rig;
 }
 
 void read_asl_truth(const fs::path& folder, Recording& recording) {
@@ -161,17 +173,19 @@ Recording read_euroc_asl_recording(const fs::path& folder, std::size_t cameras) 
   const fs::path sensors = sensors_of(folder);
   Recording recording;
   recording.name = sequence_name(folder);
-  const AslCalibration calibration = take_asl_calibration(folder, cameras, recording);
+  const KalibrCalibration calibration = take_asl_calibration(folder, cameras, recording);
   if (cameras == kAllCameras) remark_on_further_camera(sensors, recording);
   std::vector<std::optional<CameraFiles>> images;
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
-    const fs::path camera = sensors / fmt::format("cam{}", c);
-    images.push_back(list_asl_images(camera));
-    remark_on_open_end(camera / "data.csv", recording.remarks);
+    const std::string name = fmt::format("cam{}", c);
+    images.push_back(list_asl_images(folder, name, recording.remarks));
+    remark_on_open_end(sensors / name / "data.csv", recording.remarks);
   }
-  recording.imu = read_imu_table(sensors / "imu0" / "data.csv");
+  recording.imu = read_imu_table(sensors / "imu0" / "data.csv", recording.remarks);
   tidy_samples(sensors / "imu0" / "data.csv", recording);
   remark_on_open_end(sensors / "imu0" / "data.csv", recording.remarks);
+  fit_units(images, recording.imu, recording.remarks);
+  take_noise_of_samples(calibration, recording);
   if (calibration.imu_intrinsics) correct_samples(*calibration.imu_intrinsics, recording);
   open_cameras(std::move(images), calibration.time_offsets, sensors / "cam0" / "data", recording);
   read_asl_truth(folder, recording);

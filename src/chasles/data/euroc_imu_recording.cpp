@@ -75,7 +75,7 @@ void read_truth_file(const fs::path& file, Recording& recording) {
 Recording read_euroc_imu_recording(const fs::path& file) {
   Recording recording;
   recording.name = sequence_of(file);
-  recording.imu = read_imu_table(file);
+  recording.imu = read_imu_table(file, recording.remarks);
   tidy_samples(file, recording);
   remark_on_open_end(file, recording.remarks);
   if (const auto truth = truth_beside(file)) {

@@ -11,6 +11,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kChain = "camchain-imucam";
+constexpr std::string_view kOpenVinsCameras = "kalibr_imucam_chain",
+                           kOpenVinsImu = "kalibr_imu_chain";
 
 bool holds(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
@@ -29,8 +31,16 @@ std::optional<int> camera_rank(const std::string& stem) {
   return std::nullopt;
 }
 
+// The rank of OpenVINS's camera file with a suffix, as kalibr_imucam_chain_X3_FINAL.
+std::optional<int> suffix_rank(const std::string& stem) {
+  return stem.starts_with(kOpenVinsCameras) ? std::optional(0) : std::nullopt;
+}
+
 // The name of Kalibr's IMU result beside X-camchain-imucam or camchain-imucam-X; empty without X.
 std::string partner_of(const std::string& camera_stem) {
+  if (camera_stem.starts_with(kOpenVinsCameras) && camera_stem != kOpenVinsCameras) {
+    return std::string(kOpenVinsImu) + camera_stem.substr(kOpenVinsCameras.size());
+  }
   const std::size_t at = camera_stem.find(kChain);
   if (at == std::string::npos || camera_stem == kChain) return {};
   std::string partner = camera_stem;
@@ -93,8 +103,10 @@ std::optional<fs::path> find_kalibr_imu(const fs::path& folder) {
 
 std::optional<KalibrFiles> find_kalibr(const fs::path& folder) {
   KalibrFiles files;
-  const auto cameras = best(folder, candidates(folder, camera_rank),
-                            "the former is the calibration with the IMU", files.remarks);
+  std::vector<Candidate> found = candidates(folder, camera_rank);
+  if (found.empty()) found = candidates(folder, suffix_rank);
+  const auto cameras =
+      best(folder, found, "the former is the calibration with the IMU", files.remarks);
   if (!cameras) return std::nullopt;
   files.cameras = *cameras;
   const auto imu = best_imu(folder, partner_of(cameras->stem().string()), files.remarks);

@@ -106,8 +106,18 @@ Verdict above_recordings(const Listing& l) {
 
 Verdict tum_rgbd(const Listing& l) {
   const bool lists = l.file("rgb.txt") || (l.dir("rgb") && l.dir("depth"));
-  if (!lists || !(l.file("depth.txt") || l.dir("depth"))) return std::nullopt;
-  return "looks like a TUM RGB-D sequence: it has no gyroscope, which a run with images needs";
+  const bool more = l.file("depth.txt") || l.dir("depth") || l.file("accelerometer.txt");
+  if (!lists || !more) return std::nullopt;
+  return "looks like a TUM RGB-D sequence: it has no gyroscope, which a run with images needs (its "
+         "accelerometer.txt has accelerations alone)";
+}
+
+// Lists of images beside a folder of them, without the samples of an IMU.
+Verdict listed_images(const Listing& l) {
+  if (!l.file("left_images.txt") && !l.file("images.txt")) return std::nullopt;
+  return "looks like a sequence of UZH-FPV without its imu.txt, which a run needs: a table with "
+         "the "
+         "columns timestamp,wx,wy,wz,ax,ay,az";
 }
 
 Verdict kitti_odometry_without_images(const Listing& l) {
@@ -122,6 +132,20 @@ Verdict extracted_bag(const Listing& l) {
   return "looks like an extracted bag: a run needs the IMU's table beside the folders of the "
          "images "
          "(imu.csv or imu0.csv), and Kalibr's files or calibration.yaml";
+}
+
+// Whose order of cameras only the calibration knows.
+Verdict folders_of_images(const Listing& l) {
+  std::vector<std::string> found;
+  for (const std::string& name : l.folders) {
+    const Listing below(l.folder / name);
+    if (!below.ending({".png", ".jpg", ".jpeg", ".pgm"}).empty()) found.push_back(name);
+  }
+  if (found.empty()) return std::nullopt;
+  return fmt::format(
+      "looks like folders of images ({}): name them images/cam0, images/cam1, ... in the order of "
+      "the calibration, with imu.csv beside images (docs/your-recording.md)",
+      some_of(found));
 }
 
 Verdict images_alone(const Listing& l) {
@@ -140,9 +164,17 @@ Verdict nothing(const Listing& l) {
 }
 
 // The first one that knows the folder counts.
-constexpr std::array kForeignFolders{run_of_ours,      part_of_euroc, archives,
-                                     above_recordings, tum_rgbd,      kitti_odometry_without_images,
-                                     extracted_bag,    images_alone,  nothing};
+constexpr std::array kForeignFolders{run_of_ours,
+                                     part_of_euroc,
+                                     archives,
+                                     above_recordings,
+                                     tum_rgbd,
+                                     listed_images,
+                                     kitti_odometry_without_images,
+                                     extracted_bag,
+                                     folders_of_images,
+                                     images_alone,
+                                     nothing};
 
 }  // namespace
 

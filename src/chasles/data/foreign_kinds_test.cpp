@@ -41,6 +41,15 @@ TEST_F(ForeignKinds, FoldersAreNamedForWhatTheyLookLike) {
   add("rgb.txt");
   add("depth.txt");
   expect_parts(told(), {"TUM RGB-D", "no gyroscope"});
+  add("rgb.txt");
+  add("accelerometer.txt");
+  expect_parts(told(), {"TUM RGB-D", "accelerometer.txt has accelerations alone"});
+  add("left_images.txt");
+  expect_parts(told(), {"UZH-FPV without its imu.txt"});
+  add("left/0.png");
+  add("right/0.png");
+  expect_parts(told(),
+               {"folders of images (left, right)", "images/cam0", "order of the calibration"});
   add("calib.txt");
   add("times.txt");
   expect_parts(told(), {"KITTI odometry without its images"});

@@ -1,21 +1,20 @@
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <string>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <chasles/data/calibration.hpp>
 #include <chasles/data/csv.hpp>
 #include <chasles/data/folder_names.hpp>
-#include <chasles/data/image_files.hpp>
+#include <chasles/data/foreign_calibration.hpp>
+#include <chasles/data/image_names.hpp>
 #include <chasles/data/image_recording.hpp>
+#include <chasles/data/image_times.hpp>
 #include <chasles/data/imu_table.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
-#include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -23,15 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array kImuTables{"imu.csv", "imu0.csv"};
-
-// The calibration of a folder, by one of its two kinds of files.
-struct FolderRig {
-  std::vector<Time> time_offsets;
-  std::optional<ImuIntrinsics> imu_intrinsics;
-};
-
-FolderRig take_own_calibration(const fs::path& file, std::size_t cameras, Recording& recording) {
+KalibrCalibration take_own_calibration(const fs::path& file, std::size_t cameras,
+                                       Recording& recording) {
   FolderCalibration calibration = read_calibration(file);
   if (calibration.cameras.empty() || !calibration.imu_convention) {
     throw InputError(fmt::format(
@@ -50,51 +42,26 @@ FolderRig take_own_calibration(const fs::path& file, std::size_t cameras, Record
   recording.truth_level = calibration.truth_level;
   recording.remarks = calibration.remarks;
   remark_on_time_offsets(calibration.time_offsets, recording.remarks);
-  return {.time_offsets = calibration.time_offsets, .imu_intrinsics = std::nullopt};
+  return {.time_offsets = calibration.time_offsets};
 }
 
-FolderRig take_calibration(const fs::path& folder, std::size_t cameras, Recording& recording) {
+// The project's own calibration, or that of another program.
+KalibrCalibration take_calibration(const fs::path& folder, std::size_t cameras,
+                                   Recording& recording) {
   recording.name = folder_name(folder);
   if (fs::exists(folder / "calibration.yaml")) {
     return take_own_calibration(folder / "calibration.yaml", cameras, recording);
   }
-  const auto files = find_kalibr(folder);
-  if (!files) {
-    throw InputError(
-        fmt::format("{}: there is no calibration.yaml and no camchain-imucam.yaml, expected the "
-                    "cameras' calibration in the folder of the recording",
-                    folder.string()));
+  const auto rig = find_calibration({folder}, cameras);
+  if (!rig) {
+    throw InputError(fmt::format(
+        "{}: there is no calibration.yaml and no camchain-imucam.yaml, expected the cameras' "
+        "calibration in the folder of the recording: these, or the files of OpenVINS, VINS-Fusion, "
+        "ORB-SLAM3 or Basalt{}",
+        folder.string(), insufficient_calibration({folder})));
   }
-  const KalibrCalibration kalibr = read_kalibr(*files, cameras);
-  take_kalibr(kalibr, recording);
-  return {.time_offsets = kalibr.time_offsets, .imu_intrinsics = kalibr.imu_intrinsics};
-}
-
-// The column of the files' names.
-std::size_t file_column(const CsvReader& csv) {
-  for (std::size_t i = 0; i < csv.columns().size(); ++i) {
-    if (csv.columns()[i] == "file" || csv.columns()[i] == "filename") return i;
-  }
-  throw InputError(fmt::format("{}: has the columns {}, expected time_ns,file", csv.where(),
-                               fmt::join(csv.headings(), ",")));
-}
-
-// The images of times.csv or, without it, those that are named by their times; none without a
-// folder.
-std::optional<CameraFiles> list_images(const fs::path& folder) {
-  std::error_code ignored;
-  if (!fs::is_directory(folder, ignored)) return std::nullopt;
-  const fs::path table = folder / "times.csv";
-  if (!fs::exists(table)) {
-    return CameraFiles{.folder = folder, .images = files_named_by_time(folder)};
-  }
-  CsvReader csv(table.string(), read_text(table));
-  const std::size_t time = time_column(csv), file = file_column(csv);
-  CameraFiles files{.folder = folder, .images = {}};
-  while (csv.next()) {
-    files.images.push_back({.time = time_at(csv, time), .file = std::string(csv.text(file))});
-  }
-  return files;
+  take_kalibr(*rig, recording);
+  return *rig;
 }
 
 // images/, or the recording's folder itself as kalibr_bagextractor makes it.
@@ -102,11 +69,53 @@ fs::path images_of(const fs::path& folder) {
   return fs::exists(folder / "images") ? folder / "images" : folder;
 }
 
-fs::path imu_table_of(const fs::path& folder) {
-  for (const char* name : kImuTables) {
+// The folder of a camera's images: cam0 or, as KITTI names it, image_0; a single camera's may be
+// `images` itself.
+fs::path camera_folder(const fs::path& images, std::size_t c, std::size_t cameras) {
+  const fs::path own = images / fmt::format("cam{}", c);
+  if (fs::exists(own)) return own;
+  const fs::path kitti = images / fmt::format("image_{}", c);
+  if (fs::exists(kitti)) return kitti;
+  return cameras == 1 && images.filename() == "images" && !images_in(images).empty() ? images : own;
+}
+
+// The list that names a camera's images from the folder of the recording, as UZH-FPV has it.
+std::optional<fs::path> list_of_camera(const fs::path& folder, std::size_t c) {
+  const std::vector<const char*> names = c == 0   ? std::vector{"left_images.txt", "images.txt"}
+                                         : c == 1 ? std::vector{"right_images.txt"}
+                                                  : std::vector<const char*>{};
+  for (const char* name : names) {
     if (fs::exists(folder / name)) return folder / name;
   }
-  return folder / kImuTables.front();
+  return std::nullopt;
+}
+
+std::vector<std::optional<CameraFiles>> list_images(const fs::path& folder, Recording& recording) {
+  const fs::path images = images_of(folder);
+  const std::size_t cameras = recording.cameras.size();
+  std::vector<std::optional<CameraFiles>> files;
+  for (std::size_t c = 0; c < cameras; ++c) {
+    const std::string name = fmt::format("cam{}", c);
+    const fs::path place = camera_folder(images, c, cameras);
+    const auto list = fs::exists(place) ? std::nullopt : list_of_camera(folder, c);
+    files.push_back(
+        list ? read_image_list(*list, {.images = folder, .name = name}, recording.remarks)
+             : list_camera_images({.images = place,
+                                   .name = name,
+                                   .shared = {images, folder, camera_folder(images, 0, cameras)}},
+                                  recording.remarks));
+  }
+  fit_units(files, recording.imu, recording.remarks);
+  return files;
+}
+
+bool has_imu_table(const fs::path& folder) {
+  try {
+    std::vector<std::string> ignored;
+    return find_imu_table(folder, ignored).has_value();
+  } catch (const InputError&) {  // several
+    return true;
+  }
 }
 
 }  // namespace
@@ -114,30 +123,34 @@ fs::path imu_table_of(const fs::path& folder) {
 bool is_image_folder(const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder / "images", ignored)) return !fs::exists(folder / "frames.csv", ignored);
-  return fs::is_directory(folder / "cam0", ignored) &&
-         std::ranges::any_of(kImuTables,
-                             [&](const char* name) { return fs::exists(folder / name, ignored); });
+  const bool images = fs::is_directory(folder / "cam0", ignored) ||
+                      fs::is_directory(folder / "image_0", ignored) || list_of_camera(folder, 0);
+  return images && has_imu_table(folder);
 }
 
 Recording read_image_folder_recording(const fs::path& folder, std::size_t cameras) {
   Recording recording;
-  const FolderRig rig = take_calibration(folder, cameras, recording);
-  const fs::path table = imu_table_of(folder), images = images_of(folder);
+  const KalibrCalibration rig = take_calibration(folder, cameras, recording);
+  const fs::path images = images_of(folder);
   if (cameras == kAllCameras) remark_on_further_camera(images, recording);
-  recording.imu = read_imu_table(table);
+  const fs::path table = find_imu_table(folder, recording.remarks).value_or(folder / "imu.csv");
+  recording.imu = read_imu_table(table, recording.remarks);
   tidy_samples(table, recording);
   remark_on_open_end(table, recording.remarks);
+  take_noise_of_samples(rig, recording);
   if (rig.imu_intrinsics) correct_samples(*rig.imu_intrinsics, recording);
-  std::vector<std::optional<CameraFiles>> files;
-  for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
-    files.push_back(list_images(images / fmt::format("cam{}", c)));
-  }
+  std::vector<std::optional<CameraFiles>> files = list_images(folder, recording);
   for (std::size_t c = 0; c < files.size(); ++c) {
     remark_on_open_end(images / fmt::format("cam{}", c) / "times.csv", recording.remarks);
   }
   open_cameras(std::move(files), rig.time_offsets, images / "cam0", recording);
   const fs::path truth = folder / "truth.tum";
-  if (fs::exists(truth)) recording.truth = read_tum(truth, recording.remarks);
+  if (fs::exists(truth)) {
+    recording.truth = read_tum(truth, recording.remarks);
+  } else if (fs::exists(folder / "groundtruth.txt")) {
+    recording.remarks.push_back(
+        "groundtruth.txt is not read: --truth takes it, if it is the trajectory of the IMU");
+  }
   remark_on_coverage(recording);
   return recording;
 }

@@ -187,6 +187,30 @@ TEST_F(ImageFolder, HalfAJpegIsNoImage) {
   expect_parts(input_error([&] { r.images->read(2); }), {"15000000.jpg", "truncated"});
 }
 
+// The cameras of a rig are triggered together: one list of times serves both.
+TEST_F(ImageFolder, TheListOfTheFirstCameraServesTheOthers) {
+  fs::remove(folder / "calibration.yaml");
+  std::string second = kKalibr;
+  second.replace(0, 4, "cam1");
+  test::spill(folder / "camchain-imucam.yaml", kKalibr + second);
+  test::spill(folder / "imu.yaml", kKalibrImu);
+  fs::rename(folder / "images/cam0", folder / "image_0");
+  fs::remove(folder / "images");
+  for (int k = 0; k < test::kFrames; ++k) {
+    fs::rename(folder / "image_0" / (test::stamp_of(k) + ".png"),
+               folder / "image_0" / fmt::format("{:06}.png", k));
+  }
+  fs::copy(folder / "image_0", folder / "image_1");
+  fs::rename(folder / "imu.csv", folder / "imuData.csv");
+  expect_parts(error(), {"image_0: the names of its 3 images", "no list"});
+  test::spill(folder / "image_0/times.txt", "0 0.005\n1 0.010\n2 0.015\n");
+  const Recording r = read_recording(folder);
+  EXPECT_EQ(r.cameras.size(), 2u);
+  ASSERT_EQ(r.images->size(), 3u);
+  EXPECT_EQ(r.images->time(2), std::chrono::milliseconds(15));
+  EXPECT_EQ(r.images->read(2).images.size(), 2u);
+}
+
 std::string all_of(const std::vector<std::string>& lines) {
   std::string text;
   for (const std::string& line : lines) text += line + "\n";

@@ -32,6 +32,22 @@ Eigen::Matrix3d inverse_of_scales(const YamlMap& map, const std::string& key) {
                                map.where(key), M.determinant()));
 }
 
+// The g-sensitivity, in rad/s for 1 m/s^2. Gyroscopes have some 1e-4; 0.1 would be 56 deg/s for g.
+Eigen::Matrix3d sensitivity(const YamlMap& map, const std::string& key) {
+  constexpr double kMost = 0.1;
+  const Eigen::Matrix3d M = matrix_or(map, key, Eigen::Matrix3d::Zero());
+  for (int i = 0; i < 9; ++i) {
+    if (std::abs(M(i / 3, i % 3)) <= kMost) continue;
+    throw InputError(fmt::format(
+        "{}: its entry in row {}, column {} is {:g}, expected at most {}: it is what 1 m/s^2 adds "
+        "to the gyroscope, in rad/s. {}",
+        map.where(key), i / 3 + 1, i % 3 + 1, M(i / 3, i % 3), kMost,
+        M.isIdentity(0) ? "It is the identity: write zeros, which mean none"
+                        : "Write zeros where it is not known"));
+  }
+  return M;
+}
+
 // The distances of the accelerometer's axes from the origin of the IMU.
 void remark_on_lever_arms(const YamlMap& accelerometers, std::vector<std::string>& remarks) {
   double longest = 0;
@@ -56,7 +72,7 @@ ImuIntrinsics of_kalibr(const YamlMap& map, std::vector<std::string>& remarks) {
   if (!map.has("gyroscopes")) return result;
   const YamlMap sensor = map.map("gyroscopes", {});
   const Eigen::Matrix3d gyro_R_imu = rotation_or_identity(sensor, "C_gyro_i");
-  const Eigen::Matrix3d of_force = matrix_or(sensor, "A", Eigen::Matrix3d::Zero());
+  const Eigen::Matrix3d of_force = sensitivity(sensor, "A");
   result.rate = gyro_R_imu.transpose() * inverse_of_scales(sensor, "M");
   result.rate_of_force = result.rate * of_force * gyro_R_imu;
   return result;
@@ -66,7 +82,7 @@ ImuIntrinsics of_openvins(const YamlMap& map) {
   ImuIntrinsics result;
   result.force = rotation_or_identity(map, "R_IMUtoACC").transpose() * inverse_of_scales(map, "Ta");
   result.rate = rotation_or_identity(map, "R_IMUtoGYRO").transpose() * inverse_of_scales(map, "Tw");
-  result.rate_of_force = result.rate * matrix_or(map, "Tg", Eigen::Matrix3d::Zero());
+  result.rate_of_force = result.rate * sensitivity(map, "Tg");
   return result;
 }
 
@@ -96,15 +112,19 @@ ImuSample corrected(const ImuIntrinsics& intrinsics, const ImuRange& measured, I
   s.force_clipped = s.specific_force_imu.cwiseAbs().maxCoeff() >= measured.accelerometer;
   s.rate_clipped = s.angular_rate_imu.cwiseAbs().maxCoeff() >= measured.gyroscope;
   s.specific_force_imu = intrinsics.force * s.specific_force_imu;
+  if (!intrinsics.force_bias.isZero(0)) s.specific_force_imu -= intrinsics.force_bias;
   const Eigen::Vector3d of_force = intrinsics.rate_of_force * s.specific_force_imu;
   s.angular_rate_imu = intrinsics.rate * s.angular_rate_imu - of_force;
+  if (!intrinsics.rate_bias.isZero(0)) s.angular_rate_imu -= intrinsics.rate_bias;
   return s;
 }
 
 ImuRange corrected_range(const ImuIntrinsics& intrinsics, const ImuRange& measured,
                          double force_on_rate) {
-  return {.accelerometer = raised(measured.accelerometer, intrinsics.force, 0),
-          .gyroscope = raised(measured.gyroscope, intrinsics.rate, force_on_rate)};
+  const double force_bias = intrinsics.force_bias.cwiseAbs().maxCoeff(),
+               rate_bias = intrinsics.rate_bias.cwiseAbs().maxCoeff();
+  return {.accelerometer = raised(measured.accelerometer, intrinsics.force, force_bias),
+          .gyroscope = raised(measured.gyroscope, intrinsics.rate, force_on_rate + rate_bias)};
 }
 
 void correct_samples(const ImuIntrinsics& intrinsics, Recording& recording) {
@@ -122,6 +142,10 @@ void correct_samples(const ImuIntrinsics& intrinsics, Recording& recording) {
                   "by up to {:.3g} % and {:.3g} rad/s for the force",
                   100 * largest_change(intrinsics.force), 100 * largest_change(intrinsics.rate),
                   force_on_rate));
+  if (intrinsics.force_bias.isZero(0) && intrinsics.rate_bias.isZero(0)) return;
+  recording.remarks.push_back(
+      fmt::format("biases of the calibration are subtracted: {:.3g} m/s^2 and {:.3g} rad/s",
+                  intrinsics.force_bias.norm(), intrinsics.rate_bias.norm()));
 }
 
 }  // namespace chasles

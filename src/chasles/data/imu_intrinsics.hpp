@@ -12,12 +12,14 @@
 namespace chasles {
 
 /// Scales, misalignments and g-sensitivity of an IMU, as the correction of its samples f_m, w_m:
-///   f = force f_m,   w = rate w_m - rate_of_force f.
-/// The biases are those of the corrected samples.
+///   f = force f_m - force_bias,   w = rate w_m - rate_of_force f - rate_bias.
+/// The biases that are estimated are those of the corrected samples.
 struct ImuIntrinsics {
   Eigen::Matrix3d force = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d rate = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d rate_of_force = Eigen::Matrix3d::Zero();  ///< [rad/s / (m/s^2)]
+  Eigen::Vector3d force_bias = Eigen::Vector3d::Zero();     ///< [m/s^2]
+  Eigen::Vector3d rate_bias = Eigen::Vector3d::Zero();      ///< [rad/s]
 };
 
 /// The intrinsics of an IMU's calibration file; none where they are missing or the identity.
@@ -30,7 +32,7 @@ struct ImuIntrinsics {
 ///
 /// Adds a remark for the lever arms of Kalibr's scale-misalignment-size-effect, which a single
 /// sample cannot be corrected for. Throws InputError for a matrix that has no inverse or is a
-/// reflection.
+/// reflection, and for a g-sensitivity (A, Tg) that no gyroscope has, as the identity.
 std::optional<ImuIntrinsics> read_imu_intrinsics(const YamlMap& map,
                                                  std::vector<std::string>& remarks);
 

@@ -146,5 +146,21 @@ TEST_F(ImuIntrinsicsOfAFile, ThatCannotBeAreRefused) {
   expect_parts(error("gyroscopes:\n  M: 3\n"), {"imu.yaml:2", "'M'"});
 }
 
+// OpenVINS's Tg is zero without g-sensitivity; people write the identity, as for the scales.
+TEST(ImuIntrinsics, AnIdentityAsSensitivityIsRefusedByItsName) {
+  const auto file = test::scratch() / "imu.yaml";
+  const auto refused = [&](const std::string& text) {
+    test::spill(file, text);
+    std::vector<std::string> remarks;
+    return input_error([&] { read_imu_intrinsics(YamlMap::read(file, {}), remarks); });
+  };
+  expect_parts(refused("Tg:\n" + rows_of(Eigen::Matrix3d::Identity(), "  ")),
+               {"imu.yaml:2: key 'Tg'", "row 1, column 1 is 1", "the identity: write zeros"});
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
+  A(1, 2) = -0.3;
+  expect_parts(refused("gyroscopes:\n  A:\n" + rows_of(A, "    ")),
+               {"key 'A'", "row 2, column 3 is -0.3", "at most 0.1"});
+}
+
 }  // namespace
 }  // namespace chasles

@@ -1,14 +1,16 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <functional>
+#include <limits>
 #include <optional>
-#include <span>
 #include <string_view>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <chasles/data/gzip.hpp>
+#include <chasles/data/imu_columns.hpp>
+#include <chasles/data/imu_sense.hpp>
 #include <chasles/data/imu_table.hpp>
 #include <chasles/data/parse.hpp>
 #include <chasles/error.hpp>
@@ -16,141 +18,142 @@
 namespace chasles {
 namespace {
 
-using Spellings = std::span<const std::string_view>;
-
-constexpr std::array<std::string_view, 9> kTimeNames{
-    "time_ns", "timestamp", "timestamp_ns", "timestamps",        "ts",
-    "t",       "time",      "stamp",        "field.header.stamp"};
-// Before the letter of the axis.
-constexpr std::array<std::string_view, 15> kRateNames{"w",
-                                                      "w_",
-                                                      "w_rs_s_",
-                                                      "omega",
-                                                      "omega_",
-                                                      "g",
-                                                      "g_",
-                                                      "gyro",
-                                                      "gyro_",
-                                                      "gyr_",
-                                                      "gyroscope_",
-                                                      "angular_velocity_",
-                                                      "angular_velocity.",
-                                                      "field.angular_velocity.",
-                                                      "angular_rate_"};
-constexpr std::array<std::string_view, 16> kForceNames{"a",
-                                                       "a_",
-                                                       "a_rs_s_",
-                                                       "alpha",
-                                                       "alpha_",
-                                                       "acc",
-                                                       "acc_",
-                                                       "accel_",
-                                                       "acceleration_",
-                                                       "accelerometer_",
-                                                       "linear_acceleration_",
-                                                       "linear_acceleration.",
-                                                       "field.linear_acceleration.",
-                                                       "specific_force_",
-                                                       "f",
-                                                       "f_"};
-
-std::string small(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return result;
+Eigen::Vector3d vector_of(const CsvReader& csv, const VectorColumns& v) {
+  const Eigen::Vector3d values(csv.number(v.columns[0]), csv.number(v.columns[1]),
+                               csv.number(v.columns[2]));
+  return v.factor == 1 ? values : Eigen::Vector3d(v.factor * values);
 }
 
-// The unit in brackets behind a name; empty without one.
-std::string unit_of(const CsvReader& csv, std::size_t column) {
-  const std::string& heading = csv.headings()[column];
-  const std::size_t begin = heading.find('['), end = heading.find(']');
-  if (begin == std::string::npos || end == std::string::npos || end < begin) return {};
-  return small(heading.substr(begin + 1, end - begin - 1));
-}
-
-[[noreturn]] void unknown_names(const CsvReader& csv, const std::string& missing) {
-  throw InputError(fmt::format(
-      "{}: has the columns {}, and none is {}: expected names as time_ns,wx,wy,wz,ax,ay,az or "
-      "EuRoC's (angular rates in rad/s, specific forces in m/s^2)",
-      csv.where(), fmt::join(csv.headings(), ","), missing));
-}
-
-// The column whose name is one of these with `axis` behind it.
-std::size_t column_of(const CsvReader& csv, Spellings names, std::string_view axis,
-                      const std::string& what) {
-  std::optional<std::size_t> found;
-  for (std::size_t i = 0; i < csv.columns().size(); ++i) {
-    const std::string name = small(csv.columns()[i]);
-    const auto same = [&](std::string_view known) {
-      return name.size() == known.size() + axis.size() && name.starts_with(known) &&
-             name.ends_with(axis);
+// The fields of sensor_msgs/Imu in the order of `ros2 topic echo --csv`.
+const std::vector<std::string>& ros2_echo_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> list{"header.stamp.sec", "header.stamp.nanosec", "header.frame_id"};
+    for (const char* axis : {"x", "y", "z", "w"})
+      list.push_back(fmt::format("orientation.{}", axis));
+    const auto covariance = [&](const std::string& of) {
+      for (int i = 0; i < 9; ++i) list.push_back(fmt::format("{}_covariance.{}", of, i));
     };
-    if (!std::ranges::any_of(names, same)) continue;
-    if (found) {
-      throw InputError(fmt::format("{}: both {} and {} may be {}, expected one of them",
-                                   csv.where(), csv.columns()[*found], csv.columns()[i], what));
+    covariance("orientation");
+    for (const char* of : {"angular_velocity", "linear_acceleration"}) {
+      for (const char* axis : {"x", "y", "z"}) list.push_back(fmt::format("{}.{}", of, axis));
+      covariance(of);
     }
-    found = i;
-  }
-  if (!found) unknown_names(csv, what);
-  return *found;
+    return list;
+  }();
+  return names;
 }
 
-using Axes = std::array<std::size_t, 3>;
-
-Axes axes_of(const CsvReader& csv, Spellings names, std::string_view what,
-             std::span<const std::string_view> foreign_units) {
-  Axes columns{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const std::string axis(1, "xyz"[i]);
-    columns[i] = column_of(csv, names, axis, fmt::format("the {} about or along {}", what, axis));
-    const std::string unit = unit_of(csv, columns[i]);
-    for (const std::string_view foreign : foreign_units) {
-      if (!unit.starts_with(foreign)) continue;
-      throw InputError(fmt::format("{}: the unit of {} is {}, expected rad/s and m/s^2: convert it",
-                                   csv.where(), csv.columns()[columns[i]], unit));
-    }
-  }
-  return columns;
+CsvReader open_imu_table(const std::string& file, std::string bytes) {
+  if (!is_ros2_echo(bytes)) return {file, std::move(bytes)};
+  return {file, std::move(bytes), CsvReader::NoHeading{}, ros2_echo_names()};
 }
 
-constexpr std::array<std::string_view, 2> kDegreeUnits{"deg", "\u00b0"};
-constexpr std::array<std::string_view, 2> kGravities{"g", "mg"};
+// The texts of a column of times, and the lines of their rows.
+struct TimeTexts {
+  std::vector<std::string_view> texts;
+  std::vector<int> lines;
+};
 
-Eigen::Vector3d vector_of(const CsvReader& csv, const Axes& axes) {
-  return {csv.number(axes[0]), csv.number(axes[1]), csv.number(axes[2])};
+Time time_in_scale(const CsvReader& csv, const TimeColumn& column) {
+  const std::string_view text = csv.text(column.column);
+  if (column.fraction) {
+    const Time fraction = csv.time(*column.fraction);
+    const Time whole = parse_seconds(csv.where(column.column), text);
+    if (fraction >= Time::zero() && fraction < std::chrono::seconds(1)) return whole + fraction;
+    throw InputError(fmt::format("{}: is {}, expected nanoseconds below 1000000000",
+                                 csv.where(*column.fraction), fraction.count()));
+  }
+  if (column.scale->digits == 9) return parse_seconds(csv.where(column.column), text);
+  if (const auto time = written_time(text, *column.scale)) return time->time;
+  throw InputError(
+      fmt::format("{}: is {:.40} {}, expected a time in ns, us, ms or s up to the year 2115",
+                  csv.where(column.column), text, column.scale->name));
+}
+
+// The steps of the most precise time.
+double least_step(const TimeTexts& times, const TimeScale& scale) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::string_view text : times.texts) {
+    if (const auto time = written_time(text, scale)) least = std::min(least, time->step);
+  }
+  return least;
+}
+
+void set_times(const std::string& file, const std::string& table, const CsvReader& csv,
+               const TimeColumn& column, const TimeTexts& written, std::vector<ImuSample>& imu,
+               std::vector<std::string>& remarks) {
+  const auto where = [&](std::size_t i) {
+    return fmt::format("{}:{}: column '{}'", file, written.lines[i], csv.columns()[column.column]);
+  };
+  ColumnTimes times;
+  if (column.scale) {
+    for (const ImuSample& sample : imu) times.times.push_back(sample.time);
+    times.scale = *column.scale;
+    times.step = least_step(written, *column.scale);
+    if (column.fraction || times.step < 1e5 || written.texts.empty() ||
+        written.texts.front().find('.') == std::string_view::npos) {
+      return;
+    }
+  } else {
+    times = read_unscaled_times(written.texts, where);
+    for (std::size_t i = 0; i < imu.size(); ++i) imu[i].time = times.times[i];
+    if (times.scale.digits == 0 && rounded_to_15_digits(times.times)) {
+      remarks.push_back(fmt::format(
+          "{}: the times are rounded to 15 digits, as spreadsheets do it: they have steps of 10 us",
+          table));
+    }
+  }
+  if (std::string remark = times_remark(table, times); !remark.empty()) {
+    remarks.push_back(std::move(remark));
+  }
+}
+
+void remark_on_units(const std::string& table, const ImuColumns& columns,
+                     std::vector<std::string>& remarks) {
+  std::vector<std::string> converted;
+  if (columns.rate.factor != 1) converted.push_back("angular rates in " + columns.rate.unit);
+  if (columns.force.factor != 1) converted.push_back("specific forces in " + columns.force.unit);
+  if (converted.empty()) return;
+  remarks.push_back(
+      fmt::format("{} has {}: converted to SI units", table, fmt::join(converted, " and ")));
 }
 
 }  // namespace
 
-std::size_t time_column(const CsvReader& csv) { return column_of(csv, kTimeNames, "", "the time"); }
+// Such rows have no line of names above them.
+bool is_ros2_echo(std::string_view bytes) {
+  const CsvHeading heading = find_heading(bytes);
+  std::vector<std::string_view> values;
+  split_values(heading.first, {.quotes = true}, values);
+  return heading.names.empty() && values.size() == ros2_echo_names().size();
+}
 
-Time time_at(const CsvReader& csv, std::size_t column) {
-  const std::string unit = unit_of(csv, column);
-  if (unit.empty() || unit == "ns") return csv.time(column);
-  if (unit == "s" || unit == "sec") return parse_seconds(csv.where(column), csv.text(column));
-  const std::int64_t factor = unit == "us" ? 1'000 : unit == "ms" ? 1'000'000 : 0;
-  const std::int64_t value = csv.integer(column);
-  if (factor > 0 && value > -kLastNanosecond / factor && value < kLastNanosecond / factor) {
-    return Time(value * factor);
+std::vector<ImuSample> read_imu_table(const std::filesystem::path& file,
+                                      std::vector<std::string>& remarks) {
+  CsvReader csv = open_imu_table(file.string(), read_plain_or_gzip(file));
+  const ImuColumns columns = find_imu_columns(csv);
+  const std::string table = file.filename().string();
+  std::vector<ImuSample> imu;
+  std::vector<Eigen::Vector3d> gravity;
+  TimeTexts written;
+  while (csv.next()) {
+    ImuSample& sample = imu.emplace_back();
+    sample.specific_force_imu = vector_of(csv, columns.force);
+    sample.angular_rate_imu = vector_of(csv, columns.rate);
+    if (columns.gravity) gravity.push_back(vector_of(csv, *columns.gravity));
+    if (columns.time.scale) sample.time = time_in_scale(csv, columns.time);
+    written.texts.push_back(csv.text(columns.time.column));
+    written.lines.push_back(csv.line());
   }
-  throw InputError(
-      fmt::format("{}: is {} {}, expected a time in ns, us, ms or s up to the year 2115",
-                  csv.where(column), value, unit));
+  set_times(file.string(), table, csv, columns.time, written, imu, remarks);
+  remark_on_units(table, columns, remarks);
+  check_sense(csv, file.string(), columns, imu, gravity, remarks);
+  return imu;
 }
 
 std::vector<ImuSample> read_imu_table(const std::filesystem::path& file) {
-  CsvReader csv(file.string(), read_plain_or_gzip(file));
-  const std::size_t time = time_column(csv);
-  const Axes rate = axes_of(csv, kRateNames, "angular rate", kDegreeUnits);
-  const Axes force = axes_of(csv, kForceNames, "specific force", kGravities);
-  std::vector<ImuSample> imu;
-  while (csv.next()) {
-    imu.push_back({.time = time_at(csv, time),
-                   .specific_force_imu = vector_of(csv, force),
-                   .angular_rate_imu = vector_of(csv, rate)});
-  }
-  return imu;
+  std::vector<std::string> ignored;
+  return read_imu_table(file, ignored);
 }
 
 }  // namespace chasles

@@ -49,14 +49,17 @@ TEST(ImuTable, TimesAreInTheUnitOfTheirColumn) {
   expect_sample("timestamp [s],wx,wy,wz,ax,ay,az\n1.5,1,2,3,4,5,6\n");
   expect_sample("timestamp [ms],wx,wy,wz,ax,ay,az\n1500,1,2,3,4,5,6\n");
   expect_sample("timestamp [us],wx,wy,wz,ax,ay,az\n1500000,1,2,3,4,5,6\n");
-  expect_parts(error("t [h],wx,wy,wz,ax,ay,az\n1,1,2,3,4,5,6\n"), {"imu.csv:2", "1 h"});
+  expect_parts(error("t [h],wx,wy,wz,ax,ay,az\n1,1,2,3,4,5,6\n"),
+               {"imu.csv:1", "the unit of t is h", "ns, us, ms or s"});
   expect_parts(error("t [ms],wx,wy,wz,ax,ay,az\n9000000000000000000,1,2,3,4,5,6\n"), {"imu.csv:2"});
   for (const char* unit : {"us", "ms"}) {
     expect_parts(error(std::string("t [") + unit +
                        "],wx,wy,wz,ax,ay,az\n-9223372036854775808,1,2,3,4,5,6\n"),
                  {"imu.csv:2", "is -9223372036854775808"});
   }
-  expect_parts(error("t,wx,wy,wz,ax,ay,az\n1.5,1,2,3,4,5,6\n"), {"imu.csv:2", "'t'", "1.5"});
+  expect_sample("t,wx,wy,wz,ax,ay,az\n1.5,1,2,3,4,5,6\n");  // decimals are seconds
+  expect_parts(error("t,wx,wy,wz,ax,ay,az\n1.5,1,2,3,4,5,6\nsoon,1,2,3,4,5,6\n"),
+               {"imu.csv:3", "'t'", "soon", "expected a time in seconds"});
 }
 
 TEST(ImuTable, MayComeFromWindowsAndFromScripts) {
@@ -93,9 +96,12 @@ TEST(ImuTable, NamesThatDoNotTellAreRefusedAtTheirLine) {
   expect_parts(error("wx,wy,wz,ax,ay,az\n1,2,3,4,5,6\n"), {"imu.csv:1", "none is the time"});
   expect_parts(error("time_ns,wx,wy,wz,ax,ay,az,acc_x\n1,1,2,3,4,5,6,7\n"),
                {"imu.csv:1", "both ax and acc_x"});
-  expect_parts(error("time_ns,wx [deg/s],wy,wz,ax,ay,az\n1,1,2,3,4,5,6\n"),
-               {"imu.csv:1", "deg/s", "expected rad/s"});
-  expect_parts(error("time_ns,wx,wy,wz,ax [g],ay,az\n1,1,2,3,4,5,6\n"), {"the unit of ax is g"});
+  expect_parts(error("time_ns,wx [lsb],wy,wz,ax,ay,az\n1,1,2,3,4,5,6\n"),
+               {"imu.csv:1", "the unit of wx is lsb", "expected rad/s"});
+  expect_parts(error("time_ns,gx(g),gy(g),gz(g),ax,ay,az\n1,1,2,3,4,5,6\n"),
+               {"the unit of gx is g", "expected rad/s"});
+  expect_parts(error("time_ns,wx,wy,wz,ax [dps],ay,az\n1,1,2,3,4,5,6\n"),
+               {"the unit of ax is dps", "expected m/s^2 or g"});
   expect_parts(error(""), {"imu.csv", "names of the columns"});
   expect_parts(error("time_ns,wx,wy,wz,ax,ay,az\n1,1,2,3,4,five,6\n"),
                {"imu.csv:2", "'ay'", "five"});

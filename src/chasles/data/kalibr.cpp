@@ -46,8 +46,11 @@ void check_imu_frame(const YamlMap& map) {
                      ": is not the identity, expected the IMU's frame as that of the body");
   }
   if (map.has("time_offset") && map.number("time_offset") != 0) {
-    throw InputError(fmt::format("{}: is {}, expected 0: the IMU's clock as that of the body",
-                                 map.where("time_offset"), map.number("time_offset")));
+    throw InputError(fmt::format(
+        "{}: is {}, expected 0: the IMU's clock as that of the body. State the offset of the "
+        "cameras against it as timeshift_cam_imu in the camera chain, or shift the stamps of the "
+        "samples",
+        map.where("time_offset"), map.number("time_offset")));
   }
 }
 
@@ -97,6 +100,18 @@ void take_kalibr(const KalibrCalibration& calibration, Recording& recording) {
                            calibration.remarks.end());
 }
 
+void take_noise_of_samples(const KalibrCalibration& calibration, Recording& recording) {
+  const std::vector<ImuSample>& imu = recording.imu;
+  if (!calibration.noise_of_samples || !recording.imu_noise || imu.size() < 2) return;
+  const double interval =
+      to_seconds(imu.back().time - imu.front().time) / static_cast<double>(imu.size() - 1);
+  recording.imu_noise = scaled(*recording.imu_noise, std::sqrt(interval));
+  recording.remarks.push_back(fmt::format(
+      "the noise of the IMU is stated for a sample (VINS): its densities are that, over the root "
+      "of the rate of {:.4g} Hz",
+      1 / interval));
+}
+
 KalibrCalibration read_kalibr_imu(const std::filesystem::path& file) {
   KalibrCalibration calibration;
   read_imu_file(file, calibration);
@@ -104,7 +119,7 @@ KalibrCalibration read_kalibr_imu(const std::filesystem::path& file) {
 }
 
 KalibrCalibration read_kalibr(const KalibrFiles& files, std::size_t cameras) {
-  KalibrCalibration calibration{.remarks = files.remarks};
+  KalibrCalibration calibration{.file = files.cameras, .remarks = files.remarks};
   const YamlMap chain = YamlMap::read(files.cameras, {.known = {}, .needed = {"cam0"}});
   for (std::size_t c = 0; c < cameras && chain.has(fmt::format("cam{}", c)); ++c) {
     read_camera(chain.map(fmt::format("cam{}", c), {.known = {},

@@ -19,9 +19,13 @@ struct KalibrCalibration {
   std::vector<Time> time_offsets = {};
   std::vector<std::string> camera_topics = {};  ///< of a ROS bag; empty where the file has none
   ImuNoise imu_noise = {};
+  /// Whether the noise is the standard deviation of a sample, and of the bias' step from a sample
+  /// to the next per second, as VINS has it: densities_of_samples() makes densities of it.
+  bool noise_of_samples = false;
   ImuRange imu_range = {};  ///< Kalibr has no such keys: accelerometer_range, gyroscope_range
   std::optional<ImuIntrinsics> imu_intrinsics = {};
   std::string imu_topic = {};
+  std::filesystem::path file = {};        ///< of the cameras, if it is Kalibr's or OpenVINS's
   std::vector<std::string> remarks = {};  ///< on the choice of the files, and on what they state
 };
 
@@ -35,9 +39,11 @@ struct KalibrFiles {
 /// Finds the files by name; the ending is .yaml or .yml.
 ///
 /// Cameras: the result of kalibr_calibrate_imu_camera (`*camchain-imucam*`) or OpenVINS's
-/// `kalibr_imucam_chain`, else `*camchain*`, which may hold T_cam_imu as well. IMU: with
-/// `X-camchain-imucam` or `camchain-imucam-X` the file `X-imu` or `imu-X`; else a result of Kalibr
-/// (`*-imu`, `imu-*`) or OpenVINS's `kalibr_imu_chain`, else `imu*`, Kalibr's input.
+/// `kalibr_imucam_chain`, else `*camchain*`, which may hold T_cam_imu as well; else OpenVINS's name
+/// with a suffix, `kalibr_imucam_chain*`. IMU: with `X-camchain-imucam` or `camchain-imucam-X` the
+/// file `X-imu` or `imu-X`, and with `kalibr_imucam_chainX` the file `kalibr_imu_chainX`; else a
+/// result of Kalibr (`*-imu`, `imu-*`) or OpenVINS's `kalibr_imu_chain`, else `imu*`, Kalibr's
+/// input.
 ///
 /// Nothing if there is no camera file. Throws InputError if there are two that are equally good, or
 /// no IMU file.
@@ -52,6 +58,12 @@ KalibrCalibration read_kalibr(const KalibrFiles& files, std::size_t cameras = kA
 /// Gives the recording cameras, noise, range and remarks. Time offsets and intrinsics are applied
 /// to images and samples by open_cameras() and correct_samples().
 void take_kalibr(const KalibrCalibration& calibration, Recording& recording);
+
+/// Makes densities of a noise that is stated for samples, by the interval between the recording's
+/// samples, with a remark; nothing for other calibrations. VINS-Mono (Qin, Li and Shen 2018) adds
+/// its noise once for each sample: over the interval dt the white noise sigma is a density of
+/// sigma sqrt(dt), and the random walk likewise.
+void take_noise_of_samples(const KalibrCalibration& calibration, Recording& recording);
 
 /// The IMU's file alone, found by the same names.
 std::optional<std::filesystem::path> find_kalibr_imu(const std::filesystem::path& folder);

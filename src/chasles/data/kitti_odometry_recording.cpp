@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/folder_names.hpp>
+#include <chasles/data/foreign_calibration.hpp>
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/image_recording.hpp>
 #include <chasles/data/imu_table.hpp>
@@ -17,6 +18,7 @@
 #include <chasles/data/parse.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -111,19 +113,29 @@ Camera odometry_camera(const KittiCalibration& calibration, int number, const fs
           .cam_T_imu = SE3{Eigen::Matrix3d::Identity(), P.t} * cam0_T_imu};
 }
 
-void check_inertial_data(const fs::path& folder) {
-  const bool samples = fs::exists(folder / "imu.csv"),
-             calibration = fs::exists(folder / "imu.yaml");
+void check_inertial_data(const fs::path& folder, const std::optional<fs::path>& samples) {
+  const bool calibration = fs::exists(folder / "imu.yaml");
   if (samples && calibration) return;
+  const std::string found =
+      samples ? fmt::format("with the samples of an IMU in {}, whose calibration is missing",
+                            samples->filename().string())
+              : "images without inertial data, which a run needs";
   throw InputError(fmt::format(
-      "{}: is a sequence of KITTI odometry: images without inertial data, which a run needs. Put "
-      "{}beside calib.txt: imu.csv with the columns time_ns,wx,wy,wz,ax,ay,az, and imu.yaml with "
-      "the four noise densities as Kalibr names them and T_cam_imu, from the IMU to the rectified "
-      "left grey camera (docs/formats.md). KITTI's raw drives have inertial data",
-      folder.string(),
+      "{}: is a sequence of KITTI odometry: {}. Put {}beside calib.txt: {}the four noise densities "
+      "as Kalibr names them and T_cam_imu, from the IMU to the rectified left grey "
+      "camera (docs/formats.md). KITTI's raw drives have inertial data",
+      folder.string(), found,
       samples       ? "imu.yaml "
       : calibration ? "imu.csv "
-                    : "both "));
+                    : "both ",
+      samples ? "" : "imu.csv with the columns time_ns,wx,wy,wz,ax,ay,az, and imu.yaml with "));
+}
+
+// Whether Kalibr's or another program's files calibrate the cameras, in place of T_cam_imu.
+bool has_own_calibration(const fs::path& folder) {
+  const fs::path imu = folder / "imu.yaml";
+  if (fs::exists(imu) && YamlMap::read(imu, {}).has("T_cam_imu")) return false;
+  return find_calibration({folder}).has_value();
 }
 
 }  // namespace
@@ -135,8 +147,10 @@ bool is_kitti_odometry_folder(const fs::path& folder) {
 }
 
 Recording read_kitti_odometry_recording(const fs::path& folder, std::size_t cameras) {
-  check_inertial_data(folder);
+  if (has_own_calibration(folder)) return read_image_folder_recording(folder, cameras);
   Recording recording;
+  const std::optional<fs::path> table = find_imu_table(folder, recording.remarks);
+  check_inertial_data(folder, table);
   recording.name = folder_name(folder);
   const YamlMap map = YamlMap::read(folder / "imu.yaml", {.known = {}, .needed = {"T_cam_imu"}});
   const KalibrCalibration imu = read_kalibr_imu(folder / "imu.yaml");
@@ -157,8 +171,8 @@ Recording read_kitti_odometry_recording(const fs::path& folder, std::size_t came
     recording.cameras.push_back(
         odometry_camera(calibration, number, first, map.motion("T_cam_imu")));
   }
-  recording.imu = read_imu_table(folder / "imu.csv");
-  tidy_samples(folder / "imu.csv", recording);
+  recording.imu = read_imu_table(*table, recording.remarks);
+  tidy_samples(*table, recording);
   if (imu.imu_intrinsics) correct_samples(*imu.imu_intrinsics, recording);
   const std::vector<Time> offsets(images.size(), read_time_offset(map));
   remark_on_time_offsets(offsets, recording.remarks);

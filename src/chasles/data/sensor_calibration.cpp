@@ -5,6 +5,7 @@
 
 #include <chasles/data/calibration.hpp>
 #include <chasles/data/euroc_tables.hpp>
+#include <chasles/data/foreign_calibration.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/sensor_calibration.hpp>
 #include <chasles/error.hpp>
@@ -30,6 +31,16 @@ SensorCalibration of_chain(KalibrCalibration kalibr) {
           .imu_range = kalibr.imu_range,
           .imu_intrinsics = kalibr.imu_intrinsics,
           .remarks = std::move(kalibr.remarks)};
+}
+
+// The noise of a driver's samples needs their rate, which is not known before they come.
+SensorCalibration of_foreign(const fs::path& folder, KalibrCalibration rig) {
+  if (!rig.noise_of_samples) return of_chain(std::move(rig));
+  throw InputError(
+      fmt::format("{}: the noise of VINS (acc_n, gyr_n) is that of a sample, and the rate of the "
+                  "samples is not "
+                  "known here, {}",
+                  folder.string(), kExpectedCalibration));
 }
 
 SensorCalibration of_own_file(const fs::path& file) {
@@ -76,6 +87,7 @@ SensorCalibration of_folder(const fs::path& folder, std::size_t cameras) {
   if (fs::exists(folder / "calibration.yaml")) return of_own_file(folder / "calibration.yaml");
   if (const auto files = find_kalibr(folder)) return of_chain(read_kalibr(*files, cameras));
   if (const auto file = find_kalibr_imu(folder)) return of_chain(read_kalibr_imu(*file));
+  if (auto rig = find_calibration({folder}, cameras)) return of_foreign(folder, std::move(*rig));
   throw InputError(
       fmt::format("{}: holds no calibration, {}", folder.string(), kExpectedCalibration));
 }

@@ -17,12 +17,6 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\f\v";
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return result;
-}
-
 // Insertions, deletions and replacements that turn a into b.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -120,12 +114,13 @@ void make_folder(const std::filesystem::path& folder) {
 }
 
 std::string did_you_mean(std::string_view name, const std::vector<std::string>& known) {
-  const std::string wanted = lower(name);
+  const std::string wanted = lower_case(name);
   std::vector<std::string_view> nearest;
   std::size_t least = std::max<std::size_t>(1, name.size() / 2) + 1;
   for (const std::string& candidate : known) {
-    const std::size_t distance = std::min(edit_distance(wanted, lower(candidate)),
-                                          edit_distance(wanted, lower(without_group(candidate))));
+    const std::size_t distance =
+        std::min(edit_distance(wanted, lower_case(candidate)),
+                 edit_distance(wanted, lower_case(without_group(candidate))));
     const bool same =
         !nearest.empty() && without_group(nearest.front()) == without_group(candidate);
     if (distance < least) nearest.clear();
@@ -157,6 +152,12 @@ std::string_view trimmed(std::string_view text) {
   const std::size_t begin = text.find_first_not_of(kBlanks);
   if (begin == std::string_view::npos) return {};
   return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
+}
+
+std::string lower_case(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return result;
 }
 
 std::vector<std::string_view> split_words(std::string_view line) {

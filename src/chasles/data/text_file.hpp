@@ -49,6 +49,9 @@ std::string_view take_line(std::string_view& text);
 /// The text without blanks at both ends.
 std::string_view trimmed(std::string_view text);
 
+/// The text in small letters (ASCII).
+std::string lower_case(std::string_view text);
+
 /// The words between blanks.
 std::vector<std::string_view> split_words(std::string_view line);
 

@@ -9,6 +9,7 @@
 #include <chasles/data/bags/bag_images.hpp>
 #include <chasles/data/bags/bag_paths.hpp>
 #include <chasles/data/bags/bag_topics.hpp>
+#include <chasles/data/foreign_calibration.hpp>
 #include <chasles/data/image_recording.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
@@ -30,12 +31,35 @@ KalibrCalibration read_chain(const KalibrFiles& files, std::size_t cameras) {
   }
 }
 
-// Kalibr's two files in the nearest folder that has them.
+bool has_imu_file(const BagPaths& paths) {
+  return std::ranges::any_of(
+      paths.folders, [](const fs::path& folder) { return find_kalibr_imu(folder).has_value(); });
+}
+
+// Kalibr's two files in the nearest folder that has them, else those of another program. Where
+// there is an imu.yaml alone, the bag may calibrate the cameras itself.
 std::optional<KalibrCalibration> kalibr_of(const BagPaths& paths, std::size_t cameras) {
   for (const fs::path& folder : paths.folders) {
     if (const auto files = find_kalibr(folder)) return read_chain(*files, cameras);
   }
-  return std::nullopt;
+  if (has_imu_file(paths)) return std::nullopt;
+  return find_calibration(paths.folders);
+}
+
+// The same for a bag that has no CameraInfo.
+std::optional<KalibrCalibration> foreign_of(const std::string& bag, const BagPaths& paths,
+                                            const BagContents& contents) {
+  const bool info = std::ranges::any_of(contents.topics, [](const TopicContents& topic) {
+    return is_of(topic, "sensor_msgs/CameraInfo");
+  });
+  if (info) return std::nullopt;
+  auto found = find_calibration(paths.folders);
+  const std::string hint = insufficient_calibration(paths.folders);
+  if (found || hint.empty()) return found;
+  throw InputError(fmt::format(
+      "{}: has no sensor_msgs/CameraInfo, and there is no camchain-imucam.yaml beside it, expected "
+      "the calibration of the cameras{}",
+      bag, hint));
 }
 
 // A folder that rosbag2 did not describe may have its calibration beside it too; files in it alone
@@ -43,7 +67,8 @@ std::optional<KalibrCalibration> kalibr_of(const BagPaths& paths, std::size_t ca
 void look_above(BagPaths& paths) {
   if (!paths.above) return;
   const fs::path& folder = paths.folders.front();
-  if (find_kalibr(folder) || find_kalibr_imu(folder) || fs::exists(folder / "topics.yaml")) {
+  if (find_kalibr(folder) || find_kalibr_imu(folder) || find_calibration({folder}) ||
+      fs::exists(folder / "topics.yaml")) {
     paths.folders.pop_back();
     return;
   }
@@ -82,8 +107,10 @@ KalibrCalibration imu_of(const std::string& bag, const BagPaths& paths,
       "{}: there is neither camchain-imucam.yaml nor imu.yaml beside it, expected Kalibr's two "
       "files, or, if the bag has CameraInfo and /tf_static, an imu.yaml with the noise of the IMU: "
       "accelerometer_noise_density, accelerometer_random_walk, gyroscope_noise_density and "
-      "gyroscope_random_walk (docs/your-recording.md)",
-      bag));
+      "gyroscope_random_walk (docs/your-recording.md). The files of OpenVINS, VINS-Fusion, "
+      "ORB-SLAM3 "
+      "and Basalt serve as well{}",
+      bag, insufficient_calibration(paths.folders)));
 }
 
 // Throws for a topic without a message that can be used.
@@ -102,11 +129,12 @@ void check_topic(const std::string& bag, const TopicContents& topic, std::size_t
 }
 
 void take_samples(const std::string& bag, const TopicContents& topic,
-                  const std::optional<ImuIntrinsics>& intrinsics, Recording& recording) {
+                  const KalibrCalibration& calibration, Recording& recording) {
   check_topic(bag, topic, topic.imu.size(), recording.remarks);
   recording.imu = topic.imu;
   tidy_samples(fmt::format("{}: topic {}", bag, topic.topic.name), recording);
-  if (intrinsics) correct_samples(*intrinsics, recording);
+  take_noise_of_samples(calibration, recording);
+  if (calibration.imu_intrinsics) correct_samples(*calibration.imu_intrinsics, recording);
 }
 
 // `offsets`: of each camera, added to its stamps; empty: none.
@@ -129,9 +157,10 @@ Recording read_bag_recording(const fs::path& path, std::size_t cameras) {
   BagPaths paths = find_bag_files(path);
   const std::vector<OpenBag> bags = open_bags(paths.files);  // what is no bag comes first
   look_above(paths);
-  const auto kalibr = kalibr_of(paths, cameras);
-  const KalibrCalibration calibration = kalibr ? *kalibr : imu_of(bag, paths, bags);
+  auto kalibr = kalibr_of(paths, cameras);
+  KalibrCalibration calibration = kalibr ? *kalibr : imu_of(bag, paths, bags);
   const BagContents contents = scan_open_bags(bags);
+  if (!kalibr && (kalibr = foreign_of(bag, paths, contents))) calibration = *kalibr;
   ChosenTopics chosen =
       choose_topics(bag, contents.topics, kalibr ? &*kalibr : nullptr, paths.folders, cameras);
   if (chosen.cameras.size() > cameras) {
@@ -159,7 +188,7 @@ Recording read_bag_recording(const fs::path& path, std::size_t cameras) {
   } else {
     calibrate_by_bag(bag, contents, chosen, recording);
   }
-  take_samples(bag, *chosen.imu, calibration.imu_intrinsics, recording);
+  take_samples(bag, *chosen.imu, calibration, recording);
   take_cameras(bag, contents, chosen, offsets, recording);
   remark_on_coverage(recording);
   return recording;

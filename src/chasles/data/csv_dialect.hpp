@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace chasles {
+
+/// How the values of a line are separated.
+struct CsvDialect {
+  char separator = ',';  ///< ' ': any number of blanks
+  bool quotes = false;   ///< whether values may stand in double quotes
+};
+
+/// Splits a line into its values, without the blanks and quotes around them. A line of more than
+/// 1000 values is not split to its end.
+void split_values(std::string_view line, const CsvDialect& dialect,
+                  std::vector<std::string_view>& values);
+inline constexpr std::size_t kMostColumns = 1000;  ///< no table has as many
+
+/// A table as it begins: its line of names, and what comes after it.
+struct CsvHeading {
+  CsvDialect dialect;
+  std::string_view names;  ///< without the # of a comment; empty: there is no such line
+  int line = 0;            ///< its number, from 1; without names that of the first row
+  std::string_view rows;   ///< what follows
+  std::string_view first;  ///< the first line that is neither empty nor a comment
+};
+
+/// Finds the names of a table's columns, which may stand in a comment, and how its values are
+/// separated: by commas, semicolons, tabs or blanks, in quotes or not. A line of names does not
+/// begin with a number.
+CsvHeading find_heading(std::string_view bytes);
+
+/// Replaces the commas inside numbers by points (0,5 becomes 0.5), from that position on.
+void decimal_points(std::string& bytes, std::size_t from);
+
+/// Removes "[m]" and "(a remark)".
+std::string without_brackets(std::string_view line);
+
+}  // namespace chasles

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <chasles/data/csv.hpp>
+#include <chasles/data/time_text.hpp>
+
+namespace chasles {
+
+/// Where the time of a row is.
+struct TimeColumn {
+  std::size_t column = 0;
+  std::optional<TimeScale> scale = {};       ///< as the name states it, but for nanoseconds
+  std::optional<std::size_t> fraction = {};  ///< the column of nanoseconds beside whole seconds
+};
+
+/// The column of times: the names of this program and of EuRoC, Kalibr and ROS first, then others
+/// such as `__time`, `Time (s)`, `timestamp_us` or `header.stamp.secs` with `header.stamp.nsecs`.
+/// A unit may stand in brackets or at the end of the name. Throws InputError without one.
+TimeColumn find_time_column(const CsvReader& csv);
+
+/// Three columns of a vector, x, y and z, and the factor that makes SI units of its numbers.
+struct VectorColumns {
+  std::array<std::size_t, 3> columns{};
+  double factor = 1;
+  std::string unit = {};  ///< as the name states it, in small letters; empty: none
+};
+
+/// The columns of an IMU table.
+struct ImuColumns {
+  TimeColumn time;
+  VectorColumns rate, force;
+  /// Columns gx, gy, gz beside other angular rates: the direction of gravity of a phone's fusion.
+  std::optional<VectorColumns> gravity = {};
+};
+
+/// Finds the columns by their names, in any order. Throws InputError for names that are not known
+/// or are there twice, and for units that are not rates or forces.
+ImuColumns find_imu_columns(const CsvReader& csv);
+
+/// The column with one of these names, in small letters and without brackets; none without one.
+std::optional<std::size_t> column_named(const CsvReader& csv,
+                                        const std::vector<std::string>& names);
+
+}  // namespace chasles
