@@ -230,6 +230,7 @@ PlannedRun plan_run(const RunCommandOptions& o, Recording& recording) {
         prepared.options.estimator = o.settings.estimator;
         prepared.options.run.threads = o.threads;
         prepared.options.quiet = o.quiet;
+        prepared.options.on_frames = o.on_frames;
         prepared.options.keep_images = o.keep_images;
         CompletedRun run{.result = run_or_diagnose(recording, prepared, stop, live)};
         level_truth(recording, run.result);

@@ -54,10 +54,10 @@ def gtsam_graph(run, part=0):
 
 
 def _gtsam():
-    gtsam = optional("gtsam", "gtsam")
+    gtsam = optional("gtsam", "'gtsam>=4.3'")
     if not hasattr(gtsam, "GalileanCombinedImuFactor"):
         raise ImportError("gtsam: found one without GalileanCombinedImuFactor, expected 4.3 or later: pip install "
-                          "chasles[gtsam]", name="gtsam")
+                          "'gtsam>=4.3'", name="gtsam")
     return gtsam
 
 

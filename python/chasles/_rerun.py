@@ -28,7 +28,7 @@ def log_to_rerun(run, recording=None, *, stream=None, root="world", sigmas=3.0, 
         raise UsageError(f"log_to_rerun: every: found {every}, expected 1 or more")
     if len(run.states["time"]) == 0:
         raise UsageError("log_to_rerun: the run has no estimate, expected one or more")
-    rr = optional("rerun", "rerun")
+    rr = optional("rerun", "rerun-sdk")
     stream = stream or rr.get_global_data_recording() or rr.RecordingStream(f"chasles_{run.name}")
     log = _Log(rr, stream, root)
     log.estimates(run.states, sigmas)

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <string>
 
+#include <sys/types.h>
+
 namespace chasles {
 
 /// Random access to the bytes of a file. Reading beyond the end is an InputError; nothing is
@@ -26,8 +28,11 @@ class FileBytes {
   [[noreturn]] void fail(std::uint64_t at, const std::string& what) const;
 
  private:
+  void open_for_this_process() const;
+
   std::string name_;
   mutable std::ifstream stream_;
+  mutable pid_t process_ = 0;  ///< that has opened it
   std::uint64_t size_ = 0, largest_;
 };
 
