@@ -9,7 +9,7 @@ import numpy
 
 from . import _core
 
-Image = Union[numpy.ndarray, _core.Path, None]
+Image = Union[numpy.ndarray, str, "os.PathLike[str]", None]
 Frame = Union[Image, Sequence[Image]]
 
 

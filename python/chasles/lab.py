@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import html
 import os
 from typing import TYPE_CHECKING, Any, Callable, Mapping
 
@@ -121,6 +122,16 @@ class Comparison(Page):
     def page(self) -> str:
         """The HTML page with all runs, as text."""
         return _core.page([(name, run._core) for name, run in self.runs.items()])
+
+    def _repr_html_(self) -> str:
+        heads = "".join(f"<th>{column}</th>" for column in self._COLUMNS)
+        rows = ""
+        for name, summary in self.figures.items():
+            values = (summary.get(column) for column in self._COLUMNS)
+            cells = "".join(f"<td>{'' if value is None else f'{value:.3g}'}</td>" for value in values)
+            rows += f"<tr><td style='text-align:left'>{html.escape(name)}</td>{cells}</tr>"
+        return (f"<table><tr><th></th>{heads}</tr>{rows}</table>"
+                "<small>comparison.show('compared.html') writes the page with all runs</small>")
 
     def __repr__(self) -> str:
         return f"<chasles.Comparison of {', '.join(self.runs)}>"

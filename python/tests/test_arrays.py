@@ -38,7 +38,7 @@ def arguments_of(recording, **others):
 def test_arrays_give_the_run_of_the_recording(walk, folder, form):
     recording = chasles.read(folder)
     pictures = [recording.images(i)[0] for i in range(len(recording))]
-    files = sorted((folder / "mav0/cam0/data").glob("*.png"))
+    files = sorted((folder / "mav0/cam0/data").glob("*.png"), key=lambda file: int(file.stem))
     assert len(files) == len(recording)
     others = {"function": {}, "list": {"images": [[one] for one in pictures]}, "array": {"images": numpy.stack(pictures)},
               "paths": {"images": files},

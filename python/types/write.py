@@ -102,10 +102,15 @@ def settings_module(core):
     return text
 
 
+def lines_of(parts):
+    """Joined by commas, and broken between parts alone."""
+    whole = ", ".join(part.replace(" ", "\0") for part in parts)
+    return textwrap.fill(whole, WIDTH - 8, break_long_words=False, break_on_hyphens=False).replace("\0", " ")
+
+
 def keywords(settings):
     """As keyword arguments of a stub."""
-    parts = [f"{name}: {one if isinstance(one, str) else one['type']} = ..." for name, one in settings.items()]
-    return textwrap.fill(", ".join(parts), WIDTH - 8, break_long_words=False, break_on_hyphens=False)
+    return lines_of(f"{name}: {one if isinstance(one, str) else one['type']} = ..." for name, one in settings.items())
 
 
 def run_keywords(core, own):
@@ -136,8 +141,7 @@ def calls_stub(core):
     of_run = run_keywords(core, OF_RUN)
     scene = merged(core.settings("scene"), core.settings("street"))
     groups, _ = grouped(merged(core.settings("imu"), core.settings("velocity")))
-    defaults = ", ".join(f"{name}: {kind} = ..." for name, kind in OF_RUN.items())
-    first_of_run = "\n        ".join(textwrap.wrap(defaults + ",", WIDTH - 10))
+    first_of_run = lines_of(f"{name}: {kind} = ..." for name, kind in OF_RUN.items()).replace("\n", "\n        ") + ","
     text = ('"""Types of _calls.py, with all settings. Written by scripts/python-types: do not edit."""\n\n'
             "from typing import Literal, Mapping, Optional, Union\n\nfrom ._core import Path as _Path, Recording\n"
             "from ._run import Run\nfrom ._settings import (\n    FilterArguments,\n    RunArguments,\n"
