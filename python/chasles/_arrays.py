@@ -6,15 +6,17 @@ import os
 from typing import Any, Callable, List, Mapping, Optional, Sequence, Union
 
 import numpy
+from numpy.typing import NDArray
 
 from . import _core
 
-Image = Union[numpy.ndarray, str, "os.PathLike[str]", None]
+Array = NDArray[Any]
+Image = Union[Array, str, "os.PathLike[str]", None]
 Frame = Union[Image, Sequence[Image]]
 
 
 def from_arrays(*, imu_time: Any, angular_rate: Any, specific_force: Any, image_time: Any,
-                images: Union[Sequence[Frame], numpy.ndarray, Callable[[int], Frame]],
+                images: Union[Sequence[Frame], Array, Callable[[int], Frame]],
                 cameras: Union[_core.Camera, Sequence[_core.Camera]], imu_noise: Optional[_core.ImuNoise] = None,
                 truth: Union[Mapping[str, Any], None] = None, truth_level: Optional[bool] = None,
                 name: str = "arrays") -> _core.Recording:

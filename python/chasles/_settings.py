@@ -395,7 +395,6 @@ class RunArguments(RunSettings, total=False):
     map: Optional[_Path]
     save_map: Optional[_Path]
     keep_images: Optional[int]
-    mode: Optional[str]
     config: Optional[_Path]
     progress: Optional[bool]
 

@@ -93,7 +93,7 @@ def settings_module(core):
     text += typed_dict("RunSettings", "Settings of a run, by name: chasles.run(recording, **settings).",
                        {**fields_of(plain), **of_groups})
     text += typed_dict("RunArguments", "Arguments of chasles.run besides the recording, for chasles.compare.",
-                       {name: (kind, "") for name, kind in OF_RUN.items()}, "RunSettings")
+                       {name: (kind, "") for name, kind in OF_RUN.items() if name not in plain}, "RunSettings")
     groups, plain = grouped({name: one for name, one in imu.items() if name.split(".")[0] not in ("start", "frontend")})
     text += typed_dict("FilterArguments", "Settings of a filter of chasles.monte_carlo, and its estimator.",
                        {"estimator": ("str", ""), **fields_of(plain), "batch": ("BatchSettings", "")})
