@@ -26,9 +26,15 @@ namespace {
 using Estimates = std::vector<Estimate>;
 
 std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const std::vector<Camera>& cameras,
-                                              const ImuNoise& noise, const std::string& estimator,
+                                              const ImuNoise* noise, const std::string& estimator,
                                               const std::string& map, const py::kwargs& arguments) {
   check_keys(name, arguments, {"estimator", "map", "most_images"});
+  if (noise == nullptr) {
+    throw UsageError(fmt::format(
+        "{}: found None as the noise of the IMU, which the recording does not state; expected "
+        "chasles.ImuNoise(...)",
+        name));
+  }
   app::SettingSources sources;
   sources.sets = assignments(arguments);
   sources.set_option = "setting";
@@ -40,7 +46,7 @@ std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const std::vecto
     settings.filter.recognise = Recognise::kAppearance;
     prior = std::make_shared<const LandmarkMap>(read_map(map));
   }
-  return std::make_unique<VisualInertialSlam>(cameras, noise, settings, ImuBuffer::Options{},
+  return std::make_unique<VisualInertialSlam>(cameras, *noise, settings, ImuBuffer::Options{},
                                               std::vector<GrayImage>{}, std::move(prior));
 }
 
@@ -77,6 +83,51 @@ ImageFrame frame_of(const py::object& time, const py::sequence& images) {
   return frame;
 }
 
+void add_counts(const ArrivalCounts& counts, py::dict& dict) {
+  dict["samples"] = counts.samples;
+  dict["samples_not_finite"] = counts.samples_not_finite;
+  dict["samples_late"] = counts.samples_late;
+  dict["samples_dropped"] = counts.samples_dropped;
+  dict["images"] = counts.images;
+  dict["images_late"] = counts.images_late;
+  dict["images_uncovered"] = counts.images_uncovered;
+}
+
+// Warns once of each kind of input that gives no estimate.
+class ArrivalWarnings {
+ public:
+  void warn(const ArrivalCounts& counts) {
+    once(not_finite_, counts.samples_not_finite,
+         "a sample of the IMU is not finite (NaN or infinite) and is ignored");
+    once(late_samples_, counts.samples_late,
+         "a sample of the IMU is not later than one that was used before, or repeats its time, and "
+         "is ignored");
+    once(dropped_, counts.samples_dropped,
+         fmt::format("more than {} samples wait for images, and the oldest are dropped; add images "
+                     "as they come",
+                     ArrivalOrder::kMostSamples));
+    once(late_images_, counts.images_late,
+         "images are not later than those that were used before, or repeat their time, and are "
+         "ignored");
+    once(uncovered_, counts.images_uncovered,
+         fmt::format("an image has no sample of the IMU at its time or after it, though {} images "
+                     "came after it or nothing more comes; add the samples first, or as they come, "
+                     "and check that both have the same clock",
+                     ArrivalOrder::kMostFrames));
+  }
+
+ private:
+  static void once(bool& warned, std::size_t count, const std::string& what) {
+    if (warned || count == 0) return;
+    warned = true;
+    const std::string text = what + "; `counts` has their number, and this is said once";
+    if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) < 0) throw py::error_already_set();
+  }
+
+  bool not_finite_ = false, late_samples_ = false, dropped_ = false, late_images_ = false,
+       uncovered_ = false;
+};
+
 // Python's other threads go on during a call.
 class Slam {
   template <typename Work>
@@ -86,15 +137,28 @@ class Slam {
     return work(*slam_);
   }
 
+  // Of a call that brings data.
+  template <typename Work>
+  Estimates taken(const Work& work) {
+    ArrivalCounts counts;
+    Estimates estimates = locked([&](VisualInertialSlam& slam) {
+      Estimates some = work(slam);
+      counts = slam.arrivals();
+      return some;
+    });
+    warnings_.warn(counts);
+    return estimates;
+  }
+
  public:
-  Slam(const std::vector<Camera>& cameras, const ImuNoise& noise, const std::string& estimator,
+  Slam(const std::vector<Camera>& cameras, const ImuNoise* noise, const std::string& estimator,
        const std::string& map, const py::kwargs& arguments)
       : slam_(make_slam("Slam", cameras, noise, estimator, map, arguments)) {}
 
   Estimates add_imu(const py::object& time, const Rows& rate, const Rows& force) {
     const std::vector<ImuSample> samples = samples_of(time, rate, force);
     refuse_after_finish("sample");
-    return locked([&](VisualInertialSlam& slam) {
+    return taken([&](VisualInertialSlam& slam) {
       Estimates estimates;
       for (const ImuSample& sample : samples) append(slam.process(sample), estimates);
       return estimates;
@@ -104,7 +168,7 @@ class Slam {
   Estimates add_images(const py::object& time, const py::sequence& images) {
     ImageFrame frame = frame_of(time, images);
     refuse_after_finish("images");
-    return locked([&](VisualInertialSlam& slam) { return slam.process(std::move(frame)); });
+    return taken([&](VisualInertialSlam& slam) { return slam.process(std::move(frame)); });
   }
 
   Estimates finish() {
@@ -112,6 +176,7 @@ class Slam {
     LongCall call;
     Estimates last = call.in_turn([&] { return slam_->finish([&] { return call.stopped(); }); });
     finished_ = true;
+    warnings_.warn(slam_->arrivals());
     return last;
   }
 
@@ -128,6 +193,11 @@ class Slam {
   }
   std::size_t waiting() {
     return locked([](const VisualInertialSlam& s) { return s.waiting(); });
+  }
+  py::dict counts() {
+    py::dict result;
+    add_counts(locked([](const VisualInertialSlam& s) { return s.arrivals(); }), result);
+    return result;
   }
   std::vector<MapLandmark> map() {
     return locked([](const VisualInertialSlam& s) { return s.estimator().map(); });
@@ -146,6 +216,7 @@ class Slam {
 
   std::unique_ptr<VisualInertialSlam> slam_;
   bool finished_ = false;
+  ArrivalWarnings warnings_;
 };
 
 // The estimates of a RealtimeSlam that Python has not taken yet.
@@ -192,7 +263,7 @@ class Realtime {
   }
 
  public:
-  Realtime(const std::vector<Camera>& cameras, const ImuNoise& noise, const std::string& estimator,
+  Realtime(const std::vector<Camera>& cameras, const ImuNoise* noise, const std::string& estimator,
            const std::string& map, std::size_t most_images, const py::kwargs& arguments)
       : slam_(std::make_unique<RealtimeSlam>(
             make_slam("RealtimeSlam", cameras, noise, estimator, map, arguments),
@@ -222,15 +293,20 @@ class Realtime {
     unlocked([&](RealtimeSlam& slam) {
       for (const ImuSample& sample : samples) slam.process(sample);
     });
+    warnings_.warn(slam_->arrivals());
   }
 
   std::size_t add_images(const py::object& time, const py::sequence& images) {
     ImageFrame frame = frame_of(time, images);
-    return unlocked([&](RealtimeSlam& slam) { return slam.process(std::move(frame)); });
+    const std::size_t displaced =
+        unlocked([&](RealtimeSlam& slam) { return slam.process(std::move(frame)); });
+    warnings_.warn(slam_->arrivals());
+    return displaced;
   }
 
   Estimates take() {
     refuse_thread_of(generation_, "RealtimeSlam");
+    warnings_.warn(slam_->arrivals());
     return ready_->take();
   }
 
@@ -248,6 +324,7 @@ class Realtime {
       return slam.finish([&] { return signals.pending(); });
     });
     signals.rethrow();
+    warnings_.warn(slam_->arrivals());
     Estimates all = ready_->take();
     append(std::move(last), all);
     return all;
@@ -268,6 +345,7 @@ class Realtime {
     result["taken"] = n.taken;
     result["dropped"] = n.dropped;
     result["waiting"] = n.waiting;
+    add_counts(slam_->arrivals(), result);
     return result;
   }
 
@@ -282,7 +360,8 @@ class Realtime {
  private:
   const int generation_ = fork_generation();
   std::shared_ptr<ReadyEstimates> ready_ = std::make_shared<ReadyEstimates>();
-  std::unique_ptr<RealtimeSlam> slam_;  // last: its thread uses the other
+  ArrivalWarnings warnings_;
+  std::unique_ptr<RealtimeSlam> slam_;  // last: its thread uses the others
 };
 
 }  // namespace
@@ -301,7 +380,7 @@ void bind_slam(py::module_& m) {
   py::class_<Realtime>(m, "RealtimeSlam",
                        "Slam on a thread of its own: calls return at once, and images that the "
                        "estimator has no time for are dropped. Any thread may call.")
-      .def(py::init<const std::vector<Camera>&, const ImuNoise&, const std::string&,
+      .def(py::init<const std::vector<Camera>&, const ImuNoise*, const std::string&,
                     const std::string&, std::size_t, const py::kwargs&>(),
            py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
            py::arg("map") = "", py::arg("most_images") = 3, arguments)
@@ -314,8 +393,10 @@ void bind_slam(py::module_& m) {
       .def("predicted", &Realtime::predicted, py::arg("time"), predicted)
       .def("finish", &Realtime::finish,
            "Waits until all that has come is processed; returns the estimates not yet taken.")
-      .def_property_readonly("counts", &Realtime::counts,
-                             "Images: {'came', 'taken', 'dropped', 'waiting'}.")
+      .def_property_readonly(
+          "counts", &Realtime::counts,
+          "Images: {'came', 'taken', 'dropped', 'waiting'}, and of what was taken those of "
+          "Slam.counts.")
       .def_property_readonly("why_not_started", &Realtime::why_not_started,
                              "The conditions of a start that are not met.")
       .def_property_readonly(
@@ -325,7 +406,7 @@ void bind_slam(py::module_& m) {
   py::class_<Slam>(m, "Slam",
                    "Visual-inertial SLAM step by step. Any thread may call; estimators take turns, "
                    "and other Python threads go on meanwhile.")
-      .def(py::init<const std::vector<Camera>&, const ImuNoise&, const std::string&,
+      .def(py::init<const std::vector<Camera>&, const ImuNoise*, const std::string&,
                     const std::string&, const py::kwargs&>(),
            py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
            py::arg("map") = "", arguments)
@@ -344,6 +425,13 @@ void bind_slam(py::module_& m) {
       .def_property_readonly("why_not_started", &Slam::why_not_started,
                              "The conditions of a start that are not met.")
       .def_property_readonly("waiting", &Slam::waiting, "Number of images that wait for samples.")
+      .def_property_readonly(
+          "counts", &Slam::counts,
+          "{'samples', 'samples_not_finite', 'samples_late', 'samples_dropped', 'images', "
+          "'images_late', 'images_uncovered'}: what came, and what of it gives no estimate: late "
+          "is "
+          "what is not later than what was used; uncovered are images without samples until their "
+          "time.")
       .def_property_readonly(
           "landmarks", [](Slam& slam) { return columns(slam.map()); },
           "{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), "

@@ -79,9 +79,8 @@ def test_the_examples_of_the_pages_have_right_types(alone, tmp_path):
         files.append(tmp_path / f"{page.stem.lower()}_example.py")
         files[-1].write_text(text)
     assert {file.stem for file in files} >= {"python_example", "interoperation_example", "readme_example"}
-    # The examples have functions without annotations, as users write them; chasles.interop passes untyped objects on.
-    checked(alone, "mypy", "--strict", "--ignore-missing-imports", "--allow-untyped-defs", "--allow-untyped-calls",
-            "--follow-imports", "silent", "--cache-dir", tmp_path / "cache", *files)
+    checked(alone, "mypy", "--strict", "--ignore-missing-imports", "--follow-imports", "silent", "--cache-dir",
+            tmp_path / "cache", *files)
 
 
 @pytest.mark.skipif(not shutil.which("mypy"), reason="mypy is not installed")

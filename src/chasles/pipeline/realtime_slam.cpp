@@ -82,6 +82,11 @@ RealtimeSlam::Counts RealtimeSlam::counts() const {
   return counts_;
 }
 
+ArrivalCounts RealtimeSlam::arrivals() const {
+  const std::lock_guard lock(mutex_);
+  return arrivals_;
+}
+
 std::exception_ptr RealtimeSlam::failure() const {
   const std::lock_guard lock(mutex_);
   return failure_;
@@ -121,11 +126,19 @@ std::vector<Estimate> RealtimeSlam::finish(const StopRequest& stop) {
     }
   }
   std::vector<Estimate> estimates;
+  ArrivalCounts arrivals;
   std::atomic<bool> stopped = false;
   if (const std::exception_ptr failure = this->failure()) std::rethrow_exception(failure);
   ask_while(
-      [&](VisualInertialSlam& slam) { estimates = slam.finish([&] { return stopped.load(); }); },
+      [&](VisualInertialSlam& slam) {
+        estimates = slam.finish([&] { return stopped.load(); });
+        arrivals = slam.arrivals();
+      },
       [&] { stopped = stopped || (stop && stop()); });
+  {
+    const std::lock_guard lock(mutex_);
+    arrivals_ = arrivals;
+  }
   if (stopped) return {};
   if (!estimates.empty()) {
     const std::lock_guard lock(predictor_mutex_);
@@ -166,6 +179,7 @@ void RealtimeSlam::work() {
       failure = std::current_exception();
     }
     lock.lock();
+    arrivals_ = slam_->arrivals();
     if (failure) failure_ = failure;
   }
 }
