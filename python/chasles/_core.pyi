@@ -232,7 +232,7 @@ class PredictedState:
 
 class Slam:
     """Visual-inertial SLAM step by step. Any thread may call; estimators take turns, and other Python threads go on meanwhile."""
-    def __init__(self, cameras: Sequence[Camera], noise: ImuNoise, *, estimator: str = ..., map: str = ...,
+    def __init__(self, cameras: Sequence[Camera], noise: Optional[ImuNoise], *, estimator: str = ..., map: str = ...,
 
         chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
         init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
@@ -274,12 +274,14 @@ class Slam:
     def waiting(self) -> int:
         """Number of images that wait for samples."""
     @property
+    def counts(self) -> dict[str, int]: ...
+    @property
     def landmarks(self) -> dict[str, NDArray[Any]]:
         """{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), 'observations': (N,)}."""
 
 class RealtimeSlam:
     """Slam on a thread of its own: calls return at once, and images that the estimator has no time for are dropped. Any thread may call."""
-    def __init__(self, cameras: Sequence[Camera], noise: ImuNoise, *, estimator: str = ..., map: str = ...,
+    def __init__(self, cameras: Sequence[Camera], noise: Optional[ImuNoise], *, estimator: str = ..., map: str = ...,
                  most_images: int = ...,
         chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
         init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,

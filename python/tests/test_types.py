@@ -106,7 +106,7 @@ def test_a_misspelt_key_is_an_error_of_mypy(alone, tmp_path, tmp_path_factory, l
         recording = chasles.read("a", start=1)
         noise = chasles.ImuNoise(accelerometer_noise_density=1, gyroscope_noise_density=1, accelerometer_random_walk=1,
                                  gyroscope_random_walk=1)
-        chasles.run(recording, estimator="batch", chart="standard", **settings)
+        chasles.run(recording, estimator="batch", **settings)
         chasles.compare(recording, {"a": {"estimator": "batch", "start": {"heading": 0}}}, threads=1)
         chasles.Slam(recording.cameras, noise, max_landmarks=3)
     """))
