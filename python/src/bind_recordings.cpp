@@ -1,3 +1,4 @@
+#include <cmath>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -71,6 +72,10 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
   input.backwards = backwards;
   input.cameras = cameras;
   input.truth = truth;
+  if (max_truth_gap && !(std::isfinite(*max_truth_gap) && *max_truth_gap > 0)) {
+    throw UsageError(fmt::format(
+        "max_truth_gap: found {}, expected a finite number of seconds above 0", *max_truth_gap));
+  }
   input.truth_options = {.pairing = pairing, .max_gap = max_truth_gap, .level = truth_level};
   return LongCall()([&] { return shared(app::read_input(input)); });
 }
@@ -78,7 +83,6 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
 // Without the GIL.
 Recording simulated(const std::string& scene, std::uint64_t run, bool images,
                     const std::vector<std::string>& sets) {
-  app::check_scene(scene);
   if (app::is_inertial_scene(scene)) {
     app::SceneChoice choice;
     choice.name = scene;
@@ -100,6 +104,7 @@ Recording simulated(const std::string& scene, std::uint64_t run, bool images,
 
 Recording simulate(const std::string& scene, std::uint64_t run, bool images,
                    const py::object& progress, const py::kwargs& settings) {
+  check_scene_keys("simulate", scene, settings);
   const std::vector<std::string> sets = assignments(settings);
   return LongCall(progress)([&] { return simulated(scene, run, images, sets); });
 }

@@ -82,6 +82,7 @@ std::string monte_carlo(const std::string& scene, const py::dict& filters, std::
   check_workers(plan.filters, workers);
   if (runs == 0) throw UsageError("runs: expected a whole number above 0");
   for (std::uint64_t i = 0; i < runs; ++i) plan.runs.push_back(first + i);
+  check_scene_keys("monte_carlo", scene, scene_settings);
   app::SceneChoice choice;
   choice.name = scene;
   choice.sets = assignments(scene_settings);

@@ -10,9 +10,12 @@
 
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
+#include <chasles/sim/inertial_settings.hpp>
+#include <chasles/sim/street.hpp>
 
 #include "arrays.hpp"
 #include "inertial_settings_io.hpp"
+#include "scene_options.hpp"
 #include "settings_io.hpp"
 #include "velocity_settings_io.hpp"
 
@@ -95,6 +98,25 @@ void check_keys(const std::string& function, const py::dict& arguments,
     throw UsageError(
         fmt::format("{}: unknown argument '{}'{}; expected {}, or a setting of chasles.settings()",
                     function, name, did_you_mean(name, known), fmt::join(own, ", ")));
+  }
+}
+
+void check_scene_keys(const std::string& function, const std::string& scene,
+                      const py::dict& settings) {
+  app::check_scene(scene);
+  const bool inertial = app::is_inertial_scene(scene);
+  InertialSettings of_scene;
+  StreetSettings of_street;
+  std::vector<std::string> known;
+  for (const app::Setting& one : inertial ? app::list_of(of_scene) : app::list_of(of_street)) {
+    known.push_back(one.name);
+  }
+  for (const std::string& assignment : assignments(settings)) {
+    const std::string name = assignment.substr(0, assignment.find('='));
+    if (std::ranges::find(known, name) != known.end()) continue;
+    throw UsageError(fmt::format(
+        "{}: unknown setting '{}' of the scene {}{}; expected one of chasles.settings(\"{}\")",
+        function, name, scene, did_you_mean(name, known), inertial ? "scene" : "street"));
   }
 }
 

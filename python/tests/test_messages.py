@@ -38,7 +38,7 @@ def drive():
     (lambda w, d: chasles.read("MH_01", strat=1), "did you mean 'start'"),
     (lambda w, d: chasles.evaluate(w.truth, w.truth, leval=True), "did you mean 'level'"),
     (lambda w, d: chasles.simulate("hallway", hall_lenght=3), "did you mean 'hall_length'"),
-    (lambda w, d: chasles.simulate("street", nmber=3), "expected"),
+    (lambda w, d: chasles.simulate("street", block_lenght=3), "did you mean 'block_length'"),
     (lambda w, d: chasles.monte_carlo("hallway", {"a": {"estimater": "batch"}}, runs=1), "did you mean 'estimator'"),
     (lambda w, d: chasles.monte_carlo("hallway", {"a": {}}, runs=1, hall_lenght=3), "did you mean 'hall_length'"),
     (lambda w, d: chasles.run(w, save_map="a.map", estimator="batch"), "map and save_map are for the filter"),
