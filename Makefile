@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 export CMAKE_BUILD_PARALLEL_LEVEL ?= $(JOBS)
 export CTEST_PARALLEL_LEVEL ?= $(JOBS)
 
-.PHONY: help deps dev-deps build demo test python package ros1 dds bench table study convergence honesty docs \
+.PHONY: help deps dev-deps build demo test wheel python package ros1 dds bench table study convergence honesty docs \
   prose format lint coverage asan fuzz clean
 .DEFAULT_GOAL := help
 
@@ -29,10 +29,12 @@ demo: deps  ## a rendered walk, SLAM from its pixels, a page: out/demo/page.html
 test: deps  ## builds everything; all tests, on the real recordings too where they are at hand
 	cmake --workflow --preset release
 
-python:   ## the Python package and its tests: build/release/python for PYTHONPATH
-	@scripts/deps build python
-	cmake --preset release -DCHASLES_PYTHON=ON
-	cmake --build --preset program --target chasles chasles_python
+wheel: build  ## the Python package, from the objects of `make build`: out/chasles-*.whl for pip install
+	@scripts/deps wheel
+	@scripts/wheel
+
+python: wheel  ## the same, and its tests; build/release/python for PYTHONPATH
+	@scripts/deps python
 	ctest --preset release --tests-regex '^Python$$'
 
 package:  ## Debian packages, source tarball, files for conda and vcpkg: out/packages

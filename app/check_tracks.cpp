@@ -8,6 +8,7 @@
 #include <chasles/data/image_views.hpp>
 #include <chasles/error.hpp>
 #include <chasles/frontend/frontend.hpp>
+#include <chasles/interruption.hpp>
 
 #include "progress.hpp"
 
@@ -149,6 +150,7 @@ ImageTracks track_images(const Recording& recording, double seconds) {
     Tracker tracker(recording.cameras);
     Progress progress(frames, false);
     for (std::size_t i = 0; i < frames; ++i) {
+      interruption_point(i, frames);
       const ImageFrame now = read(*images, i, recording.cameras.size());
       FeatureFrame frame = tracker.follow(now);
       if (i % step == 0) tracker.pair(now, frame);

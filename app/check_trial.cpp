@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <chasles/constants.hpp>
+#include <chasles/interruption.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 
 namespace chasles::app {
@@ -72,6 +73,7 @@ Outcome run_filter(const Recording& part, bool images) {
         estimates, [](const Estimate& e) { return e.health != Health::kOk; }));
   };
   while (const auto event = stream.next()) {
+    interruption_point();
     if (const auto* sample = std::get_if<ImuSample>(&*event)) note(estimator->process(*sample));
     if (const auto* frame = std::get_if<FeatureFrame>(&*event)) note(estimator->process(*frame));
   }

@@ -79,7 +79,9 @@ std::string heading(const CheckReport& report) {
   return fmt::format("\n{} finding{}:\n", count, count == 1 ? "" : "s");
 }
 
-std::string text_of(const Recording& recording, const CheckReport& report) {
+}  // namespace
+
+std::string check_text(const Recording& recording, const CheckReport& report) {
   std::string text = recording.name + "\n";
   for (const std::string& about : subjects(report)) text += facts_text(report, about);
   text += heading(report);
@@ -91,7 +93,7 @@ std::string text_of(const Recording& recording, const CheckReport& report) {
   return text;
 }
 
-nlohmann::ordered_json json_of(const Recording& recording, const CheckReport& report) {
+nlohmann::ordered_json check_json(const Recording& recording, const CheckReport& report) {
   nlohmann::ordered_json json{{"name", recording.name},
                               {"facts", nlohmann::ordered_json::object()},
                               {"findings", nlohmann::ordered_json::array()},
@@ -111,6 +113,8 @@ nlohmann::ordered_json json_of(const Recording& recording, const CheckReport& re
   }
   return json;
 }
+
+namespace {
 
 Recording read_checked(const CheckOptions& o) {
   Recording recording = read_recording(o.recording);
@@ -138,8 +142,8 @@ int run(const CheckOptions& o) {
   const Recording recording = read_checked(o);
   const RemarksOnError remarks(recording);
   const CheckReport report = diagnose(recording, o.seconds);
-  fmt::print("{}",
-             o.json ? json_text(json_of(recording, report), 2) + "\n" : text_of(recording, report));
+  fmt::print("{}", o.json ? json_text(check_json(recording, report), 2) + "\n"
+                          : check_text(recording, report));
   return static_cast<int>(has_error(report) ? ExitCode::kBadInput : ExitCode::kOk);
 }
 

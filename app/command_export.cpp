@@ -22,17 +22,22 @@ namespace {
 struct ExportOptions {
   std::filesystem::path folder;
   std::vector<std::filesystem::path> outputs;
+  bool points = false;
   bool quiet = false;
 };
 
-using Writer = std::string (*)(const ReportRun& run);
+using Writer = std::string (*)(const ReportRun& run, PlyEdges edges);
 
 // Chooses the writer by the file's extension.
 Writer writer_for(const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
-  if (ending == ".mcap") return [](const ReportRun& r) { return run_mcap(r, CHASLES_VERSION); };
-  if (ending == ".ply") return [](const ReportRun& r) { return run_ply(r.run); };
-  if (ending == ".kml") return [](const ReportRun& r) { return run_kml(r.run); };
+  if (ending == ".mcap") {
+    return [](const ReportRun& r, PlyEdges) { return run_mcap(r, CHASLES_VERSION); };
+  }
+  if (ending == ".ply") {
+    return [](const ReportRun& r, PlyEdges edges) { return run_ply(r.run, edges); };
+  }
+  if (ending == ".kml") return [](const ReportRun& r, PlyEdges) { return run_kml(r.run); };
   throw UsageError(
       fmt::format("-o: {} ends with '{}', expected .mcap, .ply or .kml", file.string(), ending));
 }
@@ -43,7 +48,7 @@ int export_run(const ExportOptions& o) {
                       .summary = json_text(read_summary(o.folder)),
                       .label = folder_name(o.folder)};
   for (const std::filesystem::path& file : o.outputs) {
-    const std::string bytes = writer_for(file)(run);
+    const std::string bytes = writer_for(file)(run, o.points ? PlyEdges::kNo : PlyEdges::kYes);
     if (file.has_parent_path()) make_folder(file.parent_path());
     replace_file(file, bytes);
     if (!o.quiet)
@@ -67,6 +72,9 @@ Action declare_export(CLI::App& parser) {
       ->required()
       ->allow_extra_args(false)
       ->type_name("FILE");
+  parser.add_flag("--points", o->points,
+                  "In .ply no lines between the positions of a trajectory: for readers of point "
+                  "clouds that refuse edges, such as meshio");
   parser.add_flag("--quiet", o->quiet, "Print nothing but errors");
   return [o] { return export_run(*o); };
 }

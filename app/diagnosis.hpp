@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include <chasles/check/check_report.hpp>
 #include <chasles/data/recording.hpp>
 
@@ -12,6 +14,10 @@ inline constexpr double kCheckedSeconds = 20;
 
 /// All that `chasles check` examines. Of images: `seconds` of them, those with the most rotation.
 CheckReport diagnose(const Recording& recording, double seconds = kCheckedSeconds);
+
+/// The report as `chasles check` prints it, as text and with --json.
+std::string check_text(const Recording& recording, const CheckReport& report);
+nlohmann::ordered_json check_json(const Recording& recording, const CheckReport& report);
 
 /// What a check finds of a recording that a run did not estimate, as the end of a sentence: "see
 /// `chasles check`", with the worst finding that names a cause. Examines the recording.

@@ -10,6 +10,7 @@
 
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
+#include <chasles/interruption.hpp>
 
 #include "options.hpp"
 #include "subcommands.hpp"
@@ -88,6 +89,8 @@ int program(int argc, char** argv) {
   } catch (const Error& error) {
     spdlog::error("{}", error.what());
     return static_cast<int>(error.code());
+  } catch (const Interrupted&) {  // of the Python package
+    throw;
   } catch (const std::bad_alloc&) {
     spdlog::error("out of memory");
   } catch (const std::exception& error) {

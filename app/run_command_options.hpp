@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,6 +30,8 @@ struct RunCommandOptions {
   bool json = false, quiet = false;
   LiveOptions live;
   std::optional<int> keep_images;
+  /// Called after each frame, with the number of all: a progress bar of another program.
+  std::function<void(std::size_t frames, std::size_t of)> on_frames = {};
   std::vector<Threshold> thresholds = run_thresholds();
 };
 

@@ -1,6 +1,7 @@
 #include "run_input.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -39,11 +40,17 @@ void keep(Events& events, Time from, Time to) {
   std::erase_if(events, [&](const auto& event) { return event.time < from || event.time > to; });
 }
 
+void check_seconds(const char* option, const std::optional<double>& seconds) {
+  if (!seconds || std::isfinite(*seconds)) return;
+  throw UsageError(
+      fmt::format("{}: found {}, expected a finite number of seconds", option, *seconds));
+}
+
 void cut(Recording& r, const RunInput& input) {
   if (!input.start && !input.stop) return;
   const Time begin = first_event(r);
   const double length = to_seconds(last_event(r) - begin);
-  const double start = input.start.value_or(0);
+  const double start = std::max(0.0, input.start.value_or(0));
   const double stop = std::min(input.stop.value_or(length), length);
   if (start >= stop) {
     throw UsageError(
@@ -165,6 +172,8 @@ void mend_own_truth(Recording& r, const TruthOptions& options) {
 }
 
 Recording read_input(const RunInput& input) {
+  check_seconds("--start", input.start);
+  check_seconds("--stop", input.stop);
   ReaderSettings reader = input.reader;
   reader.cameras = count_of(input.cameras);
   Recording r = read_recording(input.recording, reader);

@@ -272,6 +272,7 @@ PlannedRun plan_run(const RunCommandOptions& o, Recording& recording) {
         prepared.options.estimator = o.settings.estimator;
         prepared.options.run.threads = o.threads;
         prepared.options.quiet = o.quiet;
+        prepared.options.on_frames = o.on_frames;
         prepared.options.keep_images = o.keep_images;
         prepared.options.truth_is_comparable =
             !is_offset_auto(o.input.truth_options) &&

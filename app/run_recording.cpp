@@ -159,6 +159,7 @@ class Recorder : public RunObserver {
   void on_progress(std::size_t frames, Time now) override {
     const double seconds = to_seconds(now - *first_);
     progress_.show(frames, seconds);
+    if (options_.on_frames) options_.on_frames(frames, frame_count(recording_));
     live_.advance(result_.run, frames, seconds, [this] { return live_map(); });
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -24,10 +25,11 @@ struct RunRecordingOptions {
   EstimatorChoice estimator = {};  ///< kind of the given estimator
   FrontendSettings frontend = {};
   RunOptions run = {};
-  int frames_per_estimate = 1;          ///< above 1 for a window with fewer keyframes than frames
-  bool quiet = false;                   ///< no progress bar
-  std::optional<int> keep_images = {};  ///< as for ImageKeeper
-  bool truth_is_comparable = true;      ///< during the run: it has attitudes and the right clock
+  int frames_per_estimate = 1;  ///< above 1 for a window with fewer keyframes than frames
+  bool quiet = false;           ///< no progress bar
+  std::function<void(std::size_t frames, std::size_t of)> on_frames = {};  ///< after each frame
+  std::optional<int> keep_images = {};                                     ///< as for ImageKeeper
+  bool truth_is_comparable = true;  ///< during the run: it has attitudes and the right clock
   /// For a run that started at the truth: the chart of nees_state.
   std::optional<std::string> truth_chart = {};
   /// Columns of states.csv after those of the estimator (calibration_report.hpp).

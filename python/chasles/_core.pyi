@@ -1,16 +1,41 @@
-"""Types of the compiled part of chasles."""
+"""Types of the compiled part of chasles. scripts/python-types adds the docstrings and the settings (
+        chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
+        init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
+        first_estimates: bool = ..., first_order_transition: bool = ..., numeric_jacobians: bool = ...,
+        keep_scale: Literal['auto', 'true', 'false'] = ..., pixel_sigma: Optional[float] = ...,
+        track_sigma: Optional[float] = ..., track_drift: Optional[float] = ..., match_sigma: Optional[float] = ...,
+        imu_noise_scale: Optional[float] = ..., vibration_noise: Optional[float] = ..., initial_tilt_sigma: float = ...,
+        initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
+        initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
+        initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
+        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: float = ...,
+        initial_time_offset_sigma: float = ..., depth_rule: str = ..., fixed_depth: float = ...,
+        fixed_depth_sigma: float = ..., inverse_depth: float = ..., inverse_depth_sigma: float = ...,
+        guessed_depth_observations: Optional[float] = ..., clones: int = ..., frames_per_clone: int = ...,
+        clone_interval: float = ..., max_relative_depth_sigma: float = ..., max_total_depth_sigma: float = ...,
+        min_parallax: float = ..., min_landmarks: int = ..., settled_depth_sigma: float = ...,
+        zupt_velocity_sigma: float = ..., noise_inflation: float = ..., noise_inflation_frames: int = ...,
+        gate: float = ..., max_rejections: int = ..., max_landmarks: int = ..., waiting_frames: int = ...,
+        recognise: Literal['none', 'ids', 'appearance'] = ..., prior_map: Literal['estimated', 'considered'] = ...,
+        recognisable: int = ..., exact_map: Literal['auto', 'true', 'false'] = ..., map_memory: float = ...,
+        start: StartSettings = ..., frontend: FrontendSettings = ..., batch: BatchSettings = ...)."""
 
 import os
-from typing import Any, Callable, Optional, Sequence, Tuple, Union
+from typing import Any, Callable, Literal, Mapping, Optional, Sequence, Tuple, Union
 
 from numpy import float64, int64, uint8
 from numpy.typing import ArrayLike, NDArray
+
+from ._settings import BatchSettings, FrontendSettings, StartSettings
 
 Path = Union[str, os.PathLike[str]]
 Time = Union[int, float]  # int [ns], float [s]
 Floats = NDArray[float64]
 Ints = NDArray[int64]
+_Advance = Callable[[int, int], None]
 Image = NDArray[uint8]
+_Picture = Union[NDArray[Any], Path, None]
+_Frame = Union[_Picture, Sequence[_Picture]]
 
 __version__: str
 
@@ -22,151 +47,285 @@ class NotInitialisedError(Error): ...
 class DivergedError(Error): ...
 
 class Camera:
+    """A camera of a rig: z forward, x right, y down."""
     def __init__(self, width: int, height: int, fx: float, fy: float, cx: float, cy: float, distortion: str = ...,
-                 coefficients: Sequence[float] = ..., cam_T_imu: ArrayLike = ...) -> None: ...
+                 coefficients: Sequence[float] = ..., cam_T_imu: ArrayLike = ...) -> None:
+        """Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to k4), as Kalibr and OpenCV have them; cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]."""
     @property
-    def width(self) -> int: ...
+    def width(self) -> int:
+        """[px]"""
     @property
-    def height(self) -> int: ...
+    def height(self) -> int:
+        """[px]"""
     @property
-    def fx(self) -> float: ...
+    def fx(self) -> float:
+        """Focal length [px]."""
     @property
-    def fy(self) -> float: ...
+    def fy(self) -> float:
+        """Focal length [px]."""
     @property
-    def cx(self) -> float: ...
+    def cx(self) -> float:
+        """Principal point [px]."""
     @property
-    def cy(self) -> float: ...
+    def cy(self) -> float:
+        """Principal point [px]."""
     @property
-    def distortion(self) -> str: ...
+    def distortion(self) -> str:
+        """none, radtan or equidistant."""
     @property
-    def coefficients(self) -> list[float]: ...
+    def coefficients(self) -> list[float]:
+        """Of the distortion, as Kalibr and OpenCV have them."""
     @property
-    def cam_T_imu(self) -> Floats: ...
+    def cam_T_imu(self) -> Floats:
+        """(4, 4): maps IMU coordinates to the camera's [m]."""
 
 class ImuNoise:
+    """Noise densities of an IMU, as Allan variances give them."""
     def __init__(self, *, accelerometer_noise_density: float, gyroscope_noise_density: float,
-                 accelerometer_random_walk: float, gyroscope_random_walk: float) -> None: ...
+                 accelerometer_random_walk: float, gyroscope_random_walk: float) -> None:
+        """Noise densities [m/s^2/sqrt(Hz), rad/s/sqrt(Hz)] and random walks of the biases [m/s^3/sqrt(Hz), rad/s^2/sqrt(Hz)]."""
     @property
-    def accelerometer_noise_density(self) -> float: ...
+    def accelerometer_noise_density(self) -> float:
+        """[m/s^2/sqrt(Hz)]"""
     @property
-    def gyroscope_noise_density(self) -> float: ...
+    def gyroscope_noise_density(self) -> float:
+        """[rad/s/sqrt(Hz)]"""
     @property
-    def accelerometer_random_walk(self) -> float: ...
+    def accelerometer_random_walk(self) -> float:
+        """Of the bias [m/s^3/sqrt(Hz)]."""
     @property
-    def gyroscope_random_walk(self) -> float: ...
+    def gyroscope_random_walk(self) -> float:
+        """Of the bias [rad/s^2/sqrt(Hz)]."""
 
 class Recording:
+    """The measurements of a recording and, where known, the truth."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Of the recording."""
     @property
-    def remarks(self) -> list[str]: ...
+    def remarks(self) -> list[str]:
+        """What the reader corrected, left out or counted."""
     @property
-    def cameras(self) -> list[Camera]: ...
+    def cameras(self) -> list[Camera]:
+        """Those of the rig, in its order."""
     @property
-    def imu_noise(self) -> Optional[ImuNoise]: ...
+    def imu_noise(self) -> Optional[ImuNoise]:
+        """As the recording states it, or None."""
     @property
-    def imu(self) -> dict[str, NDArray[Any]]: ...
+    def imu(self) -> dict[str, NDArray[Any]]:
+        """{'time': (N,) int64 [ns], 'specific_force': (N, 3) [m/s^2], 'angular_rate': (N, 3) [rad/s]} in IMU axes."""
     @property
-    def frame_times(self) -> Ints: ...
+    def frame_times(self) -> Ints:
+        """Of images or tracks: (N,) int64 [ns]."""
     @property
-    def truth(self) -> dict[str, NDArray[Any]]: ...
-    def images(self, index: int) -> list[Optional[Image]]: ...
-    def tracks(self, index: int) -> dict[str, NDArray[Any]]: ...
+    def truth(self) -> dict[str, NDArray[Any]]:
+        """world_T_imu: {'time': (N,) int64 [ns], 'position': (N, 3) [m], 'quaternion': (N, 4) x y z w}; empty where unknown."""
+    @staticmethod
+    def from_arrays(*, imu_time: ArrayLike, angular_rate: ArrayLike, specific_force: ArrayLike, image_time: ArrayLike,
+                    images: Union[Sequence[_Frame], NDArray[Any], Callable[[int], _Frame]],
+                    cameras: Union[Camera, Sequence[Camera]], imu_noise: Optional[ImuNoise] = ...,
+                    truth: Optional[Mapping[str, Any]] = ..., truth_level: Optional[bool] = ...,
+                    name: str = ...) -> Recording:
+        """A recording of what is in memory. Times are (N,) ints [ns] or floats [s], on one clock, and rise.
+
+        imu_time (N,), angular_rate (N, 3) [rad/s], specific_force (N, 3) [m/s^2]: in IMU axes. image_time (M,). images: of
+        each frame one image, or a list with one for each camera; an image is an array (height, width) of uint8, the path of
+        a file, or None. They are a sequence, an array (M, height, width) or (M, cameras, height, width), or a function
+        images(i), which is called when a frame is needed, from any thread. cameras: a Camera, or a list of them. imu_noise:
+        a run needs it. truth: columns `time`, `position` and, if known, `quaternion` of world_T_imu; truth_level: whether
+        its z axis points up, where that is known.
+
+        Raises InputError for shapes that do not fit, times that do not rise and samples that are not finite. An image of
+        another size than its camera's is an InputError where it is read."""
+    def images(self, index: int) -> list[Optional[Image]]:
+        """The images of a frame: for each camera an array (height, width) of uint8, or None."""
+    def tracks(self, index: int) -> dict[str, NDArray[Any]]:
+        """The observations of a frame of tracks: {'landmark': (N,), 'camera': (N,), 'pixel': (N, 2) or, of a rectified pair, (N, 4)}."""
     def __len__(self) -> int: ...
 
 class Estimate:
+    """The estimate of a frame."""
     @property
-    def time(self) -> int: ...
+    def time(self) -> int:
+        """On the IMU's clock [ns]."""
     @property
-    def seconds(self) -> float: ...
+    def seconds(self) -> float:
+        """On the IMU's clock [s]."""
     @property
-    def world_T_imu(self) -> Floats: ...
+    def world_T_imu(self) -> Floats:
+        """(4, 4) [m]: maps IMU coordinates to the world's; z points up."""
     @property
-    def position(self) -> Floats: ...
+    def position(self) -> Floats:
+        """(3,) world [m]."""
     @property
-    def quaternion(self) -> Floats: ...
+    def quaternion(self) -> Floats:
+        """(4,) x y z w of world_T_imu."""
     @property
-    def velocity(self) -> Optional[Floats]: ...
+    def velocity(self) -> Optional[Floats]:
+        """(3,) world [m/s]."""
     @property
-    def accelerometer_bias(self) -> Optional[Floats]: ...
+    def accelerometer_bias(self) -> Optional[Floats]:
+        """(3,) [m/s^2]."""
     @property
-    def gyroscope_bias(self) -> Optional[Floats]: ...
+    def gyroscope_bias(self) -> Optional[Floats]:
+        """(3,) [rad/s]."""
     @property
-    def covariance(self) -> Floats: ...
+    def covariance(self) -> Floats:
+        """(n, n) of [theta; dp; dv; biases]: R = Exp(theta) R_hat, p = p_hat + dp, world axes."""
     @property
-    def pose_covariance(self) -> Floats: ...
+    def pose_covariance(self) -> Floats:
+        """(6, 6) of [theta; dp] [rad, m]."""
     @property
-    def map_T_imu(self) -> Optional[Floats]: ...
+    def map_T_imu(self) -> Optional[Floats]:
+        """(4, 4) in the frame of the map, or None."""
     @property
-    def world_T_map(self) -> Optional[Floats]: ...
+    def world_T_map(self) -> Optional[Floats]:
+        """(4, 4) frame of the map in the world (REP 105: odom_T_map), or None."""
     @property
-    def health(self) -> str: ...
+    def health(self) -> str:
+        """'ok', 'degraded' or 'lost'."""
     @property
-    def nis(self) -> float: ...
+    def nis(self) -> float:
+        """Normalised innovation squared of the update."""
     @property
-    def nis_dof(self) -> int: ...
+    def nis_dof(self) -> int:
+        """Its degrees of freedom; 0: no update."""
     @property
-    def observations(self) -> int: ...
+    def observations(self) -> int:
+        """Of the frame."""
     @property
-    def used(self) -> int: ...
+    def used(self) -> int:
+        """Observations that updated the state."""
     @property
-    def rejected(self) -> int: ...
+    def rejected(self) -> int:
+        """Observations that the gate rejected."""
     @property
-    def landmarks(self) -> int: ...
+    def landmarks(self) -> int:
+        """Of the whole map."""
 
 class PredictedState:
+    """The motion after the last estimate, by the IMU."""
     @property
-    def time(self) -> int: ...
+    def time(self) -> int:
+        """On the IMU's clock [ns]."""
     @property
-    def seconds_since_estimate(self) -> float: ...
+    def seconds_since_estimate(self) -> float:
+        """Time since the last estimate [s]."""
     @property
-    def world_T_imu(self) -> Floats: ...
+    def world_T_imu(self) -> Floats:
+        """(4, 4) [m]."""
     @property
-    def position(self) -> Floats: ...
+    def position(self) -> Floats:
+        """(3,) world [m]."""
     @property
-    def quaternion(self) -> Floats: ...
+    def quaternion(self) -> Floats:
+        """(4,) x y z w of world_T_imu."""
     @property
-    def velocity(self) -> Floats: ...
+    def velocity(self) -> Floats:
+        """(3,) world [m/s]."""
     @property
-    def angular_rate(self) -> Floats: ...
+    def angular_rate(self) -> Floats:
+        """(3,) IMU axes, without bias [rad/s]."""
     @property
-    def covariance(self) -> Floats: ...
+    def covariance(self) -> Floats:
+        """(15, 15), as Estimate.covariance."""
 
 class Slam:
-    def __init__(self, cameras: Sequence[Camera], noise: ImuNoise, *, estimator: str = ..., map: str = ...,
-                 **settings: Any) -> None: ...
+    """Visual-inertial SLAM step by step. Any thread may call; estimators take turns, and other Python threads go on meanwhile."""
+    def __init__(self, cameras: Sequence[Camera], noise: Optional[ImuNoise], *, estimator: str = ..., map: str = ...,
+
+        chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
+        init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
+        first_estimates: bool = ..., first_order_transition: bool = ..., numeric_jacobians: bool = ...,
+        keep_scale: Literal['auto', 'true', 'false'] = ..., pixel_sigma: Optional[float] = ...,
+        track_sigma: Optional[float] = ..., track_drift: Optional[float] = ..., match_sigma: Optional[float] = ...,
+        imu_noise_scale: Optional[float] = ..., vibration_noise: Optional[float] = ..., initial_tilt_sigma: float = ...,
+        initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
+        initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
+        initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
+        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: float = ...,
+        initial_time_offset_sigma: float = ..., depth_rule: str = ..., fixed_depth: float = ...,
+        fixed_depth_sigma: float = ..., inverse_depth: float = ..., inverse_depth_sigma: float = ...,
+        guessed_depth_observations: Optional[float] = ..., clones: int = ..., frames_per_clone: int = ...,
+        clone_interval: float = ..., max_relative_depth_sigma: float = ..., max_total_depth_sigma: float = ...,
+        min_parallax: float = ..., min_landmarks: int = ..., settled_depth_sigma: float = ...,
+        zupt_velocity_sigma: float = ..., noise_inflation: float = ..., noise_inflation_frames: int = ...,
+        gate: float = ..., max_rejections: int = ..., max_landmarks: int = ..., waiting_frames: int = ...,
+        recognise: Literal['none', 'ids', 'appearance'] = ..., prior_map: Literal['estimated', 'considered'] = ...,
+        recognisable: int = ..., exact_map: Literal['auto', 'true', 'false'] = ..., map_memory: float = ...,
+        start: StartSettings = ..., frontend: FrontendSettings = ..., batch: BatchSettings = ...) -> None:
+        """cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; map: file of a saved map; and settings by name, as chasles.settings() lists them."""
     def add_imu(self, time: Union[Time, NDArray[Any]], angular_rate: ArrayLike,
-                specific_force: ArrayLike) -> list[Estimate]: ...
-    def add_images(self, time: Time, images: Sequence[Optional[Image]]) -> list[Estimate]: ...
-    def predicted(self, time: Time) -> Optional[PredictedState]: ...
-    def finish(self) -> list[Estimate]: ...
+                specific_force: ArrayLike) -> list[Estimate]:
+        """A sample, or (N,) of them. Times are ints [ns] or floats [s]; angular rates [rad/s] and specific forces [m/s^2] in IMU axes: (3,) or (N, 3). Returns the estimates of the images that waited for them."""
+    def add_images(self, time: Time, images: Sequence[Optional[Image]]) -> list[Estimate]:
+        """The images of all cameras at one instant: arrays (height, width) of uint8, or None. Returns the estimates that are ready."""
+    def predicted(self, time: Time) -> Optional[PredictedState]:
+        """The state at a time since the last estimate, by the samples (PredictedState). None before a start, before the last estimate's time, .5 s after the last sample, 5 s after the estimate, where the estimate is lost, and where samples are missing for more than .5 s."""
+    def finish(self) -> list[Estimate]:
+        """The estimates of the images that still wait."""
     @property
-    def started(self) -> bool: ...
+    def started(self) -> bool:
+        """Whether there is an estimate."""
     @property
-    def why_not_started(self) -> str: ...
+    def why_not_started(self) -> str:
+        """The conditions of a start that are not met."""
     @property
-    def waiting(self) -> int: ...
+    def waiting(self) -> int:
+        """Number of images that wait for samples."""
     @property
     def counts(self) -> dict[str, int]: ...
     @property
-    def landmarks(self) -> dict[str, NDArray[Any]]: ...
+    def landmarks(self) -> dict[str, NDArray[Any]]:
+        """{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), 'observations': (N,)}."""
 
 class RealtimeSlam:
-    def __init__(self, cameras: Sequence[Camera], noise: ImuNoise, *, estimator: str = ..., map: str = ...,
-                 most_images: int = ..., **settings: Any) -> None: ...
-    def add_imu(self, time: Union[Time, NDArray[Any]], angular_rate: ArrayLike, specific_force: ArrayLike) -> None: ...
-    def add_images(self, time: Time, images: Sequence[Optional[Image]]) -> int: ...
-    def take(self) -> list[Estimate]: ...
-    def predicted(self, time: Time) -> Optional[PredictedState]: ...
-    def finish(self) -> list[Estimate]: ...
+    """Slam on a thread of its own: calls return at once, and images that the estimator has no time for are dropped. Any thread may call."""
+    def __init__(self, cameras: Sequence[Camera], noise: Optional[ImuNoise], *, estimator: str = ..., map: str = ...,
+                 most_images: int = ...,
+        chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
+        init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
+        first_estimates: bool = ..., first_order_transition: bool = ..., numeric_jacobians: bool = ...,
+        keep_scale: Literal['auto', 'true', 'false'] = ..., pixel_sigma: Optional[float] = ...,
+        track_sigma: Optional[float] = ..., track_drift: Optional[float] = ..., match_sigma: Optional[float] = ...,
+        imu_noise_scale: Optional[float] = ..., vibration_noise: Optional[float] = ..., initial_tilt_sigma: float = ...,
+        initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
+        initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
+        initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
+        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: float = ...,
+        initial_time_offset_sigma: float = ..., depth_rule: str = ..., fixed_depth: float = ...,
+        fixed_depth_sigma: float = ..., inverse_depth: float = ..., inverse_depth_sigma: float = ...,
+        guessed_depth_observations: Optional[float] = ..., clones: int = ..., frames_per_clone: int = ...,
+        clone_interval: float = ..., max_relative_depth_sigma: float = ..., max_total_depth_sigma: float = ...,
+        min_parallax: float = ..., min_landmarks: int = ..., settled_depth_sigma: float = ...,
+        zupt_velocity_sigma: float = ..., noise_inflation: float = ..., noise_inflation_frames: int = ...,
+        gate: float = ..., max_rejections: int = ..., max_landmarks: int = ..., waiting_frames: int = ...,
+        recognise: Literal['none', 'ids', 'appearance'] = ..., prior_map: Literal['estimated', 'considered'] = ...,
+        recognisable: int = ..., exact_map: Literal['auto', 'true', 'false'] = ..., map_memory: float = ...,
+        start: StartSettings = ..., frontend: FrontendSettings = ..., batch: BatchSettings = ...) -> None:
+        """cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; map: file of a saved map; and settings by name, as chasles.settings() lists them."""
+    def add_imu(self, time: Union[Time, NDArray[Any]], angular_rate: ArrayLike, specific_force: ArrayLike) -> None:
+        """A sample, or (N,) of them. Times are ints [ns] or floats [s]; angular rates [rad/s] and specific forces [m/s^2] in IMU axes: (3,) or (N, 3)."""
+    def add_images(self, time: Time, images: Sequence[Optional[Image]]) -> int:
+        """The images of all cameras at one instant: arrays (height, width) of uint8, or None. Where more than most_images wait, the oldest are dropped; returns how many."""
+    def take(self) -> list[Estimate]:
+        """The estimates since the last call."""
+    def predicted(self, time: Time) -> Optional[PredictedState]:
+        """The state at a time since the last estimate, by the samples (PredictedState). None before a start, before the last estimate's time, .5 s after the last sample, 5 s after the estimate, where the estimate is lost, and where samples are missing for more than .5 s."""
+    def finish(self) -> list[Estimate]:
+        """Waits until all that has come is processed; returns the estimates not yet taken."""
     @property
-    def counts(self) -> dict[str, int]: ...
+    def counts(self) -> dict[str, int]:
+        """Images: {'came', 'taken', 'dropped', 'waiting'}."""
     @property
-    def why_not_started(self) -> str: ...
+    def why_not_started(self) -> str:
+        """The conditions of a start that are not met."""
     @property
-    def landmarks(self) -> dict[str, NDArray[Any]]: ...
+    def landmarks(self) -> dict[str, NDArray[Any]]:
+        """As Slam.landmarks."""
 
 class ChartState:
+    """The parts of a state that an error chart moves."""
     R: Floats
     p: Floats
     v: Floats
@@ -174,34 +333,50 @@ class ChartState:
     def __init__(self, R: ArrayLike, p: ArrayLike, v: ArrayLike, points: ArrayLike) -> None: ...
 
 class FirstSight:
+    """A point that is seen for the first time."""
     @property
-    def pixel(self) -> Floats: ...
+    def pixel(self) -> Floats:
+        """(2,) [px]."""
     @property
-    def camera(self) -> int: ...
+    def camera(self) -> int:
+        """Index of the camera."""
     @property
-    def inverse(self) -> bool: ...
+    def inverse(self) -> bool:
+        """Whether the landmark has an inverse depth [1/m] or a depth [m]."""
     @property
-    def world_T_camera(self) -> Floats: ...
+    def world_T_camera(self) -> Floats:
+        """(4, 4) [m]."""
     @property
-    def ray(self) -> Floats: ...
+    def ray(self) -> Floats:
+        """(3,): (x/z, y/z, 1) in the camera's axes."""
     @property
-    def points(self) -> Floats: ...
+    def points(self) -> Floats:
+        """(N, 3): landmarks of the state, world [m]."""
 
 class Run:
+    """The results of a run."""
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """(arg0: chasles._core.Run) -> str"""
     @property
-    def states(self) -> dict[str, Any]: ...
+    def states(self) -> dict[str, Any]:
+        """(arg0: chasles._core.Run) -> dict"""
     @property
-    def smoothed(self) -> dict[str, NDArray[Any]]: ...
+    def smoothed(self) -> dict[str, NDArray[Any]]:
+        """(arg0: chasles._core.Run) -> dict"""
     @property
-    def in_map(self) -> dict[str, NDArray[Any]]: ...
+    def in_map(self) -> dict[str, NDArray[Any]]:
+        """(arg0: chasles._core.Run) -> dict"""
     @property
-    def landmarks(self) -> dict[str, NDArray[Any]]: ...
+    def landmarks(self) -> dict[str, NDArray[Any]]:
+        """(arg0: chasles._core.Run) -> dict"""
     @property
-    def truth(self) -> dict[str, NDArray[Any]]: ...
+    def truth(self) -> dict[str, NDArray[Any]]:
+        """(arg0: chasles._core.Run) -> dict"""
     @property
     def _summary(self) -> str: ...
+    @property
+    def _frame_times(self) -> Ints: ...
     @property
     def _level(self) -> bool: ...
     def _check_map(self) -> None: ...
@@ -214,13 +389,22 @@ def evaluate(time: ArrayLike, position: ArrayLike, quaternion: ArrayLike, truth_
              level: bool) -> dict[str, Optional[float]]: ...
 def settings(kind: str) -> dict[str, dict[str, str]]: ...
 def read(path: Path, *, start: Optional[float] = ..., stop: Optional[float] = ..., backwards: bool = ...,
-         cameras: str = ..., truth: Path = ...) -> Recording: ...
-def simulate(scene: str, *, run: int = ..., images: bool = ..., **settings: Any) -> Recording: ...
-def run(recording: Recording, path: Path, /, **arguments: Any) -> Run: ...
+         cameras: str = ..., truth: Path = ..., truth_level: str = ..., pairing: str = ...,
+         max_truth_gap: Optional[float] = ...) -> Recording: ...
+def simulate(scene: str, *, run: int = ..., images: bool = ..., progress: Optional[_Advance] = ...,
+             **settings: Any) -> Recording: ...
+def run(recording: Recording, path: Path, progress: Optional[_Advance], /, **arguments: Any) -> Run: ...
+def check(recording: Recording, seconds: float, progress: Optional[_Advance]) -> Tuple[str, str]: ...
+def errors(run: Run, truth_time: ArrayLike, truth_position: ArrayLike, truth_quaternion: ArrayLike,
+           chart: str) -> dict[str, NDArray[Any]]: ...
+def recording_of(name: str, imu_time: NDArray[Any], angular_rate: ArrayLike, specific_force: ArrayLike,
+                 image_time: NDArray[Any], images: Callable[[int], Sequence[Any]], cameras: Sequence[Camera],
+                 imu_noise: Optional[ImuNoise], truth_time: NDArray[Any], truth_position: ArrayLike,
+                 truth_quaternion: ArrayLike, truth_level: Optional[bool]) -> Recording: ...
 def read_run(folder: Path) -> Run: ...
 def page(runs: Sequence[Tuple[str, Run]]) -> str: ...
 def monte_carlo(scene: str, filters: dict[str, dict[str, Any]], runs: int, first: int, workers: int, folder: Path,
-                scene_settings: dict[str, Any]) -> str: ...
+                scene_settings: dict[str, Any], progress: Optional[_Advance]) -> str: ...
 def study_page(folder: Path) -> str: ...
 def register_chart(name: str, chart: Any) -> None: ...
 def register_depth_rule(name: str, rule: Callable[[FirstSight], Optional[Tuple[float, float]]]) -> None: ...

@@ -1,5 +1,7 @@
 """Trajectories to and from evo."""
 
+from typing import Any, Dict
+
 import numpy as np
 
 from ._columns import path_of
@@ -8,7 +10,7 @@ from ._optional import optional
 _NANOSECONDS = 1_000_000_000
 
 
-def to_evo(path, *, frame="world"):
+def to_evo(path: Any, *, frame: str = "world") -> Any:
     """A path as evo's PoseTrajectory3D: of a Run (its states), or columns `time` [ns], `position` (N, 3) and `quaternion`
     (N, 4) x y z w, such as Run.smoothed, Run.truth or Recording.truth. frame: the name of its world in evo's metadata.
 
@@ -24,7 +26,7 @@ def to_evo(path, *, frame="world"):
                                        quaternion[:, [3, 0, 1, 2]], seconds, meta={"frame_id": frame})
 
 
-def from_evo(trajectory):
+def from_evo(trajectory: Any) -> Dict[str, Any]:
     """The columns of evo's PoseTrajectory3D, as `chasles.evaluate` takes them: `time` int64 [ns], `position` (N, 3),
     `quaternion` (N, 4) x y z w. Raises TypeError for a path without time stamps."""
     if not hasattr(trajectory, "timestamps"):

@@ -1,5 +1,7 @@
 """The problem of batch estimation, also as a factor graph of gtsam."""
 
+from typing import Any, Dict, Tuple
+
 import numpy as np
 
 from ._core import UsageError
@@ -11,7 +13,7 @@ _MANY_STEPS = 6
 _LEAST_WALK = 1e-7
 
 
-def batch_problem(run, part=0):
+def batch_problem(run: Any, part: int = 0) -> Dict[str, Any]:
     """The problem that a batch run with an IMU has solved, at its minimum (docs/batch.md, section 1), for other solvers.
 
     run: of chasles.run(..., estimator="batch") in this process. part: where gaps of the IMU divide the recording. Returns
@@ -41,7 +43,7 @@ def batch_problem(run, part=0):
     return parts[part]
 
 
-def gtsam_graph(run, part=0):
+def gtsam_graph(run: Any, part: int = 0) -> Tuple[Any, Any]:
     """The problem of a batch run (batch_problem) as gtsam's NonlinearFactorGraph, and its minimum as Values. Keys are
     X(k), V(k), B(k) for pose, velocity and biases of keyframe k, and L(i) for landmark i of batch_problem.
 
@@ -54,10 +56,10 @@ def gtsam_graph(run, part=0):
 
 
 def _gtsam():
-    gtsam = optional("gtsam", "gtsam")
+    gtsam = optional("gtsam", "'gtsam>=4.3'")
     if not hasattr(gtsam, "GalileanCombinedImuFactor"):
         raise ImportError("gtsam: found one without GalileanCombinedImuFactor, expected 4.3 or later: pip install "
-                          "chasles[gtsam]", name="gtsam")
+                          "'gtsam>=4.3'", name="gtsam")
     return gtsam
 
 

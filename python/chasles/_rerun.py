@@ -1,5 +1,7 @@
 """A run in the viewer of rerun."""
 
+from typing import Any, Optional
+
 import numpy as np
 
 from ._core import UsageError
@@ -14,7 +16,8 @@ _CERTAIN, _UNCERTAIN = np.array([64, 160, 255]), np.array([255, 96, 32])
 _PATH, _TRUTH, _ELLIPSOID = [64, 200, 96], [160, 160, 160], [255, 200, 64]
 
 
-def log_to_rerun(run, recording=None, *, stream=None, root="world", sigmas=3.0, alignment=None, every=1, jpeg_quality=75):
+def log_to_rerun(run: Any, recording: Any = None, *, stream: Any = None, root: str = "world", sigmas: float = 3.0,
+                 alignment: Optional[str] = None, every: int = 1, jpeg_quality: int = 75) -> Any:
     """Logs a run on the timeline `time`, and returns rerun's RecordingStream. Without `stream` it is the current one, or
     a new one named after the run: `stream.save("run.rrd")` or `stream.spawn()` show what follows, so call them first.
 
@@ -28,7 +31,7 @@ def log_to_rerun(run, recording=None, *, stream=None, root="world", sigmas=3.0, 
         raise UsageError(f"log_to_rerun: every: found {every}, expected 1 or more")
     if len(run.states["time"]) == 0:
         raise UsageError("log_to_rerun: the run has no estimate, expected one or more")
-    rr = optional("rerun", "rerun")
+    rr = optional("rerun", "rerun-sdk")
     stream = stream or rr.get_global_data_recording() or rr.RecordingStream(f"chasles_{run.name}")
     log = _Log(rr, stream, root)
     log.estimates(run.states, sigmas)

@@ -1,12 +1,14 @@
 """The transformation between the worlds of an estimate and of its truth (docs/evaluation.md, section 2)."""
 
+from typing import Any, Dict
+
 from . import _core
 from ._columns import path_of
 
 __all__ = ["align"]
 
 
-def align(estimate, truth, alignment="SE(3)"):
+def align(estimate: Any, truth: Any, alignment: str = "SE(3)") -> Dict[str, Any]:
     """Aligns an estimate with the truth, both a Run or columns as `chasles.evaluate` takes them. Returns a dictionary:
     `truth_T_estimate` (4, 4) and `scale` with p_truth = scale * R * p_estimate + p, `rank` (2: the positions determine
     the rotation), `matched`, and the errors after the alignment, `ate_m` and `attitude_deg` (root mean squares).

@@ -2,9 +2,9 @@
 
     from chasles.interop import from_evo, gtsam_graph, log_to_rerun, to_evo
 
-    estimate, truth = to_evo(run), to_evo(run.truth)      # pip install chasles[evo]
-    log_to_rerun(run, recording)                          # pip install chasles[rerun]
-    graph, values = gtsam_graph(batch_run)                # pip install chasles[gtsam]
+    estimate, truth = to_evo(run), to_evo(run.truth)      # pip install evo
+    log_to_rerun(run, recording)                          # pip install rerun-sdk
+    graph, values = gtsam_graph(batch_run)                # pip install 'gtsam>=4.3'
 
 A package is imported when its function is called; without it the function raises ImportError.
 """

@@ -12,21 +12,20 @@
 
 from __future__ import annotations
 
-import json
+import html
 import os
-import tempfile
 from typing import TYPE_CHECKING, Any, Callable, Mapping
 
 from . import _core
+from ._optional import optional
 from ._page import Page
 from ._core import ChartState, FirstSight, register_chart as _register_chart
 from ._core import register_depth_rule as _register_depth_rule
 
 if TYPE_CHECKING:
-    from . import Recording, Run
+    from ._run import Run
 
-__all__ = ["ChartState", "Comparison", "FirstSight", "Study", "compare", "monte_carlo", "register_chart",
-           "register_depth_rule"]
+__all__ = ["ChartState", "Comparison", "FirstSight", "Study", "register_chart", "register_depth_rule"]
 
 
 def register_chart(name: str, chart: Any) -> None:
@@ -86,9 +85,7 @@ class Study(Page):
 
     def to_dataframe(self) -> Any:
         """The figures as a pandas DataFrame, a row for each filter."""
-        import pandas
-
-        return pandas.DataFrame(self.summary["filters"]).set_index("filter")
+        return optional("pandas", "pandas").DataFrame(self.summary["filters"]).set_index("filter")
 
     def page(self) -> str:
         """The HTML page of the study, as text."""
@@ -99,25 +96,6 @@ class Study(Page):
 
     def __str__(self) -> str:
         return self.table
-
-
-def monte_carlo(scene: str, filters: Mapping[str, Mapping[str, Any]], *, runs: int, first: int = 0, workers: int = 1,
-                folder: str | os.PathLike[str] | None = None, **settings: Any) -> Study:
-    """Executes `runs` runs of a scene through all filters, and returns a Study. In each run all filters have the same
-    landmarks, noise and initial errors.
-
-    filters: {name: {setting: value}}, with "estimator" among the settings. settings: those of the scene. folder: where
-    the study is kept, as `chasles montecarlo -o` does; a temporary one if none is given. workers: processes; 1 where a
-    chart or depth rule is written in Python. Ctrl-C ends it with KeyboardInterrupt."""
-    temporary = None
-    if folder is None:
-        temporary = tempfile.TemporaryDirectory(prefix="chasles-")
-        folder = os.path.join(temporary.name, "study")
-    settings_of = {name: dict(one) for name, one in filters.items()}
-    summary = json.loads(_core.monte_carlo(scene, settings_of, runs, first, workers, os.fspath(folder), settings))
-    study = Study(os.fspath(folder), summary)
-    study._temporary = temporary
-    return study
 
 
 class Comparison(Page):
@@ -136,8 +114,7 @@ class Comparison(Page):
 
     def to_dataframe(self) -> Any:
         """The figures against the truth as a pandas DataFrame, a row for each estimator."""
-        import pandas
-
+        pandas = optional("pandas", "pandas")
         rows = {name: {column: summary.get(column) for column in self._COLUMNS}
                 for name, summary in self.figures.items()}
         return pandas.DataFrame.from_dict(rows, orient="index")
@@ -146,19 +123,15 @@ class Comparison(Page):
         """The HTML page with all runs, as text."""
         return _core.page([(name, run._core) for name, run in self.runs.items()])
 
+    def _repr_html_(self) -> str:
+        heads = "".join(f"<th>{column}</th>" for column in self._COLUMNS)
+        rows = ""
+        for name, summary in self.figures.items():
+            values = (summary.get(column) for column in self._COLUMNS)
+            cells = "".join(f"<td>{'' if value is None else f'{value:.3g}'}</td>" for value in values)
+            rows += f"<tr><td style='text-align:left'>{html.escape(name)}</td>{cells}</tr>"
+        return (f"<table><tr><th></th>{heads}</tr>{rows}</table>"
+                "<small>comparison.show('compared.html') writes the page with all runs</small>")
+
     def __repr__(self) -> str:
         return f"<chasles.Comparison of {', '.join(self.runs)}>"
-
-
-def compare(recording: Recording | str | os.PathLike[str], estimators: Mapping[str, Mapping[str, Any]],
-            **common: Any) -> Comparison:
-    """Runs several estimators over a recording (Recording, or a path) and returns a Comparison.
-
-    estimators: {name: {argument of chasles.run: value}}; common: arguments of all of them."""
-    from . import Recording, read, run
-
-    if not isinstance(recording, Recording):
-        recording = read(recording)
-    if not estimators:
-        raise _core.UsageError("compare: found no estimator, expected {name: {setting: value}}")
-    return Comparison({name: run(recording, **{**common, **arguments}) for name, arguments in estimators.items()})

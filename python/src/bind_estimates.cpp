@@ -32,7 +32,9 @@ void bind_estimates(py::module_& m) {
   py::class_<Estimate>(m, "Estimate", "The estimate of a frame.")
       .def_property_readonly(
           "time", [](const Estimate& e) { return e.time.count(); }, "On the IMU's clock [ns].")
-      .def_property_readonly("seconds", [](const Estimate& e) { return to_seconds(e.time); })
+      .def_property_readonly(
+          "seconds", [](const Estimate& e) { return to_seconds(e.time); },
+          "On the IMU's clock [s].")
       .def_property_readonly(
           "world_T_imu", [](const Estimate& e) { return matrix(e.world_T_imu); },
           "(4, 4) [m]: maps IMU coordinates to the world's; z points up.")
@@ -71,20 +73,22 @@ void bind_estimates(py::module_& m) {
       .def_property_readonly(
           "health", [](const Estimate& e) { return std::string(name(e.health)); },
           "'ok', 'degraded' or 'lost'.")
-      .def_readonly("nis", &Estimate::nis)
-      .def_readonly("nis_dof", &Estimate::nis_dof)
-      .def_readonly("observations", &Estimate::observations)
-      .def_readonly("used", &Estimate::used)
-      .def_readonly("rejected", &Estimate::rejected)
-      .def_readonly("landmarks", &Estimate::landmarks)
+      .def_readonly("nis", &Estimate::nis, "Normalised innovation squared of the update.")
+      .def_readonly("nis_dof", &Estimate::nis_dof, "Its degrees of freedom; 0: no update.")
+      .def_readonly("observations", &Estimate::observations, "Of the frame.")
+      .def_readonly("used", &Estimate::used, "Observations that updated the state.")
+      .def_readonly("rejected", &Estimate::rejected, "Observations that the gate rejected.")
+      .def_readonly("landmarks", &Estimate::landmarks, "Of the whole map.")
       .def("__repr__", &text_of);
 
   py::class_<PredictedState>(m, "PredictedState", "The motion after the last estimate, by the IMU.")
       .def_property_readonly(
           "time", [](const PredictedState& s) { return s.time.count(); },
           "On the IMU's clock [ns].")
-      .def_property_readonly("seconds_since_estimate",
-                             [](const PredictedState& s) { return to_seconds(s.since_estimate); })
+      .def_property_readonly(
+          "seconds_since_estimate",
+          [](const PredictedState& s) { return to_seconds(s.since_estimate); },
+          "Time since the last estimate [s].")
       .def_property_readonly(
           "world_T_imu", [](const PredictedState& s) { return matrix(s.state.world_T_imu); },
           "(4, 4) [m].")
@@ -102,7 +106,14 @@ void bind_estimates(py::module_& m) {
                              "(3,) IMU axes, without bias [rad/s].")
       .def_property_readonly(
           "covariance", [](const PredictedState& s) { return Eigen::MatrixXd(s.covariance); },
-          "(15, 15), as Estimate.covariance.");
+          "(15, 15), as Estimate.covariance.")
+      .def("__repr__", [](const PredictedState& s) {
+        const Eigen::Vector3d& p = s.state.world_T_imu.p;
+        return fmt::format(
+            "<chasles.PredictedState t={} ns p=({:.3f}, {:.3f}, {:.3f}) m, {:.3f} s after the "
+            "estimate>",
+            s.time.count(), p.x(), p.y(), p.z(), to_seconds(s.since_estimate));
+      });
 }
 
 }  // namespace chasles::python

@@ -1,5 +1,10 @@
 #include <optional>
+#include <string>
+#include <type_traits>
+#include <variant>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/stl.h>
 
 #include <chasles/eval/evaluation.hpp>
@@ -48,10 +53,33 @@ py::dict evaluate_columns(
   return result;
 }
 
-// Defaults, units and meanings.
+// The type of a setting, as Python's annotations have it.
+std::string type_of(const app::Setting& setting) {
+  const auto text = [&](const auto& value) -> std::string {
+    using Value = std::remove_cvref_t<decltype(value)>;
+    if constexpr (std::is_same_v<Value, app::Setting::ChoiceRef>) {
+      return fmt::format("Literal['{}']", fmt::join(setting.limits.names, "', '"));
+    } else if constexpr (std::is_same_v<Value, std::optional<double>*>) {
+      return "Optional[float]";
+    } else if constexpr (std::is_same_v<Value, double*>) {
+      return "float";
+    } else if constexpr (std::is_same_v<Value, bool*>) {
+      return "bool";
+    } else if constexpr (std::is_same_v<Value, std::string*>) {
+      return "str";
+    } else {
+      return "int";
+    }
+  };
+  return std::visit(text, setting.value);
+}
+
+// Defaults, units, meanings and types.
 py::dict settings_of(const std::string& kind) {
   InertialRunSettings inertial;
-  VelocityRunSettings velocity;
+  app::VelocityCommandSettings velocity;
+  InertialSettings scene;
+  StreetSettings street;
   app::SettingList list;
   const auto add = [&](app::SettingList more) {
     for (app::Setting& one : more) list.push_back(std::move(one));
@@ -64,8 +92,14 @@ py::dict settings_of(const std::string& kind) {
   } else if (kind == "velocity") {
     add(app::setting_list(velocity.filter));
     add(app::list_of(velocity.batch, "batch."));
+    add(app::setting_list(velocity.reader));
+  } else if (kind == "scene") {
+    add(app::list_of(scene));
+  } else if (kind == "street") {
+    add(app::list_of(street));
   } else {
-    throw py::value_error("settings: found '" + kind + "', expected 'imu' or 'velocity'");
+    throw py::value_error("settings: found '" + kind +
+                          "', expected 'imu', 'velocity', 'scene' or 'street'");
   }
   py::dict result;
   for (const app::Setting& one : list) {
@@ -73,6 +107,7 @@ py::dict settings_of(const std::string& kind) {
     entry["default"] = app::value_text(one);
     entry["unit"] = one.unit;
     entry["meaning"] = one.meaning;
+    entry["type"] = type_of(one);
     result[py::str(one.name)] = entry;
   }
   return result;

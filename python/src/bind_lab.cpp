@@ -201,7 +201,11 @@ void bind_lab(py::module_& m) {
       .def_property("v", copy_of(&ChartState::v), assign(&ChartState::v),
                     "(3,) world [m/s]; zero for a past pose.")
       .def_property("points", copy_of(&ChartState::points), assign(&ChartState::points),
-                    "(N, 3): Cartesian landmarks, world [m].");
+                    "(N, 3): Cartesian landmarks, world [m].")
+      .def("__repr__", [](const ChartState& x) {
+        return fmt::format("<chasles.ChartState p=({:.3f}, {:.3f}, {:.3f}) m, {} points>", x.p.x(),
+                           x.p.y(), x.p.z(), x.points.rows());
+      });
   py::class_<FirstSight>(m, "FirstSight", "A point that is seen for the first time.")
       .def_property_readonly("pixel", copy_of(&FirstSight::pixel), "(2,) [px].")
       .def_readonly("camera", &FirstSight::camera, "Index of the camera.")
@@ -213,7 +217,11 @@ void bind_lab(py::module_& m) {
       .def_property_readonly("ray", copy_of(&FirstSight::ray),
                              "(3,): (x/z, y/z, 1) in the camera's axes.")
       .def_property_readonly("points", copy_of(&FirstSight::points),
-                             "(N, 3): landmarks of the state, world [m].");
+                             "(N, 3): landmarks of the state, world [m].")
+      .def("__repr__", [](const FirstSight& s) {
+        return fmt::format("<chasles.FirstSight at ({:.1f}, {:.1f}) px of camera {}>", s.pixel.x(),
+                           s.pixel.y(), s.camera);
+      });
   m.def("register_chart", &register_chart, py::arg("name"), py::arg("chart"));
   m.def("register_depth_rule", &register_rule, py::arg("name"), py::arg("rule"));
 }

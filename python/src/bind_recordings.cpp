@@ -1,3 +1,4 @@
+#include <cmath>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,7 +16,11 @@
 #include <chasles/sim/street.hpp>
 
 #include "arrays.hpp"
+#include "forks.hpp"
+#include "long_call.hpp"
+#include "messages.hpp"
 #include "module.hpp"
+#include "recordings.hpp"
 #include "run_input.hpp"
 #include "scene_options.hpp"
 #include "settings_io.hpp"
@@ -33,34 +38,33 @@ class SharedImages : public ImageSource {
   std::size_t size() const override { return images_->size(); }
   Time time(std::size_t i) const override { return images_->time(i); }
   ImageFrame read(std::size_t i) const override {
-    const std::scoped_lock lock(mutex_);
-    return images_->read(i);
+    return locked([&] { return images_->read(i); });
   }
   ImageFrame read_cameras(std::size_t i, std::size_t cameras) const override {
-    const std::scoped_lock lock(mutex_);
-    return images_->read_cameras(i, cameras);
+    return locked([&] { return images_->read_cameras(i, cameras); });
   }
   ImageFrame read_undamaged(std::size_t i, std::size_t cameras,
                             const OnDamage& damaged) const override {
-    const std::scoped_lock lock(mutex_);
-    return images_->read_undamaged(i, cameras, damaged);
+    return locked([&] { return images_->read_undamaged(i, cameras, damaged); });
   }
 
  private:
+  template <typename Read>
+  ImageFrame locked(const Read& read) const {
+    refuse_after_fork();
+    const UnfitForForks unfit;
+    const std::scoped_lock lock(mutex_);
+    return read();
+  }
+
   std::shared_ptr<const ImageSource> images_;
   mutable std::mutex mutex_;
 };
 
-Recording shared(Recording recording) {
-  if (recording.images) {
-    recording.images = std::make_shared<const SharedImages>(std::move(recording.images));
-  }
-  return recording;
-}
-
 Recording read(const std::filesystem::path& path, std::optional<double> start,
                std::optional<double> stop, bool backwards, const std::string& cameras,
-               const std::string& truth) {
+               const std::string& truth, const std::string& truth_level, const std::string& pairing,
+               std::optional<double> max_truth_gap) {
   app::RunInput input;
   input.recording = path;
   input.start = start;
@@ -68,15 +72,17 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
   input.backwards = backwards;
   input.cameras = cameras;
   input.truth = truth;
-  const py::gil_scoped_release released;
-  return shared(app::read_input(input));
+  if (max_truth_gap && !(std::isfinite(*max_truth_gap) && *max_truth_gap > 0)) {
+    throw UsageError(fmt::format(
+        "max_truth_gap: found {}, expected a finite number of seconds above 0", *max_truth_gap));
+  }
+  input.truth_options = {.pairing = pairing, .max_gap = max_truth_gap, .level = truth_level};
+  return LongCall()([&] { return shared(app::read_input(input)); });
 }
 
-Recording simulate(const std::string& scene, std::uint64_t run, bool images,
-                   const py::kwargs& settings) {
-  const std::vector<std::string> sets = assignments(settings);
-  const py::gil_scoped_release released;
-  app::check_scene(scene);
+// Without the GIL.
+Recording simulated(const std::string& scene, std::uint64_t run, bool images,
+                    const std::vector<std::string>& sets) {
   if (app::is_inertial_scene(scene)) {
     app::SceneChoice choice;
     choice.name = scene;
@@ -94,6 +100,13 @@ Recording simulate(const std::string& scene, std::uint64_t run, bool images,
         "{}: images and run are for scenes with an IMU; another run is another seed", scene));
   }
   return simulate_street(street);
+}
+
+Recording simulate(const std::string& scene, std::uint64_t run, bool images,
+                   const py::object& progress, const py::kwargs& settings) {
+  check_scene_keys("simulate", scene, settings);
+  const std::vector<std::string> sets = assignments(settings);
+  return LongCall(progress)([&] { return simulated(scene, run, images, sets); });
 }
 
 py::dict imu_columns(const Recording& recording) {
@@ -200,6 +213,19 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
   return camera;
 }
 
+std::string camera_text(const Camera& c) {
+  return fmt::format("<chasles.Camera {} x {} px, fx {:.1f}, fy {:.1f}, cx {:.1f}, cy {:.1f}, {}>",
+                     c.width, c.height, c.fx, c.fy, c.cx, c.cy, name_of(c.distortion));
+}
+
+std::string noise_text(const ImuNoise& n) {
+  return fmt::format(
+      "<chasles.ImuNoise accelerometer {:g} m/s^2/sqrt(Hz), walk {:g}; gyroscope {:g} "
+      "rad/s/sqrt(Hz), walk {:g}>",
+      n.accelerometer_noise_density, n.accelerometer_random_walk, n.gyroscope_noise_density,
+      n.gyroscope_random_walk);
+}
+
 std::string text_of(const Recording& recording) {
   return fmt::format("<chasles.Recording '{}': {} frames{}, {} IMU samples, {} velocities, {}>",
                      recording.name, frame_count(recording), recording.images ? " of images" : "",
@@ -208,6 +234,13 @@ std::string text_of(const Recording& recording) {
 }
 
 }  // namespace
+
+Recording shared(Recording recording) {
+  if (recording.images) {
+    recording.images = std::make_shared<const SharedImages>(std::move(recording.images));
+  }
+  return recording;
+}
 
 void bind_recordings(py::module_& m) {
   py::class_<Camera>(m, "Camera", "A camera of a rig: z forward, x right, y down.")
@@ -218,22 +251,28 @@ void bind_recordings(py::module_& m) {
            "Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to "
            "k4), as Kalibr and OpenCV have them; cam_T_imu (4, 4) maps IMU coordinates to the "
            "camera's [m].")
-      .def_readonly("width", &Camera::width)
-      .def_readonly("height", &Camera::height)
-      .def_readonly("fx", &Camera::fx)
-      .def_readonly("fy", &Camera::fy)
-      .def_readonly("cx", &Camera::cx)
-      .def_readonly("cy", &Camera::cy)
-      .def_property_readonly("distortion",
-                             [](const Camera& c) { return std::string(name_of(c.distortion)); })
-      .def_property_readonly("coefficients",
-                             [](const Camera& c) {
-                               std::vector<double> k(c.coefficients.begin(), c.coefficients.end());
-                               if (c.distortion == Distortion::kNone) k.clear();
-                               if (c.radtan_k3 != 0) k.push_back(c.radtan_k3);
-                               return k;
-                             })
-      .def_property_readonly("cam_T_imu", [](const Camera& c) { return matrix(c.cam_T_imu); });
+      .def_readonly("width", &Camera::width, "[px]")
+      .def_readonly("height", &Camera::height, "[px]")
+      .def_readonly("fx", &Camera::fx, "Focal length [px].")
+      .def_readonly("fy", &Camera::fy, "Focal length [px].")
+      .def_readonly("cx", &Camera::cx, "Principal point [px].")
+      .def_readonly("cy", &Camera::cy, "Principal point [px].")
+      .def_property_readonly(
+          "distortion", [](const Camera& c) { return std::string(name_of(c.distortion)); },
+          "none, radtan or equidistant.")
+      .def_property_readonly(
+          "coefficients",
+          [](const Camera& c) {
+            std::vector<double> k(c.coefficients.begin(), c.coefficients.end());
+            if (c.distortion == Distortion::kNone) k.clear();
+            if (c.radtan_k3 != 0) k.push_back(c.radtan_k3);
+            return k;
+          },
+          "Of the distortion, as Kalibr and OpenCV have them.")
+      .def_property_readonly(
+          "cam_T_imu", [](const Camera& c) { return matrix(c.cam_T_imu); },
+          "(4, 4): maps IMU coordinates to the camera's [m].")
+      .def("__repr__", &camera_text);
 
   py::class_<ImuNoise>(m, "ImuNoise", "Noise densities of an IMU, as Allan variances give them.")
       .def(py::init([](double accelerometer, double gyroscope, double accelerometer_walk,
@@ -250,17 +289,30 @@ void bind_recordings(py::module_& m) {
            py::arg("gyroscope_random_walk"),
            "Noise densities [m/s^2/sqrt(Hz), rad/s/sqrt(Hz)] and random walks of the biases "
            "[m/s^3/sqrt(Hz), rad/s^2/sqrt(Hz)].")
-      .def_readonly("accelerometer_noise_density", &ImuNoise::accelerometer_noise_density)
-      .def_readonly("gyroscope_noise_density", &ImuNoise::gyroscope_noise_density)
-      .def_readonly("accelerometer_random_walk", &ImuNoise::accelerometer_random_walk)
-      .def_readonly("gyroscope_random_walk", &ImuNoise::gyroscope_random_walk);
+      .def_readonly("accelerometer_noise_density", &ImuNoise::accelerometer_noise_density,
+                    "[m/s^2/sqrt(Hz)]")
+      .def_readonly("gyroscope_noise_density", &ImuNoise::gyroscope_noise_density,
+                    "[rad/s/sqrt(Hz)]")
+      .def_readonly("accelerometer_random_walk", &ImuNoise::accelerometer_random_walk,
+                    "Of the bias [m/s^3/sqrt(Hz)].")
+      .def_readonly("gyroscope_random_walk", &ImuNoise::gyroscope_random_walk,
+                    "Of the bias [rad/s^2/sqrt(Hz)].")
+      .def("__repr__", &noise_text);
 
   py::class_<Recording, std::shared_ptr<Recording>>(
       m, "Recording", "The measurements of a recording and, where known, the truth.")
-      .def_readonly("name", &Recording::name)
-      .def_readonly("remarks", &Recording::remarks,
-                    "What the reader corrected, left out or counted.")
-      .def_readonly("cameras", &Recording::cameras)
+      .def_readonly("name", &Recording::name, "Of the recording.")
+      .def_property_readonly(
+          "remarks",
+          [](const Recording& r) {
+            std::vector<std::string> remarks;
+            for (const std::string& one : r.remarks) {
+              remarks.push_back(in_python(one));
+            }
+            return remarks;
+          },
+          "What the reader corrected, left out or counted.")
+      .def_readonly("cameras", &Recording::cameras, "Those of the rig, in its order.")
       .def_readonly("imu_noise", &Recording::imu_noise, "As the recording states it, or None.")
       .def_property_readonly("imu", &imu_columns,
                              "{'time': (N,) int64 [ns], 'specific_force': (N, 3) [m/s^2], "
@@ -281,9 +333,10 @@ void bind_recordings(py::module_& m) {
 
   m.def("read", &read, py::arg("path"), py::kw_only(), py::arg("start") = std::nullopt,
         py::arg("stop") = std::nullopt, py::arg("backwards") = false, py::arg("cameras") = "",
-        py::arg("truth") = "");
+        py::arg("truth") = "", py::arg("truth_level") = "", py::arg("pairing") = "",
+        py::arg("max_truth_gap") = std::nullopt);
   m.def("simulate", &simulate, py::arg("scene"), py::kw_only(), py::arg("run") = 0,
-        py::arg("images") = false);
+        py::arg("images") = false, py::arg("progress") = py::none());
 }
 
 }  // namespace chasles::python

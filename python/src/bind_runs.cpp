@@ -14,12 +14,14 @@
 #include <chasles/report/report.hpp>
 
 #include "arrays.hpp"
+#include "long_call.hpp"
 #include "map_output.hpp"
+#include "messages.hpp"
 #include "module.hpp"
 #include "output_folder.hpp"
+#include "python_run.hpp"
 #include "run_folder.hpp"
 #include "run_job.hpp"
-#include "turns.hpp"
 
 namespace chasles::python {
 namespace {
@@ -27,15 +29,10 @@ namespace {
 using Eigen::Index;
 using Json = nlohmann::ordered_json;
 
-// A run in memory, of this process or read from a folder.
-struct PythonRun {
-  Run run;
-  std::string summary;  ///< JSON
-  std::vector<std::shared_ptr<const BatchTerms>> batch = {};
-  std::optional<Error> unsaved = {};  ///< why its map was not saved
-};
-
 app::RunCommandOptions options_of(const py::kwargs& arguments) {
+  check_keys("run", arguments,
+             {"begin", "config", "estimator", "keep_images", "map", "mode", "progress", "save_map",
+              "threads"});
   app::RunCommandOptions o;
   o.quiet = true;
   py::dict settings;
@@ -74,6 +71,14 @@ app::RunCommandOptions options_of(const py::kwargs& arguments) {
   return o;
 }
 
+std::vector<std::int64_t> frame_times_of(const Recording& recording) {
+  std::vector<std::int64_t> times;
+  for (std::size_t i = 0; i < frame_count(recording); ++i) {
+    times.push_back(frame_time(recording, i).count());
+  }
+  return times;
+}
+
 // Why the map that is wanted was not saved. The run is not lost with it.
 std::optional<Error> unsaved(const app::RunCommandOptions& o, const Recording& recording,
                              const Estimator& estimator) {
@@ -87,29 +92,28 @@ std::optional<Error> unsaved(const app::RunCommandOptions& o, const Recording& r
 }
 
 // `path`: where the recording was read, or nothing. With settings of the reader it is read again.
-PythonRun run(const Recording& given, const std::filesystem::path& path,
+PythonRun run(const Recording& given, const std::filesystem::path& path, const py::object& progress,
               const py::kwargs& arguments) {
   app::RunCommandOptions o = options_of(arguments);
   o.input.recording = path;
-  Signals signals;
-  PythonRun result;
-  {
-    const py::gil_scoped_release released;
-    const auto turn = take_turn();
+  LongCall call(progress);
+  o.on_frames = [&](std::size_t frames, std::size_t of) { call.show(frames, of); };
+  return call.in_turn([&] {
+    PythonRun result;
     Recording recording = given;
     const app::PlannedRun planned = app::plan_run(o, recording);
     app::check_map_output(app::map_target(o));
     app::LiveView none({}, [] {}, {});
-    app::CompletedRun done = planned([&] { return signals.pending(); }, none);
+    app::CompletedRun done = planned([&] { return call.stopped(); }, none);
     if (!done.result.report.interrupted) {
       result = {.run = std::move(done.result.run),
                 .summary = json_text(done.summary),
                 .batch = done.estimator->batch_terms(),
-                .unsaved = unsaved(o, recording, *done.estimator)};
+                .unsaved = unsaved(o, recording, *done.estimator),
+                .frame_times = frame_times_of(recording)};
     }
-  }
-  signals.rethrow();
-  return result;
+    return result;
+  });
 }
 
 // Throws the reason why the run's map was not saved.
@@ -158,7 +162,7 @@ py::dict states(const PythonRun& r) {
   for (Index k = 0; k < extras; ++k) {
     const std::string& name = r.run.extra_names[static_cast<std::size_t>(k)];
     result[py::str(name)] = Eigen::VectorXd(extra.col(k));
-    result[py::str(name + "_sigma")] = Eigen::VectorXd(sigma.col(k));
+    result[py::str("sigma_" + name)] = Eigen::VectorXd(sigma.col(k));
   }
   result["nis"] = Eigen::VectorXd(nis.col(0));
   Index k = 0;
@@ -208,6 +212,11 @@ void bind_runs(py::module_& m) {
   py::class_<PythonRun>(m, "Run", "The results of a run.")
       .def_property_readonly("name", [](const PythonRun& r) { return r.run.name; })
       .def_property_readonly("_summary", [](const PythonRun& r) { return r.summary; })
+      .def_property_readonly("_frame_times",
+                             [](const PythonRun& r) {
+                               return Times(Eigen::Map<const Times>(
+                                   r.frame_times.data(), static_cast<Index>(r.frame_times.size())));
+                             })
       .def_property_readonly("_level", [](const PythonRun& r) { return is_level(r.run); })
       .def_property_readonly("states", &states)
       .def_property_readonly("smoothed", [](const PythonRun& r) { return poses(r.run.smoothed); })
@@ -219,7 +228,7 @@ void bind_runs(py::module_& m) {
       .def_property_readonly("_batch", [](const PythonRun& r) { return problems_of(r.batch); })
       .def("save", &save, py::arg("folder"))
       .def("page", &page);
-  m.def("run", &run, py::arg("recording"), py::arg("path"), py::pos_only());
+  m.def("run", &run, py::arg("recording"), py::arg("path"), py::arg("progress"), py::pos_only());
   m.def("page", &page_of_all, py::arg("runs"));
   m.def("read_run", &read_run_folder, py::arg("folder"));
 }

@@ -13,7 +13,10 @@
 #include <chasles/pipeline/realtime_slam.hpp>
 
 #include "arrays.hpp"
+#include "forks.hpp"
 #include "inertial_settings_io.hpp"
+#include "long_call.hpp"
+#include "messages.hpp"
 #include "module.hpp"
 #include "turns.hpp"
 
@@ -22,9 +25,16 @@ namespace {
 
 using Estimates = std::vector<Estimate>;
 
-std::unique_ptr<VisualInertialSlam> make_slam(const std::vector<Camera>& cameras,
-                                              const ImuNoise& noise, const std::string& estimator,
+std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const std::vector<Camera>& cameras,
+                                              const ImuNoise* noise, const std::string& estimator,
                                               const std::string& map, const py::kwargs& arguments) {
+  check_keys(name, arguments, {"estimator", "map", "most_images"});
+  if (noise == nullptr) {
+    throw UsageError(fmt::format(
+        "{}: found None as the noise of the IMU, which the recording does not state; expected "
+        "chasles.ImuNoise(...)",
+        name));
+  }
   app::SettingSources sources;
   sources.sets = assignments(arguments);
   sources.set_option = "setting";
@@ -36,7 +46,7 @@ std::unique_ptr<VisualInertialSlam> make_slam(const std::vector<Camera>& cameras
     settings.filter.recognise = Recognise::kAppearance;
     prior = std::make_shared<const LandmarkMap>(read_map(map));
   }
-  return std::make_unique<VisualInertialSlam>(cameras, noise, settings, ImuBuffer::Options{},
+  return std::make_unique<VisualInertialSlam>(cameras, *noise, settings, ImuBuffer::Options{},
                                               std::vector<GrayImage>{}, std::move(prior));
 }
 
@@ -141,12 +151,13 @@ class Slam {
   }
 
  public:
-  Slam(const std::vector<Camera>& cameras, const ImuNoise& noise, const std::string& estimator,
+  Slam(const std::vector<Camera>& cameras, const ImuNoise* noise, const std::string& estimator,
        const std::string& map, const py::kwargs& arguments)
-      : slam_(make_slam(cameras, noise, estimator, map, arguments)) {}
+      : slam_(make_slam("Slam", cameras, noise, estimator, map, arguments)) {}
 
   Estimates add_imu(const py::object& time, const Rows& rate, const Rows& force) {
     const std::vector<ImuSample> samples = samples_of(time, rate, force);
+    refuse_after_finish("sample");
     return taken([&](VisualInertialSlam& slam) {
       Estimates estimates;
       for (const ImuSample& sample : samples) append(slam.process(sample), estimates);
@@ -156,14 +167,16 @@ class Slam {
 
   Estimates add_images(const py::object& time, const py::sequence& images) {
     ImageFrame frame = frame_of(time, images);
+    refuse_after_finish("images");
     return taken([&](VisualInertialSlam& slam) { return slam.process(std::move(frame)); });
   }
 
   Estimates finish() {
-    Signals signals;
-    Estimates last =
-        taken([&](VisualInertialSlam& s) { return s.finish([&] { return signals.pending(); }); });
-    signals.rethrow();
+    if (finished_) return {};
+    LongCall call;
+    Estimates last = call.in_turn([&] { return slam_->finish([&] { return call.stopped(); }); });
+    finished_ = true;
+    warnings_.warn(slam_->arrivals());
     return last;
   }
 
@@ -189,9 +202,20 @@ class Slam {
   std::vector<MapLandmark> map() {
     return locked([](const VisualInertialSlam& s) { return s.estimator().map(); });
   }
+  std::string text() {
+    return locked([](const VisualInertialSlam& s) {
+      return fmt::format("<chasles.Slam of {} cameras: {}, {} images wait>", s.cameras().size(),
+                         s.estimator().started() ? "started" : "not started", s.waiting());
+    });
+  }
 
  private:
+  void refuse_after_finish(const char* what) const {
+    if (finished_) throw UsageError(fmt::format("Slam: expected no {} after finish()", what));
+  }
+
   std::unique_ptr<VisualInertialSlam> slam_;
+  bool finished_ = false;
   ArrivalWarnings warnings_;
 };
 
@@ -217,6 +241,7 @@ class Realtime {
   // Python error back once.
   template <typename Work>
   auto unlocked(const Work& work) {
+    refuse_thread_of(generation_, "RealtimeSlam");
     try {
       const py::gil_scoped_release released;
       return work(*slam_);
@@ -238,10 +263,10 @@ class Realtime {
   }
 
  public:
-  Realtime(const std::vector<Camera>& cameras, const ImuNoise& noise, const std::string& estimator,
+  Realtime(const std::vector<Camera>& cameras, const ImuNoise* noise, const std::string& estimator,
            const std::string& map, std::size_t most_images, const py::kwargs& arguments)
       : slam_(std::make_unique<RealtimeSlam>(
-            make_slam(cameras, noise, estimator, map, arguments),
+            make_slam("RealtimeSlam", cameras, noise, estimator, map, arguments),
             RealtimeSlam::Options{.most_images = most_images, .turn = &estimation()},
             [ready = ready_](std::span<const Estimate> some, VisualInertialSlam&) {
               ready->add({some.begin(), some.end()});
@@ -249,6 +274,10 @@ class Realtime {
   // The thread may be in a chart that is written in Python. Within a call this thread may be that
   // one, or have the turn for which that one waits: another thread then ends it.
   ~Realtime() {
+    if (generation_ != fork_generation()) {  // the thread is in another process
+      static_cast<void>(slam_.release());
+      return;
+    }
     const py::gil_scoped_release released;
     if (PythonCall::active()) {
       std::thread([slam = std::move(slam_)]() mutable { slam.reset(); }).detach();
@@ -276,8 +305,15 @@ class Realtime {
   }
 
   Estimates take() {
+    refuse_thread_of(generation_, "RealtimeSlam");
     warnings_.warn(slam_->arrivals());
     return ready_->take();
+  }
+
+  std::string text() {
+    const RealtimeSlam::Counts n = slam_->counts();
+    return fmt::format("<chasles.RealtimeSlam: {} images came, {} taken, {} dropped, {} wait>",
+                       n.came, n.taken, n.dropped, n.waiting);
   }
 
   // All that has not been taken.
@@ -296,11 +332,13 @@ class Realtime {
 
   std::optional<PredictedState> predicted(const py::object& at) {
     const Time time = time_of(at);
+    refuse_thread_of(generation_, "RealtimeSlam");
     const py::gil_scoped_release released;
     return slam_->predicted(time);
   }
 
   py::dict counts() {
+    refuse_thread_of(generation_, "RealtimeSlam");
     const RealtimeSlam::Counts n = slam_->counts();
     py::dict result;
     result["came"] = n.came;
@@ -320,6 +358,7 @@ class Realtime {
   }
 
  private:
+  const int generation_ = fork_generation();
   std::shared_ptr<ReadyEstimates> ready_ = std::make_shared<ReadyEstimates>();
   ArrivalWarnings warnings_;
   std::unique_ptr<RealtimeSlam> slam_;  // last: its thread uses the others
@@ -341,7 +380,7 @@ void bind_slam(py::module_& m) {
   py::class_<Realtime>(m, "RealtimeSlam",
                        "Slam on a thread of its own: calls return at once, and images that the "
                        "estimator has no time for are dropped. Any thread may call.")
-      .def(py::init<const std::vector<Camera>&, const ImuNoise&, const std::string&,
+      .def(py::init<const std::vector<Camera>&, const ImuNoise*, const std::string&,
                     const std::string&, std::size_t, const py::kwargs&>(),
            py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
            py::arg("map") = "", py::arg("most_images") = 3, arguments)
@@ -358,14 +397,16 @@ void bind_slam(py::module_& m) {
           "counts", &Realtime::counts,
           "Images: {'came', 'taken', 'dropped', 'waiting'}, and of what was taken those of "
           "Slam.counts.")
-      .def_property_readonly("why_not_started", &Realtime::why_not_started)
+      .def_property_readonly("why_not_started", &Realtime::why_not_started,
+                             "The conditions of a start that are not met.")
       .def_property_readonly(
-          "landmarks", [](Realtime& slam) { return columns(slam.map()); }, "As Slam.landmarks.");
+          "landmarks", [](Realtime& slam) { return columns(slam.map()); }, "As Slam.landmarks.")
+      .def("__repr__", &Realtime::text);
 
   py::class_<Slam>(m, "Slam",
                    "Visual-inertial SLAM step by step. Any thread may call; estimators take turns, "
                    "and other Python threads go on meanwhile.")
-      .def(py::init<const std::vector<Camera>&, const ImuNoise&, const std::string&,
+      .def(py::init<const std::vector<Camera>&, const ImuNoise*, const std::string&,
                     const std::string&, const py::kwargs&>(),
            py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
            py::arg("map") = "", arguments)
@@ -380,8 +421,9 @@ void bind_slam(py::module_& m) {
            "Returns the estimates that are ready.")
       .def("finish", &Slam::finish, "The estimates of the images that still wait.")
       .def("predicted", &Slam::predicted, py::arg("time"), predicted)
-      .def_property_readonly("started", &Slam::started)
-      .def_property_readonly("why_not_started", &Slam::why_not_started)
+      .def_property_readonly("started", &Slam::started, "Whether there is an estimate.")
+      .def_property_readonly("why_not_started", &Slam::why_not_started,
+                             "The conditions of a start that are not met.")
       .def_property_readonly("waiting", &Slam::waiting, "Number of images that wait for samples.")
       .def_property_readonly(
           "counts", &Slam::counts,
@@ -393,7 +435,8 @@ void bind_slam(py::module_& m) {
       .def_property_readonly(
           "landmarks", [](Slam& slam) { return columns(slam.map()); },
           "{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), "
-          "'observations': (N,)}.");
+          "'observations': (N,)}.")
+      .def("__repr__", &Slam::text);
 }
 
 }  // namespace chasles::python

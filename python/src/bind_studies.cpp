@@ -18,17 +18,19 @@
 #include "filter_options.hpp"
 #include "inertial_settings_io.hpp"
 #include "lab_report.hpp"
+#include "long_call.hpp"
+#include "messages.hpp"
 #include "module.hpp"
 #include "scene_options.hpp"
 #include "settings_io.hpp"
 #include "trial_log.hpp"
-#include "turns.hpp"
 
 // Studies: the same runs of a scene through several filters.
 namespace chasles::python {
 namespace {
 
 FilterVariant variant_of(const std::string& name, py::dict settings) {
+  check_keys("monte_carlo: " + name, settings, {"estimator"});
   FilterVariant filter{.name = name, .settings = {}};
   py::dict others;
   for (const auto& [key, value] : settings) {
@@ -75,30 +77,32 @@ void check_workers(const std::vector<FilterVariant>& filters, int workers) {
 
 std::string monte_carlo(const std::string& scene, const py::dict& filters, std::uint64_t runs,
                         std::uint64_t first, int workers, const std::filesystem::path& folder,
-                        const py::dict& scene_settings) {
+                        const py::dict& scene_settings, const py::object& progress) {
   MonteCarloPlan plan{.scene = {}, .filters = variants_of(filters), .runs = {}};
   check_workers(plan.filters, workers);
   if (runs == 0) throw UsageError("runs: expected a whole number above 0");
   for (std::uint64_t i = 0; i < runs; ++i) plan.runs.push_back(first + i);
+  check_scene_keys("monte_carlo", scene, scene_settings);
   app::SceneChoice choice;
   choice.name = scene;
   choice.sets = assignments(scene_settings);
   choice.set_option = "setting";
-  const py::gil_scoped_release released;
-  const auto turn = take_turn();
-  plan.scene = app::scene_from(choice);
-  app::TrialLog log(folder, app::plan_json(plan.scene, plan.filters), plan.runs, false);
-  run_monte_carlo(plan, workers, [&](std::span<const TrialRecord> records) {
-    std::string lines;
-    for (const TrialRecord& record : records) lines += app::to_line(record);
-    log.add(records.front().run, lines);
-    const PythonCall call;
-    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  LongCall call(progress);
+  std::size_t done = 0;
+  return call.in_turn([&] {
+    plan.scene = app::scene_from(choice);
+    app::TrialLog log(folder, app::plan_json(plan.scene, plan.filters), plan.runs, false);
+    run_monte_carlo(plan, workers, [&](std::span<const TrialRecord> records) {
+      std::string lines;
+      for (const TrialRecord& record : records) lines += app::to_line(record);
+      log.add(records.front().run, lines);
+      call.show(++done, plan.runs.size());
+    });
+    const std::vector<FilterSummary> summaries = log.finish();
+    nlohmann::ordered_json result = log.summary();
+    result["table"] = app::tables(summaries, {}, app::TableStyle::kText);
+    return json_text(result, 0);
   });
-  const std::vector<FilterSummary> summaries = log.finish();
-  nlohmann::ordered_json result = log.summary();
-  result["table"] = app::tables(summaries, {}, app::TableStyle::kText);
-  return json_text(result, 0);
 }
 
 std::string page_of_study(const std::filesystem::path& folder) {
@@ -110,7 +114,8 @@ std::string page_of_study(const std::filesystem::path& folder) {
 
 void bind_studies(py::module_& m) {
   m.def("monte_carlo", &monte_carlo, py::arg("scene"), py::arg("filters"), py::arg("runs"),
-        py::arg("first"), py::arg("workers"), py::arg("folder"), py::arg("scene_settings"));
+        py::arg("first"), py::arg("workers"), py::arg("folder"), py::arg("scene_settings"),
+        py::arg("progress"));
   m.def("study_page", &page_of_study, py::arg("folder"));
 }
 

@@ -7,8 +7,10 @@
 
 #include <chasles/error.hpp>
 
+#include "forks.hpp"
+#include "long_call.hpp"
+#include "messages.hpp"
 #include "program.hpp"
-#include "turns.hpp"
 
 namespace chasles::python {
 
@@ -22,9 +24,8 @@ int command(std::vector<std::string> arguments) {
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
-  const py::gil_scoped_release released;
-  const auto turn = take_turn();
-  return app::program(static_cast<int>(pointers.size()) - 1, pointers.data());
+  return LongCall().in_turn(
+      [&] { return app::program(static_cast<int>(pointers.size()) - 1, pointers.data()); });
 }
 
 // For PyErr_SetString. Never freed: exceptions may outlive the module.
@@ -74,7 +75,7 @@ void bind_errors(py::module_& m) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const Error& error) {
-      PyErr_SetString(type_of(error.code()), error.what());
+      PyErr_SetString(type_of(error.code()), in_python(error.what()).c_str());
     }
   });
 }
@@ -95,6 +96,11 @@ PYBIND11_MODULE(_core, m) {
   bind_lab(m);
   bind_studies(m);
   bind_alignment(m);
+  bind_checks(m);
+  bind_errors_of_runs(m);
+  bind_arrays(m);
+  refuse_bare_objects(m);
+  watch_forks();
   m.def("command", &command, pybind11::arg("arguments"),
         "Runs the command `chasles` with these arguments and returns its exit code.");
 }

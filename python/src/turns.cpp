@@ -1,6 +1,11 @@
 #include "turns.hpp"
 
+#include <chrono>
+
 #include <chasles/error.hpp>
+#include <chasles/interruption.hpp>
+
+#include "forks.hpp"
 
 namespace chasles::python {
 namespace {
@@ -13,8 +18,8 @@ int& depth_of_calls() {
 
 }  // namespace
 
-std::mutex& estimation() {
-  static std::mutex mutex;
+std::timed_mutex& estimation() {
+  static std::timed_mutex mutex;
   return mutex;
 }
 
@@ -31,19 +36,24 @@ void refuse_in_call() {
       "it would wait for itself for ever. Read what is needed before or after the call");
 }
 
-std::unique_lock<std::mutex> take_turn() {
+std::unique_lock<std::timed_mutex> take_turn() {
+  constexpr std::chrono::milliseconds kBetweenSignals(50);
   refuse_in_call();
-  return std::unique_lock(estimation());
+  refuse_after_fork();
+  std::unique_lock turn(estimation(), std::defer_lock);
+  while (!turn.try_lock_for(kBetweenSignals)) {
+    interruption_point();
+    const PythonCall call;
+    if (PyErr_CheckSignals() != 0) throw pybind11::error_already_set();
+  }
+  return turn;
 }
 
 bool Signals::pending() {
-  if (raised_) return true;
+  if (error_) return true;
   const PythonCall call;
-  if (PyErr_CheckSignals() != 0) {
-    error_ = std::make_unique<pybind11::error_already_set>();
-    raised_ = true;
-  }
-  return raised_;
+  if (PyErr_CheckSignals() != 0) error_ = std::make_unique<pybind11::error_already_set>();
+  return error_ != nullptr;
 }
 
 void Signals::rethrow() {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <memory>
 #include <mutex>
 
@@ -12,7 +11,7 @@ namespace chasles::python {
 /// Estimators of one process take turns: in batch estimation SuiteSparse calls the serial OpenBLAS,
 /// which is not reentrant. Locked without the GIL: RealtimeSlam does it on its own thread, others
 /// with take_turn().
-std::mutex& estimation();
+std::timed_mutex& estimation();
 
 /// While it lives, this thread runs Python code for an estimator: a chart, a depth rule, the
 /// handler of a signal. Holds the GIL.
@@ -34,10 +33,12 @@ class PythonCall {
 /// never end.
 void refuse_in_call();
 
-/// A turn for this thread. Throws as refuse_in_call().
-std::unique_lock<std::mutex> take_turn();
+/// A turn for this thread. Without the GIL. Throws as refuse_in_call() and refuse_after_fork(),
+/// what the handler of a signal raises meanwhile, and Interrupted.
+std::unique_lock<std::timed_mutex> take_turn();
 
-/// The signals of Python, such as Ctrl-C, during a turn. Python handles them in its main thread.
+/// The signals of Python, such as Ctrl-C, while this thread waits without the GIL for another one
+/// that works for it. Python handles them in its main thread.
 class Signals {
  public:
   /// True once a handler has raised.
@@ -46,7 +47,6 @@ class Signals {
   void rethrow();
 
  private:
-  std::atomic<bool> raised_ = false;
   std::unique_ptr<pybind11::error_already_set> error_;
 };
 

@@ -223,7 +223,8 @@ def test_the_page_is_one(walk_run, tmp_path):
     walk_run.show(tmp_path / "run.html")
     page = (tmp_path / "run.html").read_text()
     assert page.startswith("<!doctype html>") or page.startswith("<!DOCTYPE html>")
-    assert walk_run._repr_html_().startswith("<iframe srcdoc=")
+    comparison = chasles.compare(chasles.simulate("hallway", **SHORT), {"ours": {}, "<other>": {"chart": "standard"}})
+    assert "nees_pose" in comparison._repr_html_() and "&lt;other&gt;" in comparison._repr_html_()
 
 
 def test_settings_are_listed():

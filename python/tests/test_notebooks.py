@@ -19,6 +19,19 @@ def test_a_notebook_runs(path):
     nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
     shown = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     text = "".join(output.get("text", "") for output in shown)
-    assert "Average NEES" in text
     pages = [output["data"]["text/html"] for output in shown if "text/html" in output.get("data", {})]
+    check_output[path.stem](text, pages)
+
+
+def of_error_chart(text, pages):
+    assert "Average NEES" in text
     assert len(pages) == 1 and "<iframe srcdoc=" in pages[0]
+
+
+def of_first_steps(text, pages):
+    assert "% of the position errors are within 3 sigma" in text and "window ATE 0.0" in text
+    drawn = [page for page in pages if "<svg" in page]
+    assert len(drawn) == 1 and "ATE" in drawn[0] and "<iframe" not in "".join(pages)
+
+
+check_output = {"error_chart": of_error_chart, "first_steps": of_first_steps}

@@ -82,6 +82,22 @@ def test_se3_alignment(pair):
     check_absolute((found["ate_m"], found["attitude_deg"]), error)
 
 
+def test_evos_interpolation_is_ours_where_the_truth_has_more_poses(walk):
+    """Stamps of the estimate between those of the truth: evo resamples the truth, as we do."""
+    from evo.core.sync_method import SyncMethod
+
+    estimate, truth = walk
+    every = slice(1, -1, 3)
+    late = {"time": estimate["time"][every] + 3_000_000, "position": estimate["position"][every],
+            "quaternion": estimate["quaternion"][every]}
+    evos_truth, evos = sync.associate_trajectories(to_evo(truth), to_evo(late), sync_method=SyncMethod.interpolation,
+                                                   max_diff=0.1)
+    evos.align(evos_truth)
+    figures = chasles.evaluate(late, truth)
+    assert evos.num_poses == len(late["time"])
+    check_absolute((figures["ate_m"], figures["attitude_deg"]), absolute(evos_truth, evos))
+
+
 def test_sim3_alignment(pair):
     estimate, truth, evos, evos_truth = pair
     R, p, scale = evos.align(evos_truth, correct_scale=True)

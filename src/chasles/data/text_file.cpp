@@ -11,6 +11,7 @@
 #include <chasles/data/read_budget.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
+#include <chasles/interruption.hpp>
 
 namespace chasles {
 namespace {
@@ -141,6 +142,7 @@ std::string quoted_list(const std::vector<std::string>& names) {
 }
 
 std::string_view take_line(std::string_view& text) {
+  interruption_point();
   const std::size_t end = std::min(text.find('\n'), text.size());
   std::string_view line = text.substr(0, end);
   text.remove_prefix(std::min(end + 1, text.size()));

@@ -8,6 +8,7 @@
 #include <chasles/filter/covariance.hpp>
 #include <chasles/filter/dense.hpp>
 #include <chasles/filter/history_sweep_detail.hpp>
+#include <chasles/interruption.hpp>
 
 namespace chasles::filter_detail {
 namespace {
@@ -314,11 +315,17 @@ void read(int core, const MatrixXd& initial, const std::vector<History::Step>& s
   Information later{Covariance(MatrixXd::Zero(size_now, size_now)), VectorXd::Zero(size_now)};
   Sweep sweep;
   Backward backward(core, later, sweep);
-  for (auto step = steps.rbegin(); step != steps.rend(); ++step) std::visit(backward, *step);
+  for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+    interruption_point();
+    std::visit(backward, *step);
+  }
   const MatrixXd P =
       informed_covariance(initial, MatrixXd(later.M.all().selfadjointView<Eigen::Lower>()));
   Forward forward(core, P * later.y, P, sweep, reader);
-  for (const History::Step& step : steps) std::visit(forward, step);
+  for (const History::Step& step : steps) {
+    interruption_point();
+    std::visit(forward, step);
+  }
   forward.finish();
 }
 

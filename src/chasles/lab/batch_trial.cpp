@@ -1,5 +1,6 @@
 #include <utility>
 
+#include <chasles/interruption.hpp>
 #include <chasles/lab/batch_trial.hpp>
 
 namespace chasles {
@@ -23,7 +24,7 @@ BatchTrial run_batch_trial(const FilterVariant& filter, const BatchSettings& set
                            std::vector<TimedMotion> initial) {
   InertialBatchInput input = batch_input(recording, filter.settings, start);
   input.initial = std::move(initial);
-  InertialBatchResult result = smooth(input, filter.settings.chart, settings);
+  InertialBatchResult result = smooth(input, filter.settings.chart, settings, &interruption_wanted);
   BatchTrial batch{.trial = {.filter = filter.name}, .report = result.report};
   for (const Estimate& e : result.estimates) {
     if (!add_to_trial(filter.settings.chart, recording, start.time, e, batch.trial)) break;

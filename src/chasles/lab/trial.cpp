@@ -7,6 +7,7 @@
 #include <chasles/error.hpp>
 #include <chasles/eval/ate.hpp>
 #include <chasles/eval/nees.hpp>
+#include <chasles/interruption.hpp>
 #include <chasles/lab/batch_trial.hpp>
 #include <chasles/lie/so3.hpp>
 #include <chasles/numeric/random.hpp>
@@ -200,6 +201,7 @@ void run_filter(const FilterVariant& filter, const Recording& recording, const I
   InertialSlam slam = slam_for(filter, recording, start);
   CoveredFrames frames(recording);
   while (const auto seen = frames.next(slam)) {
+    interruption_point();
     if (slam.clock(seen->time) < start.time) continue;
     if (!take(slam.process(*seen))) break;
   }

@@ -2,6 +2,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -15,6 +16,7 @@
 #include <sys/wait.h>
 
 #include <chasles/error.hpp>
+#include <chasles/interruption.hpp>
 #include <chasles/lab/workers.hpp>
 
 namespace chasles {
@@ -134,6 +136,10 @@ class Pool {
   }
   ~Pool() {
     counter_.stop();
+    // Whoever interrupts does not wait for the items in progress.
+    for (const Worker& worker : workers_) {
+      if (interruption_wanted() && worker.process > 0) kill(worker.process, SIGKILL);
+    }
     for (Worker& worker : workers_) {
       if (worker.in >= 0) close(worker.in);
       if (worker.process > 0) waitpid(worker.process, nullptr, 0);
@@ -141,6 +147,8 @@ class Pool {
   }
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
+
+  static constexpr int kBetweenLooks = 100;  // for an interruption [ms]
 
   template <typename Done>
   void collect(const Done& done) {
@@ -150,7 +158,8 @@ class Pool {
         if (worker.in >= 0) waiting.push_back({.fd = worker.in, .events = POLLIN, .revents = 0});
       }
       if (waiting.empty()) return;
-      if (poll(waiting.data(), waiting.size(), -1) < 0) {
+      interruption_point();
+      if (poll(waiting.data(), waiting.size(), kBetweenLooks) < 0) {
         if (errno == EINTR) continue;
         fail("no news of the workers");
       }

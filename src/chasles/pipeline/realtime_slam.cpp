@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <utility>
@@ -9,6 +10,11 @@
 #include <chasles/pipeline/realtime_slam.hpp>
 
 namespace chasles {
+namespace {
+
+constexpr std::chrono::milliseconds kBetweenRequests(50);
+
+}  // namespace
 
 RealtimeSlam::RealtimeSlam(std::unique_ptr<VisualInertialSlam> slam, Options options,
                            Callback on_estimates)
@@ -91,7 +97,9 @@ void RealtimeSlam::ask(const std::function<void(VisualInertialSlam&)>& question)
   ask_in_any_case(question);
 }
 
-void RealtimeSlam::ask_in_any_case(const std::function<void(VisualInertialSlam&)>& question) {
+// Calls `waiting` until there is an answer.
+void RealtimeSlam::ask_while(const std::function<void(VisualInertialSlam&)>& question,
+                             const std::function<void()>& waiting) {
   std::packaged_task<void()> task([&] {
     const auto turn = take_turn();
     question(*slam_);
@@ -102,12 +110,12 @@ void RealtimeSlam::ask_in_any_case(const std::function<void(VisualInertialSlam&)
     questions_.emplace_back([&] { task(); });
     changed_.notify_all();
   }
+  while (waiting && answered.wait_for(kBetweenRequests) != std::future_status::ready) waiting();
   answered.get();
 }
 
 std::vector<Estimate> RealtimeSlam::finish(const StopRequest& stop) {
   {
-    constexpr std::chrono::milliseconds kBetweenRequests(50);
     std::unique_lock lock(mutex_);
     finished_ = true;
     const auto is_done = [&] { return failure_ || (events_.empty() && !busy_); };
@@ -119,14 +127,19 @@ std::vector<Estimate> RealtimeSlam::finish(const StopRequest& stop) {
   }
   std::vector<Estimate> estimates;
   ArrivalCounts arrivals;
-  ask([&](VisualInertialSlam& slam) {
-    estimates = slam.finish();
-    arrivals = slam.arrivals();
-  });
+  std::atomic<bool> stopped = false;
+  if (const std::exception_ptr failure = this->failure()) std::rethrow_exception(failure);
+  ask_while(
+      [&](VisualInertialSlam& slam) {
+        estimates = slam.finish([&] { return stopped.load(); });
+        arrivals = slam.arrivals();
+      },
+      [&] { stopped = stopped || (stop && stop()); });
   {
     const std::lock_guard lock(mutex_);
     arrivals_ = arrivals;
   }
+  if (stopped) return {};
   if (!estimates.empty()) {
     const std::lock_guard lock(predictor_mutex_);
     predictor_.correct(estimates.back());
@@ -183,8 +196,8 @@ void RealtimeSlam::take(Event event) {
   note(estimates);
 }
 
-std::unique_lock<std::mutex> RealtimeSlam::take_turn() {
-  return options_.turn ? std::unique_lock(*options_.turn) : std::unique_lock<std::mutex>();
+std::unique_lock<std::timed_mutex> RealtimeSlam::take_turn() {
+  return options_.turn ? std::unique_lock(*options_.turn) : std::unique_lock<std::timed_mutex>();
 }
 
 void RealtimeSlam::note(std::span<const Estimate> estimates) {

@@ -31,7 +31,7 @@ class RealtimeSlam {
     bool waits_for_room = false;
     /// Held while the estimator works, in a program with batch estimation elsewhere, which is not
     /// reentrant (docs/architecture.md); must outlive this. Null: none.
-    std::mutex* turn = nullptr;
+    std::timed_mutex* turn = nullptr;
   };
   /// Images, except `waiting`, which is a number at this instant.
   struct Counts {
@@ -63,13 +63,16 @@ class RealtimeSlam {
   /// Calls the function on the estimator's thread, between two events, and waits for it.
   void ask(const std::function<void(VisualInertialSlam&)>& question);
   /// The same also after an error, on what the estimator had until then.
-  void ask_in_any_case(const std::function<void(VisualInertialSlam&)>& question);
+  void ask_in_any_case(const std::function<void(VisualInertialSlam&)>& question) {
+    ask_while(question, {});
+  }
   /// The error that has ended the work; null: none.
   std::exception_ptr failure() const;
 
   /// Waits until all that has come is processed; then as VisualInertialSlam::finish(), whose
   /// estimates the callback does not get. Where `stop` returns true it ends without estimates, and
-  /// may be called again; otherwise neither it nor process() may be called after it.
+  /// may be called again, unless batch estimation had begun; otherwise neither it nor process() may
+  /// be called after it. `stop` is called on the thread of the caller.
   std::vector<Estimate> finish(const StopRequest& stop = {});
 
   Counts counts() const;
@@ -79,9 +82,11 @@ class RealtimeSlam {
  private:
   using Event = std::variant<ImuSample, ImageFrame>;
 
+  void ask_while(const std::function<void(VisualInertialSlam&)>& question,
+                 const std::function<void()>& waiting);
   void work();
   void take(Event event);
-  std::unique_lock<std::mutex> take_turn();
+  std::unique_lock<std::timed_mutex> take_turn();
   std::size_t drop_oldest_image();
   void note(std::span<const Estimate> estimates);
   void rethrow_failure();

@@ -241,7 +241,7 @@ TEST(RealtimeSlam, AnErrorEndsTheWorkAndIsToldToTheCaller) {
 }
 
 TEST(RealtimeSlam, FinishStopsOnRequestAndMayBeCalledAgain) {
-  std::mutex turn;
+  std::timed_mutex turn;
   RealtimeSlam slam(slam_of(), {.most_images = 0, .turn = &turn});
   {
     const std::lock_guard others(turn);
@@ -266,6 +266,16 @@ TEST(RealtimeSlam, ImagesOfAnotherRigAreRejectedAtOnce) {
 TEST(RealtimeSlam, EndsWithoutWaitingForAllThatCame) {
   RealtimeSlam slam(slam_of(), {.most_images = 0});
   play_on(slam);
+}
+
+TEST(RealtimeSlam, AStopEndsTheLastSmoothing) {
+  RealtimeSlam slam(slam_of("batch"), {.most_images = 0});
+  feed(slam, [](auto&&) {});
+  const auto all_are_taken = [&] {
+    const RealtimeSlam::Counts n = slam.counts();
+    return n.waiting == 0 && n.taken == n.came;
+  };
+  EXPECT_TRUE(slam.finish(all_are_taken).empty());
 }
 
 }  // namespace

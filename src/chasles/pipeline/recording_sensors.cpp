@@ -55,6 +55,13 @@ ImuBuffer::Options imu_options(const Recording& recording) {
 }
 
 InertialSensors inertial_sensors(const Recording& recording) {
+  if (recording.cameras.empty() && !recording.velocities.empty()) {
+    throw InputError(
+        recording.name +
+        ": has body velocities and a rectified stereo pair, and no IMU samples with "
+        "cameras; expected chasles::run(recording, chasles::VelocityRunSettings{}), or "
+        "`chasles run`, which chooses by the recording");
+  }
   if (recording.cameras.empty()) throw InputError(recording.name + ": has no camera");
   const double otherwise = recording.images ? kFrontendPixelSigma : 1;
   return {.cameras = recording.cameras,

@@ -98,6 +98,16 @@ TEST(Run, EachEstimatorFollowsAStereoVelocityRecording) {
   }
 }
 
+TEST(Run, SettingsOfTheOtherKindSayWhatToCall) {
+  try {
+    chasles::run(street(), inertial("filter"));
+    FAIL() << "a drive has no camera with an IMU";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("VelocityRunSettings"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Run, TheFilterGivesTheNumbersOfItsOwnLoop) {
   const VelocitySensors sensors = velocity_sensors(street(), {});
   VelocitySlam slam({}, sensors.rig, sensors.noise);

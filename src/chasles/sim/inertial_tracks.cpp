@@ -2,6 +2,7 @@
 #include <map>
 #include <optional>
 
+#include <chasles/interruption.hpp>
 #include <chasles/sim/inertial_tracks.hpp>
 
 namespace chasles {
@@ -20,6 +21,7 @@ class Tracker {
 
   InertialTracks follow_all() {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
+      interruption_point();
       frame_ = {.time = poses_[i].time};
       follow_on(i);
       begin_missing(i);

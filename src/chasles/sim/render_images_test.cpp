@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/error.hpp>
+#include <chasles/interruption.hpp>
 #include <chasles/sim/inertial_sim.hpp>
 #include <chasles/sim/inertial_world.hpp>
 #include <chasles/sim/render.hpp>
@@ -37,6 +38,20 @@ InertialScene small(const std::string& name) {
     }
   }
   return scene;
+}
+
+TEST(RenderedImages, AnInterruptionEndsThePainting) {
+  CallProgress progress;
+  {
+    const ObservedCall observed(progress);
+    EXPECT_GT(render_inertial(small("walk")).images->size(), 0u);
+    EXPECT_GT(progress.total, 3u) << "surfaces";
+    EXPECT_EQ(progress.done + 1, progress.total);
+    progress.stop = true;
+    EXPECT_THROW(render_inertial(small("walk")), Interrupted);
+    EXPECT_THROW(simulate_inertial(small("walk")), Interrupted);
+  }
+  EXPECT_FALSE(interruption_wanted()) << "nobody observes any more";
 }
 
 TEST(RenderedImages, HaveTheTimesTruthAndImuOfTheTracks) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
+#include <chasles/interruption.hpp>
 #include <chasles/sim/render_world.hpp>
 #include <chasles/sim/texture_paint.hpp>
 
@@ -76,6 +77,7 @@ LightMap light_map(const Surface& surface, const RenderWorld& world, double texe
   const Vector3d normal = -right.cross(down);
   LightMap map{cell, nodes(surface.right.norm()), nodes(surface.down.norm()), {}};
   for (int j = 0; j < map.rows; ++j) {
+    interruption_point();
     for (int i = 0; i < map.columns; ++i) {
       const Vector3d p = surface.corner + cell * (i * right + j * down);
       map.light.push_back(
@@ -89,6 +91,7 @@ void light_up(Canvas& canvas, const LightMap& map) {
   const auto per_cell = static_cast<float>(canvas.texel / map.cell);
   std::vector<float> row(static_cast<std::size_t>(map.columns));
   for (int y = 0; y < canvas.height; ++y) {
+    interruption_point();
     const float at = (static_cast<float>(y) + 0.5F) * per_cell;
     const auto j = std::min(static_cast<int>(at), map.rows - 2);
     const float b = at - static_cast<float>(j);
@@ -180,6 +183,7 @@ PaintedWorld paint_world(const RenderWorld& world, double texel, std::uint64_t s
   PaintedWorld result{
       .surfaces = world.surfaces, .textures = {}, .texel = fitting_texel(world, texel)};
   for (std::uint64_t i = 0; i < world.surfaces.size(); ++i) {
+    interruption_point(i, world.surfaces.size());
     result.textures.push_back(painted(world.surfaces[i], i, world, result.texel, seed, decoration));
   }
   return result;

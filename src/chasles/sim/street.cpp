@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
+#include <chasles/interruption.hpp>
 #include <chasles/numeric/random.hpp>
 #include <chasles/sim/street.hpp>
 #include <chasles/sim/street_drive.hpp>
@@ -141,6 +142,7 @@ Recording simulate_street(const StreetSettings& settings) {
   Tracks tracks;
   Counts counts;
   for (std::uint64_t i = 0; i < count; ++i) {
+    interruption_point(i, count);
     const Time time = from_seconds(static_cast<double>(i) / settings.frame_rate);
     recording.truth.push_back(
         {.time = time, .pose = state_at(drive, to_seconds(time)).world_T_imu});

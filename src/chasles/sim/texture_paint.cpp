@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <chasles/interruption.hpp>
 #include <chasles/sim/texture_paint.hpp>
 
 namespace chasles {
@@ -145,6 +146,7 @@ Canvas make_canvas(double width_m, double height_m, double texel, std::uint8_t g
 void add_noise(Canvas& canvas, const std::vector<NoiseLayer>& layers, std::uint32_t seed) {
   std::vector<float> noise(static_cast<std::size_t>(canvas.width));
   for (int y = 0; y < canvas.height; ++y) {
+    interruption_point();
     std::ranges::fill(noise, 0.5F);
     std::uint32_t of_layer = seed;
     for (const NoiseLayer& layer : layers) {

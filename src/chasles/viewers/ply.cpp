@@ -98,15 +98,20 @@ class Drawing {
     add_way(run.dead_reckoning, {}, VertexKind::kDeadReckoning, kDeadReckoningColour);
   }
 
-  std::string bytes(std::string_view frame) const {
+  std::string bytes(std::string_view frame, PlyEdges wanted) const {
     std::string out = fmt::format(
         "ply\nformat binary_little_endian 1.0\n"
         "comment metres, the frame of {}\n"
         "comment kind: 0 landmark, 1 estimate, 2 truth, 3 dead reckoning, 4 landmark of a map\n"
-        "element vertex {}\n{}element edge {}\nproperty int vertex1\nproperty int vertex2\n"
-        "end_header\n",
-        frame, vertices_.size(), kVertexProperties, edges_.size());
+        "element vertex {}\n{}",
+        frame, vertices_.size(), kVertexProperties);
+    if (wanted == PlyEdges::kYes) {
+      out += fmt::format("element edge {}\nproperty int vertex1\nproperty int vertex2\n",
+                         edges_.size());
+    }
+    out += "end_header\n";
     for (const Vertex& v : vertices_) append(v, out);
+    if (wanted == PlyEdges::kNo) return out;
     for (const Edge& e : edges_) {
       append_little_endian(out, static_cast<std::int32_t>(e.from));
       append_little_endian(out, static_cast<std::int32_t>(e.to));
@@ -168,10 +173,12 @@ class Drawing {
 
 }  // namespace
 
-std::string run_ply(const Run& run) { return Drawing(run).bytes("trajectory.tum"); }
+std::string run_ply(const Run& run, PlyEdges edges) {
+  return Drawing(run).bytes("trajectory.tum", edges);
+}
 
 std::string map_ply(const MapSketch& map) {
-  return Drawing(map_vertices(map, {}, {})).bytes("the map");
+  return Drawing(map_vertices(map, {}, {})).bytes("the map", PlyEdges::kNo);
 }
 
 }  // namespace chasles

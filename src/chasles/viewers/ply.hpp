@@ -6,6 +6,9 @@
 
 namespace chasles {
 
+/// Whether a PLY has the element `edge`, which some readers refuse (meshio 5).
+enum class PlyEdges { kNo, kYes };
+
 /// Map and trajectories as a binary little-endian PLY (docs/formats.md). Vertices are the
 /// landmarks (those of a prior map have a kind of their own), then the positions of the estimate,
 /// of the truth (aligned by the first pose, as on the page) and of dead reckoning; `kind`
@@ -15,9 +18,9 @@ namespace chasles {
 /// of the prior map that the run has recognised; truth and dead reckoning have zeros. Landmarks are
 /// coloured by sigma, those of kind 4 by session, each trajectory has one colour. Edges join the
 /// positions of a trajectory. Values that are not finite are left out.
-std::string run_ply(const Run& run);
+std::string run_ply(const Run& run, PlyEdges edges = PlyEdges::kYes);
 
-/// The landmarks of a saved map in its frame, as vertices of kind 4.
+/// The landmarks of a saved map in its frame, as vertices of kind 4, without edges.
 std::string map_ply(const MapSketch& map);
 
 }  // namespace chasles

@@ -133,6 +133,14 @@ TEST(PlyOfARun, LandmarksOfAMapTellTheirSessionAndWhetherTheyReturned) {
   }
 }
 
+TEST(PlyOfARun, WithoutEdgesItHasTheSameVertices) {
+  const ReportRun drive = synthetic_drive({.states = 80, .landmarks = 120, .prior_map = true});
+  const std::string points = run_ply(drive.run, PlyEdges::kNo);
+  EXPECT_EQ(points.find("element edge"), std::string::npos);
+  EXPECT_EQ(map_ply(*drive.run.prior_map).find("element edge"), std::string::npos);
+  EXPECT_EQ(read_ply(points).vertex.rows, read_ply(run_ply(drive.run)).vertex.rows);
+}
+
 TEST(PlyOfARun, EdgesJoinTheNeighboursOfAWayAlone) {
   const ReportRun drive = synthetic_drive({.states = 80, .landmarks = 120});
   const Ply ply = read_ply(run_ply(drive.run));

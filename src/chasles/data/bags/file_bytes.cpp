@@ -1,10 +1,13 @@
 #include <utility>
 
+#include <unistd.h>
+
 #include <fmt/format.h>
 
 #include <chasles/data/bags/file_bytes.hpp>
 #include <chasles/data/read_budget.hpp>
 #include <chasles/error.hpp>
+#include <chasles/interruption.hpp>
 
 namespace chasles {
 
@@ -16,13 +19,16 @@ std::uint64_t most_unpacked(std::uint64_t file_size) {
 }
 
 FileBytes::FileBytes(const std::filesystem::path& file, std::string name)
-    : name_(std::move(name)), stream_(file, std::ios::binary), largest_(largest_piece()) {
+    : file_(file), name_(std::move(name)), stream_(file, std::ios::binary), largest_(largest_piece()) {
   if (!stream_) throw InputError(name_ + ": cannot be opened");
+  process_ = getpid();
   stream_.seekg(0, std::ios::end);
   size_ = static_cast<std::uint64_t>(stream_.tellg());
 }
 
 std::string FileBytes::read(std::uint64_t at, std::uint64_t count) const {
+  interruption_point();
+  open_for_this_process();
   if (!holds(at, count)) fail(at, "it is truncated, or a length is wrong");
   if (count > largest_) {
     check_memory(
@@ -35,6 +41,13 @@ std::string FileBytes::read(std::uint64_t at, std::uint64_t count) const {
   stream_.read(bytes.data(), static_cast<std::streamsize>(count));
   if (!stream_) fail(at, "it cannot be read");
   return bytes;
+}
+
+// Processes that are forks of one share its place in the file.
+void FileBytes::open_for_this_process() const {
+  if (process_ == getpid()) return;
+  stream_ = std::ifstream(file_, std::ios::binary);
+  process_ = getpid();
 }
 
 void FileBytes::fail(std::uint64_t at, const std::string& what) const {

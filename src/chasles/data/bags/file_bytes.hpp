@@ -5,6 +5,8 @@
 #include <fstream>
 #include <string>
 
+#include <sys/types.h>
+
 namespace chasles {
 
 /// Random access to the bytes of a file. Reading beyond the end is an InputError; nothing is
@@ -26,8 +28,12 @@ class FileBytes {
   [[noreturn]] void fail(std::uint64_t at, const std::string& what) const;
 
  private:
-  std::string name_;
+  void open_for_this_process() const;
+
+  std::filesystem::path file_;
+  std::string name_;  ///< for messages
   mutable std::ifstream stream_;
+  mutable pid_t process_ = 0;  ///< that has opened it
   std::uint64_t size_ = 0, largest_;
 };
 

@@ -3,12 +3,15 @@
 #include <map>
 #include <utility>
 
+#include <unistd.h>
+
 #include <fmt/format.h>
 #include <sqlite3.h>
 
 #include <chasles/data/bags/bag_file.hpp>
 #include <chasles/data/bags/file_bytes.hpp>
 #include <chasles/error.hpp>
+#include <chasles/interruption.hpp>
 
 // A database of rosbag2_storage_sqlite3: tables `topics` (id, name, type, serialization_format) and
 // `messages` (topic_id, timestamp, data).
@@ -62,16 +65,21 @@ std::uint64_t bytes_of(const std::filesystem::path& file) {
 class SqliteBag : public BagFile {
  public:
   SqliteBag(const std::filesystem::path& file, std::string name)
-      : name_(std::move(name)), bytes_(bytes_of(file)), database_(nullptr, &sqlite3_close) {
+      : file_(file), name_(std::move(name)), bytes_(bytes_of(file)), database_(nullptr, &sqlite3_close) {
+    open();
+  }
+
+  void open() const {
     sqlite3* opened = nullptr;
-    const int result = sqlite3_open_v2(uri_of(file).c_str(), &opened,
+    process_ = getpid();
+    const int result = sqlite3_open_v2(uri_of(file_).c_str(), &opened,
                                        SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
     database_.reset(opened);
     if (result != SQLITE_OK) fail();
     sqlite3_limit(opened, SQLITE_LIMIT_LENGTH,
                   static_cast<int>(std::min(largest_piece(), kSqliteMost)));
     sqlite3_set_authorizer(opened, &only_reading, nullptr);
-    sqlite3_progress_handler(opened, kStepsOfCall, &count_steps, this);
+    sqlite3_progress_handler(opened, kStepsOfCall, &count_steps, const_cast<SqliteBag*>(this));
   }
 
   void scan(const Visit& visit, std::vector<std::string>&) override {
@@ -95,6 +103,7 @@ class SqliteBag : public BagFile {
   }
 
   std::string read(const MessagePlace& place) const override {
+    if (process_ != getpid()) open();  // a fork shares the place in the file
     const Statement row = prepare("SELECT data FROM messages WHERE rowid = ?");
     sqlite3_bind_int64(row.get(), 1, static_cast<sqlite3_int64>(place.at));
     if (step(row)) return std::string(blob_of(row.get(), 0));
@@ -111,7 +120,8 @@ class SqliteBag : public BagFile {
   static int count_steps(void* self) {
     auto& bag = *static_cast<SqliteBag*>(self);
     bag.steps_ += kStepsOfCall;
-    return bag.steps_ > kLeastSteps + kStepsOfByte * bag.bytes_ ? 1 : 0;
+    const bool too_many = bag.steps_ > kLeastSteps + kStepsOfByte * bag.bytes_;
+    return too_many || interruption_wanted() ? 1 : 0;
   }
 
   // A view would be read as a table is, and may compute anything.
@@ -158,9 +168,11 @@ class SqliteBag : public BagFile {
         what));
   }
 
-  std::string name_;
+  std::filesystem::path file_;
+  std::string name_;  ///< for messages
   std::uint64_t bytes_, steps_ = 0;
-  Database database_;
+  mutable Database database_;
+  mutable pid_t process_ = 0;  // that has opened it
   std::map<sqlite3_int64, BagTopic> topics_;
 };
 

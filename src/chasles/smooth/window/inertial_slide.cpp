@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include <chasles/interruption.hpp>
 #include <chasles/smooth/window/inertial_window.hpp>
 
 namespace chasles {
@@ -14,6 +15,7 @@ InertialWindowResult slide(const InertialBatchInput& input, const std::string& c
   };
   auto sample = input.samples.begin();
   for (const FeatureFrame& frame : input.frames) {
+    interruption_point();
     keep(window.process(frame));
     for (; sample != input.samples.end() && window.waiting(); ++sample)
       keep(window.process(*sample));

@@ -1,0 +1,80 @@
+"""The functions of the package that take settings as arguments. Their types, with all settings by name, are in
+_calls.pyi, which scripts/python-types writes."""
+
+import json
+import os
+import tempfile
+
+from . import _core
+from ._progress import bar
+from ._run import Run
+from .lab import Comparison, Study
+
+
+def simulate(scene="hallway", *, run=0, images=False, progress=None, **settings):
+    """A simulated recording: tracks, or rendered images with images=True. Equal scenes with another run have other
+    noise. Settings by name, as settings("scene") and, for streets, settings("street") list them. progress: a bar (tqdm),
+    True or False; None draws one on a terminal and in a notebook where tqdm is installed. Ctrl-C ends it."""
+    with bar(progress, f"simulate {scene}", "parts") as advance:
+        return _core.simulate(scene, run=run, images=images, progress=advance, **settings)
+
+
+def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, save_map=None, keep_images=None, mode=None,
+        config=None, progress=None, **settings):
+    """Runs an estimator over a recording (Recording, or a path) as `chasles run` does, to the bit, and returns a Run.
+
+    estimator: "filter", "window:N" or "batch". map, save_map: files of maps (docs/recognition.md). begin: "auto", or
+    "truth". progress: a bar (tqdm), True or False; None draws one on a terminal and in a notebook where tqdm is
+    installed. Settings by name, as settings() lists them; those with a prefix as a dictionary: start={"heading": 0}.
+    Raises UsageError for a setting that does not exist, with the nearest one, or that cannot be used;
+    NotInitialisedError where the run never started, with the conditions that are not met. Where the map cannot be
+    saved, the Run is the attribute `run` of the error. Ctrl-C ends it with KeyboardInterrupt. Other threads run
+    meanwhile."""
+    path = ""
+    if not isinstance(recording, _core.Recording):
+        path = os.fspath(recording)
+        recording = _core.read(path)
+    given = {"map": map, "save_map": save_map, "keep_images": keep_images, "mode": mode, "config": config}
+    given = {name: value for name, value in given.items() if value is not None}
+    for name in ("map", "save_map", "config"):
+        if name in given:
+            given[name] = os.fspath(given[name])
+    with bar(progress, "run", "frames") as advance:
+        core = _core.run(recording, path, advance, estimator=estimator, threads=threads, begin=begin, **given, **settings)
+    finished = Run(core)
+    try:
+        finished._core._check_map()
+    except _core.Error as error:
+        error.run = finished
+        raise
+    return finished
+
+
+def compare(recording, estimators, **common):
+    """Runs several estimators over a recording (Recording, or a path) and returns a Comparison.
+
+    estimators: {name: {argument of chasles.run: value}}; common: arguments of all of them."""
+    if not estimators:
+        raise _core.UsageError("compare: found no estimator, expected {name: {setting: value}}")
+    if not isinstance(recording, _core.Recording):
+        recording = _core.read(os.fspath(recording))
+    return Comparison({name: run(recording, **{**common, **arguments}) for name, arguments in estimators.items()})
+
+
+def monte_carlo(scene, filters, *, runs, first=0, workers=1, folder=None, progress=None, **settings):
+    """Executes `runs` runs of a scene through all filters, and returns a Study. In each run all filters have the same
+    landmarks, noise and initial errors.
+
+    filters: {name: {setting: value}}, with "estimator" among the settings. settings: those of the scene. folder: where
+    the study is kept, as `chasles montecarlo -o` does; a temporary one if none is given. workers: processes; 1 where a
+    chart or depth rule is written in Python. progress: a bar, as in `run`. Ctrl-C ends it with KeyboardInterrupt."""
+    temporary = None
+    if folder is None:
+        temporary = tempfile.TemporaryDirectory(prefix="chasles-")
+        folder = os.path.join(temporary.name, "study")
+    settings_of = {name: dict(one) for name, one in filters.items()}
+    with bar(progress, "monte_carlo", "runs") as advance:
+        summary = _core.monte_carlo(scene, settings_of, runs, first, workers, os.fspath(folder), settings, advance)
+    study = Study(os.fspath(folder), json.loads(summary))
+    study._temporary = temporary
+    return study

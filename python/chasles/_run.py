@@ -1,0 +1,172 @@
+"""The results of a run."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+from typing import Any, Dict, Mapping, Optional
+
+import numpy
+
+from . import _core
+from ._page import Page
+
+_NS = 1_000_000_000
+_NO_ATTITUDE: list[list[float]] = [[]]
+
+
+class Columns(Dict[str, Any]):
+    """Columns by name. `velocity_x_sigma`, a name of earlier versions, is `sigma_velocity_x`."""
+
+    def __missing__(self, name: str) -> Any:
+        if name.endswith("_sigma") and f"sigma_{name[:-6]}" in self:
+            return self[f"sigma_{name[:-6]}"]
+        raise KeyError(f"{name}; there are {', '.join(self)}")
+
+
+class Run(Page):
+    """The results of a run: arrays, figures, a picture, and the page."""
+
+    def __init__(self, core: _core.Run) -> None:
+        self._core = core
+
+    @property
+    def name(self) -> str:
+        """The recording's name."""
+        return self._core.name
+
+    @functools.cached_property
+    def summary(self) -> dict[str, Any]:
+        """The figures of summary.json (docs/command-line.md) as a dictionary."""
+        summary: dict[str, Any] = json.loads(self._core._summary)
+        return summary
+
+    @functools.cached_property
+    def states(self) -> dict[str, Any]:
+        """The estimates of all frames, a dictionary of columns: `time` (N,) int64 [ns], `position` (N, 3), `quaternion`
+        (N, 4), `pose_covariance` (N, 6, 6), the other states and their sigmas by the names of states.csv (`velocity_x`,
+        `sigma_velocity_x`, ...), `nis`, `nis_dof`, counts, and `health`."""
+        return Columns(self._core.states)
+
+    @functools.cached_property
+    def smoothed(self) -> dict[str, Any]:
+        """The path given all measurements: `time`, `position`, `quaternion`, `pose_covariance`; empty where unknown."""
+        return self._core.smoothed
+
+    @functools.cached_property
+    def in_map(self) -> dict[str, Any]:
+        """The poses in the frame of the map that was given, from the frame on in which the run found its place."""
+        return self._core.in_map
+
+    @functools.cached_property
+    def landmarks(self) -> dict[str, Any]:
+        """`id` (N,), `position` (N, 3), `covariance` (N, 3, 3), `observations` (N,)."""
+        return self._core.landmarks
+
+    @functools.cached_property
+    def truth(self) -> dict[str, Any]:
+        """`time`, `position`, `quaternion` in the truth's own world; empty where unknown."""
+        return self._core.truth
+
+    @property
+    def has_truth(self) -> bool:
+        """Whether the recording has a truth."""
+        return len(self.truth["time"]) > 0
+
+    def to_dataframe(self) -> Any:
+        """The states as a pandas DataFrame, a row for each estimate, with the columns of states.csv but the covariances:
+        `time_ns`, `x` to `qw`, `sigma_rx` to `sigma_z`, ... Before them: `frame`, the number of the frame in the
+        recording; `seconds` since the first estimate; `image_time_ns`, the frame's time as the cameras stamp it. `frame`
+        is missing (pandas.NA) for a run that was read from a folder. Raises ImportError without pandas."""
+        from ._optional import optional
+
+        pandas = optional("pandas", "pandas")
+        states = self.states
+        time = states["time"]
+        columns: dict[str, Any] = {"frame": self._frames(pandas),
+                                   "seconds": (time - time[0]) / _NS if len(time) else numpy.zeros(0),
+                                   "image_time_ns": self._image_times(), "time_ns": time}
+        for k, axis in enumerate("xyz"):
+            columns[axis] = states["position"][:, k]
+        for k, axis in enumerate("xyzw"):
+            columns[f"q{axis}"] = states["quaternion"][:, k]
+        sigmas = numpy.sqrt(numpy.maximum(numpy.diagonal(states["pose_covariance"], axis1=1, axis2=2), 0))
+        for k, axis in enumerate(("rx", "ry", "rz", "x", "y", "z")):
+            columns[f"sigma_{axis}"] = sigmas[:, k]
+        taken = ("time", "position", "quaternion", "pose_covariance")
+        columns.update({name: values for name, values in states.items() if name not in taken})
+        return pandas.DataFrame(columns)
+
+    def _image_times(self) -> Any:
+        """The times of the estimates on the cameras' clock: those of the frames where they are known."""
+        time = self.states["time"]
+        offset = self.states.get("time_offset")
+        shifted = time if offset is None else time - numpy.rint(numpy.asarray(offset) * _NS).astype(numpy.int64)
+        frames = self._core._frame_times
+        return frames[_nearest(frames, shifted)] if len(frames) else shifted
+
+    def _frames(self, pandas: Any) -> Any:
+        frames = self._core._frame_times
+        if not len(frames):
+            return pandas.array([pandas.NA] * len(self.states["time"]), dtype="Int64")
+        return pandas.array(numpy.searchsorted(frames, self._image_times()), dtype="Int64")
+
+    def evaluate(self, truth: Mapping[str, Any] | None = None) -> dict[str, float | None]:
+        """The errors against a truth (that of the recording, if none is given), as `chasles.evaluate` has them."""
+        from ._functions import evaluate
+
+        chart = self.summary.get("chart", "standard")
+        return evaluate(self.states, self.truth if truth is None else truth, chart=chart, level=self._core._level)
+
+    def errors(self, truth: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:
+        """The errors of the estimates for which there is a truth, frame by frame (N of them), as the page shows them:
+
+        `state` (N,): the row of `states`; `time` (N,) int64 [ns]; `position`, `quaternion`: the estimate;
+        `truth_position` (N, 3), `truth_quaternion` (N, 4): the truth in the world of the estimate, aligned by the first
+        pose (with an IMU by its position and heading);
+        `position_error` (N, 3) [m], `attitude_error` (N, 3) [rad]: truth minus estimate in world axes, R = Exp(theta)
+        R_hat, p = p_hat + dp; `position_sigma`, `attitude_sigma` (N, 3): their standard deviations, so that the bounds are
+        +-3 sigma;
+        `nees_pose` (6 for a consistent filter), `nees_position` (3), `nees_attitude` (3): (N,), in the coordinates of the
+        run's chart, NaN where a covariance is singular;
+        `world_T_truth` (4, 4): the alignment; `world_T_truth_fit`: that of the ATE, the best rigid fit.
+
+        truth: another one, columns as `truth` has them. Raises UsageError without a truth, InputError where too little of
+        it is of the time of the run."""
+        given = truth or {"time": numpy.zeros(0, numpy.int64), "position": numpy.zeros((0, 3))}
+        return _core.errors(self._core, given["time"], given["position"], given.get("quaternion", _NO_ATTITUDE),
+                            self.summary.get("chart", "standard"))
+
+    def plot(self, truth: Optional[Mapping[str, Any]] = None) -> Any:
+        """A matplotlib Figure: the path from above, with the truth aligned, and the errors with their bounds of 3 sigma;
+        without a truth the sigmas alone. Raises ImportError without matplotlib."""
+        from ._plot import plot
+
+        return plot(self, truth)
+
+    def save(self, folder: _core.Path) -> None:
+        """Writes the run folder that `chasles run -o` writes, without timings."""
+        self._core.save(os.fspath(folder))
+
+    def page(self) -> str:
+        """The HTML page of the run, self-contained, as text."""
+        return self._core.page()
+
+    def _repr_html_(self) -> str:
+        from ._picture import picture
+
+        return picture(self)
+
+    def __repr__(self) -> str:
+        ate = self.summary.get("ate_m")
+        error = "" if ate is None else f", ATE {ate:.3f} m"
+        return f"<chasles.Run '{self.name}': {len(self.states['time'])} estimates{error}>"
+
+
+def _nearest(sorted_times: Any, times: Any) -> Any:
+    """For each time the index of the nearest one."""
+    after = numpy.clip(numpy.searchsorted(sorted_times, times), 1, max(1, len(sorted_times) - 1))
+    after = numpy.minimum(after, len(sorted_times) - 1)
+    before = numpy.maximum(after - 1, 0)
+    return numpy.where(times - sorted_times[before] <= sorted_times[after] - times, before, after)

@@ -1,0 +1,47 @@
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include <chasles/check/check.hpp>
+#include <chasles/data/recording.hpp>
+#include <chasles/data/utf8.hpp>
+
+#include "arrays.hpp"
+#include "diagnosis.hpp"
+#include "long_call.hpp"
+#include "messages.hpp"
+#include "module.hpp"
+
+namespace chasles::python {
+namespace {
+
+CheckReport said_in_python(CheckReport report) {
+  for (Finding& finding : report.findings) {
+    finding.what = in_python(finding.what);
+    finding.advice = in_python(finding.advice);
+  }
+  for (std::string& sentence : report.not_checked) sentence = in_python(sentence);
+  return report;
+}
+
+// JSON and text.
+std::pair<std::string, std::string> check(const Recording& recording, double seconds,
+                                          const py::object& progress) {
+  if (!(seconds >= 1 && seconds <= 1e5)) {
+    throw py::value_error("seconds: expected a number from 1 to 100000");
+  }
+  return LongCall(progress).in_turn([&] {
+    const CheckReport report = said_in_python(app::diagnose(recording, seconds));
+    Recording said = recording;
+    for (std::string& remark : said.remarks) remark = in_python(remark);
+    return std::pair(json_text(app::check_json(said, report)), app::check_text(said, report));
+  });
+}
+
+}  // namespace
+
+void bind_checks(py::module_& m) {
+  m.def("check", &check, py::arg("recording"), py::arg("seconds"), py::arg("progress"));
+}
+
+}  // namespace chasles::python

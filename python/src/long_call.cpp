@@ -1,0 +1,62 @@
+#include "long_call.hpp"
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "forks.hpp"
+
+namespace chasles::python {
+
+namespace py = pybind11;
+
+// Signals, then the bar. What either raises ends the work.
+void LongCall::look() {
+  const PythonCall call;
+  if (raised_) return;
+  try {
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (!progress_.is_none()) progress_(state_.done.load(), state_.total.load());
+  } catch (py::error_already_set& error) {
+    raised_ = std::make_unique<py::error_already_set>(error);
+    state_.stop = true;
+  }
+}
+
+void LongCall::watch(const std::function<void()>& work) {
+  constexpr std::chrono::milliseconds kBetweenLooks(50);
+  std::exception_ptr failure;
+  {
+    const py::gil_scoped_release released;
+    std::mutex mutex;
+    std::condition_variable ended;
+    bool done = false;
+    std::thread worker([&] {
+      {
+        const ObservedCall observed(state_);
+        const UnfitForForks unfit;
+        try {
+          work();
+        } catch (...) {
+          failure = std::current_exception();
+        }
+      }
+      const std::lock_guard lock(mutex);
+      done = true;
+      ended.notify_all();
+    });
+    std::unique_lock lock(mutex);
+    while (!ended.wait_for(lock, kBetweenLooks, [&] { return done; })) {
+      lock.unlock();
+      look();
+      lock.lock();
+    }
+    lock.unlock();
+    worker.join();
+  }
+  if (raised_) throw py::error_already_set(*raised_);
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace chasles::python
