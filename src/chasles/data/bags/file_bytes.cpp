@@ -1,6 +1,5 @@
-#include <utility>
-
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -18,8 +17,20 @@ std::uint64_t most_unpacked(std::uint64_t file_size) {
   return 2 * read_budget().bytes + kMostBagInflation * file_size;
 }
 
+void check_still_there(const std::filesystem::path& file, const std::string& name) {
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored)) return;
+  throw InputError(
+      name +
+      ": cannot be opened again in a forked process, because it is gone or was unpacked "
+      "for the first one: start processes with 'spawn', or unpack the bag before");
+}
+
 FileBytes::FileBytes(const std::filesystem::path& file, std::string name)
-    : file_(file), name_(std::move(name)), stream_(file, std::ios::binary), largest_(largest_piece()) {
+    : file_(file),
+      name_(std::move(name)),
+      stream_(file, std::ios::binary),
+      largest_(largest_piece()) {
   if (!stream_) throw InputError(name_ + ": cannot be opened");
   process_ = getpid();
   stream_.seekg(0, std::ios::end);
@@ -46,6 +57,7 @@ std::string FileBytes::read(std::uint64_t at, std::uint64_t count) const {
 // Processes that are forks of one share its place in the file.
 void FileBytes::open_for_this_process() const {
   if (process_ == getpid()) return;
+  check_still_there(file_, name_);
   stream_ = std::ifstream(file_, std::ios::binary);
   process_ = getpid();
 }

@@ -9,6 +9,9 @@
 
 namespace chasles {
 
+/// Throws InputError if the file of a bag that an earlier process has opened is gone.
+void check_still_there(const std::filesystem::path& file, const std::string& name);
+
 /// Random access to the bytes of a file. Reading beyond the end is an InputError; nothing is
 /// allocated before the size is compared with that of the file.
 class FileBytes {

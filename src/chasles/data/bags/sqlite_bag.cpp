@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
-#include <utility>
-
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 #include <sqlite3.h>
@@ -65,7 +64,10 @@ std::uint64_t bytes_of(const std::filesystem::path& file) {
 class SqliteBag : public BagFile {
  public:
   SqliteBag(const std::filesystem::path& file, std::string name)
-      : file_(file), name_(std::move(name)), bytes_(bytes_of(file)), database_(nullptr, &sqlite3_close) {
+      : file_(file),
+        name_(std::move(name)),
+        bytes_(bytes_of(file)),
+        database_(nullptr, &sqlite3_close) {
     open();
   }
 
@@ -103,7 +105,10 @@ class SqliteBag : public BagFile {
   }
 
   std::string read(const MessagePlace& place) const override {
-    if (process_ != getpid()) open();  // a fork shares the place in the file
+    if (process_ != getpid()) {  // a fork shares the place in the file
+      check_still_there(file_, name_);
+      open();
+    }
     const Statement row = prepare("SELECT data FROM messages WHERE rowid = ?");
     sqlite3_bind_int64(row.get(), 1, static_cast<sqlite3_int64>(place.at));
     if (step(row)) return std::string(blob_of(row.get(), 0));
