@@ -305,15 +305,15 @@ def judge(name, results, order):
                                          for outcome, checked, variant in zip(found[which]["runs"], checks, case.variants)]
 
 
-def sources(work):
-    """The intact recordings, as copies: cases link their images, and nothing may write into the originals."""
-    for name in SOURCES:
+def sources(work, names):
+    """The intact recordings of these names, as copies: cases link their images, and nothing may write into the originals."""
+    for name in names:
         to = work / "sources" / name
         if name == "walk":
             subprocess.run([CHASLES, *WALK, to], check=True, stdout=subprocess.DEVNULL)
         elif (DATA / "euroc/MH_01_easy_17s").is_dir():
             shutil.copytree(DATA / "euroc/MH_01_easy_17s", to)
-    return [name for name in SOURCES if (work / "sources" / name).is_dir()]
+    return [name for name in names if (work / "sources" / name).is_dir()]
 
 
 def wanted_of(names):
@@ -325,9 +325,8 @@ def wanted_of(names):
 
 def main(options, programs, work):
     """Runs the cases in the folder `work`, and fills the page or, with names, prints the tables."""
-    there, wanted = [], wanted_of(options.names)
-    if wanted:
-        there = sources(work)
+    wanted = wanted_of(options.names)
+    there = sources(work, dict.fromkeys(name for name, _ in wanted))
     wanted = [(name, case) for name, case in wanted if name in there]
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         outcomes = list(pool.map(lambda job: tried(*job, programs, options.limit, work), wanted))

@@ -150,7 +150,7 @@ def jump(ns):
 
 MESSAGES = [
     read("nan_covariance", "read"),
-    told("orientation_only", "the error reports that there are no rates and accelerations", "(?i)orientation|all zero|only zeros|zeros"),
+    told("orientation_only", "the error reports that there are no rates and accelerations", "(?i)orientation|attitude|all zero|only zeros"),
     shown("gravity_removed", "`check` reports that gravity was removed", finds="(?i)gravity"),
     either("two_imus", "read, or asked to choose one", "(?i)topic"),
     read("imu_50hz", "read"),
