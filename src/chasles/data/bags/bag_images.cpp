@@ -78,7 +78,8 @@ void check_format(const TopicContents& topic, const std::string& where) {
 }
 
 void check_first(const TopicContents& topic, const Camera& camera, const std::string& where) {
-  if (!topic.encoding.empty()) check_encoding(topic.encoding, where);
+  const bool raw = topic.topic.type == "sensor_msgs/Image" && topic.width > 0;
+  if (raw || !topic.encoding.empty()) check_encoding(topic.encoding, where);
   check_format(topic, where);
   if (topic.width == 0 || (topic.width == camera.width && topic.height == camera.height)) return;
   throw ImageSizeError(

@@ -108,6 +108,22 @@ TEST_F(Bag, OfImagesOfAnotherKindTheFormatIsNamed) {
        "out:=/cam0`"});
 }
 
+// One line, not one for each of the first 20 images.
+TEST_F(Bag, OfImagesWithoutAnEncodingTheKnownOnesAreNamed) {
+  test::spill(folder / "walk.mcap",
+              test::mcap_of("/cam0", "sensor_msgs/Image",
+                            {test::image_message(kStamp, test::picture(1), "")}));
+  const BagContents contents = scan_bags({folder / "walk.mcap"});
+  const Camera camera{
+      .width = 8, .height = 6, .fx = 4, .fy = 4, .cx = 3.5, .cy = 2.5, .cam_T_imu = {}};
+  std::vector<std::string> remarks;
+  expect_parts(input_error([&] {
+                 open_bag_images(contents.files, {&contents.topics[0]}, {camera}, {}, "walk.mcap",
+                                 remarks);
+               }),
+               {"topic /cam0: the encoding is ''", "mono8"});
+}
+
 // `rosbag record` was ended before it wrote a chunk.
 TEST_F(Bag, OfTheFirstLineAloneSaysWhy) {
   test::write_kalibr(folder);
