@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/data/column_names.hpp>
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/image_names.hpp>
