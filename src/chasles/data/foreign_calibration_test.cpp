@@ -170,7 +170,7 @@ TEST_F(ForeignCalibration, OfVinsFusion) {
   EXPECT_EQ(rig.time_offsets[1], std::chrono::milliseconds(5));
   expect_parts(rig.remarks.at(0), {"config.yaml (VINS)"});
   add("config.yaml", changed(vins_text(), "estimate_extrinsic: 0", "estimate_extrinsic: 2"));
-  expect_parts(error(), {"config.yaml:11", "estimate_extrinsic", "not known"});
+  expect_parts(error(), {"config.yaml:10", "estimate_extrinsic", "not known"});
   add("config.yaml", changed(vins_text(), "gyr_w", "gyr_walk"));
   expect_parts(error(), {"config.yaml", "'gyr_w' is missing"});
   add("config.yaml", changed(vins_text(), "imu: 1", "imu: 0"));

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/data/column_names.hpp>
 #include <chasles/data/gzip.hpp>
 #include <chasles/data/image_decode.hpp>
 #include <chasles/data/image_names.hpp>
@@ -214,7 +215,9 @@ CameraFiles read_image_list(const fs::path& list, const CameraPlace& place,
                             std::vector<std::string>& remarks) {
   const ListRows rows = read_rows(list);
   CameraFiles files{.folder = place.images, .images = {}};
-  if (rows.rows.empty()) return files;
+  if (rows.rows.empty()) {
+    throw InputError(fmt::format("{}: lists no image, expected rows `time,file`", list.string()));
+  }
   const std::vector<NumberedImage> images = images_in(place.images);
   std::map<std::string, std::string> by_stem;
   std::set<std::string> stems;

@@ -71,11 +71,13 @@ std::optional<fs::path> find_list(const CameraPlace& place) {
 }
 
 [[noreturn]] void no_times(const CameraPlace& place, const std::vector<NumberedImage>& images) {
+  const auto odd = std::ranges::find(images, std::string(), &NumberedImage::number);
   throw InputError(fmt::format(
-      "{}: the names of its {} images ({} to {}) are no times, and there is no list of them: "
+      "{}: the names of its {} images ({} to {}) are no times{}, and there is no list of them: "
       "expected {}, with a line `1403636584763555584 {}` for each image (nanoseconds, or seconds "
       "with decimals), or images that are named by their times in nanoseconds",
       place.images.string(), images.size(), images.front().file, images.back().file,
+      odd == images.end() ? "" : fmt::format(", as '{}'", fs::path(odd->file).stem().string()),
       (place.images / kListNames.front()).string(), images.front().file));
 }
 

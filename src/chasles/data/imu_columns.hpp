@@ -1,12 +1,12 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <chasles/data/csv.hpp>
+#include <chasles/data/imu_units.hpp>
 #include <chasles/data/time_text.hpp>
 
 namespace chasles {
@@ -23,13 +23,6 @@ struct TimeColumn {
 /// A unit may stand in brackets or at the end of the name. Throws InputError without one.
 TimeColumn find_time_column(const CsvReader& csv);
 
-/// Three columns of a vector, x, y and z, and the factor that makes SI units of its numbers.
-struct VectorColumns {
-  std::array<std::size_t, 3> columns{};
-  double factor = 1;
-  std::string unit = {};  ///< as the name states it, in small letters; empty: none
-};
-
 /// The columns of an IMU table.
 struct ImuColumns {
   TimeColumn time;
@@ -41,9 +34,5 @@ struct ImuColumns {
 /// Finds the columns by their names, in any order. Throws InputError for names that are not known
 /// or are there twice, and for units that are not rates or forces.
 ImuColumns find_imu_columns(const CsvReader& csv);
-
-/// The column with one of these names, in small letters and without brackets; none without one.
-std::optional<std::size_t> column_named(const CsvReader& csv,
-                                        const std::vector<std::string>& names);
 
 }  // namespace chasles

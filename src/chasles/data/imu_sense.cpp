@@ -11,7 +11,7 @@ namespace chasles {
 namespace {
 
 constexpr std::size_t kFewSamples = 100;
-constexpr double kLeastForce = 0.5 * kStandardGravity;  // of the median, with gravity [m/s^2]
+constexpr double kLeastForce = 0.3 * kStandardGravity;  // of the median, with gravity [m/s^2]
 
 // Lengths in order; those that are not finite are left out.
 template <typename Of>

@@ -90,7 +90,7 @@ TEST_F(ImuTableForms, SeparatorsQuotesAndDecimalCommasAreFound) {
   expect_read("time_ns\twx\twy\twz\tax\tay\taz\n", row("\t"));
   expect_read("# time_ns wx wy wz ax ay az\n", row(" "));
   expect_read("# seven columns\n# time_ns wx wy wz ax ay az\n", row("   "));
-  expect_read("a table, in prose\n" + std::string(kNames), row(","), Time(0));
+  expect_read("# a table, in prose\n" + std::string(kNames), row(","), Time(0));
   expect_read("time_ns;wx;wy;wz;ax;ay;az;\n", [&](const ImuSample& s) {
     std::string text = row(";")(s) + ";";
     std::replace(text.begin(), text.end(), '.', ',');
@@ -133,7 +133,7 @@ TEST_F(ImuTableForms, TimesWithDecimalsAreSecondsAndTheirDigitsAreReported) {
   const std::string names = "timestamp,wx,wy,wz,ax,ay,az\n";
   expect_read(names, digits(9), Time(0), {"imu.csv: the times are taken as seconds"});
   expect_read(names, digits(4), Time(100000),
-              {"seconds", "steps of 0.1 ms", "rows are 4.99994 ms"});
+              {"seconds", "steps of 0.1 ms", "rows are 5 ms apart"});
   expect_read("time [s],wx,wy,wz,ax,ay,az\n", digits(9), Time(0));
   expect_read("Time (s),wx,wy,wz,ax,ay,az\n", digits(4), Time(100000), {"steps of 0.1 ms"});
   expect_read(
@@ -142,7 +142,7 @@ TEST_F(ImuTableForms, TimesWithDecimalsAreSecondsAndTheirDigitsAreReported) {
       Time(1000));
   expect_parts(refused(names, digits(0)), {"imu.csv:"});
   expect_parts(refused(names, digits(1)),
-               {"imu.csv:201", "steps of 100 ms", "200 rows are within 900 ms", "with all digits"});
+               {"imu.csv:201", "steps of 100 ms", "200 rows are within 1 s", "with all digits"});
 }
 
 TEST_F(ImuTableForms, WhatSpreadsheetsRoundIsRefusedOrReported) {

@@ -1,0 +1,71 @@
+#include <algorithm>
+#include <cctype>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <chasles/data/column_names.hpp>
+#include <chasles/data/text_file.hpp>
+#include <chasles/error.hpp>
+
+namespace chasles {
+
+std::string column_words(const CsvReader& csv, std::size_t column) {
+  std::string words;
+  for (const char c : lower_case(csv.columns()[column])) {
+    const bool letter = std::isalnum(static_cast<unsigned char>(c)) != 0 || (c & 0x80) != 0;
+    if (letter) {
+      words += c;
+    } else if (!words.empty() && words.back() != '_') {
+      words += '_';
+    }
+  }
+  while (words.ends_with('_')) words.pop_back();
+  return words;
+}
+
+std::pair<std::string, std::string> last_word(const std::string& words) {
+  const std::size_t at = words.rfind('_');
+  if (at == std::string::npos) return {"", words};
+  return {words.substr(0, at), words.substr(at + 1)};
+}
+
+std::string bracketed_unit(const CsvReader& csv, std::size_t column) {
+  const std::string& heading = csv.headings()[column];
+  for (const auto& [open, close] : {std::pair('[', ']'), std::pair('(', ')')}) {
+    const std::size_t begin = heading.find(open);
+    if (begin == std::string::npos) continue;
+    const std::size_t end = heading.find(close, begin);
+    if (end != std::string::npos) {
+      return lower_case(trimmed(std::string_view(heading).substr(begin + 1, end - begin - 1)));
+    }
+  }
+  return {};
+}
+
+void unknown_columns(const CsvReader& csv, const std::string& missing) {
+  throw InputError(fmt::format(
+      "{}: has the columns {}, and none is {}: expected names as time_ns,wx,wy,wz,ax,ay,az or "
+      "EuRoC's (angular rates in rad/s, specific forces in m/s^2)",
+      csv.where(), fmt::join(csv.headings(), ","), missing));
+}
+
+void two_columns(const CsvReader& csv, std::size_t a, std::size_t b, const std::string& what) {
+  throw InputError(fmt::format("{}: both {} and {} may be {}, expected one of them", csv.where(),
+                               csv.columns()[a], csv.columns()[b], what));
+}
+
+bool ends_in_word(const std::string& words, std::string_view word) {
+  return words.size() > word.size() && words.ends_with(word) &&
+         words[words.size() - word.size() - 1] == '_';
+}
+
+std::optional<std::size_t> column_named(const CsvReader& csv,
+                                        const std::vector<std::string>& names) {
+  for (std::size_t i = 0; i < csv.columns().size(); ++i) {
+    if (std::ranges::find(names, lower_case(csv.columns()[i])) != names.end()) return i;
+  }
+  return std::nullopt;
+}
+
+}  // namespace chasles

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <utility>
+
+#include <chasles/data/csv.hpp>
+
+namespace chasles {
+
+/// Three columns of a vector, x, y and z, and the factor that makes SI units of its numbers.
+struct VectorColumns {
+  std::array<std::size_t, 3> columns{};
+  double factor = 1;
+  std::string unit = {};  ///< as the name states it, in small letters; empty: none
+};
+
+enum class ImuQuantity { kRate, kForce };
+
+/// The columns with the unit that their names state, in brackets or at their end (gyro_x_dps);
+/// without one rad/s and m/s^2. Throws InputError for units of other quantities, for raw counts,
+/// and where the three units differ.
+VectorColumns with_unit(const CsvReader& csv, const std::array<std::size_t, 3>& axes,
+                        ImuQuantity quantity);
+
+/// Whether the name of a column states a unit of angular rates in brackets.
+bool has_rate_unit(const CsvReader& csv, std::size_t column);
+
+/// A name (column_words()) without a unit at its end, and that unit; empty without one.
+std::pair<std::string, std::string> without_unit(const std::string& words);
+
+}  // namespace chasles
