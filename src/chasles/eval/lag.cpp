@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <optional>
 #include <vector>
 
 #include <chasles/eval/association.hpp>
@@ -9,9 +11,10 @@
 namespace chasles {
 namespace {
 
-constexpr double kShortestStep = 0.1, kLeastOverlap = 4, kNearZero = 0.5, kApart = 1.5;  // [s]
+constexpr double kShortestStep = 0.1, kLeastOverlap = 4;  // [s]
 constexpr double kMostSteps = 6000;
-constexpr double kClear = 0.8, kMargin = 0.1;  // of correlations
+constexpr double kLeastCorrelation = 0.5, kMargin = 0.2;
+constexpr std::size_t kMostPeaks = 6;
 
 // A speed at equal steps; a weight of 0 where it is not known.
 struct Course {
@@ -66,38 +69,47 @@ double correlation(const Course& a, const Course& b, std::ptrdiff_t lag, double 
   return va > 0 && vb > 0 ? (sab - sa * sb / n) / std::sqrt(va * vb) : -1;
 }
 
+std::vector<Lag> peaks_of(const std::vector<Lag>& all) {
+  std::vector<Lag> peaks;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool rises = i == 0 || all[i].correlation >= all[i - 1].correlation;
+    const bool falls = i + 1 == all.size() || all[i].correlation > all[i + 1].correlation;
+    if (rises && falls && all[i].correlation >= kLeastCorrelation) peaks.push_back(all[i]);
+  }
+  std::ranges::stable_sort(peaks, std::greater{}, &Lag::correlation);
+  if (peaks.size() > kMostPeaks) peaks.resize(kMostPeaks);
+  std::erase_if(peaks, [best = peaks.empty() ? 0 : peaks.front().correlation](const Lag& peak) {
+    return peak.correlation < best - kMargin;
+  });
+  const bool overlap = std::ranges::any_of(
+      all, [](const Lag& lag) { return std::abs(lag.offset) <= lag.step && lag.correlation > -1; });
+  if (overlap) peaks.push_back({.step = all.front().step});
+  return peaks;
+}
+
 }  // namespace
 
-std::optional<Lag> find_lag(const Trajectory& reference, const Trajectory& truth, SpeedKind kind,
-                            bool biased, Time gap) {
-  if (reference.size() < 2 || truth.size() < 2) return std::nullopt;
+std::vector<Lag> find_lags(const Trajectory& reference, const Trajectory& truth, SpeedKind kind,
+                           bool biased, Time gap) {
+  if (reference.size() < 2 || truth.size() < 2) return {};
   const double span_a = to_seconds(reference.back().time - reference.front().time);
   const double span_b = to_seconds(truth.back().time - truth.front().time);
   const double spacing = to_seconds(std::max(median_spacing(reference), median_spacing(truth)));
   const double step = std::max({kShortestStep, spacing, std::max(span_a, span_b) / kMostSteps});
-  const double overlap = std::max(kLeastOverlap, std::min(span_a, span_b) / 2);
+  const double least = std::max(kLeastOverlap, std::min(span_a, span_b) / 2) / step - 2;
   const Time reach = std::max(gap, from_seconds(1.5 * step));
   const Course a = course_of(reference, kind, step, biased, reach);
   const Course b = course_of(truth, kind, step, biased, reach);
   const double between = to_seconds(reference.front().time - truth.front().time);
   const auto nb = static_cast<std::ptrdiff_t>(b.value.size());
   const auto na = static_cast<std::ptrdiff_t>(a.value.size());
-  Lag best{.correlation = -1, .step = step}, near = best;
   std::vector<Lag> all;
   for (std::ptrdiff_t lag = -nb + 1; lag < na; ++lag) {
-    const Lag one{.offset = between + static_cast<double>(lag) * step,
-                  .correlation = correlation(a, b, lag, overlap / step - 2),
-                  .step = step};
-    if (one.correlation > best.correlation) best = one;
-    if (std::abs(one.offset) <= kNearZero + step && one.correlation > near.correlation) near = one;
-    all.push_back(one);
+    all.push_back({.offset = between + static_cast<double>(lag) * step,
+                   .correlation = correlation(a, b, lag, least),
+                   .step = step});
   }
-  if (near.correlation > 0 && near.correlation >= best.correlation - kMargin) return near;
-  const bool unique = std::ranges::none_of(all, [&](const Lag& other) {
-    return std::abs(other.offset - best.offset) > std::max(kApart, 3 * step) &&
-           other.correlation > best.correlation - kMargin;
-  });
-  return best.correlation >= kClear && unique ? std::optional(best) : std::nullopt;
+  return peaks_of(all);
 }
 
 }  // namespace chasles

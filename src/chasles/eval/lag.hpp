@@ -1,6 +1,6 @@
 #pragma once
 
-#include <optional>
+#include <vector>
 
 #include <chasles/lie/trajectory.hpp>
 
@@ -18,10 +18,11 @@ struct Lag {
 };
 
 /// Looks through all shifts at which at least half of the shorter trajectory, and 4 s, overlap. A
-/// shift within half a second of zero is preferred where it correlates nearly as well; another one
-/// must stand out from all others and have a correlation of 0.8 or more. `biased`: both mean rates
-/// are removed before. Nothing where no shift is clear. O(n^2) with at most 6000 steps.
-std::optional<Lag> find_lag(const Trajectory& reference, const Trajectory& truth, SpeedKind kind,
-                            bool biased = false, Time gap = kLongestTruthGap);
+/// body that walks turns alike again after half a step, so several shifts may fit: returns the
+/// peaks with a correlation of 0.5 or more that are within 0.2 of the highest, that one first, at
+/// most 6; and the shift zero, if the two overlap there. `biased`: both mean rates are removed
+/// before. O(n^2) with at most 6000 steps.
+std::vector<Lag> find_lags(const Trajectory& reference, const Trajectory& truth, SpeedKind kind,
+                           bool biased = false, Time gap = kLongestTruthGap);
 
 }  // namespace chasles

@@ -19,7 +19,7 @@ struct RateWindow {
 
 /// Intervals of about `length`, one after the other, between stamps of the trajectory. Those across
 /// a gap of the stamps are left out; of more than `most` every n-th stays.
-std::vector<RateWindow> rate_windows(const Trajectory& poses, Time length, std::size_t most = 3000);
+std::vector<RateWindow> rate_windows(const Trajectory& poses, Time length, std::size_t most = 1000);
 
 /// The mean rate between two times, or none where the poses have a gap.
 std::optional<Eigen::Vector3d> mean_rate(const Trajectory& poses, Time begin, Time end, Time gap);
