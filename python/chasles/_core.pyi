@@ -274,7 +274,8 @@ class Slam:
     def waiting(self) -> int:
         """Number of images that wait for samples."""
     @property
-    def counts(self) -> dict[str, int]: ...
+    def counts(self) -> dict[str, int]:
+        """{'samples', 'samples_not_finite', 'samples_late', 'samples_dropped', 'images', 'images_late', 'images_uncovered'}: what came, and what of it gives no estimate: late is what is not later than what was used; uncovered are images without samples until their time."""
     @property
     def landmarks(self) -> dict[str, NDArray[Any]]:
         """{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), 'observations': (N,)}."""
@@ -316,7 +317,7 @@ class RealtimeSlam:
         """Waits until all that has come is processed; returns the estimates not yet taken."""
     @property
     def counts(self) -> dict[str, int]:
-        """Images: {'came', 'taken', 'dropped', 'waiting'}."""
+        """Images: {'came', 'taken', 'dropped', 'waiting'}, and of what was taken those of Slam.counts."""
     @property
     def why_not_started(self) -> str:
         """The conditions of a start that are not met."""
@@ -387,6 +388,8 @@ def command(arguments: Sequence[str]) -> int: ...
 def evaluate(time: ArrayLike, position: ArrayLike, quaternion: ArrayLike, truth_time: ArrayLike,
              truth_position: ArrayLike, truth_quaternion: ArrayLike, pose_covariance: Optional[ArrayLike], chart: str,
              level: bool) -> dict[str, Optional[float]]: ...
+def align(time: ArrayLike, position: ArrayLike, quaternion: ArrayLike, truth_time: ArrayLike, truth_position: ArrayLike,
+          truth_quaternion: ArrayLike, alignment: str) -> dict[str, Any]: ...
 def settings(kind: str) -> dict[str, dict[str, str]]: ...
 def read(path: Path, *, start: Optional[float] = ..., stop: Optional[float] = ..., backwards: bool = ...,
          cameras: str = ..., truth: Path = ..., truth_level: str = ..., pairing: str = ...,

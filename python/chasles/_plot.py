@@ -49,7 +49,8 @@ def _errors(axes: Any, seconds: Any, error: Any, sigma: Any, label: str) -> None
         for sign in (-3, 3):
             axes.plot(seconds, sign * sigma[:, k], color=colour, linewidth=0.7, linestyle=":")
     axes.set(ylabel=label)
-    axes.legend(loc="upper left", ncols=3, fontsize="small", title="dotted: +-3 sigma", title_fontsize="small")
+    axes.legend(loc="upper left", ncols=3, fontsize="small", title="dotted: +-3 sigma", title_fontsize="small",
+                framealpha=0.6)
 
 
 def _nees(axes: Any, seconds: Any, nees: Any) -> None:

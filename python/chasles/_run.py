@@ -94,8 +94,11 @@ class Run(Page):
         sigmas = numpy.sqrt(numpy.maximum(numpy.diagonal(states["pose_covariance"], axis1=1, axis2=2), 0))
         for k, axis in enumerate(("rx", "ry", "rz", "x", "y", "z")):
             columns[f"sigma_{axis}"] = sigmas[:, k]
-        taken = ("time", "position", "quaternion", "pose_covariance")
-        columns.update({name: values for name, values in states.items() if name not in taken})
+        others = [name for name in states if name not in ("time", "position", "quaternion", "pose_covariance")]
+        extra = others[:others.index("nis")]
+        of_sigmas = [name for name in extra if name.startswith("sigma_")]
+        for name in [name for name in extra if name not in of_sigmas] + of_sigmas + others[len(extra):]:
+            columns[name] = states[name]
         return pandas.DataFrame(columns)
 
     def _image_times(self) -> Any:

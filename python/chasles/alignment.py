@@ -1,6 +1,6 @@
 """The transformation between the worlds of an estimate and of its truth (docs/evaluation.md, section 2)."""
 
-from typing import Any, Dict
+from typing import Any, Dict, List
 
 from . import _core
 from ._columns import path_of
@@ -16,6 +16,6 @@ def align(estimate: Any, truth: Any, alignment: str = "SE(3)") -> Dict[str, Any]
     alignment: "SE(3)", "Sim(3)", "position + yaw", "first pose", "first position + yaw" or "none". Raises UsageError for
     another, InputError for fewer than three pairs."""
     estimate, truth = path_of(estimate, "estimate", "position"), path_of(truth, "truth", "position")
-    no_attitude = [[]]
+    no_attitude: List[List[float]] = [[]]
     return _core.align(estimate["time"], estimate["position"], estimate.get("quaternion", no_attitude),
                        truth["time"], truth["position"], truth.get("quaternion", no_attitude), alignment)

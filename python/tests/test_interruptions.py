@@ -74,14 +74,13 @@ def test_ctrl_c_ends_it_soon(prepare, call, after):
 def test_ctrl_c_ends_reading(tmp_path):
     folder = tmp_path / "walk"
     assert chasles.command("simulate", "hallway", "--set", "sections=1", "--set", "hall_length=6", "-o", folder, "--quiet") == 0
-    table = folder / "pixels.csv"
-    table = table if table.exists() else max(folder.glob("*.csv"), key=lambda file: file.stat().st_size)
-    lines = table.read_text().splitlines(keepends=True)
-    body = "".join(line for line in lines[1:] if not line.startswith("#"))
-    with open(table, "w") as file:  # the same rows many times: read, and refused at the end
-        file.write(lines[0])
-        for _ in range(max(1, 200_000_000 // len(body))):
-            file.write(body)
+    table = folder / "imu.csv"
+    head = table.read_text().splitlines()[:1]
+    rest = "0.01,0,0,0,0,9.81"
+    with open(table, "w") as file:  # hours of samples
+        file.write("\n".join(head) + "\n")
+        for begin in range(0, 6_000_000, 100_000):
+            file.write("".join(f"{1000 * i},{rest}\n" for i in range(begin, begin + 100_000)))
     said, seconds = seconds_to_end("", f"chasles.read({str(folder)!r})", 0.3)
     assert said == "interrupted" and seconds < SOON
 

@@ -270,7 +270,7 @@ TEST(RealtimeSlam, EndsWithoutWaitingForAllThatCame) {
 
 TEST(RealtimeSlam, AStopEndsTheLastSmoothing) {
   RealtimeSlam slam(slam_of("batch"), {.most_images = 0});
-  feed(slam, [](auto&&) {});
+  play_on(slam);
   const auto all_are_taken = [&] {
     const RealtimeSlam::Counts n = slam.counts();
     return n.waiting == 0 && n.taken == n.came;
