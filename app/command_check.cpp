@@ -12,6 +12,7 @@
 #include <chasles/error.hpp>
 
 #include "diagnosis.hpp"
+#include "print.hpp"
 #include "remarks.hpp"
 #include "subcommands.hpp"
 
@@ -112,7 +113,7 @@ int run(const CheckOptions& o) {
   const Recording recording = read_recording(o.recording);
   const RemarksOnError remarks(recording);
   const CheckReport report = diagnose(recording, o.seconds);
-  fmt::print("{}",
+  app::print("{}",
              o.json ? json_text(json_of(recording, report), 2) + "\n" : text_of(recording, report));
   return static_cast<int>(has_error(report) ? ExitCode::kBadInput : ExitCode::kOk);
 }

@@ -15,6 +15,7 @@
 #include <chasles/eval/evaluation.hpp>
 #include <chasles/eval/truth_tilt.hpp>
 
+#include "print.hpp"
 #include "run_figures.hpp"
 #include "run_input.hpp"
 #include "subcommands.hpp"
@@ -143,7 +144,7 @@ int run(const EvaluateOptions& o) {
   nlohmann::ordered_json json = figures_json(evaluation);
   if (estimate.coverage) json["coverage"] = *estimate.coverage;
   if (estimate.truth_tilt_deg) json["truth_tilt_deg"] = *estimate.truth_tilt_deg;
-  fmt::print("{}", o.json       ? json_text(json, 2) + "\n"
+  app::print("{}", o.json       ? json_text(json, 2) + "\n"
                    : o.markdown ? markdown(evaluation)
                                 : to_text(evaluation));
   const std::vector<std::string> sentences = missed(o.thresholds, json);

@@ -76,9 +76,9 @@ app::RunCommandOptions options_of(const py::kwargs& arguments) {
 
 // Why the map that is wanted was not saved. The run is not lost with it.
 std::optional<Error> unsaved(const app::RunCommandOptions& o, const Recording& recording,
-                             const Estimator& estimator) {
+                             const app::CompletedRun& run) {
   try {
-    const std::string no_map = app::save_map(o, recording, estimator);
+    const std::string no_map = app::save_map(o, recording, run);
     if (no_map.empty()) return std::nullopt;
     return Error(ExitCode::kNotInitialised, no_map);
   } catch (const Error& error) {
@@ -105,7 +105,7 @@ PythonRun run(const Recording& given, const std::filesystem::path& path,
       result = {.run = std::move(done.result.run),
                 .summary = json_text(done.summary),
                 .batch = done.estimator->batch_terms(),
-                .unsaved = unsaved(o, recording, *done.estimator)};
+                .unsaved = unsaved(o, recording, done)};
     }
   }
   signals.rethrow();
