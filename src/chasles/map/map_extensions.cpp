@@ -9,8 +9,10 @@
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
+#include <chasles/eval/chi2.hpp>
 #include <chasles/map/map_extensions.hpp>
 #include <chasles/map/map_matches.hpp>
+#include <chasles/median.hpp>
 
 namespace chasles {
 
@@ -68,7 +70,7 @@ LandmarkMap weighted(const LandmarkMap& base, const MapPart& extension, double n
   const std::vector<int> of_base = points_of(base, extension.map);
   const auto found = static_cast<std::size_t>(
       std::ranges::count_if(of_base, [](int index) { return index >= 0; }));
-  if (found > 0 && 2 * found >= base.points.size()) return weighted(extension.map, of_base, n);
+  if (found > 2 && 2 * found >= base.points.size()) return weighted(extension.map, of_base, n);
   throw InputError(fmt::format(
       "{}: found {} of the {} landmarks of the map that its sessions say it began in, expected "
       "most of them; leave it out",
@@ -102,25 +104,83 @@ void count_sessions_once(std::size_t of_base, std::size_t of_a, LandmarkMap& map
   }
 }
 
+LandmarkMap scaled(LandmarkMap map, double variance) {
+  std::vector<Matrix3d> own = map.covariance.own();
+  for (Matrix3d& D : own) D *= variance;
+  map.covariance = JointCovariance(std::move(own), std::sqrt(variance) * map.covariance.shared());
+  return map;
+}
+
+LandmarkMap without(const LandmarkMap& map, const std::vector<bool>& left_out) {
+  LandmarkMap result{.sessions = map.sessions, .points = {}, .covariance = {}};
+  std::vector<Matrix3d> own;
+  MatrixXd shared(map.covariance.shared().rows(), map.covariance.rank());
+  for (std::size_t i = 0; i < map.points.size(); ++i) {
+    if (left_out[i]) continue;
+    shared.middleRows<3>(3 * static_cast<Index>(own.size())) =
+        map.covariance.shared().middleRows<3>(3 * static_cast<Index>(i));
+    own.push_back(map.covariance.own()[i]);
+    result.points.push_back(map.points[i]);
+  }
+  shared.conservativeResize(3 * static_cast<Index>(own.size()), Eigen::NoChange);
+  result.covariance = JointCovariance(std::move(own), std::move(shared));
+  return result;
+}
+
+// By how much the differences of single landmarks exceed their covariance.
+double excess(const MapFusion& both, const std::vector<MapFusion::Match>& matches) {
+  const MapFusion::Posterior all = both.solve(matches);
+  std::vector<double> squares;
+  for (const MapFusion::Match& match : matches) squares.push_back(both.square(match, all, true));
+  return std::max(1.0, median(squares) / chi2_quantile(0.5, 3));
+}
+
+// Two maps as they agree: with larger covariances where their differences show these to be too
+// small, and without the second one's landmarks of base that contradict all others.
+struct Agreed {
+  LandmarkMap a, b;
+  double variance = 1;  // what was applied to both
+};
+
+Agreed agreed(const LandmarkMap& base, const LandmarkMap& a, const LandmarkMap& b,
+              const std::string& name) {
+  constexpr double kMostVariance = 25;
+  const std::vector<MapFusion::Match> common =
+      common_points(base.points.size(), points_of(base, a), points_of(base, b));
+  const double of_single = excess(MapFusion(a, b, common), common);
+  Agreed result{.a = scaled(a, of_single), .b = scaled(b, of_single), .variance = of_single};
+  std::vector<MapFusion::Match> kept = common;
+  const MapFusion both(result.a, result.b, common);
+  drop_contradictions(both, kept);
+  const double count = 3 * std::max(1.0, static_cast<double>(kept.size()));
+  const double of_all = std::max(1.0, both.solve(kept).nis / count);
+  result.variance *= of_all;
+  if (2 * kept.size() < common.size() || result.variance > kMostVariance) {
+    throw InputError(fmt::format(
+        "{}: contradicts the other runs in the same map: of {} landmarks that both have, {} agree, "
+        "and their differences are {:.1f} times what their covariances allow, expected at most {}; "
+        "leave it out",
+        name, common.size(), kept.size(), std::sqrt(result.variance), std::sqrt(kMostVariance)));
+  }
+  std::vector<bool> left_out(b.points.size());
+  for (const auto& match : common) left_out[static_cast<std::size_t>(match.seen)] = true;
+  for (const auto& match : kept) left_out[static_cast<std::size_t>(match.seen)] = false;
+  result.a = scaled(std::move(result.a), of_all);
+  result.b = without(scaled(std::move(result.b), of_all), left_out);
+  return result;
+}
+
 // Two extensions, or what was joined of them already and one more, both weighted.
-LandmarkMap join_weighted(const LandmarkMap& base, const LandmarkMap& a, const LandmarkMap& b,
-                          const std::string& name) {
+LandmarkMap join_weighted(const LandmarkMap& base, const LandmarkMap& first,
+                          const LandmarkMap& second, const std::string& name) {
+  const auto [a, b, variance] = agreed(base, first, second, name);
   const std::vector<int> of_a = points_of(base, a);
   const std::vector<MapFusion::Match> common =
       common_points(base.points.size(), of_a, points_of(base, b));
   const MapFusion both(a, b, common);
-  const auto nis = [&](const auto& matches) { return both.solve(matches).nis; };
-  const auto most = [](const auto& matches) { return most_nis(static_cast<int>(matches.size())); };
-  if (common.empty() || nis(common) > most(common)) {
-    throw InputError(fmt::format(
-        "{}: contradicts the other runs in the same map: {} landmarks are in both, and the NIS of "
-        "their differences is {:.0f}, expected at most {:.0f}; leave it out",
-        name, common.size(), common.empty() ? 0.0 : nis(common),
-        common.empty() ? 0.0 : most(common)));
-  }
   std::vector<MapFusion::Match> matches = common;
   add_matches(both, matches);
-  LandmarkMap map = both.joined(nis(matches) <= most(matches) ? matches : common).map;
+  LandmarkMap map = both.joined(matches).map;
   for (const MapFusion::Match& match : common) {
     const auto point = static_cast<std::size_t>(match.point);
     map.points[point].observations -=
