@@ -12,6 +12,7 @@
 #include <chasles/error.hpp>
 
 #include "diagnosis.hpp"
+#include "print.hpp"
 #include "remarks.hpp"
 #include "run_input.hpp"
 #include "subcommands.hpp"
@@ -142,7 +143,7 @@ int run(const CheckOptions& o) {
   const Recording recording = read_checked(o);
   const RemarksOnError remarks(recording);
   const CheckReport report = diagnose(recording, o.seconds);
-  fmt::print("{}", o.json ? json_text(check_json(recording, report), 2) + "\n"
+  app::print("{}", o.json ? json_text(check_json(recording, report), 2) + "\n"
                           : check_text(recording, report));
   return static_cast<int>(has_error(report) ? ExitCode::kBadInput : ExitCode::kOk);
 }

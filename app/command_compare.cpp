@@ -1,5 +1,6 @@
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -16,11 +17,13 @@
 
 #include "compare_material.hpp"
 #include "filter_options.hpp"
+#include "interrupt.hpp"
 #include "lab_report.hpp"
 #include "lab_scene.hpp"
 #include "loops_options.hpp"
 #include "options.hpp"
 #include "output_folder.hpp"
+#include "print.hpp"
 #include "progress.hpp"
 #include "run_figures.hpp"
 #include "scene_options.hpp"
@@ -149,7 +152,7 @@ void print(const CompareOptions& o, const CompareMaterial& material,
       summary["filters"][i]["seconds_cpu"] = all[i].trial.seconds_cpu;
       summary["filters"][i]["milliseconds_per_frame"] = milliseconds(all[i].trial);
     }
-    fmt::print("{}\n", json_text(summary, 2));
+    app::print("{}\n", json_text(summary, 2));
     return;
   }
   std::vector<FilterSummary> summaries;
@@ -159,10 +162,10 @@ void print(const CompareOptions& o, const CompareMaterial& material,
     cpu.push_back(milliseconds(one.trial));
   }
   if (!o.markdown) {
-    fmt::print("{}: {} frames, seed {}, run {}\n\n", material.name, material.frames, material.seed,
+    app::print("{}: {} frames, seed {}, run {}\n\n", material.name, material.frames, material.seed,
                o.run);
   }
-  fmt::print("{}", tables(summaries, cpu, o.markdown ? TableStyle::kMarkdown : TableStyle::kText));
+  app::print("{}", tables(summaries, cpu, o.markdown ? TableStyle::kMarkdown : TableStyle::kText));
 }
 
 int exit_code(const std::vector<Compared>& all) {
@@ -177,11 +180,12 @@ int exit_code(const std::vector<Compared>& all) {
 
 int compare(const CompareOptions& o) {
   if (o.quiet) spdlog::set_level(spdlog::level::err);
+  std::optional<EndAtOnce> end(std::in_place, std::vector<fs::path>{});
   const CompareMaterial material = compare_material(o.scene, o.filters, o.run);
   const std::vector<FilterVariant>& filters = material.filters;
   const bool scene = is_inertial_scene(o.scene.name) || is_loops(o.scene.name);
   if (!scene) refuse_output_into(o.output, o.scene.name);
-  if (!o.output.empty()) prepare_output(o.output);
+  if (!o.output.empty()) end.emplace(prepare_output(o.output));
   std::vector<Compared> all;
   {
     Progress progress(filters.size(), o.quiet, "filters");
@@ -192,6 +196,7 @@ int compare(const CompareOptions& o) {
       progress.show(all.size(), recorded);
     }
   }
+  end.reset();
   const Json summary = summary_of(o, material, all);
   if (!o.output.empty()) write(o, material, all, summary);
   print(o, material, all, summary);

@@ -7,6 +7,7 @@
 #include <chasles/error.hpp>
 
 #include "completion.hpp"
+#include "print.hpp"
 #include "subcommands.hpp"
 
 namespace chasles::app {
@@ -24,7 +25,7 @@ Action declare_completion(CLI::App& parser) {
       throw UsageError(fmt::format("chasles completion: found '{}', expected bash or zsh", *shell));
     }
     const OfferedCommand program = offered(*parser.get_parent());
-    fmt::print("{}", *shell == "bash" ? bash_completion(program) : zsh_completion(program));
+    app::print("{}", *shell == "bash" ? bash_completion(program) : zsh_completion(program));
     return 0;
   };
 }

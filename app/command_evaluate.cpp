@@ -14,6 +14,7 @@
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/evaluation.hpp>
 
+#include "print.hpp"
 #include "run_figures.hpp"
 #include "subcommands.hpp"
 #include "thresholds.hpp"
@@ -171,7 +172,7 @@ int run(const EvaluateOptions& o) {
   if (estimate.truth_tilt_deg) json["truth_tilt_deg"] = *estimate.truth_tilt_deg;
   if (!estimate.attitudes) json["truth_attitudes"] = false;
   if (!estimate.findings.empty()) json["truth_findings"] = truth_findings_json(estimate.findings);
-  fmt::print("{}", o.json       ? json_text(json, 2) + "\n"
+  app::print("{}", o.json       ? json_text(json, 2) + "\n"
                    : o.markdown ? markdown(evaluation)
                                 : to_text(evaluation));
   const std::vector<std::string> sentences = missed(o.thresholds, json);

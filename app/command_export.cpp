@@ -14,6 +14,7 @@
 #include <chasles/viewers/ply.hpp>
 #include <chasles/viewers/run_mcap.hpp>
 
+#include "print.hpp"
 #include "subcommands.hpp"
 
 namespace chasles::app {
@@ -52,7 +53,7 @@ int export_run(const ExportOptions& o) {
     if (file.has_parent_path()) make_folder(file.parent_path());
     replace_file(file, bytes);
     if (!o.quiet)
-      fmt::print("{}: {:.1f} MB\n", file.string(), 1e-6 * static_cast<double>(bytes.size()));
+      app::print("{}: {:.1f} MB\n", file.string(), 1e-6 * static_cast<double>(bytes.size()));
   }
   return 0;
 }

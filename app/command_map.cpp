@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/durable_file.hpp>
+#include <chasles/data/output_file.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
@@ -20,6 +22,7 @@
 
 #include "map_output.hpp"
 #include "options.hpp"
+#include "print.hpp"
 #include "subcommands.hpp"
 
 namespace chasles::app {
@@ -112,7 +115,7 @@ std::string text_of(const fs::path& file, const Json& json) {
 }
 
 void print(const MapOptions& o, const fs::path& file, const Json& json) {
-  fmt::print("{}", o.json ? json_text(json, 2) + "\n" : text_of(file, json));
+  app::print("{}", o.json ? json_text(json, 2) + "\n" : text_of(file, json));
 }
 
 std::string page_of(const MapOptions& o, const LandmarkMap& map, Json summary) {
@@ -140,22 +143,34 @@ int show(const MapOptions& o) {
   if (o.json || o.drawing.empty()) {
     print(o, o.map, json);
   } else {
-    fmt::print("{}: {}\n", ending == ".ply" ? "ply" : "page", o.drawing.string());
+    app::print("{}: {}\n", ending == ".ply" ? "ply" : "page", o.drawing.string());
   }
   return 0;
 }
 
+// While a map is merged into one of those of which it is made, no run extends that.
+std::optional<FolderLock> lock_of_output(const MapOptions& o) {
+  const auto is_output = [&](const fs::path& file) { return is_same_file(file, o.output); };
+  if (std::ranges::none_of(o.merged, is_output)) return std::nullopt;
+  const fs::path file = followed(o.output);
+  return std::optional<FolderLock>(std::in_place,
+                                   file.has_parent_path() ? file.parent_path() : ".");
+}
+
 int merge(const MapOptions& o) {
   check_map_output(o.output);
+  const std::optional<FolderLock> lock = lock_of_output(o);
   std::vector<MapPart> parts;
+  int number = 0;
   for (const fs::path& file : o.merged) {
     std::vector<LandmarkMap> of_file = read_map_parts(file);
     const bool one = of_file.size() == 1;
     for (LandmarkMap& map : of_file) {
       std::string name = file.string();
       if (!one) name += fmt::format(" ({})", map.sessions.back().name);
-      parts.push_back({.name = std::move(name), .map = std::move(map)});
+      parts.push_back({.name = std::move(name), .map = std::move(map), .file = number});
     }
+    ++number;
   }
   const MergedMaps merged = merge_maps(std::move(parts));
   const std::size_t bytes = write_map(merged.map, o.output, merged.parts);

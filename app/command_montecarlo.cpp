@@ -17,6 +17,7 @@
 #include "lab_report.hpp"
 #include "lab_scene.hpp"
 #include "options.hpp"
+#include "print.hpp"
 #include "progress.hpp"
 #include "ranks.hpp"
 #include "scene_options.hpp"
@@ -125,16 +126,16 @@ bool work(const MonteCarloOptions& o, const LabScene& scene, const std::vector<s
 void print(const MonteCarloOptions& o, const TrialLog& log,
            std::span<const FilterSummary> summaries) {
   if (o.json) {
-    fmt::print("{}\n", json_text(log.summary(), 2));
+    app::print("{}\n", json_text(log.summary(), 2));
     return;
   }
   if (!o.markdown) {
-    fmt::print("{}: {} runs, seed {}\n\n", log.summary().at("name").get<std::string>(),
+    app::print("{}: {} runs, seed {}\n\n", log.summary().at("name").get<std::string>(),
                log.summary().at("runs").get<std::size_t>(),
                log.summary().at("seed").get<std::uint64_t>());
   }
-  fmt::print("{}", tables(summaries, {}, o.markdown ? TableStyle::kMarkdown : TableStyle::kText));
-  if (!o.markdown) fmt::print("\nstudy: {}\n", o.output.string());
+  app::print("{}", tables(summaries, {}, o.markdown ? TableStyle::kMarkdown : TableStyle::kText));
+  if (!o.markdown) app::print("\nstudy: {}\n", o.output.string());
 }
 
 int deliver(const MonteCarloOptions& o, TrialLog& log) {

@@ -9,6 +9,7 @@
 #include <chasles/report/report.hpp>
 #include <chasles/report/study.hpp>
 
+#include "print.hpp"
 #include "run_folder.hpp"
 #include "subcommands.hpp"
 
@@ -49,7 +50,7 @@ int report(const ReportOptions& o) {
   const std::string page = page_of(o.folders);
   if (o.output.has_parent_path()) make_folder(o.output.parent_path());
   replace_file(o.output, page);
-  if (!o.quiet) fmt::print("page: {}\n", o.output.string());
+  if (!o.quiet) app::print("page: {}\n", o.output.string());
   return 0;
 }
 

@@ -17,6 +17,7 @@
 #include "live_view.hpp"
 #include "map_output.hpp"
 #include "output_folder.hpp"
+#include "print.hpp"
 #include "remarks.hpp"
 #include "run_command_options.hpp"
 #include "run_input.hpp"
@@ -50,14 +51,14 @@ Json with_timing(const Json& summary, const Json& timing) {
 
 void print(const RunCommandOptions& o, const Json& figures) {
   if (o.json) {
-    fmt::print("{}\n", json_text(figures, 2));
+    app::print("{}\n", json_text(figures, 2));
     return;
   }
-  fmt::print("{}", summary_text(figures));
+  app::print("{}", summary_text(figures));
   if (const auto found = figures.find("realtime"); found != figures.end()) {
-    fmt::print("{}", realtime_text(*found));
+    app::print("{}", realtime_text(*found));
   }
-  if (!o.output.empty()) fmt::print("\nrun folder: {}\n", o.output.string());
+  if (!o.output.empty()) app::print("\nrun folder: {}\n", o.output.string());
 }
 
 int exit_code(const RunCommandOptions& o, const Run& run, bool interrupted,
@@ -122,7 +123,8 @@ int run_command(RunCommandOptions o) {
   refuse_output_into(o.output, o.input.recording);
   Recording recording = read_input(o.input);
   const RemarksOnError remarks(recording);
-  const Interrupt interrupt;  // before the log shows that the run has started
+  const Interrupt interrupt(
+      Interrupt::kPatienceOfRun);  // before the log shows that the run has started
   announce(o, recording);
   const PlannedRun planned = plan_run(o, recording);
   prepare_outputs(o);
@@ -134,7 +136,7 @@ int run_command(RunCommandOptions o) {
   const Json figures = deliver(o, run, wall);
   print(o, figures);
   live.finish(run.result.run, json_text(figures), interrupted);
-  const std::string no_map = save_map(o, recording, *run.estimator);
+  const std::string no_map = save_map(o, recording, run);
   if (!no_map.empty()) spdlog::error("{}", no_map);
   return exit_code(o, run.result.run, interrupted, no_map, figures);
 }

@@ -20,6 +20,7 @@
 #include "interrupt.hpp"
 #include "options.hpp"
 #include "output_folder.hpp"
+#include "print.hpp"
 #include "progress.hpp"
 #include "scene_options.hpp"
 #include "settings_io.hpp"
@@ -106,15 +107,17 @@ std::size_t write_images(const SimulateOptions& o, const Recording& recording,
 }
 
 int simulate_images(const SimulateOptions& o, const InertialScene& scene) {
+  make_folder(o.output);
+  const OutputLock lock(o.output);
   prepare_euroc_folder(o.output);
   const Recording recording = render_inertial(scene, o.run);
-  const Interrupt interrupt;
+  const Interrupt interrupt(Interrupt::kPatienceOfRun);
   const std::size_t frames = write_images(o, recording, interrupt);
   const Json json = images_description(recording, frames, settings_json(scene.settings));
   if (o.json) {
-    fmt::print("{}\n", json_text(json, 2));
+    app::print("{}\n", json_text(json, 2));
   } else if (!o.quiet) {
-    fmt::print("{}: {} frames of {} in {:.1f} s, {:.0f} m long\nrecording: {}\n", recording.name,
+    app::print("{}: {} frames of {} in {:.1f} s, {:.0f} m long\nrecording: {}\n", recording.name,
                frames, recording.cameras.size() == 1 ? "one image" : "two images",
                json["recorded_seconds"].get<double>(), json["path_m"].get<double>(),
                o.output.string());
@@ -140,9 +143,9 @@ Json description(const Recording& recording, const Json& settings) {
 
 void print(const SimulateOptions& o, const Recording& recording, const Json& json) {
   if (o.json) {
-    fmt::print("{}\n", json_text(json, 2));
+    app::print("{}\n", json_text(json, 2));
   } else if (!o.quiet) {
-    fmt::print(
+    app::print(
         "{}: {} frames in {:.1f} s, {:.0f} m {}, {} landmarks, {} observations\n"
         "recording: {}\n",
         recording.name, recording.frames.size(), recorded_seconds(recording),
@@ -153,6 +156,7 @@ void print(const SimulateOptions& o, const Recording& recording, const Json& jso
 }
 
 int deliver(const SimulateOptions& o, const Recording& recording, const Json& settings) {
+  const OutputLock lock(o.output);
   write_folder_recording(recording, o.output);
   print(o, recording, description(recording, settings));
   return 0;

@@ -14,6 +14,7 @@
 #include "follow_run.hpp"
 #include "interrupt.hpp"
 #include "live_view.hpp"
+#include "print.hpp"
 #include "run_folder.hpp"
 #include "subcommands.hpp"
 
@@ -50,8 +51,8 @@ int serve(const ViewOptions& o, std::uint16_t port, LiveFeed& feed,
           const std::function<void()>& work) {
   const Interrupt interrupt;
   const LiveServer server({.address = o.address, .port = port}, live_page(), feed);
-  for (const std::string& url : urls(server.gate())) fmt::print("{}\n", url);
-  std::fflush(stdout);
+  for (const std::string& url : urls(server.gate())) app::print("{}\n", url);
+  flush_stdout();
   while (!interrupt.requested()) {
     work();
     std::this_thread::sleep_for(kBetweenLooks);

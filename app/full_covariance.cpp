@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/durable_file.hpp>
+#include <chasles/data/output_file.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
@@ -42,10 +44,12 @@ std::string row_names(const std::vector<std::string>& names,
   return text;
 }
 
-void check_room(const std::filesystem::path& file, std::uintmax_t bytes) {
+// `opened`: the file itself, or its part.
+void check_room(const std::filesystem::path& opened, const std::filesystem::path& file,
+                std::uintmax_t bytes) {
   std::error_code error;
-  const auto space = std::filesystem::space(file, error);
-  if (error || !std::filesystem::is_regular_file(file, error) || space.available >= bytes) return;
+  const auto space = std::filesystem::space(opened, error);
+  if (error || !std::filesystem::is_regular_file(opened, error) || space.available >= bytes) return;
   throw UsageError(fmt::format("{}: the covariance takes {:.2f} GB, the disk has {:.2f} GB left",
                                file.string(), static_cast<double>(bytes) / kGigabyte,
                                static_cast<double>(space.available) / kGigabyte));
@@ -62,9 +66,9 @@ std::ofstream opened(const std::filesystem::path& file) {
 }
 
 void write_triangle(const Ekf& filter, std::uintmax_t rows, std::ofstream& stream,
-                    const std::filesystem::path& file) {
+                    const std::filesystem::path& opened, const std::filesystem::path& file) {
   const std::uintmax_t count = rows * (rows + 1) / 2;
-  check_room(file, 8 * count + 128);
+  check_room(opened, file, 8 * count + 128);
   const std::string header = npy_header(count);
   stream.write(header.data(), static_cast<std::streamsize>(header.size()));
   Eigen::VectorXd values;
@@ -85,6 +89,7 @@ void write_triangle(const Ekf& filter, std::uintmax_t rows, std::ofstream& strea
 }  // namespace
 
 void check_full_covariance(const std::filesystem::path& file) {
+  refuse_pipe(file);
   const bool there = std::filesystem::exists(file);
   if (!std::ofstream(file, std::ios::binary | std::ios::app)) refuse(file);
   if (!there) remove_file(file);
@@ -97,15 +102,18 @@ void write_full_covariance(const Ekf& filter, const std::vector<std::string>& ad
       static_cast<std::uintmax_t>(3 * filter.map_size() + filter.core_covariance().rows());
   std::filesystem::path names = file;
   names.replace_extension(".csv");
-  std::ofstream stream = opened(file);
-  try {
-    write_triangle(filter, rows, stream, file);
-    write_file(names, row_names(additive_names, landmarks));
-  } catch (const Error&) {
-    std::error_code ignored;  // The first error is reported.
-    if (std::filesystem::is_regular_file(file, ignored)) std::filesystem::remove(file, ignored);
-    throw;
+  std::error_code ignored;
+  if (std::filesystem::exists(file, ignored) && !std::filesystem::is_regular_file(file, ignored)) {
+    std::ofstream stream = opened(file);  // a device
+    write_triangle(filter, rows, stream, file, file);
+  } else {
+    PartFile part(followed(file));
+    std::ofstream stream = opened(part.path());
+    write_triangle(filter, rows, stream, part.path(), file);
+    sync_to_disk(part.path());
+    part.move_over();
   }
+  replace_file(names, row_names(additive_names, landmarks));
 }
 
 }  // namespace chasles::app

@@ -10,6 +10,8 @@
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
+#include "print.hpp"
+
 namespace chasles::app {
 namespace {
 
@@ -79,14 +81,14 @@ void LiveView::serve_page(const LiveOptions& options, std::function<void()> stop
   server.port = options.port;
   server_ = std::make_unique<LiveServer>(server, live_page(), *run_);
   for (const std::string& url : urls(server_->gate())) {
-    fmt::print(stderr, "chasles: live: {}\n", url);
+    note("chasles: live: {}\n", url);
   }
 }
 
 void LiveView::serve_foxglove(std::uint16_t port) {
   foxglove_ = std::make_unique<FoxgloveService>("chasles " CHASLES_VERSION);
   foxglove_server_ = std::make_unique<LiveServer>(foxglove_server_options(port), *foxglove_);
-  fmt::print(stderr, "chasles: foxglove: {}\n", foxglove_url(foxglove_server_->gate()));
+  note("chasles: foxglove: {}\n", foxglove_url(foxglove_server_->gate()));
 }
 
 LiveView::~LiveView() {

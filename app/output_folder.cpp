@@ -1,8 +1,13 @@
 #include "output_folder.hpp"
 
 #include <algorithm>
+#include <cerrno>
+#include <fcntl.h>
+#include <pthread.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
+#include <sys/file.h>
 
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/text_file.hpp>
@@ -33,13 +38,45 @@ bool is_free(const fs::path& folder) {
          fs::exists(folder / "summary.json", ignored) || fs::exists(folder / "growing", ignored);
 }
 
+// The lock of a killed process ends with it, and not with its workers.
+int lock_of_process = -1;
+void close_in_fork() {
+  if (lock_of_process >= 0) ::close(lock_of_process);
+}
+
 }  // namespace
 
-void prepare_output(const fs::path& folder) {
+std::vector<fs::path> prepare_output(const fs::path& folder) {
+  std::vector<fs::path> created;
+  std::error_code ignored;
+  fs::path part;
+  for (const fs::path& name : folder) {
+    part /= name;
+    if (!fs::exists(part, ignored) && !name.empty()) created.push_back(part);
+  }
   make_folder(folder);
   const fs::path probe = folder / ".chasles-probe";
   write_file(probe, "probe");
   remove_file(probe);
+  return created;
+}
+
+OutputLock::OutputLock(const fs::path& held, bool create)
+    : descriptor_(::open(held.c_str(), O_RDONLY | O_CLOEXEC | (create ? O_CREAT : 0), 0666)) {
+  if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
+    static const int registered = ::pthread_atfork(nullptr, nullptr, close_in_fork);
+    lock_of_process = registered == 0 ? descriptor_ : -1;
+    return;
+  }
+  ::close(descriptor_);
+  throw UsageError(fmt::format(
+      "{}: another process is writing into it; wait for its end, or name another folder",
+      fs::is_directory(held) ? held.string() : held.parent_path().string()));
+}
+
+OutputLock::~OutputLock() {
+  lock_of_process = -1;
+  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 void refuse_output_into(const fs::path& output, const fs::path& recording) {

@@ -1,34 +1,26 @@
 #include "program.hpp"
 
-#include <cstdio>
-#include <new>
+#include <exception>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 #include <chasles/interruption.hpp>
 
+#include "fault.hpp"
 #include "options.hpp"
+#include "print.hpp"
 #include "subcommands.hpp"
 
 namespace chasles::app {
 namespace {
 
-constexpr int kFault = 70;  // an internal error: EX_SOFTWARE of sysexits.h
-
 constexpr const char* kExitCodes =
     "Exit codes: 0 ok, 1 usage, 2 bad input, 3 could not initialise, 4 diverged,\n"
     "5 a requested threshold was missed, 70 internal error, 130 interrupted.";
-
-void log_to_stderr() {
-  spdlog::drop("chasles");  // of an earlier call
-  spdlog::set_default_logger(spdlog::stderr_color_st("chasles"));
-  spdlog::set_pattern("%n: %^%l%$: %v");
-}
 
 const CLI::App& innermost(const CLI::App& parser) {
   const auto chosen = parser.get_subcommands();
@@ -56,7 +48,8 @@ int refused(const CLI::App& parser, const CLI::ParseError& error) {
     return static_cast<int>(ExitCode::kUsage);
   }
   const bool help = dynamic_cast<const CLI::CallForHelp*>(&error) != nullptr;
-  fmt::print("{}\n", help ? without_double_gaps(parser.help()) : error.what());
+  app::print("{}\n", help ? without_double_gaps(parser.help()) : error.what());
+  flush_stdout();
   return static_cast<int>(ExitCode::kOk);
 }
 
@@ -76,27 +69,24 @@ int parse_and_run(int argc, char** argv) {
     return refused(parser, error);
   }
   const int code = action();
-  if (std::fflush(stdout) != 0) throw UsageError("stdout cannot be written: is the disk full?");
+  flush_stdout();
   return code;
 }
 
 }  // namespace
 
 int program(int argc, char** argv) {
-  log_to_stderr();
+  report_file_limit();
+  log_to_stderr("chasles");
   try {
     return parse_and_run(argc, argv);
-  } catch (const Error& error) {
-    spdlog::error("{}", error.what());
-    return static_cast<int>(error.code());
   } catch (const Interrupted&) {  // of the Python package
     throw;
-  } catch (const std::bad_alloc&) {
-    spdlog::error("out of memory");
   } catch (const std::exception& error) {
-    spdlog::error("internal error, please report it: {}", error.what());
+    const Fault fault = fault_of(error);
+    spdlog::error("{}", fault.sentence);
+    return fault.code;
   }
-  return kFault;
 }
 
 }  // namespace chasles::app

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "print.hpp"
+
 namespace chasles::app {
 
 RemarksOnError::RemarksOnError(const Recording& recording)
@@ -13,7 +15,7 @@ RemarksOnError::~RemarksOnError() {
   if (std::uncaught_exceptions() == exceptions_) return;
   try {
     for (const std::string& remark : recording_.remarks) {
-      fmt::print(stderr, "chasles: remark: {}\n", remark);
+      note("chasles: remark: {}\n", remark);
     }
   } catch (const std::exception&) {  // a closed stderr hides no error
   }

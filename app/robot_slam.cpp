@@ -94,7 +94,7 @@ std::string text_of(const std::exception_ptr& error) {
 RobotSlam::RobotSlam(RobotSetup setup, Callbacks callbacks)
     : setup_(std::move(setup)), callbacks_(std::move(callbacks)) {
   check_setup(setup_);
-  if (!setup_.map.empty()) prior_ = std::make_shared<const LandmarkMap>(read_map(setup_.map));
+  if (!setup_.map.empty()) map_ = std::make_unique<SharedMap>(setup_.map);
   session_ = make_session();
 }
 
@@ -105,7 +105,7 @@ std::shared_ptr<RobotSession> RobotSlam::make_session() const {
   const InertialRunSettings of_run = decided(setup_.settings, sensors);
   auto slam = std::make_unique<VisualInertialSlam>(
       sensors.cameras, *sensors.imu_noise, of_run, imu_options(sensors),
-      read_masks(of_run.frontend.mask, sensors.cameras), prior_);
+      read_masks(of_run.frontend.mask, sensors.cameras), map_ ? map_->map() : nullptr);
   return std::make_shared<RobotSession>(std::move(slam), setup_, sensors, of_run,
                                         callbacks_.on_estimates);
 }
@@ -242,7 +242,7 @@ std::string RobotSlam::save_map(RobotSession& session, const fs::path& file) con
   std::optional<LandmarkMap> map;
   session.slam().ask(
       [&](const VisualInertialSlam& slam) { map = slam.estimator().landmark_map(); });
-  if (prior_ && (!map || map->sessions.size() <= prior_->sessions.size())) {
+  if (map_ && (!map || map->sessions.size() <= map_->map()->sessions.size())) {
     throw UsageError(
         fmt::format("{}: the run has found no place in {}, so there is nothing to add "
                     "to it: no map was saved",
@@ -255,9 +255,11 @@ std::string RobotSlam::save_map(RobotSession& session, const fs::path& file) con
   for (MapSession& mapped : map->sessions) {
     if (mapped.name.empty()) mapped.name = setup_.name;
   }
-  const std::size_t bytes = write_map(*map, file);
-  return fmt::format("{}: {} landmarks, {:.1f} kB", file.string(), map->points.size(),
-                     1e-3 * static_cast<double>(bytes));
+  const bool extends_map = map_ && is_same_file(file, setup_.map);
+  const SharedMap::Saved saved = extends_map ? map_->save(*map)
+                                             : SharedMap::Saved{.landmarks = map->points.size(),
+                                                                .bytes = write_map(*map, file)};
+  return fmt::format("{}: {}", file.string(), saved_text(saved));
 }
 
 }  // namespace chasles::app

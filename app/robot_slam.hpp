@@ -15,6 +15,7 @@
 #include <chasles/data/sensor_calibration.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 #include <chasles/pipeline/sensor_order.hpp>
+#include <chasles/pipeline/shared_map.hpp>
 
 namespace chasles::app {
 
@@ -126,7 +127,7 @@ class RobotSlam {
 
   RobotSetup setup_;
   Callbacks callbacks_;
-  std::shared_ptr<const LandmarkMap> prior_;
+  std::unique_ptr<SharedMap> map_;
   mutable std::mutex mutex_;               ///< of session_
   std::shared_ptr<RobotSession> session_;  ///< from a start or reset to the next
   int resets_ = 0;

@@ -9,7 +9,6 @@
 
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
-#include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/truth.hpp>
@@ -85,6 +84,7 @@ InertialStart start_at_truth(const Recording& recording, const RunInput& input) 
 // Estimator and options of a run of either kind, and its summary.
 struct Prepared {
   std::unique_ptr<Estimator> estimator;
+  std::unique_ptr<SharedMap> shared_map;
   RunRecordingOptions options;
   std::function<Json(const RecordedRun&)> summary;
 };
@@ -163,7 +163,9 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
   const bool from_truth = o.begin == "truth";
   const InertialSensors sensors = inertial_sensors(recording);
   const InertialRunSettings of_run = decided(settings, recording);
-  const auto map = o.map.empty() ? nullptr : std::make_shared<const LandmarkMap>(read_map(o.map));
+  std::unique_ptr<SharedMap> shared;
+  if (!o.map.empty()) shared = std::make_unique<SharedMap>(o.map);
+  const auto map = shared ? shared->map() : nullptr;
   if (map &&
       std::ranges::find(map->sessions, recording.name, &MapSession::name) != map->sessions.end()) {
     spdlog::warn(
@@ -172,6 +174,7 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
         o.map.string(), recording.name);
   }
   Prepared prepared;
+  prepared.shared_map = std::move(shared);
   prepared.estimator = make_estimator(
       of_run, sensors,
       from_truth ? std::optional(start_at_truth(recording, o.input)) : std::nullopt, map);
@@ -286,6 +289,7 @@ PlannedRun plan_run(const RunCommandOptions& o, Recording& recording) {
         }
         if (run.result.report.interrupted) run.summary["interrupted"] = true;
         run.estimator = std::move(prepared.estimator);
+        run.map = std::move(prepared.shared_map);
         return run;
       };
 }

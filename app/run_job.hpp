@@ -7,6 +7,7 @@
 
 #include <chasles/data/recording.hpp>
 #include <chasles/pipeline/estimator.hpp>
+#include <chasles/pipeline/shared_map.hpp>
 
 #include "live_view.hpp"
 #include "run_command_options.hpp"
@@ -19,6 +20,7 @@ struct CompletedRun {
   RecordedRun result;
   nlohmann::ordered_json summary = {};  ///< content of summary.json, without `files`
   std::unique_ptr<Estimator> estimator = {};
+  std::unique_ptr<SharedMap> map = {};  ///< in which it looked for its place; none: null
 };
 
 /// The run that is left to do, once. It ends early where `stop` returns true, from any thread.

@@ -202,6 +202,11 @@ std::map<std::uint64_t, std::string> lines_to_resume(const fs::path& folder, con
   return lines;
 }
 
+fs::path plan_to_hold(const fs::path& folder) {
+  make_folder(folder);
+  return folder / "plan.json";
+}
+
 }  // namespace
 
 Json plan_json(const InertialScene& scene, std::span<const FilterVariant> filters) {
@@ -273,8 +278,12 @@ TrialRecord from_line(const std::string& text, const std::string& where) {
   }
 }
 
-TrialLog::TrialLog(fs::path folder, Json plan, Lines lines)
-    : folder_(std::move(folder)), plan_(std::move(plan)), lines_(std::move(lines)) {
+TrialLog::TrialLog(fs::path folder)
+    : folder_(std::move(folder)), lock_(plan_to_hold(folder_), !is_there(trials())) {}
+
+void TrialLog::begin(const Json& plan, Lines lines) {
+  plan_ = plan;
+  lines_ = std::move(lines);
   prepare_output(folder_);
   // Their presence marks a complete study.
   remove_file(folder_ / "summary.json");
@@ -285,7 +294,13 @@ TrialLog::TrialLog(fs::path folder, Json plan, Lines lines)
 
 TrialLog::TrialLog(const fs::path& folder, const Json& plan, std::span<const std::uint64_t> runs,
                    bool resume)
-    : TrialLog(folder, plan, lines_to_resume(folder, plan, runs, resume)) {}
+    : TrialLog(folder) {
+  begin(plan, lines_to_resume(folder, plan, runs, resume));
+}
+
+TrialLog::TrialLog(fs::path folder, const Json& plan, Lines lines) : TrialLog(std::move(folder)) {
+  begin(plan, std::move(lines));
+}
 
 TrialLog TrialLog::merged(std::span<const fs::path> folders, fs::path folder) {
   const Json plan = read_plan(folders.front());

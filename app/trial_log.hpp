@@ -12,6 +12,8 @@
 #include <chasles/lab/loops_settings.hpp>
 #include <chasles/lab/monte_carlo.hpp>
 
+#include "output_folder.hpp"
+
 namespace chasles::app {
 
 /// Content of plan.json: everything that determines the records of a study, except the list of
@@ -39,7 +41,7 @@ class TrialLog {
   /// Starts a study of these runs (ascending), or continues one if `resume`. A continued study
   /// drops incomplete runs, which are then repeated. Throws UsageError, before any change, if the
   /// folder holds a study without `resume`, a study with another plan, or runs that are not in
-  /// `runs`.
+  /// `runs`, or if another process writes into it.
   TrialLog(const std::filesystem::path& folder, const nlohmann::ordered_json& plan,
            std::span<const std::uint64_t> runs, bool resume);
 
@@ -63,11 +65,14 @@ class TrialLog {
  private:
   using Lines = std::map<std::uint64_t, std::string>;  // by run; the lines of all filters
 
-  TrialLog(std::filesystem::path folder, nlohmann::ordered_json plan, Lines lines);
+  explicit TrialLog(std::filesystem::path folder);
+  TrialLog(std::filesystem::path folder, const nlohmann::ordered_json& plan, Lines lines);
+  void begin(const nlohmann::ordered_json& plan, Lines lines);
   std::filesystem::path trials() const { return folder_ / "trials.jsonl"; }
   void write_trials() const;
 
   std::filesystem::path folder_;
+  OutputLock lock_;
   nlohmann::ordered_json plan_;
   Lines lines_;
   nlohmann::ordered_json summary_;

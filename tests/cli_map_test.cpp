@@ -1,5 +1,7 @@
 #include <nlohmann/json.hpp>
+#include <sys/stat.h>
 
+#include "cli_process.hpp"
 #include "cli_test.hpp"
 
 // Maps as files: `chasles run --save-map`, `--map`, `--extend`, and `chasles map`.
@@ -111,6 +113,60 @@ TEST(MapCommand, MergesInAnyOrderToTheSameBytes) {
   EXPECT_EQ(Json::parse(chasles(folder, "map abt.map --json").out).at("parts"), 1);
   expect_error(chasles(folder, "map merge a.map abt.map -o no.map"), 2, "count it twice");
   EXPECT_FALSE(std::filesystem::exists(folder / "no.map"));
+}
+
+// Both open the map before one of them has saved it; which one ends first is left to chance.
+TEST(MapCommand, TwoRunsThatExtendOneMapLoseNothing) {
+  const Scratch folder;
+  simulate_walk(folder, "first", "");
+  simulate_walk(folder, "second", "--set step_rate=1.5 --run 2");
+  simulate_walk(folder, "third", "--set step_rate=1.75 --run 3");
+  ASSERT_EQ(chasles(folder, "run first --save-map opened.map --quiet").code, 0);
+  std::string expected;
+  for (int together = 0, tries = 0; together < 3 && tries < 12; ++tries) {
+    std::filesystem::copy_file(folder / "opened.map", folder / "m.map",
+                               std::filesystem::copy_options::overwrite_existing);
+    const std::string map = (folder / "m.map").string();
+    const auto words = [&](const char* name) {
+      return std::vector<std::string>{"run", (folder / name).string(), "--map", map, "--save-map",
+                                      map};
+    };
+    const bool second_first = tries % 2 == 0;
+    Process one(folder, words(second_first ? "second" : "third"), "log1");
+    Process two(folder, words(second_first ? "third" : "second"), "log2");
+    EXPECT_EQ(one.code_after(0), 0) << one.output();
+    EXPECT_EQ(two.code_after(0), 0) << two.output();
+    EXPECT_EQ(Json::parse(chasles(folder, "map m.map --json").out).at("sessions").size(), 3u);
+    EXPECT_FALSE(std::filesystem::exists(map + ".part"));
+    const std::string said = one.output() + two.output();
+    if (said.find("with 1 session that other runs added meanwhile") == std::string::npos) continue;
+    ++together;
+    if (expected.empty()) expected = slurp(map);
+    EXPECT_TRUE(slurp(map) == expected) << tries;
+  }
+  EXPECT_FALSE(expected.empty());
+}
+
+TEST(MapCommand, ALinkStaysAPipeIsRefusedAndNamesCommandNoTerminal) {
+  const Scratch folder;
+  simulate_walk(folder, "first", "");
+  std::filesystem::create_symlink("real.map", folder / "link.map");
+  std::filesystem::create_symlink("loop.map", folder / "loop.map");
+  ASSERT_EQ(::mkfifo((folder / "pipe.map").c_str(), 0600), 0);
+  const std::string quick = "timeout 20 ";
+  expect_error(chasles(folder, "run first --save-map pipe.map", quick), 1, "pipe.map: is a pipe");
+  expect_error(chasles(folder, "run first --save-map loop.map", quick), 1, "leads back to itself");
+  ASSERT_EQ(chasles(folder, "run first --save-map link.map --quiet").code, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link.map"));
+  EXPECT_TRUE(std::filesystem::is_regular_file(folder / "real.map"));
+  expect_error(chasles(folder, "map merge real.map real.map -o pipe.map", quick), 1, "is a pipe");
+  expect_error(chasles(folder, "map real.map -o page.html", "mkfifo page.html && " + quick), 1,
+               "a pipe that no program reads");
+  std::filesystem::rename(folder / "first", folder / "f\x1b[31m");
+  ASSERT_EQ(chasles(folder, "run f* --save-map red.map --quiet").code, 0);
+  const Outcome described = chasles(folder, "map red.map");
+  EXPECT_EQ(described.out.find('\x1b'), std::string::npos);
+  EXPECT_NE(described.out.find("f\\u001b[31m: "), std::string::npos) << described.out;
 }
 
 TEST(MapCommand, AMapOfAnotherPlaceIsNotExtended) {

@@ -4,6 +4,8 @@
 
 #include <chasles/slam/velocity_settings.hpp>
 
+#include "cli_process.hpp"
+
 // Help, errors and exit codes of the command.
 namespace chasles::test {
 namespace {
@@ -128,6 +130,120 @@ TEST(Command, AFullStdoutIsAnError) {
                               (folder / "e").string() + "'";
   EXPECT_NE(std::system(command.c_str()), 0);
   expect_part(slurp(folder / "e"), "chasles: error: stdout cannot be written");
+}
+
+TEST(Command, AFullStdoutIsAnErrorOfEveryCommand) {
+  const Scratch folder;
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec --quiet -o out").code, 0);
+  for (const char* words :
+       {"run rec --quiet --json", "check rec", "evaluate out --json", "export out -o out.ply",
+        "report out -o page.html", "--help", "run --help", "--version", "completion bash",
+        "view out --port 0", "compare turntable --charts standard --scene-set revolutions=0.05"}) {
+    const std::string command = "cd '" + folder.string() + "' && timeout 60 '" + CHASLES_BINARY +
+                                "' " + words + " >/dev/full 2>e";
+    const int status = std::system(command.c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 1) << words;
+    expect_part(slurp(folder / "e"), "chasles: error: stdout cannot be written: No space left");
+  }
+}
+
+TEST(Command, ALimitOfFileSizesIsAnErrorAndLeavesNoPart) {
+  const Scratch folder;
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec --quiet -o out").code, 0);
+  const std::string limit = "ulimit -f 16 && ";
+  for (const char* words : {"run rec --quiet -o limited", "report out -o page.html",
+                            "export out -o out.mcap", "simulate street -o r --set route=R"}) {
+    const Outcome outcome = chasles(folder, words, limit);
+    EXPECT_EQ(outcome.code, 1) << words;
+    expect_part(outcome.err, "cannot be written: File too large");
+  }
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "")) {
+    EXPECT_NE(entry.path().extension(), ".part") << entry.path();
+  }
+}
+
+// OpenBLAS asks for ever where it gets no memory. Limits in kB.
+TEST(Command, TooLittleMemoryEndsItAtOnce) {
+  const Scratch folder;
+  simulate(folder);
+  simulate_turntable(folder);
+  for (const int limit : {60'000, 100'000, 130'000, 160'000, 190'000, 220'000, 260'000}) {
+    for (const char* words : {"run rec --quiet", "compare turntable --charts standard --quiet"}) {
+      const std::string before = "ulimit -v " + std::to_string(limit) + " && timeout -k 1 20 ";
+      const Outcome outcome = chasles(folder, words, before);
+      if (outcome.code == 0 || outcome.code == 127) continue;  // enough; or not even the libraries
+      EXPECT_EQ(outcome.code, 70) << limit << " " << words << outcome.err;
+      expect_part(outcome.err, "chasles: error: out of ");
+    }
+  }
+}
+
+TEST(Command, FewDescriptorsAreSaid) {
+  const Scratch folder;
+  simulate(folder);
+  ASSERT_EQ(chasles(folder, "run rec --quiet -o out").code, 0);
+  for (int limit = 5; limit <= 7; ++limit) {
+    const std::string few = "prlimit --nofile=" + std::to_string(limit) + " ";
+    for (const char* words : {"run rec --quiet -o limited", "report out -o page.html"}) {
+      const Outcome outcome = chasles(folder, words, few + "timeout -k 1 20 ");
+      if (outcome.code == 0) continue;
+      EXPECT_LE(outcome.code, 2) << limit << " " << words;
+      expect_part(outcome.err, "Too many open files");
+    }
+    const Outcome view = chasles(folder, "view out --port 0", few + "timeout -s INT 2 ");
+    if (view.code == 1) expect_part(view.err, "ulimit -n");
+    EXPECT_NE(view.code, 70);
+  }
+}
+
+TEST(Command, ARemovedWorkingFolderIsSaid) {
+  const Scratch folder;
+  std::filesystem::create_directory(folder / "gone");
+  const std::string command = "cd '" + (folder / "gone").string() + "' && rmdir ../gone && '" +
+                              CHASLES_BINARY + "' simulate street -o x 2>'" +
+                              (folder / "e").string() + "'";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 1);
+  expect_part(slurp(folder / "e"), "the working folder was removed: change to another folder");
+}
+
+// A name with control characters would command the terminal.
+TEST(Command, NamesOfFilesCommandNoTerminal) {
+  const Scratch folder;
+  simulate(folder);
+  std::filesystem::rename(folder / "rec", folder / "r\x1b]0;x\x07\xc2\x9b");
+  const Outcome run = chasles(folder, "run r* -o \"$(printf 'o\\033[31m')\"");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const Outcome check = chasles(folder, "check r*");
+  const Outcome none = chasles(folder, "run \"$(printf 'none\\033[31m')\"");
+  for (const std::string& text : {run.out, run.err, check.out, check.err, none.out, none.err}) {
+    EXPECT_EQ(text.find('\x1b'), std::string::npos) << text;
+    EXPECT_EQ(text.find('\x07'), std::string::npos) << text;
+    EXPECT_EQ(text.find("\xc2\x9b"), std::string::npos) << text;
+  }
+  expect_part(run.out, "run folder: o\\u001b[31m\n");
+}
+
+TEST(Command, TwoProcessesDoNotWriteIntoOneFolder) {
+  const Scratch folder;
+  Process first(folder, {"montecarlo", "turntable", "--runs", "40", "--charts", "standard", "-o",
+                         (folder / "study").string(), "--workers", "1", "--quiet"});
+  while (slurp(folder / "study/plan.json").empty()) ::usleep(1000);
+  expect_error(
+      chasles(folder, "montecarlo turntable --runs 40 --charts standard -o study --resume"), 1,
+      "study: another process is writing into it");
+  EXPECT_EQ(first.code_after(SIGINT), 130) << first.output();
+  EXPECT_EQ(chasles(folder, "montecarlo turntable --runs 2 --charts standard -o other").code, 0);
+}
+
+TEST(Command, AnInterruptedComparisonSaysSoAndLeavesNoFolder) {
+  const Scratch folder;
+  Process compare(folder, {"compare", "hallway", "-o", (folder / "new/deep").string()});
+  while (!std::filesystem::exists(folder / "new/deep")) ::usleep(1000);
+  EXPECT_EQ(compare.code_after(SIGINT), 130);
+  expect_part(compare.output(), "chasles: error: interrupted: nothing was written");
+  EXPECT_FALSE(std::filesystem::exists(folder / "new"));
 }
 
 TEST(Command, SimulatesTheSameBytesForTheSameSeed) {

@@ -110,6 +110,16 @@ ssize_t written(int descriptor, const std::string& bytes) {
   return -1;
 }
 
+bool creates(const char* path, int flags) {
+  struct stat there {};
+  return (flags & O_TRUNC) != 0 || ((flags & O_CREAT) != 0 && ::lstat(path, &there) != 0);
+}
+
+int opened_at(int folder, const char* path, int flags, mode_t mode) {
+  if (creates(path, flags) && fails('c', path_at(folder, path))) return -1;
+  return static_cast<int>(::syscall(SYS_openat, folder, path, flags, mode));
+}
+
 using Open = FILE* (*)(const char*, const char*);
 
 FILE* opened(const char* name, const char* path, const char* mode) {
@@ -124,6 +134,22 @@ extern "C" {
 
 FILE* fopen(const char* path, const char* mode) { return opened("fopen", path, mode); }
 FILE* fopen64(const char* path, const char* mode) { return opened("fopen64", path, mode); }
+
+int open(const char* path, int flags, ...) {
+  va_list more;
+  va_start(more, flags);
+  const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(more, mode_t) : 0;
+  va_end(more);
+  return opened_at(AT_FDCWD, path, flags, mode);
+}
+
+int open64(const char* path, int flags, ...) {
+  va_list more;
+  va_start(more, flags);
+  const mode_t mode = (flags & O_CREAT) != 0 ? va_arg(more, mode_t) : 0;
+  va_end(more);
+  return opened_at(AT_FDCWD, path, flags, mode);
+}
 
 ssize_t write(int descriptor, const void* data, size_t size) {
   return written(descriptor, std::string(static_cast<const char*>(data), size));

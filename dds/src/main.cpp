@@ -1,19 +1,17 @@
-#include <cstdio>
 #include <exception>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <chasles/error.hpp>
 
 #include "bridge.hpp"
+#include "fault.hpp"
 #include "interrupt.hpp"
+#include "print.hpp"
 
 namespace {
-
-constexpr int kFault = 70;  // an internal error: EX_SOFTWARE of sysexits.h
 
 int parse_and_run(int argc, char** argv) {
   CLI::App parser(
@@ -38,15 +36,13 @@ int parse_and_run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("chasles_dds"));  // of several threads
-  spdlog::set_pattern("%n: %^%l%$: %v");
+  chasles::app::report_file_limit();
+  chasles::app::log_to_stderr("chasles_dds", true);
   try {
     return parse_and_run(argc, argv);
-  } catch (const chasles::Error& error) {
-    spdlog::error("{}", error.what());
-    return static_cast<int>(error.code());
   } catch (const std::exception& error) {
-    spdlog::error("internal error, please report it: {}", error.what());
+    const chasles::app::Fault fault = chasles::app::fault_of(error);
+    spdlog::error("{}", fault.sentence);
+    return fault.code;
   }
-  return kFault;
 }

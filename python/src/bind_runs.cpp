@@ -81,9 +81,9 @@ std::vector<std::int64_t> frame_times_of(const Recording& recording) {
 
 // Why the map that is wanted was not saved. The run is not lost with it.
 std::optional<Error> unsaved(const app::RunCommandOptions& o, const Recording& recording,
-                             const Estimator& estimator) {
+                             const app::CompletedRun& run) {
   try {
-    const std::string no_map = app::save_map(o, recording, estimator);
+    const std::string no_map = app::save_map(o, recording, run);
     if (no_map.empty()) return std::nullopt;
     return Error(ExitCode::kNotInitialised, no_map);
   } catch (const Error& error) {
@@ -109,8 +109,8 @@ PythonRun run(const Recording& given, const std::filesystem::path& path, const p
       result = {.run = std::move(done.result.run),
                 .summary = json_text(done.summary),
                 .batch = done.estimator->batch_terms(),
-                .unsaved = unsaved(o, recording, *done.estimator),
-                .frame_times = frame_times_of(recording)};
+                 .unsaved = unsaved(o, recording, done),
+                 .frame_times = frame_times_of(recording)};
     }
     return result;
   });

@@ -1,4 +1,11 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <sys/stat.h>
+#include <sys/wait.h>
+
 #include <chasles/data/durable_file.hpp>
+#include <chasles/data/output_file.hpp>
 #include <chasles/data/testing.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -39,6 +46,105 @@ TEST(DurableFile, AFaultLeavesTheOldFile) {
   fs::create_directory(folder / "a.part");  // in the way
   EXPECT_THROW(replace_file(folder / "a", "new"), UsageError);
   EXPECT_EQ(test::slurp(folder / "a"), "old");
+}
+
+TEST(DurableFile, LinksAreFollowedAlsoToWhatIsNotThereYet) {
+  const auto folder = test::scratch();
+  fs::create_directory(folder / "sub");
+  fs::create_symlink("sub/real", folder / "second");
+  fs::create_symlink(folder / "second", folder / "first");
+  replace_file(folder / "first", "one");
+  EXPECT_TRUE(fs::is_symlink(folder / "first") && fs::is_symlink(folder / "second"));
+  EXPECT_EQ(test::slurp(folder / "sub/real"), "one");
+  fs::create_symlink("loop", folder / "loop");
+  fs::create_symlink("none/real", folder / "astray");
+  const auto refusal = [&](const char* name) -> std::string {
+    try {
+      replace_file(folder / name, "one");
+    } catch (const UsageError& error) {
+      return error.what();
+    }
+    return "written";
+  };
+  EXPECT_NE(refusal("loop").find("leads back to itself"), std::string::npos) << refusal("loop");
+  EXPECT_NE(refusal("astray").find("there is no folder"), std::string::npos) << refusal("astray");
+  EXPECT_TRUE(fs::is_symlink(folder / "loop"));
+}
+
+TEST(DurableFile, APipeWithoutAReaderIsRefusedAtOnce) {
+  const auto folder = test::scratch();
+  const fs::path pipe = folder / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THROW(replace_file(pipe, "one"), UsageError);
+  EXPECT_THROW(refuse_pipe(pipe), UsageError);
+  const int reader = ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK);
+  replace_file(pipe, "one");
+  char bytes[4] = {};
+  EXPECT_EQ(::read(reader, bytes, sizeof bytes), 3);
+  EXPECT_STREQ(bytes, "one");
+  ::close(reader);
+  EXPECT_TRUE(fs::is_fifo(pipe));
+}
+
+TEST(DurableFile, APartThatAKilledProcessLeftIsUsedAgain) {
+  const auto folder = test::scratch();
+  test::spill(folder / "a.part", "the remains of a longer file");
+  replace_file(folder / "a", "new");
+  EXPECT_EQ(test::slurp(folder / "a"), "new");
+  EXPECT_EQ(count_in(folder), 1U);
+}
+
+TEST(DurableFile, ProcessesHavePartsOfTheirOwn) {
+  const auto folder = test::scratch();
+  {
+    PartFile first(folder / "a"), second(folder / "a");
+    EXPECT_EQ(first.ending(), ".part");
+    EXPECT_EQ(second.ending(), ".2.part");
+    first.write("first");
+    second.write("second");
+    first.move_over();
+    EXPECT_EQ(PartFile(folder / "a").ending(), ".part");
+    second.move_over();
+  }
+  EXPECT_EQ(test::slurp(folder / "a"), "second");
+  EXPECT_EQ(count_in(folder), 1U);
+}
+
+TEST(DurableFile, ManyProcessesReplaceItAsAWhole) {
+  const auto folder = test::scratch();
+  std::vector<pid_t> children;
+  for (char letter = 'a'; letter < 'e'; ++letter) {
+    children.push_back(::fork());
+    if (children.back() != 0) continue;
+    try {
+      for (int i = 0; i < 50; ++i) replace_file(folder / "f", std::string(20'000, letter));
+    } catch (const std::exception&) {
+      ::_exit(1);
+    }
+    ::_exit(0);
+  }
+  for (const pid_t child : children) {
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+  }
+  const std::string bytes = test::slurp(folder / "f");
+  EXPECT_EQ(bytes, std::string(20'000, bytes.at(0)));
+  EXPECT_EQ(count_in(folder), 1U);
+}
+
+TEST(FileSet, ProcessesWriteSetsOfTheirOwn) {
+  const auto folder = test::scratch();
+  FileSet first(folder, "mark"), second(folder, "mark");
+  first.add("a", "1");
+  second.add("mark", "2");
+  second.add("a", "2");
+  first.add("mark", "1");
+  second.commit();
+  EXPECT_EQ(test::slurp(folder / "a") + test::slurp(folder / "mark"), "22");
+  first.commit();
+  EXPECT_EQ(test::slurp(folder / "a") + test::slurp(folder / "mark"), "11");
+  EXPECT_EQ(count_in(folder), 2U);
 }
 
 TEST(FileSet, ReplacesItsFilesTogether) {

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <cerrno>
-#include <fcntl.h>
 #include <fstream>
 #include <iterator>
 #include <optional>
@@ -8,14 +6,12 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 #include <zlib.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <sys/file.h>
 
 #include <chasles/data/durable_file.hpp>
 #include <chasles/data/json_text.hpp>
@@ -53,24 +49,6 @@ constexpr const char* kRunFiles[] = {"trajectory.tum",
 
 // Their content differs from run to run, so summary.json cannot describe it.
 bool is_timing(const std::string& name) { return name.starts_with("timing."); }
-
-/// Holds the folder while files move up. On a file system without locks it has no effect.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder)
-      : descriptor_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    while (descriptor_ >= 0 && ::flock(descriptor_, LOCK_EX) != 0 && errno == EINTR) {
-    }
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-  ~FolderLock() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-
- private:
-  int descriptor_;
-};
 
 std::vector<std::string> files_below(const fs::path& folder) {
   std::vector<std::string> names;

@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstring>
 #include <fstream>
 #include <numeric>
+#include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/data/output_file.hpp>
 #include <chasles/data/read_budget.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
@@ -83,12 +86,15 @@ void remove_byte_order_mark(std::string& text) {
 }
 
 void write_file(const std::filesystem::path& file, std::string_view bytes) {
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) {
-    throw UsageError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
+  const int descriptor = open_to_write(file);
+  try {
+    write_all(descriptor, bytes, file);
+  } catch (const UsageError&) {
+    ::close(descriptor);
+    throw;
   }
+  if (::close(descriptor) == 0) return;
+  throw UsageError(fmt::format("{}: cannot be written: {}", file.string(), std::strerror(errno)));
 }
 
 void write_table(const std::filesystem::path& file, const std::vector<std::string>& columns,

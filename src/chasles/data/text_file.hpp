@@ -22,7 +22,8 @@ std::string read_text(const std::filesystem::path& file);
 /// Removes that mark, if there is one.
 void remove_byte_order_mark(std::string& text);
 
-/// Writes the bytes, replacing the file. Throws UsageError if that is not possible.
+/// Writes the bytes, replacing the file. Throws UsageError if that is not possible; never waits for
+/// the reader of a pipe (output_file.hpp).
 void write_file(const std::filesystem::path& file, std::string_view bytes);
 
 /// Writes a table: one line with the names of the columns, then the rows.

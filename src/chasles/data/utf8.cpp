@@ -1,5 +1,6 @@
 #include <cstddef>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <chasles/data/utf8.hpp>
@@ -37,6 +38,23 @@ std::string valid_utf8(std::string_view text) {
     text.remove_prefix(length == 0 ? 1 : length);
   }
   return valid;
+}
+
+std::string printable(std::string_view text) {
+  std::string result;
+  const std::string valid = valid_utf8(text);
+  for (std::size_t i = 0; i < valid.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(valid[i]);
+    const bool second = byte == 0xc2 && static_cast<unsigned char>(valid[i + 1]) < 0xa0;  // C1
+    const bool control = (byte < 0x20 && byte != '\n' && byte != '\t') || byte == 0x7f;
+    if (control || second) {
+      const unsigned code = second ? static_cast<unsigned char>(valid[++i]) : byte;
+      result += fmt::format("\\u{:04x}", code);
+    } else {
+      result += valid[i];
+    }
+  }
+  return result;
 }
 
 std::string json_text(const nlohmann::ordered_json& json, int indent) {

@@ -55,5 +55,13 @@ TEST(Utf8, JsonTextIsValidJsonWhateverItsStringsHold) {
   EXPECT_EQ(read.at("\xef\xbf\xbd"), 1);
 }
 
+TEST(Utf8, PrintableTextCommandsNoTerminal) {
+  EXPECT_EQ(printable("a\tb\nMüller"), "a\tb\nMüller");
+  EXPECT_EQ(printable("\x1b[31m\x07\r\x7f"), "\\u001b[31m\\u0007\\u000d\\u007f");
+  EXPECT_EQ(printable("\xc2\x9b\xc2\xa0\xff"), "\\u009b\xc2\xa0\xef\xbf\xbd");
+  const nlohmann::ordered_json json = {{"name", "\x1b\x7f\xc2\x85"}};
+  EXPECT_EQ(nlohmann::ordered_json::parse(printable(json_text(json))), json);
+}
+
 }  // namespace
 }  // namespace chasles

@@ -2,6 +2,9 @@
 #include <cblas.h>
 #include <cstdlib>
 #include <mutex>
+#include <new>
+
+#include <sys/mman.h>
 
 #include <chasles/filter/dense.hpp>
 
@@ -21,11 +24,33 @@ namespace {
 
 int as_int(Eigen::Index i) { return static_cast<int>(i); }
 
+// OpenBLAS takes a work buffer at the first use and keeps it. Where the system gives it none, it
+// asks again for ever. So the same memory is asked for first, and then the buffer is taken at once.
+void take_buffer() {
+  constexpr std::size_t kBuffer = std::size_t{32}
+                                  << 22;               // BUFFER_SIZE in its common.h, all of 64 bit
+  constexpr std::size_t kMore = std::size_t{1} << 20;  // its alignment, and what malloc adds
+  void* const room = ::mmap(nullptr, kBuffer + kMore, PROT_READ | PROT_WRITE,
+                            MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room == MAP_FAILED) throw std::bad_alloc();
+  ::munmap(room, kBuffer + kMore);
+  const int one = 1;
+  double number = 1;
+  int info = 0;
+  dpotrf_("L", &one, &number, &one, &info);
+}
+
 // The serial OpenBLAS has one work buffer for all threads of a process. Filters in several threads
 // gave wrong numbers without a word.
 [[nodiscard]] std::unique_lock<std::mutex> alone() {
   static std::mutex mutex;
-  return std::unique_lock(mutex);
+  static bool has_buffer = false;
+  std::unique_lock turn(mutex);
+  if (!has_buffer) {
+    take_buffer();
+    has_buffer = true;
+  }
+  return turn;
 }
 
 // C <- alpha A B + beta C; with beta = 0 C is not read.
@@ -64,6 +89,7 @@ void prepare_once() {
 void prepare() {
   static std::once_flag done;
   std::call_once(done, prepare_once);
+  const auto turn = alone();  // with its buffer
 }
 
 std::string_view kernels() { return openblas_get_corename(); }

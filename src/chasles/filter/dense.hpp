@@ -18,6 +18,8 @@ using ConstBlock = Eigen::Ref<const Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 /// load. Selects better kernels where OpenBLAS misjudges the processor. The environment variable
 /// OPENBLAS_CORETYPE takes precedence. Only the first call has an effect. Filters, windows and
 /// batch estimation call it themselves, so that a program and the command give identical results.
+/// Throws std::bad_alloc where there is no memory for OpenBLAS's work buffer, 128 MiB of addresses;
+/// the functions below throw it at their first use where prepare() was not called.
 void prepare();
 
 /// OpenBLAS's name for the kernels in use.

@@ -27,6 +27,7 @@ struct Header {
   std::uint64_t item = 0;
   std::uint64_t size = 0;
   bool failed = false;  // the bytes are an error's message
+  bool no_memory = false;
   ExitCode code = ExitCode::kOk;
 };
 
@@ -85,6 +86,8 @@ int serve(std::span<const std::uint64_t> items, SharedCounter& counter, int out,
       header.failed = true;
       header.code = error.code();
       result = error.what();
+    } catch (const std::bad_alloc&) {
+      header.failed = header.no_memory = true;
     } catch (const std::exception& error) {
       header.failed = true;
       header.code = ExitCode::kBadInput;
@@ -192,6 +195,7 @@ class Pool {
     }
     worker.buffer.append(chunk.data(), static_cast<std::size_t>(n));
     while (auto message = take(worker.buffer)) {
+      if (message->first.no_memory) throw std::bad_alloc();
       if (message->first.failed) throw Error(message->first.code, message->second);
       done(message->first.item, message->second);
     }

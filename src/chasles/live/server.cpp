@@ -77,9 +77,11 @@ class LiveServer::Impl {
     if (!failure) acceptor_.bind(endpoint, failure);
     if (!failure) acceptor_.listen(net::socket_base::max_listen_connections, failure);
     if (failure) {
-      throw UsageError(fmt::format(
-          "{} cannot listen on {} port {}: {}; another port may be free (0: any)",
-          shared_.options.name, shared_.options.address, shared_.options.port, failure.message()));
+      const bool no_descriptor = failure.value() == EMFILE || failure.value() == ENFILE;
+      throw UsageError(fmt::format("{} cannot listen on {} port {}: {}; {}", shared_.options.name,
+                                   shared_.options.address, shared_.options.port, failure.message(),
+                                   no_descriptor ? "raise the limit of open files (ulimit -n)"
+                                                 : "another port may be free (0: any)"));
     }
   }
 
@@ -160,12 +162,23 @@ class LiveServer::Impl {
   std::thread thread_;
 };
 
+// The system's refusals of what the server needs besides a port: descriptors.
+std::unique_ptr<LiveServer::Impl> LiveServer::started(const LiveServerOptions& options,
+                                                      LiveService& service) {
+  try {
+    return std::make_unique<Impl>(options, service);
+  } catch (const boost::system::system_error& error) {
+    throw UsageError(fmt::format("{} cannot start: {}; raise the limit of open files (ulimit -n)",
+                                 options.name, error.code().message()));
+  }
+}
+
 LiveServer::LiveServer(const LiveServerOptions& options, LiveService& service)
-    : impl_(std::make_unique<Impl>(options, service)) {}
+    : impl_(started(options, service)) {}
 
 LiveServer::LiveServer(const LiveServerOptions& options, std::string page, LiveFeed& feed)
     : page_(std::make_unique<PageService>(std::move(page), feed)),
-      impl_(std::make_unique<Impl>(options, *page_)) {}
+      impl_(started(options, *page_)) {}
 
 LiveServer::~LiveServer() = default;
 

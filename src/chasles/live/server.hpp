@@ -47,6 +47,7 @@ class LiveServer {
 
  private:
   class Impl;
+  static std::unique_ptr<Impl> started(const LiveServerOptions& options, LiveService& service);
   std::unique_ptr<LiveService> page_;  ///< if it is the server's own; outlives the server's thread
   std::unique_ptr<Impl> impl_;
 };

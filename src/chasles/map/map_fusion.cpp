@@ -19,6 +19,9 @@ using Eigen::VectorXd;
 
 namespace {
 
+// Keeps the covariance of a difference regular where no error is a point's own [m^2].
+constexpr double kLeastOwn = 1e-12;
+
 // Of the point that was found again, about the first one.
 Matrix3d other_point(const MapPoint& point) {
   if (point.appearance.empty()) return Matrix3d::Zero();
@@ -35,6 +38,15 @@ MapFusion::MapFusion(const LandmarkMap& a, const LandmarkMap& b, const SE3& a_T_
     place_.pivot += a_T_b * b.points[static_cast<std::size_t>(match.seen)].p_map /
                     static_cast<double>(matches.size());
   }
+  place_b();
+}
+
+MapFusion::MapFusion(const LandmarkMap& a, const LandmarkMap& b, std::span<const Match> common)
+    : a_(a),
+      b_(b),
+      place_{.world_T_map = {}, .heading_sigma = 0, .position_sigma = 0},
+      common_(b.points.size()) {
+  for (const Match& match : common) common_[static_cast<std::size_t>(match.seen)] = true;
   place_b();
 }
 
@@ -61,11 +73,12 @@ MatrixXd MapFusion::rows_b(int point) const {
 MapFusion::Difference MapFusion::difference(const Match& match) const {
   const MapPoint& point = a_.points[static_cast<std::size_t>(match.point)];
   const Matrix3d& D_a = a_.covariance.own()[static_cast<std::size_t>(match.point)];
-  Difference result{
-      .d = p_b(match.seen) - point.p_map,
-      .H = rows_b(match.seen) - rows_a(match.point),
-      .V = D_a + placed_b_.own[static_cast<std::size_t>(match.seen)] + other_point(point),
-      .gain = {}};
+  const bool is_common = !common_.empty() && common_[static_cast<std::size_t>(match.seen)];
+  Difference result{.d = p_b(match.seen) - point.p_map,
+                    .H = rows_b(match.seen) - rows_a(match.point),
+                    .V = D_a + placed_b_.own[static_cast<std::size_t>(match.seen)] +
+                         (is_common ? kLeastOwn * Matrix3d::Identity() : other_point(point)),
+                    .gain = {}};
   result.gain = D_a * result.V.inverse();
   return result;
 }

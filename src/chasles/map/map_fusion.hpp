@@ -22,6 +22,10 @@ class MapFusion {
   MapFusion(const LandmarkMap& a, const LandmarkMap& b, const SE3& a_T_b,
             std::span<const Match> matches);
 
+  /// Of maps in one frame: the place is known. `common` are landmarks of one earlier map, which are
+  /// the same for certain.
+  MapFusion(const LandmarkMap& a, const LandmarkMap& b, std::span<const Match> common);
+
   /// The errors y given matches, and the NIS of these.
   struct Posterior {
     Eigen::VectorXd mean;
@@ -67,6 +71,7 @@ class MapFusion {
   const LandmarkMap& b_;
   MapPlace place_;
   PriorMap placed_b_;
+  std::vector<bool> common_;  ///< points of b; empty: none
 };
 
 }  // namespace chasles

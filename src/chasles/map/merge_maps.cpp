@@ -2,15 +2,15 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include <chasles/error.hpp>
-#include <chasles/eval/chi2.hpp>
 #include <chasles/lie/so3.hpp>
+#include <chasles/map/map_family.hpp>
 #include <chasles/map/map_fusion.hpp>
+#include <chasles/map/map_matches.hpp>
 
 namespace chasles {
 namespace {
@@ -26,7 +26,6 @@ constexpr std::size_t kLeastPoints = 7;
 constexpr double kSamePosition = 1, kSameHeading = 0.1;
 // Landmarks of both at the place itself, and in all.
 constexpr int kLeastAtPlace = 6, kLeastMatches = 10;
-constexpr double kProbability = 0.99, kTogether = 0.999;
 
 // A place of map b in map a.
 struct Proposed {
@@ -105,60 +104,6 @@ std::optional<Proposed> common_place(const LandmarkMap& a, const LandmarkMap& b)
   return best;
 }
 
-// Worst first, until all agree with the others.
-void drop_contradictions(const MapFusion& both, std::vector<Match>& matches) {
-  const double most = chi2_quantile(kProbability, 3);
-  while (!matches.empty()) {
-    const MapFusion::Posterior all = both.solve(matches);
-    std::vector<double> squares;
-    for (const Match& match : matches) squares.push_back(both.square(match, all, true));
-    const auto worst = std::ranges::max_element(squares);
-    if (*worst <= most) return;
-    matches.erase(matches.begin() + (worst - squares.begin()));
-  }
-}
-
-bool look_alike(const Appearance& a, const Appearance& b) {
-  return std::ranges::any_of(b.views(), [&](const PatchView& view) {
-    return a.distance(view).value_or(kSimilarBits + 1) <= kSimilarBits;
-  });
-}
-
-// Further landmarks that look the same where they should be.
-void add_matches(const MapFusion& both, std::vector<Match>& matches) {
-  constexpr double kFar = 4;  // sigmas
-  const double most = chi2_quantile(kProbability, 3);
-  std::set<int> of_a, of_b;
-  for (const Match& match : matches) {
-    of_a.insert(match.point);
-    of_b.insert(match.seen);
-  }
-  const MapFusion::Posterior given = both.solve(matches);
-  const std::vector<MapFusion::Whereabouts> a = both.points_of_a(given),
-                                            b = both.points_of_b(given);
-  std::vector<std::pair<double, Match>> more;
-  for (std::size_t j = 0; j < b.size(); ++j) {
-    if (of_b.contains(static_cast<int>(j))) continue;
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      const double variance = 2 * (a[i].variance + b[j].variance);  // at most
-      if ((a[i].p - b[j].p).squaredNorm() > kFar * kFar * variance ||
-          of_a.contains(static_cast<int>(i)) || !look_alike(a[i].appearance, b[j].appearance)) {
-        continue;
-      }
-      const Match match{.seen = static_cast<int>(j), .point = static_cast<int>(i)};
-      const double square = both.square(match, given, false);
-      if (square <= most) more.emplace_back(square, match);
-    }
-  }
-  std::ranges::stable_sort(more, {}, [](const auto& one) { return one.first; });
-  for (const auto& [square, match] : more) {
-    if (of_a.contains(match.point) || of_b.contains(match.seen)) continue;
-    of_a.insert(match.point);
-    of_b.insert(match.seen);
-    matches.push_back(match);
-  }
-}
-
 // Two maps, where they have a place in common; else the number of landmarks that fit together.
 struct Attempt {
   std::optional<JoinedMaps> joined;
@@ -178,7 +123,7 @@ Attempt join(const LandmarkMap& a, const MapPart& b) {
       both.relinearise(matches);
       drop_contradictions(both, matches);
       const auto count = static_cast<int>(matches.size());
-      const double nis = both.solve(matches).nis, most = chi2_quantile(kTogether, 3 * count);
+      const double nis = both.solve(matches).nis, most = most_nis(count);
       if (count >= kLeastMatches && nis > most) {
         throw InputError(fmt::format(
             "{}: the map contradicts those before it: {} landmarks look alike and lie together, "
@@ -192,56 +137,6 @@ Attempt join(const LandmarkMap& a, const MapPart& b) {
   return {.joined = {}, .matches = static_cast<int>(matches.size())};
 }
 
-// A total order of maps that may be merged: no two have a session that begins alike.
-bool before(const MapPart& x, const MapPart& y) {
-  const auto key = [](const MapSession& session) { return std::tie(session.begin, session.name); };
-  return std::ranges::lexicographical_compare(
-      x.map.sessions, y.map.sessions,
-      [&](const MapSession& a, const MapSession& b) { return key(a) < key(b); });
-}
-
-// Two runs never leave the same numbers to the last bit.
-bool same(const LandmarkMap& x, const LandmarkMap& y) {
-  const auto same_session = [](const MapSession& a, const MapSession& b) {
-    return a.name == b.name && a.begin == b.begin && a.end == b.end;
-  };
-  const auto same_point = [](const MapPoint& a, const MapPoint& b) {
-    return a.p_map == b.p_map && a.session == b.session && a.observations == b.observations;
-  };
-  return std::ranges::equal(x.sessions, y.sessions, same_session) &&
-         std::ranges::equal(x.points, y.points, same_point) &&
-         x.covariance.own() == y.covariance.own() && x.covariance.rank() == y.covariance.rank() &&
-         x.covariance.shared() == y.covariance.shared();
-}
-
-void check_sessions(const MapPart& a, const MapPart& b) {
-  for (const MapSession& x : a.map.sessions) {
-    for (const MapSession& y : b.map.sessions) {
-      if (x.name == y.name && x.begin <= y.end && y.begin <= x.end) {
-        throw InputError(fmt::format(
-            "{} and {}: different maps with a session of the recording {}: merging them would "
-            "count it twice; leave one of them out, or extend one by a run in it instead (chasles "
-            "run --map MAP --extend)",
-            a.name, b.name, x.name));
-      }
-    }
-  }
-}
-
-// In their order, each once.
-void arrange(std::vector<MapPart>& parts) {
-  std::vector<MapPart> once;
-  for (MapPart& part : parts) {
-    const auto known = [&](const MapPart& other) { return same(part.map, other.map); };
-    if (std::ranges::none_of(once, known)) once.push_back(std::move(part));
-  }
-  for (std::size_t i = 0; i < once.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) check_sessions(once[k], once[i]);
-  }
-  std::ranges::sort(once, before);
-  parts = std::move(once);
-}
-
 std::string names(std::span<const MapPart* const> parts) {
   std::string all;
   for (const MapPart* part : parts) all += (all.empty() ? "" : ", ") + part->name;
@@ -252,10 +147,11 @@ std::string names(std::span<const MapPart* const> parts) {
 
 MergedMaps merge_maps(std::vector<MapPart> parts) {
   if (parts.empty()) throw UsageError("merging needs a map: found none");
-  arrange(parts);
-  MergedMaps result{.map = parts.front().map, .parts = {}, .joined = {}};
-  std::vector<const MapPart*> together{&parts.front()}, waiting;
-  for (std::size_t i = 1; i < parts.size(); ++i) waiting.push_back(&parts[i]);
+  const MapFamilies families = map_families(std::move(parts));
+  const std::vector<MapPart>& roots = families.joined;
+  MergedMaps result{.map = roots.front().map, .parts = {}, .joined = {}};
+  std::vector<const MapPart*> together{&roots.front()}, waiting;
+  for (std::size_t i = 1; i < roots.size(); ++i) waiting.push_back(&roots[i]);
   while (!waiting.empty()) {
     Attempt attempt;
     int most = 0;
@@ -278,9 +174,7 @@ MergedMaps merge_maps(std::vector<MapPart> parts) {
     together.push_back(*next);
     waiting.erase(next);
   }
-  if (parts.size() > 1) {
-    for (MapPart& part : parts) result.parts.push_back(std::move(part.map));
-  }
+  if (families.parts.size() > 1) result.parts = families.parts;
   return result;
 }
 

@@ -13,12 +13,16 @@ namespace chasles {
 struct MapPart {
   std::string name;  ///< for messages
   LandmarkMap map;
+  /// The file that it comes from. A map, and what runs that began in it at the same time left of
+  /// it, may be together in one file; in different ones they are different maps of one recording.
+  int file = -1;
 };
 
 struct MergedMaps {
   LandmarkMap map;
   /// In their order: by the begin and the name of their first sessions. The frame is that of the
-  /// first part. Empty where all were the same part, which is then the map.
+  /// first part. Empty where all were the same part, which is then the map. A part that another one
+  /// extends is among them only where several do (map_family.hpp).
   std::vector<LandmarkMap> parts;
   /// The other parts, in the order in which their places were found.
   struct Joined {
