@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -7,11 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/check/check.hpp>
+#include <chasles/data/masks.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 #include "diagnosis.hpp"
+#include "inertial_settings_io.hpp"
 #include "remarks.hpp"
 #include "subcommands.hpp"
 
@@ -21,6 +24,7 @@ namespace {
 struct CheckOptions {
   std::filesystem::path recording;
   double seconds = kCheckedSeconds;
+  SettingSources settings = {};
   bool json = false;
 };
 
@@ -109,9 +113,12 @@ nlohmann::ordered_json json_of(const Recording& recording, const CheckReport& re
 }
 
 int run(const CheckOptions& o) {
-  const Recording recording = read_recording(o.recording);
+  const FrontendSettings frontend = inertial_run_settings_from(o.settings).frontend;
+  Recording recording = read_recording(o.recording);
+  std::ranges::move(mask_remarks(frontend.mask, recording.cameras),
+                    std::back_inserter(recording.remarks));
   const RemarksOnError remarks(recording);
-  const CheckReport report = diagnose(recording, o.seconds);
+  const CheckReport report = diagnose(recording, o.seconds, frontend);
   fmt::print("{}",
              o.json ? json_text(json_of(recording, report), 2) + "\n" : text_of(recording, report));
   return static_cast<int>(has_error(report) ? ExitCode::kBadInput : ExitCode::kOk);
@@ -128,6 +135,14 @@ Action declare_check(CLI::App& parser) {
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1e5))
       ->type_name("S");
+  parser
+      .add_option("--set", o->settings.sets,
+                  "A setting of the front end as for `run`: KEY=VALUE, such as frontend.mask=FILE; "
+                  "may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("KEY=VALUE");
+  parser.add_option("--config", o->settings.config, "Settings from a YAML file, as for `run`")
+      ->type_name("FILE");
   parser.add_flag("--json", o->json, "Print facts and findings as JSON");
   return [o] { return run(*o); };
 }
