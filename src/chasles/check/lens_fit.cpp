@@ -18,8 +18,10 @@ constexpr double kEdge = 0.95;         // share of the rays
 constexpr double kSlack = 1.5e-3;      // of the rotation of an interval [rad]
 constexpr double kLeastAngle = 3e-4;   // scale of a residual: a sixth of a pixel [rad]
 constexpr double kSecondOfSigmas = 1;  // errors of tracks that share it are not independent [s]
-constexpr int kMostLensSteps = 20;
-constexpr double kLensSettled = 1e-5;
+constexpr int kMostLensSteps = 15;
+constexpr double kLensSettled = 1e-4;
+constexpr double kLongestLensStep = 0.2;  // of focal length and distortion
+constexpr double kLeastFocal = 1 / 3.0, kMostFocalScale = 3;
 constexpr double kNoTurn = 1e-9;
 constexpr double kLeastLensScale = 0.1;
 
@@ -95,21 +97,23 @@ struct MendedRay {
   Vector3 d_scale = Vector3::Zero();
 };
 
-MendedRay mended(const Vector3& stated, double row, const Vector3& rate_cam,
+MendedRay mended(const Vector3& stated, double row, double stretch, const Vector3& rate_cam,
                  const LensUnknowns& x) {
   const double across = std::hypot(stated.x(), stated.y());
   const double angle = std::atan2(across, stated.z());
   const Eigen::Vector2d side =
       across > kNoTurn ? Eigen::Vector2d(stated.head<2>() / across) : Eigen::Vector2d(1, 0);
-  const double right = angle * (1 + x.focal + x.radial * angle * angle);
+  const double by_focal = angle > kNoTurn ? stretch / angle : 1;
+  const double right = angle * (1 + x.focal * by_focal + x.radial * angle * angle);
   const Vector3 ray(std::sin(right) * side.x(), std::sin(right) * side.y(), std::cos(right));
   const Vector3 outwards(std::cos(right) * side.x(), std::cos(right) * side.y(), -std::sin(right));
   const Vector3 turned = rate_cam.cross(ray) * row;
-  MendedRay result{.ray = ray + x.readout * turned,
-                   .J = {},
-                   .scale = std::max(1 + x.focal + x.radial * angle * angle, kLeastLensScale),
-                   .d_scale = {1, angle * angle, 0}};
-  result.J << outwards * angle, outwards * (angle * angle * angle), turned;
+  MendedRay result{
+      .ray = ray + x.readout * turned,
+      .J = {},
+      .scale = std::max(1 + x.focal * by_focal + x.radial * angle * angle, kLeastLensScale),
+      .d_scale = {by_focal, angle * angle, 0}};
+  result.J << outwards * angle * by_focal, outwards * (angle * angle * angle), turned;
   return result;
 }
 
@@ -205,8 +209,9 @@ class LensProblem {
       A.noalias() += e.A - e.M * eliminated;
       b.noalias() += e.b - eliminated.transpose() * e.c;
     }
-    const Global step = solve_symmetric<kGlobal, 1>(A, b);
-    if (!step.allFinite() || step.segment<3>(3).norm() > 0.5) return std::nullopt;
+    Global step = solve_symmetric<kGlobal, 1>(A, b);
+    if (!step.allFinite()) return std::nullopt;
+    step *= std::min(1.0, kLongestLensStep / step.tail<3>().head<2>().cwiseAbs().maxCoeff());
     for (std::size_t i = 0; i < intervals_.size(); ++i) {
       const LensEquations& e = all[i];
       move(intervals_[i], solve_symmetric<kLocal, 1>(e.L, e.c - e.M.transpose() * step));
@@ -306,8 +311,10 @@ class LensProblem {
 
   LensRow row(const TwoRays& pair, const PredictedTurn& turn, const Vector3& t,
               const Eigen::Matrix<double, 3, 2>& B) const {
-    const MendedRay first = mended(pair.first, pair.first_row, turn.first_rate_cam, x_),
-                    second = mended(pair.second, pair.second_row, turn.second_rate_cam, x_);
+    const MendedRay first = mended(pair.first, pair.first_row, pair.first_stretch,
+                                   turn.first_rate_cam, x_),
+                    second = mended(pair.second, pair.second_row, pair.second_stretch,
+                                    turn.second_rate_cam, x_);
     const Vector3 a = turn.second_R_first * first.ray;
     const double sine = std::max(t.cross(a).norm(), 1e-2);
     const Vector3 by_a = second.ray.cross(t) / sine, by_b = t.cross(a) / sine;
@@ -372,6 +379,8 @@ std::optional<LensFit> fit_lens(const std::vector<SeenTwice>& seen,
     if (!step) return std::nullopt;
     settled = *step < kLensSettled;
   }
+  const double scale = 1 + problem.unknowns().focal;
+  if (scale < kLeastFocal || scale > kMostFocalScale) return std::nullopt;
   const Global sigmas = problem.sigmas();
   if (!sigmas.allFinite()) return std::nullopt;
   const LensUnknowns& x = problem.unknowns();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -17,7 +18,7 @@ struct Measured {
 
 /// The errors of a lens and of its readout that explain the epipolar residuals of the tracks. A ray
 /// of which the stated lens says that it is at the angle a [rad] from the optical axis is at
-/// a (1 + focal + radial a^2).
+/// a + focal stretch + radial a^3 (TwoRays::first_stretch).
 struct LensFit {
   Measured focal;    ///< relative error of the focal length [1]
   Measured radial;   ///< error of the distortion [1/rad^2]
@@ -29,12 +30,16 @@ struct LensFit {
 
   /// The relative error of an angle at the edge that the distortion alone makes: radial edge^2.
   Measured radial_at_edge() const;
-  /// Whether the distortion is another one: the error at the edge is above kMostAtEdge.
-  bool has_wrong_distortion() const { return radial_at_edge().differs(0, kMostAtEdge); }
+  /// Whether the distortion is another one: the error at the edge is above kMostAtEdge. A focal
+  /// length that is wrong by more than kMostFocal leaves the distortion open.
+  bool has_wrong_distortion() const {
+    return radial_at_edge().differs(0, kMostAtEdge) && std::abs(focal.value) < kMostFocal;
+  }
   /// Whether the rows are exposed one after the other, over more than kLeastReadout.
   bool is_rolling() const { return readout.differs(0, kLeastReadout); }
 
-  static constexpr double kMostAtEdge = 0.03;
+  static constexpr double kMostAtEdge = 0.05;
+  static constexpr double kMostFocal = 0.3;
   static constexpr double kLeastReadout = 0.006;  ///< [s]
 };
 
@@ -42,7 +47,8 @@ struct LensFit {
 /// squares of the angles between rays and their epipolar planes. The gyroscope, from `start` on,
 /// determines the rotation of each pair to 1.5 mrad; the direction of the translation is free.
 /// Standard deviations treat seconds as independent. Returns nothing for a mirrored fit, a gain
-/// outside of 0.3 to 3, fewer than 20 pairs of frames, or without convergence.
+/// outside of 0.3 to 3, fewer than 20 pairs of frames, a focal length beyond a factor of three, or
+/// without convergence.
 std::optional<LensFit> fit_lens(const std::vector<SeenTwice>& seen,
                                 const std::vector<StampedRate>& gyroscope,
                                 const GyroscopeFit& start);
