@@ -5,10 +5,11 @@
 
 #include <fmt/format.h>
 
-#include <chasles/data/image_views.hpp>
+#include <chasles/data/masks.hpp>
 #include <chasles/error.hpp>
 #include <chasles/frontend/frontend.hpp>
 #include <chasles/interruption.hpp>
+#include <chasles/pipeline/liveliest_part.hpp>
 
 #include "progress.hpp"
 
@@ -17,41 +18,6 @@ namespace {
 
 constexpr std::size_t kPairs = 40;  // image pairs of two cameras
 constexpr Time kNextInstant = std::chrono::milliseconds(50);
-
-// Start of the window of this length with the most rotation by the gyroscope.
-Time liveliest(const std::vector<ImuSample>& imu, Time from, Time to, Time length) {
-  Time best = from;
-  double sum = 0, most = -1;
-  std::size_t first = 0;
-  for (std::size_t k = 0; k < imu.size() && imu[k].time <= to; ++k) {
-    if (imu[k].time < from) {
-      first = k + 1;
-      continue;
-    }
-    sum += imu[k].angular_rate_imu.squaredNorm();
-    while (imu[k].time - imu[first].time > length) {
-      sum -= imu[first++].angular_rate_imu.squaredNorm();
-    }
-    if (sum <= most) continue;
-    most = sum;
-    best = imu[first].time;
-  }
-  return best;
-}
-
-std::shared_ptr<const ImageSource> part_to_look_at(const Recording& recording, double seconds) {
-  const ImageSource& all = *recording.images;
-  const Time length = from_seconds(seconds), first = all.time(0), last = all.time(all.size() - 1);
-  if (last - first <= length) return recording.images;
-  const Time begin = std::min(liveliest(recording.imu, first, last, length), last - length);
-  return part_of(recording.images, begin, begin + length, recording.cameras.size());
-}
-
-FrontendSettings independent_settings() {
-  FrontendSettings settings;
-  settings.stereo = false;
-  return settings;
-}
 
 ImageFrame read(const ImageSource& images, std::size_t i, std::size_t cameras) {
   try {  // the exposure check counts what cannot be read
@@ -77,9 +43,13 @@ struct Source {
 /// Tracks features in each camera of a rig separately, and from one camera to another.
 class Tracker {
  public:
-  explicit Tracker(const std::vector<Camera>& cameras) : cameras_(&cameras) {
-    for (const Camera& camera : cameras) {
-      frontends_.emplace_back(independent_settings(), std::vector<Camera>{camera});
+  /// `masks`: none, or one per camera.
+  Tracker(const std::vector<Camera>& cameras, const FrontendSettings& settings,
+          std::vector<GrayImage> masks)
+      : cameras_(&cameras), alone_(settings), masks_(std::move(masks)) {
+    alone_.stereo = false;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      frontends_.emplace_back(alone_, std::vector<Camera>{cameras[c]}, mask_of(c));
     }
   }
 
@@ -101,7 +71,7 @@ class Tracker {
       if (a.empty() || b.empty() || first.width != other.width || first.height != other.height) {
         continue;
       }
-      Frontend both(pair_settings(), {first});
+      Frontend both(pair_settings(), {first}, mask_of(0));
       const FeatureFrame before = both.process({.time = {}, .images = {a}});
       const FeatureFrame after = both.process({.time = kNextInstant, .images = {b}});
       add_pairs(before, after, c, frame);
@@ -109,10 +79,13 @@ class Tracker {
   }
 
  private:
-  static FrontendSettings pair_settings() {
-    FrontendSettings settings = independent_settings();
+  FrontendSettings pair_settings() const {
+    FrontendSettings settings = alone_;
     settings.reject_outliers = false;  // it assumes a single lens
     return settings;
+  }
+  std::vector<GrayImage> mask_of(std::size_t camera) const {
+    return masks_.empty() ? std::vector<GrayImage>{} : std::vector{masks_[camera]};
   }
   Source source(std::size_t camera, std::size_t number) const {
     return {.camera = static_cast<int>(camera),
@@ -135,19 +108,28 @@ class Tracker {
   }
 
   const std::vector<Camera>* cameras_;
+  FrontendSettings alone_;  // of one camera
+  std::vector<GrayImage> masks_;
   std::vector<Frontend> frontends_;
   LandmarkId pairs_ = 0;
 };
 
 }  // namespace
 
-ImageTracks track_images(const Recording& recording, double seconds) {
+ImageTracks track_images(const Recording& recording, double seconds,
+                         const FrontendSettings& settings) {
   ImageTracks result;
   if (recording.images->size() == 0 || recording.cameras.empty()) return result;
-  const auto images = part_to_look_at(recording, seconds);
+  const auto images = liveliest_part(recording, seconds);
   const std::size_t frames = images->size(), step = 1 + frames / kPairs;
+  std::vector<GrayImage> masks = read_masks(settings.mask, recording.cameras);
+  for (std::size_t c = 0; c < masks.size(); ++c) {
+    if (masks[c].empty()) continue;
+    result.facts.push_back(
+        {fmt::format("cam{}", c), "covered by the mask", 100 * covered_share(masks[c]), "%"});
+  }
   try {
-    Tracker tracker(recording.cameras);
+    Tracker tracker(recording.cameras, settings, std::move(masks));
     Progress progress(frames, false);
     for (std::size_t i = 0; i < frames; ++i) {
       interruption_point(i, frames);

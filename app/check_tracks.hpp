@@ -2,6 +2,7 @@
 
 #include <chasles/check/check_report.hpp>
 #include <chasles/data/recording.hpp>
+#include <chasles/frontend/frontend_settings.hpp>
 
 namespace chasles::app {
 
@@ -15,7 +16,9 @@ struct ImageTracks {
 };
 
 /// Tracks the images of a part of at most `seconds` [s]: the part with the most rotation by the
-/// gyroscope, or the first part if there is no IMU.
-ImageTracks track_images(const Recording& recording, double seconds);
+/// gyroscope, or the first part if there is no IMU. Masks count, and their coverage is a fact.
+/// Throws as read_masks().
+ImageTracks track_images(const Recording& recording, double seconds,
+                         const FrontendSettings& settings);
 
 }  // namespace chasles::app

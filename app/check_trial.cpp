@@ -9,6 +9,7 @@
 
 #include <chasles/constants.hpp>
 #include <chasles/interruption.hpp>
+#include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 
 namespace chasles::app {
@@ -56,8 +57,8 @@ Recording part_with(const Recording& recording, const std::vector<FeatureFrame>&
   return part;
 }
 
-Outcome run_filter(const Recording& part, bool images) {
-  InertialRunSettings settings;
+// `settings`: with the time offset from which a run starts.
+Outcome run_filter(const Recording& part, bool images, InertialRunSettings settings) {
   settings.filter.exact_map = Toggle::kFalse;
   settings.filter.pixel_sigma = part.single_pixel_sigma;
   if (images) {
@@ -108,12 +109,13 @@ std::vector<Suspicion> suspicions() {
 }
 
 // The first change with which the filter works; empty: none. `alone`: the first camera.
-std::string cure_of(const Recording& alone, std::size_t cameras, bool images) {
+std::string cure_of(const Recording& alone, std::size_t cameras, bool images,
+                    const InertialRunSettings& settings) {
   const auto text = [](const std::string& change, const Outcome& outcome) {
     return fmt::format("{}{}, it estimates {} of them", kCureBegins, change, outcome.estimates);
   };
   if (cameras > 1) {
-    const Outcome outcome = run_filter(alone, images);
+    const Outcome outcome = run_filter(alone, images, settings);
     if (outcome.works()) {
       return text(
           "the first camera alone (--cameras mono: the extrinsics of the others do not fit)",
@@ -123,7 +125,7 @@ std::string cure_of(const Recording& alone, std::size_t cameras, bool images) {
   for (const Suspicion& suspicion : suspicions()) {
     Recording changed = alone;
     std::ranges::for_each(changed.imu, suspicion.undo);
-    const Outcome outcome = run_filter(changed, images);
+    const Outcome outcome = run_filter(changed, images, settings);
     if (outcome.works()) return text(suspicion.what, outcome);
   }
   return {};
@@ -151,10 +153,14 @@ void report_trial(const Recording& recording, const std::vector<FeatureFrame>& f
   const std::size_t cameras = std::min<std::size_t>(recording.cameras.size(), 2);
   const Recording part = part_with(recording, frames, cameras);
   const bool images = recording.images != nullptr;
-  const Outcome outcome = run_filter(part, images);
+  InertialRunSettings settings;
+  start_from_measured_offset(
+      settings,
+      {.clock = images ? camera_clock(part.frames, part.cameras, part.imu) : std::nullopt});
+  const Outcome outcome = run_filter(part, images, settings);
   report.facts.push_back({"filter", "estimates", 100 * outcome.share(), "% of the frames"});
   if (outcome.works()) return;
-  const std::string cure = cure_of(part_with(recording, frames, 1), cameras, images);
+  const std::string cure = cure_of(part_with(recording, frames, 1), cameras, images, settings);
   const bool few = outcome.share() < kLeastShare;
   report.findings.push_back(
       {.severity = !cure.empty() || outcome.estimates == 0 ? Severity::kError : Severity::kWarning,

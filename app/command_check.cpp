@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -7,11 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include <chasles/check/check.hpp>
+#include <chasles/data/masks.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/utf8.hpp>
 #include <chasles/error.hpp>
 
 #include "diagnosis.hpp"
+#include "inertial_settings_io.hpp"
 #include "print.hpp"
 #include "remarks.hpp"
 #include "run_input.hpp"
@@ -26,6 +29,7 @@ struct CheckOptions {
   std::filesystem::path truth = {};
   TruthOptions truth_options = {};
   double seconds = kCheckedSeconds;
+  SettingSources settings = {};
   bool json = false;
 };
 
@@ -140,9 +144,12 @@ Recording read_checked(const CheckOptions& o) {
 }
 
 int run(const CheckOptions& o) {
-  const Recording recording = read_checked(o);
+  const FrontendSettings frontend = inertial_run_settings_from(o.settings).frontend;
+  Recording recording = read_checked(o);
+  std::ranges::move(mask_remarks(frontend.mask, recording.cameras),
+                    std::back_inserter(recording.remarks));
   const RemarksOnError remarks(recording);
-  const CheckReport report = diagnose(recording, o.seconds);
+  const CheckReport report = diagnose(recording, o.seconds, frontend);
   app::print("{}", o.json ? json_text(check_json(recording, report), 2) + "\n"
                           : check_text(recording, report));
   return static_cast<int>(has_error(report) ? ExitCode::kBadInput : ExitCode::kOk);
@@ -165,6 +172,14 @@ Action declare_check(CLI::App& parser) {
                   "the gyroscope")
       ->type_name("FILE");
   declare_truth(parser, o->truth_options, "Truth");
+  parser
+      .add_option("--set", o->settings.sets,
+                  "A setting of the front end as for `run`: KEY=VALUE, such as frontend.mask=FILE; "
+                  "may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("KEY=VALUE");
+  parser.add_option("--config", o->settings.config, "Settings from a YAML file, as for `run`")
+      ->type_name("FILE");
   parser.add_flag("--json", o->json, "Print facts and findings as JSON");
   return [o] { return run(*o); };
 }

@@ -27,14 +27,14 @@ std::vector<FeatureFrame> first_part(const std::vector<FeatureFrame>& frames, do
 
 }  // namespace
 
-CheckReport diagnose(const Recording& recording, double seconds) {
+CheckReport diagnose(const Recording& recording, double seconds, const FrontendSettings& frontend) {
   if (!recording.images) {
     CheckReport report = check_recording(recording);
     report_truth_examination(recording, report);
     report_trial(recording, first_part(recording.frames, seconds), report);
     return report;
   }
-  ImageTracks tracks = track_images(recording, seconds);
+  ImageTracks tracks = track_images(recording, seconds, frontend);
   CheckReport report = check_recording(recording, tracks.frames);
   report_truth_examination(recording, report);
   std::ranges::move(tracks.facts, std::back_inserter(report.facts));
@@ -43,11 +43,11 @@ CheckReport diagnose(const Recording& recording, double seconds) {
   return report;
 }
 
-std::string finding_of_check(const Recording& recording) {
+std::string finding_of_check(const Recording& recording, const FrontendSettings& frontend) {
   const char* const see = "see `chasles check`";
   CheckReport report;
   try {
-    report = diagnose(recording);
+    report = diagnose(recording, kCheckedSeconds, frontend);
   } catch (const Error&) {  // the run's own error stays the one that is shown
     return see;
   }

@@ -1,15 +1,18 @@
 #include "run_job.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <utility>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <chasles/data/masks.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/error.hpp>
 #include <chasles/pipeline/map_sketch.hpp>
+#include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/truth.hpp>
 
@@ -158,8 +161,15 @@ void check_inertial(const RunCommandOptions& o) {
   }
 }
 
-Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings,
-                 const Recording& recording) {
+Prepared prepare(const RunCommandOptions& o, InertialRunSettings settings, Recording& recording,
+                 const StopRequest& stop) {
+  // In real time nothing is known beforehand, as in a live run.
+  const TracksEvidence evidence =
+      realtime(o) ? TracksEvidence{} : examine_tracks(recording, settings, stop);
+  std::ranges::move(mask_remarks(settings.frontend.mask, recording.cameras),
+                    std::back_inserter(recording.remarks));
+  std::ranges::move(remarks_of(evidence, settings), std::back_inserter(recording.remarks));
+  start_from_measured_offset(settings, evidence);
   const bool from_truth = o.begin == "truth";
   const InertialSensors sensors = inertial_sensors(recording);
   const InertialRunSettings of_run = decided(settings, recording);
@@ -180,6 +190,7 @@ Prepared prepare(const RunCommandOptions& o, const InertialRunSettings& settings
       from_truth ? std::optional(start_at_truth(recording, o.input)) : std::nullopt, map);
   prepared.options.frontend = settings.frontend;
   prepared.options.run.realtime = realtime(o);
+  prepared.options.run.wrong_lens = evidence.has_wrong_lens();
   prepared.options.run.tracks = o.input.tracks;
   if (map) prepared.options.prior_map = map_sketch(*map);
   if (settings.estimator.is_window()) {
@@ -228,12 +239,14 @@ Prepared prepare(const RunCommandOptions& o, VelocityCommandSettings settings,
 }
 
 // Checks options and settings, before outputs and viewers exist. Returns the work that is left.
-std::function<Prepared()> plan(const RunCommandOptions& o, Recording& recording) {
+std::function<Prepared(const StopRequest&)> plan(const RunCommandOptions& o, Recording& recording) {
   if (recording.velocities.empty()) {
     check_inertial(o);
     InertialRunSettings settings = inertial_run_settings_from(o.settings);
     if (uses_maps(o)) settings.filter.recognise = Recognise::kAppearance;
-    return [&o, &recording, settings] { return prepare(o, settings, recording); };
+    return [&o, &recording, settings](const StopRequest& stop) {
+      return prepare(o, settings, recording, stop);
+    };
   }
   check_velocity(o);
   const VelocityCommandSettings settings = velocity_run_settings_from(o.settings);
@@ -252,7 +265,9 @@ std::function<Prepared()> plan(const RunCommandOptions& o, Recording& recording)
     input.reader.extrinsics = settings.reader.extrinsics;
     recording = read_input(input);
   }
-  return [&o, &recording, settings] { return prepare(o, settings, recording); };
+  return [&o, &recording, settings](const StopRequest& /*stop*/) {
+    return prepare(o, settings, recording);
+  };
 }
 
 // As run_recording(). A run without an estimate ends with what a check of the recording finds.
@@ -262,7 +277,8 @@ RecordedRun run_or_diagnose(const Recording& recording, const Prepared& prepared
     return run_recording(recording, *prepared.estimator, prepared.options, stop, live);
   } catch (const Error& error) {
     if (error.code() != ExitCode::kNotInitialised) throw;
-    throw Error(error.code(), fmt::format("{}; {}", error.what(), finding_of_check(recording)));
+    throw Error(error.code(), fmt::format("{}; {}", error.what(),
+                                          finding_of_check(recording, prepared.options.frontend)));
   }
 }
 
@@ -271,7 +287,7 @@ RecordedRun run_or_diagnose(const Recording& recording, const Prepared& prepared
 PlannedRun plan_run(const RunCommandOptions& o, Recording& recording) {
   return
       [&o, &recording, prepare_run = plan(o, recording)](const StopRequest& stop, LiveView& live) {
-        Prepared prepared = prepare_run();
+        Prepared prepared = prepare_run(stop);
         prepared.options.estimator = o.settings.estimator;
         prepared.options.run.threads = o.threads;
         prepared.options.quiet = o.quiet;

@@ -103,6 +103,9 @@ Json doubts_json(const std::map<Doubt, int>& doubts) {
     const auto found = doubts.find(doubt);
     json[name(doubt)] = found == doubts.end() ? 0 : found->second;
   }
+  if (const auto found = doubts.find(Doubt::kLens); found != doubts.end()) {
+    json[name(Doubt::kLens)] = found->second;
+  }
   return json;
 }
 
@@ -117,6 +120,8 @@ void append_doubts(const RecordedRun& run, std::vector<std::string>& remarks) {
         return std::string(
             "the sigma of the speed is above 1 m/s and above half of the speed, although the "
             "images have tracks");
+      case Doubt::kLens:
+        return std::string("the lens is not the stated one (see the remark on it)");
       default:
         return fmt::format(
             "the innovations of the last second had a NIS of more than {:g} per "
@@ -235,8 +240,8 @@ Json summary_json(const RecordedRun& run, const InertialRunSettings& settings,
   const InertialSlamSettings decided_filter = decided(settings, recording).filter;
   summary["keep_scale"] = decided_filter.keep_scale == Toggle::kTrue;
   if (run.calibration) {
-    summary["calibration"] =
-        calibration_json(*run.calibration, recording.cameras, settings.filter.time_offset);
+    summary["calibration"] = calibration_json(*run.calibration, recording.cameras,
+                                              settings.filter.initial_time_offset());
   }
   summary["noise"] = noise_json(
       sensors.noise, decided_filter.pixel_sigma.value_or(sensors.pixel_sigma), decided_filter);

@@ -3,12 +3,14 @@
 
 #include <fmt/format.h>
 
+#include <chasles/check/camera_clock.hpp>
 #include <chasles/check/check.hpp>
 #include <chasles/check/check_calibration.hpp>
 #include <chasles/check/check_exposure.hpp>
 #include <chasles/check/check_imu.hpp>
 #include <chasles/check/check_times.hpp>
 #include <chasles/check/check_truth.hpp>
+#include <chasles/check/lens_fit.hpp>
 #include <chasles/check/velocity_clock.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/imu/level_axes.hpp>
@@ -19,6 +21,8 @@ namespace {
 constexpr TimesLimits kSamples{.interval = 0.05}, kVelocities{.interval = 0.5},
     kFrames{.interval = 0.5};
 constexpr double kSamplesAFrame = 2.5;
+constexpr double kRate = 100;           // of an IMU [Hz]
+constexpr double kLeastRate = 22;       // at 20 Hz each interval counts as a gap (ImuBuffer) [Hz]
 constexpr double kSlowestRates = 0.05;  // [s]
 constexpr std::size_t kImages = 50;     // pairs of frames to decode
 
@@ -38,8 +42,7 @@ std::vector<Time> times_of_frames(const Recording& r) {
 }
 
 std::vector<StampedRate> rates_of(const Recording& r) {
-  std::vector<StampedRate> rates;
-  for (const ImuSample& s : r.imu) rates.push_back({s.time, s.angular_rate_imu});
+  std::vector<StampedRate> rates = gyroscope_rates(r.imu);
   if (!rates.empty()) return rates;
   for (const BodyVelocity& v : r.velocities) rates.push_back({v.time, v.angular_imu});
   return rates;
@@ -70,6 +73,33 @@ std::vector<FeatureFrame> left_frames(const std::vector<FeatureFrame>& frames) {
   return left;
 }
 
+// `interval`: between two frames [s].
+void check_rate(const TimesCheck& imu, double interval, CheckReport& report) {
+  const std::string advice = fmt::format(
+      "record the IMU at {:.0f} Hz or more: the motion between samples is interpolated", kRate);
+  if (imu.interval <= 0 || imu.interval > 1 / kLeastRate) {
+    const double rate = imu.interval > 0 ? 1 / imu.interval : 0;
+    report.findings.push_back(
+        {.severity = Severity::kError,
+         .about = "imu",
+         .what = fmt::format("the IMU is too slow: {:.3g} samples a second", rate),
+         .value = rate,
+         .threshold = kLeastRate,
+         .unit = "Hz",
+         .advice = advice});
+    return;
+  }
+  if (interval <= 0 || interval / imu.interval >= kSamplesAFrame) return;
+  const double samples = interval / imu.interval;
+  report.findings.push_back({.severity = Severity::kWarning,
+                             .about = "imu",
+                             .what = fmt::format("there are {:.1f} samples a frame", samples),
+                             .value = samples,
+                             .threshold = kSamplesAFrame,
+                             .unit = "samples",
+                             .advice = advice});
+}
+
 void check_streams(const Recording& r, CheckReport& report) {
   const TimesCheck imu = check_times(times_of(r.imu)), frames = check_times(times_of_frames(r));
   if (!r.imu.empty()) report_times(imu, kSamples, "imu", report);
@@ -77,17 +107,7 @@ void check_streams(const Recording& r, CheckReport& report) {
     report_times(check_times(times_of(r.velocities)), kVelocities, "velocities", report);
   }
   report_times(frames, kFrames, r.images ? "images" : "frames", report);
-  if (imu.interval <= 0 || frames.interval <= 0) return;
-  const double samples = frames.interval / imu.interval;
-  if (samples >= kSamplesAFrame) return;
-  report.findings.push_back(
-      {.severity = Severity::kWarning,
-       .about = "imu",
-       .what = fmt::format("there are {:.1f} samples a frame", samples),
-       .value = samples,
-       .threshold = kSamplesAFrame,
-       .unit = "samples",
-       .advice = "record the IMU at 100 Hz or more: the motion between samples is interpolated"});
+  if (!r.imu.empty()) check_rate(imu, frames.interval, report);
 }
 
 void check_axes(const Recording& r, CheckReport& report) {
@@ -171,9 +191,11 @@ void check_turning(const Recording& r, const std::vector<Camera>& cameras,
     const std::string about = fmt::format("cam{}", c);
     std::string why_not = hindrance(frames, rates);
     if (why_not.empty()) {
-      const auto fit = fit_gyroscope(seen_twice(frames, cameras, static_cast<int>(c)), rates);
+      const auto seen = seen_twice(frames, cameras, static_cast<int>(c));
+      const auto fit = fit_gyroscope(seen, rates);
       if (fit) {
-        report_gyroscope_fit(*fit, cameras[c].cam_T_imu, about, report);
+        const auto lens = fit_lens(seen, rates, *fit);
+        report_gyroscope_fit(*fit, lens, cameras[c].cam_T_imu, about, report);
         continue;
       }
       why_not =

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/check/camera_clock.hpp>
 #include <chasles/check/check_calibration.hpp>
 #include <chasles/constants.hpp>
 #include <chasles/lie/so3.hpp>
@@ -15,39 +16,111 @@ constexpr double kRotationOff = 2 * kRadians;
 constexpr double kRotationUnknown = 2 * kRadians;  // a larger standard deviation is no information
 constexpr double kOffset = 0.005;                  // [s]
 constexpr double kGainOff = 0.1;
+constexpr double kFocalOff = 0.08;
+constexpr double kCentreOff = 0.25;  // of a principal point from the middle, over the image
 constexpr double kSigmas = 4;
 
 double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return so3::log(a.transpose() * b).norm();
 }
 
-void report_offset(const GyroscopeFit& fit, const std::string& about, CheckReport& report) {
-  report.facts.push_back({about, "offset to the gyroscope", 1e3 * fit.offset, "ms"});
-  const double limit = std::max(kOffset, kSigmas * fit.offset_sigma);
-  if (std::abs(fit.offset) <= limit) return;
+// What a run does with the offset (pipeline/measured_offset.hpp).
+std::string run_with_offset(const GyroscopeFit& fit) {
+  const auto clock = camera_clock(fit);
+  if (clock && clock->stands_out()) return "a run of images measures it, and starts from it";
+  return fmt::format("--set time_offset={:.4f} starts from it", fit.offset);
+}
+
+// `offset`: of the fit, or of a fit that knows of a rolling shutter [s].
+void report_offset(const GyroscopeFit& fit, const Measured& offset, const std::string& about,
+                   CheckReport& report) {
+  report.facts.push_back({about, "offset to the gyroscope", 1e3 * offset.value, "ms"});
+  const double limit = std::max(kOffset, kSigmas * offset.sigma);
+  const double size = std::abs(offset.value);
+  if (size <= limit) return;
   // A negative offset means that the camera's stamp is too late.
+  const bool late = offset.value < 0;
   report.findings.push_back(
       {.severity = Severity::kError,
        .about = about,
        .what = fmt::format("the camera is stamped {} by {:.0f} ms against the gyroscope",
-                           fit.offset < 0 ? "late" : "early", 1e3 * std::abs(fit.offset)),
-       .value = 1e3 * std::abs(fit.offset),
+                           late ? "late" : "early", 1e3 * size),
+       .value = 1e3 * size,
        .threshold = 1e3 * limit,
        .unit = "ms",
-       .advice = fmt::format("{} {:.1f} ms {} its stamps, or let the filter estimate the offset",
-                             fit.offset < 0 ? "take" : "add", 1e3 * std::abs(fit.offset),
-                             fit.offset < 0 ? "off" : "to")});
+       .advice = fmt::format("{} {:.1f} ms {} its stamps; {}", late ? "take" : "add", 1e3 * size,
+                             late ? "off" : "to", run_with_offset(fit))});
 }
 
-std::string gain_advice(double gain) {
+// The sizes of images that are not those of the calibration scale the focal length by these.
+std::string focal_advice(double ratio) {
+  for (const double scale : {0.5, 2.0, 1 / 3.0, 3.0, 0.25, 4.0}) {
+    if (std::abs(ratio / scale - 1) > 0.12) continue;
+    return fmt::format(
+        "the images seem to have {:.3g} times the size for which the lens was calibrated: scale "
+        "fx, fy, cx and cy with them",
+        scale);
+  }
+  return "calibrate the camera again, or scale fx, fy, cx and cy with the size of the images";
+}
+
+std::string gain_advice(double gain, const std::optional<LensFit>& lens) {
   if (std::abs(gain * 180 / std::numbers::pi - 1) < 0.2) {
     return "the gyroscope seems to be in deg/s: convert it to rad/s";
+  }
+  if (lens && lens->focal.differs(0, kFocalOff) && !lens->gain.differs(1, kGainOff / 2)) {
+    return focal_advice(1 / (1 + lens->focal.value));
+  }
+  if (lens && lens->gain.differs(1, kGainOff) && !lens->focal.differs(0, kFocalOff)) {
+    return gain < 1 ? "check the gyroscope's unit (rad/s) and range, and whether the video is "
+                      "stabilised"
+                    : "check the gyroscope's unit (rad/s) and range";
   }
   return "check the gyroscope's unit (rad/s) and the focal length";
 }
 
-void report_gain(const GyroscopeFit& fit, const std::string& about, CheckReport& report) {
+// The angle of a ray and its error, in degrees.
+void report_lens(const LensFit& lens, const std::string& about, CheckReport& report) {
+  const Measured error = lens.radial_at_edge();
+  report.facts.push_back({about, "lens error at the edge", 100 * error.value, "%"});
+  if (lens.has_wrong_distortion()) {
+    const double edge = lens.edge / kRadians;
+    report.findings.push_back(
+        {.severity = Severity::kError,
+         .about = about,
+         .what = fmt::format("its lens is not the stated one: at {:.0f} deg from the axis rays are "
+                             "{:.1f} +- {:.1f} "
+                             "deg farther {} than the distortion says",
+                             edge, edge * std::abs(error.value), edge * error.sigma,
+                             error.value > 0 ? "out" : "in"),
+         .value = 100 * std::abs(error.value),
+         .threshold = 100 * LensFit::kMostAtEdge,
+         .unit = "%",
+         .advice =
+             "check the lens model (radtan, equidistant, none) and its coefficients: are they "
+             "there, in their order, and of this camera?"});
+  }
+  if (!lens.is_rolling()) return;
+  report.findings.push_back(
+      {.severity = Severity::kWarning,
+       .about = about,
+       .what = fmt::format("its rows are exposed one after the other (rolling shutter), in {:.0f} "
+                           "+- {:.0f} ms from the {} to the {}",
+                           1e3 * std::abs(lens.readout.value), 1e3 * lens.readout.sigma,
+                           lens.readout.value > 0 ? "first" : "last",
+                           lens.readout.value > 0 ? "last" : "first"),
+       .value = 1e3 * std::abs(lens.readout.value),
+       .threshold = 1e3 * LensFit::kLeastReadout,
+       .unit = "ms",
+       .advice = "a run takes all rows as of one time and is less accurate while the camera turns: "
+                 "use a camera with a global shutter, or a mode with a faster readout"});
+}
+
+void report_gain(const GyroscopeFit& fit, const std::optional<LensFit>& lens,
+                 const std::string& about, CheckReport& report) {
   report.facts.push_back({about, "turns over the gyroscope's", fit.gain, ""});
+  // A wrong distortion scales the rotation, too.
+  if (lens && lens->has_wrong_distortion() && !lens->gain.differs(1, kGainOff)) return;
   const double limit = std::max(kGainOff, kSigmas * fit.gain_sigma);
   if (std::abs(fit.gain - 1) <= limit) return;
   report.findings.push_back(
@@ -58,7 +131,21 @@ void report_gain(const GyroscopeFit& fit, const std::string& about, CheckReport&
        .value = std::abs(fit.gain - 1),
        .threshold = limit,
        .unit = "",
-       .advice = gain_advice(fit.gain)});
+       .advice = gain_advice(fit.gain, lens)});
+}
+
+// The axes of the IMU that explain a rotation which is off by a turn onto other axes, as "x, -y,
+// -z"; empty if none do. `imu_R_stated`: from the stated axes of the IMU to those that fit the
+// images.
+std::string axes_of(const Eigen::Matrix3d& imu_R_stated) {
+  constexpr double kAligned = 0.985;  // cosine of 10 degrees
+  std::string axes;
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Index at = 0;
+    if (imu_R_stated.col(i).cwiseAbs().maxCoeff(&at) < kAligned) return {};
+    axes += fmt::format("{}{}{}", i > 0 ? ", " : "", imu_R_stated(at, i) < 0 ? "-" : "", "xyz"[at]);
+  }
+  return axes == "x, y, z" ? "" : axes;
 }
 
 Finding rotation_finding(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_imu, double limit) {
@@ -78,8 +165,15 @@ Finding rotation_finding(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_i
     finding.advice = "give the inverse: cam_T_imu maps IMU coordinates to those of the camera";
   } else {
     finding.what = fmt::format("its rotation against the IMU is off by {:.1f} deg", off / kRadians);
-    finding.advice = off > 30 * kRadians ? "check the axes: camera x right, y down, z forward"
-                                         : "calibrate the camera against the IMU again";
+    const std::string axes = axes_of(fit.cam_R_imu.transpose() * cam_R_imu);
+    finding.advice = !axes.empty()
+                         ? fmt::format(
+                               "the IMU's samples, or the extrinsics, have other axes: where "
+                               "the extrinsics state x, y, z of the IMU, its samples have {} "
+                               "(camera: x right, y down, z forward)",
+                               axes)
+                     : off > 30 * kRadians ? "check the axes: camera x right, y down, z forward"
+                                           : "calibrate the camera against the IMU again";
   }
   return finding;
 }
@@ -101,10 +195,32 @@ void report_rotation(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_imu,
   report.findings.back().about = about;
 }
 
+void report_principal_point(const Camera& camera, const std::string& about, CheckReport& report) {
+  if (camera.width <= 0 || camera.height <= 0) return;
+  const Eigen::Vector2d part((camera.cx + 0.5) / camera.width, (camera.cy + 0.5) / camera.height);
+  const double off = (part.array() - 0.5).abs().maxCoeff();
+  if (off <= kCentreOff) return;
+  report.findings.push_back(
+      {.severity = Severity::kWarning,
+       .about = about,
+       .what =
+           fmt::format("its principal point ({:.1f}, {:.1f}) is far from the middle of its images "
+                       "of {} x {} px",
+                       camera.cx, camera.cy, camera.width, camera.height),
+       .value = 100 * off,
+       .threshold = 100 * kCentreOff,
+       .unit = "% of the image",
+       .advice =
+           fmt::format("the calibration may be that of images {:.2g} times as large: scale fx, "
+                       "fy, cx and cy with the images, and move cx and cy where they are cut",
+                       2 * part.mean())});
+}
+
 }  // namespace
 
 void report_lenses(const std::vector<Camera>& cameras, CheckReport& report) {
   for (std::size_t c = 0; c < cameras.size(); ++c) {
+    report_principal_point(cameras[c], fmt::format("cam{}", c), report);
     if (cameras[c].distortion != Distortion::kEquidistant) continue;
     if (!cameras[c].coefficients.isZero(0)) continue;
     report.findings.push_back(
@@ -119,10 +235,12 @@ void report_lenses(const std::vector<Camera>& cameras, CheckReport& report) {
   }
 }
 
-void report_gyroscope_fit(const GyroscopeFit& fit, const SE3& cam_T_imu, const std::string& about,
-                          CheckReport& report) {
-  report_gain(fit, about, report);
-  report_offset(fit, about, report);
+void report_gyroscope_fit(const GyroscopeFit& fit, const std::optional<LensFit>& lens,
+                          const SE3& cam_T_imu, const std::string& about, CheckReport& report) {
+  report_gain(fit, lens, about, report);
+  const bool joint = lens && (lens->is_rolling() || lens->has_wrong_distortion());
+  report_offset(fit, joint ? lens->offset : Measured{fit.offset, fit.offset_sigma}, about, report);
+  if (lens) report_lens(*lens, about, report);
   report_rotation(fit, cam_T_imu.R, about, report);
 }
 

@@ -1,19 +1,24 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <chasles/check/check_report.hpp>
 #include <chasles/check/check_rotation.hpp>
+#include <chasles/check/lens_fit.hpp>
 #include <chasles/data/recording.hpp>
 
 namespace chasles {
 
-/// Findings about the rotation of a camera relative to the IMU, the time offset between them, and
-/// the scale of the gyroscope: the fit compared with the calibration.
-void report_gyroscope_fit(const GyroscopeFit& fit, const SE3& cam_T_imu, const std::string& about,
-                          CheckReport& report);
+/// Findings about the rotation of a camera relative to the IMU, the time offset between them, the
+/// scale of the gyroscope, the lens, and a rolling shutter: the fits compared with the calibration.
+/// A wrong lens explains a gain of its own, and a rolling shutter an offset. `lens`: none where
+/// fit_lens() finds nothing.
+void report_gyroscope_fit(const GyroscopeFit& fit, const std::optional<LensFit>& lens,
+                          const SE3& cam_T_imu, const std::string& about, CheckReport& report);
 
-/// A finding for a fisheye lens whose coefficients are all zero.
+/// Findings for a fisheye lens whose coefficients are all zero, and for a principal point that is
+/// farther from the middle than a quarter of the image: the calibration of another size.
 void report_lenses(const std::vector<Camera>& cameras, CheckReport& report);
 
 /// Facts and findings about the second and further cameras relative to the first: baseline and

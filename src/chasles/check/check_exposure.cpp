@@ -15,6 +15,7 @@ constexpr std::size_t kDark = 10, kBright = 250;
 constexpr double kDarkShare = 0.5, kBrightShare = 0.2;
 constexpr double kLeastContrast = 4;  // a covered lens has only noise
 constexpr double kImagesRepeat = 0.02;
+constexpr double kMissingImages = 0.1;  // share of the frames
 
 // Sums over the frames examined.
 struct CameraSums {
@@ -55,6 +56,7 @@ class Damages {
     damaged_ += damaged ? 1 : 0;
     return frame;
   }
+  bool any() const { return damaged_ > 0; }
   void report(CheckReport& report) const {
     if (damaged_ == 0) return;
     report.findings.push_back(
@@ -85,6 +87,17 @@ void report_share(const std::string& about, double share, double limit, const st
                              .threshold = 100 * limit,
                              .unit = "%",
                              .advice = advice});
+}
+
+// Frames in which one camera of a rig has no image: its stamps differ, or images are lost.
+void report_missing(const std::string& about, const CameraSums& sums, CheckReport& report) {
+  const double frames = sums.images + sums.missing;
+  if (frames == 0) return;
+  report_share(
+      about, sums.missing / frames, kMissingImages, "the frames examined have no image of it",
+      "trigger the cameras together: a frame takes images whose stamps differ by at most 2 "
+      "ms (see the remarks of the reader); or images were lost",
+      report);
 }
 
 void report_camera(const std::string& about, const CameraSums& sums, CheckReport& report) {
@@ -137,6 +150,9 @@ void report_exposure(const ImageSource& images, std::size_t cameras, std::size_t
     }
   }
   files.report(report);
+  for (std::size_t c = 0; c < cameras && cameras > 1 && !files.any(); ++c) {
+    report_missing(fmt::format("cam{}", c), sums[c], report);
+  }
   for (std::size_t c = 0; c < cameras; ++c) report_camera(fmt::format("cam{}", c), sums[c], report);
 }
 

@@ -71,6 +71,22 @@ TEST(CheckExposure, OfAnUnreadableCameraTheOtherIsExamined) {
             "78 of the 78 frames examined have an image that cannot be read; the first: torn");
 }
 
+TEST(CheckExposure, ACameraThatMostFramesLackIsNamed) {
+  class Apart : public MadeImages {
+   public:
+    Apart() : MadeImages([](std::size_t i) { return image_of(int(i) + 20, 10); }) {}
+    ImageFrame read_undamaged(std::size_t i, std::size_t, const OnDamage&) const override {
+      ImageFrame frame = read(i);
+      frame.images.push_back(i % 5 == 0 ? image_of(int(i) + 20, 10) : GrayImage{});
+      return frame;
+    }
+  };
+  CheckReport report;
+  report_exposure(Apart(), 2, 50, report);
+  ASSERT_EQ(report.findings.size(), 1u) << test::findings(report);
+  EXPECT_NEAR(finding(report, "cam1", "of the frames examined have no image of it").value, 80, 3);
+}
+
 TEST(CheckExposure, DarkBrightBlankAndFrozenImagesAreNamed) {
   finding(report_of([](std::size_t i) { return image_of(int(i % 2), 1); }), "cam0",
           "the pixels are dark");

@@ -71,7 +71,9 @@ double median_force(const std::vector<ImuSample>& imu) {
 
 std::string gravity_advice(double size) {
   if (std::abs(size - 1) < 0.2) return "the unit seems to be g: multiply the accelerometer by 9.81";
-  if (size < 1) return "gravity seems to be removed: record the raw specific force";
+  if (size < kStandardGravity / 2) {
+    return "gravity seems to be removed (linear acceleration): record the raw specific force";
+  }
   return "check the accelerometer's unit (m/s^2) and scale";
 }
 
@@ -181,7 +183,27 @@ void report_no_measurements(const std::vector<ImuSample>& imu, const ImuRange& r
        .advice = "a run leaves them out and bridges the gaps; check the driver and the cable"});
 }
 
+void report_attitude_alone(std::size_t samples, CheckReport& report) {
+  report.findings.push_back(
+      {.severity = Severity::kError,
+       .about = "imu",
+       .what = fmt::format("all {} samples have angular rates and specific forces of 0: the topic "
+                           "or table may hold the attitude alone",
+                           samples),
+       .value = static_cast<double>(samples),
+       .threshold = 0,
+       .unit = "samples",
+       .advice = "record gyroscope and accelerometer: the driver's raw topic, often imu/data_raw, "
+                 "or a setting of the driver turns them on"});
+}
+
 }  // namespace
+
+bool has_no_measurement(const std::vector<ImuSample>& imu) {
+  return !imu.empty() && std::ranges::all_of(imu, [](const ImuSample& s) {
+    return s.specific_force_imu.isZero(0) && s.angular_rate_imu.isZero(0);
+  });
+}
 
 std::vector<Rest> find_rests(const std::vector<ImuSample>& imu) {
   std::vector<Rest> rests;
@@ -205,6 +227,10 @@ std::vector<Rest> find_rests(const std::vector<ImuSample>& imu) {
 }
 
 void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckReport& report) {
+  if (has_no_measurement(imu)) {
+    report_attitude_alone(imu.size(), report);
+    return;
+  }
   const std::vector<Rest> rests = find_rests(imu);
   double seconds = 0;
   for (const Rest& rest : rests) seconds += to_seconds(rest.end - rest.begin);
@@ -220,6 +246,7 @@ void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckR
 }
 
 void report_camera_upright(const Recording& recording, int index, CheckReport& report) {
+  if (has_no_measurement(recording.imu)) return;
   const std::vector<Rest> rests = find_rests(recording.imu);
   const Rest* rest = longest(rests);
   if (!rest) return;

@@ -22,9 +22,13 @@ struct Rest {
 /// axes' variances.
 std::vector<Rest> find_rests(const std::vector<ImuSample>& imu);
 
+/// Whether all samples are six zeros: the topic of a driver that fills in the attitude alone.
+bool has_no_measurement(const std::vector<ImuSample>& imu);
+
 /// Facts and findings: saturation (`range`: range_of() the recording), samples that repeat the one
 /// before, axes that show one number only, standstills, and the magnitude of gravity: during the
-/// longest standstill, or without one from the median of all samples.
+/// longest standstill, or without one from the median of all samples. Samples that are all zero
+/// give one finding.
 void report_imu(const std::vector<ImuSample>& imu, const ImuRange& range, CheckReport& report);
 
 /// Roll and pitch of camera `index` during a standstill (up is -y for an upright camera), and a

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -9,21 +10,37 @@
 namespace chasles {
 namespace {
 
-constexpr double kInterval = 0.25;  // between two frames [s]  // between two frames [s]
+constexpr double kInterval = 0.25;  // between two frames [s]
 constexpr std::size_t kFewestTracks = 12, kMostFrames = 400;
 constexpr double kSpread = 0.174;  // [rad]
 
 struct Ray {
   LandmarkId landmark = 0;
   Eigen::Vector3d direction;
+  double row = 0;      // from the middle of the image, over its height
+  double stretch = 0;  // of TwoRays
 };
+
+double row_of(const Camera& camera, const Eigen::Vector2d& pixel) {
+  return camera.height > 0 ? pixel.y() / camera.height - 0.5 : 0;
+}
+
+double angle_of(const Eigen::Vector3d& ray) { return std::atan2(ray.head<2>().norm(), ray.z()); }
+
+double stretch_of(const Camera& camera, const Eigen::Vector2d& pixel, const Eigen::Vector3d& ray) {
+  constexpr double kFarther = 1e-3;
+  const Eigen::Vector2d centre(camera.cx, camera.cy);
+  const auto farther = unproject(camera, centre + (1 + kFarther) * (pixel - centre));
+  return farther ? (angle_of(farther->ray) - angle_of(ray)) / kFarther : angle_of(ray);
+}
 
 std::vector<Ray> rays_of(const FeatureFrame& frame, const Camera& camera, int index) {
   std::vector<Ray> rays;
   for (const PixelObservation& o : frame.pixels) {
     if (o.camera != index) continue;
     if (const auto ray = unproject(camera, o.pixel)) {
-      rays.push_back({o.landmark, ray->ray.normalized()});
+      rays.push_back({o.landmark, ray->ray.normalized(), row_of(camera, o.pixel),
+                      stretch_of(camera, o.pixel, ray->ray)});
     }
   }
   std::sort(rays.begin(), rays.end(),
@@ -37,7 +54,7 @@ std::vector<TwoRays> common(const std::vector<Ray>& first, const std::vector<Ray
   for (const Ray& a : first) {
     while (b != second.end() && b->landmark < a.landmark) ++b;
     if (b != second.end() && b->landmark == a.landmark) {
-      pairs.push_back({a.direction, b->direction});
+      pairs.push_back({a.direction, b->direction, a.row, b->row, a.stretch, b->stretch});
     }
   }
   return pairs;

@@ -25,6 +25,11 @@ struct RotationRate {
 struct TwoRays {
   Eigen::Vector3d first = Eigen::Vector3d::UnitZ();   ///< of length 1
   Eigen::Vector3d second = Eigen::Vector3d::UnitZ();  ///< of length 1
+  /// Rows of the two pixels from the middle of the image, over its height; 0 without a height.
+  double first_row = 0, second_row = 0;
+  /// Derivatives of the rays' angles from the optical axis by the logarithm of the pixels'
+  /// distances from the principal point: what a shorter focal length adds [rad].
+  double first_stretch = 0, second_stretch = 0;
 };
 
 /// The rotation of the second of two views relative to the first.

@@ -48,6 +48,35 @@ TEST(CheckTimes, JitterIsWhatNineInTenIntervalsKeepTo) {
   EXPECT_DOUBLE_EQ(finding(report, "imu", "jitter").value, 1e3 * check.jitter);
 }
 
+TEST(CheckTimes, FramesThatAreLostAtRandomDoNotJitter) {
+  test::Random random(3);
+  for (const double lost : {0.3, 0.5, 0.8}) {
+    std::vector<double> ms;
+    for (int k = 0; k < 400; ++k) {
+      const double noise = 0.3 * random.normal();
+      if (random.uniform(0, 1) >= lost) ms.push_back(50 * k + noise);
+    }
+    const TimesCheck check = check_times(stamps(ms));
+    EXPECT_NEAR(check.interval, 0.05, 0.001) << lost;
+    EXPECT_LT(check.jitter, 0.002);
+    CheckReport report;
+    report_times(check, {.interval = 5}, "images", report);
+    EXPECT_NEAR(finding(report, "images", "seem to be lost").value, 100 * lost, 8);
+    EXPECT_EQ(findings(report).find("jitter"), std::string::npos) << findings(report);
+  }
+}
+
+TEST(CheckTimes, StampsOfArrivalJitterAndAreNotLost) {
+  test::Random random(4);
+  std::vector<double> ms;
+  for (int k = 0; k < 400; ++k) ms.push_back(50 * k + random.uniform(0, 20));
+  const TimesCheck check = check_times(stamps(ms));
+  EXPECT_FALSE(check.lossy);
+  CheckReport report;
+  report_times(check, {.interval = 0.5}, "images", report);
+  finding(report, "images", "jitter");
+}
+
 TEST(CheckTimes, FewerThanTwoStampsHaveNoRate) {
   for (const auto& times : {stamps({}), stamps({5})}) {
     CheckReport report;
@@ -149,6 +178,17 @@ TEST(Check, AFlippedAxisIsNamed) {
   finding(check_recording(r), "cam0", "only as a mirror image");
 }
 
+TEST(Check, OtherAxesOfTheImuAreNamed) {
+  Recording r = tracked();
+  for (ImuSample& s : r.imu) {  // forward, right, down instead of forward, left, up
+    s.angular_rate_imu.tail<2>() *= -1;
+    s.specific_force_imu.tail<2>() *= -1;
+  }
+  const Finding& off =
+      finding(check_recording(r), "cam0", "rotation against the IMU is off by 180");
+  test::expect_parts(off.advice, {"its samples have x, -y, -z"});
+}
+
 TEST(Check, SwappedImagesAreNamed) {
   Recording r = tracked();
   for (FeatureFrame& frame : r.frames) {
@@ -194,6 +234,20 @@ TEST(Check, FramesWithoutSamplesAndASlowImuAreNamed) {
   std::size_t k = 0;
   std::erase_if(slow.imu, [&](const ImuSample&) { return k++ % 8 != 0; });
   EXPECT_NEAR(finding(check_recording(slow), "imu", "samples a frame").value, 1.25, 1e-6);
+}
+
+TEST(Check, AnImuThatIsTooSlowIsNamedWithTheRateThatIsNeeded) {
+  for (const std::size_t step : {10u, 1000u}) {
+    Recording slow = tracked();
+    std::size_t k = 0;
+    std::erase_if(slow.imu, [&](const ImuSample&) { return k++ % step != 0; });
+    const CheckReport report = check_recording(slow);
+    const Finding& rate = finding(report, "imu", "the IMU is too slow");
+    EXPECT_EQ(rate.severity, Severity::kError);
+    EXPECT_NEAR(rate.value, 200.0 / static_cast<double>(step), 0.1);
+    test::expect_parts(rate.advice, {"100 Hz"});
+    EXPECT_EQ(findings(report).find("imu: nothing for"), std::string::npos) << findings(report);
+  }
 }
 
 TEST(Check, SamplesThatAreNoMeasurementsAreCounted) {
@@ -255,6 +309,25 @@ TEST(CheckImu, GravityAtRestMustBeThatOfTheEarth) {
   EXPECT_EQ(finding(none, "imu", "0.01 m/s^2 at a standstill").severity, Severity::kError);
 }
 
+TEST(CheckImu, AnAttitudeAloneIsNoImu) {
+  Recording r = tracked();
+  for (ImuSample& s : r.imu) {
+    s.specific_force_imu.setZero();
+    s.angular_rate_imu.setZero();
+  }
+  const CheckReport report = check_recording(r);
+  EXPECT_EQ(finding(report, "imu", "attitude alone").severity, Severity::kError);
+  EXPECT_EQ(report.findings.size(), 1u) << "one cause, one finding:\n" << findings(report);
+}
+
+TEST(CheckImu, GravityThatIsRemovedInPartIsSaid) {
+  auto imu = rest_and_swing(9.81);
+  for (ImuSample& s : imu) s.specific_force_imu.z() -= 7;
+  CheckReport report;
+  report_imu(imu, {}, report);
+  test::expect_parts(finding(report, "imu", "accelerometer shows").advice, {"gravity", "removed"});
+}
+
 TEST(CheckImu, SamplesAtTheEdgeOfTheRangeAreCounted) {
   auto imu = rest_and_swing(9.81);
   for (int k = 700; k < 707; ++k) imu[static_cast<std::size_t>(k)].specific_force_imu.x() = -39.2;
@@ -282,6 +355,19 @@ TEST(CheckImu, AnAxisThatShowsOneNumberIsNamed) {
   for (ImuSample& sample : imu) sample.angular_rate_imu.y() = 0;
   report_imu(imu, {}, dead);
   finding(dead, "imu", "the gyroscope's y axis shows 0 rad/s in all samples");
+}
+
+TEST(CheckCalibration, AnotherSizeOfTheImagesIsNamed) {
+  Recording r = tracked();
+  for (Camera& camera : r.cameras) {
+    camera.width /= 2;
+    camera.height /= 2;
+  }
+  CheckReport report;
+  report_lenses(r.cameras, report);
+  const Finding& off =
+      finding(report, "cam0", "principal point (370.0, 245.0) is far from the middle");
+  test::expect_parts(off.advice, {"2 times as large"});
 }
 
 TEST(CheckCalibration, AFisheyeWithoutCoefficientsIsNamed) {

@@ -10,12 +10,45 @@ namespace {
 
 constexpr double kGap = 1.5;  // of the median interval
 constexpr double kMissingShare = 0.01;
-constexpr double kJitter = 0.2;  // of the median interval
+constexpr double kJitter = 0.2;     // of the median interval
+constexpr double kRegular = 0.1;    // of an interval of which nine in ten are multiples
+constexpr int kMostParts = 8;       // of the median
+constexpr double kUnbroken = 0.08;  // share of the intervals between which nothing is lost
+constexpr std::size_t kFewestOfStream = 12;
 
 double at_part(std::vector<double>& values, double part) {
   const auto nth = static_cast<std::ptrdiff_t>(part * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + nth, values.end());
   return values[static_cast<std::size_t>(nth)];
+}
+
+double multiple_of(double interval, double base) {
+  return std::max(1.0, std::round(interval / base));
+}
+
+// How far nine in ten intervals are from a multiple of `base`.
+double off_multiples(const std::vector<double>& intervals, double base) {
+  std::vector<double> off;
+  for (const double i : intervals) off.push_back(std::abs(i - multiple_of(i, base) * base));
+  return at_part(off, 0.9);
+}
+
+// The interval of which the others are multiples, if frames are lost at random; 0: there is none.
+double lossy_interval(const std::vector<double>& intervals, double median) {
+  if (intervals.size() < kFewestOfStream) return 0;
+  for (int parts = 1; parts <= kMostParts; ++parts) {
+    double base = median / parts, sum = 0, count = 0, unbroken = 0;
+    for (const double i : intervals) {
+      if (i > kMostParts * median) continue;  // a gap that is long tells little of the interval
+      sum += i;
+      count += multiple_of(i, base);
+      unbroken += multiple_of(i, base) == 1 ? 1 : 0;
+    }
+    if (count > 0) base = sum / count;
+    if (unbroken < kUnbroken * static_cast<double>(intervals.size())) continue;
+    if (off_multiples(intervals, base) < kRegular * base) return base;
+  }
+  return 0;
 }
 
 void report_disorder(const TimesCheck& times, const std::string& about, CheckReport& report) {
@@ -35,7 +68,8 @@ void report_disorder(const TimesCheck& times, const std::string& about, CheckRep
 
 void report_gaps(const TimesCheck& times, const TimesLimits& limits, const std::string& about,
                  CheckReport& report) {
-  if (times.longest > limits.interval) {
+  // A stream that is slow throughout has no gap.
+  if (times.longest > std::max(limits.interval, kGap * times.interval)) {
     report.findings.push_back(
         {.severity = Severity::kWarning,
          .about = about,
@@ -52,7 +86,8 @@ void report_gaps(const TimesCheck& times, const TimesLimits& limits, const std::
   report.findings.push_back(
       {.severity = Severity::kWarning,
        .about = about,
-       .what = fmt::format("{:.1f} % seem to be lost, in {} gaps", 100 * share, times.gaps),
+       .what = fmt::format("{:.1f} % seem to be lost{}, in {} gaps", 100 * share,
+                           times.lossy ? " at random" : "", times.gaps),
        .value = 100 * share,
        .threshold = 100 * kMissingShare,
        .unit = "%",
@@ -91,14 +126,21 @@ TimesCheck check_times(const std::vector<Time>& stamps) {
   }
   if (intervals.empty()) return check;
   check.interval = at_part(intervals, 0.5);
-  for (double& interval : intervals) {
-    if (interval > kGap * check.interval) {
-      ++check.gaps;
-      check.missing += static_cast<std::size_t>(std::lround(interval / check.interval)) - 1;
-    }
-    interval = std::abs(interval - check.interval);
+  std::vector<double> off;
+  for (const double interval : intervals) off.push_back(std::abs(interval - check.interval));
+  check.jitter = at_part(off, 0.9);
+  const double base =
+      check.jitter > kJitter * check.interval ? lossy_interval(intervals, check.interval) : 0;
+  if (base > 0) {
+    check.lossy = true;
+    check.interval = base;
+    check.jitter = off_multiples(intervals, base);
   }
-  check.jitter = at_part(intervals, 0.9);
+  for (const double interval : intervals) {
+    if (interval <= kGap * check.interval) continue;
+    ++check.gaps;
+    check.missing += static_cast<std::size_t>(std::lround(interval / check.interval)) - 1;
+  }
   return check;
 }
 

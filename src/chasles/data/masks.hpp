@@ -10,9 +10,16 @@ namespace chasles {
 
 /// The masks that a setting names: image files separated by commas, one per camera in order.
 /// Returns one image per camera, empty where there is no mask (an empty name, or fewer names than
-/// cameras), and an empty list for an empty text. The front end ignores black pixels (0). Throws
-/// UsageError for more names than cameras, and InputError for a file that cannot be read or has
-/// another size than its camera.
+/// cameras), and an empty list for an empty text. The front end ignores black pixels (0); their
+/// transparency does not count. Throws UsageError for more names than cameras, and InputError for a
+/// file that cannot be read, has another size than its camera, or covers the whole image.
 std::vector<GrayImage> read_masks(const std::string& names, const std::vector<Camera>& cameras);
+
+/// The share of the pixels that a mask covers: 0 of an empty one.
+double covered_share(const GrayImage& mask);
+
+/// A sentence for each mask that does not do what masks are for: it covers nothing, or nearly all
+/// of the image. Throws as read_masks().
+std::vector<std::string> mask_remarks(const std::string& names, const std::vector<Camera>& cameras);
 
 }  // namespace chasles

@@ -51,5 +51,41 @@ TEST(Masks, WhatIsNoMaskOfTheCameraIsRefused) {
   }
 }
 
+cv::Mat filled(int shade) { return {6, 8, CV_8UC1, cv::Scalar(shade)}; }
+
+TEST(Masks, OneThatCoversTheWholeImageIsRefused) {
+  const auto folder = test::scratch();
+  const std::string black = (folder / "black.png").string();
+  test::spill(black, test::encoded(filled(0)));
+  expect_parts(input_error([&] { read_masks(black, {small()}); }),
+               {"black.png", "all pixels of this mask are black", "inverted"});
+}
+
+TEST(Masks, OneThatDoesNothingIsSaid) {
+  const auto folder = test::scratch();
+  const auto file = [&](const char* name, const cv::Mat& image) {
+    const std::string path = (folder / name).string();
+    test::spill(path, test::encoded(image));
+    return path;
+  };
+  cv::Mat half = filled(255), nearly = filled(0);
+  half.rowRange(0, 2).setTo(0);
+  nearly.at<std::uint8_t>(0, 0) = 255;
+  const std::string white = file("white.png", filled(255)), good = file("good.png", half),
+                    most = file("most.png", nearly),
+                    clear = file("clear.png", cv::Mat(6, 8, CV_8UC4, cv::Scalar(255, 255, 255, 0)));
+  EXPECT_DOUBLE_EQ(covered_share(read_masks(good, {small()})[0]), 1 / 3.0);
+  EXPECT_EQ(covered_share({}), 0);
+  const auto said = mask_remarks(white + "," + good, {small(), small()});
+  ASSERT_EQ(said.size(), 1u);
+  expect_parts(said[0], {"white.png covers nothing of the image of cam0", "no pixel is black"});
+  EXPECT_EQ(said[0].find("transparency"), std::string::npos);
+  expect_parts(mask_remarks(clear, {small()}).at(0),
+               {"clear.png covers nothing", "its transparency does not count"});
+  expect_parts(mask_remarks("," + most, {small(), small()}).at(0),
+               {"most.png covers 97.9 % of the image of cam1"});
+  EXPECT_TRUE(mask_remarks("", {small()}).empty());
+}
+
 }  // namespace
 }  // namespace chasles

@@ -36,7 +36,7 @@ InertialBatchInput batch_input(const InertialSensors& sensors, const InertialSla
           .imu = imu,
           .pixel_sigma = settings.track_sigma.value_or(sensors.pixel_sigma),
           .match_sigma = settings.match_sigma.value_or(0),
-          .time_offset = from_seconds(settings.time_offset),
+          .time_offset = from_seconds(settings.initial_time_offset()),
           .samples = {},
           .frames = {},
           .start = start,

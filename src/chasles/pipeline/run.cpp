@@ -1,9 +1,12 @@
+#include <algorithm>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include <chasles/data/masks.hpp>
 #include <chasles/error.hpp>
+#include <chasles/pipeline/measured_offset.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/stopwatch.hpp>
@@ -39,6 +42,14 @@ class FrontendSeconds {
  private:
   std::map<Time, double> all_;
 };
+
+// The estimate of a run whose tracks contradict the stated lens.
+Estimate doubt_lens(Estimate e) {
+  if (e.health != Health::kOk) return e;
+  e.health = Health::kDegraded;
+  e.doubt = Doubt::kLens;
+  return e;
+}
 
 // Plays a recording through front end and estimator.
 class Player {
@@ -121,8 +132,9 @@ class Player {
     return true;
   }
 
-  void keep(const Estimate& e, EstimateTiming timing) {
+  void keep(const Estimate& judged, EstimateTiming timing) {
     any_ = true;
+    const Estimate& e = options_.wrong_lens ? doubted_.emplace(doubt_lens(judged)) : judged;
     timing.seconds = feed_.seconds_since(e.time).value_or(timing.seconds);
     timing.frontend_seconds = frontend_seconds_.nearest(e.time);
     observer_.on_estimate(e, timing);
@@ -139,7 +151,8 @@ class Player {
     if (!estimator_.smooths()) return;
     observer_.on_smoothing();
     const Stopwatch time;
-    const std::vector<Estimate> estimates = estimator_.smooth([this] { return observer_.stop(); });
+    std::vector<Estimate> estimates = estimator_.smooth([this] { return observer_.stop(); });
+    if (options_.wrong_lens) std::ranges::transform(estimates, estimates.begin(), doubt_lens);
     if (estimates.empty()) {
       report_.interrupted = report_.in_smoothing = true;
       return;
@@ -154,6 +167,7 @@ class Player {
   SensorFeed feed_;
   RunReport report_;
   FrontendSeconds frontend_seconds_;
+  std::optional<Estimate> doubted_;
   bool any_ = false;  // whether there was an estimate
   std::size_t frames_ = 0;
   Stopwatch frame_time_;
@@ -187,8 +201,15 @@ RunReport run(const Recording& recording, Estimator& estimator, const FrontendSe
 
 RunResult run(const Recording& recording, const InertialRunSettings& settings,
               const RunOptions& options) {
-  const auto estimator = make_estimator(settings, recording);
-  return collected(recording, *estimator, settings.frontend, options);
+  InertialRunSettings of_run = settings;
+  RunOptions of_all = options;
+  if (!options.realtime) {
+    const TracksEvidence evidence = examine_tracks(recording, settings);
+    start_from_measured_offset(of_run, evidence);
+    of_all.wrong_lens = of_all.wrong_lens || evidence.has_wrong_lens();
+  }
+  const auto estimator = make_estimator(of_run, recording);
+  return collected(recording, *estimator, settings.frontend, of_all);
 }
 
 RunResult run(Recording recording, const VelocityRunSettings& settings) {

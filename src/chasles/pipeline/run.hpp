@@ -25,6 +25,9 @@ struct RunOptions {
   int threads = 3;                      ///< as SensorFeedOptions::threads
   std::optional<double> realtime = {};  ///< as SensorFeedOptions::realtime
   TracksPart tracks = {};               ///< those that the front end follows
+  /// The tracks contradict the stated lens (TracksEvidence): estimates that would be `ok` are
+  /// degraded, with Doubt::kLens.
+  bool wrong_lens = false;
 };
 
 /// Timing of an estimate.
@@ -77,8 +80,9 @@ struct RunResult {
   RunReport report;
 };
 
-/// The same with an estimator of the kind that the settings choose. With the defaults the estimates
-/// are those of `chasles run`, to the bit.
+/// The same with an estimator of the kind that the settings choose, and what examine_tracks() finds
+/// unless it plays in real time. With the defaults the estimates are those of `chasles run`, to the
+/// bit.
 RunResult run(const Recording& recording, const InertialRunSettings& settings,
               const RunOptions& options = {});
 /// For a recording with body velocities. Corrects their clock first, as correct_clock().

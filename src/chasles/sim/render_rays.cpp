@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/camera/distortion.hpp>
 #include <chasles/error.hpp>
 #include <chasles/sim/render_rays.hpp>
 
@@ -58,6 +59,31 @@ std::vector<RayBlock> make_blocks(const RayTable& rays, int edge) {
   return blocks;
 }
 
+// Whether the lens, which does not fold over, has this pixel at 90 degrees from its axis or beyond.
+bool is_beside(const Camera& camera, const Eigen::Vector2d& pixel) {
+  constexpr double kNearlyBeside = 1e3;  // tangent of 89.94 degrees
+  const Eigen::Vector2d target((pixel.x() - camera.cx) / camera.fx,
+                               (pixel.y() - camera.cy) / camera.fy);
+  const double across = target.norm();
+  if (!(across > 0)) return false;
+  const auto edge = distort(camera, kNearlyBeside / across * target);
+  return edge && edge->xy.norm() <= across;
+}
+
+[[noreturn]] void refuse_pixel(const Camera& camera, int u, int v) {
+  if (is_beside(camera, Eigen::Vector2d(u, v))) {
+    throw UsageError(fmt::format(
+        "the camera's pixel ({}, {}) is 90 degrees from the optical axis or beyond, and a lens may "
+        "see less than 90 degrees to each side; expected larger focal lengths, or a smaller image "
+        "than {} x {} px",
+        u, v, camera.width, camera.height));
+  }
+  throw UsageError(
+      fmt::format("the camera's pixel ({}, {}) has no ray: its lens model folds over before; "
+                  "expected coefficients that are valid in all of the image of {} x {} px",
+                  u, v, camera.width, camera.height));
+}
+
 }  // namespace
 
 RayTable make_rays(const Camera& camera) {
@@ -71,12 +97,7 @@ RayTable make_rays(const Camera& camera) {
   for (int v = 0; v < camera.height; ++v) {
     for (int u = 0; u < camera.width; ++u) {
       const auto ray = unproject(camera, {u, v});
-      if (!ray) {
-        throw UsageError(fmt::format(
-            "the camera's pixel ({}, {}) has no ray: its lens model folds over before; expected "
-            "coefficients that are valid in all of the image of {} x {} px",
-            u, v, camera.width, camera.height));
-      }
+      if (!ray) refuse_pixel(camera, u, v);
       rays.x.push_back(static_cast<float>(ray->ray.x()));
       rays.y.push_back(static_cast<float>(ray->ray.y()));
     }

@@ -325,5 +325,21 @@ TEST(Render, ALensWithoutARayForAPixelIsRefused) {
   }
 }
 
+TEST(Render, AFisheyeOfMoreThan180DegreesIsRefusedForItsAngle) {
+  Camera camera = forward_camera(752, 480, 200);  // the corner: 446 px, 2.2 rad
+  camera.distortion = Distortion::kEquidistant;
+  camera.coefficients.setZero();
+  try {
+    make_rays(camera);
+    FAIL() << "expected a UsageError";
+  } catch (const UsageError& error) {
+    const std::string what = error.what();
+    EXPECT_NE(what.find("90 degrees from the optical axis or beyond"), std::string::npos) << what;
+    EXPECT_EQ(what.find("folds"), std::string::npos) << what;
+  }
+  camera.fx = camera.fy = 300;  // the corner: 1.49 rad
+  EXPECT_NO_THROW(make_rays(camera));
+}
+
 }  // namespace
 }  // namespace chasles

@@ -30,6 +30,8 @@ std::string name(Doubt doubt) {
       return "innovations";
     case Doubt::kUnknownSpeed:
       return "unknown_speed";
+    case Doubt::kLens:
+      return "lens";
     case Doubt::kNone:
       break;
   }

@@ -22,6 +22,7 @@ enum class Doubt {
   kRejections,       ///< in the last second more were rejected than used
   kInnovations,      ///< in the last second the innovations contradict their covariance
   kUnknownSpeed,     ///< many observations, and the speed is as uncertain as unknown
+  kLens,             ///< the tracks of the recording contradict the stated lens
 };
 
 std::string name(Doubt doubt);  ///< "few_observations"; of kNone "none"

@@ -44,7 +44,7 @@ std::optional<Calibration> stated_calibration(const InertialSlamSettings& s,
     }
   }
   if (s.estimates_time_offset()) {
-    result.time_offset = s.time_offset;
+    result.time_offset = s.initial_time_offset();
     sigmas.push_back(s.initial_time_offset_sigma);
   }
   const auto n = static_cast<Eigen::Index>(sigmas.size());

@@ -112,7 +112,7 @@ std::vector<Estimate> InertialSession::finish() {
 // With the offset of the filter, else the last estimated one, else that of the settings.
 Time InertialSession::clock(Time of_cameras) const {
   if (slam_) return slam_->clock(of_cameras);
-  double offset = settings_.time_offset;
+  double offset = settings_.initial_time_offset();
   if (agreed_ && agreed_->calibration) {
     offset = agreed_->calibration->time_offset.value_or(offset);
   }
@@ -120,7 +120,7 @@ Time InertialSession::clock(Time of_cameras) const {
 }
 
 bool InertialSession::covered(const FeatureFrame& frame) const {
-  const bool shifted = settings_.estimates_time_offset() || settings_.time_offset != 0;
+  const bool shifted = settings_.estimates_time_offset() || settings_.initial_time_offset() != 0;
   return !shifted || clock(frame.time) <= *last_sample_;
 }
 

@@ -71,12 +71,15 @@ struct InertialSlamSettings {
 
   /// Whether the filter estimates the time offset. `auto` is decided by for_images() alone.
   bool estimates_time_offset() const { return calibrate_time_offset == Toggle::kTrue; }
+  /// The time offset that a run starts from [s]. `auto` is decided by start_from_measured_offset()
+  /// (pipeline/measured_offset.hpp) alone, and is 0 otherwise.
+  double initial_time_offset() const { return time_offset.value_or(0); }
 
   bool calibrate_extrinsics = false;
   double initial_extrinsic_rotation_sigma = 0.02;
   double initial_extrinsic_translation_sigma = 0.02;
   Toggle calibrate_time_offset = Toggle::kAuto;
-  double time_offset = 0;
+  std::optional<double> time_offset;
   double initial_time_offset_sigma = 0.005;
 
   std::string depth_rule = "constant";
@@ -185,7 +188,8 @@ void for_each_setting(S& s, Visitor&& visit) {
         "images",
         limits::kAny);
   visit("time_offset", s.time_offset, "s",
-        "added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu)",
+        "added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu); auto: 0, "
+        "or what the tracks of a recording show, where that is beyond 15 ms",
         limits::kClockOffset);
   visit("initial_time_offset_sigma", s.initial_time_offset_sigma, "s",
         "initial sigma of the time offset", limits::kNonNegative);

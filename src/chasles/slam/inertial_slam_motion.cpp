@@ -23,7 +23,7 @@ InertialState inertial_state(const SE3& world_T_imu, const Eigen::Vector3d& v_wo
 }  // namespace
 
 double InertialSlam::time_offset() const {
-  return filter_.state().time_offset.value_or(settings_.time_offset);
+  return filter_.state().time_offset.value_or(settings_.initial_time_offset());
 }
 
 bool InertialSlam::has_sane_clock() const { return std::abs(time_offset()) <= kLongestTimeOffset; }
@@ -33,7 +33,7 @@ Time InertialSlam::clock(Time of_cameras) const {
 }
 
 bool InertialSlam::covers(Time frame) const {
-  const bool shifted = filter_.state().time_offset || settings_.time_offset != 0;
+  const bool shifted = filter_.state().time_offset || settings_.initial_time_offset() != 0;
   return !shifted || (imu_.latest() && clock(frame) <= *imu_.latest());
 }
 

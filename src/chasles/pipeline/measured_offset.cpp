@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include <chasles/constants.hpp>
+#include <chasles/data/masks.hpp>
+#include <chasles/error.hpp>
+#include <chasles/frontend/frontend.hpp>
+#include <chasles/pipeline/liveliest_part.hpp>
+#include <chasles/pipeline/measured_offset.hpp>
+
+namespace chasles {
+namespace {
+
+std::string offset_remark(const CameraClock& clock) {
+  return fmt::format(
+      "the images are stamped {} by {:.1f} +- {:.1f} ms against the gyroscope, measured from the "
+      "rotation of the tracks: the run starts from this offset (time_offset=auto; "
+      "--set time_offset=0 starts from none)",
+      clock.offset < 0 ? "late" : "early", 1e3 * std::abs(clock.offset), 1e3 * clock.sigma);
+}
+
+std::string lens_remark(const LensFit& lens) {
+  const Measured error = lens.radial_at_edge();
+  const double edge = lens.edge / kRadians;
+  return fmt::format(
+      "the lens of cam0 is not the stated one: at {:.0f} deg from the axis its rays are {:.1f} +- "
+      "{:.1f} deg farther {} than the distortion says, by tracks and gyroscope: check model and "
+      "coefficients (`chasles check`); all frames are degraded for it",
+      edge, edge * std::abs(error.value), edge * error.sigma, error.value > 0 ? "out" : "in");
+}
+
+// The image of the first camera; empty if it cannot be read, which the run counts.
+ImageFrame first_image(const ImageSource& images, std::size_t i) {
+  try {
+    return images.read_undamaged(i, 1, [](const InputError&) {});
+  } catch (const InputError&) {
+    return {.time = images.time(i), .images = std::vector<GrayImage>(1)};
+  }
+}
+
+}  // namespace
+
+std::vector<FeatureFrame> tracks_of_first_camera(const Recording& recording,
+                                                 const FrontendSettings& settings, double seconds,
+                                                 const StopRequest& stop) {
+  if (!recording.images || recording.cameras.empty()) return recording.frames;
+  std::vector<GrayImage> masks = read_masks(settings.mask, recording.cameras);
+  masks.resize(std::min<std::size_t>(masks.size(), 1));
+  FrontendSettings alone = settings;
+  alone.stereo = false;
+  std::vector<FeatureFrame> frames;
+  try {
+    Frontend frontend(alone, {recording.cameras.front()}, std::move(masks));
+    const auto images = liveliest_part(recording, seconds);
+    for (std::size_t i = 0; i < images->size(); ++i) {
+      if (stop && stop()) return {};
+      frames.push_back(frontend.process(first_image(*images, i)));
+    }
+  } catch (const Error&) {  // of the calibration: the run itself ends with it
+    return {};
+  }
+  return frames;
+}
+
+TracksEvidence examine_tracks(const Recording& recording, const InertialRunSettings& settings,
+                              const StopRequest& stop) {
+  const bool wanted =
+      recording.images || (!settings.filter.time_offset && settings.filter.estimates_time_offset());
+  if (!wanted || recording.imu.empty() || recording.cameras.empty()) return {};
+  const auto seen =
+      seen_twice(tracks_of_first_camera(recording, settings.frontend, kExaminedSeconds, stop),
+                 recording.cameras, 0);
+  const std::vector<StampedRate> rates = gyroscope_rates(recording.imu);
+  const auto fit = fit_gyroscope(seen, rates);
+  if (!fit) return {};
+  return {.clock = camera_clock(*fit), .lens = fit_lens(seen, rates, *fit)};
+}
+
+void start_from_measured_offset(InertialRunSettings& settings, const TracksEvidence& evidence) {
+  InertialSlamSettings& filter = settings.filter;
+  if (filter.time_offset) return;
+  filter.time_offset = 0;
+  if (!evidence.clock_stands_out()) return;
+  filter.time_offset = evidence.clock->offset;
+  filter.initial_time_offset_sigma = evidence.clock->sigma;
+  if (settings.estimator.is_filter() && filter.calibrate_time_offset == Toggle::kAuto) {
+    filter.calibrate_time_offset = Toggle::kTrue;
+  }
+}
+
+std::vector<std::string> remarks_of(const TracksEvidence& evidence,
+                                    const InertialRunSettings& settings) {
+  std::vector<std::string> remarks;
+  if (!settings.filter.time_offset && evidence.clock_stands_out()) {
+    remarks.push_back(offset_remark(*evidence.clock));
+  }
+  if (evidence.has_wrong_lens()) remarks.push_back(lens_remark(*evidence.lens));
+  return remarks;
+}
+
+}  // namespace chasles

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <chasles/check/camera_clock.hpp>
+#include <chasles/check/lens_fit.hpp>
+#include <chasles/data/recording.hpp>
+#include <chasles/pipeline/run_settings.hpp>
+#include <chasles/smooth/batch/batch.hpp>
+
+// What the tracks of a recording show of its first camera, before a run.
+namespace chasles {
+
+/// Length of the images that are tracked for it [s].
+inline constexpr double kExaminedSeconds = 10;
+
+/// Tracks of the first camera, in the part of at most `seconds` [s] with the most rotation, and
+/// without the gyroscope: they do not depend on the clocks. Nothing where the images cannot be
+/// tracked, or where `stop`, polled for each image, returns true. Of recorded tracks: the
+/// recording's own. Throws as read_masks().
+std::vector<FeatureFrame> tracks_of_first_camera(const Recording& recording,
+                                                 const FrontendSettings& settings, double seconds,
+                                                 const StopRequest& stop = {});
+
+/// The rotation and the epipolar lines of tracks, compared with the gyroscope and the calibration.
+struct TracksEvidence {
+  std::optional<CameraClock> clock = {};  ///< the time offset, if they determine it
+  std::optional<LensFit> lens = {};       ///< as fit_lens()
+
+  bool clock_stands_out() const { return clock && clock->stands_out(); }
+  bool has_wrong_lens() const { return lens && lens->has_wrong_distortion(); }
+};
+
+/// Examines the first camera. Nothing without an IMU or cameras, nor for recorded tracks, unless
+/// the run estimates their time offset from `auto`. Throws as read_masks().
+TracksEvidence examine_tracks(const Recording& recording, const InertialRunSettings& settings,
+                              const StopRequest& stop = {});
+
+/// Decides time_offset where it is `auto`. A run starts from an offset that stands out: time_offset
+/// and initial_time_offset_sigma are what was measured, and a filter of which calibrate_time_offset
+/// is `auto` estimates the offset. Otherwise time_offset is 0, as in a live run.
+void start_from_measured_offset(InertialRunSettings& settings, const TracksEvidence& evidence);
+
+/// What a run says of the evidence; `settings` as they were given.
+std::vector<std::string> remarks_of(const TracksEvidence& evidence,
+                                    const InertialRunSettings& settings);
+
+}  // namespace chasles
