@@ -43,7 +43,7 @@ from ._page import Page
 __all__ = [
     "Camera", "ChartState", "Comparison", "DivergedError", "Error", "Estimate", "FirstSight", "ImuNoise", "InputError",
     "NotInitialisedError", "PredictedState", "RealtimeSlam", "Recording", "Run", "Slam", "Study", "UsageError",
-    "command", "compare", "evaluate",
+    "command", "compare", "evaluate", "join_imu",
     "monte_carlo", "read", "read_run", "register_chart", "register_depth_rule", "run", "settings", "simulate",
 ]
 
@@ -133,6 +133,14 @@ def read(path: _core.Path, *, start: float | None = None, stop: float | None = N
     InputError with file, place, what was found and what was expected."""
     return _core.read(os.fspath(path), start=start, stop=stop, backwards=backwards, cameras=cameras,
                       truth="" if truth is None else os.fspath(truth))
+
+
+def join_imu(gyro_time: Any, angular_rate: Any, accel_time: Any, specific_force: Any) -> dict[str, Any]:
+    """The samples of an IMU whose accelerometer and gyroscope are read apart, each with (N,) times and (N, 3) values:
+    at the times of the gyroscope, with the accelerometer interpolated. A dictionary with `time`, `angular_rate` and
+    `specific_force` for `add_imu`, and `remarks`, sentences on what was joined and left out. InputError for streams
+    that cannot be joined."""
+    return _core.join_imu(gyro_time, angular_rate, accel_time, specific_force)
 
 
 def simulate(scene: str = "hallway", *, run: int = 0, images: bool = False, **settings: Any) -> Recording:

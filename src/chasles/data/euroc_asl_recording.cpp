@@ -13,6 +13,7 @@
 #include <chasles/data/imu_table.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/sensor_tables.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -131,6 +132,18 @@ AslCalibration take_asl_calibration(const fs::path& folder, std::size_t cameras,
   return {.time_offsets = kalibr.time_offsets, .imu_intrinsics = kalibr.imu_intrinsics};
 }
 
+// imu0/data.csv, or tables of accelerometer and gyroscope apart in imu0 or beside it.
+void read_asl_samples(const fs::path& sensors, Recording& recording) {
+  const fs::path table = sensors / "imu0" / "data.csv";
+  for (const fs::path& place : {sensors / "imu0", sensors}) {
+    if (fs::exists(table) || !has_sensor_tables(place)) continue;
+    return read_sensor_tables(find_sensor_tables(place), place, recording);
+  }
+  recording.imu = read_imu_table(table);
+  tidy_samples(table, recording);
+  remark_on_open_end(table, recording.remarks);
+}
+
 void read_asl_truth(const fs::path& folder, Recording& recording) {
   const fs::path states = sensors_of(folder) / "state_groundtruth_estimate0" / "data.csv";
   const fs::path mocap = sensors_of(folder) / "mocap0" / "data.csv";
@@ -169,9 +182,7 @@ Recording read_euroc_asl_recording(const fs::path& folder, std::size_t cameras) 
     images.push_back(list_asl_images(camera));
     remark_on_open_end(camera / "data.csv", recording.remarks);
   }
-  recording.imu = read_imu_table(sensors / "imu0" / "data.csv");
-  tidy_samples(sensors / "imu0" / "data.csv", recording);
-  remark_on_open_end(sensors / "imu0" / "data.csv", recording.remarks);
+  read_asl_samples(sensors, recording);
   if (calibration.imu_intrinsics) correct_samples(*calibration.imu_intrinsics, recording);
   open_cameras(std::move(images), calibration.time_offsets, sensors / "cam0" / "data", recording);
   read_asl_truth(folder, recording);

@@ -15,6 +15,7 @@
 #include <chasles/data/imu_table.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/sensor_tables.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
@@ -109,24 +110,35 @@ fs::path imu_table_of(const fs::path& folder) {
   return folder / kImuTables.front();
 }
 
+// One table, or those of accelerometer and gyroscope apart.
+void read_samples(const fs::path& folder, Recording& recording) {
+  const fs::path table = imu_table_of(folder);
+  const SensorTables apart = find_sensor_tables(folder);
+  if (!fs::exists(table) && (apart.accelerometer || apart.gyroscope)) {
+    return read_sensor_tables(apart, folder, recording);
+  }
+  recording.imu = read_imu_table(table);
+  tidy_samples(table, recording);
+  remark_on_open_end(table, recording.remarks);
+}
+
 }  // namespace
 
 bool is_image_folder(const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder / "images", ignored)) return !fs::exists(folder / "frames.csv", ignored);
   return fs::is_directory(folder / "cam0", ignored) &&
-         std::ranges::any_of(kImuTables,
-                             [&](const char* name) { return fs::exists(folder / name, ignored); });
+         (std::ranges::any_of(
+              kImuTables, [&](const char* name) { return fs::exists(folder / name, ignored); }) ||
+          has_sensor_tables(folder));
 }
 
 Recording read_image_folder_recording(const fs::path& folder, std::size_t cameras) {
   Recording recording;
   const FolderRig rig = take_calibration(folder, cameras, recording);
-  const fs::path table = imu_table_of(folder), images = images_of(folder);
+  const fs::path images = images_of(folder);
   if (cameras == kAllCameras) remark_on_further_camera(images, recording);
-  recording.imu = read_imu_table(table);
-  tidy_samples(table, recording);
-  remark_on_open_end(table, recording.remarks);
+  read_samples(folder, recording);
   if (rig.imu_intrinsics) correct_samples(*rig.imu_intrinsics, recording);
   std::vector<std::optional<CameraFiles>> files;
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
