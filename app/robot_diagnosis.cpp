@@ -3,11 +3,31 @@
 namespace chasles::app {
 namespace {
 
+// An accelerometer and a gyroscope with a topic each.
+void judge_joined(const ImuJoiner::Counts& now, const ImuJoiner::Counts& before,
+                  RobotDiagnosis& diagnosis) {
+  using enum RobotDiagnosis::Level;
+  if (now.forces + now.rates == 0) return;
+  diagnosis.add(now.forces == before.forces, kWarning, "no samples of the accelerometer come");
+  diagnosis.add(now.rates == before.rates, kWarning, "no samples of the gyroscope come");
+  diagnosis.add(now.in_gaps > before.in_gaps, kWarning,
+                fmt::format("{} samples of the gyroscope lie between samples of the accelerometer "
+                            "that are more than {:.2f} s apart: it is too slow, or pauses",
+                            now.in_gaps - before.in_gaps, to_seconds(ImuJoiner::kLongestInterval)));
+  const auto dropped = [](const ImuJoiner::Counts& c) {
+    return c.dropped_rates + c.dropped_forces;
+  };
+  diagnosis.add(dropped(now) > dropped(before), kWarning,
+                "samples of one sensor of the IMU wait for the other in vain: are both stamped by "
+                "one clock?");
+}
+
 void judge(const RobotReport& now, const RobotReport& before, RobotDiagnosis& diagnosis) {
   using enum RobotDiagnosis::Level;
   const Health health = now.last ? now.last->health : Health::kOk;
   diagnosis.add(health == Health::kLost, kError, "lost: the estimate is not valid");
   diagnosis.add(now.samples == before.samples, kWarning, "no samples of the IMU come");
+  judge_joined(now.joined, before.joined, diagnosis);
   diagnosis.add(now.images.came == before.images.came, kWarning, "no images come");
   diagnosis.add(!now.why_not_started.empty(), kWarning, now.why_not_started);
   diagnosis.add(health == Health::kDegraded, kWarning,
@@ -40,6 +60,13 @@ void add_counts(const RobotReport& now, RobotDiagnosis& diagnosis) {
   diagnosis.value("samples", now.samples);
   diagnosis.value("samples late", now.order.late_samples);
   diagnosis.value("samples not finite", now.order.unknown_samples);
+  if (now.joined.forces + now.joined.rates > 0) {
+    diagnosis.value("accelerometer samples", now.joined.forces);
+    diagnosis.value("gyroscope samples", now.joined.rates);
+    diagnosis.value("gyroscope samples not joined",
+                    now.joined.without_partner() + now.joined.late_rates +
+                        now.joined.unknown_rates + now.joined.dropped_rates);
+  }
   diagnosis.value("frames", now.images.came);
   diagnosis.value("frames taken", now.images.taken);
   diagnosis.value("frames dropped", now.images.dropped);

@@ -10,6 +10,7 @@
 #include <chasles/pipeline/map_file.hpp>
 #include <chasles/pipeline/recording_sensors.hpp>
 
+#include "joined_imu.hpp"
 #include "map_output.hpp"
 #include "robot_session.hpp"
 
@@ -94,6 +95,10 @@ std::string text_of(const std::exception_ptr& error) {
 RobotSlam::RobotSlam(RobotSetup setup, Callbacks callbacks)
     : setup_(std::move(setup)), callbacks_(std::move(callbacks)) {
   check_setup(setup_);
+  SensorCalibration& calibration = setup_.calibration;
+  joined_ = std::make_unique<JoinedImu>(calibration.imu_range, calibration.gyro_R_accel);
+  calibration.imu_range.accelerometer =
+      turned_range(calibration.imu_range.accelerometer, calibration.gyro_R_accel);
   if (!setup_.map.empty()) map_ = std::make_unique<SharedMap>(setup_.map);
   session_ = make_session();
 }
@@ -134,6 +139,25 @@ void RobotSlam::feed(Message message, const std::string& topic) {
 
 void RobotSlam::add(const ImuSample& measured) {
   feed(corrected_sample(setup_.calibration, measured), "the IMU");
+}
+
+std::vector<Time> RobotSlam::add_force(const AxesSample& force) {
+  const std::lock_guard lock(joined_mutex_);
+  return add_all(joined_->add_force(force));
+}
+
+std::vector<Time> RobotSlam::add_rate(const AxesSample& rate) {
+  const std::lock_guard lock(joined_mutex_);
+  return add_all(joined_->add_rate(rate));
+}
+
+std::vector<Time> RobotSlam::add_all(const std::vector<ImuSample>& joined) {
+  std::vector<Time> times;
+  for (const ImuSample& sample : joined) {
+    add(sample);
+    times.push_back(sample.time);
+  }
+  return times;
 }
 
 void RobotSlam::add(std::size_t camera, Time stamp, GrayImage image, Clock::time_point arrived) {
@@ -216,7 +240,13 @@ void RobotSlam::ask(const std::function<void(VisualInertialSlam&)>& question) {
   session()->slam().ask(question);
 }
 
-void RobotSlam::finish() { session()->finish(); }
+void RobotSlam::finish() {
+  {
+    const std::lock_guard lock(joined_mutex_);
+    add_all(joined_->finish());
+  }
+  session()->finish();
+}
 
 void RobotSlam::write_outputs(std::exception_ptr before) {
   const auto session = this->session();
@@ -228,6 +258,11 @@ void RobotSlam::write_outputs(std::exception_ptr before) {
 
 RobotReport RobotSlam::report() {
   RobotReport report = session()->report();
+  {
+    const std::lock_guard lock(joined_mutex_);
+    report.joined = joined_->counts();
+    report.wrong_stamps += joined_->wrong_stamps();
+  }
   const std::lock_guard lock(mutex_);
   report.resets = resets_;
   return report;

@@ -13,12 +13,14 @@
 #include <vector>
 
 #include <chasles/data/sensor_calibration.hpp>
+#include <chasles/imu/join_imu.hpp>
 #include <chasles/pipeline/realtime_slam.hpp>
 #include <chasles/pipeline/sensor_order.hpp>
 #include <chasles/pipeline/shared_map.hpp>
 
 namespace chasles::app {
 
+class JoinedImu;
 class RobotSession;
 
 /// What RobotSlam is made of: the calibration, and what `chasles run` has as options.
@@ -41,6 +43,7 @@ struct RobotReport {
   std::optional<Estimate> last;  ///< since the start or reset()
   std::string why_not_started;   ///< empty: started; at most half a second old
   std::size_t samples = 0;       ///< that came since the start or reset()
+  ImuJoiner::Counts joined;      ///< of an accelerometer and a gyroscope apart; over all resets
   SensorOrder::Counts order;
   int wrong_stamps = 0;         ///< messages that were left out (StampLeaps)
   RealtimeSlam::Counts images;  ///< frames
@@ -84,6 +87,10 @@ class RobotSlam {
 
   /// A sample as the IMU measured it.
   void add(const ImuSample& measured);
+  /// A sample of an accelerometer, or of a gyroscope, that has a topic of its own. Returns the
+  /// times of the IMU samples that it completes, which have been added (ImuJoiner).
+  std::vector<Time> add_force(const AxesSample& force);
+  std::vector<Time> add_rate(const AxesSample& rate);
   /// An image of a camera, by the camera's clock; empty if it could not be decoded. Throws
   /// InputError for an image of another size than the camera's.
   void add(std::size_t camera, Time stamp, GrayImage image,
@@ -124,8 +131,11 @@ class RobotSlam {
   std::string save_map(RobotSession& session, const std::filesystem::path& file) const;
   template <typename Message>
   void feed(Message message, const std::string& topic);
+  std::vector<Time> add_all(const std::vector<ImuSample>& joined);
 
   RobotSetup setup_;
+  mutable std::mutex joined_mutex_;  ///< of the next, and of adding what it returns
+  std::unique_ptr<JoinedImu> joined_;
   Callbacks callbacks_;
   std::unique_ptr<SharedMap> map_;
   mutable std::mutex mutex_;               ///< of session_

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <chasles/data/run.hpp>
+#include <chasles/data/split_imu.hpp>
 #include <chasles/error.hpp>
 #include <chasles/pipeline/run.hpp>
 #include <chasles/sim/render_images.hpp>
@@ -64,8 +65,8 @@ void play(RobotSlam& slam) {
   samples.join();
 }
 
-void expect_the_run(const Estimates& found) {
-  const Estimates expected = chasles::run(walk(), InertialRunSettings{}).estimates;
+void expect_the_run(const Estimates& found, const Recording& recording = walk()) {
+  const Estimates expected = chasles::run(recording, InertialRunSettings{}).estimates;
   ASSERT_EQ(found.size(), expected.size());
   for (std::size_t i = 0; i < found.size(); ++i) {
     EXPECT_EQ(found[i].time, expected[i].time);
@@ -96,6 +97,71 @@ TEST(RobotSlam, GivesTheBytesOfARunWhicheverTopicIsAhead) {
   EXPECT_EQ(report.last->time, received.estimates.back().time);
   EXPECT_GT(report.worst_latency.value(), 0);
   EXPECT_FALSE(slam.report().mean_latency);  // none since
+}
+
+/// The walk's IMU as two sensors: the accelerometer has every second sample, 1 ms later.
+struct ApartImu {
+  SensorStream forces{.name = "/accel", .samples = {}}, rates{.name = "/gyro", .samples = {}};
+  ApartImu() {
+    for (std::size_t i = 0; i < walk().imu.size(); ++i) {
+      const ImuSample& s = walk().imu[i];
+      rates.samples.push_back({.time = s.time, .value = s.angular_rate_imu});
+      if (i % 2 != 0) continue;
+      forces.samples.push_back(
+          {.time = s.time + std::chrono::milliseconds(1), .value = s.specific_force_imu});
+    }
+  }
+  Recording joined() const {
+    Recording recording = walk();
+    join_streams("walk", forces, rates, Eigen::Matrix3d::Identity(), recording);
+    return recording;
+  }
+};
+
+/// Each topic on a thread of its own.
+void play(RobotSlam& slam, const ApartImu& imu, std::atomic<std::size_t>& joined) {
+  std::thread rates([&] {
+    for (const AxesSample& rate : imu.rates.samples) joined += slam.add_rate(rate).size();
+  });
+  std::thread forces([&] {
+    for (const AxesSample& force : imu.forces.samples) joined += slam.add_force(force).size();
+  });
+  for (std::size_t i = 0; i < walk().images->size(); ++i) {
+    slam.add(0, walk().images->time(i), walk().images->read(i).images[0]);
+  }
+  rates.join();
+  forces.join();
+}
+
+TEST(RobotSlam, AnAccelerometerAndAGyroscopeApartGiveTheBytesOfARun) {
+  const ApartImu imu;
+  const Recording expected = imu.joined();
+  Received received;
+  RobotSlam slam(setup_of(walk()), received.callbacks());
+  std::atomic<std::size_t> joined = 0;
+  play(slam, imu, joined);
+  slam.finish();
+  expect_the_run(received.estimates, expected);
+  const RobotReport report = slam.report();
+  EXPECT_EQ(report.samples, expected.imu.size());
+  EXPECT_EQ(report.joined.joined, expected.imu.size());
+  EXPECT_EQ(joined, expected.imu.size());
+  EXPECT_EQ(report.joined.forces, imu.forces.samples.size());
+  EXPECT_EQ(report.joined.before_forces, 1u);
+}
+
+// A recording that is played again, one topic after the other.
+TEST(RobotSlam, AClockThatJumpsBackBeginsBothSensorsAnew) {
+  const ApartImu imu;
+  Received received;
+  RobotSlam slam(setup_of(walk()), received.callbacks());
+  std::atomic<std::size_t> joined = 0;
+  play(slam, imu, joined);
+  slam.add_force(imu.forces.samples[0]);
+  play(slam, imu, joined);
+  slam.finish();
+  EXPECT_EQ(received.resets.size(), 1u);
+  EXPECT_GT(joined, 2 * imu.rates.samples.size() - 20);
 }
 
 // However far a topic is ahead.

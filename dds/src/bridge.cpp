@@ -120,7 +120,8 @@ void announce(const BridgeOptions& o, const BridgeNetwork& network, const Sensor
                    : "network " + (o.network.empty() ? "loopback" : o.network));
   std::string cameras;
   for (const std::string& topic : topics.cameras) cameras += " " + topic;
-  spdlog::info("IMU: {}; cameras:{}", topics.imu, cameras);
+  spdlog::info("IMU: {}{}; cameras:{}", topics.imu,
+               topics.accelerometer.empty() ? "" : " and " + topics.accelerometer, cameras);
 }
 
 // Finds errors of the outputs before the run.

@@ -65,7 +65,9 @@ SensorTopics topics_of(const BridgeOptions& o, const SensorCalibration& calibrat
         "--camera: found {} topics, expected {}: one for each camera of {}, in its order",
         o.cameras.size(), cameras, o.calibration.string()));
   }
-  SensorTopics topics{.imu = o.imu.empty() ? calibration.imu_topic : o.imu, .cameras = o.cameras};
+  SensorTopics topics{.imu = o.imu.empty() ? calibration.imu_topic : o.imu,
+                      .accelerometer = o.accelerometer,
+                      .cameras = o.cameras};
   if (topics.imu.empty()) topics.imu = "/imu0";
   for (std::size_t c = topics.cameras.size(); c < cameras; ++c) {
     const bool known =
@@ -74,6 +76,7 @@ SensorTopics topics_of(const BridgeOptions& o, const SensorCalibration& calibrat
                                    : fmt::format("/cam{}/image_raw", c));
   }
   std::vector<std::string> names{dds_topic(topics.imu)};
+  if (!topics.accelerometer.empty()) names.push_back(dds_topic(topics.accelerometer));
   for (const std::string& topic : topics.cameras) names.push_back(dds_topic(topic));
   std::ranges::sort(names);
   if (const auto twice = std::ranges::adjacent_find(names); twice != names.end()) {
@@ -106,9 +109,7 @@ Inputs::Inputs(Participant& participant, const BridgeOptions& options, const Sen
   const auto delivery = [&](int depth) {
     return Delivery{.reliable = options.reliable, .depth = depth, .keep_all = options.reliable};
   };
-  subscribe<ImuMessage>(
-      participant, topics.imu, delivery(kSamplesKept),
-      [this](Source& source, const ImuMessage& message) { take_sample(source, message); });
+  subscribe_to_imu(participant, topics, delivery(kSamplesKept));
   for (std::size_t c = 0; c < topics.cameras.size(); ++c) {
     const Camera& camera = slam.cameras()[c];
     decoders_.emplace_back(ImageSize{.width = camera.width, .height = camera.height},
@@ -125,6 +126,36 @@ Inputs::Inputs(Participant& participant, const BridgeOptions& options, const Sen
   }
 }
 
+void Inputs::subscribe_to_imu(Participant& participant, const SensorTopics& topics,
+                              const Delivery& delivery) {
+  if (topics.accelerometer.empty()) {
+    return subscribe<ImuMessage>(
+        participant, topics.imu, delivery,
+        [this](Source& source, const ImuMessage& message) { take_sample(source, message); });
+  }
+  const auto take = [this](Source& source, const ImuMessage& message, const auto& value_of,
+                           const auto& add) {
+    const Time time = time_of(message.header.stamp);
+    if (!source.stamps.is_set(time, source.topic)) return;
+    for (const Time joined : add(AxesSample{.time = time, .value = value_of(message)})) {
+      note_sample(joined);
+    }
+  };
+  subscribe<ImuMessage>(
+      participant, topics.imu, delivery, [this, take](Source& source, const ImuMessage& message) {
+        take(
+            source, message, [](const ImuMessage& m) { return vector(m.angular_velocity); },
+            [this](const AxesSample& rate) { return slam_.add_rate(rate); });
+      });
+  subscribe<ImuMessage>(participant, topics.accelerometer, delivery,
+                        [this, take](Source& source, const ImuMessage& message) {
+                          take(
+                              source, message,
+                              [](const ImuMessage& m) { return vector(m.linear_acceleration); },
+                              [this](const AxesSample& force) { return slam_.add_force(force); });
+                        });
+}
+
 std::size_t Inputs::take() {
   std::size_t taken = 0;
   for (const auto& take : takes_) taken += take();
@@ -138,6 +169,10 @@ void Inputs::take_sample(Source& source, const ImuMessage& message) {
   sample.specific_force_imu = vector(message.linear_acceleration);
   sample.angular_rate_imu = vector(message.angular_velocity);
   slam_.add(sample);
+  note_sample(time);
+}
+
+void Inputs::note_sample(Time time) {
   if (last_sample_ && time > *last_sample_) on_sample_(time, to_seconds(time - *last_sample_));
   last_sample_ = time;
 }

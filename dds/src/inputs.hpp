@@ -22,6 +22,7 @@ struct BridgeOptions;
 /// The topics of the sensors.
 struct SensorTopics {
   std::string imu;
+  std::string accelerometer;  ///< empty: none of its own
   std::vector<std::string> cameras;
 };
 /// Those of the options, else those that the calibration names, else /imu0 and /camN/image_raw.
@@ -64,7 +65,10 @@ class Inputs {
   template <typename Message>
   void subscribe(Participant& participant, const std::string& topic, const Delivery& delivery,
                  std::function<void(Source&, const Message&)> take);
+  void subscribe_to_imu(Participant& participant, const SensorTopics& topics,
+                        const Delivery& delivery);
   void take_sample(Source& source, const ImuMessage& message);
+  void note_sample(Time time);
   template <typename Message>
   void take_image(Source& source, std::size_t camera, const Message& message);
 

@@ -30,6 +30,12 @@ void declare_input(CLI::App& parser, BridgeOptions& o) {
       ->group("Input")
       ->default_str("that of the calibration, or /imu0");
   parser
+      .add_option("--accelerometer", o.accelerometer,
+                  "Topic of sensor_msgs/msg/Imu of the accelerometer, where it has one of its own, "
+                  "along the axes of the gyroscope; --imu then is that of the gyroscope")
+      ->type_name("TOPIC")
+      ->group("Input");
+  parser
       .add_option("--camera", o.cameras,
                   "Topic of sensor_msgs/msg/Image, or of CompressedImage where it ends with "
                   "/compressed; once for each camera of the calibration, in its order")

@@ -19,7 +19,8 @@ namespace chasles::bridge {
 struct BridgeOptions {
   // Input
   std::filesystem::path calibration;
-  std::string imu;  ///< topic; empty: that of the calibration, or /imu0
+  std::string imu;            ///< topic; empty: that of the calibration, or /imu0
+  std::string accelerometer;  ///< topic of its own; empty: none. `imu` is the gyroscope's then
   std::vector<std::string>
       cameras;         ///< topics; empty: those of the calibration, or /camN/image_raw
   int image_bits = 0;  ///< in use, of 16-bit images; 0: as the first one shows

@@ -108,8 +108,8 @@ Matrix6d base_covariance(const RunState& s) {
 
 /// Reliably and as fast as it goes; then the bridge ends.
 bool plays_all(FastClient& client, const Recording& recording, Process& bridge,
-               const Listener& listener) {
-  RobotDriver driver(client, recording, true);
+               const Listener& listener, bool apart = false) {
+  RobotDriver driver(client, recording, true, {}, apart);
   if (!driver.await_bridge(listener.diagnostics, seconds(20))) return false;
   driver.play(0);
   if (!driver.acknowledged(seconds(20))) return false;
@@ -218,6 +218,45 @@ TEST(DdsRun, EqualsTheCommandToTheByteAndPublishesIt) {
   expect_transforms_of(odometries, listener.tf.messages());
   expect_points_of(run, listener.points.messages());
   expect_diagnostics_of(recording.images->size(), listener.diagnostics.messages());
+}
+
+// A table of the gyroscope, and one of every second sample of the accelerometer.
+void write_imu_apart(const std::filesystem::path& mav) {
+  std::istringstream lines(slurp(mav / "imu0/data.csv"));
+  std::string accel = "timestamp,ax,ay,az\n", gyro = "timestamp,wx,wy,wz\n", line;
+  std::getline(lines, line);
+  for (int row = 0; std::getline(lines, line); ++row) {
+    std::size_t middle = 0;
+    for (int comma = 0; comma < 4; ++comma) middle = line.find(',', middle) + 1;
+    gyro += line.substr(0, middle - 1) + "\n";
+    if (row % 2 == 0) accel += line.substr(0, line.find(',') + 1) + line.substr(middle) + "\n";
+  }
+  for (const char* name : {"accel0", "gyro0"}) std::filesystem::create_directory(mav / name);
+  spill(mav / "accel0/data.csv", accel);
+  spill(mav / "gyro0/data.csv", gyro);
+  std::filesystem::remove(mav / "imu0/data.csv");
+}
+
+TEST(DdsRun, AnAccelerometerAndAGyroscopeApartGiveTheBytesOfTheCommand) {
+  const Scratch folder;
+  simulate_walk(folder);
+  const Recording recording = read_recording(folder / "walk");
+  write_imu_apart(folder / "walk/mav0");
+  const Outcome command = chasles(folder, "run walk -o command --quiet");
+  ASSERT_EQ(command.code, 0) << command.err;
+  Process bridge(bridge_command(folder, {"--reliable", "--lossless", "-o", folder / "bridge",
+                                         "--imu", "/gyro", "--accelerometer", "/accel"}),
+                 folder / "log.txt");
+  FastClient client(kDomain);
+  const Listener listener(client);
+  ASSERT_TRUE(plays_all(client, recording, bridge, listener, true)) << slurp(folder / "log.txt");
+  for (const char* file : {"states.csv", "trajectory.tum", "landmarks.csv"}) {
+    ASSERT_FALSE(slurp(folder / "command" / file).empty()) << file;
+    EXPECT_EQ(slurp(folder / "bridge" / file), slurp(folder / "command" / file)) << file;
+  }
+  const Status last = status(listener.diagnostics.messages().back().bytes);
+  EXPECT_EQ(last.values.at("gyroscope samples"), std::to_string(recording.imu.size()));
+  EXPECT_EQ(last.values.at("gyroscope samples not joined"), "0");
 }
 
 // REP 105: the robot is at map_T_odom odom_T_base in the map, which is where the run found itself.

@@ -23,11 +23,18 @@ std::string camera_topic(std::size_t camera) {
   return fmt::format("/cam{}/image_raw{}", camera, camera == 1 ? "/compressed" : "");
 }
 
-RobotDriver::RobotDriver(FastClient& client, const Recording& recording, bool reliable, Time offset)
+RobotDriver::RobotDriver(FastClient& client, const Recording& recording, bool reliable, Time offset,
+                         bool apart)
     : recording_(recording),
       offset_(offset),
-      imu_(client, {"rt/imu0", "sensor_msgs::msg::dds_::Imu_"},
+      apart_(apart),
+      imu_(client, {apart ? "rt/gyro" : "rt/imu0", "sensor_msgs::msg::dds_::Imu_"},
            {.reliable = reliable, .depth = reliable ? 0 : 100}) {
+  if (apart) {
+    accelerometer_ = std::make_unique<FastWriter>(
+        client, WireTopic{"rt/accel", "sensor_msgs::msg::dds_::Imu_"},
+        FastWriter::Options{.reliable = reliable, .depth = reliable ? 0 : 100});
+  }
   for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
     const char* type =
         c == 1 ? "sensor_msgs::msg::dds_::CompressedImage_" : "sensor_msgs::msg::dds_::Image_";
@@ -38,7 +45,8 @@ RobotDriver::RobotDriver(FastClient& client, const Recording& recording, bool re
 }
 
 bool RobotDriver::await_bridge(const FastReader& diagnostics, std::chrono::seconds within) const {
-  std::vector<std::string> topics{"/imu0"};
+  std::vector<std::string> topics{apart_ ? "/gyro" : "/imu0"};
+  if (apart_) topics.emplace_back("/accel");
   for (std::size_t c = 0; c < cameras_.size(); ++c) topics.push_back(camera_topic(c));
   const auto hears = [](const Status& status, const std::string& topic) {
     const auto found = status.values.find("publishers of " + topic);
@@ -68,14 +76,23 @@ void RobotDriver::play(double speed) {
   while (const auto event = events.next()) {
     if (const auto* sample = std::get_if<ImuSample>(&*event)) {
       wait_for(sample->time);
-      ImuSample sent = *sample;
-      sent.time += offset_;
-      imu_.write(imu_bytes(sent));
+      send_sample(*sample);
     } else if (const auto* due = std::get_if<ImagesDue>(&*event)) {
       wait_for(due->time);
       send_frame(due->index);
     }
   }
+}
+
+void RobotDriver::send_sample(const ImuSample& sample) {
+  ImuSample sent = sample;
+  sent.time += offset_;
+  if (!apart_) return imu_.write(imu_bytes(sent));
+  ImuSample force = sent;
+  force.angular_rate_imu.setZero();
+  sent.specific_force_imu.setZero();
+  imu_.write(imu_bytes(sent));
+  if (samples_++ % 2 == 0) accelerometer_->write(imu_bytes(force));
 }
 
 void RobotDriver::send_frame(std::size_t index) {
@@ -92,6 +109,7 @@ void RobotDriver::send_frame(std::size_t index) {
 }
 
 bool RobotDriver::acknowledged(std::chrono::seconds within) const {
+  if (accelerometer_ && !accelerometer_->acknowledged(within)) return false;
   return imu_.acknowledged(within) && std::ranges::all_of(cameras_, [&](const auto& camera) {
            return camera->acknowledged(within);
          });

@@ -17,8 +17,10 @@ class RobotDriver {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `offset` is added to all stamps.
-  RobotDriver(FastClient& client, const Recording& recording, bool reliable, Time offset = {});
+  /// `offset` is added to all stamps. `apart`: the gyroscope is on /gyro, and every second sample
+  /// of the accelerometer on /accel, in place of /imu0.
+  RobotDriver(FastClient& client, const Recording& recording, bool reliable, Time offset = {},
+              bool apart = false);
 
   /// Whether within this time the bridge hears all topics: peers find each other at times of their
   /// own, so that its diagnostics must say it.
@@ -32,11 +34,15 @@ class RobotDriver {
   const std::map<Time, Clock::time_point>& sent() const { return sent_; }
 
  private:
+  void send_sample(const ImuSample& sample);
   void send_frame(std::size_t index);
 
   const Recording& recording_;
   Time offset_;
-  FastWriter imu_;
+  bool apart_;
+  FastWriter imu_;  ///< or the gyroscope
+  std::unique_ptr<FastWriter> accelerometer_;
+  std::size_t samples_ = 0;
   std::vector<std::unique_ptr<FastWriter>> cameras_;
   std::map<Time, Clock::time_point> sent_;
 };

@@ -31,7 +31,7 @@ from ._core import (
 from ._arrays import from_arrays as _from_arrays
 from ._calls import compare, monte_carlo, run, simulate
 from ._check import Check, Finding, check
-from ._functions import command, evaluate, main, read, read_run, settings
+from ._functions import command, evaluate, join_imu, main, read, read_run, settings
 from ._run import Run
 from ._settings import FilterArguments, RunArguments, RunSettings, SceneSettings, StreetSettings
 from .lab import ChartState, Comparison, FirstSight, Study, register_chart, register_depth_rule
@@ -40,7 +40,7 @@ __all__ = [
     "Camera", "ChartState", "Check", "Comparison", "DivergedError", "Error", "Estimate", "FilterArguments", "Finding",
     "FirstSight", "ImuNoise", "InputError", "NotInitialisedError", "PredictedState", "RealtimeSlam", "Recording", "Run",
     "RunArguments", "RunSettings", "SceneSettings", "Slam", "StreetSettings", "Study", "UsageError", "__version__",
-    "check", "command", "compare", "evaluate", "main", "monte_carlo", "read", "read_run", "register_chart",
+    "check", "command", "compare", "evaluate", "join_imu", "main", "monte_carlo", "read", "read_run", "register_chart",
     "register_depth_rule", "run", "settings", "simulate",
 ]
 

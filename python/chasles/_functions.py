@@ -51,6 +51,15 @@ def evaluate(estimate: Mapping[str, Any], truth: Mapping[str, Any], *, chart: st
                           estimate.get("pose_covariance"), chart, level)
 
 
+@suggests_arguments
+def join_imu(gyro_time: Any, angular_rate: Any, accel_time: Any, specific_force: Any) -> dict[str, Any]:
+    """The samples of an IMU whose accelerometer and gyroscope are read apart, each with (N,) times and (N, 3) values:
+    at the times of the gyroscope, with the accelerometer interpolated. A dictionary with `time`, `angular_rate` and
+    `specific_force` for `add_imu`, and `remarks`, sentences on what was joined and left out. InputError for streams
+    that cannot be joined."""
+    return _core.join_imu(gyro_time, angular_rate, accel_time, specific_force)
+
+
 def settings(kind: str = "imu") -> dict[str, dict[str, str]]:
     """All settings by name, of runs with an IMU ("imu") or with body velocities ("velocity"), of scenes with an IMU
     ("scene") or of streets ("street"): {name: {"default", "unit", "meaning", "type"}}."""

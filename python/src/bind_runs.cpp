@@ -109,8 +109,8 @@ PythonRun run(const Recording& given, const std::filesystem::path& path, const p
       result = {.run = std::move(done.result.run),
                 .summary = json_text(done.summary),
                 .batch = done.estimator->batch_terms(),
-                 .unsaved = unsaved(o, recording, done),
-                 .frame_times = frame_times_of(recording)};
+                .unsaved = unsaved(o, recording, done),
+                .frame_times = frame_times_of(recording)};
     }
     return result;
   });

@@ -92,6 +92,7 @@ PYBIND11_MODULE(_core, m) {
   bind_runs(m);
   bind_estimates(m);
   bind_slam(m);
+  bind_imu(m);
   bind_evaluation(m);
   bind_lab(m);
   bind_studies(m);

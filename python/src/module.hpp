@@ -17,6 +17,7 @@ void bind_recordings(pybind11::module_& m);
 void bind_runs(pybind11::module_& m);
 void bind_estimates(pybind11::module_& m);
 void bind_slam(pybind11::module_& m);
+void bind_imu(pybind11::module_& m);
 void bind_evaluation(pybind11::module_& m);
 void bind_lab(pybind11::module_& m);
 void bind_studies(pybind11::module_& m);

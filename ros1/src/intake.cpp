@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/bags/bag_imu.hpp>
 #include <chasles/data/bags/bag_topics.hpp>
 #include <chasles/error.hpp>
 
@@ -19,6 +20,7 @@ constexpr std::size_t kMostHeld = 256 << 20;
 constexpr int kMostReported = 20;
 // Messages that may wait for their thread, which decodes and passes on.
 constexpr std::uint32_t kSampleQueue = 2000, kImageQueue = 20;
+constexpr double kSameAxes = 1e-3;  // [rad]
 
 app::RobotSetup setup_from(const NodeParameters& p, SensorCalibration calibration) {
   return {.calibration = std::move(calibration),
@@ -41,11 +43,18 @@ void check_type(const RawMessage& message, const std::string& expected, const st
 
 InputTopics input_topics(const NodeParameters& p, const SensorCalibration& calibration) {
   InputTopics topics{.imu = p.imu_topic.empty() ? calibration.imu_topic : p.imu_topic,
+                     .accelerometer = p.accelerometer_topic,
                      .cameras = p.camera_topics};
   if (topics.imu.empty()) {
     throw UsageError(
         "~imu_topic is missing, and the calibration names no topic (rostopic), expected the topic "
         "of the IMU");
+  }
+  if (topics.accelerometer == topics.imu) {
+    throw UsageError(fmt::format(
+        "~accelerometer_topic: found '{}', which is ~imu_topic, expected another topic, or none "
+        "where one has both sensors",
+        topics.accelerometer));
   }
   if (topics.cameras.empty()) topics.cameras = calibration.camera_topics;
   const std::size_t cameras = calibration.cameras.size();
@@ -70,8 +79,10 @@ Intake::Intake(Transport& transport, const NodeParameters& parameters, Publisher
       calibration_(read_sensor_calibration(parameters.calibration, parameters.cameras)),
       topics_(input_topics(parameters, calibration_)),
       bits_(topics_.cameras.size(), parameters.image_bits) {
+  accelerometer_.topic.name = topics_.accelerometer;
+  gyroscope_.topic.name = topics_.imu;
   if (calibration_.cameras.empty()) {
-    by_topics_.emplace(calibration_, topics_.imu, topics_.cameras);
+    by_topics_.emplace(calibration_, topics_.imu, topics_.cameras, topics_.accelerometer);
   } else {
     start(calibration_);
   }
@@ -92,9 +103,20 @@ void Intake::subscribe() {
                            on_data(message, [this, c](const RawMessage& m) { take_image(c, m); });
                          });
   }
-  transport_.subscribe(topics_.imu, all ? 0 : kSampleQueue, [this](const RawMessage& message) {
-    on_data(message, [this](const RawMessage& m) { take_sample(m); });
-  });
+  subscribe_to_imu();
+}
+
+// One topic, or one of the gyroscope and one of the accelerometer.
+void Intake::subscribe_to_imu() {
+  const std::uint32_t queue = parameters_.lossless ? 0 : kSampleQueue;
+  const auto subscribe = [&](const std::string& topic, void (Intake::*take)(const RawMessage&)) {
+    transport_.subscribe(topic, queue, [this, take](const RawMessage& message) {
+      on_data(message, [this, take](const RawMessage& m) { (this->*take)(m); });
+    });
+  };
+  if (topics_.accelerometer.empty()) return subscribe(topics_.imu, &Intake::take_sample);
+  subscribe(topics_.imu, &Intake::take_rate);
+  subscribe(topics_.accelerometer, &Intake::take_force);
 }
 
 void Intake::subscribe_to_calibration() {
@@ -102,6 +124,11 @@ void Intake::subscribe_to_calibration() {
     on_message(message, "/tf_static", [this](const RosMessage& ros) {
       const std::vector<RosTransform> transforms = ros_transforms(ros);
       publisher_.add_transforms(transforms);
+      {
+        const std::lock_guard lock(axes_mutex_);
+        add_static_transforms(transforms, transforms_);
+        check_axes();
+      }
       const std::lock_guard lock(start_mutex_);
       if (by_topics_) by_topics_->add_transforms(transforms);
       try_to_start();
@@ -204,7 +231,60 @@ void Intake::take_sample(const RawMessage& message) {
     if (!has_stamp(header)) return;
     const ImuSample sample = ros_imu(ros);
     slam_->add(sample);
-    if (const auto state = slam_->predicted(sample.time)) publisher_.publish(*state);
+    publish_predicted({sample.time});
+  });
+}
+
+void Intake::publish_predicted(const std::vector<Time>& times) {
+  for (const Time time : times) {
+    if (const auto state = slam_->predicted(time)) publisher_.publish(*state);
+  }
+}
+
+void Intake::take_rate(const RawMessage& message) {
+  on_message(message, topics_.imu, [&](const RosMessage& ros) {
+    check_type(message, "sensor_msgs/Imu", ros.where);
+    const RosHeader header = ros_header(ros);
+    publisher_.set_imu_frame(header.frame);
+    if (!slam_) return by_topics_->set_imu_frame(header.frame);
+    note_frame(header.frame, gyroscope_);
+    if (!has_stamp(header)) return;
+    publish_predicted(
+        slam_->add_rate({.time = header.stamp, .value = ros_imu(ros).angular_rate_imu}));
+  });
+}
+
+void Intake::note_frame(const std::string& frame, TopicContents& topic) {
+  if (frame.empty() || !topic.frame.empty()) return;  // only this topic's thread writes
+  const std::lock_guard lock(axes_mutex_);
+  topic.frame = frame;
+  check_axes();
+}
+
+// With a calibration file the samples are taken before it is known what /tf_static will say: axes
+// that differ end the node. `axes_mutex_` is locked.
+void Intake::check_axes() {
+  if (calibration_.cameras.empty() || accelerometer_.frame.empty() || gyroscope_.frame.empty()) {
+    return;
+  }
+  const SplitExtrinsics extrinsics = split_extrinsics(accelerometer_, gyroscope_, transforms_);
+  if (failure_ || extrinsics.gyro_T_accel.R.isIdentity(kSameAxes)) return;
+  failure_ = std::make_exception_ptr(InputError(fmt::format(
+      "~accelerometer_topic: {}; expected the same axes for both: use the driver's topic with both "
+      "sensors, or a calibration by the topics (imu.yaml alone), which turns them",
+      extrinsics.remarks.front())));
+  transport_.stop();
+}
+
+void Intake::take_force(const RawMessage& message) {
+  on_message(message, topics_.accelerometer, [&](const RosMessage& ros) {
+    check_type(message, "sensor_msgs/Imu", ros.where);
+    const RosHeader header = ros_header(ros);
+    if (!slam_) return by_topics_->set_accelerometer_frame(header.frame);
+    note_frame(header.frame, accelerometer_);
+    if (!has_stamp(header)) return;
+    publish_predicted(
+        slam_->add_force({.time = header.stamp, .value = ros_imu(ros).specific_force_imu}));
   });
 }
 

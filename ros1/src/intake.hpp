@@ -24,6 +24,7 @@ namespace chasles::ros1 {
 /// calibration.
 struct InputTopics {
   std::string imu;
+  std::string accelerometer;         ///< empty: none of its own
   std::vector<std::string> cameras;  ///< with /compressed, if that is the transport
 };
 /// Throws UsageError for a topic that neither names, and where their number is not that of the
@@ -57,7 +58,13 @@ class Intake {
   void hold(RawMessage message, Take take);
   void try_to_start();
   void start(SensorCalibration calibration);
+  void subscribe_to_imu();
   void take_sample(const RawMessage& message);
+  void take_rate(const RawMessage& message);
+  void take_force(const RawMessage& message);
+  void note_frame(const std::string& frame, TopicContents& topic);
+  void check_axes();
+  void publish_predicted(const std::vector<Time>& times);
   void take_image(std::size_t camera, const RawMessage& message);
   bool has_stamp(const RosHeader& header);
   GrayImage decoded(std::size_t camera, const RawMessage& message, Time stamp);
@@ -75,7 +82,13 @@ class Intake {
   std::deque<std::pair<RawMessage, Take>> held_;
   std::size_t held_bytes_ = 0;
 
-  std::exception_ptr failure_;  ///< of a start by the topics
+  std::exception_ptr failure_;  ///< of a start by the topics, or of axes that differ
+
+  // Of an accelerometer and a gyroscope with topics of their own: their names and frames, and the
+  // static transforms.
+  std::mutex axes_mutex_;
+  TopicContents accelerometer_, gyroscope_;
+  std::vector<RosTransform> transforms_;
 
   std::unique_ptr<app::RobotSlam> slam_;
   std::atomic<bool> started_ = false;

@@ -137,6 +137,7 @@ std::map<std::string, Read> readers_of(NodeParameters& p, std::string& config,
   return {
       {"calibration", text_to(p.calibration)},
       {"imu_topic", text_to(p.imu_topic)},
+      {"accelerometer_topic", text_to(p.accelerometer_topic)},
       {"camera_topics",
        [&p](const auto& name, const auto& value) { read_topics(name, value, p.camera_topics); }},
       {"image_transport", text_to(p.image_transport)},

@@ -20,6 +20,7 @@ struct NodeParameters {
   // Input
   std::filesystem::path calibration = {};  ///< needed
   std::string imu_topic = {};              ///< empty: as the calibration names it
+  std::string accelerometer_topic = {};    ///< of its own; empty: imu_topic has both sensors
   std::vector<std::string> camera_topics = {};
   std::string image_transport = "raw";  ///< or "compressed"
   std::size_t cameras = kAllCameras;    ///< from "mono" and "stereo"

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/bags/bag_calibration.hpp>
+#include <chasles/data/bags/bag_imu.hpp>
 #include <chasles/data/bags/bag_topics.hpp>
 #include <chasles/error.hpp>
 
@@ -31,8 +32,11 @@ void set_frame(const std::string& frame, TopicContents& topic) {
 }  // namespace
 
 TopicCalibration::TopicCalibration(SensorCalibration imu, const std::string& imu_topic,
-                                   const std::vector<std::string>& camera_topics)
-    : imu_(std::move(imu)), cameras_(camera_topics.size()) {
+                                   const std::vector<std::string>& camera_topics,
+                                   const std::string& accelerometer_topic)
+    : imu_(std::move(imu)),
+      cameras_(camera_topics.size()),
+      accelerometer_(topic_of(accelerometer_topic, "sensor_msgs/Imu")) {
   contents_.topics.push_back(topic_of(imu_topic, "sensor_msgs/Imu"));
   for (const std::string& images : camera_topics) {
     contents_.topics.push_back(topic_of(images, "sensor_msgs/Image"));
@@ -60,14 +64,22 @@ void TopicCalibration::set_info(std::size_t camera, const RosCameraInfo& of_came
   if (!info(camera).info) info(camera).info = of_camera;
 }
 
+void TopicCalibration::set_accelerometer_frame(const std::string& frame) {
+  set_frame(frame, accelerometer_);
+}
+
 void TopicCalibration::add_transforms(const std::vector<RosTransform>& transforms) {
+  add_static_transforms(transforms, contents_.transforms);
+}
+
+void add_static_transforms(const std::vector<RosTransform>& transforms,
+                           std::vector<RosTransform>& known) {
   for (const RosTransform& transform : transforms) {
-    const auto known =
-        std::ranges::find(contents_.transforms, transform.child, &RosTransform::child);
-    if (known == contents_.transforms.end()) {
-      contents_.transforms.push_back(transform);
+    const auto found = std::ranges::find(known, transform.child, &RosTransform::child);
+    if (found == known.end()) {
+      known.push_back(transform);
     } else {
-      *known = transform;
+      *found = transform;
     }
   }
 }
@@ -85,6 +97,10 @@ std::optional<SensorCalibration> TopicCalibration::calibration() {
     chosen.cameras.push_back(&images(c));
     chosen.chain.push_back(c);
   }
+  if (!accelerometer_.topic.name.empty() && accelerometer_.frame.empty()) {
+    missing_ = fmt::format("no message with a frame_id has come on {}", accelerometer_.topic.name);
+    return std::nullopt;
+  }
   Recording recording;
   try {
     calibrate_by_bag("the topics", contents_, chosen, recording);
@@ -96,8 +112,19 @@ std::optional<SensorCalibration> TopicCalibration::calibration() {
   result.cameras = recording.cameras;
   result.time_offsets.assign(cameras_, Time::zero());
   result.remarks.insert(result.remarks.end(), recording.remarks.begin(), recording.remarks.end());
+  if (!accelerometer_.topic.name.empty()) take_split(result);
   missing_.clear();
   return result;
+}
+
+// As the reader of bags: the IMU has the axes of the gyroscope and the place of the accelerometer.
+void TopicCalibration::take_split(SensorCalibration& result) const {
+  const SplitExtrinsics extrinsics =
+      split_extrinsics(accelerometer_, contents_.topics[0], contents_.transforms);
+  result.gyro_R_accel = extrinsics.gyro_T_accel.R;
+  const SE3 moved{Eigen::Matrix3d::Identity(), extrinsics.gyro_T_accel.p};
+  for (Camera& camera : result.cameras) camera.cam_T_imu = camera.cam_T_imu * moved;
+  result.remarks.insert(result.remarks.end(), extrinsics.remarks.begin(), extrinsics.remarks.end());
 }
 
 }  // namespace chasles::ros1

@@ -266,6 +266,34 @@ class NodeTest(unittest.TestCase):
         for name in ['states.csv', 'in_map.csv']:
             self.assertEqual((self.folder / 'placed_out' / name).read_bytes(), (expected / name).read_bytes())
 
+    # A depth camera's driver: two topics for the IMU.
+    def test_an_accelerometer_and_a_gyroscope_apart_give_the_bytes_of_the_command(self):
+        bag = self.walk.bag_with_imu_apart(self.folder / 'apart')
+        expected = run(bag, self.folder / 'apart_expected')
+        with Listener() as listener, node(**self.parameters(bag, 'apart_out', imu_topic='/gyro',
+                                                            accelerometer_topic='/accel')) as chasles:
+            listener.wait_for_node()
+            play(bag)
+            values = listener.wait_for_counts(gyroscope_samples=self.walk.samples - 1,
+                                              frames_taken=self.walk.frames - 2)[2]
+            self.assertEqual(chasles.interrupt(), 0, chasles.text())
+            self.assertLess(int(values['gyroscope samples not joined']), 3)
+            self.assertGreater(len(listener['odometry']), 100)
+        self.expect_same_run(self.folder / 'apart_out', expected)
+
+    def test_axes_that_differ_end_the_node(self):
+        R = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1.0]])
+        bag = self.walk.bag_with_imu_apart(self.folder / 'turned', R)
+        parameters = self.parameters(bag, 'turned_out', imu_topic='/gyro', accelerometer_topic='/accel')
+        with Listener() as listener, node(**parameters) as chasles:
+            listener.wait_for_node()
+            play(bag)
+            self.assertEqual(chasles.process.wait(20), 1)
+            self.assertIn('turned by 90 deg', chasles.text())
+        # The reader of bags turns them.
+        states = states_of(run(bag, self.folder / 'turned_expected'))
+        self.assertGreater(len(states['time_ns']), 0.8 * self.walk.frames)
+
     # A driver's faults: no stamps, damaged images, another type.
     def test_damaged_messages_are_counted_and_the_run_goes_on(self):
         from sensor_msgs.msg import CompressedImage, Imu

@@ -8,6 +8,10 @@ from importlib.machinery import SourceFileLoader
 from pathlib import Path
 
 import numpy as np
+import rosbag
+import rospy
+from geometry_msgs.msg import TransformStamped, Vector3
+from tf2_msgs.msg import TFMessage
 
 from ros import CHASLES, HERE
 
@@ -53,6 +57,36 @@ class Walk:
         euroc.write_kalibr(self.recording, folder, chain)
         euroc.write(self.recording, folder / f'{name}.bag', **options)
         return folder / f'{name}.bag'
+
+    def bag_with_imu_apart(self, folder, R=None, **options):
+        """The gyroscope on /gyro, and every second sample of the accelerometer on /accel. R: by /tf_static, the
+        axes of the accelerometer are turned by it against those of the gyroscope."""
+        whole = self.bag(folder, 'whole', **options)
+        with rosbag.Bag(str(whole)) as source, rosbag.Bag(str(folder / 'walk.bag'), 'w') as out:
+            count = 0
+            if R is not None:
+                one = TransformStamped(child_frame_id='accel')
+                one.header.frame_id = euroc.IMU_FRAME
+                q = one.transform.rotation
+                q.x, q.y, q.z, q.w = euroc.quaternion_of(R)
+                out.write('/tf_static', TFMessage([one]), rospy.Time(1))
+            for topic, message, stamp in source.read_messages():
+                if topic != '/imu0':
+                    out.write(topic, message, stamp)
+                    continue
+                rate, force = copy.deepcopy(message), copy.deepcopy(message)
+                rate.linear_acceleration = Vector3()
+                force.angular_velocity = Vector3()
+                if R is not None:
+                    force.header.frame_id = 'accel'
+                    a = force.linear_acceleration
+                    a.x, a.y, a.z = R.T @ np.array([a.x, a.y, a.z])
+                out.write('/gyro', rate, stamp)
+                if count % 2 == 0:
+                    out.write('/accel', force, stamp)
+                count += 1
+        whole.unlink()
+        return folder / 'walk.bag'
 
     def truth_at(self, ns):
         """Position, rotation and velocity at a time of the truth, that of a frame; None at others."""

@@ -57,6 +57,34 @@ TEST_F(TopicCalibrationTest, IsThatOfTheBag) {
   EXPECT_EQ(found->time_offsets, (std::vector<Time>{Time{}, Time{}}));
 }
 
+// As the reader of bags: the axes of the gyroscope, the place of the accelerometer.
+TEST_F(TopicCalibrationTest, OfAnAccelerometerApartTakesItsPlaceAndAxes) {
+  TopicCalibration topics({}, "/gyro", {"/cam0/image_raw"}, "/accel");
+  topics.set_imu_frame(topic("/imu0").frame);
+  topics.set_image_frame(0, topic("/cam0/image_raw").frame);
+  topics.set_info(0, *topic("/cam0/camera_info").info);
+  topics.add_transforms(contents_.transforms);
+  EXPECT_FALSE(topics.calibration());
+  EXPECT_EQ(topics.missing(), "no message with a frame_id has come on /accel");
+  topics.set_accelerometer_frame("accel");
+  Eigen::Matrix3d R;
+  R << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+  const Eigen::Vector3d p(0.01, 0.02, -0.03);
+  topics.add_transforms({{topic("/imu0").frame, "accel", {R, p}}});
+  const auto found = topics.calibration();
+  ASSERT_TRUE(found) << topics.missing();
+  EXPECT_TRUE(found->gyro_R_accel.isApprox(R, 1e-12));
+  TopicCalibration united({}, "/imu0", {"/cam0/image_raw"});
+  united.set_imu_frame(topic("/imu0").frame);
+  united.set_image_frame(0, topic("/cam0/image_raw").frame);
+  united.set_info(0, *topic("/cam0/camera_info").info);
+  united.add_transforms(contents_.transforms);
+  // A point at the accelerometer, seen by the camera.
+  const Eigen::Vector3d expected = united.calibration()->cameras[0].cam_T_imu * p;
+  EXPECT_TRUE(found->cameras[0].cam_T_imu.p.isApprox(expected, 1e-12));
+  EXPECT_NE(found->remarks.back().find("turned by 90 deg"), std::string::npos);
+}
+
 TEST_F(TopicCalibrationTest, SaysWhatItWaitsFor) {
   TopicCalibration topics = made();
   EXPECT_FALSE(topics.calibration());

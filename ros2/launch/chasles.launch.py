@@ -9,6 +9,7 @@ def generate_launch_description():
     arguments = {
         'calibration': ('', 'file or folder: camchain-imucam.yaml with imu.yaml, or calibration.yaml'),
         'imu': ('', 'topic of sensor_msgs/msg/Imu; empty: the one that the calibration names, or /imu0'),
+        'accelerometer': ('', 'topic of an accelerometer of its own; imu is that of the gyroscope then'),
         'rate': ('images', 'of the odometry: images or samples'),
         'output': ('', 'folder for the run, as chasles run -o'),
     }

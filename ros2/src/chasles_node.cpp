@@ -263,8 +263,8 @@ class ChaslesNode : public rclcpp::Node {
     imu_topic_ = text("imu", "");
     if (imu_topic_.empty()) imu_topic_ = calibration_.imu_topic;
     if (imu_topic_.empty()) imu_topic_ = "/imu0";
-    imu_ = create_subscription<Imu>(imu_topic_, rclcpp::SensorDataQoS().keep_last(2000),
-                                    [this](const Imu& message) { take_sample(message); });
+    accelerometer_topic_ = text("accelerometer", "");
+    subscribe_to_imu();
     Texts topics;
     for (std::size_t c = 0; c < calibration_.cameras.size(); ++c) {
       const bool named =
@@ -279,6 +279,22 @@ class ChaslesNode : public rclcpp::Node {
     topics_ = topics;
     image_stamps_.resize(topics.size());
     for (std::size_t c = 0; c < topics.size(); ++c) subscribe(c, topics[c]);
+  }
+
+  // One topic, or one of the gyroscope and one of the accelerometer.
+  void subscribe_to_imu() {
+    const bool apart = !accelerometer_topic_.empty();
+    const auto quality = rclcpp::SensorDataQoS().keep_last(2000);
+    imu_ = create_subscription<Imu>(imu_topic_, quality, [this, apart](const Imu& message) {
+      if (apart) {
+        take_rate(message);
+      } else {
+        take_sample(message);
+      }
+    });
+    if (!apart) return;
+    accelerometer_ = create_subscription<Imu>(accelerometer_topic_, quality,
+                                              [this](const Imu& message) { take_force(message); });
   }
 
   void subscribe(std::size_t camera, const std::string& topic) {
@@ -318,10 +334,28 @@ class ChaslesNode : public rclcpp::Node {
     sample.specific_force_imu = vector(message.linear_acceleration);
     sample.angular_rate_imu = vector(message.angular_velocity);
     slam_.add(sample);
-    if (last_sample_ && sample.time > *last_sample_) {
-      stream_.take_sample(sample.time, to_seconds(sample.time - *last_sample_));
+    note_sample(sample.time);
+  }
+
+  void take_rate(const Imu& message) {
+    const Time time = time_of(message.header.stamp);
+    if (!imu_stamps_.is_set(time, imu_topic_)) return;
+    const AxesSample rate{time, vector(message.angular_velocity)};
+    for (const Time joined : slam_.add_rate(rate)) note_sample(joined);
+  }
+
+  void take_force(const Imu& message) {
+    const Time time = time_of(message.header.stamp);
+    if (!accelerometer_stamps_.is_set(time, accelerometer_topic_)) return;
+    const AxesSample force{time, vector(message.linear_acceleration)};
+    for (const Time joined : slam_.add_force(force)) note_sample(joined);
+  }
+
+  void note_sample(Time time) {
+    if (last_sample_ && time > *last_sample_) {
+      stream_.take_sample(time, to_seconds(time - *last_sample_));
     }
-    last_sample_ = sample.time;
+    last_sample_ = time;
   }
 
   template <typename Decode>
@@ -344,12 +378,13 @@ class ChaslesNode : public rclcpp::Node {
   app::RobotSlam slam_;
   app::RobotReport before_;  // of the last diagnosis
   std::string imu_topic_;
-  Texts topics_;  // of the cameras
-  bridge::StampCheck imu_stamps_;
+  std::string accelerometer_topic_;  // of its own; empty: none
+  Texts topics_;                     // of the cameras
+  bridge::StampCheck imu_stamps_, accelerometer_stamps_;
   std::vector<bridge::StampCheck> image_stamps_;
   std::vector<bridge::ImageDecoder> decoders_;
   std::optional<Time> last_sample_;
-  rclcpp::Subscription<Imu>::SharedPtr imu_;
+  rclcpp::Subscription<Imu>::SharedPtr imu_, accelerometer_;
   std::vector<rclcpp::Subscription<Image>::SharedPtr> images_;
   std::vector<rclcpp::Subscription<CompressedImage>::SharedPtr> compressed_;
   rclcpp::TimerBase::SharedPtr timer_;

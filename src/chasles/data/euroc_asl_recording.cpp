@@ -14,6 +14,7 @@
 #include <chasles/data/imu_table.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/sensor_tables.hpp>
 #include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
@@ -143,6 +144,18 @@ KalibrCalibration take_asl_calibration(const fs::path& folder, std::size_t camer
   return *rig;
 }
 
+// imu0/data.csv, or tables of accelerometer and gyroscope apart in imu0 or beside it.
+void read_asl_samples(const fs::path& sensors, Recording& recording) {
+  const fs::path table = sensors / "imu0" / "data.csv";
+  for (const fs::path& place : {sensors / "imu0", sensors}) {
+    if (fs::exists(table) || !has_sensor_tables(place)) continue;
+    return read_sensor_tables(find_sensor_tables(place), place, recording);
+  }
+  recording.imu = read_imu_table(table, recording.remarks);
+  tidy_samples(table, recording);
+  remark_on_open_end(table, recording.remarks);
+}
+
 void read_asl_truth(const fs::path& folder, Recording& recording) {
   const fs::path states = sensors_of(folder) / "state_groundtruth_estimate0" / "data.csv";
   const fs::path mocap = sensors_of(folder) / "mocap0" / "data.csv";
@@ -181,9 +194,7 @@ Recording read_euroc_asl_recording(const fs::path& folder, std::size_t cameras) 
     images.push_back(list_asl_images(folder, name, recording.remarks));
     remark_on_open_end(sensors / name / "data.csv", recording.remarks);
   }
-  recording.imu = read_imu_table(sensors / "imu0" / "data.csv", recording.remarks);
-  tidy_samples(sensors / "imu0" / "data.csv", recording);
-  remark_on_open_end(sensors / "imu0" / "data.csv", recording.remarks);
+  read_asl_samples(sensors, recording);
   fit_units(images, recording.imu, recording.remarks);
   take_noise_of_samples(calibration, recording);
   if (calibration.imu_intrinsics) correct_samples(*calibration.imu_intrinsics, recording);

@@ -15,6 +15,7 @@
 #include <chasles/data/imu_table.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/sensor_tables.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -118,6 +119,19 @@ bool has_imu_table(const fs::path& folder) {
   }
 }
 
+// One table, or those of accelerometer and gyroscope apart.
+void read_samples(const fs::path& folder, Recording& recording) {
+  const auto found = find_imu_table(folder, recording.remarks);
+  const SensorTables apart = find_sensor_tables(folder);
+  if (!found && (apart.accelerometer || apart.gyroscope)) {
+    return read_sensor_tables(apart, folder, recording);
+  }
+  const fs::path table = found.value_or(folder / "imu.csv");
+  recording.imu = read_imu_table(table, recording.remarks);
+  tidy_samples(table, recording);
+  remark_on_open_end(table, recording.remarks);
+}
+
 }  // namespace
 
 bool is_image_folder(const fs::path& folder) {
@@ -125,7 +139,7 @@ bool is_image_folder(const fs::path& folder) {
   if (fs::exists(folder / "images", ignored)) return !fs::exists(folder / "frames.csv", ignored);
   const bool images = fs::is_directory(folder / "cam0", ignored) ||
                       fs::is_directory(folder / "image_0", ignored) || list_of_camera(folder, 0);
-  return images && has_imu_table(folder);
+  return images && (has_imu_table(folder) || has_sensor_tables(folder));
 }
 
 Recording read_image_folder_recording(const fs::path& folder, std::size_t cameras) {
@@ -133,10 +147,7 @@ Recording read_image_folder_recording(const fs::path& folder, std::size_t camera
   const KalibrCalibration rig = take_calibration(folder, cameras, recording);
   const fs::path images = images_of(folder);
   if (cameras == kAllCameras) remark_on_further_camera(images, recording);
-  const fs::path table = find_imu_table(folder, recording.remarks).value_or(folder / "imu.csv");
-  recording.imu = read_imu_table(table, recording.remarks);
-  tidy_samples(table, recording);
-  remark_on_open_end(table, recording.remarks);
+  read_samples(folder, recording);
   take_noise_of_samples(rig, recording);
   if (rig.imu_intrinsics) correct_samples(*rig.imu_intrinsics, recording);
   std::vector<std::optional<CameraFiles>> files = list_images(folder, recording);

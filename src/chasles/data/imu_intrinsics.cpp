@@ -109,8 +109,11 @@ std::optional<ImuIntrinsics> read_imu_intrinsics(const YamlMap& map,
 }
 
 ImuSample corrected(const ImuIntrinsics& intrinsics, const ImuRange& measured, ImuSample s) {
-  s.force_clipped = s.specific_force_imu.cwiseAbs().maxCoeff() >= measured.accelerometer;
-  s.rate_clipped = s.angular_rate_imu.cwiseAbs().maxCoeff() >= measured.gyroscope;
+  const auto at_limit = [](const Eigen::Vector3d& value, double range) {
+    return value.cwiseAbs().maxCoeff() >= range;
+  };
+  s.force_clipped = s.force_clipped || at_limit(s.specific_force_imu, measured.accelerometer);
+  s.rate_clipped = s.rate_clipped || at_limit(s.angular_rate_imu, measured.gyroscope);
   s.specific_force_imu = intrinsics.force * s.specific_force_imu;
   if (!intrinsics.force_bias.isZero(0)) s.specific_force_imu -= intrinsics.force_bias;
   const Eigen::Vector3d of_force = intrinsics.rate_of_force * s.specific_force_imu;

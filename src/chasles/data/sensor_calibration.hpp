@@ -24,6 +24,9 @@ struct SensorCalibration {
   ImuNoise imu_noise = {};
   ImuRange imu_range = {};
   std::optional<ImuIntrinsics> imu_intrinsics = {};
+  /// Of an accelerometer and a gyroscope with topics of their own: from the axes of the former to
+  /// those of the latter.
+  Eigen::Matrix3d gyro_R_accel = Eigen::Matrix3d::Identity();
   std::optional<double> single_pixel_sigma = {};  ///< as in Recording
   bool exact_calibration = false;                 ///< as in Recording
   std::vector<std::string> remarks = {};

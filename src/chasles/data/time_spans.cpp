@@ -156,7 +156,21 @@ std::string repeats_guess(const std::vector<Time>& times) {
   return "were they rounded? Write integers of nanoseconds";
 }
 
+SensorSpan span_of(const NamedTimes& named) {
+  return {.what = named.what,
+          .count = named.times.size(),
+          .begin = named.times.front(),
+          .end = named.times.back()};
+}
+
 }  // namespace
+
+void check_overlap(const std::string& where, const NamedTimes& a, const NamedTimes& b) {
+  const SensorSpan first = span_of(a), second = span_of(b);
+  if (first.begin <= second.end && second.begin <= first.end) return;
+  throw InputError(fmt::format("{}: {}, and {}, expected both at the same time: {}", where,
+                               span_text(first), span_text(second), clock_guess(first, second)));
+}
 
 void check_distinct(const std::string& where, const std::string& what, std::vector<Time> times) {
   const std::size_t all = times.size();

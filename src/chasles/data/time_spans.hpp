@@ -19,4 +19,13 @@ void check_distinct(const std::string& where, const std::string& what, std::vect
 /// guess of the clocks are in the message: since boot or since 1970, microseconds, a time zone.
 void check_time_spans(const std::string& where, const Recording& recording);
 
+/// The times of one sensor, and what messages call its rows: "gyroscope samples of gyro.csv".
+struct NamedTimes {
+  std::string what;
+  std::vector<Time> times;  ///< in order, at least one
+};
+
+/// Throws if the two have no time in common, with a guess of the clocks as check_time_spans().
+void check_overlap(const std::string& where, const NamedTimes& a, const NamedTimes& b);
+
 }  // namespace chasles

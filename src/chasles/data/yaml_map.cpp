@@ -185,6 +185,11 @@ std::vector<std::string> YamlMap::texts(const std::string& key) const {
   return result;
 }
 
+std::vector<std::string> YamlMap::texts_or_text(const std::string& key) const {
+  if (at(key).IsSequence()) return texts(key);
+  return {text(key)};
+}
+
 YamlMap YamlMap::below(const YAML::Node& node, const Keys& keys) const {
   return {file_, fmt::format("{}:{}", file_, node.Mark().line + 1), node, keys};
 }

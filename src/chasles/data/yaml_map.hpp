@@ -58,6 +58,8 @@ class YamlMap {
   std::size_t count(const std::string& key) const;
   /// A list of texts; empty where the key is missing.
   std::vector<std::string> texts(const std::string& key) const;
+  /// The same, or one text.
+  std::vector<std::string> texts_or_text(const std::string& key) const;
   /// A nested map.
   YamlMap map(const std::string& key, const Keys& keys) const;
   /// A list of maps.

@@ -114,6 +114,9 @@ void take_message(const RosMessage& message, const BagImage& place, TopicContent
   } else if (header.stamp == Time{}) {
     ++topic.unset;
   } else if (imu) {
+    const ImuStatement states = ros_imu_statement(message);
+    topic.no_force = topic.no_force && states.no_force;
+    topic.no_rate = topic.no_rate && states.no_rate;
     topic.imu.push_back(ros_imu(message));
   } else {
     add_image(message, {.time = header.stamp, .file = place.file, .place = place.place}, topic);

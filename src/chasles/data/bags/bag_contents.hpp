@@ -24,9 +24,11 @@ struct BagImage {
 struct TopicContents {
   BagTopic topic;
   std::size_t messages = 0;
-  std::size_t unset = 0;         ///< messages whose header.stamp is 0: they are left out
-  std::string frame = {};        ///< header.frame_id of the first message
-  std::vector<ImuSample> imu;    ///< in the order of the files, with samples that are not finite
+  std::size_t unset = 0;       ///< messages whose header.stamp is 0: they are left out
+  std::string frame = {};      ///< header.frame_id of the first message
+  std::vector<ImuSample> imu;  ///< in the order of the files, with samples that are not finite
+  /// Whether the covariances of all messages state that the force, or the rate, is not measured.
+  bool no_force = true, no_rate = true;
   std::vector<BagImage> images;  ///< in the order of the files
   std::string encoding = {};     ///< of the first sensor_msgs/Image
   std::string format = {};       ///< of the first sensor_msgs/CompressedImage

@@ -7,12 +7,14 @@
 #include <chasles/data/bags/bag_calibration.hpp>
 #include <chasles/data/bags/bag_contents.hpp>
 #include <chasles/data/bags/bag_images.hpp>
+#include <chasles/data/bags/bag_imu.hpp>
 #include <chasles/data/bags/bag_paths.hpp>
 #include <chasles/data/bags/bag_topics.hpp>
 #include <chasles/data/foreign_calibration.hpp>
 #include <chasles/data/image_recording.hpp>
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/split_imu.hpp>
 #include <chasles/data/time_spans.hpp>
 #include <chasles/error.hpp>
 
@@ -128,13 +130,37 @@ void check_topic(const std::string& bag, const TopicContents& topic, std::size_t
                                 topic.unset, topic.messages, topic.topic.name));
 }
 
-void take_samples(const std::string& bag, const TopicContents& topic,
-                  const KalibrCalibration& calibration, Recording& recording) {
+SensorStream stream_of(const TopicContents& topic, Eigen::Vector3d ImuSample::*part) {
+  SensorStream stream{.name = topic.topic.name, .samples = {}};
+  for (const ImuSample& s : topic.imu) stream.samples.push_back({.time = s.time, .value = s.*part});
+  return stream;
+}
+
+// The IMU of two topics. Cameras that the bag calibrates are calibrated against the gyroscope's
+// frame, and the origin of the IMU is the accelerometer's.
+void take_split_samples(const std::string& bag, const BagContents& contents,
+                        const ChosenTopics& chosen, bool by_bag, Recording& recording) {
+  const TopicContents &forces = *chosen.accelerometer, &rates = *chosen.imu;
+  for (const TopicContents* topic : {&forces, &rates}) {
+    check_topic(bag, *topic, topic->imu.size(), recording.remarks);
+  }
+  const SplitExtrinsics extrinsics = split_extrinsics(forces, rates, contents.transforms);
+  join_streams(bag, stream_of(forces, &ImuSample::specific_force_imu),
+               stream_of(rates, &ImuSample::angular_rate_imu), extrinsics.gyro_T_accel.R,
+               recording);
+  recording.remarks.insert(recording.remarks.end(), extrinsics.remarks.begin(),
+                           extrinsics.remarks.end());
+  for (Camera& camera : recording.cameras) {
+    if (by_bag)
+      camera.cam_T_imu =
+          camera.cam_T_imu * SE3{Eigen::Matrix3d::Identity(), extrinsics.gyro_T_accel.p};
+  }
+}
+
+void take_samples(const std::string& bag, const TopicContents& topic, Recording& recording) {
   check_topic(bag, topic, topic.imu.size(), recording.remarks);
   recording.imu = topic.imu;
   tidy_samples(fmt::format("{}: topic {}", bag, topic.topic.name), recording);
-  take_noise_of_samples(calibration, recording);
-  if (calibration.imu_intrinsics) correct_samples(*calibration.imu_intrinsics, recording);
 }
 
 // `offsets`: of each camera, added to its stamps; empty: none.
@@ -188,7 +214,13 @@ Recording read_bag_recording(const fs::path& path, std::size_t cameras) {
   } else {
     calibrate_by_bag(bag, contents, chosen, recording);
   }
-  take_samples(bag, *chosen.imu, calibration, recording);
+  if (chosen.accelerometer != nullptr) {
+    take_split_samples(bag, contents, chosen, !kalibr, recording);
+  } else {
+    take_samples(bag, *chosen.imu, recording);
+  }
+  take_noise_of_samples(calibration, recording);
+  if (calibration.imu_intrinsics) correct_samples(*calibration.imu_intrinsics, recording);
   take_cameras(bag, contents, chosen, offsets, recording);
   remark_on_coverage(recording);
   return recording;

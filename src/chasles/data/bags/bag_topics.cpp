@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <chasles/data/bags/bag_imu.hpp>
 #include <chasles/data/bags/bag_topics.hpp>
 #include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
@@ -10,6 +11,10 @@ namespace chasles {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kOneImu =
+    "one topic of sensor_msgs/Imu, or two, of its accelerometer and its gyroscope (imu: "
+    "[/ACCELEROMETER, /GYROSCOPE])";
 
 std::string without_slash(const std::string& name) {
   return name.starts_with('/') ? name.substr(1) : name;
@@ -58,7 +63,7 @@ class TopicChoice {
   void by_file(const fs::path& file, std::size_t cameras) {
     const YamlMap map =
         YamlMap::read(file, {.known = {"imu", "cameras"}, .needed = {"imu", "cameras"}});
-    chosen_.imu = named(file, map.text("imu"), imus_, "sensor_msgs/Imu");
+    take_imus_of(file, map);
     std::vector<std::string> names = map.texts("cameras");
     names.resize(std::min(names.size(), cameras));
     if (names.empty() ||
@@ -137,16 +142,90 @@ class TopicChoice {
     take_exactly(fullest_copy(topics_, *topic, chosen_.remarks), chain);
   }
 
+  void take_imus_of(const fs::path& file, const YamlMap& map) {
+    std::vector<const TopicContents*> topics;
+    for (const std::string& name : map.texts_or_text("imu")) {
+      topics.push_back(named(file, name, imus_, "sensor_msgs/Imu"));
+    }
+    if (topics.size() == 1) return take_imu(topics.front());
+    if (topics.size() != 2) {
+      fail(fmt::format("one topic of an IMU, or two, in {}, which has {}", file.string(),
+                       topics.size()));
+    }
+    if (measured_parts(*topics[0]) == ImuParts::kRates ||
+        measured_parts(*topics[1]) == ImuParts::kForces) {
+      std::swap(topics[0], topics[1]);
+    }
+    if (measured_parts(*topics[0]) == ImuParts::kRates ||
+        measured_parts(*topics[1]) == ImuParts::kForces || topics[0] == topics[1]) {
+      fail(fmt::format("an accelerometer and a gyroscope as imu of {}, but {} has {} and {} has {}",
+                       file.string(), topics[0]->topic.name, parts_text(measured_parts(*topics[0])),
+                       topics[1]->topic.name, parts_text(measured_parts(*topics[1]))));
+    }
+    chosen_.accelerometer = topics[0];
+    chosen_.imu = topics[1];
+  }
+
+  // With the topic of the other sensor, if it has one alone.
+  void take_imu(const TopicContents* topic) {
+    const ImuParts parts = measured_parts(*topic);
+    chosen_.imu = topic;
+    if (parts == ImuParts::kBoth) return;
+    const bool forces = parts == ImuParts::kForces;
+    const TopicContents* partner =
+        partner_of(*topic, imus_with(forces ? ImuParts::kRates : ImuParts::kForces));
+    if (partner == nullptr) {
+      fail(
+          fmt::format("a topic with both parts of an IMU, or two: {} has {}, and {} topic has {} "
+                      "(imu: [/ACCELEROMETER, /GYROSCOPE] chooses two)",
+                      topic->topic.name, parts_text(parts),
+                      imus_.size() > 1 ? "not exactly one other" : "no other",
+                      forces ? "angular rates" : "accelerations"));
+    }
+    chosen_.accelerometer = forces ? topic : partner;
+    chosen_.imu = forces ? partner : topic;
+  }
+
+  std::vector<const TopicContents*> imus_with(ImuParts parts) const {
+    std::vector<const TopicContents*> found;
+    for (const TopicContents* topic : imus_) {
+      if (stated_parts(*topic) == parts) found.push_back(topic);
+    }
+    return found;
+  }
+
   void choose_imu(const std::string& name) {
     for (const TopicContents* topic : imus_) {
-      if (without_slash(topic->topic.name) == without_slash(name)) chosen_.imu = topic;
+      if (without_slash(topic->topic.name) == without_slash(name)) return take_imu(topic);
     }
-    if (chosen_.imu != nullptr) return;
-    if (imus_.size() != 1) fail("one topic of sensor_msgs/Imu");
-    chosen_.imu = imus_.front();
+    if (imus_.size() == 1) {
+      take_imu(imus_.front());
+    } else {
+      take_one_or_a_pair();
+    }
     if (name.empty()) return;
-    chosen_.remarks.push_back(fmt::format("the bag has no topic {}: the samples are those of {}",
-                                          name, chosen_.imu->topic.name));
+    chosen_.remarks.push_back(fmt::format(
+        "the bag has no topic {}: the samples are those of {}{}", name,
+        chosen_.accelerometer == nullptr ? "" : chosen_.accelerometer->topic.name + " and ",
+        chosen_.imu->topic.name));
+  }
+
+  // Of several the only one that measures both, or a pair.
+  void take_one_or_a_pair() {
+    const auto both = imus_with(ImuParts::kBoth), rates = imus_with(ImuParts::kRates),
+               forces = imus_with(ImuParts::kForces);
+    if (both.size() == 1) {
+      chosen_.imu = both.front();
+      return;
+    }
+    if (both.empty() && rates.size() == 1) {
+      chosen_.imu = rates.front();
+      chosen_.accelerometer = partner_of(*rates.front(), forces);
+    } else if (both.empty() && forces.size() == 1) {
+      chosen_.imu = partner_of(*forces.front(), rates);
+      chosen_.accelerometer = forces.front();
+    }
+    if (chosen_.imu == nullptr || chosen_.accelerometer == nullptr) fail(kOneImu);
   }
 
   // The topic that a calibration names, or its raw or compressed copy.

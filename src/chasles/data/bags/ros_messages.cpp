@@ -48,6 +48,17 @@ ImuSample ros_imu(const RosMessage& message) {
   return sample;
 }
 
+ImuStatement ros_imu_statement(const RosMessage& message) {
+  MessageFields fields = fields_of(message);
+  fields.header();
+  fields.skip<double>(4 + 9);
+  fields.vector();
+  const bool no_rate = fields.number<double>() == -1;
+  fields.skip<double>(8);
+  fields.vector();
+  return {.no_force = fields.number<double>() == -1, .no_rate = no_rate};
+}
+
 RosImage ros_image(const RosMessage& message) {
   MessageFields fields = fields_of(message);
   fields.header();

@@ -34,6 +34,13 @@ RosHeader ros_header(const RosMessage& message);
 /// sensor_msgs/Imu, without orientation and covariances. The numbers may be not finite.
 ImuSample ros_imu(const RosMessage& message);
 
+/// Whether the covariances of a sensor_msgs/Imu state that a part is not measured: the first
+/// element is -1.
+struct ImuStatement {
+  bool no_force = false, no_rate = false;
+};
+ImuStatement ros_imu_statement(const RosMessage& message);
+
 /// sensor_msgs/Image as it is.
 struct RosImage {
   std::uint32_t height = 0, width = 0;

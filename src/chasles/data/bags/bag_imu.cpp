@@ -1,0 +1,100 @@
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <numbers>
+#include <string_view>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include <chasles/data/bags/bag_imu.hpp>
+#include <chasles/data/bags/camera_info.hpp>
+
+namespace chasles {
+namespace {
+
+// A shorter distance between two chips on a board does not count [m].
+constexpr double kNoteworthyArm = 0.001;
+
+bool is_measured(const TopicContents& topic, Eigen::Vector3d ImuSample::*part) {
+  return std::ranges::any_of(topic.imu, [part](const ImuSample& s) {
+    return (s.*part).allFinite() && !(s.*part).isZero(0);
+  });
+}
+
+ImuParts parts(bool force, bool rate) {
+  return force == rate ? ImuParts::kBoth : force ? ImuParts::kForces : ImuParts::kRates;
+}
+
+// The name in small letters, with one mark for either sensor; longer words come first.
+std::string name_without_sensor(const std::string& name) {
+  constexpr std::array<std::string_view, 8> kWords{
+      "accelerometer", "acceleration", "gyroscope", "accel",
+      "gyro",          "acc",          "gyr",       "angular_velocity"};
+  std::string small = name;
+  for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const std::string_view word : kWords) {
+    for (std::size_t at; (at = small.find(word)) != std::string::npos;) {
+      small.replace(at, word.size(), "*");
+    }
+  }
+  return small;
+}
+
+}  // namespace
+
+ImuParts measured_parts(const TopicContents& topic) {
+  return parts(is_measured(topic, &ImuSample::specific_force_imu),
+               is_measured(topic, &ImuSample::angular_rate_imu));
+}
+
+ImuParts stated_parts(const TopicContents& topic) {
+  const ImuParts measured = measured_parts(topic);
+  return measured != ImuParts::kBoth ? measured : parts(!topic.no_force, !topic.no_rate);
+}
+
+std::string parts_text(ImuParts parts) {
+  return parts == ImuParts::kBoth     ? "accelerations and angular rates"
+         : parts == ImuParts::kForces ? "accelerations alone"
+                                      : "angular rates alone";
+}
+
+const TopicContents* partner_of(const TopicContents& topic,
+                                const std::vector<const TopicContents*>& others) {
+  if (others.size() == 1) return others.front();
+  const std::string name = name_without_sensor(topic.topic.name);
+  const TopicContents* found = nullptr;
+  for (const TopicContents* other : others) {
+    if (name_without_sensor(other->topic.name) != name) continue;
+    if (found != nullptr) return nullptr;
+    found = other;
+  }
+  return found;
+}
+
+SplitExtrinsics split_extrinsics(const TopicContents& accelerometer, const TopicContents& gyroscope,
+                                 const std::vector<RosTransform>& transforms) {
+  if (accelerometer.frame == gyroscope.frame) return {};
+  const std::string frames =
+      fmt::format("'{}' of {} to '{}' of {}", accelerometer.frame, accelerometer.topic.name,
+                  gyroscope.frame, gyroscope.topic.name);
+  const auto known = find_transform(transforms, gyroscope.frame, accelerometer.frame);
+  if (!known) {
+    return {.remarks = {fmt::format("no static transform leads from {}: their axes are taken to be "
+                                    "the same",
+                                    frames)}};
+  }
+  SplitExtrinsics result{.gyro_T_accel = *known};
+  const double angle = Eigen::AngleAxisd(known->R).angle() * 180 / std::numbers::pi;
+  const double arm = known->p.norm();
+  if (angle > 0.01 || arm > kNoteworthyArm) {
+    result.remarks.push_back(fmt::format(
+        "by /tf_static the accelerometer is turned by {:.4g} deg against the gyroscope, and {:.4g} "
+        "mm from it ({}): the samples are along the gyroscope's axes, and the origin of the IMU is "
+        "the accelerometer's",
+        angle, 1e3 * arm, frames));
+  }
+  return result;
+}
+
+}  // namespace chasles
