@@ -73,6 +73,51 @@ ImageFrame frame_of(const py::object& time, const py::sequence& images) {
   return frame;
 }
 
+void add_counts(const ArrivalCounts& counts, py::dict& dict) {
+  dict["samples"] = counts.samples;
+  dict["samples_not_finite"] = counts.samples_not_finite;
+  dict["samples_late"] = counts.samples_late;
+  dict["samples_dropped"] = counts.samples_dropped;
+  dict["images"] = counts.images;
+  dict["images_late"] = counts.images_late;
+  dict["images_uncovered"] = counts.images_uncovered;
+}
+
+// Warns once of each kind of input that gives no estimate.
+class ArrivalWarnings {
+ public:
+  void warn(const ArrivalCounts& counts) {
+    once(not_finite_, counts.samples_not_finite,
+         "a sample of the IMU is not finite (NaN or infinite) and is ignored");
+    once(late_samples_, counts.samples_late,
+         "a sample of the IMU is not later than one that was used before, or repeats its time, and "
+         "is ignored");
+    once(dropped_, counts.samples_dropped,
+         fmt::format("more than {} samples wait for images, and the oldest are dropped; add images "
+                     "as they come",
+                     ArrivalOrder::kMostSamples));
+    once(late_images_, counts.images_late,
+         "images are not later than those that were used before, or repeat their time, and are "
+         "ignored");
+    once(uncovered_, counts.images_uncovered,
+         fmt::format("an image has no sample of the IMU at its time or after it, though {} images "
+                     "came after it or nothing more comes; add the samples first, or as they come, "
+                     "and check that both have the same clock",
+                     ArrivalOrder::kMostFrames));
+  }
+
+ private:
+  static void once(bool& warned, std::size_t count, const std::string& what) {
+    if (warned || count == 0) return;
+    warned = true;
+    const std::string text = what + "; `counts` has their number, and this is said once";
+    if (PyErr_WarnEx(PyExc_RuntimeWarning, text.c_str(), 1) < 0) throw py::error_already_set();
+  }
+
+  bool not_finite_ = false, late_samples_ = false, dropped_ = false, late_images_ = false,
+       uncovered_ = false;
+};
+
 // Python's other threads go on during a call.
 class Slam {
   template <typename Work>
@@ -82,6 +127,19 @@ class Slam {
     return work(*slam_);
   }
 
+  // Of a call that brings data.
+  template <typename Work>
+  Estimates taken(const Work& work) {
+    ArrivalCounts counts;
+    Estimates estimates = locked([&](VisualInertialSlam& slam) {
+      Estimates some = work(slam);
+      counts = slam.arrivals();
+      return some;
+    });
+    warnings_.warn(counts);
+    return estimates;
+  }
+
  public:
   Slam(const std::vector<Camera>& cameras, const ImuNoise& noise, const std::string& estimator,
        const std::string& map, const py::kwargs& arguments)
@@ -89,7 +147,7 @@ class Slam {
 
   Estimates add_imu(const py::object& time, const Rows& rate, const Rows& force) {
     const std::vector<ImuSample> samples = samples_of(time, rate, force);
-    return locked([&](VisualInertialSlam& slam) {
+    return taken([&](VisualInertialSlam& slam) {
       Estimates estimates;
       for (const ImuSample& sample : samples) append(slam.process(sample), estimates);
       return estimates;
@@ -98,13 +156,13 @@ class Slam {
 
   Estimates add_images(const py::object& time, const py::sequence& images) {
     ImageFrame frame = frame_of(time, images);
-    return locked([&](VisualInertialSlam& slam) { return slam.process(std::move(frame)); });
+    return taken([&](VisualInertialSlam& slam) { return slam.process(std::move(frame)); });
   }
 
   Estimates finish() {
     Signals signals;
     Estimates last =
-        locked([&](VisualInertialSlam& s) { return s.finish([&] { return signals.pending(); }); });
+        taken([&](VisualInertialSlam& s) { return s.finish([&] { return signals.pending(); }); });
     signals.rethrow();
     return last;
   }
@@ -123,12 +181,18 @@ class Slam {
   std::size_t waiting() {
     return locked([](const VisualInertialSlam& s) { return s.waiting(); });
   }
+  py::dict counts() {
+    py::dict result;
+    add_counts(locked([](const VisualInertialSlam& s) { return s.arrivals(); }), result);
+    return result;
+  }
   std::vector<MapLandmark> map() {
     return locked([](const VisualInertialSlam& s) { return s.estimator().map(); });
   }
 
  private:
   std::unique_ptr<VisualInertialSlam> slam_;
+  ArrivalWarnings warnings_;
 };
 
 // The estimates of a RealtimeSlam that Python has not taken yet.
@@ -200,14 +264,21 @@ class Realtime {
     unlocked([&](RealtimeSlam& slam) {
       for (const ImuSample& sample : samples) slam.process(sample);
     });
+    warnings_.warn(slam_->arrivals());
   }
 
   std::size_t add_images(const py::object& time, const py::sequence& images) {
     ImageFrame frame = frame_of(time, images);
-    return unlocked([&](RealtimeSlam& slam) { return slam.process(std::move(frame)); });
+    const std::size_t displaced =
+        unlocked([&](RealtimeSlam& slam) { return slam.process(std::move(frame)); });
+    warnings_.warn(slam_->arrivals());
+    return displaced;
   }
 
-  Estimates take() { return ready_->take(); }
+  Estimates take() {
+    warnings_.warn(slam_->arrivals());
+    return ready_->take();
+  }
 
   // All that has not been taken.
   Estimates finish() {
@@ -217,6 +288,7 @@ class Realtime {
       return slam.finish([&] { return signals.pending(); });
     });
     signals.rethrow();
+    warnings_.warn(slam_->arrivals());
     Estimates all = ready_->take();
     append(std::move(last), all);
     return all;
@@ -235,6 +307,7 @@ class Realtime {
     result["taken"] = n.taken;
     result["dropped"] = n.dropped;
     result["waiting"] = n.waiting;
+    add_counts(slam_->arrivals(), result);
     return result;
   }
 
@@ -248,7 +321,8 @@ class Realtime {
 
  private:
   std::shared_ptr<ReadyEstimates> ready_ = std::make_shared<ReadyEstimates>();
-  std::unique_ptr<RealtimeSlam> slam_;  // last: its thread uses the other
+  ArrivalWarnings warnings_;
+  std::unique_ptr<RealtimeSlam> slam_;  // last: its thread uses the others
 };
 
 }  // namespace
@@ -280,8 +354,10 @@ void bind_slam(py::module_& m) {
       .def("predicted", &Realtime::predicted, py::arg("time"), predicted)
       .def("finish", &Realtime::finish,
            "Waits until all that has come is processed; returns the estimates not yet taken.")
-      .def_property_readonly("counts", &Realtime::counts,
-                             "Images: {'came', 'taken', 'dropped', 'waiting'}.")
+      .def_property_readonly(
+          "counts", &Realtime::counts,
+          "Images: {'came', 'taken', 'dropped', 'waiting'}, and of what was taken those of "
+          "Slam.counts.")
       .def_property_readonly("why_not_started", &Realtime::why_not_started)
       .def_property_readonly(
           "landmarks", [](Realtime& slam) { return columns(slam.map()); }, "As Slam.landmarks.");
@@ -307,6 +383,13 @@ void bind_slam(py::module_& m) {
       .def_property_readonly("started", &Slam::started)
       .def_property_readonly("why_not_started", &Slam::why_not_started)
       .def_property_readonly("waiting", &Slam::waiting, "Number of images that wait for samples.")
+      .def_property_readonly(
+          "counts", &Slam::counts,
+          "{'samples', 'samples_not_finite', 'samples_late', 'samples_dropped', 'images', "
+          "'images_late', 'images_uncovered'}: what came, and what of it gives no estimate: late "
+          "is "
+          "what is not later than what was used; uncovered are images without samples until their "
+          "time.")
       .def_property_readonly(
           "landmarks", [](Slam& slam) { return columns(slam.map()); },
           "{'id': (N,), 'position': (N, 3) world [m], 'covariance': (N, 3, 3), "

@@ -13,6 +13,9 @@ import chasles
 SMALL = {"sections": 1, "hall_length": 8, "image_width": 320, "image_height": 240, "focal_length": 180, "center_u": 160,
          "center_v": 120, "frame_rate": 10}
 
+NOTHING = {"samples": 0, "samples_not_finite": 0, "samples_late": 0, "samples_dropped": 0, "images": 0,
+           "images_late": 0, "images_uncovered": 0}
+
 
 @pytest.fixture(scope="module")
 def images():
@@ -41,11 +44,31 @@ def test_it_gives_the_estimates_of_the_blocking_one(images):
     estimates = slam.finish()
     assert [e.time for e in estimates] == [e.time for e in expected]
     assert all((a.covariance == b.covariance).all() for a, b in zip(estimates, expected))
-    assert slam.counts == {"came": len(images), "taken": len(images), "dropped": 0, "waiting": 0}
+    assert slam.counts == {"came": len(images), "taken": len(images), "dropped": 0, "waiting": 0,
+                           **blocking.counts}
+    assert blocking.counts == {**NOTHING, "samples": len(images.imu["time"]), "images": len(images)}
     a, b = slam.predicted(end), blocking.predicted(end)
     assert (a.world_T_imu == b.world_T_imu).all() and (a.covariance == b.covariance).all()
     assert len(slam.landmarks["id"]) == len(blocking.landmarks["id"]) > 10
     assert slam.take() == [] and slam.why_not_started == ""
+
+
+@pytest.mark.parametrize("kind", [chasles.Slam, chasles.RealtimeSlam])
+def test_what_gives_no_estimate_is_counted_and_said_once(images, kind, recwarn):
+    slam = kind(images.cameras, images.imu_noise)
+    rate, force = images.imu["angular_rate"][:4], images.imu["specific_force"][:4].copy()
+    force[2] = numpy.nan
+    for time in (1000, 1010, 1000, 990):  # ns; the last two are late
+        slam.add_images(time, images.images(0))
+        for _ in range(2):
+            slam.add_imu(numpy.array([time, time + 5, time + 6, time + 7]), rate, force)
+    slam.finish()
+    counts = slam.counts
+    assert counts["samples"] == 32 and counts["samples_not_finite"] == 8 and counts["images"] == 4
+    assert counts["images_late"] == 2 and counts["samples_late"] > 8 and counts["images_uncovered"] == 0
+    said = [str(w.message) for w in recwarn.list if w.category is RuntimeWarning]
+    assert len(said) == 3 and len(set(said)) == 3  # once each: not finite, late samples, late images
+    assert "not finite" in " ".join(said) and "images are not later" in " ".join(said)
 
 
 def test_the_prediction_moves_as_the_truth_does(images):

@@ -76,6 +76,11 @@ RealtimeSlam::Counts RealtimeSlam::counts() const {
   return counts_;
 }
 
+ArrivalCounts RealtimeSlam::arrivals() const {
+  const std::lock_guard lock(mutex_);
+  return arrivals_;
+}
+
 std::exception_ptr RealtimeSlam::failure() const {
   const std::lock_guard lock(mutex_);
   return failure_;
@@ -113,7 +118,15 @@ std::vector<Estimate> RealtimeSlam::finish(const StopRequest& stop) {
     }
   }
   std::vector<Estimate> estimates;
-  ask([&](VisualInertialSlam& slam) { estimates = slam.finish(); });
+  ArrivalCounts arrivals;
+  ask([&](VisualInertialSlam& slam) {
+    estimates = slam.finish();
+    arrivals = slam.arrivals();
+  });
+  {
+    const std::lock_guard lock(mutex_);
+    arrivals_ = arrivals;
+  }
   if (!estimates.empty()) {
     const std::lock_guard lock(predictor_mutex_);
     predictor_.correct(estimates.back());
@@ -153,6 +166,7 @@ void RealtimeSlam::work() {
       failure = std::current_exception();
     }
     lock.lock();
+    arrivals_ = slam_->arrivals();
     if (failure) failure_ = failure;
   }
 }

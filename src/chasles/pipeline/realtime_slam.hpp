@@ -18,8 +18,8 @@
 namespace chasles {
 
 /// VisualInertialSlam on a thread of its own, for a program whose callbacks must not wait. The
-/// samples and images reach it in the order of the calls, so that the estimates are the same bytes
-/// as without the thread, unless images are dropped. Any thread may call.
+/// estimates are the same bytes as without the thread, unless images are dropped. Any thread may
+/// call.
 class RealtimeSlam {
  public:
   struct Options {
@@ -73,6 +73,8 @@ class RealtimeSlam {
   std::vector<Estimate> finish(const StopRequest& stop = {});
 
   Counts counts() const;
+  /// Of what has reached the estimator so far.
+  ArrivalCounts arrivals() const;
 
  private:
   using Event = std::variant<ImuSample, ImageFrame>;
@@ -97,6 +99,7 @@ class RealtimeSlam {
   std::deque<Event> events_;
   std::deque<std::function<void()>> questions_;
   Counts counts_;
+  ArrivalCounts arrivals_;
   bool busy_ = false, stop_ = false, finished_ = false;
   std::exception_ptr failure_;
   std::thread worker_;  // last, because it uses all members above

@@ -96,6 +96,25 @@ TEST(RealtimeSlam, GivesTheBytesOfTheBlockingCalls) {
   }
 }
 
+TEST(RealtimeSlam, SamplesMayAllComeBeforeTheImages) {
+  Estimates all;
+  RealtimeSlam slam(slam_of(), {.most_images = 0},
+                    [&](std::span<const Estimate> some, VisualInertialSlam&) {
+                      all.insert(all.end(), some.begin(), some.end());
+                    });
+  for (const ImuSample& sample : short_walk().imu) slam.process(sample);
+  slam.process(short_walk().imu.front());  // once more
+  for (std::size_t i = 0; i < short_walk().images->size(); ++i) {
+    slam.process(short_walk().images->read(i));
+  }
+  append(slam.finish(), all);
+  expect_same_bytes(all, blocking());
+  EXPECT_EQ(slam.arrivals().samples, short_walk().imu.size() + 1);
+  EXPECT_EQ(slam.arrivals().samples_late, 1u);
+  EXPECT_EQ(slam.arrivals().images, short_walk().images->size());
+  EXPECT_EQ(slam.arrivals().images_uncovered + slam.arrivals().images_late, 0u);
+}
+
 TEST(RealtimeSlam, PredictsWhatTheBlockingOnePredicts) {
   const auto expected = slam_of();
   RealtimeSlam slam(slam_of(), {.most_images = 0});

@@ -8,9 +8,6 @@
 namespace chasles {
 namespace {
 
-// Maximum number of images that wait for samples, where later images do not show that none come.
-constexpr std::size_t kMostWaiting = 64;
-
 // As the estimator uses the samples.
 StatePredictor predictor_for(const InertialSlamSettings& settings, const ImuNoise& noise,
                              ImuBuffer::Options imu) {
@@ -35,14 +32,9 @@ VisualInertialSlam::VisualInertialSlam(const std::vector<Camera>& cameras, const
       biases_(FeatureFeed::kLead, Eigen::Vector3d::Zero()) {}
 
 std::vector<Estimate> VisualInertialSlam::process(const ImuSample& sample) {
-  tracker_.process(sample);
   predictor_.add(sample);
-  std::vector<Estimate> estimates = estimator_->process(sample);
-  const bool finite = sample.specific_force_imu.allFinite() && sample.angular_rate_imu.allFinite();
-  if (finite && (!last_sample_ || sample.time > *last_sample_)) last_sample_ = sample.time;
-  take_covered(estimates);
-  note(estimates);
-  return estimates;
+  order_.add(sample);
+  return take_due();
 }
 
 void VisualInertialSlam::note(const std::vector<Estimate>& estimates) {
@@ -51,32 +43,37 @@ void VisualInertialSlam::note(const std::vector<Estimate>& estimates) {
 
 std::vector<Estimate> VisualInertialSlam::process(ImageFrame images) {
   check_frame(images, {}, std::nullopt, cameras_);
-  waiting_.add(std::move(images));
+  order_.add(std::move(images));
+  return take_due();
+}
+
+std::vector<Estimate> VisualInertialSlam::take_due() {
   std::vector<Estimate> estimates;
-  take_covered(estimates);
+  while (auto event = order_.next()) take(std::move(*event), estimates);
   note(estimates);
   return estimates;
 }
 
 std::vector<Estimate> VisualInertialSlam::finish(const StopRequest& stop) {
   std::vector<Estimate> estimates;
-  while (auto images = waiting_.next()) {
-    take(std::move(*images), estimates);
-    if (stop && stop()) return estimates;
+  while (auto event = order_.next_at_end()) {
+    const bool asks = is_frame(*event);
+    take(std::move(*event), estimates);
+    if (asks && stop && stop()) return estimates;
   }
   append(estimator_->finish(), estimates);
   note(estimates);
   return estimator_->smooths() ? estimator_->smooth(stop) : estimates;
 }
 
-// Without samples images do not wait for ever: those that are too far behind a later one are
-// processed, and the session judges them.
-void VisualInertialSlam::take_covered(std::vector<Estimate>& estimates) {
-  const auto covered = [&](const ImageFrame& images) {
-    return (last_sample_ && *last_sample_ >= images.time) || waiting_.size() > kMostWaiting ||
-           waiting_.newest().time - images.time > InertialSession::kLongestGap;
-  };
-  while (auto images = waiting_.next(covered)) take(std::move(*images), estimates);
+void VisualInertialSlam::take(SensorEvent event, std::vector<Estimate>& estimates) {
+  if (auto* images = std::get_if<ImageFrame>(&event)) {
+    take(std::move(*images), estimates);
+  } else {
+    const ImuSample& sample = std::get<ImuSample>(event);
+    tracker_.process(sample);
+    append(estimator_->process(sample), estimates);
+  }
 }
 
 void VisualInertialSlam::take(ImageFrame images, std::vector<Estimate>& estimates) {

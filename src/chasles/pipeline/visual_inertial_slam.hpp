@@ -7,19 +7,18 @@
 #include <utility>
 #include <vector>
 
+#include <chasles/pipeline/arrival_order.hpp>
 #include <chasles/pipeline/estimator.hpp>
 #include <chasles/pipeline/image_tracker.hpp>
 #include <chasles/slam/state_predictor.hpp>
-#include <chasles/slam/waiting_frames.hpp>
 
 namespace chasles {
 
-/// SLAM from an IMU and images in real time, for a robot's own program. Samples and images each
-/// come in the order of their times. An image waits here until the samples reach its time, so it
-/// may come before older samples. The same samples and images give the same estimates as `chasles
-/// run`, to the bit, unless a sample later than the first at or after an image's time comes before
-/// the image. One thread: process() returns when the estimates are there. RealtimeSlam is the same
-/// on a thread of its own.
+/// SLAM from an IMU and images in real time, for a robot's own program. Samples and images may come
+/// in any order: ArrivalOrder says within which bounds, and arrivals() counts what was beyond them.
+/// An image waits until the samples reach its time. The same samples and images give the same
+/// estimates as `chasles run`, to the bit. One thread: process() returns when the estimates are
+/// there. RealtimeSlam is the same on a thread of its own.
 ///
 /// With the filter, the session (InertialSession) recovers from invalid samples and times, and
 /// counts them; for windows and batch estimation see Estimator::process() and smooth(). Images that
@@ -60,10 +59,12 @@ class VisualInertialSlam {
   const std::vector<Camera>& cameras() const { return cameras_; }
   /// Report of the last image.
   const FrontendReport& report() const { return report_; }
-  std::size_t waiting() const { return waiting_.size(); }  ///< images
+  std::size_t waiting() const { return order_.waiting_frames(); }  ///< images
+  const ArrivalCounts& arrivals() const { return order_.counts(); }
 
  private:
-  void take_covered(std::vector<Estimate>& estimates);
+  std::vector<Estimate> take_due();
+  void take(SensorEvent event, std::vector<Estimate>& estimates);
   void take(ImageFrame images, std::vector<Estimate>& estimates);
   void note(const std::vector<Estimate>& estimates);
 
@@ -73,8 +74,7 @@ class VisualInertialSlam {
   StatePredictor predictor_;
   FrameObserver on_frame_;
   FrontendReport report_;
-  WaitingFrames<ImageFrame> waiting_;
-  std::optional<Time> last_sample_;
+  ArrivalOrder order_;
   /// The estimates of the gyroscope bias after the last images, as in a FeatureFeed.
   std::deque<Eigen::Vector3d> biases_;
 };

@@ -55,8 +55,6 @@ void Initialiser::add(const ImuSample& sample) {
   if (!imu_.add(sample)) return;
   if (imu_.counts().gaps > gaps) restart();
   samples_.push_back(sample);
-  const Time from = sample.time - from_seconds(2 * settings_.static_window);
-  while (samples_.front().time < from) samples_.pop_front();
 }
 
 void Initialiser::restart() {
@@ -79,6 +77,8 @@ bool Initialiser::take(const FeatureFrame& frame) {
     window_.pop_front();
   }
   imu_.drop_before(window_.front().time);
+  const Time rest = frame.time - from_seconds(2 * settings_.static_window);
+  while (samples_.size() > 1 && samples_.front().time < rest) samples_.pop_front();
   return true;
 }
 
