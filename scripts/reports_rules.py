@@ -336,7 +336,7 @@ TRUTHS = [
     TruthRule("of_cam0.tum", "a message that the poses are of the camera", "told", "(?i)cam0|camera"),
     TruthRule("inverse.tum", "a message that the poses are inverse", "told", "(?i)invers"),
     TruthRule("x_up.tum", "a message that another axis points up", "told", r"(?i)\bx\b.*\bup|axis|level|tilt|leans"),
-    TruthRule("openvins_state.txt", "read, or a message: the order of columns", "same or told", "(?i)openvins|quaternion|column|order"),
+    TruthRule("openvins_state.txt", "read, or a message: the order of columns", "same or told", "(?i)openvins|invers|quaternion|column|order"),
     TruthRule("comma_decimal.csv", "read, or a message", "same or told", "(?i)comma|;|semicolon"),
     TruthRule("truth.mcap", "read, or a message: the command that converts it", "same or told", "PoseStamped|/gt"),
 ]
