@@ -11,17 +11,18 @@
 namespace chasles {
 
 std::string column_words(const CsvReader& csv, std::size_t column) {
+  const auto is = [](int (*kind)(int), char c) { return kind(static_cast<unsigned char>(c)) != 0; };
   std::string words;
-  for (const char c : lower_case(csv.columns()[column])) {
-    const bool letter = std::isalnum(static_cast<unsigned char>(c)) != 0 || (c & 0x80) != 0;
-    if (letter) {
-      words += c;
-    } else if (!words.empty() && words.back() != '_') {
-      words += '_';
-    }
+  char before = ' ';
+  for (const char c : csv.columns()[column]) {
+    const bool letter = is(std::isalnum, c) || (c & 0x80) != 0;
+    const bool hump = is(std::isupper, c) && is(std::islower, before);  // gyroX
+    if ((!letter || hump) && !words.empty() && words.back() != '_') words += '_';
+    if (letter) words += c;
+    before = c;
   }
   while (words.ends_with('_')) words.pop_back();
-  return words;
+  return lower_case(words);
 }
 
 std::pair<std::string, std::string> last_word(const std::string& words) {

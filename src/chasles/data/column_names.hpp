@@ -13,7 +13,8 @@ namespace chasles {
 
 // Names of columns as people and programs write them.
 
-/// The name of a column in small letters, without brackets, with _ between its words.
+/// The name of a column in small letters, without brackets, with _ between its words: gyro_x of
+/// `gyroX` and `Gyro x (rad/s)`.
 std::string column_words(const CsvReader& csv, std::size_t column);
 
 /// The last word of such a name and what is before it.

@@ -122,6 +122,7 @@ TEST_F(ImuTableForms, UnitsBehindTheNamesAreApplied) {
       "time_ns,Gyroscope x (rad/s),Gyroscope y (rad/s),Gyroscope z (rad/s),"
       "Acceleration x (m/s^2),Acceleration y (m/s^2),Acceleration z (m/s^2)\n",
       in(1, 1));
+  expect_read("timestampNs,gyroX,gyroY,gyroZ,accelX,accelY,accelZ\n", in(1, 1), Time(0));
   expect_parts(refused("time_ns,wx [deg/s],wy [rad/s],wz,ax,ay,az\n", in(1, 1)),
                {"wx is in deg/s and wy in rad/s"});
 }

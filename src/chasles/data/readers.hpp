@@ -51,9 +51,10 @@ Recording read_klt_tracks_recording(const std::filesystem::path& file);
 /// Whether a file's first bytes are those of such a table.
 bool begins_klt_tracks(std::string_view bytes);
 
-/// A folder of images (docs/formats.md): images/camN/ (or camN/) with times.csv or files named by
-/// their times, imu.csv (or imu0.csv), calibration.yaml or Kalibr's two files and, where known,
-/// truth.tum. The first `cameras` cameras are read.
+/// A folder of images (docs/formats.md): images/camN/ (or camN/, image_N/) with their times
+/// (image_times.hpp), or UZH-FPV's lists; a table of an IMU (find_imu_table()); calibration.yaml,
+/// Kalibr's two files or another program's (foreign_calibration.hpp) and, where known, truth.tum.
+/// The first `cameras` cameras are read.
 Recording read_image_folder_recording(const std::filesystem::path& folder,
                                       std::size_t cameras = kAllCameras);
 /// Whether the files in a folder are those of such a recording.

@@ -37,7 +37,8 @@ struct SensorCalibration {
 /// - Kalibr's camera chain, with the IMU's file beside it, or a folder with both (find_kalibr());
 /// - Kalibr's imu.yaml alone, or a folder with it: no cameras;
 /// - calibration.yaml of the project's own format, or its folder;
-/// - a folder in EuRoC's format: mav0, or the one above.
+/// - a folder in EuRoC's format: mav0, or the one above;
+/// - a folder with another program's file (foreign_calibration.hpp), but VINS's.
 ///
 /// Reads the first `cameras` cameras. Throws InputError with the file, what it lacks, and what is
 /// expected.
