@@ -14,7 +14,9 @@ namespace chasles::app {
 namespace {
 
 TruthExaminationOptions examination_options(const TruthToSettle& how) {
-  return {.gap = how.pairing.longest_gap, .positions_only = !how.attitudes};
+  return {.gap = how.pairing.longest_gap,
+          .interpolated = how.pairing.pairing == Pairing::kInterpolate,
+          .positions_only = !how.attitudes};
 }
 
 void apply_offset(const TruthReference& reference, const TruthToSettle& how, Trajectory& truth,
