@@ -147,7 +147,7 @@ TruthFinding clock_finding(const TruthReference& reference, const TruthClock& cl
   }
   return {
       .fault = TruthFault::kClock,
-      .what = fmt::format("its times are {:.4f} +- {:.4f} s {} by the {} of {}{}",
+      .what = fmt::format("its times are {:.4f} +- {:.1g} s {} by the {} of {}{}",
                           std::abs(clock.offset), clock.sigma, clock.offset > 0 ? "early" : "late",
                           clock.by_rotations ? "rotations" : "positions", reference.name, effect),
       .value = clock.offset,
