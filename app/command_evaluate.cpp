@@ -114,7 +114,7 @@ void take_truth(const EvaluateOptions& o, EvaluatedEstimate& estimate,
     throw UsageError(fmt::format("{} has no truth: expected a TRUTH", o.estimate.string()));
   }
   mend_truth(o.truth_options, estimate.frames, truth);
-  const bool level = is_truth_level(o.truth_options, truth.level, truth.poses);
+  const bool level = is_truth_level(o.truth_options, stated_level(truth), truth.poses);
   const bool run = !estimate.covariances.empty();
   if (run && !estimate.level) check_level_is_auto(o.truth_options);
   // Of a trajectory alone it is not known whether its z axis is vertical.

@@ -151,7 +151,7 @@ void follow(Recording& r, const Trajectory& trajectory) {
 void replace_truth(Recording& r, const std::filesystem::path& file, const TruthOptions& options) {
   StatedTruth truth = read_truth(file, r.remarks);
   mend_truth(options, known_frames(r), truth);
-  r.truth_level = is_truth_level(options, truth.level, truth.poses);
+  r.truth_level = is_truth_level(options, stated_level(truth), truth.poses);
   r.truth = std::move(truth.poses);
   r.plan.clear();  // its frame is the world of the recording's own truth
   r.georeference.reset();

@@ -135,6 +135,10 @@ StatedTruth read_truth(const fs::path& path, std::vector<std::string>& remarks) 
   return {.poses = std::move(recording.truth), .level = recording.truth_level};
 }
 
+std::optional<bool> stated_level(const StatedTruth& truth) {
+  return truth.attitudes ? truth.level : truth.level.value_or(true);
+}
+
 std::vector<KnownFrame> known_frames(const Recording& recording) {
   std::vector<KnownFrame> frames;
   for (const Camera& camera : recording.cameras) {

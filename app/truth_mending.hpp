@@ -27,6 +27,10 @@ struct StatedTruth {
 /// there is none.
 StatedTruth read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks);
 
+/// `level`; positions alone count as level, because they do not show whether they begin at an
+/// identity.
+std::optional<bool> stated_level(const StatedTruth& truth);
+
 /// The cameras of a recording, or of the summary.json of a run.
 std::vector<KnownFrame> known_frames(const Recording& recording);
 std::vector<KnownFrame> known_frames(const nlohmann::ordered_json& summary);

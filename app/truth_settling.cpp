@@ -14,7 +14,9 @@ namespace chasles::app {
 namespace {
 
 TruthExaminationOptions examination_options(const TruthToSettle& how) {
-  return {.gap = how.pairing.longest_gap, .positions_only = !how.attitudes};
+  return {.gap = how.pairing.longest_gap,
+          .interpolated = how.pairing.pairing == Pairing::kInterpolate,
+          .positions_only = !how.attitudes};
 }
 
 void apply_offset(const TruthReference& reference, const TruthToSettle& how, Trajectory& truth,
@@ -29,7 +31,7 @@ void apply_offset(const TruthReference& reference, const TruthToSettle& how, Tra
   const TruthClock& clock = *examination.clock;
   for (StampedPose& row : truth) row.time += from_seconds(clock.offset);
   settled.remarks.push_back(fmt::format(
-      "{:.4f} +- {:.4f} s were added to the truth's times, by its {} against those of {} "
+      "{:.4f} +- {:.1g} s were added to the truth's times, by its {} against those of {} "
       "(--truth-time-offset auto)",
       clock.offset, clock.sigma, clock.by_rotations ? "rotations" : "positions", reference.name));
 }

@@ -402,6 +402,8 @@ TEST(CheckTruth, TurnsAgainstTheGyroscopesAreAFact) {
   EXPECT_LT(std::abs(apart()), 1);
   for (StampedPose& row : r.truth) row.pose.R *= so3::exp({0, M_PI / 2, 0});
   EXPECT_GT(apart(), 3);
+  for (StampedPose& row : r.truth) row.pose.R.setIdentity();
+  EXPECT_EQ(apart(), -1) << "positions alone have no turns";
 }
 
 // EuRoC's own calibration is accurate to a fraction of a degree and its clocks to a fraction of a

@@ -7,7 +7,7 @@ namespace chasles {
 
 /// Compares the truth with the IMU: gravity must point down in the truth's world (fit_gravity). How
 /// far its turns are from the gyroscope's is a fact; examine_truth() of eval/ finds the causes.
-/// Needs samples.
+/// Needs samples, and a truth whose attitude changes.
 void report_truth(const Recording& recording, CheckReport& report);
 
 }  // namespace chasles

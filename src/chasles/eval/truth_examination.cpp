@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <chasles/constants.hpp>
 #include <chasles/eval/alignment.hpp>
@@ -17,7 +18,9 @@ constexpr double kManySigmas = 5;       // sigmas
 constexpr double kLeastOffset = 0.002;  // [s]
 constexpr double kLeastOffsetWithoutPositions = 0.005;
 constexpr double kMostOffsetSigma = 0.05;
-constexpr double kBetter = 0.9;       // of the ATE, that a clock must reach
+constexpr double kAlikePositions = 1.3;                // of the rms of two shifts
+constexpr double kSameShift = 0.05, kNearShift = 0.6;  // [s]
+constexpr double kBetter = 0.9;                        // of the ATE, that a clock must reach
 constexpr double kShape = 0.2;        // of the extent, that positions of one path may differ
 constexpr double kMirrorGain = 0.2;   // of the rms, that a reflection leaves
 constexpr double kLeastPoint = 0.02;  // [m]
@@ -59,7 +62,7 @@ void read_turning(Work& work) {
     return;
   }
   const TurningFit& fit = work.turning->fit;
-  if (fit.offset_sigma < kMostOffsetSigma) {
+  if (work.turning->clock_is_clear && fit.offset_sigma < kMostOffsetSigma) {
     work.result.clock = {.offset = fit.offset, .sigma = fit.offset_sigma, .by_rotations = true};
   }
   work.mended = read_as(work.turning->reading, std::move(work.mended));
@@ -95,18 +98,37 @@ void move_to_imu(Work& work) {
   for (StampedPose& row : work.mended) row.pose = row.pose * imu_T_truth.inverse();
 }
 
-// Where no rotation tells it, the positions give the clock.
+// Where no rotation tells it, the positions give the clock: of several shifts that fit alike the
+// one near zero, or none.
 void clock_by_positions(Work& work) {
   if (work.result.clock || !work.reference.positions) return;
   const Trajectory& estimate = work.reference.poses;
-  const auto lag = find_lag(estimate, work.mended, SpeedKind::kMoving, false, work.gap);
-  if (!lag) return;
-  PositionFitOptions options = fit_options(work, true);
-  options.start_offset = lag->offset;
-  options.offset = true;
-  const auto fit = fit_positions(estimate, work.mended, options);
-  if (!is_of_one_path(fit) || fit->offset_sigma > kMostOffsetSigma) return;
-  work.result.clock = {.offset = fit->offset, .sigma = fit->offset_sigma};
+  std::vector<PositionFit> fits;
+  for (const Lag& lag : find_lags(estimate, work.mended, SpeedKind::kMoving, false, work.gap)) {
+    PositionFitOptions options = fit_options(work, true);
+    options.start_offset = lag.offset;
+    options.offset = true;
+    const auto one = fit_positions(estimate, work.mended, options);
+    if (is_of_one_path(one) && one->offset_sigma < kMostOffsetSigma) fits.push_back(*one);
+  }
+  if (fits.empty()) return;
+  const double best = std::ranges::min_element(fits, {}, &PositionFit::rms)->rms;
+  std::erase_if(fits, [&](const PositionFit& one) { return one.rms > kAlikePositions * best; });
+  const auto size = [](const PositionFit& one) { return std::abs(one.offset); };
+  const PositionFit fit = *std::ranges::min_element(fits, {}, size);
+  const bool clear = std::ranges::none_of(fits, [&](const PositionFit& other) {
+    return std::abs(other.offset - fit.offset) > kSameShift;
+  });
+  if (!clear && size(fit) > kNearShift) return;
+  work.result.clock = {.offset = fit.offset, .sigma = fit.offset_sigma};
+}
+
+// Few stamps of the truth are near those of the estimate, and nothing lies between them.
+void examine_spacing(Work& work, const TruthExaminationOptions& options) {
+  const Time spacing = median_spacing(work.truth);
+  if (!options.interpolated || !work.reference.positions || spacing <= options.gap) return;
+  if (spacing <= 2 * median_spacing(work.reference.poses)) return;
+  work.find(sparse_finding(to_seconds(spacing), to_seconds(options.gap)));
 }
 
 void examine_shape(Work& work) {
@@ -133,7 +155,7 @@ void examine_clock(Work& work) {
   const double size = std::abs(clock.offset);
   if (!work.reference.positions) {
     if (size <= std::max(kLeastOffsetWithoutPositions, kManySigmas * clock.sigma)) return;
-    work.find(clock_finding(work.reference, clock, {}, {}));
+    work.find(clock_finding(work.reference, clock, kLeastOffsetWithoutPositions, {}, {}));
     return;
   }
   if (size <= std::max(kLeastOffset, kManySigmas * clock.sigma)) return;
@@ -141,7 +163,7 @@ void examine_clock(Work& work) {
   const auto before = aligned_rms(estimate, work.mended, 0, work.gap);
   const auto after = aligned_rms(estimate, work.mended, clock.offset, work.gap);
   if (!after || (before && *after > kBetter * *before)) return;
-  work.find(clock_finding(work.reference, clock, before, after));
+  work.find(clock_finding(work.reference, clock, kLeastOffset, before, after));
 }
 
 // The point on the body whose positions the truth has, if it is clearly another one.
@@ -221,6 +243,7 @@ TruthExamination examine_truth(const TruthReference& reference, const Trajectory
   clock_by_positions(work);
   examine_shape(work);
   examine_clock(work);
+  examine_spacing(work, options);
   examine_frame(work);
   examine_tilt(work);
   return work.result;

@@ -21,6 +21,7 @@ enum class TruthFault {
   kUnit,           ///< the positions are not in metres
   kMirrored,       ///< the positions have left-handed axes
   kTilted,         ///< the z axis of the truth's world is not vertical
+  kSparse,         ///< its stamps are too far apart for interpolation
   kUnlike,         ///< the rotations follow those of the reference in no reading
 };
 
@@ -52,6 +53,7 @@ struct TruthExamination {
 
 struct TruthExaminationOptions {
   Time gap = kLongestTruthGap;  ///< between poses of the truth that are interpolated
+  bool interpolated = true;     ///< whether the truth is interpolated between its stamps
   bool positions_only = false;  ///< as the file states it: then its rotations mean nothing
 };
 

@@ -209,6 +209,31 @@ TEST(TruthExamination, AnotherRecordingsTruthIsNamed) {
   EXPECT_NE(faults(examination).find("unlike"), std::string::npos) << faults(examination);
 }
 
+// The head of a walker turns alike again after half a step, to the other side.
+TEST(TruthExamination, AGaitIsNotTakenForAnotherClock) {
+  const auto gait = [](double t) {
+    SE3 pose = walk_at(0.05 * t);
+    pose.R = pose.R * so3::exp({0, 0, 0.1 * std::sin(2 * M_PI * 0.9 * t)});
+    pose.p.y() += 0.05 * std::sin(2 * M_PI * 0.9 * t);
+    return pose;
+  };
+  TruthReference reference = estimate();
+  reference.poses = sampled(20, 1, 20, gait);
+  Trajectory walked = sampled(200, 0, 22, gait);
+  EXPECT_EQ(faults(examine_truth(reference, walked)), "");
+  for (StampedPose& row : walked) row.time += std::chrono::milliseconds(100);
+  const TruthExamination late = examine_truth(reference, walked);
+  ASSERT_EQ(faults(late), "clock");
+  EXPECT_NEAR(late.clock->offset, -0.1, 0.005);
+}
+
+TEST(TruthExamination, ATruthOfFewPosesIsNamed) {
+  const Trajectory sparse = sampled(1, 0, 22);
+  EXPECT_EQ(faults(sparse), "sparse");
+  EXPECT_EQ(faults(examine_truth(estimate(), sparse, {.gap = std::chrono::seconds(2)})), "");
+  EXPECT_EQ(faults(examine_truth(estimate(), sparse, {.interpolated = false})), "");
+}
+
 TEST(TruthExamination, LittleMotionFindsNothing) {
   const TruthReference reference = estimate();
   const auto still = [](double) { return walk_at(3); };

@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <Eigen/Geometry>
 
@@ -19,35 +20,88 @@ constexpr double kMostUnexplained = 0.35;
 constexpr double kUnlike = 0.8;      // of the signal, unexplained
 constexpr double kMisaligned = 0.1;  // sine of the angle that still counts as the same axes
 constexpr double kSurely = 5;        // sigmas
-constexpr double kOtherAxes = 3 * kRadians, kDetermined = 1 * kRadians;
+constexpr double kOtherAxes = 6 * kRadians, kDetermined = 1 * kRadians;
+constexpr double kSameOffset = 0.05, kNearZero = 0.6;  // [s]
+constexpr double kAlike = 1.5;                         // of residuals
 constexpr std::size_t kWindowsOfUnlike = 40;
 
 constexpr std::array kReadings{TruthReading::kAsRead, TruthReading::kWFirst,
                                TruthReading::kInverse};
+
+// A reading at one shift of the clock.
+struct Candidate {
+  std::size_t reading = 0;
+  TurningFit fit;
+};
 
 // What the candidates are compared by.
 struct Trial {
   std::vector<RateWindow> windows;
   TurningOptions options;
   std::array<Trajectory, 3> truths = {};
-  std::array<std::optional<TurningFit>, 3> fits = {};
-  double best = 0;  // residual [rad/s]
+  std::vector<Candidate> candidates = {};
+  double best = std::numeric_limits<double>::infinity();  // residual [rad/s]
 
-  bool explains(std::size_t reading, const Eigen::Matrix3d& R) const {
-    const auto& fit = fits[reading];
-    if (!fit || fit->unexplained() > kMostUnexplained) return false;
-    const double r = turning_residual(windows, truths[reading], fit->offset, R, options);
-    const double allowed = kMisaligned * fit->signal;
-    return r * r <= best * best + allowed * allowed;
+  // The residual of a candidate with that rotation, if it explains the rates.
+  std::optional<double> residual(const Candidate& c, const Eigen::Matrix3d& R) const {
+    if (c.fit.unexplained() > kMostUnexplained) return std::nullopt;
+    const double r = turning_residual(windows, truths[c.reading], c.fit.offset, R, options);
+    const double allowed = kMisaligned * c.fit.signal;
+    return r * r <= best * best + allowed * allowed ? std::optional(r) : std::nullopt;
   }
 };
 
-TurningExplanation explained(const Trial& trial, std::size_t reading, const KnownFrame* frame,
-                             bool other_frame) {
-  return {.reading = kReadings[reading],
+// Of several shifts that explain the rates alike the one nearest to zero, if it is near.
+struct Shift {
+  const Candidate* candidate = nullptr;
+  double residual = std::numeric_limits<double>::infinity();
+  bool clear = true;  // no other one is as good
+};
+
+void offer(const Candidate& candidate, double residual, Shift& shift) {
+  if (shift.candidate == nullptr) {
+    shift = {&candidate, residual, true};
+    return;
+  }
+  const double a = shift.candidate->fit.offset, b = candidate.fit.offset;
+  if (std::abs(a - b) < kSameOffset) return;
+  const bool alike = residual < kAlike * shift.residual && shift.residual < kAlike * residual;
+  const bool near = std::min(std::abs(a), std::abs(b)) < kNearZero;
+  const bool better = alike ? std::abs(b) < std::abs(a) : residual < shift.residual;
+  if (better) {
+    shift = {&candidate, residual, !alike || near};
+  } else if (alike && !near) {
+    shift.clear = false;
+  }
+}
+
+Shift explained_by(const Trial& trial, std::size_t reading, const Eigen::Matrix3d& R) {
+  Shift shift;
+  for (const Candidate& candidate : trial.candidates) {
+    if (candidate.reading != reading) continue;
+    if (const auto r = trial.residual(candidate, R)) offer(candidate, *r, shift);
+  }
+  return shift;
+}
+
+// With any rotation. Only whole readings: w first differs from the inverse by a rotation.
+Shift explained_freely(const Trial& trial) {
+  Shift shift;
+  for (const Candidate& candidate : trial.candidates) {
+    const TurningFit& fit = candidate.fit;
+    if (kReadings[candidate.reading] == TruthReading::kWFirst) continue;
+    if (fit.unexplained() > kMostUnexplained || fit.residual > kAlike * trial.best) continue;
+    offer(candidate, fit.residual, shift);
+  }
+  return shift;
+}
+
+TurningExplanation explained(const Shift& shift, const KnownFrame* frame, bool other_frame) {
+  return {.reading = kReadings[shift.candidate->reading],
           .frame = frame,
           .other_frame = other_frame,
-          .fit = *trial.fits[reading]};
+          .clock_is_clear = shift.clear,
+          .fit = shift.candidate->fit};
 }
 
 // Whether the rotation between the axes of the IMU and those of the truth is well determined and no
@@ -60,24 +114,19 @@ bool turned(const TurningFit& fit) {
 
 std::optional<TurningExplanation> choose(const Trial& trial,
                                          const std::vector<KnownFrame>& frames) {
-  const Eigen::Matrix3d same = Eigen::Matrix3d::Identity();
   for (std::size_t reading = 0; reading < kReadings.size(); ++reading) {
-    if (trial.explains(reading, same)) {
-      return explained(trial, reading, nullptr, turned(*trial.fits[reading]));
+    const Shift same = explained_by(trial, reading, Eigen::Matrix3d::Identity());
+    if (same.candidate != nullptr) {
+      return explained(same, nullptr, turned(same.candidate->fit));
     }
     for (const KnownFrame& frame : frames) {
-      if (trial.explains(reading, frame.imu_T_frame.R)) {
-        return explained(trial, reading, &frame, false);
-      }
+      const Shift of_frame = explained_by(trial, reading, frame.imu_T_frame.R);
+      if (of_frame.candidate != nullptr) return explained(of_frame, &frame, false);
     }
   }
-  for (const std::size_t reading : {std::size_t{0}, std::size_t{2}}) {
-    const auto& fit = trial.fits[reading];
-    if (!fit || fit->unexplained() > kMostUnexplained) continue;
-    if (fit->residual > 1.5 * trial.best) continue;
-    return explained(trial, reading, nullptr, true);
-  }
-  return std::nullopt;
+  const Shift free = explained_freely(trial);
+  if (free.candidate == nullptr) return std::nullopt;
+  return explained(free, nullptr, turned(free.candidate->fit));
 }
 
 }  // namespace
@@ -101,17 +150,19 @@ TurningEvidence explain_turning(const TruthReference& reference, const Trajector
   const Time spacing = std::max(median_spacing(reference.poses), median_spacing(truth));
   Trial trial{.windows = rate_windows(reference.poses, std::max(spacing, Time(100'000'000))),
               .options = {.gap = gap, .biased = reference.biased}};
-  const auto lag = find_lag(reference.poses, truth, SpeedKind::kTurning, reference.biased, gap);
-  trial.best = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < kReadings.size(); ++i) {
     trial.truths[i] = read_as(kReadings[i], truth);
-    trial.fits[i] =
-        fit_turning(trial.windows, trial.truths[i], lag ? lag->offset : 0, trial.options);
-    const auto& fit = trial.fits[i];
-    if (!fit || fit->signal < kLeastSignal) continue;
-    trial.best = std::min(trial.best, fit->residual);
-    evidence.unexplained = std::min(evidence.unexplained, fit->unexplained());
-    evidence.unlike = evidence.unlike || fit->windows >= kWindowsOfUnlike;
+  }
+  for (const Lag& lag :
+       find_lags(reference.poses, truth, SpeedKind::kTurning, reference.biased, gap)) {
+    for (std::size_t i = 0; i < kReadings.size(); ++i) {
+      const auto fit = fit_turning(trial.windows, trial.truths[i], lag.offset, trial.options);
+      if (!fit || fit->signal < kLeastSignal) continue;
+      trial.candidates.push_back({i, *fit});
+      trial.best = std::min(trial.best, fit->residual);
+      evidence.unexplained = std::min(evidence.unexplained, fit->unexplained());
+      evidence.unlike = evidence.unlike || fit->windows >= kWindowsOfUnlike;
+    }
   }
   if (std::isfinite(trial.best)) evidence.explanation = choose(trial, reference.frames);
   evidence.unlike = evidence.unlike && evidence.unexplained > kUnlike;

@@ -25,6 +25,7 @@ struct TurningExplanation {
   TruthReading reading = TruthReading::kAsRead;
   const KnownFrame* frame = nullptr;  ///< the body frame that turns so; null: the IMU, or another
   bool other_frame = false;           ///< of a frame that is not known: fit.reference_R_truth
+  bool clock_is_clear = true;         ///< false: another shift of the clock explains them as well
   TurningFit fit;                     ///< in that reading, with a free rotation
 };
 

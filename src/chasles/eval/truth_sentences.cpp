@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -52,6 +53,8 @@ std::string_view name(TruthFault fault) {
       return "mirrored";
     case TruthFault::kTilted:
       return "tilted";
+    case TruthFault::kSparse:
+      return "sparse";
     case TruthFault::kUnlike:
       break;
   }
@@ -119,7 +122,21 @@ TruthFinding inverse_finding(const TruthReference& reference, const TurningExpla
           .advice = advice};
 }
 
-TruthFinding clock_finding(const TruthReference& reference, const TruthClock& clock,
+TruthFinding sparse_finding(double spacing, double longest_gap) {
+  return {
+      .fault = TruthFault::kSparse,
+      .what = fmt::format("its poses are {:.3g} s apart, and between stamps more than {:g} s apart "
+                          "none is compared: only those near its stamps are",
+                          spacing, longest_gap),
+      .value = spacing,
+      .threshold = longest_gap,
+      .unit = "s",
+      .advice = fmt::format("--max-truth-gap {:.2g} interpolates it, if the motion between is "
+                            "slow",
+                            1.5 * spacing)};
+}
+
+TruthFinding clock_finding(const TruthReference& reference, const TruthClock& clock, double least,
                            std::optional<double> before, std::optional<double> after) {
   std::string effect;
   if (before && after) {
@@ -130,12 +147,12 @@ TruthFinding clock_finding(const TruthReference& reference, const TruthClock& cl
   }
   return {
       .fault = TruthFault::kClock,
-      .what = fmt::format("its times are {:.4f} +- {:.4f} s {} by the {} of {}{}",
+      .what = fmt::format("its times are {:.4f} +- {:.1g} s {} by the {} of {}{}",
                           std::abs(clock.offset), clock.sigma, clock.offset > 0 ? "early" : "late",
                           clock.by_rotations ? "rotations" : "positions", reference.name, effect),
       .value = clock.offset,
       .sigma = clock.sigma,
-      .threshold = 5 * clock.sigma,
+      .threshold = std::max(least, 5 * clock.sigma),
       .unit = "s",
       .advice = fmt::format("--truth-time-offset {:.4f} (or auto) corrects it", clock.offset)};
 }
@@ -170,7 +187,7 @@ TruthFinding other_frame_finding(const TruthReference& reference, const TurningE
                           angle, kDegrees * fit.rotation_sigma, away, reference.name),
       .value = angle,
       .sigma = kDegrees * fit.rotation_sigma,
-      .threshold = 3,
+      .threshold = 6,
       .unit = "deg",
       .advice = fmt::format("--truth-frame FILE moves it to the IMU; FILE has imu_T_truth, best "
                             "by your calibration; as estimated: {}",

@@ -17,8 +17,11 @@ TruthFinding w_first_finding(const TruthReference& reference, const TurningExpla
 TruthFinding inverse_finding(const TruthReference& reference, const TurningExplanation& turning,
                              bool whole);
 /// `before`, `after`: the ATE with the clock as it is, and corrected, where known [m].
-TruthFinding clock_finding(const TruthReference& reference, const TruthClock& clock,
+/// `least`: the smallest offset that is a finding [s].
+TruthFinding clock_finding(const TruthReference& reference, const TruthClock& clock, double least,
                            std::optional<double> before, std::optional<double> after);
+/// Both in seconds.
+TruthFinding sparse_finding(double spacing, double longest_gap);
 TruthFinding known_frame_finding(const TruthReference& reference,
                                  const TurningExplanation& turning);
 TruthFinding other_frame_finding(const TruthReference& reference, const TurningExplanation& turning,
