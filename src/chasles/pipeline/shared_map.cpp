@@ -55,10 +55,11 @@ SharedMap::Saved SharedMap::save(const LandmarkMap& extended) {
   }
   const fs::path beside = free_name_beside(file_);
   write_alone(*own_, beside);
-  throw InputError(fmt::format(
-      "{}: is another map than the one that the run began in, and they cannot be merged: the "
-      "run's map was saved as {} ({})",
-      file_.string(), beside.string(), why));
+  throw InputError(
+      fmt::format("{}: has changed since the run began in it, and what the run adds cannot be "
+                  "merged: the run's "
+                  "map was saved as {} ({})",
+                  file_.string(), beside.string(), why));
 }
 
 SharedMap::Saved SharedMap::merged_with(const std::string& now, const fs::path& target) const {
