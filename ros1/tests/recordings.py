@@ -63,14 +63,11 @@ class Walk:
         axes of the accelerometer are turned by it against those of the gyroscope."""
         whole = self.bag(folder, 'whole', **options)
         with rosbag.Bag(str(whole)) as source, rosbag.Bag(str(folder / 'walk.bag'), 'w') as out:
-            count = 0
-            if R is not None:
-                one = TransformStamped(child_frame_id='accel')
-                one.header.frame_id = euroc.IMU_FRAME
-                q = one.transform.rotation
-                q.x, q.y, q.z, q.w = euroc.quaternion_of(R)
-                out.write('/tf_static', TFMessage([one]), rospy.Time(1))
+            count, turned = 0, R is None
             for topic, message, stamp in source.read_messages():
+                if not turned:
+                    turned = True
+                    out.write('/tf_static', self.turn_of_accelerometer(R), stamp)
                 if topic != '/imu0':
                     out.write(topic, message, stamp)
                     continue
@@ -87,6 +84,14 @@ class Walk:
                 count += 1
         whole.unlink()
         return folder / 'walk.bag'
+
+    @staticmethod
+    def turn_of_accelerometer(R):
+        one = TransformStamped(child_frame_id='accel')
+        one.header.frame_id = euroc.IMU_FRAME
+        q = one.transform.rotation
+        q.x, q.y, q.z, q.w = euroc.quaternion_of(R)
+        return TFMessage([one])
 
     def truth_at(self, ns):
         """Position, rotation and velocity at a time of the truth, that of a frame; None at others."""
