@@ -16,24 +16,22 @@ using Json = nlohmann::json;
 
 class CliTruth : public ::testing::Test {
  protected:
-  static void SetUpTestSuite() {
-    folder = new Scratch;
+  void SetUp() override {
     const Outcome made =
-        chasles(*folder, "simulate walk -o rec --quiet --set walk_duration=10 && '" +
-                             std::string(CHASLES_BINARY) + "' run rec -o out --quiet");
+        chasles(folder, "simulate walk -o rec --quiet --set walk_duration=10 && '" +
+                            std::string(CHASLES_BINARY) + "' run rec -o out --quiet");
     ASSERT_EQ(made.code, 0) << made.err;
-    truth = read_tum(*folder / "rec/truth.tum");
+    truth = read_tum(folder / "rec/truth.tum");
   }
-  static void TearDownTestSuite() { delete folder; }
 
   // Writes the truth with each row changed.
-  static void write(const std::string& name, const std::function<void(StampedPose&)>& change) {
+  void write(const std::string& name, const std::function<void(StampedPose&)>& change) {
     Trajectory changed = truth;
     for (StampedPose& row : changed) change(row);
-    write_tum(changed, *folder / name);
+    write_tum(changed, folder / name);
   }
-  static Json evaluated(const std::string& more) {
-    const Outcome outcome = chasles(*folder, "evaluate out " + more + " --json");
+  Json evaluated(const std::string& more) {
+    const Outcome outcome = chasles(folder, "evaluate out " + more + " --json");
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     return outcome.code == 0 ? Json::parse(outcome.out) : Json();
   }
@@ -41,13 +39,13 @@ class CliTruth : public ::testing::Test {
     return json.contains("truth_findings") ? json["truth_findings"][0]["finding"] : Json("");
   }
 
-  static inline Scratch* folder = nullptr;
-  static inline Trajectory truth;
+  Scratch folder;
+  Trajectory truth;
 };
 
 TEST_F(CliTruth, ARightTruthHasNoFinding) {
   EXPECT_FALSE(evaluated("rec/truth.tum").contains("truth_findings"));
-  const Json summary = Json::parse(slurp(*folder / "out/summary.json"));
+  const Json summary = Json::parse(slurp(folder / "out/summary.json"));
   EXPECT_FALSE(summary.contains("truth_findings")) << summary["truth_findings"];
 }
 
@@ -66,17 +64,17 @@ TEST_F(CliTruth, TheClockIsFoundAndCorrected) {
   EXPECT_NEAR(evaluated("late.tum --truth-time-offset -0.1").at("ate_m").get<double>(), right,
               1e-9);
   // run and check say it, too.
-  const Outcome run = chasles(*folder, "run rec --truth late.tum --quiet --json");
+  const Outcome run = chasles(folder, "run rec --truth late.tum --quiet --json");
   ASSERT_EQ(run.code, 0) << run.err;
   const Json summary = Json::parse(run.out);
   ASSERT_EQ(finding(summary), "clock");
   const std::string what = summary["truth_findings"][0]["what"];
   EXPECT_NE(summary["remarks"].dump().find(what), std::string::npos);
-  const Outcome check = chasles(*folder, "check rec --truth late.tum --json");
+  const Outcome check = chasles(folder, "check rec --truth late.tum --json");
   EXPECT_NE(check.out.find("s late by the rotations of the gyroscope"), std::string::npos)
       << check.out;
   EXPECT_NE(check.out.find("--truth-time-offset -0.1"), std::string::npos);
-  const Outcome wrong = chasles(*folder, "evaluate out late.tum --truth-time-offset soon");
+  const Outcome wrong = chasles(folder, "evaluate out late.tum --truth-time-offset soon");
   EXPECT_EQ(wrong.code, 1);
   EXPECT_NE(wrong.err.find("found 'soon', expected auto or seconds"), std::string::npos);
 }
@@ -87,7 +85,7 @@ TEST_F(CliTruth, PositionsAloneHaveNoAttitudeErrors) {
     text += std::to_string(row.time.count()) + " " + std::to_string(row.pose.p.x()) + " " +
             std::to_string(row.pose.p.y()) + " " + std::to_string(row.pose.p.z()) + "\n";
   }
-  spill(*folder / "positions.txt", "# time_ns x y z\n" + text);
+  spill(folder / "positions.txt", "# time_ns x y z\n" + text);
   const Json right = evaluated("rec/truth.tum"), json = evaluated("positions.txt");
   EXPECT_EQ(finding(json), "positions_only");
   EXPECT_EQ(json.at("truth_attitudes"), false);
@@ -98,12 +96,12 @@ TEST_F(CliTruth, PositionsAloneHaveNoAttitudeErrors) {
                            "ate_first_pose_m", "within_3_sigma_rx"}) {
     EXPECT_TRUE(json.at(name).is_null()) << name;
   }
-  const Outcome run = chasles(*folder, "run rec --truth positions.txt --quiet -o positions");
+  const Outcome run = chasles(folder, "run rec --truth positions.txt --quiet -o positions");
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_FALSE(evaluated("").contains("truth_attitudes"));
-  const Outcome again = chasles(*folder, "evaluate positions --json");
+  const Outcome again = chasles(folder, "evaluate positions --json");
   EXPECT_TRUE(Json::parse(again.out).at("attitude_deg").is_null());
-  EXPECT_EQ(chasles(*folder, "report positions -o page.html --quiet").code, 0);
+  EXPECT_EQ(chasles(folder, "report positions -o page.html --quiet").code, 0);
 }
 
 TEST_F(CliTruth, FrameUnitAndInverseAreMended) {
@@ -113,14 +111,14 @@ TEST_F(CliTruth, FrameUnitAndInverseAreMended) {
     EXPECT_EQ(finding(json), "") << arguments;
     EXPECT_NEAR(json.at("nees_pose").get<double>(), right, 1e-3 * right) << arguments;
   };
-  const SE3 imu_T_cam = read_recording(*folder / "rec").cameras.at(0).cam_T_imu.inverse();
+  const SE3 imu_T_cam = read_recording(folder / "rec").cameras.at(0).cam_T_imu.inverse();
   write("of_cam0.tum", [&](StampedPose& row) { row.pose = row.pose * imu_T_cam; });
   EXPECT_EQ(finding(evaluated("of_cam0.tum")), "frame");
   near("of_cam0.tum --truth-frame cam0");
   const SE3 marker{so3::exp({M_PI / 2, 0, 0}), {0.1, 0.2, 0.3}};
   write("of_marker.tum", [&](StampedPose& row) { row.pose = row.pose * marker; });
-  spill(*folder / "marker.txt", "# imu_T_truth\n1 0 0 0.1\n0 0 -1 0.2\n0 1 0 0.3\n0 0 0 1\n");
-  spill(*folder / "marker.yaml",
+  spill(folder / "marker.txt", "# imu_T_truth\n1 0 0 0.1\n0 0 -1 0.2\n0 1 0 0.3\n0 0 0 1\n");
+  spill(folder / "marker.yaml",
         "truth_T_imu: [[1, 0, 0, -0.1], [0, 0, 1, -0.3], [0, -1, 0, 0.2], [0, 0, 0, 1]]\n");
   near("of_marker.tum --truth-frame marker.txt");
   near("of_marker.tum --truth-frame marker.yaml");
@@ -130,11 +128,11 @@ TEST_F(CliTruth, FrameUnitAndInverseAreMended) {
   write("inverse.tum", [](StampedPose& row) { row.pose = row.pose.inverse(); });
   EXPECT_EQ(finding(evaluated("inverse.tum")), "inverse_poses");
   near("inverse.tum --truth-inverse");
-  spill(*folder / "short.txt", "1 0 0\n");
-  const Outcome few = chasles(*folder, "evaluate out mm.tum --truth-frame short.txt");
+  spill(folder / "short.txt", "1 0 0\n");
+  const Outcome few = chasles(folder, "evaluate out mm.tum --truth-frame short.txt");
   EXPECT_EQ(few.code, 2);
   EXPECT_NE(few.err.find("short.txt: has 3 numbers, expected 16"), std::string::npos) << few.err;
-  const Outcome none = chasles(*folder, "evaluate out mm.tum --truth-frame cam7");
+  const Outcome none = chasles(folder, "evaluate out mm.tum --truth-frame cam7");
   EXPECT_NE(none.err.find("found 'cam7', expected imu, cam0"), std::string::npos) << none.err;
 }
 
