@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -328,7 +329,10 @@ void TrialLog::add(std::uint64_t run, const std::string& lines) {
   lines_.emplace(run, lines);
   std::ofstream file(trials(), std::ios::binary | std::ios::app);
   file << lines << std::flush;
-  if (!file) throw UsageError(fmt::format("{} cannot be written", trials().string()));
+  if (!file) {
+    throw UsageError(
+        fmt::format("{}: cannot be written: {}", trials().string(), std::strerror(errno)));
+  }
 }
 
 void TrialLog::write_trials() const {
