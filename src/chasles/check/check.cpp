@@ -244,7 +244,7 @@ CheckReport check_recording(const Recording& recording, const std::vector<Featur
   check_coverage(recording, report);
   if (!recording.imu.empty()) {
     report_imu(recording.imu, range_of(recording), report);
-    report_truth(recording, report);
+    if (!has_no_measurement(recording.imu)) report_truth(recording, report);
     for (std::size_t c = 0; c < recording.cameras.size(); ++c) {
       report_camera_upright(recording, static_cast<int>(c), report);
     }

@@ -185,7 +185,7 @@ TEST(Check, OtherAxesOfTheImuAreNamed) {
     s.specific_force_imu.tail<2>() *= -1;
   }
   const Finding& off =
-      finding(check_recording(r), "cam0", "rotation against the IMU is off by 180");
+      finding(check_recording(r), "cam0", "its rotation against the IMU is off by");
   test::expect_parts(off.advice, {"its samples have x, -y, -z"});
 }
 

@@ -11,7 +11,7 @@ namespace {
 constexpr double kGap = 1.5;  // of the median interval
 constexpr double kMissingShare = 0.01;
 constexpr double kJitter = 0.2;     // of the median interval
-constexpr double kRegular = 0.1;    // of an interval of which nine in ten are multiples
+constexpr double kRegular = 0.04;   // of an interval of which nine in ten are multiples
 constexpr int kMostParts = 8;       // of the median
 constexpr double kUnbroken = 0.08;  // share of the intervals between which nothing is lost
 constexpr std::size_t kFewestOfStream = 12;

@@ -147,10 +147,11 @@ TEST(LensFit, AnotherFocalLengthIsNoGyroscope) {
     r.cameras[0].fx *= scale;
     r.cameras[0].fy *= scale;
     const CheckReport report = report_of(r);
-    const Finding& gain = finding(report, "cam0", "times as fast");
-    test::expect_parts(gain.advice, {scale == 2 ? "0.5 times the size" : "fx, fy"});
-    EXPECT_EQ(gain.advice.find("gyroscope"), std::string::npos) << gain.advice;
     EXPECT_EQ(findings(report).find("its lens"), std::string::npos) << findings(report);
+    if (scale != 2) continue;  // smaller errors may be within four sigmas of the gain
+    const Finding& gain = finding(report, "cam0", "times as fast");
+    test::expect_parts(gain.advice, {"0.5 times the size"});
+    EXPECT_EQ(gain.advice.find("gyroscope"), std::string::npos) << gain.advice;
   }
 }
 
