@@ -94,7 +94,6 @@ void ImuBuffer::keep(const ImuSample& sample) {
 void ImuBuffer::note_vibration(const ImuSample& sample) {
   AddedNoise added = vibration_.add(
       sample, {.force = accelerometer_.saturated(sample), .rate = gyroscope_.saturated(sample)});
-  added.accelerometer = std::max(added.accelerometer, sample.force_vibration);
   added.accelerometer *= std::sqrt(options_.vibration_noise);
   added.gyroscope *= std::sqrt(options_.vibration_noise);
   added_.push_back(added);

@@ -28,8 +28,7 @@ namespace chasles {
 /// sensor's samples of the same time are used unchanged.
 ///
 /// With `vibration_noise`, the noise density of an interval grows by what VibrationNoise finds in
-/// the samples until the end of the interval; for the force at least by what the sample itself
-/// states (ImuSample::force_vibration).
+/// the samples until the end of the interval.
 class ImuBuffer {
  public:
   struct Options {

@@ -16,12 +16,8 @@ struct ImuSample {
   Eigen::Vector3d specific_force_imu = Eigen::Vector3d::Zero();  ///< [m/s^2]
   Eigen::Vector3d angular_rate_imu = Eigen::Vector3d::Zero();    ///< [rad/s]
   /// Whether the sensor was at the limit of its range. Known only of samples that a calibration has
-  /// corrected or that are interpolated, whose values no longer show it.
+  /// corrected, whose values no longer show it.
   bool force_clipped = false, rate_clipped = false;
-  /// Of a force that is interpolated between samples of an accelerometer at another rate: the noise
-  /// density that vibration adds to it, by those samples [m/s^2/sqrt(Hz)] (VibrationNoise). 0: by
-  /// the samples of the IMU themselves.
-  double force_vibration = 0;
 };
 
 /// The meaning of a sample. It must match the device: a mismatch acts like a bias that rotates with

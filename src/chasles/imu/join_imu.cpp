@@ -25,10 +25,7 @@ std::vector<ImuSample> ImuJoiner::add_force(const AxesSample& force) {
        screen_.add({.time = force.time, .specific_force_imu = force.value})) {
     const Eigen::Vector3d& value = measured.specific_force_imu;
     const bool clipped = value.cwiseAbs().maxCoeff() >= range_.accelerometer;
-    forces_.push_back({.time = measured.time,
-                       .value = gyro_R_accel_ * value,
-                       .clipped = clipped,
-                       .vibration = vibration_.add(measured, {.force = clipped}).accelerometer});
+    forces_.push_back({.time = measured.time, .value = gyro_R_accel_ * value, .clipped = clipped});
   }
   std::vector<ImuSample> joined = join();
   while (forces_.size() > kMostWaiting) {
@@ -87,15 +84,13 @@ void ImuJoiner::join_one(const AxesSample& rate, std::vector<ImuSample>& joined)
   joined.push_back({.time = rate.time,
                     .specific_force_imu = (1 - f) * before.value + f * after.value,
                     .angular_rate_imu = rate.value,
-                    .force_clipped = before.clipped || after.clipped,
-                    .force_vibration = after.vibration});
+                    .force_clipped = before.clipped || after.clipped});
   ++counts_.joined;
 }
 
 void ImuJoiner::restart_forces() {
   screened_before_ += left_out(screen_);
   screen_ = SampleScreen(range_);
-  vibration_ = VibrationNoise();
   forces_.clear();
 }
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <chasles/imu/sample_screen.hpp>
-#include <chasles/imu/vibration_noise.hpp>
 
 namespace chasles {
 
@@ -25,8 +24,7 @@ struct AxesSample {
 /// spread over all samples around it. Where an accelerometer sample is at the limit of the range,
 /// the samples that it has a part in are marked (ImuSample::force_clipped).
 ///
-/// docs/noise.md derives the noise of what results. That of a vibration is measured on the
-/// accelerometer's own samples (ImuSample::force_vibration): interpolation hides it.
+/// docs/noise.md derives the noise of what results.
 class ImuJoiner {
  public:
   /// Between two accelerometer samples that are further apart there is no sample: as in ImuBuffer,
@@ -73,7 +71,6 @@ class ImuJoiner {
     Time time{};
     Eigen::Vector3d value = Eigen::Vector3d::Zero();
     bool clipped = false;
-    double vibration = 0;
   };
   std::vector<ImuSample> join();
   void join_one(const AxesSample& rate, std::vector<ImuSample>& joined);
@@ -81,7 +78,6 @@ class ImuJoiner {
   ImuRange range_;
   Eigen::Matrix3d gyro_R_accel_;
   SampleScreen screen_;
-  VibrationNoise vibration_;
   std::deque<Force> forces_;
   std::deque<AxesSample> rates_;
   std::optional<Time> last_rate_;

@@ -155,25 +155,6 @@ TEST(ImuJoiner, AfterAJumpOfTheClockItBeginsAnew) {
   EXPECT_EQ(joined(joiner, forces(20), rates(100)).size(), 61u);
 }
 
-// At the rate of a faster gyroscope an aliased vibration looks like a slow motion.
-TEST(ImuJoiner, VibrationIsMeasuredOnTheAccelerometersOwnSamples) {
-  std::vector<AxesSample> f = forces(300);
-  VibrationNoise raw;
-  double expected = 0;
-  for (std::size_t k = 0; k < f.size(); ++k) {
-    f[k].value.x() += k % 4 < 2 ? 2 : -2;
-    expected = raw.add({.time = f[k].time, .specific_force_imu = f[k].value}).accelerometer;
-  }
-  ImuJoiner joiner;
-  VibrationNoise of_joined;
-  double hidden = 0;
-  const std::vector<ImuSample> all = joined(joiner, f, rates(1600, milliseconds(3)));
-  for (const ImuSample& s : all) hidden = of_joined.add(s).accelerometer;
-  EXPECT_EQ(all.back().force_vibration, expected);
-  EXPECT_GT(expected, 0.5 * 2 * std::sqrt(0.016 / 3));
-  EXPECT_LT(hidden, 0.7 * expected);
-}
-
 /// The variance of the integral of the joined force over a second, against that of the
 /// accelerometer's white noise: N^2 per second. `period`: of the gyroscope, over the
 /// accelerometer's.
