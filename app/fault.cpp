@@ -52,7 +52,7 @@ Fault described(const std::exception& error) {
 
 bool is_working_folder_there() {
   std::error_code error;
-  std::filesystem::current_path(error);
+  static_cast<void>(std::filesystem::current_path(error));
   return error != std::errc::no_such_file_or_directory;
 }
 

@@ -64,7 +64,9 @@ class SharedImages : public ImageSource {
 Recording read(const std::filesystem::path& path, std::optional<double> start,
                std::optional<double> stop, bool backwards, const std::string& cameras,
                const std::string& truth, const std::string& truth_level, const std::string& pairing,
-               std::optional<double> max_truth_gap) {
+               std::optional<double> max_truth_gap, std::optional<double> truth_time_offset,
+               const std::string& truth_frame, std::optional<double> truth_scale,
+               bool truth_inverse) {
   app::RunInput input;
   input.recording = path;
   input.start = start;
@@ -76,7 +78,18 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
     throw UsageError(fmt::format(
         "max_truth_gap: found {}, expected a finite number of seconds above 0", *max_truth_gap));
   }
-  input.truth_options = {.pairing = pairing, .max_gap = max_truth_gap, .level = truth_level};
+  if (truth_time_offset && !std::isfinite(*truth_time_offset)) {
+    throw UsageError(fmt::format("truth_time_offset: found {}, expected a finite number of seconds",
+                                 *truth_time_offset));
+  }
+  input.truth_options = {
+      .pairing = pairing,
+      .max_gap = max_truth_gap,
+      .level = truth_level,
+      .time_offset = truth_time_offset ? fmt::format("{}", *truth_time_offset) : std::string(),
+      .frame = truth_frame,
+      .scale = truth_scale,
+      .inverse = truth_inverse};
   return LongCall()([&] { return shared(app::read_input(input)); });
 }
 
@@ -334,7 +347,9 @@ void bind_recordings(py::module_& m) {
   m.def("read", &read, py::arg("path"), py::kw_only(), py::arg("start") = std::nullopt,
         py::arg("stop") = std::nullopt, py::arg("backwards") = false, py::arg("cameras") = "",
         py::arg("truth") = "", py::arg("truth_level") = "", py::arg("pairing") = "",
-        py::arg("max_truth_gap") = std::nullopt);
+        py::arg("max_truth_gap") = std::nullopt, py::arg("truth_time_offset") = std::nullopt,
+        py::arg("truth_frame") = "", py::arg("truth_scale") = std::nullopt,
+        py::arg("truth_inverse") = false);
   m.def("simulate", &simulate, py::arg("scene"), py::kw_only(), py::arg("run") = 0,
         py::arg("images") = false, py::arg("progress") = py::none());
 }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <numbers>
 #include <string>
 #include <string_view>
 
@@ -7,7 +6,6 @@
 
 #include <chasles/error.hpp>
 #include <chasles/eval/association.hpp>
-#include <chasles/lie/quaternion_order.hpp>
 
 namespace chasles {
 namespace {
@@ -145,26 +143,6 @@ std::vector<double> distances_along(const Trajectory& trajectory) {
     distances[i] = distances[i - 1] + (trajectory[i].pose.p - trajectory[i - 1].pose.p).norm();
   }
   return distances;
-}
-
-std::optional<std::string> remark_on_quaternions(const MatchedTrajectories& matched) {
-  constexpr Time kTurn = std::chrono::seconds(1);
-  constexpr double kDegree = std::numbers::pi / 180;  // [rad]
-  const Trajectory &estimate = matched.estimate, &truth = matched.truth;
-  std::vector<TwoTurns> turns;
-  for (std::size_t a = 0, b = 0; a < truth.size(); ++a) {
-    while (b < truth.size() && truth[b].time < truth[a].time + kTurn) ++b;
-    if (b == truth.size()) break;
-    turns.push_back(
-        {truth[a].pose.R, truth[b].pose.R, estimate[a].pose.R.transpose() * estimate[b].pose.R});
-  }
-  if (turns.empty()) return std::nullopt;
-  const TurnErrors errors = turn_errors(turns);
-  if (!errors.is_w_first()) return std::nullopt;
-  return fmt::format(
-      "the truth's turns in 1 s differ from the estimate's by {:.1f} deg, and by {:.1f} deg if its "
-      "quaternions are w, x, y, z: write them as x, y, z, w, or name the columns in the first line",
-      errors.as_read / kDegree, errors.w_first / kDegree);
 }
 
 double path_length(const Trajectory& trajectory) {

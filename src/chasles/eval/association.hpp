@@ -30,10 +30,6 @@ Time median_spacing(const Trajectory& trajectory);
 MatchedTrajectories associate(const Trajectory& estimate, const Trajectory& truth,
                               const TruthPairing& pairing = {});
 
-/// A sentence if the truth agrees with the estimate only where its quaternions, which were read as
-/// x, y, z, w, are read as w, x, y, z.
-std::optional<std::string> remark_on_quaternions(const MatchedTrajectories& matched);
-
 /// Length of the path through the positions [m].
 double path_length(const Trajectory& trajectory);
 

@@ -39,11 +39,6 @@ double error_with(const std::vector<TwoTurns>& turns,
 
 }  // namespace
 
-bool TurnErrors::is_w_first() const {
-  constexpr double kClear = 2 * M_PI / 180;  // [rad]
-  return as_read > kClear && w_first < as_read / 4;
-}
-
 TurnErrors turn_errors(const std::vector<TwoTurns>& turns) {
   return {.as_read = error_with(turns, as_read), .w_first = error_with(turns, read_w_first)};
 }

@@ -17,9 +17,6 @@ struct TwoTurns {
 struct TurnErrors {
   double as_read = 0;
   double w_first = 0;  ///< if the columns that were read as x, y, z, w are w, x, y, z
-
-  /// Whether the columns are rather w, x, y, z.
-  bool is_w_first() const;
 };
 
 /// `turns`: all over about the same time, at least one.

@@ -35,7 +35,7 @@ std::string name_without_sensor(const std::string& name) {
   for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   for (const std::string_view word : kWords) {
     for (std::size_t at; (at = small.find(word)) != std::string::npos;) {
-      small.replace(at, word.size(), "*");
+      small = small.substr(0, at).append(1, '*').append(small, at + word.size());
     }
   }
   return small;
