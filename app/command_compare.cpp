@@ -185,7 +185,10 @@ int compare(const CompareOptions& o) {
   const std::vector<FilterVariant>& filters = material.filters;
   const bool scene = is_inertial_scene(o.scene.name) || is_loops(o.scene.name);
   if (!scene) refuse_output_into(o.output, o.scene.name);
-  if (!o.output.empty()) end.emplace(prepare_output(o.output));
+  if (!o.output.empty()) {
+    const SignalsHeld held;
+    end.emplace(prepare_output(o.output));
+  }
   std::vector<Compared> all;
   {
     Progress progress(filters.size(), o.quiet, "filters");

@@ -88,10 +88,12 @@ Footer footer_of(const std::string& text) {
   return footer;
 }
 
-// Choices that a type names: "filter|batch|window:N"; N stands for a number.
+// Choices that a type names: "filter|batch|window:N"; N stands for a number, and what is in capital
+// letters for any value: "S|auto".
 std::vector<std::string> choices_of_type(std::string_view type) {
-  if (type.find('|') == std::string_view::npos || type.front() < 'a') return {};
+  if (type.find('|') == std::string_view::npos || is_in(type, kPaths)) return {};
   std::vector<std::string> names = parts(type, '|');
+  std::erase_if(names, [](const std::string& name) { return name.front() < 'a'; });
   for (std::string& name : names) {
     if (name.ends_with(":N")) name.pop_back();
   }

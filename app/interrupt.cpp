@@ -82,6 +82,15 @@ EndAtOnce::~EndAtOnce() {
   ::sigaction(SIGHUP, &before_hup_, nullptr);
 }
 
+SignalsHeld::SignalsHeld() {
+  sigset_t held;
+  sigemptyset(&held);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&held, signal);
+  ::pthread_sigmask(SIG_BLOCK, &held, &before_);
+}
+
+SignalsHeld::~SignalsHeld() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
 bool Interrupt::requested() const {
   if (interrupted && seconds_of_patience > 0) ::alarm(0);  // not stuck
   return interrupted;

@@ -45,4 +45,17 @@ class EndAtOnce {
   struct sigaction before_int_, before_term_, before_hup_;
 };
 
+/// During its lifetime Ctrl-C, SIGTERM and a terminal that closes wait: between what they must find
+/// done together.
+class SignalsHeld {
+ public:
+  SignalsHeld();
+  SignalsHeld(const SignalsHeld&) = delete;
+  SignalsHeld& operator=(const SignalsHeld&) = delete;
+  ~SignalsHeld();
+
+ private:
+  sigset_t before_;
+};
+
 }  // namespace chasles::app

@@ -301,7 +301,8 @@ void expect_refused(const std::string& words, const std::function<void()>& work)
 }
 
 TEST(Run, WhatARecordingLacksIsNamed) {
-  expect_refused("has no camera", [] { chasles::run(street(), InertialRunSettings{}); });
+  expect_refused("no IMU samples with cameras",
+                 [] { chasles::run(street(), InertialRunSettings{}); });
   expect_refused("0 body velocities", [] { chasles::run(hallway(), VelocityRunSettings{}); });
   Recording silent = hallway();
   silent.imu_noise.reset();
