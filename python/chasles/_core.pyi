@@ -8,7 +8,7 @@
         initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
         initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
         initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
-        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: float = ...,
+        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: Optional[float] = ...,
         initial_time_offset_sigma: float = ..., depth_rule: str = ..., fixed_depth: float = ...,
         fixed_depth_sigma: float = ..., inverse_depth: float = ..., inverse_depth_sigma: float = ...,
         guessed_depth_observations: Optional[float] = ..., clones: int = ..., frames_per_clone: int = ...,
@@ -50,7 +50,12 @@ class Camera:
     """A camera of a rig: z forward, x right, y down."""
     def __init__(self, width: int, height: int, fx: float, fy: float, cx: float, cy: float, distortion: str = ...,
                  coefficients: Sequence[float] = ..., cam_T_imu: ArrayLike = ...) -> None:
-        """Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to k4), as Kalibr and OpenCV have them; cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]."""
+        """__init__(self: chasles._core.Camera, width: int, height: int, fx: float, fy: float, cx: float, cy: float, distortion: str = 'none', coefficients: List[float] = [], cam_T_imu: numpy.ndarray[numpy.float64[4, 4]] = array([[1., 0., 0., 0.],
+               [0., 1., 0., 0.],
+               [0., 0., 1., 0.],
+               [0., 0., 0., 1.]])) -> None
+
+        Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to k4), as Kalibr and OpenCV have them; cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]."""
     @property
     def width(self) -> int:
         """[px]"""
@@ -243,7 +248,7 @@ class Slam:
         initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
         initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
         initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
-        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: float = ...,
+        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: Optional[float] = ...,
         initial_time_offset_sigma: float = ..., depth_rule: str = ..., fixed_depth: float = ...,
         fixed_depth_sigma: float = ..., inverse_depth: float = ..., inverse_depth_sigma: float = ...,
         guessed_depth_observations: Optional[float] = ..., clones: int = ..., frames_per_clone: int = ...,
@@ -293,7 +298,7 @@ class RealtimeSlam:
         initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
         initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
         initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
-        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: float = ...,
+        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: Optional[float] = ...,
         initial_time_offset_sigma: float = ..., depth_rule: str = ..., fixed_depth: float = ...,
         fixed_depth_sigma: float = ..., inverse_depth: float = ..., inverse_depth_sigma: float = ...,
         guessed_depth_observations: Optional[float] = ..., clones: int = ..., frames_per_clone: int = ...,
@@ -393,7 +398,9 @@ def align(time: ArrayLike, position: ArrayLike, quaternion: ArrayLike, truth_tim
 def settings(kind: str) -> dict[str, dict[str, str]]: ...
 def read(path: Path, *, start: Optional[float] = ..., stop: Optional[float] = ..., backwards: bool = ...,
          cameras: str = ..., truth: Path = ..., truth_level: str = ..., pairing: str = ...,
-         max_truth_gap: Optional[float] = ...) -> Recording: ...
+         max_truth_gap: Optional[float] = ..., truth_time_offset: Optional[float] = ..., truth_frame: str = ...,
+         truth_scale: Optional[float] = ..., truth_inverse: bool = ...) -> Recording: ...
+def join_imu(gyro_time: Any, angular_rate: Any, accel_time: Any, specific_force: Any) -> dict[str, Any]: ...
 def simulate(scene: str, *, run: int = ..., images: bool = ..., progress: Optional[_Advance] = ...,
              **settings: Any) -> Recording: ...
 def run(recording: Recording, path: Path, progress: Optional[_Advance], /, **arguments: Any) -> Run: ...
@@ -404,7 +411,6 @@ def recording_of(name: str, imu_time: NDArray[Any], angular_rate: ArrayLike, spe
                  image_time: NDArray[Any], images: Callable[[int], Sequence[Any]], cameras: Sequence[Camera],
                  imu_noise: Optional[ImuNoise], truth_time: NDArray[Any], truth_position: ArrayLike,
                  truth_quaternion: ArrayLike, truth_level: Optional[bool]) -> Recording: ...
-def join_imu(gyro_time: Any, angular_rate: Any, accel_time: Any, specific_force: Any) -> dict[str, Any]: ...
 def read_run(folder: Path) -> Run: ...
 def page(runs: Sequence[Tuple[str, Run]]) -> str: ...
 def monte_carlo(scene: str, filters: dict[str, dict[str, Any]], runs: int, first: int, workers: int, folder: Path,

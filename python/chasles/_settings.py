@@ -250,8 +250,9 @@ class RunSettings(TypedDict, total=False):
     """initial sigma of the translation along each axis [m]; default 0.02"""
     calibrate_time_offset: Literal['auto', 'true', 'false']
     """estimate the cameras' time offset, starting from time_offset; auto: the filter does with images; default auto"""
-    time_offset: Union[float, Optional[float]]
-    """added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu) [s]; default 0"""
+    time_offset: Optional[float]
+    """added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu); auto: 0, or what the tracks of a
+    recording show, where that is beyond 15 ms [s]; default auto"""
     initial_time_offset_sigma: float
     """initial sigma of the time offset [s]; default 0.005"""
     depth_rule: str
@@ -459,8 +460,9 @@ class FilterArguments(TypedDict, total=False):
     """initial sigma of the translation along each axis [m]; default 0.02"""
     calibrate_time_offset: Literal['auto', 'true', 'false']
     """estimate the cameras' time offset, starting from time_offset; auto: the filter does with images; default auto"""
-    time_offset: float
-    """added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu) [s]; default 0"""
+    time_offset: Optional[float]
+    """added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu); auto: 0, or what the tracks of a
+    recording show, where that is beyond 15 ms [s]; default auto"""
     initial_time_offset_sigma: float
     """initial sigma of the time offset [s]; default 0.005"""
     depth_rule: str
