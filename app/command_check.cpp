@@ -181,6 +181,7 @@ Action declare_check(CLI::App& parser) {
   parser.add_option("--config", o->settings.config, "Settings from a YAML file, as for `run`")
       ->type_name("FILE");
   parser.add_flag("--json", o->json, "Print facts and findings as JSON");
+  parser.footer(frontend_settings_help());
   return [o] { return run(*o); };
 }
 

@@ -47,6 +47,12 @@ std::string inertial_run_settings_help() {
          help_text(beside_the_filter(defaults));
 }
 
+std::string frontend_settings_help() {
+  FrontendSettings defaults;
+  return "Settings of the front end, for --set and --config:\n" +
+         help_text(list_of(defaults, "frontend."));
+}
+
 SettingList setting_list(InertialSlamSettings& settings) { return list_of(settings); }
 SettingList setting_list(BatchSettings& settings) { return list_of(settings, "batch."); }
 

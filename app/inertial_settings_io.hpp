@@ -19,6 +19,8 @@ nlohmann::ordered_json settings_json(const InertialRunSettings& settings);
 
 /// Help text of the settings of initialisation, front end and batch estimation.
 std::string inertial_run_settings_help();
+/// Those of the front end alone.
+std::string frontend_settings_help();
 
 /// Every setting of a visual-inertial filter.
 SettingList setting_list(InertialSlamSettings& settings);
