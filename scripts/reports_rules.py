@@ -70,9 +70,9 @@ FILES = [
     told("rec.svo", "the error calls it a recording of ZED's SDK", "SVO|ZED"),
     told("MH_01_easy.zip", "the error asks to unpack it", "(?i)unpack|unzip|extract"),
     told("dataset-room1_512_16.tar", "the error asks to unpack it", "(?i)unpack|tar -x|extract"),
-    told("walk.bag.gz", "read as a bag, which this one is not: the error reports what is wrong with the bag", r"(?i)gzip|\bbag\b|truncated|not closed"),
+    told("walk.bag.gz", "read as a bag, which this one is not: the error reports what is wrong with the bag", r"(?i)gzip|\bbag\b|truncated|not closed|first message"),
     told("old.bag", "the error asks for `rosbag fix`", "rosbag fix"),
-    told("active.bag.active", "read as a bag: the error reports what is missing", "(?i)not closed|reindex|camchain"),
+    told("active.bag.active", "read as a bag: the error reports what is missing", "(?i)not closed|reindex|first message|camchain"),
     told("empty.mcap", "the error calls it empty", "(?i)empty|0 bytes"),
     told("empty.db3", "the error calls it empty", "(?i)empty|0 bytes"),
     told("lfs.mcap", "the error calls it a pointer of Git LFS", "LFS"),
@@ -83,7 +83,7 @@ FILES = [
     told("rec.parquet", "the error names the kind, or calls it unknown", f"(?i)parquet|{UNKNOWN}"),
     told("oak.rrd", "the error names the kind, or calls it unknown", f"(?i)rerun|rrd|{UNKNOWN}"),
     told("foxglove.mcap", "the error names the missing calibration, or the schema", "(?i)foxglove|protobuf|camchain"),
-    told("json.mcap", "the error names the missing calibration, or the encoding", "(?i)encoding|jsonschema|camchain"),
+    told("json.mcap", "the error names the missing calibration, or the encoding", "(?i)encoding|serialised|camchain"),
 ]
 
 # --- folders and tables ------------------------------------------------------------------------------------
