@@ -25,6 +25,7 @@ constexpr std::array kRateUnits{UnitFactor{"rad/s", 1},
                                 UnitFactor{"rads^-1", 1},
                                 UnitFactor{"rad s-1", 1},
                                 UnitFactor{"radians/s", 1},
+                                UnitFactor{"rads/s", 1},
                                 UnitFactor{"mrad/s", 1e-3},
                                 UnitFactor{"dps", kDegreeUnit},
                                 UnitFactor{"deg/s", kDegreeUnit},
@@ -46,6 +47,7 @@ constexpr std::array kForceUnits{UnitFactor{"m/s^2", 1},
                                  UnitFactor{"m/s2", 1},
                                  UnitFactor{"m s^-2", 1},
                                  UnitFactor{"m/s/s", 1},
+                                 UnitFactor{"m s-2", 1},
                                  UnitFactor{"m/s\u00b2", 1},
                                  UnitFactor{"m/s**2", 1},
                                  UnitFactor{"ms2", 1},
@@ -109,6 +111,13 @@ QuantityUnits units_of(ImuQuantity quantity) {
 }
 
 }  // namespace
+
+std::optional<double> factor_of_unit(std::string_view unit, ImuQuantity quantity) {
+  if (unit.empty()) return 1;
+  const QuantityUnits known = units_of(quantity);
+  const auto found = std::ranges::find(known.units, unit, &UnitFactor::unit);
+  return found == known.units.end() ? std::nullopt : std::optional(found->factor);
+}
 
 bool has_rate_unit(const CsvReader& csv, std::size_t column) {
   const std::string unit = bracketed_unit(csv, column);

@@ -2,7 +2,9 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include <chasles/data/csv.hpp>
@@ -23,6 +25,10 @@ enum class ImuQuantity { kRate, kForce };
 /// and where the three units differ.
 VectorColumns with_unit(const CsvReader& csv, const std::array<std::size_t, 3>& axes,
                         ImuQuantity quantity);
+
+/// What makes SI units of a quantity in this unit (in small letters); 1 for an empty one, none for
+/// one that is not known.
+std::optional<double> factor_of_unit(std::string_view unit, ImuQuantity quantity);
 
 /// Whether the name of a column states a unit of angular rates in brackets.
 bool has_rate_unit(const CsvReader& csv, std::size_t column);

@@ -2,12 +2,12 @@
 #include <cctype>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/data/imu_units.hpp>
 #include <chasles/data/parse.hpp>
 #include <chasles/data/sensor_table_columns.hpp>
 #include <chasles/error.hpp>
@@ -92,42 +92,11 @@ std::array<std::size_t, 3> chosen_axes(const CsvReader& csv, const Triples& trip
   return {*found->second[0], *found->second[1], *found->second[2]};
 }
 
-/// A unit that is converted.
-struct KnownUnit {
-  std::string_view name;
-  double scale;
-};
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::array kRateUnits{KnownUnit{"", 1},
-                                KnownUnit{"rad/s", 1},
-                                KnownUnit{"rad s^-1", 1},
-                                KnownUnit{"rads/s", 1},
-                                KnownUnit{"rad/sec", 1},
-                                KnownUnit{"rad s-1", 1},
-                                KnownUnit{"deg/s", kDegree},
-                                KnownUnit{"deg s^-1", kDegree},
-                                KnownUnit{"dps", kDegree},
-                                KnownUnit{"degrees/s", kDegree},
-                                KnownUnit{"\u00b0/s", kDegree}};
-constexpr std::array kForceUnits{KnownUnit{"", 1},
-                                 KnownUnit{"m/s^2", 1},
-                                 KnownUnit{"m s^-2", 1},
-                                 KnownUnit{"m/s2", 1},
-                                 KnownUnit{"m/s\u00b2", 1},
-                                 KnownUnit{"m/s/s", 1},
-                                 KnownUnit{"m/s**2", 1},
-                                 KnownUnit{"m s-2", 1},
-                                 KnownUnit{"g", kStandardGravity},
-                                 KnownUnit{"mg", 1e-3 * kStandardGravity}};
-
-template <typename Units>
-double scale_of(const CsvReader& csv, const Units& units, const std::string& unit,
-                const char* expected) {
-  for (const KnownUnit& known : units) {
-    if (known.name == unit) return known.scale;
-  }
+double scale_of(const CsvReader& csv, ImuQuantity quantity, const std::string& unit) {
+  if (const auto factor = factor_of_unit(unit, quantity)) return *factor;
   throw InputError(fmt::format("{}: the unit of its axes is {}, expected {}: convert it",
-                               csv.where(), unit, expected));
+                               csv.where(), unit,
+                               quantity == ImuQuantity::kForce ? "m/s^2 or g" : "rad/s or deg/s"));
 }
 
 std::size_t time_of_table(const CsvReader& csv, const std::vector<Heading>& headings) {
@@ -191,8 +160,7 @@ SensorColumns sensor_columns(const CsvReader& csv, bool accelerometer) {
   for (const std::size_t axis : columns.axes) {
     if (headings[axis].unit != unit) fail_columns(csv, "its axes have different units");
   }
-  columns.scale = accelerometer ? scale_of(csv, kForceUnits, unit, "m/s^2 or g")
-                                : scale_of(csv, kRateUnits, unit, "rad/s or deg/s");
+  columns.scale = scale_of(csv, accelerometer ? ImuQuantity::kForce : ImuQuantity::kRate, unit);
   if (columns.scale != 1) columns.unit = unit;
   return columns;
 }
