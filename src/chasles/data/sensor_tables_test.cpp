@@ -132,7 +132,7 @@ TEST_F(SensorTablesFolder, WhatATableLacksIsNamedWithItsColumns) {
   };
   expect_parts(with("timestamp,wx,wy,temperature"), {"gyro.csv:1", "wx,wy", "no three"});
   expect_parts(with("row,wx,wy,wz"), {"none is a time"});
-  expect_parts(with("time,wx [rpm],wy [rpm],wz [rpm]"), {"is rpm, expected rad/s or deg/s"});
+  expect_parts(with("time,wx [lsb],wy [lsb],wz [lsb]"), {"is lsb, expected rad/s or deg/s"});
   spill("accel.csv",
         table("time,x,y,z", [](std::int64_t t, int) { return fmt::format("{},0,0,1.01", t); }));
   spill_plain("unused.csv", "gyro.csv");
