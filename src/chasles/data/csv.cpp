@@ -49,6 +49,7 @@ CsvReader::CsvReader(std::string file, std::string bytes, LastLine last)
 
 // A number that ends with a sign or a point was longer.
 void CsvReader::check_end(LastLine last) {
+  if (bytes_.empty()) return;  // a table without names and rows
   const bool whole = std::string_view(".,+-").find(bytes_.back()) == std::string_view::npos;
   if (bytes_.back() == '\n' || (last == LastLine::kMayBeOpen && whole)) return;
   const std::size_t end = rest_.rfind('\n');
