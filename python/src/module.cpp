@@ -91,6 +91,7 @@ PYBIND11_MODULE(_core, m) {
   bind_recordings(m);
   bind_runs(m);
   bind_estimates(m);
+  bind_realtime(m);
   bind_slam(m);
   bind_imu(m);
   bind_evaluation(m);

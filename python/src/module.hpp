@@ -16,6 +16,7 @@ void bind_errors(pybind11::module_& m);
 void bind_recordings(pybind11::module_& m);
 void bind_runs(pybind11::module_& m);
 void bind_estimates(pybind11::module_& m);
+void bind_realtime(pybind11::module_& m);
 void bind_slam(pybind11::module_& m);
 void bind_imu(pybind11::module_& m);
 void bind_evaluation(pybind11::module_& m);

@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import time
+import warnings
 
 import numpy
 import pytest
@@ -69,6 +70,34 @@ def test_what_gives_no_estimate_is_counted_and_said_once(images, kind, recwarn):
     said = [str(w.message) for w in recwarn.list if w.category is RuntimeWarning]
     assert len(said) == 3 and len(set(said)) == 3  # once each: not finite, late samples, late images
     assert "not finite" in " ".join(said) and "images are not later" in " ".join(said)
+
+
+@pytest.mark.parametrize("kind", [chasles.Slam, chasles.RealtimeSlam])
+def test_a_warning_that_is_an_error_costs_no_estimate(images, kind):
+    slam = kind(images.cameras, images.imu_noise, **({"most_images": 0} if kind is chasles.RealtimeSlam else {}))
+    clean = chasles.Slam(images.cameras, images.imu_noise)
+    imu = images.imu["time"], images.imu["angular_rate"], images.imu["specific_force"]
+    expected, estimates, errors = clean.add_imu(*imu), [], 0
+
+    def call(method, *arguments):
+        nonlocal errors
+        try:
+            got = method(*arguments)
+            estimates.extend(got if isinstance(got, list) else [])
+        except RuntimeWarning:
+            errors += 1
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        call(slam.add_imu, *imu)
+        for i, time in enumerate(images.frame_times):
+            expected += clean.add_images(int(time), images.images(i))
+            for _ in range(2):  # the second time they are late
+                call(slam.add_images, int(time), images.images(i))
+        expected += clean.finish()
+        for _ in range(2):
+            call(slam.finish)
+    assert errors == 1 and [e.time for e in estimates] == [e.time for e in expected]
 
 
 def test_the_prediction_moves_as_the_truth_does(images):

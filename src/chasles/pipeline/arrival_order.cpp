@@ -7,14 +7,14 @@
 namespace chasles {
 namespace {
 
-// Inserts by time, behind those of the same time; whether there are any. Most come in order.
+// Inserts by time, unless that is taken; whether it did. Most come in order.
 template <typename Timed>
 bool insert_by_time(Timed one, std::deque<Timed>& list) {
   auto place = list.end();
   while (place != list.begin() && std::prev(place)->time > one.time) --place;
-  const bool repeated = place != list.begin() && std::prev(place)->time == one.time;
+  if (place != list.begin() && std::prev(place)->time == one.time) return false;
   list.insert(place, std::move(one));
-  return repeated;
+  return true;
 }
 
 bool is_finite(const ImuSample& sample) {
@@ -33,14 +33,13 @@ SensorEvent take_front(std::deque<Event>& list) {
 void ArrivalOrder::add(const ImuSample& sample) {
   ++counts_.samples;
   if (!is_finite(sample)) ++counts_.samples_not_finite;
-  if (last_sample_ && sample.time <= *last_sample_) {
+  if ((last_sample_ && sample.time <= *last_sample_) || !insert_by_time(sample, samples_)) {
     ++counts_.samples_late;
-    late_.emplace_back(sample);
     return;
   }
-  if (insert_by_time(sample, samples_)) ++counts_.samples_late;
-  if (is_finite(sample))
+  if (is_finite(sample)) {
     covered_until_ = std::max(covered_until_.value_or(sample.time), sample.time);
+  }
   if (samples_.size() > kMostSamples) {
     ++counts_.samples_dropped;
     samples_.pop_front();
@@ -49,12 +48,9 @@ void ArrivalOrder::add(const ImuSample& sample) {
 
 void ArrivalOrder::add(ImageFrame frame) {
   ++counts_.images;
-  if (last_frame_ && frame.time <= *last_frame_) {
+  if ((last_frame_ && frame.time <= *last_frame_) || !insert_by_time(std::move(frame), frames_)) {
     ++counts_.images_late;
-    late_.emplace_back(std::move(frame));
-    return;
   }
-  if (insert_by_time(std::move(frame), frames_)) ++counts_.images_late;
 }
 
 bool ArrivalOrder::is_covered(const ImageFrame& frame) const {
@@ -64,11 +60,10 @@ bool ArrivalOrder::is_covered(const ImageFrame& frame) const {
 std::optional<SensorEvent> ArrivalOrder::next() {
   const bool due =
       !frames_.empty() && (is_covered(frames_.front()) || frames_.size() > kMostFrames);
-  return due || !late_.empty() ? next_at_end() : std::nullopt;
+  return due ? next_at_end() : std::nullopt;
 }
 
 std::optional<SensorEvent> ArrivalOrder::next_at_end() {
-  if (!late_.empty()) return take_front(late_);
   if (!samples_.empty() && (frames_.empty() || !passed_on_ || *passed_on_ < frames_.front().time)) {
     return take_sample();
   }

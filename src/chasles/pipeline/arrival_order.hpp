@@ -15,7 +15,7 @@ struct ArrivalCounts {
   std::size_t samples_late = 0;        ///< not later than one that was passed on, or repeated
   std::size_t samples_dropped = 0;     ///< the oldest of more than kMostSamples
   std::size_t images = 0;              ///< frames that came
-  std::size_t images_late = 0;         ///< not later than one that was passed on, or repeated
+  std::size_t images_late = 0;         ///< likewise
   std::size_t images_uncovered = 0;    ///< passed on without samples until their time
 };
 
@@ -27,8 +27,8 @@ struct ArrivalCounts {
 ///
 /// At most kMostSamples samples (64 MiB) and kMostFrames frames wait. One more, and the oldest
 /// sample is dropped, and the oldest frame passed on without samples until its time. What comes too
-/// late is passed on at once: the estimator ignores and counts it, as it does a sample that is not
-/// finite, which covers no frame. Deterministic.
+/// late, or repeats a time, is left out. A sample that is not finite covers no frame; the estimator
+/// ignores it. Deterministic.
 class ArrivalOrder {
  public:
   static constexpr std::size_t kMostSamples = std::size_t{1} << 20;
@@ -50,9 +50,8 @@ class ArrivalOrder {
   SensorEvent take_sample();
   SensorEvent take_frame();
 
-  std::deque<ImuSample> samples_;  ///< in order of time
-  std::deque<ImageFrame> frames_;  ///< likewise
-  std::deque<SensorEvent> late_;
+  std::deque<ImuSample> samples_;                 ///< in order of time
+  std::deque<ImageFrame> frames_;                 ///< likewise
   std::optional<Time> covered_until_;             ///< of the finite samples that came
   std::optional<Time> passed_on_;                 ///< of the finite samples that were passed on
   std::optional<Time> last_sample_, last_frame_;  ///< that were passed on

@@ -22,7 +22,7 @@ namespace chasles {
 ///
 /// With the filter, the session (InertialSession) recovers from invalid samples and times, and
 /// counts them; for windows and batch estimation see Estimator::process() and smooth(). Images that
-/// cannot be used, and images that are not later than the previous ones, are frames without points.
+/// cannot be used are frames without points.
 class VisualInertialSlam {
  public:
   /// `masks` as for Frontend. `prior`: a map in which the filter finds its place, with

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <chasles/pipeline/visual_inertial_slam.hpp>
+
+#include "arrays.hpp"
+
+// What the classes Slam and RealtimeSlam of the package have in common.
+namespace chasles::python {
+
+using Estimates = std::vector<Estimate>;
+
+/// The estimator of a class with this name. Throws UsageError for arguments that cannot be used.
+std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const std::vector<Camera>& cameras,
+                                              const ImuNoise* noise, const std::string& estimator,
+                                              const std::string& map, const py::kwargs& arguments);
+
+/// A sample, with time, (3,) and (3,), or (N,) of them. Throws ValueError for other shapes.
+std::vector<ImuSample> samples_of(const py::object& time, const Rows& rate, const Rows& force);
+ImageFrame frame_of(const py::object& time, const py::sequence& images);
+
+void add_counts(const ArrivalCounts& counts, py::dict& dict);
+
+/// Warns once of each kind of input that gives no estimate.
+class ArrivalWarnings {
+ public:
+  /// Throws where warnings are errors.
+  void warn(const ArrivalCounts& counts);
+
+ private:
+  bool not_finite_ = false, late_samples_ = false, dropped_ = false, late_images_ = false,
+       uncovered_ = false;
+};
+
+/// Docstrings.
+inline constexpr const char* kSlamArguments =
+    "cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; "
+    "map: file of a saved map; and settings by name, as chasles.settings() lists them.";
+inline constexpr const char* kPredicted =
+    "The state at a time since the last estimate, by the samples (PredictedState). None before a "
+    "start, before the last estimate's time, .5 s after the last sample, 5 s after the estimate, "
+    "where the estimate is lost, and where samples are missing for more than .5 s.";
+
+}  // namespace chasles::python
