@@ -191,8 +191,8 @@ class ReaderSettings(TypedDict, total=False):
     it is; default auto"""
 
 
-class RunSettings(TypedDict, total=False):
-    """Settings of a run, by name: chasles.run(recording, **settings)."""
+class FilterSettings(TypedDict, total=False):
+    """Settings of the filter with an IMU, by name."""
 
     chart: str
     """error chart: coordinates of the error state (docs/charts.md); default right-sen3"""
@@ -318,6 +318,12 @@ class RunSettings(TypedDict, total=False):
     map_memory: float
     """exact_map: bound on the memory; beyond it the oldest landmarks and poses are final; 0: no bound [MB]; default
     1000"""
+    batch: BatchSettings
+
+
+class RunSettings(FilterSettings, total=False):
+    """Settings of a run, by name: chasles.run(recording, **settings)."""
+
     mode: Literal['localize', 'map', 'slam']
     """predict only; map along the predicted trajectory, taken as true; or both jointly; default slam"""
     velocity: Literal['measured', 'input']
@@ -383,7 +389,6 @@ class RunSettings(TypedDict, total=False):
     """false: one dense covariance over the whole map, whose cost grows with it; default true"""
     start: StartSettings
     frontend: FrontendSettings
-    batch: BatchSettings
     reader: ReaderSettings
 
 
@@ -400,135 +405,10 @@ class RunArguments(RunSettings, total=False):
     progress: Optional[bool]
 
 
-class FilterArguments(TypedDict, total=False):
+class FilterArguments(FilterSettings, total=False):
     """Settings of a filter of chasles.monte_carlo, and its estimator."""
 
     estimator: str
-    chart: str
-    """error chart: coordinates of the error state (docs/charts.md); default right-sen3"""
-    landmarks: Literal['cartesian', 'inverse-depth']
-    """form of a landmark in the state; default inverse-depth"""
-    init: Literal['multi-view', 'fixed-depth']
-    """landmark initialisation: delayed, after several clones have observed the point, or undelayed, at an assumed
-    depth; default multi-view"""
-    nav_attitude: bool
-    """the world is the first IMU frame, and its attitude relative to gravity is estimated (K&S); false: the world's z
-    axis points up; default false"""
-    composition_interval: float
-    """interval at which the world is moved to the IMU (needs nav_attitude); 0: never [s]; default 0"""
-    first_estimates: bool
-    """first-estimates Jacobians (for the chart standard); default false"""
-    first_order_transition: bool
-    """the covariance is propagated by I + F tau, in the chart's coordinates (K&S, eq. 14, 15; not with right-sen3);
-    false: by the exact transition; default false"""
-    numeric_jacobians: bool
-    """derivatives of a pixel by finite differences in the chart's coordinates (K&S, IV-C; for Cartesian landmarks of
-    fixed-depth); false: analytic ones; default false"""
-    keep_scale: Literal['auto', 'true', 'false']
-    """keeps the scale unobservable by pixels in the covariance (docs/filter.md; not with left-se3); auto: with the
-    images of one camera; default auto"""
-    pixel_sigma: Optional[float]
-    """standard deviation of a pixel [px]; default auto"""
-    track_sigma: Optional[float]
-    """standard deviation of a pixel in updates, with errors that many tracks share (docs/noise.md); auto: with images
-    3, or 4 in batch and window, if no pixel_sigma is stated; else pixel_sigma [px]; default auto"""
-    track_drift: Optional[float]
-    """density of the random walk by which a tracked point slides over its surface (docs/noise.md); the filter alone has
-    it; auto: 2 with images, 0 with tracks [px/sqrt(s)]; default auto"""
-    match_sigma: Optional[float]
-    """constant error, along a track, of the matches in the cameras after the first (docs/noise.md); auto: 1 with
-    images, 0 with tracks [px]; default auto"""
-    imu_noise_scale: Optional[float]
-    """factor on the IMU's stated noise densities; auto: 3 with images, 1 with tracks and where the stated noise is
-    exact; default auto"""
-    vibration_noise: Optional[float]
-    """factor on the variance that vibration and motion add to the IMU's stated noise (docs/noise.md); auto: 1 with
-    images, 0 with tracks and where the stated noise is exact; default auto"""
-    initial_tilt_sigma: float
-    """initial sigma of roll and pitch [rad]; default 0.002"""
-    initial_velocity_sigma: float
-    """initial sigma of the velocity [m/s]; default 0.05"""
-    initial_accelerometer_bias_sigma: float
-    """initial sigma of that bias [m/s^2]; default 0.02"""
-    initial_gyroscope_bias_sigma: float
-    """initial sigma of that bias [rad/s]; default 0.005236"""
-    calibrate_extrinsics: bool
-    """estimate the extrinsics of each camera, starting from the recording's calibration; default false"""
-    initial_extrinsic_rotation_sigma: float
-    """initial sigma of the rotation about each axis [rad]; default 0.02"""
-    initial_extrinsic_translation_sigma: float
-    """initial sigma of the translation along each axis [m]; default 0.02"""
-    calibrate_time_offset: Literal['auto', 'true', 'false']
-    """estimate the cameras' time offset, starting from time_offset; auto: the filter does with images; default auto"""
-    time_offset: Optional[float]
-    """added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu); auto: 0, or what the tracks of a
-    recording show, where that is beyond 15 ms [s]; default auto"""
-    initial_time_offset_sigma: float
-    """initial sigma of the time offset [s]; default 0.005"""
-    depth_rule: str
-    """depth of an undelayed landmark initialisation: constant, as the next settings have it, or a rule that the program
-    has registered (docs/python.md); default constant"""
-    fixed_depth: float
-    """assumed depth of an undelayed landmark initialisation (K&S: 8) [m]; default 8"""
-    fixed_depth_sigma: float
-    """sigma of that depth, along the ray [m]; default 3"""
-    inverse_depth: float
-    """assumed inverse depth of an undelayed landmark initialisation [1/m]; default 0.1"""
-    inverse_depth_sigma: float
-    """sigma of that inverse depth [1/m]; default 0.5"""
-    guessed_depth_observations: Optional[float]
-    """the product of the errors of an assumed depth and of the motion adds to the pixel noise, times the number of
-    observations, up to this number; 0: not at all; auto: 20 in a filter with images, else 0; default auto"""
-    clones: int
-    """maximum number of clones for delayed landmark initialisation; default 15"""
-    frames_per_clone: int
-    """every n-th frame's pose becomes a clone; default 4"""
-    clone_interval: float
-    """and the pose of the first frame after this time, where frames are rarer or have no image [s]; default 0.2"""
-    max_relative_depth_sigma: float
-    """a track becomes a landmark when its pixels determine the relative depth to this sigma; default 0.2"""
-    max_total_depth_sigma: float
-    """and when the relative depth has this sigma with the uncertainty of the poses; default 0.3"""
-    min_parallax: float
-    """and when its rays differ by this angle (parallax) [rad]; default 0.02"""
-    min_landmarks: int
-    """while the state has fewer, landmarks are initialised without delay, in anchored inverse depth; default 12"""
-    settled_depth_sigma: float
-    """an anchored landmark becomes Cartesian when its relative depth has this sigma; 0: never; default 0.03"""
-    zupt_velocity_sigma: float
-    """sigma of the velocity in a zero-velocity update, for one second of standstill; 0: no zero-velocity updates [m/s];
-    default 0.01"""
-    noise_inflation: float
-    """measurement noise inflation: a young landmark's pixel noise is multiplied by 1 + noise_inflation, decreasing to 1
-    over noise_inflation_frames; default 0"""
-    noise_inflation_frames: int
-    """see noise_inflation; default 20"""
-    gate: float
-    """of a correct observation to pass the gate; 1: no gate [probability]; default 0.999"""
-    max_rejections: int
-    """a landmark that the gate rejects so often in a row is retired; default 5"""
-    max_landmarks: int
-    """maximum number in the state; below 4, with as few min_landmarks: mainly null-space updates; default 50"""
-    waiting_frames: int
-    """a landmark out of view stays in the state for so many frames; default 0"""
-    recognise: Literal['none', 'ids', 'appearance']
-    """landmarks that come into view again return into the state with their exact covariance, which closes loops
-    (docs/recognition.md): none, those whose ids the tracks have again, or those that look the same in the images of the
-    first camera; default none"""
-    prior_map: Literal['estimated', 'considered']
-    """a map of an earlier run (--map) is estimated further, or considered: no update changes it, while its uncertainty
-    counts as before (Schmidt-Kalman filter, docs/recognition.md); default estimated"""
-    recognisable: int
-    """recognise: most landmarks out of the state that may be recognised by their appearance; beyond, they are thinned
-    out; default 1500"""
-    exact_map: Literal['auto', 'true', 'false']
-    """landmarks out of the state and the poses of the past are estimated given all measurements (docs/map.md); false:
-    landmarks keep their last estimate, and there is no smoothed path; auto: a filter does so for a recording; default
-    auto"""
-    map_memory: float
-    """exact_map: bound on the memory; beyond it the oldest landmarks and poses are final; 0: no bound [MB]; default
-    1000"""
-    batch: BatchSettings
 
 
 class SceneSettings(TypedDict, total=False):

@@ -66,6 +66,10 @@ def typed_dict(name, doc, fields, base="TypedDict"):
     return text
 
 
+def without(fields, others):
+    return {name: one for name, one in fields.items() if name not in others}
+
+
 def note_of(one):
     unit = f" [{one['unit']}]" if one["unit"] not in ("", "1", "bool", "choice", "count") else ""
     return f"{one['meaning']}{unit}; default {one['default']}".replace("\\", "\\\\")
@@ -90,13 +94,17 @@ def settings_module(core):
     for prefix, settings in groups.items():
         text += typed_dict(names[prefix], f"Settings of the prefix `{prefix}`.", fields_of(settings))
     of_groups = {prefix: (names[prefix], "") for prefix in groups}
-    text += typed_dict("RunSettings", "Settings of a run, by name: chasles.run(recording, **settings).",
-                       {**fields_of(plain), **of_groups})
-    text += typed_dict("RunArguments", "Arguments of chasles.run besides the recording, for chasles.compare.",
-                       {name: (kind, "") for name, kind in OF_RUN.items() if name not in plain}, "RunSettings")
+    of_run = {**fields_of(plain), **of_groups}
     groups, plain = grouped({name: one for name, one in imu.items() if name.split(".")[0] not in ("start", "frontend")})
+    of_filter = {"estimator": ("str", ""), **fields_of(plain), "batch": ("BatchSettings", "")}
+    shared = {name: one for name, one in of_filter.items() if of_run.get(name) == one}
+    text += typed_dict("FilterSettings", "Settings of the filter with an IMU, by name.", shared)
+    text += typed_dict("RunSettings", "Settings of a run, by name: chasles.run(recording, **settings).",
+                       without(of_run, shared), "FilterSettings")
+    text += typed_dict("RunArguments", "Arguments of chasles.run besides the recording, for chasles.compare.",
+                       {name: (kind, "") for name, kind in OF_RUN.items() if name not in of_run}, "RunSettings")
     text += typed_dict("FilterArguments", "Settings of a filter of chasles.monte_carlo, and its estimator.",
-                       {"estimator": ("str", ""), **fields_of(plain), "batch": ("BatchSettings", "")})
+                       without(of_filter, shared), "FilterSettings")
     text += typed_dict("SceneSettings", "Settings of a scene with an IMU.", fields_of(core.settings("scene")))
     text += typed_dict("StreetSettings", "Settings of a street.", fields_of(core.settings("street")))
     return text
