@@ -23,7 +23,8 @@ struct SensorStream {
 /// `gyro_R_accel`: from the axes of the accelerometer to those of the gyroscope.
 ///
 /// Throws InputError, starting with `where`: for a stream without samples or without finite ones,
-/// for rates below 20 Hz, for samples that are means over an interval, and if no instant has both.
+/// for rates below 20 Hz or over a tenth of intervals longer than 50 ms, for samples that are means
+/// over an interval, and if no instant has both.
 void join_streams(const std::string& where, SensorStream forces, SensorStream rates,
                   const Eigen::Matrix3d& gyro_R_accel, Recording& recording);
 

@@ -45,6 +45,12 @@ struct ColumnTimes {
 ColumnTimes read_unscaled_times(const std::vector<std::string_view>& texts,
                                 const std::function<std::string(std::size_t)>& where);
 
+/// Reads times that are stated to be nanoseconds, with decimals and exponents as well. Throws
+/// InputError as read_unscaled_times(), and where the rows are less than a nanosecond apart: then
+/// they are in another unit.
+ColumnTimes read_nanoseconds(const std::vector<std::string_view>& texts,
+                             const std::function<std::string(std::size_t)>& where);
+
 /// Whether all times are rounded to 15 significant digits, as spreadsheets do it, and no further.
 bool rounded_to_15_digits(const std::vector<Time>& times);
 
