@@ -134,6 +134,10 @@ void CsvReader::read_columns(const CsvHeading& heading) {
   split_names(heading.names);
   headings_.assign(values_.begin(), values_.end());
   for (const std::string& name : headings_) columns_.emplace_back(trimmed(without_brackets(name)));
+  if (columns_.size() > 1 && headings_.back().empty()) {  // the line ends with a separator
+    columns_.pop_back();
+    headings_.pop_back();
+  }
   take_units();
   dialect_ = heading.dialect;
   const auto from = static_cast<std::size_t>(rest_.data() - bytes_.data());

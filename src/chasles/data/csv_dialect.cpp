@@ -258,8 +258,9 @@ void decimal_points(std::string& bytes, std::size_t from, char separator) {
   for (std::size_t i = std::max<std::size_t>(from, 1); i < bytes.size(); ++i) {
     if (bytes[i] == '"') quoted = !quoted;
     if (bytes[i] == '\n') quoted = false;
-    const bool decimal = separator != ',' || quoted;
-    if (decimal && bytes[i] == ',' && digit(i - 1) && digit(i + 1)) bytes[i] = '.';
+    if (bytes[i] != ',' || !digit(i + 1) || (separator == ',' && !quoted)) continue;
+    const bool begins = std::string_view(";\t \n\"+-").find(bytes[i - 1]) != std::string_view::npos;
+    if (digit(i - 1) || begins) bytes[i] = '.';  // 0,5 and ,5
   }
 }
 

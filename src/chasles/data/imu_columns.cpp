@@ -50,7 +50,7 @@ constexpr std::array<std::string_view, 16> kForceNames{"a",
                                                        "f",
                                                        "f_"};
 // Of others, with any words before them: /imu/angular_velocity/x, Gyroscope x (rad/s).
-constexpr std::array<std::string_view, 17> kRateWords{"omega",
+constexpr std::array<std::string_view, 18> kRateWords{"omega",
                                                       "gyro",
                                                       "gyr",
                                                       "gyros",
@@ -66,7 +66,8 @@ constexpr std::array<std::string_view, 17> kRateWords{"omega",
                                                       "rot_rate",
                                                       "gyrorotationrate",
                                                       "motionrotationrate",
-                                                      "angular_vel"};
+                                                      "angular_vel",
+                                                      "gyro_rotation"};
 constexpr std::array<std::string_view, 16> kForceWords{"acc",
                                                        "accel",
                                                        "acceleration",
@@ -139,11 +140,16 @@ std::optional<Axes> axes_spelled(const CsvReader& csv, Spellings names, const st
   });
 }
 
+// `without`: columns with a word that begins so do not count.
 std::optional<Axes> axes_by_words(const CsvReader& csv, Spellings known, Spellings shorts,
-                                  const std::string& what) {
+                                  const std::string& what, const std::string& without = {}) {
+  const auto excluded = [&](const std::string& words) {
+    return !without.empty() &&
+           (words.starts_with(without) || words.find("_" + without) != std::string::npos);
+  };
   return axes_where(csv, what, [&](std::size_t i, char axis) {
     const auto name = name_along(column_words(csv, i), axis);
-    return name && ends_with_word(*name, known, shorts);
+    return name && !excluded(*name) && ends_with_word(*name, known, shorts);
   });
 }
 
@@ -199,6 +205,10 @@ void find_rates(const CsvReader& csv, ImuColumns& found) {
 void find_forces(const CsvReader& csv, ImuColumns& found) {
   const std::string what = "specific force";
   std::optional<Axes> force = axes_spelled(csv, kForceNames, what);
+  // A phone's linear acceleration has no gravity, ROS's has.
+  std::vector<std::string_view> total(kForceWords.begin(), kForceWords.end());
+  std::erase_if(total, [](std::string_view word) { return word.starts_with("lin"); });
+  if (!force) force = axes_by_words(csv, total, kShortForces, what, "lin");
   if (!force) force = axes_by_words(csv, kForceWords, kShortForces, what);
   if (!force) unknown_columns(csv, fmt::format("the {} about or along x", what));
   found.force = with_unit(csv, *force, ImuQuantity::kForce);

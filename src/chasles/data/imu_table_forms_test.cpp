@@ -399,5 +399,48 @@ TEST_F(ImuTableForms, ACompressedTableIsFound) {
   expect_parts(input_error([&] { find_imu_table(folder, remarks); }), {"`unxz imu.csv.xz`"});
 }
 
+TEST_F(ImuTableForms, ThoseOfPhoneAppsAndLoggersAreRead) {
+  const double degrees = 180 / M_PI, g = 1 / 9.80665;
+  const auto forces = [](const ImuSample& s, double factor) {
+    const Eigen::Vector3d f = s.specific_force_imu * factor;
+    return fmt::format("{},{},{}", f.x(), f.y(), f.z());
+  };
+  const auto rates = [](const ImuSample& s, double factor) {
+    const Eigen::Vector3d w = s.angular_rate_imu * factor;
+    return fmt::format("{},{},{}", w.x(), w.y(), w.z());
+  };
+  expect_read(  // AndroSensor
+      "ACCELEROMETER X (m/s²),ACCELEROMETER Y (m/s²),ACCELEROMETER Z (m/s²),GRAVITY X (m/s²),"
+      "LINEAR ACCELERATION X (m/s²),LINEAR ACCELERATION Y (m/s²),LINEAR ACCELERATION Z (m/s²),"
+      "GYROSCOPE X (rad/s),GYROSCOPE Y (rad/s),GYROSCOPE Z (rad/s),Time since start in ms ,DATE\n",
+      [&](const ImuSample& s) {
+        const std::int64_t ns = s.time.count();
+        return fmt::format("{},0,1,2,3,{},{}.{:06},2014-06-24 19:03:03:263", forces(s, 1),
+                           rates(s, 1), ns / 1000000, ns % 1000000);
+      },
+      Time(0));
+  expect_read(  // SensorLog
+      "loggingTime(txt),accelerometerTimestamp_sinceReboot(s),accelerometerAccelerationX(G),"
+      "accelerometerAccelerationY(G),accelerometerAccelerationZ(G),gyroRotationX(rad/s),"
+      "gyroRotationY(rad/s),gyroRotationZ(rad/s)\n",
+      [&](const ImuSample& s) {
+        return fmt::format("2014-06-24,{},{},{}", seconds_of(s), forces(s, g), rates(s, 1));
+      },
+      Time(0), {"specific forces in g"});
+  expect_read("time_ns,gyro_dps_x,gyro_dps_y,gyro_dps_z,acc_g_x,acc_g_y,acc_g_z,\n",
+              [&](const ImuSample& s) {
+                return fmt::format("{},{},{}", s.time.count(), rates(s, degrees), forces(s, g));
+              },
+              Time(0), {"dps", "in g"});
+  expect_read("% time [ns] wx [\xb0/s] wy [\xb0/s] wz [\xb0/s] ax [m/s\xb2] ay az\n",
+              [&](const ImuSample& s) {
+                return fmt::format("{} {}", s.time.count(), numbers(s, degrees, 1, " "));
+              },
+              Time(0), {"angular rates in"});
+  expect_parts(refused("time [ms],wx,wy,wz,ax,ay,az\n",
+                       [](const ImuSample& s) { return seconds_of(s) + "," + numbers(s); }),
+               {"imu.csv:2", "states milliseconds", "at 2e+05 Hz", "Correct the unit"});
+}
+
 }  // namespace
 }  // namespace chasles

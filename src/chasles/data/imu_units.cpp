@@ -85,20 +85,21 @@ constexpr std::array<std::string_view, 17> kNoUnits{
 using Spelling = std::pair<std::string_view, std::string_view>;
 // Other spellings, in small letters; the longer ones first.
 constexpr std::array kSpellings{
-    Spelling{"\u00b2", "2"},       Spelling{"\u207b", "-"},    Spelling{"\u00b9", "1"},
-    Spelling{"\u2212", "-"},       Spelling{"\u00b0", "deg"},  Spelling{"\u00ba", "deg"},
-    Spelling{"\u00b5", "u"},       Spelling{"\u03bc", "u"},    Spelling{"\u00b7", ""},
-    Spelling{"\u22c5", ""},        Spelling{"_per_", "/"},     Spelling{" per ", "/"},
-    Spelling{"milli-", "m"},       Spelling{"milli", "m"},     Spelling{"micro", "u"},
-    Spelling{"g-force", "gforce"}, Spelling{"standard ", ""},  Spelling{"degrees", "deg"},
-    Spelling{"degree", "deg"},     Spelling{"radians", "rad"}, Spelling{"radian", "rad"},
-    Spelling{"rads/", "rad/"},     Spelling{"degs/", "deg/"},  Spelling{"revolutions", "rev"},
-    Spelling{"revs/", "rev/"},     Spelling{"turns/", "rev/"}, Spelling{"turn/", "rev/"},
-    Spelling{"metres", "m"},       Spelling{"meters", "m"},    Spelling{"metre", "m"},
-    Spelling{"meter", "m"},        Spelling{"seconds", "s"},   Spelling{"second", "s"},
-    Spelling{"secs", "s"},         Spelling{"sec", "s"},       Spelling{"squared", "2"},
-    Spelling{"hours", "h"},        Spelling{"hour", "h"},      Spelling{"minute", "min"},
-    Spelling{"feet", "ft"}};
+    Spelling{"\u00b2", "2"}, Spelling{"\u207b", "-"}, Spelling{"\u00b9", "1"},
+    Spelling{"\u2212", "-"}, Spelling{"\u00b0", "deg"}, Spelling{"\u00ba", "deg"},
+    Spelling{"\u00b5", "u"}, Spelling{"\u03bc", "u"}, Spelling{"\u00b7", ""},
+    Spelling{"\u22c5", ""}, Spelling{"_per_", "/"}, Spelling{" per ", "/"}, Spelling{"milli-", "m"},
+    Spelling{"milli", "m"}, Spelling{"micro", "u"}, Spelling{"g-force", "gforce"},
+    Spelling{"standard ", ""}, Spelling{"degrees", "deg"}, Spelling{"degree", "deg"},
+    Spelling{"radians", "rad"}, Spelling{"radian", "rad"}, Spelling{"rads/", "rad/"},
+    Spelling{"degs/", "deg/"}, Spelling{"revolutions", "rev"}, Spelling{"revs/", "rev/"},
+    Spelling{"turns/", "rev/"}, Spelling{"turn/", "rev/"}, Spelling{"metres", "m"},
+    Spelling{"meters", "m"}, Spelling{"metre", "m"}, Spelling{"meter", "m"},
+    Spelling{"seconds", "s"}, Spelling{"second", "s"}, Spelling{"secs", "s"}, Spelling{"sec", "s"},
+    Spelling{"squared", "2"}, Spelling{"hours", "h"}, Spelling{"hour", "h"},
+    Spelling{"minute", "min"}, Spelling{"feet", "ft"},
+    // In Latin-1.
+    Spelling{"\xb0", "deg"}, Spelling{"\xb2", "2"}, Spelling{"\xb5", "u"}};
 
 // A unit in one spelling: "m s^-2", "m\u00b7s\u207b\u00b2" and "metres*s**-2" are ms-2.
 std::string plain_unit(std::string_view unit) {
@@ -194,6 +195,12 @@ std::pair<std::string, std::string> without_unit(const std::string& words) {
   for (std::size_t at = 0; (at = words.find('_', at)) != npos; ++at) {
     std::string name = words.substr(0, at), unit = unit_of_words(words.substr(at + 1));
     if (!unit.empty() && ends_in_axis(name)) return {name, unit};
+  }
+  const std::size_t axis = words.rfind('_');  // gyro_dps_x
+  if (axis == npos || axis + 2 != words.size() || !ends_in_axis(words)) return {words, ""};
+  for (std::size_t at = 2; (at = words.find('_', at + 1)) < axis;) {
+    std::string unit = unit_of_words(words.substr(at + 1, axis - at - 1));
+    if (!unit.empty()) return {words.substr(0, at) + words.substr(axis), unit};
   }
   return {words, ""};
 }

@@ -62,7 +62,7 @@ std::string plain_name(const fs::path& file) {
                                              : file.filename().string();
   name = lower_case(name);
   if (name.ends_with(".gz")) name.resize(name.size() - 3);
-  if (!name.ends_with(".csv") && !name.ends_with(".txt")) return {};
+  if (!name.ends_with(".csv") && !name.ends_with(".txt") && !name.ends_with(".tsv")) return {};
   name.resize(name.size() - 4);
   if (name.ends_with('0')) name.pop_back();
   return name;

@@ -15,7 +15,7 @@ struct SensorTables {
   std::vector<std::string> remarks = {};  ///< on tables that are not taken
 };
 
-/// Finds the tables in a folder by their names, in small or capital letters, as .csv or .txt:
+/// Finds the tables in a folder by their names, in small or capital letters, as .csv, .txt or .tsv:
 /// gyro, gyroscope, … and accel, accelerometer, TotalAcceleration, … A `0` may follow. Of several
 /// the first of docs/formats.md counts: those with gravity, those that an app has corrected.
 SensorTables find_sensor_tables(const std::filesystem::path& folder);

@@ -53,6 +53,7 @@ ColumnTimes stated_times(const CsvReader& csv, const std::string& file, const Ta
     read.times.push_back(times.column.fraction ? with_fraction(csv, times, i, file, where(i))
                                                : time_in(scale, times.texts[i], where(i)));
   }
+  if (!times.texts.empty()) check_stated_scale(read, times.texts.front(), where(0));
   return read;
 }
 

@@ -226,6 +226,19 @@ ColumnTimes read_nanoseconds(const std::vector<std::string_view>& texts,
   return result;
 }
 
+void check_stated_scale(const ColumnTimes& column, std::string_view first,
+                        const std::string& where) {
+  constexpr double kLeastInterval = 5e4;  // [ns]
+  if (column.times.size() < 100) return;
+  const double interval = mean_interval(column.times);
+  if (interval == 0 || interval >= kLeastInterval) return;
+  throw InputError(fmt::format(
+      "{}: the name states {}, and the times begin with '{:.40}': so {} rows are within {}, at "
+      "{:.3g} Hz, expected at most 20000. Correct the unit behind the name, as in `time [s]`",
+      where, column.scale.name, first, column.times.size(),
+      step_text(interval * static_cast<double>(column.times.size() - 1)), 1e9 / interval));
+}
+
 bool rounded_to_15_digits(const std::vector<Time>& times) {
   constexpr std::int64_t kFifteenDigits = 1'000'000'000'000'000;
   bool coarser = true, further = true;
