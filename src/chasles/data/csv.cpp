@@ -29,6 +29,13 @@ bool is_unit(std::string_view text) {
                            factor_of_unit(unit, ImuQuantity::kForce));
 }
 
+// "units: s, rad/s" without the word before the units.
+std::string_view without_title(std::string_view line) {
+  const std::size_t colon = line.find(':');
+  const bool titled = colon < 10 && lower_case(line.substr(0, colon)).starts_with("unit");
+  return titled ? trimmed(line.substr(colon + 1)) : line;
+}
+
 // Whether a line below the names has their units: some are known, and none is a number but 1.
 bool are_units(const std::vector<std::string_view>& values, bool comment) {
   const auto number = [](std::string_view text) {
@@ -151,7 +158,7 @@ void CsvReader::take_units() {
   int lines = 0;
   for (; !rest.empty() && line.empty(); ++lines) line = trimmed(take_line(rest));
   const bool comment = is_comment(line);
-  if (comment) line = text_of_comment(line);
+  if (comment) line = without_title(text_of_comment(line));
   std::vector<std::string_view> units;
   chasles::split_names(line, dialect_, units);
   if (units.size() == columns_.size() + 1 && units.back().empty()) units.pop_back();

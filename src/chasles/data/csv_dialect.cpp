@@ -77,8 +77,8 @@ std::size_t name_end(std::string_view line) {
     if ((line[i] == ']' || line[i] == ')') && depth > 0) --depth;
     if (depth > 0 || (line[i] != ' ' && line[i] != '\t')) continue;
     const std::size_t next = line.find_first_not_of(" \t", i);
-    if (!opens(line[next])) return i;
-    i = next - 1;  // a unit belongs to the name before it
+    if (!opens(line[next]) || opens(line.front())) return i;
+    i = next - 1;  // a unit belongs to the name before it, but not to another unit
   }
   return line.size();
 }

@@ -102,6 +102,7 @@ bool spelled(const std::string& name, Spellings names, char axis) {
 // A name without its axis and unit: gyro of gyro_x_dps, gyrox and x_gyro.
 std::optional<std::string> name_along(const std::string& words, char axis) {
   std::string name = without_unit(words).first;
+  if (name.ends_with("_axis")) name.resize(name.size() - 5);  // gyro_x_axis
   if (name.size() > 2 && name[0] == axis && name[1] == '_') return name.substr(2);
   if (name.size() < 2 || name.back() != axis) return std::nullopt;
   name.pop_back();

@@ -311,6 +311,14 @@ TEST_F(ImuTableForms, ALineOfUnitsBelowTheNamesCounts) {
                             "[s],[deg/s],[deg/s],[deg/s],[g],[g],[g]", "\n(s),deg/s,,,g,,"}) {
     expect_read(fmt::format("time,wx,wy,wz,ax,ay,az\n{}\n", units), row, Time(0), parts);
   }
+  expect_read(
+      "# time wx wy wz ax ay az\n# [s] [deg/s] [deg/s] [deg/s] [g] [g] [g]\n",
+      [](const ImuSample& s) {
+        return seconds_of(s) + " " + numbers(s, 180 / M_PI, 1 / 9.80665, " ");
+      },
+      Time(0), parts);
+  expect_read("time,wx,wy,wz,ax,ay,az\n# units: s, deg/s, deg/s, deg/s, g, g, g\n", row, Time(0),
+              parts);
   expect_parts(refused("time,wx,wy,wz,ax,ay,az\ns,counts,counts,counts,g,g,g\n", row),
                {"the unit of wx is counts"});
 }
@@ -347,6 +355,7 @@ TEST_F(ImuTableForms, UnitsInOtherSpellingsAreKnownAndOthersAreRefused) {
                   "remove the brackets"});
   }
   expect_read("time_ns,wx (imu0),wy (imu0),wz (imu0),ax,ay,az\n", si, Time(0));
+  expect_read("time_ns,Gyro X-axis,Gyro Y-axis,Gyro Z-axis,ax (body frame),ay,az\n", si, Time(0));
   expect_read("time_ns,gyro_x_mdps,gyro_y_mdps,gyro_z_mdps,acc_x_ug,acc_y_ug,acc_z_ug\n",
               [&](const ImuSample& s) {
                 return fmt::format("{},{}", s.time.count(),

@@ -157,6 +157,7 @@ double factor_of(const CsvReader& csv, std::size_t column, const std::string& un
                  const QuantityUnits& quantity) {
   if (const UnitFactor* found = known_unit(quantity.units, unit)) return found->factor;
   if (std::ranges::find(kNoUnits, std::string_view(unit)) != kNoUnits.end()) return 1;
+  if (unit.ends_with("frame")) return 1;
   throw InputError(fmt::format(
       "{}: the unit of {} is {}, expected {} (known are {}): convert it, or remove the brackets if "
       "what they hold is no unit",
