@@ -167,6 +167,23 @@ bool states_separator(std::string_view text) {
   return text.size() <= 5 && lower_case(text).starts_with("sep=");
 }
 
+// The comments above the first line that is neither empty nor a comment, which `heading` takes.
+std::vector<HeadingLine> read_to_first_line(CsvHeading& heading) {
+  std::vector<HeadingLine> comments;
+  while (!heading.rows.empty()) {
+    ++heading.line;
+    const std::string_view line = take_line(heading.rows);
+    const std::string_view text = trimmed(line);
+    if (is_comment(text)) {
+      comments.push_back({text_of_comment(text), heading.line, heading.rows});
+    } else if (!text.empty() && !states_separator(text)) {
+      heading.first = line;
+      break;
+    }
+  }
+  return comments;
+}
+
 }  // namespace
 
 bool is_comment(std::string_view line) {
@@ -213,18 +230,7 @@ void split_values(std::string_view line, const CsvDialect& dialect,
 CsvHeading find_heading(std::string_view bytes) {
   CsvHeading heading{
       .dialect = {.quotes = true}, .names = {}, .line = 0, .rows = bytes, .first = {}};
-  std::vector<HeadingLine> comments;
-  while (!heading.rows.empty()) {
-    ++heading.line;
-    const std::string_view line = take_line(heading.rows);
-    const std::string_view text = trimmed(line);
-    if (is_comment(text)) {
-      comments.push_back({text_of_comment(text), heading.line, heading.rows});
-    } else if (!text.empty() && !states_separator(text)) {
-      heading.first = line;
-      break;
-    }
-  }
+  std::vector<HeadingLine> comments = read_to_first_line(heading);
   const char of_row = separator_of_row(heading.first);
   const bool number = begins_with_number(heading.first, of_row);
   const bool named = !number && !heading.first.empty();
