@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/imu_range.hpp>
+#include <chasles/data/sample_batches.hpp>
 #include <chasles/data/split_imu.hpp>
 #include <chasles/data/time_order.hpp>
 #include <chasles/data/time_spans.hpp>
@@ -27,6 +28,17 @@ std::vector<Time> times_of(const std::vector<AxesSample>& samples) {
   return times;
 }
 
+// As the samples of a whole IMU.
+void spread_stream(SensorStream& stream, const std::string& rows,
+                   std::vector<std::string>& remarks) {
+  std::vector<ImuSample> samples;
+  for (const AxesSample& s : stream.samples) {
+    samples.push_back({.time = s.time, .specific_force_imu = s.value});
+  }
+  spread_batches(samples, rows, remarks);
+  for (std::size_t i = 0; i < samples.size(); ++i) stream.samples[i].time = samples[i].time;
+}
+
 void tidy_stream(const std::string& where, const char* what, SensorStream& stream,
                  std::vector<std::string>& remarks) {
   const std::string name = fmt::format("{}: {}", where, stream.name);
@@ -34,6 +46,7 @@ void tidy_stream(const std::string& where, const char* what, SensorStream& strea
     throw InputError(fmt::format("{}: holds no sample, expected those of the {}", name, what));
   }
   const std::string rows = fmt::format("samples of the {}", what);
+  spread_stream(stream, rows, remarks);
   check_distinct(name, rows, times_of(stream.samples));
   bring_into_order(stream.samples, rows, remarks);
   leave_out_unknown(

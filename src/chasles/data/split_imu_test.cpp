@@ -137,5 +137,19 @@ TEST(SplitImu, ASensorWithTooManyLongIntervalsIsTooSlow) {
   EXPECT_GT(joined(gaps, rates).imu.size(), 1000u) << "a few long gaps";
 }
 
+// A FIFO delivers four samples with one time.
+TEST(SplitImu, BatchesOfASensorAreSpread) {
+  SensorStream rates = gyro(400);
+  const SensorStream truth = rates;
+  for (std::size_t i = 0; i < 400; ++i) rates.samples[i].time = truth.samples[i / 4 * 4 + 3].time;
+  const Recording r = joined(accel(200), rates);
+  ASSERT_EQ(r.imu.size(), 400u);
+  for (std::size_t i = 0; i < 400; ++i) {
+    EXPECT_LE(std::abs((r.imu[i].time - truth.samples[i].time).count()), 1000);
+    EXPECT_EQ(r.imu[i].angular_rate_imu, truth.samples[i].value);
+  }
+  expect_parts(r.remarks.at(0), {"samples of the gyroscope have the time of others", "of 4"});
+}
+
 }  // namespace
 }  // namespace chasles
