@@ -60,6 +60,7 @@ ColumnTimes stated_times(const CsvReader& csv, const std::string& file, const Ta
 // Of a stated unit only times with decimals can be coarse without intention.
 bool is_remarkable(const TableTimes& times, const ColumnTimes& read) {
   if (!times.column.scale || times.texts.empty()) return true;
+  if (read.scale.digits != times.column.scale->digits) return true;
   return !times.column.fraction && times.texts.front().find('.') != std::string_view::npos &&
          read.step >= 1e5;
 }

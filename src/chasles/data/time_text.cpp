@@ -169,16 +169,9 @@ ColumnTimes decimal_times(const std::vector<std::string_view>& texts, const Time
   return result;
 }
 
-// Decimals of nanoseconds do not tell rows apart.
-void check_nanoseconds(const ColumnTimes& column, const std::vector<std::string_view>& texts,
-                       const std::string& where) {
-  if (column.times.size() < 4 || column.step >= 1 || mean_interval(column.times) >= 1) return;
-  throw InputError(fmt::format(
-      "{}: the name states nanoseconds, and the times are written from '{:.40}' to '{:.40}': so {} "
-      "rows are within {}. Are these seconds? Write the unit behind the name, as in `time [s]`, or "
-      "whole nanoseconds",
-      where, texts.front(), texts.back(), texts.size(),
-      step_text(mean_interval(column.times) * static_cast<double>(texts.size() - 1))));
+// As nanoseconds, decimals do not tell rows apart.
+bool is_of_another_unit(const ColumnTimes& column) {
+  return column.times.size() >= 4 && column.step < 1 && mean_interval(column.times) < 1;
 }
 
 }  // namespace
@@ -221,7 +214,7 @@ ColumnTimes read_nanoseconds(const std::vector<std::string_view>& texts,
                              const std::function<std::string(std::size_t)>& where) {
   if (std::ranges::all_of(texts, is_whole_number)) return whole_nanoseconds(texts, where);
   ColumnTimes result = decimal_times(texts, kNanoseconds, where);
-  check_nanoseconds(result, texts, where(texts.size() - 1));
+  if (is_of_another_unit(result)) return read_unscaled_times(texts, where);
   check_steps(result, texts.back(), where(texts.size() - 1));
   return result;
 }

@@ -45,9 +45,9 @@ struct ColumnTimes {
 ColumnTimes read_unscaled_times(const std::vector<std::string_view>& texts,
                                 const std::function<std::string(std::size_t)>& where);
 
-/// Reads times that are stated to be nanoseconds, with decimals and exponents as well. Throws
-/// InputError as read_unscaled_times(), and where the rows are less than a nanosecond apart: then
-/// they are in another unit.
+/// Reads times that are stated to be nanoseconds, with decimals and exponents as well. Where the
+/// rows are less than a nanosecond apart they are in another unit, as seconds below the head of
+/// EuRoC: then as read_unscaled_times(). Throws InputError likewise.
 ColumnTimes read_nanoseconds(const std::vector<std::string_view>& texts,
                              const std::function<std::string(std::size_t)>& where);
 
