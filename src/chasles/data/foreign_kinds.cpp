@@ -112,6 +112,21 @@ Verdict tum_rgbd(const Listing& l) {
          "accelerometer.txt has accelerations alone)";
 }
 
+// A model of structure from motion, as text or binary; of its text an image's row begins with its
+// number and a quaternion.
+Verdict colmap_model(const Listing& l) {
+  for (const std::string_view ending : {".txt", ".bin"}) {
+    const auto has = [&](const char* name) { return l.file(std::string(name).append(ending)); };
+    const int parts = int(has("cameras")) + int(has("images")) + int(has("points3D"));
+    if (parts < 2) continue;
+    return fmt::format(
+        "looks like a model of COLMAP (cameras{0}, images{0}, points3D{0}), which has poses and "
+        "points but neither times nor an IMU: give the recording that its images come from",
+        ending);
+  }
+  return std::nullopt;
+}
+
 // Lists of images beside a folder of them, without the samples of an IMU.
 Verdict listed_images(const Listing& l) {
   if (!l.file("left_images.txt") && !l.file("images.txt")) return std::nullopt;
@@ -164,17 +179,10 @@ Verdict nothing(const Listing& l) {
 }
 
 // The first one that knows the folder counts.
-constexpr std::array kForeignFolders{run_of_ours,
-                                     part_of_euroc,
-                                     archives,
-                                     above_recordings,
-                                     tum_rgbd,
-                                     listed_images,
-                                     kitti_odometry_without_images,
-                                     extracted_bag,
-                                     folders_of_images,
-                                     images_alone,
-                                     nothing};
+constexpr std::array kForeignFolders{
+    run_of_ours,   part_of_euroc,     archives,      above_recordings,
+    tum_rgbd,      colmap_model,      listed_images, kitti_odometry_without_images,
+    extracted_bag, folders_of_images, images_alone,  nothing};
 
 }  // namespace
 

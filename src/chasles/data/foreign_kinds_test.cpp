@@ -46,6 +46,12 @@ TEST_F(ForeignKinds, FoldersAreNamedForWhatTheyLookLike) {
   expect_parts(told(), {"TUM RGB-D", "accelerometer.txt has accelerations alone"});
   add("left_images.txt");
   expect_parts(told(), {"UZH-FPV without its imu.txt"});
+  for (const std::string ending : {".txt", ".bin"}) {
+    for (const char* part : {"cameras", "images", "points3D"}) add(part + ending);
+    const std::string message = told();
+    expect_parts(message, {"a model of COLMAP (cameras" + ending, "neither times nor an IMU"});
+    EXPECT_EQ(message.find("UZH-FPV"), std::string::npos) << message;
+  }
   add("left/0.png");
   add("right/0.png");
   expect_parts(told(),

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/imu_range.hpp>
+#include <chasles/data/sample_batches.hpp>
 #include <chasles/data/split_imu.hpp>
 #include <chasles/data/time_order.hpp>
 #include <chasles/data/time_spans.hpp>
@@ -32,6 +33,7 @@ void tidy_stream(const std::string& where, const char* what, SensorStream& strea
     throw InputError(fmt::format("{}: holds no sample, expected those of the {}", name, what));
   }
   const std::string rows = fmt::format("samples of the {}", what);
+  spread_batches(stream.samples, rows, remarks);
   check_distinct(name, rows, times_of(stream.samples));
   bring_into_order(stream.samples, rows, remarks);
   leave_out_unknown(

@@ -15,10 +15,11 @@ struct SensorStream {
 };
 
 /// Joins the two streams to recording.imu (ImuJoiner), whose range and noise are those of the
-/// calibration; with a remark on rates and noise, and on what was left out. Each stream is put in
-/// order of time first. Where the range of the accelerometer is not stated, it is the one that its
-/// own samples show (shown_range()). If the gyroscope is the slower one, the noise density of the
-/// accelerometer is raised by interpolated_noise().
+/// calibration; with a remark on rates and noise, and on what was left out. In each stream batches
+/// are spread (spread_batches()), and it is put in order of time first. Where the range of the
+/// accelerometer is not stated, it is the one that its own samples show (shown_range()). If the
+/// gyroscope is the slower one, the noise density of the accelerometer is raised by
+/// interpolated_noise().
 ///
 /// `gyro_R_accel`: from the axes of the accelerometer to those of the gyroscope.
 ///
