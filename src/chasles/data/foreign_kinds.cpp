@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <fstream>
 #include <string_view>
 #include <vector>
 
@@ -112,6 +113,13 @@ Verdict tum_rgbd(const Listing& l) {
          "accelerometer.txt has accelerations alone)";
 }
 
+std::string first_of(const fs::path& file) {
+  std::array<char, 512> begin{};
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(begin.data(), begin.size());
+  return {begin.data(), static_cast<std::size_t>(stream.gcount())};
+}
+
 // A model of structure from motion, as text or binary; of its text an image's row begins with its
 // number and a quaternion.
 Verdict colmap_model(const Listing& l) {
@@ -123,6 +131,11 @@ Verdict colmap_model(const Listing& l) {
         "looks like a model of COLMAP (cameras{0}, images{0}, points3D{0}), which has poses and "
         "points but neither times nor an IMU: give the recording that its images come from",
         ending);
+  }
+  for (const char* alone : {"images.txt", "points3D.txt", "cameras.txt"}) {
+    const auto told = l.file(alone) ? foreign_file(alone, first_of(l.folder / alone)) : Verdict();
+    if (told && told->find("COLMAP") != std::string::npos)
+      return "holds " + (alone + (", which " + *told));
   }
   return std::nullopt;
 }
@@ -163,6 +176,21 @@ Verdict folders_of_images(const Listing& l) {
       some_of(found));
 }
 
+// One file of another program in it, such as a flight log beside a calibration.
+Verdict foreign_file_within(const Listing& l) {
+  constexpr std::size_t kMost = 100;
+  const auto usual = l.ending({".yaml", ".yml", ".json", ".png", ".jpg", ".jpeg", ".pdf", ".ply",
+                               ".pcd", ".xml", ".html", ".txt", ".csv"});
+  for (std::size_t i = 0; i < std::min(kMost, l.files.size()); ++i) {
+    const std::string& name = l.files[i];
+    if (std::ranges::find(usual, name) != usual.end()) continue;
+    const std::string bytes = first_of(l.folder / name);
+    const auto told = bytes.empty() ? Verdict() : foreign_file(name, bytes);
+    if (told) return fmt::format("holds {}, which {}", name, *told);
+  }
+  return std::nullopt;
+}
+
 Verdict images_alone(const Listing& l) {
   const std::size_t count =
       l.ending({".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff", ".webp"}).size();
@@ -179,10 +207,19 @@ Verdict nothing(const Listing& l) {
 }
 
 // The first one that knows the folder counts.
-constexpr std::array kForeignFolders{
-    run_of_ours,   part_of_euroc,     archives,      above_recordings,
-    tum_rgbd,      colmap_model,      listed_images, kitti_odometry_without_images,
-    extracted_bag, folders_of_images, images_alone,  nothing};
+constexpr std::array kForeignFolders{run_of_ours,
+                                     part_of_euroc,
+                                     archives,
+                                     above_recordings,
+                                     tum_rgbd,
+                                     colmap_model,
+                                     listed_images,
+                                     kitti_odometry_without_images,
+                                     extracted_bag,
+                                     folders_of_images,
+                                     foreign_file_within,
+                                     images_alone,
+                                     nothing};
 
 }  // namespace
 

@@ -152,6 +152,33 @@ TEST_F(ForeignKinds, WhatStandsInThePlaceOfAFileIsNamed) {
   }
 }
 
+// Also where other files of the recording are as they should be.
+TEST_F(ForeignKinds, WithinAFolderTheyAreNamedToo) {
+  const std::string pointer =
+      "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 45183443\n";
+  for (const char* name : {"camchain-imucam.yaml", "calibration.json"}) {
+    add("images/cam0/5.png");
+    add("imu.yaml", "a: 1\n");
+    add(name, pointer);
+    expect_parts(told(), {name, "is a pointer of Git LFS", "git lfs pull"});
+  }
+  for (const char* name : {"walk_0.db3", "walk.mcap"}) {
+    add(name, pointer);
+    expect_parts(told(), {name, "is a pointer of Git LFS"});
+    add(name, "<!DOCTYPE html><html></html>");
+    expect_parts(told(), {name, "is a web page"});
+  }
+  add("imu.yaml", "a: 1\n");
+  add("log.ulg", "ULog\x01\x12\x35\x01");
+  expect_parts(told(), {"holds log.ulg, which looks like a flight log of PX4"});
+  add("rec.svo", "SVO");
+  expect_parts(told(), {"holds rec.svo", "ZED camera"});
+  add("images.txt", "# Image list with two lines of data per image:\n");
+  expect_parts(told(), {"holds images.txt", "a model of COLMAP"});
+  add("points3D.txt", "# 3D point list with one line of data per point:\n");
+  expect_parts(told("points3D.txt"), {"a part of a model of COLMAP"});
+}
+
 // What nobody knows still gets the list of what is read.
 TEST_F(ForeignKinds, AnythingElseGetsTheList) {
   add("notes.txt");
