@@ -135,9 +135,12 @@ Recording read_checked(const CheckOptions& o) {
       throw UsageError(
           "--truth-time-offset auto: the recording has no gyroscope, expected seconds");
     }
-    const SettledTruth settled =
-        settle_truth(gyroscope_reference(recording),
-                     {.estimate_offset = true, .pairing = recording.pairing}, recording.truth);
+    const SettledTruth settled = settle_truth(gyroscope_reference(recording),
+                                              {.attitudes = recording.truth_attitudes,
+                                               .point_imu = recording.truth_point_imu,
+                                               .estimate_offset = true,
+                                               .pairing = recording.pairing},
+                                              recording.truth);
     for (const std::string& remark : settled.remarks) recording.remarks.push_back(remark);
   }
   return recording;

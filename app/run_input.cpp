@@ -151,16 +151,16 @@ void follow(Recording& r, const Trajectory& trajectory) {
 void replace_truth(Recording& r, const std::filesystem::path& file, const TruthOptions& options) {
   StatedTruth truth = read_truth(file, r.remarks);
   mend_truth(options, known_frames(r), truth);
-  r.truth_level = is_truth_level(options, stated_level(truth), truth.poses);
-  r.truth = std::move(truth.poses);
+  truth.level = is_truth_level(options, stated_level(truth), truth.poses);
+  set_truth(std::move(truth), r);
   r.plan.clear();  // its frame is the world of the recording's own truth
   r.georeference.reset();
 }
 
 void mend_own_truth(Recording& r, const TruthOptions& options) {
-  StatedTruth truth{.poses = std::move(r.truth), .level = r.truth_level};
+  StatedTruth truth = own_truth(r);
   mend_truth(options, known_frames(r), truth);
-  r.truth = std::move(truth.poses);
+  set_truth(std::move(truth), r);
   const bool other = changes_poses(options) || is_offset_auto(options);
   if (other) r.true_motion.clear();
   for (TrueMotion& motion : r.true_motion) motion.time += from_seconds(stated_offset(options));
@@ -180,7 +180,7 @@ Recording read_input(const RunInput& input) {
   const RemarksOnError remarks(r);
   check_not_empty(r);
   r.pairing = pairing_from(input.truth_options);
-  const bool level = is_truth_level(input.truth_options, r.truth_level, r.truth);
+  const bool level = is_truth_level(input.truth_options, stated_level(own_truth(r)), r.truth);
   if (!r.truth.empty()) r.truth_level = level;  // before its first pose becomes its last
   cut(r, input);
   choose_cameras(r, input.cameras);

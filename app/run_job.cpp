@@ -62,7 +62,7 @@ InertialStart start_at_truth(const Recording& recording, const RunInput& input) 
         "--begin truth needs the truth's clock before the run: expected --truth-time-offset in "
         "seconds, not auto");
   }
-  if (!nature_of_truth(recording, input.truth, input.truth_options).attitudes) {
+  if (!recording.truth_attitudes) {
     throw UsageError(
         fmt::format("--begin truth: the truth of {} has positions alone, expected one "
                     "with attitudes",
@@ -97,7 +97,6 @@ struct Prepared {
 void settle_truth_of_run(const RunInput& input, Recording& recording, RecordedRun& result) {
   Run& run = result.run;
   if (run.truth.empty() || run.states.empty()) return;
-  const StatedTruth nature = nature_of_truth(recording, input.truth, input.truth_options);
   TruthReference reference{.name = "the estimate",
                            .poses = {},
                            .level = is_level(run),
@@ -106,8 +105,8 @@ void settle_truth_of_run(const RunInput& input, Recording& recording, RecordedRu
     if (!s.world_T_imu.R.allFinite() || !s.world_T_imu.p.allFinite()) continue;
     reference.poses.push_back({.time = s.time, .pose = s.world_T_imu});
   }
-  const TruthToSettle how{.attitudes = nature.attitudes,
-                          .point_imu = nature.point_imu,
+  const TruthToSettle how{.attitudes = recording.truth_attitudes,
+                          .point_imu = recording.truth_point_imu,
                           .estimate_offset = is_offset_auto(input.truth_options),
                           .turn_to_level = is_level(run) && !recording.truth_level.value_or(true),
                           .pairing = run.pairing};
@@ -294,8 +293,7 @@ PlannedRun plan_run(const RunCommandOptions& o, Recording& recording) {
         prepared.options.on_frames = o.on_frames;
         prepared.options.keep_images = o.keep_images;
         prepared.options.truth_is_comparable =
-            !is_offset_auto(o.input.truth_options) &&
-            nature_of_truth(recording, o.input.truth, o.input.truth_options).attitudes;
+            !is_offset_auto(o.input.truth_options) && recording.truth_attitudes;
         CompletedRun run{.result = run_or_diagnose(recording, prepared, stop, live)};
         settle_truth_of_run(o.input, recording, run.result);
         add_remarks(run.result.run, run.result.report, frame_count(recording), recording.remarks);

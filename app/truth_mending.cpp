@@ -125,14 +125,28 @@ StatedTruth read_truth(const fs::path& path, std::vector<std::string>& remarks) 
                                                    : std::nullopt);
   }
   if (!folder && !is_recording(path)) return stated(read_truth_table(path, remarks));
-  Recording recording = read_recording(path);
+  const Recording recording = read_recording(path);
   if (recording.truth.empty()) {
     throw InputError(
         fmt::format("{}: has no true trajectory; expected a TUM file, or a recording "
                     "with the truth",
                     path.string()));
   }
-  return {.poses = std::move(recording.truth), .level = recording.truth_level};
+  return own_truth(recording);
+}
+
+StatedTruth own_truth(const Recording& recording) {
+  return {.poses = recording.truth,
+          .level = recording.truth_level,
+          .attitudes = recording.truth_attitudes,
+          .point_imu = recording.truth_point_imu};
+}
+
+void set_truth(StatedTruth&& truth, Recording& recording) {
+  recording.truth = std::move(truth.poses);
+  recording.truth_level = truth.level;
+  recording.truth_attitudes = truth.attitudes;
+  recording.truth_point_imu = truth.point_imu;
 }
 
 std::optional<bool> stated_level(const StatedTruth& truth) {
@@ -174,17 +188,6 @@ std::vector<KnownFrame> known_frames(const nlohmann::ordered_json& summary) {
     frames.push_back(frame);
   }
   return frames;
-}
-
-StatedTruth nature_of_truth(const Recording& recording, const fs::path& file,
-                            const TruthOptions& options) {
-  const bool turned = std::ranges::any_of(
-      recording.truth, [](const StampedPose& row) { return !row.pose.R.isIdentity(0); });
-  if (file.empty() || recording.truth.empty() || turned) return {};
-  std::vector<std::string> known;  // from the first time
-  StatedTruth truth = read_truth(file, known);
-  mend_truth(options, known_frames(recording), truth);
-  return truth;
 }
 
 bool changes_poses(const TruthOptions& options) {

@@ -27,6 +27,10 @@ struct StatedTruth {
 /// there is none.
 StatedTruth read_truth(const std::filesystem::path& path, std::vector<std::string>& remarks);
 
+/// That of a recording, and back.
+StatedTruth own_truth(const Recording& recording);
+void set_truth(StatedTruth&& truth, Recording& recording);
+
 /// `level`; positions alone count as level, because they do not show whether they begin at an
 /// identity.
 std::optional<bool> stated_level(const StatedTruth& truth);
@@ -40,11 +44,6 @@ std::vector<KnownFrame> known_frames(const nlohmann::ordered_json& summary);
 /// them and no file, and InputError for a file that is no transform.
 void mend_truth(const TruthOptions& options, const std::vector<KnownFrame>& frames,
                 StatedTruth& truth);
-
-/// What a recording does not keep of its truth, which is that of `file` (empty: its own): whether
-/// there are attitudes, and of which point the positions are. Reads a file without rotations again.
-StatedTruth nature_of_truth(const Recording& recording, const std::filesystem::path& file,
-                            const TruthOptions& options);
 
 /// Whether mend_truth() changes more than times.
 bool changes_poses(const TruthOptions& options);

@@ -119,11 +119,11 @@ TruthReference gyroscope_reference(const Recording& recording) {
   return reference;
 }
 
-void report_truth_examination(const Recording& recording, CheckReport& report, bool attitudes) {
+void report_truth_examination(const Recording& recording, CheckReport& report) {
   if (recording.truth.empty() || recording.imu.empty()) return;
-  const TruthExamination examination =
-      examine_truth(gyroscope_reference(recording), recording.truth,
-                    {.gap = recording.pairing.longest_gap, .positions_only = !attitudes});
+  const TruthExamination examination = examine_truth(
+      gyroscope_reference(recording), recording.truth,
+      {.gap = recording.pairing.longest_gap, .positions_only = !recording.truth_attitudes});
   if (examination.clock) {
     report.facts.push_back({"truth", "offset of its clock", 1e3 * examination.clock->offset, "ms"});
   }

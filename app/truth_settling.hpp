@@ -43,10 +43,8 @@ SettledTruth settle_truth(const TruthReference& reference, const TruthToSettle& 
 /// recording has no IMU.
 TruthReference gyroscope_reference(const Recording& recording);
 
-/// Adds what the gyroscope shows of the truth to a check. Needs a truth and an IMU. `attitudes`:
-/// false if the truth states that it has positions alone.
-void report_truth_examination(const Recording& recording, CheckReport& report,
-                              bool attitudes = true);
+/// Adds what the gyroscope shows of the truth to a check. Needs a truth and an IMU.
+void report_truth_examination(const Recording& recording, CheckReport& report);
 
 /// The array `truth_findings` of summary.json.
 nlohmann::ordered_json truth_findings_json(const std::vector<TruthFinding>& findings);

@@ -101,6 +101,18 @@ TEST_F(CliTruth, PositionsAloneHaveNoAttitudeErrors) {
   EXPECT_FALSE(evaluated("").contains("truth_attitudes"));
   const Outcome again = chasles(folder, "evaluate positions --json");
   EXPECT_TRUE(Json::parse(again.out).at("attitude_deg").is_null());
+  // The recording's own truth, too.
+  const std::string poses = slurp(folder / "rec/truth.tum");
+  spill(folder / "rec/truth.tum", "# time_ns x y z\n" + text);
+  EXPECT_FALSE(read_recording(folder / "rec").truth_attitudes);
+  const Outcome own = chasles(folder, "run rec --quiet --json");
+  ASSERT_EQ(own.code, 0) << own.err;
+  EXPECT_EQ(Json::parse(own.out).at("ate_m"), Json::parse(again.out).at("ate_m"));
+  EXPECT_EQ(Json::parse(own.out).at("truth_attitudes"), false);
+  EXPECT_EQ(chasles(folder, "check rec").code, 0);
+  EXPECT_NE(chasles(folder, "run rec --begin truth").err.find("has positions alone"),
+            std::string::npos);
+  spill(folder / "rec/truth.tum", poses);
   EXPECT_EQ(chasles(folder, "report positions -o page.html --quiet").code, 0);
 }
 

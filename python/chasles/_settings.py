@@ -252,7 +252,7 @@ class FilterSettings(TypedDict, total=False):
     """estimate the cameras' time offset, starting from time_offset; auto: the filter does with images; default auto"""
     time_offset: Optional[float]
     """added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu); auto: 0, or what the tracks of a
-    recording show, where that is beyond 15 ms [s]; default auto"""
+    recording show, where that is beyond 10 ms [s]; default auto"""
     initial_time_offset_sigma: float
     """initial sigma of the time offset [s]; default 0.005"""
     depth_rule: str

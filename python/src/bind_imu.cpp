@@ -7,6 +7,7 @@
 
 #include "arrays.hpp"
 #include "module.hpp"
+#include "recordings.hpp"
 
 namespace chasles::python {
 namespace {
@@ -33,11 +34,19 @@ py::dict join_imu(const py::array& gyro_time, const Rows& angular_rate, const py
   join_streams("join_imu", stream_of("accelerometer", accel_time, specific_force),
                stream_of("gyroscope", gyro_time, angular_rate), Eigen::Matrix3d::Identity(),
                joined);
-  const auto n = static_cast<Eigen::Index>(joined.imu.size());
+  py::dict result = imu_columns(joined.imu);
+  result["remarks"] = joined.remarks;
+  return result;
+}
+
+}  // namespace
+
+py::dict imu_columns(std::span<const ImuSample> imu) {
+  const auto n = static_cast<Eigen::Index>(imu.size());
   Times times(n);
   Rows force(n, 3), rate(n, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const ImuSample& sample = joined.imu[static_cast<std::size_t>(i)];
+    const ImuSample& sample = imu[static_cast<std::size_t>(i)];
     times[i] = sample.time.count();
     force.row(i) = sample.specific_force_imu;
     rate.row(i) = sample.angular_rate_imu;
@@ -46,11 +55,8 @@ py::dict join_imu(const py::array& gyro_time, const Rows& angular_rate, const py
   result["time"] = std::move(times);
   result["specific_force"] = std::move(force);
   result["angular_rate"] = std::move(rate);
-  result["remarks"] = joined.remarks;
   return result;
 }
-
-}  // namespace
 
 void bind_imu(py::module_& m) {
   m.def("join_imu", &join_imu, py::arg("gyro_time"), py::arg("angular_rate"), py::arg("accel_time"),

@@ -122,23 +122,6 @@ Recording simulate(const std::string& scene, std::uint64_t run, bool images,
   return LongCall(progress)([&] { return simulated(scene, run, images, sets); });
 }
 
-py::dict imu_columns(const Recording& recording) {
-  const auto n = static_cast<Index>(recording.imu.size());
-  Times times(n);
-  Rows force(n, 3), rate(n, 3);
-  for (Index i = 0; i < n; ++i) {
-    const ImuSample& sample = recording.imu[static_cast<std::size_t>(i)];
-    times[i] = sample.time.count();
-    force.row(i) = sample.specific_force_imu;
-    rate.row(i) = sample.angular_rate_imu;
-  }
-  py::dict result;
-  result["time"] = std::move(times);
-  result["specific_force"] = std::move(force);
-  result["angular_rate"] = std::move(rate);
-  return result;
-}
-
 Times frame_times(const Recording& recording) {
   const std::size_t n = frame_count(recording);
   Times times(static_cast<Index>(n));
@@ -327,9 +310,10 @@ void bind_recordings(py::module_& m) {
           "What the reader corrected, left out or counted.")
       .def_readonly("cameras", &Recording::cameras, "Those of the rig, in its order.")
       .def_readonly("imu_noise", &Recording::imu_noise, "As the recording states it, or None.")
-      .def_property_readonly("imu", &imu_columns,
-                             "{'time': (N,) int64 [ns], 'specific_force': (N, 3) [m/s^2], "
-                             "'angular_rate': (N, 3) [rad/s]} in IMU axes.")
+      .def_property_readonly(
+          "imu", [](const Recording& r) { return imu_columns(r.imu); },
+          "{'time': (N,) int64 [ns], 'specific_force': (N, 3) [m/s^2], "
+          "'angular_rate': (N, 3) [rad/s]} in IMU axes.")
       .def_property_readonly("frame_times", &frame_times, "Of images or tracks: (N,) int64 [ns].")
       .def_property_readonly(
           "truth", [](const Recording& r) { return columns(r.truth); },

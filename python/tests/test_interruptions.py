@@ -27,8 +27,8 @@ for i, when in enumerate(recording.frame_times):
 """
 
 
-def seconds_to_end(prepare, call, after):
-    """Of a process that gets SIGINT so many seconds after the call began."""
+def seconds_to_end(folder, prepare, call, after):
+    """Of a process that works in this folder and gets SIGINT so many seconds after the call began."""
     program = textwrap.dedent("""
         import sys, chasles
         {prepare}
@@ -39,8 +39,8 @@ def seconds_to_end(prepare, call, after):
             print("interrupted", flush=True)
         else:
             print("finished", flush=True)
-    """).format(prepare=prepare.replace("\n", "\n"), call=call)
-    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    """).format(prepare=prepare, call=call)
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True, cwd=folder)
     try:
         assert process.stdout.readline() == "begin\n"
         time.sleep(after)
@@ -62,10 +62,10 @@ def seconds_to_end(prepare, call, after):
     ("", "chasles.monte_carlo('hallway', {'a': {}, 'b': {}}, runs=50, workers=2)", 0.7),
     ("recording = chasles.simulate('hallway', hall_length=60)", "chasles.run(recording, estimator='batch')", 2.0),
     ("recording = chasles.simulate('hallway', images=True)", "chasles.check(recording)", 0.7),
-    ("", "chasles.command('simulate', 'walk', '--images', '-o', sys.argv[0] + '/dev/null/none')", 0.5),
+    ("", "chasles.command('simulate', 'walk', '--images', '-o', 'out')", 0.5),
 ], ids=["walk", "images", "monte-carlo", "batches", "windows", "workers", "run", "check", "command"])
-def test_ctrl_c_ends_it_soon(prepare, call, after):
-    said, seconds = seconds_to_end(prepare, call, after)
+def test_ctrl_c_ends_it_soon(tmp_path, prepare, call, after):
+    said, seconds = seconds_to_end(tmp_path, prepare, call, after)
     if said == "finished":
         pytest.skip("it was over before")
     assert said == "interrupted" and seconds < SOON
@@ -81,14 +81,14 @@ def test_ctrl_c_ends_reading(tmp_path):
         file.write("\n".join(head) + "\n")
         for begin in range(0, 6_000_000, 100_000):
             file.write("".join(f"{1000 * i},{rest}\n" for i in range(begin, begin + 100_000)))
-    said, seconds = seconds_to_end("", f"chasles.read({str(folder)!r})", 0.3)
+    said, seconds = seconds_to_end(tmp_path, "", f"chasles.read({str(folder)!r})", 0.3)
     assert said == "interrupted" and seconds < SOON
 
 
 @pytest.mark.parametrize("kind, more", [("Slam", ""), ("RealtimeSlam", ", most_images=0")])
-def test_ctrl_c_ends_the_last_smoothing(kind, more):
+def test_ctrl_c_ends_the_last_smoothing(tmp_path, kind, more):
     prepare = LONG_BATCH.format(kind=kind, more=more)
-    said, seconds = seconds_to_end(prepare, "slam.finish()", 1.0)
+    said, seconds = seconds_to_end(tmp_path, prepare, "slam.finish()", 1.0)
     if said == "finished":
         pytest.skip("it was over before")
     assert said == "interrupted" and seconds < SOON

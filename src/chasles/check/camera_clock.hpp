@@ -15,8 +15,9 @@ struct CameraClock {
   double offset = 0;  ///< camera time + offset = IMU time [s]; below 0: stamped late
   double sigma = 0;   ///< standard deviation of the offset [s]
 
-  /// A filter that estimates the offset from 0 finds smaller ones by itself [s].
-  static constexpr double kLeastOffset = 0.015;
+  /// Two sigmas of a filter that starts from 0: smaller ones it finds by itself [s]
+  /// (docs/inertial.md).
+  static constexpr double kLeastOffset = 0.01;
   /// Of a measured offset: what the fit's own sigma does not contain, such as exposure times that
   /// change [s].
   static constexpr double kLeastSigma = 0.001;

@@ -16,6 +16,7 @@
 #include <chasles/data/readers.hpp>
 #include <chasles/data/sensor_tables.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/truth_table.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -156,20 +157,28 @@ void read_asl_samples(const fs::path& sensors, Recording& recording) {
   remark_on_open_end(table, recording.remarks);
 }
 
+// The measurements of a motion capture system or of a total station.
+void read_tracker_truth(const fs::path& sensors, Recording& recording) {
+  for (const char* name : {"mocap0", "vicon0", "leica0"}) {
+    const fs::path file = sensors / name / "data.csv";
+    if (!fs::exists(file)) continue;
+    recording.remarks.push_back(fmt::format("the truth is {}/data.csv", name));
+    return read_truth_of_recording(file, recording);
+  }
+  recording.remarks.push_back(
+      "no truth: there is neither state_groundtruth_estimate0/data.csv, mocap0/data.csv, "
+      "vicon0/data.csv, leica0/data.csv nor truth.tum");
+}
+
 void read_asl_truth(const fs::path& folder, Recording& recording) {
   const fs::path states = sensors_of(folder) / "state_groundtruth_estimate0" / "data.csv";
-  const fs::path mocap = sensors_of(folder) / "mocap0" / "data.csv";
   const fs::path poses = folder_of(folder) / "truth.tum";
   if (fs::exists(poses)) {  // not EuRoC's: placed there on purpose
-    recording.truth = read_tum(poses, recording.remarks);
+    read_truth_of_recording(poses, recording);
   } else if (fs::exists(states)) {
     read_euroc_states(states, recording);
-  } else if (fs::exists(mocap)) {
-    recording.truth = read_tum(mocap, recording.remarks);
   } else {
-    recording.remarks.push_back(
-        "no truth: there is neither state_groundtruth_estimate0/data.csv, mocap0/data.csv nor "
-        "truth.tum");
+    read_tracker_truth(sensors_of(folder), recording);
   }
 }
 

@@ -227,6 +227,24 @@ TEST_F(EurocFolder, KalibrsFilesServeWithoutSensorFiles) {
                {"sensor.yaml files, and camchain.yaml is not"});
 }
 
+TEST_F(EurocFolder, PositionsOfATotalStationAreATruthWithoutAttitudes) {
+  fs::remove_all(mav / "state_groundtruth_estimate0");
+  expect_parts(joined(read_recording(rec).remarks), {"no truth: there is neither"});
+  fs::create_directories(mav / "leica0");
+  test::spill(mav / "leica0/data.csv",
+              "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m]\n5000000,1,2,3\n"
+              "10000000,1,2,4\n");
+  test::spill(mav / "leica0/sensor.yaml",
+              "sensor_type: position\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, 0.1, 0, 1, 0, "
+              "-0.2, 0, 0, 1, 0.3, 0, 0, 0, 1]\n");
+  const Recording r = read_recording(rec);
+  ASSERT_EQ(r.truth.size(), 2u);
+  EXPECT_EQ(r.truth[1].pose.p, Eigen::Vector3d(1, 2, 4));
+  EXPECT_FALSE(r.truth_attitudes);
+  EXPECT_EQ(r.truth_point_imu, Eigen::Vector3d(0.1, -0.2, 0.3));
+  expect_parts(joined(r.remarks), {"the truth is leica0/data.csv"});
+}
+
 TEST_F(EurocFolder, FramesOutsideTheSamplesAreCounted) {
   change("cam0/data.csv", "15000000,", "25000000,");
   change("cam1/data.csv", "15000000,", "25000000,");

@@ -10,6 +10,7 @@
 #include <chasles/data/image_recording.hpp>
 #include <chasles/data/imu_table.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/truth_table.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -56,7 +57,7 @@ void read_truth_file(const fs::path& file, Recording& recording) {
   if (name.find("_gt.csv") != std::string::npos) {
     read_euroc_states(file, recording);
   } else {
-    recording.truth = read_tum(file, recording.remarks);
+    read_truth_of_recording(file, recording);
     recording.remarks.push_back(
         fmt::format("the truth {} holds poses only: no velocities, no biases", name));
   }

@@ -16,6 +16,7 @@
 #include <chasles/data/kalibr.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/sensor_tables.hpp>
+#include <chasles/data/truth_table.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -157,7 +158,7 @@ Recording read_image_folder_recording(const fs::path& folder, std::size_t camera
   open_cameras(std::move(files), rig.time_offsets, images / "cam0", recording);
   const fs::path truth = folder / "truth.tum";
   if (fs::exists(truth)) {
-    recording.truth = read_tum(truth, recording.remarks);
+    read_truth_of_recording(truth, recording);
   } else if (fs::exists(folder / "groundtruth.txt")) {
     recording.remarks.push_back(
         "groundtruth.txt is not read: --truth takes it, if it is the trajectory of the IMU");

@@ -18,6 +18,7 @@
 #include <chasles/data/parse.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/truth_table.hpp>
 #include <chasles/data/yaml_map.hpp>
 #include <chasles/error.hpp>
 
@@ -178,7 +179,7 @@ Recording read_kitti_odometry_recording(const fs::path& folder, std::size_t came
   remark_on_time_offsets(offsets, recording.remarks);
   open_cameras(std::move(images), offsets, folder / "image_0", recording);
   const fs::path truth = folder / "truth.tum";
-  if (fs::exists(truth)) recording.truth = read_tum(truth, recording.remarks);
+  if (fs::exists(truth)) read_truth_of_recording(truth, recording);
   remark_on_coverage(recording);
   return recording;
 }

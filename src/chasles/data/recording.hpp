@@ -50,6 +50,9 @@ struct Recording {
   Trajectory truth;                           ///< world_T_imu; empty where unknown
   /// Whether the z axis of the truth's world points up, as the recording states it.
   std::optional<bool> truth_level;
+  bool truth_attitudes = true;  ///< false: it has positions alone, and its rotations are identities
+  /// Of positions alone: the point whose positions they are, in IMU axes [m].
+  Eigen::Vector3d truth_point_imu = Eigen::Vector3d::Zero();
   TruthPairing pairing = {};                 ///< of estimates with the truth
   std::vector<TrueMotion> true_motion;       ///< at the times of `truth`; empty where unknown
   std::vector<TrueLandmark> true_landmarks;  ///< empty where unknown

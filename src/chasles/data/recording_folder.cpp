@@ -11,6 +11,7 @@
 #include <chasles/data/numbers.hpp>
 #include <chasles/data/readers.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/truth_table.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -225,7 +226,7 @@ void read_frame_tables(const fs::path& folder, const FolderCalibration& calibrat
 void read_truth_tables(const fs::path& folder, Recording& recording) {
   const fs::path truth = folder / "truth.tum", motion = folder / "true_motion.csv",
                  landmarks = folder / "landmarks_truth.csv";
-  if (fs::exists(truth)) recording.truth = read_tum(truth, recording.remarks);
+  if (fs::exists(truth)) read_truth_of_recording(truth, recording);
   if (fs::exists(motion)) recording.true_motion = read_true_motion(motion, recording.truth);
   if (fs::exists(landmarks)) recording.true_landmarks = read_true_landmarks(landmarks);
 }

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <chasles/lie/trajectory.hpp>
+#include <chasles/data/recording.hpp>
 
 namespace chasles {
 
@@ -19,6 +19,9 @@ struct TruthTable {
 /// quaternion as EuRoC's leica0, and quaternions that are all zero. The prism of leica0 is where
 /// T_BS in sensor.yaml beside the table has it.
 TruthTable read_truth_table(const std::filesystem::path& file, std::vector<std::string>& remarks);
+
+/// The same as the truth of a recording, with remarks there.
+void read_truth_of_recording(const std::filesystem::path& file, Recording& recording);
 
 /// The poses of a bag of ROS 1 or 2, by their header stamps: geometry_msgs/PoseStamped,
 /// PoseWithCovarianceStamped, TransformStamped or PointStamped (positions alone),

@@ -302,6 +302,13 @@ TruthTable read_truth_table(const std::filesystem::path& file, std::vector<std::
   return read_table(file, {.mend = true, .positions = true}, remarks);
 }
 
+void read_truth_of_recording(const std::filesystem::path& file, Recording& recording) {
+  TruthTable table = read_truth_table(file, recording.remarks);
+  recording.truth = std::move(table.poses);
+  recording.truth_attitudes = table.attitudes;
+  recording.truth_point_imu = table.point_imu;
+}
+
 void write_tum(const Trajectory& trajectory, const std::filesystem::path& file) {
   fmt::memory_buffer text;
   fmt::format_to(std::back_inserter(text), "# t tx ty tz qx qy qz qw\n");

@@ -109,17 +109,14 @@ SigmaShares sigma_shares(std::span<const Vector6d> errors, std::span<const Matri
   return result;
 }
 
-Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
-          PoseError definition, bool level) {
+Nees nees_of_truths(const MatchedTrajectories& matched, std::span<const SE3> truths,
+                    std::span<const Matrix6d> covariances, PoseError definition) {
   Nees result;
   result.definition = definition;
-  if (matched.truth.empty()) return result;
-  const SE3 estimate_T_truth =
-      align(matched, level ? Alignment::kFirstLevel : Alignment::kFirstPose)
-          .truth_T_estimate.inverse();
+  if (truths.empty()) return result;
   std::vector<Vector6d> errors;
   std::vector<Matrix6d> matched_covariances;
-  for (std::size_t i = 0; i < matched.truth.size(); ++i) {
+  for (std::size_t i = 0; i < truths.size(); ++i) {
     const std::size_t row = matched.estimate_index[i];
     if (row >= covariances.size()) {
       throw InputError(fmt::format(
@@ -127,9 +124,8 @@ Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covarian
           covariances.size(), row));
     }
     const SE3& estimate = matched.estimate[i].pose;
-    const SE3 truth = estimate_T_truth * matched.truth[i].pose;
-    const PoseNees one = pose_nees(definition, truth, estimate, covariances[row]);
-    errors.push_back(pose_error(PoseError::kStandard, truth, estimate));
+    const PoseNees one = pose_nees(definition, truths[i], estimate, covariances[row]);
+    errors.push_back(pose_error(PoseError::kStandard, truths[i], estimate));
     matched_covariances.push_back(covariances[row]);
     result.times.push_back(matched.estimate[i].time);
     result.attitude.push_back(one.attitude);
@@ -141,6 +137,18 @@ Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covarian
   result.pose_summary = summarize_nees(result.pose, 6);
   result.within_3_sigma = sigma_shares(errors, matched_covariances);
   return result;
+}
+
+Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
+          PoseError definition, bool level) {
+  std::vector<SE3> truths;
+  if (!matched.truth.empty()) {
+    const SE3 estimate_T_truth =
+        align(matched, level ? Alignment::kFirstLevel : Alignment::kFirstPose)
+            .truth_T_estimate.inverse();
+    for (const StampedPose& row : matched.truth) truths.push_back(estimate_T_truth * row.pose);
+  }
+  return nees_of_truths(matched, truths, covariances, definition);
 }
 
 }  // namespace chasles

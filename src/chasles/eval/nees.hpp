@@ -82,15 +82,19 @@ struct Nees {
   SigmaShares within_3_sigma;  ///< of the standard error, whatever `definition` is
 };
 
-/// `covariances[i]` belongs to row i of the whole estimate (matched.estimate_index refers to it):
-/// 6x6, of the standard error [theta; dp] in the axes of the estimate's world [rad, m].
+/// `truths[i]` is the true pose of the matched row i in the estimate's world. `covariances[i]`
+/// belongs to row i of the whole estimate (matched.estimate_index refers to it): 6x6, of the
+/// standard error [theta; dp] in the axes of the estimate's world [rad, m]. Throws InputError where
+/// a matched row has no covariance.
+Nees nees_of_truths(const MatchedTrajectories& matched, std::span<const SE3> truths,
+                    std::span<const Matrix6d> covariances, PoseError definition);
+
+/// nees_of_truths() with the truth aligned by the first matched pose alone.
 ///
-/// The first matched pose alone aligns the truth with the estimate's world. The covariance of a
-/// filter that starts from a given pose describes errors relative to that pose; a fit would hide
-/// them. `level`: only position and heading of that pose are aligned, because the z axes of both
-/// worlds point up. An inertial filter estimates its tilt from gravity, so its tilt error counts
-/// from the first pose on. Throws InputError where the number of covariances differs from the
-/// estimate's poses.
+/// The covariance of a filter that starts from a given pose describes errors relative to that pose;
+/// a fit would hide them. `level`: only position and heading of that pose are aligned, because the
+/// z axes of both worlds point up. An inertial filter estimates its tilt from gravity, so its tilt
+/// error counts from the first pose on.
 Nees nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
           PoseError definition = PoseError::kStandard, bool level = false);
 

@@ -1,9 +1,7 @@
 #include <algorithm>
-
-#include <fmt/format.h>
+#include <vector>
 
 #include <chasles/constants.hpp>
-#include <chasles/error.hpp>
 #include <chasles/eval/alignment.hpp>
 #include <chasles/eval/positions_only.hpp>
 #include <chasles/lie/so3.hpp>
@@ -29,33 +27,19 @@ SE3 first_position_alignment(const MatchedTrajectories& matched, bool level) {
 
 Nees position_nees(const MatchedTrajectories& matched, std::span<const Matrix6d> covariances,
                    bool level) {
-  Nees result;
-  if (matched.truth.empty()) return result;
+  if (matched.truth.empty()) return {};
   const SE3 estimate_T_truth = first_position_alignment(matched, level).inverse();
-  std::vector<Vector6d> errors;
-  std::vector<Matrix6d> matched_covariances;
+  std::vector<SE3> truths;  // with the attitudes of the estimate
   for (std::size_t i = 0; i < matched.truth.size(); ++i) {
-    const std::size_t row = matched.estimate_index[i];
-    if (row >= covariances.size()) {
-      throw InputError(fmt::format(
-          "NEES: {} covariances, but pose {} of the estimate needs one; expected one a pose",
-          covariances.size(), row));
-    }
-    const SE3& estimate = matched.estimate[i].pose;
-    const SE3 truth{estimate.R, estimate_T_truth * matched.truth[i].pose.p};
-    errors.push_back(pose_error(PoseError::kStandard, truth, estimate));
-    matched_covariances.push_back(covariances[row]);
-    matched_covariances.back().topLeftCorner<3, 3>().setZero();  // counts as not known
-    result.times.push_back(matched.estimate[i].time);
-    result.position.push_back(
-        normalised_square(errors.back().tail<3>(), covariances[row].bottomRightCorner<3, 3>()));
-    result.attitude.push_back(kNaN);
-    result.pose.push_back(kNaN);
+    truths.push_back({matched.estimate[i].pose.R, estimate_T_truth * matched.truth[i].pose.p});
   }
-  result.position_summary = summarize_nees(result.position, 3);
+  Nees result = nees_of_truths(matched, truths, covariances, PoseError::kStandard);
+  result.attitude.assign(truths.size(), kNaN);
+  result.pose.assign(truths.size(), kNaN);
   result.attitude_summary = summarize_nees({}, 3);
   result.pose_summary = summarize_nees({}, 6);
-  result.within_3_sigma = sigma_shares(errors, matched_covariances);
+  std::fill_n(result.within_3_sigma.count.begin(), 3, 0);
+  std::fill_n(result.within_3_sigma.share.begin(), 3, kNaN);
   return result;
 }
 

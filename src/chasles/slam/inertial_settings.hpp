@@ -189,7 +189,7 @@ void for_each_setting(S& s, Visitor&& visit) {
         limits::kAny);
   visit("time_offset", s.time_offset, "s",
         "added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu); auto: 0, "
-        "or what the tracks of a recording show, where that is beyond 15 ms",
+        "or what the tracks of a recording show, where that is beyond 10 ms",
         limits::kClockOffset);
   visit("initial_time_offset_sigma", s.initial_time_offset_sigma, "s",
         "initial sigma of the time offset", limits::kNonNegative);
