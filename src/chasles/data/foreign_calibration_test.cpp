@@ -322,6 +322,14 @@ TEST_F(ForeignCalibration, OfDepthai) {
   expect_parts(rig.remarks.back(), {"calib.json (depthai", "imu.yaml"});
   add("calib.json", depthai_text(",0.5,0,0"));
   expect_parts(error(), {"calib.json", "rational", "coefficient 6 is 0.5"});
+  const std::string stereo =
+      R"(,"stereoRectificationData":{"leftCameraSocket":1,"rightCameraSocket":2}})";
+  std::string pair = depthai_text();
+  add("calib.json", pair.substr(0, pair.size() - 1) + stereo);
+  expect_rig(read(), 2, 1e-9);
+  pair = changed(stereo, "\"rightCameraSocket\":2", "\"rightCameraSocket\":4");
+  add("calib.json", depthai_text().substr(0, depthai_text().size() - 1) + pair);
+  expect_parts(error(), {"'cameraData' has no camera at socket 4"});
   add("calib.json", depthai_text(",0,0,0", -1));
   expect_parts(error(), {"'imuExtrinsics' is missing", "kalibr_calibrate_imu_camera"});
 }

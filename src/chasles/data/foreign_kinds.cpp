@@ -132,6 +132,7 @@ Verdict colmap_model(const Listing& l) {
         "points but neither times nor an IMU: give the recording that its images come from",
         ending);
   }
+  if (l.dir("sparse")) return colmap_model(Listing(l.folder / "sparse" / "0"));
   for (const char* alone : {"images.txt", "points3D.txt", "cameras.txt"}) {
     const auto told = l.file(alone) ? foreign_file(alone, first_of(l.folder / alone)) : Verdict();
     if (told && told->find("COLMAP") != std::string::npos)

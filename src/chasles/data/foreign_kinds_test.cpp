@@ -175,6 +175,9 @@ TEST_F(ForeignKinds, WithinAFolderTheyAreNamedToo) {
   expect_parts(told(), {"holds rec.svo", "ZED camera"});
   add("images.txt", "# Image list with two lines of data per image:\n");
   expect_parts(told(), {"holds images.txt", "a model of COLMAP"});
+  for (const char* part : {"cameras", "images", "points3D"})
+    add(std::string("sparse/0/") + part + ".bin");
+  expect_parts(told(), {"a model of COLMAP (cameras.bin"});
   add("points3D.txt", "# 3D point list with one line of data per point:\n");
   expect_parts(told("points3D.txt"), {"a part of a model of COLMAP"});
 }
