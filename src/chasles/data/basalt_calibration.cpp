@@ -67,7 +67,7 @@ Camera basalt_lens(const JsonPlace& camera, const JsonPlace& size) {
 }
 
 // Basalt has one entry for each camera in all three lists.
-void check_sizes(const JsonPlace& poses, const JsonPlace& lenses, const JsonPlace& sizes) {
+void check_camera_counts(const JsonPlace& poses, const JsonPlace& lenses, const JsonPlace& sizes) {
   if (poses.size() == lenses.size() && lenses.size() == sizes.size()) return;
   throw InputError(fmt::format(
       "{}: has {} poses, but {} has {} lenses and {} {} sizes, expected one of each for each "
@@ -111,7 +111,7 @@ KalibrCalibration read_basalt(const fs::path& file, std::size_t cameras) {
   const JsonPlace poses = value0.at("T_imu_cam"), lenses = value0.at("intrinsics"),
                   sizes = value0.at("resolution");
   KalibrCalibration result;
-  check_sizes(poses, lenses, sizes);
+  check_camera_counts(poses, lenses, sizes);
   const std::size_t count = std::min(cameras, poses.size());
   const double offset = value0.has("cam_time_offset_ns") ? value0.number("cam_time_offset_ns") : 0;
   for (std::size_t c = 0; c < count; ++c) {
