@@ -113,7 +113,7 @@ Verdict tum_rgbd(const Listing& l) {
          "accelerometer.txt has accelerations alone)";
 }
 
-std::string first_of(const fs::path& file) {
+std::string begin_of_file(const fs::path& file) {
   std::array<char, 512> begin{};
   std::ifstream stream(file, std::ios::binary);
   stream.read(begin.data(), begin.size());
@@ -134,7 +134,8 @@ Verdict colmap_model(const Listing& l) {
   }
   if (l.dir("sparse")) return colmap_model(Listing(l.folder / "sparse" / "0"));
   for (const char* alone : {"images.txt", "points3D.txt", "cameras.txt"}) {
-    const auto told = l.file(alone) ? foreign_file(alone, first_of(l.folder / alone)) : Verdict();
+    const auto told =
+        l.file(alone) ? foreign_file(alone, begin_of_file(l.folder / alone)) : Verdict();
     if (told && told->find("COLMAP") != std::string::npos)
       return "holds " + (alone + (", which " + *told));
   }
@@ -185,7 +186,7 @@ Verdict foreign_file_within(const Listing& l) {
   for (std::size_t i = 0; i < std::min(kMost, l.files.size()); ++i) {
     const std::string& name = l.files[i];
     if (std::ranges::find(usual, name) != usual.end()) continue;
-    const std::string bytes = first_of(l.folder / name);
+    const std::string bytes = begin_of_file(l.folder / name);
     const auto told = bytes.empty() ? Verdict() : foreign_file(name, bytes);
     if (told) return fmt::format("holds {}, which {}", name, *told);
   }
