@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include <chasles/data/foreign_kinds.hpp>
+#include <chasles/data/text_file.hpp>
 
 namespace chasles {
 namespace {
@@ -113,14 +113,8 @@ constexpr std::array kNameEndings{
     NameEnding{".yaml", "a calibration or a configuration: give the folder of the recording"},
     NameEnding{".yml", "a calibration or a configuration: give the folder of the recording"}};
 
-std::string in_small_letters(std::string_view text) {
-  std::string small(text);
-  for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return small;
-}
-
 std::string text_of_bytes(std::string_view bytes) {
-  return in_small_letters(bytes.substr(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size())));
+  return lower_case(bytes.substr(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size())));
 }
 
 std::string_view by_json(std::string_view bytes) {
@@ -181,7 +175,7 @@ std::optional<std::string> foreign_file(const std::filesystem::path& file,
   }
   const auto looks = [](std::string_view what) { return fmt::format("looks like {}", what); };
   if (const std::string_view what = stand_in(first_bytes); !what.empty()) return looks(what);
-  const std::string name = in_small_letters(file.filename().string());
+  const std::string name = lower_case(file.filename().string());
   const bool hdf5 = first_bytes.starts_with("\x89HDF");
   for (const NameEnding& known : kNameEndings) {
     // A .mat file of MATLAB 7.3 is one too.

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <fstream>
 #include <string_view>
 #include <vector>
@@ -12,6 +11,7 @@
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/foreign_kinds.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
 
 namespace chasles {
 namespace {
@@ -41,8 +41,7 @@ struct Listing {
   std::vector<std::string> ending(std::initializer_list<std::string_view> endings) const {
     std::vector<std::string> found;
     for (const std::string& name : files) {
-      std::string small = name;
-      for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      const std::string small = lower_case(name);
       const auto ends = [&](std::string_view ending) { return small.ends_with(ending); };
       if (std::ranges::any_of(endings, ends)) found.push_back(name);
     }

@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 struct ListRows {
   std::vector<std::vector<std::string>> rows;  // of the same length
   std::vector<int> lines;
-  std::optional<std::size_t> time, name;  // as the names of the columns state them
+  std::optional<std::size_t> time;  // as the names of the columns state it
+  std::vector<std::size_t> files;   // columns that may have the files' names, the better ones first
   std::optional<TimeScale> scale;
   std::string names;  // of the columns; empty without them
 };
@@ -44,7 +45,7 @@ bool is_number(const std::string& text) {
 // A line of names has neither a number nor the file of an image.
 bool is_line_of_names(const CsvHeading& heading) {
   std::vector<std::string_view> values;
-  split_values(heading.names, heading.dialect, values);
+  split_names(heading.names, {.separator = heading.names_separator, .quotes = true}, values);
   return !heading.names.empty() && std::ranges::none_of(values, [](std::string_view value) {
     return is_number(std::string(value)) || is_image_name(std::string(value));
   });
@@ -67,8 +68,8 @@ ListRows read_rows(const fs::path& list) {
   ListRows result;
   if (named) {
     result.names = fmt::format("{}", fmt::join(csv.headings(), ","));
-    result.name = column_named(csv, {"file", "filename", "file_name", "image_name", "image", "name",
-                                     "path", "image_path"});
+    result.files = columns_named(csv, {"file", "filename", "file_name", "image_file", "image_name",
+                                       "image_path", "path", "image", "name"});
     try {
       const TimeColumn time = find_time_column(csv);
       if (!time.fraction) {
@@ -105,15 +106,22 @@ std::string stem_of(const std::string& name) {
 // The column with the images' names: files, or their names without ending.
 std::optional<std::size_t> column_of_names(const ListRows& list,
                                            const std::set<std::string>& stems) {
-  if (list.name) return list.name;
   const std::vector<std::string>& first = list.rows.front();
+  const auto known = [&](std::size_t i) {
+    return std::ranges::all_of(list.rows,
+                               [&](const auto& row) { return stems.contains(stem_of(row[i])); });
+  };
+  // A column `name` may be that of the camera.
+  for (const std::size_t i : list.files) {
+    if (i != list.time && (is_image_name(first[i]) || known(i))) return i;
+  }
   for (std::size_t i = 0; i < first.size(); ++i) {
     if (is_image_name(first[i])) return i;
   }
+  if (!list.files.empty()) return list.files.front();
   if (first.size() < 2) return std::nullopt;
   for (std::size_t i = 0; i < first.size(); ++i) {
-    const auto known = [&](const auto& row) { return stems.contains(stem_of(row[i])); };
-    if (i != list.time && std::ranges::all_of(list.rows, known)) return i;
+    if (i != list.time && known(i)) return i;
   }
   return std::nullopt;
 }
@@ -152,10 +160,11 @@ std::vector<Time> times_of(const fs::path& list, const ListRows& rows, std::size
     return fmt::format("{}:{}", list.string(), rows.lines[i]);
   };
   std::vector<Time> times;
-  if (!rows.scale) {
+  if (!rows.scale || rows.scale->digits == 0) {
     std::vector<std::string_view> texts;
     for (const auto& row : rows.rows) texts.emplace_back(row[column]);
-    ColumnTimes read = read_unscaled_times(texts, where);
+    ColumnTimes read =
+        rows.scale ? read_nanoseconds(texts, where) : read_unscaled_times(texts, where);
     std::string remark =
         times_remark(fmt::format("{} of {}", list.filename().string(), camera), read);
     if (!remark.empty()) remarks.push_back(std::move(remark));

@@ -178,5 +178,22 @@ TEST_F(ImageTimes, WholeNumbersAreInTheUnitInWhichTheyAreWithinTheSamples) {
   EXPECT_EQ(fitted(7), Time(98));  // in no unit
 }
 
+TEST_F(ImageTimes, AnotherColumnBeforeThatOfTheFilesIsNotTaken) {
+  add_numbered();
+  const auto listed = [&](const char* heading, const auto& line) {
+    SCOPED_TRACE(heading);
+    add_list("images/cam0/times.csv", heading, line);
+    expect_times();
+  };
+  const auto left = [](int i) { return fmt::format("left,{},{:06}.png", time(i).count(), i); };
+  listed("name,time_ns,file\n", left);
+  listed("name,time_ns,picture\n", left);
+  listed("image,time_ns,path\n",
+         [](int i) { return fmt::format("{},{},{:06}.png", i + 7, time(i).count(), i); });
+  listed("camera,image,time [ns]\n",
+         [](int i) { return fmt::format("0,{:06},{}", i, time(i).count()); });
+  listed("timestamp [s]\n", [](int i) { return seconds(i); });
+}
+
 }  // namespace
 }  // namespace chasles

@@ -31,8 +31,9 @@ double quantile(const std::vector<double>& sorted, double part) {
 
 // The length of vectors that all have that of gravity, in g or m/s^2; none for others. No gyroscope
 // measures rates of one length about changing axes.
-std::optional<double> length_of_gravity(const std::vector<double>& sorted) {
-  if (sorted.size() < kFewSamples) return std::nullopt;
+std::optional<double> length_of_gravity(const std::vector<double>& sorted,
+                                        std::size_t fewest = kFewSamples) {
+  if (sorted.size() < fewest) return std::nullopt;
   const double middle = quantile(sorted, 0.5);
   const bool same =
       quantile(sorted, 0.01) > 0.99 * middle && quantile(sorted, 0.99) < 1.01 * middle;
@@ -71,6 +72,23 @@ void check_rates(const CsvReader& csv, const std::string& file, const ImuColumns
 }
 
 }  // namespace
+
+void take_rates_of_g(const CsvReader& csv, ImuColumns& columns,
+                     std::vector<Eigen::Vector3d>& gravity, std::vector<ImuSample>& imu,
+                     std::vector<std::string>& remarks) {
+  if (!columns.gravity || !columns.rate_is_derived) return;
+  const auto length = length_of_gravity(
+      lengths(gravity.size(), [&](std::size_t i) -> const Eigen::Vector3d& { return gravity[i]; }),
+      1);
+  if (length) return;
+  const VectorColumns g = with_unit(csv, columns.gravity->columns, ImuQuantity::kRate);
+  remarks.push_back(fmt::format("the angular rates are {}, and {} are not read", names_of(csv, g),
+                                names_of(csv, columns.rate)));
+  for (std::size_t i = 0; i < imu.size(); ++i) imu[i].angular_rate_imu = g.factor * gravity[i];
+  columns.rate = g;
+  columns.gravity.reset();
+  gravity.clear();
+}
 
 void check_sense(const CsvReader& csv, const std::string& file, const ImuColumns& columns,
                  const std::vector<ImuSample>& imu, const std::vector<Eigen::Vector3d>& gravity,

@@ -8,6 +8,12 @@
 
 namespace chasles {
 
+/// If gx, gy, gz beside derived rates (ImuColumns::rate_is_derived) are no gravity, they become the
+/// rates of the samples, with a remark. `gravity`: their values, left empty then.
+void take_rates_of_g(const CsvReader& csv, ImuColumns& columns,
+                     std::vector<Eigen::Vector3d>& gravity, std::vector<ImuSample>& imu,
+                     std::vector<std::string>& remarks);
+
 /// Checks the samples of a table against what its names say. `gravity`: the columns gx, gy, gz
 /// beside other angular rates, empty without them. Tables of fewer than 100 samples are not judged.
 ///

@@ -102,14 +102,4 @@ void spread_batches(std::vector<ImuSample>& imu, const std::string& what,
       batched, imu.size(), what, sizes, 1e3 * to_seconds(period)));
 }
 
-void spread_batches(std::vector<AxesSample>& samples, const std::string& what,
-                    std::vector<std::string>& remarks) {
-  std::vector<ImuSample> imu;
-  for (const AxesSample& s : samples) {
-    imu.push_back({.time = s.time, .specific_force_imu = s.value});
-  }
-  spread_batches(imu, what, remarks);
-  for (std::size_t i = 0; i < samples.size(); ++i) samples[i].time = imu[i].time;
-}
-
 }  // namespace chasles

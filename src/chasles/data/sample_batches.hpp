@@ -4,7 +4,6 @@
 #include <vector>
 
 #include <chasles/imu/imu_sample.hpp>
-#include <chasles/imu/join_imu.hpp>
 
 namespace chasles {
 
@@ -18,9 +17,6 @@ namespace chasles {
 /// where under a tenth of the samples are in batches, of batches of more than 50, and where they
 /// are more than 0.2 s apart: such stamps are rounded or were never set.
 void spread_batches(std::vector<ImuSample>& imu, const std::string& what,
-                    std::vector<std::string>& remarks);
-/// The same for one sensor of an IMU that is read by itself.
-void spread_batches(std::vector<AxesSample>& samples, const std::string& what,
                     std::vector<std::string>& remarks);
 
 }  // namespace chasles

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <numbers>
 #include <string_view>
 
@@ -9,6 +8,7 @@
 
 #include <chasles/data/bags/bag_imu.hpp>
 #include <chasles/data/bags/transform_tree.hpp>
+#include <chasles/data/text_file.hpp>
 
 namespace chasles {
 namespace {
@@ -31,8 +31,7 @@ std::string name_without_sensor(const std::string& name) {
   constexpr std::array<std::string_view, 8> kWords{
       "accelerometer", "acceleration", "gyroscope", "accel",
       "gyro",          "acc",          "gyr",       "angular_velocity"};
-  std::string small = name;
-  for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  std::string small = lower_case(name);
   for (const std::string_view word : kWords) {
     for (std::size_t at; (at = small.find(word)) != std::string::npos;) {
       small = small.substr(0, at).append(1, '*').append(small, at + word.size());
