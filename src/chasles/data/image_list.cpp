@@ -181,6 +181,22 @@ std::vector<Time> times_of(const fs::path& list, const ListRows& rows, std::size
   return times;
 }
 
+// Which number the first line is for, where no column states it: 0, or 1 if the last image has the
+// number of lines. Throws where the numbers leave both open.
+long first_number(const fs::path& list, std::size_t lines,
+                  const std::map<long, std::string>& files) {
+  if (files.empty() || files.begin()->first != 1) return 0;
+  const long last = files.rbegin()->first;
+  if (last >= static_cast<long>(lines)) return 1;
+  throw InputError(fmt::format(
+      "{}: has {} times, and the images are numbered from 1 to {} ({} to {}): is the first time "
+      "that of {}, or that of an image 0 which is missing? Expected a time for each image, with "
+      "the "
+      "file's name beside it",
+      list.string(), lines, last, files.begin()->second, files.rbegin()->second,
+      files.begin()->second));
+}
+
 // By number: line i, or the line that states i, is for the image of that number. In order if there
 // are as many lines as images.
 std::vector<StampedFile> by_number(const fs::path& list, const ListRows& rows,
@@ -192,13 +208,15 @@ std::vector<StampedFile> by_number(const fs::path& list, const ListRows& rows,
   for (const NumberedImage& image : images) {
     if (image.ordinal) files.emplace(*image.ordinal, image.file);
   }
+  const bool in_order = times.size() == images.size();
+  const long first = numbers || in_order ? 0 : first_number(list, times.size(), files);
   std::vector<StampedFile> found;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const auto stated = numbers ? whole_number(rows.rows[i][*numbers]) : std::nullopt;
-    const auto file = files.find(stated.value_or(static_cast<long>(i)));
+    const auto file = files.find(stated.value_or(first + static_cast<long>(i)));
     if (file != files.end()) found.push_back({.time = times[i], .file = file->second});
   }
-  if (times.size() == images.size() && found.size() < images.size()) {  // from 1, or by time
+  if (in_order && found.size() < images.size()) {  // from 1, or by time
     found.clear();
     for (std::size_t i = 0; i < times.size(); ++i) {
       found.push_back({.time = times[i], .file = images[i].file});

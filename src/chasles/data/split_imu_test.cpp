@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <cmath>
 #include <random>
+
+#include <fmt/format.h>
 
 #include <chasles/data/split_imu.hpp>
 #include <chasles/data/testing.hpp>
@@ -60,6 +63,34 @@ TEST(SplitImu, WhereTheGyroscopeIsSlowerTheNoiseGrows) {
   EXPECT_NEAR(r.imu_noise->accelerometer_noise_density, 0.01 * std::sqrt(2), 1e-12);
   EXPECT_EQ(r.imu_noise->gyroscope_noise_density, 0.001);
   expect_parts(r.remarks.at(0), {"the slower one", "1.41 times"});
+}
+
+// As for one table: a FIFO gives all samples of a batch the time of its last one.
+TEST(SplitImu, BatchesOfEitherSensorAreSpread) {
+  const auto batched = [](SensorStream s, std::size_t size) {
+    for (std::size_t i = 0; i < s.samples.size(); ++i) {
+      s.samples[i].time =
+          s.samples[std::min(s.samples.size() - 1, i / size * size + size - 1)].time;
+    }
+    return s;
+  };
+  const Recording truth = joined(accel(300, milliseconds(5)), gyro());
+  for (const std::size_t size : {std::size_t{2}, std::size_t{4}, std::size_t{10}}) {
+    for (const bool of_forces : {true, false}) {
+      const SensorStream forces = accel(300, milliseconds(5)), rates = gyro();
+      const Recording r =
+          of_forces ? joined(batched(forces, size), rates) : joined(forces, batched(rates, size));
+      ASSERT_EQ(r.imu.size(), truth.imu.size()) << size;
+      for (std::size_t k = 0; k < r.imu.size(); ++k) {
+        EXPECT_EQ(r.imu[k].time, truth.imu[k].time);
+        EXPECT_EQ(r.imu[k].specific_force_imu, truth.imu[k].specific_force_imu);
+        EXPECT_EQ(r.imu[k].angular_rate_imu, truth.imu[k].angular_rate_imu);
+      }
+      expect_parts(r.remarks.at(0),
+                   {"300 of 300 samples of the", of_forces ? "accelerometer" : "gyroscope",
+                    fmt::format("in batches of {},", size)});
+    }
+  }
 }
 
 TEST(SplitImu, StreamsArePutInOrderAndWhatHasNoPartnerIsCounted) {

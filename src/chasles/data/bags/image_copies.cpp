@@ -97,8 +97,8 @@ std::string video_refusal(const TopicContents& topic) {
   } else {
     how =
         "write the data of its messages one after the other into cam0.h264, and decode it with "
-        "`ffmpeg -i cam0.h264 -fps_mode passthrough images/cam0/%06d.png`; the stamps go into "
-        "images/cam0/times.csv (docs/formats.md)";
+        "`ffmpeg -i cam0.h264 -fps_mode passthrough -start_number 0 images/cam0/%06d.png`; the "
+        "stamps go into images/cam0/times.csv (docs/formats.md)";
   }
   return fmt::format(
       "{} is {}, whose messages are no images one by one, expected raw images, PNG "
