@@ -81,6 +81,14 @@ Eigen::Vector3d place_of(const RosCameraInfo& info) {
   return {info.P[3] / info.P[0], info.P[7] / info.P[5], 0};
 }
 
+// A depth camera's driver calls the images of its sensors image_rect_raw, whose K and D are those
+// of the lens that is left: D is zero, or that of a sensor that it does not rectify.
+bool is_as_its_lens_states(const TopicContents& images, const RosCameraInfo& info,
+                           const std::string& where) {
+  const bool named = split_topic(raw_topic(images.topic.name)).second == "image_rect_raw";
+  return named && rectification(info, where).isIdentity(1e-12) && place_of(info).isZero(0);
+}
+
 // By ROS's convention the rectified images of a pair are both in the frame of the first camera:
 // that camera's CameraInfo, whose R leads to the rectified frame. None where the images have a
 // frame of their own.
@@ -121,7 +129,8 @@ void calibrate_by_bag(const std::string& bag, const BagContents& contents,
   for (const TopicContents* images : chosen.cameras) {
     const TopicContents& info = info_beside(bag, contents, *images);
     const std::string where = fmt::format("{}: topic {}", bag, info.topic.name);
-    const bool rectified = is_rectified(*images);
+    const bool rectified =
+        is_rectified(*images) && !is_as_its_lens_states(*images, *info.info, where);
     Camera camera = camera_of(*info.info, rectified, where);
     const TreeTransform extrinsics =
         extrinsics_of(bag, contents, *chosen.imu, *images, recording.remarks);
