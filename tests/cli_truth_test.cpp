@@ -183,5 +183,22 @@ TEST_F(CliTruth, RunStatesTheOffsetOfAClockThatIsHoursOff) {
   EXPECT_NE(run.err.find("--truth-time-offset -3600.0"), std::string::npos) << run.err;
 }
 
+TEST_F(CliTruth, OneThatIsGivenReplacesTheRemarkThatThereIsNone) {
+  std::string table =
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+      "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
+  for (const ImuSample& sample : read_recording(folder / "rec").imu) {
+    table += std::to_string(sample.time.count());
+    for (int i = 0; i < 3; ++i) table += "," + std::to_string(sample.angular_rate_imu[i]);
+    for (int i = 0; i < 3; ++i) table += "," + std::to_string(sample.specific_force_imu[i]);
+    table += "\n";
+  }
+  spill(folder / "alone_imu.csv", table);
+  const Outcome without = chasles(folder, "check alone_imu.csv");
+  EXPECT_NE(without.out.find("no truth: "), std::string::npos) << without.out << without.err;
+  const Outcome with = chasles(folder, "check alone_imu.csv --truth rec/truth.tum");
+  EXPECT_EQ(with.out.find("no truth: "), std::string::npos) << with.out << with.err;
+}
+
 }  // namespace
 }  // namespace chasles::test

@@ -64,11 +64,18 @@ double spread(const Trajectory& poses) {
 
 std::optional<DegreesOrder> find_degrees(const Trajectory& estimate, const Trajectory& truth,
                                          const PositionFitOptions& options) {
+  std::optional<DegreesOrder> found;
+  double least = kShape;
   for (const DegreesOrder order : {DegreesOrder::kLatitudeFirst, DegreesOrder::kLongitudeFirst}) {
     const auto metres = metres_of(truth, order);
-    if (metres && is_of_one_path(fit_path(estimate, *metres, options))) return order;
+    const auto fit = metres ? fit_path(estimate, *metres, options) : std::nullopt;
+    // North, east and up are left-handed: a fault of its own.
+    const double left = fit ? std::min(fit->rms, fit->mirrored_rms) / fit->extent : kNaN;
+    if (!(left < least)) continue;
+    least = left;
+    found = order;
   }
-  return std::nullopt;
+  return found;
 }
 
 }  // namespace chasles
