@@ -50,14 +50,12 @@ std::optional<AttitudeFit> best_attitudes(const TruthWork& work) {
 
 void examine_unexplained(TruthWork& work, const TurningEvidence& evidence) {
   if (work.turning) return;
+  const auto fit = work.reference.biased ? std::nullopt : best_attitudes(work);
+  const bool turns = fit && fit->excursion > unlike_attitudes_limit(*fit);
+  if (turns && fit->rms < unlike_attitudes_limit(*fit)) return;  // the rates are noise
   if (evidence.unlike) {
     work.find(unlike_finding(work.reference, evidence.unexplained));
-    return;
-  }
-  if (work.reference.biased) return;
-  const auto fit = best_attitudes(work);
-  const bool turns = fit && fit->excursion > unlike_attitudes_limit(*fit);
-  if (turns && fit->rms > unlike_attitudes_limit(*fit)) {
+  } else if (turns) {
     work.find(unlike_attitudes_finding(work.reference, *fit));
   }
 }

@@ -24,15 +24,28 @@ void turn_axes(const Eigen::Matrix3d& imu_R_truth, Trajectory& truth) {
   for (StampedPose& row : truth) row.pose.R = row.pose.R * imu_R_truth.transpose();
 }
 
-// Whether those axes leave clearly less of the attitudes, with any rotation between the worlds.
-bool attitudes_agree_better(const TruthWork& work, const Eigen::Matrix3d& imu_R_truth) {
-  if (work.reference.biased) return false;
+// What is left of the attitudes, with any rotation between the worlds, as they are and with those
+// axes [rad]. None for rates alone.
+BeforeAndAfter attitudes_by_axes(const TruthWork& work, const Eigen::Matrix3d& imu_R_truth) {
+  if (work.reference.biased) return {};
   const AttitudeFitOptions options{.offset = work.offset(), .gap = work.gap};
   Trajectory turned = work.mended;
   turn_axes(imu_R_truth, turned);
   const auto before = fit_attitudes(work.reference.poses, work.mended, options);
   const auto after = fit_attitudes(work.reference.poses, turned, options);
-  return before && after && after->rms < kBetterAxes * before->rms;
+  if (!before || !after) return {};
+  return {before->rms, after->rms};
+}
+
+bool attitudes_agree_better(const TruthWork& work, const Eigen::Matrix3d& imu_R_truth) {
+  const BeforeAndAfter rms = attitudes_by_axes(work, imu_R_truth);
+  return rms.after && *rms.after < kBetterAxes * *rms.before;
+}
+
+// Rates at a wrong shift of the clock, as of a path that repeats itself, show axes that are none.
+bool attitudes_contradict(const TruthWork& work, const Eigen::Matrix3d& imu_R_truth) {
+  const BeforeAndAfter rms = attitudes_by_axes(work, imu_R_truth);
+  return rms.after && *rms.after > 2 * *rms.before + truth_limits::kLeastTurn;
 }
 
 // A turn that still counts as the same axes, but is certain and shows in the errors.
@@ -92,7 +105,13 @@ void frame_by_rates(TruthWork& work) {
                   .threshold = std::max(least, truth_limits::kManySigmas * fit.rotation_sigma),
                   .residual = fit.residual};
   }
-  if (work.frame) turn_axes(axes_of(*work.frame), work.mended);
+  if (!work.frame) return;
+  if (attitudes_contradict(work, axes_of(*work.frame))) {
+    work.frame.reset();
+    work.result.clock.reset();
+    return;
+  }
+  turn_axes(axes_of(*work.frame), work.mended);
 }
 
 void frame_by_positions(TruthWork& work) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <functional>
+#include <random>
 #include <sstream>
 
 #include <Eigen/Geometry>
@@ -438,6 +439,22 @@ TEST(TruthExamination, InterpolationThatShowsInTheErrorsIsNamed) {
             "interpolated");
   // Nothing is interpolated where each stamp of the estimate is one of the truth.
   EXPECT_EQ(faults(examine_truth(estimate(), sampled(20, 0, 22))), "");
+}
+
+// Attitudes of markers have white noise, which is large in rates over a tenth of a second.
+TEST(TruthExamination, NoisyAttitudesAreNoFault) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (const double degrees : {0.2, 0.5, 1.0, 2.0}) {
+    for (const double hz : {200.0, 25.0}) {
+      Trajectory noisy = sampled(hz, 0, 22);
+      for (StampedPose& row : noisy) {
+        const Eigen::Vector3d turn(normal(random), normal(random), normal(random));
+        row.pose.R *= so3::exp(degrees * kRadians * turn);
+      }
+      EXPECT_EQ(faults(noisy), "") << degrees << " deg at " << hz << " Hz";
+    }
+  }
 }
 
 // By the closed form: a parabola of acceleration a is off by a h^2 / sqrt(120) on the chords.

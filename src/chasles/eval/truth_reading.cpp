@@ -22,6 +22,10 @@ constexpr double kMisaligned = 0.1;  // sine of the angle that still counts as t
 constexpr double kDetermined = 3 * kRadians;
 constexpr double kAlike = 1.5;  // of residuals
 constexpr std::size_t kWindowsOfUnlike = 40;
+constexpr double kOtherSide = 0.95;       // of the residual at the opposite offset
+constexpr double kNothingCompared = 1e9;  // unexplained
+// Noise of attitudes counts less over longer intervals [s].
+constexpr std::array kWindowLengths{0.1, 0.5, 1.0};
 
 constexpr std::array kReadings{TruthReading::kAsRead, TruthReading::kWFirst, TruthReading::kInverse,
                                TruthReading::kWFirstInverse};
@@ -141,6 +145,59 @@ std::optional<TurningExplanation> choose(const Trial& trial,
   return explained(free, nullptr, turned(free.candidate->fit));
 }
 
+// Between its stamps an interpolated truth has less noise, which draws the offset half way to the
+// next one, by the share that noise has of the squares. It is in no score.
+double noise_sigma(const TurningFit& fit, const Trajectory& truth) {
+  const double share = fit.unexplained() * fit.unexplained();
+  return 2 * share * to_seconds(median_spacing(truth));
+}
+
+// A clock that is off leaves more on the other side of zero, where the stamps are as far.
+bool shows_its_offset(const Trial& trial, const TurningExplanation& e) {
+  const double offset = e.fit.offset;
+  const std::size_t reading =
+      static_cast<std::size_t>(std::ranges::find(kReadings, e.reading) - kReadings.begin());
+  const Trajectory& truth = trial.truths[reading];
+  const double nearest = 2 * to_seconds(median_spacing(truth));
+  if (std::abs(offset) < truth_limits::kLeastOffset || std::abs(offset) > nearest) return true;
+  const auto left = [&](double shift) {
+    return turning_residual(trial.windows, truth, shift, e.fit.reference_R_truth, trial.options);
+  };
+  return left(offset) < kOtherSide * left(-offset);
+}
+
+TurningEvidence explain_windows(const TruthReference& reference, const Trajectory& truth, Time gap,
+                                double length, std::optional<TruthReading> only) {
+  TurningEvidence evidence;
+  Trial trial{.windows = rate_windows(reference.poses, from_seconds(length)),
+              .options = {.gap = gap, .biased = reference.biased},
+              .only = only.has_value()};
+  for (std::size_t i = 0; i < kReadings.size(); ++i) {
+    trial.truths[i] = read_as(kReadings[i], truth);
+  }
+  for (const Lag& lag :
+       find_lags(reference.poses, truth, SpeedKind::kTurning, reference.biased, gap)) {
+    for (std::size_t i = 0; i < kReadings.size(); ++i) {
+      if (only && kReadings[i] != *only) continue;
+      const auto fit = fit_turning(trial.windows, trial.truths[i], lag.offset, trial.options);
+      if (!fit || fit->signal < kLeastSignal) continue;
+      trial.candidates.push_back({i, *fit});
+      trial.best = std::min(trial.best, fit->residual);
+      evidence.unexplained = std::min(evidence.unexplained, fit->unexplained());
+      evidence.unlike = evidence.unlike || fit->windows >= kWindowsOfUnlike;
+    }
+  }
+  if (std::isfinite(trial.best)) evidence.explanation = choose(trial, reference.frames);
+  if (evidence.explanation) {
+    TurningFit& fit = evidence.explanation->fit;
+    fit.offset_sigma = std::hypot(fit.offset_sigma, noise_sigma(fit, truth));
+    if (!shows_its_offset(trial, *evidence.explanation))
+      evidence.explanation->clock_is_clear = false;
+  }
+  evidence.unlike = evidence.unlike && evidence.unexplained > truth_limits::kUnlike;
+  return evidence;
+}
+
 }  // namespace
 
 bool is_w_first(TruthReading reading) {
@@ -167,28 +224,18 @@ Trajectory read_as(TruthReading reading, Trajectory truth) {
 
 TurningEvidence explain_turning(const TruthReference& reference, const Trajectory& truth, Time gap,
                                 std::optional<TruthReading> only) {
+  const double spacing =
+      to_seconds(std::max(median_spacing(reference.poses), median_spacing(truth)));
   TurningEvidence evidence;
-  const Time spacing = std::max(median_spacing(reference.poses), median_spacing(truth));
-  Trial trial{.windows = rate_windows(reference.poses, std::max(spacing, Time(100'000'000))),
-              .options = {.gap = gap, .biased = reference.biased},
-              .only = only.has_value()};
-  for (std::size_t i = 0; i < kReadings.size(); ++i) {
-    trial.truths[i] = read_as(kReadings[i], truth);
+  for (const double length : kWindowLengths) {
+    const TurningEvidence one =
+        explain_windows(reference, truth, gap, std::max(spacing, length), only);
+    if (one.explanation) return one;
+    if (one.unexplained == kNothingCompared) continue;
+    const bool first = evidence.unexplained == kNothingCompared;
+    evidence.unlike = one.unlike && (first || evidence.unlike);
+    evidence.unexplained = std::min(evidence.unexplained, one.unexplained);
   }
-  for (const Lag& lag :
-       find_lags(reference.poses, truth, SpeedKind::kTurning, reference.biased, gap)) {
-    for (std::size_t i = 0; i < kReadings.size(); ++i) {
-      if (only && kReadings[i] != *only) continue;
-      const auto fit = fit_turning(trial.windows, trial.truths[i], lag.offset, trial.options);
-      if (!fit || fit->signal < kLeastSignal) continue;
-      trial.candidates.push_back({i, *fit});
-      trial.best = std::min(trial.best, fit->residual);
-      evidence.unexplained = std::min(evidence.unexplained, fit->unexplained());
-      evidence.unlike = evidence.unlike || fit->windows >= kWindowsOfUnlike;
-    }
-  }
-  if (std::isfinite(trial.best)) evidence.explanation = choose(trial, reference.frames);
-  evidence.unlike = evidence.unlike && evidence.unexplained > truth_limits::kUnlike;
   return evidence;
 }
 

@@ -38,12 +38,13 @@ struct TurningEvidence {
   std::optional<TurningExplanation> explanation;
   /// Both turn, and for long enough, but in no reading alike.
   bool unlike = false;
-  double unexplained = 1;  ///< the share of the best reading
+  double unexplained = 1e9;  ///< the share of the best reading, if any was compared
 };
 
 /// Tries readings and frames from the simplest: as read and of the IMU; of a known frame, the best
 /// of them; w first; inverse; both; then of any frame. The first that explains the rates as well as
-/// the best free rotation, but for 6 degrees between the axes, is the explanation. `only`: no other
+/// the best free rotation, but for 6 degrees between the axes, is the explanation. The rates are
+/// those over 0.1 s, or else over 0.5 or 1 s, because attitudes may be noisy. `only`: no other
 /// reading is tried.
 TurningEvidence explain_turning(const TruthReference& reference, const Trajectory& truth, Time gap,
                                 std::optional<TruthReading> only = {});
