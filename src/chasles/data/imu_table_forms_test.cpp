@@ -220,6 +220,22 @@ TEST_F(ImuTableForms, GravityThatWasRemovedIsNamed) {
                {"gx, gy, gz have the length 1.000", "no angular rates"});
 }
 
+TEST_F(ImuTableForms, ExchangedAndEmptyColumnsAreNamed) {
+  const auto numbers_of = [](const ImuSample& s, double a, double w, bool exchanged) {
+    const Eigen::Vector3d f = a * s.specific_force_imu, g = w * s.angular_rate_imu;
+    const Eigen::Vector3d &first = exchanged ? f : g, &second = exchanged ? g : f;
+    return fmt::format("{},{},{},{},{},{},{}", s.time.count(), first.x(), first.y(), first.z(),
+                       second.x(), second.y(), second.z());
+  };
+  const char* const head = "timestamp,wx,wy,wz,ax,ay,az\n";
+  expect_parts(refused(head, [&](const ImuSample& s) { return numbers_of(s, 1, 1, true); }),
+               {"accelerometer and gyroscope are exchanged", "wx, wy, wz", "is gravity"});
+  expect_parts(refused(head, [&](const ImuSample& s) { return numbers_of(s, 0, 0, false); }),
+               {"all six columns", "are 0 in all", "attitude alone"});
+  expect_parts(refused(head, [&](const ImuSample& s) { return numbers_of(s, 0, 1, false); }),
+               {"ax, ay, az are 0 in all", "accelerometer was not read"});
+}
+
 // With gravity in them, the forces are read, and gx, gy, gz are not taken for rates.
 TEST_F(ImuTableForms, GravityBesideRawForcesIsLeftOut) {
   const auto row = [](const ImuSample& s) {
