@@ -119,7 +119,7 @@ void add_distortion(const Camera& stated, Distortion distortion,
                            model(stated));
   guess.value = 100 * std::abs(error);
   guess.threshold = 100 * kOtherAngle;
-  guess.unit = "%";
+  guess.unit = std::string(1, '%');  // no literal: g++ 12 warns of an overlap
   guesses.push_back(guess);
 }
 
@@ -163,7 +163,7 @@ std::optional<LensGuess> sized_guess(const Camera& stated, double size, bool mov
                   c.fx, stated.fx);
   guess.value = 100 * std::abs(1 / size - 1);
   guess.threshold = 100 * kOtherFocal;
-  guess.unit = "%";
+  guess.unit = std::string(1, '%');  // no literal: g++ 12 warns of an overlap
   if (!moves_centre) return guess;
   c.cx = (stated.cx + 0.5) * size - 0.5;
   c.cy = (stated.cy + 0.5) * size - 0.5;
