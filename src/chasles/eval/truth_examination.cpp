@@ -1,32 +1,23 @@
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include <chasles/eval/association.hpp>
 #include <chasles/eval/attitude_fit.hpp>
-#include <chasles/eval/lag.hpp>
 #include <chasles/eval/positions_only.hpp>
 #include <chasles/eval/truth_forms.hpp>
-#include <chasles/eval/truth_interpolation.hpp>
 #include <chasles/eval/truth_limits.hpp>
 #include <chasles/eval/truth_work.hpp>
 
 namespace chasles {
 namespace {
 
-constexpr double kMostOffsetSigma = 0.05;  // [s]
-constexpr double kAlikePositions = 1.3;    // of the rms of two shifts
-// Of the ATE and of the attitudes that are left, what a clock must reach.
-constexpr double kBetter = 0.9, kBetterAttitudes = 0.8;
-constexpr double kBetterInertial = 0.95, kBetterAttitudesInertial = 0.95;
-constexpr double kAtAllBetter = 0.99, kVeryManySigmas = 8;
 constexpr double kSpread = 0.02;  // of the breadth, for a tilt by positions
 
 void take_reading(TruthWork& work, const TurningEvidence& evidence) {
   work.turning = evidence.explanation;
   if (!work.turning) return;
   const TurningFit& fit = work.turning->fit;
-  if (work.turning->clock_is_clear && fit.offset_sigma < kMostOffsetSigma) {
+  if (work.turning->clock_is_clear && fit.offset_sigma < truth_limits::kMostOffsetSigma) {
     work.result.clock = {.offset = fit.offset, .sigma = fit.offset_sigma, .by_rotations = true};
   }
   work.mended = read_as(work.turning->reading, work.truth);
@@ -93,98 +84,6 @@ void read_attitudes(TruthWork& work) {
   if (whole) work.mended = in_form({reading, true}, work.truth);
   if (is_w_first(reading)) work.find(w_first_finding(work.reference, *work.turning));
   if (is_inverse(reading)) work.find(inverse_finding(work.reference, *work.turning, whole));
-}
-
-// Where no rotation tells it, the positions give the clock: of several shifts that fit alike the
-// one near zero, or none.
-void clock_by_positions(TruthWork& work) {
-  if (work.result.clock || !work.reference.positions) return;
-  std::vector<PositionFit> fits;
-  for (const Lag& lag :
-       find_lags(work.estimate, work.mended, SpeedKind::kMoving, false, work.gap)) {
-    const PositionFitOptions options{.offset = true, .start_offset = lag.offset, .gap = work.gap};
-    const auto one = fit_path(work.estimate, work.mended, options);
-    if (is_of_one_path(one) && one->offset_sigma < kMostOffsetSigma) fits.push_back(*one);
-  }
-  if (fits.empty()) return;
-  const double best = std::ranges::min_element(fits, {}, &PositionFit::rms)->rms;
-  std::erase_if(fits, [&](const PositionFit& one) { return one.rms > kAlikePositions * best; });
-  const auto size = [](const PositionFit& one) { return std::abs(one.offset); };
-  const PositionFit fit = *std::ranges::min_element(fits, {}, size);
-  const bool clear = std::ranges::none_of(fits, [&](const PositionFit& other) {
-    return std::abs(other.offset - fit.offset) > kSameShift;
-  });
-  if (!clear && size(fit) > kNearShift) return;
-  work.result.clock = {.offset = fit.offset, .sigma = fit.offset_sigma};
-}
-
-BeforeAndAfter attitudes_by_clock(const TruthWork& work, double offset) {
-  if (!work.result.attitudes) return {};
-  const auto rms = [&](double shift) -> std::optional<double> {
-    const auto fit =
-        fit_attitudes(work.reference.poses, work.mended, {.offset = shift, .gap = work.gap});
-    return fit ? std::optional(fit->rms) : std::nullopt;
-  };
-  return {rms(0), rms(offset)};
-}
-
-bool is_better(const BeforeAndAfter& figure, double share) {
-  return figure.after && (!figure.before || *figure.after <= share * *figure.before);
-}
-
-// A clock that is certain shows in the positions or in the attitudes. Held velocities make the
-// attitudes of an estimate late by half of their interval, so that those alone must show it well.
-bool clock_matters(const TruthWork& work, const BeforeAndAfter& ate,
-                   const BeforeAndAfter& attitudes) {
-  if (is_better(ate, kBetter) || is_better(attitudes, kBetterAttitudes)) return true;
-  if (work.reference.level != true) return false;
-  if (is_better(ate, kBetterInertial) || is_better(attitudes, kBetterAttitudesInertial))
-    return true;
-  const TruthClock& clock = *work.result.clock;
-  return std::abs(clock.offset) > kVeryManySigmas * clock.sigma &&
-         is_better(attitudes, kAtAllBetter);
-}
-
-void examine_clock(TruthWork& work) {
-  if (!work.result.clock) return;
-  const TruthClock& clock = *work.result.clock;
-  const double least = work.reference.positions ? truth_limits::kLeastOffset
-                                                : truth_limits::kLeastOffsetWithoutPositions;
-  if (std::abs(clock.offset) <= std::max(least, truth_limits::kManySigmas * clock.sigma)) return;
-  if (!work.reference.positions) {
-    work.find(clock_finding(work.reference, clock, least, {}, {}));
-    return;
-  }
-  const BeforeAndAfter ate{aligned_rms(work.estimate, work.mended, 0, work.gap),
-                           aligned_rms(work.estimate, work.mended, clock.offset, work.gap)};
-  const BeforeAndAfter attitudes = attitudes_by_clock(work, clock.offset);
-  if (!clock_matters(work, ate, attitudes)) return;
-  work.find(clock_finding(work.reference, clock, least, ate, attitudes));
-}
-
-// Few stamps of the truth are near those of the estimate, and nothing lies between them.
-void examine_spacing(TruthWork& work) {
-  const Time spacing = median_spacing(work.truth);
-  const Time longest = work.options.gap;
-  if (!work.options.interpolated || !work.reference.positions || spacing <= longest) return;
-  if (spacing <= 2 * median_spacing(work.reference.poses)) return;
-  work.find(sparse_finding(to_seconds(spacing), to_seconds(longest)));
-}
-
-// Of what is compared, as it is.
-void examine_interpolation(TruthWork& work) {
-  if (!work.options.interpolated || !work.reference.positions) return;
-  if (median_spacing(work.truth) <= median_spacing(work.reference.poses)) return;
-  const InterpolationError error =
-      interpolation_error(work.reference.poses, work.truth, work.options.gap);
-  if (error.share < 0.5) return;
-  const auto ate = aligned_rms(work.estimate, work.mended, work.offset(), work.gap);
-  const BeforeAndAfter attitudes = attitudes_by_clock(work, work.offset());
-  const double share = truth_limits::kInterpolationShare;
-  const bool positions = ate && error.position > share * *ate;
-  const bool turns = attitudes.after && error.attitude > share * *attitudes.after;
-  if (!positions && !turns) return;
-  work.find(interpolated_finding(error, to_seconds(median_spacing(work.truth))));
 }
 
 // truth_R_reference of the worlds, by the attitudes, or else by the positions if they spread

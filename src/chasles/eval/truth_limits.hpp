@@ -6,8 +6,9 @@
 // sentences state them.
 namespace chasles::truth_limits {
 
-inline constexpr double kManySigmas = 5;       ///< of an offset or an angle
-inline constexpr double kLeastOffset = 0.002;  ///< [s]
+inline constexpr double kManySigmas = 5;          ///< of an offset or an angle
+inline constexpr double kLeastOffset = 0.002;     ///< [s]
+inline constexpr double kMostOffsetSigma = 0.05;  ///< [s]
 inline constexpr double kLeastOffsetWithoutPositions = 0.005;
 inline constexpr double kUnlike = 0.8;       ///< of the rates, unexplained
 inline constexpr double kUnlikePath = 0.85;  ///< of the extent, that the best similarity leaves

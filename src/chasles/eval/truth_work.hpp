@@ -29,6 +29,19 @@ struct TruthWork {
   void find(TruthFinding finding) { result.findings.push_back(std::move(finding)); }
 };
 
+/// Where no rotation tells it, the positions give the clock: of several shifts that fit alike the
+/// one near zero, or none.
+void clock_by_positions(TruthWork& work);
+
+/// What is left of the attitudes without the offset and with it [rad].
+BeforeAndAfter attitudes_by_clock(const TruthWork& work, double offset);
+
+/// The findings on the clock; on stamps too far apart, where nothing lies between; on the
+/// interpolation of what is compared as it is.
+void examine_clock(TruthWork& work);
+void examine_spacing(TruthWork& work);
+void examine_interpolation(TruthWork& work);
+
 /// Mirrored, of another unit, of another path, of one point: with findings, and applied.
 void examine_path(TruthWork& work);
 
