@@ -42,7 +42,7 @@ py::dict errors_of(const PythonRun& r, const py::array& times, const Rows& posit
                    const Rows& quaternions, const std::string& chart) {
   const bool own = times.size() == 0;
   const Run run =
-      with_truth(r.run, own ? r.run.truth : trajectory_of(times, positions, quaternions));
+      with_truth(r.run, own ? r.run.truth : trajectory_of("truth", times, positions, quaternions));
   if (run.truth.empty()) {
     throw UsageError(fmt::format(
         "errors: the recording of {} has no truth; expected one, as in errors(truth)", r.run.name));
