@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Callable, List, Mapping, Optional, Sequence, Union
+from typing import Any, Callable, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy
 from numpy.typing import NDArray
@@ -60,7 +60,7 @@ def _rig(cameras: Any) -> List[_core.Camera]:
     return rig
 
 
-def _truth(truth: Any) -> Any:
+def _truth(truth: Any) -> Tuple[Any, Any, Any]:
     given = truth if truth is not None else {"time": numpy.zeros(0, numpy.int64), "position": numpy.zeros((0, 3))}
     try:
         return arrays_of(path_of(given, "truth", "position"), "truth")

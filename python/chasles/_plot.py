@@ -20,7 +20,7 @@ def plot(run: Any, truth: Optional[Mapping[str, Any]] = None) -> Any:
     figure_module = optional("matplotlib.figure", "matplotlib")
     errors, missing = _errors_of(run, truth)
     panels = _panels(run, errors)
-    figure = figure_module.Figure(figsize=(11, 2.2 + 1.3 * max(2, len(panels))), layout="constrained")
+    figure = figure_module.Figure(figsize=(11, 2.6 + 1.4 * max(2, len(panels))), layout="constrained")
     grid = figure.add_gridspec(max(1, len(panels)), 2)
     _path(figure.add_subplot(grid[:, 0]), run, errors)
     first: Any = None
@@ -117,5 +117,5 @@ def _sigmas(run: Any) -> List[Callable[[Any], None]]:
 
         return draw
 
-    return [drawn(sigma[:, 3:], "sigma of the position [m]"),
-            drawn(numpy.degrees(sigma[:, :3]), "sigma of the attitude [deg]")]
+    return [drawn(sigma[:, 3:], "position sigma [m]"),
+            drawn(numpy.degrees(sigma[:, :3]), "attitude sigma [deg]")]

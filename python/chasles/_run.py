@@ -175,8 +175,10 @@ class Run(Page):
         truth: another one, columns as `truth` has them. Raises UsageError without a truth, InputError where too little of
         it is of the time of the run."""
         nothing = {"time": numpy.zeros(0, numpy.int64), "position": numpy.zeros((0, 3))}
-        given = arrays_of(nothing if truth is None else path_of(truth, "truth", "position"), "truth")
-        return _core.errors(self._core, *given, self._summary.get("chart", "standard"))
+        columns = nothing if truth is None else path_of(truth, "truth", "position")
+        attitudes = "quaternion" in (self.truth if truth is None else columns)
+        time, position, quaternion = arrays_of(columns, "truth")
+        return _core.errors(self._core, time, position, quaternion, self._summary.get("chart", "standard"), attitudes)
 
     def plot(self, truth: Optional[Mapping[str, Any]] = None) -> Any:
         """A matplotlib Figure: the path from above, with the truth aligned, and the errors with their bounds of 3 sigma;

@@ -110,6 +110,8 @@ def test_a_misspelt_key_is_an_error_of_mypy(alone, tmp_path, tmp_path_factory, l
         chasles.run(recording, estimator="batch", **settings)
         chasles.compare(recording, {"a": {"estimator": "batch", "start": {"heading": 0}}}, threads=1)
         chasles.Slam(recording.cameras, noise, max_landmarks=3)
+        chasles.run(recording, pixel_sigma="auto")
+        chasles.Slam(recording.cameras[0], noise, map=None)
     """))
     command = ("mypy", "--strict", "--ignore-missing-imports", "--follow-imports", "silent", "--cache-dir",
                tmp_path_factory.getbasetemp() / "mypy")
