@@ -47,7 +47,7 @@ def test_the_module_agrees_with_its_stubs(alone, tmp_path):
     # cached_property of the sources for another one at run time. The rest is for types alone, or added by Python.
     allowed.write_text("""
 chasles(\\._core|\\.lab)?\\.(Camera|ChartState|Estimate|FirstSight|ImuNoise|PredictedState|RealtimeSlam|Recording|Run|Slam)
-chasles(\\._functions|\\._run|\\._calls)?\\.Run\\.(in_map|landmarks|smoothed|states|summary|truth)
+chasles(\\._functions|\\._run|\\._calls)?\\.Run\\.(_columns|_summary)
 chasles(\\._settings)?\\.\\w+(Settings|Arguments)
 chasles\\._core\\.(Path|Time|Floats|Ints|Image|_.*)
 .*\\.(Any|Callable|Iterator|Mapping|Sequence|NoReturn|Recording|Run|TYPE_CHECKING)
