@@ -108,25 +108,32 @@ std::vector<Suspicion> suspicions() {
   return list;
 }
 
-// The first change with which the filter works; empty: none. `alone`: the first camera.
-std::string cure_of(const Recording& alone, std::size_t cameras, bool images,
-                    const InertialRunSettings& settings) {
-  const auto text = [](const std::string& change, const Outcome& outcome) {
-    return fmt::format("{}{}, it estimates {} of them", kCureBegins, change, outcome.estimates);
-  };
+// A change with which the filter works, if there is one.
+struct Cure {
+  std::string change;
+  std::size_t estimates = 0;
+
+  bool empty() const { return change.empty(); }
+  std::string text() const {
+    return fmt::format("{}{}, it estimates {} of them", kCureBegins, change, estimates);
+  }
+};
+
+// The first change with which the filter works. `alone`: the first camera.
+Cure cure_of(const Recording& alone, std::size_t cameras, bool images,
+             const InertialRunSettings& settings) {
   if (cameras > 1) {
     const Outcome outcome = run_filter(alone, images, settings);
     if (outcome.works()) {
-      return text(
-          "the first camera alone (--cameras mono: the extrinsics of the others do not fit)",
-          outcome);
+      return {"the first camera alone (--cameras mono: the extrinsics of the others do not fit)",
+              outcome.estimates};
     }
   }
   for (const Suspicion& suspicion : suspicions()) {
     Recording changed = alone;
     std::ranges::for_each(changed.imu, suspicion.undo);
     const Outcome outcome = run_filter(changed, images, settings);
-    if (outcome.works()) return text(suspicion.what, outcome);
+    if (outcome.works()) return {suspicion.what, outcome.estimates};
   }
   return {};
 }
@@ -160,18 +167,20 @@ void report_trial(const Recording& recording, const std::vector<FeatureFrame>& f
   const Outcome outcome = run_filter(part, images, settings);
   report.facts.push_back({"filter", "estimates", 100 * outcome.share(), "% of the frames"});
   if (outcome.works()) return;
-  const std::string cure = cure_of(part_with(recording, frames, 1), cameras, images, settings);
+  const Cure cure = cure_of(part_with(recording, frames, 1), cameras, images, settings);
   const bool few = outcome.share() < kLeastShare;
   report.findings.push_back(
       {.severity = !cure.empty() || outcome.estimates == 0 ? Severity::kError : Severity::kWarning,
        .about = "filter",
-       .what = what_happens(outcome),
+       .what = !cure.empty() ? fmt::format("the filter works only with {}; as recorded, {}",
+                                           cure.change, what_happens(outcome))
+                             : what_happens(outcome),
        .value = few ? 100 * outcome.share()
                     : 100.0 * static_cast<double>(outcome.doubtful) /
                           static_cast<double>(outcome.estimates),
        .threshold = 100 * (few ? kLeastShare : kMostDoubtful),
        .unit = "%",
-       .advice = !cure.empty() ? cure
+       .advice = !cure.empty() ? cure.text()
                                : "see the other findings and docs/troubleshooting.md; a start "
                                  "needs a second of rest, or of motion that accelerates"});
 }

@@ -73,9 +73,12 @@ std::string facts_text(const CheckReport& report, const std::string& about) {
 }
 
 std::string finding_text(const Finding& finding) {
-  return fmt::format("  {:<9}{}: {}\n           limit {}; {}\n", severity_name(finding.severity),
-                     finding.about, finding.what, with_unit(finding.threshold, finding.unit),
-                     finding.advice);
+  const std::string limit =
+      finding.threshold == 0
+          ? std::string()
+          : fmt::format("limit {}; ", with_unit(finding.threshold, finding.unit));
+  return fmt::format("  {:<9}{}: {}\n           {}{}\n", severity_name(finding.severity),
+                     finding.about, finding.what, limit, finding.advice);
 }
 
 std::string heading(const CheckReport& report) {

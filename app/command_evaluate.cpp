@@ -113,8 +113,9 @@ void take_truth(const EvaluateOptions& o, EvaluatedEstimate& estimate,
   if (truth.poses.empty()) {
     throw UsageError(fmt::format("{} has no truth: expected a TRUTH", o.estimate.string()));
   }
-  mend_truth(o.truth_options, estimate.frames, truth);
+  // Before it is mended: what begins at the identity then begins elsewhere.
   const bool level = is_truth_level(o.truth_options, stated_level(truth), truth.poses);
+  mend_truth(o.truth_options, estimate.frames, truth);
   const bool run = !estimate.covariances.empty();
   if (run && !estimate.level) check_level_is_auto(o.truth_options);
   // Of a trajectory alone it is not known whether its z axis is vertical.

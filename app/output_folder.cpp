@@ -1,6 +1,8 @@
 #include "output_folder.hpp"
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cerrno>
 #include <fcntl.h>
 #include <pthread.h>
@@ -38,10 +40,21 @@ bool is_free(const fs::path& folder) {
          fs::exists(folder / "summary.json", ignored) || fs::exists(folder / "growing", ignored);
 }
 
-// The lock of a killed process ends with it, and not with its workers.
-int lock_of_process = -1;
+// Descriptor + 1 of each lock; 0: free. The locks of a killed process end with it, and not with its
+// workers, which close them. A lock beyond these ends with the last worker.
+std::array<std::atomic<int>, 16> held_locks{};
+
 void close_in_fork() {
-  if (lock_of_process >= 0) ::close(lock_of_process);
+  for (const std::atomic<int>& lock : held_locks) {
+    if (lock > 0) ::close(lock - 1);
+  }
+}
+
+void replace_lock(int from, int to) {
+  for (std::atomic<int>& lock : held_locks) {
+    int expected = from;
+    if (lock.compare_exchange_strong(expected, to)) return;
+  }
 }
 
 }  // namespace
@@ -65,7 +78,7 @@ OutputLock::OutputLock(const fs::path& held, bool create)
     : descriptor_(::open(held.c_str(), O_RDONLY | O_CLOEXEC | (create ? O_CREAT : 0), 0666)) {
   if (descriptor_ < 0 || ::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
     static const int registered = ::pthread_atfork(nullptr, nullptr, close_in_fork);
-    lock_of_process = registered == 0 ? descriptor_ : -1;
+    if (registered == 0 && descriptor_ >= 0) replace_lock(0, descriptor_ + 1);
     return;
   }
   ::close(descriptor_);
@@ -75,8 +88,9 @@ OutputLock::OutputLock(const fs::path& held, bool create)
 }
 
 OutputLock::~OutputLock() {
-  lock_of_process = -1;
-  if (descriptor_ >= 0) ::close(descriptor_);
+  if (descriptor_ < 0) return;
+  replace_lock(descriptor_ + 1, 0);
+  ::close(descriptor_);
 }
 
 void refuse_output_into(const fs::path& output, const fs::path& recording) {

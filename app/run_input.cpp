@@ -12,6 +12,7 @@
 #include <chasles/eval/association.hpp>
 
 #include "remarks.hpp"
+#include "truth_settling.hpp"
 
 namespace chasles::app {
 namespace {
@@ -103,6 +104,17 @@ bool common_time(const Trajectory& a, const Trajectory& b) {
          b.front().time <= a.back().time;
 }
 
+// The offset of its clock, if the gyroscope shows it.
+std::string likely_offset(const Recording& r) {
+  if (r.imu.empty() || !r.truth_attitudes) return "";
+  const TruthExamination examination =
+      examine_truth(gyroscope_reference(r), r.truth, {.gap = r.pairing.longest_gap});
+  for (const TruthFinding& finding : examination.findings) {
+    if (finding.fault == TruthFault::kClock) return "; " + sentence(finding);
+  }
+  return "";
+}
+
 // Finds out before the run that a truth does not belong to the recording. With an offset that is
 // still to be found, this shows at the end.
 void check_truth(const Recording& r, const std::filesystem::path& file,
@@ -115,11 +127,12 @@ void check_truth(const Recording& r, const std::filesystem::path& file,
   try {
     associate(stamps, r.truth, r.pairing);
   } catch (const InputError& error) {
-    throw InputError(fmt::format(
-        "{}: does not fit the recording's frames: {}{}", file.string(), error.what(),
-        common_time(stamps, r.truth)
-            ? ""
-            : "; --truth-time-offset auto finds the offset of two clocks by the motion"));
+    std::string hint = likely_offset(r);
+    if (hint.empty() && !common_time(stamps, r.truth)) {
+      hint = "; --truth-time-offset auto finds the offset of two clocks by the motion";
+    }
+    throw InputError(fmt::format("{}: does not fit the recording's frames: {}{}", file.string(),
+                                 error.what(), hint));
   }
 }
 
@@ -150,9 +163,13 @@ void follow(Recording& r, const Trajectory& trajectory) {
 
 void replace_truth(Recording& r, const std::filesystem::path& file, const TruthOptions& options) {
   StatedTruth truth = read_truth(file, r.remarks);
-  mend_truth(options, known_frames(r), truth);
+  // Before it is mended: what begins at the identity then begins elsewhere.
   truth.level = is_truth_level(options, stated_level(truth), truth.poses);
+  mend_truth(options, known_frames(r), truth);
   set_truth(std::move(truth), r);
+  // That the recording has none is of no interest then.
+  std::erase_if(r.remarks,
+                [](const std::string& remark) { return remark.starts_with("no truth: "); });
   r.plan.clear();  // its frame is the world of the recording's own truth
   r.georeference.reset();
 }

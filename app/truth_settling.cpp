@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <chasles/check/check_truth.hpp>
+#include <chasles/constants.hpp>
+#include <chasles/data/gravity.hpp>
 #include <chasles/error.hpp>
 #include <chasles/eval/position_fit.hpp>
 #include <chasles/eval/positions_only.hpp>
@@ -16,7 +19,8 @@ namespace {
 TruthExaminationOptions examination_options(const TruthToSettle& how) {
   return {.gap = how.pairing.longest_gap,
           .interpolated = how.pairing.pairing == Pairing::kInterpolate,
-          .positions_only = !how.attitudes};
+          .positions_only = !how.attitudes,
+          .levelled = how.turn_to_level};
 }
 
 void apply_offset(const TruthReference& reference, const TruthToSettle& how, Trajectory& truth,
@@ -68,7 +72,7 @@ TruthTilt tilt_of_positions(const TruthReference& reference, const TruthToSettle
   if (!fit) return {};
   const Eigen::Vector3d up = fit->truth_T_estimate.R.col(2);
   return {.level_R_truth = so3::between(up, Eigen::Vector3d::UnitZ()),
-          .degrees = std::atan2(up.head<2>().norm(), up.z()) * 180 / M_PI};
+          .degrees = kDegrees * std::atan2(up.head<2>().norm(), up.z())};
 }
 
 void level_out(const TruthReference& reference, const TruthToSettle& how, Trajectory& truth,
@@ -82,6 +86,23 @@ void level_out(const TruthReference& reference, const TruthToSettle& how, Trajec
     for (StampedPose& row : truth) row.pose.p = settled.tilt->level_R_truth * row.pose.p;
   }
   settled.remarks.push_back(tilt_remark(settled.tilt->degrees));
+}
+
+// Of positions scaled by s, what the accelerometer leaves is a parabola in s, as the fit is linear:
+// three values give its lowest point. None if the motion does not show it.
+std::optional<TruthFinding> unit_by_accelerometer(const Recording& recording) {
+  constexpr double kExplained = 0.1;  // of the squares without any motion, that may be left
+  const auto left = [&](double scale) {
+    Trajectory scaled = recording.truth;
+    for (StampedPose& row : scaled) row.pose.p *= scale;
+    const auto fit = fit_gravity(scaled, recording.imu);
+    return fit ? fit->left * fit->left : kNaN;
+  };
+  const double at_rest = left(0), here = left(1), mirrored = left(-1);
+  const double slope = (here - mirrored) / 2, bend = (here + mirrored) / 2 - at_rest;
+  const double scale = -slope / (2 * bend);
+  if (!(scale > 0) || !(left(scale) < kExplained * at_rest)) return std::nullopt;
+  return unit_finding(1 / scale, "those of the accelerometer");
 }
 
 }  // namespace
@@ -121,11 +142,20 @@ TruthReference gyroscope_reference(const Recording& recording) {
 
 void report_truth_examination(const Recording& recording, CheckReport& report) {
   if (recording.truth.empty() || recording.imu.empty()) return;
-  const TruthExamination examination = examine_truth(
+  TruthExamination examination = examine_truth(
       gyroscope_reference(recording), recording.truth,
       {.gap = recording.pairing.longest_gap, .positions_only = !recording.truth_attitudes});
   if (examination.clock) {
     report.facts.push_back({"truth", "offset of its clock", 1e3 * examination.clock->offset, "ms"});
+  }
+  if (examination.attitudes && examination.findings.empty()) {
+    if (auto unit = unit_by_accelerometer(recording)) examination.findings.push_back(*unit);
+  }
+  // Gravity leans because of what is found.
+  if (!examination.findings.empty()) {
+    std::erase_if(report.findings, [](const Finding& finding) {
+      return finding.about == "truth" && finding.what.starts_with(kLeanBegins);
+    });
   }
   for (const TruthFinding& finding : examination.findings) {
     report.findings.push_back({.severity = Severity::kWarning,

@@ -148,5 +148,57 @@ TEST_F(CliTruth, FrameUnitAndInverseAreMended) {
   EXPECT_NE(none.err.find("found 'cam7', expected imu, cam0"), std::string::npos) << none.err;
 }
 
+// A camera's poses relative to its first: the level of that world is decided before the move.
+TEST_F(CliTruth, AWorldThatIsNotLevelIsKnownBeforeTheFrameIsMended) {
+  const double right = evaluated("rec/truth.tum").at("ate_posyaw_m");
+  const SE3 imu_T_cam = read_recording(folder / "rec").cameras.at(0).cam_T_imu.inverse();
+  const SE3 first = (truth.front().pose * imu_T_cam).inverse();
+  write("first.tum", [&](StampedPose& row) { row.pose = first * row.pose * imu_T_cam; });
+  const Json json = evaluated("first.tum --truth-frame cam0");
+  EXPECT_NEAR(json.at("ate_posyaw_m").get<double>(), right, 0.05 * right + 1e-3);
+  EXPECT_GT(json.at("truth_tilt_deg").get<double>(), 45);
+  const Outcome run =
+      chasles(folder, "run rec --truth first.tum --truth-frame cam0 --quiet --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NEAR(Json::parse(run.out).at("ate_posyaw_m").get<double>(), right, 0.05 * right + 1e-3);
+}
+
+TEST_F(CliTruth, CheckNamesTheUnitAndNotWhatFollowsFromIt) {
+  write("mm.tum", [](StampedPose& row) { row.pose.p *= 1000; });
+  const Outcome check = chasles(folder, "check rec --truth mm.tum");
+  EXPECT_NE(check.out.find("millimetres"), std::string::npos) << check.out;
+  EXPECT_EQ(check.out.find("gravity leans"), std::string::npos) << check.out;
+  // A finding without a limit states none.
+  write("inverse.tum", [](StampedPose& row) { row.pose = row.pose.inverse(); });
+  const Outcome inverse = chasles(folder, "check rec --truth inverse.tum");
+  EXPECT_NE(inverse.out.find("imu_R_world"), std::string::npos) << inverse.out;
+  EXPECT_EQ(inverse.out.find("limit 0"), std::string::npos) << inverse.out;
+  EXPECT_EQ(chasles(folder, "check rec").out.find("the accelerometer: "), std::string::npos);
+}
+
+TEST_F(CliTruth, RunStatesTheOffsetOfAClockThatIsHoursOff) {
+  write("late.tum", [](StampedPose& row) { row.time += std::chrono::hours(1); });
+  const Outcome run = chasles(folder, "run rec --truth late.tum --quiet");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_NE(run.err.find("--truth-time-offset -3600.0"), std::string::npos) << run.err;
+}
+
+TEST_F(CliTruth, OneThatIsGivenReplacesTheRemarkThatThereIsNone) {
+  std::string table =
+      "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
+      "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]\n";
+  for (const ImuSample& sample : read_recording(folder / "rec").imu) {
+    table += std::to_string(sample.time.count());
+    for (int i = 0; i < 3; ++i) table += "," + std::to_string(sample.angular_rate_imu[i]);
+    for (int i = 0; i < 3; ++i) table += "," + std::to_string(sample.specific_force_imu[i]);
+    table += "\n";
+  }
+  spill(folder / "alone_imu.csv", table);
+  const Outcome without = chasles(folder, "check alone_imu.csv");
+  EXPECT_NE(without.out.find("no truth: "), std::string::npos) << without.out << without.err;
+  const Outcome with = chasles(folder, "check alone_imu.csv --truth rec/truth.tum");
+  EXPECT_EQ(with.out.find("no truth: "), std::string::npos) << with.out << with.err;
+}
+
 }  // namespace
 }  // namespace chasles::test

@@ -17,20 +17,23 @@ bool CameraClock::stands_out() const {
   return std::abs(offset) > std::max(kLeastOffset, kSigmasToStandOut * sigma);
 }
 
-std::optional<CameraClock> camera_clock(const GyroscopeFit& fit) {
-  const bool same_motion = !fit.mirrored && fit.gain > kLeastGain && fit.gain < kMostGain;
-  if (!same_motion || !(fit.offset_sigma < kMostSigma) || std::abs(fit.offset) > kMostOffset) {
+std::optional<CameraClock> camera_clock(const CameraFit& fit) {
+  if (!fit.agrees() || fit.signs.minCoeff() < 0) return std::nullopt;
+  const GyroscopeFit& g = *fit.gyroscope;
+  const bool same_motion = !g.mirrored && g.gain > kLeastGain && g.gain < kMostGain;
+  const Measured offset = fit.offset();
+  if (!same_motion || !(offset.sigma < kMostSigma) || std::abs(offset.value) > kMostOffset) {
     return std::nullopt;
   }
-  return CameraClock{.offset = fit.offset,
-                     .sigma = std::max(fit.offset_sigma, CameraClock::kLeastSigma)};
+  return CameraClock{.offset = offset.value,
+                     .sigma = std::max(offset.sigma, CameraClock::kLeastSigma)};
 }
 
 std::optional<CameraClock> camera_clock(const std::vector<FeatureFrame>& tracks,
                                         const std::vector<Camera>& cameras,
                                         const std::vector<ImuSample>& imu) {
   if (cameras.empty() || tracks.empty()) return std::nullopt;
-  const auto fit = fit_gyroscope(seen_twice(tracks, cameras, 0), gyroscope_rates(imu));
+  const auto fit = fit_camera(tracks, cameras, 0, gyroscope_rates(imu));
   return fit ? camera_clock(*fit) : std::nullopt;
 }
 

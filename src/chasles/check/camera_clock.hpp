@@ -5,7 +5,7 @@
 
 #include <chasles/camera/camera.hpp>
 #include <chasles/camera/feature_frame.hpp>
-#include <chasles/check/check_rotation.hpp>
+#include <chasles/check/camera_fit.hpp>
 #include <chasles/imu/imu_sample.hpp>
 
 namespace chasles {
@@ -26,12 +26,12 @@ struct CameraClock {
 };
 
 /// The offset of a fit; sigma is at least kLeastSigma. Nothing where the fit does not determine it:
-/// with a sigma above 3 ms, an offset at the end of the range of the search, a mirror image, or a
-/// gain outside of 0.5 to 2.
-std::optional<CameraClock> camera_clock(const GyroscopeFit& fit);
+/// where it does not agree, with other signs, with a sigma above 3 ms, an offset at the end of the
+/// range of the search, a mirror image, or a gain outside of 0.5 to 2.
+std::optional<CameraClock> camera_clock(const CameraFit& fit);
 
 /// The same from the tracks of the first camera. Nothing without cameras, or where
-/// fit_gyroscope() finds nothing.
+/// fit_camera() finds nothing.
 std::optional<CameraClock> camera_clock(const std::vector<FeatureFrame>& tracks,
                                         const std::vector<Camera>& cameras,
                                         const std::vector<ImuSample>& imu);

@@ -10,7 +10,6 @@
 #include <chasles/check/check_imu.hpp>
 #include <chasles/check/check_times.hpp>
 #include <chasles/check/check_truth.hpp>
-#include <chasles/check/lens_fit.hpp>
 #include <chasles/check/velocity_clock.hpp>
 #include <chasles/data/imu_range.hpp>
 #include <chasles/imu/level_axes.hpp>
@@ -191,11 +190,9 @@ void check_turning(const Recording& r, const std::vector<Camera>& cameras,
     const std::string about = fmt::format("cam{}", c);
     std::string why_not = hindrance(frames, rates);
     if (why_not.empty()) {
-      const auto seen = seen_twice(frames, cameras, static_cast<int>(c));
-      const auto fit = fit_gyroscope(seen, rates);
+      const auto fit = fit_camera(frames, cameras, static_cast<int>(c), rates);
       if (fit) {
-        const auto lens = fit_lens(seen, rates, *fit);
-        report_gyroscope_fit(*fit, lens, cameras[c].cam_T_imu, about, report);
+        report_camera_fit(*fit, cameras[c], about, report);
         continue;
       }
       why_not =

@@ -15,7 +15,7 @@ namespace {
 constexpr double kRotationOff = 2 * kRadians;
 constexpr double kRotationUnknown = 2 * kRadians;  // a larger standard deviation is no information
 constexpr double kOffset = 0.005;                  // [s]
-constexpr double kGainOff = 0.1;
+constexpr double kGainOff = 0.06;
 constexpr double kFocalOff = 0.08;
 constexpr double kCentreOff = 0.25;  // of a principal point from the middle, over the image
 constexpr double kSigmas = 4;
@@ -25,15 +25,14 @@ double angle_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
 }
 
 // What a run does with the offset (pipeline/measured_offset.hpp).
-std::string run_with_offset(const GyroscopeFit& fit) {
+std::string run_with_offset(const CameraFit& fit) {
   const auto clock = camera_clock(fit);
   if (clock && clock->stands_out()) return "a run of images measures it, and starts from it";
-  return fmt::format("--set time_offset={:.4f} starts from it", fit.offset);
+  return fmt::format("--set time_offset={:.4f} starts from it", fit.offset().value);
 }
 
-// `offset`: of the fit, or of a fit that knows of a rolling shutter [s].
-void report_offset(const GyroscopeFit& fit, const Measured& offset, const std::string& about,
-                   CheckReport& report) {
+void report_offset(const CameraFit& fit, const std::string& about, CheckReport& report) {
+  const Measured offset = fit.offset();
   report.facts.push_back({about, "offset to the gyroscope", 1e3 * offset.value, "ms"});
   const double limit = std::max(kOffset, kSigmas * offset.sigma);
   const double size = std::abs(offset.value);
@@ -52,24 +51,9 @@ void report_offset(const GyroscopeFit& fit, const Measured& offset, const std::s
                              late ? "off" : "to", run_with_offset(fit))});
 }
 
-// The sizes of images that are not those of the calibration scale the focal length by these.
-std::string focal_advice(double ratio) {
-  for (const double scale : {0.5, 2.0, 1 / 3.0, 3.0, 0.25, 4.0}) {
-    if (std::abs(ratio / scale - 1) > 0.12) continue;
-    return fmt::format(
-        "the images seem to have {:.3g} times the size for which the lens was calibrated: scale "
-        "fx, fy, cx and cy with them",
-        scale);
-  }
-  return "calibrate the camera again, or scale fx, fy, cx and cy with the size of the images";
-}
-
 std::string gain_advice(double gain, const std::optional<LensFit>& lens) {
   if (std::abs(gain * 180 / std::numbers::pi - 1) < 0.2) {
     return "the gyroscope seems to be in deg/s: convert it to rad/s";
-  }
-  if (lens && lens->focal.differs(0, kFocalOff) && !lens->gain.differs(1, kGainOff / 2)) {
-    return focal_advice(1 / (1 + lens->focal.value));
   }
   if (lens && lens->gain.differs(1, kGainOff) && !lens->focal.differs(0, kFocalOff)) {
     return gain < 1 ? "check the gyroscope's unit (rad/s) and range, and whether the video is "
@@ -79,27 +63,32 @@ std::string gain_advice(double gain, const std::optional<LensFit>& lens) {
   return "check the gyroscope's unit (rad/s) and the focal length";
 }
 
-// The angle of a ray and its error, in degrees.
-void report_lens(const LensFit& lens, const std::string& about, CheckReport& report) {
-  const Measured error = lens.radial_at_edge();
-  report.facts.push_back({about, "lens error at the edge", 100 * error.value, "%"});
-  if (lens.has_wrong_distortion()) {
-    const double edge = lens.edge / kRadians;
-    report.findings.push_back(
-        {.severity = Severity::kError,
-         .about = about,
-         .what = fmt::format("its lens is not the stated one: at {:.0f} deg from the axis rays are "
-                             "{:.1f} +- {:.1f} "
-                             "deg farther {} than the distortion says",
-                             edge, edge * std::abs(error.value), edge * error.sigma,
-                             error.value > 0 ? "out" : "in"),
-         .value = 100 * std::abs(error.value),
-         .threshold = 100 * LensFit::kMostAtEdge,
-         .unit = "%",
-         .advice =
-             "check the lens model (radtan, equidistant, none) and its coefficients: are they "
-             "there, in their order, and of this camera?"});
-  }
+void report_gain(const CameraFit& fit, const std::string& about, CheckReport& report) {
+  const GyroscopeFit& g = *fit.gyroscope;
+  const double limit = std::max(kGainOff, kSigmas * g.gain_sigma);
+  if (std::abs(g.gain - 1) <= limit) return;
+  report.findings.push_back(
+      {.severity = Severity::kError,
+       .about = about,
+       .what =
+           fmt::format("the images rotate {:.3g} times as fast as the gyroscope measures", g.gain),
+       .value = std::abs(g.gain - 1),
+       .threshold = limit,
+       .unit = "",
+       .advice = gain_advice(g.gain, fit.lens)});
+}
+
+void report_mistake(const LensGuess& mistake, const std::string& about, CheckReport& report) {
+  report.findings.push_back({.severity = Severity::kError,
+                             .about = about,
+                             .what = mistake.what,
+                             .value = mistake.value,
+                             .threshold = mistake.threshold,
+                             .unit = mistake.unit,
+                             .advice = mistake.advice});
+}
+
+void report_readout(const LensFit& lens, const std::string& about, CheckReport& report) {
   if (!lens.is_rolling()) return;
   report.findings.push_back(
       {.severity = Severity::kWarning,
@@ -116,22 +105,25 @@ void report_lens(const LensFit& lens, const std::string& about, CheckReport& rep
                  "use a camera with a global shutter, or a mode with a faster readout"});
 }
 
-void report_gain(const GyroscopeFit& fit, const std::optional<LensFit>& lens,
-                 const std::string& about, CheckReport& report) {
-  report.facts.push_back({about, "turns over the gyroscope's", fit.gain, ""});
-  // A wrong distortion scales the rotation, too.
-  if (lens && lens->has_wrong_distortion() && !lens->gain.differs(1, kGainOff)) return;
-  const double limit = std::max(kGainOff, kSigmas * fit.gain_sigma);
-  if (std::abs(fit.gain - 1) <= limit) return;
+void report_signs(const Eigen::Vector3d& signs, const std::string& about, CheckReport& report) {
+  std::string axes;
+  for (int i = 0; i < 3; ++i) {
+    if (signs[i] < 0) axes += fmt::format("{}{}", axes.empty() ? "" : ", ", "xyz"[i]);
+  }
+  if (axes.empty()) return;
+  const bool all = signs.sum() < -2;
   report.findings.push_back(
       {.severity = Severity::kError,
        .about = about,
-       .what = fmt::format("the images rotate {:.3g} times as fast as the gyroscope measures",
-                           fit.gain),
-       .value = std::abs(fit.gain - 1),
-       .threshold = limit,
-       .unit = "",
-       .advice = gain_advice(fit.gain, lens)});
+       .what = fmt::format(
+           "the gyroscope fits the images only as a mirror image: {}",
+           all ? "its sign is wrong" : fmt::format("the sign of its {} axis is wrong", axes)),
+       .value = signs.array().min(0).abs().sum(),
+       .threshold = 0,
+       .unit = "axes",
+       .advice = fmt::format("change the sign of {} in the samples: angular rates are positive "
+                             "anticlockwise, seen from the tip of the axis",
+                             all ? "the gyroscope" : fmt::format("the gyroscope's {}", axes))});
 }
 
 // The axes of the IMU that explain a rotation which is off by a turn onto other axes, as "x, -y,
@@ -195,6 +187,18 @@ void report_rotation(const GyroscopeFit& fit, const Eigen::Matrix3d& cam_R_imu,
   report.findings.back().about = about;
 }
 
+// `part`: the principal point over the size of the images.
+std::string centre_advice(const Eigen::Vector2d& part) {
+  constexpr double kSameScale = 0.15;
+  if (std::abs(part.x() / part.y() - 1) > kSameScale) {
+    return "check cx and cy, and their order: intrinsics are fx, fy, cx, cy";
+  }
+  return fmt::format(
+      "the calibration may be that of images {:.2g} times as large: scale fx, fy, cx and cy with "
+      "the images, and move cx and cy where they are cut",
+      2 * part.mean());
+}
+
 void report_principal_point(const Camera& camera, const std::string& about, CheckReport& report) {
   if (camera.width <= 0 || camera.height <= 0) return;
   const Eigen::Vector2d part((camera.cx + 0.5) / camera.width, (camera.cy + 0.5) / camera.height);
@@ -210,10 +214,7 @@ void report_principal_point(const Camera& camera, const std::string& about, Chec
        .value = 100 * off,
        .threshold = 100 * kCentreOff,
        .unit = "% of the image",
-       .advice =
-           fmt::format("the calibration may be that of images {:.2g} times as large: scale fx, "
-                       "fy, cx and cy with the images, and move cx and cy where they are cut",
-                       2 * part.mean())});
+       .advice = centre_advice(part)});
 }
 
 }  // namespace
@@ -235,13 +236,30 @@ void report_lenses(const std::vector<Camera>& cameras, CheckReport& report) {
   }
 }
 
-void report_gyroscope_fit(const GyroscopeFit& fit, const std::optional<LensFit>& lens,
-                          const SE3& cam_T_imu, const std::string& about, CheckReport& report) {
-  report_gain(fit, lens, about, report);
-  const bool joint = lens && (lens->is_rolling() || lens->has_wrong_distortion());
-  report_offset(fit, joint ? lens->offset : Measured{fit.offset, fit.offset_sigma}, about, report);
-  if (lens) report_lens(*lens, about, report);
-  report_rotation(fit, cam_T_imu.R, about, report);
+void report_camera_fit(const CameraFit& fit, const Camera& camera, const std::string& about,
+                       CheckReport& report) {
+  if (fit.stated) {
+    report.facts.push_back({about, "turns over the gyroscope's", fit.stated->gain, ""});
+  }
+  if (fit.mistake) report_mistake(*fit.mistake, about, report);
+  report_signs(fit.signs, about, report);
+  if (fit.gyroscope) report_gain(fit, about, report);
+  if (!fit.agrees()) {
+    report.not_checked.push_back(
+        fmt::format("clock and rotation of {} against the IMU: the images do not rotate as the "
+                    "gyroscope measures; see the findings",
+                    about));
+    return;
+  }
+  report_offset(fit, about, report);
+  if (fit.lens) {
+    if (!fit.mistake) {
+      const double edge = 100 * fit.lens->radial_at_edge().value;
+      report.facts.push_back({about, "lens error at the edge", edge, "%"});
+    }
+    report_readout(*fit.lens, about, report);
+  }
+  report_rotation(*fit.gyroscope, camera.cam_T_imu.R, about, report);
 }
 
 }  // namespace chasles

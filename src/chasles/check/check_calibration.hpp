@@ -3,19 +3,17 @@
 #include <optional>
 #include <vector>
 
+#include <chasles/check/camera_fit.hpp>
 #include <chasles/check/check_report.hpp>
-#include <chasles/check/check_rotation.hpp>
-#include <chasles/check/lens_fit.hpp>
 #include <chasles/data/recording.hpp>
 
 namespace chasles {
 
-/// Findings about the rotation of a camera relative to the IMU, the time offset between them, the
-/// scale of the gyroscope, the lens, and a rolling shutter: the fits compared with the calibration.
-/// A wrong lens explains a gain of its own, and a rolling shutter an offset. `lens`: none where
-/// fit_lens() finds nothing.
-void report_gyroscope_fit(const GyroscopeFit& fit, const std::optional<LensFit>& lens,
-                          const SE3& cam_T_imu, const std::string& about, CheckReport& report);
+/// Findings about a mistake in the lens, the signs and the scale of the gyroscope, the time offset
+/// between camera and IMU, a rolling shutter, and the rotation of the camera, in this order. Those
+/// after a mistake are with the mistake undone: what it explains is no finding of its own.
+void report_camera_fit(const CameraFit& fit, const Camera& camera, const std::string& about,
+                       CheckReport& report);
 
 /// Findings for a fisheye lens whose coefficients are all zero, and for a principal point that is
 /// farther from the middle than a quarter of the image: the calibration of another size.

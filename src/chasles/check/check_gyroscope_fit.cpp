@@ -16,8 +16,7 @@ constexpr std::size_t kFewestIntervals = 20;
 constexpr double kLargestOffset = 0.5;           // [s]
 constexpr double kCoarse = 0.01, kFine = 0.001;  // steps of the offset [s]
 constexpr double kTurning = 0.02;                // rates that vary less give no information [rad/s]
-constexpr int kMostPasses = 8;
-constexpr double kSettled = 1e-3;  // [rad]
+constexpr double kSettled = 1e-3;                // [rad]
 constexpr double kOtherUnit = 10;  // a larger gain is another unit, not an error of scale
 constexpr double kMirror = 0.2;    // third over first singular value
 
@@ -265,11 +264,11 @@ std::optional<GyroscopeFit> fit_gyroscope(const std::vector<RotationRate>& rates
 }
 
 std::optional<GyroscopeFit> fit_gyroscope(const std::vector<SeenTwice>& seen,
-                                          const std::vector<StampedRate>& gyroscope) {
+                                          const std::vector<StampedRate>& gyroscope, int passes) {
   auto fit = fit_gyroscope(rotation_rates(seen), gyroscope);
   if (!fit) return std::nullopt;
   const Turned turned(gyroscope);
-  for (int pass = 1; pass < kMostPasses && !fit->mirrored; ++pass) {
+  for (int pass = 1; pass < passes && !fit->mirrored; ++pass) {
     const GyroscopeFit before = *fit;
     const auto guess = [&](Time begin, Time end) { return guessed(turned, before, begin, end); };
     fit = fit_gyroscope(rotation_rates(seen, guess), gyroscope);

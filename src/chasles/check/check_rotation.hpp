@@ -94,10 +94,11 @@ struct GyroscopeFit {
 std::optional<GyroscopeFit> fit_gyroscope(const std::vector<RotationRate>& rates,
                                           const std::vector<StampedRate>& gyroscope);
 
-/// The same from pairs of frames, in up to eight passes. After the first pass, each camera rotation
-/// is initialised from the gyroscope and the previous fit, so that a plane does not lead to the
-/// wrong solution.
+/// The same from pairs of frames, in up to `passes` passes. After the first pass, each camera
+/// rotation is initialised from the gyroscope and the previous fit, so that a plane does not lead
+/// to the wrong solution.
 std::optional<GyroscopeFit> fit_gyroscope(const std::vector<SeenTwice>& seen,
-                                          const std::vector<StampedRate>& gyroscope);
+                                          const std::vector<StampedRate>& gyroscope,
+                                          int passes = 8);
 
 }  // namespace chasles

@@ -14,17 +14,20 @@ namespace {
 
 constexpr double kLeastBaseline = 0.005, kMostBaseline = 3;  // [m]
 constexpr double kBehind = 0.5;                              // share of the pairs
-constexpr double kEpipolar = 4;                              // [px]
+constexpr double kEpipolar = 4, kFits = 1.5;                 // [px]
 constexpr double kParallax = 0.005;  // below it a pair's depth has no sign [rad]
 constexpr std::size_t kFewestMatches = 50, kMostMatches = 20000;
+
+struct PixelsSeen {
+  Eigen::Vector2d cam0, other;
+};
 
 struct RaysSeen {
   Eigen::Vector3d cam0, other;
 };
 
-std::vector<RaysSeen> seen_by_both(const std::vector<Camera>& cameras, int other,
-                                   const std::vector<FeatureFrame>& frames) {
-  std::vector<RaysSeen> pairs;
+std::vector<PixelsSeen> seen_by_both(int other, const std::vector<FeatureFrame>& frames) {
+  std::vector<PixelsSeen> pairs;
   for (const FeatureFrame& frame : frames) {
     std::map<LandmarkId, Eigen::Vector2d> first;
     for (const PixelObservation& o : frame.pixels) {
@@ -32,11 +35,19 @@ std::vector<RaysSeen> seen_by_both(const std::vector<Camera>& cameras, int other
     }
     for (const PixelObservation& o : frame.pixels) {
       if (o.camera != other || !first.contains(o.landmark)) continue;
-      const auto a = unproject(cameras[0], first[o.landmark]);
-      const auto b = unproject(cameras[static_cast<std::size_t>(other)], o.pixel);
-      if (a && b) pairs.push_back({a->ray.normalized(), b->ray.normalized()});
+      pairs.push_back({first[o.landmark], o.pixel});
       if (pairs.size() == kMostMatches) return pairs;
     }
+  }
+  return pairs;
+}
+
+std::vector<RaysSeen> rays_of_pairs(const std::vector<PixelsSeen>& pixels, const Camera& cam0,
+                                    const Camera& other) {
+  std::vector<RaysSeen> pairs;
+  for (const PixelsSeen& pair : pixels) {
+    const auto a = unproject(cam0, pair.cam0), b = unproject(other, pair.other);
+    if (a && b) pairs.push_back({a->ray.normalized(), b->ray.normalized()});
   }
   return pairs;
 }
@@ -66,7 +77,8 @@ PairsCheck check_pairs(const std::vector<RaysSeen>& pairs, const SE3& other_T_ca
   return {.behind = counted > 0 ? behind / counted : 0, .epipolar = *middle};
 }
 
-void report_pairs(const PairsCheck& check, const std::string& about, CheckReport& report) {
+void report_pairs(const PairsCheck& check, const std::string& about, const std::string& advice,
+                  CheckReport& report) {
   report.facts.push_back({about, "off the epipolar line", check.epipolar, "px"});
   if (check.behind > kBehind) {
     report.findings.push_back(
@@ -88,7 +100,30 @@ void report_pairs(const PairsCheck& check, const std::string& about, CheckReport
        .value = check.epipolar,
        .threshold = kEpipolar,
        .unit = "px",
-       .advice = "calibrate the cameras against each other again"});
+       .advice = advice});
+}
+
+// Changes of the calibration that bring the points onto their epipolar lines.
+std::string pairs_advice(const std::vector<PixelsSeen>& pixels, const Camera& cam0,
+                         const Camera& other, const std::string& about) {
+  const SE3 other_T_cam0 = other.cam_T_imu * cam0.cam_T_imu.inverse();
+  const auto fits = [&](const Camera& first, const Camera& second, const SE3& second_T_first) {
+    const auto rays = rays_of_pairs(pixels, first, second);
+    if (rays.size() < kFewestMatches) return false;
+    const PairsCheck check = check_pairs(rays, second_T_first, second.fx);
+    return check.epipolar < kFits && check.behind < kBehind;
+  };
+  if (fits(other, cam0, other_T_cam0.inverse())) {
+    return fmt::format(
+        "the calibrations of cam0 and {} are exchanged, or their images: with the "
+        "other's calibration each fits",
+        about);
+  }
+  if (fits(cam0, other, other_T_cam0.inverse())) {
+    return fmt::format("the transform from cam0 to {} is inverted: with the inverse the points fit",
+                       about);
+  }
+  return "calibrate the cameras against each other again";
 }
 
 void report_baseline(double baseline, const std::string& about, CheckReport& report) {
@@ -116,9 +151,13 @@ void report_stereo(const std::vector<Camera>& cameras, const std::vector<Feature
     report_baseline(other_T_cam0.p.norm(), about, report);
     const double angle = so3::log(other_T_cam0.R).norm() * 180 / std::numbers::pi;
     report.facts.push_back({about, "angle to cam0", angle, "deg"});
-    const auto pairs = seen_by_both(cameras, static_cast<int>(c), frames);
+    const auto pixels = seen_by_both(static_cast<int>(c), frames);
+    const auto pairs = rays_of_pairs(pixels, cameras[0], cameras[c]);
     if (pairs.size() < kFewestMatches || other_T_cam0.p.norm() < kLeastBaseline) continue;
-    report_pairs(check_pairs(pairs, other_T_cam0, cameras[c].fx), about, report);
+    const PairsCheck check = check_pairs(pairs, other_T_cam0, cameras[c].fx);
+    const bool off = check.epipolar > kEpipolar;
+    report_pairs(check, about, off ? pairs_advice(pixels, cameras[0], cameras[c], about) : "",
+                 report);
   }
 }
 
@@ -135,7 +174,8 @@ void report_rectified(const std::vector<FeatureFrame>& frames, CheckReport& repo
   if (all < static_cast<double>(kFewestMatches)) return;
   const auto middle = rows.begin() + static_cast<std::ptrdiff_t>(rows.size() / 2);
   std::nth_element(rows.begin(), middle, rows.end());
-  report_pairs({.behind = negative / all, .epipolar = *middle}, "stereo", report);
+  report_pairs({.behind = negative / all, .epipolar = *middle}, "stereo", "rectify the pair again",
+               report);
 }
 
 }  // namespace chasles

@@ -175,7 +175,7 @@ TEST(Check, UnitsOfTheImuAreNamed) {
 TEST(Check, AFlippedAxisIsNamed) {
   Recording r = tracked();
   for (ImuSample& s : r.imu) s.angular_rate_imu.y() *= -1;
-  finding(check_recording(r), "cam0", "only as a mirror image");
+  finding(check_recording(r), "cam0", "only as a mirror image: the sign of its y axis is wrong");
 }
 
 TEST(Check, OtherAxesOfTheImuAreNamed) {
@@ -202,6 +202,26 @@ TEST(Check, ATurnedSecondCameraLeavesTheEpipolarLines) {
   r.cameras[1].cam_T_imu.R = so3::exp({0.02, 0, 0}) * r.cameras[1].cam_T_imu.R;
   // 0.02 rad of 458 px are 9 px.
   EXPECT_NEAR(finding(check_recording(r), "cam1", "off the epipolar lines").value, 9, 1.5);
+}
+
+TEST(Check, ExchangedCalibrationsOfAPairAreNamed) {
+  Recording r = tracked({.seconds = 10});
+  // A second camera that looks elsewhere, as most do a little.
+  r.cameras[1].cam_T_imu =
+      SE3{so3::exp({0.04, 0, 0}), Eigen::Vector3d::Zero()} * r.cameras[1].cam_T_imu;
+  for (FeatureFrame& frame : r.frames) {
+    for (PixelObservation& o : frame.pixels) {
+      if (o.camera != 1) continue;
+      const auto ray = unproject(r.cameras[1], o.pixel);
+      const auto turned =
+          ray ? project(r.cameras[1], so3::exp({0.04, 0, 0}) * ray->ray) : std::nullopt;
+      o.pixel = turned ? turned->pixel : Eigen::Vector2d(1, 1);
+    }
+  }
+  EXPECT_EQ(findings(check_recording(r)), "");
+  std::swap(r.cameras[0], r.cameras[1]);
+  test::expect_parts(finding(check_recording(r), "cam1", "off the epipolar lines").advice,
+                     {"cam0 and cam1 are exchanged"});
 }
 
 TEST(Check, ABaselineInMillimetresOrOfNothingIsNamed) {
@@ -368,6 +388,15 @@ TEST(CheckCalibration, AnotherSizeOfTheImagesIsNamed) {
   const Finding& off =
       finding(report, "cam0", "principal point (370.0, 245.0) is far from the middle");
   test::expect_parts(off.advice, {"2 times as large"});
+}
+
+TEST(CheckCalibration, AnExchangedPrincipalPointIsNoOtherSize) {
+  Recording r = tracked();
+  for (Camera& camera : r.cameras) std::swap(camera.cx, camera.cy);
+  CheckReport report;
+  report_lenses(r.cameras, report);
+  test::expect_parts(finding(report, "cam0", "principal point (245.0, 370.0) is far").advice,
+                     {"check cx and cy", "order"});
 }
 
 TEST(CheckCalibration, AFisheyeWithoutCoefficientsIsNamed) {

@@ -30,7 +30,7 @@ void report_gravity(const Recording& recording, CheckReport& report) {
   report.findings.push_back(
       {.severity = Severity::kWarning,
        .about = "truth",
-       .what = fmt::format("gravity leans {:.1f} deg from the truth's z axis", lean),
+       .what = fmt::format("{}{:.1f} deg from the truth's z axis", kLeanBegins, lean),
        .value = lean,
        .threshold = kGravityLean,
        .unit = "deg",

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include <chasles/check/gyroscope_turns.hpp>
 #include <chasles/check/lens_fit.hpp>
 #include <chasles/lie/small_matrices.hpp>
 #include <chasles/lie/so3.hpp>
@@ -40,54 +41,6 @@ struct LensUnknowns {
   double gain, offset, focal = 0, radial = 0, readout = 0;
 };
 
-// The rotation that the gyroscope measures, from its first sample on.
-class Rotations {
- public:
-  explicit Rotations(const std::vector<StampedRate>& rates) : rates_(&rates) {
-    start_R_.push_back(Eigen::Matrix3d::Identity());
-    for (std::size_t i = 1; i < rates.size(); ++i) {
-      const double span = to_seconds(rates[i].time - rates[i - 1].time);
-      start_R_.push_back(start_R_.back() *
-                         so3::exp((rates[i].rate_imu + rates[i - 1].rate_imu) / 2 * span));
-    }
-  }
-  bool covers_time(Time time) const {
-    return time >= rates_->front().time && time <= rates_->back().time;
-  }
-  Vector3 rate(Time time) const {
-    const auto [i, part] = place(time);
-    return (*rates_)[i - 1].rate_imu + part * ((*rates_)[i].rate_imu - (*rates_)[i - 1].rate_imu);
-  }
-  // The rotation vector from `begin` to `end`, in IMU axes.
-  Vector3 turn(Time begin, Time end) const {
-    return so3::log(at_time(begin).transpose() * at_time(end));
-  }
-
- private:
-  struct Place {
-    std::size_t later;
-    double part;
-  };
-  Place place(Time time) const {
-    const auto later =
-        std::upper_bound(rates_->begin() + 1, rates_->end() - 1, time,
-                         [](Time t, const StampedRate& rate) { return t < rate.time; });
-    const auto i = static_cast<std::size_t>(later - rates_->begin());
-    const double span = to_seconds((*rates_)[i].time - (*rates_)[i - 1].time);
-    return {i, span > 0 ? to_seconds(time - (*rates_)[i - 1].time) / span : 0};
-  }
-  Eigen::Matrix3d at_time(Time time) const {
-    const Place p = place(time);
-    const StampedRate &a = (*rates_)[p.later - 1], &b = (*rates_)[p.later];
-    const double span = to_seconds(b.time - a.time) * p.part;
-    return start_R_[p.later - 1] *
-           so3::exp((a.rate_imu + p.part / 2 * (b.rate_imu - a.rate_imu)) * span);
-  }
-
-  const std::vector<StampedRate>* rates_;
-  std::vector<Eigen::Matrix3d> start_R_;
-};
-
 // A ray with the errors of lens and readout undone, and its derivatives by focal, radial, readout.
 // `scale`: of its angle, over the stated one.
 struct MendedRay {
@@ -97,8 +50,8 @@ struct MendedRay {
   Vector3 d_scale = Vector3::Zero();
 };
 
-MendedRay mended(const Vector3& stated, double row, double stretch, const Vector3& rate_cam,
-                 const LensUnknowns& x) {
+MendedRay mended_ray(const Vector3& stated, double row, double stretch, const Vector3& rate_cam,
+                     const LensUnknowns& x) {
   const double across = std::hypot(stated.x(), stated.y());
   const double angle = std::atan2(across, stated.z());
   const Eigen::Vector2d side =
@@ -147,15 +100,15 @@ struct PredictedTurn {
   Vector3 first_rate_cam, second_rate_cam;
 };
 
-PredictedTurn predicted_turn(const Rotations& rotations, const LensInterval& interval,
+PredictedTurn predicted_turn(const GyroscopeTurns& turns, const LensInterval& interval,
                              const LensUnknowns& x) {
   const Time begin = interval.begin + from_seconds(x.offset),
              end = interval.end + from_seconds(x.offset);
   const double seconds = to_seconds(interval.end - interval.begin);
-  const Vector3 seen = x.cam_R_imu * rotations.turn(begin, end);
+  const Vector3 seen = x.cam_R_imu * turns.turn(begin, end);
   const Vector3 turn = x.gain * seen + seconds * x.bias_cam;
-  const Vector3 first = x.gain * (x.cam_R_imu * rotations.rate(begin)),
-                second = x.gain * (x.cam_R_imu * rotations.rate(end));
+  const Vector3 first = x.gain * (x.cam_R_imu * turns.rate(begin)),
+                second = x.gain * (x.cam_R_imu * turns.rate(end));
   PredictedTurn result{.second_R_first = so3::exp(interval.slack) * so3::exp(-turn),
                        .J = {},
                        .first_rate_cam = first,
@@ -177,7 +130,7 @@ class LensProblem {
  public:
   LensProblem(const std::vector<SeenTwice>& seen, const std::vector<StampedRate>& gyroscope,
               const GyroscopeFit& start)
-      : rotations_(gyroscope),
+      : turns_(gyroscope),
         start_(start),
         x_{.bias_cam = start.bias_cam,
            .cam_R_imu = start.cam_R_imu,
@@ -185,8 +138,8 @@ class LensProblem {
            .offset = start.offset} {
     const Time margin = from_seconds(std::abs(start.offset) + 0.1);
     for (const SeenTwice& two : seen) {
-      if (!rotations_.covers_time(two.begin - margin)) continue;
-      if (!rotations_.covers_time(two.end + margin)) continue;
+      if (!turns_.covers(two.begin - margin)) continue;
+      if (!turns_.covers(two.end + margin)) continue;
       const bool near =
           !intervals_.empty() && to_seconds(two.begin - intervals_.back().begin) < kApartFrom;
       if (!near) intervals_.push_back({.begin = two.begin, .end = two.end, .pairs = &two.pairs});
@@ -283,7 +236,7 @@ class LensProblem {
   }
 
   LensEquations equations(LensInterval& interval) const {
-    const PredictedTurn turn = predicted_turn(rotations_, interval, x_);
+    const PredictedTurn turn = predicted_turn(turns_, interval, x_);
     if (!interval.begun) begin(interval, turn);
     const auto B = tangents(interval.t);
     std::vector<LensRow> rows;
@@ -311,10 +264,10 @@ class LensProblem {
 
   LensRow row(const TwoRays& pair, const PredictedTurn& turn, const Vector3& t,
               const Eigen::Matrix<double, 3, 2>& B) const {
-    const MendedRay first = mended(pair.first, pair.first_row, pair.first_stretch,
-                                   turn.first_rate_cam, x_),
-                    second = mended(pair.second, pair.second_row, pair.second_stretch,
-                                    turn.second_rate_cam, x_);
+    const MendedRay first = mended_ray(pair.first, pair.first_row, pair.first_stretch,
+                                       turn.first_rate_cam, x_),
+                    second = mended_ray(pair.second, pair.second_row, pair.second_stretch,
+                                        turn.second_rate_cam, x_);
     const Vector3 a = turn.second_R_first * first.ray;
     const double sine = std::max(t.cross(a).norm(), 1e-2);
     const Vector3 by_a = second.ray.cross(t) / sine, by_b = t.cross(a) / sine;
@@ -348,7 +301,7 @@ class LensProblem {
     x_.readout += step[kReadoutRow];
   }
 
-  Rotations rotations_;
+  GyroscopeTurns turns_;
   GyroscopeFit start_;
   LensUnknowns x_;
   std::vector<LensInterval> intervals_;
@@ -363,6 +316,27 @@ bool Measured::differs(double expected, double limit) const {
 
 Measured LensFit::radial_at_edge() const {
   return {.value = radial.value * edge * edge, .sigma = radial.sigma * edge * edge};
+}
+
+std::vector<SeenTwice> mended(const std::vector<SeenTwice>& seen, const LensFit& lens) {
+  const LensUnknowns x{.bias_cam = Vector3::Zero(),
+                       .cam_R_imu = Eigen::Matrix3d::Identity(),
+                       .gain = 1,
+                       .offset = 0,
+                       .focal = lens.focal.value,
+                       .radial = lens.radial.value};
+  std::vector<SeenTwice> result = seen;
+  for (SeenTwice& two : result) {
+    for (TwoRays& pair : two.pairs) {
+      const MendedRay first = mended_ray(pair.first, 0, pair.first_stretch, Vector3::Zero(), x),
+                      second = mended_ray(pair.second, 0, pair.second_stretch, Vector3::Zero(), x);
+      pair.first = first.ray;
+      pair.second = second.ray;
+      pair.first_stretch *= first.scale;
+      pair.second_stretch *= second.scale;
+    }
+  }
+  return result;
 }
 
 std::optional<LensFit> fit_lens(const std::vector<SeenTwice>& seen,

@@ -43,6 +43,9 @@ struct LensFit {
   static constexpr double kLeastReadout = 0.006;  ///< [s]
 };
 
+/// The pairs with the errors of focal length and distortion undone.
+std::vector<SeenTwice> mended(const std::vector<SeenTwice>& seen, const LensFit& lens);
+
 /// Fits lens, readout, and the parameters of GyroscopeFit to pairs of frames, by robust least
 /// squares of the angles between rays and their epipolar planes. The gyroscope, from `start` on,
 /// determines the rotation of each pair to 1.5 mrad; the direction of the translation is free.

@@ -23,12 +23,8 @@ std::optional<LensFit> lens_of(const Recording& r) {
 // As check_recording() reports the first camera.
 CheckReport report_of(const Recording& r) {
   CheckReport report;
-  const auto seen = seen_twice(r.frames, r.cameras, 0);
-  const auto rates = gyroscope_rates(r.imu);
-  const auto fit = fit_gyroscope(seen, rates);
-  if (fit) {
-    report_gyroscope_fit(*fit, fit_lens(seen, rates, *fit), r.cameras[0].cam_T_imu, "cam0", report);
-  }
+  const auto fit = fit_camera(r.frames, r.cameras, 0, gyroscope_rates(r.imu));
+  if (fit) report_camera_fit(*fit, r.cameras[0], "cam0", report);
   return report;
 }
 
@@ -127,32 +123,6 @@ TEST(LensFit, AGyroscopeOfAnotherScaleIsNoLens) {
   const Finding& gain = finding(report_of(r), "cam0", "times as fast");
   test::expect_parts(gain.advice, {"the gyroscope's unit"});
   EXPECT_EQ(gain.advice.find("focal"), std::string::npos) << gain.advice;
-}
-
-TEST(LensFit, AnotherFocalLengthIsNoGyroscope) {
-  Recording made = tracked();
-  for (FeatureFrame& frame : made.frames) {  // pixels of a lens without distortion
-    for (PixelObservation& o : frame.pixels) {
-      const Camera& lens = made.cameras[0];
-      const auto ray = unproject(lens, o.pixel);
-      ASSERT_TRUE(ray);
-      o.pixel = {lens.cx + lens.fx * ray->ray.x(), lens.cy + lens.fy * ray->ray.y()};
-    }
-  }
-  made.cameras[0].distortion = Distortion::kNone;
-  made.cameras[0].coefficients.setZero();
-  EXPECT_EQ(findings(report_of(made)), "");
-  for (const double scale : {0.8, 1.25, 2.0}) {
-    Recording r = made;
-    r.cameras[0].fx *= scale;
-    r.cameras[0].fy *= scale;
-    const CheckReport report = report_of(r);
-    EXPECT_EQ(findings(report).find("its lens"), std::string::npos) << findings(report);
-    if (scale != 2) continue;  // smaller errors may be within four sigmas of the gain
-    const Finding& gain = finding(report, "cam0", "times as fast");
-    test::expect_parts(gain.advice, {"0.5 times the size"});
-    EXPECT_EQ(gain.advice.find("gyroscope"), std::string::npos) << gain.advice;
-  }
 }
 
 TEST(LensFit, ARollingShutterIsNoOffset) {

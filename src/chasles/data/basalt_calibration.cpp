@@ -26,14 +26,11 @@ SE3 basalt_cam_T_imu(const JsonPlace& pose) {
   return SE3{checked_quaternion(pose.where(), xyzw), p}.inverse();
 }
 
-double coefficient(const JsonPlace& lens, const char* key) {
-  return lens.has(key) ? lens.number(key) : 0;
-}
-
-// Eight coefficients of a rational model; those of its denominator must be zero.
+// Eight coefficients of a rational model, all of which Basalt writes and requires; those of its
+// denominator must be zero.
 void set_radtan8(const JsonPlace& lens, Camera& camera) {
   for (const char* key : {"k4", "k5", "k6"}) {
-    if (coefficient(lens, key) == 0) continue;
+    if (lens.number(key) == 0) continue;
     throw InputError(fmt::format(
         "{}: {} is {}: a rational lens model is not supported, expected k4, k5 and k6 of zero, or "
         "kb4: calibrate with one of these",
@@ -41,7 +38,7 @@ void set_radtan8(const JsonPlace& lens, Camera& camera) {
   }
   camera.coefficients = {lens.number("k1"), lens.number("k2"), lens.number("p1"),
                          lens.number("p2")};
-  camera.radtan_k3 = coefficient(lens, "k3");
+  camera.radtan_k3 = lens.number("k3");
   camera.distortion = Distortion::kRadtan;
 }
 
@@ -69,6 +66,15 @@ Camera basalt_lens(const JsonPlace& camera, const JsonPlace& size) {
   return result;
 }
 
+// Basalt has one entry for each camera in all three lists.
+void check_camera_counts(const JsonPlace& poses, const JsonPlace& lenses, const JsonPlace& sizes) {
+  if (poses.size() == lenses.size() && lenses.size() == sizes.size()) return;
+  throw InputError(fmt::format(
+      "{}: has {} poses, but {} has {} lenses and {} {} sizes, expected one of each for each "
+      "camera",
+      poses.where(), poses.size(), lenses.where(), lenses.size(), sizes.where(), sizes.size()));
+}
+
 // The largest of three densities; old files have one number.
 double basalt_density(const JsonPlace& value0, const char* key) {
   if (!value0.at(key).is_list()) return value0.number(key);
@@ -78,25 +84,22 @@ double basalt_density(const JsonPlace& value0, const char* key) {
 
 // f = (I + S) f_m - b, where S of the accelerometer is lower triangular, by columns.
 std::optional<ImuIntrinsics> basalt_intrinsics(const JsonPlace& value0) {
+  if (!value0.has("calib_accel_bias") && !value0.has("calib_gyro_bias")) return std::nullopt;
   ImuIntrinsics result;
   double largest = 0;
-  if (value0.has("calib_accel_bias")) {
-    const JsonPlace a = value0.at("calib_accel_bias");
-    constexpr std::array<std::array<int, 2>, 6> kPlaces{
-        {{0, 0}, {1, 0}, {2, 0}, {1, 1}, {2, 1}, {2, 2}}};
-    for (std::size_t i = 0; i < 3; ++i) result.force_bias[static_cast<int>(i)] = a.number(i);
-    for (std::size_t i = 0; i < 6; ++i)
-      result.force(kPlaces[i][0], kPlaces[i][1]) += a.number(3 + i);
-    for (std::size_t i = 0; i < 9; ++i) largest = std::max(largest, std::abs(a.number(i)));
+  const JsonPlace a = value0.at("calib_accel_bias"), g = value0.at("calib_gyro_bias");
+  constexpr std::array<std::array<int, 2>, 6> kPlaces{
+      {{0, 0}, {1, 0}, {2, 0}, {1, 1}, {2, 1}, {2, 2}}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    result.force_bias[static_cast<int>(i)] = a.number(i);
+    result.rate_bias[static_cast<int>(i)] = g.number(i);
   }
-  if (value0.has("calib_gyro_bias")) {
-    const JsonPlace g = value0.at("calib_gyro_bias");
-    for (std::size_t i = 0; i < 3; ++i) result.rate_bias[static_cast<int>(i)] = g.number(i);
-    for (std::size_t i = 0; i < 9; ++i) {
-      result.rate(static_cast<int>(i % 3), static_cast<int>(i / 3)) += g.number(3 + i);
-    }
-    for (std::size_t i = 0; i < 12; ++i) largest = std::max(largest, std::abs(g.number(i)));
+  for (std::size_t i = 0; i < 6; ++i) result.force(kPlaces[i][0], kPlaces[i][1]) += a.number(3 + i);
+  for (std::size_t i = 0; i < 9; ++i) {
+    result.rate(static_cast<int>(i % 3), static_cast<int>(i / 3)) += g.number(3 + i);
   }
+  for (std::size_t i = 0; i < 9; ++i) largest = std::max(largest, std::abs(a.number(i)));
+  for (std::size_t i = 0; i < 12; ++i) largest = std::max(largest, std::abs(g.number(i)));
   return largest == 0 ? std::nullopt : std::optional(result);
 }
 
@@ -108,7 +111,8 @@ KalibrCalibration read_basalt(const fs::path& file, std::size_t cameras) {
   const JsonPlace poses = value0.at("T_imu_cam"), lenses = value0.at("intrinsics"),
                   sizes = value0.at("resolution");
   KalibrCalibration result;
-  const std::size_t count = std::min({cameras, poses.size(), lenses.size()});
+  check_camera_counts(poses, lenses, sizes);
+  const std::size_t count = std::min(cameras, poses.size());
   const double offset = value0.has("cam_time_offset_ns") ? value0.number("cam_time_offset_ns") : 0;
   for (std::size_t c = 0; c < count; ++c) {
     Camera camera = basalt_lens(lenses.at(c), sizes.at(c));

@@ -31,6 +31,21 @@ inline std::string little_endian(std::uint32_t number) {
   return bytes;
 }
 
+/// A gzip file of these bytes.
+inline std::string gzipped(const std::string& bytes) {
+  z_stream stream{};
+  deflateInit2(&stream, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY);
+  std::string packed(deflateBound(&stream, bytes.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  deflate(&stream, Z_FINISH);
+  packed.resize(stream.total_out);
+  deflateEnd(&stream);
+  return packed;
+}
+
 /// A gzip file of zeros in `compressed` bytes, between header and trailer, that claims a length.
 inline std::string gzip_claiming(std::uint32_t claimed, std::size_t compressed) {
   return std::string("\x1f\x8b\x08\0\0\0\0\0\x02\xff", 10) + std::string(compressed, '\0') +

@@ -61,12 +61,15 @@ bool ends_in_word(const std::string& words, std::string_view word) {
          words[words.size() - word.size() - 1] == '_';
 }
 
-std::optional<std::size_t> column_named(const CsvReader& csv,
-                                        const std::vector<std::string>& names) {
-  for (std::size_t i = 0; i < csv.columns().size(); ++i) {
-    if (std::ranges::find(names, lower_case(csv.columns()[i])) != names.end()) return i;
+std::vector<std::size_t> columns_named(const CsvReader& csv,
+                                       const std::vector<std::string>& names) {
+  std::vector<std::size_t> found;
+  for (const std::string& name : names) {
+    for (std::size_t i = 0; i < csv.columns().size(); ++i) {
+      if (lower_case(csv.columns()[i]) == name) found.push_back(i);
+    }
   }
-  return std::nullopt;
+  return found;
 }
 
 }  // namespace chasles

@@ -47,8 +47,7 @@ std::optional<std::size_t> only_column(const CsvReader& csv, const std::string& 
   return found;
 }
 
-/// The column with one of these names, in small letters and without brackets; none without one.
-std::optional<std::size_t> column_named(const CsvReader& csv,
-                                        const std::vector<std::string>& names);
+/// The columns with these names, in small letters and without brackets, in the order of the names.
+std::vector<std::size_t> columns_named(const CsvReader& csv, const std::vector<std::string>& names);
 
 }  // namespace chasles

@@ -7,8 +7,10 @@
 #include <fmt/format.h>
 
 #include <chasles/data/csv.hpp>
+#include <chasles/data/imu_units.hpp>
 #include <chasles/data/parse.hpp>
 #include <chasles/data/text_file.hpp>
+#include <chasles/data/time_text.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -19,6 +21,33 @@ bool parse_fast(std::string_view text, Number& value) {
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   return error == std::errc() && stop == end;
+}
+
+bool is_unit(std::string_view text) {
+  const std::string unit = lower_case(text);
+  return !unit.empty() && (time_scale_named(unit) || factor_of_unit(unit, ImuQuantity::kRate) ||
+                           factor_of_unit(unit, ImuQuantity::kForce));
+}
+
+// "units: s, rad/s" without the word before the units.
+std::string_view without_title(std::string_view line) {
+  const std::size_t colon = line.find(':');
+  const bool titled = colon < 10 && lower_case(line.substr(0, colon)).starts_with("unit");
+  return titled ? trimmed(line.substr(colon + 1)) : line;
+}
+
+// Whether a line below the names has their units: some are known, and none is a number but 1.
+bool are_units(const std::vector<std::string_view>& values, bool comment) {
+  const auto number = [](std::string_view text) {
+    double ignored = 0;
+    return text != "1" && parse_fast(text, ignored);
+  };
+  const auto known = [](std::string_view text) { return is_unit(without_edge_brackets(text)); };
+  const auto other = [&](std::string_view text) {
+    return comment && !text.empty() && text != "-" && text != "1" && !known(text);
+  };
+  return std::ranges::any_of(values, known) && std::ranges::none_of(values, number) &&
+         std::ranges::none_of(values, other);
 }
 
 }  // namespace
@@ -108,14 +137,38 @@ void CsvReader::refuse_utf16() const {
 void CsvReader::read_columns(const CsvHeading& heading) {
   line_ = heading.line;
   rest_ = heading.rows;
-  dialect_ = heading.dialect;
+  dialect_ = {.separator = heading.names_separator, .quotes = true};
   split_names(heading.names);
   headings_.assign(values_.begin(), values_.end());
   for (const std::string& name : headings_) columns_.emplace_back(trimmed(without_brackets(name)));
-  if (dialect_.separator == ',') return;
+  if (columns_.size() > 1 && headings_.back().empty()) {  // the line ends with a separator
+    columns_.pop_back();
+    headings_.pop_back();
+  }
+  take_units();
+  dialect_ = heading.dialect;
   const auto from = static_cast<std::size_t>(rest_.data() - bytes_.data());
-  decimal_points(bytes_, from);
-  rest_ = std::string_view(bytes_).substr(from);
+  decimal_points(bytes_, from, dialect_.separator);
+  rest_ = std::string_view(bytes_).substr(from, rest_.size());
+}
+
+// Of a line of units below the names.
+void CsvReader::take_units() {
+  std::string_view rest = rest_, line;
+  int lines = 0;
+  for (; !rest.empty() && line.empty(); ++lines) line = trimmed(take_line(rest));
+  const bool comment = is_comment(line);
+  if (comment) line = without_title(text_of_comment(line));
+  std::vector<std::string_view> units;
+  chasles::split_names(line, dialect_, units);
+  if (units.size() == columns_.size() + 1 && units.back().empty()) units.pop_back();
+  if (units.size() != columns_.size() || !are_units(units, comment)) return;
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    const std::string_view unit = without_edge_brackets(units[i]);
+    if (headings_[i] == columns_[i] && !unit.empty()) headings_[i] += fmt::format(" [{}]", unit);
+  }
+  rest_ = rest;
+  line_ += lines;
 }
 
 CsvReader::CsvReader(std::string file, std::string bytes)
@@ -132,6 +185,7 @@ CsvReader::CsvReader(std::string file, std::string bytes)
   rest_ = heading.rows;
   check_end(LastLine::kMayBeOpen);
   read_columns({.dialect = heading.dialect,
+                .names_separator = heading.names_separator,
                 .names = heading.names,
                 .line = heading.line,
                 .rows = rest_,
@@ -146,23 +200,33 @@ CsvReader::CsvReader(std::string file, std::string bytes, NoHeading form,
       columns_(names),
       headings_(names) {
   remove_byte_order_mark(bytes_);
-  if (dialect_.separator != ',') decimal_points(bytes_, 0);
+  decimal_points(bytes_, 0, dialect_.separator);
   rest_ = bytes_;
   check_end(LastLine::kMayBeOpen);
 }
 
 void CsvReader::split_names(std::string_view line) {
-  split_values(line, dialect_, values_);
+  chasles::split_names(line, dialect_, values_);
   if (values_.size() <= kMostColumns) return;
   throw InputError(fmt::format("{}: has more than {} columns, expected a table of numbers", where(),
                                kMostColumns));
+}
+
+// Spreadsheets write rows of separators below a table.
+bool CsvReader::is_blank_row(std::string_view line) const {
+  if (line.size() > kMostColumns) return false;
+  return line.find_first_not_of(" \t") == std::string_view::npos ||
+         (dialect_.separator != ' ' &&
+          std::ranges::all_of(line, [this](char c) { return c == dialect_.separator; }));
 }
 
 std::string_view CsvReader::next_line() {
   while (!rest_.empty()) {
     ++line_;
     const std::string_view line = take_line(rest_);
-    if (!line.empty() && line.front() != '#') return line;
+    const bool comment = dialect_.quotes ? is_comment(line) || is_blank_row(line)
+                                         : !line.empty() && line.front() == '#';
+    if (!line.empty() && !comment) return line;
   }
   return {};
 }

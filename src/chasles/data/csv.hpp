@@ -45,8 +45,9 @@ class CsvReader {
 
   /// A table with any columns, as other programs write it: its line of names is a comment or not,
   /// and commas, semicolons, tabs or blanks separate the values, which may stand in quotes
-  /// (find_heading()). Where the separator is no comma, 0,5 is the number 0.5. `file` names the
-  /// table in messages. Throws InputError if there is no line of names.
+  /// (find_heading()). Where the separator is no comma, and in quotes, 0,5 is the number 0.5. A
+  /// line of units below the names counts as brackets behind them. `file` names the table in
+  /// messages. Throws InputError if there is no line of names.
   CsvReader(std::string file, std::string bytes);
 
   /// The same for a table that has no line of names: `names` are those of its columns.
@@ -56,7 +57,8 @@ class CsvReader {
   CsvReader(std::string file, std::string bytes, NoHeading, const std::vector<std::string>& names);
 
   const std::vector<std::string>& columns() const { return columns_; }
-  /// Of a table with any columns: the names as they stand there, with units in brackets.
+  /// Of a table with any columns: the names as they stand there, with units in brackets, also those
+  /// of a line below them.
   const std::vector<std::string>& headings() const { return headings_; }
 
   /// Moves to the next row; false at the end. Throws InputError if the row has too few or too many
@@ -83,6 +85,8 @@ class CsvReader {
   void check_end(LastLine last);
   void refuse_utf16() const;
   void read_columns(const CsvHeading& heading);
+  void take_units();
+  bool is_blank_row(std::string_view line) const;
 
   std::string file_;
   std::string bytes_;

@@ -144,7 +144,14 @@ KalibrCalibration read_depthai(const fs::path& file, const std::optional<fs::pat
   KalibrCalibration result = read_kalibr_imu(*imu);
   for (const int socket : stereo_sockets(json)) {
     const auto entry = sockets.find(socket);
-    if (entry == sockets.end() || result.cameras.size() == cameras) continue;
+    if (result.cameras.size() == cameras) continue;
+    if (entry == sockets.end() && json.has("stereoRectificationData")) {
+      throw InputError(
+          fmt::format("{}: 'cameraData' has no camera at socket {}, expected those of "
+                      "'stereoRectificationData'",
+                      file.string(), socket));
+    }
+    if (entry == sockets.end()) continue;
     Camera camera = depthai_lens(entry->second);
     const auto cam_T_imu = cam_T_imu_of(json, sockets, socket);
     if (!cam_T_imu) {

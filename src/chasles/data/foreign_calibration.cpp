@@ -30,8 +30,9 @@ std::optional<ForeignKind> kind_of_yaml(const std::string& text) {
       (has_key(text, "cam0_calib") && has_key(text, "imu_topic"))) {
     return ForeignKind::kVins;
   }
-  const bool orb =
-      has_key(text, "Camera1.fx") || has_key(text, "Camera.fx") || has_key(text, "LEFT.K");
+  const auto has = [&](const char* key) { return has_key(text, key); };
+  const bool orb = std::ranges::any_of(
+      std::array{"Camera1.fx", "Camera.fx", "LEFT.K", "IMU.T_b_c1", "IMU.NoiseGyro"}, has);
   return orb ? std::optional(ForeignKind::kOrb) : std::nullopt;
 }
 
@@ -91,6 +92,19 @@ std::vector<fs::path> with_config(const std::vector<fs::path>& places) {
   return result;
 }
 
+// A file of an IMU alone, whose noise that of the whole calibration precedes.
+void remark_on_imu_file(const std::vector<fs::path>& places, const fs::path& calibration,
+                        std::vector<std::string>& remarks) {
+  for (const fs::path& place : with_config(places)) {
+    const auto imu = find_kalibr_imu(place);
+    if (!imu || *imu == calibration) continue;
+    remarks.push_back(fmt::format(
+        "{} is not read: the noise of the IMU is that of {}, which states it with the cameras",
+        imu->string(), calibration.filename().string()));
+    return;
+  }
+}
+
 }  // namespace
 
 std::optional<KalibrCalibration> find_foreign_calibration(const std::vector<fs::path>& places,
@@ -103,7 +117,11 @@ std::optional<KalibrCalibration> find_foreign_calibration(const std::vector<fs::
           "{}: both {} and {} are calibrations, expected one: take the others away", place.string(),
           found[0].file.filename().string(), found[1].file.filename().string()));
     }
-    return read_foreign(found.front(), cameras);
+    KalibrCalibration result = read_foreign(found.front(), cameras);
+    if (found.front().kind != ForeignKind::kDepthai) {
+      remark_on_imu_file(places, found.front().file, result.remarks);
+    }
+    return result;
   }
   return std::nullopt;
 }

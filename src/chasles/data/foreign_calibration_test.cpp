@@ -233,7 +233,12 @@ TEST_F(ForeignCalibration, OfOrbSlam3ByNewAndOldNames) {
                 "Tlr: " + opencv_matrix(c1_T_c2.substr(0, c1_T_c2.size() - 12), 3, 4));
   add("walk.yaml", old);
   expect_rig(read());
-  add("walk.yaml", changed(orb_text(), "Camera2.fx", "Camera3.fx"));
+  std::string single = orb_text();
+  single.erase(single.find("Stereo.T_c1_c2"), single.find("IMU.T_b_c1") - single.find("Stereo."));
+  for (std::size_t at = 0; (at = single.find("Camera2.")) != std::string::npos;) {
+    single.erase(at, single.find('\n', at) + 1 - at);
+  }
+  add("walk.yaml", single);
   expect_rig(read(), 1);
   add("walk.yaml", changed(orb_text(), "IMU.T_b_c1", "IMU.T_b_c9"));
   expect_parts(error(), {"walk.yaml", "'IMU.T_b_c1'", "Tbc", "without an IMU"});
@@ -317,8 +322,80 @@ TEST_F(ForeignCalibration, OfDepthai) {
   expect_parts(rig.remarks.back(), {"calib.json (depthai", "imu.yaml"});
   add("calib.json", depthai_text(",0.5,0,0"));
   expect_parts(error(), {"calib.json", "rational", "coefficient 6 is 0.5"});
+  const std::string stereo =
+      R"(,"stereoRectificationData":{"leftCameraSocket":1,"rightCameraSocket":2}})";
+  std::string pair = depthai_text();
+  add("calib.json", pair.substr(0, pair.size() - 1) + stereo);
+  expect_rig(read(), 2, 1e-9);
+  pair = changed(stereo, "\"rightCameraSocket\":2", "\"rightCameraSocket\":4");
+  add("calib.json", depthai_text().substr(0, depthai_text().size() - 1) + pair);
+  expect_parts(error(), {"'cameraData' has no camera at socket 4"});
   add("calib.json", depthai_text(",0,0,0", -1));
   expect_parts(error(), {"'imuExtrinsics' is missing", "kalibr_calibrate_imu_camera"});
+}
+
+// Zeros for them, or one camera instead of two, would be a wrong calibration without a word.
+TEST_F(ForeignCalibration, ValuesThatAreMissingAreNamed) {
+  const auto without = [](std::string text, const std::string& key, std::size_t from = 0) {
+    const std::size_t at = text.find(key, from);
+    EXPECT_NE(at, std::string::npos) << key;
+    return text.insert(at + key.size(), "_");
+  };
+  add_vins(vins_text());
+  for (const char* key : {"k1", "k2", "p1", "p2", "fx", "fy", "cx", "cy"}) {
+    add("right.yaml", without(vins_lens_text(), key));
+    expect_parts(error(), {"right.yaml", fmt::format("'{}' is missing", key)});
+  }
+  add_vins(changed(without(vins_text(), "body_T_cam1"), "num_of_cam: 2\n", ""));
+  expect_parts(error(), {"config.yaml", "'body_T_cam1' is missing"});
+  add_vins(changed(without(vins_text(), "cam1_calib"), "num_of_cam: 2\n", ""));
+  expect_parts(error(), {"config.yaml", "'cam1_calib' is missing"});
+  for (const char* name : {"config.yaml", "left.yaml", "right.yaml"}) fs::remove(folder / name);
+  for (const char* key : {"Camera1.fx", "Camera1.cy", "Camera1.k1", "Camera1.k2", "Camera1.p2",
+                          "Camera2.fx", "Camera2.k1", "Stereo.T_c1_c2"}) {
+    add("walk.yaml", without(orb_text(), key));
+    expect_parts(error(), {"walk.yaml", fmt::format("'{}' is missing", key)});
+  }
+  fs::remove(folder / "walk.yaml");
+  for (const char* key : {"fx", "k1", "k3", "k6", "p2"}) {
+    add("calibration.json", basalt_text(without(kBasaltLens, key)));
+    expect_parts(error(), {"calibration.json", fmt::format("'{}' is missing", key)});
+  }
+  for (const char* key : {"resolution", "calib_accel_bias", "calib_gyro_bias"}) {
+    add("calibration.json", without(basalt_text(), key));
+    expect_parts(error(), {"calibration.json", fmt::format("'{}' is missing", key)});
+  }
+  add("calibration.json", changed(basalt_text(), "[[752,480],[752,480]]", "[[752,480]]"));
+  expect_parts(error(), {"T_imu_cam: has 2 poses", "2 lenses", "1 sizes"});
+}
+
+TEST_F(ForeignCalibration, ValuesThatAreOptionalThereMayBeMissing) {
+  add_vins(changed(vins_text(), "td: 0.005\n", ""));
+  EXPECT_EQ(read().time_offsets[1], Time{});
+  const std::string lens = vins_lens_text();
+  const std::size_t begin = lens.find("distortion_parameters"), end = lens.find("projection");
+  add("left.yaml", lens.substr(0, begin) + lens.substr(end));
+  EXPECT_EQ(read().cameras[0].distortion, Distortion::kNone);
+  expect_parts(read().remarks.at(0), {"left.yaml", "'distortion_parameters' is missing"});
+  for (const char* name : {"config.yaml", "left.yaml", "right.yaml"}) fs::remove(folder / name);
+  std::string none = orb_text();
+  for (const char* key : {"Camera1.k1", "Camera1.k2", "Camera1.p1", "Camera1.p2"}) {
+    none = changed(none, key, std::string(key) + "_");
+  }
+  add("walk.yaml", none);
+  EXPECT_EQ(read().cameras[0].distortion, Distortion::kNone);
+  EXPECT_EQ(read().cameras[1].distortion, Distortion::kRadtan);
+  add("walk.yaml", orb_text() + "Camera2.k3: 0.25\n");
+  EXPECT_EQ(read().cameras[0].radtan_k3, 0);
+  EXPECT_EQ(read().cameras[1].radtan_k3, 0.25);
+}
+
+TEST_F(ForeignCalibration, AFileOfTheImuBesideItIsNamed) {
+  add("imu.yaml", kNoiseFile);
+  add("config/walk.yaml", orb_text());
+  const KalibrCalibration rig = read();
+  EXPECT_EQ(rig.imu_noise.accelerometer_random_walk, 3e-3);
+  expect_parts(rig.remarks.back(), {"imu.yaml is not read", "that of walk.yaml"});
 }
 
 TEST_F(ForeignCalibration, TheFirstPlaceCountsAndKalibrComesFirst) {

@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include <chasles/data/foreign_kinds.hpp>
+#include <chasles/data/text_file.hpp>
 
 namespace chasles {
 namespace {
@@ -28,6 +28,11 @@ constexpr std::string_view kArchive = "an archive: unpack it, and give the folde
 constexpr std::string_view kHdf5 =
     "an HDF5 file, which may hold anything: write its images into images/cam0 and its samples into "
     "imu.csv (docs/your-recording.md)";
+
+constexpr std::string_view kColmap =
+    "a part of a model of COLMAP, which has poses and points but neither times nor an IMU: give "
+    "the "
+    "recording that its images come from";
 
 constexpr std::array kSignatures{
     Signature{4, "ftyp", kVideo},
@@ -73,6 +78,9 @@ constexpr std::array kSignatures{
     Signature{0, "\x0a\x0d\x0d\x0a", "a capture of network packets (pcap), no recording of images"},
     Signature{0, "ply\n", "a point cloud or a mesh (PLY), no recording"},
     Signature{0, "# .PCD", "a point cloud (PCD), no recording"},
+    Signature{0, "# Image list with", kColmap},
+    Signature{0, "# Camera list with", kColmap},
+    Signature{0, "# 3D point list with", kColmap},
     Signature{0, "%PDF", "a PDF document, no recording"},
     Signature{0, "\x00\x05\x16\x07"sv,
               "a file that macOS writes beside another (._NAME): give the one without ._"}};
@@ -105,32 +113,8 @@ constexpr std::array kNameEndings{
     NameEnding{".yaml", "a calibration or a configuration: give the folder of the recording"},
     NameEnding{".yml", "a calibration or a configuration: give the folder of the recording"}};
 
-std::string in_small_letters(std::string_view text) {
-  std::string small(text);
-  for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return small;
-}
-
 std::string text_of_bytes(std::string_view bytes) {
-  return in_small_letters(bytes.substr(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size())));
-}
-
-// What stands in the place of the file that was meant, whatever its name.
-std::string_view by_pointer(std::string_view bytes) {
-  if (bytes.starts_with("version https://git-lfs.github.com/spec/")) {
-    return "a pointer of Git LFS, not the file itself: `git lfs pull` in its repository gets the "
-           "file";
-  }
-  if (bytes.starts_with("/annex/objects/")) {
-    return "a pointer of git-annex, not the file itself: `git annex get FILE` gets it";
-  }
-  const std::string text = text_of_bytes(bytes);
-  for (const std::string_view page : {"<!doctype html", "<html", "<?xml", "<head", "<!--"}) {
-    if (!text.starts_with(page)) continue;
-    return "a web page, not the file itself: the download needed a login or a confirmation; "
-           "download it in a browser, and compare the size with the page's";
-  }
-  return {};
+  return lower_case(bytes.substr(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size())));
 }
 
 std::string_view by_json(std::string_view bytes) {
@@ -167,14 +151,31 @@ std::optional<std::string> by_zip(std::string_view bytes) {
 
 }  // namespace
 
+std::string_view stand_in(std::string_view bytes) {
+  if (bytes.starts_with("version https://git-lfs.github.com/spec/")) {
+    return "a pointer of Git LFS, not the file itself: `git lfs pull` in its repository gets the "
+           "file";
+  }
+  if (bytes.starts_with("/annex/objects/")) {
+    return "a pointer of git-annex, not the file itself: `git annex get FILE` gets it";
+  }
+  const std::string text = text_of_bytes(bytes);
+  for (const std::string_view page : {"<!doctype html", "<html", "<?xml", "<head", "<!--"}) {
+    if (!text.starts_with(page)) continue;
+    return "a web page, not the file itself: the download needed a login or a confirmation; "
+           "download it in a browser, and compare the size with the page's";
+  }
+  return {};
+}
+
 std::optional<std::string> foreign_file(const std::filesystem::path& file,
                                         const std::string& first_bytes) {
   if (first_bytes.empty()) {
     return "is empty: the recording or the copy of it broke off before its first byte";
   }
   const auto looks = [](std::string_view what) { return fmt::format("looks like {}", what); };
-  if (const std::string_view what = by_pointer(first_bytes); !what.empty()) return looks(what);
-  const std::string name = in_small_letters(file.filename().string());
+  if (const std::string_view what = stand_in(first_bytes); !what.empty()) return looks(what);
+  const std::string name = lower_case(file.filename().string());
   const bool hdf5 = first_bytes.starts_with("\x89HDF");
   for (const NameEnding& known : kNameEndings) {
     // A .mat file of MATLAB 7.3 is one too.

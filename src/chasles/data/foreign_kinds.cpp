@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
+#include <fstream>
 #include <string_view>
 #include <vector>
 
@@ -11,6 +11,7 @@
 #include <chasles/data/folder_names.hpp>
 #include <chasles/data/foreign_kinds.hpp>
 #include <chasles/data/readers.hpp>
+#include <chasles/data/text_file.hpp>
 
 namespace chasles {
 namespace {
@@ -40,8 +41,7 @@ struct Listing {
   std::vector<std::string> ending(std::initializer_list<std::string_view> endings) const {
     std::vector<std::string> found;
     for (const std::string& name : files) {
-      std::string small = name;
-      for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      const std::string small = lower_case(name);
       const auto ends = [&](std::string_view ending) { return small.ends_with(ending); };
       if (std::ranges::any_of(endings, ends)) found.push_back(name);
     }
@@ -112,6 +112,35 @@ Verdict tum_rgbd(const Listing& l) {
          "accelerometer.txt has accelerations alone)";
 }
 
+std::string begin_of_file(const fs::path& file) {
+  std::array<char, 512> begin{};
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(begin.data(), begin.size());
+  return {begin.data(), static_cast<std::size_t>(stream.gcount())};
+}
+
+// A model of structure from motion, as text or binary; of its text an image's row begins with its
+// number and a quaternion.
+Verdict colmap_model(const Listing& l) {
+  for (const std::string_view ending : {".txt", ".bin"}) {
+    const auto has = [&](const char* name) { return l.file(std::string(name).append(ending)); };
+    const int parts = int(has("cameras")) + int(has("images")) + int(has("points3D"));
+    if (parts < 2) continue;
+    return fmt::format(
+        "looks like a model of COLMAP (cameras{0}, images{0}, points3D{0}), which has poses and "
+        "points but neither times nor an IMU: give the recording that its images come from",
+        ending);
+  }
+  if (l.dir("sparse")) return colmap_model(Listing(l.folder / "sparse" / "0"));
+  for (const char* alone : {"images.txt", "points3D.txt", "cameras.txt"}) {
+    const auto told =
+        l.file(alone) ? foreign_file(alone, begin_of_file(l.folder / alone)) : Verdict();
+    if (told && told->find("COLMAP") != std::string::npos)
+      return "holds " + (alone + (", which " + *told));
+  }
+  return std::nullopt;
+}
+
 // Lists of images beside a folder of them, without the samples of an IMU.
 Verdict listed_images(const Listing& l) {
   if (!l.file("left_images.txt") && !l.file("images.txt")) return std::nullopt;
@@ -148,6 +177,21 @@ Verdict folders_of_images(const Listing& l) {
       some_of(found));
 }
 
+// One file of another program in it, such as a flight log beside a calibration.
+Verdict foreign_file_within(const Listing& l) {
+  constexpr std::size_t kMost = 100;
+  const auto usual = l.ending({".yaml", ".yml", ".json", ".png", ".jpg", ".jpeg", ".pdf", ".ply",
+                               ".pcd", ".xml", ".html", ".txt", ".csv"});
+  for (std::size_t i = 0; i < std::min(kMost, l.files.size()); ++i) {
+    const std::string& name = l.files[i];
+    if (std::ranges::find(usual, name) != usual.end()) continue;
+    const std::string bytes = begin_of_file(l.folder / name);
+    const auto told = bytes.empty() ? Verdict() : foreign_file(name, bytes);
+    if (told) return fmt::format("holds {}, which {}", name, *told);
+  }
+  return std::nullopt;
+}
+
 Verdict images_alone(const Listing& l) {
   const std::size_t count =
       l.ending({".png", ".jpg", ".jpeg", ".pgm", ".bmp", ".tif", ".tiff", ".webp"}).size();
@@ -169,10 +213,12 @@ constexpr std::array kForeignFolders{run_of_ours,
                                      archives,
                                      above_recordings,
                                      tum_rgbd,
+                                     colmap_model,
                                      listed_images,
                                      kitti_odometry_without_images,
                                      extracted_bag,
                                      folders_of_images,
+                                     foreign_file_within,
                                      images_alone,
                                      nothing};
 

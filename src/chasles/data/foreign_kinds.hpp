@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace chasles {
 
@@ -14,5 +15,9 @@ std::optional<std::string> foreign_folder(const std::filesystem::path& folder);
 /// The same for a file with these first bytes.
 std::optional<std::string> foreign_file(const std::filesystem::path& file,
                                         const std::string& first_bytes);
+
+/// What stands in the place of the file that was meant, by its first bytes: a pointer of Git LFS or
+/// git-annex, or a web page, with what to do. Empty for others.
+std::string_view stand_in(std::string_view first_bytes);
 
 }  // namespace chasles

@@ -46,6 +46,12 @@ TEST_F(ForeignKinds, FoldersAreNamedForWhatTheyLookLike) {
   expect_parts(told(), {"TUM RGB-D", "accelerometer.txt has accelerations alone"});
   add("left_images.txt");
   expect_parts(told(), {"UZH-FPV without its imu.txt"});
+  for (const std::string ending : {".txt", ".bin"}) {
+    for (const char* part : {"cameras", "images", "points3D"}) add(part + ending);
+    const std::string message = told();
+    expect_parts(message, {"a model of COLMAP (cameras" + ending, "neither times nor an IMU"});
+    EXPECT_EQ(message.find("UZH-FPV"), std::string::npos) << message;
+  }
   add("left/0.png");
   add("right/0.png");
   expect_parts(told(),
@@ -144,6 +150,36 @@ TEST_F(ForeignKinds, WhatStandsInThePlaceOfAFileIsNamed) {
     add(name, "");
     expect_parts(told(name), {name, "is empty", "broke off"});
   }
+}
+
+// Also where other files of the recording are as they should be.
+TEST_F(ForeignKinds, WithinAFolderTheyAreNamedToo) {
+  const std::string pointer =
+      "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 45183443\n";
+  for (const char* name : {"camchain-imucam.yaml", "calibration.json"}) {
+    add("images/cam0/5.png");
+    add("imu.yaml", "a: 1\n");
+    add(name, pointer);
+    expect_parts(told(), {name, "is a pointer of Git LFS", "git lfs pull"});
+  }
+  for (const char* name : {"walk_0.db3", "walk.mcap"}) {
+    add(name, pointer);
+    expect_parts(told(), {name, "is a pointer of Git LFS"});
+    add(name, "<!DOCTYPE html><html></html>");
+    expect_parts(told(), {name, "is a web page"});
+  }
+  add("imu.yaml", "a: 1\n");
+  add("log.ulg", "ULog\x01\x12\x35\x01");
+  expect_parts(told(), {"holds log.ulg, which looks like a flight log of PX4"});
+  add("rec.svo", "SVO");
+  expect_parts(told(), {"holds rec.svo", "ZED camera"});
+  add("images.txt", "# Image list with two lines of data per image:\n");
+  expect_parts(told(), {"holds images.txt", "a model of COLMAP"});
+  for (const char* part : {"cameras", "images", "points3D"})
+    add(std::string("sparse/0/") + part + ".bin");
+  expect_parts(told(), {"a model of COLMAP (cameras.bin"});
+  add("points3D.txt", "# 3D point list with one line of data per point:\n");
+  expect_parts(told("points3D.txt"), {"a part of a model of COLMAP"});
 }
 
 // What nobody knows still gets the list of what is read.

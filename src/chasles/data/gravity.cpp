@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include <chasles/data/gravity.hpp>
 #include <chasles/lie/small_matrices.hpp>
@@ -70,6 +71,7 @@ std::optional<Integrals> integrals(const Trajectory& poses, const std::vector<Im
 struct GravityEquations {
   Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> b = Eigen::Matrix<double, 6, 1>::Zero();
+  double squares = 0;  // of the right-hand side
   int windows = 0;
 
   void add(const Trajectory& poses, const Integrals& sum, Index first, Index middle, Index last) {
@@ -81,6 +83,7 @@ struct GravityEquations {
     J << -sum.rotation, (before + after) / 2 * Eigen::Matrix3d::Identity();
     A += J.transpose() * J;
     b += J.transpose() * (slopes - sum.force);
+    squares += (slopes - sum.force).squaredNorm();
     ++windows;
   }
 };
@@ -102,9 +105,11 @@ std::optional<GravityFit> fit_gravity(const Trajectory& world_T_imu,
   const double prior = kSlopeSigma / kBiasSigma;
   equations.A.topLeftCorner<3, 3>().diagonal().array() += prior * prior;
   const Eigen::Matrix<double, 6, 1> x = solve_symmetric(equations.A, equations.b);
-  return GravityFit{.gravity_world = x.tail<3>(),
-                    .accelerometer_bias = x.head<3>(),
-                    .windows = equations.windows};
+  return GravityFit{
+      .gravity_world = x.tail<3>(),
+      .accelerometer_bias = x.head<3>(),
+      .windows = equations.windows,
+      .left = std::sqrt(std::max(0.0, equations.squares - x.dot(equations.b)) / equations.windows)};
 }
 
 }  // namespace chasles

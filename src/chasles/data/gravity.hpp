@@ -15,6 +15,7 @@ struct GravityFit {
   Eigen::Vector3d gravity_world = Eigen::Vector3d::Zero();       ///< [m/s^2], points down
   Eigen::Vector3d accelerometer_bias = Eigen::Vector3d::Zero();  ///< mean bias [m/s^2]
   int windows = 0;                                               ///< number of windows used
+  double left = 0;  ///< root mean square of what is left of a window's difference of slopes [m/s]
 };
 
 /// Fits gravity and a constant accelerometer bias. A window has three poses at t0 < t1 < t2, about

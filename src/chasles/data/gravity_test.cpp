@@ -18,6 +18,21 @@ TEST(Gravity, IsFoundInAWorldThatIsNotLevelBesideTheBias) {
   EXPECT_EQ(fit->windows, 28) << "of 30 poses a second apart";
 }
 
+// Positions in another unit leave more: the right scale is the lowest point of a parabola.
+TEST(Gravity, WhatIsLeftShowsTheScaleOfThePositions) {
+  const Recording r = swung(kTilted, 30);
+  const auto left = [&](double scale) {
+    Trajectory scaled = r.truth;
+    for (StampedPose& row : scaled) row.pose.p *= scale;
+    const double rms = fit_gravity(scaled, r.imu)->left;
+    return rms * rms;
+  };
+  EXPECT_LT(left(1), 1e-4 * left(0));
+  const double slope = (left(3) - left(-3)) / 6, bend = (left(3) + left(-3)) / 2 - left(0);
+  EXPECT_NEAR(-slope / (2 * bend / 9), 1, 1e-3);
+  EXPECT_NEAR(left(1), left(0) + slope + bend / 9, 1e-6 * left(0));
+}
+
 TEST(Gravity, NoiseOfThePosesHardlyMatters) {
   Recording r = swung(kTilted, 60);
   test::Random random(5);

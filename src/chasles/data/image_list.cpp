@@ -25,7 +25,8 @@ namespace fs = std::filesystem;
 struct ListRows {
   std::vector<std::vector<std::string>> rows;  // of the same length
   std::vector<int> lines;
-  std::optional<std::size_t> time, name;  // as the names of the columns state them
+  std::optional<std::size_t> time;  // as the names of the columns state it
+  std::vector<std::size_t> files;   // columns that may have the files' names, the better ones first
   std::optional<TimeScale> scale;
   std::string names;  // of the columns; empty without them
 };
@@ -44,7 +45,7 @@ bool is_number(const std::string& text) {
 // A line of names has neither a number nor the file of an image.
 bool is_line_of_names(const CsvHeading& heading) {
   std::vector<std::string_view> values;
-  split_values(heading.names, heading.dialect, values);
+  split_names(heading.names, {.separator = heading.names_separator, .quotes = true}, values);
   return !heading.names.empty() && std::ranges::none_of(values, [](std::string_view value) {
     return is_number(std::string(value)) || is_image_name(std::string(value));
   });
@@ -67,8 +68,8 @@ ListRows read_rows(const fs::path& list) {
   ListRows result;
   if (named) {
     result.names = fmt::format("{}", fmt::join(csv.headings(), ","));
-    result.name = column_named(csv, {"file", "filename", "file_name", "image_name", "image", "name",
-                                     "path", "image_path"});
+    result.files = columns_named(csv, {"file", "filename", "file_name", "image_file", "image_name",
+                                       "image_path", "path", "image", "name"});
     try {
       const TimeColumn time = find_time_column(csv);
       if (!time.fraction) {
@@ -105,15 +106,22 @@ std::string stem_of(const std::string& name) {
 // The column with the images' names: files, or their names without ending.
 std::optional<std::size_t> column_of_names(const ListRows& list,
                                            const std::set<std::string>& stems) {
-  if (list.name) return list.name;
   const std::vector<std::string>& first = list.rows.front();
+  const auto known = [&](std::size_t i) {
+    return std::ranges::all_of(list.rows,
+                               [&](const auto& row) { return stems.contains(stem_of(row[i])); });
+  };
+  // A column `name` may be that of the camera.
+  for (const std::size_t i : list.files) {
+    if (i != list.time && (is_image_name(first[i]) || known(i))) return i;
+  }
   for (std::size_t i = 0; i < first.size(); ++i) {
     if (is_image_name(first[i])) return i;
   }
+  if (!list.files.empty()) return list.files.front();
   if (first.size() < 2) return std::nullopt;
   for (std::size_t i = 0; i < first.size(); ++i) {
-    const auto known = [&](const auto& row) { return stems.contains(stem_of(row[i])); };
-    if (i != list.time && std::ranges::all_of(list.rows, known)) return i;
+    if (i != list.time && known(i)) return i;
   }
   return std::nullopt;
 }
@@ -152,10 +160,11 @@ std::vector<Time> times_of(const fs::path& list, const ListRows& rows, std::size
     return fmt::format("{}:{}", list.string(), rows.lines[i]);
   };
   std::vector<Time> times;
-  if (!rows.scale) {
+  if (!rows.scale || rows.scale->digits == 0) {
     std::vector<std::string_view> texts;
     for (const auto& row : rows.rows) texts.emplace_back(row[column]);
-    ColumnTimes read = read_unscaled_times(texts, where);
+    ColumnTimes read =
+        rows.scale ? read_nanoseconds(texts, where) : read_unscaled_times(texts, where);
     std::string remark =
         times_remark(fmt::format("{} of {}", list.filename().string(), camera), read);
     if (!remark.empty()) remarks.push_back(std::move(remark));
@@ -172,6 +181,22 @@ std::vector<Time> times_of(const fs::path& list, const ListRows& rows, std::size
   return times;
 }
 
+// Which number the first line is for, where no column states it: 0, or 1 if the last image has the
+// number of lines. Throws where the numbers leave both open.
+long first_number(const fs::path& list, std::size_t lines,
+                  const std::map<long, std::string>& files) {
+  if (files.empty() || files.begin()->first != 1) return 0;
+  const long last = files.rbegin()->first;
+  if (last >= static_cast<long>(lines)) return 1;
+  throw InputError(fmt::format(
+      "{}: has {} times, and the images are numbered from 1 to {} ({} to {}): is the first time "
+      "that of {}, or that of an image 0 which is missing? Expected a time for each image, with "
+      "the "
+      "file's name beside it",
+      list.string(), lines, last, files.begin()->second, files.rbegin()->second,
+      files.begin()->second));
+}
+
 // By number: line i, or the line that states i, is for the image of that number. In order if there
 // are as many lines as images.
 std::vector<StampedFile> by_number(const fs::path& list, const ListRows& rows,
@@ -183,13 +208,15 @@ std::vector<StampedFile> by_number(const fs::path& list, const ListRows& rows,
   for (const NumberedImage& image : images) {
     if (image.ordinal) files.emplace(*image.ordinal, image.file);
   }
+  const bool in_order = times.size() == images.size();
+  const long first = numbers || in_order ? 0 : first_number(list, times.size(), files);
   std::vector<StampedFile> found;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const auto stated = numbers ? whole_number(rows.rows[i][*numbers]) : std::nullopt;
-    const auto file = files.find(stated.value_or(static_cast<long>(i)));
+    const auto file = files.find(stated.value_or(first + static_cast<long>(i)));
     if (file != files.end()) found.push_back({.time = times[i], .file = file->second});
   }
-  if (times.size() == images.size() && found.size() < images.size()) {  // from 1, or by time
+  if (in_order && found.size() < images.size()) {  // from 1, or by time
     found.clear();
     for (std::size_t i = 0; i < times.size(); ++i) {
       found.push_back({.time = times[i], .file = images[i].file});

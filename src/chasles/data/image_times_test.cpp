@@ -136,6 +136,27 @@ TEST_F(ImageTimes, AListMustFitTheImages) {
   EXPECT_EQ(files->images.at(0).time, std::chrono::milliseconds(1500));
 }
 
+// Of N images from 1 on and one time more, either the image of the first or the one of the last
+// time is missing.
+TEST_F(ImageTimes, NumbersFromOneAreNotShiftedSilently) {
+  add_images([](int i) { return fmt::format("{:06}.png", i + 1); });
+  test::spill(place.images / "times.txt", "1.5\n2.5\n3.5\n4.5\n5.5\n");
+  expect_parts(error(), {"times.txt: has 5 times", "numbered from 1 to 4",
+                         "000001.png to 000004.png", "image 0 which is missing", "file's name"});
+  fs::remove(place.images / "000002.png");  // the last number is the number of times
+  test::spill(place.images / "times.txt", "1.5\n2.5\n3.5\n4.5\n");
+  const auto gap = list_camera_images(place, remarks);
+  ASSERT_EQ(gap->images.size(), 3u);
+  EXPECT_EQ(gap->images[1].file, "000003.png");
+  EXPECT_EQ(gap->images[1].time, std::chrono::milliseconds(3500));
+  // What states the numbers, or begins with 0, is no question.
+  test::spill(place.images / "times.txt", "0 1.5\n1 2.5\n2 3.5\n3 4.5\n4 5.5\n");
+  EXPECT_EQ(list_camera_images(place, remarks)->images.at(0).time, std::chrono::milliseconds(2500));
+  test::spill(place.images / "000000.png", "x");
+  test::spill(place.images / "times.txt", "1.5\n2.5\n3.5\n4.5\n5.5\n");
+  EXPECT_EQ(list_camera_images(place, remarks)->images.at(1).time, std::chrono::milliseconds(2500));
+}
+
 // 5, 10 and 15 ms as numbers of microseconds, within samples from 0 to 20 ms.
 TEST_F(ImageTimes, WholeNumbersAreInTheUnitInWhichTheyAreWithinTheSamples) {
   const std::vector<ImuSample> imu{{.time = Time(0) + std::chrono::seconds(1)},
@@ -155,6 +176,23 @@ TEST_F(ImageTimes, WholeNumbersAreInTheUnitInWhichTheyAreWithinTheSamples) {
   EXPECT_EQ(fitted(100), std::chrono::milliseconds(1400));
   expect_parts(remarks.at(1), {"milliseconds"});
   EXPECT_EQ(fitted(7), Time(98));  // in no unit
+}
+
+TEST_F(ImageTimes, AnotherColumnBeforeThatOfTheFilesIsNotTaken) {
+  add_numbered();
+  const auto listed = [&](const char* heading, const auto& line) {
+    SCOPED_TRACE(heading);
+    add_list("images/cam0/times.csv", heading, line);
+    expect_times();
+  };
+  const auto left = [](int i) { return fmt::format("left,{},{:06}.png", time(i).count(), i); };
+  listed("name,time_ns,file\n", left);
+  listed("name,time_ns,picture\n", left);
+  listed("image,time_ns,path\n",
+         [](int i) { return fmt::format("{},{},{:06}.png", i + 7, time(i).count(), i); });
+  listed("camera,image,time [ns]\n",
+         [](int i) { return fmt::format("0,{:06},{}", i, time(i).count()); });
+  listed("timestamp [s]\n", [](int i) { return seconds(i); });
 }
 
 }  // namespace

@@ -31,8 +31,9 @@ double quantile(const std::vector<double>& sorted, double part) {
 
 // The length of vectors that all have that of gravity, in g or m/s^2; none for others. No gyroscope
 // measures rates of one length about changing axes.
-std::optional<double> length_of_gravity(const std::vector<double>& sorted) {
-  if (sorted.size() < kFewSamples) return std::nullopt;
+std::optional<double> length_of_gravity(const std::vector<double>& sorted,
+                                        std::size_t fewest = kFewSamples) {
+  if (sorted.size() < fewest) return std::nullopt;
   const double middle = quantile(sorted, 0.5);
   const bool same =
       quantile(sorted, 0.01) > 0.99 * middle && quantile(sorted, 0.99) < 1.01 * middle;
@@ -45,10 +46,42 @@ std::string names_of(const CsvReader& csv, const VectorColumns& v) {
                      csv.columns()[v.columns[2]]);
 }
 
+const char* const kExpected =
+    "expected the accelerometer's samples, with gravity, in m/s^2 and the gyroscope's in rad/s";
 const char* const kWriteRaw =
     "expected the accelerometer's own samples, with gravity (9.81 m/s^2 upwards at a standstill), "
     "as ax,ay,az in m/s^2 and the gyroscope's as wx,wy,wz in rad/s: record those of the sensor "
     "(raw, total acceleration), not those of the phone's motion fusion";
+
+// Tables of no measurement, and of the rates in the columns of the forces.
+void check_forces(const CsvReader& csv, const std::string& file, const ImuColumns& columns,
+                  double force, const std::vector<ImuSample>& imu) {
+  if (force >= kLeastForce) return;
+  const std::vector<double> rates = lengths(
+      imu.size(), [&](std::size_t i) -> const Eigen::Vector3d& { return imu[i].angular_rate_imu; });
+  const double rate = rates.empty() ? 0 : quantile(rates, 0.5);
+  const std::string forces = names_of(csv, columns.force), turns = names_of(csv, columns.rate);
+  if (std::abs(rate - kStandardGravity) < 0.2 * kStandardGravity) {
+    throw InputError(fmt::format(
+        "{}: accelerometer and gyroscope are exchanged: the median length of {} is {:.2f}, which "
+        "is gravity, and that of {} is {:.2f}; expected {} in rad/s, and {} in m/s^2",
+        file, turns, rate, forces, force, turns, forces));
+  }
+  if (quantile(lengths(imu.size(),
+                       [&](std::size_t i) -> const Eigen::Vector3d& {
+                         return imu[i].specific_force_imu;
+                       }),
+               0.99) > 0) {
+    return;
+  }
+  const bool all = rates.empty() || quantile(rates, 0.99) == 0;
+  throw InputError(
+      all ? fmt::format("{}: all six columns ({}, {}) are 0 in all {} samples: the sensor was not "
+                        "read, or the driver writes the attitude alone; {}",
+                        file, turns, forces, imu.size(), kExpected)
+          : fmt::format("{}: {} are 0 in all {} samples: the accelerometer was not read; {}", file,
+                        forces, imu.size(), kExpected));
+}
 
 void check_gravity_columns(const CsvReader& csv, const std::string& file, const ImuColumns& columns,
                            const std::optional<double>& length, bool judged) {
@@ -72,6 +105,23 @@ void check_rates(const CsvReader& csv, const std::string& file, const ImuColumns
 
 }  // namespace
 
+void take_rates_of_g(const CsvReader& csv, ImuColumns& columns,
+                     std::vector<Eigen::Vector3d>& gravity, std::vector<ImuSample>& imu,
+                     std::vector<std::string>& remarks) {
+  if (!columns.gravity || !columns.rate_is_derived) return;
+  const auto length = length_of_gravity(
+      lengths(gravity.size(), [&](std::size_t i) -> const Eigen::Vector3d& { return gravity[i]; }),
+      1);
+  if (length) return;
+  const VectorColumns g = with_unit(csv, columns.gravity->columns, ImuQuantity::kRate);
+  remarks.push_back(fmt::format("the angular rates are {}, and {} are not read", names_of(csv, g),
+                                names_of(csv, columns.rate)));
+  for (std::size_t i = 0; i < imu.size(); ++i) imu[i].angular_rate_imu = g.factor * gravity[i];
+  columns.rate = g;
+  columns.gravity.reset();
+  gravity.clear();
+}
+
 void check_sense(const CsvReader& csv, const std::string& file, const ImuColumns& columns,
                  const std::vector<ImuSample>& imu, const std::vector<Eigen::Vector3d>& gravity,
                  std::vector<std::string>& remarks) {
@@ -85,6 +135,7 @@ void check_sense(const CsvReader& csv, const std::string& file, const ImuColumns
               [&](std::size_t i) -> const Eigen::Vector3d& { return imu[i].specific_force_imu; });
   if (forces.size() < kFewSamples) return;
   const double median = quantile(forces, 0.5);
+  check_forces(csv, file, columns, median, imu);
   const std::string more =
       length ? fmt::format(", and {}, of the length {:.3f}, are the direction of gravity",
                            names_of(csv, *columns.gravity), *length)

@@ -1,7 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <functional>
-#include <limits>
 #include <optional>
 #include <string_view>
 
@@ -12,17 +10,10 @@
 #include <chasles/data/imu_columns.hpp>
 #include <chasles/data/imu_sense.hpp>
 #include <chasles/data/imu_table.hpp>
-#include <chasles/data/parse.hpp>
-#include <chasles/error.hpp>
+#include <chasles/data/table_times.hpp>
 
 namespace chasles {
 namespace {
-
-Eigen::Vector3d vector_of(const CsvReader& csv, const VectorColumns& v) {
-  const Eigen::Vector3d values(csv.number(v.columns[0]), csv.number(v.columns[1]),
-                               csv.number(v.columns[2]));
-  return v.factor == 1 ? values : Eigen::Vector3d(v.factor * values);
-}
 
 // The fields of sensor_msgs/Imu in the order of `ros2 topic echo --csv`.
 const std::vector<std::string>& ros2_echo_names() {
@@ -48,66 +39,6 @@ CsvReader open_imu_table(const std::string& file, std::string bytes) {
   return {file, std::move(bytes), CsvReader::NoHeading{}, ros2_echo_names()};
 }
 
-// The texts of a column of times, and the lines of their rows.
-struct TimeTexts {
-  std::vector<std::string_view> texts;
-  std::vector<int> lines;
-};
-
-Time time_in_scale(const CsvReader& csv, const TimeColumn& column) {
-  const std::string_view text = csv.text(column.column);
-  if (column.fraction) {
-    const Time fraction = csv.time(*column.fraction);
-    const Time whole = parse_seconds(csv.where(column.column), text);
-    if (fraction >= Time::zero() && fraction < std::chrono::seconds(1)) return whole + fraction;
-    throw InputError(fmt::format("{}: is {}, expected nanoseconds below 1000000000",
-                                 csv.where(*column.fraction), fraction.count()));
-  }
-  if (column.scale->digits == 9) return parse_seconds(csv.where(column.column), text);
-  if (const auto time = written_time(text, *column.scale)) return time->time;
-  throw InputError(
-      fmt::format("{}: is {:.40} {}, expected a time in ns, us, ms or s up to the year 2115",
-                  csv.where(column.column), text, column.scale->name));
-}
-
-// The steps of the most precise time.
-double least_step(const TimeTexts& times, const TimeScale& scale) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const std::string_view text : times.texts) {
-    if (const auto time = written_time(text, scale)) least = std::min(least, time->step);
-  }
-  return least;
-}
-
-void set_times(const std::string& file, const std::string& table, const CsvReader& csv,
-               const TimeColumn& column, const TimeTexts& written, std::vector<ImuSample>& imu,
-               std::vector<std::string>& remarks) {
-  const auto where = [&](std::size_t i) {
-    return fmt::format("{}:{}: column '{}'", file, written.lines[i], csv.columns()[column.column]);
-  };
-  ColumnTimes times;
-  if (column.scale) {
-    for (const ImuSample& sample : imu) times.times.push_back(sample.time);
-    times.scale = *column.scale;
-    times.step = least_step(written, *column.scale);
-    if (column.fraction || times.step < 1e5 || written.texts.empty() ||
-        written.texts.front().find('.') == std::string_view::npos) {
-      return;
-    }
-  } else {
-    times = read_unscaled_times(written.texts, where);
-    for (std::size_t i = 0; i < imu.size(); ++i) imu[i].time = times.times[i];
-    if (times.scale.digits == 0 && rounded_to_15_digits(times.times)) {
-      remarks.push_back(fmt::format(
-          "{}: the times are rounded to 15 digits, as spreadsheets do it: they have steps of 10 us",
-          table));
-    }
-  }
-  if (std::string remark = times_remark(table, times); !remark.empty()) {
-    remarks.push_back(std::move(remark));
-  }
-}
-
 void remark_on_units(const std::string& table, const ImuColumns& columns,
                      std::vector<std::string>& remarks) {
   std::vector<std::string> converted;
@@ -131,21 +62,21 @@ bool is_ros2_echo(std::string_view bytes) {
 std::vector<ImuSample> read_imu_table(const std::filesystem::path& file,
                                       std::vector<std::string>& remarks) {
   CsvReader csv = open_imu_table(file.string(), read_plain_or_gzip(file));
-  const ImuColumns columns = find_imu_columns(csv);
+  ImuColumns columns = find_imu_columns(csv);
   const std::string table = file.filename().string();
   std::vector<ImuSample> imu;
   std::vector<Eigen::Vector3d> gravity;
-  TimeTexts written;
+  TableTimes written{.column = columns.time};
   while (csv.next()) {
     ImuSample& sample = imu.emplace_back();
     sample.specific_force_imu = vector_of(csv, columns.force);
     sample.angular_rate_imu = vector_of(csv, columns.rate);
     if (columns.gravity) gravity.push_back(vector_of(csv, *columns.gravity));
-    if (columns.time.scale) sample.time = time_in_scale(csv, columns.time);
-    written.texts.push_back(csv.text(columns.time.column));
-    written.lines.push_back(csv.line());
+    add_time(csv, written);
   }
-  set_times(file.string(), table, csv, columns.time, written, imu, remarks);
+  const std::vector<Time> times = read_table_times(csv, file.string(), table, written, remarks);
+  for (std::size_t i = 0; i < imu.size(); ++i) imu[i].time = times[i];
+  take_rates_of_g(csv, columns, gravity, imu, remarks);
   remark_on_units(table, columns, remarks);
   check_sense(csv, file.string(), columns, imu, gravity, remarks);
   return imu;

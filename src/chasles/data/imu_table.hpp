@@ -36,9 +36,9 @@ bool is_ros2_echo(std::string_view bytes);
 /// Whether a file begins as such a table: its names have a time, rates and forces.
 bool is_imu_table(const std::filesystem::path& file);
 
-/// The IMU table of a recording's folder: imu.csv or imu0.csv; without them the only other table
-/// (.csv, .txt, .tsv) that is one, with a remark. Nothing without one. Throws InputError
-/// if there are several.
+/// The IMU table of a recording's folder: imu.csv or imu0.csv, also with .gz; without them the only
+/// other table (.csv, .txt, .tsv, also with .gz) that is one, with a remark. Nothing without one.
+/// Throws InputError if there are several, and for imu.csv that another program has compressed.
 std::optional<std::filesystem::path> find_imu_table(const std::filesystem::path& folder,
                                                     std::vector<std::string>& remarks);
 

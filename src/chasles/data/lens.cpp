@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <string_view>
 
@@ -8,6 +7,7 @@
 
 #include <chasles/data/lens.hpp>
 #include <chasles/data/numbers.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -30,11 +30,6 @@ constexpr std::array kModelNames{ModelName{"none", Distortion::kNone},
                                  ModelName{"equidistant", Distortion::kEquidistant},
                                  ModelName{"equi", Distortion::kEquidistant},
                                  ModelName{"fisheye", Distortion::kEquidistant}};
-
-std::string small_letters(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 [[noreturn]] void not_supported(const YamlMap& map, const std::string& key) {
   throw InputError(fmt::format("{}: '{}' is a model that is not supported, {}", map.where(key),
@@ -77,7 +72,7 @@ void read_distortion(const YamlMap& map, const LensKeys& keys, Camera& camera) {
 }  // namespace
 
 std::optional<Distortion> distortion_named(const std::string& name) {
-  const auto* found = std::ranges::find(kModelNames, small_letters(name), &ModelName::name);
+  const auto* found = std::ranges::find(kModelNames, lower_case(name), &ModelName::name);
   return found == kModelNames.end() ? std::nullopt : std::optional(found->model);
 }
 
@@ -102,7 +97,7 @@ Camera read_lens(const YamlMap& map, const LensKeys& keys) {
 }
 
 Camera read_pinhole(const YamlMap& map, const LensKeys& keys) {
-  if (small_letters(map.text("camera_model")) != "pinhole") not_supported(map, "camera_model");
+  if (lower_case(map.text("camera_model")) != "pinhole") not_supported(map, "camera_model");
   return read_lens(map, keys);
 }
 

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <array>
+
 #include <fmt/format.h>
 
 #include <chasles/data/foreign_calibration.hpp>
@@ -12,9 +15,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Whether there is a value of a lens.
+bool has_any(const YamlMap& map, const std::string& prefix) {
+  constexpr std::array kValues{"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4", "p1", "p2"};
+  return std::ranges::any_of(kValues, [&](const char* name) { return map.has(prefix + name); });
+}
+
 // The keys of the first camera begin with Camera1. in new files, with Camera. in old ones.
 std::string orb_prefix(const YamlMap& map, int number) {
-  if (number == 1 && !map.has("Camera1.fx")) return "Camera.";
+  if (number == 1 && !has_any(map, "Camera1.")) return "Camera.";
   return fmt::format("Camera{}.", number);
 }
 
@@ -22,10 +31,10 @@ std::string orb_model(const YamlMap& map) {
   return map.has("Camera.type") ? lower_case(map.text("Camera.type")) : "pinhole";
 }
 
+// New files may leave out all coefficients of a pinhole, and any file may leave out k3; ORB-SLAM3
+// requires the others.
 void set_orb_distortion(const YamlMap& map, const std::string& prefix, Camera& camera) {
-  const auto value = [&](const char* name) {
-    return map.has(prefix + name) ? map.number(prefix + name) : 0;
-  };
+  const auto value = [&](const char* name) { return map.number(prefix + name); };
   const std::string model = orb_model(map);
   if (model == "rectified") return;
   if (model == "kannalabrandt8") {
@@ -39,8 +48,11 @@ void set_orb_distortion(const YamlMap& map, const std::string& prefix, Camera& c
         "{}: is {}, a model that is not supported, expected PinHole, KannalaBrandt8 or Rectified",
         map.where("Camera.type"), map.text("Camera.type")));
   }
+  const bool stated = std::ranges::any_of(std::array{"k1", "k2", "k3", "p1", "p2"},
+                                          [&](const char* name) { return map.has(prefix + name); });
+  if (!stated && prefix != "Camera.") return;
   camera.coefficients = {value("k1"), value("k2"), value("p1"), value("p2")};
-  camera.radtan_k3 = value("k3");
+  if (map.has(prefix + "k3")) camera.radtan_k3 = value("k3");
   const bool none = camera.coefficients.isZero(0) && camera.radtan_k3 == 0;
   camera.distortion = none ? Distortion::kNone : Distortion::kRadtan;
 }
@@ -92,14 +104,20 @@ SE3 motion_of_rows(const YamlMap& map, const std::string& key) {
   return {checked_rotation(map.where(key), M.leftCols<3>()), M.col(3)};
 }
 
-// Where the second camera is against the first; none where the file does not tell.
-std::optional<SE3> orb_c1_T_c2(const YamlMap& map) {
-  if (map.has("Stereo.T_c1_c2")) return map.motion("Stereo.T_c1_c2");
+// Whether the settings are of two cameras: any value of the second one, where it is, or, of a
+// rectified pair, a value of the stereo.
+bool orb_is_pair(const YamlMap& map) {
+  if (has_any(map, "Camera2.") || map.has("Stereo.T_c1_c2") || map.has("Tlr")) return true;
+  return orb_model(map) == "rectified" && (map.has("Stereo.b") || map.has("Stereo.ThDepth"));
+}
+
+// Where the second camera is against the first.
+SE3 orb_c1_T_c2(const YamlMap& map) {
   if (map.has("Tlr")) return motion_of_rows(map, "Tlr");
-  if (orb_model(map) == "rectified" && map.has("Stereo.b")) {
+  if (orb_model(map) == "rectified" && !map.has("Stereo.T_c1_c2")) {
     return SE3{Eigen::Matrix3d::Identity(), {map.positive("Stereo.b"), 0, 0}};
   }
-  return std::nullopt;
+  return map.motion("Stereo.T_c1_c2");
 }
 
 SE3 orb_imu_T_c1(const YamlMap& map) {
@@ -113,15 +131,16 @@ SE3 orb_imu_T_c1(const YamlMap& map) {
 
 std::vector<Camera> orb_cameras(const YamlMap& map) {
   const SE3 c1_T_imu = orb_imu_T_c1(map).inverse();
-  const bool raw = map.has("LEFT.K");
+  const bool raw = std::ranges::any_of(std::array{"LEFT.K", "LEFT.D", "RIGHT.K", "RIGHT.D"},
+                                       [&](const char* key) { return map.has(key); });
   std::vector<Camera> cameras{raw ? orb_raw_lens(map, "LEFT") : orb_lens(map, 1)};
   cameras[0].cam_T_imu = c1_T_imu;
-  const std::optional<SE3> c1_T_c2 = raw ? orb_raw_c1_T_c2(map) : orb_c1_T_c2(map);
-  const bool second = raw || map.has("Camera2.fx") || orb_model(map) == "rectified";
-  if (!c1_T_c2 || !second) return cameras;
-  const int lens = map.has("Camera2.fx") ? 2 : 1;  // a rectified pair has one lens
+  if (!raw && !orb_is_pair(map)) return cameras;
+  const SE3 c1_T_c2 = raw ? orb_raw_c1_T_c2(map) : orb_c1_T_c2(map);
+  const bool one_lens = orb_model(map) == "rectified" && !has_any(map, "Camera2.");
+  const int lens = one_lens ? 1 : 2;
   cameras.push_back(raw ? orb_raw_lens(map, "RIGHT") : orb_lens(map, lens));
-  cameras[1].cam_T_imu = c1_T_c2->inverse() * c1_T_imu;
+  cameras[1].cam_T_imu = c1_T_c2.inverse() * c1_T_imu;
   return cameras;
 }
 

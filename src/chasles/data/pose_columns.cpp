@@ -64,20 +64,19 @@ std::vector<Name> names_of(std::string_view line) {
   std::vector<Name> names(1);
   const bool commas = line.find(',') != std::string_view::npos;
   bool unit = false, blank = false;
-  for (const char c : line) {
-    const char lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char c : lower_case(line)) {
     const bool is_blank = std::isspace(static_cast<unsigned char>(c)) != 0;
     if (c == '[' || c == '(') {
       unit = true;
     } else if (c == ']' || c == ')') {
       unit = false;
     } else if (unit) {
-      names.back().unit += lower;
+      names.back().unit += c;
     } else if (c == ',' || (!commas && blank && !is_blank && !names.back().name.empty())) {
       names.emplace_back();
     }
     const bool part = !unit && !is_blank && std::string_view("[](),#").find(c) == std::string::npos;
-    if (part) names.back().name += lower;
+    if (part) names.back().name += c;
     blank = is_blank;
   }
   // "# format: timestamp tx …"

@@ -232,6 +232,7 @@ void settle_run(const fs::path& folder) {
 
 void discard_unfinished(const fs::path& folder) {
   std::error_code error;
+  if (!fs::exists(fs::symlink_status(folder / kWriting, error))) return;
   fs::remove_all(folder / kWriting, error);
   if (!error) return;
   throw UsageError(fmt::format("{}: the remains of a run that was killed cannot be removed: {}",

@@ -1,13 +1,14 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 
 #include <fmt/format.h>
 
 #include <chasles/data/gzip.hpp>
-#include <chasles/data/sensor_table_columns.hpp>
+#include <chasles/data/imu_columns.hpp>
 #include <chasles/data/sensor_tables.hpp>
 #include <chasles/data/split_imu.hpp>
+#include <chasles/data/table_times.hpp>
+#include <chasles/data/text_file.hpp>
 #include <chasles/error.hpp>
 #include <chasles/median.hpp>
 
@@ -59,9 +60,9 @@ std::string shown_name(const fs::path& file) {
 std::string plain_name(const fs::path& file) {
   std::string name = is_data_of_folder(file) ? file.parent_path().filename().string() + ".csv"
                                              : file.filename().string();
-  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  name = lower_case(name);
   if (name.ends_with(".gz")) name.resize(name.size() - 3);
-  if (!name.ends_with(".csv") && !name.ends_with(".txt")) return {};
+  if (!name.ends_with(".csv") && !name.ends_with(".txt") && !name.ends_with(".tsv")) return {};
   name.resize(name.size() - 4);
   if (name.ends_with('0')) name.pop_back();
   return name;
@@ -88,17 +89,23 @@ std::optional<fs::path> best_table(const std::vector<fs::path>& files, const Nam
 
 SensorStream read_table(const fs::path& file, bool accelerometer,
                         std::vector<std::string>& remarks) {
-  CsvReader csv(file.string(), with_commas(read_plain_or_gzip(file)));
-  const SensorColumns columns = sensor_columns(csv, accelerometer);
+  CsvReader csv(file.string(), read_plain_or_gzip(file));
+  const auto time = time_column(csv);
+  if (!time) fail_sensor_columns(csv, "none is a time");
+  TableTimes written{.column = *time};
+  const VectorColumns axes =
+      find_sensor_axes(csv, accelerometer ? ImuQuantity::kForce : ImuQuantity::kRate);
   SensorStream stream{.name = shown_name(file), .samples = {}};
   while (csv.next()) {
-    const Eigen::Vector3d value(csv.number(columns.axes[0]), csv.number(columns.axes[1]),
-                                csv.number(columns.axes[2]));
-    stream.samples.push_back({.time = sensor_time(csv, columns), .value = columns.scale * value});
+    stream.samples.push_back({.time = {}, .value = vector_of(csv, axes)});
+    add_time(csv, written);
   }
+  const std::vector<Time> times =
+      read_table_times(csv, file.string(), stream.name, written, remarks);
+  for (std::size_t i = 0; i < times.size(); ++i) stream.samples[i].time = times[i];
   remark_on_open_end(file, remarks);
-  if (columns.scale != 1) {
-    remarks.push_back(fmt::format("{} is in {}: converted to {}", stream.name, columns.unit,
+  if (axes.factor != 1) {
+    remarks.push_back(fmt::format("{} is in {}: converted to {}", stream.name, axes.unit,
                                   accelerometer ? "m/s^2" : "rad/s"));
   }
   return stream;

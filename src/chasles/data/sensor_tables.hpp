@@ -15,7 +15,7 @@ struct SensorTables {
   std::vector<std::string> remarks = {};  ///< on tables that are not taken
 };
 
-/// Finds the tables in a folder by their names, in small or capital letters, as .csv or .txt:
+/// Finds the tables in a folder by their names, in small or capital letters, as .csv, .txt or .tsv:
 /// gyro, gyroscope, … and accel, accelerometer, TotalAcceleration, … A `0` may follow. Of several
 /// the first of docs/formats.md counts: those with gravity, those that an app has corrected.
 SensorTables find_sensor_tables(const std::filesystem::path& folder);
@@ -25,14 +25,11 @@ bool has_sensor_tables(const std::filesystem::path& folder);
 
 /// Reads the two tables and joins them (join_streams()) to recording.imu.
 ///
-/// The names in the first line determine the columns, in any order: a time, and three names that
-/// differ in their last letter, x, y and z (x,y,z; ax,ay,az; gyro_x,…). Units may stand in brackets
-/// behind a name: [ns], [us], [ms], [s]; (g), (deg/s) and the like are converted, with a remark.
-/// Without a unit times with a point are seconds, and others nanoseconds. Values lie between
-/// commas, semicolons, tabs or blanks.
+/// They are tables as those of an IMU (imu_table.hpp): the same names of times, separators, units
+/// and times. The axes are the only three columns that differ in x, y and z (find_sensor_axes()).
 ///
-/// Throws InputError: with file, line and column as CsvReader; for one table without the other; for
-/// an accelerometer whose median shows no gravity; and as join_streams().
+/// Throws InputError: with file, line and column as read_imu_table(); for one table without the
+/// other; for an accelerometer whose median shows no gravity; and as join_streams().
 void read_sensor_tables(const SensorTables& tables, const std::filesystem::path& folder,
                         Recording& recording);
 

@@ -152,5 +152,63 @@ TEST_F(SensorTablesFolder, EurocsLayoutMayHaveThemApart) {
   expect_parts(r.remarks.at(0), {"accel0/data.csv", "gyro0/data.csv"});
 }
 
+// JavaScript writes 2 for 2.0: the unit is one for the whole column.
+TEST_F(SensorTablesFolder, TheUnitOfTimesIsThatOfTheColumn) {
+  const auto shortest = [](std::int64_t t) {
+    return fmt::format("{}", 1e-9 * static_cast<double>(t));
+  };
+  spill("accel.csv", table("seconds_elapsed,x,y,z", [&](std::int64_t t, int k) {
+          return fmt::format("{},0.1,0.2,{}", shortest(t), 9.5 + 1e-3 * k);
+        }));
+  spill("gyro.csv", table("t,x,y,z", [&](std::int64_t t, int k) {
+          return fmt::format("{},{},-0.2,0.3", shortest(t), 0.01 * k);
+        }));
+  Recording r = expect_joined();
+  expect_parts(r.remarks.at(0), {"accel.csv: the times are taken as seconds"});
+  for (const char* head : {"timestamp [ns],x,y,z", "time_ns,x,y,z"}) {
+    SCOPED_TRACE(head);
+    spill("accel.csv", table(head, [](std::int64_t t, int k) {
+            return fmt::format("{}.0,0.1,0.2,{}", t, 9.5 + 1e-3 * k);
+          }));
+    spill("gyro.csv", table(head, [](std::int64_t t, int k) {
+            return fmt::format("{}.0,{},-0.2,0.3", t, 0.01 * k);
+          }));
+    expect_joined();
+  }
+}
+
+TEST_F(SensorTablesFolder, WhatTheTableOfBothSensorsMayBeEachMayBe) {
+  const auto both = [&](const std::string& name, const char* axes, double scale, auto value) {
+    spill(name, table(axes, [=](std::int64_t t, int k) {
+            const std::array<double, 3> v = value(k);
+            std::string row =
+                fmt::format("{},{};{};{};{}", t / 1000000000, fmt::format("{:09}", t % 1000000000),
+                            v[0] / scale, v[1] / scale, v[2] / scale);
+            std::ranges::replace(row, '.', ',');
+            return row;
+          }));
+  };
+  const auto force = [](int k) { return std::array<double, 3>{0.1, 0.2, 9.5 + 1e-3 * k}; };
+  const auto rate = [](int k) { return std::array<double, 3>{0.01 * k, -0.2, 0.3}; };
+  both("accel.csv", "time;ax_g;ay_g;az_g", kStandardGravity, force);
+  both("gyro.csv", "Time (s);gyro_x_mdps;gyro_y_mdps;gyro_z_mdps", M_PI / 180e3, rate);
+  expect_joined();
+  spill("accel.csv", table("header.stamp.secs,header.stamp.nsecs,acceleration.x,acceleration.y,"
+                           "acceleration.z",
+                           [](std::int64_t t, int k) {
+                             return fmt::format("{},{},0.1,0.2,{}", t / 1000000000, t % 1000000000,
+                                                9.5 + 1e-3 * k);
+                           }));
+  expect_joined();
+}
+
+TEST_F(SensorTablesFolder, TheOtherSensorsAxesAreRefused) {
+  spill_plain("gyro.csv", "accel.csv");
+  expect_parts(refusal(), {"accel.csv:1", "wx, … are those of the gyroscope"});
+  spill_plain("accel.csv", "gyro.csv");
+  fs::copy_file(folder / "accel.csv", folder / "gyro.csv", fs::copy_options::overwrite_existing);
+  expect_parts(refusal(), {"gyro.csv:1", "ax, … are those of the accelerometer"});
+}
+
 }  // namespace
 }  // namespace chasles

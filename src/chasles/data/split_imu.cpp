@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/data/imu_range.hpp>
+#include <chasles/data/sample_batches.hpp>
 #include <chasles/data/split_imu.hpp>
 #include <chasles/data/time_order.hpp>
 #include <chasles/data/time_spans.hpp>
@@ -18,11 +19,24 @@ namespace {
 constexpr double kNoteworthyNoise = 1.02;
 // A longer interval, in medians, is a gap.
 constexpr double kGap = 3;
+// A sensor of which more intervals are too long has no usual gaps: it is too slow.
+constexpr double kMostLongIntervals = 0.1;
 
 std::vector<Time> times_of(const std::vector<AxesSample>& samples) {
   std::vector<Time> times;
   for (const AxesSample& sample : samples) times.push_back(sample.time);
   return times;
+}
+
+// As the samples of a whole IMU.
+void spread_stream(SensorStream& stream, const std::string& rows,
+                   std::vector<std::string>& remarks) {
+  std::vector<ImuSample> samples;
+  for (const AxesSample& s : stream.samples) {
+    samples.push_back({.time = s.time, .specific_force_imu = s.value});
+  }
+  spread_batches(samples, rows, remarks);
+  for (std::size_t i = 0; i < samples.size(); ++i) stream.samples[i].time = samples[i].time;
 }
 
 void tidy_stream(const std::string& where, const char* what, SensorStream& stream,
@@ -32,6 +46,7 @@ void tidy_stream(const std::string& where, const char* what, SensorStream& strea
     throw InputError(fmt::format("{}: holds no sample, expected those of the {}", name, what));
   }
   const std::string rows = fmt::format("samples of the {}", what);
+  spread_stream(stream, rows, remarks);
   check_distinct(name, rows, times_of(stream.samples));
   bring_into_order(stream.samples, rows, remarks);
   leave_out_unknown(
@@ -56,14 +71,30 @@ double period_of(const std::vector<AxesSample>& samples) {
   return sum / count;
 }
 
+// Of all intervals, those over which no sample is joined.
+double share_of_long_intervals(const std::vector<AxesSample>& samples) {
+  std::size_t count = 0;
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    if (samples[i].time - samples[i - 1].time > ImuJoiner::kLongestInterval) ++count;
+  }
+  return samples.size() < 2 ? 1
+                            : static_cast<double>(count) / static_cast<double>(samples.size() - 1);
+}
+
 void check_fast_enough(const std::string& where, const char* what, const SensorStream& stream) {
   const double period = period_of(stream.samples),
-               slowest = to_seconds(ImuJoiner::kLongestInterval);
-  if (period <= slowest) return;
+               slowest = to_seconds(ImuJoiner::kLongestInterval),
+               share = share_of_long_intervals(stream.samples);
+  if (period <= slowest && share <= kMostLongIntervals) return;
   throw InputError(fmt::format(
-      "{}: {}: the {} has {} samples, at {:.3g} Hz, expected {:.0f} Hz or more, and better 100: "
-      "between two samples the motion is unknown, so set a higher rate in the driver or app",
-      where, stream.name, what, stream.samples.size(), 1 / period, 1 / slowest));
+      "{}: {}: the {} has {} samples, at {:.3g} Hz, and {:.0f} % of the intervals between them are "
+      "longer than {:.2f} s: the {} is too slow, expected {:.0f} Hz or more, at most {:.0f} % of "
+      "such "
+      "intervals, and better 100 Hz: between two samples the motion is unknown, so set a higher "
+      "rate "
+      "in the driver or app",
+      where, stream.name, what, stream.samples.size(), 1 / period, 100 * share, slowest, what,
+      1 / slowest, 100 * kMostLongIntervals));
 }
 
 // What shown_range() sees in the accelerometer's own samples.

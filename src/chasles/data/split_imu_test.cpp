@@ -1,4 +1,8 @@
+#include <algorithm>
 #include <cmath>
+#include <random>
+
+#include <fmt/format.h>
 
 #include <chasles/data/split_imu.hpp>
 #include <chasles/data/testing.hpp>
@@ -61,6 +65,34 @@ TEST(SplitImu, WhereTheGyroscopeIsSlowerTheNoiseGrows) {
   expect_parts(r.remarks.at(0), {"the slower one", "1.41 times"});
 }
 
+// As for one table: a FIFO gives all samples of a batch the time of its last one.
+TEST(SplitImu, BatchesOfEitherSensorAreSpread) {
+  const auto batched = [](SensorStream s, std::size_t size) {
+    for (std::size_t i = 0; i < s.samples.size(); ++i) {
+      s.samples[i].time =
+          s.samples[std::min(s.samples.size() - 1, i / size * size + size - 1)].time;
+    }
+    return s;
+  };
+  const Recording truth = joined(accel(300, milliseconds(5)), gyro());
+  for (const std::size_t size : {std::size_t{2}, std::size_t{4}, std::size_t{10}}) {
+    for (const bool of_forces : {true, false}) {
+      const SensorStream forces = accel(300, milliseconds(5)), rates = gyro();
+      const Recording r =
+          of_forces ? joined(batched(forces, size), rates) : joined(forces, batched(rates, size));
+      ASSERT_EQ(r.imu.size(), truth.imu.size()) << size;
+      for (std::size_t k = 0; k < r.imu.size(); ++k) {
+        EXPECT_EQ(r.imu[k].time, truth.imu[k].time);
+        EXPECT_EQ(r.imu[k].specific_force_imu, truth.imu[k].specific_force_imu);
+        EXPECT_EQ(r.imu[k].angular_rate_imu, truth.imu[k].angular_rate_imu);
+      }
+      expect_parts(r.remarks.at(0),
+                   {"300 of 300 samples of the", of_forces ? "accelerometer" : "gyroscope",
+                    fmt::format("in batches of {},", size)});
+    }
+  }
+}
+
 TEST(SplitImu, StreamsArePutInOrderAndWhatHasNoPartnerIsCounted) {
   SensorStream forces = accel(), rates = gyro(400);
   std::swap(forces.samples[20], forces.samples[21]);
@@ -111,6 +143,43 @@ TEST(SplitImu, WhatCannotBeJoinedIsRefusedWithTheReason) {
                  join_streams("walk", accel(), gyro(), Eigen::Matrix3d::Identity(), means);
                }),
                {"interval-mean", "expected instant"});
+}
+
+// At 21 Hz with jitter two of five intervals are longer than 50 ms, over which nothing is joined.
+TEST(SplitImu, ASensorWithTooManyLongIntervalsIsTooSlow) {
+  const auto jittered = [](Time period, Time jitter) {
+    SensorStream forces = accel(200, period);
+    std::mt19937 random(5);
+    for (AxesSample& s : forces.samples) {
+      s.time += jitter * (static_cast<int>(random() % 2001) - 1000) / 1000;
+    }
+    return forces;
+  };
+  const SensorStream rates = gyro(2000);
+  expect_parts(refusal(jittered(std::chrono::microseconds(47600), milliseconds(6)), rates),
+               {"walk: /accel", "% of the intervals", "longer than 0.05 s",
+                "the accelerometer is too slow", "20 Hz or more"});
+  EXPECT_GT(joined(jittered(milliseconds(40), milliseconds(3)), rates).imu.size(), 1500u);
+  SensorStream gaps = accel(600, milliseconds(16));
+  const Time first = gaps.samples.front().time;
+  std::erase_if(gaps.samples, [&](const AxesSample& s) {
+    return (s.time - first) / milliseconds(1000) % 3 == 1;
+  });
+  EXPECT_GT(joined(gaps, rates).imu.size(), 1000u) << "a few long gaps";
+}
+
+// A FIFO delivers four samples with one time.
+TEST(SplitImu, BatchesOfASensorAreSpread) {
+  SensorStream rates = gyro(400);
+  const SensorStream truth = rates;
+  for (std::size_t i = 0; i < 400; ++i) rates.samples[i].time = truth.samples[i / 4 * 4 + 3].time;
+  const Recording r = joined(accel(200), rates);
+  ASSERT_EQ(r.imu.size(), 400u);
+  for (std::size_t i = 0; i < 400; ++i) {
+    EXPECT_LE(std::abs((r.imu[i].time - truth.samples[i].time).count()), 1000);
+    EXPECT_EQ(r.imu[i].angular_rate_imu, truth.samples[i].value);
+  }
+  expect_parts(r.remarks.at(0), {"samples of the gyroscope have the time of others", "of 4"});
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <chasles/data/foreign_kinds.hpp>
 #include <chasles/data/output_file.hpp>
 #include <chasles/data/read_budget.hpp>
 #include <chasles/data/text_file.hpp>
@@ -34,6 +35,15 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     }
   }
   return row.back();
+}
+
+// Of a repository without its large files.
+void check_no_pointer(const std::filesystem::path& file, std::string_view bytes) {
+  constexpr std::size_t kLargest = 1024;  // of a pointer
+  if (bytes.size() > kLargest || bytes.starts_with('<')) return;
+  const std::string_view what = stand_in(bytes);
+  if (what.find("pointer") == std::string_view::npos) return;
+  throw InputError(fmt::format("{}: is {}", file.string(), what));
 }
 
 std::string_view without_group(std::string_view name) {
@@ -72,6 +82,7 @@ std::string read_file(const std::filesystem::path& file) {
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
     throw InputError(fmt::format("{}: cannot be read to its end", file.string()));
   }
+  check_no_pointer(file, bytes);
   return bytes;
 }
 

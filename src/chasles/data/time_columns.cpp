@@ -13,21 +13,32 @@
 namespace chasles {
 namespace {
 
-constexpr std::array<std::string_view, 9> kTimeNames{
-    "time_ns", "timestamp", "timestamp_ns", "timestamps",        "ts",
-    "t",       "time",      "stamp",        "field.header.stamp"};
+// The first one that is there counts.
+constexpr std::array<std::string_view, 9> kTimeNames{"field.header.stamp",
+                                                     "time_ns",
+                                                     "timestamp_ns",
+                                                     "timestamp",
+                                                     "timestamps",
+                                                     "time",
+                                                     "t",
+                                                     "ts",
+                                                     "stamp"};
 // Others, the better ones first: the stamp of the sensor comes before the time of recording.
 constexpr std::array<std::string_view, 17> kTimeWords{
     "header_stamp", "sensor_timestamp", "sensor_time",  "timestamp", "time_stamp", "stamp",
     "time",         "unix_time",        "unixtime",     "epoch",     "epoch_time", "rostime",
     "elapsed",      "elapsed_time",     "time_elapsed", "t",         "ts"};
 
-// A name without a unit behind it, which it returns as well.
-std::pair<std::string, std::optional<TimeScale>> time_name(const std::string& words) {
+// A name without a unit behind it, which it returns as well: time_ms, time_since_start_in_ms.
+std::pair<std::string, std::optional<TimeScale>> time_name(std::string words) {
+  std::optional<TimeScale> scale;
   const auto [before, last] = last_word(words);
-  const auto scale = time_scale_named(last);
-  if (!scale) return {words, std::nullopt};
-  return {before.empty() ? "time" : before, scale};  // `seconds` and `sec` are times
+  if ((scale = time_scale_named(last))) words = before;
+  if (words.ends_with("_in")) words.resize(words.size() - 3);
+  if (const std::size_t at = words.find("_since_"); at != std::string::npos) words.resize(at);
+  if (words.empty()) return {"time", scale};  // `seconds` and `sec` are times
+  if (!scale && (scale = time_scale_named(words))) return {"time", scale};  // ms_since_boot
+  return {words, scale};
 }
 
 bool is_fraction_name(const std::string& word) {
@@ -70,7 +81,11 @@ std::optional<TimeScale> stated_scale(const CsvReader& csv, std::size_t column) 
   const std::string unit = bracketed_unit(csv, column);
   if (unit.empty()) return std::nullopt;
   const auto scale = time_scale_named(unit);
-  if (scale || csv.headings()[column].find('[') == std::string::npos) return scale;
+  constexpr std::array<std::string_view, 10> kUnread{"min", "minutes", "h",     "hr",     "hours",
+                                                     "d",   "days",    "ticks", "cycles", "frames"};
+  const bool unread = std::ranges::find(kUnread, std::string_view(unit)) != kUnread.end() ||
+                      csv.headings()[column].find('[') != std::string::npos;
+  if (scale || !unread) return scale;
   throw InputError(fmt::format(
       "{}: the unit of {} is {}, expected a time in ns, us, ms or s up to the year 2115",
       csv.where(), csv.columns()[column], unit));
@@ -78,26 +93,35 @@ std::optional<TimeScale> stated_scale(const CsvReader& csv, std::size_t column) 
 
 }  // namespace
 
-TimeColumn find_time_column(const CsvReader& csv) {
+std::optional<TimeColumn> time_column(const CsvReader& csv) {
   if (const auto pair = seconds_and_nanoseconds(csv, true)) return *pair;
   TimeColumn found;
-  const auto exact = only_column(csv, "the time", [&](std::size_t i) {
-    const std::string name = lower_case(csv.columns()[i]);
-    return std::ranges::find(kTimeNames, std::string_view(name)) != kTimeNames.end();
-  });
-  if (exact) {
-    found.column = *exact;
+  const std::vector<std::size_t> exact = columns_named(csv, {kTimeNames.begin(), kTimeNames.end()});
+  if (exact.size() > 1 &&
+      lower_case(csv.columns()[exact[0]]) == lower_case(csv.columns()[exact[1]])) {
+    two_columns(csv, exact[0], exact[1], "the time");
+  }
+  if (!exact.empty()) {
+    found.column = exact.front();
+    // That the message's stamp comes before the time of recording is no choice.
+    const bool stamp = lower_case(csv.columns()[exact[0]]) == kTimeNames.front();
+    if (exact.size() > 1 && !stamp) found.other = exact[1];
+    found.scale = time_name(column_words(csv, found.column)).second;
   } else if (const auto pair = seconds_and_nanoseconds(csv, false)) {
     return *pair;
   } else if (const auto other = time_by_words(csv)) {
     found = *other;
   } else {
-    unknown_columns(csv, "the time");
+    return std::nullopt;
   }
   if (const auto scale = stated_scale(csv, found.column)) found.scale = scale;
-  // The digits decide between nanoseconds and seconds under the name time_ns.
-  if (found.scale && found.scale->digits == 0) found.scale.reset();
   return found;
+}
+
+TimeColumn find_time_column(const CsvReader& csv) {
+  const auto found = time_column(csv);
+  if (!found) unknown_columns(csv, "the time");
+  return *found;
 }
 
 }  // namespace chasles

@@ -114,9 +114,9 @@ std::string clock_guess(const SensorSpan& sensor, const SensorSpan& frames) {
     }
   }
   const double hours = to_seconds(frames.begin - sensor.begin) / 3600;
-  if (std::abs(hours) < 15 && std::abs(hours * 4 - std::round(hours * 4)) < 0.02) {
-    return fmt::format("the difference is {:.2f} h: is one of them in local time?",
-                       std::round(hours * 4) / 4);
+  const double quarters = std::round(hours * 4);
+  if (quarters != 0 && std::abs(hours) < 15 && std::abs(hours * 4 - quarters) < 0.02) {
+    return fmt::format("the difference is {:.2f} h: is one of them in local time?", quarters / 4);
   }
   return "are these of the same recording, and stamped by the same clock?";
 }

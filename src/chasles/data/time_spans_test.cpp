@@ -45,6 +45,12 @@ TEST(TimeSpans, ClocksThatDoNotOverlapAreNamedWithBothSpans) {
   expect_parts(refusal(recording(kNow, seconds(5))), {"clock of the frames counts since boot"});
   expect_parts(refusal(recording(kNow, kNow + seconds(7200))), {"2.00 h", "local time"});
   expect_parts(refusal(recording(kNow, kNow + seconds(3000))), {"of the same recording"});
+  for (const int shift : {-10, 10}) {  // no time zone is so near
+    const std::string near = refusal(recording(kNow, kNow + seconds(shift)));
+    expect_parts(near, {"of the same recording"});
+    EXPECT_EQ(near.find("0.00 h"), std::string::npos) << near;
+  }
+  expect_parts(refusal(recording(kNow, kNow - seconds(900))), {"-0.25 h"});
 }
 
 TEST(TimeSpans, OtherUnitsAreRecognised) {

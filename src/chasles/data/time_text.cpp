@@ -151,6 +151,29 @@ TimeScale scale_of(const std::vector<std::string_view>& texts) {
   return kNanoseconds;
 }
 
+ColumnTimes whole_nanoseconds(const std::vector<std::string_view>& texts,
+                              const std::function<std::string(std::size_t)>& where) {
+  ColumnTimes result{.times = {}, .scale = kNanoseconds, .step = 1};
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    result.times.push_back(nanoseconds_of(texts[i], where, i));
+  }
+  return result;
+}
+
+ColumnTimes decimal_times(const std::vector<std::string_view>& texts, const TimeScale& scale,
+                          const std::function<std::string(std::size_t)>& where) {
+  ColumnTimes result{.times = {}, .scale = scale, .step = 0};
+  const std::vector<WrittenTime> written = in_scale(texts, scale, where);
+  for (const WrittenTime& time : written) result.times.push_back(time.time);
+  result.step = std::ranges::min_element(written, {}, &WrittenTime::step)->step;
+  return result;
+}
+
+// As nanoseconds, decimals do not tell rows apart.
+bool is_of_another_unit(const ColumnTimes& column) {
+  return column.times.size() >= 4 && column.step < 1 && mean_interval(column.times) < 1;
+}
+
 }  // namespace
 
 std::optional<TimeScale> time_scale_named(std::string_view name) {
@@ -181,19 +204,32 @@ std::optional<WrittenTime> written_time(std::string_view text, const TimeScale& 
 
 ColumnTimes read_unscaled_times(const std::vector<std::string_view>& texts,
                                 const std::function<std::string(std::size_t)>& where) {
-  ColumnTimes result{.times = {}, .scale = kNanoseconds, .step = 1};
-  if (std::ranges::all_of(texts, is_whole_number)) {
-    for (std::size_t i = 0; i < texts.size(); ++i) {
-      result.times.push_back(nanoseconds_of(texts[i], where, i));
-    }
-    return result;
-  }
-  result.scale = scale_of(texts);
-  const std::vector<WrittenTime> written = in_scale(texts, result.scale, where);
-  for (const WrittenTime& time : written) result.times.push_back(time.time);
-  result.step = std::ranges::min_element(written, {}, &WrittenTime::step)->step;
+  if (std::ranges::all_of(texts, is_whole_number)) return whole_nanoseconds(texts, where);
+  ColumnTimes result = decimal_times(texts, scale_of(texts), where);
   check_steps(result, texts.back(), where(texts.size() - 1));
   return result;
+}
+
+ColumnTimes read_nanoseconds(const std::vector<std::string_view>& texts,
+                             const std::function<std::string(std::size_t)>& where) {
+  if (std::ranges::all_of(texts, is_whole_number)) return whole_nanoseconds(texts, where);
+  ColumnTimes result = decimal_times(texts, kNanoseconds, where);
+  if (is_of_another_unit(result)) return read_unscaled_times(texts, where);
+  check_steps(result, texts.back(), where(texts.size() - 1));
+  return result;
+}
+
+void check_stated_scale(const ColumnTimes& column, std::string_view first,
+                        const std::string& where) {
+  constexpr double kLeastInterval = 5e4;  // [ns]
+  if (column.times.size() < 100) return;
+  const double interval = mean_interval(column.times);
+  if (interval == 0 || interval >= kLeastInterval) return;
+  throw InputError(fmt::format(
+      "{}: the name states {}, and the times begin with '{:.40}': so {} rows are within {}, at "
+      "{:.3g} Hz, expected at most 20000. Correct the unit behind the name, as in `time [s]`",
+      where, column.scale.name, first, column.times.size(),
+      step_text(interval * static_cast<double>(column.times.size() - 1)), 1e9 / interval));
 }
 
 bool rounded_to_15_digits(const std::vector<Time>& times) {

@@ -45,6 +45,16 @@ struct ColumnTimes {
 ColumnTimes read_unscaled_times(const std::vector<std::string_view>& texts,
                                 const std::function<std::string(std::size_t)>& where);
 
+/// Reads times that are stated to be nanoseconds, with decimals and exponents as well. Where the
+/// rows are less than a nanosecond apart they are in another unit, as seconds below the head of
+/// EuRoC: then as read_unscaled_times(). Throws InputError likewise.
+ColumnTimes read_nanoseconds(const std::vector<std::string_view>& texts,
+                             const std::function<std::string(std::size_t)>& where);
+
+/// Throws InputError if times in the unit that the name of their column states are at more than
+/// 20000 Hz: that unit is wrong. Fewer than 100 are not judged.
+void check_stated_scale(const ColumnTimes& times, std::string_view first, const std::string& where);
+
 /// Whether all times are rounded to 15 significant digits, as spreadsheets do it, and no further.
 bool rounded_to_15_digits(const std::vector<Time>& times);
 

@@ -18,16 +18,21 @@ double value_or_zero(const YamlMap& map, const std::string& key) {
   return map.has(key) ? map.number(key) : 0;
 }
 
-void set_vins_pinhole(const YamlMap& lens, Camera& camera) {
-  const YamlMap f = lens.map("projection_parameters", {.known = {}, .needed = {"fx", "fy", "cx"}});
+// VINS itself takes a coefficient that is missing for zero, and so a misspelt one.
+void set_vins_pinhole(const YamlMap& lens, Camera& camera, std::vector<std::string>& remarks) {
+  const YamlMap f =
+      lens.map("projection_parameters", {.known = {}, .needed = {"fx", "fy", "cx", "cy"}});
   camera.fx = f.positive("fx");
   camera.fy = f.positive("fy");
   camera.cx = f.number("cx");
   camera.cy = f.number("cy");
-  if (!lens.has("distortion_parameters")) return;
+  if (!lens.has("distortion_parameters")) {
+    remarks.push_back(lens.where("distortion_parameters") +
+                      " is missing: the lens is taken to have no distortion");
+    return;
+  }
   const YamlMap d = lens.map("distortion_parameters", {});
-  camera.coefficients = {value_or_zero(d, "k1"), value_or_zero(d, "k2"), value_or_zero(d, "p1"),
-                         value_or_zero(d, "p2")};
+  camera.coefficients = {d.number("k1"), d.number("k2"), d.number("p1"), d.number("p2")};
   if (!camera.coefficients.isZero(0)) camera.distortion = Distortion::kRadtan;
 }
 
@@ -42,13 +47,13 @@ void set_vins_fisheye(const YamlMap& lens, Camera& camera) {
   camera.distortion = Distortion::kEquidistant;
 }
 
-Camera vins_lens(const YamlMap& lens) {
+Camera vins_lens(const YamlMap& lens, std::vector<std::string>& remarks) {
   Camera camera{.width = checked_pixels(lens.where("image_width"), lens.number("image_width")),
                 .height = checked_pixels(lens.where("image_height"), lens.number("image_height")),
                 .cam_T_imu = {}};
   const std::string model = lower_case(lens.text("model_type"));
   if (model == "pinhole") {
-    set_vins_pinhole(lens, camera);
+    set_vins_pinhole(lens, camera, remarks);
   } else if (model == "kannala_brandt") {
     set_vins_fisheye(lens, camera);
   } else {
@@ -62,15 +67,16 @@ Camera vins_lens(const YamlMap& lens) {
 
 // VINS-Fusion names a file for each camera, VINS-Mono has the lens of its only one in the same
 // file.
-Camera vins_camera(const fs::path& file, const YamlMap& map, std::size_t c) {
+Camera vins_camera(const fs::path& file, const YamlMap& map, std::size_t c,
+                   std::vector<std::string>& remarks) {
   const std::string key = fmt::format("cam{}_calib", c);
-  if (!map.has(key) && map.has("model_type")) return vins_lens(map);
+  if (!map.has(key) && map.has("model_type") && c == 0) return vins_lens(map, remarks);
   const fs::path lens = file.parent_path() / map.text(key);
   if (!fs::exists(lens)) {
     throw InputError(fmt::format("{}: names {}, which is not there, expected the lens of cam{}",
                                  map.where(key), lens.string(), c));
   }
-  return vins_lens(YamlMap::read(lens, {}));
+  return vins_lens(YamlMap::read(lens, {}), remarks);
 }
 
 // By body_T_cam0 of VINS-Fusion, or by rotation and translation of VINS-Mono: camera to IMU.
@@ -102,8 +108,12 @@ std::string text_or_empty(const YamlMap& map, const std::string& key) {
   return map.has(key) ? map.text(key) : "";
 }
 
+// Without a number, what else is there of a second camera makes it two.
 std::size_t vins_cameras(const YamlMap& map) {
-  if (!map.has("num_of_cam")) return map.has("body_T_cam1") ? 2 : 1;
+  if (!map.has("num_of_cam")) {
+    const bool second = map.has("body_T_cam1") || map.has("cam1_calib") || map.has("image1_topic");
+    return second ? 2 : 1;
+  }
   return map.number("num_of_cam") >= 2 ? 2 : 1;
 }
 
@@ -114,7 +124,7 @@ KalibrCalibration read_vins(const fs::path& file, std::size_t cameras) {
   check_vins(map);
   KalibrCalibration result{.noise_of_samples = true};
   for (std::size_t c = 0; c < std::min(cameras, vins_cameras(map)); ++c) {
-    Camera camera = vins_camera(file, map, c);
+    Camera camera = vins_camera(file, map, c, result.remarks);
     camera.cam_T_imu = vins_extrinsics(map, c);
     result.cameras.push_back(camera);
     const std::string topic = text_or_empty(map, fmt::format("image{}_topic", c));

@@ -10,6 +10,10 @@ namespace chasles {
 /// axes on the body.
 enum class SpeedKind { kTurning, kMoving };
 
+/// Of several shifts that fit alike: those nearer than the first are one, and one nearer to zero
+/// than the second is taken [s].
+inline constexpr double kSameShift = 0.05, kNearShift = 0.6;
+
 /// The shift of the truth's clock at which its speed follows the reference's.
 struct Lag {
   double offset = 0;       ///< truth's time + offset = reference's time, to half a step [s]

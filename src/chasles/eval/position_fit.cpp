@@ -88,6 +88,7 @@ void add_shape(const std::vector<PositionPair>& pairs, PositionFit& fit) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(own);
   fit.extent = std::sqrt(own.trace());
   fit.breadth = std::sqrt(std::max(0.0, axes.eigenvalues()[1]));
+  fit.axis = axes.eigenvectors().col(2);
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(cross, Eigen::ComputeFullU | Eigen::ComputeFullV);
   const double gain = svd.singularValues().sum();
   const double best = spread > 0 ? gain * gain / spread : 0;
@@ -161,7 +162,7 @@ std::optional<PositionFit> fit_positions(const Trajectory& estimate, const Traje
   if (start.rank == 0) return std::nullopt;
   fit.truth_T_estimate = start.truth_T_estimate;
   fit.scale = start.scale;
-  const int iterations = options.offset || options.point ? 8 : 0;
+  const int iterations = options.point ? 20 : options.offset ? 8 : 0;
   for (int i = 0; i < iterations; ++i) {
     const PositionNormal normal = normal_of(pairs, fit, options);
     apply_step(normal.H.ldlt().solve(normal.g), fit);

@@ -25,9 +25,10 @@ struct PositionFit {
   double offset = 0, offset_sigma = 0;              ///< [s]
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the axes of the estimate's body [m]
   double point_sigma = 0;                           ///< along the least certain axis [m]
-  double rms = 0;           ///< of the distances that are left [m, the truth's unit]
-  double extent = 0;        ///< root mean square of the truth's distance from its mean
-  double breadth = 0;       ///< the same along the second of its principal axes
+  double rms = 0;      ///< of the distances that are left [m, the truth's unit]
+  double extent = 0;   ///< root mean square of the truth's distance from its mean
+  double breadth = 0;  ///< the same along the second of its principal axes
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< the first of these
   double mirrored_rms = 0;  ///< that a reflection leaves, as rms; not less than without one
   std::size_t matched = 0;
 };

@@ -22,7 +22,9 @@ enum class TruthFault {
   kMirrored,       ///< the positions have left-handed axes
   kTilted,         ///< the z axis of the truth's world is not vertical
   kSparse,         ///< its stamps are too far apart for interpolation
+  kInterpolated,   ///< interpolation between its stamps is a good part of the errors
   kUnlike,         ///< the rotations follow those of the reference in no reading
+  kUnlikePath,     ///< the positions are not those of the reference's path
 };
 
 /// "positions_only", "clock", …: names for files.
@@ -55,7 +57,12 @@ struct TruthExaminationOptions {
   Time gap = kLongestTruthGap;  ///< between poses of the truth that are interpolated
   bool interpolated = true;     ///< whether the truth is interpolated between its stamps
   bool positions_only = false;  ///< as the file states it: then its rotations mean nothing
+  bool levelled = false;        ///< its tilt is known, and was removed
 };
+
+/// The finding on the unit of the positions, if `scale` of them are a metre by what is compared
+/// with, as "the estimate's". None near 1: an estimate's own scale may be off.
+std::optional<TruthFinding> unit_finding(double scale, std::string_view other);
 
 /// Examines a truth. Rotations come first: their speed gives the clock whatever the axes are, then
 /// the reading and the frame that explain them are chosen, the simplest first. Positions follow.

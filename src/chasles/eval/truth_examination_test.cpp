@@ -1,11 +1,17 @@
+#include <algorithm>
 #include <functional>
+#include <random>
+#include <sstream>
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 #include <chasles/constants.hpp>
+#include <chasles/eval/attitude_fit.hpp>
 #include <chasles/eval/position_fit.hpp>
 #include <chasles/eval/truth_examination.hpp>
+#include <chasles/eval/truth_interpolation.hpp>
+#include <chasles/eval/truth_reading.hpp>
 #include <chasles/lie/so3.hpp>
 
 namespace chasles {
@@ -230,7 +236,8 @@ TEST(TruthExamination, AGaitIsNotTakenForAnotherClock) {
 TEST(TruthExamination, ATruthOfFewPosesIsNamed) {
   const Trajectory sparse = sampled(1, 0, 22);
   EXPECT_EQ(faults(sparse), "sparse");
-  EXPECT_EQ(faults(examine_truth(estimate(), sparse, {.gap = std::chrono::seconds(2)})), "");
+  EXPECT_EQ(faults(examine_truth(estimate(), sparse, {.gap = std::chrono::seconds(2)})),
+            "interpolated");
   EXPECT_EQ(faults(examine_truth(estimate(), sparse, {.interpolated = false})), "");
 }
 
@@ -242,6 +249,235 @@ TEST(TruthExamination, LittleMotionFindsNothing) {
   EXPECT_EQ(faults(examine_truth(resting, sampled(200, 0, 22, still))), "");
   EXPECT_EQ(faults(examine_truth(reference, {})), "");
   EXPECT_EQ(faults(examine_truth(reference, sampled(200, 3, 3.2))), "");
+}
+
+Eigen::Vector3d advised_point(const TruthFinding& finding) {
+  const std::size_t begin = finding.advice.find("as estimated: ") + 14;
+  std::string text = finding.advice.substr(begin);
+  std::ranges::replace(text, ';', ' ');
+  std::istringstream stream(text);
+  Eigen::Matrix4d M;
+  for (int i = 0; i < 16; ++i) stream >> M(i / 4, i % 4);
+  return M.topRightCorner<3, 1>();
+}
+
+// The longer the lever arm, the less the positions look like the path of the IMU.
+TEST(TruthExamination, ALongLeverArmIsFoundLikeAShortOne) {
+  for (const double length : {0.1, 0.3, 1.0, 3.0, 8.0}) {
+    const Eigen::Vector3d lever = length * Eigen::Vector3d(0.5, -0.2, 0.84).normalized();
+    const auto beside = changed([&](StampedPose& row) { row.pose.p += row.pose.R * lever; });
+    const TruthExamination found = examine_truth(estimate(), beside);
+    ASSERT_EQ(faults(found), "point") << length;
+    EXPECT_NEAR(found.findings[0].value, length, 5 * found.findings[0].sigma);
+    EXPECT_LT(found.findings[0].sigma, 0.02 + 0.05 * length);
+    EXPECT_EQ(faults(examine_truth(estimate(), beside, {.positions_only = true})),
+              "positions_only point");
+    // With axes of its own, too: the advice has the lever arm, and what is advised leaves nothing.
+    const SE3 marker{so3::exp({0.4, -0.5, 0.9}), lever};
+    const auto turned = changed([&](StampedPose& row) { row.pose = row.pose * marker; });
+    const TruthExamination frame = examine_truth(estimate(), turned);
+    ASSERT_EQ(faults(frame), "frame") << length;
+    const Eigen::Vector3d point = advised_point(frame.findings[0]);
+    EXPECT_LT((point - lever).norm(), 0.02 + 0.05 * length);
+    const SE3 left = marker * SE3{marker.R, point}.inverse();
+    EXPECT_EQ(faults(changed([&](StampedPose& row) { row.pose = row.pose * left; })), "");
+  }
+}
+
+TEST(TruthExamination, WFirstAndInverseAreFoundTogether) {
+  const auto w_first = [](StampedPose& row) {
+    const Eigen::Quaterniond q(row.pose.R);
+    row.pose.R = Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()).toRotationMatrix();
+  };
+  EXPECT_EQ(faults(changed([&](StampedPose& row) {
+              row.pose.R.transposeInPlace();
+              w_first(row);
+            })),
+            "w_first inverse_rotations");
+  EXPECT_EQ(faults(changed([&](StampedPose& row) {
+              row.pose = row.pose.inverse();
+              w_first(row);
+            })),
+            "w_first inverse_poses");
+}
+
+TEST(TruthExamination, PositionsOfAnotherPathAreNamed) {
+  const auto other = [](double t) {
+    return SE3{walk_at(t).R, {std::sin(1.9 * t), std::cos(1.1 * t), std::sin(2.7 * t)}};
+  };
+  EXPECT_EQ(faults(examine_truth(estimate(), sampled(200, 0, 22, other))), "unlike_path");
+  EXPECT_EQ(faults(changed([](StampedPose& row) { row.pose.p.setZero(); })), "unlike_path");
+  // Degrees of latitude and longitude, in either order, with attitudes and without.
+  for (const bool swapped : {false, true}) {
+    const auto degrees = changed([&](StampedPose& row) {
+      const Eigen::Vector3d p = row.pose.p;
+      row.pose.p << 47.4 + p.y() / 111195, 8.5 + p.x() / (111195 * std::cos(47.4 * kRadians)),
+          400 + p.z();
+      if (swapped) std::swap(row.pose.p.x(), row.pose.p.y());
+    });
+    const TruthExamination found = examine_truth(estimate(), degrees);
+    ASSERT_EQ(faults(found), "unlike_path");
+    EXPECT_NE(found.findings[0].what.find(swapped ? "longitude and latitude in degrees"
+                                                  : "latitude and longitude in degrees"),
+              std::string::npos)
+        << found.findings[0].what;
+  }
+}
+
+TEST(TruthExamination, AttitudesOfOneAxisAreNamed) {
+  const auto heading = changed([](StampedPose& row) {
+    const Eigen::Vector3d x = row.pose.R.col(0);
+    row.pose.R = so3::exp({0, 0, 3 * std::atan2(x.y(), x.x())});
+  });
+  EXPECT_EQ(faults(heading), "unlike");
+}
+
+// A drift of the positions hides what the clock does to them.
+TEST(TruthExamination, AClockThatTheAttitudesShowIsReported) {
+  TruthReference drifting = estimate();
+  for (std::size_t i = 0; i < drifting.poses.size(); ++i) {
+    const double share = static_cast<double>(i) / static_cast<double>(drifting.poses.size());
+    drifting.poses[i].pose.p += Eigen::Vector3d(0.5, -0.3, 0.2) * share * share;
+  }
+  EXPECT_EQ(faults(examine_truth(drifting, truth())), "");
+  for (const double off : {-0.05, 0.05, 0.02}) {
+    const auto late = changed([&](StampedPose& row) { row.time += from_seconds(off); });
+    const TruthExamination found = examine_truth(drifting, late);
+    ASSERT_EQ(faults(found), "clock") << off;
+    EXPECT_NEAR(found.findings[0].value, -off, 5 * found.findings[0].sigma);
+    EXPECT_NE(found.findings[0].what.find("the attitudes are off by"), std::string::npos);
+  }
+}
+
+TEST(TruthExamination, OfTwoCamerasTheNearerIsNamed) {
+  TruthReference reference = estimate();
+  const SE3 second = camera().imu_T_frame * SE3{so3::exp({0.02, 0.01, 0}), {0.11, 0, 0}};
+  const SE3 beside = camera().imu_T_frame * SE3{{}, {0.5, 0, 0}};  // the same axes
+  reference.frames.push_back({"cam1", second});
+  reference.frames.push_back({"cam2", beside});
+  for (const KnownFrame& frame : reference.frames) {
+    const TruthExamination found = examine_truth(
+        reference, changed([&](StampedPose& row) { row.pose = row.pose * frame.imu_T_frame; }));
+    ASSERT_EQ(faults(found), "frame");
+    EXPECT_EQ(found.findings[0].advice, "--truth-frame " + frame.name + " moves it to the IMU");
+  }
+}
+
+// The sentence says "with the extrinsics of cam0".
+TEST(TruthExamination, TheResidualIsThatWithTheExtrinsics) {
+  const SE3 nearly = camera().imu_T_frame * SE3{so3::exp({0, 0.05, 0}), {0, 0, 0}};
+  const auto poses = changed([&](StampedPose& row) { row.pose = row.pose * nearly; });
+  TruthReference exact = estimate();
+  exact.poses = sampled(20, 1, 20);
+  const TurningEvidence evidence = explain_turning(exact, poses, kLongestTruthGap);
+  ASSERT_TRUE(evidence.explanation && evidence.explanation->frame);
+  EXPECT_GT(evidence.explanation->residual, 1.5 * evidence.explanation->fit.residual);
+}
+
+TEST(TruthExamination, ASmallTurnThatIsCertainIsReported) {
+  for (const double degrees : {2.0, 3.7, 5.0, 10.0}) {
+    const SE3 turn{so3::exp(degrees * kRadians * Eigen::Vector3d(0.6, -0.48, 0.64)), {0, 0, 0}};
+    const TruthExamination found =
+        examine_truth(estimate(), changed([&](StampedPose& row) { row.pose = row.pose * turn; }));
+    ASSERT_EQ(faults(found), "frame") << degrees;
+    EXPECT_NEAR(found.findings[0].value, degrees, 6 * found.findings[0].sigma);
+    EXPECT_GT(found.findings[0].value, found.findings[0].threshold);
+  }
+  const SE3 half{so3::exp({0.5 * kRadians, 0, 0}), {0, 0, 0}};
+  EXPECT_EQ(faults(changed([&](StampedPose& row) { row.pose = row.pose * half; })), "");
+}
+
+// A car turns about one axis: its rates leave the turn of a marker about that axis open.
+SE3 car_at(double t) {
+  const double heading = 0.9 * std::sin(0.3 * t) + 0.4 * std::sin(0.71 * t);
+  return {so3::exp({0, 0, heading}), {3 * t + std::sin(0.3 * t), 8 * std::sin(0.21 * t), 0}};
+}
+
+TEST(TruthExamination, PositionsShowTheAxesOfADriveInAPlane) {
+  TruthReference reference = estimate();
+  const Trajectory walked = reference.poses;
+  reference.poses = sampled(20, 1, 20, car_at);
+  for (std::size_t i = 0; i < walked.size(); ++i) {  // the same noise
+    const auto k = static_cast<double>(i);
+    reference.poses[i].pose.R *= so3::exp(0.002 * Eigen::Vector3d(std::sin(6 * k), 0, 0));
+    reference.poses[i].pose.p.x() += 0.02 * std::sin(5.3 * k);
+  }
+  const auto driven = [](const std::function<void(StampedPose&)>& change) {
+    Trajectory poses = sampled(200, 0, 22, car_at);
+    for (StampedPose& row : poses) change(row);
+    return poses;
+  };
+  EXPECT_EQ(faults(examine_truth(reference, driven([](StampedPose&) {}))), "");
+  const SE3 imu_T_cam = camera().imu_T_frame;
+  const TruthExamination camera_found =
+      examine_truth(reference, driven([&](StampedPose& row) { row.pose = row.pose * imu_T_cam; }));
+  EXPECT_EQ(faults(camera_found), "frame");
+  for (const double degrees : {180.0, 90.0, -45.0}) {
+    const SE3 marker{so3::exp({0, 0, degrees * kRadians}), {0, 0, 0}};
+    const TruthExamination found =
+        examine_truth(reference, driven([&](StampedPose& row) { row.pose = row.pose * marker; }));
+    ASSERT_EQ(faults(found), "frame") << degrees;
+    EXPECT_NEAR(found.findings[0].value, std::abs(degrees), 2) << found.findings[0].what;
+    // w first of that is not taken for inverse rotations.
+    EXPECT_EQ(faults(examine_truth(
+                  reference, driven([&](StampedPose& row) {
+                    row.pose = row.pose * marker;
+                    const Eigen::Quaterniond q(row.pose.R);
+                    row.pose.R = Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y()).toRotationMatrix();
+                  }))),
+              "w_first frame")
+        << degrees;
+  }
+}
+
+TEST(TruthExamination, InterpolationThatShowsInTheErrorsIsNamed) {
+  TruthReference fine = estimate();
+  fine.poses = sampled(20, 1, 20);
+  EXPECT_EQ(faults(examine_truth(fine, sampled(5, 0, 22))), "interpolated");
+  EXPECT_EQ(faults(examine_truth(fine, sampled(5, 0, 22), {.interpolated = false})), "");
+  EXPECT_EQ(faults(examine_truth(estimate(), sampled(2, 0, 22), {.gap = Time(750'000'000)})),
+            "interpolated");
+  // Nothing is interpolated where each stamp of the estimate is one of the truth.
+  EXPECT_EQ(faults(examine_truth(estimate(), sampled(20, 0, 22))), "");
+}
+
+// Attitudes of markers have white noise, which is large in rates over a tenth of a second.
+TEST(TruthExamination, NoisyAttitudesAreNoFault) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (const double degrees : {0.2, 0.5, 1.0, 2.0}) {
+    for (const double hz : {200.0, 25.0}) {
+      Trajectory noisy = sampled(hz, 0, 22);
+      for (StampedPose& row : noisy) {
+        const Eigen::Vector3d turn(normal(random), normal(random), normal(random));
+        row.pose.R *= so3::exp(degrees * kRadians * turn);
+      }
+      EXPECT_EQ(faults(noisy), "") << degrees << " deg at " << hz << " Hz";
+    }
+  }
+}
+
+// By the closed form: a parabola of acceleration a is off by a h^2 / sqrt(120) on the chords.
+TEST(TruthInterpolation, IsThatOfTheChords) {
+  const auto parabola = [](double t) { return SE3{so3::exp({0, 0, 0.15 * t * t}), {t * t, 0, 0}}; };
+  const InterpolationError error = interpolation_error(
+      sampled(200, 0, 10, parabola), sampled(2.5, 0, 10, parabola), std::chrono::seconds(1));
+  EXPECT_NEAR(error.position, 2 * 0.16 / std::sqrt(120.0), 1e-4);
+  EXPECT_NEAR(error.attitude, 0.3 * 0.16 / std::sqrt(120.0), 1e-5);
+  EXPECT_GT(error.share, 0.9);
+}
+
+TEST(AttitudeFit, FindsWorldAndBody) {
+  const SE3 world{so3::exp({0.2, -0.4, 1.1}), {}}, body{so3::exp({0.9, 0.3, -0.5}), {}};
+  const auto other = changed([&](StampedPose& row) { row.pose = world * row.pose * body; });
+  const auto fit = fit_attitudes(sampled(20, 1, 20), other, {.body = true});
+  ASSERT_TRUE(fit);
+  EXPECT_LT(fit->rms, 0.02);
+  const auto known =
+      fit_attitudes(sampled(20, 1, 20), other, {.truth_R_estimate = world.R, .body = true});
+  ASSERT_TRUE(known);
+  EXPECT_LT((known->body - body.R).norm(), 1e-4);
+  EXPECT_LT(known->rms, 1e-4);
 }
 
 // The closed form: a path that is off by a known rigid motion, scale, time and point.

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <chasles/constants.hpp>
+#include <chasles/eval/truth_limits.hpp>
 #include <chasles/eval/truth_sentences.hpp>
 #include <chasles/lie/so3.hpp>
 
@@ -21,7 +22,7 @@ std::string matrix_text(const SE3& pose) {
   return text + "0 0 0 1";
 }
 
-double residual_degrees_per_second(const TurningFit& fit) { return kDegrees * fit.residual; }
+double degrees_per_second(const TurningExplanation& turning) { return kDegrees * turning.residual; }
 
 std::string axis_name(const Eigen::Vector3d& up) {
   Eigen::Index axis = 0;
@@ -55,6 +56,10 @@ std::string_view name(TruthFault fault) {
       return "tilted";
     case TruthFault::kSparse:
       return "sparse";
+    case TruthFault::kInterpolated:
+      return "interpolated";
+    case TruthFault::kUnlikePath:
+      return "unlike_path";
     case TruthFault::kUnlike:
       break;
   }
@@ -85,19 +90,34 @@ TruthFinding unlike_finding(const TruthReference& reference, double unexplained)
                               "left in the best reading",
                               reference.name, 100 * unexplained),
           .value = unexplained,
-          .threshold = 0.8,
+          .threshold = truth_limits::kUnlike,
           .unit = "",
           .advice =
               "expected the truth of this recording, by the same clock; or the gyroscope's "
               "axes or unit are wrong"};
 }
 
+TruthFinding unlike_attitudes_finding(const TruthReference& reference, const AttitudeFit& fit) {
+  const double left = kDegrees * fit.rms;
+  return {.fault = TruthFault::kUnlike,
+          .what = fmt::format("its attitudes do not follow those of {}: {:.1f} deg are left after "
+                              "the best rotations, of {:.1f} deg by which {} turns",
+                              reference.name, left, kDegrees * fit.excursion, reference.name),
+          .value = left,
+          .threshold = kDegrees * unlike_attitudes_limit(fit),
+          .unit = "deg",
+          .advice =
+              "expected the attitudes of this recording, by the same clock; those of one axis "
+              "alone, as a heading, are none: write positions alone (t x y z)"};
+}
+
 TruthFinding w_first_finding(const TruthReference& reference, const TurningExplanation& turning) {
   return {.fault = TruthFault::kWFirst,
-          .what = fmt::format("its quaternions are w, x, y, z, read as x, y, z, w: in that order "
+          .what = fmt::format("its quaternions are w, x, y, z, read as x, y, z, w: in that order{} "
                               "its rates agree with those of {} to {:.2f} deg/s",
-                              reference.name, residual_degrees_per_second(turning.fit)),
-          .value = residual_degrees_per_second(turning.fit),
+                              is_inverse(turning.reading) ? ", and inverted," : "", reference.name,
+                              degrees_per_second(turning)),
+          .value = degrees_per_second(turning),
           .unit = "deg/s",
           .advice =
               "name the columns in the first line, `# t tx ty tz qw qx qy qz`, or write w "
@@ -116,8 +136,8 @@ TruthFinding inverse_finding(const TruthReference& reference, const TurningExpla
           .what = fmt::format("{}: so its rates agree with those of {} to {:.2f} deg/s",
                               whole ? "its poses are imu_T_world, the inverse of world_T_imu"
                                     : "its rotations are imu_R_world, the inverse of world_R_imu",
-                              reference.name, residual_degrees_per_second(turning.fit)),
-          .value = residual_degrees_per_second(turning.fit),
+                              reference.name, degrees_per_second(turning)),
+          .value = degrees_per_second(turning),
           .unit = "deg/s",
           .advice = advice};
 }
@@ -136,14 +156,31 @@ TruthFinding sparse_finding(double spacing, double longest_gap) {
                             1.5 * spacing)};
 }
 
+TruthFinding interpolated_finding(const InterpolationError& error, double spacing) {
+  return {
+      .fault = TruthFault::kInterpolated,
+      .what = fmt::format("its poses are {:.3g} s apart: interpolation between them adds about "
+                          "{:.2g} m and {:.2g} deg to the errors, by the motion of the estimate",
+                          spacing, error.position, kDegrees * error.attitude),
+      .value = error.position,
+      .unit = "m",
+      .advice =
+          "errors and NEES contain that; --pairing nearest compares at its stamps alone, where "
+          "they coincide with those of the estimate"};
+}
+
 TruthFinding clock_finding(const TruthReference& reference, const TruthClock& clock, double least,
-                           std::optional<double> before, std::optional<double> after) {
+                           const BeforeAndAfter& ate, const BeforeAndAfter& attitudes) {
   std::string effect;
-  if (before && after) {
-    effect = fmt::format("; the ATE is {:.4g} m, and {:.4g} m with its clock corrected", *before,
-                         *after);
-  } else if (after) {
-    effect = fmt::format("; with its clock corrected the ATE is {:.4g} m", *after);
+  if (ate.before && ate.after) {
+    effect = fmt::format("; the ATE is {:.4g} m, and {:.4g} m with its clock corrected",
+                         *ate.before, *ate.after);
+  } else if (ate.after) {
+    effect = fmt::format("; with its clock corrected the ATE is {:.4g} m", *ate.after);
+  }
+  if (attitudes.before && attitudes.after) {
+    effect += fmt::format("; the attitudes are off by {:.3g} deg, and by {:.3g} deg then",
+                          kDegrees * *attitudes.before, kDegrees * *attitudes.after);
   }
   return {
       .fault = TruthFault::kClock,
@@ -152,42 +189,45 @@ TruthFinding clock_finding(const TruthReference& reference, const TruthClock& cl
                           clock.by_rotations ? "rotations" : "positions", reference.name, effect),
       .value = clock.offset,
       .sigma = clock.sigma,
-      .threshold = std::max(least, 5 * clock.sigma),
+      .threshold = std::max(least, truth_limits::kManySigmas * clock.sigma),
       .unit = "s",
       .advice = fmt::format("--truth-time-offset {:.4f} (or auto) corrects it", clock.offset)};
 }
 
-TruthFinding known_frame_finding(const TruthReference& reference,
-                                 const TurningExplanation& turning) {
-  const KnownFrame& frame = *turning.frame;
-  const double angle = kDegrees * so3::log(frame.imu_T_frame.R).norm();
-  return {
-      .fault = TruthFault::kFrame,
-      .what = fmt::format("its poses are those of {}, not of the IMU: with the extrinsics of {} "
-                          "({:.1f} deg) its rates agree with those of {} to {:.2f} deg/s",
-                          frame.name, frame.name, angle, reference.name,
-                          residual_degrees_per_second(turning.fit)),
-      .value = angle,
-      .unit = "deg",
-      .advice = fmt::format("--truth-frame {} moves it to the IMU", frame.name)};
+TruthFinding known_frame_finding(const TruthReference& reference, const BodyFrame& frame) {
+  const std::string& name = frame.known->name;
+  const double angle = kDegrees * so3::log(frame.known->imu_T_frame.R).norm();
+  const std::string agrees =
+      frame.residual
+          ? fmt::format("its rates agree with those of {} to {:.2f} deg/s", reference.name,
+                        kDegrees * *frame.residual)
+          : fmt::format("its attitudes agree with those of {} in the world of the positions",
+                        reference.name);
+  return {.fault = TruthFault::kFrame,
+          .what = fmt::format("its poses are those of {}, not of the IMU: with the extrinsics of "
+                              "{} ({:.1f} deg) {}",
+                              name, name, angle, agrees),
+          .value = angle,
+          .unit = "deg",
+          .advice = fmt::format("--truth-frame {} moves it to the IMU", name)};
 }
 
-TruthFinding other_frame_finding(const TruthReference& reference, const TurningExplanation& turning,
+TruthFinding other_frame_finding(const TruthReference& reference, const BodyFrame& frame,
                                  const std::optional<PositionFit>& point) {
-  const TurningFit& fit = turning.fit;
-  const double angle = kDegrees * so3::log(fit.reference_R_truth).norm();
-  const SE3 imu_T_truth{fit.reference_R_truth, point ? point->point : Eigen::Vector3d::Zero()};
+  const double angle = kDegrees * so3::log(frame.imu_R_truth).norm();
+  const SE3 imu_T_truth{frame.imu_R_truth, point ? point->point : Eigen::Vector3d::Zero()};
   const std::string away =
       point ? fmt::format(", {:.3f} +- {:.3f} m away", point->point.norm(), point->point_sigma)
             : std::string();
   return {
       .fault = TruthFault::kFrame,
       .what = fmt::format("its poses are those of another frame than the IMU's, as of a marker: "
-                          "turned by {:.2f} +- {:.2f} deg{}, by the rates of {}",
-                          angle, kDegrees * fit.rotation_sigma, away, reference.name),
+                          "turned by {:.2f} +- {:.2f} deg{}, by the {} of {}",
+                          angle, kDegrees * frame.sigma, away,
+                          frame.residual ? "rates" : "positions and attitudes", reference.name),
       .value = angle,
-      .sigma = kDegrees * fit.rotation_sigma,
-      .threshold = 6,
+      .sigma = kDegrees * frame.sigma,
+      .threshold = kDegrees * frame.threshold,
       .unit = "deg",
       .advice = fmt::format("--truth-frame FILE moves it to the IMU; FILE has imu_T_truth, best "
                             "by your calibration; as estimated: {}",
@@ -204,11 +244,57 @@ TruthFinding point_finding(const PositionFit& fit) {
                           fit.point.z(), fit.rms),
       .value = fit.point.norm(),
       .sigma = fit.point_sigma,
-      .threshold = 5 * fit.point_sigma,
+      .threshold =
+          std::max(truth_limits::kLeastPoint, truth_limits::kPointSigmas * fit.point_sigma),
       .unit = "m",
       .advice = fmt::format("--truth-frame FILE moves it to the IMU; FILE has imu_T_truth, best "
                             "by your calibration; as estimated: {}",
                             matrix_text({Eigen::Matrix3d::Identity(), fit.point}))};
+}
+
+TruthFinding beside_frame_finding(const KnownFrame& frame, const PositionFit& point) {
+  TruthFinding finding = point_finding(point);
+  const SE3 imu_T_truth{frame.imu_T_frame.R, frame.imu_T_frame.p + point.point};
+  finding.what = fmt::format("its positions are those of a point {:.3f} +- {:.3f} m from {}",
+                             point.point.norm(), point.point_sigma, frame.name);
+  finding.advice = fmt::format("--truth-frame FILE moves it to the IMU instead; as estimated: {}",
+                               matrix_text(imu_T_truth));
+  return finding;
+}
+
+TruthFinding unlike_path_finding(const PositionFit& fit) {
+  return {.fault = TruthFault::kUnlikePath,
+          .what = fmt::format("its positions are not those of the estimate's path: the best "
+                              "similarity leaves {:.3g} of an extent of {:.3g}",
+                              fit.rms, fit.extent),
+          .value = fit.rms / fit.extent,
+          .threshold = truth_limits::kUnlikePath,
+          .unit = "",
+          .advice =
+              "expected the truth of this recording, by the same clock, with x, y and z in one "
+              "unit; or the estimate has failed"};
+}
+
+TruthFinding degrees_finding(DegreesOrder order) {
+  return {
+      .fault = TruthFault::kUnlikePath,
+      .what = fmt::format("its positions are {} in degrees and a height: in metres they are the "
+                          "estimate's path",
+                          order == DegreesOrder::kLatitudeFirst ? "latitude and longitude"
+                                                                : "longitude and latitude"),
+      .advice = "convert them to metres in a local frame: east, north, up"};
+}
+
+TruthFinding one_position_finding(std::size_t poses, double estimate_spread) {
+  return {.fault = TruthFault::kUnlikePath,
+          .what = fmt::format("its position is the same in all {} poses, while the estimate's "
+                              "spread over {:.3g} m: it has attitudes alone",
+                              poses, estimate_spread),
+          .value = static_cast<double>(poses),
+          .unit = "poses",
+          .advice =
+              "errors and NEES of the position mean nothing; those of the attitude do, but for "
+              "alignments by positions"};
 }
 
 TruthFinding mirrored_finding(const PositionFit& fit) {
@@ -217,14 +303,14 @@ TruthFinding mirrored_finding(const PositionFit& fit) {
                               "left, and {:.3g} m after a reflection",
                               fit.rms, fit.mirrored_rms),
           .value = fit.rms,
-          .threshold = 5 * fit.mirrored_rms,
+          .threshold = fit.mirrored_rms / truth_limits::kMirrorGain,
           .unit = "m",
           .advice =
               "its axes are left-handed, or two of x, y, z are swapped: swap two columns or "
               "negate one, in the rotations too"};
 }
 
-std::optional<TruthFinding> unit_finding(const PositionFit& fit) {
+std::optional<TruthFinding> unit_finding(double scale, std::string_view other) {
   struct Unit {
     const char* name;
     double per_metre;
@@ -233,7 +319,7 @@ std::optional<TruthFinding> unit_finding(const PositionFit& fit) {
                               Unit{"feet", 1 / 0.3048},  Unit{"inches", 1 / 0.0254},
                               Unit{"kilometres", 0.001}, Unit{"decimetres", 10}};
   constexpr double kNear = 1.15, kOther = 2;
-  const auto off = [&](double scale) { return std::abs(std::log(fit.scale / scale)); };
+  const auto off = [&](double per_metre) { return std::abs(std::log(scale / per_metre)); };
   const Unit* found = nullptr;
   for (const Unit& unit : kUnits) {
     if (off(unit.per_metre) < std::log(kNear)) found = &unit;
@@ -241,17 +327,14 @@ std::optional<TruthFinding> unit_finding(const PositionFit& fit) {
   if (found == nullptr && off(1) < std::log(kOther)) return std::nullopt;
   TruthFinding finding;
   finding.fault = TruthFault::kUnit;
-  finding.value = fit.scale;
+  finding.value = scale;
   finding.threshold = kOther;
   if (found != nullptr) {
-    finding.what =
-        fmt::format("its positions are {:.5g} times the estimate's: {}", fit.scale, found->name);
+    finding.what = fmt::format("its positions are {:.5g} times {}: {}", scale, other, found->name);
     finding.advice = fmt::format("--truth-scale {:.6g} takes them to metres", 1 / found->per_metre);
   } else {
-    finding.what = fmt::format(
-        "its positions are {:.4g} times the estimate's, and of the same "
-        "shape",
-        fit.scale);
+    finding.what =
+        fmt::format("its positions are {:.4g} times {}, and of the same shape", scale, other);
     finding.advice =
         "its unit is not the metre (--truth-scale), or the scale of the estimate is "
         "wrong";
@@ -265,10 +348,11 @@ TruthFinding tilt_finding(const TruthReference& reference, const Eigen::Vector3d
   return {.fault = TruthFault::kTilted,
           .what = fmt::format(
               "the z axis of its world is {:.1f} deg off {}{}", degrees,
-              reference.level ? "the vertical of the estimate" : "that of the estimate's",
+              reference.level ? "the vertical of the estimate" : "that of the estimate's world",
               axis ? fmt::format(": its {}", axis_name(up)) : std::string()),
           .value = degrees,
-          .threshold = reference.level ? 5.0 : 20.0,
+          .threshold =
+              kDegrees * (reference.level ? truth_limits::kTilt : truth_limits::kTiltOfUnknown),
           .unit = "deg",
           .advice =
               "--truth-level no removes the tilt; as it is, the figures of position + yaw and "

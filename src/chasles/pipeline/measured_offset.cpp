@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <chasles/constants.hpp>
 #include <chasles/data/masks.hpp>
 #include <chasles/error.hpp>
 #include <chasles/frontend/frontend.hpp>
@@ -21,14 +20,10 @@ std::string offset_remark(const CameraClock& clock) {
       clock.offset < 0 ? "late" : "early", 1e3 * std::abs(clock.offset), 1e3 * clock.sigma);
 }
 
-std::string lens_remark(const LensFit& lens) {
-  const Measured error = lens.radial_at_edge();
-  const double edge = lens.edge / kRadians;
+std::string lens_remark(const LensGuess& mistake) {
   return fmt::format(
-      "the lens of cam0 is not the stated one: at {:.0f} deg from the axis its rays are {:.1f} +- "
-      "{:.1f} deg farther {} than the distortion says, by tracks and gyroscope: check model and "
-      "coefficients (`chasles check`); all frames are degraded for it",
-      edge, edge * std::abs(error.value), edge * error.sigma, error.value > 0 ? "out" : "in");
+      "cam0, by tracks and gyroscope: {}; {} (`chasles check`); all frames are degraded for it",
+      mistake.what, mistake.advice);
 }
 
 // The image of the first camera; empty if it cannot be read, which the run counts.
@@ -69,13 +64,11 @@ TracksEvidence examine_tracks(const Recording& recording, const InertialRunSetti
   const bool wanted =
       recording.images || (!settings.filter.time_offset && settings.filter.estimates_time_offset());
   if (!wanted || recording.imu.empty() || recording.cameras.empty()) return {};
-  const auto seen =
-      seen_twice(tracks_of_first_camera(recording, settings.frontend, kExaminedSeconds, stop),
-                 recording.cameras, 0);
-  const std::vector<StampedRate> rates = gyroscope_rates(recording.imu);
-  const auto fit = fit_gyroscope(seen, rates);
+  const auto fit =
+      fit_camera(tracks_of_first_camera(recording, settings.frontend, kExaminedSeconds, stop),
+                 recording.cameras, 0, gyroscope_rates(recording.imu));
   if (!fit) return {};
-  return {.clock = camera_clock(*fit), .lens = fit_lens(seen, rates, *fit)};
+  return {.clock = camera_clock(*fit), .mistake = fit->mistake};
 }
 
 void start_from_measured_offset(InertialRunSettings& settings, const TracksEvidence& evidence) {
@@ -96,7 +89,7 @@ std::vector<std::string> remarks_of(const TracksEvidence& evidence,
   if (!settings.filter.time_offset && evidence.clock_stands_out()) {
     remarks.push_back(offset_remark(*evidence.clock));
   }
-  if (evidence.has_wrong_lens()) remarks.push_back(lens_remark(*evidence.lens));
+  if (evidence.mistake) remarks.push_back(lens_remark(*evidence.mistake));
   return remarks;
 }
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include <chasles/check/camera_clock.hpp>
-#include <chasles/check/lens_fit.hpp>
 #include <chasles/data/recording.hpp>
 #include <chasles/pipeline/run_settings.hpp>
 #include <chasles/smooth/batch/batch.hpp>
@@ -27,10 +26,10 @@ std::vector<FeatureFrame> tracks_of_first_camera(const Recording& recording,
 /// The rotation and the epipolar lines of tracks, compared with the gyroscope and the calibration.
 struct TracksEvidence {
   std::optional<CameraClock> clock = {};  ///< the time offset, if they determine it
-  std::optional<LensFit> lens = {};       ///< as fit_lens()
+  std::optional<LensGuess> mistake = {};  ///< in the stated lens (fit_camera())
 
   bool clock_stands_out() const { return clock && clock->stands_out(); }
-  bool has_wrong_lens() const { return lens && lens->has_wrong_distortion(); }
+  bool has_wrong_lens() const { return mistake.has_value(); }
 };
 
 /// Examines the first camera. Nothing without an IMU or cameras, nor for recorded tracks, unless

@@ -8,6 +8,7 @@
 
 #include <chasles/data/bags/bag_calibration.hpp>
 #include <chasles/data/bags/camera_info.hpp>
+#include <chasles/data/bags/transform_tree.hpp>
 #include <chasles/data/numbers.hpp>
 #include <chasles/error.hpp>
 
@@ -48,88 +49,21 @@ const TopicContents& info_beside(const std::string& bag, const BagContents& cont
                   bag, info_name(images), images.topic.name, kOtherwise));
 }
 
-std::string moving_text(const MovingTransform& moving) {
-  return fmt::format("'{}' to '{}', published {} times, moves by up to {:.2g} m and {:.2g} deg",
-                     moving.first.parent, moving.first.child, moving.count, moving.shift,
-                     moving.turn * 180 / M_PI);
-}
-
-// The transforms of /tf on the way between two frames, of all or of the constant ones; none if they
-// do not connect them even with those of /tf_static.
-std::optional<std::vector<const MovingTransform*>> moving_between(const BagContents& contents,
-                                                                  const std::string& to,
-                                                                  const std::string& from,
-                                                                  bool constant) {
-  std::vector<RosTransform> all = contents.transforms;
-  std::vector<const MovingTransform*> of_tf;
-  for (const MovingTransform& moving : contents.moving) {
-    if (constant && !moving.is_constant()) continue;
-    all.push_back(moving.first);
-    of_tf.push_back(&moving);
-  }
-  const auto chain = find_chain(all, to, from);
-  if (!chain) return std::nullopt;
-  std::vector<const MovingTransform*> between;
-  for (const std::size_t i : *chain) {
-    if (i >= contents.transforms.size()) between.push_back(of_tf[i - contents.transforms.size()]);
-  }
-  return between;
-}
-
-// What /tf says where /tf_static does not lead from the IMU to the camera; for the message.
-std::string moving_advice(const BagContents& contents, const std::string& to,
-                          const std::string& from) {
-  const auto between = moving_between(contents, to, from, false);
-  if (!between || from.empty() || to.empty()) return "";
-  std::string text = "; /tf leads there, but ";
-  for (const MovingTransform* moving : *between) {
-    if (!moving->is_constant()) text += moving_text(*moving) + ", ";
-  }
-  return text + "as no camera does that is mounted firmly";
-}
-
-// The transforms of /tf count where they are constant and /tf_static lacks them: drivers publish
-// what is mounted firmly there too.
-std::optional<SE3> extrinsics_by_tf(const BagContents& contents, const std::string& to,
-                                    const std::string& from, std::vector<std::string>& remarks) {
-  const auto between = moving_between(contents, to, from, true);
-  if (!between) return std::nullopt;
-  std::vector<RosTransform> all = contents.transforms;
-  for (const MovingTransform* moving : *between) {
-    all.push_back(moving->first);
-    std::string remark = fmt::format(
-        "the transform of {}: it is constant, and taken from /tf because /tf_static has none",
-        moving_text(*moving));
-    if (std::ranges::find(remarks, remark) == remarks.end()) remarks.push_back(std::move(remark));
-  }
-  return find_transform(all, to, from);
-}
-
-/// cam_T_imu, and the topic that it comes from.
-struct TreeExtrinsics {
-  SE3 cam_T_imu;
-  const char* topic = "/tf_static";
-};
-
-TreeExtrinsics extrinsics_of(const std::string& bag, const BagContents& contents,
-                             const TopicContents& imu, const TopicContents& images,
-                             std::vector<std::string>& remarks) {
+TreeTransform extrinsics_of(const std::string& bag, const BagContents& contents,
+                            const TopicContents& imu, const TopicContents& images,
+                            std::vector<std::string>& remarks) {
   for (const TopicContents& topic : contents.topics) {
     if (topic.topic.name.ends_with("tf_static") && !topic.damage.empty()) {
       throw InputError(topic.damage);
     }
   }
-  const bool named = !imu.frame.empty() && !images.frame.empty();
-  const auto found = find_transform(contents.transforms, images.frame, imu.frame);
-  if (found && named) return {.cam_T_imu = *found};
-  const auto by_tf =
-      named ? extrinsics_by_tf(contents, images.frame, imu.frame, remarks) : std::nullopt;
-  if (by_tf) return {.cam_T_imu = *by_tf, .topic = "/tf"};
+  const auto found = transform_between(contents, images.frame, imu.frame, remarks);
+  if (found) return *found;
   throw InputError(fmt::format(
       "{}: its {} static transforms (/tf_static) do not lead from '{}', the frame of {}, to '{}', "
       "the frame of {}{}; expected where the camera is against the IMU there, {}",
       bag, contents.transforms.size(), imu.frame, imu.topic.name, images.frame, images.topic.name,
-      moving_advice(contents, images.frame, imu.frame), kOtherwise));
+      moving_advice(contents, images.frame, imu.frame, "camera"), kOtherwise));
 }
 
 Eigen::Matrix3d rectification(const RosCameraInfo& info, const std::string& where) {
@@ -145,6 +79,14 @@ bool is_rectified(const TopicContents& images) {
 // P = K [I | t]: where the camera is against the frame of its rectified images.
 Eigen::Vector3d place_of(const RosCameraInfo& info) {
   return {info.P[3] / info.P[0], info.P[7] / info.P[5], 0};
+}
+
+// A depth camera's driver calls the images of its sensors image_rect_raw, whose K and D are those
+// of the lens that is left: D is zero, or that of a sensor that it does not rectify.
+bool is_as_its_lens_states(const TopicContents& images, const RosCameraInfo& info,
+                           const std::string& where) {
+  const bool named = split_topic(raw_topic(images.topic.name)).second == "image_rect_raw";
+  return named && rectification(info, where).isIdentity(1e-12) && place_of(info).isZero(0);
 }
 
 // By ROS's convention the rectified images of a pair are both in the frame of the first camera:
@@ -187,11 +129,12 @@ void calibrate_by_bag(const std::string& bag, const BagContents& contents,
   for (const TopicContents* images : chosen.cameras) {
     const TopicContents& info = info_beside(bag, contents, *images);
     const std::string where = fmt::format("{}: topic {}", bag, info.topic.name);
-    const bool rectified = is_rectified(*images);
+    const bool rectified =
+        is_rectified(*images) && !is_as_its_lens_states(*images, *info.info, where);
     Camera camera = camera_of(*info.info, rectified, where);
-    const TreeExtrinsics extrinsics =
+    const TreeTransform extrinsics =
         extrinsics_of(bag, contents, *chosen.imu, *images, recording.remarks);
-    camera.cam_T_imu = extrinsics.cam_T_imu;
+    camera.cam_T_imu = extrinsics.to_T_from;
     if (rectified) {
       camera.cam_T_imu = rectified_T_frame(contents, *images, *info.info, where) * camera.cam_T_imu;
     }

@@ -6,6 +6,7 @@
 
 #include <chasles/data/bags/bag_file.hpp>
 #include <chasles/data/bags/packed_file.hpp>
+#include <chasles/data/foreign_kinds.hpp>
 #include <chasles/error.hpp>
 
 namespace chasles {
@@ -34,7 +35,7 @@ namespace {
 // `state` of the file is for the message.
 std::unique_ptr<BagFile> open_plain(const std::filesystem::path& file, const std::string& name,
                                     const std::string& state) {
-  std::array<char, 16> begin{};
+  std::array<char, 64> begin{};
   std::ifstream stream(file, std::ios::binary);
   if (!stream) throw InputError(name + ": cannot be opened");
   stream.read(begin.data(), begin.size());
@@ -42,6 +43,9 @@ std::unique_ptr<BagFile> open_plain(const std::filesystem::path& file, const std
   if (bytes.starts_with("#ROSBAG V")) return open_ros1_bag(file, name);
   if (bytes.starts_with(kMcapMagic)) return open_mcap_bag(file, name);
   if (bytes.starts_with(kSqliteMagic)) return open_sqlite_bag(file, name);
+  if (const std::string_view what = stand_in(bytes); !what.empty()) {
+    throw InputError(fmt::format("{}:{} is {}", name, state, what));
+  }
   throw InputError(fmt::format("{}:{} {}, expected a ROS 1 bag, an MCAP file or a .db3 of ROS 2",
                                name, state,
                                bytes.empty() ? "is empty" : "is no bag by its first bytes"));

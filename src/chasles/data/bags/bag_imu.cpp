@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <numbers>
 #include <string_view>
 
@@ -8,7 +7,8 @@
 #include <fmt/format.h>
 
 #include <chasles/data/bags/bag_imu.hpp>
-#include <chasles/data/bags/camera_info.hpp>
+#include <chasles/data/bags/transform_tree.hpp>
+#include <chasles/data/text_file.hpp>
 
 namespace chasles {
 namespace {
@@ -31,8 +31,7 @@ std::string name_without_sensor(const std::string& name) {
   constexpr std::array<std::string_view, 8> kWords{
       "accelerometer", "acceleration", "gyroscope", "accel",
       "gyro",          "acc",          "gyr",       "angular_velocity"};
-  std::string small = name;
-  for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  std::string small = lower_case(name);
   for (const std::string_view word : kWords) {
     for (std::size_t at; (at = small.find(word)) != std::string::npos;) {
       small = small.substr(0, at).append(1, '*').append(small, at + word.size());
@@ -73,26 +72,29 @@ const TopicContents* partner_of(const TopicContents& topic,
 }
 
 SplitExtrinsics split_extrinsics(const TopicContents& accelerometer, const TopicContents& gyroscope,
-                                 const std::vector<RosTransform>& transforms) {
+                                 const BagContents& contents) {
   if (accelerometer.frame == gyroscope.frame) return {};
   const std::string frames =
       fmt::format("'{}' of {} to '{}' of {}", accelerometer.frame, accelerometer.topic.name,
                   gyroscope.frame, gyroscope.topic.name);
-  const auto known = find_transform(transforms, gyroscope.frame, accelerometer.frame);
+  SplitExtrinsics result;
+  const auto known =
+      transform_between(contents, gyroscope.frame, accelerometer.frame, result.remarks);
   if (!known) {
-    return {.remarks = {fmt::format("no static transform leads from {}: their axes are taken to be "
-                                    "the same",
-                                    frames)}};
+    result.remarks.push_back(fmt::format(
+        "no static transform leads from {}: their axes are taken to be the same{}", frames,
+        moving_advice(contents, gyroscope.frame, accelerometer.frame, "sensor")));
+    return result;
   }
-  SplitExtrinsics result{.gyro_T_accel = *known};
-  const double angle = Eigen::AngleAxisd(known->R).angle() * 180 / std::numbers::pi;
-  const double arm = known->p.norm();
+  result.gyro_T_accel = known->to_T_from;
+  const double angle = Eigen::AngleAxisd(result.gyro_T_accel.R).angle() * 180 / std::numbers::pi;
+  const double arm = result.gyro_T_accel.p.norm();
   if (angle > 0.01 || arm > kNoteworthyArm) {
     result.remarks.push_back(fmt::format(
-        "by /tf_static the accelerometer is turned by {:.4g} deg against the gyroscope, and {:.4g} "
-        "mm from it ({}): the samples are along the gyroscope's axes, and the origin of the IMU is "
-        "the accelerometer's",
-        angle, 1e3 * arm, frames));
+        "by {} the accelerometer is turned by {:.4g} deg against the gyroscope, and {:.4g} mm from "
+        "it ({}): the samples are along the gyroscope's axes, and the origin of the IMU is the "
+        "accelerometer's",
+        known->topic, angle, 1e3 * arm, frames));
   }
   return result;
 }

@@ -30,9 +30,9 @@ struct SplitExtrinsics {
   SE3 gyro_T_accel = {};
   std::vector<std::string> remarks = {};
 };
-/// By the static transforms between the frames of the two topics; the identity where there are
-/// none.
+/// By the transforms between the frames of the two topics (transform_between()); the identity, with
+/// a remark, where there are none.
 SplitExtrinsics split_extrinsics(const TopicContents& accelerometer, const TopicContents& gyroscope,
-                                 const std::vector<RosTransform>& transforms);
+                                 const BagContents& contents);
 
 }  // namespace chasles

@@ -139,12 +139,43 @@ TEST(BagImu, StaticTransformsTurnTheAccelerometer) {
   expect_parts(split_extrinsics(accel, gyro, {}).remarks.at(0),
                {"no static transform", "'accel' of /d/accel/sample", "taken to be the same"});
   const Eigen::Matrix3d R = Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()).matrix();
-  const std::vector<RosTransform> transforms{
-      {.parent = "base", .child = "gyro", .parent_T_child = {}},
-      {.parent = "base", .child = "accel", .parent_T_child = {R, {0.01, 0, 0}}}};
-  const SplitExtrinsics extrinsics = split_extrinsics(accel, gyro, transforms);
+  BagContents contents;
+  contents.transforms = {{.parent = "base", .child = "gyro", .parent_T_child = {}},
+                         {.parent = "base", .child = "accel", .parent_T_child = {R, {0.01, 0, 0}}}};
+  const SplitExtrinsics extrinsics = split_extrinsics(accel, gyro, contents);
   EXPECT_TRUE(extrinsics.gyro_T_accel.R.isApprox(R, 1e-12));
-  expect_parts(extrinsics.remarks.at(0), {"turned by 90 deg", "10 mm", "gyroscope's axes"});
+  expect_parts(extrinsics.remarks.at(0),
+               {"by /tf_static", "turned by 90 deg", "10 mm", "gyroscope's axes"});
+}
+
+// As for cameras: what is mounted firmly may be published on /tf, and what moves does not count.
+TEST(BagImu, ConstantTransformsOfTfTurnTheAccelerometerToo) {
+  TopicContents accel = kApart[0], gyro = kApart[2];
+  accel.frame = "accel";
+  gyro.frame = "gyro";
+  const Eigen::Matrix3d R = Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitZ()).matrix();
+  const auto published = [&](double step) {
+    MovingTransforms moving;
+    for (int k = 0; k < 60; ++k) {
+      moving.add({.parent = "base", .child = "gyro", .parent_T_child = {}});
+      moving.add({.parent = "base",
+                  .child = "accel",
+                  .parent_T_child = {R, Eigen::Vector3d(0.01 + step * k, 0, 0)}});
+    }
+    BagContents contents;
+    contents.moving = std::move(moving.all);
+    return contents;
+  };
+  const SplitExtrinsics constant = split_extrinsics(accel, gyro, published(0));
+  EXPECT_TRUE(constant.gyro_T_accel.R.isApprox(R, 1e-12));
+  EXPECT_NEAR(constant.gyro_T_accel.p.x(), 0.01, 1e-12);
+  ASSERT_EQ(constant.remarks.size(), 3u);
+  expect_parts(constant.remarks[0], {"published 60 times", "constant", "taken from /tf"});
+  expect_parts(constant.remarks[2], {"by /tf the accelerometer", "turned by 90 deg"});
+  const SplitExtrinsics moving = split_extrinsics(accel, gyro, published(0.01));
+  EXPECT_TRUE(moving.gyro_T_accel.R.isIdentity(0));
+  expect_parts(moving.remarks.at(0), {"no static transform", "/tf leads there, but 'base' to",
+                                      "moves by up to 0.59 m", "as no sensor does"});
 }
 
 /// A folder of MCAP files, one for each topic: the accelerometer at 100 Hz, the gyroscope at 200

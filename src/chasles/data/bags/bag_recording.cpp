@@ -144,12 +144,14 @@ void take_split_samples(const std::string& bag, const BagContents& contents,
   for (const TopicContents* topic : {&forces, &rates}) {
     check_topic(bag, *topic, topic->imu.size(), recording.remarks);
   }
-  const SplitExtrinsics extrinsics = split_extrinsics(forces, rates, contents.transforms);
+  const SplitExtrinsics extrinsics = split_extrinsics(forces, rates, contents);
   join_streams(bag, stream_of(forces, &ImuSample::specific_force_imu),
                stream_of(rates, &ImuSample::angular_rate_imu), extrinsics.gyro_T_accel.R,
                recording);
-  recording.remarks.insert(recording.remarks.end(), extrinsics.remarks.begin(),
-                           extrinsics.remarks.end());
+  for (const std::string& remark : extrinsics.remarks) {  // those of the cameras are there
+    const bool said = std::ranges::find(recording.remarks, remark) != recording.remarks.end();
+    if (!said) recording.remarks.push_back(remark);
+  }
   for (Camera& camera : recording.cameras) {
     if (by_bag)
       camera.cam_T_imu =

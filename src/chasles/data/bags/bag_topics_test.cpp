@@ -167,8 +167,8 @@ TEST_F(BagTopics, AVideoIsRefusedInOneLine) {
        "republish ffmpeg raw", "out:=/left"});
   all = topics({{"/imu0", "sensor_msgs/Imu"}, {"/left/compressed", kPacked}});
   all[1].format = "h264";
-  expect_parts(error(chain({"/left"})),
-               {"/left/compressed is h264 video", "the format 'h264'", "ffmpeg -i cam0.h264"});
+  expect_parts(error(chain({"/left"})), {"/left/compressed is h264 video", "the format 'h264'",
+                                         "ffmpeg -i cam0.h264", "-start_number 0"});
   expect_parts(error(chain({""})), {"h264 video"});
   test::spill(folder / "topics.yaml", "imu: /imu0\ncameras: [/left/compressed]\n");
   expect_parts(error(chain({""})), {"h264 video"});

@@ -151,6 +151,24 @@ TEST(CameraInfo, ConstantTransformsOfTfCountWhereTheStaticOnesLackThem) {
   EXPECT_LT((mixed.cameras[1].cam_T_imu * Eigen::Vector3d(1.1, 2, 3)).norm(), 1e-12);
 }
 
+// Of a depth camera's driver: the sensors that it does not rectify have the same name.
+TEST(CameraInfo, ImagesNamedRectRawHaveTheLensThatIsStated) {
+  BagContents contents = rectified_pair("left", "right");
+  for (const std::size_t i : {0, 2}) {
+    RosCameraInfo& lens = *contents.topics[i].info;
+    lens = info("plumb_bob", {-0.3, 0.1, 0, 0});
+    lens.P[3] = 0;
+    lens.R = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  }
+  EXPECT_EQ(calibrated(contents).cameras[0].distortion, Distortion::kNone) << "image_rect";
+  contents.topics[1].topic.name = "/left/image_rect_raw";
+  contents.topics[3].topic.name = "/right/image_rect_raw/compressed";
+  for (const Camera& camera : calibrated(contents).cameras) {
+    EXPECT_EQ(camera.coefficients, Eigen::Vector4d(-0.3, 0.1, 0, 0));
+    EXPECT_EQ(camera.fx, 4) << "of K";
+  }
+}
+
 TEST(CameraInfo, AChainIsTheShortest) {
   const std::vector<RosTransform> tree{
       {"base", "imu", {}}, {"odom", "base", {}}, {"base", "mast", {}}, {"mast", "camera", {}}};

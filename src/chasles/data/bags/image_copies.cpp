@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include <chasles/data/bags/image_copies.hpp>
+#include <chasles/data/text_file.hpp>
 
 namespace chasles {
 namespace {
@@ -18,14 +18,9 @@ constexpr std::array<std::string_view, 3> kVideoTypes{"ffmpeg_image_transport_ms
 constexpr std::array<std::string_view, 9> kVideoFormats{"h264", "h.264", "avc", "h265", "h.265",
                                                         "hevc", "av1",   "vp8", "vp9"};
 
-std::string in_lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 // "h264", and "h264; yuv420p" or "hevc_nvenc" as encoders call themselves.
 std::string_view video_format(const std::string& format) {
-  const std::string small = in_lower_case(format);
+  const std::string small = lower_case(format);
   const auto known = std::ranges::find_if(
       kVideoFormats, [&](std::string_view name) { return small.starts_with(name); });
   return known == kVideoFormats.end() ? std::string_view() : *known;
@@ -102,8 +97,8 @@ std::string video_refusal(const TopicContents& topic) {
   } else {
     how =
         "write the data of its messages one after the other into cam0.h264, and decode it with "
-        "`ffmpeg -i cam0.h264 -fps_mode passthrough images/cam0/%06d.png`; the stamps go into "
-        "images/cam0/times.csv (docs/formats.md)";
+        "`ffmpeg -i cam0.h264 -fps_mode passthrough -start_number 0 images/cam0/%06d.png`; the "
+        "stamps go into images/cam0/times.csv (docs/formats.md)";
   }
   return fmt::format(
       "{} is {}, whose messages are no images one by one, expected raw images, PNG "
@@ -112,7 +107,7 @@ std::string video_refusal(const TopicContents& topic) {
 }
 
 bool is_read_format(const std::string& format) {
-  const std::string small = in_lower_case(format);
+  const std::string small = lower_case(format);
   return std::ranges::any_of(
       std::array<std::string_view, 8>{"png", "jpeg", "jpg", "pgm", "bmp", "tif", "pnm", "webp"},
       [&](std::string_view kind) { return small.find(kind) != std::string::npos; });

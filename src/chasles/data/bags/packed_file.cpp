@@ -32,7 +32,10 @@ class PackedFile {
     std::string out(kPackedPiece, '\0');
     std::unique_ptr<Unpacker> unpacker;  // of the stream that is read; none between two
     bool full = false;                   // more may come without further bytes
+    bool begun = false;                  // not at the first stream any more
     while (full || !rest_.empty() || read_piece()) {
+      if (!unpacker && begun && skip_padding()) continue;
+      begun = true;
       if (!unpacker) unpacker = make_unpacker(compression_);
       const UnpackStep step = unpacker->step(rest_, out.data(), out.size());
       if (step.failure != nullptr) fail(step.failure);
@@ -46,6 +49,15 @@ class PackedFile {
   }
 
  private:
+  // Whether zeros stand behind the last stream, as tapes and copies in blocks add them: they are
+  // skipped, and must reach to the end of the file.
+  bool skip_padding() {
+    const std::size_t zeros = std::min(rest_.find_first_not_of('\0'), rest_.size());
+    padded_ = padded_ || zeros > 0;
+    rest_.remove_prefix(zeros);
+    if (padded_ && !rest_.empty()) fail("further bytes come after zeros, so it is damaged");
+    return padded_;
+  }
   bool read_piece() {
     piece_.resize(kPackedPiece);
     stream_.read(piece_.data(), static_cast<std::streamsize>(piece_.size()));
@@ -63,6 +75,7 @@ class PackedFile {
   std::ifstream stream_;
   std::string piece_;
   std::string_view rest_;
+  bool padded_ = false;
 };
 
 }  // namespace

@@ -107,6 +107,21 @@ TEST_F(PackedBag, OfSeveralStreamsIsReadWhole) {
   }
 }
 
+// gzip itself ignores zeros behind the last stream.
+TEST_F(PackedBag, MayBePaddedWithZeros) {
+  for (const std::string& ending : kPackings) {
+    const std::string bytes = packed_whole(content("none.bag"), ending);
+    for (const std::size_t zeros : {std::size_t{1}, std::size_t{512}, std::size_t{300'000}}) {
+      expect_read(read_recording(put("walk.bag" + ending, bytes + std::string(zeros, '\0'))));
+    }
+    for (const std::string& behind : {std::string("x"), bytes}) {
+      const fs::path file = put("walk.bag" + ending, bytes + std::string(200'000, '\0') + behind);
+      expect_parts(refusal(file), {"walk.bag" + ending, "further bytes come after zeros"});
+    }
+    fs::remove(folder / ("walk.bag" + ending));
+  }
+}
+
 TEST_F(PackedBag, ThatIsTruncatedOrDamagedIsRefused) {
   for (const std::string& ending : kPackings) {
     const std::string bytes = packed_whole(content("none.bag"), ending);
