@@ -130,7 +130,7 @@ ImageTracks track_images(const Recording& recording, double seconds,
   }
   try {
     Tracker tracker(recording.cameras, settings, std::move(masks));
-    Progress progress(frames, false);
+    Progress progress(frames, bars_are_unwanted());
     for (std::size_t i = 0; i < frames; ++i) {
       interruption_point(i, frames);
       const ImageFrame now = read(*images, i, recording.cameras.size());

@@ -10,9 +10,10 @@
 Times are int64 nanoseconds; where a time is an argument, an int is in nanoseconds and a float in
 seconds. Lengths are in metres, angles in radians. `a_T_b` maps coordinates of frame b to frame a.
 Quaternions are x y z w. Covariances of poses are of [theta; dp] in world axes: R = Exp(theta) R_hat,
-p = p_hat + dp. All arrays are numpy's, and copies.
+p = p_hat + dp. All arrays are numpy's, and copies; those of a Run are read-only.
 """
 
+from . import _one_line  # first: it wraps what the others import
 from ._core import (
     Camera,
     DivergedError,
@@ -28,6 +29,7 @@ from ._core import (
     UsageError,
     __version__,
 )
+from . import _copies
 from ._arrays import from_arrays as _from_arrays
 from ._calls import compare, monte_carlo, run, simulate
 from ._check import Check, Finding, check

@@ -4,8 +4,10 @@ _calls.pyi, which scripts/python-types writes."""
 import json
 import os
 import tempfile
+from collections.abc import Mapping
 
 from . import _core
+from ._one_line import found
 from ._progress import bar
 from ._run import Run
 from .lab import Comparison, Study
@@ -39,7 +41,7 @@ def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, sav
     for name in ("map", "save_map", "config"):
         if name in given:
             given[name] = os.fspath(given[name])
-    with bar(progress, "run", "frames") as advance:
+    with bar(progress, "run", "frames", "batch" if estimator == "batch" else "last steps") as advance:
         core = _core.run(recording, path, advance, estimator=estimator, threads=threads, begin=begin, **given, **settings)
     finished = Run(core)
     try:
@@ -50,12 +52,21 @@ def run(recording, *, estimator="filter", threads=3, begin="auto", map=None, sav
     return finished
 
 
+def _check_named(function, argument, named):
+    """Raises UsageError where these are no settings by name."""
+    expected = f'expected {{name: {{setting: value}}}}, such as {{"ours": {{}}, "window": {{"estimator": "window:20"}}}}'
+    if not isinstance(named, Mapping) or not named:
+        raise _core.UsageError(f"{function}: {argument}: found {'none' if named == {} else found(named)}; {expected}")
+    for name, settings in named.items():
+        if not isinstance(settings, Mapping):
+            raise _core.UsageError(f"{function}: {argument}: {found(name)}: found {found(settings)}; {expected}")
+
+
 def compare(recording, estimators, **common):
     """Runs several estimators over a recording (Recording, or a path) and returns a Comparison.
 
     estimators: {name: {argument of chasles.run: value}}; common: arguments of all of them."""
-    if not estimators:
-        raise _core.UsageError("compare: found no estimator, expected {name: {setting: value}}")
+    _check_named("compare", "estimators", estimators)
     if not isinstance(recording, _core.Recording):
         recording = _core.read(os.fspath(recording))
     return Comparison({name: run(recording, **{**common, **arguments}) for name, arguments in estimators.items()})
@@ -68,6 +79,7 @@ def monte_carlo(scene, filters, *, runs, first=0, workers=1, folder=None, progre
     filters: {name: {setting: value}}, with "estimator" among the settings. settings: those of the scene. folder: where
     the study is kept, as `chasles montecarlo -o` does; a temporary one if none is given. workers: processes; 1 where a
     chart or depth rule is written in Python. progress: a bar, as in `run`. Ctrl-C ends it with KeyboardInterrupt."""
+    _check_named("monte_carlo", "filters", filters)
     temporary = None
     if folder is None:
         temporary = tempfile.TemporaryDirectory(prefix="chasles-")

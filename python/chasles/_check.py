@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import html
 import json
@@ -35,15 +36,23 @@ class Check:
 
     def __init__(self, text: str, report: dict[str, Any]) -> None:
         self._text = text
-        self.report = report
-        """What `chasles check --json` prints, as a dictionary."""
-        self.findings: list[Finding] = [Finding(**one) for one in report["findings"]]
+        self._report = report
+        self._findings = tuple(Finding(**one) for one in report["findings"])
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """What `chasles check --json` prints, as a dictionary of the caller's own."""
+        return copy.deepcopy(self._report)
+
+    @property
+    def findings(self) -> list[Finding]:
         """In a fixed order."""
+        return list(self._findings)
 
     @property
     def ok(self) -> bool:
         """Whether no finding is an error."""
-        return all(finding.severity != "error" for finding in self.findings)
+        return all(finding.severity != "error" for finding in self._findings)
 
     @property
     def facts(self) -> dict[str, dict[str, dict[str, Any]]]:
@@ -58,10 +67,10 @@ class Check:
         return sentences
 
     def __iter__(self) -> Iterator[Finding]:
-        return iter(self.findings)
+        return iter(self._findings)
 
     def __len__(self) -> int:
-        return len(self.findings)
+        return len(self._findings)
 
     def __bool__(self) -> bool:
         return True  # not whether there are findings: `check.ok` says that
@@ -70,7 +79,7 @@ class Check:
         return self._text
 
     def __repr__(self) -> str:
-        return f"<chasles.Check of '{self.report['name']}': {len(self.findings)} findings{'' if self.ok else ', with errors'}>"
+        return f"<chasles.Check of '{self._report['name']}': {len(self._findings)} findings{'' if self.ok else ', with errors'}>"
 
     def _repr_html_(self) -> str:
         return f"<pre>{html.escape(self._text)}</pre>"
@@ -82,6 +91,6 @@ def check(recording: Union[_core.Recording, _core.Path], *, seconds: float = 20,
     are tracked, those with the most rotation. progress: a bar, as in `run`."""
     if not isinstance(recording, _core.Recording):
         recording = _core.read(os.fspath(recording))
-    with bar(progress, "check", "frames") as advance:
+    with bar(progress, "check", "frames", "trial") as advance:
         report, text = _core.check(recording, seconds, advance)
     return Check(text, json.loads(report))

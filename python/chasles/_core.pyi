@@ -2,23 +2,26 @@
         chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
         init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
         first_estimates: bool = ..., first_order_transition: bool = ..., numeric_jacobians: bool = ...,
-        keep_scale: Literal['auto', 'true', 'false'] = ..., pixel_sigma: Optional[float] = ...,
-        track_sigma: Optional[float] = ..., track_drift: Optional[float] = ..., match_sigma: Optional[float] = ...,
-        imu_noise_scale: Optional[float] = ..., vibration_noise: Optional[float] = ..., initial_tilt_sigma: float = ...,
+        keep_scale: Literal['auto', 'true', 'false'] = ..., pixel_sigma: Union[float, Literal['auto'], None] = ...,
+        track_sigma: Union[float, Literal['auto'], None] = ..., track_drift: Union[float, Literal['auto'], None] = ...,
+        match_sigma: Union[float, Literal['auto'], None] = ...,
+        imu_noise_scale: Union[float, Literal['auto'], None] = ...,
+        vibration_noise: Union[float, Literal['auto'], None] = ..., initial_tilt_sigma: float = ...,
         initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
         initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
         initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
-        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: Optional[float] = ...,
-        initial_time_offset_sigma: float = ..., depth_rule: str = ..., fixed_depth: float = ...,
-        fixed_depth_sigma: float = ..., inverse_depth: float = ..., inverse_depth_sigma: float = ...,
-        guessed_depth_observations: Optional[float] = ..., clones: int = ..., frames_per_clone: int = ...,
-        clone_interval: float = ..., max_relative_depth_sigma: float = ..., max_total_depth_sigma: float = ...,
-        min_parallax: float = ..., min_landmarks: int = ..., settled_depth_sigma: float = ...,
-        zupt_velocity_sigma: float = ..., noise_inflation: float = ..., noise_inflation_frames: int = ...,
-        gate: float = ..., max_rejections: int = ..., max_landmarks: int = ..., waiting_frames: int = ...,
-        recognise: Literal['none', 'ids', 'appearance'] = ..., prior_map: Literal['estimated', 'considered'] = ...,
-        recognisable: int = ..., exact_map: Literal['auto', 'true', 'false'] = ..., map_memory: float = ...,
-        start: StartSettings = ..., frontend: FrontendSettings = ..., batch: BatchSettings = ...)."""
+        calibrate_time_offset: Literal['auto', 'true', 'false'] = ...,
+        time_offset: Union[float, Literal['auto'], None] = ..., initial_time_offset_sigma: float = ...,
+        depth_rule: str = ..., fixed_depth: float = ..., fixed_depth_sigma: float = ..., inverse_depth: float = ...,
+        inverse_depth_sigma: float = ..., guessed_depth_observations: Union[float, Literal['auto'], None] = ...,
+        clones: int = ..., frames_per_clone: int = ..., clone_interval: float = ...,
+        max_relative_depth_sigma: float = ..., max_total_depth_sigma: float = ..., min_parallax: float = ...,
+        min_landmarks: int = ..., settled_depth_sigma: float = ..., zupt_velocity_sigma: float = ...,
+        noise_inflation: float = ..., noise_inflation_frames: int = ..., gate: float = ..., max_rejections: int = ...,
+        max_landmarks: int = ..., waiting_frames: int = ..., recognise: Literal['none', 'ids', 'appearance'] = ...,
+        prior_map: Literal['estimated', 'considered'] = ..., recognisable: int = ...,
+        exact_map: Literal['auto', 'true', 'false'] = ..., map_memory: float = ..., start: StartSettings = ...,
+        frontend: FrontendSettings = ..., batch: BatchSettings = ...)."""
 
 import os
 from typing import Any, Callable, Literal, Mapping, Optional, Sequence, Tuple, Union
@@ -34,7 +37,7 @@ Floats = NDArray[float64]
 Ints = NDArray[int64]
 _Advance = Callable[[int, int], None]
 Image = NDArray[uint8]
-_Picture = Union[NDArray[Any], Path, None]
+_Picture = Any  # an array, the path of a file, an image of Pillow, or None
 _Frame = Union[_Picture, Sequence[_Picture]]
 
 __version__: str
@@ -124,24 +127,25 @@ class Recording:
         """Of images or tracks: (N,) int64 [ns]."""
     @property
     def truth(self) -> dict[str, NDArray[Any]]:
-        """world_T_imu: {'time': (N,) int64 [ns], 'position': (N, 3) [m], 'quaternion': (N, 4) x y z w}; empty where unknown."""
+        """world_T_imu: {'time': (N,) int64 [ns], 'position': (N, 3) [m], 'quaternion': (N, 4) x y z w}; empty where unknown, and without the quaternion where it has positions alone."""
     @staticmethod
     def from_arrays(*, imu_time: ArrayLike, angular_rate: ArrayLike, specific_force: ArrayLike, image_time: ArrayLike,
                     images: Union[Sequence[_Frame], NDArray[Any], Callable[[int], _Frame]],
                     cameras: Union[Camera, Sequence[Camera]], imu_noise: Optional[ImuNoise] = ...,
-                    truth: Optional[Mapping[str, Any]] = ..., truth_level: Optional[bool] = ...,
+                    truth: Union[Mapping[str, Any], Path, None] = ..., truth_level: Optional[bool] = ...,
                     name: str = ...) -> Recording:
         """A recording of what is in memory. Times are (N,) ints [ns] or floats [s], on one clock, and rise.
 
         imu_time (N,), angular_rate (N, 3) [rad/s], specific_force (N, 3) [m/s^2]: in IMU axes. image_time (M,). images: of
-        each frame one image, or a list with one for each camera; an image is an array (height, width) of uint8, the path of
-        a file, or None. They are a sequence, an array (M, height, width) or (M, cameras, height, width), or a function
+        each frame one image, or a list with one for each camera; an image is an array (height, width) of uint8, an image of
+        Pillow, whose colours become grey as those of files, the path of a file, or None. They are a sequence, an array (M, height, width) or (M, cameras, height, width), or a function
         images(i), which is called when a frame is needed, from any thread. cameras: a Camera, or a list of them. imu_noise:
-        a run needs it. truth: columns `time`, `position` and, if known, `quaternion` of world_T_imu; truth_level: whether
-        its z axis points up, where that is known.
+        a run needs it. truth: columns `time`, `position` and, if known, `quaternion` of world_T_imu, or the path of a file
+        as `chasles.read` takes it; truth_level: whether its z axis points up, where that is known.
 
-        Raises InputError for shapes that do not fit, times that do not rise and samples that are not finite. An image of
-        another size than its camera's is an InputError where it is read."""
+        Raises InputError for shapes that do not fit, times that do not rise, rates that no sensor has (microseconds as ints)
+        and numbers that are not finite. An image of another size than its camera's is an InputError where it is read; of a
+        sequence, the first frame is looked at at once."""
     def images(self, index: int) -> list[Optional[Image]]:
         """The images of a frame: for each camera an array (height, width) of uint8, or None."""
     def tracks(self, index: int) -> dict[str, NDArray[Any]]:
@@ -237,38 +241,41 @@ class PredictedState:
 
 class Slam:
     """Visual-inertial SLAM step by step. Any thread may call; estimators take turns, and other Python threads go on meanwhile."""
-    def __init__(self, cameras: Sequence[Camera], noise: Optional[ImuNoise], *, estimator: str = ..., map: str = ...,
-
+    def __init__(self, cameras: Union[Camera, Sequence[Camera]], noise: Optional[ImuNoise], *, estimator: str = ...,
+                 map: Optional[Path] = ...,
         chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
         init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
         first_estimates: bool = ..., first_order_transition: bool = ..., numeric_jacobians: bool = ...,
-        keep_scale: Literal['auto', 'true', 'false'] = ..., pixel_sigma: Optional[float] = ...,
-        track_sigma: Optional[float] = ..., track_drift: Optional[float] = ..., match_sigma: Optional[float] = ...,
-        imu_noise_scale: Optional[float] = ..., vibration_noise: Optional[float] = ..., initial_tilt_sigma: float = ...,
+        keep_scale: Literal['auto', 'true', 'false'] = ..., pixel_sigma: Union[float, Literal['auto'], None] = ...,
+        track_sigma: Union[float, Literal['auto'], None] = ..., track_drift: Union[float, Literal['auto'], None] = ...,
+        match_sigma: Union[float, Literal['auto'], None] = ...,
+        imu_noise_scale: Union[float, Literal['auto'], None] = ...,
+        vibration_noise: Union[float, Literal['auto'], None] = ..., initial_tilt_sigma: float = ...,
         initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
         initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
         initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
-        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: Optional[float] = ...,
-        initial_time_offset_sigma: float = ..., depth_rule: str = ..., fixed_depth: float = ...,
-        fixed_depth_sigma: float = ..., inverse_depth: float = ..., inverse_depth_sigma: float = ...,
-        guessed_depth_observations: Optional[float] = ..., clones: int = ..., frames_per_clone: int = ...,
-        clone_interval: float = ..., max_relative_depth_sigma: float = ..., max_total_depth_sigma: float = ...,
-        min_parallax: float = ..., min_landmarks: int = ..., settled_depth_sigma: float = ...,
-        zupt_velocity_sigma: float = ..., noise_inflation: float = ..., noise_inflation_frames: int = ...,
-        gate: float = ..., max_rejections: int = ..., max_landmarks: int = ..., waiting_frames: int = ...,
-        recognise: Literal['none', 'ids', 'appearance'] = ..., prior_map: Literal['estimated', 'considered'] = ...,
-        recognisable: int = ..., exact_map: Literal['auto', 'true', 'false'] = ..., map_memory: float = ...,
-        start: StartSettings = ..., frontend: FrontendSettings = ..., batch: BatchSettings = ...) -> None:
-        """cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; map: file of a saved map; and settings by name, as chasles.settings() lists them."""
+        calibrate_time_offset: Literal['auto', 'true', 'false'] = ...,
+        time_offset: Union[float, Literal['auto'], None] = ..., initial_time_offset_sigma: float = ...,
+        depth_rule: str = ..., fixed_depth: float = ..., fixed_depth_sigma: float = ..., inverse_depth: float = ...,
+        inverse_depth_sigma: float = ..., guessed_depth_observations: Union[float, Literal['auto'], None] = ...,
+        clones: int = ..., frames_per_clone: int = ..., clone_interval: float = ...,
+        max_relative_depth_sigma: float = ..., max_total_depth_sigma: float = ..., min_parallax: float = ...,
+        min_landmarks: int = ..., settled_depth_sigma: float = ..., zupt_velocity_sigma: float = ...,
+        noise_inflation: float = ..., noise_inflation_frames: int = ..., gate: float = ..., max_rejections: int = ...,
+        max_landmarks: int = ..., waiting_frames: int = ..., recognise: Literal['none', 'ids', 'appearance'] = ...,
+        prior_map: Literal['estimated', 'considered'] = ..., recognisable: int = ...,
+        exact_map: Literal['auto', 'true', 'false'] = ..., map_memory: float = ..., start: StartSettings = ...,
+        frontend: FrontendSettings = ..., batch: BatchSettings = ...) -> None:
+        """cameras: a Camera, or a list of them; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; map: file of a saved map; and settings by name, as chasles.settings() lists them."""
     def add_imu(self, time: Union[Time, NDArray[Any]], angular_rate: ArrayLike,
                 specific_force: ArrayLike) -> list[Estimate]:
         """A sample, or (N,) of them. Times are ints [ns] or floats [s]; angular rates [rad/s] and specific forces [m/s^2] in IMU axes: (3,) or (N, 3). Returns the estimates of the images that waited for them."""
-    def add_images(self, time: Time, images: Sequence[Optional[Image]]) -> list[Estimate]:
-        """The images of all cameras at one instant: arrays (height, width) of uint8, or None. Returns the estimates that are ready."""
+    def add_images(self, time: Time, images: Union[Image, Sequence[Any]]) -> list[Estimate]:
+        """The images of all cameras at one instant: arrays (height, width) of uint8, images of Pillow, or None; of one camera also its image alone. Returns the estimates that are ready."""
     def predicted(self, time: Time) -> Optional[PredictedState]:
         """The state at a time since the last estimate, by the samples (PredictedState). None before a start, before the last estimate's time, .5 s after the last sample, 5 s after the estimate, where the estimate is lost, and where samples are missing for more than .5 s."""
     def finish(self) -> list[Estimate]:
-        """The estimates of the images that still wait."""
+        """The estimates of the images that still wait, and the end of the Slam, which takes nothing after it. With estimator='batch' they are the final estimates of all frames, which replace those that the other calls have returned."""
     @property
     def started(self) -> bool:
         """Whether there is an estimate."""
@@ -287,39 +294,42 @@ class Slam:
 
 class RealtimeSlam:
     """Slam on a thread of its own: calls return at once, and images that the estimator has no time for are dropped. Any thread may call."""
-    def __init__(self, cameras: Sequence[Camera], noise: Optional[ImuNoise], *, estimator: str = ..., map: str = ...,
-                 most_images: int = ...,
+    def __init__(self, cameras: Union[Camera, Sequence[Camera]], noise: Optional[ImuNoise], *, estimator: str = ...,
+                 map: Optional[Path] = ..., most_images: int = ...,
         chart: str = ..., landmarks: Literal['cartesian', 'inverse-depth'] = ...,
         init: Literal['multi-view', 'fixed-depth'] = ..., nav_attitude: bool = ..., composition_interval: float = ...,
         first_estimates: bool = ..., first_order_transition: bool = ..., numeric_jacobians: bool = ...,
-        keep_scale: Literal['auto', 'true', 'false'] = ..., pixel_sigma: Optional[float] = ...,
-        track_sigma: Optional[float] = ..., track_drift: Optional[float] = ..., match_sigma: Optional[float] = ...,
-        imu_noise_scale: Optional[float] = ..., vibration_noise: Optional[float] = ..., initial_tilt_sigma: float = ...,
+        keep_scale: Literal['auto', 'true', 'false'] = ..., pixel_sigma: Union[float, Literal['auto'], None] = ...,
+        track_sigma: Union[float, Literal['auto'], None] = ..., track_drift: Union[float, Literal['auto'], None] = ...,
+        match_sigma: Union[float, Literal['auto'], None] = ...,
+        imu_noise_scale: Union[float, Literal['auto'], None] = ...,
+        vibration_noise: Union[float, Literal['auto'], None] = ..., initial_tilt_sigma: float = ...,
         initial_velocity_sigma: float = ..., initial_accelerometer_bias_sigma: float = ...,
         initial_gyroscope_bias_sigma: float = ..., calibrate_extrinsics: bool = ...,
         initial_extrinsic_rotation_sigma: float = ..., initial_extrinsic_translation_sigma: float = ...,
-        calibrate_time_offset: Literal['auto', 'true', 'false'] = ..., time_offset: Optional[float] = ...,
-        initial_time_offset_sigma: float = ..., depth_rule: str = ..., fixed_depth: float = ...,
-        fixed_depth_sigma: float = ..., inverse_depth: float = ..., inverse_depth_sigma: float = ...,
-        guessed_depth_observations: Optional[float] = ..., clones: int = ..., frames_per_clone: int = ...,
-        clone_interval: float = ..., max_relative_depth_sigma: float = ..., max_total_depth_sigma: float = ...,
-        min_parallax: float = ..., min_landmarks: int = ..., settled_depth_sigma: float = ...,
-        zupt_velocity_sigma: float = ..., noise_inflation: float = ..., noise_inflation_frames: int = ...,
-        gate: float = ..., max_rejections: int = ..., max_landmarks: int = ..., waiting_frames: int = ...,
-        recognise: Literal['none', 'ids', 'appearance'] = ..., prior_map: Literal['estimated', 'considered'] = ...,
-        recognisable: int = ..., exact_map: Literal['auto', 'true', 'false'] = ..., map_memory: float = ...,
-        start: StartSettings = ..., frontend: FrontendSettings = ..., batch: BatchSettings = ...) -> None:
-        """cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; map: file of a saved map; and settings by name, as chasles.settings() lists them."""
+        calibrate_time_offset: Literal['auto', 'true', 'false'] = ...,
+        time_offset: Union[float, Literal['auto'], None] = ..., initial_time_offset_sigma: float = ...,
+        depth_rule: str = ..., fixed_depth: float = ..., fixed_depth_sigma: float = ..., inverse_depth: float = ...,
+        inverse_depth_sigma: float = ..., guessed_depth_observations: Union[float, Literal['auto'], None] = ...,
+        clones: int = ..., frames_per_clone: int = ..., clone_interval: float = ...,
+        max_relative_depth_sigma: float = ..., max_total_depth_sigma: float = ..., min_parallax: float = ...,
+        min_landmarks: int = ..., settled_depth_sigma: float = ..., zupt_velocity_sigma: float = ...,
+        noise_inflation: float = ..., noise_inflation_frames: int = ..., gate: float = ..., max_rejections: int = ...,
+        max_landmarks: int = ..., waiting_frames: int = ..., recognise: Literal['none', 'ids', 'appearance'] = ...,
+        prior_map: Literal['estimated', 'considered'] = ..., recognisable: int = ...,
+        exact_map: Literal['auto', 'true', 'false'] = ..., map_memory: float = ..., start: StartSettings = ...,
+        frontend: FrontendSettings = ..., batch: BatchSettings = ...) -> None:
+        """cameras: a Camera, or a list of them; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; map: file of a saved map; and settings by name, as chasles.settings() lists them."""
     def add_imu(self, time: Union[Time, NDArray[Any]], angular_rate: ArrayLike, specific_force: ArrayLike) -> None:
         """A sample, or (N,) of them. Times are ints [ns] or floats [s]; angular rates [rad/s] and specific forces [m/s^2] in IMU axes: (3,) or (N, 3)."""
-    def add_images(self, time: Time, images: Sequence[Optional[Image]]) -> int:
-        """The images of all cameras at one instant: arrays (height, width) of uint8, or None. Where more than most_images wait, the oldest are dropped; returns how many."""
+    def add_images(self, time: Time, images: Union[Image, Sequence[Any]]) -> int:
+        """The images of all cameras at one instant: arrays (height, width) of uint8, images of Pillow, or None; of one camera also its image alone. Where more than most_images wait, the oldest are dropped; returns how many."""
     def take(self) -> list[Estimate]:
         """The estimates since the last call."""
     def predicted(self, time: Time) -> Optional[PredictedState]:
         """The state at a time since the last estimate, by the samples (PredictedState). None before a start, before the last estimate's time, .5 s after the last sample, 5 s after the estimate, where the estimate is lost, and where samples are missing for more than .5 s."""
     def finish(self) -> list[Estimate]:
-        """Waits until all that has come is processed; returns the estimates not yet taken."""
+        """Waits until all that has come is processed; returns the estimates not yet taken. With estimator='batch' the final estimates of all frames follow them and replace them."""
     @property
     def counts(self) -> dict[str, int]:
         """Images: {'came', 'taken', 'dropped', 'waiting'}, and of what was taken those of Slam.counts."""
@@ -395,10 +405,12 @@ def evaluate(time: ArrayLike, position: ArrayLike, quaternion: ArrayLike, truth_
              level: bool) -> dict[str, Optional[float]]: ...
 def align(time: ArrayLike, position: ArrayLike, quaternion: ArrayLike, truth_time: ArrayLike, truth_position: ArrayLike,
           truth_quaternion: ArrayLike, alignment: str) -> dict[str, Any]: ...
+def chart_names() -> list[str]: ...
+def in_python(message: str) -> str: ...
 def settings(kind: str) -> dict[str, dict[str, str]]: ...
 def read(path: Path, *, start: Optional[float] = ..., stop: Optional[float] = ..., backwards: bool = ...,
          cameras: str = ..., truth: Path = ..., truth_level: str = ..., pairing: str = ...,
-         max_truth_gap: Optional[float] = ..., truth_time_offset: Optional[float] = ..., truth_frame: str = ...,
+         max_truth_gap: Optional[float] = ..., truth_time_offset: str = ..., truth_frame: str = ...,
          truth_scale: Optional[float] = ..., truth_inverse: bool = ...) -> Recording: ...
 def join_imu(gyro_time: Any, angular_rate: Any, accel_time: Any, specific_force: Any) -> dict[str, Any]: ...
 def simulate(scene: str, *, run: int = ..., images: bool = ..., progress: Optional[_Advance] = ...,
@@ -406,11 +418,12 @@ def simulate(scene: str, *, run: int = ..., images: bool = ..., progress: Option
 def run(recording: Recording, path: Path, progress: Optional[_Advance], /, **arguments: Any) -> Run: ...
 def check(recording: Recording, seconds: float, progress: Optional[_Advance]) -> Tuple[str, str]: ...
 def errors(run: Run, truth_time: ArrayLike, truth_position: ArrayLike, truth_quaternion: ArrayLike,
-           chart: str) -> dict[str, NDArray[Any]]: ...
+           chart: str, attitudes: bool) -> dict[str, NDArray[Any]]: ...
 def recording_of(name: str, imu_time: NDArray[Any], angular_rate: ArrayLike, specific_force: ArrayLike,
-                 image_time: NDArray[Any], images: Callable[[int], Sequence[Any]], cameras: Sequence[Camera],
-                 imu_noise: Optional[ImuNoise], truth_time: NDArray[Any], truth_position: ArrayLike,
-                 truth_quaternion: ArrayLike, truth_level: Optional[bool]) -> Recording: ...
+                 image_time: NDArray[Any], images: Callable[[int], Sequence[Any]], check_first: bool,
+                 cameras: Sequence[Camera], imu_noise: Optional[ImuNoise], truth_time: NDArray[Any],
+                 truth_position: ArrayLike, truth_quaternion: ArrayLike, truth_level: Optional[bool],
+                 truth_file: Path) -> Recording: ...
 def read_run(folder: Path) -> Run: ...
 def page(runs: Sequence[Tuple[str, Run]]) -> str: ...
 def monte_carlo(scene: str, filters: dict[str, dict[str, Any]], runs: int, first: int, workers: int, folder: Path,

@@ -38,11 +38,13 @@ def _figures(run: Any) -> list[tuple[str, str]]:
     time = run.states["time"]
     rows = [("estimates", str(len(time))), ("duration", f"{1e-9 * (time[-1] - time[0]):.1f} s" if len(time) else "0 s"),
             ("landmarks", str(len(run.landmarks["id"])))]
-    for name, label, unit in (("ate_m", "ATE", " m"), ("attitude_deg", "attitude", "°"),
-                              ("nees_pose", "NEES (consistent: 6)", "")):
+    heading = summary.get("attitude_posyaw_deg") is not None and run._core._level
+    attitude = (("attitude_posyaw_deg", "attitude, aligned by yaw", "°") if heading else
+                ("attitude_deg", "attitude, SE(3)-aligned", "°"))
+    for name, label, unit in (("ate_m", "ATE, SE(3)-aligned", " m"), attitude, ("nees_pose", "NEES (consistent: 6)", "")):
         if summary.get(name) is not None:
             rows.append((label, f"{summary[name]:.3g}{unit}"))
-    rows.append(("health at the end", html.escape(run.states["health"][-1]) if len(time) else "none"))
+    rows.append(("health", html.escape(str(summary.get("health", "unknown")))))
     return rows
 
 

@@ -7,6 +7,7 @@ import sys
 from typing import Any, Callable, Iterator, Optional
 
 Advance = Callable[[int, int], None]
+_LOOKS = 6  # there are 20 in a second
 
 
 def _in_notebook() -> bool:
@@ -15,9 +16,8 @@ def _in_notebook() -> bool:
 
 
 def _bar_class() -> Any:
-    """tqdm's own choice between a widget and text; text where the notebook has no widgets."""
+    """tqdm's own choice between a widget and text; text where the notebook has no widgets, as tqdm would warn."""
     try:
-        import tqdm.auto
         import tqdm.std
     except ImportError:
         return None
@@ -26,13 +26,16 @@ def _bar_class() -> Any:
             import ipywidgets  # noqa: F401
         except ImportError:
             return tqdm.std.tqdm
+    import tqdm.auto
+
     return tqdm.auto.tqdm
 
 
 @contextlib.contextmanager
-def bar(wanted: Optional[bool], what: str, unit: str) -> Iterator[Optional[Advance]]:
+def bar(wanted: Optional[bool], what: str, unit: str, last: str = "") -> Iterator[Optional[Advance]]:
     """A function advance(done, total) that draws the bar, or None for no bar. wanted: True, False, or None: on a
-    terminal and in a notebook. Raises ImportError where it is wanted and tqdm is not installed."""
+    terminal and in a notebook. last: what goes on after the last unit. Raises ImportError where it is wanted and tqdm is
+    not installed."""
     visible = wanted if wanted is not None else (_in_notebook() or sys.stderr.isatty())
     tqdm = _bar_class() if visible else None
     if tqdm is None:
@@ -42,10 +45,17 @@ def bar(wanted: Optional[bool], what: str, unit: str) -> Iterator[Optional[Advan
         return
     # A call that ends soon draws nothing.
     with tqdm(desc=what, unit=f" {unit}", leave=False, delay=0 if wanted else 0.5) as drawn:
+        looks = 0  # since the last unit
 
         def advance(done: int, total: int) -> None:
+            nonlocal looks
             if total and drawn.total != total:
+                if drawn.total:  # of another part of the call
+                    drawn.reset(total)
                 drawn.total = total
             drawn.update(max(0, done - drawn.n))
+            looks = looks + 1 if total and done >= total else 0
+            if last and looks == _LOOKS:
+                drawn.set_postfix_str(last)
 
         yield advance

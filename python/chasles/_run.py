@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import functools
 import json
 import os
@@ -10,14 +11,19 @@ from typing import Any, Dict, Mapping, Optional
 import numpy
 
 from . import _core
+from ._columns import arrays_of, path_of
 from ._page import Page
 
 _NS = 1_000_000_000
-_NO_ATTITUDE: list[list[float]] = [[]]
 
 
 class Columns(Dict[str, Any]):
     """Columns by name. `velocity_x_sigma`, a name of earlier versions, is `sigma_velocity_x`."""
+
+    chart = "standard"
+    """The error chart of the run."""
+    level = False
+    """Whether the z axis of its world points up."""
 
     def __missing__(self, name: str) -> Any:
         if name.endswith("_sigma") and f"sigma_{name[:-6]}" in self:
@@ -25,8 +31,17 @@ class Columns(Dict[str, Any]):
         raise KeyError(f"{name}; there are {', '.join(self)}")
 
 
+def _read_only(columns: Mapping[str, Any]) -> Dict[str, Any]:
+    """The columns as arrays that cannot be changed."""
+    arrays = {name: numpy.asarray(values) for name, values in columns.items()}
+    for array in arrays.values():
+        array.setflags(write=False)
+    return arrays
+
+
 class Run(Page):
-    """The results of a run: arrays, figures, a picture, and the page."""
+    """The results of a run: arrays, figures, a picture, and the page. The arrays are read-only (`copy()` makes one that is
+    not), and each dictionary is the caller's own: no change of it changes the run."""
 
     def __init__(self, core: _core.Run) -> None:
         self._core = core
@@ -37,42 +52,64 @@ class Run(Page):
         return self._core.name
 
     @functools.cached_property
-    def summary(self) -> dict[str, Any]:
-        """The figures of summary.json (docs/command-line.md) as a dictionary."""
+    def _summary(self) -> dict[str, Any]:
         summary: dict[str, Any] = json.loads(self._core._summary)
+        if "remarks" in summary:
+            summary["remarks"] = [_core.in_python(one) for one in summary["remarks"]]
         return summary
 
     @functools.cached_property
+    def _columns(self) -> dict[str, dict[str, Any]]:
+        core = self._core
+        return {name: _read_only(one) for name, one in (
+            ("states", core.states), ("smoothed", core.smoothed), ("in_map", core.in_map), ("landmarks", core.landmarks),
+            ("truth", core.truth))}
+
+    def _own(self, name: str) -> Columns:
+        columns = Columns(self._columns[name])
+        columns.chart, columns.level = self._summary.get("chart", "standard"), self._core._level
+        return columns
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The figures of summary.json (docs/command-line.md) as a dictionary of the caller's own."""
+        return copy.deepcopy(self._summary)
+
+    @property
     def states(self) -> dict[str, Any]:
         """The estimates of all frames, a dictionary of columns: `time` (N,) int64 [ns], `position` (N, 3), `quaternion`
         (N, 4), `pose_covariance` (N, 6, 6), the other states and their sigmas by the names of states.csv (`velocity_x`,
-        `sigma_velocity_x`, ...), `nis`, `nis_dof`, counts, and `health`."""
-        return Columns(self._core.states)
+        `sigma_velocity_x`, ...), `nis`, `nis_dof`, counts, and `health` (N,) of str."""
+        return self._own("states")
 
-    @functools.cached_property
+    @property
     def smoothed(self) -> dict[str, Any]:
         """The path given all measurements: `time`, `position`, `quaternion`, `pose_covariance`; empty where unknown."""
-        return self._core.smoothed
+        return self._own("smoothed")
 
-    @functools.cached_property
+    @property
     def in_map(self) -> dict[str, Any]:
         """The poses in the frame of the map that was given, from the frame on in which the run found its place."""
-        return self._core.in_map
+        return self._own("in_map")
 
-    @functools.cached_property
+    @property
     def landmarks(self) -> dict[str, Any]:
         """`id` (N,), `position` (N, 3), `covariance` (N, 3, 3), `observations` (N,)."""
-        return self._core.landmarks
+        return self._own("landmarks")
 
-    @functools.cached_property
+    @property
     def truth(self) -> dict[str, Any]:
-        """`time`, `position`, `quaternion` in the truth's own world; empty where unknown."""
-        return self._core.truth
+        """`time`, `position`, `quaternion` in the truth's own world; empty where unknown. A truth of positions alone has
+        no `quaternion`."""
+        truth = self._own("truth")
+        if not self._summary.get("truth_attitudes", True):
+            del truth["quaternion"]
+        return truth
 
     @property
     def has_truth(self) -> bool:
         """Whether the recording has a truth."""
-        return len(self.truth["time"]) > 0
+        return len(self._columns["truth"]["time"]) > 0
 
     def to_dataframe(self) -> Any:
         """The states as a pandas DataFrame, a row for each estimate, with the columns of states.csv but the covariances:
@@ -116,11 +153,10 @@ class Run(Page):
         return pandas.array(numpy.searchsorted(frames, self._image_times()), dtype="Int64")
 
     def evaluate(self, truth: Mapping[str, Any] | None = None) -> dict[str, float | None]:
-        """The errors against a truth (that of the recording, if none is given), as `chasles.evaluate` has them."""
+        """The errors against a truth (that of the recording, if none is given): `chasles.evaluate(run, truth)`."""
         from ._functions import evaluate
 
-        chart = self.summary.get("chart", "standard")
-        return evaluate(self.states, self.truth if truth is None else truth, chart=chart, level=self._core._level)
+        return evaluate(self, self.truth if truth is None else truth)
 
     def errors(self, truth: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:
         """The errors of the estimates for which there is a truth, frame by frame (N of them), as the page shows them:
@@ -132,14 +168,17 @@ class Run(Page):
         R_hat, p = p_hat + dp; `position_sigma`, `attitude_sigma` (N, 3): their standard deviations, so that the bounds are
         +-3 sigma;
         `nees_pose` (6 for a consistent filter), `nees_position` (3), `nees_attitude` (3): (N,), in the coordinates of the
-        run's chart, NaN where a covariance is singular;
+        run's chart, NaN where a covariance is singular, as at a first frame whose position and heading define the world: use
+        numpy.nanmean; attitudes and `nees_pose` are NaN for a truth of positions alone;
         `world_T_truth` (4, 4): the alignment; `world_T_truth_fit`: that of the ATE, the best rigid fit.
 
         truth: another one, columns as `truth` has them. Raises UsageError without a truth, InputError where too little of
         it is of the time of the run."""
-        given = truth or {"time": numpy.zeros(0, numpy.int64), "position": numpy.zeros((0, 3))}
-        return _core.errors(self._core, given["time"], given["position"], given.get("quaternion", _NO_ATTITUDE),
-                            self.summary.get("chart", "standard"))
+        nothing = {"time": numpy.zeros(0, numpy.int64), "position": numpy.zeros((0, 3))}
+        columns = nothing if truth is None else path_of(truth, "truth", "position")
+        attitudes = "quaternion" in (self.truth if truth is None else columns)
+        time, position, quaternion = arrays_of(columns, "truth")
+        return _core.errors(self._core, time, position, quaternion, self._summary.get("chart", "standard"), attitudes)
 
     def plot(self, truth: Optional[Mapping[str, Any]] = None) -> Any:
         """A matplotlib Figure: the path from above, with the truth aligned, and the errors with their bounds of 3 sigma;
@@ -161,8 +200,12 @@ class Run(Page):
 
         return picture(self)
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError("Run: cannot be pickled or copied; expected its folder: run.save(folder) there, and "
+                        "chasles.read_run(folder) here")
+
     def __repr__(self) -> str:
-        ate = self.summary.get("ate_m")
+        ate = self._summary.get("ate_m")
         error = "" if ate is None else f", ATE {ate:.3f} m"
         return f"<chasles.Run '{self.name}': {len(self.states['time'])} estimates{error}>"
 

@@ -11,7 +11,7 @@ _Path = Union[str, "os.PathLike[str]"]
 class StartSettings(TypedDict, total=False):
     """Settings of the prefix `start`."""
 
-    heading: Optional[float]
+    heading: Union[float, Literal['auto'], None]
     """direction of the first camera's view at the first estimate, counter-clockwise from nav's x axis, such as from a
     compass (docs/initialisation.md); auto: nav's axes are those of the initialisation [rad]; default auto"""
     heading_sigma: float
@@ -153,10 +153,10 @@ class BatchSettings(TypedDict, total=False):
     [rad]; default 0.01"""
     loss: Literal['none', 'huber', 'cauchy']
     """robust loss of a pixel's residual; default huber"""
-    loss_width: Optional[float]
+    loss_width: Union[float, Literal['auto'], None]
     """threshold of that loss, in standard deviations of a pixel; auto: 2.5, 1 with the noise of images, or 0.5 where
     the noise was estimated from stereo tracks (docs/batch.md); default auto"""
-    gate: Optional[float]
+    gate: Union[float, Literal['auto'], None]
     """pixels with larger residuals, in standard deviations, after the search has roughly converged are rejected; 0: no
     gate; auto: 5, or 2 with the noise of images; default auto"""
     max_rejections: int
@@ -217,21 +217,21 @@ class FilterSettings(TypedDict, total=False):
     keep_scale: Literal['auto', 'true', 'false']
     """keeps the scale unobservable by pixels in the covariance (docs/filter.md; not with left-se3); auto: with the
     images of one camera; default auto"""
-    pixel_sigma: Optional[float]
+    pixel_sigma: Union[float, Literal['auto'], None]
     """standard deviation of a pixel [px]; default auto"""
-    track_sigma: Optional[float]
+    track_sigma: Union[float, Literal['auto'], None]
     """standard deviation of a pixel in updates, with errors that many tracks share (docs/noise.md); auto: with images
     3, or 4 in batch and window, if no pixel_sigma is stated; else pixel_sigma [px]; default auto"""
-    track_drift: Optional[float]
+    track_drift: Union[float, Literal['auto'], None]
     """density of the random walk by which a tracked point slides over its surface (docs/noise.md); the filter alone has
     it; auto: 2 with images, 0 with tracks [px/sqrt(s)]; default auto"""
-    match_sigma: Optional[float]
+    match_sigma: Union[float, Literal['auto'], None]
     """constant error, along a track, of the matches in the cameras after the first (docs/noise.md); auto: 1 with
     images, 0 with tracks [px]; default auto"""
-    imu_noise_scale: Optional[float]
+    imu_noise_scale: Union[float, Literal['auto'], None]
     """factor on the IMU's stated noise densities; auto: 3 with images, 1 with tracks and where the stated noise is
     exact; default auto"""
-    vibration_noise: Optional[float]
+    vibration_noise: Union[float, Literal['auto'], None]
     """factor on the variance that vibration and motion add to the IMU's stated noise (docs/noise.md); auto: 1 with
     images, 0 with tracks and where the stated noise is exact; default auto"""
     initial_tilt_sigma: float
@@ -250,7 +250,7 @@ class FilterSettings(TypedDict, total=False):
     """initial sigma of the translation along each axis [m]; default 0.02"""
     calibrate_time_offset: Literal['auto', 'true', 'false']
     """estimate the cameras' time offset, starting from time_offset; auto: the filter does with images; default auto"""
-    time_offset: Optional[float]
+    time_offset: Union[float, Literal['auto'], None]
     """added to the time of an image to get the IMU's time (Kalibr: timeshift_cam_imu); auto: 0, or what the tracks of a
     recording show, where that is beyond 10 ms [s]; default auto"""
     initial_time_offset_sigma: float
@@ -266,7 +266,7 @@ class FilterSettings(TypedDict, total=False):
     """assumed inverse depth of an undelayed landmark initialisation [1/m]; default 0.1"""
     inverse_depth_sigma: float
     """sigma of that inverse depth [1/m]; default 0.5"""
-    guessed_depth_observations: Optional[float]
+    guessed_depth_observations: Union[float, Literal['auto'], None]
     """the product of the errors of an assumed depth and of the motion adds to the pixel noise, times the number of
     observations, up to this number; 0: not at all; auto: 20 in a filter with images, else 0; default auto"""
     clones: int
@@ -330,21 +330,21 @@ class RunSettings(FilterSettings, total=False):
     """a body velocity measures a velocity in the state, or is the input that is integrated; default measured"""
     hold: Literal['midpoint', 'zero-order']
     """an input velocity over its step: mean of both ends, or the first; default midpoint"""
-    velocity_sigma: Optional[float]
+    velocity_sigma: Union[float, Literal['auto'], None]
     """white noise (sigma) of a velocity sample [m/s]; default auto"""
-    rate_sigma: Optional[float]
+    rate_sigma: Union[float, Literal['auto'], None]
     """white noise (sigma) of an angular velocity sample [rad/s]; default auto"""
     velocity_relative_sigma: float
     """additional sigma of a velocity sample, relative to the speed; default 0.004"""
-    velocity_walk: Optional[float]
+    velocity_walk: Union[float, Literal['auto'], None]
     """random walk of the true velocity [m/s/sqrt(s)]; default auto"""
-    rate_walk: Optional[float]
+    rate_walk: Union[float, Literal['auto'], None]
     """random walk of the true angular velocity [rad/s/sqrt(s)]; default auto"""
     gyro_bias: bool
     """estimate the bias of the angular velocity; default true"""
-    gyro_bias_sigma: Optional[float]
+    gyro_bias_sigma: Union[float, Literal['auto'], None]
     """initial sigma of that bias [rad/s]; default auto"""
-    gyro_bias_walk: Optional[float]
+    gyro_bias_walk: Union[float, Literal['auto'], None]
     """random walk of that bias [rad/s/sqrt(s)]; default auto"""
     velocity_scale: bool
     """estimate the scale of the velocity; default false"""
@@ -367,9 +367,9 @@ class RunSettings(FilterSettings, total=False):
     """initial sigma of the pose; 0: the world is the first pose [rad, m]; default 0"""
     stereo_rows: Literal['all', 'mean+disparity', 'mean']
     """rows of (uL, vL, uR, vR) that update the state: all four, means and disparity, or means; default mean"""
-    disparity_sigma: Optional[float]
+    disparity_sigma: Union[float, Literal['auto'], None]
     """sigma of a disparity [px]; default auto"""
-    disparity_inflation: Optional[float]
+    disparity_inflation: Union[float, Literal['auto'], None]
     """factor on that sigma in updates, because a disparity's error hardly changes along a track; default auto"""
     loose_gate: float
     """gate of a frame in which fewer than gate_quorum observations pass `gate` [probability]; default 0.99"""
@@ -383,7 +383,7 @@ class RunSettings(FilterSettings, total=False):
     """landmarks out of view stay in the state while it has fewer in all; default 24"""
     update_with_first_observation: bool
     """use the observation that initialises a landmark for an update as well (Du; counts it twice); default false"""
-    initial_landmark_sigma: Optional[float]
+    initial_landmark_sigma: Union[float, Literal['auto'], None]
     """fixed and uncorrelated (Du); auto: from the observation and the pose [m]; default auto"""
     compress_map: bool
     """false: one dense covariance over the whole map, whose cost grows with it; default true"""

@@ -1,9 +1,9 @@
 """The transformation between the worlds of an estimate and of its truth (docs/evaluation.md, section 2)."""
 
-from typing import Any, Dict, List
+from typing import Any, Dict
 
 from . import _core
-from ._columns import path_of
+from ._columns import arrays_of, path_of
 
 __all__ = ["align"]
 
@@ -16,6 +16,4 @@ def align(estimate: Any, truth: Any, alignment: str = "SE(3)") -> Dict[str, Any]
     alignment: "SE(3)", "Sim(3)", "position + yaw", "first pose", "first position + yaw" or "none". Raises UsageError for
     another, InputError for fewer than three pairs."""
     estimate, truth = path_of(estimate, "estimate", "position"), path_of(truth, "truth", "position")
-    no_attitude: List[List[float]] = [[]]
-    return _core.align(estimate["time"], estimate["position"], estimate.get("quaternion", no_attitude),
-                       truth["time"], truth["position"], truth.get("quaternion", no_attitude), alignment)
+    return _core.align(*arrays_of(estimate, "estimate"), *arrays_of(truth, "truth"), alignment)

@@ -12,6 +12,7 @@
 
 from __future__ import annotations
 
+import copy
 import html
 import os
 from typing import TYPE_CHECKING, Any, Callable, Mapping
@@ -64,8 +65,12 @@ class Study(Page):
         self._temporary: Any = None  # a folder that lives as long as this
         self.table: str = summary.pop("table")
         """The tables of NEES and errors, as text."""
-        self.summary = summary
-        """summary.json of the study as a dictionary; `filters` has the figures of each filter."""
+        self._summary = summary
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """summary.json of the study as a dictionary of the caller's own; `filters` has the figures of each filter."""
+        return copy.deepcopy(self._summary)
 
     @property
     def figures(self) -> dict[str, dict[str, Any]]:

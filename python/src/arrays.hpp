@@ -23,10 +23,10 @@ using Times = Eigen::Matrix<std::int64_t, Eigen::Dynamic, 1>;  ///< [ns]
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// An int is in nanoseconds, a float in seconds. Throws TypeError for anything else, and ValueError
-/// for a number that is no time.
-Time time_of(const py::handle& value);
+/// for a number that is no time, both beginning with `what`.
+Time time_of(const py::handle& value, const std::string& what = "time");
 /// The same of each element. Throws ValueError where the array is not one-dimensional.
-std::vector<Time> times_of(const py::array& values);
+std::vector<Time> times_of(const py::array& values, const std::string& what = "times");
 
 /// The getter and the setter of a matrix. Python gets a copy: a view would change with the object,
 /// and outlive its memory.
@@ -56,14 +56,16 @@ T as(const py::handle& object, const std::string& found, const std::string& expe
 /// x y z w, as ROS and TUM have it.
 Eigen::Vector4d quaternion_xyzw(const Eigen::Matrix3d& R);
 Eigen::Matrix4d matrix(const SE3& pose);
-/// Throws ValueError where the 4 x 4 matrix is no rigid transformation.
-SE3 pose_of(const Eigen::Matrix4d& matrix);
+/// Throws ValueError, beginning with `what`, where the 4 x 4 matrix is no rigid transformation.
+SE3 pose_of(const Eigen::Matrix4d& matrix, const std::string& what);
 
 /// {"time": (N,) int64 [ns], "position": (N, 3) [m], "quaternion": (N, 4) x y z w}
 py::dict columns(const Trajectory& trajectory);
 /// From (N,) times as ints [ns] or floats [s], positions and, if any, quaternions x y z w. Throws
-/// ValueError for shapes that do not fit, times that do not rise and numbers that are not finite.
-Trajectory trajectory_of(const py::array& times, const Rows& positions, const Rows& quaternions);
+/// InputError, beginning with `what`, for shapes that do not fit, times that do not rise, numbers
+/// that are not finite and quaternions of length 0.
+Trajectory trajectory_of(const std::string& what, const py::array& times, const Rows& positions,
+                         const Rows& quaternions);
 
 /// (N, rows * rows) as (N, rows, rows).
 py::array cubes(Rows matrices, py::ssize_t rows);
@@ -89,8 +91,12 @@ py::dict columns(const std::vector<Landmark>& landmarks) {
   return result;
 }
 
-/// A grey image of an array (height, width) of uint8. Throws ValueError for another.
-GrayImage image_of(const py::handle& array);
+/// A grey image of an array (height, width) of uint8, or of an image of Pillow, whose colours
+/// become grey as those of files; empty for None. Throws ValueError, beginning with `what`, for
+/// another object: the order of an array's colours is not known.
+GrayImage image_of(const py::handle& object, const std::string& what = "image");
+/// Whether it is an image of Pillow.
+bool is_pillow_image(const py::handle& object);
 py::array_t<std::uint8_t> array_of(GrayImage image);
 
 /// Settings as the command takes them, key=value: nested dictionaries are prefixes, None is auto.

@@ -26,8 +26,8 @@ Alignment alignment_of(const std::string& text) {
 py::dict align_columns(const py::array& times, const Rows& positions, const Rows& quaternions,
                        const py::array& truth_times, const Rows& truth_positions,
                        const Rows& truth_quaternions, const std::string& alignment) {
-  const Trajectory estimate = trajectory_of(times, positions, quaternions);
-  const Trajectory truth = trajectory_of(truth_times, truth_positions, truth_quaternions);
+  const Trajectory estimate = trajectory_of("estimate", times, positions, quaternions);
+  const Trajectory truth = trajectory_of("truth", truth_times, truth_positions, truth_quaternions);
   const MatchedTrajectories matched = associate(estimate, truth);
   const AbsoluteError error = absolute_error(matched, alignment_of(alignment));
   py::dict result;

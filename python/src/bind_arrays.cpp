@@ -3,13 +3,17 @@
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <chasles/data/image_decode.hpp>
+#include <chasles/data/time_spans.hpp>
 #include <chasles/error.hpp>
 
 #include "arrays.hpp"
+#include "interpreter_exit.hpp"
 #include "module.hpp"
 #include "recordings.hpp"
+#include "run_input.hpp"
 #include "truth_options.hpp"
 #include "turns.hpp"
 
@@ -22,7 +26,7 @@ using Eigen::Index;
 // A function of Python that any thread may drop.
 std::shared_ptr<const py::object> kept(py::object function) {
   return {new py::object(std::move(function)), [](const py::object* object) {
-            const py::gil_scoped_acquire held;
+            const Held held;
             delete object;
           }};
 }
@@ -56,19 +60,31 @@ class PythonImages : public ImageSource {
     return frame;
   }
 
+  /// Throws for images of a frame that are none. Reads no file.
+  void check(std::size_t i) const {
+    std::vector<GrayImage> images;
+    std::vector<std::string> paths;
+    take(i, images, paths);
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      check_size(images[c], {.width = cameras_[c].width, .height = cameras_[c].height}, i, c);
+    }
+  }
+
  private:
   void take(std::size_t i, std::vector<GrayImage>& images, std::vector<std::string>& paths) const {
     const PythonCall call;
     const py::list all((*images_)(i));
     if (all.size() != cameras_.size()) {
-      throw InputError(
+      throw UsageError(
           fmt::format("images: frame {} has {} images, expected {}, one of each camera", i,
                       all.size(), cameras_.size()));
     }
     for (const py::handle& one : all) {
       const bool is_path = py::isinstance<py::str>(one);
       paths.push_back(is_path ? one.cast<std::string>() : std::string());
-      images.push_back(is_path ? GrayImage{} : image_of(one));
+      images.push_back(
+          is_path ? GrayImage{}
+                  : image_of(one, fmt::format("images: frame {}, camera {}", i, images.size())));
     }
   }
 
@@ -100,7 +116,7 @@ std::vector<Time> rising(const std::vector<Time>& times, const char* what) {
 
 std::vector<ImuSample> samples_of_arrays(const py::array& times, const Rows& rates,
                                          const Rows& forces) {
-  const std::vector<Time> stamps = rising(times_of(times), "imu_time");
+  const std::vector<Time> stamps = rising(times_of(times, "imu_time"), "imu_time");
   const auto n = static_cast<Index>(stamps.size());
   if (rates.rows() != n || forces.rows() != n || rates.cols() != 3 || forces.cols() != 3) {
     throw InputError(fmt::format(
@@ -124,16 +140,18 @@ std::vector<ImuSample> samples_of_arrays(const py::array& times, const Rows& rat
 
 Recording recording_of(const std::string& name, const py::array& imu_time, const Rows& rates,
                        const Rows& forces, const py::array& image_time, const py::object& images,
-                       const std::vector<Camera>& cameras, const std::optional<ImuNoise>& noise,
-                       const py::array& truth_time, const Rows& truth_position,
-                       const Rows& truth_quaternion, std::optional<bool> truth_level) {
+                       bool check_first, const std::vector<Camera>& cameras,
+                       const std::optional<ImuNoise>& noise, const py::array& truth_time,
+                       const Rows& truth_position, const Rows& truth_quaternion,
+                       std::optional<bool> truth_level, const std::filesystem::path& truth_file) {
   Recording recording;
   recording.name = name;
   if (cameras.empty()) throw UsageError("from_arrays: found no camera, expected one or more");
   recording.cameras = cameras;
   recording.imu = samples_of_arrays(imu_time, rates, forces);
   recording.imu_noise = noise;
-  recording.truth = trajectory_of(truth_time, truth_position, truth_quaternion);
+  recording.truth = trajectory_of("truth", truth_time, truth_position, truth_quaternion);
+  recording.truth_attitudes = recording.truth.empty() || truth_quaternion.size() > 0;
   if (!recording.truth.empty()) {
     recording.truth_level = app::is_truth_level({}, truth_level, recording.truth);
   }
@@ -142,8 +160,16 @@ Recording recording_of(const std::string& name, const py::array& imu_time, const
         fmt::format("from_arrays: found {} IMU samples and {} frames of images, expected both",
                     recording.imu.size(), image_time.size()));
   }
-  recording.images = std::make_shared<const PythonImages>(
-      rising(times_of(image_time), "image_time"), cameras, images);
+  const auto source = std::make_shared<const PythonImages>(
+      rising(times_of(image_time, "image_time"), "image_time"), cameras, images);
+  if (check_first) source->check(0);
+  recording.images = source;
+  check_time_spans("from_arrays", recording);
+  if (!truth_file.empty()) {
+    app::TruthOptions options;
+    if (truth_level) options.level = *truth_level ? "yes" : "no";
+    app::replace_truth(recording, truth_file, options);
+  }
   return shared(std::move(recording));
 }
 
@@ -152,8 +178,9 @@ Recording recording_of(const std::string& name, const py::array& imu_time, const
 void bind_arrays(py::module_& m) {
   m.def("recording_of", &recording_of, py::arg("name"), py::arg("imu_time"),
         py::arg("angular_rate"), py::arg("specific_force"), py::arg("image_time"),
-        py::arg("images"), py::arg("cameras"), py::arg("imu_noise"), py::arg("truth_time"),
-        py::arg("truth_position"), py::arg("truth_quaternion"), py::arg("truth_level"));
+        py::arg("images"), py::arg("check_first"), py::arg("cameras"), py::arg("imu_noise"),
+        py::arg("truth_time"), py::arg("truth_position"), py::arg("truth_quaternion"),
+        py::arg("truth_level"), py::arg("truth_file"));
 }
 
 }  // namespace chasles::python

@@ -39,15 +39,15 @@ Run with_truth(const Run& run, const Trajectory& truth) {
 
 // Rows are the matched states. `truth`: empty for that of the run.
 py::dict errors_of(const PythonRun& r, const py::array& times, const Rows& positions,
-                   const Rows& quaternions, const std::string& chart) {
+                   const Rows& quaternions, const std::string& chart, bool attitudes) {
   const bool own = times.size() == 0;
   const Run run =
-      with_truth(r.run, own ? r.run.truth : trajectory_of(times, positions, quaternions));
+      with_truth(r.run, own ? r.run.truth : trajectory_of("truth", times, positions, quaternions));
   if (run.truth.empty()) {
     throw UsageError(fmt::format(
         "errors: the recording of {} has no truth; expected one, as in errors(truth)", r.run.name));
   }
-  const AgainstTruth compared = against_truth(run, pose_error_of(chart));
+  const AgainstTruth compared = against_truth(run, pose_error_of(chart), attitudes);
   if (!compared.problem.empty()) throw InputError("errors: " + compared.problem);
   const std::vector<std::size_t>& rows = compared.matched.estimate_index;
   const auto n = static_cast<Index>(rows.size());
@@ -85,7 +85,7 @@ py::dict errors_of(const PythonRun& r, const py::array& times, const Rows& posit
 
 void bind_errors_of_runs(py::module_& m) {
   m.def("errors", &errors_of, py::arg("run"), py::arg("truth_time"), py::arg("truth_position"),
-        py::arg("truth_quaternion"), py::arg("chart"));
+        py::arg("truth_quaternion"), py::arg("chart"), py::arg("attitudes"));
 }
 
 }  // namespace chasles::python

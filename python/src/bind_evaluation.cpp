@@ -7,12 +7,15 @@
 #include <fmt/ranges.h>
 #include <pybind11/stl.h>
 
+#include <chasles/error.hpp>
 #include <chasles/eval/evaluation.hpp>
+#include <chasles/filter/error_chart_names.hpp>
 #include <chasles/sim/inertial_settings.hpp>
 #include <chasles/sim/street.hpp>
 
 #include "arrays.hpp"
 #include "inertial_settings_io.hpp"
+#include "interpreter_exit.hpp"
 #include "module.hpp"
 #include "settings_io.hpp"
 #include "velocity_settings_io.hpp"
@@ -26,14 +29,16 @@ py::dict evaluate_columns(
     const std::optional<py::array_t<double, py::array::c_style | py::array::forcecast>>&
         pose_covariances,
     const std::string& chart, bool level) {
-  const Trajectory estimate = trajectory_of(times, positions, quaternions);
-  const Trajectory truth = trajectory_of(truth_times, truth_positions, truth_quaternions);
+  const Trajectory estimate = trajectory_of("estimate", times, positions, quaternions);
+  const Trajectory truth = trajectory_of("truth", truth_times, truth_positions, truth_quaternions);
   std::vector<Matrix6d> covariances;
   if (pose_covariances) {
     const auto& given = *pose_covariances;
     if (given.ndim() != 3 || given.shape(0) != static_cast<py::ssize_t>(estimate.size()) ||
         given.shape(1) != 6 || given.shape(2) != 6) {
-      throw py::value_error("pose_covariance: expected (N, 6, 6), one for each pose");
+      throw InputError(
+          fmt::format("estimate: pose_covariance: found {}, expected (N, 6, 6), one for each pose",
+                      description(given)));
     }
     for (py::ssize_t i = 0; i < given.shape(0); ++i) {
       covariances.push_back(
@@ -42,10 +47,11 @@ py::dict evaluate_columns(
   }
   Evaluation evaluation;
   {
-    const py::gil_scoped_release released;
+    const Released released;
     EvaluationOptions options;
     options.pose_error = pose_error_of(chart);
     options.level = level;
+    options.attitudes = quaternions.size() > 0 && truth_quaternions.size() > 0;
     evaluation = evaluate(estimate, truth, covariances, options);
   }
   py::dict result;
@@ -60,7 +66,7 @@ std::string type_of(const app::Setting& setting) {
     if constexpr (std::is_same_v<Value, app::Setting::ChoiceRef>) {
       return fmt::format("Literal['{}']", fmt::join(setting.limits.names, "', '"));
     } else if constexpr (std::is_same_v<Value, std::optional<double>*>) {
-      return "Optional[float]";
+      return "Union[float, Literal['auto'], None]";
     } else if constexpr (std::is_same_v<Value, double*>) {
       return "float";
     } else if constexpr (std::is_same_v<Value, bool*>) {
@@ -120,6 +126,11 @@ void bind_evaluation(py::module_& m) {
         py::arg("truth_time"), py::arg("truth_position"), py::arg("truth_quaternion"),
         py::arg("pose_covariance") = std::nullopt, py::arg("chart") = "standard",
         py::arg("level") = false);
+  m.def("chart_names", [] {
+    std::vector<std::string> names;
+    for (const std::string_view name : error_chart_names()) names.emplace_back(name);
+    return names;
+  });
   m.def("settings", &settings_of, py::arg("kind"));
 }
 

@@ -17,6 +17,7 @@
 
 #include "arrays.hpp"
 #include "forks.hpp"
+#include "interpreter_exit.hpp"
 #include "long_call.hpp"
 #include "messages.hpp"
 #include "module.hpp"
@@ -64,7 +65,7 @@ class SharedImages : public ImageSource {
 Recording read(const std::filesystem::path& path, std::optional<double> start,
                std::optional<double> stop, bool backwards, const std::string& cameras,
                const std::string& truth, const std::string& truth_level, const std::string& pairing,
-               std::optional<double> max_truth_gap, std::optional<double> truth_time_offset,
+               std::optional<double> max_truth_gap, const std::string& truth_time_offset,
                const std::string& truth_frame, std::optional<double> truth_scale,
                bool truth_inverse) {
   app::RunInput input;
@@ -78,18 +79,18 @@ Recording read(const std::filesystem::path& path, std::optional<double> start,
     throw UsageError(fmt::format(
         "max_truth_gap: found {}, expected a finite number of seconds above 0", *max_truth_gap));
   }
-  if (truth_time_offset && !std::isfinite(*truth_time_offset)) {
-    throw UsageError(fmt::format("truth_time_offset: found {}, expected a finite number of seconds",
-                                 *truth_time_offset));
+  constexpr double kLeastScale = 1e-9, kMostScale = 1e9;
+  if (truth_scale && !(*truth_scale >= kLeastScale && *truth_scale <= kMostScale)) {
+    throw UsageError(fmt::format("truth_scale: found {}, expected a number from {:g} to {:g}",
+                                 *truth_scale, kLeastScale, kMostScale));
   }
-  input.truth_options = {
-      .pairing = pairing,
-      .max_gap = max_truth_gap,
-      .level = truth_level,
-      .time_offset = truth_time_offset ? fmt::format("{}", *truth_time_offset) : std::string(),
-      .frame = truth_frame,
-      .scale = truth_scale,
-      .inverse = truth_inverse};
+  input.truth_options = {.pairing = pairing,
+                         .max_gap = max_truth_gap,
+                         .level = truth_level,
+                         .time_offset = truth_time_offset,
+                         .frame = truth_frame,
+                         .scale = truth_scale,
+                         .inverse = truth_inverse};
   return LongCall()([&] { return shared(app::read_input(input)); });
 }
 
@@ -145,7 +146,7 @@ py::list images(const Recording& recording, py::ssize_t index) {
       checked(index, recording.images ? recording.images->size() : 0, "images of frame");
   ImageFrame frame;
   {
-    const py::gil_scoped_release released;
+    const Released released;
     frame = recording.images->read(i);
   }
   py::list result;
@@ -184,14 +185,30 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
                    const Eigen::Matrix4d& cam_T_imu) {
   const auto model = choice_of<Distortion>(distortion);
   if (!model) {
-    throw py::value_error(
-        fmt::format("distortion: found '{}', expected none, radtan or equidistant", distortion));
+    throw py::value_error(fmt::format(
+        "Camera: distortion: found '{}', expected none, radtan or equidistant", distortion));
   }
   const std::size_t most = *model == Distortion::kNone ? 0 : *model == Distortion::kRadtan ? 5 : 4;
   if (coefficients.size() > most || (coefficients.size() < 4 && most > 0)) {
-    throw py::value_error(fmt::format("coefficients: found {}, expected {} for {}",
+    throw py::value_error(fmt::format("Camera: coefficients: found {}, expected {} for {}",
                                       coefficients.size(),
                                       most == 5 ? "4 or 5" : std::to_string(most), distortion));
+  }
+  const auto check = [](const char* name, double value, const char* expected, bool good) {
+    if (good) return;
+    throw py::value_error(
+        fmt::format("Camera: {}: found {:g}, expected {}", name, value, expected));
+  };
+  constexpr const char* kSize = "a number of pixels above 0";
+  check("width", width, kSize, width > 0);
+  check("height", height, kSize, height > 0);
+  constexpr const char* kFocalLength = "a finite number of pixels above 0";
+  check("fx", fx, kFocalLength, std::isfinite(fx) && fx > 0);
+  check("fy", fy, kFocalLength, std::isfinite(fy) && fy > 0);
+  check("cx", cx, "a finite number of pixels", std::isfinite(cx));
+  check("cy", cy, "a finite number of pixels", std::isfinite(cy));
+  for (const double k : coefficients) {
+    check("coefficients", k, "finite numbers", std::isfinite(k));
   }
   Camera camera;
   camera.width = width;
@@ -205,8 +222,58 @@ Camera make_camera(int width, int height, double fx, double fy, double cx, doubl
     camera.coefficients[static_cast<Index>(i)] = coefficients[i];
   }
   if (coefficients.size() == 5) camera.radtan_k3 = coefficients[4];
-  camera.cam_T_imu = pose_of(cam_T_imu);
+  camera.cam_T_imu = pose_of(cam_T_imu, "Camera: cam_T_imu");
   return camera;
+}
+
+ImuNoise make_noise(double accelerometer, double gyroscope, double accelerometer_walk,
+                    double gyroscope_walk) {
+  const auto checked = [](const char* name, double value) {
+    if (std::isfinite(value) && value >= 0) return value;
+    throw py::value_error(
+        fmt::format("ImuNoise: {}: found {:g}, expected a finite number not below 0", name, value));
+  };
+  ImuNoise noise;
+  noise.accelerometer_noise_density = checked("accelerometer_noise_density", accelerometer);
+  noise.accelerometer_random_walk = checked("accelerometer_random_walk", accelerometer_walk);
+  noise.gyroscope_noise_density = checked("gyroscope_noise_density", gyroscope);
+  noise.gyroscope_random_walk = checked("gyroscope_random_walk", gyroscope_walk);
+  return noise;
+}
+
+// For pickle and copy.
+py::tuple state_of(const Camera& c) {
+  return py::make_tuple(c.width, c.height, c.fx, c.fy, c.cx, c.cy, static_cast<int>(c.distortion),
+                        Eigen::Vector4d(c.coefficients), c.radtan_k3,
+                        Eigen::Matrix3d(c.cam_T_imu.R), Eigen::Vector3d(c.cam_T_imu.p));
+}
+
+Camera camera_of(const py::tuple& state) {
+  Camera c{.width = state[0].cast<int>(),
+           .height = state[1].cast<int>(),
+           .fx = state[2].cast<double>(),
+           .fy = state[3].cast<double>(),
+           .cx = state[4].cast<double>(),
+           .cy = state[5].cast<double>(),
+           .distortion = static_cast<Distortion>(state[6].cast<int>()),
+           .coefficients = state[7].cast<Eigen::Vector4d>(),
+           .cam_T_imu = {},
+           .radtan_k3 = state[8].cast<double>()};
+  c.cam_T_imu = {.R = state[9].cast<Eigen::Matrix3d>(), .p = state[10].cast<Eigen::Vector3d>()};
+  return c;
+}
+
+py::tuple state_of_noise(const ImuNoise& n) {
+  return py::make_tuple(n.accelerometer_noise_density, n.accelerometer_random_walk,
+                        n.gyroscope_noise_density, n.gyroscope_random_walk, n.exact);
+}
+
+ImuNoise noise_of_state(const py::tuple& state) {
+  return {.accelerometer_noise_density = state[0].cast<double>(),
+          .accelerometer_random_walk = state[1].cast<double>(),
+          .gyroscope_noise_density = state[2].cast<double>(),
+          .gyroscope_random_walk = state[3].cast<double>(),
+          .exact = state[4].cast<bool>()};
 }
 
 std::string camera_text(const Camera& c) {
@@ -268,19 +335,11 @@ void bind_recordings(py::module_& m) {
       .def_property_readonly(
           "cam_T_imu", [](const Camera& c) { return matrix(c.cam_T_imu); },
           "(4, 4): maps IMU coordinates to the camera's [m].")
+      .def(py::pickle(&state_of, &camera_of))
       .def("__repr__", &camera_text);
 
   py::class_<ImuNoise>(m, "ImuNoise", "Noise densities of an IMU, as Allan variances give them.")
-      .def(py::init([](double accelerometer, double gyroscope, double accelerometer_walk,
-                       double gyroscope_walk) {
-             ImuNoise noise;
-             noise.accelerometer_noise_density = accelerometer;
-             noise.accelerometer_random_walk = accelerometer_walk;
-             noise.gyroscope_noise_density = gyroscope;
-             noise.gyroscope_random_walk = gyroscope_walk;
-             return noise;
-           }),
-           py::kw_only(), py::arg("accelerometer_noise_density"),
+      .def(py::init(&make_noise), py::kw_only(), py::arg("accelerometer_noise_density"),
            py::arg("gyroscope_noise_density"), py::arg("accelerometer_random_walk"),
            py::arg("gyroscope_random_walk"),
            "Noise densities [m/s^2/sqrt(Hz), rad/s/sqrt(Hz)] and random walks of the biases "
@@ -293,6 +352,7 @@ void bind_recordings(py::module_& m) {
                     "Of the bias [m/s^3/sqrt(Hz)].")
       .def_readonly("gyroscope_random_walk", &ImuNoise::gyroscope_random_walk,
                     "Of the bias [rad/s^2/sqrt(Hz)].")
+      .def(py::pickle(&state_of_noise, &noise_of_state))
       .def("__repr__", &noise_text);
 
   py::class_<Recording, std::shared_ptr<Recording>>(
@@ -316,9 +376,14 @@ void bind_recordings(py::module_& m) {
           "'angular_rate': (N, 3) [rad/s]} in IMU axes.")
       .def_property_readonly("frame_times", &frame_times, "Of images or tracks: (N,) int64 [ns].")
       .def_property_readonly(
-          "truth", [](const Recording& r) { return columns(r.truth); },
+          "truth",
+          [](const Recording& r) {
+            py::dict truth = columns(r.truth);
+            if (!r.truth_attitudes) PyDict_DelItemString(truth.ptr(), "quaternion");
+            return truth;
+          },
           "world_T_imu: {'time': (N,) int64 [ns], 'position': (N, 3) [m], 'quaternion': (N, 4) x y "
-          "z w}; empty where unknown.")
+          "z w}; empty where unknown, and without the quaternion where it has positions alone.")
       .def("images", &images, py::arg("index"),
            "The images of a frame: for each camera an array (height, width) of uint8, or None.")
       .def("tracks", &tracks, py::arg("index"),
@@ -331,7 +396,7 @@ void bind_recordings(py::module_& m) {
   m.def("read", &read, py::arg("path"), py::kw_only(), py::arg("start") = std::nullopt,
         py::arg("stop") = std::nullopt, py::arg("backwards") = false, py::arg("cameras") = "",
         py::arg("truth") = "", py::arg("truth_level") = "", py::arg("pairing") = "",
-        py::arg("max_truth_gap") = std::nullopt, py::arg("truth_time_offset") = std::nullopt,
+        py::arg("max_truth_gap") = std::nullopt, py::arg("truth_time_offset") = "",
         py::arg("truth_frame") = "", py::arg("truth_scale") = std::nullopt,
         py::arg("truth_inverse") = false);
   m.def("simulate", &simulate, py::arg("scene"), py::kw_only(), py::arg("run") = 0,

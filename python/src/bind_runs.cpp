@@ -14,6 +14,7 @@
 #include <chasles/report/report.hpp>
 
 #include "arrays.hpp"
+#include "interpreter_exit.hpp"
 #include "long_call.hpp"
 #include "map_output.hpp"
 #include "messages.hpp"
@@ -122,7 +123,7 @@ void check_map(const PythonRun& r) {
 }
 
 PythonRun read_run_folder(const std::filesystem::path& folder) {
-  const py::gil_scoped_release released;
+  const Released released;
   ReportRun read = app::read_with_timing(folder);
   return {.run = std::move(read.run), .summary = std::move(read.summary)};
 }
@@ -187,18 +188,18 @@ py::dict poses(const std::vector<SmoothedPose>& list) {
 }
 
 void save(const PythonRun& r, const std::filesystem::path& folder) {
-  const py::gil_scoped_release released;
+  const Released released;
   app::prepare_output(folder);
   write_run(r.run, Json::parse(r.summary), folder);
 }
 
 std::string page(const PythonRun& r) {
-  const py::gil_scoped_release released;
+  const Released released;
   return run_page({{.run = r.run, .summary = r.summary}});
 }
 
 std::string page_of_all(const std::vector<std::pair<std::string, const PythonRun*>>& named) {
-  const py::gil_scoped_release released;
+  const Released released;
   std::vector<ReportRun> runs;
   for (const auto& [name, r] : named) {
     runs.push_back({.run = r->run, .summary = r->summary, .label = name});

@@ -4,10 +4,12 @@
 
 #include <fmt/format.h>
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <chasles/error.hpp>
 
 #include "forks.hpp"
+#include "interpreter_exit.hpp"
 #include "long_call.hpp"
 #include "module.hpp"
 #include "slam_input.hpp"
@@ -20,7 +22,7 @@ namespace {
 class Slam {
   template <typename Work>
   auto locked(const Work& work) {
-    const py::gil_scoped_release released;
+    const Released released;
     const auto turn = take_turn();
     return work(*slam_);
   }
@@ -40,8 +42,8 @@ class Slam {
   }
 
  public:
-  Slam(const std::vector<Camera>& cameras, const ImuNoise* noise, const std::string& estimator,
-       const std::string& map, const py::kwargs& arguments)
+  Slam(const py::object& cameras, const ImuNoise* noise, const std::string& estimator,
+       const std::optional<std::filesystem::path>& map, const py::kwargs& arguments)
       : slam_(make_slam("Slam", cameras, noise, estimator, map, arguments)) {}
 
   Estimates add_imu(const py::object& time, const Rows& rate, const Rows& force) {
@@ -54,7 +56,7 @@ class Slam {
     });
   }
 
-  Estimates add_images(const py::object& time, const py::sequence& images) {
+  Estimates add_images(const py::object& time, const py::object& images) {
     ImageFrame frame = frame_of(time, images);
     refuse_after_finish("images");
     return taken([&](VisualInertialSlam& slam) { return slam.process(std::move(frame)); });
@@ -116,10 +118,10 @@ void bind_slam(py::module_& m) {
   py::class_<Slam>(m, "Slam",
                    "Visual-inertial SLAM step by step. Any thread may call; estimators take turns, "
                    "and other Python threads go on meanwhile.")
-      .def(py::init<const std::vector<Camera>&, const ImuNoise*, const std::string&,
-                    const std::string&, const py::kwargs&>(),
+      .def(py::init<const py::object&, const ImuNoise*, const std::string&,
+                    const std::optional<std::filesystem::path>&, const py::kwargs&>(),
            py::arg("cameras"), py::arg("noise"), py::kw_only(), py::arg("estimator") = "filter",
-           py::arg("map") = "", kSlamArguments)
+           py::arg("map") = py::none(), kSlamArguments)
       .def(
           "add_imu", &Slam::add_imu, py::arg("time"), py::arg("angular_rate"),
           py::arg("specific_force"),
@@ -127,9 +129,13 @@ void bind_slam(py::module_& m) {
           "specific forces [m/s^2] in IMU axes: (3,) or (N, 3). Returns the estimates of the "
           "images that waited for them.")
       .def("add_images", &Slam::add_images, py::arg("time"), py::arg("images"),
-           "The images of all cameras at one instant: arrays (height, width) of uint8, or None. "
+           "The images of all cameras at one instant: arrays (height, width) of uint8, images of "
+           "Pillow, or None; of one camera also its image alone. "
            "Returns the estimates that are ready.")
-      .def("finish", &Slam::finish, "The estimates of the images that still wait.")
+      .def("finish", &Slam::finish,
+           "The estimates of the images that still wait, and the end of the Slam, which takes "
+           "nothing after it. With estimator='batch' they are the final estimates of all frames, "
+           "which replace those that the other calls have returned.")
       .def("predicted", &Slam::predicted, py::arg("time"), kPredicted)
       .def_property_readonly("started", &Slam::started, "Whether there is an estimate.")
       .def_property_readonly("why_not_started", &Slam::why_not_started,

@@ -17,6 +17,7 @@
 #include "arrays.hpp"
 #include "filter_options.hpp"
 #include "inertial_settings_io.hpp"
+#include "interpreter_exit.hpp"
 #include "lab_report.hpp"
 #include "long_call.hpp"
 #include "messages.hpp"
@@ -106,7 +107,7 @@ std::string monte_carlo(const std::string& scene, const py::dict& filters, std::
 }
 
 std::string page_of_study(const std::filesystem::path& folder) {
-  const py::gil_scoped_release released;
+  const Released released;
   return study_page({read_study(folder)});
 }
 

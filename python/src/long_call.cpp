@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "forks.hpp"
+#include "interpreter_exit.hpp"
 
 namespace chasles::python {
 
@@ -13,6 +14,10 @@ namespace py = pybind11;
 
 // Signals, then the bar. What either raises ends the work.
 void LongCall::look() {
+  if (ends_for_exit()) {
+    state_.stop = true;
+    return;
+  }
   const PythonCall call;
   if (raised_) return;
   try {
@@ -28,7 +33,7 @@ void LongCall::watch(const std::function<void()>& work) {
   constexpr std::chrono::milliseconds kBetweenLooks(50);
   std::exception_ptr failure;
   {
-    const py::gil_scoped_release released;
+    const Released released;
     std::mutex mutex;
     std::condition_variable ended;
     bool done = false;

@@ -21,8 +21,12 @@ namespace chasles::python {
 class LongCall {
  public:
   /// `progress`: None, or called as progress(done, total), with total 0 where it is not known.
-  explicit LongCall(pybind11::object progress = pybind11::none())
-      : progress_(std::move(progress)) {}
+  /// `bars`: whether the bars of the command are drawn.
+  enum class Bars { kOfCommand, kNone };
+  explicit LongCall(pybind11::object progress = pybind11::none(), Bars bars = Bars::kNone)
+      : progress_(std::move(progress)) {
+    state_.quiet = bars == Bars::kNone;
+  }
   LongCall(const LongCall&) = delete;
   LongCall& operator=(const LongCall&) = delete;
 

@@ -8,6 +8,7 @@
 #include <chasles/error.hpp>
 
 #include "forks.hpp"
+#include "interpreter_exit.hpp"
 #include "long_call.hpp"
 #include "messages.hpp"
 #include "program.hpp"
@@ -24,8 +25,9 @@ int command(std::vector<std::string> arguments) {
   std::vector<char*> pointers;
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
-  return LongCall().in_turn(
-      [&] { return app::program(static_cast<int>(pointers.size()) - 1, pointers.data()); });
+  return LongCall(py::none(), LongCall::Bars::kOfCommand).in_turn([&] {
+    return app::program(static_cast<int>(pointers.size()) - 1, pointers.data());
+  });
 }
 
 // For PyErr_SetString. Never freed: exceptions may outlive the module.
@@ -37,10 +39,10 @@ Errors& errors() {
   return *all;
 }
 
-py::object new_error(py::module_& m, const char* name, const py::handle& bases) {
+py::object new_error(py::module_& m, const char* name, const py::handle& bases, const char* doc) {
   const std::string full = std::string("chasles.") + name;
-  auto type =
-      py::reinterpret_steal<py::object>(PyErr_NewException(full.c_str(), bases.ptr(), nullptr));
+  auto type = py::reinterpret_steal<py::object>(
+      PyErr_NewExceptionWithDoc(full.c_str(), doc, bases.ptr(), nullptr));
   m.attr(name) = type;
   return type;
 }
@@ -64,13 +66,20 @@ PyObject* type_of(ExitCode code) {
 
 void bind_errors(py::module_& m) {
   Errors& e = errors();
-  e.error = new_error(m, "Error", PyExc_RuntimeError);
+  e.error = new_error(m, "Error", PyExc_RuntimeError,
+                      "What the command ends with; the others are kinds of it. `run`: the Run "
+                      "whose map could not be saved, or None.");
   e.error.attr("run") = py::none();
   const py::tuple of_values = py::make_tuple(e.error, py::handle(PyExc_ValueError));
-  e.usage = new_error(m, "UsageError", of_values);
-  e.input = new_error(m, "InputError", of_values);
-  e.not_initialised = new_error(m, "NotInitialisedError", e.error);
-  e.diverged = new_error(m, "DivergedError", e.error);
+  e.usage = new_error(m, "UsageError", of_values,
+                      "A setting or an argument that cannot be used (exit code 1 of the command).");
+  e.input = new_error(m, "InputError", of_values,
+                      "A file, a recording or arrays that cannot be used (exit code 2).");
+  e.not_initialised = new_error(m, "NotInitialisedError", e.error,
+                                "The estimator could not start; the message has the conditions "
+                                "that are not met (exit code 3).");
+  e.diverged = new_error(m, "DivergedError", e.error,
+                         "The estimate is no longer finite or plausible (exit code 4).");
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
@@ -103,6 +112,8 @@ PYBIND11_MODULE(_core, m) {
   bind_arrays(m);
   refuse_bare_objects(m);
   watch_forks();
+  watch_exit();
+  m.def("in_python", &in_python, pybind11::arg("message"));
   m.def("command", &command, pybind11::arg("arguments"),
         "Runs the command `chasles` with these arguments and returns its exit code.");
 }

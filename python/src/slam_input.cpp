@@ -1,5 +1,6 @@
 #include "slam_input.hpp"
 
+#include <string_view>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include <chasles/pipeline/map_file.hpp>
 
 #include "inertial_settings_io.hpp"
+#include "interpreter_exit.hpp"
 #include "messages.hpp"
 
 namespace chasles::python {
@@ -30,10 +32,23 @@ void once(bool& warned, std::size_t count, const std::string& what) {
 
 }  // namespace
 
-std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const std::vector<Camera>& cameras,
+std::vector<Camera> cameras_of(const std::string& name, const py::object& cameras) {
+  if (py::isinstance<Camera>(cameras)) return {cameras.cast<Camera>()};
+  return as<std::vector<Camera>>(cameras, name + ": cameras: found", "a Camera, or a list of them");
+}
+
+std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const py::object& cameras,
                                               const ImuNoise* noise, const std::string& estimator,
-                                              const std::string& map, const py::kwargs& arguments) {
-  check_keys(name, arguments, {"estimator", "map", "most_images"});
+                                              const std::optional<std::filesystem::path>& map,
+                                              const py::kwargs& arguments) {
+  const std::vector<Camera> rig = cameras_of(name, cameras);
+  const bool realtime = std::string_view(name) == "RealtimeSlam";
+  if (!realtime && arguments.contains("most_images")) {
+    throw UsageError("Slam: most_images is an argument of RealtimeSlam: Slam drops no images");
+  }
+  std::vector<std::string> own{"estimator", "map"};
+  if (realtime) own.emplace_back("most_images");
+  check_keys(name, arguments, own);
   if (noise == nullptr) {
     throw UsageError(fmt::format(
         "{}: found None as the noise of the IMU, which the recording does not state; expected "
@@ -44,14 +59,14 @@ std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const std::vecto
   sources.sets = assignments(arguments);
   sources.set_option = "setting";
   sources.estimator = estimator_choice(estimator);
-  const py::gil_scoped_release released;
+  const Released released;
   InertialRunSettings settings = app::inertial_run_settings_from(sources);
   std::shared_ptr<const LandmarkMap> prior;
-  if (!map.empty()) {
+  if (map && !map->empty()) {
     settings.filter.recognise = Recognise::kAppearance;
-    prior = std::make_shared<const LandmarkMap>(read_map(map));
+    prior = std::make_shared<const LandmarkMap>(read_map(*map));
   }
-  return std::make_unique<VisualInertialSlam>(cameras, *noise, settings, ImuBuffer::Options{},
+  return std::make_unique<VisualInertialSlam>(rig, *noise, settings, ImuBuffer::Options{},
                                               std::vector<GrayImage>{}, std::move(prior));
 }
 
@@ -77,9 +92,19 @@ std::vector<ImuSample> samples_of(const py::object& time, const Rows& rate, cons
   return samples;
 }
 
-ImageFrame frame_of(const py::object& time, const py::sequence& images) {
+ImageFrame frame_of(const py::object& time, const py::object& images) {
   ImageFrame frame{.time = time_of(time), .images = {}};
-  for (const py::handle& image : images) frame.images.push_back(image_of(image));
+  const bool array = py::isinstance<py::array>(images);
+  const bool one = is_pillow_image(images) ||
+                   (array && images.cast<py::array>().ndim() != 3);  // (cameras, height, width)
+  if (one || !py::isinstance<py::sequence>(images)) {
+    frame.images.push_back(image_of(images, "add_images"));
+    return frame;
+  }
+  for (const py::handle& image : images) {
+    const std::string where = fmt::format("add_images: camera {}", frame.images.size());
+    frame.images.push_back(image_of(image, where));
+  }
   return frame;
 }
 

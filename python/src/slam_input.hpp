@@ -1,6 +1,8 @@
 #pragma once
 
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,14 +15,20 @@ namespace chasles::python {
 
 using Estimates = std::vector<Estimate>;
 
-/// The estimator of a class with this name. Throws UsageError for arguments that cannot be used.
-std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const std::vector<Camera>& cameras,
+/// A Camera, or a sequence of them. Throws TypeError for another object.
+std::vector<Camera> cameras_of(const std::string& name, const py::object& cameras);
+
+/// The estimator of a class with this name; `map`: a file, or none. Throws UsageError for arguments
+/// that cannot be used.
+std::unique_ptr<VisualInertialSlam> make_slam(const char* name, const py::object& cameras,
                                               const ImuNoise* noise, const std::string& estimator,
-                                              const std::string& map, const py::kwargs& arguments);
+                                              const std::optional<std::filesystem::path>& map,
+                                              const py::kwargs& arguments);
 
 /// A sample, with time, (3,) and (3,), or (N,) of them. Throws ValueError for other shapes.
 std::vector<ImuSample> samples_of(const py::object& time, const Rows& rate, const Rows& force);
-ImageFrame frame_of(const py::object& time, const py::sequence& images);
+/// `images`: a sequence with an image for each camera, or that of the only one.
+ImageFrame frame_of(const py::object& time, const py::object& images);
 
 void add_counts(const ArrivalCounts& counts, py::dict& dict);
 
@@ -37,8 +45,8 @@ class ArrivalWarnings {
 
 /// Docstrings.
 inline constexpr const char* kSlamArguments =
-    "cameras: list of Camera; noise: ImuNoise; estimator: 'filter', 'window:N' or 'batch'; "
-    "map: file of a saved map; and settings by name, as chasles.settings() lists them.";
+    "cameras: a Camera, or a list of them; noise: ImuNoise; estimator: 'filter', 'window:N' or "
+    "'batch'; map: file of a saved map; and settings by name, as chasles.settings() lists them.";
 inline constexpr const char* kPredicted =
     "The state at a time since the last estimate, by the samples (PredictedState). None before a "
     "start, before the last estimate's time, .5 s after the last sample, 5 s after the estimate, "

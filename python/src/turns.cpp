@@ -43,6 +43,7 @@ std::unique_lock<std::timed_mutex> take_turn() {
   std::unique_lock turn(estimation(), std::defer_lock);
   while (!turn.try_lock_for(kBetweenSignals)) {
     interruption_point();
+    if (ends_for_exit()) throw Interrupted();
     const PythonCall call;
     if (PyErr_CheckSignals() != 0) throw pybind11::error_already_set();
   }
@@ -50,7 +51,7 @@ std::unique_lock<std::timed_mutex> take_turn() {
 }
 
 bool Signals::pending() {
-  if (error_) return true;
+  if (error_ || ends_for_exit()) return true;
   const PythonCall call;
   if (PyErr_CheckSignals() != 0) error_ = std::make_unique<pybind11::error_already_set>();
   return error_ != nullptr;

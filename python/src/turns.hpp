@@ -5,6 +5,8 @@
 
 #include <pybind11/pybind11.h>
 
+#include "interpreter_exit.hpp"
+
 // Who may use an estimator when, and the Python code that estimators call.
 namespace chasles::python {
 
@@ -26,7 +28,7 @@ class PythonCall {
   static bool active();
 
  private:
-  const pybind11::gil_scoped_acquire held_;
+  const Held held_;
 };
 
 /// Throws UsageError in a PythonCall: its estimator has the turn, so that waiting for one would
@@ -41,7 +43,7 @@ std::unique_lock<std::timed_mutex> take_turn();
 /// that works for it. Python handles them in its main thread.
 class Signals {
  public:
-  /// True once a handler has raised.
+  /// True once a handler has raised, or the interpreter ends.
   bool pending();
   /// Throws what it has raised, if it has. With the GIL.
   void rethrow();

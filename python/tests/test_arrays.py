@@ -106,3 +106,104 @@ def test_a_check_finds_what_is_wrong(walk):
     assert not any("--" in finding.advice + finding.what for finding in check.findings)
     with pytest.raises(ValueError, match="seconds"):
         chasles.check(walk, seconds=0)
+
+
+class Pillow:
+    """What numpy and chasles use of an image of Pillow."""
+
+    def __init__(self, mode, values):
+        self.mode, self.values = mode, values
+
+    def getbands(self):
+        return tuple(self.mode)
+
+    def convert(self, mode):
+        assert mode == "RGB"
+        return Pillow(mode, self.values[..., :3])
+
+    def __array__(self, dtype=None, copy=None):
+        return self.values
+
+
+def test_images_of_pillow_are_grey_as_files_are(walk, tmp_path):
+    rng = numpy.random.default_rng(7)
+    colours = rng.integers(0, 256, (240, 320, 3), dtype=numpy.uint8)
+    expected = ((colours.astype(int) @ [9797, 19234, 3737]) >> 15).astype(numpy.uint8)
+    made = chasles.Recording.from_arrays(**arguments_of(walk, images=lambda i: Pillow(("RGB", "RGBA")[i % 2], colours)))
+    assert (made.images(0)[0] == expected).all() and (made.images(1)[0] == expected).all()
+    grey = chasles.Recording.from_arrays(**arguments_of(walk, images=lambda i: [Pillow("L", expected)]))
+    assert (grey.images(0)[0] == expected).all()
+    deep = chasles.Recording.from_arrays(**arguments_of(walk, images=lambda i: Pillow("I;16", expected)))
+    with pytest.raises(ValueError, match="mode I;16, expected one of 8 bits"):
+        deep.images(0)
+    image = pytest.importorskip("PIL.Image").fromarray(colours)
+    image.save(tmp_path / "a.png")
+    real = chasles.Recording.from_arrays(**arguments_of(walk, images=lambda i: image if i else tmp_path / "a.png"))
+    assert (real.images(0)[0] == real.images(1)[0]).all() and (real.images(1)[0] == expected).all()
+
+
+@pytest.mark.parametrize("image, says", [
+    (numpy.zeros((240, 320, 3), numpy.uint8), "found an array (240, 320, 3) of uint8; expected grey"),
+    (numpy.zeros((240, 320, 4), numpy.uint8), "the order of the colours is not known: cv2.cvtColor"),
+    (numpy.zeros((240, 320), numpy.float32), "found an array (240, 320) of float32; expected grey"),
+    (numpy.zeros((240, 320), numpy.uint16), "of uint16; expected grey"),
+    (5, "found an object of type int; expected grey"),
+    ([numpy.zeros((240, 320), numpy.uint8)] * 2, "frame 0 has 2 images, expected 1"),
+])
+def test_images_that_are_none_are_one_error_of_one_line(walk, capfd, image, says):
+    made = chasles.Recording.from_arrays(**arguments_of(walk, images=lambda i: image))
+    for call in (lambda: made.images(0), lambda: chasles.run(made),
+                 lambda: chasles.Recording.from_arrays(**arguments_of(walk, images=[image] * len(walk)))):
+        with pytest.raises(ValueError) as caught:
+            call()
+        assert says in str(caught.value) and "\n" not in str(caught.value)
+    assert capfd.readouterr().err == ""
+    slam = chasles.Slam(walk.cameras[0], walk.imu_noise)
+    with pytest.raises(ValueError):
+        slam.add_images(0, image)
+
+
+def test_slam_takes_the_image_of_one_camera_alone(walk):
+    slams = chasles.Slam(walk.cameras[0], walk.imu_noise, map=None), chasles.Slam(walk.cameras, walk.imu_noise)
+    imu = walk.imu
+    for slam, bare in zip(slams, (True, False)):
+        slam.add_imu(imu["time"], imu["angular_rate"], imu["specific_force"])
+        for i, time in enumerate(walk.frame_times[:20]):
+            slam.add_images(int(time), walk.images(i)[0] if bare else walk.images(i))
+    assert slams[0].counts == slams[1].counts and slams[0].started == slams[1].started
+
+
+def test_microseconds_are_an_error(walk):
+    with pytest.raises(chasles.InputError, match="expected nanoseconds and at most .* are these microseconds"):
+        chasles.Recording.from_arrays(**arguments_of(walk, imu_time=walk.imu["time"] // 1000,
+                                                     image_time=walk.frame_times // 1000, truth=None))
+
+
+def changed(truth, name, values):
+    return {**truth, name: values}
+
+
+@pytest.mark.parametrize("bad, says", [
+    (lambda t: changed(t, "position", numpy.where(numpy.arange(len(t["time"]))[:, None] == 5, numpy.nan, t["position"])),
+     "truth: row 5 is not finite"),
+    (lambda t: changed(t, "time", t["time"][::-1]), "truth: row 1 has the time"),
+    (lambda t: changed(t, "time", t["time"][:-1]), "truth: found"),
+    (lambda t: changed(t, "position", t["position"][:, :2]), "expected (N,), (N, 3) and (N, 4)"),
+    (lambda t: changed(t, "position", "a"), "truth: position: found 'a'"),
+    (lambda t: changed(t, "quaternion", 0 * t["quaternion"]), "truth: row 0 has a quaternion of length 0"),
+    (lambda t: {"position": t["position"]}, "truth: found columns position"),
+    (lambda t: [1, 2], "truth: found [1, 2]"),
+    (lambda t: "/none.tum", "/none.tum: no such file"),
+])
+def test_a_truth_that_is_none_is_an_error_that_names_it(walk, bad, says):
+    with pytest.raises(chasles.InputError) as caught:
+        chasles.Recording.from_arrays(**arguments_of(walk, truth=bad(walk.truth)))
+    assert says in str(caught.value)
+
+
+def test_a_truth_of_a_file_is_read(walk, tmp_path):
+    truth = walk.truth
+    rows = numpy.column_stack([truth["time"] * 1e-9, truth["position"], truth["quaternion"]])
+    numpy.savetxt(tmp_path / "truth.tum", rows, fmt="%.9f")
+    made = chasles.Recording.from_arrays(**arguments_of(walk, truth=tmp_path / "truth.tum"))
+    assert (made.truth["time"] == truth["time"]).all() and abs(made.truth["position"] - truth["position"]).max() < 1e-8

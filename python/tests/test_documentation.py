@@ -42,3 +42,23 @@ def test_the_estimates_step_by_step_are_those_of_the_run(tmp_path, monkeypatch, 
     assert (numpy.array([e.position for e in estimates]) == states["position"]).all()
     assert (numpy.array([e.pose_covariance for e in estimates]) == states["pose_covariance"]).all()
     assert len(capsys.readouterr().out.splitlines()) == len(estimates) + 2
+
+
+def test_the_example_of_gtsam_has_a_problem():
+    """Without gtsam up to where it is needed."""
+    page = PAGE.with_name("interoperation.md")
+    block = re.search(r"## gtsam.*?```python\n(.*?)```", page.read_text(), re.DOTALL).group(1)
+    if importlib.util.find_spec("gtsam") is None:
+        assert "graph, values = gtsam_graph(run)" in block
+        block = re.sub(r"^graph, values = .*$", "", block, flags=re.MULTILINE)
+    names = {"chasles": chasles}
+    exec(compile(block, str(page), "exec"), names)
+    assert len(names["run"].states["time"]) > 50 and names["batch_problem"](names["run"])["cost"] > 0
+
+
+def test_the_table_of_estimators_has_the_figures_of_the_demo():
+    """The filter's row is what `make demo` prints, on the same page."""
+    text = PAGE.with_name("start.md").read_text()
+    printed = [re.search(rf"{name} +(\d+\.\d+)", text).group(1) for name in (r"ATE, SE\(3\)-aligned", "NEES of the pose")]
+    row = re.search(r"\| filter \| (\S+) \| (\S+) \|", text)
+    assert [row[1], row[2]] == printed

@@ -147,3 +147,92 @@ def test_plot_draws_the_path_and_the_errors(run):
 def test_plot_says_what_to_install(run):
     with pytest.raises(ImportError, match="pip install matplotlib"):
         run.plot()
+
+
+def test_no_change_of_what_a_run_returns_changes_the_run(walk):
+    run = chasles.run(walk)
+    figures, text = run.evaluate(), repr(run)
+    for columns in (run.states, run.smoothed, run.truth, run.landmarks):
+        for name, values in columns.items():
+            with pytest.raises(ValueError, match="read-only"):
+                values[:] = values[::-1].copy()
+        columns.update({name: None for name in list(columns)})
+    summary = run.summary
+    summary["ate_m"] = 99
+    summary["settings"].clear()
+    assert run.evaluate() == figures and repr(run) == text and run.summary["ate_m"] < 1 and run.summary["settings"]
+    study = chasles.monte_carlo("hallway", {"a": {}}, runs=1, sections=1, hall_length=8)
+    study.figures["a"].clear()
+    assert study.figures["a"]
+    check = chasles.check(walk)
+    check.findings.append(None)
+    check.report.clear()
+    assert None not in check.findings and check.report
+
+
+def test_evaluate_has_the_defaults_of_the_run(run):
+    other = chasles.run(chasles.simulate("hallway", sections=1, hall_length=12), chart="right-sen3")
+    figures = other.evaluate()
+    assert figures["nees_pose"] == pytest.approx(other.summary["nees_pose"], rel=1e-9)
+    assert chasles.evaluate(other, other.truth) == figures == chasles.evaluate(other.states, other.truth)
+    assert chasles.evaluate(other, other.truth, chart="standard")["nees_pose"] != figures["nees_pose"]
+    bare = {name: other.states[name] for name in ("time", "position", "quaternion", "pose_covariance")}
+    assert chasles.evaluate(bare, other.truth) == chasles.evaluate(bare, other.truth, chart="standard", level=False)
+
+
+def positions_alone(shift=0):
+    """A run of 6 m whose truth has positions, `shift` nanoseconds late."""
+    images = chasles.simulate("hallway", images=True, sections=1, hall_length=6, image_width=320, image_height=240,
+                              focal_length=180, center_u=160, center_v=120, frame_rate=10)
+    imu, truth = images.imu, images.truth
+    return images, chasles.run(chasles.Recording.from_arrays(
+        imu_time=imu["time"], angular_rate=imu["angular_rate"], specific_force=imu["specific_force"],
+        image_time=images.frame_times, images=images.images, cameras=images.cameras, imu_noise=images.imu_noise,
+        truth={"time": truth["time"] + shift, "position": truth["position"]}))
+
+
+def test_a_truth_of_positions_alone_has_no_errors_of_attitude():
+    images, run = positions_alone()
+    whole = chasles.run(images)
+    errors = run.errors()
+    assert "quaternion" not in run.truth
+    assert numpy.isnan(errors["attitude_error"]).all() and numpy.isnan(errors["nees_pose"]).all()
+    assert numpy.nanmean(errors["nees_position"]) < 30
+    figures = run.evaluate()
+    assert figures["ate_m"] == pytest.approx(whole.summary["ate_m"], rel=1e-6)
+    assert figures["attitude_deg"] is None and figures["nees_pose"] is None
+    assert "attitude" not in run._repr_html_()
+    if importlib.util.find_spec("matplotlib"):
+        labels = [axes.get_ylabel() for axes in run.plot().axes]
+        assert labels == ["y [m]", "position error [m]", "NEES"]
+
+
+def test_a_truth_of_another_time_does_not_hide_the_estimate():
+    _, run = positions_alone(10**15)
+    assert "<svg" in run._repr_html_()
+    pytest.importorskip("matplotlib")
+    figure = run.plot()
+    assert numpy.array_equal(figure.axes[0].lines[0].get_xydata(), run.states["position"][:, :2])
+    assert "sigma" in figure.axes[1].get_ylabel() and "have a truth" in figure.get_suptitle()
+
+
+def test_the_picture_tells_the_story_of_the_summary(run):
+    text = run._repr_html_()
+    assert f"<td style='text-align:left'>health</td><td>{run.summary['health']}</td>" in text
+    assert f"{run.summary['attitude_posyaw_deg']:.3g}°" in text and "aligned by yaw" in text
+    assert isinstance(run.states["health"], numpy.ndarray) and run.states["health"][0] in ("ok", "degraded")
+
+
+def test_legends_cover_no_curve(run):
+    pytest.importorskip("matplotlib")
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure = run.plot()
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    for axes in figure.axes:
+        legend, frame = axes.get_legend().get_window_extent(), axes.get_window_extent()
+        assert legend.y0 >= frame.y1 - 1
+        ticks = [tick.label1.get_window_extent() for tick in axes.yaxis.get_major_ticks() if tick.label1.get_text()]
+        ticks = sorted((one.y0, one.y1) for one in ticks if frame.y0 <= (one.y0 + one.y1) / 2 <= frame.y1)
+        assert all(low[1] <= high[0] for low, high in zip(ticks, ticks[1:])), axes.get_ylabel()

@@ -46,7 +46,7 @@ def seconds_to_end(folder, prepare, call, after):
         time.sleep(after)
         begin = time.monotonic()
         process.send_signal(signal.SIGINT)
-        said = process.stdout.readline()
+        said = next(line for line in process.stdout if line in ("interrupted\n", "finished\n"))
         return said.strip(), time.monotonic() - begin
     finally:
         process.kill()
@@ -63,7 +63,12 @@ def seconds_to_end(folder, prepare, call, after):
     ("recording = chasles.simulate('hallway', hall_length=60)", "chasles.run(recording, estimator='batch')", 2.0),
     ("recording = chasles.simulate('hallway', images=True)", "chasles.check(recording)", 0.7),
     ("", "chasles.command('simulate', 'walk', '--images', '-o', 'out')", 0.5),
-], ids=["walk", "images", "monte-carlo", "batches", "windows", "workers", "run", "check", "command"])
+    ("chasles.command('simulate', 'hallway', '-o', 'scene', '--set', 'hall_length=60', '--quiet')",
+     "chasles.command('run', 'scene', '-o', 'out', '--quiet', '--estimator', 'window:30')", 0.3),
+    ("chasles.command('simulate', 'hallway', '-o', 'scene', '--images', '--quiet', '--set', 'sections=1')",
+     "chasles.command('check', 'scene')", 0.5),
+], ids=["walk", "images", "monte-carlo", "batches", "windows", "workers", "run", "check", "command", "command-run",
+        "command-check"])
 def test_ctrl_c_ends_it_soon(tmp_path, prepare, call, after):
     said, seconds = seconds_to_end(tmp_path, prepare, call, after)
     if said == "finished":

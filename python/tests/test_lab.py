@@ -223,5 +223,5 @@ def test_a_comparison_is_the_runs_one_by_one():
     assert comparison.figures["filter"]["chart"] == "right-se3"
     page = comparison.page()
     assert "window" in page and page.startswith("<!")
-    with pytest.raises(chasles.UsageError, match="found no estimator"):
+    with pytest.raises(chasles.UsageError, match="estimators: found none"):
         chasles.compare(walk, {})

@@ -1,7 +1,9 @@
 """What the package says: names of Python, and the nearest one for a misspelt argument."""
 
 import copy
+import os
 import pickle
+import subprocess
 import sys
 import types
 
@@ -88,11 +90,20 @@ def test_an_object_without_content_is_a_type_error(bound):
             repr(bare)
 
 
-def test_copies_of_compiled_objects_are_errors_not_crashes(walk):
-    for one in (walk, walk.cameras[0], walk.imu_noise):
-        for attempt in (lambda: repr(copy.copy(one)), lambda: repr(pickle.loads(pickle.dumps(one)))):
-            with pytest.raises(TypeError):
-                attempt()
+@pytest.mark.parametrize("of", [copy.copy, copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_cameras_and_noises_can_be_copied_and_what_is_large_says_what_to_pass(walk, of):
+    T = numpy.array([[0, -1, 0, .1], [1, 0, 0, .2], [0, 0, 1, .3], [0, 0, 0, 1]])
+    camera = chasles.Camera(640, 480, 401, 402, 319, 239, "radtan", [.1, .2, .3, .4, .5], T)
+    other = of(camera)
+    names = ("width", "height", "fx", "fy", "cx", "cy", "distortion", "coefficients")
+    assert all(getattr(other, name) == getattr(camera, name) for name in names) and (other.cam_T_imu == camera.cam_T_imu).all()
+    assert repr(of(walk.imu_noise)) == repr(walk.imu_noise)
+    slam = chasles.Slam(walk.cameras, walk.imu_noise)  # the simulated noise is exact: so is that of its copy
+    again = chasles.Slam(of(walk.cameras[0]), of(walk.imu_noise))
+    assert repr(slam) == repr(again)
+    for one, says in ((walk, "its path"), (chasles.run(walk), "read_run"), (slam, "in each process")):
+        with pytest.raises(TypeError, match=says):
+            of(one)
 
 
 def test_objects_describe_themselves(walk):
@@ -120,6 +131,12 @@ class FakeBar:
 
     def update(self, n):
         self.n += n
+
+    def reset(self, total):
+        self.n, self.total = 0, total
+
+    def set_postfix_str(self, text):
+        self.last = text
 
 
 @pytest.mark.parametrize("call, total", [
@@ -151,3 +168,131 @@ def test_a_bar_that_is_wanted_needs_tqdm(monkeypatch, walk):
     with pytest.raises(ImportError, match="pip install tqdm"):
         chasles.run(walk, progress=True)
     chasles.run(walk)  # no bar is no error
+
+
+def test_a_bar_says_what_goes_on_after_the_last_frame(monkeypatch):
+    monkeypatch.setattr(_progress, "_bar_class", lambda: FakeBar)
+    FakeBar.made.clear()
+    with _progress.bar(True, "run", "frames", "batch") as advance:
+        for _ in range(3):
+            advance(10, 10)
+        (bar,) = FakeBar.made
+        assert not hasattr(bar, "last")  # what ends at once needs no word
+        for _ in range(10):
+            advance(10, 10)
+        assert bar.last == "batch"
+        advance(1, 5)
+        assert (bar.n, bar.total) == (1, 5)
+
+
+def test_a_notebook_without_widgets_gets_text_and_no_warning(monkeypatch):
+    tqdm = pytest.importorskip("tqdm")
+    monkeypatch.setattr(_progress, "_in_notebook", lambda: True)
+    monkeypatch.setitem(sys.modules, "ipywidgets", None)
+    monkeypatch.delitem(sys.modules, "tqdm.auto", raising=False)
+    assert _progress._bar_class() is tqdm.std.tqdm and "tqdm.auto" not in sys.modules
+
+
+def test_a_check_without_progress_draws_nothing(tmp_path):
+    """The command's own bar is drawn on a terminal alone: here a pseudo-terminal."""
+    program = (f"import chasles; w = chasles.simulate('hallway', images=True, sections=1, hall_length=8, image_width=320, "
+               "image_height=240, focal_length=180, center_u=160, center_v=120, frame_rate=10); "
+               "chasles.check(w, progress=False)")
+    terminal, end = os.openpty()
+    done = subprocess.run([sys.executable, "-c", program], stderr=end, timeout=100)
+    os.close(end)
+    os.set_blocking(terminal, False)
+    try:
+        drawn = os.read(terminal, 10_000)
+    except (BlockingIOError, OSError):
+        drawn = b""
+    os.close(terminal)
+    assert done.returncode == 0 and drawn == b""
+
+
+CAMERA = {"width": 640, "height": 480, "fx": 400.0, "fy": 400.0, "cx": 320.0, "cy": 240.0}
+NOISE = {"accelerometer_noise_density": 1e-3, "gyroscope_noise_density": 1e-4, "accelerometer_random_walk": 1e-3,
+         "gyroscope_random_walk": 1e-5}
+
+
+@pytest.mark.parametrize("call, says", [
+    (lambda w: chasles.read("a", stop="5"), "read: stop: found '5', expected a number, or None"),
+    (lambda w: chasles.read("a", cameras=1), "read: cameras: found 1, expected a str"),
+    (lambda w: chasles.read("a", truth_time_offset="now"), "truth_time_offset: found 'now', expected a finite number"),
+    (lambda w: chasles.read("a", truth_scale=-1), "truth_scale: found -1, expected a number from"),
+    (lambda w: chasles.simulate("hallway", run="1"), "simulate: run: found '1', expected an int"),
+    (lambda w: chasles.simulate("hallway", run=-1), "simulate: run: found -1, expected a whole number"),
+    (lambda w: chasles.check(w, seconds="a"), "check: seconds: found 'a', expected a number"),
+    (lambda w: chasles.settings(5), "settings: kind: found 5, expected a str"),
+    (lambda w: chasles.join_imu([1], "a", [1], "b"), "join_imu: angular_rate: found 'a', expected an array"),
+    (lambda w: chasles.Slam(5, w.imu_noise), "Slam: cameras: found 5, expected a Camera, or a list of them"),
+    (lambda w: chasles.Slam(w.cameras, 5), "Slam: noise: found 5, expected an ImuNoise"),
+    (lambda w: chasles.Slam(w.cameras), "Slam: noise is missing"),
+    (lambda w: chasles.Slam(w.cameras, w.imu_noise, most_images=3), "most_images is an argument of RealtimeSlam"),
+    (lambda w: chasles.Slam(w.cameras, w.imu_noise, max_landmarks=None), "max_landmarks: found None, expected a value"),
+    (lambda w: chasles.run(w, batch={"max_iterations": None}), "batch.max_iterations: found None, expected a value"),
+    (lambda w: chasles.RealtimeSlam(w.cameras, w.imu_noise, most_images=-1), "RealtimeSlam: most_images: found -1"),
+    (lambda w: chasles.Slam(w.cameras, w.imu_noise).add_imu(1, "a", "b"), "Slam.add_imu: angular_rate: found 'a'"),
+    (lambda w: w.tracks("a"), "Recording.tracks: index: found 'a', expected an int"),
+    (lambda w: chasles.Camera(**{**CAMERA, "width": 752.0}), "Camera: width: found 752.0, expected an int"),
+    (lambda w: chasles.Camera(**{**CAMERA, "width": -5}), "Camera: width: found -5"),
+    (lambda w: chasles.Camera(**{**CAMERA, "fx": float("nan")}), "Camera: fx: found nan"),
+    (lambda w: chasles.Camera(**{**CAMERA, "fy": -1}), "Camera: fy: found -1"),
+    (lambda w: chasles.Camera(**{**CAMERA, "cx": float("inf")}), "Camera: cx: found inf"),
+    (lambda w: chasles.Camera(640, 480, 400, 400), "Camera: cx is missing"),
+    (lambda w: chasles.Camera(**CAMERA, fz=3), "Camera: unknown argument 'fz'; did you mean"),
+    (lambda w: chasles.Camera(**CAMERA, cam_T_imu=numpy.eye(3)), "cam_T_imu: found an array (3, 3) of float64, expected an array (4, 4)"),
+    (lambda w: chasles.Camera(**CAMERA, cam_T_imu=2 * numpy.eye(4)), "Camera: cam_T_imu: found R with det(R) = 8"),
+    (lambda w: chasles.Camera(**CAMERA, distortion="radtan", coefficients=[numpy.nan, 0, 0, 0]), "coefficients: found nan"),
+    (lambda w: chasles.ImuNoise(**{**NOISE, "gyroscope_random_walk": -1}), "ImuNoise: gyroscope_random_walk: found -1"),
+    (lambda w: chasles.ImuNoise(1, 2, 3, 4), "ImuNoise: found 4 arguments without a name"),
+    (lambda w: chasles.run(w, start=5), "chasles.read(path, start=5)"),
+    (lambda w: chasles.run(w, stop=5), "run(chasles.read(path, stop=5))"),
+    (lambda w: chasles.run(w, batch=5), "batch: found 5, expected a dictionary of settings of this prefix"),
+    (lambda w: chasles.compare(w, ["filter"]), "compare: estimators: found ['filter']; expected {name: {setting: value}}"),
+    (lambda w: chasles.monte_carlo("hallway", {"a": 5}, runs=1), "monte_carlo: filters: 'a': found 5"),
+    (lambda w: chasles.evaluate(w.truth, w.truth, chart="x"), "chart: found 'x', expected one of standard, left-se3"),
+    (lambda w: chasles.evaluate("a", w.truth), "estimate: found 'a'; expected a Run, or a dictionary of columns"),
+    (lambda w: chasles.evaluate({**w.truth, "position": "a"}, w.truth), "estimate: position: found 'a', expected numbers"),
+    (lambda w: chasles.run(w).errors([1, 2]), "truth: found [1, 2]; expected a Run, or a dictionary of columns"),
+])
+def test_arguments_of_the_wrong_kind_are_errors_of_one_line(walk, call, says):
+    with pytest.raises((TypeError, ValueError)) as caught:
+        call(walk)
+    assert says in str(caught.value) and "\n" not in str(caught.value) and len(str(caught.value)) < 300
+
+
+def test_errors_of_tables_of_pandas_say_so(walk):
+    pandas = pytest.importorskip("pandas")
+    run = chasles.run(walk)
+    with pytest.raises(chasles.UsageError, match="truth: found a DataFrame; expected a Run, or a dictionary of columns"):
+        run.errors(run.to_dataframe())
+    assert pandas
+
+
+@pytest.mark.parametrize("message, says", [
+    ("--truth-time-offset -0.1000 (or auto) corrects it", "truth_time_offset=-0.1000 (or auto) corrects it"),
+    ("--truth-scale .001 takes", "truth_scale .001 takes"),
+    ("a run corrects the stamps with --set time_offset=0.1, or auto", "a run corrects the stamps with time_offset=0.1, or auto"),
+    ("a file of `chasles run --save-map`", "a file of chasles.run(recording, save_map=FILE)"),
+    ("go on with it by `chasles montecarlo --resume`", "go on with it by `chasles montecarlo --resume`"),
+    ("a longer gap (--max-truth-gap) or", "a longer gap (max_truth_gap) or"),
+])
+def test_what_the_command_says_is_said_in_python(message, says):
+    assert _core.in_python(message) == says
+
+
+def test_remarks_of_a_summary_are_in_python(walk):
+    for run in (chasles.run(walk), chasles.run(walk, estimator="window:10")):
+        assert not any("--" in remark for remark in run.summary["remarks"])
+
+
+def test_errors_say_what_they_are():
+    for error in (chasles.Error, chasles.UsageError, chasles.InputError, chasles.NotInitialisedError, chasles.DivergedError):
+        assert error.__doc__ and "\n" not in error.__doc__
+    assert issubclass(chasles.InputError, ValueError) and chasles.Error.run is None
+
+
+def test_the_package_is_a_program():
+    done = subprocess.run([sys.executable, "-m", "chasles", "--version"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0 and done.stdout.strip() == f"chasles {chasles.__version__}"

@@ -47,7 +47,7 @@ def test_the_module_agrees_with_its_stubs(alone, tmp_path):
     # cached_property of the sources for another one at run time. The rest is for types alone, or added by Python.
     allowed.write_text("""
 chasles(\\._core|\\.lab)?\\.(Camera|ChartState|Estimate|FirstSight|ImuNoise|PredictedState|RealtimeSlam|Recording|Run|Slam)
-chasles(\\._functions|\\._run|\\._calls)?\\.Run\\.(in_map|landmarks|smoothed|states|summary|truth)
+chasles(\\._functions|\\._run|\\._calls)?\\.Run\\.(_columns|_summary)
 chasles(\\._settings)?\\.\\w+(Settings|Arguments)
 chasles\\._core\\.(Path|Time|Floats|Ints|Image|_.*)
 .*\\.(Any|Callable|Iterator|Mapping|Sequence|NoReturn|Recording|Run|TYPE_CHECKING)
@@ -110,6 +110,8 @@ def test_a_misspelt_key_is_an_error_of_mypy(alone, tmp_path, tmp_path_factory, l
         chasles.run(recording, estimator="batch", **settings)
         chasles.compare(recording, {"a": {"estimator": "batch", "start": {"heading": 0}}}, threads=1)
         chasles.Slam(recording.cameras, noise, max_landmarks=3)
+        chasles.run(recording, pixel_sigma="auto")
+        chasles.Slam(recording.cameras[0], noise, map=None)
     """))
     command = ("mypy", "--strict", "--ignore-missing-imports", "--follow-imports", "silent", "--cache-dir",
                tmp_path_factory.getbasetemp() / "mypy")

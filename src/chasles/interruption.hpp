@@ -17,6 +17,7 @@ struct Interrupted : std::exception {
 struct CallProgress {
   std::atomic<bool> stop = false;                ///< asked to end
   std::atomic<std::size_t> done = 0, total = 0;  ///< total 0: not known
+  bool quiet = false;                            ///< the call itself draws no bar
 };
 
 /// While it lives, the calls of this thread show themselves in `progress`.
@@ -36,6 +37,12 @@ class ObservedCall {
  private:
   CallProgress* before_;
 };
+
+/// Whether this thread's call is to draw no bar of its own.
+inline bool bars_are_unwanted() {
+  const CallProgress* const call = ObservedCall::current();
+  return call != nullptr && call->quiet;
+}
 
 /// Whether this thread's call is asked to end.
 inline bool interruption_wanted() {

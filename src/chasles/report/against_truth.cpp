@@ -9,9 +9,9 @@ namespace chasles {
 namespace {
 
 void compare(AgainstTruth& out, const std::vector<Matrix6d>& covariances,
-             PoseError nees_coordinates, bool level) {
+             PoseError nees_coordinates, bool level, bool stated_attitudes) {
   const MatchedTrajectories& matched = out.matched;
-  const bool attitudes = !is_without_attitudes(matched.estimate, matched.truth);
+  const bool attitudes = stated_attitudes && !is_without_attitudes(matched.estimate, matched.truth);
   const Alignment first = level ? Alignment::kFirstLevel : Alignment::kFirstPose;
   out.world_T_truth_first = (attitudes ? align(matched, first).truth_T_estimate
                                        : first_position_alignment(matched, level))
@@ -32,7 +32,7 @@ void compare(AgainstTruth& out, const std::vector<Matrix6d>& covariances,
 
 }  // namespace
 
-AgainstTruth against_truth(const Run& run, PoseError nees_coordinates) {
+AgainstTruth against_truth(const Run& run, PoseError nees_coordinates, bool attitudes) {
   const std::vector<RunState>& states = run.states;
   const std::vector<double> unknown(states.size(), kNaN);
   AgainstTruth out;
@@ -52,7 +52,7 @@ AgainstTruth against_truth(const Run& run, PoseError nees_coordinates) {
   try {
     out.matched = associate(estimate, run.truth, run.pairing);
     for (std::size_t& row : out.matched.estimate_index) row = finite[row];
-    compare(out, covariances, nees_coordinates, is_level(run));
+    compare(out, covariances, nees_coordinates, is_level(run), attitudes);
   } catch (const InputError& error) {
     // The page is still useful without the comparison; it states the reason.
     out.problem = error.what();

@@ -28,6 +28,8 @@ struct AgainstTruth {
 };
 
 /// The comparison of eval/ by matched row and by state. It uses the states whose poses are finite.
-AgainstTruth against_truth(const Run& run, PoseError nees_coordinates = PoseError::kStandard);
+/// `attitudes`: false for a truth of positions alone; otherwise it is found out.
+AgainstTruth against_truth(const Run& run, PoseError nees_coordinates = PoseError::kStandard,
+                           bool attitudes = true);
 
 }  // namespace chasles
