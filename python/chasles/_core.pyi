@@ -53,12 +53,7 @@ class Camera:
     """A camera of a rig: z forward, x right, y down."""
     def __init__(self, width: int, height: int, fx: float, fy: float, cx: float, cy: float, distortion: str = ...,
                  coefficients: Sequence[float] = ..., cam_T_imu: ArrayLike = ...) -> None:
-        """__init__(self: chasles._core.Camera, width: int, height: int, fx: float, fy: float, cx: float, cy: float, distortion: str = 'none', coefficients: List[float] = [], cam_T_imu: numpy.ndarray[numpy.float64[4, 4]] = array([[1., 0., 0., 0.],
-               [0., 1., 0., 0.],
-               [0., 0., 1., 0.],
-               [0., 0., 0., 1.]])) -> None
-
-        Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to k4), as Kalibr and OpenCV have them; cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]."""
+        """Intrinsics in pixels; distortion none, radtan (k1 k2 p1 p2 [k3]) or equidistant (k1 to k4), as Kalibr and OpenCV have them; cam_T_imu (4, 4) maps IMU coordinates to the camera's [m]."""
     @property
     def width(self) -> int:
         """[px]"""

@@ -169,11 +169,9 @@ def calls_stub(core):
 
 def plain_doc(text):
     """A docstring of the module without the signatures that pybind11 puts first."""
-    text = (text or "").strip()
-    lines = text.split("\n")
-    if lines and re.match(r"\w+\(.*\) -> ", lines[0]):
-        lines = lines[1:]
-    return textwrap.dedent("\n".join(lines)).strip()
+    # A default that is a matrix has several lines.
+    text = re.sub(r"\A\w+\(((?!\n\n).)*?\) -> [^\n]*", "", (text or "").strip(), flags=re.DOTALL)
+    return textwrap.dedent(text).strip()
 
 
 def from_arrays_doc():
